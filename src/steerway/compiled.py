@@ -1,0 +1,58 @@
+"""The one way this package compiles: `@kernel` is numba's njit with a file cache that knows the whole package.
+
+numba's own cache looks at the file of the compiled function only and would go on running the old code of a kernel it
+calls in another file. Here the cache directory is keyed to every file that holds kernels, so that a change anywhere
+compiles anew. `STEERWAY_CACHE` moves the directory.
+"""
+
+import hashlib
+import os
+import shutil
+import tempfile
+from pathlib import Path
+
+import numba
+from numba.core import config
+
+_KEPT_CACHES = 8
+
+
+def _kernel_source_digest() -> str:
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.rglob("*.py")):
+        source = path.read_bytes()
+        if b"@kernel" in source:
+            digest.update(source)
+    return digest.hexdigest()[:16]
+
+
+def _cache_directory() -> Path | None:
+    """The directory of this source's compiled kernels, or None where nothing can be written."""
+    home = os.environ.get("STEERWAY_CACHE") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    root = Path(home) / "steerway"
+    directory = root / f"kernels-{_kernel_source_digest()}"
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=directory):
+            os.utime(directory)
+    except OSError:
+        return None
+    older = sorted(root.glob("kernels-*"), key=lambda each: each.stat().st_mtime, reverse=True)[_KEPT_CACHES:]
+    for stale in older:
+        shutil.rmtree(stale, ignore_errors=True)
+    return directory
+
+
+CACHE_DIRECTORY = _cache_directory()
+
+
+def kernel(function):
+    """Compile `function` on first call, releasing the interpreter lock while it runs."""
+    if CACHE_DIRECTORY is None:
+        return numba.njit(nogil=True, error_model="numpy")(function)
+    users_directory = config.CACHE_DIR
+    config.CACHE_DIR = str(CACHE_DIRECTORY)
+    try:
+        return numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    finally:
+        config.CACHE_DIR = users_directory
