@@ -40,9 +40,9 @@ def test_north_east_frame_equals_the_toolbox(mss, label):
 
 def test_latitude_longitude_frame_and_covariance_equal_the_toolbox(mss):
     table, golden_p = mss("ekf5_ll_otter.csv"), mss("ekf5_ll_otter_P.csv")
-    mu, l = table["meas_mu"].to_numpy(), table["meas_l"].to_numpy()
+    latitude, longitude = table["meas_mu"].to_numpy(), table["meas_l"].to_numpy()
     q_d, r_d = 5e5 * np.eye(2), 1e-8 * np.eye(2)
-    states, covariances = ekf_5states(mu, l, 0.02, 10, "LL", q_d, r_d, return_covariance=True)
+    states, covariances = ekf_5states(latitude, longitude, 0.02, 10, "LL", q_d, r_d, return_covariance=True)
     assert_golden(states, table.select("mu", "l", "U", "chi", "omega").to_numpy())
     assert_upper_triangle(covariances, golden_p)
 

@@ -8,9 +8,7 @@ from steerway.earth import radii
 from steerway.errors import InputError
 
 
-def ekf_5states(
-    pos1, pos2, h, z, frame, q_d, r_d, alpha_1=0.01, alpha_2=0.1, x_init=None, return_covariance=False
-):
+def ekf_5states(pos1, pos2, h, z, frame, q_d, r_d, alpha_1=0.01, alpha_2=0.1, x_init=None, return_covariance=False):
     """The five-state EKF of P0 Table 1 as Appendix A runs it: corrected state at every z-th row, the prior between.
 
     Args:
