@@ -20,8 +20,9 @@ from steerway.compiled import kernel
 from steerway.earth import displaced
 from steerway.errors import InputError
 from steerway.records import Fixes
-from steerway.sensors.faults import GOOD, HELD, LOST, Fault, happen, table
-from steerway.sensors.noise import markov_decay, markov_step
+from steerway.sensors.clock import SLACK, Clock, epochs
+from steerway.sensors.faults import GOOD, HELD, LOST, Fault
+from steerway.sensors.gnss_errors import Errors
 
 _BLOCK = 128  # epochs drawn at once in a loop; the numbers do not depend on it
 
@@ -99,10 +100,10 @@ class Gnss:
         due time. `origin` is the (latitude, longitude) of the scene's north = east = 0.
         """
         columns = _columns(time, north, east, roll, pitch, heading, north_velocity, east_velocity)
-        epochs = _epochs(columns[0], self.rate)
-        time, north, east, roll, pitch, heading, north_velocity, east_velocity = (each[epochs] for each in columns)
+        chosen = epochs(columns[0], self.rate)
+        time, north, east, roll, pitch, heading, north_velocity, east_velocity = (each[chosen] for each in columns)
         arm_north, arm_east = _levelled(self.lever_arm, roll, pitch, heading)
-        errors, outcome = _Errors(self, seed).draw(len(time))
+        errors, outcome = Errors(self, seed).draw(len(time))
         north, east = north + arm_north + errors[:, 0], east + arm_east + errors[:, 1]
         _hold(north, east, outcome)
         sog, cog = _velocity(north_velocity + errors[:, 2], east_velocity + errors[:, 3])
@@ -137,10 +138,9 @@ class GnssStream:
 
     def __init__(self, gnss: Gnss, seed):
         self.gnss = gnss
-        self._errors = _Errors(gnss, seed)
+        self._errors = Errors(gnss, seed)
         self._rows = iter(())
-        self._began = None
-        self._due = 0.0
+        self._clock = Clock(gnss.rate)
         self._swings = any(gnss.lever_arm)
         self._last = (math.nan, math.nan)
         self._under_way = deque()
@@ -157,16 +157,13 @@ class GnssStream:
         east_velocity=math.nan,
     ) -> Fix | None:
         """The fix that arrives at this step, if one does: the oldest not yet delivered. Scalars, SI and radians."""
-        if self._began is None:
-            self._began = self._due = time
-        if time >= self._due:
-            self._due = self._began + _next_due(time - self._began, self.gnss.rate)
+        if self._clock.due(time):
             fix = self._observe(time, north, east, roll, pitch, heading, north_velocity, east_velocity)
             if self.gnss.latency == 0.0:
                 return fix
             if fix is not None:
                 self._under_way.append((time + self.gnss.latency, fix))
-        if self._under_way and time >= self._under_way[0][0] - _SLACK / self.gnss.rate:
+        if self._under_way and time >= self._under_way[0][0] - SLACK / self.gnss.rate:
             return self._under_way.popleft()[1]
         return None
 
@@ -208,55 +205,6 @@ def level(forward, starboard, down, roll, pitch, heading):
     return ahead * c - abeam * s, ahead * s + abeam * c
 
 
-class _Errors:
-    """The receiver's error sequence, continued from block to block."""
-
-    def __init__(self, gnss: Gnss, seed):
-        self._gaussian, self._chance = np.random.default_rng(seed).spawn(2)
-        step = 1.0 / gnss.rate
-        decays = [markov_decay(time_constant, step) for _, time_constant in gnss.markov]
-        self._std = np.array([gnss.white, gnss.velocity_std or 0.0])
-        self._markov = np.array([decays, [std for std, _ in gnss.markov]]).T.reshape(-1, 2).copy()
-        self._wander = self._gaussian.standard_normal((len(decays), 2)) * self._markov[:, 1:] * gnss.settled
-        self._faults = table(gnss.faults, gnss.rate)
-        self._troubles = np.zeros((len(gnss.faults), 3))
-        self._epoch = 0
-
-    def draw(self, n: int) -> tuple[np.ndarray, np.ndarray]:
-        """The next n epochs: errors (n, 4) of north, east (m) and their velocities (m/s), and outcomes (n,)."""
-        normals = self._gaussian.standard_normal((n, 4 + 2 * len(self._markov) + 2 * len(self._faults)))
-        uniforms = self._chance.random((n, 2 * len(self._faults)))
-        errors, outcome = np.empty((n, 4)), np.empty(n, dtype=np.uint8)
-        _draw(
-            normals,
-            uniforms,
-            self._std,
-            self._markov,
-            self._wander,
-            self._faults,
-            self._troubles,
-            self._epoch,
-            errors,
-            outcome,
-        )
-        self._epoch += n
-        return errors, outcome
-
-
-@kernel
-def _draw(normals, uniforms, std, markov, wander, faults, troubles, first_epoch, errors, outcome):
-    m = len(markov)
-    for k in range(len(normals)):
-        draws, error = normals[k], errors[k]
-        for axis in range(2):
-            error[axis] = std[0] * draws[axis]
-            error[2 + axis] = std[1] * draws[2 + axis]
-            for j in range(m):
-                error[axis] += wander[j, axis]
-                wander[j, axis] = markov_step(wander[j, axis], markov[j, 0], markov[j, 1], draws[4 + 2 * j + axis])
-        outcome[k] = happen(faults, troubles, first_epoch + k, uniforms[k], draws[4 + 2 * m :], error)
-
-
 @kernel
 def _hold(north, east, outcome):
     """Repeat the last reported position where the receiver is frozen; before a first one there is nothing to repeat."""
@@ -267,27 +215,6 @@ def _hold(north, east, outcome):
         if outcome[k] == HELD and last >= 0:
             north[k], east[k] = north[last], east[last]
         last = k
-
-
-_SLACK = 1e-3  # of an epoch: clocks that count in tenths do not land on their tenths
-
-
-def _next_due(elapsed: float, rate: float) -> float:
-    """Seconds from the start at which the epoch after `elapsed` is due."""
-    return (math.floor(elapsed * rate + _SLACK) + 1.0 - _SLACK) / rate
-
-
-def _epochs(time: np.ndarray, rate: float) -> np.ndarray:
-    """Indices of the samples at which a fix is taken. Raises InputError when there are not enough."""
-    if len(time) == 0:
-        return np.zeros(0, dtype=np.int64)
-    steps = np.diff(time)
-    if len(steps) and not steps.min() > 0.0:
-        raise InputError("gnss: the time of the true motion does not rise, expected rising seconds")
-    if len(steps) and steps.max() * rate > 1.0 + _SLACK:
-        raise InputError(f"gnss: true motion comes every {steps.max():g} s, expected at least every {1.0 / rate:g} s")
-    count = np.floor((time - time[0]) * rate + _SLACK)
-    return np.flatnonzero(np.diff(count, prepend=-1.0) > 0.0)
 
 
 def _columns(time, *rest):
