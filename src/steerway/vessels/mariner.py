@@ -41,7 +41,7 @@ def derivatives(state, rudder, cruise_speed=CRUISE_SPEED) -> np.ndarray:
 
     The steering engine follows with 1 s, at 5 °/s and 40° at most. Source: Chislett and Strøm-Tejsen (1965).
     """
-    return _rates(state, rudder, cruise_speed, _CALM)
+    return _rates(np.asarray(state, dtype=np.float64), float(rudder), float(cruise_speed), _CALM)
 
 
 _CALM = np.zeros(5)

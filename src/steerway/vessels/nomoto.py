@@ -22,7 +22,8 @@ def derivatives(state, rudder, gain, time_constant, speed, bias=0.0, actuator=ID
     `gain` K in rad/s for a unit of rudder, `time_constant` T in s, `speed` in m/s, `bias` in the rudder's unit.
     """
     machine = (actuator.low, actuator.high, actuator.rate, actuator.lag)
-    return _rates(state, rudder, np.array([gain, time_constant, speed, bias, *machine]), _CALM)
+    parameters = np.array([gain, time_constant, speed, bias, *machine], dtype=np.float64)
+    return _rates(np.asarray(state, dtype=np.float64), float(rudder), parameters, _CALM)
 
 
 _CALM = np.zeros(5)
@@ -46,7 +47,7 @@ class Nomoto:
             raise InputError(f"nomoto.bias is {bias}, expected a number")
         self.actuators = (actuator,)
         machine = (actuator.low, actuator.high, actuator.rate, actuator.lag)
-        self._parameters = np.array([gain, time_constant, speed, bias, *machine])
+        self._parameters = np.array([gain, time_constant, speed, bias, *machine], dtype=np.float64)
         self._runge_kutta = checked_method(method)
 
     def start(self, north=0.0, east=0.0, heading=0.0, speed=None) -> np.ndarray:

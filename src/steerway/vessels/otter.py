@@ -65,7 +65,7 @@ def derivatives(
     """
     left, right = propeller_speeds
     hull = loaded(payload_mass, payload_position, edition)
-    return _derivatives(state, left, right, hull, current_speed, current_direction)
+    return _derivatives(np.asarray(state, dtype=np.float64), left, right, hull, current_speed, current_direction)
 
 
 @kernel
