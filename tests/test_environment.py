@@ -53,11 +53,15 @@ def test_wind_blows_from_its_direction_with_the_square_of_its_speed():
     np.testing.assert_allclose(conditions[0, 2:], [-0.5 * AIR_DENSITY * 0.5 * 100.0, 0.0, 0.0], atol=1e-12)
 
 
-def test_a_vessel_before_the_wind_feels_less_of_it():
-    running = Nomoto(1.0, 1.0, speed=4.0)
-    motion = running.motion(running.start(heading=math.pi), np.zeros(5))
-    conditions, _ = run(Environment(wind=Wind(10.0, 0.0, 0.5)), 2, motion=motion)
-    np.testing.assert_allclose(conditions[1, 2:4], [-0.5 * AIR_DENSITY * 0.5 * 36.0, 0.0], atol=1e-12)
+@pytest.mark.parametrize("blows_from", [0.0, math.pi / 2, 2.5])
+@pytest.mark.parametrize("before_the_wind", [True, False])
+def test_a_vessel_before_the_wind_feels_less_of_it(blows_from, before_the_wind):
+    sailing = Nomoto(1.0, 1.0, speed=4.0)
+    motion = sailing.motion(sailing.start(heading=blows_from + math.pi * before_the_wind), np.zeros(5))
+    conditions, _ = run(Environment(wind=Wind(10.0, blows_from, 0.5)), 2, motion=motion)
+    push = 0.5 * AIR_DENSITY * 0.5 * (6.0 if before_the_wind else 14.0) ** 2
+    expected = [-push * math.cos(blows_from), -push * math.sin(blows_from)]
+    np.testing.assert_allclose(conditions[1, 2:4], expected, atol=1e-12)
 
 
 def test_wind_on_a_forward_arm_turns_the_bow_away():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from steerway import InputError
+from steerway.sensors.clock import Clock, epochs
 from steerway.sensors.compass import Compass
 from steerway.sensors.doppler import DopplerLog
 from steerway.sensors.inertial import accelerometer, gyro
@@ -43,6 +44,15 @@ def test_a_log_is_the_same_in_a_record_and_in_the_loop():
     times, readings = heard(log.start(3), np.cos(TIME), np.sin(TIME))
     np.testing.assert_array_equal((time, surge, sway), (times, *zip(*readings, strict=True)))
     assert abs(np.corrcoef(surge - np.cos(time), sway - np.sin(time))[0, 1]) < 0.9
+
+
+def test_a_clock_that_does_not_land_on_its_tenths_loses_none():
+    """Steps of 0.02 s that jitter by 10 µs, around a reading every 0.1 s."""
+    time = 1.7e9 + 0.02 * np.arange(5001) + np.random.default_rng(0).uniform(-1e-5, 1e-5, 5001)
+    clock = Clock(rate=10.0)
+    due = [k for k, t in enumerate(time.tolist()) if clock.due(t)]
+    np.testing.assert_array_equal(due, np.arange(0, 5001, 5))
+    np.testing.assert_array_equal(due, epochs(time, 10.0))
 
 
 def test_noise_bias_and_scale_have_their_size():
