@@ -43,7 +43,9 @@ point around which the tangent plane lies."""
 EMPTY, STARTING, ADRIFT, UNDERWAY = range(4)
 
 LONGEST_STEP = 1.0
-"""A longer interval is predicted in equal parts of at most this (s): each is then exact to third order in S_ω, α2."""
+"""A longer interval is predicted in equal parts of at most this (s)."""
+STEP_SLACK = 1e-3
+"""Part of LONGEST_STEP by which clocks err: a fix 1.0000002 s after another is one step away."""
 LONGEST_GAP = 1800.0
 """After so long (s) without a fix nothing of the motion is left: the filter starts anew."""
 LOST_COURSE_VARIANCE = 1.0

@@ -8,7 +8,7 @@ import numpy as np
 
 from steerway.errors import InputError
 from steerway.estimation import smoothing
-from steerway.estimation.model import LONGEST_GAP, LONGEST_STEP, empty_memory
+from steerway.estimation.model import LONGEST_GAP, LONGEST_STEP, STEP_SLACK, empty_memory
 from steerway.estimation.profiles import AIDS
 from steerway.estimation.tracking import SPOKEN, track, track_many
 from steerway.records import Fixes, Motion
@@ -156,8 +156,8 @@ def _schedule(fixes: Fixes, rate, smoothed):
 def _fillers(time):
     """Times that divide every interval the smoother can cross into steps it can take."""
     gaps = np.diff(time)
-    long = np.flatnonzero((gaps > LONGEST_STEP) & (gaps <= LONGEST_GAP))
-    pieces = [np.linspace(time[i], time[i + 1], math.ceil(gaps[i] / LONGEST_STEP) + 1)[1:-1] for i in long]
+    long = np.flatnonzero((gaps > LONGEST_STEP * (1.0 + STEP_SLACK)) & (gaps <= LONGEST_GAP))
+    pieces = [np.linspace(time[i], time[i + 1], math.ceil(gaps[i] / LONGEST_STEP - STEP_SLACK) + 1)[1:-1] for i in long]
     return np.concatenate(pieces) if pieces else np.empty(0)
 
 

@@ -29,6 +29,7 @@ from steerway.estimation.model import (
     RETRIES,
     SPEED,
     STARTING,
+    STEP_SLACK,
     STRAY,
     UNDERWAY,
     empty_memory,
@@ -53,7 +54,7 @@ def advance(memory, dt, model):
         return
     if book[STRAY] >= 0.0:
         book[STRAY] += dt
-    steps = math.ceil(dt / LONGEST_STEP)
+    steps = max(math.ceil(dt / LONGEST_STEP - STEP_SLACK), 1)
     for _ in range(steps):
         if book[MODE] == UNDERWAY:
             predict(x, p, dt / steps, model)
