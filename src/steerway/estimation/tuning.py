@@ -22,12 +22,11 @@ from steerway.estimation.replay import run_positions
 from steerway.records import Fixes
 
 _GATE = 13.8
-_OUTLIER_COST = 16.0
-"""−log of the density of an outlier: one fix in a thousand, anywhere within 50 m."""
+_OUTLIER_COST = 24.0
+"""−log of the density of an outlier: one fix in ten thousand, anywhere within a kilometre."""
 _SETTLING_FIXES = 5
 _MOTION_SPACING = 1.0
 _FEWEST_FIXES = 60
-_MANY_FIXES = 4000
 
 _BOUNDS = {
     "position_std": (0.003, 30.0),
@@ -89,12 +88,11 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
 
     apart = _thinned(time, _MOTION_SPACING)
     motion_cost = _cost(time[apart], latitude[apart], longitude[apart], moving[apart])
-    few = slice(0, _MANY_FIXES)
-    rough_cost = _cost(time[apart][few], latitude[apart][few], longitude[apart][few], moving[apart][few])
     base = Profile(name=name, position_std=1.0, speed_noise=1.0, course_rate_noise=1.0)
-    rough = [_minimise(rough_cost, base, _MOTION, start, 200, report) for start in _MOTION_STARTS]
-    best = min(rough, key=lambda found: found[1])[0]
-    motion, _ = _minimise(motion_cost, best, _MOTION, best.model_dump(include=set(_MOTION)), 400, report)
+    rough = [_minimise(motion_cost, base, _MOTION, start, 80, report) for start in _MOTION_STARTS]
+    promising = sorted(rough, key=lambda found: found[1])[:2]
+    fine = [_minimise(motion_cost, base, _MOTION, each.model_dump(), 250, report) for each, _ in promising]
+    motion, _ = min(fine, key=lambda found: found[1])
 
     cost = _cost(time, latitude, longitude, moving)
     white = motion.model_copy(update={"position_std": _white_std(motion, time, apart)})
