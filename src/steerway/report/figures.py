@@ -1,0 +1,155 @@
+"""Figures of an estimate: the track, and what the vessel did over time."""
+
+from datetime import UTC, datetime
+
+import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num
+from matplotlib.figure import Figure
+
+from steerway.earth import radii
+from steerway.records import NO_COURSE, REJECTED, STARTING, Fixes, Motion
+from steerway.report.summary import gaps
+
+OURS, THEIRS, BAD, QUIET = "#0b5394", "#e69138", "#c0392b", "#9aa5b1"
+_MOST_POINTS = 20_000
+_GATE = 13.8
+
+
+def track_figure(motion: Motion) -> Figure:
+    """The track in metres from its middle, coloured by speed; grey where course is not defined."""
+    figure = Figure(figsize=(9.0, 7.0), layout="constrained")
+    axes = figure.subplots()
+    latitude, longitude = np.nanmedian(motion.latitude), np.nanmedian(motion.longitude)
+    meridian, prime_vertical = radii(latitude)
+    fastest = max(float(np.nanmax(motion.sog, initial=0.1)), 0.1)
+    lines = None
+    for mmsi, track in motion.tracks():
+        track = track.rows(np.isfinite(track.latitude))
+        if len(track) < 2:
+            continue
+        track = _thinned(track)
+        north = (track.latitude - latitude) * meridian
+        turned = np.mod(track.longitude - longitude + np.pi, 2.0 * np.pi) - np.pi
+        east = turned * prime_vertical * np.cos(latitude)
+        points = np.column_stack([east, north])
+        segments = np.stack([points[:-1], points[1:]], axis=1)
+        moving = np.isfinite(track.cog[1:])
+        axes.add_collection(LineCollection(segments[~moving], colors=QUIET, linewidths=1.2))
+        lines = LineCollection(segments[moving], cmap="viridis", linewidths=2.0)
+        lines.set_array(track.sog[1:][moving])
+        lines.set_clim(0.0, fastest)
+        axes.add_collection(lines)
+        if mmsi is None:
+            axes.plot(*points[0], "o", color="black", markersize=6, label="start")
+            axes.plot(*points[-1], "s", color="black", markersize=6, label="end")
+            rejected = track.status == REJECTED
+            if rejected.any():
+                axes.plot(*points[rejected].T, "x", color=BAD, markersize=5, label="fix rejected")
+            axes.legend(loc="best", frameon=False)
+    axes.autoscale_view()
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel(f"east of {_degrees(longitude, 'E', 'W')} (m)")
+    axes.set_ylabel(f"north of {_degrees(latitude, 'N', 'S')} (m)")
+    axes.grid(alpha=0.25)
+    if lines is not None:
+        figure.colorbar(lines, ax=axes, label="speed over ground (m/s)", shrink=0.8)
+    return figure
+
+
+def signals_figure(fixes: Fixes, motion: Motion) -> Figure:
+    """SOG, COG and course rate with ±2σ against the receiver's own, the innovation ratio, gaps and rejections."""
+    figure = Figure(figsize=(11.0, 11.0), layout="constrained")
+    sog, cog, rate, nis = figure.subplots(4, 1, sharex=True)
+    shown = _thinned(motion)
+    said = fixes.rows(np.isfinite(fixes.sog) | np.isfinite(fixes.cog))
+    said = _thinned(said)
+    time, said_time = _dates(shown.time), _dates(said.time)
+
+    _receiver(sog, said_time, said.sog, "receiver's SOG")
+    _banded(sog, time, shown.sog, shown.sog_std, "SOG ± 2σ")
+    sog.set_ylim(bottom=0.0, top=_top(shown.sog, said.sog))
+    sog.set_ylabel("SOG (m/s)")
+
+    moving = np.where(said.sog > 0.3, said.cog, np.nan) if len(said) else said.cog
+    _receiver(cog, said_time, _compass(moving), "receiver's COG above 0.3 m/s")
+    _banded(cog, time, _broken(_compass(shown.cog)), np.degrees(shown.cog_std), "COG ± 2σ")
+    cog.set_ylim(0.0, 360.0)
+    cog.set_yticks(range(0, 361, 90))
+    cog.set_ylabel("COG (°)")
+
+    _banded(rate, time, np.degrees(shown.course_rate), np.degrees(shown.course_rate_std), "course rate ± 2σ")
+    rate.axhline(0.0, color=QUIET, linewidth=0.8)
+    reach = (
+        np.nanquantile(np.abs(np.degrees(shown.course_rate)), 0.999) if np.isfinite(shown.course_rate).any() else 1.0
+    )
+    rate.set_ylim(-1.6 * reach - 0.1, 1.6 * reach + 0.1)
+    rate.set_ylabel("course rate (°/s)\n+ starboard")
+
+    ratio = np.sqrt(shown.nis / 2.0)
+    rejected = shown.status == REJECTED
+    nis.semilogy(time, np.where(rejected, np.nan, ratio), ".", color=OURS, markersize=2, label="accepted")
+    if rejected.any():
+        nis.semilogy(time[rejected], ratio[rejected], "x", color=BAD, markersize=5, label="rejected")
+    nis.axhline(np.sqrt(_GATE / 2.0), color=BAD, linewidth=0.8, linestyle="--", label="gate")
+    nis.set_ylabel("innovation ratio √(NIS/2)")
+    nis.set_xlabel("time (UTC)")
+
+    holes = gaps(fixes.time[fixes.has_position])
+    quiet = np.isin(shown.status, (NO_COURSE, STARTING))
+    for axes in (sog, cog, rate, nis):
+        for k, (start, stop) in enumerate(sorted(holes, key=lambda hole: hole[0] - hole[1])[:200]):
+            label = "no fixes" if k == 0 and axes is sog else None
+            axes.axvspan(_dates(start), _dates(stop), color=BAD, alpha=0.12, linewidth=0, label=label)
+        axes.grid(alpha=0.25)
+        axes.margins(x=0.01)
+    if quiet.any():
+        bottom = cog.get_xaxis_transform()
+        cog.fill_between(time, 0.0, 1.0, where=quiet, transform=bottom, color=QUIET, alpha=0.25, linewidth=0)
+        cog.plot([], [], color=QUIET, alpha=0.5, linewidth=6, label="course not defined")
+    for axes in (sog, cog, rate, nis):
+        axes.legend(loc="upper right", fontsize=8, framealpha=0.85, ncols=4)
+    locator = AutoDateLocator()
+    nis.xaxis.set_major_locator(locator)
+    nis.xaxis.set_major_formatter(ConciseDateFormatter(locator))
+    return figure
+
+
+def _banded(axes, time, values, deviations, label):
+    axes.fill_between(time, values - 2.0 * deviations, values + 2.0 * deviations, color=OURS, alpha=0.2, linewidth=0)
+    axes.plot(time, values, color=OURS, linewidth=1.2, label=label)
+
+
+def _receiver(axes, time, values, label):
+    if np.isfinite(values).any():
+        axes.plot(time, values, ".", color=THEIRS, markersize=2.5, label=label)
+
+
+def _thinned(table):
+    return table.rows(slice(None, None, max(1, -(-len(table) // _MOST_POINTS))))
+
+
+def _dates(time):
+    if np.ndim(time) == 0:
+        return date2num(datetime.fromtimestamp(float(time), UTC))
+    return np.asarray(time) / 86400.0  # matplotlib's dates are days since the Unix epoch
+
+
+def _compass(radians):
+    return np.mod(np.degrees(radians), 360.0)
+
+
+def _broken(degrees):
+    """The line lifted where it passes north, so that no stroke crosses the whole figure."""
+    jump = np.abs(np.diff(degrees, prepend=degrees[:1])) > 180.0
+    return np.where(jump, np.nan, degrees)
+
+
+def _top(*columns) -> float:
+    highest = [np.nanquantile(column, 0.999) for column in columns if np.isfinite(column).any()]
+    return 1.25 * max([*highest, 0.2])
+
+
+def _degrees(radians, positive, negative) -> str:
+    value = np.degrees(radians)
+    return f"{abs(value):.4f}° {positive if value >= 0.0 else negative}"

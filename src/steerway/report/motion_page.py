@@ -1,0 +1,77 @@
+"""The page (or picture) of one estimate."""
+
+import math
+from pathlib import Path
+
+from steerway.errors import InputError
+from steerway.records import Fixes, Motion
+from steerway.report.figures import signals_figure, track_figure
+from steerway.report.page import write_page
+from steerway.report.summary import sentences
+
+_TRACK = "Track, coloured by speed over ground; grey where the vessel has no steerageway and course is not defined."
+_SIGNALS = (
+    "Estimate with its ±2σ band; the receiver's own values, where the log has them, are drawn as dots and are no "
+    "truth: receivers filter and delay them. Below, the size of each innovation against what the filter expected (1 is as "
+    "expected), with the gate beyond which a fix is rejected."
+)
+
+
+def write_report(path: Path, title: str, fixes: Fixes, motion: Motion, summary: dict, tables=()) -> None:
+    """Write the report of an estimate as .html (self-contained) or .png.
+
+    Args:
+        tables: further (heading, column names, rows) for the page.
+
+    Raises InputError for another ending.
+    """
+    path = Path(path)
+    figures = [(track_figure(motion), _TRACK)]
+    if motion.mmsi is None:
+        figures.append((signals_figure(fixes, motion), _SIGNALS))
+    if path.suffix.lower() == ".html":
+        rows = sentences(summary)
+        vessels = [] if motion.mmsi is None else [_vessels(motion)]
+        write_page(
+            path,
+            title=title,
+            tables=[("Summary", ("", ""), rows), *vessels, *tables],
+            figures=figures,
+            remarks=summary["notes"],
+        )
+    elif path.suffix.lower() == ".png":
+        _picture(figures, path)
+    else:
+        raise InputError(f"report {path} ends in {path.suffix or 'nothing'!r}, expected .html or .png")
+
+
+def _picture(figures, path):
+    """The figures below one another in one PNG."""
+    import io
+
+    from PIL import Image
+
+    images = []
+    for figure, _ in figures:
+        buffer = io.BytesIO()
+        figure.savefig(buffer, format="png", dpi=120)
+        images.append(Image.open(buffer))
+    width, height = max(image.width for image in images), sum(image.height for image in images)
+    sheet = Image.new("RGB", (width, height), "white")
+    top = 0
+    for image in images:
+        sheet.paste(image, ((width - image.width) // 2, top))
+        top += image.height
+    sheet.save(path)
+
+
+def _vessels(motion: Motion):
+    import numpy as np
+
+    rows = []
+    for mmsi, track in motion.tracks():
+        minutes = (track.time[-1] - track.time[0]) / 60.0
+        median = np.nanmedian(track.sog) if np.isfinite(track.sog).any() else math.nan
+        rows.append((mmsi, len(track), f"{minutes:.1f}", f"{median:.2f}", f"{np.isfinite(track.cog).mean():.0%}"))
+    names = ("mmsi", "rows", "minutes", "median SOG (m/s)", "course defined")
+    return ("Vessels", names, sorted(rows, key=lambda row: -row[1]))

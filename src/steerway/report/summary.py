@@ -1,0 +1,105 @@
+"""What an estimate amounts to, in numbers for people and for machines."""
+
+import math
+from datetime import UTC, datetime
+
+import numpy as np
+
+from steerway.earth import displacement
+from steerway.records import OK, STATUSES, Fixes, Motion
+
+KNOT = 1852.0 / 3600.0
+_GAP_INTERVALS = 3.0
+
+
+def iso(time: float) -> str:
+    """A Unix time as ISO 8601 UTC, to the tenth of a second."""
+    if not math.isfinite(time):
+        return "unknown"
+    return datetime.fromtimestamp(round(time, 1), UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+
+
+def gaps(time: np.ndarray) -> list[tuple[float, float]]:
+    """Intervals (start, stop) without fixes, longer than three times the usual one."""
+    intervals = np.diff(time)
+    usual = np.median(intervals[intervals > 0.0]) if (intervals > 0.0).any() else math.inf
+    wide = np.flatnonzero(intervals > _GAP_INTERVALS * usual)
+    return [(float(time[k]), float(time[k + 1])) for k in wide]
+
+
+def distance(motion: Motion) -> float:
+    """Metres sailed, counted while course is defined."""
+    total = 0.0
+    for _, track in motion.tracks():
+        known = np.flatnonzero(np.isfinite(track.cog))
+        for i, j in zip(known[:-1], known[1:], strict=True):
+            if j == i + 1:
+                north, east = displacement(track.latitude[j], track.longitude[j], track.latitude[i], track.longitude[i])
+                total += math.hypot(north, east)
+    return total
+
+
+def summarise(fixes: Fixes, motion: Motion, profile: str) -> dict:
+    """The numbers of a run, flat, names with their units."""
+    status = np.bincount(motion.status, minlength=len(STATUSES))
+    defined = np.isfinite(motion.cog)
+    accepted = motion.nis[(motion.status == OK) & np.isfinite(motion.nis)]
+    placed = fixes.rows(fixes.has_position)
+    holes = [gap for _, track in placed.tracks() for gap in gaps(track.time)]
+    return {
+        "source": fixes.source,
+        "profile": profile,
+        "vessels": 1 if fixes.mmsi is None else len(np.unique(fixes.mmsi)),
+        "start": iso(motion.time.min()) if len(motion) else None,
+        "stop": iso(motion.time.max()) if len(motion) else None,
+        "duration_s": float(np.ptp(motion.time)) if len(motion) else 0.0,
+        "fixes": len(placed),
+        "rows": len(motion),
+        **{f"rows_{name}": int(status[k]) for k, name in enumerate(STATUSES)},
+        "gaps": len(holes),
+        "longest_gap_s": max((stop - start for start, stop in holes), default=0.0),
+        "distance_m": distance(motion),
+        "sog_median_mps": _quantile(motion.sog, 0.5),
+        "sog_max_mps": _quantile(motion.sog, 1.0),
+        "sog_std_median_mps": _quantile(motion.sog_std, 0.5),
+        "cog_std_median_deg": math.degrees(_quantile(motion.cog_std, 0.5)),
+        "course_rate_p95_dps": math.degrees(_quantile(np.abs(motion.course_rate), 0.95)),
+        "course_defined_pct": 100.0 * float(defined.mean()) if len(motion) else 0.0,
+        "nis_mean": float(accepted.mean()) if len(accepted) else math.nan,
+        "notes": list(fixes.notes),
+    }
+
+
+def sentences(summary: dict) -> list[tuple[str, str]]:
+    """The summary as (what, value) pairs for people."""
+    s = summary
+    status = ", ".join(f"{s[f'rows_{name}']} {name}" for name in STATUSES if s[f"rows_{name}"])
+    vessels = [] if s["vessels"] == 1 else [("vessels", str(s["vessels"]))]
+    return [
+        ("source", s["source"] or "the only one"),
+        *vessels,
+        ("time", f"{s['start']} to {s['stop']} ({_duration(s['duration_s'])})"),
+        ("fixes", f"{s['fixes']}, {s['gaps']} gaps, the longest {s['longest_gap_s']:.1f} s"),
+        ("rows", f"{s['rows']}: {status}"),
+        ("profile", s["profile"]),
+        ("distance", f"{s['distance_m'] / 1000.0:.2f} km ({s['distance_m'] / 1852.0:.2f} NM) under way"),
+        ("speed over ground", f"median {_speed(s['sog_median_mps'])}, highest {_speed(s['sog_max_mps'])}"),
+        ("course defined", f"{s['course_defined_pct']:.1f} % of rows"),
+        ("typical 1σ", f"SOG {s['sog_std_median_mps']:.3f} m/s, COG {s['cog_std_median_deg']:.2f}°"),
+        ("NIS", f"{s['nis_mean']:.2f} (2 when the filter judges its errors rightly)"),
+    ]
+
+
+def _speed(mps) -> str:
+    return f"{mps:.2f} m/s ({mps / KNOT:.2f} kn)"
+
+
+def _duration(seconds) -> str:
+    hours, rest = divmod(round(seconds), 3600)
+    minutes, seconds = divmod(rest, 60)
+    return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {seconds:02d} s"
+
+
+def _quantile(values, q) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.quantile(known, q)) if len(known) else math.nan
