@@ -13,7 +13,7 @@ def wrap(angle):
     if -math.pi <= angle < math.pi:
         return angle
     wrapped = (angle + math.pi) % TURN - math.pi
-    return wrapped if wrapped < math.pi else -math.pi
+    return -math.pi if wrapped >= math.pi else wrapped  # in this order NaN stays NaN
 
 
 @kernel
