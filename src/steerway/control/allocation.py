@@ -1,10 +1,10 @@
-"""From force and moment to actuators: two fixed propellers side by side, and a rudder with its machine."""
+"""From surge force and yaw moment to the speeds of two fixed propellers side by side."""
 
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from steerway.checks import positive, positive_or_unlimited
+from steerway.checks import positive
 from steerway.compiled import kernel
 from steerway.errors import InputError
 
@@ -86,29 +86,3 @@ OTTER_PROPELLERS = TwoPropellers(
     min_speed=-math.sqrt(0.5 * 13.6 * 9.81 / (0.01289 / 2.0)),
 )
 """The Otter's: bollard pull 24.4 kgf ahead and 13.6 kgf astern from both (the author's public model, MSS)."""
-
-
-@kernel
-def slewed(position, command, limit, rate_limit, dt):
-    """Where an actuator stands after dt on its way to a command: within ± limit, at most rate_limit."""
-    wanted = min(limit, max(-limit, command))
-    reach = rate_limit * dt
-    return position + min(reach, max(-reach, wanted - position))
-
-
-@dataclass
-class Rudder:
-    """A rudder and its machine: `limit` rad, `rate_limit` rad/s; `position` is where it stands."""
-
-    limit: float
-    rate_limit: float = math.inf
-    position: float = 0.0
-
-    def __post_init__(self):
-        positive("rudder.limit", self.limit)
-        positive_or_unlimited("rudder.rate_limit", self.rate_limit)
-
-    def step(self, command: float, dt: float) -> float:
-        """The rudder angle dt later; tell it to the autopilot's `limited_to`."""
-        self.position = slewed(self.position, command, self.limit, self.rate_limit, dt)
-        return self.position

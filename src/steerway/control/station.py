@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 from steerway.angles import wrap
 from steerway.checks import positive
-from steerway.guidance.reference import Reference
 
 
 @dataclass(frozen=True)
@@ -46,8 +45,8 @@ class StationKeeper:
 
     def step(
         self, distance: float, bearing: float, course: float, speed: float, heading: float, dt: float
-    ) -> tuple[Reference, float]:
-        """(desired heading, surge force in N) for a point at a distance (m) and bearing (rad).
+    ) -> tuple[tuple[float, float, float], float]:
+        """((desired heading, 0, 0), surge force in N) for a point at a distance (m) and bearing (rad).
 
         course and speed over ground, heading; an unknown course counts as no way. Unknown heading gives no force.
         """
@@ -58,14 +57,14 @@ class StationKeeper:
         lasting = _sum(pull, self.integral)
         self._turn(lasting, distance, heading)
         if not math.isfinite(heading):
-            return Reference(self.heading, 0.0, 0.0), 0.0
+            return (self.heading, 0.0, 0.0), 0.0
         wanted = _along((lasting[0] - way[0], lasting[1] - way[1]), heading)
         force = max(-gains.limit_astern, min(gains.limit, wanted))
         # Learn the current only where thrust can answer it: near the point, within limits.
         if force == wanted and distance < 4.0 * gains.radius:
             share = 0.1 * gains.bandwidth * dt
             self.integral = _sum(self.integral, (share * pull[0], share * pull[1]))
-        return Reference(self.heading, 0.0, 0.0), force
+        return (self.heading, 0.0, 0.0), force
 
     def _turn(self, lasting, distance, heading):
         """Point the bow along the lasting force, unless it is too small to matter or better answered astern."""

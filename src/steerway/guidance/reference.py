@@ -103,12 +103,12 @@ class LowPass(_Shaper):
 
     def step(self, command: Reference, dt: float) -> Reference:
         """The filtered command after dt; an unknown (NaN) command holds the last angle."""
-        if math.isfinite(command.angle):
-            angle, rate, _ = self._before(command.angle)
-            angle, rate = low_pass(angle, rate, command.angle, command.rate, self.time_constant, dt)
-            self.reference = Reference(angle, rate, 0.0)
-            return self.reference
-        return self._held(command)
+        desired, desired_rate, _ = command
+        if not math.isfinite(desired):
+            return self._held(command)
+        angle, rate, _ = self._before(desired)
+        self.reference = Reference(*low_pass(angle, rate, desired, desired_rate, self.time_constant, dt), 0.0)
+        return self.reference
 
 
 class TrackingFilter(_Shaper):
@@ -125,12 +125,13 @@ class TrackingFilter(_Shaper):
 
     def step(self, command: Reference, dt: float) -> Reference:
         """Angle, rate and acceleration after dt; an unknown (NaN) command holds the last angle."""
-        if math.isfinite(command.angle):
-            angle, rate, _ = self._before(command.angle)
-            after = tracked(angle, rate, command.angle, command.rate, self.bandwidth, self.damping, dt)
-            self.reference = Reference(*after)
-            return self.reference
-        return self._held(command)
+        desired, desired_rate, _ = command
+        if not math.isfinite(desired):
+            return self._held(command)
+        angle, rate, _ = self._before(desired)
+        after = tracked(angle, rate, desired, desired_rate, self.bandwidth, self.damping, dt)
+        self.reference = Reference(*after)
+        return self.reference
 
 
 class ReferenceModel(_Shaper):
@@ -156,8 +157,9 @@ class ReferenceModel(_Shaper):
 
     def step(self, command: Reference, dt: float) -> Reference:
         """Angle, rate and acceleration after dt; an unknown (NaN) command holds the last angle."""
-        if math.isfinite(command.angle):
-            limits = (self.bandwidth, self.damping, self.max_rate, self.max_acceleration)
-            self.reference = Reference(*third_order(*self._before(command.angle), command.angle, *limits, dt))
-            return self.reference
-        return self._held(command)
+        desired = command[0]
+        if not math.isfinite(desired):
+            return self._held(command)
+        model = (self.bandwidth, self.damping, self.max_rate, self.max_acceleration)
+        self.reference = Reference(*third_order(*self._before(desired), desired, *model, dt))
+        return self.reference
