@@ -44,11 +44,11 @@ def test_a_route_that_cannot_be_sailed_is_refused_by_name(north, east, more, sai
 
 
 def test_settings_that_do_not_exist_are_refused():
-    with pytest.raises(InputError, match="passing.rule is 'round'"):
+    with pytest.raises(InputError, match=r"passing\.rule is 'round'"):
         Passing(rule="round")
-    with pytest.raises(InputError, match="mission.at_end is 'sink'"):
+    with pytest.raises(InputError, match=r"mission\.at_end is 'sink'"):
         Mission(SQUARE, at_end="sink")
-    with pytest.raises(InputError, match="mission.start is 'anywhere'"):
+    with pytest.raises(InputError, match=r"mission\.start is 'anywhere'"):
         Mission(SQUARE, start="anywhere")
 
 
