@@ -40,7 +40,10 @@ def speed_pi(desired, speed, integral, mass, linear_drag, quadratic_drag, bandwi
 
 
 class SpeedPI:
-    """One speed loop, both poles at ω where drag is left aside; the integral stays out of limits as the autopilot's."""
+    """One speed loop: both poles at ω on a boat without drag, which makes one quicker and one slower.
+
+    As the autopilot's, the integral never moves further into a limit.
+    """
 
     def __init__(self, gains: SpeedPIGains):
         self.gains = gains

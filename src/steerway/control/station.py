@@ -55,7 +55,7 @@ class StationKeeper:
         pull = _vector(stiffness * distance, bearing)
         way = _vector(2.0 * gains.mass * gains.bandwidth * speed, course)
         lasting = _sum(pull, self.integral)
-        self._turn(lasting, distance, heading)
+        self._point(lasting, distance, heading)
         if not math.isfinite(heading):
             return (self.heading, 0.0, 0.0), 0.0
         wanted = _along((lasting[0] - way[0], lasting[1] - way[1]), heading)
@@ -66,16 +66,17 @@ class StationKeeper:
             self.integral = _sum(self.integral, (share * pull[0], share * pull[1]))
         return (self.heading, 0.0, 0.0), force
 
-    def _turn(self, lasting, distance, heading):
-        """Point the bow along the lasting force, unless it is too small to matter or better answered astern."""
+    def _point(self, lasting, distance, heading):
+        """Turn the bow along the lasting force; close by she backs to what is astern, unless a current sets her there."""
         if math.isnan(self.heading):
             self.heading = heading
-        size = math.hypot(*lasting)
-        if not size > self.gains.least_force:
-            return
-        towards = math.atan2(lasting[1], lasting[0])
-        if distance > self.gains.radius or abs(wrap(towards - self.heading)) < 0.5 * math.pi:
-            self.heading = wrap(towards)
+        for force in (lasting, self.integral):
+            towards = math.atan2(force[1], force[0])
+            strong = math.hypot(*force) > self.gains.least_force
+            ahead = abs(wrap(towards - self.heading)) < 0.5 * math.pi
+            if strong and (ahead or distance > self.gains.radius or force is self.integral):
+                self.heading = wrap(towards)
+                return
 
 
 def _vector(size, direction):
