@@ -67,7 +67,7 @@ class StationKeeper:
         return (self.heading, 0.0, 0.0), force
 
     def _point(self, lasting, distance, heading):
-        """Turn the bow along the lasting force; close by she backs to what is astern, unless a current sets her there."""
+        """Turn the bow along the lasting force; close by she backs to what is astern, unless a current sets there."""
         if math.isnan(self.heading):
             self.heading = heading
         for force in (lasting, self.integral):
