@@ -84,6 +84,26 @@ def test_the_helm_passes_over_without_a_jump():
     assert abs(trim) > 0.0 and not helm.by_course
 
 
+def test_without_a_compass_the_helm_waits_for_steerageway():
+    helm = Helm(AnglePID(YAW), ReferenceModel(0.5), HandOver(Steerageway(dwell=0.0)))
+    command = (2.0, 0.0, 0.0)
+    helm.pilot.integral = 3.0
+
+    def steer(speed, course):
+        return helm.step(command, course, 0.0, math.nan, math.nan, speed, H)
+
+    assert [steer(0.1, math.nan) for _ in range(100)] == [3.0] * 100
+    assert abs(steer(0.8, 0.5) - 3.0) < 0.1  # from the course she has, whatever was wanted meanwhile
+    for _ in range(200):
+        turning = steer(0.8, 0.5)
+    assert turning > 10.0
+    trim = helm.pilot.integral
+    assert steer(0.1, 0.6) == pytest.approx(trim) and steer(0.1, 0.6) == pytest.approx(trim)
+    assert abs(steer(0.8, -1.0) - trim) < 0.1
+    damped = helm.step(command, math.nan, math.nan, math.nan, 0.2, 0.1, H)
+    assert damped == pytest.approx(helm.pilot.integral - YAW.proportional * YAW.derivative_time * 0.2)
+
+
 class Otter:
     """A hull, its propellers, a speed loop, a station keeper, and a helm: the blocks of a mission at 50 Hz."""
 

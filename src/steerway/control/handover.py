@@ -106,18 +106,20 @@ class Helm:
     ) -> float:
         """The autopilot's output for a desired (angle, rate, acceleration): a course where course is wanted.
 
-        Below steerageway the desired course is steered as a heading. rad, rad/s, m/s; NaN for unknown.
+        Below steerageway the desired course is steered as a heading, without a compass not at all: the trim and the
+        damping of a known yaw rate remain. rad, rad/s, m/s; NaN for unknown.
         """
         by_course = self.hand_over.step(speed, course, heading, dt, course_wanted)
         angle, rate = (course, course_rate) if by_course else (heading, yaw_rate)
-        if math.isfinite(angle) and self._steered_by is not by_course:
-            self._take_over(angle, rate if math.isfinite(rate) else 0.0)
+        if math.isnan(angle):
+            self._steered_by = None
+            return self.pilot.step((math.nan, 0.0, 0.0), angle, rate, dt)
+        known_rate = 0.0 if math.isnan(rate) else rate
+        if self._steered_by is not by_course:
+            self._take_over(angle, known_rate)
             self._steered_by = by_course
-        reference = self.shaper.step(command, dt)
-        output = self.pilot.step(reference, angle, rate, dt)
-        if math.isfinite(angle):
-            self._last = (angle, rate if math.isfinite(rate) else 0.0)
-        return output
+        self._last = (angle, known_rate)
+        return self.pilot.step(self.shaper.step(command, dt), angle, rate, dt)
 
     def limited_to(self, achieved: float):
         """What the actuators made of the last output."""
