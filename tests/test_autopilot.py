@@ -1,6 +1,7 @@
 """The autopilot: placed poles, signs, wrap, limits without wind-up, take-over without a jump; the papers' misprints."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -62,7 +63,7 @@ def test_poles_of_the_papers_loops():
     poles = np.sort(printed.closed_loop_poles(gains, printed.OTTER_NOMOTO, printed=False))
     scaled = np.sort(np.roots([1.0, 2.0, 1.0, 0.1])) * 1.5
     np.testing.assert_allclose(poles, scaled, rtol=1e-9)
-    assert poles.real.max() == pytest.approx(-0.1995, abs=1e-4)
+    np.testing.assert_allclose(-poles.real / 1.5, [1.285, 0.586, 0.133], atol=1e-3)
 
 
 def test_erratum_p1_29_the_printed_signs_are_unstable():
@@ -107,7 +108,8 @@ def test_feedforward_follows_a_reference_on_the_right_plant():
         worst = max(worst, abs(boat.course - reference.angle))
     assert worst < math.radians(0.4)
     assert abs(boat.course - math.radians(60.0)) < math.radians(0.1)
-    blind = steer(OTTER.without_feedforward(), math.radians(60.0), 30.0, shaper=started(ReferenceModel(0.5)))
+    blind_gains = replace(OTTER, rate_feedforward=0.0, acceleration_feedforward=0.0)
+    blind = steer(blind_gains, math.radians(60.0), 30.0, shaper=started(ReferenceModel(0.5)))
     assert abs(blind[-1] - math.radians(60.0)) < math.radians(1.5)
 
 

@@ -5,7 +5,7 @@ What it commands, a rudder angle in rad or a yaw moment in N·m, is the input of
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from steerway.angles import wrap
 from steerway.checks import not_negative, positive, positive_or_unlimited
@@ -35,17 +35,13 @@ class AnglePIDGains:
             not_negative(f"autopilot.{name}", getattr(self, name))
         positive_or_unlimited("autopilot.limit", self.limit)
 
-    def without_feedforward(self) -> "AnglePIDGains":
-        """The same gains for a command that carries no rate of its own."""
-        return replace(self, rate_feedforward=0.0, acceleration_feedforward=0.0)
-
 
 def place_poles(
     nomoto_gain: float, nomoto_time: float, bandwidth: float, damping: float = 1.0, limit: float = math.inf
 ) -> AnglePIDGains:
     """Gains that give a Nomoto vessel T ω̇ + ω = K u the poles of ω_n (rad/s) and ζ; P0 (57)–(59), feedforward (55).
 
-    The integral's T_i = 10/ω_n is on top of the two placed poles and shifts them a little.
+    The integral, T_i = 10/ω_n, is not part of the placing: with ζ = 1 the three poles are 0.13, 0.59 and 1.29 ω_n.
     Raises InputError where the vessel alone damps more than asked for, 2ζω_n < 1/T: T_d would be negative.
     """
     gain = positive("nomoto.gain", nomoto_gain)
@@ -121,6 +117,7 @@ class AnglePID:
 
     def start(self, command: float, reference, angle: float, rate: float):
         """Set the trim so that the first step on this reference and boat gives `command`, as far as limits allow."""
+        self.command = command
         self.integral = 0.0
         free, _ = angle_pid(*reference, angle, rate, 0.0, *self._constants)
         self.integral = _within(command - free, self.gains.limit)

@@ -95,6 +95,7 @@ class LowPass(_Shaper):
     """First-order low-pass of a course command and of its feedforward rate; P1 (44). `time_constant` T_lp in s.
 
     The rate given out is the filtered feedforward rate of guidance, as P1 has it, not the rate of the filtered angle.
+    P1 wants 1/T_lp five to ten times below the autopilot's bandwidth: calm rudders, wide turns.
     """
 
     def __init__(self, time_constant: float):
