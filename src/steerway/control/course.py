@@ -41,7 +41,7 @@ def place_poles(
 ) -> AnglePIDGains:
     """Gains that give a Nomoto vessel T ω̇ + ω = K u the poles of ω_n (rad/s) and ζ; P0 (57)–(59), feedforward (55).
 
-    The integral, T_i = 10/ω_n, is not part of the placing: with ζ = 1 the three poles are 0.13, 0.59 and 1.29 ω_n.
+    The integral, T_i = 10/ω_n, is not part of the placing: with ζ = 1 the three poles are 0.13, 0.59 and 1.28 ω_n.
     Raises InputError where the vessel alone damps more than asked for, 2ζω_n < 1/T: T_d would be negative.
     """
     gain = positive("nomoto.gain", nomoto_gain)
