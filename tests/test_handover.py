@@ -72,16 +72,19 @@ def test_the_helm_passes_over_without_a_jump():
     helm = Helm(AnglePID(YAW), ReferenceModel(0.5), HandOver(Steerageway(dwell=0.0)))
     heading, course = math.radians(20.0), math.radians(35.0)
     command = (math.radians(60.0), 0.0, 0.0)
-    moments = []
+    moments, errors = [], []
     for step in range(400):
         speed = 0.2 if step < 200 else 0.8 if step < 300 else 0.1
         moments.append(helm.step(command, course, 0.03, heading, 0.02, speed, H))
+        errors.append((course if helm.by_course else heading) - helm.shaper.reference[0])
         if step == 199:
             trim = helm.pilot.integral
     jumps = np.abs(np.diff(moments))
     assert np.max(jumps[[199, 299]]) < 1.5 * np.max(jumps[150:199]) + 0.3
     assert np.max(jumps[[199, 299]]) < 0.02 * np.max(np.abs(moments))
     assert abs(trim) > 0.0 and not helm.by_course
+    for step in (199, 299):  # the error to the reference is the same, seen from the other angle
+        assert abs(errors[step]) > 0.05 and errors[step + 1] == pytest.approx(errors[step], abs=0.01)
 
 
 def test_without_a_compass_the_helm_waits_for_steerageway():
@@ -102,6 +105,25 @@ def test_without_a_compass_the_helm_waits_for_steerageway():
     assert abs(steer(0.8, -1.0) - trim) < 0.4
     damped = helm.step(command, math.nan, math.nan, math.nan, 0.2, 0.1, H)
     assert damped == pytest.approx(helm.pilot.integral - YAW.proportional * YAW.derivative_time * 0.2)
+
+
+def keep(distance, bearing, course=0.0, speed=0.0, heading=0.0, **more):
+    keeper = StationKeeper(StationGains(mass=85.0, **more))
+    return keeper.step(distance, bearing, course, speed, heading, H)
+
+
+def test_a_station_keeper_pulls_brakes_and_backs():
+    assert keep(4.0, 0.0)[1] == pytest.approx(85.0 * 0.04 * 4.0)
+    braking = keep(4.0, 0.0, speed=0.3)[1]
+    assert braking == pytest.approx(85.0 * 0.04 * 4.0 - 2.0 * 85.0 * 0.2 * 0.3)
+    assert keep(4.0, 0.0, course=math.nan, speed=0.3) == keep(4.0, 0.0)
+    (heading, _, _), force = keep(4.0, math.pi)  # astern and near: back
+    assert heading == 0.0 and force < 0.0
+    assert keep(4.0, 1.0)[0][0] == pytest.approx(1.0)  # near and ahead: point there
+    assert keep(6.0, 3.0)[0][0] == pytest.approx(3.0)  # astern and far: turn
+    assert keep(0.5, 1.0)[0][0] == 0.0  # too little to matter
+    assert keep(400.0, 0.0, limit=50.0)[1] == 50.0 and keep(4.0, math.pi, limit_astern=0.0)[1] == 0.0
+    assert keep(4.0, 0.0, heading=math.nan)[1] == 0.0
 
 
 class Otter:

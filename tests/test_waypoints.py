@@ -177,6 +177,9 @@ def test_the_log_adds_up():
     mission.skip("told so")
     assert log.missed == [1] and log.passages[0].why == "told so"
     assert log.passages[0].distance == pytest.approx(math.hypot(40.0, 2.0))
+    mission.step(math.nan, math.nan, 1.0)
+    mission.skip()
+    assert mission.log.passages[1].distance == pytest.approx(math.hypot(40.0, 98.0))  # from where she was last seen
     mission.restart()
     assert mission.log.time == 0.0 and mission.step(0.0, 0.0, 1.0).target == 1
 
