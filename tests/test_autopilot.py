@@ -201,6 +201,7 @@ def test_take_over_is_without_a_jump():
         assert pilot.step((0.4, 0.02, 0.01), 0.35, -0.01, H) == pytest.approx(command)
     bounded = AnglePID(place_poles(*printed.OTTER_NOMOTO, bandwidth=1.5, limit=20.0))
     bounded.start(500.0, (0.0, 0.0, 0.0), 0.0, 0.0)
+    assert bounded.integral == 20.0
     assert bounded.step((0.0, 0.0, 0.0), 0.0, 0.0, H) == 20.0
 
 

@@ -126,6 +126,14 @@ def test_a_station_keeper_pulls_brakes_and_backs():
     assert keep(4.0, 0.0, heading=math.nan)[1] == 0.0
 
 
+def test_a_station_keeper_learns_the_current_only_where_thrust_can_answer_it():
+    for limit, distance, learns in ((200.0, 4.0, True), (5.0, 4.0, False), (200.0, 25.0, False)):
+        keeper = StationKeeper(StationGains(mass=85.0, limit=limit))
+        for _ in range(100):
+            keeper.step(distance, 1.0, 0.0, 0.0, 1.0, H)
+        assert (math.hypot(*keeper.integral) > 0.0) is learns
+
+
 class Otter:
     """A hull, its propellers, a speed loop, a station keeper, and a helm: the blocks of a mission at 50 Hz."""
 

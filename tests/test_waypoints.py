@@ -31,6 +31,7 @@ def sail(mission, points, dt=1.0):
         ([0.0, 50.0], [0.0, math.inf], {}, r"waypoint\[1\].east is inf"),
         ([0.0, 50.0, 50.0], [0.0, 0.0, 0.0], {}, r"waypoint\[2\] repeats waypoint 1"),
         ([0.0, 50.0, 58.0], [0.0, 0.0, 0.0], {}, r"waypoint\[2\] is 8 m from waypoint 1"),
+        ([0.0, 50.0, 60.0], [0.0, 0.0, 0.0], {}, r"waypoint\[2\] is 10 m from waypoint 1"),
         ([0.0, 50.0], [0.0, 0.0], {"acceptance": [1.0, -2.0]}, r"waypoint\[1\].acceptance is -2"),
         ([0.0, 50.0], [0.0, 0.0], {"speed": 0.0}, r"waypoint\[0\].speed is 0"),
         ([0.0, 50.0], [0.0, 0.0], {"speed": [1.0, 1.0, 1.0]}, "speed has 3 values, expected one or 2"),
@@ -114,6 +115,10 @@ def test_a_leg_is_given_up_after_its_time():
     assert not mission.log.passages
     sail(mission, [(20.0, 0.0)])
     assert mission.log.missed == [1] and mission.log.passages[0].why == "time"
+    sail(mission, [(100.0, 0.0)] * 360)
+    assert mission.phase is Phase.UNDER_WAY  # the next leg has its own time
+    sail(mission, [(100.0, 0.0)])
+    assert mission.log.missed == [1, 2] and mission.phase is Phase.STOPPED
     far = Mission(route, CIRCLE)
     sail(far, [(-900.0, 0.0)] * 3059)
     assert not far.log.passages  # its time is that of its own 1000 m
