@@ -115,8 +115,8 @@ def test_a_leg_is_given_up_after_its_time():
     assert not mission.log.passages
     sail(mission, [(20.0, 0.0)])
     assert mission.log.missed == [1] and mission.log.passages[0].why == "time"
-    sail(mission, [(100.0, 0.0)] * 360)
-    assert mission.phase is Phase.UNDER_WAY  # the next leg has its own time
+    sail(mission, [(100.0, 0.0)] * 600)
+    assert mission.phase is Phase.UNDER_WAY  # the next leg has its own time, that of the 180 m to its end
     sail(mission, [(100.0, 0.0)])
     assert mission.log.missed == [1, 2] and mission.phase is Phase.STOPPED
     far = Mission(route, CIRCLE)
