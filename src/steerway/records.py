@@ -6,6 +6,7 @@ only in the frames of `to_frame`, whose column names carry their units.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
+from itertools import pairwise
 from typing import Self
 
 import numpy as np
@@ -48,7 +49,7 @@ class _Table:
             return
         edges = np.flatnonzero(np.diff(self.mmsi)) + 1
         bounds = [0, *edges.tolist(), len(self)]
-        for first, last in zip(bounds[:-1], bounds[1:], strict=True):
+        for first, last in pairwise(bounds):
             yield int(self.mmsi[first]), self.rows(slice(first, last))
 
 

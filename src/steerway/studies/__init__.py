@@ -1,0 +1,15 @@
+"""Studies: one file each, parameters, run, published against measured."""
+
+from importlib import import_module
+
+MODULES = {}
+"""Study name → the module of this package whose STUDY it is; imported only when asked for."""
+
+
+def named(name: str):
+    """The study of this name. Raises InputError with the names there are."""
+    from steerway.errors import InputError
+
+    if name not in MODULES:
+        raise InputError(f"study {name!r} is unknown, expected one of {', '.join(MODULES)}")
+    return import_module(f"steerway.studies.{MODULES[name]}").STUDY

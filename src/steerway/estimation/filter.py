@@ -1,0 +1,134 @@
+"""FiveStateFilter: the filter as an object, fix by fix or over a whole record."""
+
+import math
+
+import numpy as np
+
+from steerway.compiled import kernel
+from steerway.errors import InputError
+from steerway.estimation.model import EMPTY, MODE, STARTING, UNDERWAY, empty_memory
+from steerway.estimation.profiles import AIDS, Profile
+from steerway.estimation.replay import replay
+from steerway.estimation.tracking import SPOKEN, advance, recentre, settle, speak, take_aids, take_position
+from steerway.records import Fixes, Motion
+
+
+@kernel
+def _update(memory, first, second, geodetic, model):
+    accepted, nis, _ = take_position(memory, first, second, geodetic, model)
+    settle(memory, model)
+    if geodetic:
+        recentre(memory)
+    return accepted, nis
+
+
+@kernel
+def _aid(memory, aids, model):
+    take_aids(memory, aids, model)
+    settle(memory, model)
+
+
+class FiveStateFilter:
+    """Speed over ground, course over ground and course rate from positions (P0 §3), with what real fixes need.
+
+    Streaming: `predict(dt)` between fixes at any rate, `update(latitude, longitude)` at each fix (or
+    `update_north_east` in a plane of one's own), then read the properties. Whole record: `filter(fixes)`,
+    `smooth(fixes)`. Two filters share nothing.
+
+    Args:
+        profile: tuning, a `Profile` or the name of a built-in one.
+        aid: which of "sog", "cog", "heading", "water_speed", "yaw_rate" to take beside positions.
+
+    Raises InputError for an unknown profile or aid.
+    """
+
+    def __init__(self, profile: Profile | str = "small-usv", aid: tuple[str, ...] = ()):
+        unknown = [name for name in aid if name not in AIDS]
+        if unknown:
+            raise InputError(f"aid {unknown[0]!r} is unknown, expected some of {', '.join(AIDS)}")
+        self.profile = Profile.named(profile) if isinstance(profile, str) else profile
+        self.aid = tuple(aid)
+        self._model = self.profile.model(self.aid)
+        self._memory = empty_memory(self._model)
+        self._states = self._memory.shape[1]
+        self._geodetic = True
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self._memory[:] = 0.0
+
+    def predict(self, dt: float) -> None:
+        """Advance by dt ≥ 0 seconds."""
+        advance(self._memory, dt, self._model)
+
+    def update(self, latitude: float, longitude: float) -> float:
+        """Take a fix (rad). Returns its NIS: above 13.8 it was rejected, NaN for the first."""
+        self._geodetic = True
+        return _update(self._memory, latitude, longitude, True, self._model)[1]
+
+    def update_north_east(self, north: float, east: float) -> float:
+        """Take a fix in a fixed plane (m), in place of `update`. Returns its NIS, as there."""
+        self._geodetic = False
+        return _update(self._memory, north, east, False, self._model)[1]
+
+    def aid_by(self, sog=math.nan, cog=math.nan, heading=math.nan, water_speed=math.nan, yaw_rate=math.nan) -> None:
+        """Take what other instruments say now (SI, true angles in rad, NaN or nothing for unknown)."""
+        _aid(self._memory, np.array([sog, cog, heading, water_speed, yaw_rate]), self._model)
+
+    @property
+    def sog(self) -> float:
+        """Speed over ground, m/s; NaN before the second fix."""
+        x = self.state
+        if self.underway:
+            return float(x[2])
+        return math.hypot(x[2], x[3]) if self._book[MODE] != EMPTY else math.nan
+
+    @property
+    def cog(self) -> float:
+        """Course over ground, rad in [−π, π); NaN while it is not defined."""
+        return float(self.state[3]) if self.underway else math.nan
+
+    @property
+    def course_rate(self) -> float:
+        """Rate of the course, rad/s, + to starboard; NaN while it is not defined."""
+        return float(self.state[4]) if self.underway else math.nan
+
+    @property
+    def underway(self) -> bool:
+        """Whether the vessel has steerageway: whether course is defined."""
+        return self._book[MODE] == UNDERWAY
+
+    @property
+    def started(self) -> bool:
+        """Whether the first fixes have told the velocity."""
+        return self._book[MODE] > STARTING
+
+    @property
+    def position(self) -> tuple[float, float]:
+        """Latitude and longitude (rad), or north and east (m) after `update_north_east`; NaN before the first fix."""
+        said = np.empty(SPOKEN)
+        speak(self._memory, self._geodetic, said)
+        return float(said[0]), float(said[1])
+
+    @property
+    def state(self) -> np.ndarray:
+        """(n,) copy: [x^n y^n U χ ω_χ …], or [x^n y^n v_N v_E ω_χ …] while course is not defined."""
+        return self._memory[self._states].copy()
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """(n, n) covariance of `state`."""
+        upper = np.triu(self._memory[: self._states])
+        return upper + np.triu(upper, 1).T
+
+    @property
+    def _book(self):
+        return self._memory[self._states + 1]
+
+    def filter(self, fixes: Fixes, rate: float | None = None) -> Motion:
+        """Causal estimate of one or many vessels' records; one row a fix, or `rate` rows a second (Hz)."""
+        return replay(self._model, self.aid, fixes, rate)
+
+    def smooth(self, fixes: Fixes, rate: float | None = None) -> Motion:
+        """Fixed-interval estimate: every row knows the whole record."""
+        return replay(self._model, self.aid, fixes, rate, smoothed=True)

@@ -1,0 +1,196 @@
+"""Profiles: what a filter has to know of a vessel and its receiver, as named, validated numbers in a TOML file."""
+
+import json
+import math
+import tomllib
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from steerway.errors import InputError
+
+_GATE = 13.8  # χ² with two degrees of freedom at 0.1 %
+_PATIENCE = 2.0
+_START_SPEED_STD = 20.0
+_LARGEST_START_RATE_STD = math.radians(20.0)
+
+AIDS = ("sog", "cog", "heading", "water_speed", "yaw_rate")
+"""What an estimate can be aided by, in the order of the kernels' aiding table."""
+
+_positive = Field(gt=0.0, allow_inf_nan=False)
+_not_negative = Field(ge=0.0, allow_inf_nan=False)
+
+
+class Profile(BaseModel):
+    """Tuning of the filter. Noise of motion is a spectral density: it does not depend on the filter's rate."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: str = "custom"
+    description: str = ""
+
+    speed_noise: float = _positive  # S_U, m²/s³
+    course_rate_noise: float = _positive  # S_ω, rad²/s³
+    speed_decay: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # α1, 1/s
+    course_rate_decay: float = Field(0.1, ge=0.0, allow_inf_nan=False)  # α2, 1/s
+    steerageway: float = Field(0.3, gt=0.0, allow_inf_nan=False)  # m/s: below it course means nothing
+
+    position_std: float = _positive  # white part of a fix, north and east, m
+    error_std: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # slowly varying part of a fix, m
+    error_time: float = Field(60.0, gt=0.0, allow_inf_nan=False)  # its correlation time, s
+
+    sog_std: float = Field(0.1, gt=0.0, allow_inf_nan=False)  # m/s, receiver's own SOG
+    velocity_std: float = Field(0.1, gt=0.0, allow_inf_nan=False)  # m/s across the course, receiver's own COG
+    heading_std: float = Field(math.radians(1.0), gt=0.0, allow_inf_nan=False)  # rad
+    crab_std: float = Field(math.radians(10.0), ge=0.0, allow_inf_nan=False)  # rad, crab angle and compass bias
+    crab_time: float = Field(60.0, gt=0.0, allow_inf_nan=False)  # s
+    water_speed_std: float = Field(0.1, gt=0.0, allow_inf_nan=False)  # m/s
+    stream_std: float = Field(0.5, ge=0.0, allow_inf_nan=False)  # m/s, water's speed along the course, and log's bias
+    stream_time: float = Field(300.0, gt=0.0, allow_inf_nan=False)  # s
+    yaw_rate_std: float = Field(math.radians(0.2), gt=0.0, allow_inf_nan=False)  # rad/s
+    gyro_bias_std: float = Field(math.radians(0.5), ge=0.0, allow_inf_nan=False)  # rad/s
+    gyro_bias_time: float = Field(1000.0, gt=0.0, allow_inf_nan=False)  # s
+
+    @classmethod
+    def named(cls, name: str) -> Self:
+        """A built-in profile. Raises InputError with the names there are."""
+        if name not in BUILT_IN:
+            raise InputError(f"profile {name!r} is unknown, expected one of {', '.join(BUILT_IN)} or a .toml file")
+        return BUILT_IN[name]
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """A profile from a TOML file. Raises InputError naming the file and the key that is wrong."""
+        try:
+            return cls(**tomllib.loads(Path(path).read_text(encoding="utf-8")))
+        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+            raise InputError(f"profile {path} cannot be read as TOML: {error}") from None
+        except ValidationError as error:
+            first = error.errors()[0]
+            key = ".".join(map(str, first["loc"]))
+            raise InputError(f"profile {path}: {key} is {first['input']!r}, expected: {first['msg']}") from None
+
+    def save(self, path: str | Path) -> None:
+        """Write the profile as a TOML file that `load` reads."""
+        lines = [f"{key} = {_toml(value)}" for key, value in self.model_dump().items()]
+        Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+    @property
+    def start_rate_std(self) -> float:
+        """Course rate of which a filter that knows none yet supposes the vessel capable, rad/s."""
+        if self.course_rate_decay == 0.0:
+            return _LARGEST_START_RATE_STD
+        stationary = math.sqrt(self.course_rate_noise / (2.0 * self.course_rate_decay))
+        return min(stationary, _LARGEST_START_RATE_STD)
+
+    def model(self, aids: tuple[str, ...] = ()) -> np.ndarray:
+        """The kernels' parameter vector (see `steerway.estimation.model`), with the states that these aids need."""
+        extras = []
+
+        def extra(std, time):
+            extras.append((1.0 / time, 2.0 * std**2 / time, std**2))
+            return 4 + len(extras)
+
+        error = extra(self.error_std, self.error_time) if self.error_std > 0.0 else 0
+        if error:
+            extra(self.error_std, self.error_time)
+        crab = extra(self.crab_std, self.crab_time) if "heading" in aids and self.crab_std > 0.0 else 0
+        gyro = extra(self.gyro_bias_std, self.gyro_bias_time) if "yaw_rate" in aids and self.gyro_bias_std > 0.0 else 0
+        stream = extra(self.stream_std, self.stream_time) if "water_speed" in aids and self.stream_std > 0.0 else 0
+        head = (
+            self.speed_noise,
+            self.course_rate_noise,
+            self.speed_decay,
+            self.course_rate_decay,
+            self.position_std**2,
+            self.steerageway,
+            _START_SPEED_STD**2,
+            self.start_rate_std**2,
+            _GATE,
+            _PATIENCE,
+            self.sog_std**2,
+            self.velocity_std**2,
+            self.heading_std**2,
+            self.water_speed_std**2,
+            self.yaw_rate_std**2,
+            error,
+            crab,
+            gyro,
+            stream,
+        )
+        return np.array([*head, *np.ravel(extras)], dtype=np.float64)
+
+
+def _toml(value) -> str:
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(float(value))
+
+
+def _built_in(name, description, **numbers):
+    return Profile(name=name, description=description, **numbers)
+
+
+BUILT_IN = {
+    profile.name: profile
+    for profile in (
+        _built_in(
+            "otter",
+            "Otter USV, 2 m, up to 2 m/s, u-blox receiver",
+            speed_noise=3e-3,
+            course_rate_noise=4e-3,
+            course_rate_decay=0.3,
+            position_std=0.1,
+            error_std=1.0,
+            error_time=200.0,
+        ),
+        _built_in(
+            "mariner-usv",
+            "Mariner USV, 6 m, up to 12 m/s, u-blox receiver",
+            speed_noise=1e-2,
+            course_rate_noise=5e-4,
+            course_rate_decay=0.2,
+            position_std=0.1,
+            error_std=1.0,
+            error_time=200.0,
+        ),
+        _built_in(
+            "small-usv",
+            "small craft of any kind, good receiver",
+            speed_noise=1e-2,
+            course_rate_noise=1e-3,
+            course_rate_decay=0.2,
+            position_std=0.15,
+            error_std=0.5,
+            error_time=100.0,
+        ),
+        _built_in(
+            "sailing-yacht",
+            "sailing yacht or motor boat in a seaway, receiver of a plotter",
+            speed_noise=2e-2,
+            course_rate_noise=2e-2,
+            course_rate_decay=2.0,
+            position_std=0.05,
+            error_std=1.0,
+            error_time=200.0,
+        ),
+        _built_in(
+            "ship",
+            "ship of 50 m and more",
+            speed_noise=3e-2,
+            course_rate_noise=1e-5,
+            course_rate_decay=0.05,
+            position_std=0.3,
+        ),
+        _built_in(
+            "ais",
+            "vessels as AIS reports them, seconds to minutes apart, times rounded and late",
+            speed_noise=5e-3,
+            course_rate_noise=1e-6,
+            course_rate_decay=0.02,
+            position_std=8.0,
+            steerageway=0.5,
+        ),
+    )
+}
+"""Profiles that come with the package, by name."""

@@ -1,0 +1,177 @@
+"""Records through the filter: every vessel's fixes in, Motion out, at the fixes or at a rate, causal or smoothed."""
+
+import math
+import os
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from steerway.errors import InputError
+from steerway.estimation import smoothing
+from steerway.estimation.model import LONGEST_GAP, LONGEST_STEP, STEP_SLACK, empty_memory
+from steerway.estimation.profiles import AIDS
+from steerway.estimation.tracking import SPOKEN, track, track_many
+from steerway.records import Fixes, Motion
+
+_SMALLEST_SHARE = 20_000
+"""Rows below which a second thread costs more than it saves."""
+
+
+def replay(model, aid, fixes: Fixes, rate: float | None = None, smoothed: bool = False) -> Motion:
+    """The filter of a parameter vector over the fixes of any number of vessels; see `FiveStateFilter.filter`."""
+    if rate is not None and not 0.0 < rate <= 1000.0:
+        raise InputError(f"rate is {rate}, expected Hz between 0 and 1000")
+    fixes = _spoken_rows(fixes, aid)
+    if rate is None and not smoothed:
+        return _filtered(model, aid, fixes)
+    tracks = [_scheduled(model, aid, each, rate, smoothed) for _, each in fixes.tracks()]
+    return _joined(tracks)
+
+
+def _spoken_rows(fixes: Fixes, aid) -> Fixes:
+    """Rows that say something to this filter, in order."""
+    says = fixes.has_position
+    for name in aid:
+        says |= np.isfinite(getattr(fixes, name))
+    return fixes.rows(says).in_order()
+
+
+def _aiding_table(fixes: Fixes, aid) -> np.ndarray:
+    if not aid:
+        return np.empty((0, len(AIDS)))
+    silent = np.full(len(fixes), np.nan)
+    return np.column_stack([getattr(fixes, name) if name in aid else silent for name in AIDS])
+
+
+class _Run:
+    """What `track` fills."""
+
+    def __init__(self, n):
+        self.spoken = np.empty((n, SPOKEN))
+        self.nis = np.empty(n)
+        self.log_determinant = np.empty(n)
+        self.status = np.empty(n, np.uint8)
+
+    def motion(self, time, mmsi, chosen) -> Motion:
+        columns = self.spoken[chosen].T
+        names = ("latitude", "longitude", "sog", "cog", "course_rate", "sog_std", "cog_std", "course_rate_std")
+        said = dict(zip(names, columns, strict=False))
+        return Motion(
+            time=time[chosen],
+            **said,
+            nis=self.nis[chosen],
+            status=self.status[chosen],
+            position_std=columns[8],
+            mmsi=None if mmsi is None else mmsi[chosen],
+        )
+
+
+def run_positions(model, time, latitude, longitude) -> _Run:
+    """The plain filter over arrays (s, rad); what the tuner evaluates."""
+    run = _Run(len(time))
+    bounds = np.array([0, len(time)])
+    no_aids = np.empty((0, len(AIDS)))
+    track_many(bounds, time, latitude, longitude, no_aids, True, model, *_outputs(run))
+    return run
+
+
+def _outputs(run, rows=slice(None)):
+    return run.spoken[rows], run.nis[rows], run.log_determinant[rows], run.status[rows]
+
+
+def _filtered(model, aid, fixes: Fixes) -> Motion:
+    """Every row of every vessel in one pass, on as many threads as there is work for."""
+    n = len(fixes)
+    run = _Run(n)
+    aids = _aiding_table(fixes, aid)
+    bounds = np.array([0, n]) if fixes.mmsi is None else np.r_[0, np.flatnonzero(np.diff(fixes.mmsi)) + 1, n]
+    shares = min(len(bounds) - 1, os.cpu_count() or 1, n // _SMALLEST_SHARE + 1)
+    cuts = np.linspace(0, len(bounds) - 1, max(shares, 1) + 1).astype(int)
+
+    def work(i):
+        first, last = bounds[cuts[i]], bounds[cuts[i + 1]]
+        rows = slice(first, last)
+        track_many(
+            bounds[cuts[i] : cuts[i + 1] + 1] - first,
+            fixes.time[rows],
+            fixes.latitude[rows],
+            fixes.longitude[rows],
+            aids[rows] if aid else aids,
+            True,
+            model,
+            *_outputs(run, rows),
+        )
+
+    if shares <= 1:
+        work(0)
+    else:
+        with ThreadPoolExecutor(shares) as pool:
+            list(pool.map(work, range(shares)))
+    return run.motion(fixes.time, fixes.mmsi, fixes.has_position)
+
+
+def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
+    """One vessel with output times of its own or smoothed: rows without a fix are added where they are needed."""
+    time, origin, wanted = _schedule(fixes, rate, smoothed)
+    mmsi = None if fixes.mmsi is None else np.full(len(time), fixes.mmsi[0] if len(fixes) else 0)
+    blank = origin < 0
+    first, second = fixes.latitude[origin], fixes.longitude[origin]
+    first[blank] = second[blank] = np.nan
+    aids = _aiding_table(fixes, aid)
+    if aid:
+        aids = aids[origin]
+        aids[blank] = np.nan
+    memory = empty_memory(model)
+    states = memory.shape[1]
+    kept = np.empty((len(time) if smoothed else 0, states + 2, states))
+    run = _Run(len(time))
+    track(time, first, second, aids, True, model, memory, *_outputs(run), kept)
+    if smoothed:
+        smoothing.smooth(time, True, model, kept, run.spoken)
+    return run.motion(time, mmsi, wanted)
+
+
+def _schedule(fixes: Fixes, rate, smoothed):
+    """Times to visit, the row of `fixes` each comes from (−1: none), and which of them go out."""
+    time = fixes.time
+    origin = np.arange(len(time))
+    wanted = fixes.has_position
+    if rate is not None and len(time):
+        grid = np.arange(math.ceil(time[0] * rate), math.floor(time[-1] * rate) + 1) / rate
+        before = np.searchsorted(time, grid, side="right") - 1
+        after = np.minimum(before + 1, len(time) - 1)
+        in_long_gap = time[after] - time[np.maximum(before, 0)] > LONGEST_GAP
+        meets_before = np.abs(grid - time[np.maximum(before, 0)]) < 1e-4
+        meets_after = np.abs(time[after] - grid) < 1e-4
+        wanted = np.zeros(len(time), bool)
+        wanted[before[meets_before]] = True
+        wanted[after[meets_after]] = True
+        grid = grid[~(meets_before | meets_after | in_long_gap)]
+        time, origin, wanted = _merged(time, origin, wanted, grid, True)
+    if smoothed:
+        time, origin, wanted = _merged(time, origin, wanted, _fillers(time), False)
+    return time, origin, wanted
+
+
+def _fillers(time):
+    """Times that divide every interval the smoother can cross into steps it can take."""
+    gaps = np.diff(time)
+    long = np.flatnonzero((gaps > LONGEST_STEP * (1.0 + STEP_SLACK)) & (gaps <= LONGEST_GAP))
+    pieces = [np.linspace(time[i], time[i + 1], math.ceil(gaps[i] / LONGEST_STEP - STEP_SLACK) + 1)[1:-1] for i in long]
+    return np.concatenate(pieces) if pieces else np.empty(0)
+
+
+def _merged(time, origin, wanted, added, added_wanted):
+    """Rows and added times (with no row of their own) in one order; at equal times rows first."""
+    time = np.concatenate([time, added])
+    order = np.argsort(time, kind="stable")
+    origin = np.concatenate([origin, np.full(len(added), -1)])
+    wanted = np.concatenate([wanted, np.full(len(added), added_wanted)])
+    return time[order], origin[order], wanted[order]
+
+
+def _joined(tracks: list[Motion]) -> Motion:
+    if len(tracks) == 1:
+        return tracks[0]
+    columns = {name: np.concatenate([t.columns()[name] for t in tracks]) for name in tracks[0].columns()}
+    return Motion(**columns)

@@ -1,0 +1,155 @@
+"""Fixed-interval smoothing (Rauch, Tung and Striebel, AIAA Journal 3(8), 1965) of a filtered record.
+
+The backward pass predicts each filtered row again, so nothing but the filter's memory after every row need be kept.
+Between rows on either side of a change of way, what the later row says is carried over into the earlier row's
+coordinates to first order around the prediction.
+"""
+
+import math
+
+import numpy as np
+
+from steerway.angles import wrap
+from steerway.compiled import kernel
+from steerway.earth import displacement
+from steerway.estimation.five_state import chord, decay, predict
+from steerway.estimation.linear_algebra import factor, fill_lower, multiply, multiply_transposed, solve_rows
+from steerway.estimation.model import (
+    COURSE,
+    EAST,
+    EMPTY,
+    EXTRAS,
+    LATITUDE,
+    LONGITUDE,
+    MODE,
+    NORTH,
+    RATE,
+    RETRIES,
+    SPEED,
+    SPEED_DECAY,
+    STARTING,
+    UNDERWAY,
+)
+from steerway.estimation.tracking import speak
+from steerway.estimation.way import fold, mix_velocity, predict_adrift
+
+
+@kernel
+def transition(x, underway, dt, model, f):
+    """F of one prediction over dt from state x, (n, n)."""
+    n = len(x)
+    f[:] = 0.0
+    for j in range(n):
+        f[j, j] = 1.0
+    for j in range(5, n):
+        f[j, j] = decay(model[EXTRAS + 3 * (j - 5)], dt)[0]
+    if underway:
+        _, _, north, east, north_u, east_u, north_w, east_w, speed_left, rate_left, turn = chord(
+            x[SPEED], x[COURSE], x[RATE], dt, model
+        )
+        f[0, 2], f[0, 3], f[0, 4] = north_u, -east, north_w
+        f[1, 2], f[1, 3], f[1, 4] = east_u, north, east_w
+        f[2, 2], f[3, 4], f[4, 4] = speed_left, turn, rate_left
+    else:
+        left, integral = decay(model[SPEED_DECAY], dt)
+        f[0, 2] = f[1, 3] = integral
+        f[2, 2] = f[3, 3] = left
+
+
+@kernel
+def carry_over(x, p, mode, x_predicted, p_predicted, predicted_mode):
+    """Express the later row's smoothed (x, P) in the coordinates of its prediction, in place."""
+    if (mode == UNDERWAY) == (predicted_mode == UNDERWAY):
+        return
+    n = len(x)
+    if predicted_mode == UNDERWAY:
+        speed, c, s = max(x_predicted[SPEED], 1e-3), math.cos(x_predicted[COURSE]), math.sin(x_predicted[COURSE])
+        north, east = x[2] - x_predicted[SPEED] * c, x[3] - x_predicted[SPEED] * s
+        x[SPEED] = x_predicted[SPEED] + c * north + s * east
+        x[COURSE] = x_predicted[COURSE] + (c * east - s * north) / speed
+        mix_velocity(p, c, s, -s / speed, c / speed)
+    else:
+        speed, c, s = x[SPEED], math.cos(x[COURSE]), math.sin(x[COURSE])
+        x[2], x[3] = speed * c, speed * s
+        mix_velocity(p, c, -speed * s, s, speed * c)
+    x[RATE] = x_predicted[RATE]
+    for i in range(n):
+        p[min(i, RATE), max(i, RATE)] = p_predicted[min(i, RATE), max(i, RATE)]
+
+
+@kernel
+def smooth(time, geodetic, model, kept, spoken):
+    """Backward pass: smooths `kept` in place and states `spoken` (n, SPOKEN) anew.
+
+    Args:
+        time: (n,) s, spaced by no more than LONGEST_STEP except where the filter began anew.
+        kept: (n, states + 2, states) covariance, state and bookkeeping of the filter after every row.
+    """
+    n = kept.shape[2]
+    f = np.empty((n, n))
+    gain = np.empty((n, n))
+    lower = np.empty((n, n))
+    product = np.empty((n, n))
+    scale = np.empty(n)
+    x_later, p_later = np.empty(n), np.empty((n, n))
+    x_next, p_next = np.empty(n), np.empty((n, n))
+    later_mode = EMPTY
+    for k in range(len(time) - 1, -1, -1):
+        x, p, book = kept[k, n], kept[k, :n], kept[k, n + 1]
+        mode = book[MODE]
+        if later_mode != EMPTY and mode != EMPTY and not begun_anew(kept[k], kept[k + 1]):
+            dt = time[k + 1] - time[k]
+            transition(x, mode == UNDERWAY, dt, model, f)
+            x_next[:], p_next[:] = x, p
+            if mode == UNDERWAY:
+                predict(x_next, p_next, dt, model)
+            else:
+                predict_adrift(x_next, p_next, dt, model)
+            carry_over(x_later, p_later, later_mode, x_next, p_next, mode)
+            if geodetic:
+                later = kept[k + 1, n + 1]
+                north, east = displacement(later[LATITUDE], later[LONGITUDE], book[LATITUDE], book[LONGITUDE])
+                x_later[NORTH] += north
+                x_later[EAST] += east
+            if kept[k + 1, n + 1, RETRIES] > book[RETRIES]:
+                keep_position(x_later, p_later, x_next, p_next)
+            # G = P Fᵀ P⁻(k+1)⁻¹
+            fill_lower(p)
+            multiply_transposed(p, f, gain)
+            factor(p_next, scale, lower)
+            solve_rows(lower, scale, gain)
+            for i in range(n):
+                x_later[i] -= x_next[i]
+                for j in range(i, n):
+                    p_later[i, j] -= p_next[i, j]
+            if mode == UNDERWAY:
+                x_later[COURSE] = wrap(x_later[COURSE])
+            fill_lower(p_later)
+            multiply(gain, p_later, product)
+            for i in range(n):
+                for j in range(n):
+                    x[i] += gain[i, j] * x_later[j]
+                for j in range(i, n):
+                    for m in range(n):
+                        p[i, j] += product[i, m] * gain[j, m]
+            if mode == UNDERWAY:
+                fold(x, p)
+        x_later[:], p_later[:], later_mode = x, p, mode
+        if mode != EMPTY:
+            speak(kept[k], geodetic, spoken[k])
+
+
+@kernel
+def begun_anew(earlier, later):
+    """Whether the filter forgot everything between two rows."""
+    n = earlier.shape[1]
+    return later[n + 1, MODE] == STARTING and earlier[n + 1, MODE] != STARTING
+
+
+@kernel
+def keep_position(x_later, p_later, x_next, p_next):
+    """Across a position taken anew only the motion is smoothed: the later row tells nothing of the place before."""
+    for i in range(2):
+        x_later[i] = x_next[i]
+        for j in range(len(x_later)):
+            p_later[min(i, j), max(i, j)] = p_next[min(i, j), max(i, j)]

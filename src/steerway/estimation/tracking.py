@@ -1,0 +1,243 @@
+"""One filter over time: predict to a moment, take what was said there, judge what it means.
+
+The same two kernels, `advance` and `take`, serve the streaming filter, the record and the batch of records.
+"""
+
+import math
+
+import numpy as np
+
+from steerway.compiled import kernel
+from steerway.earth import displaced, displacement
+from steerway.estimation.aiding import aid_adrift, aid_underway
+from steerway.estimation.five_state import correct, innovation, normalised_square, predict
+from steerway.estimation.model import (
+    ADRIFT,
+    COURSE,
+    EAST,
+    EMPTY,
+    ERROR_STATE,
+    GATE,
+    LATITUDE,
+    LONGEST_GAP,
+    LONGEST_STEP,
+    LONGITUDE,
+    MODE,
+    NORTH,
+    PATIENCE,
+    RATE,
+    RETRIES,
+    SPEED,
+    STARTING,
+    STEP_SLACK,
+    STRAY,
+    UNDERWAY,
+    empty_memory,
+)
+from steerway.estimation.way import fold, judge, place_by_fix, predict_adrift, start
+from steerway.records import NO_COURSE, OK, PREDICTED, REJECTED
+from steerway.records import STARTING as STARTING_STATUS
+
+SOG, COG, HEADING, WATER_SPEED, YAW_RATE = range(5)
+"""Columns of the aiding table."""
+
+
+@kernel
+def advance(memory, dt, model):
+    """Predict by dt ≥ 0 seconds."""
+    n = memory.shape[1]
+    p, x, book = memory[:n], memory[n], memory[n + 1]
+    if book[MODE] == EMPTY or not dt > 0.0:
+        return
+    if dt > LONGEST_GAP:
+        book[MODE] = EMPTY
+        return
+    if book[STRAY] >= 0.0:
+        book[STRAY] += dt
+    steps = max(math.ceil(dt / LONGEST_STEP - STEP_SLACK), 1)
+    for _ in range(steps):
+        if book[MODE] == UNDERWAY:
+            predict(x, p, dt / steps, model)
+            if p[COURSE, COURSE] > 1.0:
+                judge(x, p, book, model)
+        else:
+            predict_adrift(x, p, dt / steps, model)
+
+
+@kernel
+def take_fix(memory, north, east, model):
+    """Correct by a fix in the present tangent plane. Returns (accepted, NIS, log det S)."""
+    n = memory.shape[1]
+    p, x, book, work = memory[:n], memory[n], memory[n + 1], memory[n + 2 :]
+    if book[MODE] == EMPTY:
+        start(x, p, book, north, east, model)
+        book[STRAY], book[RETRIES] = -1.0, 0.0
+        return True, math.nan, math.nan
+    nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, model)
+    nis = normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee)
+    log_determinant = math.log(s_nn * s_ee - s_ne * s_ne)
+    if nis <= model[GATE]:
+        correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, model)
+        if book[STRAY] < 0.0:
+            book[RETRIES] = 0.0
+        book[STRAY] = -1.0
+        return True, nis, log_determinant
+    if book[STRAY] < 0.0:
+        book[STRAY] = 0.0
+    elif book[STRAY] >= model[PATIENCE] - 1e-6:
+        retake(x, p, book, north, east, model)
+    return False, nis, log_determinant
+
+
+@kernel
+def retake(x, p, book, north, east, model):
+    """After unbroken rejections take the position anew and keep the motion; if that did not help, begin anew."""
+    if book[RETRIES] > 0.0:
+        start(x, p, book, north, east, model)
+        book[RETRIES] = 0.0
+    else:
+        g = int(model[ERROR_STATE])
+        x[NORTH] = north - x[g] if g else north
+        x[EAST] = east - x[g + 1] if g else east
+        place_by_fix(x, p, model)
+        book[RETRIES] = 1.0
+    book[STRAY] = -1.0
+
+
+@kernel
+def take_aids(memory, aids, model):
+    """Correct by the aids (5,) that are not NaN."""
+    n = memory.shape[1]
+    p, x, book, work = memory[:n], memory[n], memory[n + 1], memory[n + 2 :]
+    if book[MODE] == UNDERWAY:
+        aid_underway(x, p, work, aids[SOG], aids[COG], aids[HEADING], aids[WATER_SPEED], aids[YAW_RATE], model)
+    elif book[MODE] != EMPTY:
+        aid_adrift(x, p, work, aids[SOG], aids[COG], model)
+
+
+@kernel
+def settle(memory, model):
+    """After an update: fold the speed, wrap the course, gain or lose way."""
+    n = memory.shape[1]
+    p, x, book = memory[:n], memory[n], memory[n + 1]
+    if book[MODE] == UNDERWAY:
+        fold(x, p)
+    if book[MODE] != EMPTY:
+        judge(x, p, book, model)
+
+
+@kernel
+def take_position(memory, first, second, geodetic, model):
+    """Correct by a fix given as latitude and longitude (rad) or as north and east (m): `take_fix` for either."""
+    if not geodetic:
+        return take_fix(memory, first, second, model)
+    book = memory[memory.shape[1] + 1]
+    if book[MODE] == EMPTY:
+        book[LATITUDE], book[LONGITUDE] = first, second
+    north, east = displacement(first, second, book[LATITUDE], book[LONGITUDE])
+    return take_fix(memory, north, east, model)
+
+
+@kernel
+def recentre(memory):
+    """Lay the tangent plane around the present estimate: the position moves into the plane's origin."""
+    n = memory.shape[1]
+    x, book = memory[n], memory[n + 1]
+    book[LATITUDE], book[LONGITUDE] = displaced(book[LATITUDE], book[LONGITUDE], x[NORTH], x[EAST])
+    x[NORTH] = x[EAST] = 0.0
+
+
+@kernel
+def status_of(memory, fixed, accepted):
+    """What the row is worth, as a code of records.STATUSES."""
+    mode = memory[memory.shape[1] + 1, MODE]
+    if mode <= STARTING:
+        return STARTING_STATUS
+    if fixed and not accepted:
+        return REJECTED
+    if mode == ADRIFT:
+        return NO_COURSE
+    return OK if fixed else PREDICTED
+
+
+@kernel
+def speak(memory, geodetic, out):
+    """Write what the filter says now.
+
+    Latitude and longitude (or north and east), SOG, COG, course rate, the deviations of these three, of the position.
+    """
+    n = memory.shape[1]
+    p, x, book = memory[:n], memory[n], memory[n + 1]
+    mode = book[MODE]
+    out[:] = math.nan
+    if mode == EMPTY:
+        return
+    out[0], out[1] = x[NORTH], x[EAST]
+    if geodetic:
+        out[0], out[1] = displaced(book[LATITUDE], book[LONGITUDE], x[NORTH], x[EAST])
+    out[8] = math.sqrt(0.5 * (p[0, 0] + p[1, 1]))
+    if mode == UNDERWAY:
+        out[2], out[3], out[4] = x[SPEED], x[COURSE], x[RATE]
+        out[5], out[6], out[7] = math.sqrt(p[2, 2]), math.sqrt(p[3, 3]), math.sqrt(p[4, 4])
+    elif mode == ADRIFT:
+        out[2] = math.hypot(x[2], x[3])
+        out[5] = math.sqrt(0.5 * (p[2, 2] + p[3, 3]))
+
+
+SPOKEN = 9
+"""Columns of `speak`."""
+
+
+@kernel
+def track(time, first, second, aids, geodetic, model, memory, spoken, nis, log_determinant, status, kept):
+    """Run over a record.
+
+    Args:
+        time: (n,) s, not decreasing. first, second: (n,) latitude and longitude (rad) if `geodetic`, else north and
+            east (m); NaN where a row is no fix. aids: (n or 0, 5), NaN where nothing was said.
+        model, memory: the filter; memory goes on from where it stands.
+        spoken: (n, SPOKEN), nis, log_determinant: (n,), status: (n,) uint8: filled.
+        kept: (n or 0, states + 2, states) receives covariance, state and bookkeeping after every row, for the smoother.
+    """
+    states = memory.shape[1]
+    for k in range(len(time)):
+        if k > 0:
+            advance(memory, time[k] - time[k - 1], model)
+        fixed = math.isfinite(first[k]) and math.isfinite(second[k])
+        accepted = False
+        nis[k] = log_determinant[k] = math.nan
+        if fixed:
+            accepted, nis[k], log_determinant[k] = take_position(memory, first[k], second[k], geodetic, model)
+        if len(aids):
+            take_aids(memory, aids[k], model)
+        if fixed or len(aids):
+            settle(memory, model)
+        if geodetic and fixed:
+            recentre(memory)
+        status[k] = status_of(memory, fixed, accepted)
+        speak(memory, geodetic, spoken[k])
+        if len(kept):
+            kept[k] = memory[: states + 2]
+
+
+@kernel
+def track_many(bounds, time, first, second, aids, geodetic, model, spoken, nis, log_determinant, status):
+    """`track` for each of many records that stand behind one another, record i in rows bounds[i] to bounds[i + 1]."""
+    none_kept = np.empty((0, 1, 1))
+    for i in range(len(bounds) - 1):
+        rows = slice(bounds[i], bounds[i + 1])
+        their_aids = aids[rows] if len(aids) else aids
+        track(
+            time[rows],
+            first[rows],
+            second[rows],
+            their_aids,
+            geodetic,
+            model,
+            empty_memory(model),
+            spoken[rows],
+            nis[rows],
+            log_determinant[rows],
+            status[rows],
+            none_kept,
+        )

@@ -1,0 +1,195 @@
+"""Way: whether the vessel has any. Below steerageway course means nothing, and the filter says so.
+
+Adrift, the state is [x^n y^n v_N v_E ω_χ]: a linear filter, which no speed can mislead. From a diffuse velocity it is
+the straight-line fit through the first fixes; at a standstill it has no course to lose. When the velocity stands four
+of its standard deviations above zero the vessel is under way and the state is [x^n y^n U χ ω_χ] of P0.
+"""
+
+import math
+
+from steerway.angles import wrap
+from steerway.compiled import kernel
+from steerway.estimation.five_state import decay, predict_extras
+from steerway.estimation.model import (
+    ADRIFT,
+    COURSE,
+    EAST,
+    ERROR_STATE,
+    EXTRAS,
+    LOST_COURSE_VARIANCE,
+    MODE,
+    NORTH,
+    POSITION_VARIANCE,
+    RATE,
+    SPEED,
+    SPEED_DECAY,
+    SPEED_NOISE,
+    START_RATE_VARIANCE,
+    START_SPEED_VARIANCE,
+    STARTING,
+    STEERAGEWAY,
+    UNDERWAY,
+    VELOCITY_EAST,
+    VELOCITY_NORTH,
+)
+
+GATHERED = 4.0
+"""Standard deviations above zero at which a velocity has a direction."""
+LOST = 2.0
+"""Standard deviations above zero below which it has none any more."""
+
+
+@kernel
+def place_by_fix(x, p, model):
+    """Covariance of a position that one fix alone has given: what the receiver errs by, in the other direction."""
+    n = len(x)
+    g = int(model[ERROR_STATE])
+    for k in range(2):
+        for i in range(k):
+            p[i, k] = 0.0
+        for j in range(k + 1, n):
+            p[k, j] = 0.0
+        p[k, k] = model[POSITION_VARIANCE]
+    if g:
+        for k in range(2):
+            for j in range(5, n):
+                p[k, j] = -p[min(g + k, j), max(g + k, j)]
+            p[k, k] += p[g + k, g + k]
+        p[0, 1] = p[g, g + 1]
+
+
+@kernel
+def start(x, p, book, north, east, model):
+    """Begin from one fix: at its place, with a velocity about which nothing is known."""
+    n = len(x)
+    for i in range(n):
+        x[i] = 0.0
+        for j in range(i, n):
+            p[i, j] = 0.0
+    for j in range(5, n):
+        p[j, j] = model[EXTRAS + 3 * (j - 5) + 2]
+    x[NORTH], x[EAST] = north, east
+    place_by_fix(x, p, model)
+    p[2, 2] = p[3, 3] = model[START_SPEED_VARIANCE]
+    p[4, 4] = model[START_RATE_VARIANCE]
+    book[MODE] = STARTING
+
+
+@kernel
+def predict_adrift(x, p, dt, model):
+    """Velocity as a random walk of density S_U along either axis; the course rate is not carried."""
+    n = len(x)
+    left, integral = decay(model[SPEED_DECAY], dt)
+    density = model[SPEED_NOISE]
+    x[NORTH] += integral * x[VELOCITY_NORTH]
+    x[EAST] += integral * x[VELOCITY_EAST]
+    x[VELOCITY_NORTH] *= left
+    x[VELOCITY_EAST] *= left
+    p[0, 0] += integral * (2.0 * p[0, 2] + integral * p[2, 2]) + density * dt**3 / 3.0
+    p[1, 1] += integral * (2.0 * p[1, 3] + integral * p[3, 3]) + density * dt**3 / 3.0
+    p[0, 1] += integral * (p[0, 3] + p[1, 2] + integral * p[2, 3])
+    p[0, 2] = left * (p[0, 2] + integral * p[2, 2]) + 0.5 * density * dt * dt
+    p[1, 3] = left * (p[1, 3] + integral * p[3, 3]) + 0.5 * density * dt * dt
+    p[0, 3] = left * (p[0, 3] + integral * p[2, 3])
+    p[1, 2] = left * (p[1, 2] + integral * p[2, 3])
+    p[2, 2] = left * left * p[2, 2] + density * dt
+    p[3, 3] = left * left * p[3, 3] + density * dt
+    p[2, 3] *= left * left
+    for j in range(5, n):
+        p[0, j] += integral * p[2, j]
+        p[1, j] += integral * p[3, j]
+        p[2, j] *= left
+        p[3, j] *= left
+    predict_extras(x, p, dt, model)
+
+
+@kernel
+def mix_velocity(p, a, b, c, d):
+    """P ← J P Jᵀ in place, J = [[a, b], [c, d]] on the third and fourth state."""
+    n = p.shape[1]
+    for i in range(2):
+        p[i, 2], p[i, 3] = a * p[i, 2] + b * p[i, 3], c * p[i, 2] + d * p[i, 3]
+    for j in range(4, n):
+        p[2, j], p[3, j] = a * p[2, j] + b * p[3, j], c * p[2, j] + d * p[3, j]
+    p22, p23, p33 = p[2, 2], p[2, 3], p[3, 3]
+    p[2, 2] = a * a * p22 + 2.0 * a * b * p23 + b * b * p33
+    p[2, 3] = a * c * p22 + (a * d + b * c) * p23 + b * d * p33
+    p[3, 3] = c * c * p22 + 2.0 * c * d * p23 + d * d * p33
+
+
+@kernel
+def velocity_to_course(x, p):
+    """(v_N, v_E) → (U, χ) in place."""
+    north, east = x[VELOCITY_NORTH], x[VELOCITY_EAST]
+    speed = math.hypot(north, east)
+    c, s = north / speed, east / speed
+    x[SPEED], x[COURSE] = speed, math.atan2(east, north)
+    mix_velocity(p, c, s, -s / speed, c / speed)
+
+
+@kernel
+def course_to_velocity(x, p):
+    """(U, χ) → (v_N, v_E) in place."""
+    speed, c, s = x[SPEED], math.cos(x[COURSE]), math.sin(x[COURSE])
+    x[VELOCITY_NORTH], x[VELOCITY_EAST] = speed * c, speed * s
+    mix_velocity(p, c, -speed * s, s, speed * c)
+
+
+@kernel
+def forget_rate(x, p, model):
+    """The course rate is zero, give or take what a vessel does."""
+    x[RATE] = 0.0
+    for i in range(RATE):
+        p[i, RATE] = 0.0
+    for j in range(RATE + 1, len(x)):
+        p[RATE, j] = 0.0
+    p[RATE, RATE] = model[START_RATE_VARIANCE]
+
+
+@kernel
+def fold(x, p):
+    """U ≥ 0 and χ in [−π, π): a vessel that runs backwards runs forwards on the opposite course."""
+    if x[SPEED] < 0.0:
+        x[SPEED] = -x[SPEED]
+        x[COURSE] += math.pi
+        for i in range(SPEED):
+            p[i, SPEED] = -p[i, SPEED]
+        for j in range(SPEED + 1, len(x)):
+            p[SPEED, j] = -p[SPEED, j]
+    x[COURSE] = wrap(x[COURSE])
+
+
+@kernel
+def judge(x, p, book, model):
+    """Gain or lose way after an update or a prediction."""
+    if book[MODE] == UNDERWAY:
+        speed_too_low = x[SPEED] < max(LOST * math.sqrt(p[2, 2]), 0.5 * model[STEERAGEWAY])
+        if p[3, 3] > LOST_COURSE_VARIANCE:
+            course_to_velocity(x, p)
+            forget_rate(x, p, model)
+            forget_velocity(x, p, model)
+            book[MODE] = ADRIFT
+        elif speed_too_low:
+            course_to_velocity(x, p)
+            forget_rate(x, p, model)
+            book[MODE] = ADRIFT
+        return
+    variance = 0.5 * (p[2, 2] + p[3, 3])
+    speed_squared = x[VELOCITY_NORTH] ** 2 + x[VELOCITY_EAST] ** 2
+    if speed_squared > max(GATHERED**2 * variance, model[STEERAGEWAY] ** 2):
+        velocity_to_course(x, p)
+        forget_rate(x, p, model)
+        book[MODE] = UNDERWAY
+    elif GATHERED**2 * variance < model[STEERAGEWAY] ** 2:
+        book[MODE] = ADRIFT
+
+
+@kernel
+def forget_velocity(x, p, model):
+    """Nothing is known of the velocity (its last value stays the best guess)."""
+    for k in (VELOCITY_NORTH, VELOCITY_EAST):
+        for i in range(k):
+            p[i, k] = 0.0
+        for j in range(k + 1, len(x)):
+            p[k, j] = 0.0
+        p[k, k] = model[START_SPEED_VARIANCE]

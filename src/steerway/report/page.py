@@ -1,0 +1,71 @@
+"""One self-contained HTML page: tables, figures and remarks, opened offline, printed as it stands."""
+
+import base64
+import html
+import io
+from collections.abc import Sequence
+from pathlib import Path
+
+_STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 72rem; margin: 2rem auto; padding: 0 1rem; color: #1b2733; }
+h1 { font-weight: 600; } h2 { font-weight: 600; margin-top: 2rem; }
+table { border-collapse: collapse; margin: 1rem 0; }
+th, td { text-align: left; padding: .25rem .9rem .25rem 0; border-bottom: 1px solid #d8dee4; vertical-align: top; }
+th { font-weight: 600; } figure { margin: 1.5rem 0; } figcaption { color: #52606d; max-width: 60rem; }
+img { max-width: 100%; height: auto; } .missed { color: #a4262c; font-weight: 600; } .met { color: #1d7a46; }
+"""
+
+
+def write_page(
+    path: Path,
+    title: str,
+    tables: Sequence[tuple[str, Sequence[str], Sequence[Sequence]]] = (),
+    figures: Sequence[tuple[object, str]] = (),
+    remarks: Sequence[str] = (),
+    lead: str = "",
+) -> None:
+    """Write a page.
+
+    Args:
+        path: the file to write.
+        tables: (heading, column names, rows) each.
+        figures: (matplotlib figure, caption) each.
+        remarks: one paragraph each.
+        lead: a sentence under the title.
+    """
+    parts = [f"<h1>{html.escape(title)}</h1>"]
+    if lead:
+        parts.append(f"<p>{html.escape(lead)}</p>")
+    parts += [_table(*table) for table in tables]
+    parts += [_figure(figure, caption) for figure, caption in figures]
+    if remarks:
+        items = "".join(f"<li>{html.escape(remark)}</li>" for remark in remarks)
+        parts.append(f"<h2>Remarks</h2><ul>{items}</ul>")
+    page = (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head><body>{''.join(parts)}</body></html>\n"
+    )
+    Path(path).write_text(page, encoding="utf-8")
+
+
+def _table(heading, names, rows) -> str:
+    head = "".join(f"<th>{html.escape(str(name))}</th>" for name in names)
+    body = "".join("<tr>" + "".join(_cell(value) for value in row) + "</tr>" for row in rows)
+    return f"<h2>{html.escape(heading)}</h2><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _cell(value) -> str:
+    text = html.escape(str(value))
+    return f'<td class="{text}">{text}</td>' if text in ("met", "missed") else f"<td>{text}</td>"
+
+
+def _figure(figure, caption) -> str:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=120)
+    encoded = base64.b64encode(buffer.getvalue()).decode("ascii")
+    alt = html.escape(caption, quote=True)
+    return (
+        f'<figure><img alt="{alt}" src="data:image/png;base64,{encoded}">'
+        f"<figcaption>{html.escape(caption)}</figcaption></figure>"
+    )

@@ -1,0 +1,60 @@
+"""A magnetic compass: true heading, with deviation that depends on the heading, bias and noise."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from steerway.angles import wrap
+from steerway.compiled import kernel
+from steerway.sensors.instrument import Instrument
+
+HALF_A_DEGREE = Instrument(white=math.radians(0.5))
+
+
+@dataclass(frozen=True)
+class Compass:
+    """A compass that has been corrected for variation. All rad.
+
+    `deviation` are the coefficients A to E of a deviation card: A + B sin ψ + C cos ψ + D sin 2ψ + E cos 2ψ is added to
+    the heading ψ. `instrument` adds rate, bias and noise.
+    """
+
+    instrument: Instrument = HALF_A_DEGREE
+    deviation: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def start(self, seed) -> "CompassStream":
+        """The compass switched on. `seed`: an int or a numpy Generator."""
+        return CompassStream(self, seed)
+
+    def measured(self, time, heading, seed) -> tuple[np.ndarray, np.ndarray]:
+        """Times and headings in [−π, π) of a whole record of true headings (n,)."""
+        heading = np.asarray(heading, dtype=np.float64)
+        read = heading + deviation(heading, *self.deviation)
+        time, reading = self.instrument.measured(time, read, seed)
+        return time, _wrapped(reading)
+
+
+class CompassStream:
+    """A compass that is switched on: a heading in [−π, π) when one is due, else None."""
+
+    def __init__(self, compass: Compass, seed):
+        self._deviation = compass.deviation
+        self._readings = compass.instrument.start(seed)
+
+    def step(self, time: float, heading: float) -> float | None:
+        reading = self._readings.step(time, heading + deviation(heading, *self._deviation))
+        return None if reading is None else wrap(reading)
+
+
+@kernel
+def deviation(heading, a, b, c, d, e):
+    """What a deviation card says for a heading, or an array of them; rad."""
+    return a + b * np.sin(heading) + c * np.cos(heading) + d * np.sin(2.0 * heading) + e * np.cos(2.0 * heading)
+
+
+@kernel
+def _wrapped(angles):
+    for k in range(len(angles)):
+        angles[k] = wrap(angles[k])
+    return angles

@@ -1,0 +1,42 @@
+"""A Doppler log: velocity along and across the hull, through the water or over the ground."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from steerway.sensors.instrument import Instrument
+
+FIVE_CENTIMETRES = Instrument(rate=5.0, white=0.05)
+
+
+@dataclass(frozen=True)
+class DopplerLog:
+    """Two beams' worth of velocity, m/s; each axis has its own errors of the same size.
+
+    What the log measures is what it is given: surge and sway through the water (`GroundMotion.surge`, `.sway`), or
+    velocities over the ground turned into the hull (`kinematics.in_body`) where it has bottom lock.
+    """
+
+    instrument: Instrument = FIVE_CENTIMETRES
+
+    def start(self, seed) -> "DopplerStream":
+        """The log switched on. `seed`: an int or a numpy Generator."""
+        return DopplerStream(self, seed)
+
+    def measured(self, time, surge, sway, seed) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Times, surge and sway of a whole record of true velocities (n,)."""
+        along, across = np.random.default_rng(seed).spawn(2)
+        time_read, surge = self.instrument.measured(time, surge, along)
+        return time_read, surge, self.instrument.measured(time, sway, across)[1]
+
+
+class DopplerStream:
+    """A log that is switched on: (surge, sway) when a reading is due, else None."""
+
+    def __init__(self, log: DopplerLog, seed):
+        along, across = np.random.default_rng(seed).spawn(2)
+        self._along, self._across = log.instrument.start(along), log.instrument.start(across)
+
+    def step(self, time: float, surge: float, sway: float) -> tuple[float, float] | None:
+        along, across = self._along.step(time, surge), self._across.step(time, sway)
+        return None if along is None else (along, across)

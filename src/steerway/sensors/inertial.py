@@ -1,0 +1,42 @@
+"""Gyro and accelerometer as their data sheets speak: noise density, bias at turn-on, bias in the run."""
+
+import math
+
+from steerway.sensors.instrument import Instrument
+
+STANDARD_GRAVITY = 9.80665
+
+
+def gyro(
+    rate: float = 50.0,
+    noise_density_deg: float = 0.005,
+    turn_on_deg: float = 0.5,
+    in_run_deg_hour: float = 10.0,
+    in_run_time: float = 300.0,
+) -> Instrument:
+    """A yaw-rate gyro in rad/s: °/s/√Hz, °/s, °/h and the time constant (s) of its wandering bias."""
+    return Instrument(
+        rate=rate,
+        white=math.radians(noise_density_deg) * math.sqrt(rate),
+        turn_on_std=math.radians(turn_on_deg),
+        wander=(math.radians(in_run_deg_hour) / 3600.0, in_run_time),
+    )
+
+
+def accelerometer(
+    rate: float = 50.0,
+    noise_density_micro_g: float = 60.0,
+    turn_on_milli_g: float = 5.0,
+    in_run_micro_g: float = 5.0,
+    in_run_time: float = 300.0,
+) -> Instrument:
+    """An accelerometer in m/s²: µg/√Hz, mg, µg and the time constant (s) of its wandering bias.
+
+    It is given what it would feel without error: where the hull pitches or rolls, gravity's part too.
+    """
+    return Instrument(
+        rate=rate,
+        white=noise_density_micro_g * 1e-6 * STANDARD_GRAVITY * math.sqrt(rate),
+        turn_on_std=turn_on_milli_g * 1e-3 * STANDARD_GRAVITY,
+        wander=(in_run_micro_g * 1e-6 * STANDARD_GRAVITY, in_run_time),
+    )

@@ -1,0 +1,97 @@
+"""An instrument that reads one number: rate, scale, bias that wanders, white noise. The others are made of it.
+
+As with the GNSS receiver, a whole record (`measured`) and a loop that asks step by step (`start`) draw the same numbers
+in the same order.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from steerway.compiled import kernel
+from steerway.errors import InputError
+from steerway.noise import markov_decay, markov_step
+from steerway.sensors.clock import Clock, epochs
+
+_BLOCK = 128  # readings drawn at once in a loop; the numbers do not depend on it
+
+
+@dataclass(frozen=True)
+class Instrument:
+    """What an instrument does to a true value: `scale` times it, plus a constant `bias`, a wandering one, and noise.
+
+    `rate` Hz; `turn_on_std` 1σ of a bias drawn once; `wander` (1σ, time constant s) of a Gauss–Markov bias;
+    `white` 1σ of one reading. Units are the value's. Raises InputError for a rate that is not positive and for negative
+    deviations.
+    """
+
+    rate: float = 10.0
+    white: float = 0.0
+    bias: float = 0.0
+    turn_on_std: float = 0.0
+    wander: tuple[float, float] = (0.0, 1.0)
+    scale: float = 1.0
+
+    def __post_init__(self):
+        if not 0.0 < self.rate < math.inf:
+            raise InputError(f"instrument.rate is {self.rate}, expected a positive number of readings a second")
+        deviations = {"white": self.white, "turn_on_std": self.turn_on_std, "wander": self.wander[0]}
+        for name, value in deviations.items():
+            if not 0.0 <= value < math.inf:
+                raise InputError(f"instrument.{name} is {value}, expected 0 or more")
+        if not self.wander[1] > 0.0:
+            raise InputError(f"instrument.wander has a time constant of {self.wander[1]} s, expected more than 0")
+
+    def start(self, seed) -> "InstrumentStream":
+        """The instrument switched on. `seed`: an int or a numpy Generator."""
+        return InstrumentStream(self, seed)
+
+    def measured(self, time, value, seed) -> tuple[np.ndarray, np.ndarray]:
+        """Times and readings of a whole record of true values (n,), each at the first sample at or after it is due."""
+        time = np.asarray(time, dtype=np.float64)
+        value = np.broadcast_to(np.asarray(value, dtype=np.float64), time.shape)
+        chosen = epochs(time, self.rate)
+        return time[chosen], self.scale * value[chosen] + _Errors(self, seed).draw(len(chosen))
+
+
+class InstrumentStream:
+    """An instrument that is switched on: give it the truth at every step, get a reading when one is due, else None."""
+
+    def __init__(self, instrument: Instrument, seed):
+        self._scale = instrument.scale
+        self._clock = Clock(instrument.rate)
+        self._errors = _Errors(instrument, seed).each()
+
+    def step(self, time: float, value: float) -> float | None:
+        return self._scale * value + next(self._errors) if self._clock.due(time) else None
+
+
+class _Errors:
+    """The error sequence, continued from block to block."""
+
+    def __init__(self, instrument: Instrument, seed):
+        self._draws = np.random.default_rng(seed)
+        turn_on, wander = self._draws.standard_normal(2)
+        std, time_constant = instrument.wander
+        self._bias = instrument.bias + instrument.turn_on_std * turn_on
+        self._wander = std * wander
+        self._model = (instrument.white, std, markov_decay(time_constant, 1.0 / instrument.rate))
+
+    def draw(self, n: int) -> np.ndarray:
+        errors, self._wander = _draw(self._draws.standard_normal((n, 2)), self._bias, self._wander, *self._model)
+        return errors
+
+    def each(self) -> Iterator[float]:
+        while True:
+            yield from self.draw(_BLOCK).tolist()
+
+
+@kernel
+def _draw(normals, bias, wander, white, std, decay):
+    errors = np.empty(len(normals))
+    for k in range(len(normals)):
+        errors[k] = bias + wander + white * normals[k, 0]
+        wander = markov_step(wander, decay, std, normals[k, 1])
+    return errors, wander

@@ -1,0 +1,69 @@
+"""What every study gives: named numbers, published beside measured, figures; and how it is written out."""
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One number of a paper beside ours. `key` names the measured number in `Results.numbers`."""
+
+    what: str
+    key: str
+    unit: str = ""
+    published: str = ""  # as the paper has it; empty where it is silent
+    target: str = ""  # what we set out to reach, in words ("≤ 0.06"), empty if nothing
+    met: bool | None = None
+
+
+@dataclass
+class Results:
+    """What a study found. Figures are matplotlib figures by file stem, in the order they are to be shown."""
+
+    title: str
+    numbers: dict[str, float] = field(default_factory=dict)  # flat: what results.json holds
+    comparisons: list[Comparison] = field(default_factory=list)
+    figures: dict[str, tuple[object, str]] = field(default_factory=dict)  # stem → (figure, caption)
+    remarks: list[str] = field(default_factory=list)  # what was inferred, what was missed, said plainly
+
+    def compare(self, key, value, what, unit="", published="", target="", met=None) -> None:
+        """Record a number and show it in the table of published against measured."""
+        self.numbers[key] = float(value)
+        self.comparisons.append(Comparison(what, key, unit, published, target, None if met is None else bool(met)))
+
+
+@dataclass(frozen=True)
+class Study:
+    """A named study. `run(seeds, first_seed, progress)` takes None for the repetition counts it is defined with."""
+
+    name: str
+    summary: str
+    run: Callable[[int | None, int, Callable[[float, str], None] | None], Results]
+
+
+def write_results(results: Results, directory: Path) -> Path:
+    """results.json, the figures as PNG and the page that shows them; returns the page's path."""
+    from steerway.report.page import write_page
+
+    directory.mkdir(parents=True, exist_ok=True)
+    numbers = {key: value if math.isfinite(value) else None for key, value in results.numbers.items()}
+    (directory / "results.json").write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
+    for stem, (figure, _) in results.figures.items():
+        figure.savefig(directory / f"{stem}.png", dpi=120)
+    page = directory / "index.html"
+    verdict = {True: "met", False: "missed", None: ""}
+    rows = [
+        (each.what, each.published, f"{results.numbers[each.key]:.4g} {each.unit}", each.target, verdict[each.met])
+        for each in results.comparisons
+    ]
+    write_page(
+        page,
+        title=results.title,
+        tables=[("Published beside measured", ("what", "published", "measured", "target", ""), rows)],
+        figures=list(results.figures.values()),
+        remarks=results.remarks,
+    )
+    return page

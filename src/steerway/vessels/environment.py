@@ -1,0 +1,191 @@
+"""Sea and air around a vessel: current, wind and waves, simple and repeatable.
+
+An `Environment` says what there is; `start` makes a running `Sea` of it, which tells at every step the conditions
+(current and forces, see `vessel`) and the wave motion that antenna and compass feel. Directions in rad from true north:
+the current's and the waves' towards which they go, the wind's from which it blows, as sailors say.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.compiled import kernel
+from steerway.errors import InputError
+from steerway.noise import markov_decay, markov_step, oscillator, oscillator_step
+from steerway.vessels.kinematics import GroundMotion
+
+AIR_DENSITY = 1.225
+_BLOCK = 512  # steps drawn at once; the numbers do not depend on it
+_DRAWS = 11
+
+
+class WaveMotion(NamedTuple):
+    """What waves add to a vessel's mean motion: displacement north and east (m), roll and pitch (rad)."""
+
+    north: float = 0.0
+    east: float = 0.0
+    roll: float = 0.0
+    pitch: float = 0.0
+
+
+@dataclass(frozen=True)
+class Current:
+    """`speed` m/s towards `direction`; north and east parts wander with 1σ `std` over `time_constant` s."""
+
+    speed: float = 0.0
+    direction: float = 0.0
+    std: float = 0.0
+    time_constant: float = 600.0
+
+
+@dataclass(frozen=True)
+class Wind:
+    """`speed` m/s from `direction`; gusts of 1σ `gust_std` a component over `gust_time` s.
+
+    The wind that the moving vessel meets pushes with ½ ρ A V|V|, A = `drag_area` m² (drag coefficient times area, the
+    same from every side), at `arm` m ahead of the origin.
+    """
+
+    speed: float = 0.0
+    direction: float = 0.0
+    drag_area: float = 0.0
+    gust_std: float = 0.0
+    gust_time: float = 10.0
+    arm: float = 0.0
+
+
+@dataclass(frozen=True)
+class Waves:
+    """Motion to and fro along `direction` in a band about `frequency` rad/s, and a slow drift force.
+
+    `displacement_std` m, `roll_std` and `pitch_std` rad are the 1σ of oscillators with relative damping `damping`,
+    independent of one another. `drift` N pushes along `direction`, with 1σ `drift_std` over `drift_time` s. The motion
+    is laid over the vessel's mean motion and does not react on it: Fossen (2021), section 10.2.
+    """
+
+    direction: float = 0.0
+    frequency: float = 1.2
+    damping: float = 0.1
+    displacement_std: float = 0.0
+    roll_std: float = 0.0
+    pitch_std: float = 0.0
+    drift: float = 0.0
+    drift_std: float = 0.0
+    drift_time: float = 60.0
+
+
+_POSITIVE = ("time_constant", "gust_time", "drift_time", "frequency", "damping")
+_ANY_SIGN = ("direction", "arm", "drift")
+
+
+@dataclass(frozen=True)
+class Environment:
+    """Current, wind, waves, and a constant `force` (north, east) N with a constant `moment` N·m.
+
+    Raises InputError for a negative speed, deviation or drag area, for a time constant, frequency or damping that is
+    not positive, and for damping of 1 or more.
+    """
+
+    current: Current = Current()
+    wind: Wind = Wind()
+    waves: Waves = Waves()
+    force: tuple[float, float] = (0.0, 0.0)
+    moment: float = 0.0
+
+    def __post_init__(self):
+        for name in ("current", "wind", "waves"):
+            for key, value in vars(getattr(self, name)).items():
+                if not math.isfinite(value):
+                    raise InputError(f"environment.{name}.{key} is {value}, expected a number")
+                if key in _POSITIVE and not value > 0.0:
+                    raise InputError(f"environment.{name}.{key} is {value}, expected more than 0")
+                if key not in _ANY_SIGN and value < 0.0:
+                    raise InputError(f"environment.{name}.{key} is {value}, expected 0 or more")
+        if self.waves.damping >= 1.0:
+            raise InputError(f"environment.waves.damping is {self.waves.damping}, expected less than 1")
+
+    def start(self, seed, step: float) -> "Sea":
+        """The running sea, in steps of `step` s. `seed`: an int or a numpy Generator."""
+        return Sea(self, seed, step)
+
+
+class Sea:
+    """A running environment: `conditions` (5,) and `waves` are now's, `advance` goes one step on."""
+
+    def __init__(self, environment: Environment, seed, step: float):
+        current, wind, waves = environment.current, environment.wind, environment.waves
+        slow = [(current.std, current.time_constant)] * 2 + [(wind.gust_std, wind.gust_time)] * 2
+        slow.append((waves.drift_std, waves.drift_time))
+        swings = np.array([waves.displacement_std, waves.roll_std, waves.pitch_std])
+        self._varies = any(std for std, _ in slow) or swings.any()
+        self._met = wind.drag_area > 0.0
+        self._draws = np.random.default_rng(seed)
+        self._rows = iter(())
+        self._decays = np.array([(markov_decay(constant, step), std) for std, constant in slow])
+        self._wander = self._draws.standard_normal(5) * self._decays[:, 1]
+        self._oscillator = oscillator(waves.frequency, waves.damping, step)
+        self._swing_stds = swings
+        self._swings = self._draws.standard_normal((3, 2)) * (1.0 / waves.frequency, 1.0)
+        self._mean = np.array(
+            [
+                *_towards(current.speed, current.direction),
+                *environment.force,
+                environment.moment,
+                *_towards(-wind.speed, wind.direction),
+                *_towards(1.0, waves.direction),
+                waves.drift,
+                0.5 * AIR_DENSITY * wind.drag_area,
+                wind.arm,
+            ]
+        )
+        self._tell(None)
+
+    def advance(self, motion: GroundMotion | None = None) -> None:
+        """One step on. `motion` is the vessel's, for the wind she meets; without it she lies still, heading north."""
+        if self._varies:
+            _advance(self._wander, self._decays, self._swings, self._oscillator, self._next_row())
+        if self._varies or self._met:
+            self._tell(motion)
+
+    def _next_row(self):
+        for row in self._rows:
+            return row
+        self._rows = iter(self._draws.standard_normal((_BLOCK, _DRAWS)))
+        return next(self._rows)
+
+    def _tell(self, motion):
+        moving = (0.0, 0.0, 0.0) if motion is None else (motion.north_velocity, motion.east_velocity, motion.heading)
+        self.conditions, waves = _told(self._mean, self._wander, self._swings, self._swing_stds, *moving)
+        self.waves = WaveMotion(*waves)
+
+
+@kernel
+def _advance(wander, decays, swings, model, normals):
+    for i in range(5):
+        wander[i] = markov_step(wander[i], decays[i, 0], decays[i, 1], normals[i])
+    for i in range(3):
+        k = 5 + 2 * i
+        swings[i, 0], swings[i, 1] = oscillator_step(model, swings[i, 0], swings[i, 1], normals[k], normals[k + 1])
+
+
+@kernel
+def _told(mean, wander, swings, stds, north_velocity, east_velocity, heading):
+    wind_north = mean[5] + wander[2] - north_velocity
+    wind_east = mean[6] + wander[3] - east_velocity
+    push = mean[10] * math.hypot(wind_north, wind_east)
+    drift = mean[9] + wander[4]
+    conditions = np.empty(5)
+    conditions[0] = mean[0] + wander[0]
+    conditions[1] = mean[1] + wander[1]
+    conditions[2] = mean[2] + push * wind_north + drift * mean[7]
+    conditions[3] = mean[3] + push * wind_east + drift * mean[8]
+    across = push * (wind_east * math.cos(heading) - wind_north * math.sin(heading))
+    conditions[4] = mean[4] + mean[11] * across
+    away = stds[0] * swings[0, 1]
+    return conditions, (away * mean[7], away * mean[8], stds[1] * swings[1, 1], stds[2] * swings[2, 1])
+
+
+def _towards(speed, direction):
+    return speed * math.cos(direction), speed * math.sin(direction)

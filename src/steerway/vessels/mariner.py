@@ -1,0 +1,152 @@
+"""A Mariner-class cargo ship: 160.93 m, three degrees of freedom, one rudder.
+
+M. S. Chislett and J. Strøm-Tejsen (1965), Planar Motion Mechanism Tests and Full-Scale Steering and Manoeuvring
+Predictions for a Mariner Class Vessel, report Hy-5, Hydro- and Aerodynamics Laboratory, Lyngby: an Abkowitz expansion
+about the cruise speed in lengths and speeds of the ship (prime system). The coefficients below are theirs times 10⁵.
+
+State u v r x y ψ δ: u, v, r are perturbations about the cruise speed (m/s, m/s, rad/s), position in m, heading and
+rudder in rad. A positive rudder command turns to starboard; the state δ carries the opposite sign. With the rudder
+amidships she turns by herself, as a single-screw ship does.
+"""
+
+import math
+
+import numpy as np
+
+from steerway.compiled import kernel
+from steerway.errors import InputError
+from steerway.vessels.actuators import Actuator
+from steerway.vessels.kinematics import SHORTLY, GroundMotion, over_ground, turning_rate
+from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT, checked_method
+
+LENGTH = 160.93
+CRUISE_SPEED = 7.7175  # 15 knots
+WATER_DENSITY = 1025.0
+RUDDER = Actuator("rudder", math.radians(-40.0), math.radians(40.0), rate=math.radians(5.0), lag=1.0)
+
+# Mass, inertia and centre of gravity, less the accelerations' coefficients.
+_PER_MASS = 1e-5
+_SURGE_MASS = 798.0 + 42.0
+_SWAY_MASS = 798.0 + 748.0
+_SWAY_BY_YAW = 798.0 * -0.023 + 9.354
+_YAW_BY_SWAY = 798.0 * -0.023 - 4.646
+_YAW_INERTIA = 39.2 + 43.8
+_DETERMINANT = _SWAY_MASS * _YAW_INERTIA - _SWAY_BY_YAW * _YAW_BY_SWAY
+
+_LOW, _HIGH, _FASTEST, _LAG = RUDDER.low, RUDDER.high, RUDDER.rate, RUDDER.lag
+
+
+def derivatives(state, rudder, cruise_speed=CRUISE_SPEED) -> np.ndarray:
+    """The (7,) time derivative of the (7,) state for a commanded rudder (rad, + turns to starboard).
+
+    The steering engine follows with 1 s, at 5 °/s and 40° at most. Source: Chislett and Strøm-Tejsen (1965).
+    """
+    return _rates(np.asarray(state, dtype=np.float64), float(rudder), float(cruise_speed), _CALM)
+
+
+_CALM = np.zeros(5)
+
+
+@kernel
+def _forces(u, v, r, d):
+    """X, Y and N times 10⁵ from surge, sway, yaw and rudder, all in lengths and speeds of the ship."""
+    x = u * (-184.0 + u * (-110.0 - 215.0 * u)) - 899.0 * v * v + 18.0 * r * r + 798.0 * r * v
+    x += d * d * (-95.0 - 190.0 * u) + v * d * (93.0 + 93.0 * u)
+    y = v * (-1160.0 * (1.0 + u) - 8078.0 * v * v + 15356.0 * v * r) - 499.0 * r * (1.0 + u)
+    y += d * (278.0 + 556.0 * u + 278.0 * u * u - 90.0 * d * d - 4.0 * v * d + 1190.0 * v * v)
+    y -= 4.0 + 8.0 * u + 4.0 * u * u
+    n = v * (-264.0 * (1.0 + u) + 1636.0 * v * v - 5483.0 * v * r) - 166.0 * r * (1.0 + u)
+    n += d * (-139.0 - 278.0 * u - 139.0 * u * u + 45.0 * d * d + 13.0 * v * d - 489.0 * v * v)
+    n += 3.0 + 6.0 * u + 3.0 * u * u
+    return x, y, n
+
+
+@kernel
+def _rudder_rate(rudder, delta):
+    """What the steering engine does about the state δ; the command has the opposite sign."""
+    wanted = -min(max(rudder, _LOW), _HIGH)
+    return min(max((wanted - delta) / _LAG, -_FASTEST), _FASTEST)
+
+
+@kernel
+def _rates(state, rudder, cruise_speed, conditions):
+    surge, sway, yaw_rate, heading, delta = state[0], state[1], state[2], state[5], state[6]
+    speed = math.hypot(cruise_speed + surge, sway)
+    x, y, n = _forces(surge / speed, sway / speed, yaw_rate * LENGTH / speed, delta)
+    pressure = _PER_MASS * 0.5 * WATER_DENSITY * (speed * LENGTH) ** 2
+    c, s = math.cos(heading), math.sin(heading)
+    x += (conditions[FORCE_NORTH] * c + conditions[FORCE_EAST] * s) / pressure
+    y += (conditions[FORCE_EAST] * c - conditions[FORCE_NORTH] * s) / pressure
+    n += conditions[MOMENT] / (pressure * LENGTH)
+    acceleration = speed * speed / LENGTH
+    out = np.empty(7)
+    out[0] = x * acceleration / _SURGE_MASS
+    out[1] = (_YAW_INERTIA * y - _SWAY_BY_YAW * n) * acceleration / _DETERMINANT
+    out[2] = (_SWAY_MASS * n - _YAW_BY_SWAY * y) * acceleration / (LENGTH * _DETERMINANT)
+    north, east = over_ground(cruise_speed + surge, sway, heading)
+    out[3] = north + conditions[CURRENT_NORTH]
+    out[4] = east + conditions[CURRENT_EAST]
+    out[5] = yaw_rate
+    out[6] = _rudder_rate(rudder, delta)
+    return out
+
+
+class Mariner:
+    """A Mariner-class ship for the loop. Command: the rudder, rad. State (7,): see `derivatives`.
+
+    The velocities are those through the water, which a current carries along. Raises InputError for a cruise speed that
+    is not positive and an unknown method.
+    """
+
+    actuators = (RUDDER,)
+
+    def __init__(self, cruise_speed=CRUISE_SPEED, method="rk4"):
+        if not 0.0 < cruise_speed < math.inf:
+            raise InputError(f"mariner.cruise_speed is {cruise_speed} m/s, expected more than 0")
+        self.cruise_speed = float(cruise_speed)
+        self._runge_kutta = checked_method(method)
+
+    def start(self, north=0.0, east=0.0, heading=0.0, speed=None) -> np.ndarray:
+        state = np.zeros(7)
+        state[0] = 0.0 if speed is None else speed - self.cruise_speed
+        state[3], state[4], state[5] = north, east, heading
+        return state
+
+    def step(self, state, command, conditions, step) -> np.ndarray:
+        (rudder,) = command
+        return _step(state, rudder, self.cruise_speed, conditions, step, self._runge_kutta)
+
+    def motion(self, state, conditions) -> GroundMotion:
+        return _motion(state, self.cruise_speed, conditions)
+
+
+@kernel
+def _step(state, rudder, cruise_speed, conditions, step, by_runge_kutta):
+    k1 = _rates(state, rudder, cruise_speed, conditions)
+    if not by_runge_kutta:
+        return state + step * k1
+    k2 = _rates(state + 0.5 * step * k1, rudder, cruise_speed, conditions)
+    k3 = _rates(state + 0.5 * step * k2, rudder, cruise_speed, conditions)
+    k4 = _rates(state + step * k3, rudder, cruise_speed, conditions)
+    return state + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+
+@kernel
+def _motion(state, cruise_speed, conditions):
+    rates = _rates(state, 0.0, cruise_speed, conditions)
+    before = _rates(state - SHORTLY * rates, 0.0, cruise_speed, conditions)
+    after = _rates(state + SHORTLY * rates, 0.0, cruise_speed, conditions)
+    acceleration = (after - before) / (2.0 * SHORTLY)
+    return GroundMotion(
+        state[3],
+        state[4],
+        state[5],
+        rates[3],
+        rates[4],
+        rates[5],
+        turning_rate(rates[3], rates[4], acceleration[3], acceleration[4]),
+        cruise_speed + state[0],
+        state[1],
+        0.0,
+        0.0,
+    )

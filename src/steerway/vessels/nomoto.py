@@ -1,0 +1,108 @@
+"""Nomoto's first-order vessel: T ṙ + r = K (δ + b), at one speed through the water; P1 (27), P0 (53).
+
+State x y ψ r δ (m, m, rad, rad/s, the actuator's unit). δ is a rudder angle or a yaw moment, b its bias.
+"""
+
+import math
+
+import numpy as np
+
+from steerway.compiled import kernel
+from steerway.errors import InputError
+from steerway.vessels.actuators import Actuator
+from steerway.vessels.kinematics import GroundMotion, over_ground, turning_rate
+from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, checked_method
+
+IDEAL = Actuator("rudder", -math.inf, math.inf)
+
+
+def derivatives(state, rudder, gain, time_constant, speed, bias=0.0, actuator=IDEAL) -> np.ndarray:
+    """The (5,) time derivative of the (5,) state for a commanded rudder; P1 (1)–(2), (27).
+
+    `gain` K in rad/s for a unit of rudder, `time_constant` T in s, `speed` in m/s, `bias` in the rudder's unit.
+    """
+    machine = (actuator.low, actuator.high, actuator.rate, actuator.lag)
+    parameters = np.array([gain, time_constant, speed, bias, *machine], dtype=np.float64)
+    return _rates(np.asarray(state, dtype=np.float64), float(rudder), parameters, _CALM)
+
+
+_CALM = np.zeros(5)
+
+
+class Nomoto:
+    """A Nomoto vessel for the loop. Command: the rudder, or moment. State (5,): see `derivatives`.
+
+    `actuator` holds the rudder's limits, rate and lag; without a lag the rudder is where it is told to be. Raises
+    InputError when gain, time constant, speed, bias or method cannot be used.
+    """
+
+    def __init__(self, gain, time_constant, speed, bias=0.0, actuator=IDEAL, method="rk4"):
+        if not (math.isfinite(gain) and gain != 0.0):
+            raise InputError(f"nomoto.gain is {gain}, expected a number other than 0")
+        if not 0.0 < time_constant < math.inf:
+            raise InputError(f"nomoto.time_constant is {time_constant} s, expected more than 0")
+        if not 0.0 <= speed < math.inf:
+            raise InputError(f"nomoto.speed is {speed} m/s, expected 0 or more")
+        if not math.isfinite(bias):
+            raise InputError(f"nomoto.bias is {bias}, expected a number")
+        self.actuators = (actuator,)
+        machine = (actuator.low, actuator.high, actuator.rate, actuator.lag)
+        self._parameters = np.array([gain, time_constant, speed, bias, *machine], dtype=np.float64)
+        self._runge_kutta = checked_method(method)
+
+    def start(self, north=0.0, east=0.0, heading=0.0, speed=None) -> np.ndarray:
+        """The state at rest in yaw; a `speed` other than the vessel's own raises InputError."""
+        own = self._parameters[2]
+        if speed is not None and speed != own:
+            raise InputError(f"nomoto: start at {speed} m/s, expected her one speed of {own} m/s")
+        return np.array([north, east, heading, 0.0, 0.0], dtype=np.float64)
+
+    def step(self, state, command, conditions, step) -> np.ndarray:
+        (rudder,) = command
+        return _step(state, rudder, self._parameters, conditions, step, self._runge_kutta)
+
+    def motion(self, state, conditions) -> GroundMotion:
+        return _motion(state, self._parameters, conditions)
+
+
+@kernel
+def _rates(state, rudder, parameters, conditions):
+    gain, time_constant, speed, bias = parameters[0], parameters[1], parameters[2], parameters[3]
+    low, high, fastest, lag = parameters[4], parameters[5], parameters[6], parameters[7]
+    heading, yaw_rate, delta = state[2], state[3], state[4]
+    wanted = min(max(rudder, low), high)
+    if lag == 0.0:
+        delta = wanted
+    north, east = over_ground(speed, 0.0, heading)
+    out = np.empty(5)
+    out[0] = north + conditions[CURRENT_NORTH]
+    out[1] = east + conditions[CURRENT_EAST]
+    out[2] = yaw_rate
+    out[3] = (gain * (delta + bias) - yaw_rate) / time_constant
+    out[4] = 0.0 if lag == 0.0 else min(max((wanted - delta) / lag, -fastest), fastest)
+    return out
+
+
+@kernel
+def _step(state, rudder, parameters, conditions, step, by_runge_kutta):
+    if parameters[7] == 0.0:
+        state = state.copy()
+        state[4] = min(max(rudder, parameters[4]), parameters[5])
+    k1 = _rates(state, rudder, parameters, conditions)
+    if not by_runge_kutta:
+        return state + step * k1
+    k2 = _rates(state + 0.5 * step * k1, rudder, parameters, conditions)
+    k3 = _rates(state + 0.5 * step * k2, rudder, parameters, conditions)
+    k4 = _rates(state + step * k3, rudder, parameters, conditions)
+    return state + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+
+@kernel
+def _motion(state, parameters, conditions):
+    speed, heading, yaw_rate = parameters[2], state[2], state[3]
+    north, east = over_ground(speed, 0.0, heading)
+    north_velocity, east_velocity = north + conditions[CURRENT_NORTH], east + conditions[CURRENT_EAST]
+    course_rate = turning_rate(north_velocity, east_velocity, -east * yaw_rate, north * yaw_rate)
+    return GroundMotion(
+        state[0], state[1], heading, north_velocity, east_velocity, yaw_rate, course_rate, speed, 0.0, 0.0, 0.0
+    )

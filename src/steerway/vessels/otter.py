@@ -1,0 +1,279 @@
+"""The Otter in six degrees of freedom, driven by two propellers.
+
+Newton and Euler about the centre of gravity for the rigid body, Kirchhoff for the water that moves with it, damping,
+cross-flow drag by strips, buoyancy. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021):
+FH below; particulars and editions in `otter_hull`.
+
+State u v w p q r x y z φ θ ψ (m/s and rad/s along and about the hull's axes, m in NED, rad), followed in the closed
+loop by the two propeller speeds (rad/s).
+"""
+
+import math
+
+import numpy as np
+
+from steerway.compiled import kernel
+from steerway.errors import InputError
+from steerway.vessels.actuators import Actuator
+from steerway.vessels.kinematics import SHORTLY, GroundMotion, in_body, turning_rate
+from steerway.vessels.otter_hull import (
+    ADDED,
+    CENTRE,
+    CENTRE_OF_FLOTATION,
+    CURRENT_TURNS,
+    DAMPING,
+    INERTIA,
+    INVERSE,
+    LENGTH,
+    MUNK,
+    PAYLOAD,
+    PONTOON_ARM,
+    PROPELLER_GAIN_AHEAD,
+    PROPELLER_GAIN_ASTERN,
+    PROPELLER_MAX,
+    PROPELLER_MIN,
+    SIDE_DRAG,
+    STIFFNESS,
+    STRIPS,
+    TOTAL_MASS,
+    TRIM_MOMENT,
+    VERTICAL_DRAG,
+    WEIGHT,
+    loaded,
+)
+from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT, checked_method
+
+_STATION = LENGTH / (STRIPS - 1)
+
+
+def derivatives(
+    state,
+    propeller_speeds,
+    payload_mass=0.0,
+    payload_position=(0.0, 0.0, 0.0),
+    current_speed=0.0,
+    current_direction=0.0,
+    edition="today",
+) -> np.ndarray:
+    """The (12,) time derivative of the (12,) state u v w p q r x y z φ θ ψ.
+
+    `propeller_speeds` left and right, rad/s, saturate at `Otter.actuators`' limits; `payload_mass` 0 to 45 kg at
+    `payload_position` (forward, starboard, down) m; the current flows at `current_speed` m/s towards
+    `current_direction` rad from true north. Editions: see `otter_hull`. Source: FH (3.42), (6.1), (6.61), (6.86).
+
+    Raises InputError for a load that she cannot carry and an unknown edition.
+    """
+    left, right = propeller_speeds
+    hull = loaded(payload_mass, payload_position, edition)
+    return _derivatives(np.asarray(state, dtype=np.float64), left, right, hull, current_speed, current_direction)
+
+
+@kernel
+def thrust(speed):
+    """Thrust (N) of one propeller at `speed` rad/s, saturated."""
+    speed = min(max(speed, PROPELLER_MIN), PROPELLER_MAX)
+    gain = PROPELLER_GAIN_AHEAD if speed > 0.0 else PROPELLER_GAIN_ASTERN
+    return gain * speed * abs(speed)
+
+
+@kernel
+def _cross(ax, ay, az, bx, by, bz):
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+
+
+@kernel
+def _inertial_forces(hull, u, v, w, p, q, r):
+    """−C(ν)ν, rigid body (FH 3.59) and added mass (FH 6.44), from velocities through the water: X Y Z K M N."""
+    gx, gy, gz = hull[CENTRE], hull[CENTRE + 1], hull[CENTRE + 2]
+    mass = hull[TOTAL_MASS]
+    ax, ay, az = _cross(p, q, r, gx, gy, gz)
+    fx, fy, fz = _cross(p, q, r, mass * (u + ax), mass * (v + ay), mass * (w + az))
+    tx, ty, tz = _cross(gx, gy, gz, fx, fy, fz)
+    hx = hull[INERTIA] * p + hull[INERTIA + 1] * q + hull[INERTIA + 2] * r
+    hy = hull[INERTIA + 3] * p + hull[INERTIA + 4] * q + hull[INERTIA + 5] * r
+    hz = hull[INERTIA + 6] * p + hull[INERTIA + 7] * q + hull[INERTIA + 8] * r
+    sx, sy, sz = _cross(p, q, r, hx, hy, hz)
+    mx, my, mz = hull[ADDED] * u, hull[ADDED + 1] * v, hull[ADDED + 2] * w
+    cx, cy, cz = _cross(p, q, r, mx, my, mz)
+    ex, ey, ez = _cross(p, q, r, hull[ADDED + 3] * p, hull[ADDED + 4] * q, hull[ADDED + 5] * r)
+    kx, ky, kz = _cross(u, v, w, mx, my, mz)
+    return (
+        -(fx + cx),
+        -(fy + cy),
+        -(fz + cz),
+        -(tx + sx + ex + kx),
+        -(ty + sy + ey + ky),
+        -(tz + sz + ez + kz * hull[MUNK]),
+    )
+
+
+@kernel
+def _cross_flow(v, w, q, r):
+    """Sums over the stations of |v + x r|(v + x r) and x times it, and of the same for w + x q; FH (6.91)–(6.92)."""
+    side, turn, heave, pitch = 0.0, 0.0, 0.0, 0.0
+    for i in range(STRIPS):
+        x = i * _STATION - 0.5 * LENGTH
+        across, down = v + x * r, w + x * q
+        across *= abs(across)
+        down *= abs(down)
+        side += across
+        turn += x * across
+        heave += down
+        pitch += x * down
+    return side, turn, heave, pitch
+
+
+@kernel
+def _rates(state, left, right, hull, current_north, current_east, force_north, force_east, moment, out):
+    """Write the 12 rates of the state into `out`; forces (N) and moment (N·m) act in NED besides the propellers'."""
+    u, v, w, p, q, r = state[0], state[1], state[2], state[3], state[4], state[5]
+    z, phi, theta, psi = state[8], state[9], state[10], state[11]
+    current_u, current_v = in_body(current_north, current_east, psi)
+    force_u, force_v = in_body(force_north, force_east, psi)
+    ur, vr = u - current_u, v - current_v
+    fx, fy, fz, tx, ty, tz = _inertial_forces(hull, ur, vr, w, p, q, r)
+    side, turn, heave, pitch = _cross_flow(vr, w, q, r)
+
+    # The payload's weight; its vertical part and moments shift the equilibrium (FH 4.2), the rest is left out.
+    c_phi, s_phi, c_theta, s_theta = math.cos(phi), math.sin(phi), math.cos(theta), math.sin(theta)
+    weight = hull[WEIGHT]
+    wx, wy, wz = -weight * s_theta, weight * c_theta * s_phi, weight * c_theta * c_phi
+    lx, ly, _ = _cross(hull[PAYLOAD], hull[PAYLOAD + 1], hull[PAYLOAD + 2], wx, wy, wz)
+    sunk = z - CENTRE_OF_FLOTATION * theta
+    buoyancy = -hull[STIFFNESS] * sunk
+
+    port, starboard = thrust(left), thrust(right)
+    d = DAMPING
+    fx += port + starboard + force_u - hull[d] * ur
+    fy += force_v - hull[d + 1] * vr - hull[SIDE_DRAG] * side
+    fz += buoyancy + wz - hull[d + 2] * w - hull[VERTICAL_DRAG] * heave
+    tx += lx - hull[STIFFNESS + 1] * phi - hull[d + 3] * p
+    ty += ly - hull[STIFFNESS + 2] * theta - CENTRE_OF_FLOTATION * buoyancy - hull[d + 4] * q
+    ty -= hull[VERTICAL_DRAG] * pitch + hull[TRIM_MOMENT]
+    tz += PONTOON_ARM * (port - starboard) + moment - hull[SIDE_DRAG] * turn
+    tz -= hull[d + 5] * (1.0 + 10.0 * abs(r)) * r
+
+    for i in range(6):
+        k = INVERSE + 6 * i
+        out[i] = hull[k] * fx + hull[k + 1] * fy + hull[k + 2] * fz
+        out[i] += hull[k + 3] * tx + hull[k + 4] * ty + hull[k + 5] * tz
+    if hull[CURRENT_TURNS] != 0.0:
+        out[0] += r * current_v
+        out[1] -= r * current_u
+        out[2] += q * current_u - p * current_v
+
+    phi -= lx / hull[STIFFNESS + 1]
+    theta -= (ly + CENTRE_OF_FLOTATION * wz) / hull[STIFFNESS + 2]
+    out[6], out[7], out[8] = _to_ned(u, v, w, phi, theta, psi)
+    tangent = (q * math.sin(phi) + r * math.cos(phi)) / math.cos(theta)
+    out[9] = p + tangent * math.sin(theta)
+    out[10] = q * math.cos(phi) - r * math.sin(phi)
+    out[11] = tangent
+
+
+@kernel
+def _to_ned(u, v, w, phi, theta, psi):
+    """Body to NED by roll, pitch and yaw; FH (2.31)."""
+    c, s = math.cos(phi), math.sin(phi)
+    abeam, below = v * c - w * s, v * s + w * c
+    ahead = u * math.cos(theta) + below * math.sin(theta)
+    c, s = math.cos(psi), math.sin(psi)
+    return ahead * c - abeam * s, ahead * s + abeam * c, below * math.cos(theta) - u * math.sin(theta)
+
+
+@kernel
+def _derivatives(state, left, right, hull, current_speed, current_direction):
+    out = np.empty(12)
+    north, east = current_speed * math.cos(current_direction), current_speed * math.sin(current_direction)
+    _rates(state, left, right, hull, north, east, 0.0, 0.0, 0.0, out)
+    return out
+
+
+class Otter:
+    """An Otter for the loop: her load, her edition, her propellers' lag (s) and how she is integrated.
+
+    Command: propeller speeds left and right, rad/s. State (14,): the twelve of `derivatives` and the two propeller
+    speeds, which follow their command with a first-order lag. Raises InputError as `derivatives` does, and for a
+    negative lag or an unknown method.
+    """
+
+    def __init__(
+        self,
+        payload_mass=0.0,
+        payload_position=(0.0, 0.0, 0.0),
+        edition="today",
+        propeller_lag=0.1,
+        method="rk4",
+    ):
+        if not 0.0 <= propeller_lag < math.inf:
+            raise InputError(f"otter.propeller_lag is {propeller_lag} s, expected 0 or more")
+        limits = (PROPELLER_MIN, PROPELLER_MAX)
+        names = ("left propeller speed", "right propeller speed")
+        self.actuators = tuple(Actuator(name, *limits, lag=propeller_lag) for name in names)
+        self._hull = loaded(payload_mass, payload_position, edition)
+        self._lag = propeller_lag
+        self._runge_kutta = checked_method(method)
+
+    def start(self, north=0.0, east=0.0, heading=0.0, speed=0.0) -> np.ndarray:
+        state = np.zeros(14)
+        state[0], state[6], state[7], state[11] = speed, north, east, heading
+        return state
+
+    def step(self, state, command, conditions, step) -> np.ndarray:
+        left, right = command
+        return _step(state, left, right, self._lag, self._hull, conditions, step, self._runge_kutta)
+
+    def motion(self, state, conditions) -> GroundMotion:
+        return _motion(state, self._hull, conditions)
+
+
+@kernel
+def _sailing_rates(state, left, right, lag, hull, conditions):
+    """The 14 rates: the hull's, and the propellers' towards what they are told."""
+    out = np.zeros(14)
+    north, east, moment = conditions[CURRENT_NORTH], conditions[CURRENT_EAST], conditions[MOMENT]
+    force_north, force_east = conditions[FORCE_NORTH], conditions[FORCE_EAST]
+    _rates(state, state[12], state[13], hull, north, east, force_north, force_east, moment, out)
+    if lag > 0.0:
+        out[12] = (left - state[12]) / lag
+        out[13] = (right - state[13]) / lag
+    return out
+
+
+@kernel
+def _step(state, left, right, lag, hull, conditions, step, by_runge_kutta):
+    left = min(max(left, PROPELLER_MIN), PROPELLER_MAX)
+    right = min(max(right, PROPELLER_MIN), PROPELLER_MAX)
+    if lag == 0.0:
+        state = state.copy()
+        state[12], state[13] = left, right
+    k1 = _sailing_rates(state, left, right, lag, hull, conditions)
+    if not by_runge_kutta:
+        return state + step * k1
+    k2 = _sailing_rates(state + 0.5 * step * k1, left, right, lag, hull, conditions)
+    k3 = _sailing_rates(state + 0.5 * step * k2, left, right, lag, hull, conditions)
+    k4 = _sailing_rates(state + step * k3, left, right, lag, hull, conditions)
+    return state + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+
+@kernel
+def _motion(state, hull, conditions):
+    rates = _sailing_rates(state, 0.0, 0.0, 0.0, hull, conditions)
+    before = _sailing_rates(state - SHORTLY * rates, 0.0, 0.0, 0.0, hull, conditions)
+    after = _sailing_rates(state + SHORTLY * rates, 0.0, 0.0, 0.0, hull, conditions)
+    acceleration = (after - before) / (2.0 * SHORTLY)
+    heading = state[11]
+    current_u, current_v = in_body(conditions[CURRENT_NORTH], conditions[CURRENT_EAST], heading)
+    return GroundMotion(
+        state[6],
+        state[7],
+        heading,
+        rates[6],
+        rates[7],
+        rates[11],
+        turning_rate(rates[6], rates[7], acceleration[6], acceleration[7]),
+        state[0] - current_u,
+        state[1] - current_v,
+        state[9],
+        state[10],
+    )

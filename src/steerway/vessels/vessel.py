@@ -1,0 +1,65 @@
+"""What the loop asks of a vessel, and what the sea does to her.
+
+A vessel object holds parameters only; her state is an array that the loop keeps, so that a run can be stored, resumed
+and repeated. Anything with these three methods sails: see docs/vessels.md.
+"""
+
+from typing import Protocol
+
+import numpy as np
+
+from steerway.errors import InputError
+from steerway.vessels.actuators import Actuator
+from steerway.vessels.kinematics import GroundMotion
+
+CURRENT_NORTH, CURRENT_EAST, FORCE_NORTH, FORCE_EAST, MOMENT = range(5)
+"""Places in the conditions: current (m/s), forces besides the actuators' (N), their moment in yaw (N·m); NED."""
+
+
+class Vessel(Protocol):
+    """A vessel that the loop can step."""
+
+    @property
+    def actuators(self) -> tuple[Actuator, ...]:
+        """One for each entry of a command."""
+
+    def start(self, north: float, east: float, heading: float, speed: float) -> np.ndarray:
+        """The state (n,) of a vessel that makes `speed` through the water along `heading`."""
+
+    def step(self, state: np.ndarray, command, conditions: np.ndarray, step: float) -> np.ndarray:
+        """The state (n,) after `step` s of one command, a float an actuator, in the conditions (5,)."""
+
+    def motion(self, state: np.ndarray, conditions: np.ndarray) -> GroundMotion:
+        """Where she is and how she moves over ground."""
+
+
+def conditions(current=(0.0, 0.0), force=(0.0, 0.0), moment=0.0) -> np.ndarray:
+    """The (5,) conditions of a current, a force (north, east) and a moment in yaw."""
+    return np.array([*current, *force, moment], dtype=np.float64)
+
+
+CALM = conditions()
+CALM.flags.writeable = False
+
+METHODS = ("rk4", "euler")
+
+
+def checked_method(method: str) -> bool:
+    """True for Runge and Kutta's method, False for Euler's; raises InputError for another name."""
+    if method not in METHODS:
+        raise InputError(f"vessel.method is {method!r}, expected one of {', '.join(METHODS)}")
+    return method == "rk4"
+
+
+def runge_kutta(rates, state, step):
+    """One step of Runge and Kutta's fourth-order method for ẋ = rates(x), in plain Python for vessels that are."""
+    k1 = rates(state)
+    k2 = rates(state + 0.5 * step * k1)
+    k3 = rates(state + 0.5 * step * k2)
+    k4 = rates(state + step * k3)
+    return state + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+
+def euler(rates, state, step):
+    """One step of Euler's method for ẋ = rates(x)."""
+    return state + step * rates(state)

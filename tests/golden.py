@@ -1,0 +1,19 @@
+"""Golden numbers: tables whose columns are read by name."""
+
+import numpy as np
+
+RTOL, ATOL = 1e-9, 1e-10
+
+
+def golden(shared_data, name) -> np.ndarray:
+    """The rows of a reference table as a structured array."""
+    return np.genfromtxt(shared_data / "reference" / "mss" / f"{name}.csv", delimiter=",", names=True)
+
+
+def columns(table, *names) -> np.ndarray:
+    """The named columns (n, len(names))."""
+    return np.stack([table[name] for name in names], axis=-1)
+
+
+def assert_golden(measured, expected):
+    np.testing.assert_allclose(measured, expected, rtol=RTOL, atol=ATOL)

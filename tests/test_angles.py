@@ -1,0 +1,36 @@
+"""Angles against golden numbers, and what wrapping promises."""
+
+import math
+
+import numpy as np
+import pytest
+
+from steerway.angles import smallest_difference, wrap
+from tests.golden import assert_golden, golden
+
+
+def test_wrap_matches_the_golden_rows(shared_data):
+    table = golden(shared_data, "ssa")
+    assert_golden([wrap(angle) for angle in table["rad_in"]], table["rad_out"])
+    assert_golden([math.degrees(wrap(math.radians(angle))) for angle in table["deg_in"]], table["deg_out"])
+
+
+def test_the_range_is_half_open():
+    assert wrap(math.pi) == wrap(-math.pi) == wrap(3.0 * math.pi) == -math.pi
+    below = math.nextafter(math.pi, 0.0)
+    assert wrap(below) == below
+
+
+@pytest.mark.parametrize("angle", np.linspace(-30.0, 30.0, 301))
+def test_wrapping_keeps_the_direction(angle):
+    wrapped = wrap(angle)
+    assert -math.pi <= wrapped < math.pi
+    assert math.cos(wrapped) == pytest.approx(math.cos(angle), abs=1e-12)
+    assert math.sin(wrapped) == pytest.approx(math.sin(angle), abs=1e-12)
+    assert wrap(wrapped) == wrapped
+
+
+def test_the_smallest_difference_leads_from_the_reference_to_the_angle():
+    assert smallest_difference(0.2, -0.1) == pytest.approx(0.3)
+    assert smallest_difference(math.radians(-170), math.radians(170)) == pytest.approx(math.radians(20))
+    assert math.isnan(smallest_difference(math.nan, 0.0))

@@ -1,0 +1,120 @@
+"""Currents, wind and waves: of the size and the memory that were asked for, and pointing where they should."""
+
+import math
+
+import numpy as np
+import pytest
+
+from steerway import InputError
+from steerway.noise import oscillator
+from steerway.vessels import Nomoto, Otter
+from steerway.vessels.environment import AIR_DENSITY, Current, Environment, Waves, Wind
+
+
+def run(environment, n, step=0.1, seed=0, motion=None):
+    """Conditions (n, 5) and wave motions (n, 4)."""
+    sea = environment.start(seed, step)
+    conditions, waves = np.empty((n, 5)), np.empty((n, 4))
+    for k in range(n):
+        conditions[k], waves[k] = sea.conditions, sea.waves
+        sea.advance(motion)
+    return conditions, waves
+
+
+def test_nothing_is_calm():
+    conditions, waves = run(Environment(), 5)
+    assert not conditions.any() and not waves.any()
+
+
+def test_constant_parts_are_constant_and_point_where_they_go():
+    environment = Environment(Current(0.5, math.pi / 2), force=(3.0, -4.0), moment=2.0)
+    conditions, _ = run(environment, 5)
+    np.testing.assert_allclose(conditions, np.tile([0.0, 0.5, 3.0, -4.0, 2.0], (5, 1)), atol=1e-15)
+
+
+def test_the_same_seed_is_the_same_sea():
+    environment = Environment(Current(0.5, 1.0, std=0.1), Wind(8.0, 2.0, 0.3, gust_std=2.0), Waves(roll_std=0.1))
+    for one, same, other in zip(*(run(environment, 2000, seed=seed) for seed in (1, 1, 2)), strict=True):
+        np.testing.assert_array_equal(one, same)
+        assert not np.array_equal(one, other)
+
+
+def test_a_wandering_current_has_its_spread_and_memory():
+    conditions, _ = run(Environment(Current(0.5, 0.0, std=0.1, time_constant=20.0)), 60_000)
+    along, across = conditions[:, 0], conditions[:, 1]
+    assert along.mean() == pytest.approx(0.5, abs=0.02)
+    for part in (along, across):
+        assert part.std() == pytest.approx(0.1, rel=0.1)
+        assert np.corrcoef(part[200:], part[:-200])[0, 1] == pytest.approx(math.exp(-1.0), abs=0.1)
+
+
+def test_wind_blows_from_its_direction_with_the_square_of_its_speed():
+    conditions, _ = run(Environment(wind=Wind(10.0, direction=0.0, drag_area=0.5, arm=0.2)), 2)
+    np.testing.assert_allclose(conditions[0, 2:], [-0.5 * AIR_DENSITY * 0.5 * 100.0, 0.0, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("blows_from", [0.0, math.pi / 2, 2.5])
+@pytest.mark.parametrize("before_the_wind", [True, False])
+def test_a_vessel_before_the_wind_feels_less_of_it(blows_from, before_the_wind):
+    sailing = Nomoto(1.0, 1.0, speed=4.0)
+    motion = sailing.motion(sailing.start(heading=blows_from + math.pi * before_the_wind), np.zeros(5))
+    conditions, _ = run(Environment(wind=Wind(10.0, blows_from, 0.5)), 2, motion=motion)
+    push = 0.5 * AIR_DENSITY * 0.5 * (6.0 if before_the_wind else 14.0) ** 2
+    expected = [-push * math.cos(blows_from), -push * math.sin(blows_from)]
+    np.testing.assert_allclose(conditions[1, 2:4], expected, atol=1e-12)
+
+
+def test_wind_on_a_forward_arm_turns_the_bow_away():
+    boat = Otter()
+    motion = boat.motion(boat.start(heading=0.0), np.zeros(5))
+    conditions, _ = run(Environment(wind=Wind(10.0, math.pi / 2, 0.5, arm=0.3)), 2, motion=motion)
+    assert conditions[1, 4] == pytest.approx(0.3 * conditions[1, 3])
+    assert conditions[1, 4] < 0.0  # wind from the east, heading north: the bow falls off to port
+
+
+def test_waves_have_their_spread_and_period_and_go_one_way():
+    frequency = 1.5
+    waves = Waves(direction=0.7, frequency=frequency, displacement_std=0.3, roll_std=0.1, pitch_std=0.05)
+    _, motion = run(Environment(waves=waves), 60_000)
+    away = motion[:, 0] * math.cos(0.7) + motion[:, 1] * math.sin(0.7)
+    across = motion[:, 1] * math.cos(0.7) - motion[:, 0] * math.sin(0.7)
+    np.testing.assert_allclose([away.std(), motion[:, 2].std(), motion[:, 3].std()], [0.3, 0.1, 0.05], rtol=0.08)
+    np.testing.assert_allclose(across, 0.0, atol=1e-15)
+    spectrum = np.abs(np.fft.rfft(away)) ** 2
+    omega = 2.0 * math.pi * np.fft.rfftfreq(len(away), 0.1)
+    near = (omega > frequency - 0.5) & (omega < frequency + 0.5)
+    assert spectrum[near].sum() > 0.75 * spectrum.sum()
+    assert omega[near] @ spectrum[near] / spectrum[near].sum() == pytest.approx(frequency, abs=0.05)
+
+
+def test_an_oscillator_keeps_its_covariance_at_any_step():
+    for step in (0.01, 0.1, 1.0, 10.0):
+        model = oscillator(1.2, 0.1, step)
+        transition, spread = model[:4].reshape(2, 2), np.diag([1.2**-2, 1.0])
+        factor = np.array([[model[4], 0.0], [model[5], model[6]]])
+        np.testing.assert_allclose(transition @ spread @ transition.T + factor @ factor.T, spread, atol=1e-12)
+
+
+def test_two_short_steps_of_an_oscillator_are_a_long_one():
+    short, long = (oscillator(1.2, 0.1, step)[:4].reshape(2, 2) for step in (0.1, 0.2))
+    np.testing.assert_allclose(short @ short, long, rtol=1e-12)
+
+
+def test_drift_pushes_along_the_waves():
+    conditions, _ = run(Environment(waves=Waves(direction=math.pi, drift=5.0)), 2)
+    np.testing.assert_allclose(conditions[0, 2:4], [-5.0, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: Environment(Current(-0.5)), "current.speed is -0.5"),
+        (lambda: Environment(Current(0.5, std=0.1, time_constant=0.0)), "current.time_constant is 0.0"),
+        (lambda: Environment(wind=Wind(drag_area=-1.0)), "wind.drag_area is -1.0"),
+        (lambda: Environment(waves=Waves(damping=1.0)), "waves.damping is 1.0"),
+        (lambda: Environment(waves=Waves(direction=math.nan)), "waves.direction is nan"),
+    ],
+)
+def test_bad_input_is_named(make, says):
+    with pytest.raises(InputError, match=says):
+        make()

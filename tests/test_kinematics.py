@@ -1,0 +1,69 @@
+"""The current triangle of P1: (3)–(10) and (28), for motion in every direction, astern too."""
+
+import math
+
+import pytest
+
+from steerway.angles import smallest_difference
+from steerway.vessels.kinematics import GroundMotion, drift_angle, in_body, over_ground, turning_rate
+
+HEADINGS = [0.3 * k - 3.0 for k in range(21)]
+
+
+def motion(heading, surge, sway, current=(0.0, 0.0), **rest):
+    north, east = over_ground(surge, sway, heading)
+    known = {"north": 0.0, "east": 0.0, "yaw_rate": 0.0, "course_rate": 0.0, "roll": 0.0, "pitch": 0.0} | rest
+    return GroundMotion(
+        heading=heading,
+        north_velocity=north + current[0],
+        east_velocity=east + current[1],
+        surge=surge,
+        sway=sway,
+        **known,
+    )
+
+
+@pytest.mark.parametrize("heading", HEADINGS)
+@pytest.mark.parametrize(("surge", "sway"), [(2.0, 0.5), (2.0, -0.5), (-1.0, 0.3), (-1.0, -0.3), (0.0, 1.0)])
+def test_course_is_heading_and_crab_angle(heading, surge, sway):
+    """P1 (5)–(7): without current crab angle and sideslip are one, and right astern too."""
+    m = motion(heading, surge, sway)
+    assert m.sog == pytest.approx(math.hypot(surge, sway)) == m.water_speed
+    assert smallest_difference(m.cog, heading + m.crab_angle) == pytest.approx(0.0, abs=1e-12)
+    assert m.crab_angle == pytest.approx(math.atan2(sway, surge)) == m.sideslip
+
+
+def test_the_printed_crab_angle_is_wrong_astern():
+    """P1 (7) and (10), printed with atan and asin: wrong by a half turn and by a mirror."""
+    surge, sway = -1.0, 0.3
+    right = drift_angle(surge, sway)
+    assert right - math.atan(sway / surge) == pytest.approx(math.pi)
+    assert math.pi - math.asin(sway / math.hypot(surge, sway)) == pytest.approx(right)
+
+
+def test_a_boat_that_crabs_across_a_current_has_no_sideslip():
+    """Heading 30° up against the current to make good a track due north: P1 figure 1."""
+    m = motion(math.radians(-30.0), 2.0, 0.0, current=(0.0, 1.0))
+    assert m.cog == pytest.approx(0.0, abs=1e-12)
+    assert m.crab_angle == pytest.approx(math.radians(30.0))
+    assert m.sideslip == 0.0
+    assert m.sog == pytest.approx(math.sqrt(3.0))
+
+
+@pytest.mark.parametrize("heading", HEADINGS)
+def test_body_and_ground_are_each_others_inverse(heading):
+    assert in_body(*over_ground(1.2, -0.4, heading), heading) == pytest.approx((1.2, -0.4))
+    assert in_body(1.0, 0.0, math.pi / 2) == pytest.approx((0.0, -1.0))  # a current to the north comes from starboard
+
+
+def test_course_rate_is_yaw_rate_and_the_crab_angles_rate():
+    """P1 (28): r = ω_χ − β̇, by differences on a boat whose sway grows as she turns."""
+    surge, rate, h = 2.0, 0.2, 1e-6
+
+    def velocity(t):
+        return over_ground(surge, 0.3 * t, 0.7 + rate * t)
+
+    now, later = velocity(1.0), velocity(1.0 + h)
+    acceleration = [(b - a) / h for a, b in zip(now, later, strict=True)]
+    crab_rate = (math.atan2(0.3 * (1.0 + h), surge) - math.atan2(0.3, surge)) / h
+    assert turning_rate(*now, *acceleration) == pytest.approx(rate + crab_rate, rel=1e-5)
