@@ -1,0 +1,88 @@
+"""From surge force and yaw moment to the speeds of two fixed propellers side by side."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from steerway.checks import positive
+from steerway.compiled import kernel
+from steerway.errors import InputError
+
+
+class Propulsion(NamedTuple):
+    """What two propellers are told and what they then give."""
+
+    port: float  # rad/s
+    starboard: float  # rad/s
+    surge_force: float  # N
+    yaw_moment: float  # N·m, + to starboard
+
+
+@kernel
+def shaft_speed(thrust, gain_ahead, gain_astern):
+    """Propeller speed (rad/s) for a thrust (N) of T = k n|n|, k by the direction of the thrust."""
+    return math.sqrt(thrust / gain_ahead) if thrust >= 0.0 else -math.sqrt(-thrust / gain_astern)
+
+
+@kernel
+def thrust(speed, gain_ahead, gain_astern):
+    """Thrust (N) of a propeller at a speed (rad/s): T = k n|n|, k by the direction."""
+    return (gain_ahead if speed >= 0.0 else gain_astern) * speed * abs(speed)
+
+
+@kernel
+def allocate(surge_force, yaw_moment, arm, gain_ahead, gain_astern, max_thrust, min_thrust):
+    """(port, starboard, force, moment): P0 (60)–(63) with a gain for each direction, and limits that spare the moment.
+
+    Steering comes first: the moment is cut only where the propellers cannot give it at any force, the force gives way.
+    """
+    half = yaw_moment / (2.0 * arm)
+    room = 0.5 * (max_thrust - min_thrust)
+    half = min(room, max(-room, half))
+    mean = min(max_thrust - abs(half), max(min_thrust + abs(half), 0.5 * surge_force))
+    port = shaft_speed(mean + half, gain_ahead, gain_astern)
+    starboard = shaft_speed(mean - half, gain_ahead, gain_astern)
+    return port, starboard, 2.0 * mean, 2.0 * arm * half
+
+
+@dataclass(frozen=True)
+class TwoPropellers:
+    """Two propellers at ± `arm` (m) from the centre line, T = k n|n| (k in N·s²), speeds within limits (rad/s).
+
+    min_speed 0 for propellers that do not reverse. The moment of the pair is arm · (T_port − T_starboard).
+    """
+
+    arm: float
+    gain_ahead: float
+    gain_astern: float
+    max_speed: float
+    min_speed: float
+
+    def __post_init__(self):
+        for name in ("arm", "gain_ahead", "gain_astern", "max_speed"):
+            positive(f"propellers.{name}", getattr(self, name))
+        if not self.min_speed <= 0.0:
+            raise InputError(f"propellers.min_speed is {self.min_speed:g} rad/s, expected at most 0")
+        limits = (thrust(n, self.gain_ahead, self.gain_astern) for n in (self.max_speed, self.min_speed))
+        constants = (self.arm, self.gain_ahead, self.gain_astern, *limits)
+        object.__setattr__(self, "_constants", tuple(map(float, constants)))
+
+    def step(self, surge_force: float, yaw_moment: float) -> Propulsion:
+        """Propeller speeds for a surge force (N) and yaw moment (N·m), and what of both they give."""
+        return Propulsion(*allocate(surge_force, yaw_moment, *self._constants))
+
+    @property
+    def max_moment(self) -> float:
+        """The largest yaw moment (N·m) the pair can give, at whatever force."""
+        _, _, _, max_thrust, min_thrust = self._constants
+        return self.arm * (max_thrust - min_thrust)
+
+
+OTTER_PROPELLERS = TwoPropellers(
+    arm=0.395,
+    gain_ahead=0.02216 / 2.0,
+    gain_astern=0.01289 / 2.0,
+    max_speed=math.sqrt(0.5 * 24.4 * 9.81 / (0.02216 / 2.0)),
+    min_speed=-math.sqrt(0.5 * 13.6 * 9.81 / (0.01289 / 2.0)),
+)
+"""The Otter's: bollard pull 24.4 kgf ahead and 13.6 kgf astern from both (the author's public model, MSS)."""

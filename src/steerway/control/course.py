@@ -1,0 +1,145 @@
+"""The steering autopilot: PID with reference feedforward on an angle; P0 (54)–(59), P1 (29)–(34) with corrected signs.
+
+Fed with course over ground and course rate it is a course autopilot, with heading and yaw rate a heading autopilot.
+What it commands, a rudder angle in rad or a yaw moment in N·m, is the input of the Nomoto model its gains come from.
+"""
+
+import math
+from dataclasses import dataclass
+
+from steerway.angles import wrap
+from steerway.checks import not_negative, positive, positive_or_unlimited
+from steerway.compiled import kernel
+from steerway.errors import InputError
+
+
+@dataclass(frozen=True)
+class AnglePIDGains:
+    """Gains of the autopilot; u is the command's unit, rad or N·m.
+
+    K_p in u/rad, T_i in s (inf: no integral), T_d in s; feedforward of rate 1/K in u·s/rad and of acceleration T/K in
+    u·s²/rad; `limit` of |command| in u.
+    """
+
+    proportional: float
+    integral_time: float = math.inf
+    derivative_time: float = 0.0
+    rate_feedforward: float = 0.0
+    acceleration_feedforward: float = 0.0
+    limit: float = math.inf
+
+    def __post_init__(self):
+        positive("autopilot.proportional", self.proportional)
+        positive_or_unlimited("autopilot.integral_time", self.integral_time)
+        for name in ("derivative_time", "rate_feedforward", "acceleration_feedforward"):
+            not_negative(f"autopilot.{name}", getattr(self, name))
+        positive_or_unlimited("autopilot.limit", self.limit)
+
+
+def place_poles(
+    nomoto_gain: float, nomoto_time: float, bandwidth: float, damping: float = 1.0, limit: float = math.inf
+) -> AnglePIDGains:
+    """Gains that give a Nomoto vessel T ω̇ + ω = K u the poles of ω_n (rad/s) and ζ; P0 (57)–(59), feedforward (55).
+
+    The integral, T_i = 10/ω_n, is not part of the placing: with ζ = 1 the three poles are 0.13, 0.59 and 1.28 ω_n.
+    Raises InputError where the vessel alone damps more than asked for, 2ζω_n < 1/T: T_d would be negative.
+    """
+    gain = positive("nomoto.gain", nomoto_gain)
+    time = positive("nomoto.time_constant", nomoto_time)
+    positive("autopilot.damping", damping)
+    least = 1.0 / (2.0 * damping * time)
+    if positive("autopilot.bandwidth", bandwidth) < least:
+        raise InputError(
+            f"autopilot.bandwidth is {bandwidth:g} rad/s, expected at least {least:g} rad/s, "
+            f"what the vessel's own time constant of {time:g} s damps"
+        )
+    proportional = time / gain * bandwidth**2
+    return AnglePIDGains(
+        proportional=proportional,
+        integral_time=10.0 / bandwidth,
+        derivative_time=time / (gain * proportional) * (2.0 * damping * bandwidth - 1.0 / time),
+        rate_feedforward=1.0 / gain,
+        acceleration_feedforward=time / gain,
+        limit=limit,
+    )
+
+
+@kernel
+def _known(value):
+    return value if math.isfinite(value) else 0.0
+
+
+@kernel
+def angle_pid(
+    desired,
+    desired_rate,
+    desired_acceleration,
+    angle,
+    rate,
+    integral,
+    proportional,
+    derivative_time,
+    rate_feedforward,
+    acceleration_feedforward,
+):
+    """(command, error): u = τ_FF + I − K_p (ssa(χ̃) + T_d ω̃), P0 (54)–(55); `integral` I is in the command's unit.
+
+    What is unknown (NaN) counts as no error: the trim, the feedforward and the damping that are known remain.
+    """
+    error = _known(wrap(angle - desired))
+    rate_error = _known(rate - desired_rate)
+    feedforward = _known(acceleration_feedforward * desired_acceleration + rate_feedforward * desired_rate)
+    return feedforward + integral - proportional * (error + derivative_time * rate_error), error
+
+
+class AnglePID:
+    """One autopilot; `step` gives the command within its limit.
+
+    The integral never moves further into a limit: neither its own nor one that lies behind it, which `limited_to`
+    reports. `start` takes over from whatever steered before, without a jump.
+    """
+
+    def __init__(self, gains: AnglePIDGains):
+        self.gains = gains
+        self._constants = (
+            gains.proportional,
+            gains.derivative_time,
+            gains.rate_feedforward,
+            gains.acceleration_feedforward,
+        )
+        self.restart()
+
+    def restart(self):
+        """Forget the trim."""
+        self.integral = 0.0
+        self.command = 0.0
+        self._excess = 0.0
+
+    def start(self, command: float, reference, angle: float, rate: float):
+        """Set the trim so that the first step on this reference and boat gives `command`, as far as limits allow."""
+        self.command = command
+        self.integral = 0.0
+        free, _ = angle_pid(*reference, angle, rate, 0.0, *self._constants)
+        self.integral = _within(command - free, self.gains.limit)
+        self._excess = 0.0
+
+    def step(self, reference, angle: float, rate: float, dt: float) -> float:
+        """Command for a boat at `angle` turning at `rate` (rad, rad/s); reference: (angle, rate, acceleration)."""
+        gains = self.gains
+        wanted, error = angle_pid(*reference, angle, rate, self.integral, *self._constants)
+        self.command = _within(wanted, gains.limit)
+        push = -gains.proportional / gains.integral_time * error * dt
+        # The excess of the step before stands for limits behind this one: they are told after the command is given.
+        excess = wanted - self.command or self._excess
+        if push * excess <= 0.0:
+            self.integral = _within(self.integral + push, gains.limit)
+        self._excess = 0.0
+        return self.command
+
+    def limited_to(self, achieved: float):
+        """What the actuators made of the last command; call it after `step` where something else limits."""
+        self._excess = self.command - achieved
+
+
+def _within(value, limit):
+    return limit if value > limit else -limit if value < -limit else value

@@ -1,0 +1,79 @@
+"""Holding a speed: PI with the drag fed forward; from a commanded speed to a surge force."""
+
+import math
+from dataclasses import dataclass
+
+from steerway.checks import not_negative, positive, positive_or_unlimited
+from steerway.compiled import kernel
+
+
+@dataclass(frozen=True)
+class SpeedPIGains:
+    """mass: with its added mass, kg; drag: linear, N·s/m, and quadratic, N·s²/m²; bandwidth ω of the loop, rad/s.
+
+    `limit` of the force ahead and `limit_astern` of the force astern in N (both positive; limit_astern 0: no reverse).
+    """
+
+    mass: float
+    linear_drag: float = 0.0
+    quadratic_drag: float = 0.0
+    bandwidth: float = 0.5
+    limit: float = math.inf
+    limit_astern: float = 0.0
+
+    def __post_init__(self):
+        positive("speed.mass", self.mass)
+        positive("speed.bandwidth", self.bandwidth)
+        not_negative("speed.linear_drag", self.linear_drag)
+        not_negative("speed.quadratic_drag", self.quadratic_drag)
+        positive_or_unlimited("speed.limit", self.limit)
+        if self.limit_astern != math.inf:
+            not_negative("speed.limit_astern", self.limit_astern)
+
+
+@kernel
+def speed_pi(desired, speed, integral, mass, linear_drag, quadratic_drag, bandwidth):
+    """(force, error): drag at the desired speed, plus 2 m ω of the error, plus the integral (N)."""
+    error = desired - speed if math.isfinite(speed) else 0.0
+    drag = (linear_drag + quadratic_drag * abs(desired)) * desired
+    return drag + 2.0 * mass * bandwidth * error + integral, error
+
+
+class SpeedPI:
+    """One speed loop: both poles at ω on a boat without drag, which makes one quicker and one slower.
+
+    As the autopilot's, the integral never moves further into a limit.
+    """
+
+    def __init__(self, gains: SpeedPIGains):
+        self.gains = gains
+        self._constants = (gains.mass, gains.linear_drag, gains.quadratic_drag, gains.bandwidth)
+        self.restart()
+
+    def restart(self):
+        """Forget what the integral learned."""
+        self.integral = 0.0
+        self.force = 0.0
+        self._excess = 0.0
+
+    def start(self, force: float, desired: float, speed: float):
+        """Set the integral so that the first step gives `force`."""
+        free, _ = speed_pi(desired, speed, 0.0, *self._constants)
+        self.integral = force - free
+        self._excess = 0.0
+
+    def step(self, desired: float, speed: float, dt: float) -> float:
+        """Surge force (N) for a desired and an actual speed (m/s; NaN for unknown)."""
+        gains = self.gains
+        wanted, error = speed_pi(desired, speed, self.integral, *self._constants)
+        self.force = max(-gains.limit_astern, min(gains.limit, wanted))
+        push = gains.mass * gains.bandwidth**2 * error * dt
+        excess = wanted - self.force or self._excess
+        if push * excess <= 0.0:
+            self.integral += push
+        self._excess = 0.0
+        return self.force
+
+    def limited_to(self, achieved: float):
+        """What the propellers made of the last force."""
+        self._excess = self.force - achieved

@@ -1,0 +1,94 @@
+"""Holding station with a boat that has no sideways force: bow into whatever sets her off, and just enough thrust.
+
+The force that would hold the boat is worked out as a vector in north and east: proportional and integral on the
+position, damping on the velocity. The boat turns towards the lasting part of it and gives what her bow can.
+In a current the integral becomes the drag, so that she lies with her bow into the current, on the point.
+"""
+
+import math
+from dataclasses import dataclass
+
+from steerway.angles import wrap
+from steerway.checks import positive
+
+
+@dataclass(frozen=True)
+class StationGains:
+    """mass: with added mass, kg; bandwidth ω of the position loop, rad/s; radius: within it the boat does not turn
+    round for a point astern of her but backs, m; least_force: below it the bow stays where it points, N;
+    limit and limit_astern: of the surge force, N, both positive.
+    """
+
+    mass: float
+    bandwidth: float = 0.2
+    radius: float = 5.0
+    least_force: float = 2.0
+    limit: float = math.inf
+    limit_astern: float = math.inf
+
+    def __post_init__(self):
+        for name in ("mass", "bandwidth", "radius", "least_force"):
+            positive(f"station.{name}", getattr(self, name))
+
+
+class StationKeeper:
+    """Keeps a boat at a point; `heading` is where it wants the bow."""
+
+    def __init__(self, gains: StationGains):
+        self.gains = gains
+        self.restart()
+
+    def restart(self):
+        """Forget the current and the heading."""
+        self.integral = (0.0, 0.0)
+        self.heading = math.nan
+
+    def step(
+        self, distance: float, bearing: float, course: float, speed: float, heading: float, dt: float
+    ) -> tuple[tuple[float, float, float], float]:
+        """((desired heading, 0, 0), surge force in N) for a point at a distance (m) and bearing (rad).
+
+        course and speed over ground, heading; an unknown course counts as no way. Unknown heading gives no force.
+        """
+        gains = self.gains
+        stiffness = gains.mass * gains.bandwidth**2
+        pull = _vector(stiffness * distance, bearing)
+        way = _vector(2.0 * gains.mass * gains.bandwidth * speed, course)
+        lasting = _sum(pull, self.integral)
+        self._point(lasting, distance, heading)
+        if not math.isfinite(heading):
+            return (self.heading, 0.0, 0.0), 0.0
+        wanted = _along((lasting[0] - way[0], lasting[1] - way[1]), heading)
+        force = max(-gains.limit_astern, min(gains.limit, wanted))
+        # Learn the current only where thrust can answer it: near the point, within limits.
+        if force == wanted and distance < 4.0 * gains.radius:
+            share = 0.1 * gains.bandwidth * dt
+            self.integral = _sum(self.integral, (share * pull[0], share * pull[1]))
+        return (self.heading, 0.0, 0.0), force
+
+    def _point(self, lasting, distance, heading):
+        """Turn the bow along the lasting force; close by she backs to what is astern, unless a current sets there."""
+        if math.isnan(self.heading):
+            self.heading = heading
+        for force in (lasting, self.integral):
+            towards = math.atan2(force[1], force[0])
+            strong = math.hypot(*force) > self.gains.least_force
+            ahead = abs(wrap(towards - self.heading)) < 0.5 * math.pi
+            if strong and (ahead or distance > self.gains.radius or force is self.integral):
+                self.heading = wrap(towards)
+                return
+
+
+def _vector(size, direction):
+    """(north, east), zero where either is unknown."""
+    if not (math.isfinite(size) and math.isfinite(direction)):
+        return (0.0, 0.0)
+    return (size * math.cos(direction), size * math.sin(direction))
+
+
+def _sum(one, other):
+    return (one[0] + other[0], one[1] + other[1])
+
+
+def _along(vector, direction):
+    return vector[0] * math.cos(direction) + vector[1] * math.sin(direction)

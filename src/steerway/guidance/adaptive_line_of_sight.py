@@ -1,0 +1,58 @@
+"""Adaptive line of sight: a heading that leads along the path in a current, the crab angle estimated as such.
+
+Fossen, "An adaptive line-of-sight (ALOS) guidance law for path following of aircraft and marine craft", IEEE
+Transactions on Control Systems Technology 31(6), 2023.
+"""
+
+import math
+from dataclasses import dataclass
+
+from steerway.angles import wrap
+from steerway.checks import not_negative, positive
+from steerway.compiled import kernel
+from steerway.guidance.leg import LegState
+from steerway.guidance.line_of_sight import cross_track_rate
+from steerway.guidance.reference import Reference
+
+
+@kernel
+def adaptive_line_of_sight(direction, cross_track, cross_track_rate, crab_angle, lookahead, gain, dt):
+    """(heading, its rate, next crab angle): ψ = π_p − β̂ − atan(y_e/Δ), β̂' = γ Δ y_e/√(Δ² + y_e²)."""
+    spread = lookahead * lookahead + cross_track * cross_track
+    crab_rate = gain * lookahead * cross_track / math.sqrt(spread)
+    heading = wrap(direction - crab_angle - math.atan(cross_track / lookahead))
+    return heading, -crab_rate - lookahead * cross_track_rate / spread, crab_angle + dt * crab_rate
+
+
+@dataclass
+class AdaptiveLineOfSight:
+    """Adaptive line of sight for heading. `lookahead` Δ in m, `gain` γ in rad/(m·s).
+
+    `crab_angle` β̂ is the estimate, kept from leg to leg and within ± `largest_crab`: a long approach from far away
+    shall not wind it up to a heading that leads back.
+    """
+
+    lookahead: float
+    gain: float
+    crab_angle: float = 0.0
+    largest_crab: float = math.radians(60.0)
+
+    def __post_init__(self):
+        positive("adaptive_line_of_sight.lookahead", self.lookahead)
+        not_negative("adaptive_line_of_sight.gain", self.gain)
+        positive("adaptive_line_of_sight.largest_crab", self.largest_crab)
+
+    def step(self, leg: LegState, course: float, speed: float, dt: float) -> Reference:
+        """Desired heading and its rate; an unknown position leaves the estimate as it is. See GuidanceLaw."""
+        heading, rate, crab_angle = adaptive_line_of_sight(
+            leg.direction,
+            leg.cross_track,
+            cross_track_rate(leg.direction, course, speed),
+            self.crab_angle,
+            self.lookahead,
+            self.gain,
+            dt,
+        )
+        if math.isfinite(crab_angle):
+            self.crab_angle = max(-self.largest_crab, min(self.largest_crab, crab_angle))
+        return Reference(heading, rate, 0.0)

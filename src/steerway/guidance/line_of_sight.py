@@ -1,0 +1,73 @@
+"""Line-of-sight guidance for course: steer towards a point on the path a lookahead distance ahead; P1 (35)–(39).
+
+Course over ground needs no knowledge of current or crab angle: whoever makes good the course of this law is on the
+path. With heading in its place the offset Δ tan β remains, see `integral_line_of_sight` and `adaptive_line_of_sight`.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+from steerway.angles import wrap
+from steerway.checks import positive
+from steerway.compiled import kernel
+from steerway.guidance.leg import LegState
+from steerway.guidance.reference import Reference
+
+
+class GuidanceLaw(Protocol):
+    """What turns a place on a leg into a course or heading to steer."""
+
+    def step(self, leg: LegState, course: float, speed: float, dt: float) -> Reference:
+        """The desired angle and its rate. Course over ground in rad and its speed; NaN where unknown: rate 0."""
+
+
+@kernel
+def cross_track_rate(direction, course, speed):
+    """ẏ_e = U sin(χ − π_p), P1 (37) corrected; 0 while course or speed is unknown."""
+    if math.isnan(course) or math.isnan(speed):
+        return 0.0
+    return speed * math.sin(course - direction)
+
+
+@kernel
+def line_of_sight(direction, cross_track, cross_track_rate, lookahead):
+    """Desired course and its rate (rad, rad/s) of proportional line of sight; P1 (35) and (39)."""
+    slope = cross_track / lookahead
+    return wrap(direction - math.atan(slope)), -cross_track_rate / lookahead / (1.0 + slope * slope)
+
+
+@dataclass(frozen=True)
+class LineOfSight:
+    """Proportional line of sight, P1 (35) with the feedforward rate (39). `lookahead` Δ in m.
+
+    A good first choice is three to ten boat lengths, longer for a faster boat; the error dies with U/Δ, which the
+    autopilot has to be quicker than.
+    """
+
+    lookahead: float
+
+    def __post_init__(self):
+        positive("line_of_sight.lookahead", self.lookahead)
+
+    def step(self, leg: LegState, course: float, speed: float, dt: float) -> Reference:
+        """Desired course and its rate; see GuidanceLaw."""
+        rate = cross_track_rate(leg.direction, course, speed)
+        return Reference(*line_of_sight(leg.direction, leg.cross_track, rate, self.lookahead), 0.0)
+
+
+@dataclass(frozen=True)
+class PurePursuit:
+    """Steer straight at the waypoint, P4 (21): what waypoint missions without a path do."""
+
+    def step(self, leg: LegState, course: float, speed: float, dt: float) -> Reference:
+        """The bearing of the waypoint and the rate at which it turns; see GuidanceLaw."""
+        return Reference(wrap(leg.bearing), bearing_rate(leg.bearing, leg.distance, course, speed), 0.0)
+
+
+@kernel
+def bearing_rate(bearing, distance, course, speed):
+    """Rate at which a fixed point's bearing turns, rad/s; 0 while course or speed is unknown, and at the point."""
+    if math.isnan(course) or math.isnan(speed) or not distance > 0.0:
+        return 0.0
+    return -speed * math.sin(course - bearing) / distance

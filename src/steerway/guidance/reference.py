@@ -1,0 +1,166 @@
+"""What stands between a command and a controller: low-pass, tracking filter and third-order reference model.
+
+A command from guidance jumps at every waypoint; a controller wants an angle with its own true rate and acceleration.
+All three work on angles, go the short way round and give angles in [−π, π).
+"""
+
+import math
+from typing import NamedTuple
+
+from steerway.angles import wrap
+from steerway.checks import positive, positive_or_unlimited
+from steerway.compiled import kernel
+
+
+class Reference(NamedTuple):
+    """A desired angle (course or heading) with its rate and acceleration; rad, rad/s, rad/s²."""
+
+    angle: float
+    rate: float
+    acceleration: float
+
+
+@kernel
+def low_pass(angle, rate, command, command_rate, time_constant, dt):
+    """Angle and rate after a first-order low-pass of both, P1 (44), exact for a command held over dt."""
+    share = 1.0 - math.exp(-dt / time_constant)
+    return wrap(angle + share * wrap(command - angle)), rate + share * (command_rate - rate)
+
+
+@kernel
+def tracked(angle, rate, command, command_rate, bandwidth, damping, dt):
+    """(angle, rate, acceleration) after dt of χ̈ = ω² (command − χ) + 2ζω (command rate − χ̇)."""
+    steps = _substeps(bandwidth, dt)
+    h = dt / steps
+    acceleration = 0.0
+    for _ in range(steps):
+        error = wrap(command - angle)
+        acceleration = bandwidth * bandwidth * error + 2.0 * damping * bandwidth * (command_rate - rate)
+        rate += h * acceleration
+        angle = wrap(angle + h * rate)
+    return angle, rate, acceleration
+
+
+@kernel
+def third_order(angle, rate, acceleration, command, bandwidth, damping, max_rate, max_acceleration, dt):
+    """(angle, rate, acceleration) after dt of (s + ω)(s² + 2ζωs + ω²) with limits that the outputs obey.
+
+    What is given out is what happened: rate is the change of the angle, acceleration that of the rate, also at a limit.
+    """
+    steps = _substeps(bandwidth, dt)
+    h = dt / steps
+    spread = 2.0 * damping + 1.0
+    for _ in range(steps):
+        pull = bandwidth * wrap(command - angle) - spread * rate
+        jerk = bandwidth * (bandwidth * pull - spread * acceleration)
+        wanted = min(max_acceleration, max(-max_acceleration, acceleration + h * jerk))
+        following = min(max_rate, max(-max_rate, rate + h * wanted))
+        acceleration = (following - rate) / h
+        rate = following
+        angle = wrap(angle + h * rate)
+    return angle, rate, acceleration
+
+
+@kernel
+def _substeps(bandwidth, dt):
+    """As many steps as keep the explicit rule within 0.05 of a time constant, so that a slow loop stays stable."""
+    return max(1, math.ceil(bandwidth * dt / 0.05))
+
+
+class _Shaper:
+    """Holds the reference that a command is shaped into. Until `start` or the first command it knows none."""
+
+    def __init__(self):
+        self.reference = None
+
+    def start(self, angle: float, rate: float = 0.0, acceleration: float = 0.0):
+        """Go on from a boat's own angle and rate, so that the controller sees no jump."""
+        self.reference = Reference(wrap(angle), rate, acceleration)
+
+    def _before(self, command):
+        """The reference so far; the first command is where it begins."""
+        if self.reference is None:
+            self.start(command)
+        return self.reference
+
+    def _held(self, unknown):
+        """The last angle at rest, in place of a command that is not known."""
+        if self.reference is None:
+            return unknown
+        self.start(self.reference.angle)
+        return self.reference
+
+
+class LowPass(_Shaper):
+    """First-order low-pass of a course command and of its feedforward rate; P1 (44). `time_constant` T_lp in s.
+
+    The rate given out is the filtered feedforward rate of guidance, as P1 has it, not the rate of the filtered angle.
+    P1 wants 1/T_lp five to ten times below the autopilot's bandwidth: calm rudders, wide turns.
+    """
+
+    def __init__(self, time_constant: float):
+        super().__init__()
+        self.time_constant = positive("low_pass.time_constant", time_constant)
+
+    def step(self, command: Reference, dt: float) -> Reference:
+        """The filtered command after dt; an unknown (NaN) command holds the last angle."""
+        desired, desired_rate, _ = command
+        if not math.isfinite(desired):
+            return self._held(command)
+        angle, rate, _ = self._before(desired)
+        self.reference = Reference(*low_pass(angle, rate, desired, desired_rate, self.time_constant, dt), 0.0)
+        return self.reference
+
+
+class TrackingFilter(_Shaper):
+    """A second-order filter whose rate is the true rate of its angle; on a ramp it is the ramp's. `bandwidth` rad/s.
+
+    The command's own rate, where guidance gives it, takes the lag away; with rate 0 the angle lags by 2ζ/ω times the
+    rate. No limits: for steps of a person's command take `ReferenceModel`.
+    """
+
+    def __init__(self, bandwidth: float, damping: float = 1.0):
+        super().__init__()
+        self.bandwidth = positive("tracking_filter.bandwidth", bandwidth)
+        self.damping = positive("tracking_filter.damping", damping)
+
+    def step(self, command: Reference, dt: float) -> Reference:
+        """Angle, rate and acceleration after dt; an unknown (NaN) command holds the last angle."""
+        desired, desired_rate, _ = command
+        if not math.isfinite(desired):
+            return self._held(command)
+        angle, rate, _ = self._before(desired)
+        after = tracked(angle, rate, desired, desired_rate, self.bandwidth, self.damping, dt)
+        self.reference = Reference(*after)
+        return self.reference
+
+
+class ReferenceModel(_Shaper):
+    """Third-order reference model with limits of rate and acceleration: what an autopilot can follow without limits.
+
+    bandwidth ω in rad/s, damping ζ, max_rate in rad/s, max_acceleration in rad/s²; Fossen, Handbook of Marine Craft
+    Hydrodynamics and Motion Control, 2nd edition, section 12.1. It comes to rest without overshoot for ζ ≥ 1 as long as
+    max_acceleration is at least 0.28 ω max_rate, what braking takes.
+    """
+
+    def __init__(
+        self,
+        bandwidth: float,
+        damping: float = 1.0,
+        max_rate: float = math.inf,
+        max_acceleration: float = math.inf,
+    ):
+        super().__init__()
+        self.bandwidth = positive("reference_model.bandwidth", bandwidth)
+        self.damping = positive("reference_model.damping", damping)
+        self.max_rate = positive_or_unlimited("reference_model.max_rate", max_rate)
+        self.max_acceleration = positive_or_unlimited("reference_model.max_acceleration", max_acceleration)
+
+    def step(self, command: Reference, dt: float) -> Reference:
+        """Angle, rate and acceleration after dt; an unknown (NaN) command holds the last angle."""
+        desired = command[0]
+        if not math.isfinite(desired):
+            return self._held(command)
+        model = (self.bandwidth, self.damping, self.max_rate, self.max_acceleration)
+        self.reference = Reference(*third_order(*self._before(desired), desired, *model, dt))
+        return self.reference

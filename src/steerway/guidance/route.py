@@ -1,0 +1,86 @@
+"""A route: waypoints in the north-east plane, checked once so that nothing behind it has to."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from steerway.checks import positive
+from steerway.errors import InputError
+
+LONGEST_LEG = 500e3
+"""A leg beyond this (m) is no straight line in one tangent plane, and most often a slip of unit."""
+
+
+@dataclass(frozen=True, eq=False)
+class Route:
+    """Waypoints joined by straight legs.
+
+    north, east: (n,), n ≥ 2, m in the tangent plane.
+    acceptance:  radius within which a waypoint is reached, m: one number or (n,), NaN: `default_acceptance`.
+    speed:       what is asked for on the leg towards each waypoint, m/s: None, one number or (n,), NaN for no wish.
+    Raises InputError that names the waypoint for anything that cannot be sailed.
+    """
+
+    north: np.ndarray
+    east: np.ndarray
+    acceptance: np.ndarray | float | None = None
+    speed: np.ndarray | float | None = None
+    default_acceptance: float = 10.0
+
+    def __post_init__(self):
+        north, east = (np.array(axis, dtype=np.float64).reshape(-1) for axis in (self.north, self.east))
+        if len(north) != len(east):
+            raise InputError(f"route has {len(north)} north and {len(east)} east values, expected as many of each")
+        if len(north) < 2:
+            raise InputError(f"route has {len(north)} waypoints, expected at least 2")
+        positive("route.default_acceptance", self.default_acceptance)
+        acceptance = _column("acceptance", self.acceptance, len(north))
+        acceptance[np.isnan(acceptance)] = self.default_acceptance
+        speed = _column("speed", self.speed, len(north))
+        for name, column in {"north": north, "east": east, "acceptance": acceptance, "speed": speed}.items():
+            column.setflags(write=False)
+            object.__setattr__(self, name, column)
+        self._check_points()
+        self._check_legs()
+
+    def __len__(self) -> int:
+        return len(self.north)
+
+    @property
+    def lengths(self) -> np.ndarray:
+        """(n−1,) length of each leg, m."""
+        return np.hypot(np.diff(self.north), np.diff(self.east))
+
+    def _check_points(self):
+        for index in range(len(self)):
+            for name in ("north", "east"):
+                value = getattr(self, name)[index]
+                if not np.isfinite(value):
+                    raise InputError(f"route.waypoint[{index}].{name} is {value}, expected a number of metres")
+            positive(f"route.waypoint[{index}].acceptance", self.acceptance[index])
+            if not np.isnan(self.speed[index]):
+                positive(f"route.waypoint[{index}].speed", self.speed[index])
+
+    def _check_legs(self):
+        for index, length in enumerate(self.lengths, start=1):
+            place = f"route.waypoint[{index}]"
+            if length == 0.0:
+                raise InputError(f"{place} repeats waypoint {index - 1}, expected another point")
+            if length <= self.acceptance[index]:
+                raise InputError(
+                    f"{place} is {length:g} m from waypoint {index - 1}, expected more than its acceptance radius "
+                    f"of {self.acceptance[index]:g} m"
+                )
+            if length > LONGEST_LEG:
+                raise InputError(
+                    f"{place} is {length / 1e3:.0f} km from waypoint {index - 1}, "
+                    f"expected at most {LONGEST_LEG / 1e3:.0f} km"
+                )
+
+
+def _column(name: str, given, n: int) -> np.ndarray:
+    """An own array of n values from None (unknown), one value or n of them."""
+    column = np.array(np.nan if given is None else given, dtype=np.float64)
+    if column.shape not in ((), (n,)):
+        raise InputError(f"route.{name} has {column.size} values, expected one or {n}")
+    return np.array(np.broadcast_to(column, (n,)))

@@ -1,0 +1,45 @@
+"""Vector-field guidance, the rival of line of sight that P1 names: far away it meets the path at a chosen angle.
+
+Nelson, Barber, McLain and Beard, "Vector field path following for miniature air vehicles", IEEE Transactions on
+Robotics 23(3), 2007: the field of its straight line. Its sliding-mode course loop is left to the autopilot here.
+"""
+
+import math
+from dataclasses import dataclass
+
+from steerway.angles import wrap
+from steerway.checks import positive
+from steerway.compiled import kernel
+from steerway.errors import InputError
+from steerway.guidance.leg import LegState
+from steerway.guidance.line_of_sight import cross_track_rate
+from steerway.guidance.reference import Reference
+
+
+@kernel
+def vector_field(direction, cross_track, cross_track_rate, steepness, approach):
+    """Desired course and its rate (rad, rad/s): χ = π_p − χ∞ (2/π) atan(k y_e)."""
+    slope = steepness * cross_track
+    share = approach * 2.0 / math.pi
+    return wrap(direction - share * math.atan(slope)), -share * steepness * cross_track_rate / (1.0 + slope * slope)
+
+
+@dataclass(frozen=True)
+class VectorField:
+    """Vector field for course. `steepness` k in 1/m, `approach` χ∞ in (0, π/2]: the angle to the path from far away.
+
+    With χ∞ = π/2 it is proportional line of sight of lookahead 1/k.
+    """
+
+    steepness: float
+    approach: float = math.pi / 2.0
+
+    def __post_init__(self):
+        positive("vector_field.steepness", self.steepness)
+        if not 0.0 < self.approach <= math.pi / 2.0:
+            raise InputError(f"vector_field.approach is {self.approach:g}, expected an angle in (0, π/2] rad")
+
+    def step(self, leg: LegState, course: float, speed: float, dt: float) -> Reference:
+        """Desired course and its rate; see GuidanceLaw."""
+        rate = cross_track_rate(leg.direction, course, speed)
+        return Reference(*vector_field(leg.direction, leg.cross_track, rate, self.steepness, self.approach), 0.0)

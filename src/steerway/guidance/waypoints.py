@@ -1,0 +1,165 @@
+"""Sailing a route: which leg is under way, when a waypoint is reached or missed, and what happens at the ends.
+
+One `Mission` serves line-of-sight path following, waypoint missions and live runs. It knows positions only; who steers
+is none of its business.
+"""
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+from steerway.checks import not_negative, one_of, positive
+from steerway.guidance.leg import LegState, leg_direction, seen_from_leg
+from steerway.guidance.mission_log import MissionLog, Passage
+from steerway.guidance.route import Route
+
+
+class Phase(Enum):
+    """What the boat should be doing."""
+
+    UNDER_WAY = "under way"
+    CONTINUING = "continuing"  # beyond the last waypoint on the last leg's line, no end
+    HOLDING = "holding"  # keep station at the last waypoint
+    STOPPED = "stopped"
+
+
+AT_END = {"continue": Phase.CONTINUING, "hold": Phase.HOLDING, "stop": Phase.STOPPED}
+
+
+@dataclass(frozen=True)
+class Passing:
+    """When a waypoint counts as reached, and when as missed.
+
+    rule "remaining": reached when the signed distance left along the leg is within the acceptance radius, however far
+        to the side; P1 (45) with x_e signed, so that a boat behind the leg does not switch.
+    rule "circle": reached inside the circle of acceptance, P4 (22); missed on passing the plane through the waypoint
+        normal to the leg outside of it. (The sign change of the range rate, which P4 prints, also fires at the start
+        and after every switch.)
+    Under both, a leg whose speed is known is given up after time_factor · length / speed + time_margin; the length is
+    the boat's own distance where that is longer. time_factor None: never.
+    """
+
+    rule: str = "remaining"
+    by_plane: bool = True
+    time_factor: float | None = 3.0
+    time_margin: float = 60.0
+
+    def __post_init__(self):
+        one_of("passing.rule", self.rule, ("remaining", "circle"))
+        if self.time_factor is not None:
+            positive("passing.time_factor", self.time_factor)
+        not_negative("passing.time_margin", self.time_margin)
+
+    def verdict(self, leg: LegState, acceptance: float) -> tuple[bool, str] | None:
+        """(reached, why) when the leg is done, None when it is not; unknown position leaves it open."""
+        left = leg.remaining if self.rule == "remaining" else leg.distance
+        if left <= acceptance:
+            return True, self.rule
+        if self.rule == "circle" and self.by_plane and leg.remaining < 0.0:
+            return False, "plane"
+        return None
+
+
+class Mission:
+    """A boat on a route; one step per position.
+
+    start "line": the first leg runs from waypoint 0 to 1 and is followed along its line even from behind its beginning
+        or beside it; a boat already beyond its end passes on by the rule. Waypoint 0 begins the route and is no goal.
+    start "point": waypoint 0 is the first goal, on a leg that begins where the boat is first seen.
+    at_end "continue" | "hold" | "stop": beyond the last waypoint the last leg's line goes on; the asked speed is the
+        last leg's for "continue" and 0 otherwise. `phase` says which.
+    A passed waypoint switches the leg for the next step: the step that passes it still answers for the old leg, and at
+    most one waypoint is passed in a step.
+    """
+
+    def __init__(self, route: Route, passing: Passing | None = None, *, start: str = "line", at_end: str = "stop"):
+        self.route = route
+        self.passing = passing or Passing()
+        self._start = one_of("mission.start", start, ("line", "point"))
+        self._end_phase = AT_END[one_of("mission.at_end", at_end, tuple(AT_END))]
+        self.restart()
+
+    def restart(self):
+        """Forget everything sailed so far."""
+        self.phase = Phase.UNDER_WAY
+        self.log = MissionLog()
+        self._target = None
+        self._leg_since = 0.0
+        self._time_limit = math.inf
+
+    def step(self, north: float, east: float, dt: float, effort: float = 0.0) -> LegState:
+        """The position seen from the leg under way. Position in m (NaN for unknown), dt since the step before.
+
+        `effort` is what the control costs per second, in a unit of the caller's choice; the log integrates it.
+        """
+        known = math.isfinite(north) and math.isfinite(east)
+        if self._target is None:
+            if not known:
+                return LegState(0, *[math.nan] * 7)
+            self._begin(north, east)
+        leg = LegState(self._target, self._direction, *self._seen(north, east), self._speed)
+        if self.phase is Phase.UNDER_WAY:
+            self.log.add(north, east, leg, dt, effort)
+            if known:
+                self._judge(leg, north, east)
+        return leg
+
+    def skip(self, why: str = "skipped"):
+        """Give up the waypoint under way as missed, on the word of an outer judge or a person."""
+        if self.phase is Phase.UNDER_WAY and self._target is not None:
+            north, east = self._last_seen
+            self._pass(False, why, (north, east), math.hypot(self._ends[2] - north, self._ends[3] - east))
+
+    def _begin(self, north, east):
+        route = self.route
+        self._last_seen = (north, east)
+        if self._start == "line":
+            self._sail(1, route.north[0], route.east[0], north, east)
+            return
+        distance = math.hypot(route.north[0] - north, route.east[0] - east)
+        if distance <= route.acceptance[0]:
+            self.log.record(Passage(0, True, "start", 0.0, 0.0, distance, distance))
+            self._sail(1, route.north[0], route.east[0], north, east)
+        else:
+            self._sail(0, north, east, north, east)
+
+    def _sail(self, target, north_0, east_0, north, east):
+        """Set the leg from point 0 to a waypoint, the boat being at (north, east)."""
+        route = self.route
+        end = (float(route.north[target]), float(route.east[target]))
+        self._target = target
+        self._ends = (float(north_0), float(east_0), *end)
+        self._direction = leg_direction(*self._ends)
+        self._length = math.hypot(end[0] - north_0, end[1] - east_0)
+        self._speed = float(route.speed[target])
+        self._acceptance = float(route.acceptance[target])
+        self._leg_since = self.log.time
+        self._time_limit = self._leg_time(max(self._length, math.hypot(end[0] - north, end[1] - east)))
+        self.log.closest = math.inf
+
+    def _leg_time(self, length):
+        factor = self.passing.time_factor
+        if factor is None or math.isnan(self._speed):
+            return math.inf
+        return factor * length / self._speed + self.passing.time_margin
+
+    def _seen(self, north, east):
+        return seen_from_leg(north, east, *self._ends, self._direction, self._length)
+
+    def _judge(self, leg, north, east):
+        self._last_seen = (north, east)
+        verdict = self.passing.verdict(leg, self._acceptance)
+        if verdict is None and self.log.time - self._leg_since > self._time_limit:
+            verdict = (False, "time")
+        if verdict is not None:
+            self._pass(*verdict, (north, east), leg.distance)
+
+    def _pass(self, reached, why, position, distance):
+        log, target = self.log, self._target
+        log.record(Passage(target, reached, why, log.time, log.distance, distance, log.closest))
+        if target + 1 < len(self.route):
+            self._sail(target + 1, self.route.north[target], self.route.east[target], *position)
+            return
+        self.phase = self._end_phase
+        if self.phase is not Phase.CONTINUING:
+            self._speed = 0.0

@@ -1,0 +1,50 @@
+"""Plain boats for the tests of guidance and control: a Nomoto vessel, and a hull with two propellers in a current."""
+
+import math
+
+
+class Nomoto:
+    """T ω̇ + ω = K u + disturbance, the course turning at ω and the boat moving at a constant speed along it."""
+
+    def __init__(self, gain, time_constant, speed=0.0, course=0.0, north=0.0, east=0.0, disturbance=0.0):
+        self.gain, self.time_constant, self.speed, self.disturbance = gain, time_constant, speed, disturbance
+        self.course, self.rate, self.north, self.east = course, 0.0, north, east
+
+    def step(self, control, dt):
+        self.north += dt * self.speed * math.cos(self.course)
+        self.east += dt * self.speed * math.sin(self.course)
+        self.course += dt * self.rate
+        self.rate += dt * (self.gain * control + self.disturbance - self.rate) / self.time_constant
+
+
+class Hull:
+    """Surge, sway and yaw of an Otter-sized hull with linear drag through water that moves (current north, east)."""
+
+    def __init__(self, heading=0.0, surge=0.0, current=(0.0, 0.0), north=0.0, east=0.0, yaw_disturbance=0.0):
+        self.heading, self.yaw_rate, self.surge, self.sway = heading, 0.0, surge, 0.0
+        self.north, self.east, self.current, self.yaw_disturbance = north, east, current, yaw_disturbance
+
+    def velocity(self):
+        c, s = math.cos(self.heading), math.sin(self.heading)
+        return (
+            self.surge * c - self.sway * s + self.current[0],
+            self.surge * s + self.sway * c + self.current[1],
+        )
+
+    @property
+    def sog(self):
+        return math.hypot(*self.velocity())
+
+    @property
+    def course(self):
+        north, east = self.velocity()
+        return math.atan2(east, north)
+
+    def step(self, force, moment, dt):
+        north, east = self.velocity()
+        self.north += dt * north
+        self.east += dt * east
+        self.heading += dt * self.yaw_rate
+        self.surge += dt * ((force - 77.0 * self.surge) / 85.0 + self.sway * self.yaw_rate)
+        self.sway += dt * (-150.0 * self.sway / 162.0 - 0.5 * self.surge * self.yaw_rate)
+        self.yaw_rate += dt * (moment + self.yaw_disturbance - 41.0 * self.yaw_rate) / 41.0

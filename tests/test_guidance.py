@@ -1,0 +1,213 @@
+"""Guidance laws: the toolbox's numbers, the scene's symmetries, and boats that reach the path."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from steerway.errors import InputError
+from steerway.guidance.adaptive_line_of_sight import AdaptiveLineOfSight
+from steerway.guidance.integral_line_of_sight import IntegralLineOfSight
+from steerway.guidance.leg import LegState, leg_direction, nearest_point, track_errors
+from steerway.guidance.line_of_sight import LineOfSight, PurePursuit
+from steerway.guidance.route import Route
+from steerway.guidance.vector_field import VectorField
+from steerway.guidance.waypoints import Mission
+
+P1_WAYPOINTS = ([0.0, 2000.0, 5000.0, 3000.0, 6000.0, 10000.0], [0.0, 0.0, 5000.0, 8000.0, 12000.0, 12000.0])
+
+course_laws = pytest.mark.parametrize(
+    "law", [LineOfSight(20.0), VectorField(0.05), VectorField(0.1, 1.0)], ids=["line of sight", "field", "flat field"]
+)
+all_laws = pytest.mark.parametrize(
+    "new_law",
+    [
+        lambda: LineOfSight(20.0),
+        lambda: VectorField(0.1, 1.0),
+        lambda: IntegralLineOfSight(20.0, 0.3, integral=5.0),
+        lambda: AdaptiveLineOfSight(20.0, 2e-3, crab_angle=0.1),
+        PurePursuit,
+    ],
+    ids=["line of sight", "vector field", "integral", "adaptive", "pursuit"],
+)
+
+
+def table(shared_data, name):
+    return np.genfromtxt(shared_data / "reference/mss" / name, delimiter=",", names=True)
+
+
+def on_line(cross_track, direction=0.0, along_track=0.0):
+    """A boat beside an endless leg whose end is 1 km on."""
+    left = 1000.0 - along_track
+    bearing = math.remainder(direction - math.atan2(cross_track, left), 2.0 * math.pi)
+    return LegState(1, direction, along_track, cross_track, left, math.hypot(left, cross_track), bearing, math.nan)
+
+
+def follow(shared_data, name, law, radius, dt=1.0):
+    rows = table(shared_data, name)
+    mission = Mission(Route(*P1_WAYPOINTS, acceptance=radius), at_end="continue")
+    out = []
+    for north, east in zip(rows["x"], rows["y"], strict=True):
+        leg = mission.step(north, east, dt)
+        out.append((law.step(leg, math.nan, math.nan, dt).angle, leg.cross_track, leg.target))
+    return rows, *np.array(out).T
+
+
+@pytest.mark.parametrize(("lookahead", "radius"), [(500.0, 400.0), (800.0, 50.0)])
+def test_line_of_sight_gives_the_reference_numbers(shared_data, lookahead, radius):
+    rows, course, cross_track, _ = follow(shared_data, "los_chi.csv", LineOfSight(lookahead), radius)
+    case = f"D{lookahead:.0f}_R{radius:.0f}"
+    np.testing.assert_allclose(course, rows[f"chi_ref_{case}"], rtol=1e-9, atol=1e-10)
+    np.testing.assert_allclose(cross_track, rows[f"ye_{case}"], rtol=1e-9, atol=1e-10)
+
+
+def test_adaptive_line_of_sight_gives_the_reference_numbers(shared_data):
+    law = AdaptiveLineOfSight(500.0, 2e-4)
+    estimates = []
+
+    class Watched:
+        def step(self, *given):
+            estimates.append(law.crab_angle)
+            return law.step(*given)
+
+    rows, heading, cross_track, target = follow(shared_data, "los_psi.csv", Watched(), 400.0, dt=0.5)
+    np.testing.assert_allclose(heading, rows["alos_psi_ref"], rtol=1e-9, atol=1e-10)
+    np.testing.assert_allclose(cross_track, rows["alos_ye"], rtol=1e-9, atol=1e-10)
+    np.testing.assert_allclose(estimates, rows["alos_beta_hat"], rtol=1e-9, atol=1e-10)
+    np.testing.assert_array_equal(target[1:], np.minimum(rows["alos_k"], 5)[:-1])  # k is that of the next call
+
+
+def test_integral_line_of_sight_gives_the_reference_numbers(shared_data):
+    rows, heading, cross_track, _ = follow(shared_data, "los_psi.csv", IntegralLineOfSight(500.0, 0.3), 400.0, dt=0.5)
+    np.testing.assert_allclose(heading, rows["ilos_psi_ref"], rtol=1e-9, atol=1e-10)
+    np.testing.assert_allclose(cross_track, rows["ilos_ye"], rtol=1e-9, atol=1e-10)
+
+
+def test_cross_track_gives_the_reference_numbers(shared_data):
+    rows = table(shared_data, "crosstrack.csv")
+    for row in rows:
+        direction = leg_direction(row["x_ref"], row["y_ref"], row["x_t"], row["y_t"])
+        _, cross_track = track_errors(row["x"], row["y"], row["x_ref"], row["y_ref"], direction)
+        nearest = nearest_point(row["x"], row["y"], row["x_ref"], row["y_ref"], direction)
+        np.testing.assert_allclose([cross_track] * 2, [row["y_e"], row["y_e_wpt"]], rtol=1e-9, atol=1e-10)
+        np.testing.assert_allclose(nearest, [row["x_p"], row["y_p"]], rtol=1e-9, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: LineOfSight(0.0), "line_of_sight.lookahead is 0"),
+        (lambda: LineOfSight(math.nan), "line_of_sight.lookahead is nan"),
+        (lambda: IntegralLineOfSight(-5.0, 1.0), "integral_line_of_sight.lookahead is -5"),
+        (lambda: IntegralLineOfSight(5.0, -1.0), "integral_line_of_sight.integral_gain is -1"),
+        (lambda: AdaptiveLineOfSight(5.0, math.inf), "adaptive_line_of_sight.gain is inf"),
+        (lambda: VectorField(0.0), "vector_field.steepness is 0"),
+        (lambda: VectorField(0.1, 2.0), "vector_field.approach is 2, expected an angle"),
+    ],
+)
+def test_a_law_that_cannot_be_is_refused(make, said):
+    with pytest.raises(InputError, match=said):
+        make()
+
+
+@course_laws
+def test_the_desired_course_leads_to_the_path(law):
+    for cross_track in (-300.0, -1.0, 1.0, 300.0):
+        off = law.step(on_line(cross_track), math.nan, math.nan, 1.0).angle
+        assert off * cross_track < 0.0 and abs(off) < math.pi / 2
+    assert law.step(on_line(0.0, direction=2.0), math.nan, math.nan, 1.0).angle == pytest.approx(2.0)
+
+
+def test_a_field_of_a_right_angle_is_line_of_sight():
+    for cross_track in (-40.0, 3.0):
+        leg = on_line(cross_track, 0.7)
+        assert VectorField(1 / 25.0).step(leg, 0.2, 2.0, 1.0) == pytest.approx(LineOfSight(25.0).step(leg, 0.2, 2.0, 1))
+
+
+@all_laws
+@given(cross_track=st.floats(-200.0, 200.0), course=st.floats(-math.pi, math.pi), direction=st.floats(-3.1, 3.1))
+def test_the_rate_is_the_derivative_of_the_angle(new_law, cross_track, course, direction):
+    """A boat sailing `course` at 2 m/s for a moment sees the desired angle change at the rate that was given out."""
+    h, speed = 1e-4, 2.0
+
+    def beside(along, cross):
+        left = 1000.0 - along
+        bearing = direction - math.atan2(cross, left)
+        return LegState(1, direction, along, cross, left, math.hypot(left, cross), bearing, math.nan)
+
+    law = new_law()
+    first = law.step(beside(0.0, cross_track), course, speed, h)
+    along = speed * math.cos(course - direction) * h
+    second = law.step(beside(along, cross_track + speed * math.sin(course - direction) * h), course, speed, h)
+    change = math.remainder(second.angle - first.angle, 2 * math.pi) / h
+    assert first.rate == pytest.approx(change, abs=2e-5)
+
+
+@all_laws
+def test_what_is_unknown_leads_to_no_rate_and_no_learning(new_law):
+    law, leg = new_law(), on_line(12.0)
+    assert new_law().step(leg, math.nan, 1.0, 1.0).rate == pytest.approx(new_law().step(leg, 0.0, 0.0, 1.0).rate)
+    before = dict(getattr(law, "__dict__", {}))
+    nothing = law.step(LegState(1, 0.0, *[math.nan] * 6), 0.0, 1.0, 1.0)
+    assert math.isnan(nothing.angle)  # and not a course that happens to be a number
+    assert dict(getattr(law, "__dict__", {})) == before
+
+
+@all_laws
+@given(cross_track=st.floats(-300, 300), course=st.floats(-3, 3), direction=st.floats(-math.pi, math.pi))
+def test_mirrored_and_turned(new_law, cross_track, course, direction):
+    if not isinstance(new_law(), (LineOfSight, VectorField, PurePursuit)):
+        one, other = new_law(), new_law()
+        for name in ("integral", "crab_angle"):
+            if hasattr(other, name):
+                setattr(other, name, -getattr(other, name))
+    else:
+        one = other = new_law()
+    angle, rate, _ = one.step(on_line(cross_track), course, 1.5, 1.0)
+    mirrored = other.step(on_line(-cross_track), -course, 1.5, 1.0)
+    assert mirrored.angle == pytest.approx(-angle, abs=1e-12) and mirrored.rate == pytest.approx(-rate, abs=1e-12)
+    turned = new_law().step(on_line(cross_track, direction), course + direction, 1.5, 1.0)
+    assert math.remainder(turned.angle - direction - angle, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
+    assert turned.rate == pytest.approx(rate, abs=1e-9) and -math.pi <= turned.angle < math.pi
+
+
+@course_laws
+def test_a_perfect_course_runs_into_the_path_without_crossing(law):
+    """P1 (37)–(38): the Lyapunov function decreases all the way, from any side and however far."""
+    for cross_track in (-400.0, 60.0):
+        distance = [cross_track]
+        for _ in range(60000):
+            course, _, _ = law.step(on_line(distance[-1]), math.nan, math.nan, 0.02)
+            distance.append(distance[-1] + 0.02 * 1.5 * math.sin(course))
+        assert np.all(np.diff(np.abs(distance)) <= 0.0) and abs(distance[-1]) < 1e-3
+
+
+def drifting(law, seconds=1500.0, dt=0.1, speed=1.2, drift=0.3):
+    """Cross-track error after a long leg north of a boat steered by heading in a current to the east."""
+    cross_track = 5.0
+    for _ in range(int(seconds / dt)):
+        heading = law.step(on_line(cross_track), math.nan, math.nan, dt).angle
+        cross_track += dt * (speed * math.sin(heading) + drift)
+    return cross_track
+
+
+def test_a_steady_current_sets_proportional_heading_off_and_the_others_not():
+    lookahead = 15.0
+    offset = lookahead * math.tan(math.asin(0.3 / 1.2))
+    assert drifting(LineOfSight(lookahead)) == pytest.approx(offset, rel=1e-6)
+    integral, adaptive = IntegralLineOfSight(lookahead, 0.3), AdaptiveLineOfSight(lookahead, 2e-3)
+    assert abs(drifting(integral)) < 1e-3 and abs(drifting(adaptive)) < 1e-3
+    assert adaptive.crab_angle == pytest.approx(math.asin(0.3 / 1.2), abs=1e-4)
+    assert math.atan(0.3 * integral.integral / lookahead) == pytest.approx(math.asin(0.3 / 1.2), abs=1e-4)
+
+
+def test_a_long_approach_does_not_wind_the_crab_angle_up():
+    law = AdaptiveLineOfSight(20.0, 1e-2)
+    for _ in range(10000):
+        law.step(on_line(500.0), math.nan, math.nan, 0.1)
+    assert law.crab_angle == law.largest_crab
+    for _ in range(10000):
+        law.step(on_line(-500.0), math.nan, math.nan, 0.1)
+    assert law.crab_angle == -law.largest_crab

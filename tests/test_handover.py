@@ -1,0 +1,194 @@
+"""Course or heading: hysteresis, no jump, no chatter, and a boat that holds station in a current and leaves again."""
+
+import math
+import random
+
+import numpy as np
+import pytest
+
+from steerway.control.allocation import OTTER_PROPELLERS
+from steerway.control.course import AnglePID, place_poles
+from steerway.control.handover import HandOver, Helm, Steerageway
+from steerway.control.speed_pi import SpeedPI, SpeedPIGains
+from steerway.control.station import StationGains, StationKeeper
+from steerway.errors import InputError
+from steerway.guidance.line_of_sight import LineOfSight
+from steerway.guidance.reference import ReferenceModel
+from steerway.guidance.route import Route
+from steerway.guidance.waypoints import Mission, Phase
+from tests.boats import Hull
+
+H = 0.02
+YAW = place_poles(1.0 / 41.0, 1.0, bandwidth=0.8)
+
+
+def test_hysteresis_and_dwell():
+    hand_over = HandOver(Steerageway(take=0.5, give=0.3, dwell=1.0))
+    said = [
+        hand_over.step(speed, 0.0, 0.0, 0.5) for speed in [0.4, 0.6, 0.6, 0.4, 0.6, 0.6, 0.6, 0.4, 0.31, 0.2, 0.2, 0.2]
+    ]
+    assert said == [False] * 6 + [True] * 5 + [False]
+
+
+def test_noise_around_a_threshold_does_not_chatter():
+    rng = random.Random(5)
+    hand_over, changes, last = HandOver(), 0, False
+    for step in range(50 * 600):
+        speed = 0.4 + 0.25 * math.sin(step * H / 60.0 * 2.0 * math.pi) + rng.gauss(0.0, 0.1)
+        now = hand_over.step(speed, 0.0, 0.0, H)
+        changes += now is not last
+        last = now
+    assert changes <= 2 * 10  # ten slow swings across the band
+
+
+def test_a_boat_that_drifts_astern_is_not_steered_by_course():
+    hand_over = HandOver()
+    for _ in range(500):
+        assert not hand_over.step(0.8, math.pi, 0.0, H)
+    for _ in range(500):
+        hand_over.step(0.8, 0.3, 0.0, H)
+    assert hand_over.by_course
+    for _ in range(500):
+        hand_over.step(0.8, math.radians(80.0), 0.0, H)
+    assert hand_over.by_course  # within one and a half of 60°
+    for _ in range(500):
+        hand_over.step(0.8, math.radians(100.0), 0.0, H)
+    assert not hand_over.by_course
+
+
+def test_what_is_unknown_or_unwanted_gives_up_at_once():
+    for nothing in [(math.nan, 0.0, True), (0.8, math.nan, True), (0.8, 0.0, False)]:
+        hand_over = HandOver(Steerageway(dwell=0.0))
+        hand_over.step(0.8, 0.0, math.nan, H)
+        assert hand_over.by_course  # and no heading is needed to steer by course
+        speed, course, wanted = nothing
+        assert not hand_over.step(speed, course, 0.0, H, wanted)
+    with pytest.raises(InputError, match=r"steerageway\.take is 0\.2 m/s, expected more than give"):
+        HandOver(Steerageway(take=0.2))
+
+
+def test_the_helm_passes_over_without_a_jump():
+    """Heading 20°, course 35°, in a turn with an error and a trim: the moment goes on where it was."""
+    helm = Helm(AnglePID(YAW), ReferenceModel(0.5), HandOver(Steerageway(dwell=0.0)))
+    heading, course = math.radians(20.0), math.radians(35.0)
+    command = (math.radians(60.0), 0.0, 0.0)
+    moments, errors = [], []
+    for step in range(400):
+        speed = 0.2 if step < 200 else 0.8 if step < 300 else 0.1
+        moments.append(helm.step(command, course, 0.03, heading, 0.02, speed, H))
+        errors.append((course if helm.by_course else heading) - helm.shaper.reference[0])
+        if step == 199:
+            trim = helm.pilot.integral
+    jumps = np.abs(np.diff(moments))
+    assert np.max(jumps[[199, 299]]) < 1.5 * np.max(jumps[150:199]) + 0.3
+    assert np.max(jumps[[199, 299]]) < 0.02 * np.max(np.abs(moments))
+    assert abs(trim) > 0.0 and not helm.by_course
+    for step in (199, 299):  # the error to the reference is the same, seen from the other angle
+        assert abs(errors[step]) > 0.05 and errors[step + 1] == pytest.approx(errors[step], abs=0.01)
+
+
+def test_without_a_compass_the_helm_waits_for_steerageway():
+    helm = Helm(AnglePID(YAW), ReferenceModel(0.5), HandOver(Steerageway(dwell=0.0)))
+    command = (2.0, 0.0, 0.0)
+    helm.pilot.integral = 3.0
+
+    def steer(speed, course):
+        return helm.step(command, course, 0.0, math.nan, math.nan, speed, H)
+
+    assert [steer(0.1, math.nan) for _ in range(100)] == [3.0] * 100
+    assert abs(steer(0.8, 0.5) - 3.0) < 0.3  # from the course she has, whatever was wanted meanwhile
+    for _ in range(200):
+        turning = steer(0.8, 0.5)
+    assert turning > 10.0
+    trim = helm.pilot.integral
+    assert steer(0.1, 0.6) == pytest.approx(trim) and steer(0.1, 0.6) == pytest.approx(trim)
+    assert abs(steer(0.8, -1.0) - trim) < 0.4
+    damped = helm.step(command, math.nan, math.nan, math.nan, 0.2, 0.1, H)
+    assert damped == pytest.approx(helm.pilot.integral - YAW.proportional * YAW.derivative_time * 0.2)
+
+
+def keep(distance, bearing, course=0.0, speed=0.0, heading=0.0, **more):
+    keeper = StationKeeper(StationGains(mass=85.0, **more))
+    return keeper.step(distance, bearing, course, speed, heading, H)
+
+
+def test_a_station_keeper_pulls_brakes_and_backs():
+    assert keep(4.0, 0.0)[1] == pytest.approx(85.0 * 0.04 * 4.0)
+    braking = keep(4.0, 0.0, speed=0.3)[1]
+    assert braking == pytest.approx(85.0 * 0.04 * 4.0 - 2.0 * 85.0 * 0.2 * 0.3)
+    assert keep(4.0, 0.0, course=math.nan, speed=0.3) == keep(4.0, 0.0)
+    (heading, _, _), force = keep(4.0, math.pi)  # astern and near: back
+    assert heading == 0.0 and force < 0.0
+    assert keep(4.0, 1.0)[0][0] == pytest.approx(1.0)  # near and ahead: point there
+    assert keep(6.0, 3.0)[0][0] == pytest.approx(3.0)  # astern and far: turn
+    assert keep(0.5, 1.0)[0][0] == 0.0  # too little to matter
+    assert keep(400.0, 0.0, limit=50.0)[1] == 50.0 and keep(4.0, math.pi, limit_astern=0.0)[1] == 0.0
+    assert keep(4.0, 0.0, heading=math.nan)[1] == 0.0
+
+
+def test_a_station_keeper_learns_the_current_only_where_thrust_can_answer_it():
+    for limit, distance, learns in ((200.0, 4.0, True), (5.0, 4.0, False), (200.0, 25.0, False)):
+        keeper = StationKeeper(StationGains(mass=85.0, limit=limit))
+        for _ in range(100):
+            keeper.step(distance, 1.0, 0.0, 0.0, 1.0, H)
+        assert (math.hypot(*keeper.integral) > 0.0) is learns
+
+
+class Otter:
+    """A hull, its propellers, a speed loop, a station keeper, and a helm: the blocks of a mission at 50 Hz."""
+
+    def __init__(self, hull, noise=0.0, seed=1):
+        self.hull, self.noise, self.rng = hull, noise, random.Random(seed)
+        self.helm = Helm(AnglePID(YAW), ReferenceModel(0.5, max_rate=math.radians(15.0)))
+        self.speed = SpeedPI(SpeedPIGains(mass=85.0, linear_drag=77.0, limit=200.0))
+        self.station = StationKeeper(StationGains(mass=85.0, limit=200.0, limit_astern=100.0))
+        self.law = LineOfSight(10.0)
+        self.changes, self.moments = 0, []
+
+    def step(self, mission):
+        hull, before = self.hull, self.helm.by_course
+        course = hull.course + self.rng.gauss(0.0, self.noise) / max(hull.sog, 0.05)
+        sog = abs(hull.sog + self.rng.gauss(0.0, self.noise))
+        leg = mission.step(hull.north, hull.east, H)
+        holding = mission.phase is Phase.HOLDING
+        if holding:
+            command, force = self.station.step(leg.distance, leg.bearing, course, sog, hull.heading, H)
+        else:
+            command = self.law.step(leg, course, sog, H)
+            force = self.speed.step(leg.speed, sog, H)
+        moment = self.helm.step(command, course, hull.yaw_rate, hull.heading, hull.yaw_rate, sog, H, not holding)
+        out = OTTER_PROPELLERS.step(force, moment)
+        self.helm.limited_to(out.yaw_moment)
+        self.speed.limited_to(out.surge_force)
+        hull.step(out.surge_force, out.yaw_moment, H)
+        self.changes += self.helm.by_course is not before
+        self.moments.append(moment)
+        return leg
+
+
+@pytest.mark.parametrize("towards", [0.0, 90.0, 180.0, -135.0])
+@pytest.mark.parametrize("strength", [0.0, 0.3])
+@pytest.mark.parametrize("noise", [0.0, 0.03])
+def test_an_otter_holds_station_in_a_current_and_leaves_again(towards, strength, noise):
+    current = (strength * math.cos(math.radians(towards)), strength * math.sin(math.radians(towards)))
+    boat = Otter(Hull(current=current, yaw_disturbance=1.0), noise)
+    there = Mission(Route([0.0, 80.0], [0.0, 0.0], acceptance=3.0, speed=1.0), at_end="hold")
+    distance = []
+    for step in range(round(500.0 / H)):
+        leg = boat.step(there)
+        if step * H > 300.0:
+            distance.append(leg.distance)
+    assert there.phase is Phase.HOLDING
+    assert np.sqrt(np.mean(np.square(distance))) < 1.5 and max(distance) < 3.0
+    assert boat.changes == 2  # to course on the way, to heading on the station
+    if strength and not noise:
+        assert abs(math.remainder(boat.hull.heading - math.radians(towards) - math.pi, 2 * math.pi)) < math.radians(
+            15.0
+        )
+    away = Mission(Route([80.0, 160.0], [0.0, 60.0], acceptance=3.0, speed=1.0), at_end="stop")
+    moments = len(boat.moments)
+    cross_track = [boat.step(away).cross_track for _ in range(round(95.0 / H))]
+    assert boat.changes == 3 and boat.helm.by_course
+    assert abs(cross_track[-1]) < 0.6
+    if not noise:
+        assert np.max(np.abs(np.diff(boat.moments[moments + 1 :]))) < 6.0

@@ -1,0 +1,235 @@
+"""Routes and missions: what is refused, when a waypoint is passed, and what happens at both ends."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from steerway.errors import InputError
+from steerway.guidance.line_of_sight import LineOfSight
+from steerway.guidance.route import Route
+from steerway.guidance.waypoints import Mission, Passing, Phase
+from steerway.papers.path_following import RangeRateTest
+from tests.boats import Nomoto
+
+SQUARE = Route([0.0, 100.0, 100.0, 0.0], [0.0, 0.0, 100.0, 100.0])
+CIRCLE = Passing(rule="circle")
+
+
+def sail(mission, points, dt=1.0):
+    return [mission.step(north, east, dt) for north, east in points]
+
+
+@pytest.mark.parametrize(
+    ("north", "east", "more", "said"),
+    [
+        ([0.0], [0.0], {}, "1 waypoints"),
+        ([0.0, 1.0], [0.0], {}, "2 north and 1 east"),
+        ([0.0, 50.0, math.nan], [0.0, 0.0, 0.0], {}, r"waypoint\[2\].north is nan"),
+        ([0.0, 50.0], [0.0, math.inf], {}, r"waypoint\[1\].east is inf"),
+        ([0.0, 50.0, 50.0], [0.0, 0.0, 0.0], {}, r"waypoint\[2\] repeats waypoint 1"),
+        ([0.0, 50.0, 58.0], [0.0, 0.0, 0.0], {}, r"waypoint\[2\] is 8 m from waypoint 1"),
+        ([0.0, 50.0, 60.0], [0.0, 0.0, 0.0], {}, r"waypoint\[2\] is 10 m from waypoint 1"),
+        ([0.0, 50.0], [0.0, 0.0], {"acceptance": [1.0, -2.0]}, r"waypoint\[1\].acceptance is -2"),
+        ([0.0, 50.0], [0.0, 0.0], {"speed": 0.0}, r"waypoint\[0\].speed is 0"),
+        ([0.0, 50.0], [0.0, 0.0], {"speed": [1.0, 1.0, 1.0]}, "speed has 3 values, expected one or 2"),
+        ([0.0, 1e7], [0.0, 0.0], {}, r"waypoint\[1\] is 10000 km"),
+        ([0.0, 50.0], [0.0, 0.0], {"default_acceptance": math.nan}, "default_acceptance is nan"),
+    ],
+)
+def test_a_route_that_cannot_be_sailed_is_refused_by_name(north, east, more, said):
+    with pytest.raises(InputError, match=said):
+        Route(north, east, **more)
+
+
+def test_settings_that_do_not_exist_are_refused():
+    with pytest.raises(InputError, match=r"passing\.rule is 'round'"):
+        Passing(rule="round")
+    with pytest.raises(InputError, match=r"mission\.at_end is 'sink'"):
+        Mission(SQUARE, at_end="sink")
+    with pytest.raises(InputError, match=r"mission\.start is 'anywhere'"):
+        Mission(SQUARE, start="anywhere")
+
+
+def test_what_a_mission_says_of_a_place():
+    leg = Mission(Route([10.0, 10.0], [20.0, 120.0], speed=1.5)).step(7.0, 50.0, 1.0)
+    assert leg.target == 1 and leg.speed == 1.5
+    assert leg.direction == pytest.approx(math.pi / 2)
+    assert leg.along_track == pytest.approx(30.0) and leg.remaining == pytest.approx(70.0)
+    assert leg.cross_track == pytest.approx(3.0)  # south of an eastbound leg is to starboard
+    assert leg.distance == pytest.approx(math.hypot(3.0, 70.0))
+    assert leg.bearing == pytest.approx(math.atan2(70.0, 3.0))
+
+
+def test_remaining_distance_switches_for_the_next_step():
+    mission = Mission(SQUARE)
+    targets = [leg.target for leg in sail(mission, [(89.0, 30.0), (90.0, 30.0), (91.0, 30.0)])]
+    assert targets == [1, 1, 2]
+    assert mission.log.passages[0]._asdict() == {
+        "waypoint": 1,
+        "reached": True,
+        "why": "remaining",
+        "time": 2.0,
+        "sailed": 1.0,
+        "distance": pytest.approx(math.hypot(10, 30)),
+        "closest": pytest.approx(math.hypot(10, 30)),
+    }
+
+
+def test_a_boat_behind_the_first_waypoint_does_not_switch():
+    mission = Mission(SQUARE)
+    legs = sail(mission, [(-500.0, 0.0), (-95.0, 0.0), (-105.0, 40.0)])
+    assert [leg.target for leg in legs] == [1, 1, 1] and not mission.log.passages
+    assert legs[0].along_track == pytest.approx(-500.0)
+
+
+def test_circle_of_acceptance():
+    mission = Mission(SQUARE, CIRCLE)
+    sail(mission, [(95.0, 9.0), (95.0, 8.0)])
+    assert mission.log.reached == [1]
+    beside = Mission(SQUARE, CIRCLE)
+    legs = sail(beside, [(0.0, 15.0), (99.0, 15.0), (101.0, 15.0), (102.0, 15.0)])
+    assert [leg.target for leg in legs] == [1, 1, 1, 2]
+    passage = beside.log.passages[0]
+    assert beside.log.missed == [1] and passage.why == "plane"
+    assert passage.closest == pytest.approx(math.hypot(1.0, 15.0))
+    kept = Mission(SQUARE, Passing(rule="circle", by_plane=False))
+    assert sail(kept, [(0.0, 15.0), (101.0, 15.0), (300.0, 15.0)])[-1].target == 1
+
+
+def test_the_plane_test_is_silent_at_the_start_and_after_a_switch_where_the_printed_one_fires():
+    """A boat that has yet to turn round moves away from its goal without having missed it."""
+    points = [(0.0, 0.0), (4.0, 0.0), (0.0, 0.0), (-4.0, 0.0), (-8.0, 0.0), (-4.0, 0.0)]
+    mission, printed = Mission(Route([0.0, 100.0], [0.0, 0.0]), CIRCLE), RangeRateTest()
+    fired = [printed.step(leg.distance) for leg in sail(mission, points)]
+    assert fired == [False, False, True, False, False, False]
+    assert not mission.log.passages
+
+
+def test_a_leg_is_given_up_after_its_time():
+    route = Route([0.0, 100.0, 200.0], [0.0, 0.0, 0.0], speed=1.0)
+    mission = Mission(route, CIRCLE)
+    sail(mission, [(20.0, 0.0)] * 360)
+    assert not mission.log.passages
+    sail(mission, [(20.0, 0.0)])
+    assert mission.log.missed == [1] and mission.log.passages[0].why == "time"
+    sail(mission, [(100.0, 0.0)] * 600)
+    assert mission.phase is Phase.UNDER_WAY  # the next leg has its own time, that of the 180 m to its end
+    sail(mission, [(100.0, 0.0)])
+    assert mission.log.missed == [1, 2] and mission.phase is Phase.STOPPED
+    far = Mission(route, CIRCLE)
+    sail(far, [(-900.0, 0.0)] * 3059)
+    assert not far.log.passages  # its time is that of its own 1000 m
+    without_speed = Mission(Route([0.0, 100.0], [0.0, 0.0]), CIRCLE)
+    sail(without_speed, [(20.0, 0.0)] * 1000)
+    never = Mission(route, Passing(rule="circle", time_factor=None))
+    sail(never, [(20.0, 0.0)] * 1000)
+    assert not without_speed.log.passages and not never.log.passages
+
+
+def test_starting_at_a_point():
+    mission = Mission(SQUARE, start="point")
+    legs = sail(mission, [(-60.0, -80.0), (-6.0, -8.0), (0.0, 0.0)])
+    assert [leg.target for leg in legs] == [0, 0, 1]
+    assert legs[0].direction == pytest.approx(math.atan2(80.0, 60.0)) and legs[0].cross_track == pytest.approx(0.0)
+    there = Mission(SQUARE, start="point")
+    assert sail(there, [(3.0, 0.0)])[0].target == 1
+    assert there.log.reached == [0]
+
+
+def test_starting_beyond_the_first_leg_passes_on_by_the_rule():
+    assert [leg.target for leg in sail(Mission(SQUARE), [(150.0, 50.0)] * 2)] == [1, 2]
+    missing = Mission(SQUARE, CIRCLE)
+    sail(missing, [(150.0, 50.0)])
+    assert missing.log.missed == [1]
+
+
+@pytest.mark.parametrize(
+    ("at_end", "phase", "speed"),
+    [("continue", Phase.CONTINUING, 2.0), ("hold", Phase.HOLDING, 0.0), ("stop", Phase.STOPPED, 0.0)],
+)
+def test_the_end_of_a_route(at_end, phase, speed):
+    mission = Mission(Route([0.0, 100.0], [0.0, 0.0], speed=2.0), at_end=at_end)
+    sail(mission, [(50.0, 5.0), (95.0, 5.0)])
+    assert mission.phase is phase
+    time = mission.log.time
+    leg = mission.step(160.0, 30.0, 1.0)
+    assert leg.speed == speed and leg.target == 1
+    assert leg.cross_track == pytest.approx(30.0) and leg.remaining == pytest.approx(-60.0)
+    assert leg.bearing == pytest.approx(math.atan2(-30.0, -60.0))
+    assert mission.log.time == time and len(mission.log.passages) == 1
+
+
+def test_an_unknown_position_is_no_position():
+    mission = Mission(SQUARE)
+    before = mission.step(math.nan, math.nan, 1.0)
+    assert before.target == 0 and math.isnan(before.cross_track)
+    sail(mission, [(10.0, 3.0), (math.nan, 4.0), (30.0, 3.0)])
+    assert mission.log.distance == pytest.approx(20.0) and mission.log.time == 3.0
+    assert mission.log.cross_track_rms == pytest.approx(3.0)
+
+
+def test_the_log_adds_up():
+    mission = Mission(SQUARE)
+    for north, east in [(0.0, 3.0), (30.0, -1.0), (60.0, 2.0)]:
+        mission.step(north, east, 0.5, effort=4.0)
+    log = mission.log
+    assert log.energy == pytest.approx(6.0) and log.mean_effort == pytest.approx(4.0) and log.time == 1.5
+    assert log.cross_track_max == pytest.approx(3.0)
+    assert log.cross_track_rms == pytest.approx(math.sqrt(14.0 / 3.0))
+    mission.skip("told so")
+    assert log.missed == [1] and log.passages[0].why == "told so"
+    assert log.passages[0].distance == pytest.approx(math.hypot(40.0, 2.0))
+    mission.step(math.nan, math.nan, 1.0)
+    mission.skip()
+    assert mission.log.passages[1].distance == pytest.approx(math.hypot(40.0, 98.0))  # from where she was last seen
+    mission.restart()
+    assert mission.log.time == 0.0 and mission.step(0.0, 0.0, 1.0).target == 1
+
+
+@given(
+    turn=st.floats(-math.pi, math.pi),
+    shift=st.tuples(st.floats(-1e4, 1e4), st.floats(-1e4, 1e4)),
+    mirrored=st.booleans(),
+    rule=st.sampled_from(["remaining", "circle"]),
+)
+def test_the_scene_may_be_turned_shifted_and_mirrored(turn, shift, mirrored, rule):
+    def scene(north, east):
+        east = -east if mirrored else east
+        c, s = math.cos(turn), math.sin(turn)
+        return shift[0] + c * north - s * east, shift[1] + s * north + c * east
+
+    def sailed(place):
+        corners = [place(*corner) for corner in zip(SQUARE.north, SQUARE.east, strict=True)]
+        mission = Mission(Route(*zip(*corners, strict=True)), Passing(rule=rule))
+        law = LineOfSight(15.0)
+        boat = Nomoto(1.0, 1.0, north=-23.0, east=17.0)
+        legs = []
+        for step in range(60):
+            boat.north += 8.0 * math.cos(step / 9.0)
+            boat.east += 8.0 * math.sin(step / 9.0)
+            leg = mission.step(*place(boat.north, boat.east), 1.0)
+            legs.append((leg, law.step(leg, math.nan, math.nan, 1.0)))
+        return legs, mission.log
+
+    (plain, log), (moved, moved_log) = sailed(lambda north, east: (north, east)), sailed(scene)
+    side = -1.0 if mirrored else 1.0
+    assert [leg.target for leg, _ in plain] == [leg.target for leg, _ in moved]
+    for (one, steer), (other, steer_other) in zip(plain, moved, strict=True):
+        assert other.cross_track == pytest.approx(side * one.cross_track, abs=1e-8)
+        assert other.remaining == pytest.approx(one.remaining, abs=1e-8)
+        off = steer_other.angle - other.direction - side * (steer.angle - one.direction)
+        assert math.remainder(off, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
+    assert moved_log.distance == pytest.approx(log.distance)
+    assert moved_log.missed == log.missed
+
+
+def test_the_arrays_of_a_route_are_its_own():
+    north = np.array([0.0, 50.0])
+    route = Route(north, [0.0, 0.0])
+    north[1] = 0.0
+    assert route.north[1] == 50.0
+    with pytest.raises(ValueError):
+        route.north[0] = 1.0
