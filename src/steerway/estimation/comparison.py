@@ -66,7 +66,7 @@ def compare(fixes: Fixes, motion: Motion) -> Agreement:
 
 
 def _met(fixes: Fixes, motion: Motion):
-    """SOG and COG (1 + lags, k): the receiver's value, then ours at every lag; at rest (3, r): our SOG, its, our COG."""
+    """SOG and COG (1 + lags, k): the receiver's, then ours at every lag; at rest (3, r): our SOG, its, our COG."""
     nearest = _nearest(motion.time, fixes.time)
     near = np.abs(motion.time[nearest] - fixes.time) < _NEAR if len(motion) else np.zeros(len(fixes), bool)
     fast = near & (fixes.sog > UNDERWAY)

@@ -12,8 +12,8 @@ from steerway.report.summary import sentences
 _TRACK = "Track, coloured by speed over ground; grey where the vessel has no steerageway and course is not defined."
 _SIGNALS = (
     "Estimate with its ±2σ band; the receiver's own values, where the log has them, are drawn as dots and are no "
-    "truth: receivers filter and delay them. Below, the size of each innovation against what the filter expected (1 is as "
-    "expected), with the gate beyond which a fix is rejected."
+    "truth: receivers filter and delay them. Below, the size of each innovation against what the filter expected "
+    "(1 is as expected), with the gate beyond which a fix is rejected."
 )
 
 

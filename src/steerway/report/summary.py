@@ -2,6 +2,7 @@
 
 import math
 from datetime import UTC, datetime
+from itertools import pairwise
 
 import numpy as np
 
@@ -31,8 +32,8 @@ def distance(motion: Motion) -> float:
     """Metres sailed, counted while course is defined."""
     total = 0.0
     for _, track in motion.tracks():
-        known = np.flatnonzero(np.isfinite(track.cog))
-        for i, j in zip(known[:-1], known[1:], strict=True):
+        known = np.flatnonzero(np.isfinite(track.cog)).tolist()
+        for i, j in pairwise(known):
             if j == i + 1:
                 north, east = displacement(track.latitude[j], track.longitude[j], track.latitude[i], track.longitude[i])
                 total += math.hypot(north, east)
