@@ -11,7 +11,7 @@ import numpy as np
 
 from steerway import magnetic
 from steerway.formats import nmea0183_epochs as epochs
-from steerway.formats.nmea0183_fields import FORMATTERS, REASONS, VALUES
+from steerway.formats.nmea0183_fields import REASONS, VALUES
 from steerway.formats.nmea0183_repair import mended_times, streams
 from steerway.formats.nmea0183_scan import SHORTEST, TALKERS, scan, talker_name
 from steerway.formats.recording import Recording
@@ -96,7 +96,7 @@ class Reader:
 
     def recording(self) -> Recording:
         """Everything read so far; the reader goes on."""
-        return self._recording(self._rows[: self._n], self._owners[: self._n])
+        return self._recording(self._rows[: self._n], np.arange(self._n))
 
     def take(self) -> Recording:
         """Everything read since the last call; then it is forgotten, so that a live link can run for ever.
@@ -109,7 +109,7 @@ class Reader:
         fresh = rows.copy()
         fresh[given, epochs.LAT : epochs.LON + 1] = np.nan
         worth = np.isfinite(fresh[:, epochs.LAT : epochs.MAGNETIC + 1]).any(axis=1)
-        taken = self._recording(fresh[worth], self._owners[: self._n][worth])
+        taken = self._recording(fresh[worth], np.flatnonzero(worth))
         self._forget_all_but_open()
         return taken
 
@@ -154,7 +154,8 @@ class Reader:
         self._rows[:, epochs.STD : epochs.MAGNETIC + 1] = np.nan
         self._n = len(kept)
 
-    def _recording(self, rows, owners):
+    def _recording(self, rows, kept):
+        owners, heard = self._owners[kept], self._heard[kept]
         time, notes = mended_times(rows, self._memory)
         heading, heading_notes, homeless = self._true_headings(rows, time)
         counts, skipped = self._account()
@@ -164,7 +165,7 @@ class Reader:
         for talker in np.unique(owners):
             mine = np.flatnonzero(owners == talker)
             mine = mine[np.argsort(time[mine], kind="stable")]
-            for name, chosen in streams(talker_name(int(talker)), time, rows, mine):
+            for name, chosen in streams(talker_name(int(talker)), time, rows, heard, mine):
                 sources[name] = Fixes(
                     time=time[chosen],
                     latitude=rows[chosen, epochs.LAT],
@@ -203,7 +204,7 @@ class Reader:
             heading[waiting] = rows[waiting, epochs.MAGNETIC] + memory[epochs.FIRST_VARIATION]
             by_rmc += len(waiting)
         elif len(waiting):
-            turned, model_note = _by_model(rows, time, waiting)
+            turned, model_note = _by_model(rows, self._undated_as_unknown(rows, time), waiting)
             heading[waiting] = rows[waiting, epochs.MAGNETIC] + turned
             homeless = int(np.isnan(turned).sum())
             notes += model_note
@@ -214,6 +215,9 @@ class Reader:
             notes.append(f"{by_rmc} magnetic headings made true by the variation in RMC")
         return (heading + np.pi) % (2.0 * np.pi) - np.pi, notes, homeless
 
+    def _undated_as_unknown(self, rows, time):
+        return np.where(rows[:, epochs.UNDATED] * self._memory[epochs.IS_UNDATED] == 1.0, np.nan, time)
+
 
 def _by_model(rows, time, waiting):
     """Variation (rad) at the fix before each waiting row, or the first fix there is; NaN where there is none."""
@@ -221,9 +225,10 @@ def _by_model(rows, time, waiting):
     if not len(fixes):
         return np.full(len(waiting), np.nan), []
     at = fixes[np.maximum(np.searchsorted(fixes, waiting, side="right") - 1, 0)]
-    when = np.where(rows[waiting, epochs.UNDATED] == 1.0, np.nan, time[waiting])
-    turned = magnetic.variation(rows[at, epochs.LAT], rows[at, epochs.LON], when)
+    turned = magnetic.variation(rows[at, epochs.LAT], rows[at, epochs.LON], time[waiting])
     low, high = np.degrees(turned.min()), np.degrees(turned.max())
-    model = magnetic.model_of(when[0])
-    note = f"{len(waiting)} magnetic headings made true by the World Magnetic Model {model} ({low:+.1f} to {high:+.1f}°)"
+    model = magnetic.model_of(time[waiting[0]])
+    note = (
+        f"{len(waiting)} magnetic headings made true by the World Magnetic Model {model} ({low:+.1f} to {high:+.1f}°)"
+    )
     return turned, [note]

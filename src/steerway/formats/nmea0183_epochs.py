@@ -1,4 +1,4 @@
-"""Epochs out of sentences: the clock that gives every sentence its time, and the rows in which sentences of one time meet.
+"""Epochs out of sentences: the clock that gives each sentence its time, and the rows where those of one time meet.
 
 The clock is one for the whole log, whichever talker set it: a date comes with RMC and ZDA only, and is carried from
 there, over midnight too, by taking the day that brings a time of day nearest to the clock (or to the receive time).
@@ -20,7 +20,9 @@ TIME, LAT, LON, STD, SOG, COG, HEADING, WATER, YAW, MAGNETIC, QUANTUM, RECEIVED,
 
 # What the assembler remembers between calls.
 MEMORY = 9
-CLOCK, EPOCH, IS_UNDATED, SHIFT, LAST_VARIATION, FIRST_VARIATION, ROLLOVERS, OWN_VARIATION, RMC_VARIATION = range(MEMORY)
+CLOCK, EPOCH, IS_UNDATED, SHIFT, LAST_VARIATION, FIRST_VARIATION, ROLLOVERS, OWN_VARIATION, RMC_VARIATION = range(
+    MEMORY
+)
 
 REPEATED, UNTIMED = 0, 1
 LOST = ("repeated within an epoch, without a time of its own", "before any time was known")
@@ -156,7 +158,11 @@ def _row_of_timed(rows, n, heard, value, kind, time, undated, newest):
 def _row_of_received(rows, n, heard, value, kind, memory, told, newest):
     """The row of a sentence with a receive time only: its own talker's in the same burst, else one of that time."""
     received, at = value[said.RECEIVED], newest[0]
-    if at >= 0 and abs(received - rows[at, RECEIVED]) < _BURST and _meets(rows[at], value, kind, heard[at], rows[at, TIME]):
+    if (
+        at >= 0
+        and abs(received - rows[at, RECEIVED]) < _BURST
+        and _meets(rows[at], value, kind, heard[at], rows[at, TIME])
+    ):
         return at
     time = told[0] if 0.0 <= received - told[1] < _BURST and math.isfinite(value[said.LAT]) else received
     return _open_row(rows, n, time, received, 0.0, newest)
@@ -164,7 +170,7 @@ def _row_of_received(rows, n, heard, value, kind, memory, told, newest):
 
 @kernel
 def _row_of_untimed(rows, n, heard, value, kind, memory, told, newest):
-    """The row of a sentence without any time: of its talker's epoch, else the log's; −1 − the reason when it is lost."""
+    """The row of a sentence without any time: of its talker's epoch, else the log's; −1 − the reason if lost."""
     time = memory[CLOCK]
     if time - told[0] < _FRESH:
         time = told[0]

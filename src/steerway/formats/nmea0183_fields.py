@@ -217,7 +217,9 @@ def _rmc(buffer, fields, n, row):
         if fields[10] - 1 - first != 6:
             return TIME
         year = digits(buffer, first + 4, 2)
-        row[DAY] = day_number(_century(year) if year >= 0 else -1, digits(buffer, first + 2, 2), digits(buffer, first, 2))
+        row[DAY] = day_number(
+            _century(year) if year >= 0 else -1, digits(buffer, first + 2, 2), digits(buffer, first, 2)
+        )
         if math.isinf(row[DAY]):
             return TIME
     row[VARIATION] = _signed(buffer, fields, 10, 180.0)

@@ -1,4 +1,6 @@
-"""What only the whole log shows: dates that came later, 1024-week rollovers, a stray date, two receivers in one talker."""
+"""What only the whole log shows: dates that came later, week rollovers, a stray date, two receivers in one talker."""
+
+from itertools import pairwise
 
 import numpy as np
 
@@ -7,16 +9,19 @@ from steerway.formats.nmea0183_epochs import (
     IS_UNDATED,
     LAT,
     LON,
-    QUANTUM,
+    OPEN,
     ROLLOVER,
     ROLLOVERS,
     SHIFT,
+    SOG,
     UNDATED,
 )
+from steerway.formats.nmea0183_fields import FORMATTERS, LAST_POSITION
 
 _HALF_DAY = 0.5 * DAY
 _NEAR = 30.0 * DAY
 _STRAY = 16  # rows that one damaged date can lead astray before the next date comes
+_POSITIONS = (2 << LAST_POSITION) - 1  # the bits of `heard` that stand for a position
 _TWO_STREAMS = 0.3  # of the epochs with two positions: below, they are accidents
 
 
@@ -51,7 +56,7 @@ def _mend_strays(time):
     """Bring short runs of rows on a foreign day back, in place; how many rows."""
     jumps = np.flatnonzero(np.abs(np.diff(time)) > _HALF_DAY)
     mended = 0
-    for before, last in zip(jumps[:-1], jumps[1:], strict=True):
+    for before, last in pairwise(jumps):
         if last - before <= _STRAY and abs(time[last + 1] - time[before]) < _HALF_DAY:
             stray = slice(before + 1, last + 1)
             time[stray] += DAY * np.round((time[before] - time[stray]) / DAY)
@@ -59,39 +64,57 @@ def _mend_strays(time):
     return mended
 
 
-def streams(name: str, time: np.ndarray, rows: np.ndarray, mine: np.ndarray) -> list[tuple[str, np.ndarray]]:
-    """A talker's rows (indices in time order) as one source, or two when it speaks for two receivers.
+def streams(name: str, time: np.ndarray, rows: np.ndarray, heard: np.ndarray, mine: np.ndarray):
+    """A talker's rows (indices in time order) as one source, or as several when it tells two positions an epoch.
 
-    Two receivers behind one talker show as two different positions in one epoch, again and again. Then each position
-    goes to the stream it continues; rows without position stay with the first.
+    When one formatter says it twice, two receivers speak: each position goes to the track it continues. When two
+    formatters disagree, a plotter stamps positions of different moments with one second: each formatter is a source.
+    Rows without position stay with the first. Returns pairs of name and indices.
     """
     placed = mine[np.isfinite(rows[mine, LAT])]
-    same_time = np.flatnonzero(np.diff(time[placed]) == 0.0)
-    first, second = placed[same_time], placed[same_time + 1]
-    apart = np.maximum(np.abs(rows[first, LAT] - rows[second, LAT]), np.abs(rows[first, LON] - rows[second, LON]))
-    double = (apart > 1.01 * np.maximum(rows[first, QUANTUM], rows[second, QUANTUM])) & (apart > 0.0)
-    epochs = len(placed) - len(same_time)
-    if double.sum() < max(3.0, _TWO_STREAMS * epochs):
+    together = np.flatnonzero(np.diff(time[placed]) == 0.0)
+    first, second = placed[together], placed[together + 1]
+    double = (np.abs(first - second) <= OPEN) & (
+        (rows[first, LAT] != rows[second, LAT]) | (rows[first, LON] != rows[second, LON])
+    )
+    if double.sum() < max(3.0, _TWO_STREAMS * (len(placed) - len(together))):
         return [(name, mine)]
-    belongs = dict.fromkeys(mine.tolist(), 0)
-    newest = [rows[first[double][0]], rows[second[double][0]]]
+    same_formatter = heard[first] & heard[second] & _POSITIONS
+    if np.mean(same_formatter[double] > 0) > 0.5:
+        return _by_continuity(name, time, rows, mine, placed)
+    return _by_formatter(name, rows, heard, mine, placed)
+
+
+def _by_formatter(name, rows, heard, mine, placed):
+    """One source a formatter, the one that says most first; a row that two formatters told is in both."""
+    told = {kind: np.isin(mine, placed) & (heard[mine] >> kind & 1 > 0) for kind in range(LAST_POSITION + 1)}
+    with_speed = np.isfinite(rows[mine, SOG])
+    said = {kind: int(mask.sum() + (mask & with_speed).sum()) for kind, mask in told.items()}
+    ranked = sorted((kind for kind in told if said[kind]), key=lambda kind: -said[kind])
+    unplaced = ~np.isin(mine, placed)
+    chosen = [told[kind] | unplaced if kind == ranked[0] else told[kind] for kind in ranked]
+    return [(f"{name} {FORMATTERS[kind]}", mine[mask]) for kind, mask in zip(ranked, chosen, strict=True)]
+
+
+def _by_continuity(name, time, rows, mine, placed):
+    """Two sources: the rows of an epoch go to the two tracks so that both move least."""
+    track = dict.fromkeys(mine.tolist(), 0)
+    newest = None
     bounds = [0, *(np.flatnonzero(np.diff(time[placed])) + 1).tolist(), len(placed)]
-    for start, stop in zip(bounds[:-1], bounds[1:], strict=True):
-        pair = placed[start:stop].tolist()
-        distance = [[_apart(rows[row], last) for last in newest] for row in pair]
-        if len(pair) == 2:
-            swapped = distance[0][1] + distance[1][0] < distance[0][0] + distance[1][1]
-            choice = [1, 0] if swapped else [0, 1]
-        else:
-            choice = [int(to[1] < to[0]) for to in distance]
-        for row, stream in zip(pair, choice, strict=True):
-            belongs[row] = stream
-            newest[stream] = rows[row]
-    of = np.array([belongs[row] for row in mine.tolist()])
-    return [(name, mine[of == 0]), (f"{name} 2", mine[of == 1])]
+    for start, stop in pairwise(bounds):
+        epoch = placed[start:stop].tolist()
+        if newest is None:
+            newest = [rows[epoch[0]], rows[epoch[-1]]]
+        nearer_second = [_apart(rows[row], newest[1]) - _apart(rows[row], newest[0]) for row in epoch]
+        choice = [int(gain < 0.0) for gain in nearer_second]
+        if len(epoch) == 2:
+            choice = [0, 1] if nearer_second[0] >= nearer_second[1] else [1, 0]
+        for row, to in zip(epoch, choice, strict=True):
+            track[row] = to
+            newest[to] = rows[row]
+    second = np.array([track[row] for row in mine.tolist()]) == 1
+    return [(name, mine[~second]), (f"{name} 2", mine[second])]
 
 
 def _apart(row, other):
     return abs(row[LAT] - other[LAT]) + abs(row[LON] - other[LON])
-
-
