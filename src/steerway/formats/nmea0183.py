@@ -204,7 +204,7 @@ class Reader:
             heading[waiting] = rows[waiting, epochs.MAGNETIC] + memory[epochs.FIRST_VARIATION]
             by_rmc += len(waiting)
         elif len(waiting):
-            turned, model_note = _by_model(rows, self._undated_as_unknown(rows, time), waiting)
+            turned, model_note = _by_model(rows, np.where(rows[:, epochs.UNDATED] == 1.0, np.nan, time), waiting)
             heading[waiting] = rows[waiting, epochs.MAGNETIC] + turned
             homeless = int(np.isnan(turned).sum())
             notes += model_note
@@ -214,9 +214,6 @@ class Reader:
         if by_rmc:
             notes.append(f"{by_rmc} magnetic headings made true by the variation in RMC")
         return (heading + np.pi) % (2.0 * np.pi) - np.pi, notes, homeless
-
-    def _undated_as_unknown(self, rows, time):
-        return np.where(rows[:, epochs.UNDATED] * self._memory[epochs.IS_UNDATED] == 1.0, np.nan, time)
 
 
 def _by_model(rows, time, waiting):

@@ -188,6 +188,16 @@ def _row_of_untimed(rows, n, heard, value, kind, memory, told, newest):
 
 
 @kernel
+def _date_all(rows, memory, told):
+    """The first date has come: move what was counted from 1970 until now."""
+    for k in range(len(rows)):
+        rows[k, TIME] += memory[SHIFT] * rows[k, UNDATED]
+        rows[k, UNDATED] = 0.0
+    memory[EPOCH] += memory[SHIFT]
+    told[:, 0] += memory[SHIFT]
+
+
+@kernel
 def assemble(kinds, talkers, values, memory, told, newest, rows, heard, owners, n, lost):
     """Sentences into rows; the number of rows then.
 
@@ -199,7 +209,10 @@ def assemble(kinds, talkers, values, memory, told, newest, rows, heard, owners, 
         kind, talker, value = kinds[i], talkers[i], values[i]
         is_timed = math.isfinite(value[said.TOD])
         if is_timed:
+            was_undated = memory[IS_UNDATED] == 1.0
             time = _timed(value, memory)
+            if was_undated and memory[IS_UNDATED] == 0.0:
+                _date_all(rows[:n], memory, told)
             if kind <= LAST_POSITION:
                 memory[EPOCH] = time
             if kind <= LAST_POSITION or not abs(time - told[talker, 0]) < _FRESH:

@@ -1,4 +1,4 @@
-"""What only the whole log shows: dates that came later, week rollovers, a stray date, two receivers in one talker."""
+"""What only the whole log shows: week rollovers, a stray date, two receivers in one talker."""
 
 from itertools import pairwise
 
@@ -6,14 +6,13 @@ import numpy as np
 
 from steerway.formats.nmea0183_epochs import (
     DAY,
-    IS_UNDATED,
     LAT,
     LON,
     OPEN,
     ROLLOVER,
     ROLLOVERS,
-    SHIFT,
     SOG,
+    TIME,
     UNDATED,
 )
 from steerway.formats.nmea0183_fields import FORMATTERS, LAST_POSITION
@@ -28,16 +27,13 @@ _TWO_STREAMS = 0.3  # of the epochs with two positions: below, they are accident
 def mended_times(rows: np.ndarray, memory: np.ndarray) -> tuple[np.ndarray, list[str]]:
     """Unix time of every row in order of arrival, and a note for each kind of correction.
 
-    Rows from before the first date take it; rows whole rollovers behind the newest are moved up to it; a few rows on
-    another day than the rows on either side of them take theirs.
+    Rows whole rollovers behind the newest are moved up to it; a few rows on another day than the rows on either side
+    of them take theirs.
     """
     notes = []
-    time = rows[:, 0].copy()
-    undated = rows[:, UNDATED] == 1.0
-    if memory[IS_UNDATED] == 1.0 and undated.any():
+    time = rows[:, TIME].copy()
+    if rows[:, UNDATED].any():
         notes.append("no date anywhere in the log: days are counted from 1970-01-01")
-    else:
-        time[undated] += memory[SHIFT]
     moved = int(memory[ROLLOVERS])
     if len(time):
         behind = np.round((time.max() - time) / ROLLOVER)
