@@ -1,6 +1,8 @@
 """The reader against pynmeagps, sentence by sentence, on recorded logs; and the fixes of each log counted."""
 
 import re
+from functools import reduce
+from operator import xor
 
 import numpy as np
 import pytest
@@ -47,8 +49,10 @@ def messages(data, pattern):
     """Byte offset and pynmeagps message of every sentence that it accepts; a missing checksum is accepted as here."""
     for found in pattern.finditer(data):
         raw = found.group()
+        if b"*" not in raw:
+            raw += b"*%02X" % reduce(xor, raw[1:], 0)
         try:
-            message = NMEAReader.parse(raw + b"\r\n", validate=1 if b"*" in raw else 0)
+            message = NMEAReader.parse(raw + b"\r\n")
         except (NMEAMessageError, NMEAParseError, NMEATypeError):
             continue
         if message is not None:
@@ -58,8 +62,9 @@ def messages(data, pattern):
 def is_fix(message):
     """Whether what pynmeagps read is a fix: it parses V, N and quality 0 too."""
     valid = getattr(message, "status", "A") in ("A", "") and getattr(message, "posMode", "A") != "N"
+    placed = all(isinstance(getattr(message, name, ""), float) for name in ("lat", "lon"))
     modes = set(getattr(message, "posMode", "A"))
-    return valid and modes != {"N"} and getattr(message, "quality", 1) != 0 and isinstance(message.lat, float)
+    return valid and modes != {"N"} and getattr(message, "quality", 1) != 0 and placed
 
 
 def seconds_of_day(time):
@@ -68,14 +73,15 @@ def seconds_of_day(time):
 
 @pytest.fixture(scope="module", params=LOGS)
 def log(request, shared_data):
-    return request.param, (shared_data / "data" / request.param).read_bytes()
+    data = (shared_data / "data" / request.param).read_bytes()
+    fixes = {offset: message for offset, message in messages(data, POSITION) if is_fix(message)}
+    return request.param, data, fixes
 
 
 def test_position_sentences_agree(log):
-    name, data = log
+    name, data, theirs = log
     found = nmea0183.sentences(data)
     row_of = {offset: k for k, offset in enumerate(found.offset.tolist()) if np.isfinite(found.values[k, said.LAT])}
-    theirs = {offset: message for offset, message in messages(data, POSITION) if is_fix(message)}
     assert set(row_of) <= set(theirs), "a fix that pynmeagps refuses"
     assert len(set(theirs) - set(row_of)) == ONLY_THEIRS.get(name, 0)
     for offset, k in row_of.items():
@@ -92,7 +98,7 @@ def test_position_sentences_agree(log):
 
 
 def test_vtg_agrees(log):
-    _, data = log
+    _, data, _ = log
     found = nmea0183.sentences(data)
     row_of = {offset: k for k, offset in enumerate(found.offset.tolist()) if found.kind[k] == said.VTG}
     theirs = dict(messages(data, VELOCITY))
@@ -106,21 +112,25 @@ def test_vtg_agrees(log):
 
 
 def test_every_valid_fix_has_its_row(log):
-    """Fixes counted by pynmeagps: distinct in talker, time and place. A row may serve several sentences."""
-    _, data = log
+    """Fixes counted by pynmeagps: distinct in talker, time and place. A row may serve several sentences, when they
+    agree to the last digit but one; the coarsest digit here is 1.7e-5°."""
+    _, data, fixes = log
     theirs = set()
-    for _, message in messages(data, POSITION):
-        if is_fix(message):
-            time = round(seconds_of_day(getattr(message, "time", "")), 3)
-            theirs.add((message.talker, time if time == time else None, round(message.lat, 6), round(message.lon, 6)))
-    ours = set()
+    for message in fixes.values():
+        time = seconds_of_day(getattr(message, "time", ""))
+        theirs.add((message.talker, "any" if np.isnan(time) else round(time, 3), message.lat, message.lon))
+    ours = {}
     for name, fixes in nmea0183.read(data).sources.items():
         placed = fixes.rows(fixes.has_position)
-        for time, lat, lon in zip(placed.time, placed.latitude, placed.longitude, strict=True):
-            ours.add((name[:2], round(time % 86400.0, 3), round(np.degrees(lat), 6), round(np.degrees(lon), 6)))
-    untimed = {(talker, lat, lon) for talker, _, lat, lon in ours}
-    met = sum(fix in ours if fix[1] is not None else (fix[0], *fix[2:]) in untimed for fix in theirs)
-    assert met >= 0.99 * len(theirs)
+        places = np.degrees(np.column_stack([placed.latitude, placed.longitude])).tolist()
+        for time, place in zip(placed.time.tolist(), places, strict=True):
+            ours.setdefault((name[:2], round(time % 86400.0, 3) % 86400.0), []).append(place)
+            ours.setdefault((name[:2], "any"), []).append(place)
+    met = 0
+    for talker, time, lat, lon in theirs:
+        rows = np.array(ours.get((talker, time), [[np.inf, np.inf]]))
+        met += (np.abs(rows - [lat, lon]).max(axis=1) < 2e-5).any()
+    assert met >= 0.99 * len(theirs) and len(theirs) > 0
 
 
 def test_what_the_notes_of_the_logs_promise(shared_data):
@@ -131,8 +141,8 @@ def test_what_the_notes_of_the_logs_promise(shared_data):
     assert abs(rolled.sources["GP"].time[-1] - 1406852198.226) < 1.0
     assert any("rollover" in note for note in rolled.notes)
     mangled = recording("anemomind_corrupt/irene_flensburg_20130802_corrupt.nmea")
-    known = sum(count for name, count in mangled.counts.items() if name[:2] in ("II",) or name == "GPRMB")
-    assert sum(mangled.counts.values()) - known + mangled.skipped["unknown sentence type"] == 382
+    whole = sum(count for name, count in mangled.counts.items() if name[:2] == "II" or name in ("GPRMB", "GPRMC"))
+    assert sum(mangled.counts.values()) - whole + mangled.skipped["unknown sentence type"] == 382
     assert len(recording("palmer_seapath_truth/NBP1406_gp02-2014-08-01").sources["GP"]) == 1667
     assert recording("palmer_seapath_truth/NBP1406_gyr1-2014-08-01").sources["HE"].heading.shape == (5000,)
     bundg = recording("gpsd_logs/bundg_zeus_9.log")
