@@ -52,7 +52,7 @@ def gll(time, lat, lon, talker="GP") -> bytes:
 def track(n: int, lat=54.0, lon=10.0, start=START, step=1.0):
     """Times and positions (degrees, exact in 1e-5 minutes) of a boat going north-east."""
     k = np.arange(n)
-    return start + step * k, lat + k * 3e-3 / 60.0, lon + k * 5e-3 / 60.0
+    return start + step * k, lat + k * 3.01e-3 / 60.0, lon + k * 5.03e-3 / 60.0
 
 
 def sortie(n: int, **at) -> bytes:

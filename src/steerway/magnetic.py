@@ -1,7 +1,7 @@
 """Magnetic variation from the World Magnetic Model, for the compass whose log does not tell its own.
 
 The models of NOAA and BGS, WMM2010 to WMM2025, as `pygeomag` carries them. Their declination is good to about half a
-degree (NOAA, WMM2025 report, section 3.4), a boat's own iron not counted.
+degree outside the polar caps (the error model of the WMM reports), a boat's own iron not counted.
 """
 
 from functools import cache
