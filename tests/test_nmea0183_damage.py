@@ -1,10 +1,14 @@
 """Damage costs what it touches and nothing else, and no bytes whatever raise."""
 
+import gzip
+
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from steerway.errors import InputError
 from steerway.formats import nmea0183
+from steerway.formats.reading import read
 from tests.sentences import sortie
 
 WHOLE = sortie(60)
@@ -29,6 +33,16 @@ def assert_same(one, other):
 @given(st.binary(max_size=2000))
 def test_random_bytes(data):
     nmea0183.read(data)
+
+
+@quick
+@given(st.binary(max_size=300), st.integers(0, len(WHOLE)))
+def test_the_front_door_raises_nothing_but_input_errors(data, cut):
+    for log in (data, data + WHOLE[cut:], gzip.compress(WHOLE)[: cut // 4] + data):
+        try:
+            read(log)
+        except InputError as error:
+            assert "\n" not in str(error)
 
 
 @quick

@@ -19,12 +19,9 @@ from steerway.formats.nmea0183_fields import (
     READ,
     RECEIVED,
     TOD,
-    day_number,
-    digits,
-    is_digit,
-    number,
     read_fields,
 )
+from steerway.formats.nmea0183_text import day_number, digits, is_digit, number
 
 TALKERS = 36 * 36
 SHORTEST = 8  # bytes; no sentence that is read is shorter
