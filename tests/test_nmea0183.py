@@ -168,6 +168,12 @@ def test_a_log_without_any_date_says_so():
     assert any("1970-01-01" in note for note in recording.notes)
 
 
+def test_an_epoch_from_before_the_first_date_still_takes_its_velocity():
+    vtg = sealed("GPVTG,90.0,T,,M,2.0,N,,K,A")
+    sources = nmea0183.read(gga(START, 54.0, 10.0) + rmc(START + 1, 54.0, 10.0, talker="II") + vtg).sources
+    assert sources["GP"].time.tolist() == [START] and sources["GP"].sog[0] == 2.0 * KNOT
+
+
 def test_zda_gives_the_date_and_the_time_of_what_has_none():
     data = (
         sealed("GPZDA,120000,01,07,2024,00,00") + f"$GPGLL,{HERE}\r\n".encode() + sealed("GPVTG,90.0,T,,M,2.0,N,,K,A")

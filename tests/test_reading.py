@@ -91,6 +91,16 @@ def test_the_best_source_by_rate_resolution_and_continuity():
     assert chosen(brief, coarse) == "II"
 
 
+def test_even_fixes_are_better_than_frequent_ones():
+    rng = np.random.default_rng(3)
+    time, lat, lon = track(120, step=0.5)
+    late = np.sort(time + rng.uniform(0.0, 0.4, len(time)))
+    uneven = [f"{t:.3f} ".encode() + rmc(t, a, o, talker="II") for t, a, o in zip(late, lat, lon, strict=True)]
+    even = [f"{t:.3f} ".encode() + rmc(t, a, o, talker="GN") for t, a, o in zip(time, lat, lon, strict=True)][::2]
+    even = [line for pair in zip(even, [b""] * len(even), strict=True) for line in pair]
+    assert read(b"".join(x + y for x, y in zip(uneven, even, strict=True))).source == "GN"
+
+
 def test_the_wanted_source():
     time, lat, lon = track(20)
     both = b"".join(

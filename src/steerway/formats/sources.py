@@ -33,9 +33,10 @@ class Quality:
     gaps: int  # intervals over three times the median
     longest_gap: float  # s, 0 for none
     resolution: float  # m: the last decimal of the positions; NaN when it cannot be told
+    roughness: float  # m: median distance of a fix from the line between its neighbours; NaN below three fixes
     says: tuple[str, ...]  # the columns beside the position that hold something
     vessels: int  # 0 for the own boat's log
-    score: float  # rate × continuity over the whole record / resolution; 0 without positions
+    score: float  # rate × continuity over the whole record / (resolution + roughness); 0 without positions
 
 
 def quality(fixes: Fixes, span: float | None = None) -> Quality:
@@ -47,18 +48,29 @@ def quality(fixes: Fixes, span: float | None = None) -> Quality:
     intervals = _intervals(placed)
     if not len(intervals):
         score = 1e-9 if len(placed) else 0.0
-        return Quality(len(fixes), len(placed), *ends, np.nan, 0, 0.0, np.nan, said, vessels, score)
+        return Quality(len(fixes), len(placed), *ends, np.nan, 0, 0.0, np.nan, np.nan, said, vessels, score)
     usual = float(np.median(intervals))
     gaps = intervals[intervals > _GAP * usual]
     own = float(intervals.sum())
     covered = np.minimum(intervals, usual).sum() / max(own, span or 0.0)
     resolution = _resolution(placed)
-    fineness = 1.0 / (_FINE + (resolution if np.isfinite(resolution) else 0.0))
+    roughness = _roughness(placed, usual)
+    fineness = 1.0 / (_FINE + np.nan_to_num(resolution) + np.nan_to_num(roughness))
     with_speed = np.isfinite(placed.sog).mean()  # between equals, the one that also tells its speed
     score = min(1.0 / usual, _FAST) * covered * fineness * (1.0 + 0.1 * with_speed)
     longest = float(gaps.max()) if len(gaps) else 0.0
     return Quality(
-        len(fixes), len(placed), *ends, 1.0 / usual, len(gaps), longest, resolution, said, vessels, float(score)
+        len(fixes),
+        len(placed),
+        *ends,
+        1.0 / usual,
+        len(gaps),
+        longest,
+        resolution,
+        roughness,
+        said,
+        vessels,
+        float(score),
     )
 
 
@@ -79,6 +91,20 @@ def _resolution(placed):
         if np.mean(np.abs(written - np.round(written)) < _ROUNDED) > 0.98:
             return float(np.radians(quantum_deg) * meridian)
     return np.nan
+
+
+def _roughness(placed, usual):
+    """Median distance (m) of a fix from where its neighbours put it: noise, uneven time stamps and late fixes."""
+    time, first = np.unique(placed.time, return_index=True)
+    if len(time) < 3 or placed.mmsi is not None:
+        return np.nan
+    meridian, prime_vertical = radii(float(placed.latitude[0]))
+    scale = np.array([meridian, prime_vertical * np.cos(placed.latitude[0])])
+    place = np.column_stack([placed.latitude[first], np.unwrap(placed.longitude[first])]) * scale
+    share = (time[1:-1] - time[:-2]) / (time[2:] - time[:-2])
+    between = place[:-2] + share[:, None] * (place[2:] - place[:-2])
+    close = time[2:] - time[:-2] < 2.0 * _GAP * usual
+    return float(np.median(np.hypot(*(place[1:-1] - between)[close].T))) if close.any() else np.nan
 
 
 def gather(logs: Sequence[tuple[str, Mapping[str, Fixes]]]) -> dict[str, Fixes]:
