@@ -215,6 +215,18 @@ def test_instruments_with_receive_times_keep_them_and_a_burst_is_one_epoch():
     np.testing.assert_allclose(recording.sources["HE"].time, [START + 0.4], atol=1e-6)
 
 
+def test_a_later_burst_is_not_the_epoch_before():
+    data = iso(START + 0.2) + b" " + gga(START, 54.0, 10.0) + iso(START + 2.5) + b" " + sealed("GPHDT,90.0,T")
+    np.testing.assert_allclose(only(data).time, [START, START + 2.5], atol=1e-6)
+
+
+def test_of_many_headings_in_an_epoch_without_times_the_first_is_kept_and_the_rest_counted():
+    headings = b"".join(sealed(f"HEHDT,{heading:.1f},T") for heading in range(100, 110))
+    recording = nmea0183.read(gga(START, 54.0, 10.0) + headings + gga(START + 1, 54.0, 10.001) + headings)
+    np.testing.assert_allclose(np.degrees(recording.sources["HE"].heading), [100.0, 100.0])
+    assert recording.skipped == {"repeated within an epoch, without a time of its own": 18}
+
+
 ROLLOVER = 1024 * 7 * DAY
 
 

@@ -126,6 +126,13 @@ def test_instruments_stand_in_rows_of_their_own_between_fixes_and_are_not_mixed(
     assert (np.diff(fixes.time) > 0).all()
 
 
+def test_of_two_headings_at_one_time_the_first_joins_the_fix():
+    stamp = f"{START:.3f} ".encode()
+    fixes = read(stamp + gga(START, 54.0, 10.0) + b"".join(stamp + sealed(f"HEHDT,{k}.0,T") for k in (90, 91)))
+    assert len(fixes) == 1
+    np.testing.assert_allclose(np.degrees(fixes.heading), [90.0])
+
+
 def test_speed_of_a_talker_without_positions_joins_the_fixes():
     lines = b"".join(gga(START + k, 54.0, 10.0 + k * 1e-3) + sealed("IIVTG,90.0,T,,M,4.0,N,,K,A") for k in range(10))
     fixes = read(lines)
