@@ -4,6 +4,7 @@ Both are frozen and hold one-dimensional NumPy arrays of equal length, SI and ra
 only in the frames of `to_frame`, whose column names carry their units.
 """
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Self
@@ -31,6 +32,11 @@ class _Table:
         pairs = ((field.name, getattr(self, field.name)) for field in fields(self))
         return {name: value for name, value in pairs if isinstance(value, np.ndarray)}
 
+    @property
+    def has_position(self) -> np.ndarray:
+        """(n,) bool: the rows that say where."""
+        return np.isfinite(self.latitude) & np.isfinite(self.longitude)
+
     def rows(self, chosen) -> Self:
         """The same table with the rows of a slice, mask or index array."""
         return replace(self, **{name: column[chosen] for name, column in self.columns().items()})
@@ -48,7 +54,7 @@ class _Table:
             return
         edges = np.flatnonzero(np.diff(self.mmsi)) + 1
         bounds = [0, *edges.tolist(), len(self)]
-        for first, last in zip(bounds[:-1], bounds[1:], strict=True):
+        for first, last in itertools.pairwise(bounds):
             yield int(self.mmsi[first]), self.rows(slice(first, last))
 
 
@@ -85,11 +91,6 @@ class Fixes(_Table):
             object.__setattr__(self, name, column)
         if self.mmsi is not None:
             object.__setattr__(self, "mmsi", np.ascontiguousarray(self.mmsi, dtype=np.int64))
-
-    @property
-    def has_position(self) -> np.ndarray:
-        """(n,) bool: the rows that are fixes."""
-        return np.isfinite(self.latitude) & np.isfinite(self.longitude)
 
     def in_order(self) -> Self:
         """The same rows sorted by vessel and time; rows of equal time keep their order."""

@@ -96,7 +96,7 @@ def _csv(data, skipped):
     if quoted:
         body = _without_stray_quotes(body, skipped)
     schema = {f"{index}": pl.String for index in range(len(names))}
-    if not body.strip():
+    if not body or body.isspace():
         return pl.DataFrame(schema=schema), names, number + 1, delimiter
     wanted = sorted(column.index for column in understood(names).values())
     options = {"has_header": False, "schema": schema, "columns": wanted, "separator": delimiter}

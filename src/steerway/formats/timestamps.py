@@ -1,4 +1,6 @@
-"""Dates as logs and tables write them, to Unix time, a column at a time."""
+"""Dates as logs and tables write them, to Unix time, a column at a time; and the one way we write them."""
+
+import datetime
 
 import numpy as np
 import polars as pl
@@ -23,6 +25,17 @@ def unix_times(texts) -> np.ndarray:
         better = np.isfinite(month_first).sum() > np.isfinite(day_first).sum()
         seconds = np.where(np.isnan(seconds), month_first if better else day_first, seconds)
     return seconds
+
+
+def iso(time: float) -> str:
+    """ISO 8601 of a Unix time, UTC, in the fewest digits that `unix_times` reads back as the same number."""
+    whole = int(time // 1.0)
+    date = (datetime.datetime(1970, 1, 1) + datetime.timedelta(seconds=whole)).isoformat()
+    for digits in range(10):
+        fraction = f"{time - whole:.{digits}f}"
+        if whole + float(fraction) == time and not fraction.startswith("1"):
+            return f"{date}{fraction[1:]}Z"
+    return f"{date}{fraction[1:]}Z"
 
 
 def _parts(column, pattern):
