@@ -1,12 +1,15 @@
 """Raw AIS: !AIVDM and its kin, decoded by pyais; one track a vessel.
 
 A report's time is that of its tag block (`c:`), of a prefix or of a suffix; its own field, the UTC second it was made
-in, then takes out the seconds it was under way (ITU-R M.1371-5, annex 8, table 48). Reports of base stations (types 4
-and 11) carry a full UTC time and stand in where the log has none.
+in, then takes out the seconds it was under way (ITU-R M.1371-5, annex 8, table 48). Where reports carry no time, the
+clocks in the same log stand in: RMC sentences of a receiver and reports of base stations (types 4 and 11).
 """
 
+import contextlib
 import datetime
+import functools
 import math
+import operator
 import re
 from collections import Counter
 
@@ -21,12 +24,13 @@ from steerway.records import Fixes
 
 _SENTENCE = re.compile(rb"([^\r\n!]*)(![A-Za-z]{2}VD[MO],[^\r\n!\\]*)")
 _BODY = re.compile(rb"![A-Z]{2}VD[MO],\d,\d,\d?,[^,]*,[0-W`-w]+,[0-5](?:,[^*,]*)?\*[0-9A-Fa-f]{2}")
-_TAG_TIME = re.compile(rb"[\\,]c:(\d{9,13})")
+_TAG_TIME = re.compile(rb"[\\,]c:([12]\d{9}(?:\d{3})?)(?!\d)")
 _ISO = re.compile(rb"\d{4}-?\d\d-?\d\d[T _-]\d\d:?\d\d:?\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?")
-_UNIX = re.compile(rb"(?<![\d.:])(1?\d{9}(?:\.\d+)?|1?\d{12})(?![\d.])")
+_UNIX = re.compile(rb"(?<![\w.:])([12]\d{9}(?:\.\d+)?|[12]\d{12})(?![\d.])")
+_RMC = re.compile(rb"\$([A-Z]{2}RMC,(\d{6})(?:\.\d+)?,A,(?:[^,*\r\n]*,){6}(\d{6}),[^*\r\n]*)\*([0-9A-Fa-f]{2})")
 _POSITION_TYPES = {1, 2, 3, 18, 19, 27}
 _CLOCK_TYPES = {4, 11}
-_EARLY, _LATE = -5.0, 20.0  # s a report may be received before (a slow clock) and after the second it was made in
+_EARLY, _LATE = -3.5, 10.5  # s a report may be received before (a slow clock) and after the second it was made in
 _PATIENCE = 64  # unfinished messages of several parts kept at a time
 
 
@@ -39,7 +43,7 @@ def read(data: bytes) -> Recording:
     """The source "AIS" with the reports of every vessel, sorted by vessel and time; what is left out is counted."""
     counts, skipped, notes = Counter(), Counter(), []
     reports, stamps, clocks = [], [], []
-    for place, (stamp, message) in enumerate(_messages(data, counts, skipped)):
+    for place, stamp, message in _messages(data, counts, skipped):
         if message.msg_type in _CLOCK_TYPES:
             clocks.append((place, _utc(message)))
         elif (row := _row(message)) is None:
@@ -52,37 +56,41 @@ def read(data: bytes) -> Recording:
     place, second, *columns = np.array(reports, dtype=np.float64).T
     time = _made(_times(stamps), second)
     silent = np.isnan(time)
-    if silent.any() and clocks:
-        time[silent] = _by_base_stations(place[silent], second[silent], np.array(clocks))
-        notes.append("reports without a time of their own were timed by the reports of base stations around them")
+    if silent.any() and (clocks := sorted([*clocks, *_receiver_clocks(data)])):
+        time[silent] = _by_clocks(place[silent], second[silent], np.array(clocks))
+        notes.append(f"{silent.sum()} reports without a time were timed by base stations or RMC before them in the log")
     if np.isnan(time).all():
-        notes.append("no AIS report carries a time (tag block c:, prefix or suffix), so none can be used")
+        notes.append(
+            "no AIS report carries a time (tag block c:, prefix, suffix), nor has the log a clock: none can be used"
+        )
     fixes = _fixes(time, columns, skipped)
     return Recording("AIS", {"AIS": fixes} if len(fixes) else {}, dict(counts), dict(skipped), tuple(notes))
 
 
 def _messages(data, counts, skipped):
-    """(stamp, decoded message) of every message of use; the others are counted."""
-    parts = {}
+    """(place in the log, stamp, decoded message) of every message of use; the others are counted."""
+    parts, last, stamp = {}, 0, None
     for match in _SENTENCE.finditer(data):
         before, text = match.groups()
         body = _BODY.match(text)
+        of_line = stamp if match.start() == last else None  # two sentences run into one line
+        stamp, last = _stamp(before, text[body.end() :] if body else b"") or of_line, match.end()
         if body is None:
             skipped["not a whole AIS sentence"] += 1
             continue
-        stamp = _stamp(before, text[body.end() :])
         try:
             sentence = NMEASentenceFactory.produce(body.group())
             if not sentence.is_valid:
                 skipped["checksum"] += 1
                 continue
+            made = stamp
             if sentence.frag_cnt > 1:
-                stamp, sentence = _joined(parts, stamp, sentence, skipped)
+                made, sentence = _joined(parts, stamp, sentence, skipped)
                 if sentence is None:
                     continue
             counts[f"type {sentence.ais_id}"] += 1
             if sentence.ais_id in _POSITION_TYPES or sentence.ais_id in _CLOCK_TYPES:
-                yield stamp, sentence.decode()
+                yield match.start(), made, sentence.decode()
         except (AISBaseException, ArithmeticError, LookupError, TypeError, ValueError):
             skipped["cannot be decoded"] += 1
     if parts:
@@ -124,7 +132,7 @@ def _stamp(before, after):
 
 def _times(stamps):
     """Unix time (n,) of the stamps, which are dates or numbers of s or ms; NaN for None."""
-    numbers = np.array([float(stamp) if stamp and _UNIX.fullmatch(stamp.encode()) else math.nan for stamp in stamps])
+    numbers = np.array([float(stamp) if stamp and stamp.replace(".", "").isdigit() else math.nan for stamp in stamps])
     dates = unix_times([stamp if np.isnan(number) else None for stamp, number in zip(stamps, numbers, strict=True)])
     return np.where(np.isnan(numbers), dates, np.where(numbers > 1e11, numbers / 1000.0, numbers))
 
@@ -161,8 +169,19 @@ def _made(received, second):
     return np.where(plausible, np.round(received - delay), received)
 
 
-def _by_base_stations(place, second, clocks):
-    """The instant with a report's UTC second nearest to the base station report before it in the log, or after."""
+def _receiver_clocks(data):
+    """(place in the log, Unix time) of the RMC sentences with a valid fix."""
+    for match in _RMC.finditer(data):
+        body, clock, date, checksum = match.groups()
+        day, month, year = (int(date[at : at + 2]) for at in (0, 2, 4))
+        with contextlib.suppress(ValueError):
+            if functools.reduce(operator.xor, body) == int(checksum, 16):
+                text = f"20{year:02d}-{month:02d}-{day:02d}T{clock.decode()}+00:00"
+                yield match.start(), datetime.datetime.fromisoformat(text).timestamp()
+
+
+def _by_clocks(place, second, clocks):
+    """The instant with a report's UTC second nearest to the clock before it in the log, or to the first."""
     at, time = clocks[np.isfinite(clocks[:, 1])].T
     if len(at) == 0:
         return np.full(len(place), np.nan)

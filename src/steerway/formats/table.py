@@ -207,6 +207,8 @@ def _recording(kind, frame, columns, names, first_line, delimiter, skipped):
     is_ais = "mmsi" in columns
     time = reader.times(columns["time"], columns.get("date"))
     place = [_degrees(reader.numbers(columns[name]), columns[name]) for name in ("latitude", "longitude")]
+    if not is_ais:  # where 181° means that there is none
+        place[1] = np.where((place[1] > 180.0) & (place[1] <= 360.0), place[1] - 360.0, place[1])
     latitude, longitude = places(*place)
     mmsi = reader.numbers(columns["mmsi"]) if is_ais else None
     said = {name: _said(name, reader.numbers(columns[name]), columns[name], is_ais) for name in SAID if name in columns}
