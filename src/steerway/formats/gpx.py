@@ -111,7 +111,7 @@ class _Handler:
         except (xml.parsers.expat.ExpatError, LookupError, ValueError) as error:
             if isinstance(error, InputError):
                 raise
-            return start + max(self.last - len(opening), -1) + 1
+            return start + max(self.last - len(opening), 0) + 1
         return None
 
     def start(self, tag, attributes):
