@@ -66,7 +66,7 @@ AT = WHOLE.index(POINTS[3].encode()) + 20
     [
         (WHOLE[: AT + 5], {4, 5, 6, 7}),
         (WHOLE[:AT] + b"\x00<<&" + WHOLE[AT + 9 :], {4}),
-        (WHOLE[:AT] + WHOLE[AT + 70 :], {4}),
+        (WHOLE[:AT] + WHOLE[AT + 55 :], {4}),
         (WHOLE[:AT] + b'"' + WHOLE[AT:], {4}),
         (WHOLE[:AT] + b">\n<!-- " + WHOLE[AT:], {4}),
         (WHOLE.replace(b"</trkpt>", b"", 1), {1}),

@@ -96,8 +96,7 @@ def _csv(data, skipped):
     if quoted:
         body = _without_stray_quotes(body, skipped)
     schema = {f"{index}": pl.String for index in range(len(names))}
-    if not body or body.isspace():
-        return pl.DataFrame(schema=schema), names, number + 1, delimiter
+    body = delimiter.encode() * (len(names) - 1) + b"\n" + body  # polars counts columns in the first row
     wanted = sorted(column.index for column in understood(names).values())
     options = {"has_header": False, "schema": schema, "columns": wanted, "separator": delimiter}
     options |= {"truncate_ragged_lines": True, "encoding": "utf8-lossy"}
@@ -105,7 +104,7 @@ def _csv(data, skipped):
         frame = pl.read_csv(body, quote_char='"' if quoted else None, **options)
     except pl.exceptions.PolarsError:
         frame = pl.read_csv(body, quote_char=None, **options)
-    return frame, names, number + 1, delimiter
+    return frame, names, number, delimiter
 
 
 def _without_stray_quotes(body, skipped):
@@ -134,8 +133,7 @@ class _Reader:
         if series.dtype != pl.String:
             return _floats(series)
         text = self._text(series)
-        plain = text.str.replace(",", ".", literal=True) if self.decimal_comma else text
-        values = _floats(plain.cast(pl.Float64, strict=False))
+        values = _floats(self._plain(text).cast(pl.Float64, strict=False))
         self._account(column, text, np.isnan(values) & text.is_not_null().to_numpy())
         return np.where(np.isfinite(values), values, np.nan)
 
@@ -149,7 +147,7 @@ class _Reader:
         if series.dtype != pl.String:
             return _scaled(_floats(series), column.factor)
         text = self._text(series)
-        numbers = _floats(text.cast(pl.Float64, strict=False))
+        numbers = _floats(self._plain(text).cast(pl.Float64, strict=False))
         if date is not None and np.isnan(numbers).all():
             text = self._text(self._series(date)) + " " + text
         is_date = np.isnan(numbers)
@@ -165,6 +163,9 @@ class _Reader:
     def _text(self, series):
         stripped = series.str.strip_chars(' \t\r"')
         return stripped.set(stripped.str.to_lowercase().is_in(_MISSING).fill_null(False), None)
+
+    def _plain(self, text):
+        return text.str.replace(",", ".", literal=True) if self.decimal_comma else text
 
     def _account(self, column, text, bad):
         bad = bad & ~self.blank
