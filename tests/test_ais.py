@@ -132,10 +132,10 @@ def test_a_clock_in_the_log_stands_in():
         talker_id="AI",
     )[0]
     log = b"\n".join([base.encode(), *sentences(second=1), *sentences(second=57, mmsi=1)])
-    assert_allclose(only(ais.read(log)).time, [MIDNIGHT - 3, MIDNIGHT + 1])
+    assert list(only(ais.read(log)).time - MIDNIGHT) == [-3, 1]
     rmc = b"GPRMC,235958,A,5310.8115,N,00525.7025,E,0.0,0.0,070819,0.7,E,A"
     rmc = b"$%s*%s\r\n" % (rmc, checksum(rmc))
-    assert_allclose(only(ais.read(rmc + sentences(second=1)[0])).time, [MIDNIGHT + 1])
+    assert list(only(ais.read(rmc + sentences(second=1)[0])).time - MIDNIGHT) == [1]
 
 
 def test_messages_in_two_parts_also_mixed():

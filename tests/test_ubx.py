@@ -93,7 +93,7 @@ def test_an_older_receiver_says_it_in_parts():
     recording = ubx.read(log)
     fixes = recording.sources["UBX"]
     assert recording.skipped == {"no fix": 1}
-    assert_allclose(fixes.time, [NOON + 2])
+    assert fixes.time[0] == NOON + 2
     assert_allclose((fixes.sog[0], np.degrees(fixes.cog[0])), (1.5, 45.0))
 
 
