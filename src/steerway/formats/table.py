@@ -73,13 +73,18 @@ def _header(text):
         plain = line.lstrip("# ")
         delimiter = max(_DELIMITERS, key=plain.count)
         names = [name.strip().strip('"').strip() for name in plain.split(delimiter)]
-        known = {"time", "latitude", "longitude"} & understood(names).keys() if len(names) > 1 else set()
-        if len(known) > (1 if commented else 0):
+        known = {"time", "latitude", "longitude"} & understood(names).keys()
+        if len(known) > 1 or (known and len(names) > 1 and not commented and not _is_sentence(names)):
             return number, delimiter, names, stop + 1
         if (line and not commented) or stop == len(text):
             return None
         start = stop + 1
     return None
+
+
+def _is_sentence(names):
+    """Whether a line is one of NMEA, where T (true) stands between commas and is no name of a time."""
+    return "$" in names[0] or "!" in names[0] or "t" in map(str.lower, names)
 
 
 def _csv(data, skipped):
