@@ -40,7 +40,8 @@ MODE, STRAY, RETRIES, LATITUDE, LONGITUDE = range(5)
 """Bookkeeping: one of the modes below; seconds since the first of unbroken rejections (−1: none); resets in a row; the
 point around which the tangent plane lies."""
 
-EMPTY, STARTING, ADRIFT, UNDERWAY = range(4)
+EMPTY, FIRST, STARTING, ADRIFT, UNDERWAY = range(5)
+"""No fix yet; one fix; velocity being found; velocity without direction; course."""
 
 LONGEST_STEP = 1.0
 """A longer interval is predicted in equal parts of at most this (s)."""

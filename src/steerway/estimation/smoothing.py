@@ -19,6 +19,7 @@ from steerway.estimation.model import (
     EAST,
     EMPTY,
     EXTRAS,
+    FIRST,
     LATITUDE,
     LONGITUDE,
     MODE,
@@ -27,7 +28,6 @@ from steerway.estimation.model import (
     RETRIES,
     SPEED,
     SPEED_DECAY,
-    STARTING,
     UNDERWAY,
 )
 from steerway.estimation.tracking import speak
@@ -143,7 +143,7 @@ def smooth(time, geodetic, model, kept, spoken):
 def begun_anew(earlier, later):
     """Whether the filter forgot everything between two rows."""
     n = earlier.shape[1]
-    return later[n + 1, MODE] == STARTING and earlier[n + 1, MODE] != STARTING
+    return later[n + 1, MODE] == FIRST and earlier[n + 1, MODE] != FIRST
 
 
 @kernel

@@ -16,6 +16,7 @@ from steerway.estimation.model import (
     EAST,
     ERROR_STATE,
     EXTRAS,
+    FIRST,
     LOST_COURSE_VARIANCE,
     MODE,
     NORTH,
@@ -74,7 +75,7 @@ def start(x, p, book, north, east, model):
     place_by_fix(x, p, model)
     p[2, 2] = p[3, 3] = model[START_SPEED_VARIANCE]
     p[4, 4] = model[START_RATE_VARIANCE]
-    book[MODE] = STARTING
+    book[MODE] = FIRST
 
 
 @kernel
@@ -177,6 +178,11 @@ def judge(x, p, book, model):
             book[MODE] = ADRIFT
         return
     variance = 0.5 * (p[2, 2] + p[3, 3])
+    if book[MODE] == FIRST:
+        # Two fixes make a velocity of any outlier; a third has to agree with it.
+        if variance < 0.5 * model[START_SPEED_VARIANCE]:
+            book[MODE] = STARTING
+        return
     speed_squared = x[VELOCITY_NORTH] ** 2 + x[VELOCITY_EAST] ** 2
     if speed_squared > max(GATHERED**2 * variance, model[STEERAGEWAY] ** 2):
         velocity_to_course(x, p)
