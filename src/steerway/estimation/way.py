@@ -38,6 +38,8 @@ GATHERED = 4.0
 """Standard deviations above zero at which a velocity has a direction."""
 LOST = 2.0
 """Standard deviations above zero below which it has none any more."""
+GATHERING_TIME = 10.0
+"""s in which a vessel at rest may gather steerageway: adrift, its velocity walks so fast whatever S_U is."""
 TOLD = 0.5
 """m/s: a velocity known so well is known, and if it has no direction then the vessel has no way."""
 
@@ -80,10 +82,10 @@ def start(x, p, book, north, east, model):
 
 @kernel
 def predict_adrift(x, p, dt, model):
-    """Velocity as a random walk of density S_U along either axis; the course rate is not carried."""
+    """Velocity as a random walk along either axis; the course rate is not carried."""
     n = len(x)
     left, integral = decay(model[SPEED_DECAY], dt)
-    density = model[SPEED_NOISE]
+    density = model[SPEED_NOISE] + model[STEERAGEWAY] ** 2 / GATHERING_TIME
     x[NORTH] += integral * x[VELOCITY_NORTH]
     x[EAST] += integral * x[VELOCITY_EAST]
     x[VELOCITY_NORTH] *= left
