@@ -43,6 +43,8 @@ def transition(x, underway, dt, model, f):
         f[j, j] = 1.0
     for j in range(5, n):
         f[j, j] = decay(model[EXTRAS + 3 * (j - 5)], dt)[0]
+    if dt == 0.0:
+        return
     if underway:
         _, _, north, east, north_u, east_u, north_w, east_w, speed_left, rate_left, turn = chord(
             x[SPEED], x[COURSE], x[RATE], dt, model
@@ -61,7 +63,6 @@ def carry_over(x, p, mode, x_predicted, p_predicted, predicted_mode):
     """Express the later row's smoothed (x, P) in the coordinates of its prediction, in place."""
     if (mode == UNDERWAY) == (predicted_mode == UNDERWAY):
         return
-    n = len(x)
     if predicted_mode == UNDERWAY:
         speed, c, s = max(x_predicted[SPEED], 1e-3), math.cos(x_predicted[COURSE]), math.sin(x_predicted[COURSE])
         north, east = x[2] - x_predicted[SPEED] * c, x[3] - x_predicted[SPEED] * s
@@ -72,9 +73,7 @@ def carry_over(x, p, mode, x_predicted, p_predicted, predicted_mode):
         speed, c, s = x[SPEED], math.cos(x[COURSE]), math.sin(x[COURSE])
         x[2], x[3] = speed * c, speed * s
         mix_velocity(p, c, -speed * s, s, speed * c)
-    x[RATE] = x_predicted[RATE]
-    for i in range(n):
-        p[min(i, RATE), max(i, RATE)] = p_predicted[min(i, RATE), max(i, RATE)]
+    ignore(RATE, x, x_predicted, p_predicted)
 
 
 @kernel
@@ -101,7 +100,9 @@ def smooth(time, geodetic, model, kept, spoken):
             dt = time[k + 1] - time[k]
             transition(x, mode == UNDERWAY, dt, model, f)
             x_next[:], p_next[:] = x, p
-            if mode == UNDERWAY:
+            if dt == 0.0:
+                pass
+            elif mode == UNDERWAY:
                 predict(x_next, p_next, dt, model)
             else:
                 predict_adrift(x_next, p_next, dt, model)
@@ -112,7 +113,8 @@ def smooth(time, geodetic, model, kept, spoken):
                 x_later[NORTH] += north
                 x_later[EAST] += east
             if kept[k + 1, n + 1, RETRIES] > book[RETRIES]:
-                keep_position(x_later, p_later, x_next, p_next)
+                ignore(NORTH, x_later, x_next, p_next)
+                ignore(EAST, x_later, x_next, p_next)
             # G = P Fᵀ P⁻(k+1)⁻¹
             fill_lower(p)
             multiply_transposed(p, f, gain)
@@ -147,9 +149,7 @@ def begun_anew(earlier, later):
 
 
 @kernel
-def keep_position(x_later, p_later, x_next, p_next):
-    """Across a position taken anew only the motion is smoothed: the later row tells nothing of the place before."""
-    for i in range(2):
-        x_later[i] = x_next[i]
-        for j in range(len(x_later)):
-            p_later[min(i, j), max(i, j)] = p_next[min(i, j), max(i, j)]
+def ignore(k, x_later, x_next, p_next):
+    """Let the later row tell nothing of state k: where a position was taken anew, or a course rate forgotten."""
+    x_later[k] = x_next[k]
+    p_next[k, k] *= 1e12
