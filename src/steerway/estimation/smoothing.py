@@ -115,30 +115,41 @@ def smooth(time, geodetic, model, kept, spoken):
             if kept[k + 1, n + 1, RETRIES] > book[RETRIES]:
                 ignore(NORTH, x_later, x_next, p_next)
                 ignore(EAST, x_later, x_next, p_next)
-            # G = P Fᵀ P⁻(k+1)⁻¹
-            fill_lower(p)
-            multiply_transposed(p, f, gain)
-            factor(p_next, scale, lower)
-            solve_rows(lower, scale, gain)
             for i in range(n):
                 x_later[i] -= x_next[i]
-                for j in range(i, n):
-                    p_later[i, j] -= p_next[i, j]
             if mode == UNDERWAY:
                 x_later[COURSE] = wrap(x_later[COURSE])
-            fill_lower(p_later)
-            multiply(gain, p_later, product)
-            for i in range(n):
-                for j in range(n):
-                    x[i] += gain[i, j] * x_later[j]
-                for j in range(i, n):
-                    for m in range(n):
-                        p[i, j] += product[i, m] * gain[j, m]
+            smoothing_step(x, p, f, p_next, x_later, p_later, gain, lower, product, scale)
             if mode == UNDERWAY:
                 fold(x, p)
         x_later[:], p_later[:], later_mode = x, p, mode
         if mode != EMPTY:
             speak(kept[k], geodetic, spoken[k])
+
+
+@kernel
+def smoothing_step(x, p, f, p_next, x_excess, p_later, gain, lower, product, scale):
+    """One step of Rauch, Tung and Striebel in place: G = P Fᵀ P⁻(k+1)⁻¹, x += G Δx, P += G (P(k+1) − P⁻(k+1)) Gᵀ.
+
+    Δx = `x_excess` is the later row's smoothed state less its prediction; `p_later` is used up, and so are the last
+    four, workspace of (n, n), (n, n), (n, n) and (n,).
+    """
+    n = len(x)
+    fill_lower(p)
+    multiply_transposed(p, f, gain)
+    factor(p_next, scale, lower)
+    solve_rows(lower, scale, gain)
+    for i in range(n):
+        for j in range(i, n):
+            p_later[i, j] -= p_next[i, j]
+    fill_lower(p_later)
+    multiply(gain, p_later, product)
+    for i in range(n):
+        for j in range(n):
+            x[i] += gain[i, j] * x_excess[j]
+        for j in range(i, n):
+            for m in range(n):
+                p[i, j] += product[i, m] * gain[j, m]
 
 
 @kernel

@@ -33,6 +33,7 @@ from steerway.estimation.model import (
     VELOCITY_EAST,
     VELOCITY_NORTH,
 )
+from steerway.estimation.position_update import place_by_fix
 
 GATHERED = 4.0
 """Standard deviations above zero at which a velocity has a direction."""
@@ -42,25 +43,6 @@ GATHERING_TIME = 10.0
 """s in which a vessel at rest may gather steerageway: adrift, its velocity walks so fast whatever S_U is."""
 TOLD = 0.5
 """m/s: a velocity known so well is known, and if it has no direction then the vessel has no way."""
-
-
-@kernel
-def place_by_fix(x, p, model):
-    """Covariance of a position that one fix alone has given: what the receiver errs by, in the other direction."""
-    n = len(x)
-    g = int(model[ERROR_STATE])
-    for k in range(2):
-        for i in range(k):
-            p[i, k] = 0.0
-        for j in range(k + 1, n):
-            p[k, j] = 0.0
-        p[k, k] = model[POSITION_VARIANCE]
-    if g:
-        for k in range(2):
-            for j in range(5, n):
-                p[k, j] = -p[min(g + k, j), max(g + k, j)]
-            p[k, k] += p[g + k, g + k]
-        p[0, 1] = p[g, g + 1]
 
 
 @kernel
@@ -74,7 +56,8 @@ def start(x, p, book, north, east, model):
     for j in range(5, n):
         p[j, j] = model[EXTRAS + 3 * (j - 5) + 2]
     x[NORTH], x[EAST] = north, east
-    place_by_fix(x, p, model)
+    g = int(model[ERROR_STATE])
+    place_by_fix(p, model[POSITION_VARIANCE], model[POSITION_VARIANCE], g, 5)
     p[2, 2] = p[3, 3] = model[START_SPEED_VARIANCE]
     p[4, 4] = model[START_RATE_VARIANCE]
     book[MODE] = FIRST
