@@ -20,6 +20,14 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+
+def _hertz(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"--rate {text!r} is no number, expected Hz") from None
+
+
 Logs = Annotated[list[str], typer.Argument(metavar="LOG...", help="Logs of any known format, also .gz; - is stdin.")]
 Source = Annotated[str | None, typer.Option("--source", metavar="NAME", help="Take positions from this source.")]
 From = Annotated[str | None, typer.Option("--from", metavar="TIME", help="Begin here: ISO 8601 (UTC) or Unix s.")]
@@ -60,7 +68,9 @@ def estimate(
         Path | None, typer.Option("-o", "--out", metavar="OUT", help="Write .csv, .parquet, .geojson or .gpx.")
     ] = None,
     report: Annotated[Path | None, typer.Option(metavar="PAGE", help="Write a page (.html) or picture (.png).")] = None,
-    rate: Annotated[float | None, typer.Option(metavar="HZ", help="Rows a second; by default a row a fix.")] = None,
+    rate: Annotated[
+        float | None, typer.Option(metavar="HZ", parser=_hertz, help="Rows a second; by default a row a fix.")
+    ] = None,
     smooth: Annotated[bool, typer.Option("--smooth", help="Let every row know the whole record.")] = False,
     profile: ProfileName = None,
     source: Source = None,
