@@ -21,7 +21,7 @@ def _kernel_source_digest() -> str:
     digest = hashlib.sha256()
     for path in sorted(Path(__file__).parent.rglob("*.py")):
         source = path.read_bytes()
-        if b"@kernel" in source:
+        if b"kernel\ndef " in source:
             digest.update(source)
     return digest.hexdigest()[:16]
 
@@ -48,11 +48,24 @@ CACHE_DIRECTORY = _cache_directory()
 
 def kernel(function):
     """Compile `function` on first call, releasing the interpreter lock while it runs."""
+    return _compiled(function)
+
+
+def lean_kernel(function):
+    """A `kernel` that neither makes nor returns an array: it does not count references to those it is given.
+
+    In a chain of calls that pass small arrays on, the counting costs more than the arithmetic.
+    """
+    return _compiled(function, _nrt=False)
+
+
+def _compiled(function, **options):
+    options |= {"nogil": True, "error_model": "numpy"}
     if CACHE_DIRECTORY is None:
-        return numba.njit(nogil=True, error_model="numpy")(function)
+        return numba.njit(**options)(function)
     users_directory = config.CACHE_DIR
     config.CACHE_DIR = str(CACHE_DIRECTORY)
     try:
-        return numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+        return numba.njit(cache=True, **options)(function)
     finally:
         config.CACHE_DIR = users_directory
