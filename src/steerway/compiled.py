@@ -21,7 +21,7 @@ def _kernel_source_digest() -> str:
     digest = hashlib.sha256()
     for path in sorted(Path(__file__).parent.rglob("*.py")):
         source = path.read_bytes()
-        if b"kernel\ndef " in source:
+        if b"kernel" in source:
             digest.update(source)
     return digest.hexdigest()[:16]
 
@@ -52,11 +52,12 @@ def kernel(function):
 
 
 def lean_kernel(function):
-    """A `kernel` that neither makes nor returns an array: it does not count references to those it is given.
+    """A `kernel` for the innermost loops, that neither makes nor returns an array.
 
-    In a chain of calls that pass small arrays on, the counting costs more than the arithmetic.
+    It does not count references to the arrays it is given and is laid open into its callers: in a chain of calls that
+    pass small arrays on, both cost more than the arithmetic. A product and a sum may round once.
     """
-    return _compiled(function, _nrt=False)
+    return _compiled(function, _nrt=False, forceinline=True, fastmath={"contract"})
 
 
 def _compiled(function, **options):

@@ -54,10 +54,9 @@ def turn_response(rate_decay, dt):
     """Course rate, course and integral of the course, dt after a unit of course rate: e^{−α2 dt} and its integrals."""
     a = rate_decay * dt
     if a < 0.02:
-        left = 1.0 - a * (1.0 - a * (1.0 / 2.0 - a * (1.0 / 6.0 - a / 24.0)))
-        turn = dt * (1.0 - a * (1.0 / 2.0 - a * (1.0 / 6.0 - a * (1.0 / 24.0 - a / 120.0))))
-        area = dt * dt * (1.0 / 2.0 - a * (1.0 / 6.0 - a * (1.0 / 24.0 - a * (1.0 / 120.0 - a / 720.0))))
-        return left, turn, area
+        area = 1.0 / 2.0 - a * (1.0 / 6.0 - a * (1.0 / 24.0 - a * (1.0 / 120.0 - a * (1.0 / 720.0))))
+        turn = 1.0 - a * area
+        return 1.0 - a * turn, dt * turn, dt * dt * area
     lost = -math.expm1(-a)
     turn = lost / rate_decay
     return 1.0 - lost, turn, (dt - turn) / rate_decay
@@ -66,9 +65,10 @@ def turn_response(rate_decay, dt):
 @lean_kernel
 def sinc(angle):
     """(sin a)/a and its derivative."""
-    if abs(angle) < 1e-3:
-        square = angle * angle
-        return 1.0 - square / 6.0, -angle / 3.0
+    if abs(angle) < 0.05:
+        b = angle * angle
+        ratio = 1.0 - b * (1.0 / 6.0 - b * (1.0 / 120.0 - b * (1.0 / 5040.0)))
+        return ratio, -angle * (1.0 / 3.0 - b * (1.0 / 30.0 - b * (1.0 / 840.0 - b * (1.0 / 45360.0))))
     ratio = math.sin(angle) / angle
     return ratio, (math.cos(angle) - ratio) / angle
 
