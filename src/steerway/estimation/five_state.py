@@ -13,11 +13,9 @@ from steerway.estimation.model import (
     COURSE,
     DT,
     EAST,
-    ERROR_STATE,
     EXTRAS,
     LEAN,
     NORTH,
-    POSITION_VARIANCE,
     Q_LL,
     Q_LU,
     Q_UU,
@@ -205,52 +203,3 @@ def predict_extras(x, p, dt, model):
         for i in range(j, n):
             p[j, i] *= left
         p[j, j] += 0.5 * density * integral * (1.0 + left)
-
-
-@lean_kernel
-def innovation(x, p, north, east, model):
-    """Innovation of a fix and its covariance: (ν_N, ν_E, S_NN, S_NE, S_EE).
-
-    A fix is the position, plus the receiver's error states where there are any, plus white noise.
-    """
-    variance = model[POSITION_VARIANCE]
-    nu_n, nu_e = north - x[NORTH], east - x[EAST]
-    s_nn, s_ne, s_ee = p[0, 0] + variance, p[0, 1], p[1, 1] + variance
-    g = int(model[ERROR_STATE])
-    if g:
-        nu_n -= x[g]
-        nu_e -= x[g + 1]
-        s_nn += 2.0 * p[0, g] + p[g, g]
-        s_ne += p[0, g + 1] + p[1, g] + p[g, g + 1]
-        s_ee += 2.0 * p[1, g + 1] + p[g + 1, g + 1]
-    return nu_n, nu_e, s_nn, s_ne, s_ee
-
-
-@lean_kernel
-def normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee):
-    """NIS of a fix, νᵀ S⁻¹ ν."""
-    return (nu_n * nu_n * s_ee - 2.0 * nu_n * nu_e * s_ne + nu_e * nu_e * s_nn) / (s_nn * s_ee - s_ne * s_ne)
-
-
-@lean_kernel
-def correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, model):
-    """Gain, state and covariance corrector of Table 1 in place, in Joseph's form: P − K(CP) − (CP)ᵀKᵀ + K S Kᵀ."""
-    n = len(x)
-    g = int(model[ERROR_STATE])
-    determinant = s_nn * s_ee - s_ne * s_ne
-    i_nn, i_ne, i_ee = s_ee / determinant, -s_ne / determinant, s_nn / determinant
-    pc_n, pc_e, k_n, k_e = work[0], work[1], work[2], work[3]
-    for i in range(n):
-        pc_n[i] = p[0, i]
-        pc_e[i] = p[min(1, i), max(1, i)]
-        if g:
-            pc_n[i] += p[min(g, i), max(g, i)]
-            pc_e[i] += p[min(g + 1, i), max(g + 1, i)]
-        k_n[i] = pc_n[i] * i_nn + pc_e[i] * i_ne
-        k_e[i] = pc_n[i] * i_ne + pc_e[i] * i_ee
-        x[i] += k_n[i] * nu_n + k_e[i] * nu_e
-    for i in range(n):
-        left_n = k_n[i] * s_nn + k_e[i] * s_ne - pc_n[i]
-        left_e = k_n[i] * s_ne + k_e[i] * s_ee - pc_e[i]
-        for j in range(i, n):
-            p[i, j] += left_n * k_n[j] + left_e * k_e[j] - k_n[i] * pc_n[j] - k_e[i] * pc_e[j]

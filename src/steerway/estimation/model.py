@@ -60,7 +60,8 @@ point around which the tangent plane lies."""
 ) = range(16)
 """The step: what a prediction needs that depends on its length alone."""
 
-EMPTY, STARTING, ADRIFT, UNDERWAY = range(4)
+EMPTY, FIRST, STARTING, ADRIFT, UNDERWAY = range(5)
+"""No fix yet; one fix; velocity being found; velocity without direction; course."""
 
 LONGEST_STEP = 1.0
 """A longer interval is predicted in equal parts of at most this (s)."""

@@ -20,6 +20,7 @@ from steerway.estimation.model import (
     EAST,
     EMPTY,
     EXTRAS,
+    FIRST,
     LATITUDE,
     LONGITUDE,
     MODE,
@@ -30,7 +31,6 @@ from steerway.estimation.model import (
     SPEED,
     SPEED_INTEGRAL,
     SPEED_LEFT,
-    STARTING,
     STEP_SIZE,
     TURN,
     UNDERWAY,
@@ -48,6 +48,8 @@ def transition(x, underway, step, model, f):
         f[j, j] = 1.0
     for j in range(5, n):
         f[j, j] = decay(model[EXTRAS + 3 * (j - 5)], step[DT])[0]
+    if step[DT] == 0.0:
+        return
     if underway:
         _, _, north, east, north_u, east_u, north_w, east_w = chord(x[SPEED], x[COURSE], x[RATE], step)
         f[0, 2], f[0, 3], f[0, 4] = north_u, -east, north_w
@@ -63,7 +65,6 @@ def carry_over(x, p, mode, x_predicted, p_predicted, predicted_mode):
     """Express the later row's smoothed (x, P) in the coordinates of its prediction, in place."""
     if (mode == UNDERWAY) == (predicted_mode == UNDERWAY):
         return
-    n = len(x)
     if predicted_mode == UNDERWAY:
         speed, c, s = max(x_predicted[SPEED], 1e-3), math.cos(x_predicted[COURSE]), math.sin(x_predicted[COURSE])
         north, east = x[2] - x_predicted[SPEED] * c, x[3] - x_predicted[SPEED] * s
@@ -74,9 +75,7 @@ def carry_over(x, p, mode, x_predicted, p_predicted, predicted_mode):
         speed, c, s = x[SPEED], math.cos(x[COURSE]), math.sin(x[COURSE])
         x[2], x[3] = speed * c, speed * s
         mix_velocity(p, c, -speed * s, s, speed * c)
-    x[RATE] = x_predicted[RATE]
-    for i in range(n):
-        p[min(i, RATE), max(i, RATE)] = p_predicted[min(i, RATE), max(i, RATE)]
+    ignore(RATE, x, x_predicted, p_predicted)
 
 
 @kernel
@@ -106,7 +105,9 @@ def smooth(time, geodetic, model, kept, spoken):
                 set_step(step, dt, model)
             transition(x, mode == UNDERWAY, step, model, f)
             x_next[:], p_next[:] = x, p
-            if mode == UNDERWAY:
+            if dt == 0.0:
+                pass
+            elif mode == UNDERWAY:
                 predict(x_next, p_next, step, model)
             else:
                 predict_adrift(x_next, p_next, step, model)
@@ -117,26 +118,13 @@ def smooth(time, geodetic, model, kept, spoken):
                 x_later[NORTH] += north
                 x_later[EAST] += east
             if kept[k + 1, n + 1, RETRIES] > book[RETRIES]:
-                keep_position(x_later, p_later, x_next, p_next)
-            # G = P Fᵀ P⁻(k+1)⁻¹
-            fill_lower(p)
-            multiply_transposed(p, f, gain)
-            factor(p_next, scale, lower)
-            solve_rows(lower, scale, gain)
+                ignore(NORTH, x_later, x_next, p_next)
+                ignore(EAST, x_later, x_next, p_next)
             for i in range(n):
                 x_later[i] -= x_next[i]
-                for j in range(i, n):
-                    p_later[i, j] -= p_next[i, j]
             if mode == UNDERWAY:
                 x_later[COURSE] = wrap(x_later[COURSE])
-            fill_lower(p_later)
-            multiply(gain, p_later, product)
-            for i in range(n):
-                for j in range(n):
-                    x[i] += gain[i, j] * x_later[j]
-                for j in range(i, n):
-                    for m in range(n):
-                        p[i, j] += product[i, m] * gain[j, m]
+            smoothing_step(x, p, f, p_next, x_later, p_later, gain, lower, product, scale)
             if mode == UNDERWAY:
                 fold(x, p)
         x_later[:], p_later[:], later_mode = x, p, mode
@@ -145,16 +133,39 @@ def smooth(time, geodetic, model, kept, spoken):
 
 
 @lean_kernel
-def begun_anew(earlier, later):
-    """Whether the filter forgot everything between two rows."""
-    n = earlier.shape[1]
-    return later[n + 1, MODE] == STARTING and earlier[n + 1, MODE] != STARTING
+def smoothing_step(x, p, f, p_next, x_excess, p_later, gain, lower, product, scale):
+    """One step of Rauch, Tung and Striebel in place: G = P Fᵀ P⁻(k+1)⁻¹, x += G Δx, P += G (P(k+1) − P⁻(k+1)) Gᵀ.
+
+    Δx = `x_excess` is the later row's smoothed state less its prediction; `p_later` is used up, and so are the last
+    four, workspace of (n, n), (n, n), (n, n) and (n,).
+    """
+    n = len(x)
+    fill_lower(p)
+    multiply_transposed(p, f, gain)
+    factor(p_next, scale, lower)
+    solve_rows(lower, scale, gain)
+    for i in range(n):
+        for j in range(i, n):
+            p_later[i, j] -= p_next[i, j]
+    fill_lower(p_later)
+    multiply(gain, p_later, product)
+    for i in range(n):
+        for j in range(n):
+            x[i] += gain[i, j] * x_excess[j]
+        for j in range(i, n):
+            for m in range(n):
+                p[i, j] += product[i, m] * gain[j, m]
 
 
 @lean_kernel
-def keep_position(x_later, p_later, x_next, p_next):
-    """Across a position taken anew only the motion is smoothed: the later row tells nothing of the place before."""
-    for i in range(2):
-        x_later[i] = x_next[i]
-        for j in range(len(x_later)):
-            p_later[min(i, j), max(i, j)] = p_next[min(i, j), max(i, j)]
+def begun_anew(earlier, later):
+    """Whether the filter forgot everything between two rows."""
+    n = earlier.shape[1]
+    return later[n + 1, MODE] == FIRST and earlier[n + 1, MODE] != FIRST
+
+
+@lean_kernel
+def ignore(k, x_later, x_next, p_next):
+    """Let the later row tell nothing of state k: where a position was taken anew, or a course rate forgotten."""
+    x_later[k] = x_next[k]
+    p_next[k, k] *= 1e12

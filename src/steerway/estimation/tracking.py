@@ -10,7 +10,7 @@ import numpy as np
 from steerway.compiled import kernel, lean_kernel
 from steerway.earth import displaced, displacement
 from steerway.estimation.aiding import aid_adrift, aid_underway
-from steerway.estimation.five_state import correct, innovation, normalised_square, predict, set_step
+from steerway.estimation.five_state import predict, set_step
 from steerway.estimation.model import (
     ADRIFT,
     COURSE,
@@ -27,6 +27,7 @@ from steerway.estimation.model import (
     MODE,
     NORTH,
     PATIENCE,
+    POSITION_VARIANCE,
     RATE,
     RETRIES,
     SPEED,
@@ -36,7 +37,8 @@ from steerway.estimation.model import (
     UNDERWAY,
     empty_memory,
 )
-from steerway.estimation.way import fold, judge, place_by_fix, predict_adrift, start
+from steerway.estimation.position_update import correct, innovation, normalised_square, place_by_fix
+from steerway.estimation.way import fold, judge, predict_adrift, start
 from steerway.records import NO_COURSE, OK, PREDICTED, REJECTED
 from steerway.records import STARTING as STARTING_STATUS
 
@@ -73,11 +75,12 @@ def take_fix(x, p, book, work, north, east, model):
         start(x, p, book, north, east, model)
         book[STRAY], book[RETRIES] = -1.0, 0.0
         return True, math.nan, math.nan
-    nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, model)
+    g, variance = int(model[ERROR_STATE]), model[POSITION_VARIANCE]
+    nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, variance, variance, g)
     nis = normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee)
     log_determinant = math.log(s_nn * s_ee - s_ne * s_ne)
     if nis <= model[GATE]:
-        correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, model)
+        correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g)
         if book[STRAY] < 0.0:
             book[RETRIES] = 0.0
         book[STRAY] = -1.0
@@ -99,7 +102,7 @@ def retake(x, p, book, north, east, model):
         g = int(model[ERROR_STATE])
         x[NORTH] = north - x[g] if g else north
         x[EAST] = east - x[g + 1] if g else east
-        place_by_fix(x, p, model)
+        place_by_fix(p, model[POSITION_VARIANCE], model[POSITION_VARIANCE], g, 5)
         book[RETRIES] = 1.0
     book[STRAY] = -1.0
 

@@ -17,17 +17,16 @@ from steerway.estimation.model import (
     EAST,
     ERROR_STATE,
     EXTRAS,
+    FIRST,
     LOST_COURSE_VARIANCE,
     MODE,
     NORTH,
     POSITION_VARIANCE,
-    Q_LL,
-    Q_LU,
-    Q_UU,
     RATE,
     SPEED,
     SPEED_INTEGRAL,
     SPEED_LEFT,
+    SPEED_NOISE,
     START_RATE_VARIANCE,
     START_SPEED_VARIANCE,
     STARTING,
@@ -36,30 +35,16 @@ from steerway.estimation.model import (
     VELOCITY_EAST,
     VELOCITY_NORTH,
 )
+from steerway.estimation.position_update import place_by_fix
 
 GATHERED = 4.0
 """Standard deviations above zero at which a velocity has a direction."""
 LOST = 2.0
 """Standard deviations above zero below which it has none any more."""
-
-
-@lean_kernel
-def place_by_fix(x, p, model):
-    """Covariance of a position that one fix alone has given: what the receiver errs by, in the other direction."""
-    n = len(x)
-    g = int(model[ERROR_STATE])
-    for k in range(2):
-        for i in range(k):
-            p[i, k] = 0.0
-        for j in range(k + 1, n):
-            p[k, j] = 0.0
-        p[k, k] = model[POSITION_VARIANCE]
-    if g:
-        for k in range(2):
-            for j in range(5, n):
-                p[k, j] = -p[min(g + k, j), max(g + k, j)]
-            p[k, k] += p[g + k, g + k]
-        p[0, 1] = p[g, g + 1]
+GATHERING_TIME = 10.0
+"""s in which a vessel at rest may gather steerageway: adrift, its velocity walks so fast whatever S_U is."""
+TOLD = 0.5
+"""m/s: a velocity known so well is known, and if it has no direction then the vessel has no way."""
 
 
 @lean_kernel
@@ -73,37 +58,39 @@ def start(x, p, book, north, east, model):
     for j in range(5, n):
         p[j, j] = model[EXTRAS + 3 * (j - 5) + 2]
     x[NORTH], x[EAST] = north, east
-    place_by_fix(x, p, model)
+    g = int(model[ERROR_STATE])
+    place_by_fix(p, model[POSITION_VARIANCE], model[POSITION_VARIANCE], g, 5)
     p[2, 2] = p[3, 3] = model[START_SPEED_VARIANCE]
     p[4, 4] = model[START_RATE_VARIANCE]
-    book[MODE] = STARTING
+    book[MODE] = FIRST
 
 
 @lean_kernel
 def predict_adrift(x, p, step, model):
-    """Velocity as a random walk of density S_U along either axis; the course rate is not carried."""
+    """Velocity as a random walk along either axis; the course rate is not carried."""
     n = len(x)
-    left, integral = step[SPEED_LEFT], step[SPEED_INTEGRAL]
+    dt, left, integral = step[DT], step[SPEED_LEFT], step[SPEED_INTEGRAL]
+    density = model[SPEED_NOISE] + model[STEERAGEWAY] ** 2 / GATHERING_TIME
     x[NORTH] += integral * x[VELOCITY_NORTH]
     x[EAST] += integral * x[VELOCITY_EAST]
     x[VELOCITY_NORTH] *= left
     x[VELOCITY_EAST] *= left
-    p[0, 0] += integral * (2.0 * p[0, 2] + integral * p[2, 2]) + step[Q_LL]
-    p[1, 1] += integral * (2.0 * p[1, 3] + integral * p[3, 3]) + step[Q_LL]
+    p[0, 0] += integral * (2.0 * p[0, 2] + integral * p[2, 2]) + density * dt**3 / 3.0
+    p[1, 1] += integral * (2.0 * p[1, 3] + integral * p[3, 3]) + density * dt**3 / 3.0
     p[0, 1] += integral * (p[0, 3] + p[1, 2] + integral * p[2, 3])
-    p[0, 2] = left * (p[0, 2] + integral * p[2, 2]) + step[Q_LU]
-    p[1, 3] = left * (p[1, 3] + integral * p[3, 3]) + step[Q_LU]
+    p[0, 2] = left * (p[0, 2] + integral * p[2, 2]) + 0.5 * density * dt * dt
+    p[1, 3] = left * (p[1, 3] + integral * p[3, 3]) + 0.5 * density * dt * dt
     p[0, 3] = left * (p[0, 3] + integral * p[2, 3])
     p[1, 2] = left * (p[1, 2] + integral * p[2, 3])
-    p[2, 2] = left * left * p[2, 2] + step[Q_UU]
-    p[3, 3] = left * left * p[3, 3] + step[Q_UU]
+    p[2, 2] = left * left * p[2, 2] + density * dt
+    p[3, 3] = left * left * p[3, 3] + density * dt
     p[2, 3] *= left * left
     for j in range(5, n):
         p[0, j] += integral * p[2, j]
         p[1, j] += integral * p[3, j]
         p[2, j] *= left
         p[3, j] *= left
-    predict_extras(x, p, step[DT], model)
+    predict_extras(x, p, dt, model)
 
 
 @lean_kernel
@@ -178,12 +165,17 @@ def judge(x, p, book, model):
             book[MODE] = ADRIFT
         return
     variance = 0.5 * (p[2, 2] + p[3, 3])
+    if book[MODE] == FIRST:
+        # Two fixes make a velocity of any outlier; a third has to agree with it.
+        if variance < 0.5 * model[START_SPEED_VARIANCE]:
+            book[MODE] = STARTING
+        return
     speed_squared = x[VELOCITY_NORTH] ** 2 + x[VELOCITY_EAST] ** 2
     if speed_squared > max(GATHERED**2 * variance, model[STEERAGEWAY] ** 2):
         velocity_to_course(x, p)
         forget_rate(x, p, model)
         book[MODE] = UNDERWAY
-    elif GATHERED**2 * variance < model[STEERAGEWAY] ** 2:
+    elif variance < TOLD**2:
         book[MODE] = ADRIFT
 
 
