@@ -129,7 +129,7 @@ def smooth(time, geodetic, model, kept, spoken):
                 fold(x, p)
         x_later[:], p_later[:], later_mode = x, p, mode
         if mode != EMPTY:
-            speak(x, p, book, geodetic, spoken[k])
+            speak(kept[k], geodetic, spoken[k])
 
 
 @lean_kernel
