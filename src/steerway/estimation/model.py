@@ -56,9 +56,8 @@ point around which the tangent plane lies."""
     Q_YW,  # and, for each m/s of speed, of way across the course
     Q_YX,
     Q_YY,
-    STEP_SIZE,
-) = range(16)
-"""The step: what a prediction needs that depends on its length alone."""
+) = ((row, column) for row in range(3) for column in range(5))
+"""The step: what a prediction needs that depends on its length alone, in three rows."""
 
 EMPTY, FIRST, STARTING, ADRIFT, UNDERWAY = range(5)
 """No fix yet; one fix; velocity being found; velocity without direction; course."""

@@ -31,7 +31,6 @@ from steerway.estimation.model import (
     SPEED,
     SPEED_INTEGRAL,
     SPEED_LEFT,
-    STEP_SIZE,
     TURN,
     UNDERWAY,
 )
@@ -95,7 +94,7 @@ def smooth(time, geodetic, model, kept, spoken):
     x_later, p_later = np.empty(n), np.empty((n, n))
     x_next, p_next = np.empty(n), np.empty((n, n))
     later_mode = EMPTY
-    step = np.zeros(STEP_SIZE)
+    step = np.zeros((3, n))
     for k in range(len(time) - 1, -1, -1):
         x, p, book = kept[k, n], kept[k, :n], kept[k, n + 1]
         mode = book[MODE]

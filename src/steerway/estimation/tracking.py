@@ -50,7 +50,7 @@ SOG, COG, HEADING, WATER_SPEED, YAW_RATE = range(5)
 def advance(memory, dt, model):
     """Predict by dt ≥ 0 seconds."""
     n = memory.shape[1]
-    p, x, book, step = memory[:n], memory[n], memory[n + 1], memory[n + 6 :].reshape(-1)
+    p, x, book, step = memory[:n], memory[n], memory[n + 1], memory[n + 6 :]
     if book[MODE] == EMPTY or not dt > 0.0:
         return
     if dt > LONGEST_GAP:
