@@ -66,7 +66,7 @@ OTTER = Boat(
     cruise=1.2,
     top_speed=3.0,
     profile="otter",
-    speed=SpeedPIGains(mass=85.0, linear_drag=77.5, bandwidth=0.4, limit=200.0),
+    speed=SpeedPIGains(mass=85.0, linear_drag=77.5, bandwidth=0.4, limit=200.0, acceleration=0.15),
     station=StationGains(mass=85.0, limit=200.0, limit_astern=100.0),
 )
 """The Otter with 25 kg of payload. K and T are what small moments do at 1.3 m/s; larger moments meet less gain and a
