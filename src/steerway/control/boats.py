@@ -56,10 +56,10 @@ class Boat:
 
 
 OTTER = Boat(
-    nomoto_gain=0.05,
-    nomoto_time=2.5,
+    nomoto_gain=0.0242,
+    nomoto_time=1.0,
     yaw_limit=OTTER_PROPELLERS.max_moment,
-    bandwidth=0.35,
+    bandwidth=0.5,
     propulsion=OTTER_PROPELLERS,
     lookahead=12.0,
     acceptance=4.0,
@@ -69,8 +69,13 @@ OTTER = Boat(
     speed=SpeedPIGains(mass=85.0, linear_drag=77.5, bandwidth=0.4, limit=200.0, acceleration=0.15),
     station=StationGains(mass=85.0, limit=200.0, limit_astern=100.0),
 )
-"""The Otter with 25 kg of payload. K and T are what small moments do at 1.3 m/s; larger moments meet less gain and a
-quicker boat (0.023 s/(kg·m²) and 1.1 s at 4 N·m), K/T staying the same, which is what K_p is made of."""
+"""The Otter with 25 kg of payload. K and T are P0's (64)–(65), right for turns with some 4 N·m.
+
+Small moments at 1.3 m/s find her slower and more willing (`OTTER_GENTLY`), K/T staying the same.
+"""
+
+OTTER_GENTLY = OTTER.but(nomoto_gain=0.05, nomoto_time=2.5, bandwidth=0.35)
+"""The Otter for poor fixes on long legs: K and T of small moments allow a lower bandwidth. Her turns are wide."""
 
 MARINER = Boat(
     nomoto_gain=0.185,
