@@ -21,8 +21,8 @@ def over_seeds(
     """`run(seed)` for every seed, in the order of the seeds.
 
     `run` is a module-level function or a functools.partial of one. Every seed is one's own generator: the results do
-    not depend on the number of workers. `dask` is the address of a cluster's scheduler, whose workers have this package;
-    a seed whose worker dies is sailed anew by another. Raises InputError for a cluster that cannot be reached.
+    not depend on the number of workers. `dask` is the address of a cluster's scheduler, whose workers have this
+    package; a seed whose worker dies is sailed anew by another. Raises InputError for a cluster that cannot be reached.
     """
     seeds = list(seeds)
     if dask is not None:
