@@ -249,7 +249,7 @@ def _read(logs, source, start, stop):
 
 
 def _moment(option, text) -> float | None:
-    from steerway.formats.timestamps import unix_times
+    from steerway.timestamps import unix_times
 
     if text is None:
         return None
@@ -332,7 +332,7 @@ def _print_log(log):
     from rich.console import Console
     from rich.table import Table
 
-    from steerway.report.summary import iso
+    from steerway.timestamps import iso
 
     recording = log.recording
     print(f"{log.name}: {recording.format}")
@@ -347,8 +347,8 @@ def _print_log(log):
             str(q.gaps),
             f"{q.longest_gap:.1f} s" if q.gaps else "–",
             _or_dash(q.resolution, "{:.3g} m"),
-            iso(q.start),
-            iso(q.stop),
+            iso(round(q.start, 3)) if math.isfinite(q.start) else "–",
+            iso(round(q.stop, 3)) if math.isfinite(q.stop) else "–",
             ", ".join(q.says) + (f" ({q.vessels} vessels)" if q.vessels else ""),
         )
     console = Console(width=None if sys.stdout.isatty() else 160)
