@@ -10,12 +10,12 @@ from steerway.simulation.run_figures import actuators_figure, errors_figure, ste
 
 _TRACK = "Route with its circles of acceptance, true and estimated track, and the fixes that the receiver gave."
 _ERRORS = (
-    "Estimate less truth, with the ± 2σ that the estimator itself states. Slow errors of a receiver cannot be told from "
-    "the boat's own motion by positions alone: the position is off by them, SOG and COG hardly."
+    "Estimate less truth, with the ± 2σ that the estimator itself states. Slow errors of a receiver cannot be told "
+    "from the boat's own motion by positions alone: the position is off by them, SOG and COG hardly."
 )
 _STEERING = (
-    "Course asked for by guidance, course made good and heading; speed; distance from the leg. The crab angle, from the "
-    "bow to the course made good, is what current and wind make of it: course control finds it without being told."
+    "Course asked for by guidance, course made good and heading; speed; distance from the leg. The crab angle, from "
+    "the bow to the course made good, is what current and wind make of it: course control finds it without being told."
 )
 _ACTUATORS = "What the actuators were told, within their limits."
 

@@ -8,10 +8,11 @@ manuals reprint them.
 import math
 from datetime import UTC, datetime
 
+from steerway.earth import KNOT
+
 TALKER = "SW"
 """This project's own talker, so that a listener can tell its sentences from those of the receiver they came from."""
 
-_KNOT = 1852.0 / 3600.0
 _DECIMALS = 7  # of minutes of arc: 0.2 mm
 
 
@@ -28,7 +29,7 @@ def rmc(time, latitude, longitude, sog=math.nan, cog=math.nan, valid=True, talke
     hour, date = _clock(time)
     if not valid or not _known(latitude, longitude):
         return sealed(f"{talker}RMC,{hour},V,,,,,,,{date},,,N")
-    said = f"{_fixed(sog, 1.0 / _KNOT, 3)},{_course(cog)}"
+    said = f"{_fixed(sog, 1.0 / KNOT, 3)},{_course(cog)}"
     return sealed(f"{talker}RMC,{hour},A,{_place(latitude, longitude)},{said},{date},,,A")
 
 
@@ -45,7 +46,7 @@ def vtg(sog=math.nan, cog=math.nan, valid=True, talker=TALKER) -> str:
     """SOG and true COG; without `valid` mode N and nothing else."""
     if not valid:
         return sealed(f"{talker}VTG,,T,,M,,N,,K,N")
-    return sealed(f"{talker}VTG,{_course(cog)},T,,M,{_fixed(sog, 1.0 / _KNOT, 3)},N,{_fixed(sog, 3.6, 3)},K,A")
+    return sealed(f"{talker}VTG,{_course(cog)},T,,M,{_fixed(sog, 1.0 / KNOT, 3)},N,{_fixed(sog, 3.6, 3)},K,A")
 
 
 def rot(rate=math.nan, valid=True, talker=TALKER) -> str:
