@@ -106,9 +106,13 @@ class FiveStateFilter:
     @property
     def position(self) -> tuple[float, float]:
         """Latitude and longitude (rad), or north and east (m) after `update_north_east`; NaN before the first fix."""
-        said = np.empty(SPOKEN)
-        speak(self._memory, self._geodetic, said)
-        return float(said[0]), float(said[1])
+        north, east, *_ = self.said()
+        return north, east
+
+    def said(self) -> list[float]:
+        """All the filter says, at the price of one property, for loops: position (two), SOG, COG, course rate, and the
+        1σ of SOG, COG, course rate and position."""
+        return _say(self._memory, self._geodetic).tolist()
 
     @property
     def state(self) -> np.ndarray:
