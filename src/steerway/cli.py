@@ -20,6 +20,14 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+
+def _hertz(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"--rate {text!r} is no number, expected Hz") from None
+
+
 Logs = Annotated[list[str], typer.Argument(metavar="LOG...", help="Logs of any known format, also .gz; - is stdin.")]
 Source = Annotated[str | None, typer.Option("--source", metavar="NAME", help="Take positions from this source.")]
 From = Annotated[str | None, typer.Option("--from", metavar="TIME", help="Begin here: ISO 8601 (UTC) or Unix s.")]
@@ -60,7 +68,9 @@ def estimate(
         Path | None, typer.Option("-o", "--out", metavar="OUT", help="Write .csv, .parquet, .geojson or .gpx.")
     ] = None,
     report: Annotated[Path | None, typer.Option(metavar="PAGE", help="Write a page (.html) or picture (.png).")] = None,
-    rate: Annotated[float | None, typer.Option(metavar="HZ", help="Rows a second; by default a row a fix.")] = None,
+    rate: Annotated[
+        float | None, typer.Option(metavar="HZ", parser=_hertz, help="Rows a second; by default a row a fix.")
+    ] = None,
     smooth: Annotated[bool, typer.Option("--smooth", help="Let every row know the whole record.")] = False,
     profile: ProfileName = None,
     source: Source = None,
@@ -239,7 +249,7 @@ def _read(logs, source, start, stop):
 
 
 def _moment(option, text) -> float | None:
-    from steerway.formats.timestamps import unix_times
+    from steerway.timestamps import unix_times
 
     if text is None:
         return None
@@ -322,7 +332,7 @@ def _print_log(log):
     from rich.console import Console
     from rich.table import Table
 
-    from steerway.report.summary import iso
+    from steerway.timestamps import iso
 
     recording = log.recording
     print(f"{log.name}: {recording.format}")
@@ -337,8 +347,8 @@ def _print_log(log):
             str(q.gaps),
             f"{q.longest_gap:.1f} s" if q.gaps else "–",
             _or_dash(q.resolution, "{:.3g} m"),
-            iso(q.start),
-            iso(q.stop),
+            iso(round(q.start, 3)) if math.isfinite(q.start) else "–",
+            iso(round(q.stop, 3)) if math.isfinite(q.stop) else "–",
             ", ".join(q.says) + (f" ({q.vessels} vessels)" if q.vessels else ""),
         )
     console = Console(width=None if sys.stdout.isatty() else 160)

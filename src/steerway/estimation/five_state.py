@@ -127,7 +127,7 @@ def set_step(step, dt, model):
     step[DT] = dt
     step[SPEED_LEFT], step[SPEED_INTEGRAL] = decay(model[SPEED_DECAY], dt)
     step[RATE_LEFT], step[TURN], area = turn_response(model[RATE_DECAY], dt)
-    step[LEAN] = area / dt
+    step[LEAN] = area / dt if dt > 0.0 else 0.0
     step[Q_UU] = speed_noise * dt
     step[Q_LU] = 0.5 * speed_noise * dt * dt
     step[Q_LL] = speed_noise * dt**3 / 3.0
