@@ -9,7 +9,7 @@ from steerway.errors import InputError
 from steerway.estimation.model import COURSE, EMPTY, MODE, RATE, SPEED, STARTING, UNDERWAY, empty_memory
 from steerway.estimation.profiles import AIDS, Profile
 from steerway.estimation.replay import replay
-from steerway.estimation.tracking import SPOKEN, advance, recentre, settle, speak, take_aids, take_position
+from steerway.estimation.tracking import advance, recentre, settle, take_aids, take_position
 from steerway.records import Fixes, Motion
 
 
