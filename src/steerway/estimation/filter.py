@@ -9,7 +9,7 @@ from steerway.errors import InputError
 from steerway.estimation.model import COURSE, EMPTY, MODE, RATE, SPEED, STARTING, UNDERWAY, empty_memory
 from steerway.estimation.profiles import AIDS, Profile
 from steerway.estimation.replay import replay
-from steerway.estimation.tracking import SPOKEN, advance, recentre, settle, speak, take_aids, take_position
+from steerway.estimation.tracking import advance, recentre, settle, take_aids, take_position
 from steerway.records import Fixes, Motion
 
 
@@ -105,9 +105,13 @@ class FiveStateFilter:
     @property
     def position(self) -> tuple[float, float]:
         """Latitude and longitude (rad), or north and east (m) after `update_north_east`; NaN before the first fix."""
-        said = np.empty(SPOKEN)
-        speak(self._memory, self._geodetic, said)
-        return float(said[0]), float(said[1])
+        north, east, *_ = self.said()
+        return north, east
+
+    def said(self) -> list[float]:
+        """All the filter says, at the price of one property, for loops: position (two), SOG, COG, course rate, and the
+        1σ of SOG, COG, course rate and position."""
+        return _say(self._memory, self._geodetic).tolist()
 
     @property
     def state(self) -> np.ndarray:

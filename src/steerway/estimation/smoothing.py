@@ -95,6 +95,7 @@ def smooth(time, geodetic, model, kept, spoken):
     x_next, p_next = np.empty(n), np.empty((n, n))
     later_mode = EMPTY
     step = np.zeros((3, n))
+    step[DT] = -1.0
     for k in range(len(time) - 1, -1, -1):
         x, p, book = kept[k, n], kept[k, :n], kept[k, n + 1]
         mode = book[MODE]
@@ -104,9 +105,7 @@ def smooth(time, geodetic, model, kept, spoken):
                 set_step(step, dt, model)
             transition(x, mode == UNDERWAY, step, model, f)
             x_next[:], p_next[:] = x, p
-            if dt == 0.0:
-                pass
-            elif mode == UNDERWAY:
+            if mode == UNDERWAY:
                 predict(x_next, p_next, step, model)
             else:
                 predict_adrift(x_next, p_next, step, model)
