@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from steerway.compiled import lean_kernel
+from steerway.compiled import kernel, lean_kernel
 from steerway.errors import InputError
 from steerway.estimation.model import COURSE, EMPTY, MODE, RATE, SPEED, STARTING, UNDERWAY, empty_memory
 from steerway.estimation.profiles import AIDS, Profile
@@ -26,6 +26,13 @@ def _update(memory, first, second, geodetic, model):
 def _aid(memory, aids, model):
     take_aids(memory, aids, model)
     settle(memory, model)
+
+
+@kernel
+def _say(memory, geodetic):
+    said = np.empty(SPOKEN)
+    speak(memory, geodetic, said)
+    return said
 
 
 class FiveStateFilter:
