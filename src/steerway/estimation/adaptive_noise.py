@@ -40,13 +40,13 @@ def learn(x, p, north, east, shape, scale, fading):
 
 
 class VariationalNoise:
-    """Learns the variances of fixes, north and east apart.
+    """A `FixNoise` (see `vessel_filter`) that learns the variances of fixes, north and east apart.
 
     `memory`: how many fixes back the evidence reaches; `confidence`: how many fixes the variance given at the start is
     worth. Raises InputError for a memory that is not above 1.
     """
 
-    def __init__(self, memory: float = 20.0, confidence: float = 2.0):
+    def __init__(self, memory: float = 10.0, confidence: float = 2.0):
         if not 1.0 < memory < math.inf:
             raise InputError(f"variational_noise.memory is {memory} fixes, expected more than 1")
         self._fading = 1.0 - 1.0 / memory
@@ -57,7 +57,9 @@ class VariationalNoise:
         self._shape = np.full(2, 0.5 * self._confidence)
         self._scale = self._shape * variances
 
+    def expected(self, x) -> tuple[float, float]:
+        return tuple(self._scale / self._shape)
+
     def learned(self, x, p, north: float, east: float) -> tuple[float, float]:
-        """The variances (m²) after a fix on a filter that stands at x, P before it."""
         learn(x, p, north, east, self._shape, self._scale, self._fading)
         return tuple(self._scale / self._shape)

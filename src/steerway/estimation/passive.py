@@ -166,12 +166,15 @@ class PassiveObserver:
         gains: see `ObserverGains`; a warning says where they break the ordering that makes the observer passive.
         correction: "held", "held innovation" or "impulsive", see the module.
         fix_interval, heading_interval: s from fix to fix and from compass reading to reading; None for no compass.
+        check: whether to refuse gains that diverge; without it they run, to be looked at.
 
     Raises InputError for another correction, for intervals that are not positive, and when the observer would diverge
     with these gains and intervals, before it runs.
     """
 
-    def __init__(self, inertia, damping, gains, correction="impulsive", fix_interval=1.0, heading_interval=0.1):
+    def __init__(
+        self, inertia, damping, gains, correction="impulsive", fix_interval=1.0, heading_interval=0.1, check=True
+    ):
         self._form = one_of("observer.correction", correction, CORRECTIONS)
         self._fix_interval = positive("observer.fix_interval", fix_interval)
         self._heading_interval = heading_interval and positive("observer.heading_interval", heading_interval)
@@ -182,11 +185,12 @@ class PassiveObserver:
         disorder = gains.out_of_order()
         if disorder:
             warnings.warn(f"observer gains are out of order, {disorder}", UserWarning, stacklevel=2)
-        radius = self._spectral_radius()
-        if radius >= 1.0:
+        self.spectral_radius = self._growth()
+        """By how much errors grow from fix to fix, heading north: below 1 the observer is stable."""
+        if check and self.spectral_radius >= 1.0:
             raise InputError(
                 f"observer.gains diverge with {correction} corrections every {fix_interval:g} s: "
-                f"errors grow by {radius:.3g} from fix to fix, expected less than 1"
+                f"errors grow by {self.spectral_radius:.3g} from fix to fix, expected less than 1"
             )
         self.start(0.0, 0.0, 0.0)
 
@@ -230,12 +234,7 @@ class PassiveObserver:
         x = self.state.tolist()
         return VesselMotion(*x[PLACE:FORCE], tuple(x[VELOCITY:]), tuple(x[FORCE:VELOCITY]))
 
-    @property
-    def spectral_radius(self) -> float:
-        """By how much errors grow from fix to fix, heading north: below 1 the observer is stable."""
-        return self._radius
-
-    def _spectral_radius(self) -> float:
+    def _growth(self) -> float:
         small = 1e-3  # the observer is linear but for the wrapped heading
         transition = np.empty((STATES, STATES))
         for i in range(STATES):
@@ -246,8 +245,7 @@ class PassiveObserver:
         own = [i for i in range(STATES) if (self.gains.wave_frequency or i >= PLACE)]
         if not self._heading_interval:
             own = [i for i in own if i % 3 != 2]
-        self._radius = float(np.abs(np.linalg.eigvals(transition[np.ix_(own, own)])).max())
-        return self._radius
+        return float(np.abs(np.linalg.eigvals(transition[np.ix_(own, own)])).max())
 
     def _one_interval(self):
         """From just before a fix to just before the next, with measurements that say 0."""

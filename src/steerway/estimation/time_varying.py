@@ -1,5 +1,6 @@
-"""Process noise that follows the estimated velocity, P2 (19)–(20)."""
+"""Noise that follows the estimated velocity: of the motion, P2 (19)–(20), and of fixes, what its text speaks of."""
 
+import math
 from dataclasses import dataclass
 
 from steerway.checks import not_negative, positive
@@ -9,7 +10,7 @@ from steerway.errors import InputError
 
 @kernel
 def saturated(speed, low, high):
-    """|speed| held between `low` and `high`: what (20) is to do. Printed, min(max(x, 0.5), 0.25) is 0.25 for every x."""
+    """|speed| held between `low` and `high`: what (20) is to do; as printed it is 0.25 for every speed."""
     return min(max(abs(speed), low), high)
 
 
@@ -40,3 +41,28 @@ class TimeVaryingNoise:
 
     def _of(self, speed):
         return self.scale * (1.0 + self.coefficient / saturated(speed, self.low, self.high) ** self.power)
+
+
+@dataclass(frozen=True)
+class SpeedDependentFixNoise:
+    """A `FixNoise` (see `vessel_filter`) whose 1σ is that at rest times 1 + V/`doubling`, V the estimated speed (m/s).
+
+    P2's text has measurements worse at speed; that is a statement about R, not about Q.
+    """
+
+    std: float
+    doubling: float
+
+    def __post_init__(self):
+        positive("fix_noise.std", self.std)
+        positive("fix_noise.doubling", self.doubling)
+
+    def start(self, variances) -> None:
+        """Nothing to remember: the noise at rest is its own."""
+
+    def expected(self, x) -> tuple[float, float]:
+        variance = (self.std * (1.0 + math.hypot(x[3], x[4]) / self.doubling)) ** 2
+        return variance, variance
+
+    def learned(self, x, p, north: float, east: float) -> tuple[float, float]:
+        return self.expected(x)

@@ -15,7 +15,6 @@ from steerway.angles import wrap
 from steerway.checks import not_negative, positive
 from steerway.compiled import kernel
 from steerway.errors import InputError
-from steerway.estimation.adaptive_noise import VariationalNoise
 from steerway.estimation.aiding import correct_scalar
 from steerway.estimation.low_speed import (
     BODY,
@@ -37,7 +36,7 @@ PATIENCE = 5
 
 
 class VesselMotion(NamedTuple):
-    """What an observer says: position (m), heading (rad), velocity (surge, sway m/s, yaw rad/s), force on her in NED."""
+    """What an observer says: position, heading, velocity (surge, sway, yaw rate), force on her (north, east, yaw)."""
 
     north: float
     east: float
@@ -64,6 +63,19 @@ class Observer(Protocol):
     @property
     def motion(self) -> VesselMotion:
         """What the vessel does now."""
+
+
+class FixNoise(Protocol):
+    """Noise of fixes that changes: `adaptive_noise` learns it, `time_varying` has it from the speed."""
+
+    def start(self, variances) -> None:
+        """Begin with the variances (north, east; m²) that the filter was given."""
+
+    def expected(self, x) -> tuple[float, float]:
+        """The variances to expect of a fix on a filter that stands at x."""
+
+    def learned(self, x, p, north: float, east: float) -> tuple[float, float]:
+        """The variances once the fix is known, for a filter that stands at x, P before it."""
 
 
 @dataclass(frozen=True)
@@ -128,6 +140,14 @@ def predict(x, p, force, noise, model, dt, work):
 
 
 @kernel
+def innovation_of(x, p, north, east, north_variance, east_variance):
+    """Innovation (north, east) and NIS of a fix that is not taken."""
+    wave = WAVE if len(x) == WITH_WAVES else 0
+    nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, north_variance, east_variance, wave)
+    return nu_n, nu_e, normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee)
+
+
+@kernel
 def take_fix(x, p, work, north, east, north_variance, east_variance, gate):
     """Correct by a fix, P2 (23)–(25) with H = C. Returns (accepted, NIS)."""
     wave = WAVE if len(x) == WITH_WAVES else 0
@@ -163,20 +183,20 @@ class VesselFilter:
         inertia, damping: (3, 3) M and D of the vessel, kg, kg·m, kg·m² and their like per second.
         noise: what it has to know of the world.
         gate: on the NIS of a fix; inf takes every fix.
-        adaptive: learns the noise of fixes in place of `noise.position_std`, see `adaptive_noise`.
+        fix_noise: a `FixNoise` in place of `noise.position_std`.
         scheduled: densities of the acceleration from the estimated (surge, sway), see `time_varying`.
 
     Raises InputError for matrices that are not (3, 3).
     """
 
-    def __init__(self, inertia, damping, noise: VesselNoise, gate=GATE, adaptive=None, scheduled=None):
+    def __init__(self, inertia, damping, noise: VesselNoise, gate=GATE, fix_noise=None, scheduled=None):
         inertia, damping = np.asarray(inertia, float), np.asarray(damping, float)
         if inertia.shape != (3, 3) or damping.shape != (3, 3):
             raise InputError(f"inertia is {inertia.shape} and damping {damping.shape}, expected (3, 3) both")
         self.noise = noise
         self.model = pack(inertia, damping, noise.force_time, noise.wave_frequency, noise.wave_damping)
         self.densities = noise.densities()
-        self.adaptive: VariationalNoise | None = adaptive
+        self._fix_noise: FixNoise | None = fix_noise
         self._scheduled = scheduled
         self._gate = gate
         n = noise.states
@@ -189,8 +209,8 @@ class VesselFilter:
         self.state[:3] = north, east, wrap(heading)
         self.covariance_upper[:] = np.diag(self.noise.start_variances())
         self._variances = (self.noise.position_std**2,) * 2
-        if self.adaptive is not None:
-            self.adaptive.start(self._variances)
+        if self._fix_noise is not None:
+            self._fix_noise.start(self._variances)
         self._rejected = 0
         self.retaken = False
 
@@ -203,8 +223,8 @@ class VesselFilter:
     def update(self, north: float, east: float) -> float:
         """Take a fix (m). Returns its NIS: above the gate it was rejected."""
         x, p = self.state, self.covariance_upper
-        if self.adaptive is not None:
-            self._variances = self.adaptive.learned(x, p, north, east)
+        if self._fix_noise is not None:
+            self._variances = self._noise_of(north, east)
         accepted, nis = take_fix(x, p, self._work[0], north, east, *self._variances, self._gate)
         self._rejected = 0 if accepted else self._rejected + 1
         self.retaken = self._rejected >= PATIENCE
@@ -212,6 +232,13 @@ class VesselFilter:
             retake(x, p, north, east, *self._variances)
             self._rejected = 0
         return nis
+
+    def _noise_of(self, north, east):
+        """A wild fix teaches no more than one at the gate: it counts little, a row of them counts for what it is."""
+        x, p = self.state, self.covariance_upper
+        nu_n, nu_e, nis = innovation_of(x, p, north, east, *self._fix_noise.expected(x))
+        share = 1.0 - math.sqrt(self._gate / nis) if nis > self._gate else 0.0
+        return self._fix_noise.learned(x, p, north - share * nu_n, east - share * nu_e)
 
     def update_heading(self, heading: float) -> None:
         take_heading(self.state, self.covariance_upper, self._work[0], heading, self.noise.heading_std**2)
