@@ -1,0 +1,2 @@
+def all_figures(first_seed, numbers, table):
+    return {}
