@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from steerway.compiled import kernel
+from steerway.compiled import kernel, lean_kernel
 from steerway.errors import InputError
 from steerway.estimation.model import EMPTY, MODE, STARTING, UNDERWAY, empty_memory
 from steerway.estimation.profiles import AIDS, Profile
@@ -13,19 +13,39 @@ from steerway.estimation.tracking import SPOKEN, advance, recentre, settle, spea
 from steerway.records import Fixes, Motion
 
 
-@kernel
+@lean_kernel
+def _predict(memory, dt, model):
+    n = memory.shape[1]
+    p, x, book, step = memory[:n], memory[n], memory[n + 1], memory[n + 6 :].reshape(-1)
+    advance(x, p, book, step, dt, model)
+
+
+@lean_kernel
 def _update(memory, first, second, geodetic, model):
-    accepted, nis, _ = take_position(memory, first, second, geodetic, model)
-    settle(memory, model)
+    n = memory.shape[1]
+    p, x, book, work = memory[:n], memory[n], memory[n + 1], memory[n + 2 : n + 6]
+    _, nis, _ = take_position(x, p, book, work, first, second, geodetic, model)
+    settle(x, p, book, model)
     if geodetic:
-        recentre(memory)
-    return accepted, nis
+        recentre(x, book)
+    return nis
+
+
+@lean_kernel
+def _aid(memory, aids, model):
+    n = memory.shape[1]
+    p, x, book, work = memory[:n], memory[n], memory[n + 1], memory[n + 2 : n + 6]
+    take_aids(x, p, book, work, aids, model)
+    settle(x, p, book, model)
 
 
 @kernel
-def _aid(memory, aids, model):
-    take_aids(memory, aids, model)
-    settle(memory, model)
+def _say(memory, geodetic):
+    n = memory.shape[1]
+    p, x, book = memory[:n], memory[n], memory[n + 1]
+    said = np.empty(SPOKEN)
+    speak(x, p, book, geodetic, said)
+    return said
 
 
 class FiveStateFilter:
@@ -59,17 +79,17 @@ class FiveStateFilter:
 
     def predict(self, dt: float) -> None:
         """Advance by dt ≥ 0 seconds."""
-        advance(self._memory, dt, self._model)
+        _predict(self._memory, dt, self._model)
 
     def update(self, latitude: float, longitude: float) -> float:
         """Take a fix (rad). Returns its NIS: above 13.8 it was rejected, NaN for the first."""
         self._geodetic = True
-        return _update(self._memory, latitude, longitude, True, self._model)[1]
+        return _update(self._memory, latitude, longitude, True, self._model)
 
     def update_north_east(self, north: float, east: float) -> float:
         """Take a fix in a fixed plane (m), in place of `update`. Returns its NIS, as there."""
         self._geodetic = False
-        return _update(self._memory, north, east, False, self._model)[1]
+        return _update(self._memory, north, east, False, self._model)
 
     def aid_by(self, sog=math.nan, cog=math.nan, heading=math.nan, water_speed=math.nan, yaw_rate=math.nan) -> None:
         """Take what other instruments say now (SI, true angles in rad, NaN or nothing for unknown)."""
@@ -106,8 +126,7 @@ class FiveStateFilter:
     @property
     def position(self) -> tuple[float, float]:
         """Latitude and longitude (rad), or north and east (m) after `update_north_east`; NaN before the first fix."""
-        said = np.empty(SPOKEN)
-        speak(self._memory, self._geodetic, said)
+        said = _say(self._memory, self._geodetic)
         return float(said[0]), float(said[1])
 
     @property

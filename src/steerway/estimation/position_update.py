@@ -4,10 +4,10 @@ Every filter of this package that takes positions uses these kernels. Beside whi
 two states of the filter follow: of the receiver, or of waves. Of a covariance only the upper triangle is kept and read.
 """
 
-from steerway.compiled import kernel
+from steerway.compiled import lean_kernel
 
 
-@kernel
+@lean_kernel
 def innovation(x, p, north, east, north_variance, east_variance, g):
     """Innovation of a fix and its covariance: (ν_N, ν_E, S_NN, S_NE, S_EE).
 
@@ -24,13 +24,13 @@ def innovation(x, p, north, east, north_variance, east_variance, g):
     return nu_n, nu_e, s_nn, s_ne, s_ee
 
 
-@kernel
+@lean_kernel
 def normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee):
     """NIS of a fix, νᵀ S⁻¹ ν."""
     return (nu_n * nu_n * s_ee - 2.0 * nu_n * nu_e * s_ne + nu_e * nu_e * s_nn) / (s_nn * s_ee - s_ne * s_ne)
 
 
-@kernel
+@lean_kernel
 def correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g):
     """Gain, state and covariance corrector of P0 Table 1 in place, in Joseph's form: P − K(CP) − (CP)ᵀKᵀ + K S Kᵀ."""
     n = len(x)
@@ -53,7 +53,7 @@ def correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g):
             p[i, j] += left_n * k_n[j] + left_e * k_e[j] - k_n[i] * pc_n[j] - k_e[i] * pc_e[j]
 
 
-@kernel
+@lean_kernel
 def place_by_fix(p, north_variance, east_variance, g, first_extra):
     """Covariance of a position that one fix alone has given: what the receiver errs by, in the other direction.
 

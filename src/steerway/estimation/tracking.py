@@ -7,13 +7,14 @@ import math
 
 import numpy as np
 
-from steerway.compiled import kernel
+from steerway.compiled import kernel, lean_kernel
 from steerway.earth import displaced, displacement
 from steerway.estimation.aiding import aid_adrift, aid_underway
-from steerway.estimation.five_state import predict
+from steerway.estimation.five_state import predict, set_step
 from steerway.estimation.model import (
     ADRIFT,
     COURSE,
+    DT,
     EAST,
     EMPTY,
     ERROR_STATE,
@@ -22,6 +23,7 @@ from steerway.estimation.model import (
     LONGEST_GAP,
     LONGEST_STEP,
     LONGITUDE,
+    LOST_COURSE_VARIANCE,
     MODE,
     NORTH,
     PATIENCE,
@@ -44,11 +46,9 @@ SOG, COG, HEADING, WATER_SPEED, YAW_RATE = range(5)
 """Columns of the aiding table."""
 
 
-@kernel
-def advance(memory, dt, model):
+@lean_kernel
+def advance(x, p, book, step, dt, model):
     """Predict by dt ≥ 0 seconds."""
-    n = memory.shape[1]
-    p, x, book = memory[:n], memory[n], memory[n + 1]
     if book[MODE] == EMPTY or not dt > 0.0:
         return
     if dt > LONGEST_GAP:
@@ -57,20 +57,20 @@ def advance(memory, dt, model):
     if book[STRAY] >= 0.0:
         book[STRAY] += dt
     steps = max(math.ceil(dt / LONGEST_STEP - STEP_SLACK), 1)
+    if dt / steps != step[DT]:
+        set_step(step, dt / steps, model)
     for _ in range(steps):
         if book[MODE] == UNDERWAY:
-            predict(x, p, dt / steps, model)
-            if p[COURSE, COURSE] > 1.0:
+            predict(x, p, step, model)
+            if p[COURSE, COURSE] > LOST_COURSE_VARIANCE:
                 judge(x, p, book, model)
         else:
-            predict_adrift(x, p, dt / steps, model)
+            predict_adrift(x, p, step, model)
 
 
-@kernel
-def take_fix(memory, north, east, model):
+@lean_kernel
+def take_fix(x, p, book, work, north, east, model):
     """Correct by a fix in the present tangent plane. Returns (accepted, NIS, log det S)."""
-    n = memory.shape[1]
-    p, x, book, work = memory[:n], memory[n], memory[n + 1], memory[n + 2 :]
     if book[MODE] == EMPTY:
         start(x, p, book, north, east, model)
         book[STRAY], book[RETRIES] = -1.0, 0.0
@@ -92,7 +92,7 @@ def take_fix(memory, north, east, model):
     return False, nis, log_determinant
 
 
-@kernel
+@lean_kernel
 def retake(x, p, book, north, east, model):
     """After unbroken rejections take the position anew and keep the motion; if that did not help, begin anew."""
     if book[RETRIES] > 0.0:
@@ -107,53 +107,46 @@ def retake(x, p, book, north, east, model):
     book[STRAY] = -1.0
 
 
-@kernel
-def take_aids(memory, aids, model):
+@lean_kernel
+def take_aids(x, p, book, work, aids, model):
     """Correct by the aids (5,) that are not NaN."""
-    n = memory.shape[1]
-    p, x, book, work = memory[:n], memory[n], memory[n + 1], memory[n + 2 :]
     if book[MODE] == UNDERWAY:
         aid_underway(x, p, work, aids[SOG], aids[COG], aids[HEADING], aids[WATER_SPEED], aids[YAW_RATE], model)
     elif book[MODE] != EMPTY:
         aid_adrift(x, p, work, aids[SOG], aids[COG], model)
 
 
-@kernel
-def settle(memory, model):
+@lean_kernel
+def settle(x, p, book, model):
     """After an update: fold the speed, wrap the course, gain or lose way."""
-    n = memory.shape[1]
-    p, x, book = memory[:n], memory[n], memory[n + 1]
     if book[MODE] == UNDERWAY:
         fold(x, p)
     if book[MODE] != EMPTY:
         judge(x, p, book, model)
 
 
-@kernel
-def take_position(memory, first, second, geodetic, model):
+@lean_kernel
+def take_position(x, p, book, work, first, second, geodetic, model):
     """Correct by a fix given as latitude and longitude (rad) or as north and east (m): `take_fix` for either."""
     if not geodetic:
-        return take_fix(memory, first, second, model)
-    book = memory[memory.shape[1] + 1]
+        return take_fix(x, p, book, work, first, second, model)
     if book[MODE] == EMPTY:
         book[LATITUDE], book[LONGITUDE] = first, second
     north, east = displacement(first, second, book[LATITUDE], book[LONGITUDE])
-    return take_fix(memory, north, east, model)
+    return take_fix(x, p, book, work, north, east, model)
 
 
-@kernel
-def recentre(memory):
+@lean_kernel
+def recentre(x, book):
     """Lay the tangent plane around the present estimate: the position moves into the plane's origin."""
-    n = memory.shape[1]
-    x, book = memory[n], memory[n + 1]
     book[LATITUDE], book[LONGITUDE] = displaced(book[LATITUDE], book[LONGITUDE], x[NORTH], x[EAST])
     x[NORTH] = x[EAST] = 0.0
 
 
-@kernel
-def status_of(memory, fixed, accepted):
+@lean_kernel
+def status_of(book, fixed, accepted):
     """What the row is worth, as a code of records.STATUSES."""
-    mode = memory[memory.shape[1] + 1, MODE]
+    mode = book[MODE]
     if mode <= STARTING:
         return STARTING_STATUS
     if fixed and not accepted:
@@ -163,14 +156,12 @@ def status_of(memory, fixed, accepted):
     return OK if fixed else PREDICTED
 
 
-@kernel
-def speak(memory, geodetic, out):
+@lean_kernel
+def speak(x, p, book, geodetic, out):
     """Write what the filter says now.
 
     Latitude and longitude (or north and east), SOG, COG, course rate, the deviations of these three, of the position.
     """
-    n = memory.shape[1]
-    p, x, book = memory[:n], memory[n], memory[n + 1]
     mode = book[MODE]
     out[:] = math.nan
     if mode == EMPTY:
@@ -191,7 +182,15 @@ SPOKEN = 9
 """Columns of `speak`."""
 
 
-@kernel
+@lean_kernel
+def keep(memory, out):
+    """Copy covariance, state and bookkeeping."""
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            out[i, j] = memory[i, j]
+
+
+@lean_kernel
 def track(time, first, second, aids, geodetic, model, memory, spoken, nis, log_determinant, status, kept):
     """Run over a record.
 
@@ -202,25 +201,26 @@ def track(time, first, second, aids, geodetic, model, memory, spoken, nis, log_d
         spoken: (n, SPOKEN), nis, log_determinant: (n,), status: (n,) uint8: filled.
         kept: (n or 0, states + 2, states) receives covariance, state and bookkeeping after every row, for the smoother.
     """
-    states = memory.shape[1]
+    n = memory.shape[1]
+    p, x, book, work, step = memory[:n], memory[n], memory[n + 1], memory[n + 2 : n + 6], memory[n + 6 :].reshape(-1)
     for k in range(len(time)):
         if k > 0:
-            advance(memory, time[k] - time[k - 1], model)
+            advance(x, p, book, step, time[k] - time[k - 1], model)
         fixed = math.isfinite(first[k]) and math.isfinite(second[k])
         accepted = False
         nis[k] = log_determinant[k] = math.nan
         if fixed:
-            accepted, nis[k], log_determinant[k] = take_position(memory, first[k], second[k], geodetic, model)
+            accepted, nis[k], log_determinant[k] = take_position(x, p, book, work, first[k], second[k], geodetic, model)
         if len(aids):
-            take_aids(memory, aids[k], model)
+            take_aids(x, p, book, work, aids[k], model)
         if fixed or len(aids):
-            settle(memory, model)
+            settle(x, p, book, model)
         if geodetic and fixed:
-            recentre(memory)
-        status[k] = status_of(memory, fixed, accepted)
-        speak(memory, geodetic, spoken[k])
+            recentre(x, book)
+        status[k] = status_of(book, fixed, accepted)
+        speak(x, p, book, geodetic, spoken[k])
         if len(kept):
-            kept[k] = memory[: states + 2]
+            keep(memory, kept[k])
 
 
 @kernel

@@ -8,22 +8,27 @@ of its standard deviations above zero the vessel is under way and the state is [
 import math
 
 from steerway.angles import wrap
-from steerway.compiled import kernel
-from steerway.estimation.five_state import decay, predict_extras
+from steerway.compiled import lean_kernel
+from steerway.estimation.five_state import predict_extras
 from steerway.estimation.model import (
     ADRIFT,
     COURSE,
+    DT,
     EAST,
     ERROR_STATE,
     EXTRAS,
+    FIRST,
     LOST_COURSE_VARIANCE,
     MODE,
     NORTH,
     POSITION_VARIANCE,
+    Q_LL,
+    Q_LU,
+    Q_UU,
     RATE,
     SPEED,
-    SPEED_DECAY,
-    SPEED_NOISE,
+    SPEED_INTEGRAL,
+    SPEED_LEFT,
     START_RATE_VARIANCE,
     START_SPEED_VARIANCE,
     STARTING,
@@ -38,9 +43,13 @@ GATHERED = 4.0
 """Standard deviations above zero at which a velocity has a direction."""
 LOST = 2.0
 """Standard deviations above zero below which it has none any more."""
+GATHERING_TIME = 10.0
+"""s in which a vessel at rest may gather steerageway: adrift, its velocity walks so fast whatever S_U is."""
+TOLD = 0.5
+"""m/s: a velocity known so well is known, and if it has no direction then the vessel has no way."""
 
 
-@kernel
+@lean_kernel
 def start(x, p, book, north, east, model):
     """Begin from one fix: at its place, with a velocity about which nothing is known."""
     n = len(x)
@@ -55,28 +64,31 @@ def start(x, p, book, north, east, model):
     place_by_fix(p, model[POSITION_VARIANCE], model[POSITION_VARIANCE], g, 5)
     p[2, 2] = p[3, 3] = model[START_SPEED_VARIANCE]
     p[4, 4] = model[START_RATE_VARIANCE]
-    book[MODE] = STARTING
+    book[MODE] = FIRST
 
 
-@kernel
-def predict_adrift(x, p, dt, model):
-    """Velocity as a random walk of density S_U along either axis; the course rate is not carried."""
+@lean_kernel
+def predict_adrift(x, p, step, model):
+    """Velocity as a random walk along either axis; the course rate is not carried."""
     n = len(x)
-    left, integral = decay(model[SPEED_DECAY], dt)
-    density = model[SPEED_NOISE]
+    dt, left, integral = step[DT], step[SPEED_LEFT], step[SPEED_INTEGRAL]
+    gathering = dt * model[STEERAGEWAY] ** 2 / GATHERING_TIME
+    q_uu = step[Q_UU] + gathering
+    q_lu = step[Q_LU] + gathering * dt / 2.0
+    q_ll = step[Q_LL] + gathering * dt * dt / 3.0
     x[NORTH] += integral * x[VELOCITY_NORTH]
     x[EAST] += integral * x[VELOCITY_EAST]
     x[VELOCITY_NORTH] *= left
     x[VELOCITY_EAST] *= left
-    p[0, 0] += integral * (2.0 * p[0, 2] + integral * p[2, 2]) + density * dt**3 / 3.0
-    p[1, 1] += integral * (2.0 * p[1, 3] + integral * p[3, 3]) + density * dt**3 / 3.0
+    p[0, 0] += integral * (2.0 * p[0, 2] + integral * p[2, 2]) + q_ll
+    p[1, 1] += integral * (2.0 * p[1, 3] + integral * p[3, 3]) + q_ll
     p[0, 1] += integral * (p[0, 3] + p[1, 2] + integral * p[2, 3])
-    p[0, 2] = left * (p[0, 2] + integral * p[2, 2]) + 0.5 * density * dt * dt
-    p[1, 3] = left * (p[1, 3] + integral * p[3, 3]) + 0.5 * density * dt * dt
+    p[0, 2] = left * (p[0, 2] + integral * p[2, 2]) + q_lu
+    p[1, 3] = left * (p[1, 3] + integral * p[3, 3]) + q_lu
     p[0, 3] = left * (p[0, 3] + integral * p[2, 3])
     p[1, 2] = left * (p[1, 2] + integral * p[2, 3])
-    p[2, 2] = left * left * p[2, 2] + density * dt
-    p[3, 3] = left * left * p[3, 3] + density * dt
+    p[2, 2] = left * left * p[2, 2] + q_uu
+    p[3, 3] = left * left * p[3, 3] + q_uu
     p[2, 3] *= left * left
     for j in range(5, n):
         p[0, j] += integral * p[2, j]
@@ -86,7 +98,7 @@ def predict_adrift(x, p, dt, model):
     predict_extras(x, p, dt, model)
 
 
-@kernel
+@lean_kernel
 def mix_velocity(p, a, b, c, d):
     """P ← J P Jᵀ in place, J = [[a, b], [c, d]] on the third and fourth state."""
     n = p.shape[1]
@@ -100,7 +112,7 @@ def mix_velocity(p, a, b, c, d):
     p[3, 3] = c * c * p22 + 2.0 * c * d * p23 + d * d * p33
 
 
-@kernel
+@lean_kernel
 def velocity_to_course(x, p):
     """(v_N, v_E) → (U, χ) in place."""
     north, east = x[VELOCITY_NORTH], x[VELOCITY_EAST]
@@ -110,7 +122,7 @@ def velocity_to_course(x, p):
     mix_velocity(p, c, s, -s / speed, c / speed)
 
 
-@kernel
+@lean_kernel
 def course_to_velocity(x, p):
     """(U, χ) → (v_N, v_E) in place."""
     speed, c, s = x[SPEED], math.cos(x[COURSE]), math.sin(x[COURSE])
@@ -118,7 +130,7 @@ def course_to_velocity(x, p):
     mix_velocity(p, c, -speed * s, s, speed * c)
 
 
-@kernel
+@lean_kernel
 def forget_rate(x, p, model):
     """The course rate is zero, give or take what a vessel does."""
     x[RATE] = 0.0
@@ -129,7 +141,7 @@ def forget_rate(x, p, model):
     p[RATE, RATE] = model[START_RATE_VARIANCE]
 
 
-@kernel
+@lean_kernel
 def fold(x, p):
     """U ≥ 0 and χ in [−π, π): a vessel that runs backwards runs forwards on the opposite course."""
     if x[SPEED] < 0.0:
@@ -142,7 +154,7 @@ def fold(x, p):
     x[COURSE] = wrap(x[COURSE])
 
 
-@kernel
+@lean_kernel
 def judge(x, p, book, model):
     """Gain or lose way after an update or a prediction."""
     if book[MODE] == UNDERWAY:
@@ -158,16 +170,21 @@ def judge(x, p, book, model):
             book[MODE] = ADRIFT
         return
     variance = 0.5 * (p[2, 2] + p[3, 3])
+    if book[MODE] == FIRST:
+        # Two fixes make a velocity of any outlier; a third has to agree with it.
+        if variance < 0.5 * model[START_SPEED_VARIANCE]:
+            book[MODE] = STARTING
+        return
     speed_squared = x[VELOCITY_NORTH] ** 2 + x[VELOCITY_EAST] ** 2
     if speed_squared > max(GATHERED**2 * variance, model[STEERAGEWAY] ** 2):
         velocity_to_course(x, p)
         forget_rate(x, p, model)
         book[MODE] = UNDERWAY
-    elif GATHERED**2 * variance < model[STEERAGEWAY] ** 2:
+    elif variance < TOLD**2:
         book[MODE] = ADRIFT
 
 
-@kernel
+@lean_kernel
 def forget_velocity(x, p, model):
     """Nothing is known of the velocity (its last value stays the best guess)."""
     for k in (VELOCITY_NORTH, VELOCITY_EAST):
