@@ -11,7 +11,7 @@ import numpy as np
 from steerway.angles import wrap
 from steerway.compiled import kernel
 from steerway.estimation.low_speed import HEADING, advance_mean, spread, transition
-from steerway.estimation.smoothing import keep_position, smoothing_step
+from steerway.estimation.smoothing import ignore, smoothing_step
 from steerway.estimation.vessel_filter import VesselFilter
 
 
@@ -64,7 +64,8 @@ def _backward(states, covariances, forces, densities, anew, model, dt):
         spread(p_next, work[0], densities[k + 1], dt, work[1])
         excess[:], p_later[:] = states[k + 1], covariances[k + 1]
         if anew[k + 1]:
-            keep_position(excess, p_later, predicted, p_next)
+            ignore(0, excess, predicted, p_next)
+            ignore(1, excess, predicted, p_next)
         for i in range(n):
             excess[i] -= predicted[i]
         excess[HEADING] = wrap(excess[HEADING])

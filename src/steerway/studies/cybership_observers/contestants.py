@@ -21,6 +21,7 @@ WAVES = replace(
     wave_frequency=scenario.WAVE_FREQUENCY,
     wave_damping=scenario.WAVE_DAMPING,
 )
+SWELL = replace(WAVES, wave_damping=scenario.SWELL_DAMPING)
 DOUBTFUL = replace(PRODUCT, acceleration=(1e-4, 1e-4, 1e-5), force_std=tuple(2.0 * scenario.FORCE_STD))
 """For a vessel whose drag is not what the filter's linear model says."""
 
@@ -34,7 +35,11 @@ TUNED_GAINS = ObserverGains(
 )
 
 
-def time_varying(noise=TimeVaryingNoise(), fix_noise=None) -> VesselFilter:
+PRINTED_NOISE = TimeVaryingNoise()
+"""Q as (19) prints it."""
+
+
+def time_varying(noise=PRINTED_NOISE, fix_noise=None) -> VesselFilter:
     """P2's filter, corrected: (20) clips, Q is a density, no gate. The printed Q by default."""
     return VesselFilter(INERTIA, DAMPING, BASE, math.inf, fix_noise, noise)
 

@@ -8,6 +8,7 @@ from steerway.control.positioning import PositionPID
 from steerway.papers.positioning import PrintedPositionPID
 from steerway.studies.cybership_observers import scenario
 from steerway.vessels import CALM, CyberShip2
+from steerway.vessels.cybership2 import DAMPING, INERTIA
 
 GOAL = scenario.GOAL
 
@@ -24,6 +25,9 @@ def numbers() -> dict[str, float]:
         out[f"pid_end_{name}"] = printed[-1, i]
         out[f"pid_anti_windup_overshoot_{name}_pct"] = overshoot(careful[:, i], GOAL[i])
     out["pid_literal_end_error"] = math.dist(literal[-1, :2], GOAL[:2])
+    out["pid_literal_turned_deg"] = math.degrees(literal[-1, 2])
+    out["pid_literal_growth"] = growth(-1.0)
+    out["pid_corrected_growth"] = growth(1.0)
     return out
 
 
@@ -35,6 +39,20 @@ def rise(place, goal) -> float:
 def overshoot(place, goal) -> float:
     """How far beyond the goal, in % of the way."""
     return float(100.0 * (place.max() / goal - 1.0))
+
+
+def growth(sign) -> float:
+    """The largest real part (1/s) of the closed loop's poles at rest heading north; `sign` −1 for (30) as printed."""
+    gains, inverse = scenario.PRINTED_GAINS, np.linalg.inv(INERTIA)
+    nothing, one = np.zeros((3, 3)), np.eye(3)
+    loop = np.block(
+        [
+            [nothing, one, nothing],
+            [-sign * inverse @ gains.proportional, -inverse @ (DAMPING + sign * gains.derivative), sign * inverse],
+            [-gains.integral, nothing, nothing],
+        ]
+    )
+    return float(np.linalg.eigvals(loop).real.max())
 
 
 def _way(controller):

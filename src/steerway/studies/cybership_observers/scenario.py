@@ -1,4 +1,4 @@
-"""Scenario S*: CyberShip II goes 10 m north, 10 m east and 45° in a disturbance, under P2's PID, seen by GNSS and compass.
+"""Scenario S*: CyberShip II goes 10 m north, 10 m east and 45° in a disturbance, under P2's PID.
 
 P2 prints neither noise nor disturbance nor steps. What is used here: Runge–Kutta steps of 0.1 s over 100 s; GNSS at
 1 Hz with white noise of 0.098 m; a compass at 10 Hz with 0.5°; a Gauss–Markov force in NED of (0.29 N, 0.29 N,
@@ -8,7 +8,6 @@ P2 prints neither noise nor disturbance nor steps. What is used here: Runge–Ku
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -25,6 +24,7 @@ TIME = STEP * np.arange(ROWS)
 FIX_STD, HEADING_STD = 0.098, math.radians(0.5)
 FORCE_STD, FORCE_TIME, FORCE_CLIP = np.array([0.29, 0.29, 0.029]), 50.0, 2.5
 WAVE_STD, WAVE_FREQUENCY, WAVE_DAMPING = 0.283, 0.8, 0.1
+SWELL_DAMPING = 0.01
 CHANGE = 10.0
 GOAL = (10.0, 10.0, math.radians(45.0))
 
@@ -44,7 +44,7 @@ def desired(row: int):
 
 @dataclass(frozen=True)
 class Draws:
-    """What chance does in one run, the same for every observer; all standard normal but the `lots`, uniform in [0, 1)."""
+    """What chance does in one run, the same for every observer: standard normal, the `lots` uniform in [0, 1)."""
 
     force: np.ndarray  # (rows, 3)
     fix: np.ndarray  # (fixes, 2)
@@ -78,8 +78,10 @@ def disturbance(draws: Draws) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Record:
-    """One run: rows 0.1 s apart. `states` (rows, 6), `forces` (rows − 1, 3) of the actuators, `pushes` (rows, 3) of the
-    sea, `fixes` (rows, 2), NaN between, and `headings` (rows,). `estimates` (rows, 3) of what steered, if not the truth.
+    """One run: rows 0.1 s apart.
+
+    `states` (rows, 6), `forces` (rows − 1, 3) of the actuators, `pushes` (rows, 3) of the sea, `fixes` (rows, 2), NaN
+    between, and `headings` (rows,).
     """
 
     states: np.ndarray
@@ -87,7 +89,6 @@ class Record:
     pushes: np.ndarray
     fixes: np.ndarray
     headings: np.ndarray
-    estimates: np.ndarray | None = None
 
 
 def sail(
@@ -106,7 +107,6 @@ def sail(
     noise = (fix_noise or white)(draws)
     states, forces = np.empty((ROWS, 6)), np.empty((STEPS, 3))
     fixes, headings = np.full((ROWS, 2), math.nan), np.empty(ROWS)
-    estimates = None if observer is None else np.empty((ROWS, 3))
     state = vessel.start()
     if observer is not None:
         observer.start(0.0, 0.0, 0.0)
@@ -123,10 +123,9 @@ def sail(
             if k:
                 hear(observer, forces[k - 1], fixes[k], headings[k] if compass else math.nan)
             place, velocity = observer.motion[:3], observer.motion.velocity
-            estimates[k] = place
         if k < STEPS:
             forces[k] = controller.step(desired(k), *place, velocity, STEP)
-    return Record(states, forces, pushes, fixes, headings, estimates)
+    return Record(states, forces, pushes, fixes, headings)
 
 
 def hear(observer, force, fix, heading) -> float:
@@ -169,9 +168,9 @@ def growing(draws: Draws):
     return lambda i, speed: FIX_STD * (1.0 + speed / DOUBLING) * draws.fix[i]
 
 
-def with_waves(draws: Draws):
+def with_waves(draws: Draws, damping: float = WAVE_DAMPING):
     """White noise on top of waves: what a fix sees of them, north and east apart."""
-    model = oscillator(WAVE_FREQUENCY, WAVE_DAMPING, STEP * PER_FIX)
+    model = oscillator(WAVE_FREQUENCY, damping, STEP * PER_FIX)
     swings = draws.wave[0] / (WAVE_FREQUENCY, 1.0)
     waves = np.empty((len(draws.fix), 2))
     for k in range(len(waves)):
@@ -224,6 +223,3 @@ def held_fixes(record: Record) -> np.ndarray:
     """(rows, 2) errors of an observer that repeats the last fix."""
     last = record.fixes[(np.arange(ROWS) // PER_FIX) * PER_FIX]
     return last - record.states[:, :2]
-
-
-sail_calm = partial(sail, disturbed=False)

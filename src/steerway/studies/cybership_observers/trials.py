@@ -1,7 +1,8 @@
-"""What one seed tells: every observer on the same truth, fix by fix the same noise. All module-level, for other cores."""
+"""What one seed tells: every observer on the same truth, fix by fix with the same noise."""
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -104,6 +105,7 @@ def _trouble(draws):
     record = sail(draws)
     step = sail(draws, fix_noise=scenario.stepping)
     waves = sail(draws, fix_noise=scenario.with_waves)
+    swell = sail(draws, fix_noise=partial(scenario.with_waves, damping=scenario.SWELL_DAMPING))
     other_plant = sail(draws, identification="nonlinear")
     quiet = replace(contestants.PRODUCT, position_std=scenario.QUIET)
     large, small = (replace(contestants.PRODUCT, position_std=scenario.FIX_STD * share) for share in (10.0, 0.1))
@@ -126,6 +128,8 @@ def _trouble(draws):
         "noise_step_oracle_mae": watch(contestants.stepping_oracle(), step).mae,
         "waves_ekf13_mae": in_waves.mae,
         "waves_ekf13_nis": in_waves.nis,
+        "swell_ekf13_mae": watch(contestants.product(contestants.SWELL), swell).mae,
+        "swell_bound": contestants.bound(swell, contestants.SWELL)[0],
         "waves_bound": contestants.bound(waves, contestants.WAVES)[0],
         "waves_ekf9_mae": watch(product(gate=math.inf), waves).mae,
         "waves_as_white_noise_mae": watch(product(replace(contestants.PRODUCT, position_std=wave_white)), waves).mae,
@@ -135,7 +139,7 @@ def _trouble(draws):
     }
 
 
-CLOSED_LOOPS = ("truth", "tekf_gnss_only", "tekf", "tekf_tuned", "observer_tuned", "ekf9")
+CLOSED_LOOPS = ("truth", "tekf_gnss_only", "tekf", "tekf_tuned", "observer_tuned", "ekf9", "ekf9_gnss_only")
 
 
 def _closed_loops(tuned, draws):
@@ -147,6 +151,7 @@ def _closed_loops(tuned, draws):
         "tekf_tuned": (tuned_filter, True),
         "observer_tuned": (contestants.observer(), True),
         "ekf9": (contestants.product(), True),
+        "ekf9_gnss_only": (contestants.product(), False),
     }
     ends = {}
     for name, (pilot, compass) in pilots.items():
