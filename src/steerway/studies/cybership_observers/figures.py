@@ -64,7 +64,9 @@ def _errors(filtered, observed, best):
         axes.plot(TIME, filtered.errors[:, i], color=RED, lw=1.0, label="time-varying EKF, recipe B")
         axes.plot(TIME, best.errors[:, i], color="black", lw=1.4, label="nine-state EKF")
         axes.set_ylabel(f"error {_AXES[i]}")
-        _finish(axes, legend=i == 0)
+        _finish(axes, legend=False)
+        if i == 0:
+            axes.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
     axes.set_xlabel("time (s)")
     return figure
 
@@ -122,6 +124,7 @@ def _closed_loop(table):
     axes.set_xscale("log")
     axes.set_xticks([0.1, 0.3, 1.0, 3.0, 10.0, 30.0], ["0.1", "0.3", "1", "3", "10", "30"])
     axes.minorticks_off()
+    axes.set_xlim(0.05, 100.0)
     axes.set_xlabel("distance from the goal after 100 s (m)")
     axes.set_ylabel("runs (%)")
     _finish(axes)
