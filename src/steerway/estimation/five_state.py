@@ -122,7 +122,7 @@ _CENTRE_WEIGHT, _SIDE_WEIGHT = 4.0 / 9.0, 5.0 / 18.0
 
 @lean_kernel
 def set_step(step, dt, model):
-    """Fill `step` (STEP_SIZE,) with what a prediction over dt ≥ 0 seconds needs that depends on dt alone."""
+    """Fill `step` (3, n) with what a prediction over dt ≥ 0 seconds needs that depends on dt alone."""
     speed_noise, rate_noise = model[SPEED_NOISE], model[RATE_NOISE]
     step[DT] = dt
     step[SPEED_LEFT], step[SPEED_INTEGRAL] = decay(model[SPEED_DECAY], dt)
