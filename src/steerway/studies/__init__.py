@@ -2,7 +2,9 @@
 
 from importlib import import_module
 
-MODULES = {"cybership-observers": "cybership_observers"}
+MODULES = {
+    "cybership-observers": "cybership_observers",
+}
 """Study name → the module of this package whose STUDY it is; imported only when asked for."""
 
 
