@@ -3,7 +3,7 @@
 P2 (1)–(3), kept as state [N E ψ u v r] and a nonlinear f, where the paper goes over to [η η̇] and back. With 9 states
 a force b on the vessel in north, east and yaw (N, N, N·m) rides along, first-order Gauss–Markov; with 13 also the
 motion of waves in north and east: [ξ_N ξ_E w_N w_E], w what waves add to a fix (m), an oscillator of frequency ω₀ and
-relative damping λ; Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021), section 13.4.
+relative damping λ; Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021), section 10.2.
 """
 
 import math

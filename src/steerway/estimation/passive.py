@@ -1,8 +1,8 @@
 """The passive nonlinear observer with wave filter and force bias: what P2 compares itself with and does not print.
 
 T. I. Fossen and J. P. Strand (1999), Passive nonlinear observer design for ships using Lyapunov methods, Automatica
-35(1), equations (22)–(26), wave filter gains as in Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control,
-2nd ed. (2021), section 13.5:
+35(1), with the wave filter's gains as in Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed.
+(2021), chapter 13:
 
     ξ̇ = ŵ + K11 ỹ,  ŵ̇ = K12 ỹ − ω₀² ξ − 2λω₀ ŵ,  η̂̇ = R(ψ_y) ν̂ + ω_c ỹ,  b̂̇ = K3 ỹ − b̂/T_b,
     M ν̂̇ = Rᵀ(ψ_y) (K4 ỹ + b̂) + τ − D ν̂,  ỹ = y − η̂ − ŵ,  K11 = −2(1 − λ) ω_c/ω₀,  K12 = 2ω₀ (1 − λ).

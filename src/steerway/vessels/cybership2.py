@@ -3,7 +3,7 @@
 Two identifications. "linear": P2 Tables I and II with x_g = 0.0425 m, which its printed gains and the vessel's public
 simulator imply (0.046 m in Table I); for dynamic positioning, with linear damping and without Coriolis forces.
 "nonlinear": R. Skjetne, T. I. Fossen and P. V. Kokotović (2005), Adaptive maneuvering, with experiments, for a model
-ship in a marine control laboratory, Automatica 41(2), Tables 1–4.
+ship in a marine control laboratory, Automatica 41(2).
 
 State N E ψ u v r: position in m, heading in rad, surge and sway through the water in m/s, yaw rate in rad/s.
 """
