@@ -16,6 +16,10 @@ SHORT, LONG = 2.0, 5.0
 """s over which differences are averaged: the short one for steps, the long one for creeping faults."""
 LAG = 10.0
 """s before now at which the offsets are taken that a vote compares with."""
+THIRD_DRIFT = 0.01
+"""1σ by which the third instrument may change over LAG by itself, in the instruments' unit (m/s)."""
+CLEAR = 1.5
+"""Standard deviations by which one must have moved more than the other; before that nobody is named."""
 _ROWS = 1024
 """Readings kept of each instrument: enough for LAG and LONG at 68 Hz."""
 
@@ -95,7 +99,7 @@ def _judge(kept, last, time, excluded, since, std, other_std):
     for window in (SHORT, LONG):
         difference, most = _difference(kept, last, time, window, std, other_std)
         if abs(difference) > most:
-            wrong = _wrong(kept, last, time, window)
+            wrong = _wrong(kept, last, time, window, std, other_std)
             if wrong == NOBODY:
                 return NOBODY, True, math.nan, math.nan
             misled, n = _mean(kept[1 - wrong], last[1 - wrong], time - window, time, _OFFSET)
@@ -105,13 +109,19 @@ def _judge(kept, last, time, excluded, since, std, other_std):
 
 
 @kernel
-def _wrong(kept, last, time, window):
-    """The instrument whose offset to the third moved further, NOBODY where that cannot be told."""
-    first, second = math.nan, math.nan
-    for which in range(2):
-        now, _ = _mean(kept[which], last[which], time - window, time, _CHANGE)
-        before, n = _mean(kept[which], last[which], time - LAG - window, time - LAG, _CHANGE)
-        first, second = second, (abs(now - before) if n > 1 else math.nan)
-    if math.isnan(first) or math.isnan(second):
+def _moved(rows, last, time, window, std):
+    """Standard deviations by which the offset to the third has changed since LAG before; NaN where it is not known."""
+    now, n = _mean(rows, last, time - window, time, _CHANGE)
+    before, m = _mean(rows, last, time - LAG - window, time - LAG, _CHANGE)
+    if min(n, m) < 2:
+        return math.nan
+    return abs(now - before) / math.sqrt(std**2 * (1.0 / n + 1.0 / m) + THIRD_DRIFT**2)
+
+
+@kernel
+def _wrong(kept, last, time, window, std, other_std):
+    """The instrument whose offset to the third has clearly moved further, NOBODY where that cannot be told."""
+    lead = _moved(kept[0], last[0], time, window, std) - _moved(kept[1], last[1], time, window, other_std)
+    if not abs(lead) > CLEAR:
         return NOBODY
-    return 0 if first > second else 1
+    return 0 if lead > 0.0 else 1
