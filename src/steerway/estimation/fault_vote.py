@@ -1,4 +1,4 @@
-"""Two instruments that measure one thing, and a third that cannot tell its value but can tell its changes: who is wrong?
+"""Two instruments measure one thing, a third cannot tell its value but can tell its changes: who is wrong?
 
 A conflict is a mean difference, over a short or a long while, that their noise does not explain. Wrong is the one whose
 offset to the third has changed since a while before.
@@ -30,7 +30,8 @@ _TIME, _OFFSET, _CHANGE = range(3)
 class FaultVote:
     """Watches instruments 0 and 1 with white errors of `stds`.
 
-    `excluded` is the one to be left out now, or None; `conflict` whether they differ and it cannot be told who is wrong.
+    `excluded` is the one to be left out now, or None; `conflict` whether they differ and it cannot be told who is
+    wrong.
     """
 
     def __init__(self, stds: tuple[float, float]):

@@ -28,9 +28,10 @@ class SurgeTuning:
     """1σ of everything, in m/s and m/s²; times in s.
 
     Accelerometer: `acceleration_walk` its noise density in m/s²/√Hz, `bias_std` at switching on, `bias_wander` in the
-    run over `bias_time` (a random walk that begins as such a process does), `leak_std` of gravity over `leak_time`; `unmeasured` the density in m/s²/√Hz of accelerations
-    while there is none. `current_std` before anything is known, `current_walk` m/s/√s after. Aids, one reading each:
-    `sog_std`, `bottom_std`, `water_std`, `propeller_std`. As given: P3 Table III's instruments.
+    run over `bias_time` (a random walk that begins as such a process does), `leak_std` of gravity over `leak_time`;
+    `unmeasured` the density in m/s²/√Hz of accelerations while there is none. `current_std` before anything is known,
+    `current_walk` m/s/√s after. Aids, one reading each: `sog_std`, `bottom_std`, `water_std`, `propeller_std`. As
+    given: P3 Table III's instruments.
     """
 
     acceleration_walk: float = 60e-6 * 9.80665

@@ -6,7 +6,7 @@ of drag and thrust.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -28,12 +28,15 @@ _LEAST_ROWS = 50
 
 @dataclass(frozen=True)
 class SurgeModel:
-    """d in 1/s, b in 1/m, g in m/rev² for a K_t of 1; the propeller gives the curve. A force over the mass, throughout."""
+    """All forces over the mass: d in 1/s, b in 1/m, g in m/rev² for a K_t of 1, whose curve the propeller gives.
+
+    As given the propeller is P3's.
+    """
 
     linear_drag: float
     quadratic_drag: float
     thrust: float
-    propeller: Propeller = Propeller()
+    propeller: Propeller = field(default_factory=Propeller)
 
     def curve(self) -> np.ndarray:
         """The propeller's curve with this thrust: what `vessels.surge.surge_rate` reads."""
@@ -125,7 +128,9 @@ def _checked(time, speed, shaft):
     known = np.isfinite(columns).all(axis=0)
     time, speed, shaft = (column[known] for column in columns)
     if len(time) < _LEAST_ROWS:
-        raise InputError(f"the log has {len(time)} rows with time, speed and shaft speed, expected {_LEAST_ROWS} or more")
+        raise InputError(
+            f"the log has {len(time)} rows with time, speed and shaft speed, expected {_LEAST_ROWS} or more"
+        )
     if np.diff(time).min() <= 0.0:
         row = int(np.argmin(np.diff(time))) + 1
         raise InputError(f"time goes from {time[row - 1]:g} to {time[row]:g} s, expected rising seconds")
@@ -154,8 +159,9 @@ def _verdict(model, std, speed):
     low, high = np.percentile(speed, (2.0, 98.0))
     if high - low < LEAST_SPREAD * high:
         return False, (
-            f"Not identified: the speed stays within {low:.2f} and {high:.2f} m/s, which shows the ratio of drag to thrust "
-            "only; sail a staircase of three speeds or more, the highest at least half as fast again as the lowest."
+            f"Not identified: the speed stays within {low:.2f} and {high:.2f} m/s, which shows the ratio of drag to "
+            "thrust only; sail a staircase of three speeds or more, the highest at least half as fast again as the "
+            "lowest."
         )
     middle = 0.5 * (low + high)
     drag = (model.linear_drag + model.quadratic_drag * middle) * middle
@@ -168,8 +174,8 @@ def _verdict(model, std, speed):
                 f"{100.0 * most:.0f} % or less; sail more steps, or longer ones."
             )
     return True, (
-        f"Identified between {low:.1f} and {high:.1f} m/s: drag terms within {100.0 * max(shares[:2]):.1f} % of the drag, "
-        f"thrust within {100.0 * shares[2]:.1f} % (2σ)."
+        f"Identified between {low:.1f} and {high:.1f} m/s: drag terms within {100.0 * max(shares[:2]):.1f} % of the "
+        f"drag, thrust within {100.0 * shares[2]:.1f} % (2σ)."
     )
 
 
@@ -184,9 +190,7 @@ def _sail(time, shaft, speed, linear_drag, quadratic_drag, curve):
         slope = (shaft[k] - shaft[k - 1]) / parts
         for i in range(parts):
             before = shaft[k - 1] + i * slope
-            speed = surge_step(
-                speed, before, before + slope, 0.0, 0.0, linear_drag, quadratic_drag, curve, dt / parts
-            )
+            speed = surge_step(speed, before, before + slope, 0.0, 0.0, linear_drag, quadratic_drag, curve, dt / parts)
         out[k] = speed
     return out
 

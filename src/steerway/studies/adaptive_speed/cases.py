@@ -7,7 +7,7 @@ import numpy as np
 
 from steerway.control.speed_pi import SpeedPI, SpeedPIGains
 from steerway.identification.surge import identify_surge
-from steerway.studies.adaptive_speed import judge, plants
+from steerway.studies.adaptive_speed import judge, plants, printed
 from steerway.studies.adaptive_speed.loop import sail
 from steerway.vessels import conditions
 
@@ -70,7 +70,6 @@ def chance(job):
         "tail_pct": judge.tail_pct(voyage.time, voyage.speed, job.setpoint),
         "peak_pct": 100.0 * float(error.max()) / job.setpoint,
         "exclusions": judge.estimate(voyage, job.setpoint)["exclusions"],
-        "top_speed": _top_speed(boat),
     }
 
 
@@ -78,11 +77,6 @@ def _weather(current, wind):
     with_current = conditions(current=(0.5 * current, 0.0))
     with_both = conditions(current=(0.5 * current, 0.0), force=(1000.0 * wind, 0.0))
     return ((0.0, conditions()), (CURRENT_ARRIVES, with_current), (WIND_ARRIVES, with_both))
-
-
-def _top_speed(boat):
-    speeds = np.linspace(1.0, 20.0, 1901)
-    return float(speeds[np.argmax([boat.acceleration(speed, 17.5) < 0.0 for speed in speeds])])
 
 
 def faultless(job):
@@ -125,12 +119,8 @@ def _identified(voyage, seed):
 
 
 def gps_only(job):
-    """GPS and accelerometer, no log; control sees the truth."""
-    return _estimated(job, log=None, fed_back=_truth)
-
-
-def _truth(speed, estimate):
-    return speed
+    """GPS and accelerometer, no log."""
+    return _estimated(job, log=None)
 
 
 def _estimated(job, **how):
@@ -203,4 +193,5 @@ KINDS = {
     "water_track": water_track,
     "fault": fault,
     "outage": outage,
+    "printed_filter": printed.filter_errors,
 }

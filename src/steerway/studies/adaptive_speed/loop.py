@@ -1,7 +1,6 @@
 """One voyage along a straight line: boat at 200 Hz, accelerometer at 200 Hz, GPS and log at 10 Hz, control at 20 Hz."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,13 +72,12 @@ def sail(
     aid_by_propeller: bool = False,
     fault: tuple[str | None, float] = (None, 0.0),
     outage: tuple[float, float] = (math.inf, math.inf),
-    fed_back: Callable[[float, float], float] | None = None,
 ) -> Voyage:
     """Sail. `setpoints` and `sea` are ((from, value), …).
 
     `log`: "bottom", "water" or None; `propeller` a `SurgeModel` that gives the vote its third voice and with
-    `aid_by_propeller` aids the filter; `fault` (kind, since); `outage` of GPS and log from, to. `fed_back(speed,
-    estimate)` is what control sees, the estimate if None.
+    `aid_by_propeller` aids the filter; `fault` (kind, since); `outage` of GPS and log from, to. Control sees
+    the estimate.
     """
     time = STEP * np.arange(round(duration / STEP) + 1)
     n = len(time)
@@ -101,8 +99,7 @@ def sail(
         now = k * STEP
         if k % _CONTROL == 1:
             setpoint, conditions = _at(setpoints, now), _at(sea, now)
-            seen = estimate if fed_back is None else fed_back(state[3], estimate)
-            command = control.step(setpoint, seen, _CONTROL * STEP, state[4])
+            command = control.step(setpoint, estimate, _CONTROL * STEP, state[4])
         before = state[3]
         state = boat.step(state, (command,), conditions, STEP)
         speed = state[3]
