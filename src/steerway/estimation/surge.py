@@ -130,10 +130,10 @@ class SurgeFilter:
 
 @kernel
 def _predict(memory, acceleration, dt, model):
-    """x ← F x + [a dt 0 0 0], P ← F P Fᵀ + Q, in place."""
+    """x ← F x + [a dt 0 0 0], P ← F P Fᵀ + Q, in place and exact, so that the rate changes nothing."""
     p, x = memory[:4], memory[4]
     leak_left, leak_area = decay(model[3], dt)
-    noise = model[0]
+    noise, bias_noise, leak_variance = model[0], model[2], model[4]
     if math.isfinite(acceleration):
         x[SPEED] += dt * (acceleration - x[BIAS]) - leak_area * x[LEAK]
         bias_area = dt
@@ -145,12 +145,14 @@ def _predict(memory, acceleration, dt, model):
     ub = p[0, 1] - bias_area * p[1, 1] - leak_area * p[1, 2]
     ug = p[0, 2] - bias_area * p[1, 2] - leak_area * p[2, 2]
     p[0, 3] -= bias_area * p[1, 3] + leak_area * p[2, 3]
-    p[0, 0] = uu - bias_area * ub - leak_area * ug + noise * dt
-    p[0, 1] = ub
-    p[0, 2] = leak_left * ug
-    p[1, 1] += model[2] * dt
+    p[0, 0] = uu - bias_area * ub - leak_area * ug + noise * dt + bias_noise * bias_area**3 / 3.0
+    p[0, 1] = ub - 0.5 * bias_noise * bias_area**2
+    p[0, 2] = leak_left * ug - leak_variance * model[3] * leak_area**2
+    if leak_area > 0.0:
+        p[0, 0] += 2.0 * leak_variance / model[3] * max(dt - 0.5 * leak_area * (3.0 - leak_left), 0.0)
+    p[1, 1] += bias_noise * dt
     p[1, 2] *= leak_left
-    p[2, 2] = leak_left**2 * p[2, 2] + (1.0 - leak_left**2) * model[4]
+    p[2, 2] = leak_left**2 * p[2, 2] + (1.0 - leak_left**2) * leak_variance
     p[2, 3] *= leak_left
     p[3, 3] += model[5] * dt
 
