@@ -13,13 +13,18 @@ from pathlib import Path
 from typing import BinaryIO
 
 from steerway.errors import InputError
-from steerway.formats import nmea0183
+from steerway.formats import ais, gpx, nmea0183, nmea2000, table, ubx
 from steerway.formats.recording import Recording
 from steerway.formats.sources import Quality, choose, described, gather, quality, with_instruments
 from steerway.records import Fixes
 
 FORMATS = {
     "NMEA 0183": nmea0183,
+    "UBX": ubx,
+    "NMEA 2000 as canboat text": nmea2000,
+    "AIS": ais,
+    "GPX": gpx,
+    "CSV or Parquet": table,
 }
 
 Source = str | PathLike | bytes | BinaryIO
