@@ -4,6 +4,7 @@ from importlib import import_module
 
 MODULES = {
     "cybership-observers": "cybership_observers",
+    "adaptive-speed": "adaptive_speed",
 }
 """Study name → the module of this package whose STUDY it is; imported only when asked for."""
 
