@@ -1,0 +1,1 @@
+"""Identification: what a manoeuvre tells about the vessel, with intervals."""
