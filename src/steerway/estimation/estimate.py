@@ -2,14 +2,13 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from steerway.estimation.filter import FiveStateFilter
+from steerway.estimation.likelihood import cost
 from steerway.estimation.profiles import BUILT_IN, Profile
-from steerway.estimation.replay import run_positions
 from steerway.records import Fixes, Motion
 
 _SAMPLE = 5000
+_NOISE_FACTORS = (1.0, 3.0, 10.0, 30.0)
 
 
 def estimate(
@@ -23,8 +22,8 @@ def estimate(
 
     Args:
         fixes: what receivers said.
-        profile: a Profile, the name of a built-in one or a .toml file; None takes the built-in one under which the
-            fixes are most likely.
+        profile: a Profile, the name of a built-in one or a .toml file; None takes the built-in one, and the noise of
+            fixes, under which these are most likely.
         aid: what to take beside positions, of "sog", "cog", "heading", "water_speed", "yaw_rate".
         rate: rows a second in the result (Hz); None gives a row a fix.
         smooth: let every row know the whole record (Rauch–Tung–Striebel).
@@ -37,19 +36,19 @@ def estimate(
 
 
 def choose_profile(fixes: Fixes, profile: Profile | str | Path | None = None) -> Profile:
-    """The profile meant by `profile`, or for None the built-in one that makes the longest track most likely."""
+    """The profile meant by `profile`; for None the built-in one, and the noise of the receiver, that fit best."""
     if isinstance(profile, Profile):
         return profile
     if profile is not None:
         return Profile.load(profile) if str(profile).endswith(".toml") else Profile.named(str(profile))
-    if fixes.mmsi is not None:
-        return BUILT_IN["ais"]
     sample = fixes.rows(fixes.has_position).in_order().rows(slice(0, _SAMPLE))
-    return max(BUILT_IN.values(), key=lambda each: _log_likelihood(each, sample))
+    vessels = (BUILT_IN["ais"],) if fixes.mmsi is not None else BUILT_IN.values()
+    candidates = [_noisier(each, factor) for each in vessels for factor in _NOISE_FACTORS]
+    return min(candidates, key=lambda each: cost(each, sample))
 
 
-def _log_likelihood(profile: Profile, fixes: Fixes) -> float:
-    run = run_positions(profile.model(), fixes.time, fixes.latitude, fixes.longitude)
-    known = np.isfinite(run.nis)
-    # Cauchy tails: a profile is not to be chosen for the outliers it would reject.
-    return -float(np.sum(0.5 * run.log_determinant[known] + 1.5 * np.log1p(run.nis[known])))
+def _noisier(profile: Profile, factor: float) -> Profile:
+    if factor == 1.0:
+        return profile
+    update = {"name": f"{profile.name}, fixes {factor:g} times noisier", "position_std": factor * profile.position_std}
+    return profile.model_copy(update=update)

@@ -28,6 +28,13 @@ def _aid(memory, aids, model):
     settle(memory, model)
 
 
+@kernel
+def _say(memory, geodetic):
+    said = np.empty(SPOKEN)
+    speak(memory, geodetic, said)
+    return said
+
+
 class FiveStateFilter:
     """Speed over ground, course over ground and course rate from positions (P0 §3), with what real fixes need.
 
@@ -106,9 +113,13 @@ class FiveStateFilter:
     @property
     def position(self) -> tuple[float, float]:
         """Latitude and longitude (rad), or north and east (m) after `update_north_east`; NaN before the first fix."""
-        said = np.empty(SPOKEN)
-        speak(self._memory, self._geodetic, said)
-        return float(said[0]), float(said[1])
+        north, east, *_ = self.said()
+        return north, east
+
+    def said(self) -> list[float]:
+        """All the filter says, at the price of one property, for loops: position (two), SOG, COG, course rate, and the
+        1σ of SOG, COG, course rate and position."""
+        return _say(self._memory, self._geodetic).tolist()
 
     @property
     def state(self) -> np.ndarray:

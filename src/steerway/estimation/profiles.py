@@ -11,7 +11,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from steerway.errors import InputError
 
-_GATE = 13.8  # χ² with two degrees of freedom at 0.1 %
+GATE = 13.8
+"""χ² with two degrees of freedom at 0.1 %."""
 _PATIENCE = 2.0
 _START_SPEED_STD = 20.0
 _LARGEST_START_RATE_STD = math.radians(20.0)
@@ -108,7 +109,7 @@ class Profile(BaseModel):
             self.steerageway,
             _START_SPEED_STD**2,
             self.start_rate_std**2,
-            _GATE,
+            GATE,
             _PATIENCE,
             self.sog_std**2,
             self.velocity_std**2,

@@ -37,6 +37,8 @@ GATHERED = 4.0
 """Standard deviations above zero at which a velocity has a direction."""
 LOST = 2.0
 """Standard deviations above zero below which it has none any more."""
+TOLD = 0.5
+"""m/s: a velocity known so well is known, and if it has no direction then the vessel has no way."""
 
 
 @kernel
@@ -180,7 +182,7 @@ def judge(x, p, book, model):
         velocity_to_course(x, p)
         forget_rate(x, p, model)
         book[MODE] = UNDERWAY
-    elif GATHERED**2 * variance < model[STEERAGEWAY] ** 2:
+    elif variance < TOLD**2:
         book[MODE] = ADRIFT
 
 
