@@ -2,9 +2,11 @@
 h² Q_d and so changes with the rate, and the "LL" state is in radians. The product is `steerway.FiveStateFilter`.
 """
 
+from functools import partial
+
 import numpy as np
 
-from steerway.earth import radii
+from steerway.earth import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS, radii
 from steerway.errors import InputError
 
 
@@ -36,13 +38,24 @@ def ekf_5states(pos1, pos2, h, z, frame, q_d, r_d, alpha_1=0.01, alpha_2=0.1, x_
 
 
 class Ekf5States:
-    """The same filter step by step, for a loop: what one call of Appendix A's function does. Parameters as there."""
+    """The same filter step by step, for a loop: what one call of Appendix A's function does. Parameters as there.
 
-    def __init__(self, h, z, frame, q_d, r_d, alpha_1=0.01, alpha_2=0.1, x_init=None):
+    Two forms that the text prints and Appendix A does not use, each wrong, for tests: `by_jacobian`, the predictor
+    A_d x̂ of P0 Table 1 and (42), P1 Table 1 and (22); `radius_34`, the meridian radius of P0 (34).
+    """
+
+    def __init__(
+        self, h, z, frame, q_d, r_d, alpha_1=0.01, alpha_2=0.1, x_init=None, by_jacobian=False, radius_34=False
+    ):
         if frame not in ("NED", "LL"):
             raise InputError(f"frame is {frame!r}, expected 'NED' or 'LL'")
         self._h, self._z, self._frame = h, z, frame
         self._alphas = (alpha_1, alpha_2)
+        self._by_jacobian = by_jacobian
+        if frame == "NED":
+            self._model = _north_east
+        else:
+            self._model = partial(_latitude_longitude, meridian_of=_printed_meridian if radius_34 else _meridian)
         q_d, self._r_d = (m if m.ndim == 2 else np.diag(m) for m in (np.asarray(q_d, float), np.asarray(r_d, float)))
         self._identity = np.eye(5)
         self._c_d = self._identity[:2]
@@ -66,10 +79,9 @@ class Ekf5States:
         if self.wants_fix:
             x, p = self._corrected(x, p, np.array([pos1, pos2]))
         self._count += 1
-        model = _north_east if self._frame == "NED" else _latitude_longitude
-        rate, jacobian = model(x, *self._alphas)
+        rate, jacobian = self._model(x, *self._alphas)
         a_d = self._identity + self._h * jacobian
-        self._prior = x + self._h * rate
+        self._prior = a_d @ x if self._by_jacobian else x + self._h * rate
         self._prior_covariance = a_d @ p @ a_d.T + self._process_noise
         self.covariance = p
         return x
@@ -101,13 +113,23 @@ def _north_east(x, alpha_1, alpha_2):
     return rate, jacobian
 
 
-def _latitude_longitude(x, alpha_1, alpha_2):
+def _latitude_longitude(x, alpha_1, alpha_2, meridian_of):
     """Right-hand side and Jacobian of (35)–(36), (13)–(15); the radii at the current latitude, as Appendix A has it."""
-    meridian, prime_vertical = radii(x[0])
-    parallel = prime_vertical * np.cos(x[0])
+    parallel = radii(x[0])[1] * np.cos(x[0])
+    meridian = meridian_of(x[0])
     rate, jacobian = _north_east(x, alpha_1, alpha_2)
     rate[:2] /= meridian, parallel
     jacobian[0] /= meridian
     jacobian[1] /= parallel
     jacobian[1, 0] = np.tan(x[0]) * rate[1]
     return rate, jacobian
+
+
+def _meridian(latitude):
+    return radii(latitude)[0]
+
+
+def _printed_meridian(latitude):
+    """R_M of (34), with the square root that does not belong there: 0.27 % too short at 63.4°."""
+    _, prime_vertical = radii(latitude)
+    return prime_vertical * (1.0 - ECCENTRICITY_SQUARED) * prime_vertical / SEMI_MAJOR_AXIS
