@@ -202,7 +202,9 @@ def _from_smoothed_course(fixes, time, rudder):
     motion = FiveStateFilter("otter").smooth(fixes)
     known = np.isfinite(motion.cog)
     if known.sum() < _FEWEST:
-        raise InputError(f"course is defined at {known.sum()} fixes, expected a manoeuvre under way of at least {_FEWEST}")
+        raise InputError(
+            f"course is defined at {known.sum()} fixes, expected a manoeuvre under way of at least {_FEWEST}"
+        )
     held = rudder[np.searchsorted(time, motion.time, side="right") - 1]
     return identify_yaw(motion.time[known], held[known], motion.cog[known])
 

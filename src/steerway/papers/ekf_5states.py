@@ -40,6 +40,8 @@ def ekf_5states(pos1, pos2, h, z, frame, q_d, r_d, alpha_1=0.01, alpha_2=0.1, x_
 class Ekf5States:
     """The same filter step by step, for a loop: what one call of Appendix A's function does. Parameters as there.
 
+    With z = None a position is read whenever one is given, for records whose fixes are not evenly spaced.
+
     Two forms that the text prints and Appendix A does not use, each wrong, for tests: `by_jacobian`, the predictor
     A_d x̂ of P0 Table 1 and (42), P1 Table 1 and (22); `radius_34`, the meridian radius of P0 (34).
     """
@@ -66,17 +68,12 @@ class Ekf5States:
         self._count = 0
         self.covariance = self._identity
 
-    @property
-    def wants_fix(self) -> bool:
-        """Whether the next step reads its position; the others do not look at it."""
-        return self._count % self._z == 0
-
     def step(self, pos1=np.nan, pos2=np.nan) -> np.ndarray:
         """(5,) corrected state where a position was read, the prior elsewhere; `covariance` is its (5, 5)."""
         x, p = self._prior, self._prior_covariance
         if x is None:
             x = np.array([pos1, pos2, 0.0, 0.0, 0.0])
-        if self.wants_fix:
+        if self._count % self._z == 0 if self._z else pos1 == pos1:
             x, p = self._corrected(x, p, np.array([pos1, pos2]))
         self._count += 1
         rate, jacobian = self._model(x, *self._alphas)

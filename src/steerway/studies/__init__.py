@@ -2,7 +2,10 @@
 
 from importlib import import_module
 
-MODULES = {}
+MODULES = {
+    "otter-course": "otter_course",
+    "mariner-los": "mariner_los",
+}
 """Study name → the module of this package whose STUDY it is; imported only when asked for."""
 
 
