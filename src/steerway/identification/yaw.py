@@ -16,12 +16,13 @@ from scipy.optimize import minimize
 from steerway.control.course import AnglePIDGains, place_poles
 from steerway.earth import displacement
 from steerway.errors import InputError
+from steerway.estimation.estimate import choose_profile
 from steerway.estimation.filter import FiveStateFilter
-from steerway.estimation.model import empty_memory
+from steerway.estimation.model import GATE, MODE, POSITION_VARIANCE, STRAY, UNDERWAY, empty_memory
 from steerway.estimation.profiles import Profile
 from steerway.identification.interval import Interval, covariance
 from steerway.identification.yaw_likelihood import angle_innovations, positions_cost
-from steerway.records import Fixes
+from steerway.records import REJECTED, Fixes
 
 _FEWEST = 30
 _LEAST_TURN = math.radians(3.0)
@@ -111,9 +112,11 @@ def identify_yaw_from_fixes(fixes: Fixes, time, rudder) -> YawModel:
     fixes = fixes.rows(fixes.has_position).in_order().between(time[0], time[-1])
     if len(fixes) < _FEWEST:
         raise InputError(f"{len(fixes)} fixes lie within the rudder's record, expected at least {_FEWEST}")
-    start = _from_smoothed_course(fixes, time, rudder)
+    motion = _smoothed(fixes)
+    held = rudder[np.searchsorted(time, motion.time, side="right") - 1]
+    start = identify_yaw(motion.time, held, motion.cog)
     scale = np.std(rudder)
-    moments, held, north, east = _merged(fixes, time, rudder / scale)
+    moments, held, north, east = _merged(fixes.rows(np.isin(fixes.time, motion.time)), time, rudder / scale)
 
     def cost(point):
         """−log L of (log T, log S_ω, log S_U, log σ, K, c), what the record may not tell held loosely."""
@@ -123,7 +126,8 @@ def identify_yaw_from_fixes(fixes: Fixes, time, rudder) -> YawModel:
         decay = math.exp(-point[0])
         profile = _profile(*np.exp(point[1:4]), decay)
         model = profile.model()
-        memory = empty_memory(model)
+        model[GATE] = math.inf  # what is refused must not depend on the parameters
+        memory = _under_way(model, north, east, motion)
         return loosely + positions_cost(moments, held, north, east, point[4], point[5], 1.0 / decay, model, memory)
 
     gain, push = start.gain.value * scale, start.gain.value * start.rudder_bias.value
@@ -197,21 +201,29 @@ def _model(log_time, linear, spread, scale, samples, measured):
     )
 
 
-def _from_smoothed_course(fixes, time, rudder):
-    """A first guess, by the course that a smoother makes of the fixes."""
-    motion = FiveStateFilter("otter").smooth(fixes)
-    known = np.isfinite(motion.cog)
+def _smoothed(fixes):
+    """What a smoother makes of the fixes with a course that it does not reject: for a first guess and a start."""
+    motion = FiveStateFilter(choose_profile(fixes)).smooth(fixes)
+    known = np.isfinite(motion.cog) & (motion.status != REJECTED)
     if known.sum() < _FEWEST:
-        raise InputError(
-            f"course is defined at {known.sum()} fixes, expected a manoeuvre under way of at least {_FEWEST}"
-        )
-    held = rudder[np.searchsorted(time, motion.time, side="right") - 1]
-    return identify_yaw(motion.time[known], held[known], motion.cog[known])
+        raise InputError(f"course is defined at {known.sum()} fixes, expected at least {_FEWEST} under way")
+    return motion.rows(known)
+
+
+def _under_way(model, north, east, motion):
+    """The memory of a filter that starts at the first place, with the smoothed speed and course given or taken."""
+    memory = empty_memory(model)
+    n = memory.shape[1]
+    speed = motion.sog[0]
+    memory[:n] = np.diag([model[POSITION_VARIANCE], model[POSITION_VARIANCE], (0.3 * speed) ** 2, 0.1, 0.1])
+    memory[n] = north[0], east[0], speed, motion.cog[0], 0.0
+    memory[n + 1, MODE], memory[n + 1, STRAY] = UNDERWAY, -1.0
+    return memory
 
 
 def _merged(fixes, time, rudder):
     """Rows of fixes and of rudder in one order: time, the rudder that holds, north and east or NaN."""
-    moments = np.unique(np.concatenate([time, fixes.time]))
+    moments = np.unique(np.concatenate([time[time > fixes.time[0]], fixes.time]))
     held = rudder[np.clip(np.searchsorted(time, moments, side="right") - 1, 0, None)]
     north, east = np.full(len(moments), np.nan), np.full(len(moments), np.nan)
     places = [

@@ -14,7 +14,6 @@ from steerway.estimation.model import COURSE, MODE, RATE, UNDERWAY
 from steerway.estimation.tracking import advance, settle, take_fix
 
 _OUTLIER_COST = 24.0
-_SETTLING = 5
 
 
 @kernel
@@ -63,11 +62,13 @@ def angle_innovations(time, angle, rudder, time_constant, ratio, out):
 def positions_cost(time, rudder, north, east, gain, push, time_constant, model, memory):
     """−log likelihood of the fixes of a record under the five-state filter that knows what the rudder does.
 
-    time, rudder, north, east: (n,), NaN where a row is no fix. `push` is c. `model` has 1/T for α2; memory: empty.
+    time, rudder, north, east: (n,), NaN where a row is no fix. `push` is c. `model` has 1/T for α2. `memory` is a filter
+    under way before the first row: a start that judged for itself when course is defined would make the likelihood
+    jump.
     """
     n = memory.shape[1]
     x, book = memory[n], memory[n + 1]
-    cost, counted = 0.0, 0
+    cost = 0.0
     for k in range(len(time)):
         if k > 0:
             dt = time[k] - time[k - 1]
@@ -83,11 +84,7 @@ def positions_cost(time, rudder, north, east, gain, push, time_constant, model, 
                 x[RATE] += wanted * (1.0 - left)
         if not (math.isfinite(north[k]) and math.isfinite(east[k])):
             continue
-        was_under_way = book[MODE] == UNDERWAY
         _, nis, log_determinant = take_fix(memory, north[k], east[k], model)
         settle(memory, model)
-        if was_under_way:
-            counted += 1
-            if counted > _SETTLING:
-                cost += min(0.5 * (nis + log_determinant), _OUTLIER_COST)
+        cost += min(0.5 * (nis + log_determinant), _OUTLIER_COST)
     return cost
