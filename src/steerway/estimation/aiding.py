@@ -7,7 +7,7 @@ through water = U − the stream along the course, yaw rate = ω_χ + the gyro's
 import math
 
 from steerway.angles import wrap
-from steerway.compiled import kernel
+from steerway.compiled import lean_kernel
 from steerway.estimation.model import (
     COURSE,
     CRAB_STATE,
@@ -28,7 +28,7 @@ SCALAR_GATE = 10.8
 """χ² with one degree of freedom at 0.1 %."""
 
 
-@kernel
+@lean_kernel
 def correct_scalar(x, p, work, i, companion, sign, innovation, variance):
     """Correct by a measurement of x[i] + sign · x[companion] (companion 0: none) unless the gate refuses it.
 
@@ -54,7 +54,7 @@ def correct_scalar(x, p, work, i, companion, sign, innovation, variance):
     return True
 
 
-@kernel
+@lean_kernel
 def aid_underway(x, p, work, sog, cog, heading, water_speed, yaw_rate, model):
     """Every aid that is known (not NaN), in turn."""
     if math.isfinite(sog):
@@ -76,7 +76,7 @@ def aid_underway(x, p, work, sog, cog, heading, water_speed, yaw_rate, model):
         correct_scalar(x, p, work, RATE, gyro, 1.0, yaw_rate - expected, model[YAW_RATE_VARIANCE])
 
 
-@kernel
+@lean_kernel
 def aid_adrift(x, p, work, sog, cog, model):
     """Without a course only the receiver's whole velocity says something."""
     if math.isfinite(sog) and math.isfinite(cog):

@@ -8,7 +8,11 @@ from steerway.estimation.profiles import BUILT_IN, Profile
 from steerway.records import Fixes, Motion
 
 _SAMPLE = 5000
-_NOISE_FACTORS = (1.0, 3.0, 10.0, 30.0)
+_RECEIVERS = (
+    *((white, 0.0, 60.0) for white in (0.02, 0.05, 0.15, 0.5, 1.5, 5.0, 15.0)),
+    *((0.05, slow, time) for slow, time in ((0.15, 4.0), (0.5, 20.0), (1.5, 100.0))),
+)
+"""Receivers to choose from: white noise of a fix, slow error and its correlation time (m, m, s)."""
 
 
 def estimate(
@@ -42,13 +46,15 @@ def choose_profile(fixes: Fixes, profile: Profile | str | Path | None = None) ->
     if profile is not None:
         return Profile.load(profile) if str(profile).endswith(".toml") else Profile.named(str(profile))
     sample = fixes.rows(fixes.has_position).in_order().rows(slice(0, _SAMPLE))
-    vessels = (BUILT_IN["ais"],) if fixes.mmsi is not None else BUILT_IN.values()
-    candidates = [_noisier(each, factor) for each in vessels for factor in _NOISE_FACTORS]
+    reported = fixes.mmsi is not None
+    vessels = [each for each in BUILT_IN.values() if (each.name == "ais") == reported]
+    candidates = [_with_receiver(vessel, receiver) for vessel in vessels for receiver in _RECEIVERS]
     return min(candidates, key=lambda each: cost(each, sample))
 
 
-def _noisier(profile: Profile, factor: float) -> Profile:
-    if factor == 1.0:
-        return profile
-    update = {"name": f"{profile.name}, fixes {factor:g} times noisier", "position_std": factor * profile.position_std}
-    return profile.model_copy(update=update)
+def _with_receiver(vessel: Profile, receiver: tuple[float, float, float]) -> Profile:
+    white, slow, time = receiver
+    wander = f" and {slow:g} m over {time:g} s" if slow else ""
+    name = f"{vessel.name}, fixes with {white:g} m{wander} of noise"
+    update = {"name": name, "position_std": white, "error_std": slow, "error_time": time}
+    return vessel.model_copy(update=update)

@@ -62,6 +62,31 @@ class Tuned:
     nis_band: tuple[float, float]  # 95 % band of that mean if it is
     log_likelihood: float
 
+    def as_dict(self) -> dict:
+        """The numbers, flat; the profile's by their names in a profile."""
+        numbers = {name: getattr(self.profile, name) for name in (*_MOTION, "error_std", "error_time")}
+        own = {name: getattr(self, name) for name in ("fixes", "moving", "rejected", "nis_mean", "log_likelihood")}
+        return numbers | own | {"nis_band": list(self.nis_band)}
+
+    def sentences(self) -> list[tuple[str, str]]:
+        """The fit as (what, value) pairs for people."""
+        p = self.profile
+        low, high = self.nis_band
+        slow = f"{p.error_std:.3g} m over {p.error_time:.3g} s" if p.error_std else "none found"
+        if low <= self.nis_mean <= high:
+            verdict = "consistent"
+        else:
+            verdict = "errors smaller than claimed" if self.nis_mean < low else "errors larger than claimed"
+        return [
+            ("fixes", f"{self.fixes}, {self.moving} under way, {self.rejected} rejected"),
+            ("white noise of a fix", f"{p.position_std:.3g} m"),
+            ("slow error of the receiver", slow),
+            ("speed noise S_U", f"{p.speed_noise:.3g} m²/s³"),
+            ("course-rate noise S_ω", f"{p.course_rate_noise:.3g} rad²/s³"),
+            ("course-rate decay α2", f"{p.course_rate_decay:.3g} 1/s"),
+            ("mean NIS", f"{self.nis_mean:.2f}, 95 % band {low:.2f} to {high:.2f}: {verdict}"),
+        ]
+
 
 def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | None = None) -> Tuned:
     """Fit a profile to the longest track of `fixes`.

@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass
 
-from steerway.formats.places import KNOT
+from steerway.earth import KNOT
 
 DEGREE = 0.017453292519943295
 EXPECTED = "time_s, lat_deg and lon_deg or common spellings of them (time, timestamp, latitude, lon, …)"
