@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 
-from steerway.compiled import lean_kernel
+from steerway.compiled import kernel, lean_kernel
 from steerway.errors import InputError
 from steerway.estimation.model import COURSE, EMPTY, MODE, RATE, SPEED, STARTING, UNDERWAY, empty_memory
 from steerway.estimation.profiles import AIDS, Profile
 from steerway.estimation.replay import replay
-from steerway.estimation.tracking import advance, recentre, settle, take_aids, take_position
+from steerway.estimation.tracking import SPOKEN, advance, recentre, settle, speak, take_aids, take_position
 from steerway.records import Fixes, Motion
 
 
@@ -26,6 +26,13 @@ def _update(memory, first, second, geodetic, model):
 def _aid(memory, aids, model):
     take_aids(memory, aids, model)
     settle(memory, model)
+
+
+@kernel
+def _say(memory, geodetic):
+    said = np.empty(SPOKEN)
+    speak(memory, geodetic, said)
+    return said
 
 
 class FiveStateFilter:
@@ -109,9 +116,10 @@ class FiveStateFilter:
         return north, east
 
     def said(self) -> list[float]:
-        """All the filter says, at the price of one property, for loops: position (two), SOG, COG, course rate, and the
-        1σ of SOG, COG, course rate and position."""
-        return _say(self._memory, self._geodetic).tolist()
+        """All at the price of one property: position, SOG, COG, course rate, 1σ of these three and of position."""
+        said = np.empty(SPOKEN)
+        speak(self._memory, self._geodetic, said)
+        return said.tolist()
 
     @property
     def state(self) -> np.ndarray:
