@@ -7,6 +7,7 @@ MODULES = {
     "adaptive-speed": "adaptive_speed",
     "otter-course": "otter_course",
     "mariner-los": "mariner_los",
+    "otter-path": "otter_path",
 }
 """Study name → the module of this package whose STUDY it is; imported only when asked for."""
 
