@@ -116,7 +116,9 @@ def _gains(results):
     gains = (placed.proportional, placed.integral_time, placed.derivative_time)
     poles = np.sort(closed_loop_poles(gains, OTTER_NOMOTO, printed=False).real)[::-1]
     for k, (pole, published) in enumerate(zip(poles, ("none", "−1.5", "−1.5"), strict=True), 1):
-        results.compare(f"pole_{k}_radps", pole, f"pole {k} of (56): the integral moves the placed pair", "1/s", published)
+        results.compare(
+            f"pole_{k}_radps", pole, f"pole {k} of (56): the integral moves the placed pair", "1/s", published
+        )
     for wrapped in (True, False):
         name = "wrapped" if wrapped else "unwrapped"
         angle = math.degrees(turned(gains, math.radians(350.0), math.radians(10.0), wrapped))

@@ -119,7 +119,8 @@ def _add(results, log, fixes):
     )
     results.figures[log.signals_stem] = (
         _signals(fixes, ours, printed),
-        caption + f"Speed and course over ground by the product's filter (profile {profile.name}), by the printed one with "
+        caption
+        + f"Speed and course over ground by the product's filter (profile {profile.name}), by the printed one with "
         "the paper's tuning, and by the receiver. At rest course is not defined: the product says nothing there.",
     )
 
