@@ -87,7 +87,9 @@ class SpeedPI:
             return desired
         before = self._approached
         if math.isnan(before):
-            before = speed if math.isfinite(speed) else 0.0
+            if math.isnan(speed):
+                return 0.0  # begin from the boat's own speed, once it is known
+            before = speed
         self._approached = before + max(-most, min(most, desired - before))
         return self._approached
 

@@ -2,6 +2,7 @@
 
 from steerway.vessels.actuators import Actuator
 from steerway.vessels.caldas import Caldas
+from steerway.vessels.cybership2 import CyberShip2
 from steerway.vessels.kinematics import GroundMotion
 from steerway.vessels.mariner import Mariner
 from steerway.vessels.nomoto import Nomoto
@@ -14,6 +15,7 @@ __all__ = [
     "CALM",
     "Actuator",
     "Caldas",
+    "CyberShip2",
     "GroundMotion",
     "Mariner",
     "Nomoto",
