@@ -9,9 +9,11 @@ import numpy as np
 from benchmarks.support import by_hand, ours
 from benchmarks.support.harness import Result, interleaved
 from benchmarks.support.record import winding
+from steerway.compiled import kernel
 from steerway.estimation.tracking import SPOKEN, track_many
 
 _TRACKS, _ROWS, _ROUNDS = 10_000, 100, 7
+_SPINS = 20_000_000
 _NUMBERS = (100, 1_000, 10_000, 100_000)
 
 
@@ -94,8 +96,25 @@ def _growth():
 def _cores(batch):
     threads = os.cpu_count() or 1
     with ThreadPoolExecutor(threads) as pool:
-        contenders = {"one": batch.all, "all": lambda: batch.on_threads(pool, threads)}
+        contenders = {
+            "one": batch.all,
+            "all": lambda: batch.on_threads(pool, threads),
+            "idle arithmetic, one": lambda: _spin(_SPINS),
+            "idle arithmetic, all": lambda: list(pool.map(_spin, [_SPINS // threads] * threads)),
+        }
         taken = interleaved(contenders, _ROUNDS, clock=time.perf_counter)
     efficiency = 100.0 * taken["one"] / (threads * taken["all"])
-    busy = f"other work on this machine lowers it: load {os.getloadavg()[0]:.1f} now"
-    yield Result(f"efficiency on {threads} cores", efficiency, "%", at_least=80.0, note=busy)
+    free = 100.0 * taken["idle arithmetic, one"] / (threads * taken["idle arithmetic, all"])
+    load = f"load {os.getloadavg()[0]:.1f}"
+    yield Result(f"efficiency on {threads} cores", efficiency, "%", at_least=80.0, note=load)
+    yield Result(
+        "… of arithmetic without memory at the same time", free, "%", note="what other work leaves of the cores"
+    )
+
+
+@kernel
+def _spin(times):
+    x = 1.0
+    for _ in range(times):
+        x = x * 1.0000001 + 1e-9
+    return x

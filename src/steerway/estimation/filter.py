@@ -116,9 +116,10 @@ class FiveStateFilter:
         return north, east
 
     def said(self) -> list[float]:
-        """All the filter says, at the price of one property, for loops: position (two), SOG, COG, course rate, and the
-        1σ of SOG, COG, course rate and position."""
-        return _say(self._memory, self._geodetic).tolist()
+        """All at the price of one property: position, SOG, COG, course rate, 1σ of these three and of position."""
+        said = np.empty(SPOKEN)
+        speak(self._memory, self._geodetic, said)
+        return said.tolist()
 
     @property
     def state(self) -> np.ndarray:

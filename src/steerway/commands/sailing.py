@@ -1,13 +1,13 @@
-"""The commands `simulate` and `advise`, for the command line to register; the user's mistakes raise InputError."""
+"""The commands that sail: simulate, advise, demo."""
 
 import sys
-from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from steerway.commands.terminal import print_pairs, print_table, progress_line
 from steerway.errors import InputError
 
 
@@ -163,40 +163,29 @@ def _warned(fits: bool, sentence: str, strict: bool, quiet: bool = False) -> str
     return sentence
 
 
+def demo(
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Directory for the log and the page.")] = Path(
+        "demo"
+    ),
+) -> None:
+    """Sail an Otter on a survey, steered by the estimate; write her log and a page; hold the estimate against truth.
+
+    Example:
+
+        steerway demo -o demo && steerway estimate demo/run.nmea --report demo/estimate.html
+    """
+    from steerway.simulation.demo import demo as sail
+
+    with progress_line("sailing the demo") as told:
+        rows, written = sail(out, progress=told)
+    print_pairs(rows)
+    for path in written:
+        print(f"wrote {path}")
+
+
 def print_run(numbers: dict[str, float], title: str) -> None:
     """A run's numbers as tables for people."""
     from steerway.simulation.run_page import comparison, summary
 
     print_table(f"{title}: estimated against true", ("", "RMS error"), comparison(numbers))
     print_table("what the boat did", ("", ""), summary(numbers))
-
-
-def print_table(title: str, columns, rows) -> None:
-    """A plain table on stdout."""
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(title=title, title_justify="left", box=None, show_header=any(columns))
-    for name in columns:
-        table.add_column(name)
-    for row in rows:
-        table.add_row(*map(str, row))
-    Console().print(table)
-
-
-@contextmanager
-def progress_line(what: str):
-    """A bar on stderr while something long is done, told by a function of the part done; silent where no one looks."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    console = Console(stderr=True)
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.percentage:3.0f} %"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(what, total=1.0)
-        yield lambda part: bar.update(task, completed=part)
