@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from steerway.checks import not_negative, positive, positive_or_unlimited
 from steerway.compiled import kernel
+from steerway.control.course import beyond
 
 
 @dataclass(frozen=True)
@@ -95,4 +96,4 @@ class SpeedPI:
 
     def limited_to(self, achieved: float):
         """What the propellers made of the last force."""
-        self._excess = self.force - achieved
+        self._excess = beyond(self.force, achieved)

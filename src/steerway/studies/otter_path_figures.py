@@ -74,7 +74,7 @@ def _laws(runs):
         axes.set_title(f"{speed:g} m/s, Δ = {lookahead:g} m", fontsize=10)
         axes.set_ylabel("east of the leg (m)")
         _leg(axes)
-    grid[0].legend(loc="upper right", fontsize=8, ncols=5)
+    grid[0].legend(loc="center right", fontsize=8, ncols=2)
     grid[1].set_xlabel("along the leg (m)")
     return figure
 
