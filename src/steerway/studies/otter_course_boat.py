@@ -123,8 +123,8 @@ def product_profile(noise: float) -> Profile:
 def steered_by_product(noise: float, bandwidth: float, yaw: YawModel | None, seed: int) -> Run:
     """The same order under the product's blocks; row 0 is RUN_IN s before the command.
 
-    Feedback gains by pole placement at `bandwidth` (rad/s) on the paper's Nomoto model; the feedforward by the identified
-    course model `yaw`, or by the paper's where it is None.
+    Feedback gains by pole placement at `bandwidth` (rad/s) on the paper's Nomoto model; the feedforward by the
+    identified course model `yaw`, or by the paper's where it is None.
     """
     gains = place_poles(1.0 / PRINTED_INERTIA, OTTER_NOMOTO[1], bandwidth)
     if yaw is not None:
