@@ -272,7 +272,7 @@ def _turned(angle):
 REMARKS = [
     "T_lp is 40 s, which departs from P1's own rule: 1/T_lp five to ten times below ω_n = 0.05 rad/s asks for 100 to "
     "200 s. The paper states only the rule, not its value; with it the ship swings 0.6 to 1.1 km off the track at "
-    "the turns even on true states, which P1's figure of an excellent track rules out. With 20 s the rudder reaches "
+    "the turns even on true states. With 20 s the rudder reaches "
     "its 40° on true states; 40 s is where it does not and the track is still good.",
     "“Saturation is avoided” holds on true states from T_lp = 40 s on. With the printed filter at the printed noise it "
     "holds for no T_lp: the noise of its course rate, times K_p T_d, asks the steering engine for more than 5 °/s half "
