@@ -1,8 +1,8 @@
 """P0 sections 6–7 on real logs: estimates beside what the receiver says, drawn like figures 7–11.
 
 The papers' own logs are not public. These are three of other boats: a motor boat turning at 4 m/s with 5 Hz fixes in
-place of the Mariner USV, a sailing boat and a kayak at the Otter's speed. What receivers say is filtered and late: it is
-no truth, as the paper says of its own.
+place of the Mariner USV, a sailing boat and a kayak at the Otter's speed. What receivers say is filtered and
+late: it is no truth, as the paper says of its own.
 """
 
 import math
