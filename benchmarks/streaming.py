@@ -8,7 +8,7 @@ from benchmarks.support import ours, peers
 from benchmarks.support.harness import Result, interleaved
 from benchmarks.support.record import winding
 
-_START, _ROWS, _ROUNDS = 200, 1000, 7
+_START, _ROWS, _ROUNDS = 200, 5000, 7
 _TARGETS = {"filterpy": 25.0, "Stone Soup": 250.0, "plain NumPy": None}
 
 
@@ -16,19 +16,19 @@ def run():
     record = winding(_START + _ROWS)
     begun = ours.started(record, _START)
     kinds = {"filterpy": peers.FilterPy, "Stone Soup": peers.StoneSoup, "plain NumPy": peers.PlainNumpy}
-    arguments = (record, _START, _START + _ROWS)
+    positions = record.positions(_START, _START + _ROWS)
 
     estimator = copy.deepcopy(begun)
-    ours.stream(estimator, *arguments)
+    ours.stream(estimator, positions)
     for name, kind in kinds.items():
         peer = kind(begun.state, begun.covariance)
-        peer.stream(*arguments)
+        peer.stream(positions)
         yield Result(f"largest difference to {name}", _difference(estimator, peer), "", at_most=1e-9)
 
-    contenders = {"ours": _fresh(lambda: copy.deepcopy(begun), ours.stream, arguments)}
+    contenders = {"ours": _fresh(lambda: copy.deepcopy(begun), ours.stream, positions)}
     for name, kind in kinds.items():
-        contenders[name] = _fresh(lambda kind=kind: kind(begun.state, begun.covariance), kind.stream, arguments)
-    contenders["ours, read"] = _fresh(lambda: copy.deepcopy(begun), ours.stream_and_read, arguments)
+        contenders[name] = _fresh(lambda kind=kind: kind(begun.state, begun.covariance), kind.stream, positions)
+    contenders["ours, read"] = _fresh(lambda: copy.deepcopy(begun), ours.stream_and_read, positions)
     taken = interleaved(contenders, _ROUNDS)
     yield Result("one step of ours", 1e6 * taken["ours"] / _ROWS, "µs")
     yield Result("… and SOG, COG and course rate read after it", 1e6 * taken["ours, read"] / _ROWS, "µs")
@@ -37,10 +37,10 @@ def run():
         yield Result(f"{name} / ours", taken[name] / taken["ours"], "times", at_least=target, note=per_step)
 
 
-def _fresh(make, stream, arguments):
+def _fresh(make, stream, positions):
     """Work that begins each time with a filter made beforehand: making it is not what is timed."""
     made = [make() for _ in range(_ROUNDS + 1)]
-    return lambda: stream(made.pop(), *arguments)
+    return lambda: stream(made.pop(), positions)
 
 
 def _difference(estimator, peer) -> float:

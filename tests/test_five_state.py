@@ -7,7 +7,7 @@ import pytest
 
 from steerway import FiveStateFilter, Fixes, Profile
 from steerway.angles import wrap
-from steerway.estimation.five_state import predict, set_step, turn_noise
+from steerway.estimation.five_state import predict, set_step, turn_noise, turn_response
 from steerway.estimation.model import RATE_DECAY, SPEED_DECAY, empty_memory
 from steerway.estimation.position_update import correct, innovation
 from steerway.estimation.tracking import SPOKEN, track
@@ -134,18 +134,21 @@ def tracked(north, east, time, profile=PROFILE):
 
 
 def test_the_filter_is_the_dense_filter():
-    """From a filter under way, three hundred fixes by kernels and by matrices."""
+    """From a filter under way, three hundred fixes at uneven intervals by kernels and by matrices."""
     _, north, east = winding(400)
     estimator = FiveStateFilter(PROFILE)
     for k in range(100):
         estimator.predict(0.2)
         estimator.update_north_east(north[k], east[k])
     x, p = estimator.state, estimator.covariance
-    model = dense(PROFILE, 0.2)
+    parts = ((0.2,), (0.1, 0.1), (0.05, 0.05, 0.1))
+    models = {dt: dense(PROFILE, dt) for dt in (0.05, 0.1, 0.2)}
     for k in range(100, 400):
-        x, f, q = model.step(x)
-        x, p = update(x, f @ p @ f.T + q, np.array([north[k], east[k]]), PROFILE.position_std**2)
-        estimator.predict(0.2)
+        for dt in parts[k % 3]:
+            x, f, q = models[dt].step(x)
+            p = f @ p @ f.T + q
+            estimator.predict(dt)
+        x, p = update(x, p, np.array([north[k], east[k]]), PROFILE.position_std**2)
         estimator.update_north_east(north[k], east[k])
     assert estimator.underway
     x[3] = wrap(x[3])
@@ -253,6 +256,11 @@ def test_turn_noise_is_the_integral_of_the_response(decay_dt, rtol):
     ww, xw, xx, yw, yx, yy = turn_noise(decay, dt)
     measured = np.array([[ww, xw, yw], [xw, xx, yx], [yw, yx, yy]])
     np.testing.assert_allclose(measured, expected, rtol=rtol)
+
+
+@pytest.mark.parametrize("decay_dt", [1e-6, 1e-3, 0.0199, 0.0201, 0.3])
+def test_the_response_to_a_course_rate(decay_dt):
+    np.testing.assert_allclose(turn_response(decay_dt / 0.5, 0.5), responses(decay_dt / 0.5, 0.5), rtol=3e-12)
 
 
 def test_series_and_closed_form_meet():

@@ -25,29 +25,25 @@ def whole_record(record: Record) -> tuple[np.ndarray, np.ndarray]:
 def started(record: Record, rows: int) -> FiveStateFilter:
     """A filter that has seen the first rows of a record and is under way."""
     estimator = FiveStateFilter(PROFILE)
-    stream(estimator, record, 0, rows)
+    stream(estimator, record.positions(0, rows))
     assert estimator.underway
     return estimator
 
 
-def stream(estimator: FiveStateFilter, record: Record, first: int, last: int) -> None:
+def stream(estimator: FiveStateFilter, positions) -> None:
     """Rows one by one."""
-    for north, east in _positions(record, first, last):
+    for north, east in positions:
         estimator.predict(STEP)
         if north == north:
             estimator.update_north_east(north, east)
 
 
-def stream_and_read(estimator: FiveStateFilter, record: Record, first: int, last: int):
+def stream_and_read(estimator: FiveStateFilter, positions):
     """The same, with SOG, COG and course rate read after each row. Returns the last."""
     said = None
-    for north, east in _positions(record, first, last):
+    for north, east in positions:
         estimator.predict(STEP)
         if north == north:
             estimator.update_north_east(north, east)
         said = estimator.sog, estimator.cog, estimator.course_rate
     return said
-
-
-def _positions(record, first, last):
-    return list(zip(record.north[first:last].tolist(), record.east[first:last].tolist(), strict=True))

@@ -1,18 +1,14 @@
-"""The peers, each with the product's motion model given as its model functions: stream(record, first, last)."""
+"""The peers, each with the product's motion model given as its model functions: stream(positions)."""
 
 from datetime import datetime, timedelta
 
 import numpy as np
 from tests.five_state_by_matrices import MEASURED, ExactTurn
 
-from benchmarks.support.record import PROFILE, STEP, Record
+from benchmarks.support.record import PROFILE, STEP
 
 MODEL = ExactTurn(STEP, PROFILE.speed_noise, PROFILE.course_rate_noise, PROFILE.speed_decay, PROFILE.course_rate_decay)
 R = PROFILE.position_std**2 * np.eye(2)
-
-
-def _fixes(record: Record, first, last):
-    return list(zip(record.north[first:last].tolist(), record.east[first:last].tolist(), strict=True))
 
 
 class PlainNumpy:
@@ -21,9 +17,9 @@ class PlainNumpy:
     def __init__(self, x, p):
         self.x, self.p = x, p
 
-    def stream(self, record: Record, first: int, last: int):
+    def stream(self, positions):
         x, p, identity = self.x, self.p, np.eye(5)
-        for north, east in _fixes(record, first, last):
+        for north, east in positions:
             x, f, q = MODEL.step(x)
             p = f @ p @ f.T + q
             if north == north:
@@ -47,7 +43,7 @@ class FilterPy:
         self._filter = Filter(dim_x=5, dim_z=2)
         self._filter.x, self._filter.P, self._filter.R = x, p, R
 
-    def stream(self, record: Record, first: int, last: int):
+    def stream(self, positions):
         ekf = self._filter
 
         def measured(x):
@@ -56,7 +52,7 @@ class FilterPy:
         def slope(_):
             return MEASURED
 
-        for north, east in _fixes(record, first, last):
+        for north, east in positions:
             ekf.predict()
             if north == north:
                 ekf.update(np.array([north, east]), slope, measured)
@@ -85,12 +81,12 @@ class StoneSoup:
         self._time = datetime(2024, 1, 1)
         self._state = GaussianState(x.reshape(-1, 1), p, timestamp=self._time)
 
-    def stream(self, record: Record, first: int, last: int):
+    def stream(self, positions):
         from stonesoup.types.detection import Detection
         from stonesoup.types.hypothesis import SingleHypothesis
 
         step, state = timedelta(seconds=STEP), self._state
-        for north, east in _fixes(record, first, last):
+        for north, east in positions:
             self._time += step
             state = self._predictor.predict(state, timestamp=self._time)
             if north == north:

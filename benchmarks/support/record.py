@@ -22,6 +22,10 @@ class Record:
     def __len__(self):
         return len(self.time)
 
+    def positions(self, first: int, last: int) -> list[tuple[float, float]]:
+        """Rows as pairs of floats, NaN where a row is no fix: what a loop is fed with."""
+        return list(zip(self.north[first:last].tolist(), self.east[first:last].tolist(), strict=True))
+
 
 def winding(steps: int, seed: int = 0) -> Record:
     """A boat of about 3 m/s that turns to and fro, its fixes with 0.15 m of noise."""

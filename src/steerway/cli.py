@@ -4,7 +4,7 @@ import sys
 
 import typer
 
-from steerway.commands import logs, sailing, study
+from steerway.commands import identify, logs, sailing, study
 from steerway.errors import InputError
 
 app = typer.Typer(
@@ -27,6 +27,7 @@ for command in (
     study.study,
 ):
     app.command()(command)
+app.add_typer(identify.app, name="identify")
 
 
 def main() -> None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from steerway.checks import not_negative, positive, positive_or_unlimited
 from steerway.compiled import kernel
+from steerway.control.course import beyond
 
 
 @dataclass(frozen=True)
@@ -87,10 +88,12 @@ class SpeedPI:
             return desired
         before = self._approached
         if math.isnan(before):
-            before = speed if math.isfinite(speed) else 0.0
+            if math.isnan(speed):
+                return 0.0  # begin from the boat's own speed, once it is known
+            before = speed
         self._approached = before + max(-most, min(most, desired - before))
         return self._approached
 
     def limited_to(self, achieved: float):
         """What the propellers made of the last force."""
-        self._excess = self.force - achieved
+        self._excess = beyond(self.force, achieved)

@@ -32,7 +32,7 @@ SCALAR_GATE = 10.8
 def correct_scalar(x, p, work, i, companion, sign, innovation, variance):
     """Correct by a measurement of x[i] + sign · x[companion] (companion 0: none) unless the gate refuses it.
 
-    Joseph's form for a scalar. Returns whether the measurement was used.
+    Joseph's form for a scalar. Returns the NIS: above SCALAR_GATE the measurement was not used.
     """
     n = len(x)
     pc, k = work[0], work[1]
@@ -43,15 +43,16 @@ def correct_scalar(x, p, work, i, companion, sign, innovation, variance):
     s = pc[i] + variance
     if companion:
         s += sign * pc[companion]
-    if innovation * innovation > SCALAR_GATE * s:
-        return False
+    nis = innovation * innovation / s
+    if nis > SCALAR_GATE:
+        return nis
     for j in range(n):
         k[j] = pc[j] / s
         x[j] += k[j] * innovation
     for a in range(n):
         for b in range(a, n):
             p[a, b] += k[a] * k[b] * s - k[a] * pc[b] - pc[a] * k[b]
-    return True
+    return nis
 
 
 @lean_kernel

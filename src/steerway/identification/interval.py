@@ -28,6 +28,9 @@ class Interval(NamedTuple):
         reach = math.exp(min(NORMAL_95 * log_std, 700.0))
         return cls(value, value / reach, value * reach)
 
+    def __str__(self) -> str:
+        return f"{self.value:.4g} ({self.low:.4g} to {self.high:.4g})"
+
     def __contains__(self, value) -> bool:
         return self.low <= value <= self.high
 

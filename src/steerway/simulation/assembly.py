@@ -196,7 +196,7 @@ def steer_by(scenario: Scenario) -> str:
 
 
 def law(scenario: Scenario, her: Boat):
-    """The guidance law."""
+    """The guidance law. Gains left out make both poles of the path error U/(2Δ): no overshoot in a steady current."""
     table = scenario.guidance
     match table.law:
         case "line-of-sight":
@@ -206,9 +206,14 @@ def law(scenario: Scenario, her: Boat):
         case "vector-field":
             return VectorField(1.0 / her.lookahead, math.radians(table.approach_deg))
         case "integral-line-of-sight":
-            return IntegralLineOfSight(her.lookahead, table.integral_gain)
+            return IntegralLineOfSight(her.lookahead, _given(table.integral_gain, her.cruise / 4.0))
         case _:
-            return AdaptiveLineOfSight(her.lookahead, table.adaptive_gain)
+            gain = _given(table.adaptive_gain, her.cruise / (2.0 * her.lookahead) ** 2)
+            return AdaptiveLineOfSight(her.lookahead, gain)
+
+
+def _given(value, otherwise):
+    return otherwise if value is None else value
 
 
 def shaper(scenario: Scenario):

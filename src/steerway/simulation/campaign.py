@@ -62,7 +62,7 @@ def _on_cluster(run, seeds, address, progress):
         # Not pure: the scheduler shall know a seed by its own key, not by what it thinks of the function.
         futures = client.map(run, seeds, pure=False, key="seed")
         of_key = {future.key: seed for future, seed in zip(futures, seeds, strict=True)}
-        for future in distributed.as_completed(futures):
+        for future in distributed.as_completed(futures, loop=client.loop):
             results[of_key[future.key]] = future.result()
             if progress:
                 progress(len(results) / len(seeds))

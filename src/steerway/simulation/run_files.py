@@ -92,20 +92,23 @@ def write_table(run: Run, path: Path, actuators=(), origin=(0.0, 0.0)) -> None:
 def write_log(run: Run, path: Path, begins: float, origin) -> int:
     """What the instruments read, as an NMEA 0183 log from Unix time `begins`; returns the number of fixes.
 
-    RMC and GGA for every fix, with the receiver's own SOG and COG where it says them, HDT for every compass reading.
+    RMC and GGA for every fix, with the receiver's own SOG and COG where it says them, and HDT with the newest compass
+    reading since the fix before: HDT has no time of its own, a reader gives it that of the fix beside it.
     `origin` is the (latitude, longitude) of north = east = 0 in rad.
     """
     read = {name: run[f"read_{name}"] for name in ("north", "east", "sog", "cog", "heading")}
-    rows = np.flatnonzero(np.isfinite(read["north"]) | np.isfinite(read["heading"]))
     latitude, longitude = displaced_all(*origin, read["north"], read["east"])
-    fixes = 0
+    heading, fixes = math.nan, 0
     with open(path, "w", encoding="ascii", newline="") as file:
-        for k in rows.tolist():
-            time = begins + float(run.time[k])
-            if math.isfinite(latitude[k]):
-                fixes += 1
-                file.write(rmc(time, latitude[k], longitude[k], float(read["sog"][k]), float(read["cog"][k])))
-                file.write(gga(time, latitude[k], longitude[k]))
+        for k in np.flatnonzero(np.isfinite(read["north"]) | np.isfinite(read["heading"])).tolist():
             if math.isfinite(read["heading"][k]):
-                file.write(hdt(float(read["heading"][k])))
+                heading = float(read["heading"][k])
+            if not math.isfinite(latitude[k]):
+                continue
+            time = begins + float(run.time[k])
+            file.write(rmc(time, latitude[k], longitude[k], float(read["sog"][k]), float(read["cog"][k])))
+            file.write(gga(time, latitude[k], longitude[k]))
+            if math.isfinite(heading):
+                file.write(hdt(heading))
+            heading, fixes = math.nan, fixes + 1
     return fixes

@@ -167,8 +167,8 @@ class GuidanceTable(Table):
     ] = "line-of-sight"
     steer_by: Literal["course", "heading"] | None = None
     lookahead: Positive | None = None
-    integral_gain: NotNegative = 0.3
-    adaptive_gain: NotNegative = 2e-3
+    integral_gain: NotNegative | None = None
+    adaptive_gain: NotNegative | None = None
     approach_deg: Annotated[float, Field(gt=0.0, le=90.0)] = 90.0
 
 
