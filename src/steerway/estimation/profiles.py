@@ -36,6 +36,8 @@ class Profile(BaseModel):
     course_rate_noise: float = _positive  # S_ω, rad²/s³
     speed_decay: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # α1, 1/s
     course_rate_decay: float = Field(0.1, ge=0.0, allow_inf_nan=False)  # α2, 1/s
+    acceleration_std: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # m/s², acceleration that lasts; 0: none
+    acceleration_time: float = Field(10.0, gt=0.0, allow_inf_nan=False)  # s, for how long
     steerageway: float = Field(0.3, gt=0.0, allow_inf_nan=False)  # m/s: below it course means nothing
 
     position_std: float = _positive  # white part of a fix, north and east, m
@@ -100,6 +102,7 @@ class Profile(BaseModel):
         crab = extra(self.crab_std, self.crab_time) if "heading" in aids and self.crab_std > 0.0 else 0
         gyro = extra(self.gyro_bias_std, self.gyro_bias_time) if "yaw_rate" in aids and self.gyro_bias_std > 0.0 else 0
         stream = extra(self.stream_std, self.stream_time) if "water_speed" in aids and self.stream_std > 0.0 else 0
+        lasting = extra(self.acceleration_std, self.acceleration_time) if self.acceleration_std > 0.0 else 0
         head = (
             self.speed_noise,
             self.course_rate_noise,
@@ -120,6 +123,7 @@ class Profile(BaseModel):
             crab,
             gyro,
             stream,
+            lasting,
         )
         return np.array([*head, *np.ravel(extras)], dtype=np.float64)
 

@@ -9,8 +9,9 @@ import numpy as np
 
 from steerway.compiled import kernel, lean_kernel
 from steerway.earth import displaced, displacement
+from steerway.estimation.acceleration import predict_underway
 from steerway.estimation.aiding import aid_adrift, aid_underway
-from steerway.estimation.five_state import predict, set_step
+from steerway.estimation.five_state import set_step
 from steerway.estimation.model import (
     ADRIFT,
     COURSE,
@@ -61,7 +62,7 @@ def advance(x, p, book, step, dt, model):
         set_step(step, dt / steps, model)
     for _ in range(steps):
         if book[MODE] == UNDERWAY:
-            predict(x, p, step, model)
+            predict_underway(x, p, step, model)
             if p[COURSE, COURSE] > LOST_COURSE_VARIANCE:
                 judge(x, p, book, model)
         else:
