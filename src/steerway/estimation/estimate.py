@@ -39,7 +39,9 @@ def estimate(
     return estimator.smooth(fixes, rate) if smooth else estimator.filter(fixes, rate)
 
 
-def choose_profile(fixes: Fixes, profile: Profile | str | Path | None = None) -> Profile:
+def choose_profile(
+    fixes: Fixes, profile: Profile | str | Path | None = None, aid: tuple[str, ...] = ()
+) -> Profile:
     """The profile meant by `profile`; for None the built-in one, and the noise of the receiver, that fit best."""
     if isinstance(profile, Profile):
         return profile

@@ -41,6 +41,7 @@ class Profile(BaseModel):
     steerageway: float = Field(0.3, gt=0.0, allow_inf_nan=False)  # m/s: below it course means nothing
 
     position_std: float = _positive  # white part of a fix, north and east, m
+    time_std: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # s, of the moment a fix claims
     error_std: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # slowly varying part of a fix, m
     error_time: float = Field(60.0, gt=0.0, allow_inf_nan=False)  # its correlation time, s
 
@@ -110,6 +111,7 @@ class Profile(BaseModel):
             self.course_rate_decay,
             self.position_std**2,
             self.steerageway,
+            self.time_std**2,
             _START_SPEED_STD**2,
             self.start_rate_std**2,
             GATE,
@@ -182,9 +184,14 @@ BUILT_IN = {
             name="ais",
             description="vessels as AIS reports them: seconds to minutes apart, times rounded and late",
             speed_noise=5e-3,
-            course_rate_noise=1e-6,
-            course_rate_decay=0.02,
-            position_std=8.0,
+            course_rate_noise=1.5e-4,
+            course_rate_decay=0.3,
+            acceleration_std=0.1,
+            acceleration_time=15.0,
+            position_std=3.0,
+            time_std=1.0,
+            sog_std=0.2,
+            velocity_std=0.2,
             steerageway=0.5,
         ),
     )

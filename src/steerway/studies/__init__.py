@@ -2,7 +2,9 @@
 
 from importlib import import_module
 
-MODULES = {}
+MODULES = {
+    "ais-prediction": "ais_prediction",
+}
 """Study name → the module of this package whose STUDY it is; imported only when asked for."""
 
 
