@@ -234,7 +234,9 @@ def predict(
         if out.suffix.lower() not in (".csv", ".parquet"):
             raise InputError(f"{out} ends in {out.suffix or 'nothing'!r}, expected .csv or .parquet")
     horizons = horizon or [600.0]
-    frame = forecast(_read(logs, source, start, stop), horizons, profile, None if aid is None else _aids(aid)).to_frame()
+    frame = forecast(
+        _read(logs, source, start, stop), horizons, profile, None if aid is None else _aids(aid)
+    ).to_frame()
     if out is not None:
         frame.write_csv(out) if out.suffix.lower() == ".csv" else frame.write_parquet(out)
     if as_json:

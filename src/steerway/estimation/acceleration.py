@@ -1,4 +1,6 @@
-"""Acceleration along the course as a further state, first-order Gauss–Markov (R. A. Singer, IEEE Trans. AES-6(4), 1970).
+"""Acceleration along the course as a further state, first-order Gauss–Markov.
+
+(R. A. Singer, IEEE Trans. Aerospace and Electronic Systems 6(4), 1970.)
 
 U̇ = −α1 U + a + w1. A vessel in a swell, or one that slows down for a harbour, does not change speed at random from one
 moment to the next: for a while she goes on as she has begun. The five-state prediction stays as it is; speed is lent
@@ -9,7 +11,17 @@ import math
 
 from steerway.compiled import lean_kernel
 from steerway.estimation.five_state import predict, turn_noise, turn_response
-from steerway.estimation.model import ACCELERATION_STATE, COURSE, DT, EXTRAS, LEAN, RATE, SPEED, SPEED_INTEGRAL, SPEED_LEFT
+from steerway.estimation.model import (
+    ACCELERATION_STATE,
+    COURSE,
+    DT,
+    EXTRAS,
+    LEAN,
+    RATE,
+    SPEED,
+    SPEED_INTEGRAL,
+    SPEED_LEFT,
+)
 
 
 @lean_kernel

@@ -3,8 +3,8 @@
 Course diffuses without bound, so that linearisation fails within minutes: what it would draw as a long thin ellipse
 across the course is a crescent, then a disc. Here speed and course are Gaussian processes whose mean and covariance
 at any two moments are known in closed form, and the first two moments of the position are integrals of
-E[U e^{iχ}] and E[U(s) U(t) e^{i(χ(s) ± χ(t))}] over one and two moments of the way. Acceleration lasts `acceleration_time`,
-a turn 1/α2, and a vessel without way drifts about, slower than steerageway.
+E[U e^{iχ}] and E[U(s) U(t) e^{i(χ(s) ± χ(t))}] over one and two moments of the way. Acceleration lasts
+`acceleration_time`, a turn 1/α2, and a vessel without way drifts about, slower than steerageway.
 """
 
 import math

@@ -106,7 +106,7 @@ def predictor(fixes: Fixes, profile=None, aid=None) -> tuple[np.ndarray, tuple[s
     """Model and aids that `predict` works with."""
     if aid is None:
         aid = ("sog", "cog") if fixes.mmsi is not None else ()
-    return choose_profile(fixes, profile, aid).model(aid), aid
+    return choose_profile(fixes, profile).model(aid), aid
 
 
 @kernel

@@ -111,9 +111,7 @@ def memories(model, aid, fixes: Fixes, last: bool = False) -> np.ndarray:
     states = memory.shape[1]
     kept = np.empty((0 if last else len(fixes), states + 2, states))
     aids = _aiding_table(fixes, aid)
-    track(
-        fixes.time, fixes.latitude, fixes.longitude, aids, True, model, memory, *_outputs(Run(len(fixes))), kept
-    )
+    track(fixes.time, fixes.latitude, fixes.longitude, aids, True, model, memory, *_outputs(Run(len(fixes))), kept)
     return memory[None, : states + 2] if last else kept
 
 

@@ -213,4 +213,6 @@ def _map(fixes):
     return figure
 
 
-STUDY = Study("ais-prediction", "positions to come from AIS, against dead reckoning, with the coverage of ellipses", run)
+STUDY = Study(
+    "ais-prediction", "positions to come from AIS, against dead reckoning, with the coverage of ellipses", run
+)

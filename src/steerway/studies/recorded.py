@@ -1,4 +1,4 @@
-"""Where studies find recorded logs: the folder `data` under what STEERWAY_DATA names; they are no part of the package."""
+"""Where studies find recorded logs, which are no part of the package: the folder `data` of STEERWAY_DATA."""
 
 import os
 from pathlib import Path
