@@ -21,6 +21,7 @@ for command in (
     logs.info,
     logs.tune,
     logs.compare,
+    logs.predict,
     sailing.demo,
     sailing.simulate,
     sailing.advise,
