@@ -11,6 +11,7 @@ import typer
 
 from steerway.errors import InputError
 
+profile_app = typer.Typer(no_args_is_help=True, help="List, show and make profiles: what the filter knows of a vessel.")
 app = typer.Typer(
     name="steerway",
     help="Speed over ground, course over ground and course rate from GNSS positions alone, and steering by them.",
@@ -19,6 +20,9 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
 )
+
+
+app.add_typer(profile_app, name="profile")
 
 
 def _hertz(text: str) -> float:
@@ -56,7 +60,8 @@ def main() -> None:
         sys.exit(130)
     except Exception as error:
         if hasattr(error, "format_message"):  # click's own words for a wrong option
-            print(f"steerway: {error.format_message()}", file=sys.stderr)
+            if error.format_message():  # empty where the help has been shown instead
+                print(f"steerway: {error.format_message()}", file=sys.stderr)
             sys.exit(2)
         raise
 
@@ -161,8 +166,7 @@ def tune(
 
     if out is not None:
         _refuse_overwriting(out, logs)
-        if out.suffix != ".toml":
-            raise InputError(f"profile {out} ends in {out.suffix or 'nothing'!r}, expected .toml")
+        _expect_toml(out)
     fixes = _read(logs, source, start, stop)
     with _progress("fitting") as step:
         tuned = fit(fixes, name=out.stem if out else "tuned", progress=step)
@@ -201,6 +205,78 @@ def compare(
         _print_json(found.as_dict())
     else:
         _print_pairs(found.sentences())
+
+
+@profile_app.command("list")
+def list_profiles(as_json: AsJson = False) -> None:
+    """List the profiles that come with the program.
+
+    Example:
+
+        steerway profile list
+    """
+    from steerway.estimation.profiles import BUILT_IN
+
+    if as_json:
+        _print_json([each.model_dump() for each in BUILT_IN.values()])
+    else:
+        _print_pairs([(each.name, each.description) for each in BUILT_IN.values()])
+
+
+@profile_app.command("show")
+def show_profile(
+    name: Annotated[str, typer.Argument(metavar="NAME|FILE.toml", help="A built-in profile or one of your own.")],
+    as_json: AsJson = False,
+) -> None:
+    """Show a profile as TOML, to be changed and saved as one of your own.
+
+    Example:
+
+        steerway profile show small-usv > mine.toml
+    """
+    from steerway.estimation.profiles import Profile
+
+    profile = Profile.load(name) if name.endswith(".toml") else Profile.named(name)
+    if as_json:
+        _print_json(profile.model_dump())
+    else:
+        print(profile.toml(), end="")
+
+
+@profile_app.command("make")
+def make_profile(
+    logs: Logs,
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="PROFILE.toml", help="Where to write the profile.")],
+    tuned: Annotated[bool, typer.Option("--tune", help="Fit it to the whole log, as `steerway tune` does.")] = False,
+    source: Source = None,
+    start: From = None,
+    stop: Until = None,
+) -> None:
+    """Make a profile of a vessel and her receiver from logs: the one that `estimate` finds by itself, or a tuned one.
+
+    Examples:
+
+        steerway profile make sortie.nmea -o mine.toml
+
+        steerway profile make sortie.nmea --tune -o mine.toml
+    """
+    from steerway.estimation import choose_profile
+    from steerway.estimation import tune as fit
+
+    _refuse_overwriting(out, logs)
+    _expect_toml(out)
+    fixes = _read(logs, source, start, stop)
+    if tuned:
+        with _progress("fitting") as step:
+            found = fit(fixes, name=out.stem, progress=step)
+        profile = found.profile
+        _print_pairs(found.sentences())
+    else:
+        profile = choose_profile(fixes)
+        profile = profile.model_copy(update={"description": profile.name, "name": out.stem})
+        _print_pairs([("found", profile.description)])
+    profile.save(out)
+    print(f"wrote {out}")
 
 
 @app.command()
@@ -333,6 +409,11 @@ def _moment(option, text) -> float | None:
 
 def _aids(text) -> tuple[str, ...]:
     return tuple(name.strip().replace("-", "_") for name in text.split(",") if name.strip()) if text else ()
+
+
+def _expect_toml(out):
+    if out.suffix != ".toml":
+        raise InputError(f"profile {out} ends in {out.suffix or 'nothing'!r}, expected .toml")
 
 
 def _refuse_overwriting(out, logs):

@@ -51,13 +51,14 @@ def transition(x, underway, step, model, f):
     for j in range(5, n):
         f[j, j] = decay(model[EXTRAS + 3 * (j - 5)], step[DT])[0]
     if underway:
-        _, _, north, east, north_u, east_u, north_w, east_w = chord(x[SPEED], x[COURSE], x[RATE], step)
+        a = int(model[ACCELERATION_STATE])
+        lent, rest = shares(step, model) if a else (0.0, 0.0)
+        speed = x[SPEED] + lent * x[a] if a else x[SPEED]
+        _, _, north, east, north_u, east_u, north_w, east_w = chord(speed, x[COURSE], x[RATE], step)
         f[0, 2], f[0, 3], f[0, 4] = north_u, -east, north_w
         f[1, 2], f[1, 3], f[1, 4] = east_u, north, east_w
         f[2, 2], f[3, 4], f[4, 4] = step[SPEED_LEFT], step[TURN], step[RATE_LEFT]
-        a = int(model[ACCELERATION_STATE])
         if a:
-            lent, rest = shares(step, model)
             for i in range(3):
                 f[i, a] += lent * f[i, 2]
             f[2, a] += rest * f[a, a]
