@@ -37,7 +37,7 @@ class Profile(BaseModel):
     speed_decay: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # α1, 1/s
     course_rate_decay: float = Field(0.1, ge=0.0, allow_inf_nan=False)  # α2, 1/s
     acceleration_std: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # m/s², acceleration that lasts; 0: none
-    acceleration_time: float = Field(10.0, gt=0.0, allow_inf_nan=False)  # s, for how long
+    acceleration_time: float = Field(5.0, gt=0.0, allow_inf_nan=False)  # s, for how long
     steerageway: float = Field(0.3, gt=0.0, allow_inf_nan=False)  # m/s: below it course means nothing
 
     position_std: float = _positive  # white part of a fix, north and east, m
@@ -78,8 +78,11 @@ class Profile(BaseModel):
 
     def save(self, path: str | Path) -> None:
         """Write the profile as a TOML file that `load` reads."""
-        lines = [f"{key} = {_toml(value)}" for key, value in self.model_dump().items()]
-        Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+        Path(path).write_text(self.toml(), encoding="utf-8")
+
+    def toml(self) -> str:
+        """The text of such a file."""
+        return "".join(f"{key} = {_toml(value)}\n" for key, value in self.model_dump().items())
 
     @property
     def start_rate_std(self) -> float:
@@ -179,7 +182,6 @@ BUILT_IN = {
             course_rate_noise=1e-3,
             course_rate_decay=0.5,
             acceleration_std=0.25,
-            acceleration_time=5.0,
             position_std=0.05,
         ),
         Profile(

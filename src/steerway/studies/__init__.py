@@ -9,6 +9,7 @@ MODULES = {
     "mariner-los": "mariner_los",
     "otter-path": "otter_path",
     "ais-prediction": "ais_prediction",
+    "real-logs": "real_logs",
 }
 """Study name → the module of this package whose STUDY it is; imported only when asked for."""
 
