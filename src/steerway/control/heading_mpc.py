@@ -1,9 +1,9 @@
 """Model predictive control of one output by one input, within limits of the input and of its change; P4 §5.
 
-At every step: min Σ_{i=1..H_p} Q e(k+i)² + Σ_{i=0..H_c−1} R Δu(k+i)², (25) with the limits (26)–(27), over the changes Δu; a
-small dense QP that DAQP solves. A Kalman filter on [plant states, input bias] supplies the states and makes it
-offset-free: the bias is part of the prediction. (Adding the last output error to the prediction instead leaves the states
-of a plant that is not stable to drift away.)
+At every step: min Σ_{i=1..H_p} Q e(k+i)² + Σ_{i=0..H_c−1} R Δu(k+i)², (25) with the limits (26)–(27), over the changes
+Δu; a small dense QP that DAQP solves. A Kalman filter on [plant states, input bias] supplies the states and makes it
+offset-free: the bias is part of the prediction. (Adding the last output error to the prediction instead leaves the
+states of a plant that is not stable to drift away.)
 """
 
 import math

@@ -43,8 +43,18 @@ def correct_scalar(x, p, work, i, companion, sign, innovation, variance):
     s = pc[i] + variance
     if companion:
         s += sign * pc[companion]
+    return take_scalar(x, p, pc, k, s, innovation)
+
+
+@kernel
+def take_scalar(x, p, pc, k, s, innovation):
+    """Correct by a scalar with covariances pc = P hᵀ (n,) and variance s, unless the gate refuses it; k is workspace.
+
+    Reads and writes the upper triangle of P. Returns whether the measurement was used.
+    """
     if innovation * innovation > SCALAR_GATE * s:
         return False
+    n = len(x)
     for j in range(n):
         k[j] = pc[j] / s
         x[j] += k[j] * innovation

@@ -51,8 +51,8 @@ class CompassModel(NamedTuple):
     @property
     def lag(self) -> float:
         """Seconds by which the reading of a steadily turning heading is late."""
-        left = 1.0 - self.a1 - self.shift * self.a2
-        return TICK * (1.0 + self.shift * self.a2) / left
+        delayed = self.shift * self.a2
+        return TICK * (self.a1 + 2.0 * delayed) / (1.0 - self.a1 - delayed)
 
 
 TCM2 = CompassModel(0.2796, 0.6971, 0.4364, 0.05339)

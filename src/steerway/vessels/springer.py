@@ -1,7 +1,8 @@
 """Springer: a 4.2 m catamaran USV steered by the difference of two propellers, as identified on the water; P4 §2.1.
 
-Her yaw is a discrete model, x(k+1) = A x(k) + B n_d(k), ψ(k) = C x(k), at 1 s, with n_d = (n1 − n2)/2 in rpm and ψ in rad;
-her surge is a constant speed at n_c = (n1 + n2)/2 = 900 rpm. Any other step uses the same poles, exactly for a held n_d.
+Her yaw is a discrete model, x(k+1) = A x(k) + B n_d(k), ψ(k) = C x(k), at 1 s, with n_d = (n1 − n2)/2 in rpm and ψ in
+rad; her surge is a constant speed at n_c = (n1 + n2)/2 = 900 rpm. Any other step uses the same poles, exactly for a
+held n_d.
 
 Two plants: the printed one has a pole of 1.002, so that her turning depends on the heading itself and even a straight
 course at 57° takes −8 rpm; the physical one has 1 there, and heading is an integral like everywhere else.

@@ -4,13 +4,13 @@ arrangements intersected where it cannot (P4 §3.2), in coordinates in which the
 The compass follows the heading, and a filter corrects the heading by the compass. Intervals of the two know nothing of
 each other: the correction looks like one more uncertainty, and the bounds grow. So the states here are
     y = [h1, h2, e1, e2],  h = o v (so that ψ = h1 + h2),  c = γ ψ + R e
-with plain numbers γ and R: what the corrected compass makes of a standing ψ, and the eigenvectors of its own motion, in
-the middle of the box. It is an exact change of variables, after which a reading pulls ψ back to itself and e1, e2 hardly
-touch each other. Angles in degrees. y is (4, 2).
+with plain numbers γ and R: what the corrected compass makes of a standing ψ, and the eigenvectors of its own motion,
+in the middle of the box. It is an exact change of variables, after which a reading pulls ψ back to itself and e1, e2
+hardly touch each other. Angles in degrees. y is (4, 2).
 
-The covariances P (4, 4, 2), symmetric, are kept in the mixture that contracts: of h with h, of h with e, of c with c. What
-every covariance obeys is used too: variances are positive and do not grow by a reading, a covariance is at most the
-geometric mean of its two variances.
+The covariances P (4, 4, 2), symmetric, are kept in the mixture that contracts: of h with h, of h with e, of c with c.
+What every covariance obeys is used too: variances are positive and do not grow by a reading, a covariance is at most
+the geometric mean of its two variances.
 """
 
 import math
