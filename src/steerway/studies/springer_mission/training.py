@@ -1,12 +1,13 @@
 """Train the networks of `estimation.interval.weighting` on simulated compasses:
 
-    python -m steerway.studies.springer_training -o DIRECTORY
+    python -m steerway.studies.springer_mission.training -o DIRECTORY
 
 Compasses within ± 1 % of the TCM2's, random circuits, seeds that no study uses. Half of the voyages are steered by the
 true compass's filter, half by a blend with the nominal one, so that the networks have seen the turns that their own
 errors make. Takes a few minutes; needs scikit-learn (`pip install steerway[training]`).
 """
 
+import argparse
 import math
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from steerway.estimation.interval.weighting import WEIGHTS, Features, Network
 from steerway.estimation.model_bank import ModelBank, corners
 from steerway.sensors.tcm2 import random_compass
 from steerway.simulation.campaign import over_seeds
-from steerway.studies.springer_world import World, random_circuit, sail
+from steerway.studies.springer_mission.world import World, random_circuit, sail
 
 FIRST_SEED = 1_000_000
 """Studies and tests stay below."""
@@ -30,8 +31,7 @@ INNOVATIONS_ONLY = 6
 
 
 class _Teacher:
-    """Steers by the ideal filter, mixed with the nominal one, and takes notes: features, bounds, nominal, ideal (deg).
-    """
+    """Steers by the ideal filter, mixed with the nominal one, and takes notes: features, bounds, nominal, ideal (deg)."""
 
     def __init__(self, compass, mixed: float):
         self.bank, self.ideal = ModelBank(corners(0.01)), CompositeFilter(composite_model(compass))
@@ -106,11 +106,9 @@ def main(directory: Path, voyages: int = VOYAGES, workers: int | None = None):
 
 
 if __name__ == "__main__":
-    import typer
-
-    def _command(output: Path = typer.Option(..., "-o", "--output"), voyages: int = VOYAGES, workers: int = 2):  #
-    noqa: B008
-        """Train the networks and write them to a directory."""
-        main(output, voyages, workers)
-
-    typer.run(_command)
+    parser = argparse.ArgumentParser(description="Train the networks and write them to a directory.")
+    parser.add_argument("-o", "--output", type=Path, required=True)
+    parser.add_argument("--voyages", type=int, default=VOYAGES)
+    parser.add_argument("--workers", type=int)
+    given = parser.parse_args()
+    main(given.output, given.voyages, given.workers)

@@ -1,0 +1,1 @@
+"""P4: Springer's mission."""
