@@ -55,7 +55,7 @@ def test_wrapped_gappy_and_offset_headings_say_the_same():
 
 def test_finds_the_paper_plants_unstable_pole():
     model = identify_heading(*manoeuvre("paper", noise_deg=0.05, seconds=600), integrating=False)
-    assert model.poles == pytest.approx((1.002, 0.9945), abs=1e-3)
+    assert model.poles == pytest.approx((1.002, 0.9945), abs=2e-3)
 
 
 def test_mirrored_steering_mirrors_the_gains_and_rates_are_per_second():

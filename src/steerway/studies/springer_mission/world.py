@@ -88,6 +88,7 @@ class Voyage:
     estimate: np.ndarray
     wanted: np.ndarray
     difference: np.ndarray  # rad/s
+    cross_track: np.ndarray  # m from the leg under way
     log: MissionLog
     readings: np.ndarray  # (n, 40)
     velocity: np.ndarray  # (n, 2)
@@ -104,8 +105,23 @@ class Voyage:
         return float(np.sqrt(np.mean(self.error_deg**2)))
 
     @property
+    def heading_median_deg(self) -> float:
+        """Median of the absolute error, a full turn left out: what steering feels."""
+        return float(np.median(np.abs(turnless_deg(self.estimate, self.heading))))
+
+    @property
+    def deviation(self) -> float:
+        """Mean distance from the legs, m."""
+        return float(np.mean(np.abs(self.cross_track)))
+
+    @property
     def reached(self) -> int:
         return len(self.log.reached)
+
+
+def turnless_deg(estimate, heading) -> np.ndarray:
+    """Smallest signed differences, degrees."""
+    return np.degrees(np.remainder(estimate - heading + math.pi, 2.0 * math.pi) - math.pi)
 
 
 def paper_mpc(yaw: YawModel = PAPER_YAW) -> HeadingMpc:
@@ -148,7 +164,7 @@ def sail(world: World, navigator: Navigator, seed, circuit=PAPER_CIRCUIT, passin
             motion.east_velocity + world.velocity_std * noise[1],
         )
         readings = compass.second(heading)
-        rows.append((state[0], state[1], heading, estimate, wanted, difference))
+        rows.append((state[0], state[1], heading, estimate, wanted, difference, leg.cross_track))
         read.append(readings)
         velocities.append(velocity)
         navigator.second(difference, readings, velocity)
