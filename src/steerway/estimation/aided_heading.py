@@ -51,7 +51,7 @@ class HeadingTuning:
     vehicle_start_std: float = 1e-5
     bias: tuple[float, float] = (20.0 * RPM, 0.2 * RPM)  # rad/s
     scale: tuple[float, float] = (0.3, 1e-4)
-    deviation: tuple[float, float] = (4.0, 0.01)  # degrees
+    deviation: tuple[float, float] = (4.0, 0.2)  # degrees; it stands for what a card has beyond sine and cosine too
     current: tuple[float, float] = (0.3, 2e-3)  # m/s
     velocity_std: float = 0.1  # of GNSS velocity, north and east, m/s
     speed: float = SPEED  # through the water, m/s

@@ -2,7 +2,9 @@
 
 from importlib import import_module
 
-MODULES = {}
+MODULES = {
+    "springer-mission": "springer_mission",
+}
 """Study name → the module of this package whose STUDY it is; imported only when asked for."""
 
 

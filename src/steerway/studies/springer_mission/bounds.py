@@ -27,7 +27,9 @@ def decoding(results):
         ("dc_gain_true", TRUE_TCM2, "", 1.5780),
     ):
         met = abs(model.gain - target) <= (1e-5 if target < 1.0 else 5e-5)
-        results.compare(key, model.gain, f"gain of the compass, {key[8:].replace('_', ' ')}", "", published, target, met)
+        results.compare(
+            key, model.gain, f"gain of the compass, {key[8:].replace('_', ' ')}", "", published, target, met
+        )
     for key, shift_too, target in (
         ("stability_limit_shift_exact", False, 1.02386),
         ("stability_limit_shift_scaled", True, 1.01384),
@@ -203,5 +205,3 @@ def _timed(work) -> float:
 def reference_voyage(seed) -> object:
     """The ideal mission that bounds are shown on."""
     return sail(World(), ideal(TRUE_TCM2, PAPER_YAW), seed)
-
-
