@@ -49,7 +49,7 @@ def test_equals_a_reference_solver_on_random_cases(yaw):
         gradient, upper, lower = mpc.problem(wanted)
         best = by_enumeration(mpc.hessian, gradient, upper, lower)
         worst = max(worst, abs(change - best[0]) / RPM)
-        assert abs(change) <= 20.0 * RPM and abs(mpc.input + change) <= (300.0 + 1e-9) * RPM
+        assert abs(change) <= (20.0 + 1e-9) * RPM and abs(mpc.input + change) <= (300.0 + 1e-9) * RPM
     assert worst < 1e-9
 
 

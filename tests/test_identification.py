@@ -40,7 +40,7 @@ def test_exact_from_a_clean_record():
 @pytest.mark.parametrize("seed", range(3))
 def test_predicts_another_manoeuvre(seed):
     model = identify_heading(*manoeuvre(seed=seed))
-    time, steering, heading = manoeuvre(seed=seed + 100, noise_deg=0.0)
+    _, steering, heading = manoeuvre(seed=seed + 100, noise_deg=0.0)
     assert np.degrees(np.sqrt(np.mean((model.run(steering) - heading) ** 2))) < 5.0
     assert model.residual_rms == pytest.approx(np.radians(0.5), rel=0.1)
 

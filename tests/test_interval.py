@@ -1,6 +1,7 @@
 """Interval arithmetic and filters: rigour against 400-bit numbers, inclusion of every model, widths, divergence."""
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -13,12 +14,10 @@ from steerway.estimation.interval import arithmetic
 from steerway.estimation.interval.filter import IntervalFilter, box_of, sub_boxes
 from steerway.estimation.interval.weighting import Features, Network, ideal_weight, weighted
 from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, random_compass
+from steerway.studies.springer_mission.rigour import exact_headings, rigour
 from steerway.vessels.springer import PAPER_YAW
 from tests.weaving import record
 
-mpmath = pytest.importorskip("mpmath")
-PRECISE = mpmath.mp.clone()
-PRECISE.prec = 400
 NUMBERS = st.floats(-1e9, 1e9).filter(lambda x: x == 0.0 or abs(x) > 1e-9)
 INTERVALS = st.tuples(NUMBERS, NUMBERS).map(lambda pair: (min(pair), max(pair)))
 
@@ -28,7 +27,7 @@ INTERVALS = st.tuples(NUMBERS, NUMBERS).map(lambda pair: (min(pair), max(pair)))
 def test_every_operation_holds_what_exact_numbers_give(a, b, s, t):
     x = min(max(a[0] + s * (a[1] - a[0]), a[0]), a[1])
     y = min(max(b[0] + t * (b[1] - b[0]), b[0]), b[1])
-    exact_x, exact_y = PRECISE.mpf(x), PRECISE.mpf(y)
+    exact_x, exact_y = Fraction(x), Fraction(y)
     cases = [
         (arithmetic.add(a, b), exact_x + exact_y),
         (arithmetic.subtract(a, b), exact_x - exact_y),
@@ -38,10 +37,12 @@ def test_every_operation_holds_what_exact_numbers_give(a, b, s, t):
     ]
     if y != 0.0:
         cases += [(arithmetic.divide(a, b), exact_x / exact_y), (arithmetic.reciprocal(b), 1 / exact_y)]
-    if x >= 0.0:
-        cases.append((arithmetic.root(a), PRECISE.sqrt(exact_x)))
     for (low, high), exact in cases:
-        assert low <= exact <= high
+        assert low == -math.inf or Fraction(low) <= exact
+        assert high == math.inf or exact <= Fraction(high)
+    if x >= 0.0:
+        low, high = arithmetic.root(a)
+        assert Fraction(low) ** 2 <= exact_x <= Fraction(high) ** 2
 
 
 def test_division_by_what_holds_zero_says_nothing():
@@ -51,60 +52,32 @@ def test_division_by_what_holds_zero_says_nothing():
     assert not arithmetic.sound(arithmetic.intersect((0.0, 1.0), (2.0, 3.0)))
 
 
-def exact_filter(compass, differences, readings):
-    """The ordinary filter in 400 bits from the same doubles; headings in degrees."""
-    n, model = PRECISE.mpf, [PRECISE.mpf(float(each)) for each in composite_model(compass)]
-    poles, pushes, outputs, (a1, a2, b, k, shift) = model[0:2], model[2:4], model[4:6], model[6:11]
-    q, one, r = model[11], model[12], model[13]
-    g = [b * outputs[0], b * outputs[1], a1, a2]
-    x, p = [n(0)] * 4, [[n(float(e)) for e in row] for row in np.diag([1e-12, 1e-12, 1.0, 1.0])]
-    told = []
-    for u, zs in zip(differences, readings, strict=True):
-        for z in np.degrees(zs):
-            x = [x[0], x[1], sum(gi * xi for gi, xi in zip(g, x, strict=True)), shift * x[2]]
-            row = [sum(p[i][j] * g[j] for j in range(4)) for i in range(4)]
-            variance = sum(gi * ri for gi, ri in zip(g, row, strict=True)) + one
-            late, cross = shift * shift * p[2][2] + one, shift * row[2]
-            for i in range(2):
-                p[i][3] = p[3][i] = shift * p[i][2]
-                p[i][2] = p[2][i] = row[i]
-            p[2][2], p[3][3], p[2][3], p[3][2] = variance, late, cross, cross
-            s = k * k * p[2][2] + r
-            pc = [k * p[i][2] for i in range(4)]
-            innovation = n(float(z)) - k * x[2]
-            x = [xi + c / s * innovation for xi, c in zip(x, pc, strict=True)]
-            p = [[p[i][j] - pc[i] * pc[j] / s for j in range(4)] for i in range(4)]
-        x[0], x[1] = poles[0] * x[0] + pushes[0] * n(float(u)), poles[1] * x[1] + pushes[1] * n(float(u))
-        for i in range(4):
-            for j in range(4):
-                p[i][j] *= (poles[i] if i < 2 else 1) * (poles[j] if j < 2 else 1)
-        p[0][0] += q
-        p[1][1] += q
-        told.append(outputs[0] * x[0] + outputs[1] * x[1])
-    return told
-
-
 @pytest.mark.parametrize("form", ["sharpened", "literal"])
 def test_outward_rounding_holds_the_exact_filter_and_plain_doubles_do_not(form):
     """With a point for a box all width is rounding. Doubles without outward rounding are a point beside the truth."""
     differences, readings, _, _ = record(25)
-    exact = exact_filter(TCM2, differences, readings)
-    bounds, naive = IntervalFilter(box_of(composite_model(), 0.0), form), CompositeFilter(composite_model())
-    held = plain = 0
-    for u, z, truth in zip(differences, readings, exact, strict=True):
-        low, high = bounds.second(u, z)
-        turn = PRECISE.mpf(math.pi / 180.0)
-        held += low <= truth * turn <= high
-        plain += PRECISE.mpf(naive.second(u, z)) == truth * turn
-    assert held == len(exact) and plain < 0.2 * len(exact)
+    held, plain = rigour(differences, readings, form)
+    assert held == 100.0 and plain < 20.0
+    bounds = IntervalFilter(box_of(composite_model(), 0.0), form)
+    for u, z in zip(differences, readings, strict=True):
+        bounds.second(u, z)
     assert form == "literal" or bounds.width < 1e-6
 
 
-def test_a_bound_without_outward_rounding_is_caught(monkeypatch):
-    """The test above can fail: the sum of 0.1 and 0.2 lies beside the double."""
-    assert PRECISE.mpf(0.1) + PRECISE.mpf(0.2) != PRECISE.mpf(0.1 + 0.2)
+def test_the_exact_filter_is_the_ordinary_one():
+    differences, readings, _, _ = record(5)
+    estimator = CompositeFilter(composite_model())
+    told = [estimator.second(u, z) for u, z in zip(differences, readings, strict=True)]
+    exact = [float(each) for each in exact_headings(composite_model(), differences, readings)]
+    np.testing.assert_allclose(told, exact, rtol=1e-9, atol=1e-15)
+
+
+def test_outward_rounding_is_what_holds_a_tenth_and_two():
+    """0.1 + 0.2 lies beside the double that the sum rounds to."""
+    exact = Fraction(0.1) + Fraction(0.2)
+    assert exact != Fraction(0.1 + 0.2)
     low, high = arithmetic.add((0.1, 0.1), (0.2, 0.2))
-    assert low < PRECISE.mpf(0.1) + PRECISE.mpf(0.2) < high and high - low < 1e-15
+    assert Fraction(low) < exact < Fraction(high) and high - low < 1e-15
 
 
 @pytest.mark.parametrize("tolerance, seconds", [(0.001, 120), (0.005, 120), (0.01, 120)])

@@ -65,7 +65,7 @@ class BiasObserver:
         self._noise = np.append(np.broadcast_to(np.asarray(state_noise, dtype=np.float64), n), bias_noise)
         self._variance = float(reading_variance)
         self._start = np.append(np.broadcast_to(np.asarray(state_noise, dtype=np.float64), n), bias_start)
-        self._turn = 2.0 * math.pi if plant.circular else math.inf
+        self._turn = math.tau if plant.circular else math.inf
         self.reset()
 
     def reset(self, states=0.0):
@@ -119,11 +119,14 @@ class HeadingMpc:
         positive("mpc.change_weight", change_weight)
         self._solve = _solver()
         self._plant, self._limits, self.observer = plant, limits, observer
-        self._free, self._held, forced = prediction(plant, horizon, control_horizon)
+        free, held, forced = prediction(plant, horizon, control_horizon)
         self.hessian = 2.0 * (output_weight * forced.T @ forced + change_weight * np.eye(control_horizon))
-        self._gradient = 2.0 * output_weight * forced.T
+        # The gradient is linear in states and bias, the last input and the wanted output.
+        outputs = np.column_stack([free, held, -np.ones(horizon)])
+        self._slopes = 2.0 * output_weight * forced.T @ outputs
         self._sums = np.tril(np.ones((control_horizon, control_horizon)))
         self._sense = np.zeros(2 * control_horizon, dtype=np.int32)
+        self._gradient = np.empty(control_horizon)
         self._upper, self._lower = np.empty((2, 2 * control_horizon))
         self.reset()
 
@@ -147,20 +150,27 @@ class HeadingMpc:
         )
         if verdict < 1:
             raise RuntimeError(f"DAQP gave up with code {verdict}")
-        # The solver keeps a constraint to its tolerance; the limit itself is kept exactly.
-        return min(max(best[0], lower[0], lower[len(best)]), upper[0], upper[len(best)])
+        # The solver keeps a limit to its tolerance; here it is kept to rounding.
+        size, change = self._limits.size, self._limits.change
+        within = min(max(float(best[0]), -change), change)
+        return min(max(self.input + within, -size), size) - self.input
 
     def problem(self, wanted: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(gradient, upper, lower) of the QP ½ Δᵀ H Δ + gᵀ Δ, lower ≤ [Δ; ΣΔ] ≤ upper; H is `hessian`."""
-        state, limits = self.observer.state, self._limits
-        turn = self.observer._turn
-        if turn < math.inf:
-            now = float(self._plant.c @ state[:-1])
-            wanted = now + math.remainder(wanted - now, turn)
-        upper, lower, m = self._upper, self._lower, len(self._sums)
-        upper[:m], lower[:m] = limits.change, -limits.change
-        upper[m:], lower[m:] = limits.size - self.input, -limits.size - self.input
-        return self._gradient @ (self._free @ state + self._held * self.input - wanted), upper, lower
+        _problem(
+            self.observer.state,
+            self.input,
+            wanted,
+            self._plant.c,
+            math.tau if self._plant.circular else math.inf,
+            self._limits.size,
+            self._limits.change,
+            self._slopes,
+            self._gradient,
+            self._upper,
+            self._lower,
+        )
+        return self._gradient, self._upper, self._lower
 
 
 def prediction(plant: LinearPlant, horizon: int, control_horizon: int):
@@ -185,6 +195,22 @@ def _solver():
     except ImportError:
         raise InputError("heading MPC needs the package daqp, expected `pip install steerway[mpc]`") from None
     return solve
+
+
+@kernel
+def _problem(state, last, wanted, output, turn, size, change, slopes, gradient, upper, lower):
+    n, m = len(output), len(gradient)
+    if turn < math.inf:
+        now = 0.0
+        for i in range(n):
+            now += output[i] * state[i]
+        wanted -= turn * round((wanted - now) / turn)
+    for j in range(m):
+        gradient[j] = slopes[j, n + 1] * last + slopes[j, n + 2] * wanted
+        for i in range(n + 1):
+            gradient[j] += slopes[j, i] * state[i]
+        upper[j], lower[j] = change, -change
+        upper[m + j], lower[m + j] = size - last, -size - last
 
 
 @kernel

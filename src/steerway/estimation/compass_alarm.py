@@ -13,7 +13,7 @@ TRUSTED = 0.05
 
 @cache
 def gain_range(tolerance: float) -> tuple[float, float]:
-    """Least and largest gain, over the TCM2's own, of compasses within ± tolerance. It is monotone in every coefficient."""
+    """Least and largest gain, over the TCM2's own, within ± tolerance. It is monotone in each coefficient."""
     gains = [each.gain / TCM2.gain for each in corners(tolerance)]
     return min(gains), max(gains)
 

@@ -1,9 +1,9 @@
 """Identify how a vessel's heading answers her steering, from a manoeuvre: a pseudo-random binary sequence is best.
 
 The model is P4 (2)–(4)'s: two poles from the input to the heading, here with the input's bias and the first heading as
-unknowns; found by least squares of the one-step error and polished on the error of the whole run (output error, Ljung,
-System Identification (1999), sections 4.2 and 7.3). With `integrating` one pole is 1: the heading of a boat at rest in yaw
-stays where it is.
+unknowns. Linear least squares at a few time constants start a search for the least error of the whole run (output
+error; Ljung, System Identification (1999), sections 4.2 and 7.3). With `integrating` one pole is 1: the heading of a
+boat at rest in yaw stays where it is.
 """
 
 import math
@@ -23,8 +23,8 @@ LEAST_SAMPLES = 50
 class IdentifiedHeading:
     """ψ(k) = y1 + y2 + ψ0, y_i(k+1) = p_i y_i(k) + g_i (u(k) + bias).
 
-    poles, gains (rad per unit of input and sample, of each pole), bias in the input's unit, heading0 in rad, sample in s,
-    residual_rms in rad, fit in % (100 is perfect, 0 is the mean heading).
+    poles, gains (rad per unit of input and sample, of each pole), bias in the input's unit, heading0 in rad, sample in
+    s, residual_rms in rad, fit in % (100 is perfect, 0 is the mean heading).
     """
 
     poles: tuple[float, float]

@@ -58,7 +58,7 @@ SETTLING = 400
 
 @kernel
 def coordinates(box):
-    """(4,) coordinates for a box, from the Kalman filter of its middle. Any numbers are sound; these keep bounds close."""
+    """(4,) coordinates for a box, from its middle's Kalman filter. Any numbers are sound; these keep bounds close."""
     a1, a2, shift, b, k = box[A1].mean(), box[A2].mean(), box[SHIFT].mean(), box[B].mean(), box[K].mean()
     noise, extra = box[COMPASS_NOISE].mean(), box[READING_NOISE].mean() / k**2
     p_11, p_12, p_22 = noise, 0.0, noise

@@ -29,7 +29,8 @@ def all_of(lost, weighted, navigator, reference, traces, circuits, unseen, world
         ),
         "figure09_weighted": (
             mission(weighted),
-            "P4 figure 9: (a) way-point tracking with the weighted estimate, (b) controller output n_d. By the ideal weight this is the ideal filter",
+            "P4 figure 9: (a) way-point tracking with the weighted estimate, (b) controller output n_d. With the ideal "
+            "weight this is the ideal filter",
         ),
         "figure10_weighted_heading": (
             headings(weighted, "wIKF, ideal weight"),
@@ -41,11 +42,13 @@ def all_of(lost, weighted, navigator, reference, traces, circuits, unseen, world
         ),
         "widths": (
             widths(traces),
-            "Width of the interval filters' bounds, and the hull of 17 filters over the same box: what lies between them is overestimation",
+            "Width of the interval filters' bounds, and the hull of 17 filters over the same box: what lies between "
+            "them is overestimation",
         ),
         "weights": (
             weights(navigator, reference),
-            "The ideal weight (20), w = 0.5 and the learned weight; and what each gives for a heading on the ideal filter's voyage",
+            "The ideal weight (20), w = 0.5 and the learned weight; what each gives for a heading on the ideal "
+            "filter's voyage",
         ),
         "circuits": (
             circuit_summary(circuits),
@@ -192,8 +195,10 @@ def circuit_summary(circuits: dict[str, list[Sailed]]) -> Figure:
     _finish(reached, "waypoints reached of 7", "circuits")
     x, y = ([each.cross_track_rms_m for each in circuits[name]] for name in ("ideal", "nominal"))
     cross.plot(x, y, "o", color=OURS, markersize=4, alpha=0.7)
-    most = 1.05 * max(*x, *y)
-    cross.plot([0, most], [0, most], "--", color=QUIET, linewidth=1.0, label="equal")
+    ends = [0.9 * min(*x, *y), 1.1 * max(*x, *y)]
+    cross.plot(ends, ends, "--", color=QUIET, linewidth=1.0, label="equal")
+    cross.set_xscale("log")
+    cross.set_yscale("log")
     _finish(cross, "cross-track RMS, ideal filter (m)", "cross-track RMS, nominal filter (m)")
     return figure
 

@@ -1,4 +1,4 @@
-"""How far bounds can be trusted to the last bit: the composite filter in 400-bit numbers, beside intervals of doubles."""
+"""Bounds trusted to the last bit: the composite filter in 400-bit numbers, beside intervals of doubles."""
 
 import math
 from decimal import Context, Decimal, localcontext

@@ -31,7 +31,7 @@ INNOVATIONS_ONLY = 6
 
 
 class _Teacher:
-    """Steers by the ideal filter, mixed with the nominal one, and takes notes: features, bounds, nominal, ideal (deg)."""
+    """Steers by the ideal filter mixed with the nominal one, and takes notes: features, bounds, nominal, ideal (°)."""
 
     def __init__(self, compass, mixed: float):
         self.bank, self.ideal = ModelBank(corners(0.01)), CompositeFilter(composite_model(compass))

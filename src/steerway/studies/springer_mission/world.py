@@ -137,7 +137,7 @@ def autopilot_parts(yaw: YawModel) -> tuple[LinearPlant, InputLimits, BiasObserv
 
 
 def sail(world: World, navigator: Navigator, seed, circuit=PAPER_CIRCUIT, passing=None, autopilot=None) -> Voyage:
-    """Sail a circuit from (0, 0), heading 0. seed: noise of waves, compass, current and GNSS; passing None: the plane."""
+    """Sail a circuit from (0, 0), heading 0. seed: waves, compass, current and GNSS; passing None: the plane."""
     rng = np.random.default_rng(seed)
     vessel = Springer(world.plant, world.effectiveness, world.bias)
     compass = DynamicCompass(world.compass, world.card).start(0.0, rng.spawn(1)[0])
