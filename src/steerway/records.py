@@ -32,6 +32,11 @@ class _Table:
         pairs = ((field.name, getattr(self, field.name)) for field in fields(self))
         return {name: value for name, value in pairs if isinstance(value, np.ndarray)}
 
+    @property
+    def has_position(self) -> np.ndarray:
+        """(n,) bool: the rows that say where."""
+        return np.isfinite(self.latitude) & np.isfinite(self.longitude)
+
     def rows(self, chosen) -> Self:
         """The same table with the rows of a slice, mask or index array."""
         return replace(self, **{name: column[chosen] for name, column in self.columns().items()})
@@ -86,11 +91,6 @@ class Fixes(_Table):
             object.__setattr__(self, name, column)
         if self.mmsi is not None:
             object.__setattr__(self, "mmsi", np.ascontiguousarray(self.mmsi, dtype=np.int64))
-
-    @property
-    def has_position(self) -> np.ndarray:
-        """(n,) bool: the rows that are fixes."""
-        return np.isfinite(self.latitude) & np.isfinite(self.longitude)
 
     def in_order(self) -> Self:
         """The same rows sorted by vessel and time; rows of equal time keep their order."""

@@ -36,7 +36,7 @@ from steerway.estimation.composite import (
 )
 from steerway.estimation.linear_algebra import fill_lower
 from steerway.sensors.tcm2 import STATE_VARIANCE, TCM2, TICKS, CompassModel
-from steerway.vessels.springer import PHYSICAL_YAW, RPM, SPEED, YawModel
+from steerway.vessels.springer import PHYSICAL_YAW, RPM, SPEED, HeadingModel
 
 BIAS, SCALE, SINE, COSINE, CURRENT_NORTH, CURRENT_EAST = range(4, 10)
 STATES = 10
@@ -82,7 +82,7 @@ class AidedHeadingFilter:
     and deviation (rad at sine and cosine) are what it believes for the second that begins.
     """
 
-    def __init__(self, tuning: HeadingTuning = PRODUCT, compass: CompassModel = TCM2, yaw: YawModel = PHYSICAL_YAW):
+    def __init__(self, tuning: HeadingTuning = PRODUCT, compass: CompassModel = TCM2, yaw: HeadingModel = PHYSICAL_YAW):
         self._model = composite_model(compass, yaw, tuning.vehicle_std**2)
         pairs = tuning.pairs()
         self._walks = pairs[:, 1] ** 2

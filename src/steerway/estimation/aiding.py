@@ -7,7 +7,7 @@ through water = U − the stream along the course, yaw rate = ω_χ + the gyro's
 import math
 
 from steerway.angles import wrap
-from steerway.compiled import kernel
+from steerway.compiled import lean_kernel
 from steerway.estimation.model import (
     COURSE,
     CRAB_STATE,
@@ -28,11 +28,11 @@ SCALAR_GATE = 10.8
 """χ² with one degree of freedom at 0.1 %."""
 
 
-@kernel
+@lean_kernel
 def correct_scalar(x, p, work, i, companion, sign, innovation, variance):
     """Correct by a measurement of x[i] + sign · x[companion] (companion 0: none) unless the gate refuses it.
 
-    Joseph's form for a scalar. Returns whether the measurement was used.
+    Joseph's form for a scalar. Returns the NIS: above SCALAR_GATE the measurement was not used.
     """
     n = len(x)
     pc, k = work[0], work[1]
@@ -46,25 +46,26 @@ def correct_scalar(x, p, work, i, companion, sign, innovation, variance):
     return take_scalar(x, p, pc, k, s, innovation)
 
 
-@kernel
+@lean_kernel
 def take_scalar(x, p, pc, k, s, innovation):
     """Correct by a scalar with covariances pc = P hᵀ (n,) and variance s, unless the gate refuses it; k is workspace.
 
-    Reads and writes the upper triangle of P. Returns whether the measurement was used.
+    Reads and writes the upper triangle of P. Returns the NIS: above SCALAR_GATE the measurement was not used.
     """
-    if innovation * innovation > SCALAR_GATE * s:
-        return False
     n = len(x)
+    nis = innovation * innovation / s
+    if nis > SCALAR_GATE:
+        return nis
     for j in range(n):
         k[j] = pc[j] / s
         x[j] += k[j] * innovation
     for a in range(n):
         for b in range(a, n):
             p[a, b] += k[a] * k[b] * s - k[a] * pc[b] - pc[a] * k[b]
-    return True
+    return nis
 
 
-@kernel
+@lean_kernel
 def aid_underway(x, p, work, sog, cog, heading, water_speed, yaw_rate, model):
     """Every aid that is known (not NaN), in turn."""
     if math.isfinite(sog):
@@ -86,7 +87,7 @@ def aid_underway(x, p, work, sog, cog, heading, water_speed, yaw_rate, model):
         correct_scalar(x, p, work, RATE, gyro, 1.0, yaw_rate - expected, model[YAW_RATE_VARIANCE])
 
 
-@kernel
+@lean_kernel
 def aid_adrift(x, p, work, sog, cog, model):
     """Without a course only the receiver's whole velocity says something."""
     if math.isfinite(sog) and math.isfinite(cog):

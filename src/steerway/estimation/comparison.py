@@ -38,8 +38,45 @@ class Agreement:
     standstill_undefined: float  # share of them in which we call the course undefined
 
     def as_dict(self) -> dict[str, float]:
-        """The numbers by name, angles in rad."""
-        return asdict(self)
+        """The numbers by name, with their units."""
+        return {_with_unit(name): _outward(name, value) for name, value in asdict(self).items()}
+
+    def sentences(self) -> list[tuple[str, str]]:
+        """The agreement as (what, value) pairs for people."""
+        d = self.as_dict()
+        return [
+            ("rows compared", f"{self.compared} with the receiver above {UNDERWAY} m/s"),
+            ("SOG", f"{d['sog_rms_mps']:.3f} m/s RMS, {d['sog_robust_mps']:.3f} robust"),
+            ("  aligned", f"{d['sog_rms_aligned_mps']:.3f} m/s RMS; the receiver is {_late(self.sog_lag)}"),
+            ("COG", f"{d['cog_rms_deg']:.2f}° RMS, {d['cog_robust_deg']:.2f}° robust"),
+            ("  aligned", f"{d['cog_rms_aligned_deg']:.2f}° RMS; the receiver is {_late(self.cog_lag)}"),
+            ("at standstill", f"{self.standstill} rows with the receiver below {STANDSTILL} m/s"),
+            (
+                "  SOG median",
+                f"{self.standstill_sog_median:.3f} m/s ours, {self.standstill_receiver_sog_median:.3f} the receiver's",
+            ),
+            ("  course undefined", f"{100.0 * self.standstill_undefined:.1f} % of them"),
+        ]
+
+
+def _with_unit(name):
+    if name.endswith("lag"):
+        return f"{name}_s"
+    if name.startswith("cog"):
+        return f"{name}_deg"
+    if "sog" in name:
+        return f"{name}_mps"
+    return {"standstill_undefined": "standstill_undefined_pct"}.get(name, name)
+
+
+def _outward(name, value):
+    if name == "standstill_undefined":
+        return 100.0 * value
+    return math.degrees(value) if name.startswith("cog") and not name.endswith("lag") else value
+
+
+def _late(lag):
+    return f"{abs(lag):.1f} s {'late' if lag >= 0.0 else 'early'} against us"
 
 
 def compare(fixes: Fixes, motion: Motion) -> Agreement:

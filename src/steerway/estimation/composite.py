@@ -13,7 +13,7 @@ import numpy as np
 
 from steerway.compiled import kernel
 from steerway.sensors.tcm2 import READING_VARIANCE_DEG2, STATE_VARIANCE, TCM2, TICKS, CompassModel
-from steerway.vessels.springer import PAPER_YAW, YawModel
+from steerway.vessels.springer import PAPER_YAW, HeadingModel
 
 (
     POLE_1,
@@ -39,7 +39,7 @@ START_VARIANCE = 1e-12
 
 
 def composite_model(
-    compass: CompassModel = TCM2, yaw: YawModel = PAPER_YAW, vehicle_noise: float = WAVES
+    compass: CompassModel = TCM2, yaw: HeadingModel = PAPER_YAW, vehicle_noise: float = WAVES
 ) -> np.ndarray:
     """The (14,) parameters of a filter that believes in this compass and this vehicle."""
     _, inputs, outputs = yaw.matrices()

@@ -4,28 +4,35 @@ import math
 
 import numpy as np
 
-from steerway.compiled import kernel
+from steerway.compiled import kernel, lean_kernel
 from steerway.errors import InputError
-from steerway.estimation.model import EMPTY, MODE, STARTING, UNDERWAY, empty_memory
+from steerway.estimation.model import COURSE, EMPTY, MODE, RATE, SPEED, STARTING, UNDERWAY, empty_memory
 from steerway.estimation.profiles import AIDS, Profile
 from steerway.estimation.replay import replay
 from steerway.estimation.tracking import SPOKEN, advance, recentre, settle, speak, take_aids, take_position
 from steerway.records import Fixes, Motion
 
 
-@kernel
+@lean_kernel
 def _update(memory, first, second, geodetic, model):
-    accepted, nis, _ = take_position(memory, first, second, geodetic, model)
+    _, nis, _ = take_position(memory, first, second, geodetic, model)
     settle(memory, model)
     if geodetic:
         recentre(memory)
-    return accepted, nis
+    return nis
 
 
-@kernel
+@lean_kernel
 def _aid(memory, aids, model):
     take_aids(memory, aids, model)
     settle(memory, model)
+
+
+@kernel
+def _say(memory, geodetic):
+    said = np.empty(SPOKEN)
+    speak(memory, geodetic, said)
+    return said
 
 
 class FiveStateFilter:
@@ -64,12 +71,12 @@ class FiveStateFilter:
     def update(self, latitude: float, longitude: float) -> float:
         """Take a fix (rad). Returns its NIS: above 13.8 it was rejected, NaN for the first."""
         self._geodetic = True
-        return _update(self._memory, latitude, longitude, True, self._model)[1]
+        return _update(self._memory, latitude, longitude, True, self._model)
 
     def update_north_east(self, north: float, east: float) -> float:
         """Take a fix in a fixed plane (m), in place of `update`. Returns its NIS, as there."""
         self._geodetic = False
-        return _update(self._memory, north, east, False, self._model)[1]
+        return _update(self._memory, north, east, False, self._model)
 
     def aid_by(self, sog=math.nan, cog=math.nan, heading=math.nan, water_speed=math.nan, yaw_rate=math.nan) -> None:
         """Take what other instruments say now (SI, true angles in rad, NaN or nothing for unknown)."""
@@ -78,37 +85,41 @@ class FiveStateFilter:
     @property
     def sog(self) -> float:
         """Speed over ground, m/s; NaN before the second fix."""
-        x = self.state
         if self.underway:
-            return float(x[2])
-        return math.hypot(x[2], x[3]) if self._book[MODE] != EMPTY else math.nan
+            return self._state_of(SPEED)
+        return math.hypot(self._state_of(2), self._state_of(3)) if self._mode != EMPTY else math.nan
 
     @property
     def cog(self) -> float:
         """Course over ground, rad in [−π, π); NaN while it is not defined."""
-        return float(self.state[3]) if self.underway else math.nan
+        return self._state_of(COURSE) if self.underway else math.nan
 
     @property
     def course_rate(self) -> float:
         """Rate of the course, rad/s, + to starboard; NaN while it is not defined."""
-        return float(self.state[4]) if self.underway else math.nan
+        return self._state_of(RATE) if self.underway else math.nan
 
     @property
     def underway(self) -> bool:
         """Whether the vessel has steerageway: whether course is defined."""
-        return self._book[MODE] == UNDERWAY
+        return self._mode == UNDERWAY
 
     @property
     def started(self) -> bool:
         """Whether the first fixes have told the velocity."""
-        return self._book[MODE] > STARTING
+        return self._mode > STARTING
 
     @property
     def position(self) -> tuple[float, float]:
         """Latitude and longitude (rad), or north and east (m) after `update_north_east`; NaN before the first fix."""
+        north, east, *_ = self.said()
+        return north, east
+
+    def said(self) -> list[float]:
+        """All at the price of one property: position, SOG, COG, course rate, 1σ of these three and of position."""
         said = np.empty(SPOKEN)
         speak(self._memory, self._geodetic, said)
-        return float(said[0]), float(said[1])
+        return said.tolist()
 
     @property
     def state(self) -> np.ndarray:
@@ -121,9 +132,12 @@ class FiveStateFilter:
         upper = np.triu(self._memory[: self._states])
         return upper + np.triu(upper, 1).T
 
+    def _state_of(self, index) -> float:
+        return self._memory.item(self._states, index)
+
     @property
-    def _book(self):
-        return self._memory[self._states + 1]
+    def _mode(self) -> float:
+        return self._memory.item(self._states + 1, MODE)
 
     def filter(self, fixes: Fixes, rate: float | None = None) -> Motion:
         """Causal estimate of one or many vessels' records; one row a fix, or `rate` rows a second (Hz)."""

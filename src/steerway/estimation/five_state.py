@@ -8,23 +8,37 @@ Of a covariance only the upper triangle is kept and read.
 
 import math
 
-from steerway.compiled import kernel
+from steerway.compiled import lean_kernel
 from steerway.estimation.model import (
+    COURSE,
+    DT,
     EAST,
-    ERROR_STATE,
     EXTRAS,
+    LEAN,
     NORTH,
-    POSITION_VARIANCE,
+    Q_LL,
+    Q_LU,
+    Q_UU,
+    Q_WW,
+    Q_XW,
+    Q_XX,
+    Q_YW,
+    Q_YX,
+    Q_YY,
     RATE,
     RATE_DECAY,
+    RATE_LEFT,
     RATE_NOISE,
     SPEED,
     SPEED_DECAY,
+    SPEED_INTEGRAL,
+    SPEED_LEFT,
     SPEED_NOISE,
+    TURN,
 )
 
 
-@kernel
+@lean_kernel
 def decay(rate, dt):
     """A decaying state after dt for each unit before, and its integral: e^{−α dt}, (1 − e^{−α dt})/α."""
     if rate == 0.0:
@@ -33,45 +47,43 @@ def decay(rate, dt):
     return 1.0 - lost, lost / rate
 
 
-@kernel
+@lean_kernel
 def turn_response(rate_decay, dt):
     """Course rate, course and integral of the course, dt after a unit of course rate: e^{−α2 dt} and its integrals."""
     a = rate_decay * dt
     if a < 0.02:
-        left = 1.0 - a * (1.0 - a * (1.0 / 2.0 - a * (1.0 / 6.0 - a / 24.0)))
-        turn = dt * (1.0 - a * (1.0 / 2.0 - a * (1.0 / 6.0 - a * (1.0 / 24.0 - a / 120.0))))
-        area = dt * dt * (1.0 / 2.0 - a * (1.0 / 6.0 - a * (1.0 / 24.0 - a * (1.0 / 120.0 - a / 720.0))))
-        return left, turn, area
+        area = 1.0 / 2.0 - a * (1.0 / 6.0 - a * (1.0 / 24.0 - a * (1.0 / 120.0 - a * (1.0 / 720.0))))
+        turn = 1.0 - a * area
+        return 1.0 - a * turn, dt * turn, dt * dt * area
     lost = -math.expm1(-a)
     turn = lost / rate_decay
     return 1.0 - lost, turn, (dt - turn) / rate_decay
 
 
-@kernel
+@lean_kernel
 def sinc(angle):
     """(sin a)/a and its derivative."""
-    if abs(angle) < 1e-3:
-        square = angle * angle
-        return 1.0 - square / 6.0, -angle / 3.0
+    if abs(angle) < 0.05:
+        b = angle * angle
+        ratio = 1.0 - b * (1.0 / 6.0 - b * (1.0 / 120.0 - b * (1.0 / 5040.0)))
+        return ratio, -angle * (1.0 / 3.0 - b * (1.0 / 30.0 - b * (1.0 / 840.0 - b * (1.0 / 45360.0))))
     ratio = math.sin(angle) / angle
     return ratio, (math.cos(angle) - ratio) / angle
 
 
-@kernel
-def chord(speed, course, rate, dt, model):
-    """The step over ground and its partial derivatives by U and ω_χ; by χ it turns: dN/dχ = −dE, dE/dχ = dN.
+@lean_kernel
+def chord(speed, course, rate, step):
+    """The way over ground and its partial derivatives by U and ω_χ; by χ it turns: dN/dχ = −dE, dE/dχ = dN.
 
-    Returns (c, s, dN, dE, dN/dU, dE/dU, dN/dω, dE/dω, e^{−α1 dt}, e^{−α2 dt}, ∫e^{−α2 t}), with (c, s) the mean course.
+    Returns (c, s, dN, dE, dN/dU, dE/dU, dN/dω, dE/dω), with (c, s) the direction of the mean course.
     """
-    speed_left, speed_integral = decay(model[SPEED_DECAY], dt)
-    rate_left, turn, area = turn_response(model[RATE_DECAY], dt)
-    lean = area / dt
-    ratio, slope = sinc(0.5 * turn * rate)
-    c, s = math.cos(course + lean * rate), math.sin(course + lean * rate)
-    per_speed = speed_integral * ratio
+    mean_course = course + step[LEAN] * rate
+    c, s = math.cos(mean_course), math.sin(mean_course)
+    ratio, slope = sinc(0.5 * step[TURN] * rate)
+    per_speed = step[SPEED_INTEGRAL] * ratio
     length = speed * per_speed
-    along = 0.5 * turn * slope * speed * speed_integral
-    across = lean * length
+    along = 0.5 * step[TURN] * slope * speed * step[SPEED_INTEGRAL]
+    across = step[LEAN] * length
     return (
         c,
         s,
@@ -81,13 +93,10 @@ def chord(speed, course, rate, dt, model):
         per_speed * s,
         along * c - across * s,
         along * s + across * c,
-        speed_left,
-        rate_left,
-        turn,
     )
 
 
-@kernel
+@lean_kernel
 def turn_noise(rate_decay, dt):
     """What a unit of S_ω adds in dt to the covariance of (ω, χ, ∫χ): q_ωω, q_χω, q_χχ, q_yω, q_yχ, q_yy.
 
@@ -111,67 +120,77 @@ _NODE = math.sqrt(0.15)
 _CENTRE_WEIGHT, _SIDE_WEIGHT = 4.0 / 9.0, 5.0 / 18.0
 
 
-@kernel
-def predict(x, p, dt, model):
-    """State and covariance predictor of Table 1 over dt, in place: x ← f(x), P ← F P Fᵀ + Q.
+@lean_kernel
+def set_step(step, dt, model):
+    """Fill `step` (3, n) with what a prediction over dt ≥ 0 seconds needs that depends on dt alone."""
+    speed_noise, rate_noise = model[SPEED_NOISE], model[RATE_NOISE]
+    step[DT] = dt
+    step[SPEED_LEFT], step[SPEED_INTEGRAL] = decay(model[SPEED_DECAY], dt)
+    step[RATE_LEFT], step[TURN], area = turn_response(model[RATE_DECAY], dt)
+    step[LEAN] = area / dt if dt > 0.0 else 0.0
+    step[Q_UU] = speed_noise * dt
+    step[Q_LU] = 0.5 * speed_noise * dt * dt
+    step[Q_LL] = speed_noise * dt**3 / 3.0
+    ww, xw, xx, yw, yx, yy = turn_noise(model[RATE_DECAY], dt)
+    step[Q_WW], step[Q_XW], step[Q_XX] = rate_noise * ww, rate_noise * xw, rate_noise * xx
+    step[Q_YW], step[Q_YX], step[Q_YY] = rate_noise * yw, rate_noise * yx, rate_noise * yy
+
+
+@lean_kernel
+def predict(x, p, step, model):
+    """State and covariance predictor of Table 1 over a step, in place: x ← f(x), P ← F P Fᵀ + Q.
 
     Q follows from S_U through speed to position along the course, from S_ω through rate and course to position across.
     """
-    n = len(x)
-    u = x[SPEED]
-    c, s, north, east, north_u, east_u, north_w, east_w, speed_left, rate_left, turn = chord(
-        u, x[3], x[RATE], dt, model
-    )
+    u, w = x[SPEED], x[RATE]
+    c, s, north, east, north_u, east_u, north_w, east_w = chord(u, x[COURSE], w, step)
+    speed_left, rate_left, turn = step[SPEED_LEFT], step[RATE_LEFT], step[TURN]
     x[NORTH] += north
     x[EAST] += east
     x[SPEED] = u * speed_left
-    x[3] += turn * x[RATE]
-    x[RATE] *= rate_left
+    x[COURSE] += turn * w
+    x[RATE] = w * rate_left
 
-    n0 = p[0, 0] + north_u * p[0, 2] - east * p[0, 3] + north_w * p[0, 4]
-    n1 = p[0, 1] + north_u * p[1, 2] - east * p[1, 3] + north_w * p[1, 4]
-    n2 = p[0, 2] + north_u * p[2, 2] - east * p[2, 3] + north_w * p[2, 4]
-    n3 = p[0, 3] + north_u * p[2, 3] - east * p[3, 3] + north_w * p[3, 4]
-    n4 = p[0, 4] + north_u * p[2, 4] - east * p[3, 4] + north_w * p[4, 4]
-    e1 = p[1, 1] + east_u * p[1, 2] + north * p[1, 3] + east_w * p[1, 4]
-    e2 = p[1, 2] + east_u * p[2, 2] + north * p[2, 3] + east_w * p[2, 4]
-    e3 = p[1, 3] + east_u * p[2, 3] + north * p[3, 3] + east_w * p[3, 4]
-    e4 = p[1, 4] + east_u * p[2, 4] + north * p[3, 4] + east_w * p[4, 4]
-    x3 = p[3, 3] + turn * p[3, 4]
-    x4 = p[3, 4] + turn * p[4, 4]
+    uu, ux, uw, xx, xw, ww = p[2, 2], p[2, 3], p[2, 4], p[3, 3], p[3, 4], p[4, 4]
+    nu, nx, nw, eu, ex, ew = p[0, 2], p[0, 3], p[0, 4], p[1, 2], p[1, 3], p[1, 4]
+    n0 = p[0, 0] + north_u * nu - east * nx + north_w * nw
+    n1 = p[0, 1] + north_u * eu - east * ex + north_w * ew
+    n2 = nu + north_u * uu - east * ux + north_w * uw
+    n3 = nx + north_u * ux - east * xx + north_w * xw
+    n4 = nw + north_u * uw - east * xw + north_w * ww
+    e1 = p[1, 1] + east_u * eu + north * ex + east_w * ew
+    e2 = eu + east_u * uu + north * ux + east_w * uw
+    e3 = ex + east_u * ux + north * xx + east_w * xw
+    e4 = ew + east_u * uw + north * xw + east_w * ww
+    x3 = xx + turn * xw
+    x4 = xw + turn * ww
 
-    speed_noise, rate_noise = model[SPEED_NOISE], model[RATE_NOISE]
-    along = speed_noise * dt**3 / 3.0
-    along_u = 0.5 * speed_noise * dt * dt
-    q_ww, q_xw, q_xx, q_yw, q_yx, q_yy = turn_noise(model[RATE_DECAY], dt)
-    across = u * u * rate_noise * q_yy
-    across_x = u * rate_noise * q_yx
-    across_w = u * rate_noise * q_yw
-    p[0, 0] = n0 + north_u * n2 - east * n3 + north_w * n4 + c * c * along + s * s * across
-    p[0, 1] = n1 + east_u * n2 + north * n3 + east_w * n4 + c * s * (along - across)
-    p[1, 1] = e1 + east_u * e2 + north * e3 + east_w * e4 + s * s * along + c * c * across
-    p[0, 2] = n2 * speed_left + c * along_u
-    p[1, 2] = e2 * speed_left + s * along_u
+    across, across_x, across_w = u * u * step[Q_YY], u * step[Q_YX], u * step[Q_YW]
+    p[0, 0] = n0 + north_u * n2 - east * n3 + north_w * n4 + c * c * step[Q_LL] + s * s * across
+    p[0, 1] = n1 + east_u * n2 + north * n3 + east_w * n4 + c * s * (step[Q_LL] - across)
+    p[0, 2] = n2 * speed_left + c * step[Q_LU]
     p[0, 3] = n3 + turn * n4 - s * across_x
-    p[1, 3] = e3 + turn * e4 + c * across_x
     p[0, 4] = n4 * rate_left - s * across_w
+    p[1, 1] = e1 + east_u * e2 + north * e3 + east_w * e4 + s * s * step[Q_LL] + c * c * across
+    p[1, 2] = e2 * speed_left + s * step[Q_LU]
+    p[1, 3] = e3 + turn * e4 + c * across_x
     p[1, 4] = e4 * rate_left + c * across_w
-    p[2, 3] = (p[2, 3] + turn * p[2, 4]) * speed_left
-    p[2, 2] = p[2, 2] * speed_left**2 + speed_noise * dt
-    p[2, 4] *= speed_left * rate_left
-    p[3, 3] = x3 + turn * x4 + rate_noise * q_xx
-    p[3, 4] = x4 * rate_left + rate_noise * q_xw
-    p[4, 4] = p[4, 4] * rate_left**2 + rate_noise * q_ww
-    for j in range(5, n):
+    p[2, 2] = uu * speed_left**2 + step[Q_UU]
+    p[2, 3] = (ux + turn * uw) * speed_left
+    p[2, 4] = uw * speed_left * rate_left
+    p[3, 3] = x3 + turn * x4 + step[Q_XX]
+    p[3, 4] = x4 * rate_left + step[Q_XW]
+    p[4, 4] = ww * rate_left**2 + step[Q_WW]
+    for j in range(5, len(x)):
         p[0, j] += north_u * p[2, j] - east * p[3, j] + north_w * p[4, j]
         p[1, j] += east_u * p[2, j] + north * p[3, j] + east_w * p[4, j]
         p[2, j] *= speed_left
         p[3, j] += turn * p[4, j]
         p[4, j] *= rate_left
-    predict_extras(x, p, dt, model)
+    predict_extras(x, p, step[DT], model)
 
 
-@kernel
+@lean_kernel
 def predict_extras(x, p, dt, model):
     """The states beyond the five decay and take up noise; their covariance with the five has had its F already."""
     n = len(x)
@@ -184,52 +203,3 @@ def predict_extras(x, p, dt, model):
         for i in range(j, n):
             p[j, i] *= left
         p[j, j] += 0.5 * density * integral * (1.0 + left)
-
-
-@kernel
-def innovation(x, p, north, east, model):
-    """Innovation of a fix and its covariance: (ν_N, ν_E, S_NN, S_NE, S_EE).
-
-    A fix is the position, plus the receiver's error states where there are any, plus white noise.
-    """
-    variance = model[POSITION_VARIANCE]
-    nu_n, nu_e = north - x[NORTH], east - x[EAST]
-    s_nn, s_ne, s_ee = p[0, 0] + variance, p[0, 1], p[1, 1] + variance
-    g = int(model[ERROR_STATE])
-    if g:
-        nu_n -= x[g]
-        nu_e -= x[g + 1]
-        s_nn += 2.0 * p[0, g] + p[g, g]
-        s_ne += p[0, g + 1] + p[1, g] + p[g, g + 1]
-        s_ee += 2.0 * p[1, g + 1] + p[g + 1, g + 1]
-    return nu_n, nu_e, s_nn, s_ne, s_ee
-
-
-@kernel
-def normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee):
-    """NIS of a fix, νᵀ S⁻¹ ν."""
-    return (nu_n * nu_n * s_ee - 2.0 * nu_n * nu_e * s_ne + nu_e * nu_e * s_nn) / (s_nn * s_ee - s_ne * s_ne)
-
-
-@kernel
-def correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, model):
-    """Gain, state and covariance corrector of Table 1 in place, in Joseph's form: P − K(CP) − (CP)ᵀKᵀ + K S Kᵀ."""
-    n = len(x)
-    g = int(model[ERROR_STATE])
-    determinant = s_nn * s_ee - s_ne * s_ne
-    i_nn, i_ne, i_ee = s_ee / determinant, -s_ne / determinant, s_nn / determinant
-    pc_n, pc_e, k_n, k_e = work[0], work[1], work[2], work[3]
-    for i in range(n):
-        pc_n[i] = p[0, i]
-        pc_e[i] = p[min(1, i), max(1, i)]
-        if g:
-            pc_n[i] += p[min(g, i), max(g, i)]
-            pc_e[i] += p[min(g + 1, i), max(g + 1, i)]
-        k_n[i] = pc_n[i] * i_nn + pc_e[i] * i_ne
-        k_e[i] = pc_n[i] * i_ne + pc_e[i] * i_ee
-        x[i] += k_n[i] * nu_n + k_e[i] * nu_e
-    for i in range(n):
-        left_n = k_n[i] * s_nn + k_e[i] * s_ne - pc_n[i]
-        left_e = k_n[i] * s_ne + k_e[i] * s_ee - pc_e[i]
-        for j in range(i, n):
-            p[i, j] += left_n * k_n[j] + left_e * k_e[j] - k_n[i] * pc_n[j] - k_e[i] * pc_e[j]

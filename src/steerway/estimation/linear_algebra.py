@@ -2,10 +2,10 @@
 
 import math
 
-from steerway.compiled import kernel
+from steerway.compiled import lean_kernel
 
 
-@kernel
+@lean_kernel
 def fill_lower(a):
     """Copy the upper triangle of a square matrix into the lower."""
     for i in range(1, len(a)):
@@ -13,7 +13,7 @@ def fill_lower(a):
             a[i, j] = a[j, i]
 
 
-@kernel
+@lean_kernel
 def multiply(a, b, out):
     """out ← A B."""
     for i in range(a.shape[0]):
@@ -24,7 +24,7 @@ def multiply(a, b, out):
             out[i, j] = total
 
 
-@kernel
+@lean_kernel
 def multiply_transposed(a, b, out):
     """out ← A Bᵀ."""
     for i in range(a.shape[0]):
@@ -35,7 +35,7 @@ def multiply_transposed(a, b, out):
             out[i, j] = total
 
 
-@kernel
+@lean_kernel
 def factor(a, scale, lower):
     """Cholesky factor of D A D with D = diag(scale) = diag(A)^(−1/2), from A's upper triangle.
 
@@ -55,7 +55,7 @@ def factor(a, scale, lower):
                 lower[i, j] = total / lower[j, j]
 
 
-@kernel
+@lean_kernel
 def solve_rows(lower, scale, rows):
     """rows ← rows A⁻¹ for the A that `factor` took apart."""
     n = len(lower)

@@ -1,8 +1,8 @@
 """What a filter is told and what it remembers: two small arrays, so that a kernel call costs next to nothing.
 
 `model` is a vector of parameters (the first indices below), followed by one triple (decay rate, noise density, initial
-variance) for each state beyond the five. `memory` is an (n + 6, n) matrix: the covariance (upper triangle), the state,
-the filter's bookkeeping (the last indices below) and four rows of workspace.
+variance) for each state beyond the five. `memory` is an (n + 9, n) matrix: the covariance (upper triangle), the state,
+the filter's bookkeeping, four rows of workspace, and the step last taken, which is most often the next one too.
 """
 
 import numpy as np
@@ -40,7 +40,27 @@ MODE, STRAY, RETRIES, LATITUDE, LONGITUDE = range(5)
 """Bookkeeping: one of the modes below; seconds since the first of unbroken rejections (−1: none); resets in a row; the
 point around which the tangent plane lies."""
 
-EMPTY, STARTING, ADRIFT, UNDERWAY = range(4)
+(
+    DT,  # s
+    SPEED_LEFT,  # e^{−α1 dt}
+    SPEED_INTEGRAL,  # way after a unit of speed
+    RATE_LEFT,  # e^{−α2 dt}
+    TURN,  # change of course after a unit of course rate
+    LEAN,  # its mean over the step
+    Q_UU,  # what S_U adds to the variance of speed,
+    Q_LU,  # to the covariance of way along the course and speed,
+    Q_LL,  # to the variance of way along the course
+    Q_WW,  # what S_ω adds to the covariance of course rate and course,
+    Q_XW,
+    Q_XX,
+    Q_YW,  # and, for each m/s of speed, of way across the course
+    Q_YX,
+    Q_YY,
+) = ((row, column) for row in range(3) for column in range(5))
+"""The step: what a prediction needs that depends on its length alone, in three rows."""
+
+EMPTY, FIRST, STARTING, ADRIFT, UNDERWAY = range(5)
+"""No fix yet; one fix; velocity being found; velocity without direction; course."""
 
 LONGEST_STEP = 1.0
 """A longer interval is predicted in equal parts of at most this (s)."""
@@ -56,4 +76,4 @@ LOST_COURSE_VARIANCE = 1.0
 def empty_memory(model):
     """Memory of a filter that has seen nothing."""
     n = 5 + (len(model) - EXTRAS) // 3
-    return np.zeros((n + 6, n))
+    return np.zeros((n + 9, n))

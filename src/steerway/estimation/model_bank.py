@@ -9,7 +9,7 @@ from steerway.compiled import kernel
 from steerway.estimation import composite
 from steerway.estimation.composite import START_VARIANCE, composite_model, heading_deg, start_covariance
 from steerway.sensors.tcm2 import TCM2, TICKS, CompassModel
-from steerway.vessels.springer import PAPER_YAW, YawModel
+from steerway.vessels.springer import PAPER_YAW, HeadingModel
 
 LEAST_WEIGHT = 1e-12
 """No filter is ever given up for good."""
@@ -36,7 +36,7 @@ class ModelBank:
     innovation (deg) is the last filter's mean over the last second: of `corners`, the nominal one's.
     """
 
-    def __init__(self, compasses, yaw: YawModel = PAPER_YAW, vehicle_variance: float = START_VARIANCE):
+    def __init__(self, compasses, yaw: HeadingModel = PAPER_YAW, vehicle_variance: float = START_VARIANCE):
         self._models = np.array([composite_model(each, yaw) for each in compasses])
         m = len(self._models)
         self._states = np.zeros((m, 4))

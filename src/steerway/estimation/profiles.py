@@ -11,7 +11,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from steerway.errors import InputError
 
-_GATE = 13.8  # χ² with two degrees of freedom at 0.1 %
+GATE = 13.8
+"""χ² with two degrees of freedom at 0.1 %."""
 _PATIENCE = 2.0
 _START_SPEED_STD = 20.0
 _LARGEST_START_RATE_STD = math.radians(20.0)
@@ -108,7 +109,7 @@ class Profile(BaseModel):
             self.steerageway,
             _START_SPEED_STD**2,
             self.start_rate_std**2,
-            _GATE,
+            GATE,
             _PATIENCE,
             self.sog_std**2,
             self.velocity_std**2,
@@ -127,64 +128,55 @@ def _toml(value) -> str:
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(float(value))
 
 
-def _built_in(name, description, **numbers):
-    return Profile(name=name, description=description, **numbers)
-
-
 BUILT_IN = {
     profile.name: profile
     for profile in (
-        _built_in(
-            "otter",
-            "Otter USV, 2 m, up to 2 m/s, u-blox receiver",
-            speed_noise=3e-3,
-            course_rate_noise=4e-3,
-            course_rate_decay=0.3,
-            position_std=0.1,
-            error_std=1.0,
-            error_time=200.0,
-        ),
-        _built_in(
-            "mariner-usv",
-            "Mariner USV, 6 m, up to 12 m/s, u-blox receiver",
+        # Otter and Mariner: the process noise of P0 §6–7 as a spectral density, S = h Q_d, scaled to R in metres.
+        Profile(
+            name="otter",
+            description="Otter USV, 2 m, up to 2 m/s",
             speed_noise=1e-2,
-            course_rate_noise=5e-4,
-            course_rate_decay=0.2,
-            position_std=0.1,
-            error_std=1.0,
-            error_time=200.0,
+            course_rate_noise=1e-2,
+            course_rate_decay=0.1,
+            position_std=0.5,
         ),
-        _built_in(
-            "small-usv",
-            "small craft of any kind, good receiver",
-            speed_noise=1e-2,
+        Profile(
+            name="mariner-usv",
+            description="Mariner USV, 6 m, up to 12 m/s",
+            speed_noise=2e-2,
+            course_rate_noise=2e-5,
+            course_rate_decay=0.1,
+            position_std=0.5,
+        ),
+        Profile(
+            name="small-usv",
+            description="small craft of any kind",
+            speed_noise=5e-3,
             course_rate_noise=1e-3,
             course_rate_decay=0.2,
             position_std=0.15,
-            error_std=0.5,
-            error_time=100.0,
         ),
-        _built_in(
-            "sailing-yacht",
-            "sailing yacht or motor boat in a seaway, receiver of a plotter",
+        Profile(
+            name="sailing-yacht",
+            description="sailing yacht or motor boat in a seaway",
             speed_noise=2e-2,
             course_rate_noise=2e-2,
             course_rate_decay=2.0,
             position_std=0.05,
-            error_std=1.0,
-            error_time=200.0,
+            error_std=0.3,
+            error_time=10.0,
         ),
-        _built_in(
-            "ship",
-            "ship of 50 m and more",
-            speed_noise=3e-2,
-            course_rate_noise=1e-5,
+        Profile(
+            name="ship",
+            description="ship of 50 m and more",
+            speed_noise=2e-3,
+            course_rate_noise=1e-6,
             course_rate_decay=0.05,
-            position_std=0.3,
+            position_std=0.5,
         ),
-        _built_in(
-            "ais",
-            "vessels as AIS reports them, seconds to minutes apart, times rounded and late",
+        Profile(
+            name="ais",
+            description="vessels as AIS reports them: seconds to minutes apart, times rounded and late",
             speed_noise=5e-3,
             course_rate_noise=1e-6,
             course_rate_decay=0.02,

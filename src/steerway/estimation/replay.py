@@ -43,7 +43,7 @@ def _aiding_table(fixes: Fixes, aid) -> np.ndarray:
     return np.column_stack([getattr(fixes, name) if name in aid else silent for name in AIDS])
 
 
-class _Run:
+class Run:
     """What `track` fills."""
 
     def __init__(self, n):
@@ -66,23 +66,18 @@ class _Run:
         )
 
 
-def run_positions(model, time, latitude, longitude) -> _Run:
-    """The plain filter over arrays (s, rad); what the tuner evaluates."""
-    run = _Run(len(time))
-    bounds = np.array([0, len(time)])
-    no_aids = np.empty((0, len(AIDS)))
-    track_many(bounds, time, latitude, longitude, no_aids, True, model, *_outputs(run))
-    return run
-
-
 def _outputs(run, rows=slice(None)):
     return run.spoken[rows], run.nis[rows], run.log_determinant[rows], run.status[rows]
 
 
 def _filtered(model, aid, fixes: Fixes) -> Motion:
-    """Every row of every vessel in one pass, on as many threads as there is work for."""
+    return run_rows(model, aid, fixes).motion(fixes.time, fixes.mmsi, fixes.has_position)
+
+
+def run_rows(model, aid, fixes: Fixes) -> Run:
+    """The filter over every row of every vessel in one pass, on as many threads as there is work for."""
     n = len(fixes)
-    run = _Run(n)
+    run = Run(n)
     aids = _aiding_table(fixes, aid)
     bounds = np.array([0, n]) if fixes.mmsi is None else np.r_[0, np.flatnonzero(np.diff(fixes.mmsi)) + 1, n]
     shares = min(len(bounds) - 1, os.cpu_count() or 1, n // _SMALLEST_SHARE + 1)
@@ -107,7 +102,7 @@ def _filtered(model, aid, fixes: Fixes) -> Motion:
     else:
         with ThreadPoolExecutor(shares) as pool:
             list(pool.map(work, range(shares)))
-    return run.motion(fixes.time, fixes.mmsi, fixes.has_position)
+    return run
 
 
 def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
@@ -124,7 +119,7 @@ def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
     memory = empty_memory(model)
     states = memory.shape[1]
     kept = np.empty((len(time) if smoothed else 0, states + 2, states))
-    run = _Run(len(time))
+    run = Run(len(time))
     track(time, first, second, aids, True, model, memory, *_outputs(run), kept)
     if smoothed:
         smoothing.smooth(time, True, model, kept, run.spoken)

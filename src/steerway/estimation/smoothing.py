@@ -10,58 +10,60 @@ import math
 import numpy as np
 
 from steerway.angles import wrap
-from steerway.compiled import kernel
+from steerway.compiled import kernel, lean_kernel
 from steerway.earth import displacement
-from steerway.estimation.five_state import chord, decay, predict
+from steerway.estimation.five_state import chord, decay, predict, set_step
 from steerway.estimation.linear_algebra import factor, fill_lower, multiply, multiply_transposed, solve_rows
 from steerway.estimation.model import (
     COURSE,
+    DT,
     EAST,
     EMPTY,
     EXTRAS,
+    FIRST,
     LATITUDE,
     LONGITUDE,
     MODE,
     NORTH,
     RATE,
+    RATE_LEFT,
     RETRIES,
     SPEED,
-    SPEED_DECAY,
-    STARTING,
+    SPEED_INTEGRAL,
+    SPEED_LEFT,
+    TURN,
     UNDERWAY,
 )
 from steerway.estimation.tracking import speak
 from steerway.estimation.way import fold, mix_velocity, predict_adrift
 
 
-@kernel
-def transition(x, underway, dt, model, f):
-    """F of one prediction over dt from state x, (n, n)."""
+@lean_kernel
+def transition(x, underway, step, model, f):
+    """F of one prediction over a step from state x, (n, n)."""
     n = len(x)
     f[:] = 0.0
     for j in range(n):
         f[j, j] = 1.0
     for j in range(5, n):
-        f[j, j] = decay(model[EXTRAS + 3 * (j - 5)], dt)[0]
+        f[j, j] = decay(model[EXTRAS + 3 * (j - 5)], step[DT])[0]
+    if step[DT] == 0.0:
+        return
     if underway:
-        _, _, north, east, north_u, east_u, north_w, east_w, speed_left, rate_left, turn = chord(
-            x[SPEED], x[COURSE], x[RATE], dt, model
-        )
+        _, _, north, east, north_u, east_u, north_w, east_w = chord(x[SPEED], x[COURSE], x[RATE], step)
         f[0, 2], f[0, 3], f[0, 4] = north_u, -east, north_w
         f[1, 2], f[1, 3], f[1, 4] = east_u, north, east_w
-        f[2, 2], f[3, 4], f[4, 4] = speed_left, turn, rate_left
+        f[2, 2], f[3, 4], f[4, 4] = step[SPEED_LEFT], step[TURN], step[RATE_LEFT]
     else:
-        left, integral = decay(model[SPEED_DECAY], dt)
-        f[0, 2] = f[1, 3] = integral
-        f[2, 2] = f[3, 3] = left
+        f[0, 2] = f[1, 3] = step[SPEED_INTEGRAL]
+        f[2, 2] = f[3, 3] = step[SPEED_LEFT]
 
 
-@kernel
+@lean_kernel
 def carry_over(x, p, mode, x_predicted, p_predicted, predicted_mode):
     """Express the later row's smoothed (x, P) in the coordinates of its prediction, in place."""
     if (mode == UNDERWAY) == (predicted_mode == UNDERWAY):
         return
-    n = len(x)
     if predicted_mode == UNDERWAY:
         speed, c, s = max(x_predicted[SPEED], 1e-3), math.cos(x_predicted[COURSE]), math.sin(x_predicted[COURSE])
         north, east = x[2] - x_predicted[SPEED] * c, x[3] - x_predicted[SPEED] * s
@@ -72,9 +74,7 @@ def carry_over(x, p, mode, x_predicted, p_predicted, predicted_mode):
         speed, c, s = x[SPEED], math.cos(x[COURSE]), math.sin(x[COURSE])
         x[2], x[3] = speed * c, speed * s
         mix_velocity(p, c, -speed * s, s, speed * c)
-    x[RATE] = x_predicted[RATE]
-    for i in range(n):
-        p[min(i, RATE), max(i, RATE)] = p_predicted[min(i, RATE), max(i, RATE)]
+    ignore(RATE, x, x_predicted, p_predicted)
 
 
 @kernel
@@ -94,17 +94,21 @@ def smooth(time, geodetic, model, kept, spoken):
     x_later, p_later = np.empty(n), np.empty((n, n))
     x_next, p_next = np.empty(n), np.empty((n, n))
     later_mode = EMPTY
+    step = np.zeros((3, n))
+    step[DT] = -1.0
     for k in range(len(time) - 1, -1, -1):
         x, p, book = kept[k, n], kept[k, :n], kept[k, n + 1]
         mode = book[MODE]
         if later_mode != EMPTY and mode != EMPTY and not begun_anew(kept[k], kept[k + 1]):
             dt = time[k + 1] - time[k]
-            transition(x, mode == UNDERWAY, dt, model, f)
+            if dt != step[DT]:
+                set_step(step, dt, model)
+            transition(x, mode == UNDERWAY, step, model, f)
             x_next[:], p_next[:] = x, p
             if mode == UNDERWAY:
-                predict(x_next, p_next, dt, model)
+                predict(x_next, p_next, step, model)
             else:
-                predict_adrift(x_next, p_next, dt, model)
+                predict_adrift(x_next, p_next, step, model)
             carry_over(x_later, p_later, later_mode, x_next, p_next, mode)
             if geodetic:
                 later = kept[k + 1, n + 1]
@@ -112,26 +116,13 @@ def smooth(time, geodetic, model, kept, spoken):
                 x_later[NORTH] += north
                 x_later[EAST] += east
             if kept[k + 1, n + 1, RETRIES] > book[RETRIES]:
-                keep_position(x_later, p_later, x_next, p_next)
-            # G = P Fᵀ P⁻(k+1)⁻¹
-            fill_lower(p)
-            multiply_transposed(p, f, gain)
-            factor(p_next, scale, lower)
-            solve_rows(lower, scale, gain)
+                ignore(NORTH, x_later, x_next, p_next)
+                ignore(EAST, x_later, x_next, p_next)
             for i in range(n):
                 x_later[i] -= x_next[i]
-                for j in range(i, n):
-                    p_later[i, j] -= p_next[i, j]
             if mode == UNDERWAY:
                 x_later[COURSE] = wrap(x_later[COURSE])
-            fill_lower(p_later)
-            multiply(gain, p_later, product)
-            for i in range(n):
-                for j in range(n):
-                    x[i] += gain[i, j] * x_later[j]
-                for j in range(i, n):
-                    for m in range(n):
-                        p[i, j] += product[i, m] * gain[j, m]
+            smoothing_step(x, p, f, p_next, x_later, p_later, gain, lower, product, scale)
             if mode == UNDERWAY:
                 fold(x, p)
         x_later[:], p_later[:], later_mode = x, p, mode
@@ -139,17 +130,40 @@ def smooth(time, geodetic, model, kept, spoken):
             speak(kept[k], geodetic, spoken[k])
 
 
-@kernel
+@lean_kernel
+def smoothing_step(x, p, f, p_next, x_excess, p_later, gain, lower, product, scale):
+    """One step of Rauch, Tung and Striebel in place: G = P Fᵀ P⁻(k+1)⁻¹, x += G Δx, P += G (P(k+1) − P⁻(k+1)) Gᵀ.
+
+    Δx = `x_excess` is the later row's smoothed state less its prediction; `p_later` is used up, and so are the last
+    four, workspace of (n, n), (n, n), (n, n) and (n,).
+    """
+    n = len(x)
+    fill_lower(p)
+    multiply_transposed(p, f, gain)
+    factor(p_next, scale, lower)
+    solve_rows(lower, scale, gain)
+    for i in range(n):
+        for j in range(i, n):
+            p_later[i, j] -= p_next[i, j]
+    fill_lower(p_later)
+    multiply(gain, p_later, product)
+    for i in range(n):
+        for j in range(n):
+            x[i] += gain[i, j] * x_excess[j]
+        for j in range(i, n):
+            for m in range(n):
+                p[i, j] += product[i, m] * gain[j, m]
+
+
+@lean_kernel
 def begun_anew(earlier, later):
     """Whether the filter forgot everything between two rows."""
     n = earlier.shape[1]
-    return later[n + 1, MODE] == STARTING and earlier[n + 1, MODE] != STARTING
+    return later[n + 1, MODE] == FIRST and earlier[n + 1, MODE] != FIRST
 
 
-@kernel
-def keep_position(x_later, p_later, x_next, p_next):
-    """Across a position taken anew only the motion is smoothed: the later row tells nothing of the place before."""
-    for i in range(2):
-        x_later[i] = x_next[i]
-        for j in range(len(x_later)):
-            p_later[min(i, j), max(i, j)] = p_next[min(i, j), max(i, j)]
+@lean_kernel
+def ignore(k, x_later, x_next, p_next):
+    """Let the later row tell nothing of state k: where a position was taken anew, or a course rate forgotten."""
+    x_later[k] = x_next[k]
+    p_next[k, k] *= 1e12

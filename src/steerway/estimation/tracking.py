@@ -7,13 +7,14 @@ import math
 
 import numpy as np
 
-from steerway.compiled import kernel
+from steerway.compiled import kernel, lean_kernel
 from steerway.earth import displaced, displacement
 from steerway.estimation.aiding import aid_adrift, aid_underway
-from steerway.estimation.five_state import correct, innovation, normalised_square, predict
+from steerway.estimation.five_state import predict, set_step
 from steerway.estimation.model import (
     ADRIFT,
     COURSE,
+    DT,
     EAST,
     EMPTY,
     ERROR_STATE,
@@ -22,9 +23,11 @@ from steerway.estimation.model import (
     LONGEST_GAP,
     LONGEST_STEP,
     LONGITUDE,
+    LOST_COURSE_VARIANCE,
     MODE,
     NORTH,
     PATIENCE,
+    POSITION_VARIANCE,
     RATE,
     RETRIES,
     SPEED,
@@ -34,7 +37,8 @@ from steerway.estimation.model import (
     UNDERWAY,
     empty_memory,
 )
-from steerway.estimation.way import fold, judge, place_by_fix, predict_adrift, start
+from steerway.estimation.position_update import correct, innovation, normalised_square, place_by_fix
+from steerway.estimation.way import fold, judge, predict_adrift, start
 from steerway.records import NO_COURSE, OK, PREDICTED, REJECTED
 from steerway.records import STARTING as STARTING_STATUS
 
@@ -42,11 +46,11 @@ SOG, COG, HEADING, WATER_SPEED, YAW_RATE = range(5)
 """Columns of the aiding table."""
 
 
-@kernel
+@lean_kernel
 def advance(memory, dt, model):
     """Predict by dt ≥ 0 seconds."""
     n = memory.shape[1]
-    p, x, book = memory[:n], memory[n], memory[n + 1]
+    p, x, book, step = memory[:n], memory[n], memory[n + 1], memory[n + 6 :]
     if book[MODE] == EMPTY or not dt > 0.0:
         return
     if dt > LONGEST_GAP:
@@ -55,29 +59,32 @@ def advance(memory, dt, model):
     if book[STRAY] >= 0.0:
         book[STRAY] += dt
     steps = max(math.ceil(dt / LONGEST_STEP - STEP_SLACK), 1)
+    if dt / steps != step[DT]:
+        set_step(step, dt / steps, model)
     for _ in range(steps):
         if book[MODE] == UNDERWAY:
-            predict(x, p, dt / steps, model)
-            if p[COURSE, COURSE] > 1.0:
+            predict(x, p, step, model)
+            if p[COURSE, COURSE] > LOST_COURSE_VARIANCE:
                 judge(x, p, book, model)
         else:
-            predict_adrift(x, p, dt / steps, model)
+            predict_adrift(x, p, step, model)
 
 
-@kernel
+@lean_kernel
 def take_fix(memory, north, east, model):
     """Correct by a fix in the present tangent plane. Returns (accepted, NIS, log det S)."""
     n = memory.shape[1]
-    p, x, book, work = memory[:n], memory[n], memory[n + 1], memory[n + 2 :]
+    p, x, book, work = memory[:n], memory[n], memory[n + 1], memory[n + 2 : n + 6]
     if book[MODE] == EMPTY:
         start(x, p, book, north, east, model)
         book[STRAY], book[RETRIES] = -1.0, 0.0
         return True, math.nan, math.nan
-    nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, model)
+    g, variance = int(model[ERROR_STATE]), model[POSITION_VARIANCE]
+    nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, variance, variance, g)
     nis = normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee)
     log_determinant = math.log(s_nn * s_ee - s_ne * s_ne)
     if nis <= model[GATE]:
-        correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, model)
+        correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g)
         if book[STRAY] < 0.0:
             book[RETRIES] = 0.0
         book[STRAY] = -1.0
@@ -89,7 +96,7 @@ def take_fix(memory, north, east, model):
     return False, nis, log_determinant
 
 
-@kernel
+@lean_kernel
 def retake(x, p, book, north, east, model):
     """After unbroken rejections take the position anew and keep the motion; if that did not help, begin anew."""
     if book[RETRIES] > 0.0:
@@ -99,23 +106,23 @@ def retake(x, p, book, north, east, model):
         g = int(model[ERROR_STATE])
         x[NORTH] = north - x[g] if g else north
         x[EAST] = east - x[g + 1] if g else east
-        place_by_fix(x, p, model)
+        place_by_fix(p, model[POSITION_VARIANCE], model[POSITION_VARIANCE], g, 5)
         book[RETRIES] = 1.0
     book[STRAY] = -1.0
 
 
-@kernel
+@lean_kernel
 def take_aids(memory, aids, model):
     """Correct by the aids (5,) that are not NaN."""
     n = memory.shape[1]
-    p, x, book, work = memory[:n], memory[n], memory[n + 1], memory[n + 2 :]
+    p, x, book, work = memory[:n], memory[n], memory[n + 1], memory[n + 2 : n + 6]
     if book[MODE] == UNDERWAY:
         aid_underway(x, p, work, aids[SOG], aids[COG], aids[HEADING], aids[WATER_SPEED], aids[YAW_RATE], model)
     elif book[MODE] != EMPTY:
         aid_adrift(x, p, work, aids[SOG], aids[COG], model)
 
 
-@kernel
+@lean_kernel
 def settle(memory, model):
     """After an update: fold the speed, wrap the course, gain or lose way."""
     n = memory.shape[1]
@@ -126,7 +133,7 @@ def settle(memory, model):
         judge(x, p, book, model)
 
 
-@kernel
+@lean_kernel
 def take_position(memory, first, second, geodetic, model):
     """Correct by a fix given as latitude and longitude (rad) or as north and east (m): `take_fix` for either."""
     if not geodetic:
@@ -138,7 +145,7 @@ def take_position(memory, first, second, geodetic, model):
     return take_fix(memory, north, east, model)
 
 
-@kernel
+@lean_kernel
 def recentre(memory):
     """Lay the tangent plane around the present estimate: the position moves into the plane's origin."""
     n = memory.shape[1]
@@ -147,7 +154,7 @@ def recentre(memory):
     x[NORTH] = x[EAST] = 0.0
 
 
-@kernel
+@lean_kernel
 def status_of(memory, fixed, accepted):
     """What the row is worth, as a code of records.STATUSES."""
     mode = memory[memory.shape[1] + 1, MODE]
@@ -160,7 +167,7 @@ def status_of(memory, fixed, accepted):
     return OK if fixed else PREDICTED
 
 
-@kernel
+@lean_kernel
 def speak(memory, geodetic, out):
     """Write what the filter says now.
 
@@ -188,6 +195,14 @@ SPOKEN = 9
 """Columns of `speak`."""
 
 
+@lean_kernel
+def keep(memory, out):
+    """Copy covariance, state and bookkeeping."""
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            out[i, j] = memory[i, j]
+
+
 @kernel
 def track(time, first, second, aids, geodetic, model, memory, spoken, nis, log_determinant, status, kept):
     """Run over a record.
@@ -199,7 +214,6 @@ def track(time, first, second, aids, geodetic, model, memory, spoken, nis, log_d
         spoken: (n, SPOKEN), nis, log_determinant: (n,), status: (n,) uint8: filled.
         kept: (n or 0, states + 2, states) receives covariance, state and bookkeeping after every row, for the smoother.
     """
-    states = memory.shape[1]
     for k in range(len(time)):
         if k > 0:
             advance(memory, time[k] - time[k - 1], model)
@@ -217,7 +231,7 @@ def track(time, first, second, aids, geodetic, model, memory, spoken, nis, log_d
         status[k] = status_of(memory, fixed, accepted)
         speak(memory, geodetic, spoken[k])
         if len(kept):
-            kept[k] = memory[: states + 2]
+            keep(memory, kept[k])
 
 
 @kernel

@@ -5,25 +5,22 @@ Two steps, because the motion and a slowly erring receiver explain the same inno
 1. Motion and white noise on fixes at least a second apart. A receiver's fixes a fraction of a second apart err alike;
    taken as independent they would make every wobble of theirs a turn of the vessel.
 2. White and slowly varying error of the receiver on all fixes, with the motion held.
-
-Innovations beyond the gate count as outliers of a uniform density, so that rejecting good fixes costs likelihood.
 """
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from steerway.earth import displacement
 from steerway.errors import InputError
-from steerway.estimation.profiles import Profile
-from steerway.estimation.replay import run_positions
+from steerway.estimation.likelihood import cost
+from steerway.estimation.profiles import GATE, Profile
+from steerway.estimation.replay import run_rows
 from steerway.records import Fixes
 
-_GATE = 13.8
-_OUTLIER_COST = 24.0
-"""−log of the density of an outlier: one fix in ten thousand, anywhere within a kilometre."""
 _SETTLING_FIXES = 5
 _MOTION_SPACING = 1.0
 _FEWEST_FIXES = 60
@@ -65,6 +62,31 @@ class Tuned:
     nis_band: tuple[float, float]  # 95 % band of that mean if it is
     log_likelihood: float
 
+    def as_dict(self) -> dict:
+        """The numbers, flat; the profile's by their names in a profile."""
+        numbers = {name: getattr(self.profile, name) for name in (*_MOTION, "error_std", "error_time")}
+        own = {name: getattr(self, name) for name in ("fixes", "moving", "rejected", "nis_mean", "log_likelihood")}
+        return numbers | own | {"nis_band": list(self.nis_band)}
+
+    def sentences(self) -> list[tuple[str, str]]:
+        """The fit as (what, value) pairs for people."""
+        p = self.profile
+        low, high = self.nis_band
+        slow = f"{p.error_std:.3g} m over {p.error_time:.3g} s" if p.error_std else "none found"
+        if low <= self.nis_mean <= high:
+            verdict = "consistent"
+        else:
+            verdict = "errors smaller than claimed" if self.nis_mean < low else "errors larger than claimed"
+        return [
+            ("fixes", f"{self.fixes}, {self.moving} under way, {self.rejected} rejected"),
+            ("white noise of a fix", f"{p.position_std:.3g} m"),
+            ("slow error of the receiver", slow),
+            ("speed noise S_U", f"{p.speed_noise:.3g} m²/s³"),
+            ("course-rate noise S_ω", f"{p.course_rate_noise:.3g} rad²/s³"),
+            ("course-rate decay α2", f"{p.course_rate_decay:.3g} 1/s"),
+            ("mean NIS", f"{self.nis_mean:.2f}, 95 % band {low:.2f} to {high:.2f}: {verdict}"),
+        ]
+
 
 def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | None = None) -> Tuned:
     """Fit a profile to the longest track of `fixes`.
@@ -76,39 +98,42 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
 
     Raises InputError when there is too little motion to tell anything.
     """
-    fixes = _longest_track(fixes)
-    time, latitude, longitude = fixes.time, fixes.latitude, fixes.longitude
-    moving = _moving(time, latitude, longitude)
+    fixes = longest_track(fixes)
+    moving = _moving(fixes.time, fixes.latitude, fixes.longitude)
+    moving[:_SETTLING_FIXES] = False
     if moving.sum() < _FEWEST_FIXES:
         raise InputError(
-            f"{moving.sum()} of {len(time)} fixes are under way (faster than {_LEAST_SPEED} m/s), "
+            f"{moving.sum()} of {len(fixes)} fixes are under way (faster than {_LEAST_SPEED} m/s), "
             f"expected at least {_FEWEST_FIXES} to tune by"
         )
     report = _Progress(progress)
 
-    apart = _thinned(time, _MOTION_SPACING)
-    motion_cost = _cost(time[apart], latitude[apart], longitude[apart], moving[apart])
+    apart = _thinned(fixes.time, _MOTION_SPACING)
+    motion_cost = partial(cost, fixes=fixes.rows(apart), counted=moving[apart])
     base = Profile(name=name, position_std=1.0, speed_noise=1.0, course_rate_noise=1.0)
     rough = [_minimise(motion_cost, base, _MOTION, start, 80, report) for start in _MOTION_STARTS]
     promising = sorted(rough, key=lambda found: found[1])[:2]
     fine = [_minimise(motion_cost, base, _MOTION, each.model_dump(), 250, report) for each, _ in promising]
     motion, _ = min(fine, key=lambda found: found[1])
 
-    cost = _cost(time, latitude, longitude, moving)
-    white = motion.model_copy(update={"position_std": _white_std(motion, time, apart)})
-    candidates = [(white, cost(white))]
+    full_cost = partial(cost, fixes=fixes, counted=moving)
+    # White noise at the full rate that tells as much a second as what was found at the thinned one.
+    white_std = motion.position_std * math.sqrt(len(fixes) / len(apart))
+    white = motion.model_copy(update={"position_std": white_std})
+    candidates = [(white, full_cost(white))]
     for error_time in (2.0, 100.0):
         start = {"position_std": 0.5 * motion.position_std, "error_std": motion.position_std, "error_time": error_time}
-        candidates.append(_minimise(cost, motion, _RECEIVER, start, 300, report))
+        candidates.append(_minimise(full_cost, motion, _RECEIVER, start, 300, report))
     profile, value = min(candidates, key=lambda found: found[1])
     report.done()
-    return _tuned(_rounded(profile), value, time, latitude, longitude, moving)
+    return _tuned(_rounded(profile), value, fixes, moving)
 
 
 _LEAST_SPEED = 0.5
 
 
-def _longest_track(fixes: Fixes) -> Fixes:
+def longest_track(fixes: Fixes) -> Fixes:
+    """The fixes of the vessel that has most of them."""
     fixes = fixes.rows(fixes.has_position).in_order()
     return max((track for _, track in fixes.tracks()), key=len)
 
@@ -136,28 +161,7 @@ def _thinned(time, spacing):
     return np.array(chosen)
 
 
-def _white_std(motion: Profile, time, apart):
-    """White noise at the full rate that tells as much a second as what was found at the thinned one."""
-    return motion.position_std * math.sqrt(len(time) / len(apart))
-
-
-def _cost(time, latitude, longitude, counted):
-    """−log likelihood of a profile on the counted fixes."""
-    counted = counted.copy()
-    counted[:_SETTLING_FIXES] = False
-
-    def cost(profile: Profile) -> float:
-        run = run_positions(profile.model(), time, latitude, longitude)
-        known = counted & np.isfinite(run.nis)
-        outlier = known & (run.nis > _GATE)
-        good = known & ~outlier
-        gaussian = 0.5 * (run.log_determinant[good] + run.nis[good]) + math.log(2.0 * math.pi)
-        return float(gaussian.sum()) + _OUTLIER_COST * int(outlier.sum())
-
-    return cost
-
-
-def _minimise(cost, base: Profile, names, start, evaluations, report):
+def _minimise(objective, base: Profile, names, start, evaluations, report):
     """Nelder–Mead in the logarithms of `names`; returns the best profile and its cost with the prior."""
     from scipy.optimize import minimize
 
@@ -169,14 +173,14 @@ def _minimise(cost, base: Profile, names, start, evaluations, report):
         values = np.exp(np.clip(logs, low, high))
         return base.model_copy(update=dict(zip(names, values.tolist(), strict=True)))
 
-    def objective(logs):
+    def penalised(logs):
         report.step()
-        return cost(profile_of(logs)) + 0.5 * float((((np.clip(logs, low, high) - centre) / spread) ** 2).sum())
+        return objective(profile_of(logs)) + 0.5 * float((((np.clip(logs, low, high) - centre) / spread) ** 2).sum())
 
     origin = np.log([start[name] for name in names])
     simplex = np.vstack([origin, origin + np.eye(len(names))])
     options = {"maxfev": evaluations, "xatol": 0.01, "fatol": 0.02, "initial_simplex": simplex}
-    found = minimize(objective, origin, method="Nelder-Mead", options=options)
+    found = minimize(penalised, origin, method="Nelder-Mead", options=options)
     return profile_of(found.x), float(found.fun)
 
 
@@ -205,19 +209,18 @@ def _rounded(profile: Profile) -> Profile:
     return profile.model_copy(update=update)
 
 
-def _tuned(profile, cost, time, latitude, longitude, moving) -> Tuned:
-    run = run_positions(profile.model(), time, latitude, longitude)
-    known = moving & np.isfinite(run.nis)
-    known[:_SETTLING_FIXES] = False
-    good = known & (run.nis <= _GATE)
+def _tuned(profile, value, fixes: Fixes, moving) -> Tuned:
+    nis = run_rows(profile.model(), (), fixes).nis
+    known = moving & np.isfinite(nis)
+    good = known & (nis <= GATE)
     n = int(good.sum())
     half = 1.96 * 2.0 / math.sqrt(max(n, 1))
     return Tuned(
         profile=profile,
-        fixes=len(time),
+        fixes=len(fixes),
         moving=int(moving.sum()),
         rejected=int((known & ~good).sum()),
-        nis_mean=float(run.nis[good].mean()) if n else math.nan,
+        nis_mean=float(nis[good].mean()) if n else math.nan,
         nis_band=(2.0 - half, 2.0 + half),
-        log_likelihood=-cost,
+        log_likelihood=-value,
     )

@@ -8,21 +8,24 @@ of its standard deviations above zero the vessel is under way and the state is [
 import math
 
 from steerway.angles import wrap
-from steerway.compiled import kernel
-from steerway.estimation.five_state import decay, predict_extras
+from steerway.compiled import lean_kernel
+from steerway.estimation.five_state import predict_extras
 from steerway.estimation.model import (
     ADRIFT,
     COURSE,
+    DT,
     EAST,
     ERROR_STATE,
     EXTRAS,
+    FIRST,
     LOST_COURSE_VARIANCE,
     MODE,
     NORTH,
     POSITION_VARIANCE,
     RATE,
     SPEED,
-    SPEED_DECAY,
+    SPEED_INTEGRAL,
+    SPEED_LEFT,
     SPEED_NOISE,
     START_RATE_VARIANCE,
     START_SPEED_VARIANCE,
@@ -32,33 +35,19 @@ from steerway.estimation.model import (
     VELOCITY_EAST,
     VELOCITY_NORTH,
 )
+from steerway.estimation.position_update import place_by_fix
 
 GATHERED = 4.0
 """Standard deviations above zero at which a velocity has a direction."""
 LOST = 2.0
 """Standard deviations above zero below which it has none any more."""
+GATHERING_TIME = 10.0
+"""s in which a vessel at rest may gather steerageway: adrift, its velocity walks so fast whatever S_U is."""
+TOLD = 0.5
+"""m/s: a velocity known so well is known, and if it has no direction then the vessel has no way."""
 
 
-@kernel
-def place_by_fix(x, p, model):
-    """Covariance of a position that one fix alone has given: what the receiver errs by, in the other direction."""
-    n = len(x)
-    g = int(model[ERROR_STATE])
-    for k in range(2):
-        for i in range(k):
-            p[i, k] = 0.0
-        for j in range(k + 1, n):
-            p[k, j] = 0.0
-        p[k, k] = model[POSITION_VARIANCE]
-    if g:
-        for k in range(2):
-            for j in range(5, n):
-                p[k, j] = -p[min(g + k, j), max(g + k, j)]
-            p[k, k] += p[g + k, g + k]
-        p[0, 1] = p[g, g + 1]
-
-
-@kernel
+@lean_kernel
 def start(x, p, book, north, east, model):
     """Begin from one fix: at its place, with a velocity about which nothing is known."""
     n = len(x)
@@ -69,18 +58,19 @@ def start(x, p, book, north, east, model):
     for j in range(5, n):
         p[j, j] = model[EXTRAS + 3 * (j - 5) + 2]
     x[NORTH], x[EAST] = north, east
-    place_by_fix(x, p, model)
+    g = int(model[ERROR_STATE])
+    place_by_fix(p, model[POSITION_VARIANCE], model[POSITION_VARIANCE], g, 5)
     p[2, 2] = p[3, 3] = model[START_SPEED_VARIANCE]
     p[4, 4] = model[START_RATE_VARIANCE]
-    book[MODE] = STARTING
+    book[MODE] = FIRST
 
 
-@kernel
-def predict_adrift(x, p, dt, model):
-    """Velocity as a random walk of density S_U along either axis; the course rate is not carried."""
+@lean_kernel
+def predict_adrift(x, p, step, model):
+    """Velocity as a random walk along either axis; the course rate is not carried."""
     n = len(x)
-    left, integral = decay(model[SPEED_DECAY], dt)
-    density = model[SPEED_NOISE]
+    dt, left, integral = step[DT], step[SPEED_LEFT], step[SPEED_INTEGRAL]
+    density = model[SPEED_NOISE] + model[STEERAGEWAY] ** 2 / GATHERING_TIME
     x[NORTH] += integral * x[VELOCITY_NORTH]
     x[EAST] += integral * x[VELOCITY_EAST]
     x[VELOCITY_NORTH] *= left
@@ -103,7 +93,7 @@ def predict_adrift(x, p, dt, model):
     predict_extras(x, p, dt, model)
 
 
-@kernel
+@lean_kernel
 def mix_velocity(p, a, b, c, d):
     """P ← J P Jᵀ in place, J = [[a, b], [c, d]] on the third and fourth state."""
     n = p.shape[1]
@@ -117,7 +107,7 @@ def mix_velocity(p, a, b, c, d):
     p[3, 3] = c * c * p22 + 2.0 * c * d * p23 + d * d * p33
 
 
-@kernel
+@lean_kernel
 def velocity_to_course(x, p):
     """(v_N, v_E) → (U, χ) in place."""
     north, east = x[VELOCITY_NORTH], x[VELOCITY_EAST]
@@ -127,7 +117,7 @@ def velocity_to_course(x, p):
     mix_velocity(p, c, s, -s / speed, c / speed)
 
 
-@kernel
+@lean_kernel
 def course_to_velocity(x, p):
     """(U, χ) → (v_N, v_E) in place."""
     speed, c, s = x[SPEED], math.cos(x[COURSE]), math.sin(x[COURSE])
@@ -135,7 +125,7 @@ def course_to_velocity(x, p):
     mix_velocity(p, c, -speed * s, s, speed * c)
 
 
-@kernel
+@lean_kernel
 def forget_rate(x, p, model):
     """The course rate is zero, give or take what a vessel does."""
     x[RATE] = 0.0
@@ -146,7 +136,7 @@ def forget_rate(x, p, model):
     p[RATE, RATE] = model[START_RATE_VARIANCE]
 
 
-@kernel
+@lean_kernel
 def fold(x, p):
     """U ≥ 0 and χ in [−π, π): a vessel that runs backwards runs forwards on the opposite course."""
     if x[SPEED] < 0.0:
@@ -159,7 +149,7 @@ def fold(x, p):
     x[COURSE] = wrap(x[COURSE])
 
 
-@kernel
+@lean_kernel
 def judge(x, p, book, model):
     """Gain or lose way after an update or a prediction."""
     if book[MODE] == UNDERWAY:
@@ -175,16 +165,21 @@ def judge(x, p, book, model):
             book[MODE] = ADRIFT
         return
     variance = 0.5 * (p[2, 2] + p[3, 3])
+    if book[MODE] == FIRST:
+        # Two fixes make a velocity of any outlier; a third has to agree with it.
+        if variance < 0.5 * model[START_SPEED_VARIANCE]:
+            book[MODE] = STARTING
+        return
     speed_squared = x[VELOCITY_NORTH] ** 2 + x[VELOCITY_EAST] ** 2
     if speed_squared > max(GATHERED**2 * variance, model[STEERAGEWAY] ** 2):
         velocity_to_course(x, p)
         forget_rate(x, p, model)
         book[MODE] = UNDERWAY
-    elif GATHERED**2 * variance < model[STEERAGEWAY] ** 2:
+    elif variance < TOLD**2:
         book[MODE] = ADRIFT
 
 
-@kernel
+@lean_kernel
 def forget_velocity(x, p, model):
     """Nothing is known of the velocity (its last value stays the best guess)."""
     for k in (VELOCITY_NORTH, VELOCITY_EAST):

@@ -80,10 +80,7 @@ def signals_figure(fixes: Fixes, motion: Motion) -> Figure:
 
     _banded(rate, time, np.degrees(shown.course_rate), np.degrees(shown.course_rate_std), "course rate ± 2σ")
     rate.axhline(0.0, color=QUIET, linewidth=0.8)
-    reach = (
-        np.nanquantile(np.abs(np.degrees(shown.course_rate)), 0.999) if np.isfinite(shown.course_rate).any() else 1.0
-    )
-    rate.set_ylim(-1.6 * reach - 0.1, 1.6 * reach + 0.1)
+    rate.set_ylim(-_reach(shown), _reach(shown))
     rate.set_ylabel("course rate (°/s)\n+ starboard")
 
     ratio = np.sqrt(shown.nis / 2.0)
@@ -113,6 +110,15 @@ def signals_figure(fixes: Fixes, motion: Motion) -> Figure:
     nis.xaxis.set_major_locator(locator)
     nis.xaxis.set_major_formatter(ConciseDateFormatter(locator))
     return figure
+
+
+def _reach(motion) -> float:
+    """Course rate (°/s) that shows all but the rarest values and the usual band."""
+    rates, deviations = (np.degrees(np.abs(column)) for column in (motion.course_rate, motion.course_rate_std))
+    known = np.isfinite(rates)
+    if not known.any():
+        return 1.0
+    return float(max(1.4 * np.quantile(rates[known], 0.999), 2.5 * np.median(deviations[known])) + 0.1)
 
 
 def _banded(axes, time, values, deviations, label):

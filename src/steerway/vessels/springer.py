@@ -31,7 +31,7 @@ MAX_CHANGE_RPM = 20.0
 PLANTS = ("paper", "physical")
 
 
-class YawModel(NamedTuple):
+class HeadingModel(NamedTuple):
     """ψ from n_d at 1 s: two poles, each with its input and output; every field a pair of floats."""
 
     poles: tuple[float, float]
@@ -42,12 +42,12 @@ class YawModel(NamedTuple):
         """A (2, 2), B (2,) per rad/s of n_d, C (2,) to rad."""
         return np.diag(self.poles), np.array(self.inputs) / RPM, np.array(self.outputs)
 
-    def scaled(self, effectiveness: float) -> "YawModel":
+    def scaled(self, effectiveness: float) -> "HeadingModel":
         """The same vessel with propellers that turn her `effectiveness` times as much."""
         return self._replace(inputs=tuple(effectiveness * each for each in self.inputs))
 
 
-PAPER_YAW = YawModel((1.002, 0.9945), (6.354e-6, -4.699e-6), (34.13, 15.11))
+PAPER_YAW = HeadingModel((1.002, 0.9945), (6.354e-6, -4.699e-6), (34.13, 15.11))
 """P4 (4), its scrambled matrices decoded: any other order of the digits gives a vessel that cannot fly the mission."""
 PHYSICAL_YAW = PAPER_YAW._replace(poles=(1.0, 0.9945))
 

@@ -10,15 +10,15 @@ from steerway.estimation.interval.weighting import LearnedHeading, ideal_weight,
 from steerway.estimation.model_bank import ModelBank, corners, grid
 from steerway.sensors.tcm2 import TCM2, CompassModel
 from steerway.studies.springer_mission.world import Blind, Navigator
-from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, YawModel
+from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, HeadingModel
 
 
-def ideal(compass: CompassModel, yaw: YawModel = PAPER_YAW) -> Blind:
+def ideal(compass: CompassModel, yaw: HeadingModel = PAPER_YAW) -> Blind:
     """The filter that knows the true compass."""
     return Blind(CompositeFilter(composite_model(compass, yaw)))
 
 
-def nominal(yaw: YawModel = PAPER_YAW) -> Blind:
+def nominal(yaw: HeadingModel = PAPER_YAW) -> Blind:
     """The filter of P4 (7)."""
     return Blind(CompositeFilter(composite_model(TCM2, yaw)))
 

@@ -25,8 +25,8 @@ from steerway.vessels.springer import (
     PHYSICAL_YAW,
     RPM,
     SPEED,
+    HeadingModel,
     Springer,
-    YawModel,
 )
 from steerway.vessels.vessel import conditions
 
@@ -124,12 +124,12 @@ def turnless_deg(estimate, heading) -> np.ndarray:
     return np.degrees(np.remainder(estimate - heading + math.pi, 2.0 * math.pi) - math.pi)
 
 
-def paper_mpc(yaw: YawModel = PAPER_YAW) -> HeadingMpc:
+def paper_mpc(yaw: HeadingModel = PAPER_YAW) -> HeadingMpc:
     """P4's autopilot: H_p 10, H_c 2, Q 1 per degree², R 0.1 per rpm²; (25)–(27)."""
     return HeadingMpc(*autopilot_parts(yaw), output_weight=math.degrees(1.0) ** 2, change_weight=0.1 / RPM**2)
 
 
-def autopilot_parts(yaw: YawModel) -> tuple[LinearPlant, InputLimits, BiasObserver]:
+def autopilot_parts(yaw: HeadingModel) -> tuple[LinearPlant, InputLimits, BiasObserver]:
     """What MPC and LQG share."""
     plant = LinearPlant(*yaw.matrices())
     observer = BiasObserver(plant, 1e-12, 0.01 * RPM**2, 0.05 * math.radians(1.0) ** 2, (20.0 * RPM) ** 2)

@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 
 from steerway.compiled import kernel
 from steerway.errors import InputError
-from steerway.vessels.springer import YawModel
+from steerway.vessels.springer import HeadingModel
 
 LEAST_SAMPLES = 50
 
@@ -50,9 +50,9 @@ class IdentifiedHeading:
         inputs = np.asarray(inputs, dtype=np.float64)
         return _run(np.array([*self.poles, *self.gains, self.bias, self.heading0]), inputs)
 
-    def yaw(self) -> YawModel:
+    def yaw(self) -> HeadingModel:
         """The same as a vessel's yaw model, for Springer's filters; the input in rpm, samples of 1 s."""
-        return YawModel(self.poles, self.gains, (1.0, 1.0))
+        return HeadingModel(self.poles, self.gains, (1.0, 1.0))
 
 
 def identify_heading(time, steering, heading, integrating: bool = True) -> IdentifiedHeading:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from steerway.errors import InputError
-from steerway.estimation.identification import binary_sequence, identify_heading
+from steerway.identification.heading import binary_sequence, identify_heading
 from steerway.vessels.springer import RPM, Springer
 from steerway.vessels.vessel import conditions
 

@@ -1,0 +1,217 @@
+"""Raw AIS: !AIVDM and its kin, decoded by pyais; one track a vessel.
+
+A report's time is that of its tag block (`c:`), of a prefix or of a suffix; its own field, the UTC second it was made
+in, then takes out the seconds it was under way (ITU-R M.1371-5, annex 8, table 48). Where reports carry no time, the
+clocks in the same log stand in: RMC sentences of a receiver and reports of base stations (types 4 and 11).
+"""
+
+import contextlib
+import datetime
+import functools
+import math
+import operator
+import re
+from collections import Counter
+
+import numpy as np
+from pyais.exceptions import AISBaseException
+from pyais.messages import AISSentence, NMEASentenceFactory, TurnRate
+
+from steerway.earth import KNOT
+from steerway.formats.places import places
+from steerway.formats.recording import Recording
+from steerway.records import Fixes
+from steerway.timestamps import unix_times
+
+_SENTENCE = re.compile(rb"([^\r\n!]*)(![A-Za-z]{2}VD[MO],[^\r\n!\\]*)")
+_BODY = re.compile(rb"![A-Z]{2}VD[MO],\d,\d,\d?,[^,]*,[0-W`-w]+,[0-5](?:,[^*,]*)?\*[0-9A-Fa-f]{2}")
+_TAG_TIME = re.compile(rb"[\\,]c:([12]\d{9}(?:\d{3})?)(?!\d)")
+_ISO = re.compile(rb"\d{4}-?\d\d-?\d\d[T _-]\d\d:?\d\d:?\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?")
+_UNIX = re.compile(rb"(?<![\w.:])([12]\d{9}(?:\.\d+)?|[12]\d{12})(?![\d.])")
+_RMC = re.compile(rb"\$([A-Z]{2}RMC,(\d{6})(?:\.\d+)?,A,(?:[^,*\r\n]*,){6}(\d{6}),[^*\r\n]*)\*([0-9A-Fa-f]{2})")
+_POSITION_TYPES = {1, 2, 3, 18, 19, 27}
+_CLOCK_TYPES = {4, 11}
+_EARLY, _LATE = -3.5, 10.5  # s a report may be received before (a slow clock) and after the second it was made in
+_PATIENCE = 64  # unfinished messages of several parts kept at a time
+
+
+def recognises(head: bytes) -> bool:
+    """Whether there is an AIS sentence in the first bytes of a log."""
+    return _BODY.search(head) is not None
+
+
+def read(data: bytes) -> Recording:
+    """The source "AIS" with the reports of every vessel, sorted by vessel and time; what is left out is counted."""
+    counts, skipped, notes = Counter(), Counter(), []
+    reports, stamps, clocks = [], [], []
+    for place, stamp, message in _messages(data, counts, skipped):
+        if message.msg_type in _CLOCK_TYPES:
+            clocks.append((place, _utc(message)))
+        elif (row := _row(message)) is None:
+            skipped["message too short"] += 1
+        else:
+            reports.append((place, *row))
+            stamps.append(stamp)
+    if not reports:
+        return Recording("AIS", {}, dict(counts), dict(skipped))
+    place, second, *columns = np.array(reports, dtype=np.float64).T
+    time = _made(_times(stamps), second)
+    silent = np.isnan(time)
+    if silent.any() and (clocks := sorted([*clocks, *_receiver_clocks(data)])):
+        time[silent] = _by_clocks(place[silent], second[silent], np.array(clocks))
+        notes.append(f"{silent.sum()} reports without a time were timed by base stations or RMC before them in the log")
+    if np.isnan(time).all():
+        notes.append(
+            "no AIS report carries a time (tag block c:, prefix, suffix), nor has the log a clock: none can be used"
+        )
+    fixes = _fixes(time, columns, skipped)
+    return Recording("AIS", {"AIS": fixes} if len(fixes) else {}, dict(counts), dict(skipped), tuple(notes))
+
+
+def _messages(data, counts, skipped):
+    """(place in the log, stamp, decoded message) of every message of use; the others are counted."""
+    parts, last, stamp = {}, 0, None
+    for match in _SENTENCE.finditer(data):
+        before, text = match.groups()
+        body = _BODY.match(text)
+        of_line = stamp if match.start() == last else None  # two sentences run into one line
+        stamp, last = _stamp(before, text[body.end() :] if body else b"") or of_line, match.end()
+        if body is None:
+            skipped["not a whole AIS sentence"] += 1
+            continue
+        try:
+            sentence = NMEASentenceFactory.produce(body.group())
+            if not sentence.is_valid:
+                skipped["checksum"] += 1
+                continue
+            made = stamp
+            if sentence.frag_cnt > 1:
+                made, sentence = _joined(parts, stamp, sentence, skipped)
+                if sentence is None:
+                    continue
+            counts[f"type {sentence.ais_id}"] += 1
+            if sentence.ais_id in _POSITION_TYPES or sentence.ais_id in _CLOCK_TYPES:
+                yield match.start(), made, sentence.decode()
+        except (AISBaseException, ArithmeticError, LookupError, TypeError, ValueError):
+            skipped["cannot be decoded"] += 1
+    if parts:
+        skipped["part of a message missing"] += len(parts)
+
+
+def _joined(parts, stamp, sentence, skipped):
+    """The time of its first part and the message that this part completes, or None."""
+    key = (sentence.seq_id, sentence.channel, sentence.talker_id, sentence.frag_cnt)
+    if sentence.frag_num == 1:
+        if parts.pop(key, None):
+            skipped["part of a message missing"] += 1
+        if len(parts) >= _PATIENCE:
+            parts.pop(next(iter(parts)))
+            skipped["part of a message missing"] += 1
+        parts[key] = (stamp, [sentence])
+        return stamp, None
+    first, pieces = parts.get(key, (None, []))
+    if sentence.frag_num != len(pieces) + 1:
+        skipped["part of a message missing"] += 1
+        parts.pop(key, None)
+        return stamp, None
+    pieces.append(sentence)
+    if len(pieces) < sentence.frag_cnt:
+        return first, None
+    del parts[key]
+    return first or stamp, AISSentence.assemble_from_iterable(pieces)
+
+
+def _stamp(before, after):
+    """The characters that give a sentence's time: tag block, prefix or suffix; None where there are none."""
+    if not before and not after:
+        return None
+    for pattern, text in ((_TAG_TIME, before), (_ISO, before), (_UNIX, before), (_UNIX, after), (_ISO, after)):
+        if found := pattern.search(text):
+            return found.group(found.lastindex or 0).decode()
+    return None
+
+
+def _times(stamps):
+    """Unix time (n,) of the stamps, which are dates or numbers of s or ms; NaN for None."""
+    numbers = np.array([float(stamp) if stamp and stamp.replace(".", "").isdigit() else math.nan for stamp in stamps])
+    dates = unix_times([stamp if np.isnan(number) else None for stamp, number in zip(stamps, numbers, strict=True)])
+    return np.where(np.isnan(numbers), dates, np.where(numbers > 1e11, numbers / 1000.0, numbers))
+
+
+def _row(message):
+    """UTC second, mmsi, latitude, longitude (deg), SOG (kn), COG, heading (deg), ROT (deg/min); None if truncated."""
+    turn = getattr(message, "turn", math.nan)
+    row = (
+        getattr(message, "second", 60),
+        message.mmsi,
+        message.lat,
+        message.lon,
+        message.speed if message.msg_type != 27 or message.speed != 63 else math.nan,
+        message.course,
+        getattr(message, "heading", 511),
+        math.nan if isinstance(turn, TurnRate) else turn,
+    )
+    return None if None in row else row
+
+
+def _utc(message):
+    """Unix time of a base station's report; NaN where it has none."""
+    try:
+        clock = (message.year, message.month, message.day, message.hour, message.minute, message.second)
+        return datetime.datetime(*clock, tzinfo=datetime.UTC).timestamp()
+    except (TypeError, ValueError):
+        return math.nan
+
+
+def _made(received, second):
+    """When the reports were made: the UTC second they name, where it lies a plausible delay before reception."""
+    delay = (received - second + 30.0) % 60.0 - 30.0
+    plausible = (second < 60) & (delay >= _EARLY) & (delay <= _LATE)
+    return np.where(plausible, np.round(received - delay), received)
+
+
+def _receiver_clocks(data):
+    """(place in the log, Unix time) of the RMC sentences with a valid fix."""
+    for match in _RMC.finditer(data):
+        body, clock, date, checksum = match.groups()
+        day, month, year = (int(date[at : at + 2]) for at in (0, 2, 4))
+        with contextlib.suppress(ValueError):
+            if functools.reduce(operator.xor, body) == int(checksum, 16):
+                text = f"20{year:02d}-{month:02d}-{day:02d}T{clock.decode()}+00:00"
+                yield match.start(), datetime.datetime.fromisoformat(text).timestamp()
+
+
+def _by_clocks(place, second, clocks):
+    """The instant with a report's UTC second nearest to the clock before it in the log, or to the first."""
+    at, time = clocks[np.isfinite(clocks[:, 1])].T
+    if len(at) == 0:
+        return np.full(len(place), np.nan)
+    anchor = time[np.maximum(np.searchsorted(at, place) - 1, 0)]
+    shift = (second - anchor + 30.0) % 60.0 - 30.0
+    return np.where(second < 60, anchor + shift, anchor)
+
+
+def _fixes(time, columns, skipped):
+    """The reports as a table; those without time or position are counted, and those heard twice."""
+    mmsi, latitude, longitude, sog, cog, heading, turn = columns
+    latitude, longitude = places(latitude, longitude)
+    table = Fixes(
+        time=time,
+        latitude=latitude,
+        longitude=longitude,
+        sog=np.where(sog < 102.25, sog * KNOT, np.nan),
+        cog=np.radians(np.where(cog < 360.0, cog, np.nan)),
+        heading=np.radians(np.where(heading < 360.0, heading, np.nan)),
+        yaw_rate=np.radians(turn / 60.0),
+        mmsi=mmsi.astype(np.int64),
+        source="AIS",
+    )
+    for reason, wanted in (("no position", table.has_position), ("no time", np.isfinite(time))):
+        if not wanted.all():
+            skipped[reason] += int((~wanted).sum())
+    table = table.rows(table.has_position & np.isfinite(time)).in_order()
+    keys = (table.mmsi, table.time, table.latitude, table.longitude)
+    fresh = np.any([np.diff(key, prepend=np.nan) != 0.0 for key in keys], axis=0)
+    if not fresh.all():
+        skipped["heard twice"] += int((~fresh).sum())
+    return table.rows(fresh)

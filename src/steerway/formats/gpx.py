@@ -1,0 +1,188 @@
+"""GPX tracks, 1.0 and 1.1, in; GPX 1.0 out, because 1.1 has no place for speed and course.
+
+Read with expat itself rather than a GPX library: a point costs microseconds, and after damage (a logger that lost its
+power) reading goes on at the next track point, where a library gives up the file.
+Schemas: topografix.com/GPX/1/0 and /1/1.
+"""
+
+import math
+import re
+import xml.parsers.expat
+from collections import Counter
+
+import numpy as np
+
+from steerway.errors import InputError
+from steerway.formats.places import places
+from steerway.formats.recording import Recording
+from steerway.records import Fixes
+from steerway.timestamps import iso, unix_times
+
+_ROOT = re.compile(rb"<gpx[\s>]")
+_POINT = re.compile(rb"<(?:\w+:)?trkpt[\s>]")
+_TEXTS = {"time", "speed", "course", "name"}
+_INSIDE = b"<trk><trkseg>"
+_CHUNK = 65536  # bytes
+_MMSI = re.compile(r"(?:MMSI\s*)?(\d{9})$")
+
+
+def recognises(head: bytes) -> bool:
+    """Whether the first bytes hold the root element of a GPX file."""
+    return _ROOT.search(head) is not None
+
+
+def read(data: bytes) -> Recording:
+    """The source "GPX", all tracks in time order; where every track is named by an MMSI, one track a vessel.
+
+    Speed (m/s) and course are taken where points have them, also as extensions. Points without time are counted.
+    """
+    skipped = Counter()
+    points = _points(data, skipped)
+    counts = {"track points": len(points)}
+    if not points:
+        return Recording("GPX", {}, counts, dict(skipped))
+    latitude, longitude, time, sog, cog, track = zip(*points, strict=True)
+    latitude, longitude = places(_numbers(latitude), _numbers(longitude))
+    time = unix_times(time)
+    names = [_MMSI.match(name) for name in track]
+    mmsi = np.array([int(name.group(1)) for name in names]) if all(names) else None
+    cog = np.radians(_numbers(cog))
+    fixes = Fixes(time, latitude, longitude, sog=_numbers(sog), cog=cog, mmsi=mmsi, source="GPX")
+    for reason, good in (("no time", np.isfinite(time)), ("no position", fixes.has_position)):
+        if not good.all():
+            skipped[reason] += int((~good).sum())
+    fixes = fixes.rows(np.isfinite(time) & fixes.has_position).in_order()
+    return Recording("GPX", {"GPX": fixes} if len(fixes) else {}, counts, dict(skipped))
+
+
+def _numbers(texts):
+    return np.array([_number(text) for text in texts])
+
+
+def _number(text):
+    try:
+        number = float(text or "nan")
+    except ValueError:
+        return math.nan
+    return number if math.isfinite(number) else math.nan
+
+
+def _points(data, skipped):
+    """The track points as (lat, lon, time, speed, course, track name), as text; damaged places are counted."""
+    handler = _Handler()
+    declared = (re.search(rb"<\?xml[^>]*\?>", data), re.search(rb"<gpx\b[^<>]*[^/<>]>", data))
+    openings = [b"".join(part.group() for part in declared if part), b"<gpx>"]
+    start = handler.parse(b"", data, 0)
+    while start is not None:
+        skipped["damaged place"] += 1
+        following = _POINT.search(data, start)
+        if following is None:
+            break
+        start = following.start()
+        if not handler.accepts(openings[0]):
+            openings.pop(0)
+        start = handler.parse(openings[0] + _INSIDE, data, start)
+    return handler.points
+
+
+class _Handler:
+    """Collects the track points of what expat makes of a document."""
+
+    def __init__(self):
+        self.points, self.track = [], ""
+
+    def accepts(self, opening):
+        """Whether `opening` is a sound beginning of a document."""
+        try:
+            _parser(None).Parse(opening, False)
+        except xml.parsers.expat.ExpatError:
+            return False
+        return bool(opening)
+
+    def parse(self, opening, data, start):
+        """Take in `data` from `start` on; None, or where to look for the next point after damage."""
+        self.parser = _parser(self)
+        self.point, self.text, self.path, self.last = None, None, [], -1
+        try:
+            self.parser.Parse(opening, False)
+            for at in range(start, len(data), _CHUNK):
+                self.parser.Parse(data[at : at + _CHUNK], False)
+            self.parser.Parse(b"", True)
+        except (xml.parsers.expat.ExpatError, LookupError, ValueError) as error:
+            if isinstance(error, InputError):
+                raise
+            return start + max(self.last - len(opening), 0) + 1
+        return None
+
+    def start(self, tag, attributes):
+        self.last = self.parser.CurrentByteIndex
+        tag = tag.rpartition(":")[2]
+        self.path.append(tag)
+        if tag == "trkpt":
+            self.point = {"lat": attributes.get("lat"), "lon": attributes.get("lon")}
+        elif tag == "trk":
+            self.track = ""
+        self.text = [] if tag in _TEXTS else None
+
+    def characters(self, text):
+        if self.text is not None:
+            self.text.append(text)
+
+    def end(self, tag):
+        self.last = self.parser.CurrentByteIndex
+        tag = self.path.pop()
+        if tag == "trkpt" and self.point is not None:
+            self.points.append((*map(self.point.get, ("lat", "lon", "time", "speed", "course")), self.track))
+            self.point = None
+        elif self.text is not None:
+            text = "".join(self.text).strip()
+            if self.point is not None:
+                self.point.setdefault(tag, text)
+            elif tag == "name" and self.path[-1:] == ["trk"]:
+                self.track = text
+        self.text = None
+
+
+def _parser(handler):
+    parser = xml.parsers.expat.ParserCreate()
+    parser.buffer_text = True
+    parser.EntityDeclHandler = _refuse
+    if handler is not None:
+        parser.StartElementHandler, parser.EndElementHandler = handler.start, handler.end
+        parser.CharacterDataHandler = handler.characters
+    return parser
+
+
+def _refuse(*_):
+    raise InputError("the GPX file declares XML entities, expected none: they are not read")
+
+
+def text(record) -> str:
+    """A GPX 1.0 document with one track a vessel, of the rows of `Fixes` or `Motion` that have a place.
+
+    The name of a vessel's track is her MMSI. Numbers stand in their shortest form that reads back the same.
+    """
+    lines = [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        '<gpx version="1.0" creator="Steerway" xmlns="http://www.topografix.com/GPX/1/0">',
+    ]
+    for mmsi, track in record.tracks():
+        lines.append("<trk>" if mmsi is None else f"<trk><name>MMSI {mmsi:09d}</name>")
+        lines.append("<trkseg>")
+        lines.extend(_point_lines(track.to_frame()))
+        lines.append("</trkseg></trk>")
+    lines.append("</gpx>\n")
+    return "\n".join(lines)
+
+
+def _point_lines(frame):
+    empty = [None] * len(frame)
+    columns = [frame[name].to_list() for name in ("time_s", "lat_deg", "lon_deg")]
+    columns += [frame[name].to_list() if name in frame.columns else empty for name in ("sog_mps", "cog_deg")]
+    for time, latitude, longitude, sog, cog in zip(*columns, strict=True):
+        if None in (time, latitude, longitude):
+            continue
+        speed = "" if sog is None else f"<speed>{sog!r}</speed>"
+        course = "" if cog is None else f"<course>{cog!r}</course>"
+        stamp = f"<time>{iso(time)}</time>"
+        yield f'<trkpt lat="{latitude!r}" lon="{longitude!r}">{stamp}{course}{speed}</trkpt>'

@@ -1,0 +1,202 @@
+"""The front door: any logs in, one record out.
+
+A log is recognised by its content; a new format is one line in FORMATS. A log in which several formats speak (NMEA
+0183 with UBX, or with AIS) is read by each.
+"""
+
+import sys
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import BinaryIO
+
+from steerway.errors import InputError
+from steerway.formats import ais, gpx, nmea0183, nmea2000, table, ubx
+from steerway.formats.recording import Recording
+from steerway.formats.sources import Quality, choose, described, gather, quality, with_instruments
+from steerway.records import Fixes
+
+FORMATS = {
+    "NMEA 0183": nmea0183,
+    "UBX": ubx,
+    "NMEA 2000 as canboat text": nmea2000,
+    "AIS": ais,
+    "GPX": gpx,
+    "CSV or Parquet": table,
+}
+
+Source = str | PathLike | bytes | BinaryIO
+"""A path, "-" for standard input, the bytes themselves, or an open binary file."""
+
+Progress = Callable[[int, int], None]
+"""Called with the number of bytes read so far and the number in all (0 when not known)."""
+
+_HEAD = 1 << 16
+_PIECE = 1 << 20
+_GZIP = b"\x1f\x8b"
+
+
+@dataclass(frozen=True)
+class Log:
+    """One log as one format understood it, with the quality of each of its sources."""
+
+    name: str
+    recording: Recording
+    sources: dict[str, Quality]
+
+
+def read(
+    *paths: Source,
+    source: str | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    progress: Progress | None = None,
+) -> Fixes:
+    """The record that logs hold together, in time order.
+
+    Positions come from `source`, or from the best one by rate, resolution and continuity; headings, water speed and
+    yaw rates of other instruments on board are merged in. The notes say what was chosen, corrected and left out.
+
+    Parameters: `paths` see Source; `start` ≤ time < `stop` in Unix s. Raises InputError when a log is missing, empty or
+    of no known format, when there is no position in any, none between start and stop, or no such source.
+    """
+    logs = list(_recordings(paths, progress))
+    sources = gather([(Path(name).name, recording.sources) for name, recording in logs])
+    if not any(fixes.has_position.any() for fixes in sources.values()):
+        raise InputError(_no_position(logs))
+    name = choose(sources, source)
+    fixes, instrument_notes = with_instruments(name, sources)
+    notes = [*_choice_notes(name, sources), *instrument_notes, *_log_notes(logs)]
+    fixes = Fixes(**fixes.columns(), source=name, notes=tuple(notes))
+    cut = fixes.between(start, stop)
+    if not cut.has_position.any():
+        raise InputError(
+            f"no position of {name} lies between {start} and {stop}; the record goes from "
+            f"{fixes.time.min():.3f} to {fixes.time.max():.3f} (Unix s)"
+        )
+    return cut
+
+
+def survey(*paths: Source, progress: Progress | None = None) -> list[Log]:
+    """What each log holds, format by format, before anything is chosen. Raises InputError as `read` does."""
+    return [
+        Log(name, recording, {key: quality(fixes) for key, fixes in recording.sources.items()})
+        for name, recording in _recordings(paths, progress)
+    ]
+
+
+def _recordings(paths, progress) -> Iterator[tuple[str, Recording]]:
+    if not paths:
+        raise InputError("no log was named; expected one path or more, or - for standard input")
+    total = sum(_size(path) for path in paths)
+    done = 0
+    for path in paths:
+        name, data = _opened(path)
+        done += len(data)
+        yield from ((name, recording) for recording in _understood(name, _plain(name, data)))
+        if progress is not None:
+            progress(done, max(total, done))
+
+
+def _size(path):
+    if isinstance(path, bytes | bytearray | memoryview):
+        return len(path)
+    if isinstance(path, str | PathLike) and Path(path).is_file():
+        return Path(path).stat().st_size
+    return 0
+
+
+def _opened(path):
+    """A name for messages and the bytes."""
+    if isinstance(path, bytes | bytearray | memoryview):
+        return "bytes", bytes(path)
+    if isinstance(path, str | PathLike) and str(path) != "-":
+        try:
+            return str(path), Path(path).read_bytes()
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read ({_why(path, error)}), expected a log file") from None
+    stream, name = (sys.stdin.buffer, "standard input") if isinstance(path, str | PathLike) else (path, "")
+    if not hasattr(stream, "read"):
+        raise InputError(f"{path!r} is no log; expected a path, bytes or an open file")
+    data = stream.read()
+    name = name or str(getattr(stream, "name", "stream"))
+    return name, data.encode() if isinstance(data, str) else data
+
+
+def _why(path, error):
+    if isinstance(error, FileNotFoundError):
+        return "no such file"
+    return "a directory" if Path(path).is_dir() else (error.strerror or "not readable").lower()
+
+
+def _plain(name, data):
+    """The bytes, unpacked when they are gzip; of a damaged archive, what comes before the damage."""
+    if not data.startswith(_GZIP):
+        return data
+    parts = []
+    while data.startswith(_GZIP):
+        unpacker = zlib.decompressobj(wbits=31)
+        try:
+            for first in range(0, len(data), _PIECE):
+                parts.append(unpacker.decompress(data[first : first + _PIECE]))
+                if unpacker.eof:
+                    break
+        except zlib.error:
+            break
+        data = unpacker.unused_data + data[first + _PIECE :] if unpacker.eof else b""
+    if not any(parts):
+        raise InputError(f"{name}: a gzip archive from which nothing can be unpacked, expected a log")
+    return b"".join(parts)
+
+
+def _understood(name, data):
+    """The recordings of every format that recognises the bytes."""
+    if not data.strip():
+        raise InputError(f"{name}: is empty, expected a log")
+    head = data[:_HEAD]
+    readers = [reader for reader in FORMATS.values() if reader.recognises(head)]
+    if not readers and len(data) > _HEAD:
+        readers = [reader for reader in FORMATS.values() if reader.recognises(data)]
+    if not readers:
+        raise InputError(f"{name}: of no known format; looked for {', '.join(FORMATS)}")
+    recordings, refused = [], []
+    for reader in readers:
+        try:
+            recordings.append(reader.read(data))
+        except InputError as error:
+            refused.append(error)
+    if not recordings:
+        raise InputError(f"{name}: {refused[0]}")
+    return recordings
+
+
+def _no_position(logs):
+    names = ", ".join(dict.fromkeys(name for name, _ in logs))
+    kinds = ", ".join(dict.fromkeys(kind for _, recording in logs for kind in list(recording.counts)[:5]))
+    skipped = _skipped([recording for _, recording in logs])
+    return f"{names}: no position in it; found {kinds or 'nothing whole'}{f' ({skipped})' if skipped else ''}"
+
+
+def _choice_notes(name, sources):
+    others = [described(other, fixes) for other, fixes in sources.items() if other != name and fixes.has_position.any()]
+    return [f"position from {described(name, sources[name])} out of {'; '.join(others)}"] if others else []
+
+
+def _log_notes(logs):
+    many = len({name for name, _ in logs}) > 1
+    for name, recording in logs:
+        where = f"{Path(name).name}: " if many else ""
+        yield from (where + note for note in recording.notes)
+        skipped = _skipped([recording])
+        if skipped:
+            yield f"{where}skipped {skipped}"
+
+
+def _skipped(recordings):
+    totals: dict[str, int] = {}
+    for recording in recordings:
+        for reason, count in recording.skipped.items():
+            totals[reason] = totals.get(reason, 0) + count
+    return "; ".join(f"{count} × {reason}" for reason, count in sorted(totals.items(), key=lambda each: -each[1]))

@@ -1,0 +1,257 @@
+"""From what several logs said to one record: one source across logs, the best of them, and what the others add."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from steerway.earth import radii
+from steerway.errors import InputError
+from steerway.records import SAID, Fixes
+
+INSTRUMENTS = ("heading", "water_speed", "yaw_rate")
+
+_SAME_TIME = 1e-3
+_OVERLAP = 2.0  # s that the end of one log and the beginning of the next may share
+_GAP = 3.0  # intervals
+_FINE = 0.1  # m: a finer last digit is no better, the receiver's own noise is larger
+_FAST = 20.0  # Hz
+_SAMPLE = 500
+_ROUNDED = 2e-3  # what is left of a decimal's rounding after degrees, minutes and radians
+_QUANTA_DEG = sorted([10.0**-k for k in range(2, 10)] + [10.0**-k / 60.0 for k in range(8)], reverse=True)
+
+
+@dataclass(frozen=True)
+class Quality:
+    """How well a source tells where the boat is."""
+
+    rows: int
+    fixes: int
+    start: float  # of the rows, Unix s; NaN without rows
+    stop: float
+    rate: float  # Hz, from the median interval of fixes; NaN below two fixes
+    gaps: int  # intervals over three times the median
+    longest_gap: float  # s, 0 for none
+    resolution: float  # m: the last decimal of the positions; NaN when it cannot be told
+    roughness: float  # m: median distance of a fix from the line between its neighbours; NaN below three fixes
+    says: tuple[str, ...]  # the columns beside the position that hold something
+    vessels: int  # 0 for the own boat's log
+    score: float  # rate × continuity over the whole record / (resolution + roughness); 0 without positions
+
+
+def quality(fixes: Fixes, span: float | None = None) -> Quality:
+    """The quality of a source, its continuity taken over `span` (s) or, without one, over its own length."""
+    said = tuple(name for name in SAID if np.isfinite(getattr(fixes, name)).any())
+    ends = (float(fixes.time.min()), float(fixes.time.max())) if len(fixes) else (np.nan, np.nan)
+    placed = fixes.rows(fixes.has_position)
+    vessels = 0 if fixes.mmsi is None else len(np.unique(fixes.mmsi))
+    intervals = _intervals(placed)
+    if not len(intervals):
+        score = 1e-9 if len(placed) else 0.0
+        return Quality(len(fixes), len(placed), *ends, np.nan, 0, 0.0, np.nan, np.nan, said, vessels, score)
+    usual = float(np.median(intervals))
+    gaps = intervals[intervals > _GAP * usual]
+    own = float(intervals.sum())
+    covered = np.minimum(intervals, usual).sum() / max(own, span or 0.0)
+    resolution = _resolution(placed)
+    roughness = _roughness(placed, usual)
+    fineness = 1.0 / (_FINE + np.nan_to_num(resolution) + np.nan_to_num(roughness))
+    with_speed = np.isfinite(placed.sog).mean()  # between equals, the one that also tells its speed
+    score = min(1.0 / usual, _FAST) * covered * fineness * (1.0 + 0.1 * with_speed)
+    longest = float(gaps.max()) if len(gaps) else 0.0
+    return Quality(
+        len(fixes),
+        len(placed),
+        *ends,
+        1.0 / usual,
+        len(gaps),
+        longest,
+        resolution,
+        roughness,
+        said,
+        vessels,
+        float(score),
+    )
+
+
+def _intervals(placed):
+    """Positive intervals between fixes, vessel by vessel."""
+    each = [np.diff(np.unique(track.time)) for _, track in placed.tracks()]
+    intervals = np.concatenate(each) if each else np.empty(0)
+    return intervals[intervals > _SAME_TIME]
+
+
+def _resolution(placed):
+    """The last decimal in which the positions are written, of minutes or of degrees, m; NaN when there is none."""
+    some = placed.rows(slice(None, None, max(1, len(placed) // _SAMPLE)))
+    degrees = np.degrees(np.concatenate([some.latitude, some.longitude]))
+    meridian, _ = radii(float(placed.latitude[0]))
+    for quantum_deg in _QUANTA_DEG:
+        written = degrees / quantum_deg
+        if np.mean(np.abs(written - np.round(written)) < _ROUNDED) > 0.98:
+            return float(np.radians(quantum_deg) * meridian)
+    return np.nan
+
+
+def _roughness(placed, usual):
+    """Median distance (m) of a fix from where its neighbours put it: noise, uneven time stamps and late fixes."""
+    time, first = np.unique(placed.time, return_index=True)
+    if len(time) < 3 or placed.mmsi is not None:
+        return np.nan
+    meridian, prime_vertical = radii(float(placed.latitude[0]))
+    scale = np.array([meridian, prime_vertical * np.cos(placed.latitude[0])])
+    place = np.column_stack([placed.latitude[first], np.unwrap(placed.longitude[first])]) * scale
+    share = (time[1:-1] - time[:-2]) / (time[2:] - time[:-2])
+    between = place[:-2] + share[:, None] * (place[2:] - place[:-2])
+    close = time[2:] - time[:-2] < 2.0 * _GAP * usual
+    return float(np.median(np.hypot(*(place[1:-1] - between)[close].T))) if close.any() else np.nan
+
+
+def gather(logs: Sequence[tuple[str, Mapping[str, Fixes]]]) -> dict[str, Fixes]:
+    """The sources of several logs, in time order each.
+
+    One name in logs that follow one another, or in copies of one log, is one source. In logs of the same hours that
+    say different things it is two devices: these are called by their log too.
+    """
+    parts: dict[str, list[tuple[str, Fixes]]] = {}
+    for log, sources in logs:
+        for name, fixes in sources.items():
+            if len(fixes):
+                parts.setdefault(name, []).append((log, fixes))
+    gathered = {}
+    for name, told in parts.items():
+        told.sort(key=lambda part: part[1].time.min())
+        if _are_one(told):
+            gathered[name] = joined([fixes for _, fixes in told])
+        else:
+            for log, fixes in told:
+                label = f"{name} in {log}"
+                gathered[label] = joined([gathered[label], fixes]) if label in gathered else fixes
+    return {name: replace(fixes, source=name) for name, fixes in gathered.items()}
+
+
+def _are_one(told):
+    """Whether parts of one name, sorted by their beginning, come from one device."""
+    for k in range(1, len(told)):
+        earlier, later = told[k - 1][1], told[k][1]
+        if later.mmsi is not None or later.time.min() > earlier.time.max() - _OVERLAP:
+            continue
+        shared = later.between(later.time.min(), earlier.time.max())
+        if np.mean(_told_before(shared, earlier)) < 0.5:
+            return False
+    return True
+
+
+def _keys(fixes):
+    mmsi = np.zeros(len(fixes)) if fixes.mmsi is None else fixes.mmsi
+    values = np.column_stack([mmsi, fixes.time, fixes.latitude, fixes.longitude, fixes.heading])
+    return np.ascontiguousarray(np.nan_to_num(values, nan=1e9)).view("V40").reshape(-1)
+
+
+def _told_before(fixes, earlier):
+    """(n,) bool: the rows that an earlier log told in the same words."""
+    known = set(_keys(earlier).tolist())
+    return np.array([key in known for key in _keys(fixes).tolist()], bool)
+
+
+def joined(parts: Sequence[Fixes]) -> Fixes:
+    """The rows of several parts in time order, without those that an earlier part told already."""
+    whole = parts[0]
+    for part in parts[1:]:
+        shares = len(part) and len(whole) and part.time.min() <= whole.time.max()
+        fresh = part.rows(~_told_before(part, whole)) if shares else part
+        whole = _stacked(whole, fresh)
+    return whole.in_order()
+
+
+def _stacked(first, second):
+    """One table under the other. Rows of a log with vessels and of one without never meet here."""
+    names = first.columns() if first.mmsi is None or second.mmsi is not None else Fixes(*[np.empty(0)] * 3).columns()
+    return replace(first, **{name: np.concatenate([getattr(first, name), getattr(second, name)]) for name in names})
+
+
+def choose(sources: Mapping[str, Fixes], wanted: str | None = None) -> str:
+    """The source whose positions are taken: the wanted one, else the one of the highest score; own boats before AIS.
+
+    A wanted name also means the sources that it begins ("GP" for "GP RMC" and "GP GGA"). Raises InputError when there
+    is none such, or it has no positions.
+    """
+    placed = {name: fixes for name, fixes in sources.items() if fixes.has_position.any()}
+    named = placed
+    if wanted is not None:
+        exact = {name for name in sources if name.casefold() == wanted.casefold()}
+        begun = {name for name in sources if name.casefold().startswith(f"{wanted.casefold()} ")}
+        named = {name: placed[name] for name in placed if name in (exact or begun)}
+        if not named:
+            what = "has no position" if exact or begun else "is not in the log"
+            there = ", ".join(repr(name) for name in placed)
+            raise InputError(f"source {wanted!r} {what}; the sources with positions are {there}")
+    span = max(fixes.time.max() for fixes in placed.values()) - min(fixes.time.min() for fixes in placed.values())
+    scores = {name: quality(fixes, span).score for name, fixes in named.items()}
+    return max(named, key=lambda name: (named[name].mmsi is None, scores[name]))
+
+
+def with_instruments(name: str, sources: Mapping[str, Fixes]) -> tuple[Fixes, list[str]]:
+    """The chosen source with what other sources of the own boat add, as rows without position between its fixes.
+
+    One source a column, so that two compasses are never mixed: the chosen one when it says the column at half of its
+    fixes or more, else the one that says it most often. SOG and COG come from others only when they have no positions
+    themselves and the chosen source says none.
+    """
+    chosen, notes = sources[name], []
+    if chosen.mmsi is not None:
+        return chosen, notes
+    gifts: dict[str, list[str]] = {}
+    for column in (*INSTRUMENTS, "sog", "cog"):
+        giver = _giver(name, sources, column)
+        if giver is not None:
+            gifts.setdefault(giver, []).append(column)
+    for giver, columns in gifts.items():
+        chosen = _merged(chosen, sources[giver], columns)
+        notes.append(f"{', '.join(columns)} from {giver}")
+    return chosen, notes
+
+
+def _giver(name, sources, column):
+    """The other source that gives a column, or None."""
+    chosen = sources[name]
+    own = np.isfinite(getattr(chosen, column)).sum()
+    if own >= 0.5 * chosen.has_position.sum() or (own and column not in INSTRUMENTS):
+        return None
+    fit = {}
+    for other, fixes in sources.items():
+        if other == name or fixes.mmsi is not None or (column not in INSTRUMENTS and fixes.has_position.any()):
+            continue
+        inside = fixes.between(chosen.time.min(), np.nextafter(chosen.time.max(), np.inf))
+        fit[other] = np.isfinite(getattr(inside, column)).sum()
+    best = max(fit, key=fit.get, default=None)
+    return best if best is not None and fit[best] > own else None
+
+
+def _merged(chosen, giver, columns):
+    """Columns of another source: into the rows of the same time, else as rows of their own within the record."""
+    inside = giver.between(chosen.time.min() - _SAME_TIME, chosen.time.max() + _SAME_TIME)
+    saying = np.any([np.isfinite(getattr(inside, column)) for column in columns], axis=0)
+    inside = inside.rows(saying)
+    at = np.clip(np.searchsorted(chosen.time, inside.time - _SAME_TIME), 0, len(chosen) - 1)
+    meets = np.abs(chosen.time[at] - inside.time) <= _SAME_TIME
+    given = {column: getattr(inside, column) for column in columns}
+    filled = {column: np.full(len(chosen), np.nan) for column in columns}
+    for column in columns:
+        filled[column][at[meets][::-1]] = given[column][meets][::-1]  # of several at one time, the first
+    alone = int((~meets).sum())
+    rest = Fixes(
+        time=inside.time[~meets],
+        latitude=np.full(alone, np.nan),
+        longitude=np.full(alone, np.nan),
+        **{column: values[~meets] for column, values in given.items()},
+    )
+    return _stacked(replace(chosen, **filled), rest).in_order()
+
+
+def described(name: str, fixes: Fixes) -> str:
+    """A source in a few words: its name, number of fixes, rate and resolution."""
+    told = quality(fixes)
+    rate = f", {told.rate:.3g} Hz" if np.isfinite(told.rate) else ""
+    fine = f", digits of {told.resolution:.2g} m" if np.isfinite(told.resolution) else ""
+    return f"{name} ({told.fixes} fixes{rate}{fine})"

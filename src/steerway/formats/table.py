@@ -1,0 +1,258 @@
+"""Tables with named columns: CSV (comma, semicolon, tab or bar) and Parquet, through polars.
+
+A row needs a time and either a place or something an instrument said. What each column was taken for is noted; a cell
+that is not what its column says costs the row where it is time, place or MMSI, and is left empty elsewhere.
+"""
+
+import io
+from collections import Counter
+
+import numpy as np
+import polars as pl
+
+from steerway.earth import KNOT
+from steerway.errors import InputError
+from steerway.formats.columns import EXPECTED, Column, understood
+from steerway.formats.places import places
+from steerway.formats.recording import Recording
+from steerway.records import SAID, Fixes
+from steerway.timestamps import unix_times
+
+_DELIMITERS = (",", ";", "\t", "|")
+_MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "unknown")
+_NEEDED = ("time", "latitude", "longitude", "mmsi")
+_SHOWN = 3  # bad cells whose line is told
+
+
+def recognises(head: bytes) -> bool:
+    """Whether the first bytes are those of Parquet, or of text whose first line names a column we understand."""
+    return head.startswith(b"PAR1") or _header(head) is not None
+
+
+def read(data: bytes) -> Recording:
+    """The one source of a table: "AIS" where it has an MMSI column, else "table".
+
+    Raises InputError where columns for time, latitude and longitude cannot be found, or a Parquet file is damaged.
+    """
+    skipped = Counter()
+    if data.startswith(b"PAR1"):
+        kind, frame, first_line, delimiter = "Parquet", _parquet(data), 1, ","
+        names = frame.columns
+    else:
+        kind = "CSV"
+        frame, names, first_line, delimiter = _csv(data, skipped)
+    columns = understood(names)
+    _demand(columns, names)
+    return _recording(kind, frame, columns, names, first_line, delimiter, skipped)
+
+
+def _demand(columns, names):
+    missing = [meaning for meaning in ("time", "latitude", "longitude") if meaning not in columns]
+    if missing:
+        found = ", ".join(map(repr, names))
+        raise InputError(f"the table has no column for {' and '.join(missing)}: found {found}, expected {EXPECTED}")
+
+
+def _parquet(data):
+    try:
+        return pl.read_parquet(io.BytesIO(data))
+    except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError) as error:
+        raise InputError(f"the Parquet file is damaged: {str(error).splitlines()[0]}") from error
+
+
+def _header(text):
+    """(line number, delimiter, names, where the next line begins) of the header; None where there is none.
+
+    Comment lines may stand before it, and it may itself be one, as in the tables of the Danish authority.
+    """
+    start = 3 if text.startswith(b"\xef\xbb\xbf") else 0
+    for number in range(1, 100):
+        stop = text.find(b"\n", start)
+        stop = len(text) if stop < 0 else stop
+        line = text[start:stop].decode("utf-8", "replace").strip()
+        commented = line.startswith("#")
+        plain = line.lstrip("# ")
+        delimiter = max(_DELIMITERS, key=plain.count)
+        names = [name.strip().strip('"').strip() for name in plain.split(delimiter)]
+        known = {"time", "latitude", "longitude"} & understood(names).keys()
+        if len(known) > 1 or (known and len(names) > 1 and not commented and not _is_sentence(names)):
+            return number, delimiter, names, stop + 1
+        if (line and not commented) or stop == len(text):
+            return None
+        start = stop + 1
+    return None
+
+
+def _is_sentence(names):
+    """Whether a line is one of NMEA, where T (true) stands between commas and is no name of a time."""
+    return "$" in names[0] or "!" in names[0] or "t" in map(str.lower, names)
+
+
+def _csv(data, skipped):
+    """(frame of text, column names, line number of its first row, delimiter)."""
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        data = data.decode("utf-16", "replace").encode()
+    header = _header(data)
+    if header is None:
+        first = data.split(b"\n", 1)[0][:100].decode("utf-8", "replace").strip()
+        raise InputError(f"line 1 of the table, {first!r}, names no column that is known, expected {EXPECTED}")
+    number, delimiter, names, start = header
+    body = data[start:]
+    quoted = b'"' in body
+    if quoted:
+        body = _without_stray_quotes(body, skipped)
+    schema = {f"{index}": pl.String for index in range(len(names))}
+    body = delimiter.encode() * (len(names) - 1) + b"\n" + body  # polars counts columns in the first row
+    wanted = sorted(column.index for column in understood(names).values())
+    options = {"has_header": False, "schema": schema, "columns": wanted, "separator": delimiter}
+    options |= {"truncate_ragged_lines": True, "encoding": "utf8-lossy"}
+    try:
+        frame = pl.read_csv(body, quote_char='"' if quoted else None, **options)
+    except pl.exceptions.PolarsError:
+        frame = pl.read_csv(body, quote_char=None, **options)
+    return frame, names, number, delimiter
+
+
+def _without_stray_quotes(body, skipped):
+    """The lines with balanced quotes; a cell never spans lines here, so that a stray quote costs one line only."""
+    lines = body.split(b"\n")
+    stray = [row for row, line in enumerate(lines) if line.count(b'"') % 2]
+    for row in stray:
+        lines[row] = b""
+    if stray:
+        skipped["unbalanced quote"] += len(stray)
+    return b"\n".join(lines)
+
+
+class _Reader:
+    """Takes columns out of a frame and keeps account of the cells that are not what their column says."""
+
+    def __init__(self, frame, first_line, delimiter, skipped, notes):
+        self.frame, self.first_line, self.skipped, self.notes = frame, first_line, skipped, notes
+        self.decimal_comma = delimiter != ","
+        self.blank = _blank(frame)
+        self.bad = np.zeros(len(frame), dtype=bool)
+
+    def numbers(self, column: Column) -> np.ndarray:
+        """The column as it stands, (n,) float, NaN where empty or bad."""
+        series = self._series(column)
+        if series.dtype != pl.String:
+            return _floats(series)
+        text = self._text(series)
+        values = _floats(self._plain(text).cast(pl.Float64, strict=False))
+        self._account(column, text, np.isnan(values) & text.is_not_null().to_numpy())
+        return np.where(np.isfinite(values), values, np.nan)
+
+    def times(self, column: Column, date: Column | None) -> np.ndarray:
+        """The time column as Unix s: dates, or numbers in the unit of its name or, where it has none, of their size."""
+        series = self._series(column)
+        if series.dtype.is_temporal():
+            if series.dtype == pl.Time:
+                raise InputError(f"column {column.name!r} of the table holds times without a date, expected {EXPECTED}")
+            return _floats(series.cast(pl.Datetime("us")).to_physical()) / 1e6
+        if series.dtype != pl.String:
+            return _scaled(_floats(series), column.factor)
+        text = self._text(series)
+        numbers = _floats(self._plain(text).cast(pl.Float64, strict=False))
+        if date is not None and np.isnan(numbers).all():
+            text = self._text(self._series(date)) + " " + text
+        is_date = np.isnan(numbers)
+        values = _scaled(np.where(np.isfinite(numbers), numbers, np.nan), column.factor)
+        if is_date.any():
+            values = np.where(is_date, unix_times(text), values)
+        self._account(column, text, np.isnan(values) & text.is_not_null().to_numpy())
+        return values
+
+    def _series(self, column):
+        return self.frame[column.name] if column.name in self.frame.columns else self.frame[f"{column.index}"]
+
+    def _text(self, series):
+        stripped = series.str.strip_chars(' \t\r"')
+        return stripped.set(stripped.str.to_lowercase().is_in(_MISSING).fill_null(False), None)
+
+    def _plain(self, text):
+        return text.str.replace(",", ".", literal=True) if self.decimal_comma else text
+
+    def _account(self, column, text, bad):
+        bad = bad & ~self.blank
+        if not bad.any():
+            return
+        self.skipped[f"{column.name} not understood"] += int(bad.sum())
+        for row in np.flatnonzero(bad)[:_SHOWN]:
+            self.notes.append(f"line {self.first_line + row}: {text[int(row)][:40]!r} is no {column.meaning}")
+        if column.meaning in _NEEDED:
+            self.bad |= bad
+
+
+def _blank(frame):
+    """(n,) bool: rows with nothing in them, and comments."""
+    if frame.width == 0:
+        return np.zeros(len(frame), dtype=bool)
+    empty = frame.select(pl.all_horizontal(pl.all().is_null())).to_series().to_numpy()
+    first = frame.to_series(0)
+    return empty | first.str.starts_with("#").fill_null(False).to_numpy() if first.dtype == pl.String else empty
+
+
+def _floats(series):
+    return series.cast(pl.Float64, strict=False).fill_null(np.nan).to_numpy()
+
+
+def _scaled(numbers, factor):
+    """Unix s of numbers whose unit is known, or told by their size: s, ms, µs or ns since 1970."""
+    if factor is not None:
+        return numbers * factor if factor >= 1.0 else numbers / round(1.0 / factor)
+    known = np.abs(numbers[np.isfinite(numbers)])
+    size = np.median(known) if len(known) else 0.0
+    return numbers / next((unit for limit, unit in ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3)) if size > limit), 1.0)
+
+
+def _recording(kind, frame, columns, names, first_line, delimiter, skipped):
+    notes = [f"columns: {', '.join(str(column) for column in columns.values())}"]
+    if unused := [name for index, name in enumerate(names) if all(index != each.index for each in columns.values())]:
+        notes.append(f"columns not used: {', '.join(unused)}")
+    reader = _Reader(frame, first_line, delimiter, skipped, notes)
+    is_ais = "mmsi" in columns
+    time = reader.times(columns["time"], columns.get("date"))
+    place = [_degrees(reader.numbers(columns[name]), columns[name]) for name in ("latitude", "longitude")]
+    if not is_ais:  # where 181° means that there is none
+        place[1] = np.where((place[1] > 180.0) & (place[1] <= 360.0), place[1] - 360.0, place[1])
+    latitude, longitude = places(*place)
+    mmsi = reader.numbers(columns["mmsi"]) if is_ais else None
+    said = {name: _said(name, reader.numbers(columns[name]), columns[name], is_ais) for name in SAID if name in columns}
+    empty = np.isnan(place[0]) & np.isnan(place[1])
+    useful = np.isfinite(latitude) | (empty & np.any([np.isfinite(values) for values in said.values()], axis=0))
+    useful = np.broadcast_to(useful, len(time))
+    keep = ~reader.blank & ~reader.bad
+    for reason, good in (
+        ("no time", np.isfinite(time)),
+        ("no position", useful),
+        ("no MMSI", (mmsi >= 0) & (mmsi < 1e10) if is_ais else useful),
+    ):
+        if lost := int((keep & ~good).sum()):
+            skipped[reason] += lost
+        keep &= good
+    name = "AIS" if is_ais else "table"
+    mmsi = mmsi[keep].astype(np.int64) if is_ais else None
+    said = {name: values[keep] for name, values in said.items()}
+    fixes = Fixes(time[keep], latitude[keep], longitude[keep], **said, mmsi=mmsi, source=name).in_order()
+    counts = {"rows": int((~reader.blank).sum())}
+    return Recording(kind, {name: fixes} if len(fixes) else {}, counts, dict(skipped), tuple(notes))
+
+
+def _degrees(numbers, column):
+    return np.degrees(numbers) if column.factor == 1.0 else numbers
+
+
+def _said(name, numbers, column, is_ais):
+    """A column in SI; NaN where the number means that there is none (AIS: 102.3 kn, course 360°, heading 511°)."""
+    values = numbers * column.factor
+    with np.errstate(invalid="ignore"):
+        if name in ("cog", "heading"):
+            values = np.radians(numbers) if column.factor != 1.0 else values
+            limit = 2.0 * np.pi - 1e-9 if is_ais else 2.0 * np.pi + 1e-9
+            return np.where((values > limit) | (values < -limit), np.nan, values)
+        if name == "sog" and is_ais:
+            values = np.where(values > 102.25 * KNOT, np.nan, values)
+        if name in ("sog", "position_std"):
+            values = np.where(values < 0.0, np.nan, values)
+    return values

@@ -1,0 +1,72 @@
+"""Dates as logs and tables write them, to Unix time, a column at a time; and the one way we write them."""
+
+import datetime
+
+import numpy as np
+import polars as pl
+
+_CLOCK = r"[T\s_Z-]*(\d{1,2}):?(\d{2})(?::?(\d{2}(?:[.,]\d+)?))?\s*(Z|UTC|[+-]\d{2}(?::?\d{2})?)?\s*$"
+_YEAR_FIRST = r"^\s*(\d{4})[-/.]?(\d{2})[-/.]?(\d{2})" + _CLOCK
+_YEAR_LAST = r"^\s*(\d{1,2})[/.-](\d{1,2})[/.-](\d{4})" + _CLOCK
+
+
+def unix_times(texts) -> np.ndarray:
+    """Unix seconds (n,) of n dates: ISO 8601 and its kin, or day and month before the year; NaN where not one.
+
+    Without an offset a time is UTC. Where the year stands last the day comes first, unless that gives no date anywhere
+    and the month first does.
+    """
+    column = pl.Series("text", texts, dtype=pl.String)
+    parts = _parts(column, _YEAR_FIRST)
+    seconds = _seconds(*parts)
+    if np.isnan(seconds).any():
+        first, second, year, *clock = _parts(column, _YEAR_LAST)
+        day_first, month_first = (_seconds(year, second, first, *clock), _seconds(year, first, second, *clock))
+        better = np.isfinite(month_first).sum() > np.isfinite(day_first).sum()
+        seconds = np.where(np.isnan(seconds), month_first if better else day_first, seconds)
+    return seconds
+
+
+def iso(time: float) -> str:
+    """ISO 8601 of a Unix time, UTC, in the fewest digits that `unix_times` reads back as the same number."""
+    whole = int(time // 1.0)
+    date = (datetime.datetime(1970, 1, 1) + datetime.timedelta(seconds=whole)).isoformat()
+    for digits in range(10):
+        fraction = f"{time - whole:.{digits}f}"
+        if whole + float(fraction) == time and not fraction.startswith("1"):
+            return f"{date}{fraction[1:]}Z"
+    return f"{date}{fraction[1:]}Z"
+
+
+def _parts(column, pattern):
+    """Three numbers of the date, three of the clock, and the offset from UTC in seconds; NaN where no match."""
+    groups = column.str.extract_groups(pattern).struct.unnest()
+    numbers = [
+        groups[f"{index}"].str.replace(",", ".", literal=True).cast(pl.Float64, strict=False).to_numpy()
+        for index in range(1, 7)
+    ]
+    matched = groups["1"].is_not_null().to_numpy()
+    numbers[5] = np.where(np.isnan(numbers[5]) & matched, 0.0, numbers[5])
+    return *numbers, _offset(groups["7"])
+
+
+def _offset(zones):
+    """Seconds east of UTC of Z, ±hh, ±hhmm and ±hh:mm."""
+    if zones.null_count() == len(zones) or not zones.str.contains("[+-]").any():
+        return np.zeros(len(zones))
+    digits = zones.str.extract_groups(r"([+-])(\d{2}):?(\d{2})?").struct.unnest()
+    hours, minutes = (digits[name].cast(pl.Float64).fill_null(0.0).to_numpy() for name in ("2", "3"))
+    sign = np.where((digits["1"] == "-").fill_null(False).to_numpy(), -1.0, 1.0)
+    return sign * (hours * 3600.0 + minutes * 60.0)
+
+
+def _seconds(year, month, day, hour, minute, second, offset):
+    """Unix seconds of a civil date; NaN where there is no such date."""
+    with np.errstate(invalid="ignore"):
+        valid = (year >= 1) & (month >= 1) & (month <= 12) & (day >= 1) & (hour < 24) & (minute < 60) & (second < 61)
+    whole = [np.where(valid, part, 1.0).astype(np.int64) for part in (year, month, day, hour, minute)]
+    first_of_month = (whole[0] - 1970).astype("M8[Y]").astype("M8[M]") + (whole[1] - 1)
+    date = first_of_month.astype("M8[D]") + (whole[2] - 1)
+    valid &= date.astype("M8[M]") == first_of_month
+    minutes = date.astype(np.int64) * 1440 + whole[3] * 60 + whole[4]
+    return np.where(valid, minutes * 60.0 + second - offset, np.nan)

@@ -1,0 +1,82 @@
+"""Generated sorties for tests: true motion, and fixes of it with white noise."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from steerway.earth import displaced, radii
+from steerway.records import Fixes
+
+EPOCH = 1_700_000_000.0
+HOME = (math.radians(63.43), math.radians(10.40))
+
+
+@dataclass(frozen=True)
+class Scene:
+    """True motion at the times of the fixes: s, m, m/s and rad; north and east around `home`."""
+
+    time: np.ndarray
+    north: np.ndarray
+    east: np.ndarray
+    sog: np.ndarray
+    cog: np.ndarray
+    home: tuple[float, float] = HOME
+
+    def fixes(self, std: float, seed: int, disturbance=None) -> Fixes:
+        """Fixes with white noise (m); `disturbance(time) -> (north, east)` in m is laid on top."""
+        noise = np.random.default_rng(seed).normal(0.0, std, (2, len(self.time)))
+        north, east = self.north + noise[0], self.east + noise[1]
+        if disturbance is not None:
+            further = disturbance(self.time - self.time[0])
+            north, east = north + further[0], east + further[1]
+        return Fixes(self.time, *self._placed(north, east))
+
+    def place(self, k: int) -> tuple[float, float]:
+        """True latitude and longitude (rad) at row k."""
+        return self._place(self.north[k], self.east[k])
+
+    def _placed(self, north, east):
+        places = np.array([self._place(n, e) for n, e in zip(north, east, strict=True)])
+        return places[:, 0], places[:, 1]
+
+    def _place(self, north, east):
+        """Along the meridian (by its radius half-way), then along the parallel: good at any latitude."""
+        latitude = self.home[0]
+        for _ in range(2):
+            latitude = self.home[0] + north / radii(0.5 * (self.home[0] + latitude))[0]
+        return latitude, displaced(latitude, self.home[1], 0.0, east)[1]
+
+
+def sailed(sog, cog, rate=5.0, home=HOME) -> Scene:
+    """The scene of a speed and a course given at every fix (n,), at `rate` fixes a second."""
+    sog, cog = np.broadcast_arrays(np.asarray(sog, float), np.asarray(cog, float))
+    dt = 1.0 / rate
+    middle = cog[:-1] + 0.5 * np.diff(cog)
+    step = 0.5 * (sog[:-1] + sog[1:]) * dt * np.sinc(np.diff(cog) / (2.0 * math.pi))
+    north = np.r_[0.0, np.cumsum(step * np.cos(middle))]
+    east = np.r_[0.0, np.cumsum(step * np.sin(middle))]
+    return Scene(EPOCH + dt * np.arange(len(sog)), north, east, sog.copy(), cog.copy(), home)
+
+
+def straight(speed, course, duration, rate=5.0, home=HOME) -> Scene:
+    """A straight run at constant speed (m/s) and course (rad) for a duration (s)."""
+    n = round(duration * rate) + 1
+    return sailed(np.full(n, speed), np.full(n, course), rate, home)
+
+
+def turning(speed, start, duration, rate=5.0, seed=0, decay=0.3, density=2e-3, home=HOME) -> Scene:
+    """A wandering course: the course rate is Gauss–Markov as in P0 (15), rad, 1/s and rad²/s³."""
+    n = round(duration * rate) + 1
+    left = math.exp(-decay / rate)
+    spread = math.sqrt(density / (2.0 * decay))
+    kicks = np.random.default_rng([seed, 1]).normal(0.0, spread * math.sqrt(1.0 - left**2), n)
+    turn_rate = np.zeros(n)
+    for k in range(1, n):
+        turn_rate[k] = left * turn_rate[k - 1] + kicks[k]
+    return sailed(np.full(n, speed), start + np.cumsum(turn_rate) / rate, rate, home)
+
+
+def angle_error(estimated, true) -> np.ndarray:
+    """Absolute smallest difference, rad."""
+    return np.abs((np.asarray(estimated) - true + math.pi) % (2.0 * math.pi) - math.pi)

@@ -1,0 +1,191 @@
+"""AIS: sentences made by pyais's encoder, and recorded logs counted by its own reader."""
+
+import functools
+import operator
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from pyais import encode_dict
+from pyais.stream import IterMessages
+
+from steerway.earth import KNOT
+from steerway.formats import ais
+
+MIDNIGHT = 1565222400  # 2019-08-08 00:00:00
+REPORT = {
+    "type": 1,
+    "mmsi": 257591700,
+    "lat": 63.5,
+    "lon": 7.25,
+    "speed": 12.5,
+    "course": 181.5,
+    "heading": 180,
+    "second": 10,
+    "turn": 0,
+}
+
+
+def sentences(**changes):
+    return [each.encode() for each in encode_dict(REPORT | changes, talker_id="AI", radio_channel="A")]
+
+
+def checksum(body):
+    """The two digits behind the asterisk."""
+    return b"%02X" % functools.reduce(operator.xor, body)
+
+
+def halves(line):
+    """A sentence as two."""
+    payload = line.split(b",")[5]
+    bodies = [b"AIVDM,2,1,7,A,%s,0" % payload[:28], b"AIVDM,2,2,7,A,%s,0" % payload[28:]]
+    return [b"!%s*%s" % (body, checksum(body)) for body in bodies]
+
+
+def tagged(clock, *lines):
+    tag = b"c:%d" % clock
+    return b"".join(b"\\%s*%s\\%s\r\n" % (tag, checksum(tag), line) for line in lines)
+
+
+def read(clock=MIDNIGHT + 12, **changes):
+    return ais.read(tagged(clock, *sentences(**changes)))
+
+
+def only(recording):
+    assert list(recording.sources) == ["AIS"]
+    return recording.sources["AIS"]
+
+
+@pytest.mark.parametrize("kind", [1, 2, 3, 18, 19])
+def test_position_reports_in_si_and_radians(kind):
+    fixes = only(read(type=kind, msg_type=kind))
+    assert fixes.mmsi[0] == 257591700
+    assert_allclose(np.degrees((fixes.latitude[0], fixes.longitude[0])), (63.5, 7.25), atol=1e-6)
+    assert_allclose(fixes.sog, 12.5 * KNOT)
+    assert_allclose(np.degrees((fixes.cog[0], fixes.heading[0])), (181.5, 180.0))
+    assert fixes.time[0] == MIDNIGHT + 10
+
+
+def test_long_range_report():
+    fixes = only(read(type=27, msg_type=27, speed=12, course=181))
+    assert_allclose((fixes.sog[0], np.degrees(fixes.cog[0])), (12 * KNOT, 181.0))
+    assert_allclose(np.degrees(fixes.latitude), 63.5, atol=2e-3)
+    assert fixes.time[0] == MIDNIGHT + 12
+    assert np.isnan(only(read(type=27, msg_type=27, speed=63, course=511)).sog[0])
+
+
+def test_not_available_is_unknown():
+    fixes = only(read(speed=102.3, course=360.0, heading=511, turn=-128))
+    assert np.isnan((fixes.sog[0], fixes.cog[0], fixes.heading[0], fixes.yaw_rate[0])).all()
+    assert np.isnan(only(read(turn=127)).yaw_rate[0])
+    assert read(lat=91.0).sources == {}
+    assert read(lon=181.0).skipped == {"no position": 1}
+
+
+@pytest.mark.parametrize(("deg_a_minute", "sign"), [(20, 1), (-20, -1)])
+def test_rate_of_turn_is_positive_to_starboard(deg_a_minute, sign):
+    rate = only(read(turn=deg_a_minute)).yaw_rate[0]
+    assert_allclose(rate, sign * np.radians(20 / 60), rtol=0.06)
+
+
+@pytest.mark.parametrize(
+    ("received", "second", "made"),
+    [
+        (MIDNIGHT + 12, 10, MIDNIGHT + 10),
+        (MIDNIGHT + 3, 58, MIDNIGHT - 2),
+        (MIDNIGHT + 58, 0, MIDNIGHT + 60),
+        (MIDNIGHT + 12, 60, MIDNIGHT + 12),
+        (MIDNIGHT + 12, 40, MIDNIGHT + 12),
+    ],
+)
+def test_the_utc_second_takes_out_the_delay_where_plausible(received, second, made):
+    assert only(read(received, second=second)).time[0] == made
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        b"\\s:2573535,c:1565222412*0A\\%s\r\n",
+        b"\\g:1-2-1234,s:r003669945,c:1565222412*4A\\%s\n",
+        b"2019-08-08T00:00:12.4Z %s\n",
+        b"2019-08-08T02:00:12+02:00 %s\n",
+        b"1565222412.25: %s\n",
+        b"1565222412250 %s\n",
+        b"%s,r003669945,1565222412\n",
+        b"1565222412 !AIVDM,1,1,,A,33P;Tw0tjBQO2%s\n",
+    ],
+)
+def test_where_the_time_may_stand(written):
+    assert only(ais.read(written % sentences()[0])).time[0] == MIDNIGHT + 10
+
+
+def test_without_any_time_it_says_so():
+    recording = ais.read(sentences()[0])
+    assert recording.sources == {}
+    assert recording.skipped == {"no time": 1}
+    assert "none can be used" in recording.notes[0]
+
+
+def test_a_clock_in_the_log_stands_in():
+    base = encode_dict(
+        {"type": 4, "mmsi": 2573535, "year": 2019, "month": 8, "day": 7, "hour": 23, "minute": 59, "second": 58},
+        talker_id="AI",
+    )[0]
+    log = b"\n".join([base.encode(), *sentences(second=1), *sentences(second=57, mmsi=1)])
+    assert list(only(ais.read(log)).time - MIDNIGHT) == [-3, 1]
+    rmc = b"GPRMC,235958,A,5310.8115,N,00525.7025,E,0.0,0.0,070819,0.7,E,A"
+    rmc = b"$%s*%s\r\n" % (rmc, checksum(rmc))
+    assert list(only(ais.read(rmc + sentences(second=1)[0])).time - MIDNIGHT) == [1]
+
+
+def test_messages_in_two_parts_also_mixed():
+    first, second = (halves(*sentences(type=19, msg_type=19, mmsi=mmsi)) for mmsi in (111111111, 222222222))
+    mixed = tagged(MIDNIGHT + 12, first[0]) + tagged(
+        MIDNIGHT + 14, sentences(mmsi=3)[0], first[1], second[1], second[0]
+    )
+    recording = ais.read(mixed)
+    assert sorted(only(recording).mmsi) == [3, 111111111]
+    assert only(recording).time[1] == MIDNIGHT + 10
+    assert recording.skipped == {"part of a message missing": 2}
+
+
+def test_tracks_are_sorted_by_vessel_and_time_and_repeats_dropped():
+    lines = [tagged(MIDNIGHT + t, *sentences(mmsi=m, second=t)) for t, m in [(5, 2), (3, 2), (4, 1), (3, 2)]]
+    recording = ais.read(b"".join(lines))
+    assert list(only(recording).mmsi) == [1, 2, 2]
+    assert list(only(recording).time - MIDNIGHT) == [4, 3, 5]
+    assert recording.skipped == {"heard twice": 1}
+
+
+def test_damage_costs_the_damaged_line():
+    good, other = sentences()[0], sentences(mmsi=5)[0]
+    log = tagged(MIDNIGHT + 12, good[:20] + good, b"!AIVDM,1,1,,B,,0*25", good.replace(b"A,1", b"A,2"), other + good)
+    recording = ais.read(log + b"\xff\x00!AIVDM")
+    assert sorted(only(recording).mmsi) == [5, 257591700]
+    assert recording.skipped["checksum"] == 1
+    assert recording.skipped["not a whole AIS sentence"] == 2
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["ais_misc/kystverket_1000lines.nm4", "ais_misc/pyais_nmea_data_sample.txt", "signalk_samples/gofree-merrimac.log"],
+)
+def test_recorded_reports_are_kept_as_pyais_counts_them(shared_data, name):
+    data = (shared_data / "data" / name).read_bytes()
+    valid, undecodable = [], 0
+    for message in IterMessages(data.splitlines()):
+        try:
+            decoded = message.decode()
+        except Exception:
+            undecodable += 1
+            continue
+        if message.is_valid and decoded.msg_type in (1, 2, 3, 18, 19, 27) and abs(decoded.lat) <= 90:
+            valid.append((decoded.mmsi, round(decoded.lat, 6), round(decoded.lon, 6)))
+    recording = ais.read(data)
+    fixes = only(recording)
+    assert ais.recognises(data[:65536])
+    assert len(fixes) + recording.skipped.get("heard twice", 0) == len(valid)
+    assert len(fixes) >= 0.99 * len(valid)
+    kept = zip(fixes.mmsi.tolist(), np.degrees(fixes.latitude), np.degrees(fixes.longitude), strict=True)
+    assert {(mmsi, round(lat, 6), round(lon, 6)) for mmsi, lat, lon in kept} == set(valid)
+    assert recording.skipped.get("not a whole AIS sentence", 0) >= undecodable

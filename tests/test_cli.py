@@ -1,0 +1,119 @@
+"""The commands as a user types them."""
+
+import gzip
+import json
+import subprocess
+import sys
+
+import polars as pl
+import pytest
+
+import steerway
+from steerway.estimation import Profile
+from tests.scenes import turning
+
+STEERWAY = [sys.executable, "-c", "from steerway.cli import main; main()"]
+
+
+def run(*arguments, stdin=None):
+    """(exit code, standard output, standard error) of a command."""
+    done = subprocess.run([*STEERWAY, *map(str, arguments)], input=stdin, capture_output=True)
+    return done.returncode, done.stdout.decode(), done.stderr.decode()
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    path = tmp_path_factory.mktemp("log") / "sortie.csv"
+    steerway.write(turning(2.0, 0.5, 200.0).fixes(0.3, 1), path)
+    return path
+
+
+def test_estimate_without_a_place_to_write_says_how(log):
+    code, out, err = run("estimate", log)
+    assert (code, err) == (0, "")
+    assert "1001" in out and "-o track.csv" in out and "--report page.html" in out
+
+
+def test_estimate_writes_what_is_asked(log, tmp_path):
+    table, page = tmp_path / "track.csv", tmp_path / "page.html"
+    code, out, _ = run("estimate", log, "-o", table, "--report", page, "--smooth", "--profile", "small-usv")
+    assert code == 0 and f"wrote {table}" in out
+    assert len(pl.read_csv(table)) == 1001
+    text = page.read_text()
+    assert text.count("data:image/png;base64,") == 2
+    assert "http" not in text.replace("http-equiv", ""), "the page opens offline"
+
+
+def test_json_is_for_machines(log):
+    code, out, _ = run("estimate", log, "--json", "--rate", "10")
+    summary = json.loads(out)
+    assert code == 0 and summary["rows"] == 2001 and summary["fixes"] == 1001
+    assert isinstance(json.loads(run("info", log, "--json")[1]), list)
+
+
+def test_standard_input_and_gzip(log, tmp_path):
+    packed = tmp_path / "sortie.csv.gz"
+    packed.write_bytes(gzip.compress(log.read_bytes()))
+    assert json.loads(run("estimate", packed, "--json")[1])["fixes"] == 1001
+    assert json.loads(run("estimate", "-", "--json", stdin=log.read_bytes())[1])["fixes"] == 1001
+
+
+def test_time_is_cut(log):
+    start = turning(2.0, 0.5, 200.0).time[0]
+    summary = json.loads(run("estimate", log, "--json", "--from", start + 50, "--until", "2023-11-14T22:15:00Z")[1])
+    assert summary["start"] == "2023-11-14T22:14:10Z" and summary["fixes"] == 250
+
+
+def test_tune_writes_a_profile_that_estimate_takes(log, tmp_path):
+    profile = tmp_path / "mine.toml"
+    code, out, _ = run("tune", log, "-o", profile)
+    assert code == 0 and "NIS" in out
+    assert Profile.load(profile).name == "mine"
+    assert json.loads(run("estimate", log, "--json", "--profile", profile)[1])["profile"] == "mine"
+
+
+def test_compare_and_info(log):
+    assert run("compare", log)[0] == 0
+    code, out, _ = run("info", log)
+    assert code == 0 and "5 Hz" in out
+
+
+def test_an_input_is_never_overwritten(log):
+    before = log.read_bytes()
+    for option in ("-o", "--report"):
+        code, _, err = run("estimate", log, option, log)
+        assert code == 2 and "is also an input" in err
+    assert log.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["estimate", "missing.nmea"], "missing.nmea: cannot be read (no such file)"),
+        (["estimate", "LOG", "-o", "track.xls"], ".parquet"),
+        (["estimate", "LOG", "--report", "page.pdf"], "expected .html or .png"),
+        (["estimate", "LOG", "--profile", "otterr"], "expected one of otter"),
+        (["estimate", "LOG", "--profile", "gone.toml"], "gone.toml cannot be read"),
+        (["estimate", "LOG", "--aid", "sextant"], "aid 'sextant' is unknown"),
+        (["estimate", "LOG", "--rate", "0"], "rate is 0.0"),
+        (["estimate", "LOG", "--rate", "fast"], "--rate 'fast' is no number"),
+        (["estimate", "LOG", "--from", "yesterday"], "--from 'yesterday' is no time"),
+        (["estimate", "LOG", "--from", "2040-01-01T00:00:00Z"], "no position of"),
+        (["estimate", "LOG", "--source", "GP"], "GP"),
+        (["estimate", "LOG", "--loud"], "No such option"),
+        (["tune", "LOG", "-o", "mine.yaml"], "expected .toml"),
+        (["study", "otter"], "study 'otter' is unknown"),
+        (["sail"], "No such command"),
+    ],
+)
+def test_mistakes_end_in_one_sentence_and_2(log, arguments, told):
+    code, out, err = run(*(str(log) if each == "LOG" else each for each in arguments))
+    assert code == 2
+    assert told in err and err.startswith("steerway: ") and err.count("\n") == 1, err
+    assert "Traceback" not in err and out == ""
+
+
+def test_help_has_examples():
+    for command in ("estimate", "info", "tune", "compare", "study"):
+        code, out, _ = run(command, "--help")
+        assert code == 0 and "Example" in out and f"steerway {command}" in out

@@ -1,0 +1,206 @@
+"""The whole-record estimate: its rows and columns, its rate, its smoother, its aids, its tuner."""
+
+import math
+
+import numpy as np
+import pytest
+
+import steerway
+from steerway.estimation import FiveStateFilter, Profile, choose_profile
+from steerway.estimation.comparison import compare
+from steerway.records import OK, PREDICTED, Fixes
+from tests.scenes import angle_error, sailed, straight, turning
+
+SMALL = Profile(speed_noise=1e-3, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.5)
+COLUMNS = (
+    "time_s lat_deg lon_deg sog_mps cog_deg course_rate_dps sog_std_mps cog_std_deg course_rate_std_dps nis status"
+).split()
+
+
+def said(fixes: Fixes, **columns) -> Fixes:
+    """The fixes with further columns."""
+    return Fixes(fixes.time, fixes.latitude, fixes.longitude, **columns)
+
+
+def test_columns_and_ranges():
+    frame = steerway.estimate(turning(1.3, 3.0, 120.0).fixes(0.5, 1), SMALL).to_frame()
+    assert frame.columns == COLUMNS
+    assert frame["cog_deg"].drop_nulls().is_between(0.0, 360.0, closed="left").all()
+    undefined = frame.filter(frame["cog_deg"].is_null())
+    assert set(undefined["status"]) <= {"starting", "no_course", "rejected"}
+    assert undefined["course_rate_dps"].null_count() == len(undefined)
+
+
+def test_a_rate_adds_rows_between_fixes_and_changes_nothing_at_them():
+    fixes = turning(1.3, 0.5, 60.0).fixes(0.5, 1)
+    plain = steerway.estimate(fixes, SMALL)
+    fine = steerway.estimate(fixes, SMALL, rate=50.0)
+    assert len(fine) == 3001
+    np.testing.assert_allclose(np.diff(fine.time), 0.02, atol=1e-4)
+    at_fixes = fine.rows(slice(None, None, 10))
+    np.testing.assert_allclose(at_fixes.sog, plain.sog, atol=1e-5)
+    assert (at_fixes.status[10:] == OK).all()
+    assert (np.delete(fine.status, np.s_[::10])[100:] == PREDICTED).all()
+    between = fine.sog_std[105:110]
+    assert (np.diff(between) > 0.0).all(), "uncertainty grows until the next fix"
+
+
+@pytest.mark.parametrize("rate", [0.0, -1.0, math.nan, 1e6])
+def test_an_impossible_rate_is_refused(rate):
+    with pytest.raises(steerway.InputError, match="rate is"):
+        steerway.estimate(straight(1.0, 0.0, 10.0).fixes(0.1, 0), SMALL, rate=rate)
+
+
+def test_smoothing_is_better_and_consistent():
+    causal, smoothed, scores = [], [], []
+    for seed in range(30):
+        scene = turning(1.3, 0.3 * seed, 120.0, seed=seed)
+        fixes = scene.fixes(0.5, seed)
+        inner = slice(75, -25)
+        errors = [angle_error(m.cog, scene.cog)[inner] for m in (f(fixes) for f in _both(SMALL))]
+        causal.append(np.mean(errors[0] ** 2))
+        smoothed.append(np.mean(errors[1] ** 2))
+        scores.append(np.mean((errors[1] / FiveStateFilter(SMALL).smooth(fixes).cog_std[inner]) ** 2))
+    assert np.sqrt(np.mean(smoothed)) < 0.55 * np.sqrt(np.mean(causal))
+    assert 0.8 < np.mean(scores) < 1.3
+
+
+def _both(profile):
+    estimator = FiveStateFilter(profile)
+    return estimator.filter, estimator.smooth
+
+
+def test_the_last_smoothed_row_is_the_filtered_one():
+    fixes = turning(1.3, 0.5, 60.0).fixes(0.5, 2)
+    filtered, smoothed = (f(fixes) for f in _both(SMALL))
+    for name in ("sog", "cog", "course_rate", "sog_std", "cog_std", "latitude"):
+        np.testing.assert_allclose(getattr(smoothed, name)[-1], getattr(filtered, name)[-1], rtol=1e-12)
+
+
+def test_nis_is_two_when_the_filter_knows_the_noise():
+    profile = SMALL.model_copy(update={"speed_noise": 1e-6})
+    scores = []
+    for seed in range(30):
+        motion = steerway.estimate(turning(1.3, 0.3 * seed, 120.0, seed=seed).fixes(0.5, seed), profile)
+        scores.append(np.mean(motion.nis[motion.status == OK]))
+    assert 1.9 < np.mean(scores) < 2.1
+
+
+def test_vessels_are_estimated_each_for_itself():
+    one, two = turning(5.0, 0.3, 300.0, rate=0.2).fixes(5.0, 1), turning(8.0, 2.0, 300.0, rate=0.1).fixes(5.0, 2)
+    mmsi = np.r_[np.full(len(one), 257000001), np.full(len(two), 219000002)]
+    columns = {name: np.r_[getattr(one, name), getattr(two, name)] for name in ("time", "latitude", "longitude")}
+    fleet = steerway.estimate(Fixes(**columns, mmsi=mmsi), "ais")
+    assert fleet.to_frame().columns == ["mmsi", *COLUMNS]
+    alone = steerway.estimate(one, "ais")
+    np.testing.assert_array_equal(fleet.rows(fleet.mmsi == 257000001).sog, alone.sog)
+
+
+@pytest.mark.parametrize(
+    ("aid", "better_than"),
+    [(("sog", "cog"), 0.45), (("yaw_rate",), 0.5), (("heading", "yaw_rate"), 0.5), (("water_speed",), 1.02)],
+)
+def test_aids_help(aid, better_than):
+    """Velocity of 0.05 m/s, a gyro of 0.1 °/s with a bias of 0.3 °/s, a compass 8° off, a log in 0.4 m/s of stream."""
+    profile = SMALL.model_copy(
+        update={"sog_std": 0.05, "velocity_std": 0.05, "yaw_rate_std": math.radians(0.1), "crab_time": 1e4}
+    )
+    alone, aided = [], []
+    for seed in range(20):
+        scene = turning(1.3, 0.3 * seed, 120.0, seed=seed)
+        rng = np.random.default_rng([seed, 2])
+        n = len(scene.time)
+        true_rate = np.gradient(np.unwrap(scene.cog), scene.time)
+        velocity = scene.sog * np.exp(1j * scene.cog) + rng.normal(0, 0.05, n) + 1j * rng.normal(0, 0.05, n)
+        fixes = said(
+            scene.fixes(0.5, seed),
+            sog=np.abs(velocity),
+            cog=np.angle(velocity),
+            heading=scene.cog + math.radians(8.0) + rng.normal(0.0, math.radians(1.0), n),
+            water_speed=scene.sog - 0.4 + rng.normal(0.0, 0.1, n),
+            yaw_rate=true_rate + math.radians(0.3) + rng.normal(0.0, math.radians(0.1), n),
+        )
+        for found, aids in ((alone, ()), (aided, aid)):
+            motion = steerway.estimate(fixes, profile, aid=aids)
+            found.append(np.mean(angle_error(motion.cog, scene.cog)[300:] ** 2))
+    assert np.sqrt(np.mean(aided)) < better_than * np.sqrt(np.mean(alone))
+
+
+def test_an_instrument_between_fixes_is_used_and_gets_no_row():
+    scene = turning(1.3, 0.5, 60.0, rate=10.0)
+    fixes = scene.fixes(0.5, 1)
+    silent = np.arange(len(fixes)) % 10 != 0
+    latitude, longitude = np.where(silent, np.nan, fixes.latitude), np.where(silent, np.nan, fixes.longitude)
+    yaw_rate = np.gradient(np.unwrap(scene.cog), scene.time)
+    mixed = Fixes(fixes.time, latitude, longitude, yaw_rate=yaw_rate)
+    plain, aided = steerway.estimate(mixed, SMALL), steerway.estimate(mixed, SMALL, aid=("yaw_rate",))
+    assert len(plain) == len(aided) == np.sum(~silent)
+    assert np.nansum(angle_error(aided.cog, scene.cog[::10]) ** 2) < np.nansum(
+        angle_error(plain.cog, scene.cog[::10]) ** 2
+    )
+
+
+def test_the_default_profile_suits_the_receiver():
+    for std in (0.05, 0.5, 5.0):
+        scene = straight(4.0, 1.0, 600.0, rate=1.0)
+        chosen = choose_profile(scene.fixes(std, 3))
+        assert 0.3 * std < chosen.position_std < 3.5 * std
+
+
+def test_tune_finds_noise_that_is_known():
+    scene = turning(3.0, 0.5, 1500.0, rate=1.0, seed=4, decay=0.3, density=1e-3)
+    tuned = steerway.tune(scene.fixes(0.3, 4))
+    p = tuned.profile
+    total = math.hypot(p.position_std, p.error_std)
+    assert 0.24 < total < 0.36
+    assert 0.3 * 1e-3 / 0.3**2 < p.course_rate_noise / p.course_rate_decay**2 < 3.0 * 1e-3 / 0.3**2
+    assert p.speed_noise < 1e-3
+    assert tuned.nis_band[0] - 0.1 < tuned.nis_mean < tuned.nis_band[1] + 0.1
+
+
+def test_tune_refuses_a_log_that_tells_nothing():
+    with pytest.raises(steerway.InputError, match="of 101 fixes are under way"):
+        steerway.tune(straight(0.0, 0.0, 20.0).fixes(0.1, 1))
+
+
+def test_compare_finds_the_receivers_lag():
+    speed = 2.0 + 0.5 * np.sin(np.arange(3000) / 5.0 / 8.0)
+    course = 0.5 * np.sin(np.arange(3000) / 5.0 / 15.0)
+    scene = sailed(speed, course)
+    late = np.clip(np.arange(3000) - 10, 0, None)
+    fixes = said(scene.fixes(0.02, 1), sog=speed[late], cog=course[late])
+    found = compare(fixes, steerway.estimate(fixes, SMALL.model_copy(update={"position_std": 0.02}), smooth=True))
+    assert found.sog_lag == pytest.approx(2.0, abs=0.15)
+    assert found.cog_lag == pytest.approx(2.0, abs=0.15)
+    assert found.cog_rms_aligned < 0.3 * found.cog_rms
+
+
+def test_profiles_survive_a_file(tmp_path):
+    path = tmp_path / "mine.toml"
+    profile = SMALL.model_copy(update={"name": 'the "Ægir"', "position_std": 0.1 + 0.2})
+    profile.save(path)
+    assert Profile.load(path) == profile
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("position_std = -1\nspeed_noise = 1\ncourse_rate_noise = 1", "position_std is -1"),
+        ("speed_nois = 1", "speed_nois"),
+        ("position_std = ", "cannot be read as TOML"),
+        ("position_std = inf\nspeed_noise = 1\ncourse_rate_noise = 1", "position_std is inf"),
+    ],
+)
+def test_a_wrong_profile_is_named(tmp_path, text, told):
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    with pytest.raises(steerway.InputError, match=r"mine\.toml") as error:
+        Profile.load(path)
+    assert told in str(error.value)
+
+
+def test_unknown_names_are_answered_with_the_known_ones():
+    with pytest.raises(steerway.InputError, match="otter, mariner-usv, small-usv, sailing-yacht, ship, ais"):
+        FiveStateFilter("otterr")
+    with pytest.raises(steerway.InputError, match="sog, cog, heading, water_speed, yaw_rate"):
+        FiveStateFilter("otter", aid=("compass",))

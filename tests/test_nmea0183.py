@@ -1,0 +1,341 @@
+"""The NMEA 0183 reader on sentences whose truth is known."""
+
+import datetime
+import time
+
+import numpy as np
+import pytest
+
+from steerway.formats import nmea0183
+from tests.sentences import KNOT, START, clock, gga, gll, place, rmc, sealed, sortie, track
+
+DAY = 86400.0
+
+
+def only(data, name="GP"):
+    return nmea0183.read(data).sources[name]
+
+
+def test_sentences_of_one_time_become_one_row():
+    time, lat, lon = track(50)
+    recording = nmea0183.read(sortie(50))
+    fixes = recording.sources["GP"]
+    np.testing.assert_allclose(fixes.time, time, atol=1e-6)
+    np.testing.assert_allclose(fixes.latitude, np.radians(lat), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(fixes.longitude, np.radians(lon), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(fixes.sog, 5.0 * KNOT)
+    np.testing.assert_allclose(fixes.cog, np.radians(123.4))
+    compass = recording.sources["HC"]
+    np.testing.assert_allclose(compass.time, time, atol=1e-6)
+    np.testing.assert_allclose(compass.heading, np.radians(122.5))
+    assert not compass.has_position.any()
+    assert recording.counts == {"GPRMC": 50, "GPGGA": 50, "GPGLL": 50, "GPVTG": 50, "HCHDG": 50}
+    assert recording.skipped == {}
+
+
+@pytest.mark.parametrize("lat, lon", [(54.5, 10.25), (-33.75, 151.5), (-22.5, -17.25), (38.5, -122.75), (0.0, 179.99)])
+def test_every_quarter_of_the_earth(lat, lon):
+    fixes = only(rmc(START, lat, lon) + gga(START, lat, lon))
+    assert len(fixes) == 1
+    np.testing.assert_allclose(np.degrees([fixes.latitude[0], fixes.longitude[0]]), [lat, lon], atol=1e-7)
+
+
+def test_the_antimeridian_is_minus_pi_and_joins_formatters_on_both_sides():
+    east, west = "1000.00000,N,18000.00000,E", "1000.00000,N,18000.00000,W"
+    hour, date = clock(START)
+    fixes = only(
+        sealed(f"GPRMC,{hour},A,{east},1.0,90.0,{date},,,A") + sealed(f"GPGGA,{hour},{west},1,10,0.9,1.0,M,47.0,M,,")
+    )
+    assert len(fixes) == 1 and fixes.longitude[0] == -np.pi
+
+
+@pytest.mark.parametrize(
+    "sentence, column, value",
+    [
+        ("GPVTG,90.0,T,,M,10.0,N,18.52,K,A", "sog", 10.0 * KNOT),
+        ("GPVTG,,T,,M,,N,36.0,K,A", "sog", 10.0),
+        ("GPVTG,270.0,T,,M,10.0,N,18.52,K", "cog", -np.pi / 2),
+        ("GPHDT,350.0,T", "heading", np.radians(-10.0)),
+        ("GPTHS,350.0,A", "heading", np.radians(-10.0)),
+        ("GPHDG,350.0,2.0,W,5.0,E", "heading", np.radians(-7.0)),
+        ("GPVHW,350.0,T,,M,6.0,N,11.11,K", "heading", np.radians(-10.0)),
+        ("GPVHW,,T,,M,6.0,N,11.11,K", "water_speed", 6.0 * KNOT),
+        ("GPVHW,,,,,,,18.0,K", "water_speed", 5.0),
+        ("GPROT,60.0,A", "yaw_rate", np.radians(1.0)),
+        ("GPROT,-60.0,A", "yaw_rate", np.radians(-1.0)),
+        ("GPGST,120000.00,,,,,3.0,4.0,5.0", "position_std", np.sqrt(12.5)),
+    ],
+)
+def test_what_a_sentence_says(sentence, column, value):
+    fixes = only(gga(START, 54.0, 10.0) + sealed(sentence))
+    assert len(fixes) == 1
+    said = getattr(fixes, column)[0]
+    if column == "cog":
+        value %= 2 * np.pi
+    np.testing.assert_allclose(said, value, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    [
+        "GPTHS,350.0,V",
+        "GPROT,60.0,V",
+        "GPVTG,90.0,T,,M,10.0,N,18.52,K,N",
+        "GPVTG,361.0,T,,M,10.0,N,18.52,K,A",
+        "GPVTG,90.0,T,,M,-1.0,N,,K,A",
+        "GPVTG,90.0,K,,M,1.0,N,,T,A",
+        "GPVTG,90.0,T,,M,1.0,N",
+        "GPHDT,350.0,M",
+        "GPHDT,3x0.0,T",
+        "GPHDG,350.0,2.0,W,5.0,Q",
+        "GPHDT,,T",
+    ],
+)
+def test_what_is_not_believed_leaves_no_value(sentence):
+    fixes = only(gga(START, 54.0, 10.0) + sealed(sentence))
+    assert not any(np.isfinite(getattr(fixes, name)).any() for name in ("sog", "cog", "heading", "yaw_rate"))
+
+
+HOUR, DATE = clock(START)
+HERE = place(54.0, 10.0)
+
+
+@pytest.mark.parametrize(
+    "sentence, reason",
+    [
+        (f"GPRMC,{HOUR},V,{HERE},1.0,90.0,{DATE},,,A", "no fix"),
+        (f"GPRMC,{HOUR},A,{HERE},1.0,90.0,{DATE},,,N", "no fix"),
+        (f"GPRMC,{HOUR},A,,,,,1.0,90.0,{DATE},,,A", "no fix"),
+        (f"GPGGA,{HOUR},{HERE},0,00,,,M,,M,,", "no fix"),
+        (f"GNGNS,{HOUR},{HERE},NNN,08,3.1,-80.3,32.0,,,V", "no fix"),
+        (f"GPGLL,{HERE},{HOUR},V,N", "no fix"),
+        (f"GPRMC,{HOUR},A,{HERE},1.0,90.0,{DATE}", "number of fields"),
+        (f"GPRMC,{HOUR},A,{HERE},1.0,400.0,{DATE},,,A", "malformed or out of range"),
+        (f"GPRMC,{HOUR},A,{HERE},1.0.0,90.0,{DATE},,,A", "malformed or out of range"),
+        (f"GPRMC,{HOUR},A,{HERE},1.0,90.0,310224,,,A", "time or date"),
+        (f"GPRMC,246000,A,{HERE},1.0,90.0,{DATE},,,A", "time or date"),
+        (f"GPGGA,126000,{HERE},1,10,0.9,1.0,M,47.0,M,,", "time or date"),
+        (f"GPGGA,{HOUR},5460.000,N,01000.000,E,1,10,0.9,1.0,M,47.0,M,,", "position"),
+        (f"GPGGA,{HOUR},9100.000,N,01000.000,E,1,10,0.9,1.0,M,47.0,M,,", "position"),
+        (f"GPGGA,{HOUR},5400.000,N,18100.000,E,1,10,0.9,1.0,M,47.0,M,,", "position"),
+        (f"GPGGA,{HOUR},540.0000,N,01000.000,E,1,10,0.9,1.0,M,47.0,M,,", "position"),
+        (f"GPGGA,{HOUR},5400.000,E,01000.000,N,1,10,0.9,1.0,M,47.0,M,,", "position"),
+        (f"GPGGA,{HOUR},5400.000,N,,,1,10,0.9,1.0,M,47.0,M,,", "position"),
+        (f"GPRMCGP,{HOUR},A,{HERE},1.0,90.0,{DATE},,,A", "unknown sentence type"),
+        (f"GPRMX,{HOUR},A,{HERE},1.0,90.0,{DATE},,,A", "unknown sentence type"),
+    ],
+)
+def test_a_sound_checksum_is_not_believed_blindly(sentence, reason):
+    recording = nmea0183.read(sealed(sentence))
+    assert not any(fixes.has_position.any() for fixes in recording.sources.values())
+    assert [reason in counted for counted in recording.skipped] == [True]
+
+
+def test_a_garmin_setting_is_no_fix():
+    assert nmea0183.read(sealed("PGRMC,A,218.8,100,6378137.000,298.257223563,0.0,0.0,0.0,A,3,1,1,4,30")).sources == {}
+
+
+def test_empty_course_is_unknown():
+    fixes = only(rmc(START, 54.0, 10.0, cog=""))
+    assert np.isnan(fixes.cog[0]) and np.isfinite(fixes.sog[0])
+
+
+def test_checksums():
+    good = gga(START, 54.0, 10.0)
+    lower = good.replace(good[-4:-2], good[-4:-2].lower())
+    without = good[: good.index(b"*")] + b"\r\n"
+    wrong = good[:-4] + b"00\r\n"
+    assert len(only(lower)) == 1
+    assert len(only(without)) == 1
+    assert nmea0183.read(wrong).skipped == {"checksum wrong": 1}
+    assert len(only(good[:-2] + gga(START + 1, 54.0, 10.0))) == 2
+    after_one_with = nmea0183.read(good + gga(START + 1, 54.0, 10.0).split(b"*")[0] + b"\r\n")
+    assert after_one_with.skipped == {"checksum missing where its talker sends one": 1}
+
+
+def test_the_date_is_carried_over_midnight_and_back_to_the_start():
+    midnight = START - START % DAY + DAY
+    time = midnight + np.arange(-10, 10)
+    data = b"".join(gga(t, 54.0, 10.0 + k * 1e-3) for k, t in enumerate(time[:5]))
+    data += rmc(time[5], 54.0, 10.1)
+    data += b"".join(gga(t, 54.0, 10.2 + k * 1e-3) for k, t in enumerate(time[6:]))
+    np.testing.assert_allclose(only(data).time, time, atol=1e-6)
+
+
+def test_a_log_without_any_date_says_so():
+    recording = nmea0183.read(gga(START, 54.0, 10.0) + gga(START + 1, 54.0, 10.0))
+    np.testing.assert_allclose(recording.sources["GP"].time, [43200.0, 43201.0])
+    assert any("1970-01-01" in note for note in recording.notes)
+
+
+def test_an_epoch_from_before_the_first_date_still_takes_its_velocity():
+    vtg = sealed("GPVTG,90.0,T,,M,2.0,N,,K,A")
+    sources = nmea0183.read(gga(START, 54.0, 10.0) + rmc(START + 1, 54.0, 10.0, talker="II") + vtg).sources
+    assert sources["GP"].time.tolist() == [START] and sources["GP"].sog[0] == 2.0 * KNOT
+
+
+def test_zda_gives_the_date_and_the_time_of_what_has_none():
+    data = (
+        sealed("GPZDA,120000,01,07,2024,00,00") + f"$GPGLL,{HERE}\r\n".encode() + sealed("GPVTG,90.0,T,,M,2.0,N,,K,A")
+    )
+    fixes = only(data)
+    assert fixes.time.tolist() == [START] and fixes.sog[0] == 2.0 * KNOT
+
+
+def iso(time):
+    return datetime.datetime.fromtimestamp(time, datetime.UTC).strftime("%Y-%m-%dT%H:%M:%S.%f").encode()
+
+
+@pytest.mark.parametrize(
+    "prefix",
+    [
+        lambda t: iso(t) + b"Z ",
+        lambda t: iso(t).replace(b"T", b" ") + b"\t",
+        lambda t: iso(t + 7200.0) + b"+02:00;",
+        lambda t: f"{t:.3f} ".encode(),
+        lambda t: f"[{t * 1000:.0f}] ".encode(),
+        lambda t: f"\\s:rx,c:{t:.0f}*00\\".encode(),
+    ],
+)
+def test_receive_times_date_a_log(prefix):
+    time, lat, lon = track(5)
+    data = b"".join(prefix(t + 0.3) + gga(t, *at) for t, *at in zip(time, lat, lon, strict=True))
+    np.testing.assert_allclose(only(data).time, time, atol=1e-6)
+    np.testing.assert_allclose(only(prefix(START + 0.5) + sealed("HEHDT,90.0,T"), "HE").time, START + 0.5, atol=0.51)
+
+
+def test_instruments_with_receive_times_keep_them_and_a_burst_is_one_epoch():
+    data = iso(START + 0.2) + b" " + gga(START, 54.0, 10.0)
+    data += iso(START + 0.3) + b" " + sealed("GPHDT,90.0,T")
+    data += iso(START + 0.8) + b" " + sealed("GPHDT,91.0,T")
+    data += iso(START + 0.4) + b" " + sealed("HEHDT,92.0,T")
+    recording = nmea0183.read(data)
+    np.testing.assert_allclose(recording.sources["GP"].time, [START, START + 0.8], atol=1e-6)
+    np.testing.assert_allclose(np.degrees(recording.sources["GP"].heading), [90.0, 91.0])
+    np.testing.assert_allclose(recording.sources["HE"].time, [START + 0.4], atol=1e-6)
+
+
+def test_a_later_burst_is_not_the_epoch_before():
+    data = iso(START + 0.2) + b" " + gga(START, 54.0, 10.0) + iso(START + 2.5) + b" " + sealed("GPHDT,90.0,T")
+    np.testing.assert_allclose(only(data).time, [START, START + 2.5], atol=1e-6)
+
+
+def test_of_many_headings_in_an_epoch_without_times_the_first_is_kept_and_the_rest_counted():
+    headings = b"".join(sealed(f"HEHDT,{heading:.1f},T") for heading in range(100, 110))
+    recording = nmea0183.read(gga(START, 54.0, 10.0) + headings + gga(START + 1, 54.0, 10.001) + headings)
+    np.testing.assert_allclose(np.degrees(recording.sources["HE"].heading), [100.0, 100.0])
+    assert recording.skipped == {"repeated within an epoch, without a time of its own": 18}
+
+
+ROLLOVER = 1024 * 7 * DAY
+
+
+@pytest.mark.parametrize("rollovers", [1, 2])
+def test_week_rollover_by_receive_time(rollovers):
+    data = b"".join(
+        iso(START + k + 0.2) + b" " + rmc(START + k - rollovers * ROLLOVER, 54.0, 10.0 + k * 1e-3) for k in range(5)
+    )
+    recording = nmea0183.read(data)
+    np.testing.assert_allclose(recording.sources["GP"].time, START + np.arange(5), atol=1e-6)
+    assert any("rollover" in note for note in recording.notes)
+
+
+@pytest.mark.parametrize("wrong", [[3, 4, 5], [0, 1], [0, 2]])
+def test_week_rollover_by_continuity(wrong):
+    data = b"".join(rmc(START + k - ROLLOVER * (k in wrong), 54.0, 10.0 + k * 1e-3) for k in range(8))
+    recording = nmea0183.read(data)
+    np.testing.assert_allclose(recording.sources["GP"].time, START + np.arange(8), atol=1e-6)
+    assert any("rollover" in note for note in recording.notes)
+
+
+def test_a_stray_date_is_mended():
+    data = b"".join(rmc(START + k + 40 * DAY * (k == 4), 54.0, 10.0 + k * 1e-3) for k in range(8))
+    np.testing.assert_allclose(only(data).time, START + np.arange(8), atol=1e-6)
+
+
+def test_late_and_out_of_order_sentences_find_their_row():
+    data = gga(START, 54.0, 10.0) + gga(START + 1, 54.0, 10.001) + rmc(START, 54.0, 10.0) + rmc(START + 1, 54.0, 10.001)
+    fixes = only(data)
+    assert len(fixes) == 2 and np.isfinite(fixes.sog).all()
+    late = only(rmc(START + 2, 54.0, 10.002) + rmc(START, 54.0, 10.0) + rmc(START + 3, 54.0, 10.003))
+    np.testing.assert_allclose(late.time, START + np.array([0.0, 2.0, 3.0]))
+
+
+def test_what_is_said_twice_stays_twice_and_another_position_stays_another():
+    assert len(only(rmc(START, 54.0, 10.0) + gll(START, 54.0, 10.0) + rmc(START, 54.0, 10.0))) == 2
+    assert len(only(rmc(START, 54.0, 10.0) + gll(START, 54.0, 10.01))) == 2
+
+
+def test_the_finer_position_of_a_time_is_kept():
+    coarse = sealed(f"GPGLL,{place(54.000012, 10.0, 2)},{HOUR},A,A")
+    for data in (coarse + gga(START, 54.000012, 10.0), gga(START, 54.000012, 10.0) + coarse):
+        fixes = only(data)
+        assert len(fixes) == 1
+        np.testing.assert_allclose(np.degrees(fixes.latitude[0]), 54.000012, atol=1e-7)
+
+
+def test_two_receivers_behind_one_talker():
+    time, lat, lon = track(40)
+    data = b""
+    for k, (t, a, o) in enumerate(zip(time, lat, lon, strict=True)):
+        pair = [rmc(t, a, o), rmc(t, a + 1e-3, o)]
+        data += b"".join(pair if k % 3 else pair[::-1]) if k % 7 else pair[0]
+    sources = nmea0183.read(data).sources
+    near, far = sorted(sources.values(), key=lambda fixes: fixes.latitude[1])
+    np.testing.assert_allclose(np.degrees(near.latitude), lat, atol=1e-7)
+    np.testing.assert_allclose(np.degrees(far.latitude), lat[np.arange(40) % 7 != 0] + 1e-3, atol=1e-7)
+
+
+def test_a_plotter_that_stamps_two_moments_with_one_second():
+    time, lat, lon = track(40)
+    data = b"".join(rmc(t, a, o) + gga(t, a + 2e-5, o) for t, a, o in zip(time, lat, lon, strict=True))
+    sources = nmea0183.read(data).sources
+    assert set(sources) == {"GP RMC", "GP GGA"}
+    np.testing.assert_allclose(np.degrees(sources["GP RMC"].latitude), lat, atol=1e-7)
+
+
+def test_variation_from_the_sentence_then_rmc_then_the_model():
+    own = nmea0183.read(gga(START, 54.0, 10.0) + sealed("HCHDG,100.0,,,3.0,W"))
+    np.testing.assert_allclose(np.degrees(own.sources["HC"].heading), 97.0)
+    by_rmc = nmea0183.read(gga(START, 54.0, 10.0) + sealed("HCHDM,100.0,M") + rmc(START, 54.0, 10.0, variation="4.0,E"))
+    np.testing.assert_allclose(np.degrees(by_rmc.sources["HC"].heading), 104.0)
+    assert any("RMC" in note for note in by_rmc.notes)
+    model = nmea0183.read(rmc(START, 54.0, 10.0) + sealed("HCHDM,100.0,M"))
+    assert 103.0 < np.degrees(model.sources["HC"].heading[0]) < 106.0
+    assert any("World Magnetic Model 2020" in note for note in model.notes)
+    nowhere = nmea0183.read(sealed("GPZDA,120000,01,07,2024,00,00") + sealed("HCHDM,100.0,M"))
+    assert nowhere.skipped == {"magnetic heading without variation or place": 1}
+
+
+def test_a_live_link_takes_everything_once():
+    data, time = sortie(30), track(30)[0]
+    reader = nmea0183.Reader()
+    times, positions, speeds = [], 0, 0
+    for first in range(0, len(data), 37):
+        reader.feed(data[first : first + 37], received=START + 0.1)
+        taken = reader.take().sources.get("GP")
+        if taken is not None:
+            times += taken.time[taken.has_position].tolist()
+            positions += int(taken.has_position.sum())
+            speeds += int(np.isfinite(taken.sog).sum())
+    np.testing.assert_allclose(times, time, atol=1e-6)
+    assert positions == 30 and speeds >= 30
+    assert len(reader._rows) < 10
+
+
+def test_recognises_by_content():
+    assert nmea0183.recognises(b"# a comment\n" + gga(START, 54.0, 10.0))
+    assert not nmea0183.recognises(b"!AIVDM,1,1,,A,13mb9U0P00PRk8fT5nw>4?wj2006,0*5D\r\n")
+    assert not nmea0183.recognises(b"2014-08-15T19:00:00.042Z,3,129029,160,255,43,87,a9\n")
+
+
+def test_at_least_150_000_sentences_a_second():
+    """Some three million on a desk; the margin is for slow and busy machines."""
+    log = sortie(2000) * 10
+    nmea0183.read(log[:1000])
+    best = np.inf
+    for _ in range(3):
+        begun = time.perf_counter()
+        nmea0183.read(log)
+        best = min(best, time.perf_counter() - begun)
+    assert 100_000 / best > 150_000

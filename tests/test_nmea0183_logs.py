@@ -1,0 +1,149 @@
+"""The reader against pynmeagps, sentence by sentence, on recorded logs; and the fixes of each log counted."""
+
+import re
+from functools import reduce
+from operator import xor
+
+import numpy as np
+import pytest
+from pynmeagps import NMEAReader
+from pynmeagps.exceptions import NMEAMessageError, NMEAParseError, NMEATypeError
+
+from steerway.formats import nmea0183
+from steerway.formats.nmea0183 import fields as said
+
+LOGS = [
+    "anemomind_corrupt/irene_20150429_fragments.nmea",
+    "anemomind_corrupt/irene_flensburg_20130802_corrupt.nmea",
+    "anemomind_corrupt/psaros33_20140627_gaps_dups.nmea",
+    "gpsd_logs/blumax-gps009.log",
+    "gpsd_logs/bundg_zeus_9.log",
+    "gpsd_logs/haicom-305N.log",
+    "gpsd_logs/humminbird-M37.log",
+    "gpsd_logs/nl2008u.log",
+    "gpsd_logs/pygnssutils_ubx_static_rtcm3.log",
+    "gpsd_logs/quectel-eg25-g.log",
+    "gpsd_logs/sl869.log",
+    "gpsd_logs/ublox-lea-4h.log",
+    "palmer_seapath_truth/NBP1406_PCOD-2014-08-01",
+    "palmer_seapath_truth/NBP1406_gp02-2014-08-01",
+    "palmer_seapath_truth/NBP1406_s330-2014-08-01",
+    "palmer_seapath_truth/NBP1406_seap-2014-08-01",
+    "rob_atlantic_1hz/gx_to_gavres.nmea",
+    "rob_atlantic_1hz/kernevel_latrinite.nmea",
+    "rob_atlantic_1hz/nukuhiva_multitalker.nmea",
+    "rob_atlantic_1hz/tomales_kayak.nmea",
+    "signalk_samples/gofree-merrimac.log",
+    "signalk_samples/gps.log",
+    "signalk_samples/plaka.log",
+]
+# One sentence in all of them is a fix to pynmeagps (told not to ask for a checksum) and not to us: a GLL of which NUL
+# bytes have eaten the mode and the checksum.
+ONLY_THEIRS = {"rob_atlantic_1hz/nukuhiva_multitalker.nmea": 1}
+
+POSITION = re.compile(rb"\$..(?:GGA|RMC|GLL|GNS),[^\r\n]*")
+VELOCITY = re.compile(rb"\$..VTG,[^\r\n]*")
+
+
+def messages(data, pattern):
+    """Byte offset and pynmeagps message of every sentence that it accepts; a missing checksum is accepted as here."""
+    for found in pattern.finditer(data):
+        raw = found.group()
+        if b"*" not in raw:
+            raw += b"*%02X" % reduce(xor, raw[1:], 0)
+        try:
+            message = NMEAReader.parse(raw + b"\r\n")
+        except (NMEAMessageError, NMEAParseError, NMEATypeError):
+            continue
+        if message is not None:
+            yield found.start(), message
+
+
+def is_fix(message):
+    """Whether what pynmeagps read is a fix: it parses V, N and quality 0 too."""
+    valid = getattr(message, "status", "A") in ("A", "") and getattr(message, "posMode", "A") != "N"
+    placed = all(isinstance(getattr(message, name, ""), float) for name in ("lat", "lon"))
+    modes = set(getattr(message, "posMode", "A"))
+    return valid and modes != {"N"} and getattr(message, "quality", 1) != 0 and placed
+
+
+def seconds_of_day(time):
+    return 3600 * time.hour + 60 * time.minute + time.second + 1e-6 * time.microsecond if time else np.nan
+
+
+@pytest.fixture(scope="module", params=LOGS)
+def log(request, shared_data):
+    data = (shared_data / "data" / request.param).read_bytes()
+    fixes = {offset: message for offset, message in messages(data, POSITION) if is_fix(message)}
+    return request.param, data, fixes
+
+
+def test_position_sentences_agree(log):
+    name, data, theirs = log
+    found = nmea0183.sentences(data)
+    row_of = {offset: k for k, offset in enumerate(found.offset.tolist()) if np.isfinite(found.values[k, said.LAT])}
+    assert set(row_of) <= set(theirs), "a fix that pynmeagps refuses"
+    assert len(set(theirs) - set(row_of)) == ONLY_THEIRS.get(name, 0)
+    for offset, k in row_of.items():
+        message, values = theirs[offset], found.values[k]
+        # pynmeagps rounds degrees to ten decimals
+        assert abs(np.degrees(values[said.LAT]) - message.lat) < 1e-10
+        assert abs(np.degrees(values[said.LON]) - message.lon) < 1e-10
+        np.testing.assert_allclose(values[said.TOD], seconds_of_day(getattr(message, "time", "")), rtol=0, atol=1e-6)
+        if message.msgID == "RMC":
+            speed_and_course = (message.spd, message.cog)
+            theirs_si = [np.nan if value == "" else value for value in speed_and_course]
+            ours = [values[said.SOG] * 3600 / 1852, np.degrees(values[said.COG])]
+            np.testing.assert_allclose(ours, theirs_si, rtol=1e-12, atol=1e-12)
+
+
+def test_vtg_agrees(log):
+    _, data, _ = log
+    found = nmea0183.sentences(data)
+    row_of = {offset: k for k, offset in enumerate(found.offset.tolist()) if found.kind[k] == said.VTG}
+    theirs = dict(messages(data, VELOCITY))
+    assert set(row_of) <= set(theirs)
+    for offset, k in row_of.items():
+        message, values = theirs[offset], found.values[k]
+        expected = [np.nan if value == "" else value for value in (message.sogn, message.cogt)]
+        ours = [values[said.SOG] * 3600 / 1852, np.degrees(values[said.COG])]
+        if np.isfinite(expected[0]):
+            np.testing.assert_allclose(ours, expected, rtol=1e-12, atol=1e-12)
+
+
+def test_every_valid_fix_has_its_row(log):
+    """Fixes counted by pynmeagps: distinct in talker, time and place. A row may serve several sentences, when they
+    agree to the last digit but one; the coarsest digit here is 1.7e-5°."""
+    _, data, fixes = log
+    theirs = set()
+    for message in fixes.values():
+        time = seconds_of_day(getattr(message, "time", ""))
+        theirs.add((message.talker, "any" if np.isnan(time) else round(time, 3), message.lat, message.lon))
+    ours = {}
+    for name, fixes in nmea0183.read(data).sources.items():
+        placed = fixes.rows(fixes.has_position)
+        places = np.degrees(np.column_stack([placed.latitude, placed.longitude])).tolist()
+        for time, place in zip(placed.time.tolist(), places, strict=True):
+            ours.setdefault((name[:2], round(time % 86400.0, 3) % 86400.0), []).append(place)
+            ours.setdefault((name[:2], "any"), []).append(place)
+    met = 0
+    for talker, time, lat, lon in theirs:
+        rows = np.array(ours.get((talker, time), [[np.inf, np.inf]]))
+        met += (np.abs(rows - [lat, lon]).max(axis=1) < 2e-5).any()
+    assert met >= 0.99 * len(theirs) and len(theirs) > 0
+
+
+def test_what_the_notes_of_the_logs_promise(shared_data):
+    def recording(name):
+        return nmea0183.read((shared_data / "data" / name).read_bytes())
+
+    rolled = recording("palmer_seapath_truth/NBP1406_PCOD-2014-08-01")
+    assert abs(rolled.sources["GP"].time[-1] - 1406852198.226) < 1.0
+    assert any("rollover" in note for note in rolled.notes)
+    mangled = recording("anemomind_corrupt/irene_flensburg_20130802_corrupt.nmea")
+    whole = sum(count for name, count in mangled.counts.items() if name[:2] == "II" or name in ("GPRMB", "GPRMC"))
+    assert sum(mangled.counts.values()) - whole + mangled.skipped["unknown sentence type"] == 382
+    assert len(recording("palmer_seapath_truth/NBP1406_gp02-2014-08-01").sources["GP"]) == 1667
+    assert recording("palmer_seapath_truth/NBP1406_gyr1-2014-08-01").sources["HE"].heading.shape == (5000,)
+    bundg = recording("gpsd_logs/bundg_zeus_9.log")
+    assert {"GP RMC", "GP GGA", "SD"} <= set(bundg.sources)

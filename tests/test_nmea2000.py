@@ -1,0 +1,172 @@
+"""NMEA 2000: hand-made messages with known numbers, and recorded logs against tables others derived from them."""
+
+import struct
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from steerway.formats import nmea2000
+
+STAMP = "2026-08-03T04:47:{:06.3f}Z"
+START = 1785732420.0  # 04:47:00
+
+
+def line(second, pgn, source, payload, stamp=STAMP):
+    return f"{stamp.format(second)},2,{pgn},{source},255,{len(payload)},{payload.hex(',')}\n"
+
+
+def position(latitude, longitude):
+    return struct.pack("<ii", round(latitude * 1e7), round(longitude * 1e7))
+
+
+def gnss(latitude, longitude, days=20668, clock=17220.5, method=1):
+    return (
+        struct.pack("<BHIqqq", 1, days, round(clock * 1e4), round(latitude * 1e16), round(longitude * 1e16), 0)
+        + bytes([method << 4, 0xFC, 9])
+        + struct.pack("<hhiB", 80, 120, 0, 0)
+    )
+
+
+def frames(payload, sequence=5):
+    """A long message as it goes over the bus."""
+    parts = [payload[:6], *(payload[at : at + 7] for at in range(6, len(payload), 7))]
+    heads = [bytes([sequence << 5, len(payload)]), *(bytes([sequence << 5 | place]) for place in range(1, len(parts)))]
+    return [(head + part).ljust(8, b"\xff") for head, part in zip(heads, parts, strict=True)]
+
+
+def read(*lines):
+    return nmea2000.read("".join(lines).encode())
+
+
+def test_each_message_in_si_and_radians():
+    recording = read(
+        "# format=FAST\n",
+        line(1.0, 129025, 52, position(-34.5, 133.25)),
+        line(2.0, 129026, 52, struct.pack("<BBHHH", 255, 0xFC, 15000, 321, 65535)),
+        line(3.0, 127250, 7, struct.pack("<BHhhB", 1, 31000, 0x7FFF, 0x7FFF, 0xFC)),
+        line(4.0, 127251, 7, struct.pack("<Bi", 1, -3200000)),
+        line(5.0, 128259, 9, struct.pack("<BHHB", 1, 250, 65535, 0)),
+    )
+    receiver, compass, log = (recording.sources[name] for name in ("src 52", "src 7", "src 9"))
+    assert_allclose(receiver.time, START + np.array([1.0, 2.0]), rtol=0, atol=1e-6)
+    assert_allclose(receiver.latitude[0], np.radians(-34.5), rtol=1e-15)
+    assert_allclose(receiver.longitude[0], np.radians(133.25), rtol=1e-15)
+    assert_allclose((receiver.cog[1], receiver.sog[1]), (1.5, 3.21))
+    assert list(receiver.has_position) == [True, False]
+    assert_allclose(compass.heading[0], 3.1)
+    assert_allclose(compass.yaw_rate[1], -0.1)
+    assert_allclose(log.water_speed, [2.5])
+    assert recording.skipped == {}
+
+
+def test_not_available_is_unknown():
+    nothing = bytes.fromhex("ffff7fffff7fff7f")
+    recording = read(
+        line(1.0, 129025, 1, struct.pack("<ii", 2**31 - 1, 2**31 - 1)),
+        line(2.0, 129026, 1, b"\xff" * 8),
+        line(3.0, 127250, 1, b"\xff\xff\xff" + nothing[3:] + b""),
+        line(4.0, 127251, 1, b"\xff\xff\xff\xff\x7f"),
+        line(5.0, 128259, 1, b"\xff" * 8),
+    )
+    assert recording.sources == {}
+    assert recording.skipped["position not available"] == 1
+
+
+@pytest.mark.parametrize(
+    "stamp", ["2026-08-03T04:47:{:06.3f}", "2026-08-03-04:47:{:06.3f}", "2026-08-03 04:47:{:06.3f}"]
+)
+def test_time_stamps_of_every_kind(stamp):
+    recording = read(line(1.25, 129025, 1, position(1, 2), stamp))
+    assert recording.sources["src 1"].time[0] == START + 1.25
+
+
+def test_a_long_message_is_joined_from_frames_of_two_senders_mixed():
+    payload = gnss(50.123456789012, -4.5)
+    mine, other = frames(payload), frames(gnss(10.0, 20.0), sequence=5)
+    lines = []
+    for first, second in zip(mine, other, strict=True):
+        lines += [line(0.1, 129029, 3, first), line(0.1, 129029, 4, second)]
+    plain, fast = read(*lines), read(line(0.1, 129029, 3, payload))
+    assert plain.sources["src 3"].latitude[0] == fast.sources["src 3"].latitude[0]
+    assert_allclose(np.degrees(plain.sources["src 3"].latitude[0]), 50.123456789012, rtol=1e-15)
+    assert plain.sources["src 4"].latitude[0] == np.radians(10.0)
+    assert plain.sources["src 3"].time[0] == 20668 * 86400 + 17220.5
+
+
+def test_a_lost_frame_costs_one_message():
+    good, broken = frames(gnss(1.0, 2.0), sequence=1), frames(gnss(3.0, 4.0), sequence=2)
+    lines = [line(0.1, 129029, 3, frame) for frame in (*broken[:3], *broken[4:], *good)]
+    recording = read(*lines)
+    assert_allclose(np.degrees(recording.sources["src 3"].latitude), [1.0])
+    assert recording.skipped == {"fast packet incomplete": 1}
+
+
+def test_magnetic_heading_is_corrected_by_deviation_and_variation():
+    own = struct.pack("<BHhhB", 1, 10000, 100, -500, 0xFD)
+    bare = struct.pack("<BHhhB", 1, 10000, 0x7FFF, 0x7FFF, 0xFD)
+    variation = struct.pack("<BBHh", 1, 0, 20000, 700)
+    assert_allclose(read(line(1, 127250, 7, own)).sources["src 7"].heading, [1.0 + 0.01 - 0.05])
+    assert_allclose(read(line(1, 127258, 8, variation), line(2, 127250, 7, bare)).sources["src 7"].heading, [1.07])
+    alone = read(line(1, 127250, 7, bare))
+    assert alone.sources == {} and alone.skipped == {"magnetic angle without variation": 1}
+
+
+def test_positions_without_a_fix_are_left_out():
+    recording = read(line(1, 129029, 3, gnss(1, 2, method=0)), line(2, 129029, 3, gnss(1, 2, clock=17221)))
+    assert len(recording.sources["src 3"]) == 1
+    assert recording.skipped == {"position not available": 1}
+
+
+def test_a_wrong_clock_is_set_by_gnss():
+    ahead = 17220.5 - 100.0
+    recording = read(
+        line(0.5, 129029, 3, gnss(1, 2, clock=ahead)), line(1.5, 127251, 7, struct.pack("<Bi", 1, 3200000))
+    )
+    assert_allclose(recording.sources["src 7"].time, [START + 1.5 - 100.0], rtol=0, atol=1e-6)
+    assert "corrected by -100.0 s" in recording.notes[0]
+
+
+def test_nothing_valid_is_lost_around_damage():
+    good = [line(second, 129025, 52, position(10 + second, 20)) for second in range(1, 5)]
+    spliced = good[0][:30] + good[1] + "garbage\n" + good[2].replace("02,", "0", 1)[:-4] + "\n" + good[3]
+    recording = nmea2000.read(spliced.encode() + b"\x00\xff\xfe,,,\n" + good[0].encode()[:-3])
+    assert_allclose(np.degrees(recording.sources["src 52"].latitude), [12.0, 14.0])
+
+
+@pytest.mark.parametrize("run", ["figure8-fast", "wide-turn"])
+@pytest.mark.parametrize(("unit", "source"), [("scx20", "src 52"), ("zeus", "src 25")])
+def test_the_furuno_runs_agree_with_the_tables_derived_elsewhere(shared_data, run, unit, source):
+    folder = shared_data / "data" / "furuno_scx20_n2k"
+    recording = nmea2000.read((folder / f"furuno-130842-{run}.raw").read_bytes())
+    table = np.genfromtxt(folder / "derived" / f"furuno-130842-{run}_{unit}.csv", delimiter=",", names=True)
+    fixes = recording.sources[source]
+    fixes = fixes.rows(fixes.has_position)
+    _, once = np.unique(table["t"][::-1], return_index=True)
+    table = table[::-1][once]
+    assert len(fixes) == len(table)
+    assert_allclose(fixes.time, table["t"], atol=1e-6, rtol=0)
+    assert_allclose(np.degrees(fixes.latitude), table["lat"], atol=1e-9, rtol=0)
+    assert_allclose(np.degrees(fixes.longitude), table["lon"], atol=1e-9, rtol=0)
+    gyro = recording.sources["src 27"]
+    rate = np.degrees(np.interp(fixes.time, gyro.time, gyro.yaw_rate))
+    assert np.corrcoef(rate, table["p9_rot_dps"])[0, 1] > 0.999
+    assert_allclose(np.polyfit(table["p9_rot_dps"], rate, 1)[0], 1.0, atol=0.01)
+    log = recording.sources["src 35"]
+    assert np.nanmedian(np.abs(np.interp(fixes.time, log.time, log.water_speed) - table["stw_mps"])) < 0.01
+
+
+def test_the_n2k_log_of_aava_takes_gnss_time(shared_data):
+    recording = nmea2000.read((shared_data / "data" / "signalk_samples" / "aava-n2k.data").read_bytes())
+    fixes = recording.sources["src 160"]
+    assert fixes.has_position.sum() == 597
+    steps = np.diff(fixes.time[fixes.has_position])
+    assert_allclose(np.median(steps), 1.0, atol=2e-3)
+    moving = np.isfinite(fixes.sog) & (fixes.sog > 1.0)
+    assert moving.sum() > 100
+
+
+def test_recognises_by_content():
+    assert nmea2000.recognises(b"junk\n" + line(1.0, 129025, 52, position(1, 2)).encode())
+    assert not nmea2000.recognises(b"$GPRMC,165004.445,A,3806.5206,N,12251.7776,W,000.0,000.0,200818,,,A*74\r\n")
+    assert not nmea2000.recognises(b"time,lat,lon\n2026-08-03T04:47:01Z,1,2\n")

@@ -1,0 +1,211 @@
+"""The front door: what it opens, what it chooses, what it refuses."""
+
+import gzip
+import io
+import re
+
+import numpy as np
+import pytest
+
+from steerway.errors import InputError
+from steerway.formats.reading import read, survey
+from tests.sentences import START, gga, place, rmc, sealed, sortie, track
+
+
+def rough_rmc(k, lat, lon, talker="GP"):
+    return sealed(f"{talker}RMC,{120000 + k % 60},A,{place(lat, lon, 2)},1.0,2.0,010724,,,A")
+
+
+def assert_same(one, other):
+    for name, column in one.columns().items():
+        np.testing.assert_array_equal(column, other.columns()[name], err_msg=name)
+
+
+@pytest.fixture
+def log(tmp_path):
+    path = tmp_path / "sortie.nmea"
+    path.write_bytes(sortie(60))
+    return path
+
+
+def test_every_way_in_says_the_same(log, tmp_path, monkeypatch):
+    plain = read(log)
+    packed = tmp_path / "sortie.gz"
+    packed.write_bytes(gzip.compress(sortie(30)) + gzip.compress(sortie(60)[len(sortie(30)) :]))
+    assert_same(read(str(log)), plain)
+    assert_same(read(packed), plain)
+    assert_same(read(sortie(60)), plain)
+    assert_same(read(io.BytesIO(sortie(60))), plain)
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(sortie(60))))
+    assert_same(read("-"), plain)
+
+
+def test_fixes_with_the_compass_of_another_talker(log):
+    fixes = read(log)
+    assert fixes.source == "GP" and len(fixes) == 60
+    np.testing.assert_allclose(fixes.heading, np.radians(122.5))
+    assert "heading from HC" in fixes.notes
+
+
+def test_a_damaged_archive_is_read_as_far_as_it_goes(tmp_path):
+    path = tmp_path / "cut.gz"
+    whole = sortie(3000)
+    path.write_bytes(gzip.compress(whole)[:-4000])
+    assert 100 < len(read(path)) < 3000
+
+
+def test_logs_that_follow_one_another_are_one_record():
+    first, second = sortie(30), sortie(30, start=START + 30.0, lat=54.1)
+    fixes = read(second, first)
+    assert fixes.source == "GP"
+    np.testing.assert_allclose(fixes.time, START + np.arange(60), atol=1e-6)
+    assert_same(read(first, first + second), fixes)
+
+
+def test_logs_of_the_same_hours_are_two_devices(tmp_path):
+    fine, coarse = tmp_path / "fine.nmea", tmp_path / "coarse.nmea"
+    fine.write_bytes(b"".join(rmc(*fix) for fix in zip(*track(30), strict=True)))
+    coarse.write_bytes(
+        b"".join(rough_rmc(k, lat + 1e-3, lon) for k, (_, lat, lon) in enumerate(zip(*track(30), strict=True)))
+    )
+    fixes = read(coarse, fine)
+    assert fixes.source == "GP in fine.nmea"
+    assert any("coarse.nmea" in note for note in fixes.notes)
+    assert len(read(coarse, fine, source="GP in coarse.nmea")) == 30
+
+
+def test_the_best_source_by_rate_resolution_and_continuity():
+    time, lat, lon = track(60)
+    fixes = list(zip(time, lat, lon, strict=True))
+    coarse = [gga(t, a + 1e-3, o, talker="II") for t, a, o in fixes]
+    fine = [rmc(t, a, o, talker="GN") for t, a, o in fixes]
+
+    def chosen(*parts):
+        return read(b"".join(b"".join(epoch) for epoch in zip(*parts, strict=True))).source
+
+    rough = [rough_rmc(k, a, o, "II") for k, (_, a, o) in enumerate(fixes)]
+    assert chosen(rough, fine) == "GN"
+    rare = [line if k % 5 == 0 else b"" for k, line in enumerate(fine)]
+    assert chosen(rare, coarse) == "II"
+    brief = [line if k < 10 else b"" for k, line in enumerate(fine)]
+    assert chosen(brief, coarse) == "II"
+
+
+def test_even_fixes_are_better_than_frequent_ones():
+    rng = np.random.default_rng(3)
+    time, lat, lon = track(120, step=0.5)
+    late = np.sort(time + rng.uniform(0.0, 0.4, len(time)))
+    uneven = [f"{t:.3f} ".encode() + rmc(t, a, o, talker="II") for t, a, o in zip(late, lat, lon, strict=True)]
+    even = [f"{t:.3f} ".encode() + rmc(t, a, o, talker="GN") for t, a, o in zip(time, lat, lon, strict=True)][::2]
+    even = [line for pair in zip(even, [b""] * len(even), strict=True) for line in pair]
+    assert read(b"".join(x + y for x, y in zip(uneven, even, strict=True))).source == "GN"
+
+
+def test_the_wanted_source():
+    time, lat, lon = track(20)
+    both = b"".join(
+        rmc(t, a, o, talker="GN") + rmc(t, a + 1e-3, o, talker="II") for t, a, o in zip(time, lat, lon, strict=True)
+    )
+    assert read(both, source="ii").source == "II"
+    with pytest.raises(InputError, match="'XX' is not in the log; the sources with positions are 'GN', 'II'"):
+        read(both, source="XX")
+    with pytest.raises(InputError, match="'HC' has no position"):
+        read(sortie(5), source="HC")
+
+
+def test_instruments_stand_in_rows_of_their_own_between_fixes_and_are_not_mixed():
+    position = b"".join(gga(START + k, 54.0, 10.0 + k * 1e-3) for k in range(10))
+    lines = [f"{START + k / 5:.3f} ".encode() + sealed("HEHDT,90.0,T") for k in range(-20, 70)]
+    other = [f"{START + k + 0.05:.3f} ".encode() + sealed("HCHDT,80.0,T") for k in range(10)]
+    dated = f"{START:.3f} ".encode() + position
+    fixes = read(dated, b"".join(lines), b"".join(other))
+    assert fixes.has_position.sum() == 10 and len(fixes) == 10 + 46 - 10
+    headings = fixes.heading[np.isfinite(fixes.heading)]
+    assert len(headings) == 46
+    np.testing.assert_allclose(headings, np.pi / 2)
+    assert (np.diff(fixes.time) > 0).all()
+
+
+def test_of_two_headings_at_one_time_the_first_joins_the_fix():
+    stamp = f"{START:.3f} ".encode()
+    fixes = read(stamp + gga(START, 54.0, 10.0) + b"".join(stamp + sealed(f"HEHDT,{k}.0,T") for k in (90, 91)))
+    assert len(fixes) == 1
+    np.testing.assert_allclose(np.degrees(fixes.heading), [90.0])
+
+
+def test_speed_of_a_talker_without_positions_joins_the_fixes():
+    lines = b"".join(gga(START + k, 54.0, 10.0 + k * 1e-3) + sealed("IIVTG,90.0,T,,M,4.0,N,,K,A") for k in range(10))
+    fixes = read(lines)
+    assert len(fixes) == 10 and np.isfinite(fixes.sog).all()
+
+
+def test_start_and_stop():
+    fixes = read(sortie(60), start=START + 10, stop=START + 20)
+    np.testing.assert_allclose(fixes.time, START + np.arange(10, 20), atol=1e-6)
+    with pytest.raises(InputError, match="lies between"):
+        read(sortie(60), start=START + 100)
+
+
+def test_skipped_and_corrected_stand_in_the_notes():
+    fixes = read(sortie(5) + b"$GPGGA,120000.00,5400.0,N*00\r\n")
+    assert any("1 × checksum wrong" in note for note in fixes.notes)
+    assert any("variation in their own sentence" in note for note in fixes.notes)
+
+
+def test_progress_ends_at_all(log):
+    seen = []
+    read(log, sortie(10), progress=lambda done, total: seen.append((done, total)))
+    assert seen[-1][0] == seen[-1][1] and [done for done, _ in seen] == sorted(done for done, _ in seen)
+
+
+@pytest.mark.parametrize(
+    "make, message",
+    [
+        (lambda folder: folder / "missing.nmea", "missing.nmea: cannot be read (no such file)"),
+        (lambda folder: folder, "cannot be read (a directory)"),
+        (lambda folder: b"", "is empty"),
+        (lambda folder: b" \r\n", "is empty"),
+        (lambda folder: b"a,b,c\n1,2,3\n" * 40, "of no known format; looked for NMEA 0183"),
+        (lambda folder: sealed("HEHDT,90.0,T"), "no position in it; found HEHDT"),
+        (lambda folder: b"\x1f\x8b\x08 no archive", "nothing can be unpacked"),
+        (lambda folder: 7, "expected a path"),
+    ],
+)
+def test_what_it_refuses(tmp_path, make, message):
+    for call in (read, survey):
+        if call is survey and "no position" in message:
+            continue
+        with pytest.raises(InputError, match=re.escape(message)):
+            call(make(tmp_path))
+
+
+def test_nothing_named():
+    with pytest.raises(InputError, match="no log was named"):
+        read()
+
+
+def test_survey(log):
+    (found,) = survey(log)
+    assert found.name == str(log) and found.recording.format == "NMEA 0183"
+    gnss, compass = found.sources["GP"], found.sources["HC"]
+    assert (gnss.fixes, gnss.gaps, gnss.says) == (60, 0, ("sog", "cog"))
+    np.testing.assert_allclose([gnss.rate, gnss.resolution], [1.0, 0.0185], rtol=0.01)
+    assert (compass.fixes, compass.says, compass.score) == (0, ("heading",), 0.0)
+    time, lat, lon = track(60)
+    kept = [k for k in range(60) if not 20 <= k < 30]
+    (gappy,) = survey(b"".join(gga(time[k], lat[k], lon[k]) for k in kept))
+    assert gappy.sources["GP"].gaps == 1
+    np.testing.assert_allclose(gappy.sources["GP"].longest_gap, 11.0)
+
+
+@pytest.mark.parametrize("name, rows", [("kernevel_latrinite", 25158), ("tomales_kayak", 7540)])
+def test_recorded_logs(shared_data, name, rows):
+    fixes = read(shared_data / "data" / "rob_atlantic_1hz" / f"{name}.nmea")
+    assert fixes.has_position.sum() >= rows
+
+
+def test_several_recorded_receivers(shared_data):
+    folder = shared_data / "data" / "palmer_seapath_truth"
+    fixes = read(*(folder / f"NBP1406_{name}-2014-08-01" for name in ("seap", "gp02", "PCOD", "gyr1", "adcp")))
+    assert fixes.source == "GP in NBP1406_seap-2014-08-01"
+    assert np.isfinite(fixes.heading).sum() >= 714

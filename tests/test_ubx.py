@@ -1,0 +1,150 @@
+"""UBX: messages made by pyubx2, alone and among others, and recorded logs counted by pyubx2's own reader."""
+
+import io
+import struct
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from pyubx2 import GET, UBXMessage, UBXReader
+
+from steerway.formats import ubx
+
+NOON = 1500465600.0  # 2017-07-19 12:00:00
+
+
+def pvt(second=0, nano=0, lat=-34.9, lon=138.6, **changes):
+    fields = {
+        "iTOW": 302400000 + second * 1000 + nano // 1000000,
+        "year": 2017,
+        "month": 7,
+        "day": 19,
+        "hour": 12,
+        "min": 0,
+        "second": second,
+        "nano": nano,
+        "validDate": 1,
+        "validTime": 1,
+        "fixType": 3,
+        "gnssFixOk": 1,
+        "lat": lat,
+        "lon": lon,
+        "hAcc": 1414,
+        "gSpeed": 1500,
+        "headMot": 90.0,
+    }
+    return UBXMessage("NAV", "NAV-PVT", GET, **(fields | changes)).serialize()
+
+
+def nav(name, **fields):
+    return UBXMessage("NAV", name, GET, **fields).serialize()
+
+
+def test_nav_pvt_in_si_and_radians():
+    recording = ubx.read(pvt(1, 200000000) + pvt(2, -400000))
+    fixes = recording.sources["UBX"]
+    assert_allclose(fixes.time, [NOON + 1.2, NOON + 2 - 0.0004], atol=1e-6, rtol=0)
+    assert_allclose(np.degrees(fixes.latitude), [-34.9, -34.9], rtol=1e-14)
+    assert_allclose(np.degrees(fixes.longitude), [138.6, 138.6], rtol=1e-14)
+    assert_allclose(fixes.position_std, 1.414 / np.sqrt(2), rtol=1e-12)
+    assert_allclose(fixes.sog, 1.5)
+    assert_allclose(fixes.cog, np.pi / 2)
+    assert recording.counts == {"NAV-PVT": 2}
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"gnssFixOk": 0}, "no fix"),
+        ({"fixType": 0}, "no fix"),
+        ({"invalidLlh": 1}, "no fix"),
+        ({"validDate": 0}, "no valid time"),
+        ({"validTime": 0}, "no valid time"),
+        ({"month": 13}, "no valid time"),
+    ],
+)
+def test_what_the_receiver_does_not_vouch_for_is_counted(changes, reason):
+    recording = ubx.read(pvt(1, **changes))
+    assert recording.sources == {}
+    assert recording.skipped == {reason: 1}
+
+
+def test_a_receiver_that_only_solves_for_time_is_told():
+    assert "surveyed" in ubx.read(pvt(1, fixType=5)).notes[0]
+
+
+def test_high_precision_refines_the_place():
+    fine = nav("NAV-HPPOSLLH", iTOW=302401000, lat=-34.9000001, lon=138.6, hAcc=20.0)
+    fixes = ubx.read(pvt(1) + fine).sources["UBX"]
+    assert_allclose(np.degrees(fixes.latitude), [-34.9000001], rtol=1e-14)
+    assert_allclose(fixes.position_std, 0.02 / np.sqrt(2), rtol=1e-6)
+    assert_allclose(fixes.sog, 1.5)
+
+
+def test_an_older_receiver_says_it_in_parts():
+    log = b""
+    for second in (1, 2):
+        tow = 302400000 + 1000 * second
+        log += nav("NAV-POSLLH", iTOW=tow, lat=1.5, lon=2.5, hAcc=2000)
+        log += nav("NAV-STATUS", iTOW=tow, gpsFix=3, gpsFixOk=int(second == 2))
+        log += nav("NAV-VELNED", iTOW=tow, gSpeed=150, heading=45.0)
+        clock = {"year": 2017, "month": 7, "day": 19, "hour": 12, "min": 0, "sec": second, "nano": 0}
+        log += nav("NAV-TIMEUTC", iTOW=tow, validUTC=1, **clock)
+    recording = ubx.read(log)
+    fixes = recording.sources["UBX"]
+    assert recording.skipped == {"no fix": 1}
+    assert fixes.time[0] == NOON + 2
+    assert_allclose((fixes.sog[0], np.degrees(fixes.cog[0])), (1.5, 45.0))
+
+
+def test_nothing_valid_is_lost_around_damage():
+    broken = bytearray(pvt(2))
+    broken[30] ^= 0x10
+    log = b"# a comment\n" + pvt(1) + pvt(9)[:40] + b"$GNGGA,junk*00\r\n\xd3\x00\x04abcd" + bytes(broken)
+    log += b"\xb5\x62\x01\x07\xff\xff" + pvt(3) + pvt(4)[:-1]
+    recording = ubx.read(log)
+    assert_allclose(recording.sources["UBX"].time - NOON, [1.0, 3.0])
+    assert recording.skipped == {"UBX frame damaged": 4}
+
+
+def test_recognises_by_content():
+    assert ubx.recognises(b"# comment\n$GPTXT\r\n" + pvt(1) + pvt(2)[:50])
+    assert not ubx.recognises(b"\xb5\x62\x01\x07" + bytes(100))
+    assert not ubx.recognises(b"")
+
+
+def test_the_shorter_message_of_older_firmware():
+    payload = pvt(1)[6:-2][:84]
+    body = b"\x01\x07" + struct.pack("<H", 84) + payload
+    a = b = 0
+    for byte in body:
+        a = (a + byte) & 255
+        b = (b + a) & 255
+    assert len(ubx.read(b"\xb5\x62" + body + bytes([a, b])).sources["UBX"]) == 1
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "navisys-gr8013.log",
+        "pygnssutils_ubx_static_rtcm3.log",
+        "ublox-glo.log",
+        "ublox-neo-m8l.log",
+        "ublox-neo-m8n.log",
+        "ublox-neo-m8p.log",
+        "ublox-zed-f9p-hp.log",
+    ],
+)
+def test_every_fix_of_the_recorded_logs_is_kept(shared_data, name):
+    data = (shared_data / "data" / "gpsd_logs" / name).read_bytes()
+    assert ubx.recognises(data[:65536])
+    valid = [
+        message
+        for _, message in UBXReader(io.BytesIO(data), quitonerror=0)
+        if getattr(message, "identity", "") == "NAV-PVT" and message.gnssFixOk and message.fixType
+    ]
+    fixes = ubx.read(data).sources["UBX"]
+    assert len(fixes) == len(valid) > 0
+    assert_allclose(np.degrees(fixes.latitude), [message.lat for message in valid], atol=1e-6)
+    assert_allclose(fixes.sog, [message.gSpeed / 1000 for message in valid])
+    assert fixes.time[0] % 60 == pytest.approx(valid[0].second + valid[0].nano * 1e-9, abs=1e-6)

@@ -1,0 +1,170 @@
+"""Files out: round trips to the last bit, whole files or none, endings."""
+
+import gzip
+import json
+
+import numpy as np
+import polars as pl
+import pytest
+from numpy.testing import assert_allclose
+
+from steerway.errors import InputError
+from steerway.formats import gpx, table, writing
+from steerway.records import Fixes, Motion
+
+RNG = np.random.default_rng(7)
+N = 300
+
+
+def fixes(**changes):
+    course = RNG.uniform(-np.pi, np.pi, N)
+    course[5] = np.nan
+    columns = {
+        "time": 1.7e9 + np.sort(RNG.uniform(0, 1e4, N)),
+        "latitude": RNG.uniform(-1.5, 1.5, N),
+        "longitude": RNG.uniform(-np.pi, np.pi, N),
+        "sog": RNG.exponential(3.0, N),
+        "cog": course,
+        "heading": RNG.uniform(-np.pi, np.pi, N),
+        "water_speed": RNG.uniform(0, 9, N) * 1e-7,
+        "yaw_rate": RNG.normal(0, 0.1, N),
+        "position_std": RNG.exponential(1.0, N),
+    }
+    return Fixes(**(columns | changes))
+
+
+def motion(mmsi=None):
+    columns = {
+        name: RNG.uniform(-1.0, 1.0, N) for name in Motion.__dataclass_fields__ if name not in ("mmsi", "status")
+    }
+    columns |= {"time": 1.7e9 + np.sort(RNG.uniform(0, 1e4, N)), "cog": RNG.uniform(-np.pi, np.pi, N)}
+    columns["cog"][3] = columns["course_rate"][3] = np.nan
+    columns["sog"] = np.abs(columns["sog"])
+    return Motion(**columns, status=RNG.integers(0, 5, N).astype(np.uint8), mmsi=mmsi)
+
+
+VESSELS = np.repeat([219000001, 235000002, 999999999], N // 3)
+
+
+@pytest.mark.parametrize("ending", [".csv", ".csv.gz", ".parquet"])
+@pytest.mark.parametrize("record", [fixes(), motion(), motion(VESSELS)], ids=["fixes", "motion", "vessels"])
+def test_tables_hold_every_number_to_the_last_bit(tmp_path, ending, record):
+    path = tmp_path / f"out{ending}"
+    writing.write(record, path)
+    frame = record.to_frame()
+    back = pl.read_parquet(path) if ending == ".parquet" else pl.read_csv(path, schema=frame.schema)
+    assert back.equals(frame)
+
+
+@pytest.mark.parametrize("ending", [".csv", ".parquet"])
+def test_fixes_read_back_as_they_were(tmp_path, ending):
+    record = fixes()
+    writing.write(record, tmp_path / f"out{ending}")
+    back = table.read((tmp_path / f"out{ending}").read_bytes()).sources["table"]
+    for name in ("time", "sog", "water_speed", "position_std"):
+        assert np.array_equal(getattr(back, name), getattr(record, name))
+    for name in ("latitude", "longitude", "yaw_rate"):
+        assert_allclose(getattr(back, name), getattr(record, name), rtol=4e-16)
+    for name in ("cog", "heading"):
+        turned = getattr(back, name) - getattr(record, name)
+        assert_allclose(np.mod(turned + 1.0, 2 * np.pi) - 1.0, np.where(np.isnan(turned), np.nan, 0.0), atol=2e-15)
+
+
+@pytest.mark.parametrize("ending", [".csv", ".parquet", ".gpx"])
+def test_an_estimate_can_be_estimated_again(tmp_path, ending):
+    record = motion(VESSELS)
+    writing.write(record, tmp_path / f"out{ending}")
+    reader = gpx if ending == ".gpx" else table
+    recording = reader.read((tmp_path / f"out{ending}").read_bytes())
+    (back,) = recording.sources.values()
+    assert recording.skipped == {}
+    assert np.array_equal(back.mmsi, record.mmsi)
+    assert np.array_equal(back.time, record.in_order().time if hasattr(record, "in_order") else record.time)
+    assert np.array_equal(back.sog, record.sog)
+    assert_allclose(back.latitude, record.latitude, rtol=4e-16)
+
+
+def test_gpx_is_version_1_0_with_speed_and_course(tmp_path):
+    record = fixes(latitude=np.where(np.arange(N) == 4, np.nan, 0.5))
+    writing.write(record, tmp_path / "out.gpx")
+    text = (tmp_path / "out.gpx").read_text()
+    assert 'version="1.0"' in text and "http://www.topografix.com/GPX/1/0" in text
+    back = gpx.read(text.encode()).sources["GPX"]
+    kept = record.rows(record.has_position)
+    assert len(back) == N - 1
+    assert np.array_equal(back.time, kept.time)
+    assert np.array_equal(back.sog, kept.sog)
+
+
+def test_geojson_has_a_line_and_points(tmp_path):
+    record = motion(VESSELS)
+    writing.write(record, tmp_path / "out.geojson")
+    features = json.loads((tmp_path / "out.geojson").read_text())["features"]
+    lines = [each for each in features if each["geometry"]["type"] != "Point"]
+    points = [each for each in features if each["geometry"]["type"] == "Point"]
+    assert [line["properties"]["mmsi"] for line in lines] == [219000001, 235000002, 999999999]
+    frame = record.to_frame()
+    assert [point["geometry"]["coordinates"] for point in points] == [
+        [row["lon_deg"], row["lat_deg"]] for row in frame.iter_rows(named=True)
+    ]
+    assert points[3]["properties"]["cog_deg"] is None
+    assert points[0]["properties"]["sog_mps"] == record.sog[0]
+    assert points[0]["properties"]["status"] == frame["status"][0]
+
+
+def test_geojson_cuts_the_line_at_the_antimeridian(tmp_path):
+    record = Fixes(np.arange(3.0), np.radians([0.0, 1.0, 2.0]), np.radians([179.0, -179.0, -178.0]))
+    writing.write(record, tmp_path / "out.geojson")
+    line = json.loads((tmp_path / "out.geojson").read_text())["features"][0]["geometry"]
+    assert line["type"] == "MultiLineString"
+    first, second = line["coordinates"]
+    assert_allclose(first, [[179.0, 0.0], [180.0, 0.5]], atol=1e-9)
+    assert_allclose(second, [[-180.0, 0.5], [-179.0, 1.0], [-178.0, 2.0]], atol=1e-9)
+
+
+@pytest.mark.parametrize("ending", writing.ENDINGS)
+def test_an_empty_record_can_be_written(tmp_path, ending):
+    empty = motion().rows(slice(0, 0))
+    writing.write(empty, tmp_path / f"out{ending}")
+    assert (tmp_path / f"out{ending}").exists()
+
+
+def test_compressed_files_are_the_same_each_time(tmp_path):
+    record = fixes()
+    for name in ("a.csv.gz", "b.csv.gz", "c.csv"):
+        writing.write(record, tmp_path / name)
+    assert (tmp_path / "a.csv.gz").read_bytes() == (tmp_path / "b.csv.gz").read_bytes()
+    assert gzip.decompress((tmp_path / "a.csv.gz").read_bytes()) == (tmp_path / "c.csv").read_bytes()
+
+
+def test_an_unknown_ending_is_refused_with_those_known(tmp_path):
+    with pytest.raises(InputError, match=r"'.*out\.xlsx' by its ending, expected one of \.csv, \.parquet"):
+        writing.write(fixes(), tmp_path / "out.xlsx")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_no_half_written_file_is_left(tmp_path, monkeypatch):
+    path = tmp_path / "out.csv"
+    path.write_text("as before")
+
+    def fails(record, file):
+        file.write(b"half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setitem(writing._WRITERS, ".csv", fails)
+    with pytest.raises(InputError, match="No space left"):
+        writing.write(fixes(), path)
+    assert path.read_text() == "as before"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_place_that_cannot_be_written(tmp_path):
+    with pytest.raises(InputError, match=r"cannot write .*No such file"):
+        writing.write(fixes(), tmp_path / "missing" / "out.csv")
+
+
+def test_same_file_sees_through_links(tmp_path):
+    (tmp_path / "log.csv").write_text("x")
+    (tmp_path / "link.csv").symlink_to(tmp_path / "log.csv")
+    assert writing.same_file(tmp_path / "log.csv", tmp_path / "link.csv")
+    assert not writing.same_file(tmp_path / "log.csv", tmp_path / "other.csv")
