@@ -1,4 +1,4 @@
-"""The literal interval Kalman step on codac's matrices, run as a program of its own: `python codac_step.py STEPS`.
+"""The literal interval Kalman step on codac's matrices, run as a program of its own: `python codac_step.py`.
 
 codac switches the rounding mode of the whole process, so nothing of Steerway is imported here. Reads the box (14 pairs)
 and the readings as JSON on standard input; writes seconds a step and the last bounds of the state.
