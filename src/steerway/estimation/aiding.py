@@ -43,6 +43,16 @@ def correct_scalar(x, p, work, i, companion, sign, innovation, variance):
     s = pc[i] + variance
     if companion:
         s += sign * pc[companion]
+    return take_scalar(x, p, pc, k, s, innovation)
+
+
+@lean_kernel
+def take_scalar(x, p, pc, k, s, innovation):
+    """Correct by a scalar with covariances pc = P hᵀ (n,) and variance s, unless the gate refuses it; k is workspace.
+
+    Reads and writes the upper triangle of P. Returns the NIS: above SCALAR_GATE the measurement was not used.
+    """
+    n = len(x)
     nis = innovation * innovation / s
     if nis > SCALAR_GATE:
         return nis

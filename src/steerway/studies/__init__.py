@@ -10,6 +10,7 @@ MODULES = {
     "otter-path": "otter_path",
     "ais-prediction": "ais_prediction",
     "real-logs": "real_logs",
+    "springer-mission": "springer_mission",
 }
 """Study name → the module of this package whose STUDY it is; imported only when asked for."""
 
