@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from steerway.compiled import kernel, lean_kernel
+from steerway.compiled import lean_kernel
 from steerway.errors import InputError
 from steerway.estimation.model import EMPTY, MODE, STARTING, UNDERWAY, empty_memory
 from steerway.estimation.profiles import AIDS, Profile
@@ -14,38 +14,18 @@ from steerway.records import Fixes, Motion
 
 
 @lean_kernel
-def _predict(memory, dt, model):
-    n = memory.shape[1]
-    p, x, book, step = memory[:n], memory[n], memory[n + 1], memory[n + 6 :].reshape(-1)
-    advance(x, p, book, step, dt, model)
-
-
-@lean_kernel
 def _update(memory, first, second, geodetic, model):
-    n = memory.shape[1]
-    p, x, book, work = memory[:n], memory[n], memory[n + 1], memory[n + 2 : n + 6]
-    _, nis, _ = take_position(x, p, book, work, first, second, geodetic, model)
-    settle(x, p, book, model)
+    _, nis, _ = take_position(memory, first, second, geodetic, model)
+    settle(memory, model)
     if geodetic:
-        recentre(x, book)
+        recentre(memory)
     return nis
 
 
 @lean_kernel
 def _aid(memory, aids, model):
-    n = memory.shape[1]
-    p, x, book, work = memory[:n], memory[n], memory[n + 1], memory[n + 2 : n + 6]
-    take_aids(x, p, book, work, aids, model)
-    settle(x, p, book, model)
-
-
-@kernel
-def _say(memory, geodetic):
-    n = memory.shape[1]
-    p, x, book = memory[:n], memory[n], memory[n + 1]
-    said = np.empty(SPOKEN)
-    speak(x, p, book, geodetic, said)
-    return said
+    take_aids(memory, aids, model)
+    settle(memory, model)
 
 
 class FiveStateFilter:
@@ -79,7 +59,7 @@ class FiveStateFilter:
 
     def predict(self, dt: float) -> None:
         """Advance by dt ≥ 0 seconds."""
-        _predict(self._memory, dt, self._model)
+        advance(self._memory, dt, self._model)
 
     def update(self, latitude: float, longitude: float) -> float:
         """Take a fix (rad). Returns its NIS: above 13.8 it was rejected, NaN for the first."""
@@ -126,7 +106,8 @@ class FiveStateFilter:
     @property
     def position(self) -> tuple[float, float]:
         """Latitude and longitude (rad), or north and east (m) after `update_north_east`; NaN before the first fix."""
-        said = _say(self._memory, self._geodetic)
+        said = np.empty(SPOKEN)
+        speak(self._memory, self._geodetic, said)
         return float(said[0]), float(said[1])
 
     @property

@@ -40,8 +40,6 @@ MODE, STRAY, RETRIES, LATITUDE, LONGITUDE = range(5)
 """Bookkeeping: one of the modes below; seconds since the first of unbroken rejections (−1: none); resets in a row; the
 point around which the tangent plane lies."""
 
-EMPTY, FIRST, STARTING, ADRIFT, UNDERWAY = range(5)
-"""No fix yet; one fix; velocity being found; velocity without direction; course."""
 (
     DT,  # s
     SPEED_LEFT,  # e^{−α1 dt}
@@ -58,10 +56,11 @@ EMPTY, FIRST, STARTING, ADRIFT, UNDERWAY = range(5)
     Q_YW,  # and, for each m/s of speed, of way across the course
     Q_YX,
     Q_YY,
-    STEP_SIZE,
-) = range(16)
-"""The step: what a prediction needs that depends on its length alone."""
+) = ((row, column) for row in range(3) for column in range(5))
+"""The step: what a prediction needs that depends on its length alone, in three rows."""
 
+EMPTY, FIRST, STARTING, ADRIFT, UNDERWAY = range(5)
+"""No fix yet; one fix; velocity being found; velocity without direction; course."""
 
 LONGEST_STEP = 1.0
 """A longer interval is predicted in equal parts of at most this (s)."""

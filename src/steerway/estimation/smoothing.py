@@ -31,7 +31,6 @@ from steerway.estimation.model import (
     SPEED,
     SPEED_INTEGRAL,
     SPEED_LEFT,
-    STEP_SIZE,
     TURN,
     UNDERWAY,
 )
@@ -48,6 +47,8 @@ def transition(x, underway, step, model, f):
         f[j, j] = 1.0
     for j in range(5, n):
         f[j, j] = decay(model[EXTRAS + 3 * (j - 5)], step[DT])[0]
+    if step[DT] == 0.0:
+        return
     if underway:
         _, _, north, east, north_u, east_u, north_w, east_w = chord(x[SPEED], x[COURSE], x[RATE], step)
         f[0, 2], f[0, 3], f[0, 4] = north_u, -east, north_w
@@ -93,7 +94,7 @@ def smooth(time, geodetic, model, kept, spoken):
     x_later, p_later = np.empty(n), np.empty((n, n))
     x_next, p_next = np.empty(n), np.empty((n, n))
     later_mode = EMPTY
-    step = np.full(STEP_SIZE, -1.0)
+    step = np.zeros((3, n))
     for k in range(len(time) - 1, -1, -1):
         x, p, book = kept[k, n], kept[k, :n], kept[k, n + 1]
         mode = book[MODE]
@@ -103,7 +104,9 @@ def smooth(time, geodetic, model, kept, spoken):
                 set_step(step, dt, model)
             transition(x, mode == UNDERWAY, step, model, f)
             x_next[:], p_next[:] = x, p
-            if mode == UNDERWAY:
+            if dt == 0.0:
+                pass
+            elif mode == UNDERWAY:
                 predict(x_next, p_next, step, model)
             else:
                 predict_adrift(x_next, p_next, step, model)
@@ -125,7 +128,7 @@ def smooth(time, geodetic, model, kept, spoken):
                 fold(x, p)
         x_later[:], p_later[:], later_mode = x, p, mode
         if mode != EMPTY:
-            speak(x, p, book, geodetic, spoken[k])
+            speak(kept[k], geodetic, spoken[k])
 
 
 @lean_kernel

@@ -47,8 +47,10 @@ SOG, COG, HEADING, WATER_SPEED, YAW_RATE = range(5)
 
 
 @lean_kernel
-def advance(x, p, book, step, dt, model):
+def advance(memory, dt, model):
     """Predict by dt ≥ 0 seconds."""
+    n = memory.shape[1]
+    p, x, book, step = memory[:n], memory[n], memory[n + 1], memory[n + 6 :]
     if book[MODE] == EMPTY or not dt > 0.0:
         return
     if dt > LONGEST_GAP:
@@ -69,8 +71,10 @@ def advance(x, p, book, step, dt, model):
 
 
 @lean_kernel
-def take_fix(x, p, book, work, north, east, model):
+def take_fix(memory, north, east, model):
     """Correct by a fix in the present tangent plane. Returns (accepted, NIS, log det S)."""
+    n = memory.shape[1]
+    p, x, book, work = memory[:n], memory[n], memory[n + 1], memory[n + 2 : n + 6]
     if book[MODE] == EMPTY:
         start(x, p, book, north, east, model)
         book[STRAY], book[RETRIES] = -1.0, 0.0
@@ -108,8 +112,10 @@ def retake(x, p, book, north, east, model):
 
 
 @lean_kernel
-def take_aids(x, p, book, work, aids, model):
+def take_aids(memory, aids, model):
     """Correct by the aids (5,) that are not NaN."""
+    n = memory.shape[1]
+    p, x, book, work = memory[:n], memory[n], memory[n + 1], memory[n + 2 : n + 6]
     if book[MODE] == UNDERWAY:
         aid_underway(x, p, work, aids[SOG], aids[COG], aids[HEADING], aids[WATER_SPEED], aids[YAW_RATE], model)
     elif book[MODE] != EMPTY:
@@ -117,8 +123,10 @@ def take_aids(x, p, book, work, aids, model):
 
 
 @lean_kernel
-def settle(x, p, book, model):
+def settle(memory, model):
     """After an update: fold the speed, wrap the course, gain or lose way."""
+    n = memory.shape[1]
+    p, x, book = memory[:n], memory[n], memory[n + 1]
     if book[MODE] == UNDERWAY:
         fold(x, p)
     if book[MODE] != EMPTY:
@@ -126,27 +134,30 @@ def settle(x, p, book, model):
 
 
 @lean_kernel
-def take_position(x, p, book, work, first, second, geodetic, model):
+def take_position(memory, first, second, geodetic, model):
     """Correct by a fix given as latitude and longitude (rad) or as north and east (m): `take_fix` for either."""
     if not geodetic:
-        return take_fix(x, p, book, work, first, second, model)
+        return take_fix(memory, first, second, model)
+    book = memory[memory.shape[1] + 1]
     if book[MODE] == EMPTY:
         book[LATITUDE], book[LONGITUDE] = first, second
     north, east = displacement(first, second, book[LATITUDE], book[LONGITUDE])
-    return take_fix(x, p, book, work, north, east, model)
+    return take_fix(memory, north, east, model)
 
 
 @lean_kernel
-def recentre(x, book):
+def recentre(memory):
     """Lay the tangent plane around the present estimate: the position moves into the plane's origin."""
+    n = memory.shape[1]
+    x, book = memory[n], memory[n + 1]
     book[LATITUDE], book[LONGITUDE] = displaced(book[LATITUDE], book[LONGITUDE], x[NORTH], x[EAST])
     x[NORTH] = x[EAST] = 0.0
 
 
 @lean_kernel
-def status_of(book, fixed, accepted):
+def status_of(memory, fixed, accepted):
     """What the row is worth, as a code of records.STATUSES."""
-    mode = book[MODE]
+    mode = memory[memory.shape[1] + 1, MODE]
     if mode <= STARTING:
         return STARTING_STATUS
     if fixed and not accepted:
@@ -157,11 +168,13 @@ def status_of(book, fixed, accepted):
 
 
 @lean_kernel
-def speak(x, p, book, geodetic, out):
+def speak(memory, geodetic, out):
     """Write what the filter says now.
 
     Latitude and longitude (or north and east), SOG, COG, course rate, the deviations of these three, of the position.
     """
+    n = memory.shape[1]
+    p, x, book = memory[:n], memory[n], memory[n + 1]
     mode = book[MODE]
     out[:] = math.nan
     if mode == EMPTY:
@@ -201,24 +214,22 @@ def track(time, first, second, aids, geodetic, model, memory, spoken, nis, log_d
         spoken: (n, SPOKEN), nis, log_determinant: (n,), status: (n,) uint8: filled.
         kept: (n or 0, states + 2, states) receives covariance, state and bookkeeping after every row, for the smoother.
     """
-    n = memory.shape[1]
-    p, x, book, work, step = memory[:n], memory[n], memory[n + 1], memory[n + 2 : n + 6], memory[n + 6 :].reshape(-1)
     for k in range(len(time)):
         if k > 0:
-            advance(x, p, book, step, time[k] - time[k - 1], model)
+            advance(memory, time[k] - time[k - 1], model)
         fixed = math.isfinite(first[k]) and math.isfinite(second[k])
         accepted = False
         nis[k] = log_determinant[k] = math.nan
         if fixed:
-            accepted, nis[k], log_determinant[k] = take_position(x, p, book, work, first[k], second[k], geodetic, model)
+            accepted, nis[k], log_determinant[k] = take_position(memory, first[k], second[k], geodetic, model)
         if len(aids):
-            take_aids(x, p, book, work, aids[k], model)
+            take_aids(memory, aids[k], model)
         if fixed or len(aids):
-            settle(x, p, book, model)
+            settle(memory, model)
         if geodetic and fixed:
-            recentre(x, book)
-        status[k] = status_of(book, fixed, accepted)
-        speak(x, p, book, geodetic, spoken[k])
+            recentre(memory)
+        status[k] = status_of(memory, fixed, accepted)
+        speak(memory, geodetic, spoken[k])
         if len(kept):
             keep(memory, kept[k])
 

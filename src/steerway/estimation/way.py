@@ -22,13 +22,11 @@ from steerway.estimation.model import (
     MODE,
     NORTH,
     POSITION_VARIANCE,
-    Q_LL,
-    Q_LU,
-    Q_UU,
     RATE,
     SPEED,
     SPEED_INTEGRAL,
     SPEED_LEFT,
+    SPEED_NOISE,
     START_RATE_VARIANCE,
     START_SPEED_VARIANCE,
     STARTING,
@@ -72,23 +70,20 @@ def predict_adrift(x, p, step, model):
     """Velocity as a random walk along either axis; the course rate is not carried."""
     n = len(x)
     dt, left, integral = step[DT], step[SPEED_LEFT], step[SPEED_INTEGRAL]
-    gathering = dt * model[STEERAGEWAY] ** 2 / GATHERING_TIME
-    q_uu = step[Q_UU] + gathering
-    q_lu = step[Q_LU] + gathering * dt / 2.0
-    q_ll = step[Q_LL] + gathering * dt * dt / 3.0
+    density = model[SPEED_NOISE] + model[STEERAGEWAY] ** 2 / GATHERING_TIME
     x[NORTH] += integral * x[VELOCITY_NORTH]
     x[EAST] += integral * x[VELOCITY_EAST]
     x[VELOCITY_NORTH] *= left
     x[VELOCITY_EAST] *= left
-    p[0, 0] += integral * (2.0 * p[0, 2] + integral * p[2, 2]) + q_ll
-    p[1, 1] += integral * (2.0 * p[1, 3] + integral * p[3, 3]) + q_ll
+    p[0, 0] += integral * (2.0 * p[0, 2] + integral * p[2, 2]) + density * dt**3 / 3.0
+    p[1, 1] += integral * (2.0 * p[1, 3] + integral * p[3, 3]) + density * dt**3 / 3.0
     p[0, 1] += integral * (p[0, 3] + p[1, 2] + integral * p[2, 3])
-    p[0, 2] = left * (p[0, 2] + integral * p[2, 2]) + q_lu
-    p[1, 3] = left * (p[1, 3] + integral * p[3, 3]) + q_lu
+    p[0, 2] = left * (p[0, 2] + integral * p[2, 2]) + 0.5 * density * dt * dt
+    p[1, 3] = left * (p[1, 3] + integral * p[3, 3]) + 0.5 * density * dt * dt
     p[0, 3] = left * (p[0, 3] + integral * p[2, 3])
     p[1, 2] = left * (p[1, 2] + integral * p[2, 3])
-    p[2, 2] = left * left * p[2, 2] + q_uu
-    p[3, 3] = left * left * p[3, 3] + q_uu
+    p[2, 2] = left * left * p[2, 2] + density * dt
+    p[3, 3] = left * left * p[3, 3] + density * dt
     p[2, 3] *= left * left
     for j in range(5, n):
         p[0, j] += integral * p[2, j]
