@@ -33,8 +33,9 @@ VELOCITY_NORTH, VELOCITY_EAST = SPEED, COURSE
     CRAB_STATE,  # … of the crab angle
     GYRO_STATE,  # … of the gyro's bias
     STREAM_STATE,  # … of the water's own speed along the course
+    LEAVING,  # 1/s: how often a vessel of two modes leaves this one
     EXTRAS,  # where the triples begin
-) = range(20)
+) = range(21)
 
 MODE, STRAY, RETRIES, LATITUDE, LONGITUDE = range(5)
 """Bookkeeping: one of the modes below; seconds since the first of unbroken rejections (−1: none); resets in a row; the

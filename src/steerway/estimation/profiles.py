@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from steerway.errors import InputError
 
@@ -19,6 +19,8 @@ _LARGEST_START_RATE_STD = math.radians(20.0)
 
 AIDS = ("sog", "cog", "heading", "water_speed", "yaw_rate")
 """What an estimate can be aided by, in the order of the kernels' aiding table."""
+
+_MANNER = ("speed_noise", "course_rate_noise", "course_rate_decay")
 
 _positive = Field(gt=0.0, allow_inf_nan=False)
 _not_negative = Field(ge=0.0, allow_inf_nan=False)
@@ -38,6 +40,14 @@ class Profile(BaseModel):
     course_rate_decay: float = Field(0.1, ge=0.0, allow_inf_nan=False)  # α2, 1/s
     steerageway: float = Field(0.3, gt=0.0, allow_inf_nan=False)  # m/s: below it course means nothing
 
+    # A vessel that holds her course for a while, as above, and turns for a while, as below; with turn_time = 0 she
+    # has one manner of moving, the one above.
+    turn_time: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # s, how long a turn lasts in the mean
+    straight_time: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # s, how long a course is held in the mean
+    turn_speed_noise: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # S_U in a turn, m²/s³
+    turn_course_rate_noise: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # S_ω in a turn, rad²/s³
+    turn_course_rate_decay: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # α2 in a turn, 1/s
+
     position_std: float = _positive  # white part of a fix, north and east, m
     error_std: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # slowly varying part of a fix, m
     error_time: float = Field(60.0, gt=0.0, allow_inf_nan=False)  # its correlation time, s
@@ -53,6 +63,14 @@ class Profile(BaseModel):
     yaw_rate_std: float = Field(math.radians(0.2), gt=0.0, allow_inf_nan=False)  # rad/s
     gyro_bias_std: float = Field(math.radians(0.5), ge=0.0, allow_inf_nan=False)  # rad/s
     gyro_bias_time: float = Field(1000.0, gt=0.0, allow_inf_nan=False)  # s
+
+    @model_validator(mode="after")
+    def _whole_turn(self) -> Self:
+        given = {name: getattr(self, name) for name in ("straight_time", "turn_speed_noise", "turn_course_rate_noise")}
+        if self.turn_time > 0.0 and not all(given.values()):
+            missing = next(name for name, value in given.items() if not value)
+            raise ValueError(f"turn_time is {self.turn_time}, which needs a positive {missing} too")
+        return self
 
     @classmethod
     def named(cls, name: str) -> Self:
@@ -79,6 +97,14 @@ class Profile(BaseModel):
         Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
     @property
+    def turning(self) -> Self | None:
+        """The vessel in a turn, as if she did nothing else; None for one that has one manner of moving."""
+        if self.turn_time == 0.0:
+            return None
+        update = {name: getattr(self, f"turn_{name}") for name in _MANNER} | {"turn_time": 0.0}
+        return self.model_copy(update=update)
+
+    @property
     def start_rate_std(self) -> float:
         """Course rate of which a filter that knows none yet supposes the vessel capable, rad/s."""
         if self.course_rate_decay == 0.0:
@@ -87,7 +113,18 @@ class Profile(BaseModel):
         return min(stationary, _LARGEST_START_RATE_STD)
 
     def model(self, aids: tuple[str, ...] = ()) -> np.ndarray:
-        """The kernels' parameter vector (see `steerway.estimation.model`), with the states that these aids need."""
+        """The kernels' parameter vector (see `steerway.estimation.model`), with the states that these aids need.
+
+        A vessel that holds her course and turns by turns has three of them, (3, m): for her while she has no way, on a
+        straight course, and in a turn.
+        """
+        turning = self.turning
+        if turning is None:
+            return self._vector(aids, 0.0)
+        straight, turn = self._vector(aids, 1.0 / self.straight_time), turning._vector(aids, 1.0 / self.turn_time)
+        return np.stack([turn, straight, turn])
+
+    def _vector(self, aids, leaving) -> np.ndarray:
         extras = []
 
         def extra(std, time):
@@ -120,6 +157,7 @@ class Profile(BaseModel):
             crab,
             gyro,
             stream,
+            leaving,
         )
         return np.array([*head, *np.ravel(extras)], dtype=np.float64)
 
