@@ -6,7 +6,7 @@ import numpy as np
 
 from steerway.compiled import lean_kernel
 from steerway.errors import InputError
-from steerway.estimation.model import EMPTY, MODE, STARTING, UNDERWAY, empty_memory
+from steerway.estimation.model import EMPTY, MODE, STARTING, UNDERWAY, empty_memory, whole
 from steerway.estimation.profiles import AIDS, Profile
 from steerway.estimation.replay import replay
 from steerway.estimation.tracking import SPOKEN, advance, recentre, settle, speak, take_aids, take_position
@@ -50,7 +50,7 @@ class FiveStateFilter:
         self.aid = tuple(aid)
         self._model = self.profile.model(self.aid)
         self._memory = empty_memory(self._model)
-        self._states = self._memory.shape[1]
+        self._states = self._memory.shape[-1]
         self._geodetic = True
 
     def reset(self) -> None:
@@ -113,17 +113,17 @@ class FiveStateFilter:
     @property
     def state(self) -> np.ndarray:
         """(n,) copy: [x^n y^n U χ ω_χ …], or [x^n y^n v_N v_E ω_χ …] while course is not defined."""
-        return self._memory[self._states].copy()
+        return whole(self._memory)[self._states].copy()
 
     @property
     def covariance(self) -> np.ndarray:
         """(n, n) covariance of `state`."""
-        upper = np.triu(self._memory[: self._states])
+        upper = np.triu(whole(self._memory)[: self._states])
         return upper + np.triu(upper, 1).T
 
     @property
     def _book(self):
-        return self._memory[self._states + 1]
+        return whole(self._memory)[self._states + 1]
 
     def filter(self, fixes: Fixes, rate: float | None = None) -> Motion:
         """Causal estimate of one or many vessels' records; one row a fix, or `rate` rows a second (Hz)."""

@@ -7,7 +7,7 @@ the filter's bookkeeping, four rows of workspace, and the step last taken, which
 
 import numpy as np
 
-from steerway.compiled import kernel
+from steerway.compiled import kernel, lean_kernel
 
 NORTH, EAST, SPEED, COURSE, RATE = range(5)
 VELOCITY_NORTH, VELOCITY_EAST = SPEED, COURSE
@@ -29,13 +29,14 @@ VELOCITY_NORTH, VELOCITY_EAST = SPEED, COURSE
     HEADING_VARIANCE,
     WATER_SPEED_VARIANCE,
     YAW_RATE_VARIANCE,
-    ERROR_STATE,  # index of the first of two receiver-error states (north, east), 0 if there is none
+    ERROR_STATE,  # index of the first pair of receiver-error states (north, east), 0 if there is none
+    ERROR_PAIRS,  # how many pairs there are, one behind the other
     CRAB_STATE,  # … of the crab angle
     GYRO_STATE,  # … of the gyro's bias
     STREAM_STATE,  # … of the water's own speed along the course
     LEAVING,  # 1/s: how often a vessel of two modes leaves this one
     EXTRAS,  # where the triples begin
-) = range(21)
+) = range(22)
 
 MODE, STRAY, RETRIES, LATITUDE, LONGITUDE = range(5)
 """Bookkeeping: one of the modes below; seconds since the first of unbroken rejections (−1: none); resets in a row; the
@@ -73,8 +74,26 @@ LOST_COURSE_VARIANCE = 1.0
 """rad²: beyond one radian a linearised course means nothing."""
 
 
+@lean_kernel
+def whole(memory):
+    """The memory of what the vessel is said to do: of two modes that of their mean, else all there is."""
+    if memory.ndim == 2:
+        return memory
+    return memory[0]
+
+
+@lean_kernel
+def common(model):
+    """The parameters that do not depend on the mode."""
+    if model.ndim == 1:
+        return model
+    return model[0]
+
+
 @kernel
 def empty_memory(model):
-    """Memory of a filter that has seen nothing."""
-    n = 5 + (len(model) - EXTRAS) // 3
+    """Memory of a filter that has seen nothing; for models of two modes that of `two_modes`."""
+    n = 5 + (model.shape[-1] - EXTRAS) // 3
+    if model.ndim == 2:
+        return np.zeros((3, n + 10, n))
     return np.zeros((n + 9, n))

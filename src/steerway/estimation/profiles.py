@@ -51,6 +51,8 @@ class Profile(BaseModel):
     position_std: float = _positive  # white part of a fix, north and east, m
     error_std: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # slowly varying part of a fix, m
     error_time: float = Field(60.0, gt=0.0, allow_inf_nan=False)  # its correlation time, s
+    drift_std: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # a second, slower one, m
+    drift_time: float = Field(600.0, gt=0.0, allow_inf_nan=False)  # its correlation time, s
 
     sog_std: float = Field(0.1, gt=0.0, allow_inf_nan=False)  # m/s, receiver's own SOG
     velocity_std: float = Field(0.1, gt=0.0, allow_inf_nan=False)  # m/s across the course, receiver's own COG
@@ -131,9 +133,12 @@ class Profile(BaseModel):
             extras.append((1.0 / time, 2.0 * std**2 / time, std**2))
             return 4 + len(extras)
 
-        error = extra(self.error_std, self.error_time) if self.error_std > 0.0 else 0
-        if error:
-            extra(self.error_std, self.error_time)
+        slow = [(self.error_std, self.error_time), (self.drift_std, self.drift_time)]
+        slow = [(std, time) for std, time in slow if std > 0.0]
+        error = 5 if slow else 0
+        for std, time in slow:
+            extra(std, time)
+            extra(std, time)
         crab = extra(self.crab_std, self.crab_time) if "heading" in aids and self.crab_std > 0.0 else 0
         gyro = extra(self.gyro_bias_std, self.gyro_bias_time) if "yaw_rate" in aids and self.gyro_bias_std > 0.0 else 0
         stream = extra(self.stream_std, self.stream_time) if "water_speed" in aids and self.stream_std > 0.0 else 0
@@ -154,6 +159,7 @@ class Profile(BaseModel):
             self.water_speed_std**2,
             self.yaw_rate_std**2,
             error,
+            len(slow),
             crab,
             gyro,
             stream,

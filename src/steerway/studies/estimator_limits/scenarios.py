@@ -66,7 +66,7 @@ SLOW = Scenario(
     duration=300.0,
     runs=60,
     recovery=10.0,
-    settling=20.0,
+    settling=30.0,
 )
 """Scenario O: a small craft at 1.3 m/s that winds her way."""
 
