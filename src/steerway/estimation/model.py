@@ -7,7 +7,7 @@ the filter's bookkeeping, four rows of workspace, and the step last taken, which
 
 import numpy as np
 
-from steerway.compiled import kernel, lean_kernel
+from steerway.compiled import kernel
 
 NORTH, EAST, SPEED, COURSE, RATE = range(5)
 VELOCITY_NORTH, VELOCITY_EAST = SPEED, COURSE
@@ -34,9 +34,12 @@ VELOCITY_NORTH, VELOCITY_EAST = SPEED, COURSE
     CRAB_STATE,  # … of the crab angle
     GYRO_STATE,  # … of the gyro's bias
     STREAM_STATE,  # … of the water's own speed along the course
-    LEAVING,  # 1/s: how often a vessel of two modes leaves this one
+    STARTS_IN,  # of a vessel of several modes: how likely this one is to begin with
+    LEAVING,  # 1/s: how often she leaves it for the other manner of moving
+    SWITCHES_TO,  # … and for which row of the models
+    AGEING,  # 1/s: how often it ages into the next row
     EXTRAS,  # where the triples begin
-) = range(22)
+) = range(25)
 
 MODE, STRAY, RETRIES, LATITUDE, LONGITUDE = range(5)
 """Bookkeeping: one of the modes below; seconds since the first of unbroken rejections (−1: none); resets in a row; the
@@ -74,26 +77,16 @@ LOST_COURSE_VARIANCE = 1.0
 """rad²: beyond one radian a linearised course means nothing."""
 
 
-@lean_kernel
 def whole(memory):
-    """The memory of what the vessel is said to do: of two modes that of their mean, else all there is."""
-    if memory.ndim == 2:
-        return memory
-    return memory[0]
-
-
-@lean_kernel
-def common(model):
-    """The parameters that do not depend on the mode."""
-    if model.ndim == 1:
-        return model
-    return model[0]
+    """The memory of what the vessel is said to do: of several modes that of their mean, else all there is."""
+    return memory if memory.ndim == 2 else memory[0]
 
 
 @kernel
 def empty_memory(model):
-    """Memory of a filter that has seen nothing; for models of two modes that of `two_modes`."""
+    """Memory of a filter that has seen nothing; for models of several modes that of `mixture`."""
     n = 5 + (model.shape[-1] - EXTRAS) // 3
     if model.ndim == 2:
-        return np.zeros((3, n + 10, n))
+        modes = len(model) - 1
+        return np.zeros((1 + 2 * modes, n + 10 + modes, n))
     return np.zeros((n + 9, n))

@@ -117,16 +117,31 @@ class Profile(BaseModel):
     def model(self, aids: tuple[str, ...] = ()) -> np.ndarray:
         """The kernels' parameter vector (see `steerway.estimation.model`), with the states that these aids need.
 
-        A vessel that holds her course and turns by turns has three of them, (3, m): for her while she has no way, on a
-        straight course, and in a turn.
+        A vessel that holds her course and turns by turns has several, (1 + modes, m): for her while she has no way, on
+        a course long held, lately and just taken up, and in a turn (see `steerway.estimation.mixture`).
         """
         turning = self.turning
         if turning is None:
-            return self._vector(aids, 0.0)
-        straight, turn = self._vector(aids, 1.0 / self.straight_time), turning._vector(aids, 1.0 / self.turn_time)
-        return np.stack([turn, straight, turn])
+            return self._vector(aids)
+        ends, begins = 1.0 / self.turn_time, 1.0 / self.straight_time
+        turn_share = begins / (begins + ends)
+        import os
+        YS = [float(a) for a in os.environ.get("YS","").split()]
+        YT = [float(a) for a in os.environ.get("YT","").split()]
+        ns, nt = len(YS)+1, len(YT)+1
+        rows = [turning._vector(aids)]
+        for i in range(ns):
+            rows.append(self._vector(aids, 0.0 if i<ns-1 else 1-turn_share, begins, 1+ns, 1/YS[i] if i<ns-1 else 0.0))
+        for i in range(nt):
+            rows.append(turning._vector(aids, 0.0 if i<nt-1 else turn_share, ends, 1, 1/YT[i] if i<nt-1 else 0.0))
+        return np.stack(rows)
 
-    def _vector(self, aids, leaving) -> np.ndarray:
+    def manners(self) -> np.ndarray:
+        """(2, m): the parameter vectors of a straight course and of a turn, with the rates (1/s) at which they end."""
+        straight = self._vector((), leaving=1.0 / self.straight_time)
+        return np.stack([straight, self.turning._vector((), leaving=1.0 / self.turn_time)])
+
+    def _vector(self, aids, starts_in=0.0, leaving=0.0, switches_to=0, ageing=0.0) -> np.ndarray:
         extras = []
 
         def extra(std, time):
@@ -163,7 +178,10 @@ class Profile(BaseModel):
             crab,
             gyro,
             stream,
+            starts_in,
             leaving,
+            switches_to,
+            ageing,
         )
         return np.array([*head, *np.ravel(extras)], dtype=np.float64)
 

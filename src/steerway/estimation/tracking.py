@@ -36,12 +36,10 @@ from steerway.estimation.model import (
     STEP_SLACK,
     STRAY,
     UNDERWAY,
-    common,
     empty_memory,
-    whole,
 )
 from steerway.estimation.position_update import correct, innovation, normalised_square
-from steerway.estimation.two_modes import (
+from steerway.estimation.mixture import (
     aid_modes,
     correct_modes,
     fold_modes,
@@ -60,7 +58,8 @@ from steerway.records import STARTING as STARTING_STATUS
 @lean_kernel
 def advance(memory, dt, model):
     """Predict by dt ≥ 0 seconds."""
-    main, parameters = whole(memory), common(model)
+    main = memory if memory.ndim == 2 else memory[0]
+    parameters = model if model.ndim == 1 else model[0]
     n = main.shape[1]
     p, x, book, step = main[:n], main[n], main[n + 1], main[n + 6 : n + 9]
     if book[MODE] == EMPTY or not dt > 0.0:
@@ -91,9 +90,10 @@ def advance(memory, dt, model):
 def take_fix(memory, north, east, model):
     """Correct by a fix in the present tangent plane. Returns (accepted, NIS, log det S).
 
-    Of two modes the last is what with the NIS makes −2 log of the density of the fix, as log det S does for one.
+    Of several modes the last is what with the NIS makes −2 log of the density of the fix, as log det S does for one.
     """
-    main, parameters = whole(memory), common(model)
+    main = memory if memory.ndim == 2 else memory[0]
+    parameters = model if model.ndim == 1 else model[0]
     n = main.shape[1]
     p, x, book = main[:n], main[n], main[n + 1]
     if book[MODE] == EMPTY:
@@ -138,7 +138,8 @@ def correct_whole(main, north, east, model):
 @lean_kernel
 def retake(memory, north, east, model):
     """After unbroken rejections take the position anew and keep the motion; if that did not help, begin anew."""
-    main, parameters = whole(memory), common(model)
+    main = memory if memory.ndim == 2 else memory[0]
+    parameters = model if model.ndim == 1 else model[0]
     n = main.shape[1]
     p, x, book = main[:n], main[n], main[n + 1]
     if book[RETRIES] > 0.0:
@@ -155,7 +156,8 @@ def retake(memory, north, east, model):
 @lean_kernel
 def take_aids(memory, aids, model):
     """Correct by the aids (5,) that are not NaN."""
-    main, parameters = whole(memory), common(model)
+    main = memory if memory.ndim == 2 else memory[0]
+    parameters = model if model.ndim == 1 else model[0]
     n = main.shape[1]
     p, x, book, work = main[:n], main[n], main[n + 1], main[n + 2 : n + 6]
     if book[MODE] == UNDERWAY:
@@ -170,7 +172,8 @@ def take_aids(memory, aids, model):
 @lean_kernel
 def settle(memory, model):
     """After an update: fold the speed, wrap the course, gain or lose way."""
-    main, parameters = whole(memory), common(model)
+    main = memory if memory.ndim == 2 else memory[0]
+    parameters = model if model.ndim == 1 else model[0]
     n = main.shape[1]
     p, x, book = main[:n], main[n], main[n + 1]
     had_way = book[MODE] == UNDERWAY
@@ -191,7 +194,7 @@ def take_position(memory, first, second, geodetic, model):
     """Correct by a fix given as latitude and longitude (rad) or as north and east (m): `take_fix` for either."""
     if not geodetic:
         return take_fix(memory, first, second, model)
-    main = whole(memory)
+    main = memory if memory.ndim == 2 else memory[0]
     book = main[main.shape[1] + 1]
     if book[MODE] == EMPTY:
         book[LATITUDE], book[LONGITUDE] = first, second
@@ -202,7 +205,7 @@ def take_position(memory, first, second, geodetic, model):
 @lean_kernel
 def recentre(memory):
     """Lay the tangent plane around the present estimate: the position moves into the plane's origin."""
-    main = whole(memory)
+    main = memory if memory.ndim == 2 else memory[0]
     n = main.shape[1]
     x, book = main[n], main[n + 1]
     book[LATITUDE], book[LONGITUDE] = displaced(book[LATITUDE], book[LONGITUDE], x[NORTH], x[EAST])
@@ -214,7 +217,7 @@ def recentre(memory):
 @lean_kernel
 def status_of(memory, fixed, accepted):
     """What the row is worth, as a code of records.STATUSES."""
-    main = whole(memory)
+    main = memory if memory.ndim == 2 else memory[0]
     mode = main[main.shape[1] + 1, MODE]
     if mode <= STARTING:
         return STARTING_STATUS
@@ -231,7 +234,7 @@ def speak(memory, geodetic, out):
 
     Latitude and longitude (or north and east), SOG, COG, course rate, the deviations of these three, of the position.
     """
-    main = whole(memory)
+    main = memory if memory.ndim == 2 else memory[0]
     n = main.shape[1]
     p, x, book = main[:n], main[n], main[n + 1]
     mode = book[MODE]
@@ -257,7 +260,7 @@ SPOKEN = 9
 @lean_kernel
 def keep(memory, out):
     """Copy covariance, state and bookkeeping."""
-    main = whole(memory)
+    main = memory if memory.ndim == 2 else memory[0]
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
             out[i, j] = main[i, j]

@@ -118,7 +118,7 @@ def sail(scenario: Scenario, seed: int) -> Voyage:
     """One voyage."""
     chance = np.random.default_rng([seed, 0])
     n = round(scenario.duration * scenario.rate) + 1
-    models = scenario.profile.model()[1:]
+    models = scenario.profile.manners()
     steps = np.zeros((2, 3, 5))
     spreads = np.zeros((2, 5, 5))
     for k, model in enumerate(models):
@@ -180,4 +180,3 @@ def cells(scenario: Scenario, voyage: Voyage) -> tuple[np.ndarray, np.ndarray]:
         since_turn = np.where(last >= 0, voyage.time - voyage.time[rows[last]], np.inf)
     settled = voyage.time >= scenario.settling
     return settled & (since_turn > scenario.recovery), settled & voyage.turning
-
