@@ -9,8 +9,14 @@ from steerway.errors import InputError
 from steerway.estimation.model import EMPTY, MODE, STARTING, UNDERWAY, empty_memory, whole
 from steerway.estimation.profiles import AIDS, Profile
 from steerway.estimation.replay import replay
-from steerway.estimation.tracking import SPOKEN, advance, recentre, settle, speak, take_aids, take_position
+from steerway.estimation.tracking import SPOKEN, advance, conclude, recentre, settle, speak, take_aids, take_position
 from steerway.records import Fixes, Motion
+
+
+@lean_kernel
+def _advance(memory, dt, model):
+    advance(memory, dt, model)
+    conclude(memory)
 
 
 @lean_kernel
@@ -59,7 +65,7 @@ class FiveStateFilter:
 
     def predict(self, dt: float) -> None:
         """Advance by dt ≥ 0 seconds."""
-        advance(self._memory, dt, self._model)
+        _advance(self._memory, dt, self._model)
 
     def update(self, latitude: float, longitude: float) -> float:
         """Take a fix (rad). Returns its NIS: above 13.8 it was rejected, NaN for the first."""

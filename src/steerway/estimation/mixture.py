@@ -1,15 +1,17 @@
 """A vessel that holds her course and turns by turns: several five-state filters that interact.
 
-The interacting multiple model filter of H. A. P. Blom and Y. Bar-Shalom, IEEE Trans. Automatic Control 33(8), 1988. Each
-mode is an extended Kalman filter on the kernels of the plain one, with the same states: those beyond the five (errors of
-the receiver, biases of aids) are mixed with the rest. What the vessel is said to do is the mean of all and its spread.
+The interacting multiple model filter of H. A. P. Blom and Y. Bar-Shalom, IEEE Trans. Automatic Control 33(8), 1988.
+Each mode is an extended Kalman filter on the kernels of the plain one, with the same states: those beyond the five
+(errors of the receiver, biases of aids) are mixed with the rest. What the vessel is said to do is the mean of all and
+its spread.
 
 Modes change in continuous time, so that neither the filter's rate nor a gap changes the tuning: a mode is left for the
 other manner of moving, or it ages into the next. The filter of a course just taken up knows it badly; were it one with
 that of a course long held, as in the textbook's form, it would keep spoiling that.
 
 A memory of m modes is (1 + 2m, n + 10 + m, n): the mean, the modes, and a copy of them to mix from, each laid out as a
-plain filter's memory. The last 1 + m rows of the mean's are the probabilities of the modes and how they change in a step.
+plain filter's memory. The last 1 + m rows of the mean's are the probabilities of the modes and how they change in a
+step.
 """
 
 import math
@@ -24,6 +26,7 @@ from steerway.estimation.model import (
     ERROR_PAIRS,
     ERROR_STATE,
     LEAVING,
+    LOST_COURSE_VARIANCE,
     POSITION_VARIANCE,
     STARTS_IN,
     SWITCHES_TO,
@@ -53,10 +56,11 @@ def set_steps(memory, dt, models):
             for j in range(m):
                 product[i, j] = 0.0
         for i in range(m):
-            switches_to, leaving, ageing = int(models[1 + i, SWITCHES_TO]), models[1 + i, LEAVING], models[1 + i, AGEING]
+            leaving, ageing = models[1 + i, LEAVING], models[1 + i, AGEING]
+            other = int(models[1 + i, SWITCHES_TO]) - 1
             for j in range(m):
                 product[j, i] -= power[j, i] * (leaving + ageing)
-                product[j, switches_to - 1] += power[j, i] * leaving
+                product[j, other] += power[j, i] * leaving
                 if ageing > 0.0:
                     product[j, i + 1] += power[j, i] * ageing
         for i in range(m):
@@ -83,6 +87,7 @@ def join(memory):
     """The mean of all modes and its covariance."""
     n, m = memory.shape[2], (len(memory) - 1) // 2
     blend(memory, memory[0, n + 9], 1, m, memory[0])
+    fold(memory[0, n], memory[0, :n])
 
 
 @lean_kernel
@@ -126,8 +131,9 @@ def mix(memory):
     n, m = memory.shape[2], (len(memory) - 1) // 2
     probability, change = memory[0, n + 9], memory[0, n + 10 :]
     for k in range(1, 1 + m):
-        for i in range(n + 1):
-            for j in range(n):
+        for i in range(n):
+            memory[m + k, n, i] = memory[k, n, i]
+            for j in range(i, n):
                 memory[m + k, i, j] = memory[k, i, j]
     after = memory[1 + m, n + 2]
     for j in range(m):
@@ -150,7 +156,16 @@ def predict_modes(memory, models):
     n = memory.shape[2]
     for k in range(1, len(models)):
         predict(memory[k, n], memory[k, :n], memory[k, n + 6 : n + 9], models[k])
-    join(memory)
+
+
+@lean_kernel
+def course_is_lost(memory):
+    """Whether the mean's course means nothing any more; only then is it worth reckoning."""
+    for k in range(1, 1 + (len(memory) - 1) // 2):
+        if memory[k, COURSE, COURSE] > LOST_COURSE_VARIANCE:
+            join(memory)
+            return memory[0, COURSE, COURSE] > LOST_COURSE_VARIANCE
+    return False
 
 
 @lean_kernel
@@ -162,7 +177,8 @@ def weigh_fix(memory, north, east, models):
     mean_n = mean_e = mean_nn = mean_ne = mean_ee = 0.0
     least = math.inf
     for k in range(1, len(models)):
-        nu_n, nu_e, s_nn, s_ne, s_ee = innovation(memory[k, n], memory[k, :n], north, east, variance, variance, g, pairs)
+        p, x = memory[k, :n], memory[k, n]
+        nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, variance, variance, g, pairs)
         surprise = normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee) + math.log(s_nn * s_ee - s_ne * s_ne)
         memory[k, n + 1, SURPRISE] = surprise
         least = min(least, surprise)
@@ -195,7 +211,6 @@ def correct_modes(memory, north, east, models):
         correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g, pairs)
         turn_along(x, p, before, g, pairs)
     judge_modes(memory)
-    join(memory)
 
 
 @lean_kernel
@@ -275,17 +290,14 @@ def aid_modes(memory, aids, models):
             i, companion, sign, nu, variance = aided(which, aids[which], x, models[k])
             correct_scalar(x, p, work, i, companion, sign, nu, variance, math.inf)
         judge_modes(memory)
-    join(memory)
 
 
 @lean_kernel
 def fold_modes(memory):
-    """U ≥ 0 and χ in [−π, π) in every mode and in the mean."""
+    """U ≥ 0 and χ in [−π, π) in every mode."""
     n, m = memory.shape[2], (len(memory) - 1) // 2
     for k in range(1, 1 + m):
         fold(memory[k, n], memory[k, :n])
-    join(memory)
-    fold(memory[0, n], memory[0, :n])
 
 
 @lean_kernel
@@ -294,7 +306,6 @@ def take_place_modes(memory, north, east, models):
     n = memory.shape[2]
     for k in range(1, len(models)):
         take_place(memory[k, n], memory[k, :n], north, east, models[k])
-    join(memory)
 
 
 @lean_kernel

@@ -63,6 +63,8 @@ point around which the tangent plane lies."""
     Q_YY,
 ) = ((row, column) for row in range(3) for column in range(5))
 """The step: what a prediction needs that depends on its length alone, in three rows."""
+LEFT, ADDED = range(2)
+"""Rows of it whose further columns say what is left of, and what noise adds to, each state beyond the five."""
 
 EMPTY, FIRST, STARTING, ADRIFT, UNDERWAY = range(5)
 """No fix yet; one fix; velocity being found; velocity without direction; course."""

@@ -126,14 +126,21 @@ class Profile(BaseModel):
         ends, begins = 1.0 / self.turn_time, 1.0 / self.straight_time
         turn_share = begins / (begins + ends)
         import os
-        YS = [float(a) for a in os.environ.get("YS","").split()]
-        YT = [float(a) for a in os.environ.get("YT","").split()]
-        ns, nt = len(YS)+1, len(YT)+1
+
+        YS = [float(a) for a in os.environ.get("YS", "").split()]
+        YT = [float(a) for a in os.environ.get("YT", "").split()]
+        ns, nt = len(YS) + 1, len(YT) + 1
         rows = [turning._vector(aids)]
         for i in range(ns):
-            rows.append(self._vector(aids, 0.0 if i<ns-1 else 1-turn_share, begins, 1+ns, 1/YS[i] if i<ns-1 else 0.0))
+            rows.append(
+                self._vector(
+                    aids, 0.0 if i < ns - 1 else 1 - turn_share, begins, 1 + ns, 1 / YS[i] if i < ns - 1 else 0.0
+                )
+            )
         for i in range(nt):
-            rows.append(turning._vector(aids, 0.0 if i<nt-1 else turn_share, ends, 1, 1/YT[i] if i<nt-1 else 0.0))
+            rows.append(
+                turning._vector(aids, 0.0 if i < nt - 1 else turn_share, ends, 1, 1 / YT[i] if i < nt - 1 else 0.0)
+            )
         return np.stack(rows)
 
     def manners(self) -> np.ndarray:

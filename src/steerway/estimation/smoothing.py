@@ -12,16 +12,16 @@ import numpy as np
 from steerway.angles import wrap
 from steerway.compiled import kernel, lean_kernel
 from steerway.earth import displacement
-from steerway.estimation.five_state import chord, decay, predict, set_step
+from steerway.estimation.five_state import chord, predict, set_step
 from steerway.estimation.linear_algebra import factor, fill_lower, multiply, multiply_transposed, solve_rows
 from steerway.estimation.model import (
     COURSE,
     DT,
     EAST,
     EMPTY,
-    EXTRAS,
     FIRST,
     LATITUDE,
+    LEFT,
     LONGITUDE,
     MODE,
     NORTH,
@@ -45,10 +45,10 @@ def transition(x, underway, step, model, f):
     f[:] = 0.0
     for j in range(n):
         f[j, j] = 1.0
-    for j in range(5, n):
-        f[j, j] = decay(model[EXTRAS + 3 * (j - 5)], step[DT])[0]
     if step[DT] == 0.0:
         return
+    for j in range(5, n):
+        f[j, j] = step[LEFT, j]
     if underway:
         _, _, north, east, north_u, east_u, north_w, east_w = chord(x[SPEED], x[COURSE], x[RATE], step)
         f[0, 2], f[0, 3], f[0, 4] = north_u, -east, north_w

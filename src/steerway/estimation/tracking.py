@@ -11,6 +11,19 @@ from steerway.compiled import kernel, lean_kernel
 from steerway.earth import displaced, displacement
 from steerway.estimation.aiding import COG, SOG, aid_adrift, aid_underway
 from steerway.estimation.five_state import predict, set_step
+from steerway.estimation.mixture import (
+    aid_modes,
+    correct_modes,
+    course_is_lost,
+    fold_modes,
+    join,
+    part_ways,
+    predict_modes,
+    set_steps,
+    shift_modes,
+    take_place_modes,
+    weigh_fix,
+)
 from steerway.estimation.model import (
     ADRIFT,
     COURSE,
@@ -39,17 +52,6 @@ from steerway.estimation.model import (
     empty_memory,
 )
 from steerway.estimation.position_update import correct, innovation, normalised_square
-from steerway.estimation.mixture import (
-    aid_modes,
-    correct_modes,
-    fold_modes,
-    part_ways,
-    predict_modes,
-    set_steps,
-    shift_modes,
-    take_place_modes,
-    weigh_fix,
-)
 from steerway.estimation.way import fold, judge, predict_adrift, start, take_place
 from steerway.records import NO_COURSE, OK, PREDICTED, REJECTED
 from steerway.records import STARTING as STARTING_STATUS
@@ -57,7 +59,7 @@ from steerway.records import STARTING as STARTING_STATUS
 
 @lean_kernel
 def advance(memory, dt, model):
-    """Predict by dt ≥ 0 seconds."""
+    """Predict by dt ≥ 0 seconds. Before the filter speaks without a further fix, `conclude`."""
     main = memory if memory.ndim == 2 else memory[0]
     parameters = model if model.ndim == 1 else model[0]
     n = main.shape[1]
@@ -78,12 +80,22 @@ def advance(memory, dt, model):
         if book[MODE] == UNDERWAY:
             if memory.ndim == 3:
                 predict_modes(memory, model)
+                lost = course_is_lost(memory)
             else:
                 predict(x, p, step, model)
-            if p[COURSE, COURSE] > LOST_COURSE_VARIANCE:
+                lost = p[COURSE, COURSE] > LOST_COURSE_VARIANCE
+            if lost:
                 judge(x, p, book, parameters)
         else:
             predict_adrift(x, p, step, parameters)
+
+
+@lean_kernel
+def conclude(memory):
+    """Bring what the vessel is said to do up to date with the modes she may be in; one mode always is."""
+    if memory.ndim == 3:
+        if memory[0, memory.shape[2] + 1, MODE] == UNDERWAY:
+            join(memory)
 
 
 @lean_kernel
@@ -180,6 +192,7 @@ def settle(memory, model):
     if had_way:
         if memory.ndim == 3:
             fold_modes(memory)
+            join(memory)
         else:
             fold(x, p)
     if book[MODE] != EMPTY:
@@ -289,6 +302,8 @@ def track(time, first, second, aids, geodetic, model, memory, spoken, nis, log_d
             take_aids(memory, aids[k], model)
         if fixed or len(aids):
             settle(memory, model)
+        else:
+            conclude(memory)
         if geodetic and fixed:
             recentre(memory)
         status[k] = status_of(memory, fixed, accepted)

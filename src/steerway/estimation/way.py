@@ -101,7 +101,7 @@ def predict_adrift(x, p, step, model):
         p[1, j] += integral * p[3, j]
         p[2, j] *= left
         p[3, j] *= left
-    predict_extras(x, p, dt, model)
+    predict_extras(x, p, step)
 
 
 @lean_kernel
