@@ -49,20 +49,21 @@ def scalar_innovation(p, work, i, companion, sign, variance):
 def correct_scalar(x, p, work, i, companion, sign, innovation, variance, gate=SCALAR_GATE):
     """Correct by a measurement of x[i] + sign · x[companion] (companion 0: none) unless the gate refuses it.
 
-    Joseph's form for a scalar. Returns whether the measurement was used.
+    Joseph's form for a scalar. Returns the NIS: above SCALAR_GATE the measurement was not used.
     """
     n = len(x)
     pc, k = work[0], work[1]
     s = scalar_innovation(p, work, i, companion, sign, variance)
-    if innovation * innovation > gate * s:
-        return False
+    nis = innovation * innovation / s
+    if nis > gate:
+        return nis
     for j in range(n):
         k[j] = pc[j] / s
         x[j] += k[j] * innovation
     for a in range(n):
         for b in range(a, n):
             p[a, b] += k[a] * k[b] * s - k[a] * pc[b] - pc[a] * k[b]
-    return True
+    return nis
 
 
 @lean_kernel

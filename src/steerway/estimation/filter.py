@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from steerway.compiled import lean_kernel
+from steerway.compiled import kernel, lean_kernel
 from steerway.errors import InputError
-from steerway.estimation.model import EMPTY, MODE, STARTING, UNDERWAY, empty_memory, whole
+from steerway.estimation.model import COURSE, EMPTY, MODE, RATE, SPEED, STARTING, UNDERWAY, empty_memory, whole
 from steerway.estimation.profiles import AIDS, Profile
 from steerway.estimation.replay import replay
 from steerway.estimation.tracking import SPOKEN, advance, conclude, recentre, settle, speak, take_aids, take_position
@@ -34,6 +34,13 @@ def _aid(memory, aids, model):
     settle(memory, model)
 
 
+@kernel
+def _say(memory, geodetic):
+    said = np.empty(SPOKEN)
+    speak(memory, geodetic, said)
+    return said
+
+
 class FiveStateFilter:
     """Speed over ground, course over ground and course rate from positions (P0 §3), with what real fixes need.
 
@@ -56,7 +63,8 @@ class FiveStateFilter:
         self.aid = tuple(aid)
         self._model = self.profile.model(self.aid)
         self._memory = empty_memory(self._model)
-        self._states = self._memory.shape[-1]
+        self._main = whole(self._memory)
+        self._states = self._main.shape[1]
         self._geodetic = True
 
     def reset(self) -> None:
@@ -84,52 +92,59 @@ class FiveStateFilter:
     @property
     def sog(self) -> float:
         """Speed over ground, m/s; NaN before the second fix."""
-        x = self.state
         if self.underway:
-            return float(x[2])
-        return math.hypot(x[2], x[3]) if self._book[MODE] != EMPTY else math.nan
+            return self._state_of(SPEED)
+        return math.hypot(self._state_of(2), self._state_of(3)) if self._mode != EMPTY else math.nan
 
     @property
     def cog(self) -> float:
         """Course over ground, rad in [−π, π); NaN while it is not defined."""
-        return float(self.state[3]) if self.underway else math.nan
+        return self._state_of(COURSE) if self.underway else math.nan
 
     @property
     def course_rate(self) -> float:
         """Rate of the course, rad/s, + to starboard; NaN while it is not defined."""
-        return float(self.state[4]) if self.underway else math.nan
+        return self._state_of(RATE) if self.underway else math.nan
 
     @property
     def underway(self) -> bool:
         """Whether the vessel has steerageway: whether course is defined."""
-        return self._book[MODE] == UNDERWAY
+        return self._mode == UNDERWAY
 
     @property
     def started(self) -> bool:
         """Whether the first fixes have told the velocity."""
-        return self._book[MODE] > STARTING
+        return self._mode > STARTING
 
     @property
     def position(self) -> tuple[float, float]:
         """Latitude and longitude (rad), or north and east (m) after `update_north_east`; NaN before the first fix."""
+        north, east, *_ = self.said()
+        return north, east
+
+    def said(self) -> list[float]:
+        """All at the price of one property: position, SOG, COG, course rate, 1σ of these three and of position."""
         said = np.empty(SPOKEN)
         speak(self._memory, self._geodetic, said)
-        return float(said[0]), float(said[1])
+        return said.tolist()
 
     @property
     def state(self) -> np.ndarray:
         """(n,) copy: [x^n y^n U χ ω_χ …], or [x^n y^n v_N v_E ω_χ …] while course is not defined."""
-        return whole(self._memory)[self._states].copy()
+        return self._main[self._states].copy()
 
     @property
     def covariance(self) -> np.ndarray:
         """(n, n) covariance of `state`."""
-        upper = np.triu(whole(self._memory)[: self._states])
+        upper = np.triu(self._main[: self._states])
         return upper + np.triu(upper, 1).T
 
+    def _state_of(self, index) -> float:
+        return self._main.item(self._states, index)
+
     @property
-    def _book(self):
-        return whole(self._memory)[self._states + 1]
+    def _mode(self) -> float:
+        return self._main.item(self._states + 1, MODE)
 
     def filter(self, fixes: Fixes, rate: float | None = None) -> Motion:
         """Causal estimate of one or many vessels' records; one row a fix, or `rate` rows a second (Hz)."""

@@ -124,12 +124,12 @@ _CENTRE_WEIGHT, _SIDE_WEIGHT = 4.0 / 9.0, 5.0 / 18.0
 
 @lean_kernel
 def set_step(step, dt, model):
-    """Fill `step` (3, n) with what a prediction over dt > 0 seconds needs that depends on dt alone."""
+    """Fill `step` (3, n) with what a prediction over dt ≥ 0 seconds needs that depends on dt alone."""
     speed_noise, rate_noise = model[SPEED_NOISE], model[RATE_NOISE]
     step[DT] = dt
     step[SPEED_LEFT], step[SPEED_INTEGRAL] = decay(model[SPEED_DECAY], dt)
     step[RATE_LEFT], step[TURN], area = turn_response(model[RATE_DECAY], dt)
-    step[LEAN] = area / dt
+    step[LEAN] = area / dt if dt > 0.0 else 0.0
     step[Q_UU] = speed_noise * dt
     step[Q_LU] = 0.5 * speed_noise * dt * dt
     step[Q_LL] = speed_noise * dt**3 / 3.0

@@ -45,10 +45,10 @@ def transition(x, underway, step, model, f):
     f[:] = 0.0
     for j in range(n):
         f[j, j] = 1.0
-    if step[DT] == 0.0:
-        return
     for j in range(5, n):
         f[j, j] = step[LEFT, j]
+    if step[DT] == 0.0:
+        return
     if underway:
         _, _, north, east, north_u, east_u, north_w, east_w = chord(x[SPEED], x[COURSE], x[RATE], step)
         f[0, 2], f[0, 3], f[0, 4] = north_u, -east, north_w
@@ -95,6 +95,7 @@ def smooth(time, geodetic, model, kept, spoken):
     x_next, p_next = np.empty(n), np.empty((n, n))
     later_mode = EMPTY
     step = np.zeros((3, n))
+    step[DT] = -1.0
     for k in range(len(time) - 1, -1, -1):
         x, p, book = kept[k, n], kept[k, :n], kept[k, n + 1]
         mode = book[MODE]
@@ -104,9 +105,7 @@ def smooth(time, geodetic, model, kept, spoken):
                 set_step(step, dt, model)
             transition(x, mode == UNDERWAY, step, model, f)
             x_next[:], p_next[:] = x, p
-            if dt == 0.0:
-                pass
-            elif mode == UNDERWAY:
+            if mode == UNDERWAY:
                 predict(x_next, p_next, step, model)
             else:
                 predict_adrift(x_next, p_next, step, model)

@@ -279,7 +279,7 @@ def keep(memory, out):
             out[i, j] = main[i, j]
 
 
-@lean_kernel
+@kernel
 def track(time, first, second, aids, geodetic, model, memory, spoken, nis, log_determinant, status, kept):
     """Run over a record.
 

@@ -2,7 +2,13 @@
 
 from importlib import import_module
 
-MODULES = {}
+MODULES = {
+    "cybership-observers": "cybership_observers",
+    "adaptive-speed": "adaptive_speed",
+    "otter-course": "otter_course",
+    "mariner-los": "mariner_los",
+    "otter-path": "otter_path",
+}
 """Study name → the module of this package whose STUDY it is; imported only when asked for."""
 
 

@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway import magnetic
-from steerway.formats import nmea0183_epochs as epochs
-from steerway.formats.nmea0183_fields import REASONS, VALUES
-from steerway.formats.nmea0183_repair import mended_times, streams
-from steerway.formats.nmea0183_scan import SHORTEST, TALKERS, scan, talker_name
+from steerway.formats.nmea0183 import epochs
+from steerway.formats.nmea0183.fields import REASONS, VALUES
+from steerway.formats.nmea0183.repair import mended_times, streams
+from steerway.formats.nmea0183.scan import SHORTEST, TALKERS, scan, talker_name
 from steerway.formats.recording import Recording
 from steerway.records import Fixes
 
@@ -36,7 +36,7 @@ class Sentences(NamedTuple):
     """The sentences of the kinds that are read, in order of arrival.
 
     Shapes: offset (n,) of the `$`, kind (n,) index into FORMATTERS, talker (n,) index for `talker_name`,
-    values (n, VALUES) SI with the columns of `nmea0183_fields`.
+    values (n, VALUES) SI with the columns of `fields`.
     """
 
     offset: np.ndarray

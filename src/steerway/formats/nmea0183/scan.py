@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from steerway.compiled import kernel
-from steerway.formats.nmea0183_fields import (
+from steerway.formats.nmea0183.fields import (
     CHECKSUM,
     CUT,
     FORMATTERS,
@@ -21,7 +21,7 @@ from steerway.formats.nmea0183_fields import (
     TOD,
     read_fields,
 )
-from steerway.formats.nmea0183_text import day_number, digits, is_digit, number
+from steerway.formats.nmea0183.text import day_number, digits, is_digit, number
 
 TALKERS = 36 * 36
 SHORTEST = 8  # bytes; no sentence that is read is shorter

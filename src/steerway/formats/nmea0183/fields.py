@@ -7,7 +7,8 @@ be in its format and range. Formatters and fields: NMEA 0183 version 4.11, as re
 import math
 
 from steerway.compiled import kernel
-from steerway.formats.nmea0183_text import day_number, digits, is_digit, number
+from steerway.earth import KNOT
+from steerway.formats.nmea0183.text import day_number, digits, is_digit, number
 
 FORMATTERS = ("GGA", "RMC", "GLL", "GNS", "VTG", "ZDA", "HDT", "HDG", "HDM", "THS", "VHW", "ROT", "GST")
 GGA, RMC, GLL, GNS, VTG, ZDA, HDT, HDG, HDM, THS, VHW, ROT, GST = range(len(FORMATTERS))
@@ -32,8 +33,7 @@ READ = -1
 VALUES = 14
 TOD, DAY, LAT, LON, QUANTUM, SOG, COG, HEADING, MAGNETIC, VARIATION, WATER, YAW, STD, RECEIVED = range(VALUES)
 
-_KNOT = 1852.0 / 3600.0
-_FASTEST = 1000.0 * _KNOT
+_FASTEST = 1000.0 * KNOT
 _A, _E, _K, _M, _N, _S, _T, _V, _W, _Z = b"AEKMNSTVWZ"
 _DOT = ord(".")
 
@@ -169,7 +169,7 @@ def _rmc(buffer, fields, n, row):
     row[VARIATION] = _signed(buffer, fields, 10, 180.0)
     if math.isinf(row[VARIATION]):
         return FIELD
-    reason = _speed_and_course(buffer, fields, 7, _KNOT, 8, row)
+    reason = _speed_and_course(buffer, fields, 7, KNOT, 8, row)
     return _position(buffer, fields, 3, row) if reason == READ else reason
 
 
@@ -204,7 +204,7 @@ def _vtg(buffer, fields, n, row):
             return FIELD
     if fields[6] - 1 == fields[5]:
         return _speed_and_course(buffer, fields, 7, 1.0 / 3.6, 1, row)
-    return _speed_and_course(buffer, fields, 5, _KNOT, 1, row)
+    return _speed_and_course(buffer, fields, 5, KNOT, 1, row)
 
 
 @kernel
@@ -255,7 +255,7 @@ def _vhw(buffer, fields, n, row):
     if math.isinf(angle) or math.isinf(knots) or math.isinf(kilometres):
         return FIELD
     row[HEADING] = math.radians(angle)
-    row[WATER] = kilometres / 3.6 if math.isnan(knots) else knots * _KNOT
+    row[WATER] = kilometres / 3.6 if math.isnan(knots) else knots * KNOT
     return READ
 
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from steerway.angles import wrap
 from steerway.compiled import kernel
-from steerway.formats import nmea0183_fields as said
-from steerway.formats.nmea0183_fields import HDT, LAST_POSITION, RMC, THS, VALUES
-from steerway.formats.nmea0183_scan import TALKERS
+from steerway.formats.nmea0183 import fields as said
+from steerway.formats.nmea0183.fields import HDT, LAST_POSITION, RMC, THS, VALUES
+from steerway.formats.nmea0183.scan import TALKERS
 
 # Columns of a row. UNDATED is 1 while no date was known, GIVEN 1 once its position has been handed out.
 COLUMNS = 14

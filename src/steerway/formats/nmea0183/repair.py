@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from steerway.formats.nmea0183_epochs import (
+from steerway.formats.nmea0183.epochs import (
     DAY,
     LAT,
     LON,
@@ -15,7 +15,7 @@ from steerway.formats.nmea0183_epochs import (
     TIME,
     UNDATED,
 )
-from steerway.formats.nmea0183_fields import FORMATTERS, LAST_POSITION
+from steerway.formats.nmea0183.fields import FORMATTERS, LAST_POSITION
 
 _HALF_DAY = 0.5 * DAY
 _NEAR = 30.0 * DAY
