@@ -13,7 +13,7 @@ from steerway.angles import wrap
 from steerway.compiled import kernel, lean_kernel
 from steerway.earth import displacement
 from steerway.estimation.acceleration import predict_underway, shares
-from steerway.estimation.five_state import chord, decay, set_step
+from steerway.estimation.five_state import chord, set_step
 from steerway.estimation.linear_algebra import factor, fill_lower, multiply, multiply_transposed, solve_rows
 from steerway.estimation.model import (
     ACCELERATION_STATE,
@@ -21,9 +21,9 @@ from steerway.estimation.model import (
     DT,
     EAST,
     EMPTY,
-    EXTRAS,
     FIRST,
     LATITUDE,
+    LEFT,
     LONGITUDE,
     MODE,
     NORTH,
@@ -48,7 +48,7 @@ def transition(x, underway, step, model, f):
     for j in range(n):
         f[j, j] = 1.0
     for j in range(5, n):
-        f[j, j] = decay(model[EXTRAS + 3 * (j - 5)], step[DT])[0]
+        f[j, j] = step[LEFT, j]
     if step[DT] == 0.0:
         return
     if underway:
