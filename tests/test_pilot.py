@@ -51,6 +51,18 @@ def test_what_the_propellers_do_not_give_is_not_wound_up():
     assert abs(dead.helm.pilot.integral) < 0.1 and abs(dead.speed.integral) < 1.0
 
 
+def test_after_a_blind_spell_the_helm_begins_with_the_boats_own_course():
+    here = pilot(patience=2.0)
+    for _ in range(100):
+        here.step(UNDER_WAY, 0.02)
+    for _ in range(150):
+        orders = here.step(Readings(), 0.02)
+    assert orders.mode is Mode.BLIND and orders.command == (0.0, 0.0) and not orders.by_course
+    turned = UNDER_WAY._replace(cog=2.5, heading=2.5)
+    orders = here.step(turned, 0.02)
+    assert orders.mode is Mode.UNDER_WAY and abs(orders.reference.angle - 2.5) < 0.05
+
+
 def test_every_station_begins_afresh():
     here = pilot()
     here.step(UNDER_WAY, 0.02)
