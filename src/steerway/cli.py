@@ -6,6 +6,7 @@ import typer
 
 from steerway.commands import logs, sailing, study
 from steerway.errors import InputError
+from steerway.live.commands import live
 
 app = typer.Typer(
     name="steerway",
@@ -25,6 +26,7 @@ for command in (
     sailing.simulate,
     sailing.advise,
     study.study,
+    live,
 ):
     app.command()(command)
 
