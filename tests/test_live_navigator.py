@@ -28,7 +28,7 @@ class Kept:
     def fix(self, row):
         self.fixes.append(row)
 
-    def tick(self, row):
+    def tick(self, row, leg=None):
         self.ticks.append(row)
 
     def close(self):

@@ -33,6 +33,12 @@ def live(
     rate: Annotated[
         float | None, typer.Option("--rate", metavar="HZ", help="Rows a second; by default a row a fix.")
     ] = None,
+    mission: Annotated[
+        str | None,
+        typer.Option(
+            "--mission", metavar="FILE", help="A route (.toml .gpx .geojson): say also how to steer along it."
+        ),
+    ] = None,
     patience: Annotated[
         float, typer.Option("--patience", metavar="S", help="How long to go by dead reckoning without a fix.")
     ] = 10.0,
@@ -56,6 +62,7 @@ def live(
     from steerway.estimation.profiles import Profile
     from steerway.live import addresses
     from steerway.live.navigator import Navigator
+    from steerway.live.route import GeodeticRoute, Guide
     from steerway.live.service import Service
 
     _log_to_stderr()
@@ -66,7 +73,8 @@ def live(
     navigator = Navigator(tuning, aids, tuple(source or ()), patience, rate=rate)
     pairs = [addresses.output(text, rate, patient=replayed) for text in say_to or ["stdout:"]]
     speakers = [speaker for _, speaker in pairs if speaker is not None]
-    service = Service(navigator, [each for each, _ in pairs], rate or RATE, latency)
+    guide = None if mission is None else Guide(GeodeticRoute.load(mission))
+    service = Service(navigator, [each for each, _ in pairs], rate or RATE, latency, guide)
     if replayed:
         rows = _rows_of_logs([each.path for each in found])
         _until_stopped(service.replay(rows, speed, speakers))

@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from steerway.formats.nmea0183.writing import rmc, rot, vtg
+from steerway.formats.nmea0183.writing import Leg, apb, rmb, rmc, rot, vtg, xte
 from steerway.formats.writing import write, writer
 from steerway.live.heard import Row
 from steerway.live.links.speakers import Speaker
@@ -25,8 +25,8 @@ class Output(Protocol):
     def fix(self, row: Row) -> None:
         """A fix was taken."""
 
-    def tick(self, row: Row) -> None:
-        """Time has gone on; rows come at the service's rate."""
+    def tick(self, row: Row, leg: Leg | None = None) -> None:
+        """Time has gone on; rows come at the service's rate, with the leg under way when there is one."""
 
     def close(self) -> None:
         """The run is over."""
@@ -48,7 +48,7 @@ class _Rhythm:
 
 
 class Sentences:
-    """RMC, VTG and ROT once a period (s), as instruments and plotters expect them."""
+    """RMC, VTG and ROT once a period (s), and APB, XTE and RMB on a route, as instruments and autopilots expect."""
 
     def __init__(self, speaker: Speaker, period: float = 1.0):
         self.speaker = speaker
@@ -57,22 +57,27 @@ class Sentences:
     def fix(self, row: Row) -> None:
         """See Output."""
 
-    def tick(self, row: Row) -> None:
+    def tick(self, row: Row, leg: Leg | None = None) -> None:
         """See Output."""
         if self._rhythm.strikes(row.time):
-            self.speaker.send("".join(self.said(row)).encode())
+            self.speaker.send("".join(self.said(row, leg)).encode())
 
     def close(self) -> None:
         """See Output."""
         self.speaker.close()
 
-    def said(self, row: Row) -> list[str]:
-        """The sentences of a row."""
+    def said(self, row: Row, leg: Leg | None = None) -> list[str]:
+        """The sentences of a row. Where to steer is said only where course is known."""
         valid = row.valid and not math.isnan(row.sog)
+        steering = []
+        if leg is not None:
+            knows = row.valid and not math.isnan(row.cog)
+            steering = [sentence(leg, valid=knows) for sentence in (apb, xte, rmb)]
         return [
             rmc(row.time, row.latitude, row.longitude, row.sog, row.cog, valid=row.valid),
             vtg(row.sog, row.cog, valid=valid),
             rot(row.course_rate, valid=row.valid),
+            *steering,
         ]
 
 
@@ -87,7 +92,7 @@ class JsonLines:
         if not self.every_tick:
             self.speaker.send(json_line(row))
 
-    def tick(self, row: Row) -> None:
+    def tick(self, row: Row, leg: Leg | None = None) -> None:
         """See Output."""
         if self.every_tick and math.isfinite(row.time):
             self.speaker.send(json_line(row))
@@ -116,7 +121,7 @@ class Deltas:
     def fix(self, row: Row) -> None:
         """See Output."""
 
-    def tick(self, row: Row) -> None:
+    def tick(self, row: Row, leg: Leg | None = None) -> None:
         """See Output."""
         if self._rhythm.strikes(row.time):
             self.speaker.send(delta(row))
@@ -161,7 +166,7 @@ class TableFile:
         if not self.every_tick:
             self._rows.append(row)
 
-    def tick(self, row: Row) -> None:
+    def tick(self, row: Row, leg: Leg | None = None) -> None:
         """See Output."""
         if self.every_tick and row.valid:
             self._rows.append(row)

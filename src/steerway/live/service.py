@@ -18,6 +18,7 @@ from steerway.live.links.listeners import Listener
 from steerway.live.links.speakers import Speaker
 from steerway.live.navigator import MEETS, Navigator
 from steerway.live.outputs import Output
+from steerway.live.route import Guide
 
 LOG = logging.getLogger("steerway.live")
 RATE = 50.0  # Hz
@@ -30,10 +31,18 @@ class Service:
 
     rate:    ticks a second, Hz.
     latency: s by which fixes are heard late at the least; see FixClock.
+    guide:   follows a route.
     """
 
-    def __init__(self, navigator: Navigator, outputs: Sequence[Output], rate: float = RATE, latency: float = 0.0):
-        self.navigator, self.outputs = navigator, tuple(outputs)
+    def __init__(
+        self,
+        navigator: Navigator,
+        outputs: Sequence[Output],
+        rate: float = RATE,
+        latency: float = 0.0,
+        guide: Guide | None = None,
+    ):
+        self.navigator, self.outputs, self.guide = navigator, tuple(outputs), guide
         self.rate = positive("rate", rate)
         self.clock = FixClock(latency)
         self._said_until = -math.inf
@@ -84,8 +93,9 @@ class Service:
 
     def _tick(self, moment):
         row = self.navigator.at(moment)
+        leg = None if self.guide is None else self.guide.step(row)
         for output in self.outputs:
-            output.tick(row)
+            output.tick(row, leg)
 
     async def _tick_for_ever(self):
         beat = time.monotonic()
