@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
 from steerway import InputError
 from steerway.estimation.aiding import SCALAR_GATE
@@ -27,7 +26,10 @@ def van_loan(rates, densities, dt):
     n = len(rates)
     block = np.zeros((2 * n, 2 * n))
     block[:n, :n], block[:n, n:], block[n:, n:] = -rates, densities, rates.T
-    whole = expm(block * dt)
+    whole, term = np.eye(2 * n), np.eye(2 * n)
+    for order in range(1, 12):
+        term = term @ block * (dt / order)
+        whole = whole + term
     transition = whole[n:, n:].T
     return transition, transition @ whole[:n, n:]
 
@@ -76,19 +78,19 @@ class ByMatrices:
 def test_it_is_the_filter_of_the_textbook():
     draws = np.random.default_rng(5)
     ours, theirs = SurgeFilter(TUNING), ByMatrices(TUNING)
-    for k in range(3000):
-        acceleration = math.nan if 1200 <= k < 1300 else 0.3 * math.sin(0.01 * k) + 0.05
+    for k in range(900):
+        acceleration = math.nan if 400 <= k < 440 else 0.3 * math.sin(0.01 * k) + 0.05
         dt = 0.01 * draws.uniform(0.5, 1.5)
         ours.predict(acceleration, dt)
         theirs.predict(acceleration, dt)
         truth = 3.0 + 0.3 * (1.0 - math.cos(0.01 * k))
         for name, every in (("sog", 10), ("bottom_speed", 30), ("water_speed", 20), ("propeller_speed", 50)):
-            if k % every == 0 and not (name == "bottom_speed" and k > 1500):
+            if k % every == 0 and not (name == "bottom_speed" and k > 500):
                 stream = 0.4 if ROWS[name][CURRENT] else 0.0
                 said = {name: truth - stream + STDS[name] * draws.standard_normal()}
                 ours.aid_by(**said)
                 theirs.aid_by(**said)
-        if k % 100 == 0:
+        if k % 50 == 0:
             np.testing.assert_allclose(ours.state, theirs.x, rtol=1e-9, atol=1e-10)
             np.testing.assert_allclose(ours.covariance, theirs.p, rtol=1e-6, atol=1e-12)
     assert ours.current == pytest.approx(0.4, abs=0.1)

@@ -68,6 +68,14 @@ def test_the_guilty_one_is_named_soon(fault, guilty, within, most, seed):
     assert np.abs(errors[time > 30.0]).max() <= most
 
 
+def test_what_a_creeping_log_taught_is_forgotten_when_it_is_named():
+    for seed in range(3):
+        fusion, time, errors = sail(ramp(30.0, 0.005), seed)
+        named = fusion.events[0].time
+        assert np.abs(errors[time < named]).max() > 0.02
+        assert abs(errors[(time > named + 0.3) & (time < named + 1.5)].mean()) < 0.025
+
+
 def test_the_accelerometer_is_doubted_when_the_others_agree():
     fusion, time, errors = sail(after(30.0, 0.1, 0.0, 0.0))
     assert ("acceleration", "doubted") in names(fusion)

@@ -96,6 +96,15 @@ def test_a_turned_scene_gives_the_turned_estimate():
     np.testing.assert_allclose(other.state[3:6], one.state[3:6], atol=1e-10)
 
 
+def test_the_compass_corrects_the_short_way_round():
+    estimator = contestants.product(replace(contestants.PRODUCT, start_std=(0.01, 0.01, 0.3, 0.01, 0.01, 0.01)))
+    estimator.start(0.0, 0.0, 3.1)
+    for _ in range(3):
+        estimator.predict((0.0, 0.0, 0.0), 0.1)
+        estimator.update_heading(-3.1)
+    assert estimator.motion.heading == pytest.approx(-3.1, abs=0.01)
+
+
 def records(n=8, **more):
     return [scenario.sail(scenario.drawn(seed), **more) for seed in range(n)]
 

@@ -4,7 +4,7 @@ import sys
 
 import typer
 
-from steerway.commands import logs, sailing, study
+from steerway.commands import identify, logs, sailing, study
 from steerway.errors import InputError
 from steerway.live.commands import live
 
@@ -22,6 +22,7 @@ for command in (
     logs.info,
     logs.tune,
     logs.compare,
+    logs.predict,
     sailing.demo,
     sailing.simulate,
     sailing.advise,
@@ -29,6 +30,7 @@ for command in (
     live,
 ):
     app.command()(command)
+app.add_typer(identify.app, name="identify")
 
 
 def main() -> None:

@@ -22,7 +22,7 @@ SAID = ("position_std", "sog", "cog", "heading", "water_speed", "yaw_rate")
 
 
 @dataclass(frozen=True, eq=False)
-class _Table:
+class Table:
     """Equal-length columns, selected and sorted by row."""
 
     def __len__(self) -> int:
@@ -60,7 +60,7 @@ class _Table:
 
 
 @dataclass(frozen=True, eq=False)
-class Fixes(_Table):
+class Fixes(Table):
     """What receivers said: one row an epoch, in time order (by vessel, then time, where `mmsi` is given).
 
     A row may lack its position (a compass between two fixes); such a row aids the estimate and gets no row of its own
@@ -104,7 +104,7 @@ class Fixes(_Table):
 
 
 @dataclass(frozen=True, eq=False)
-class Motion(_Table):
+class Motion(Table):
     """What we say: position, SOG, COG and course rate with their standard deviations, one row a fix or output time.
 
     Shapes: every array (n,). `cog`, `course_rate` and their deviations are NaN where course is not defined.

@@ -1,4 +1,4 @@
-"""The commands for logs: estimate, info, tune, compare."""
+"""The commands for logs: estimate, info, tune, compare, predict."""
 
 import math
 from pathlib import Path
@@ -167,6 +167,68 @@ def compare(
         print_json(found.as_dict())
     else:
         print_pairs(found.sentences())
+
+
+def predict(
+    logs: Logs,
+    horizon: Annotated[
+        list[float] | None, typer.Option("--horizon", metavar="S", help="Seconds ahead; may be given more than once.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option("-o", "--out", metavar="OUT", help="Write .csv or .parquet.")] = None,
+    profile: ProfileName = None,
+    source: Source = None,
+    aid: Aids = None,
+    start: From = None,
+    stop: Until = None,
+    as_json: AsJson = False,
+) -> None:
+    """Predict where vessels will be after the end of logs, with the ellipse that holds them in 95 of 100 cases.
+
+    AIS reports are used with the SOG and COG that they transmit, other logs with positions alone unless --aid is given.
+
+    Examples:
+
+        steerway predict ais.txt --horizon 600
+
+        steerway predict sortie.nmea --horizon 60 --horizon 120 -o where.csv
+    """
+    from steerway.estimation.prediction import predict as forecast
+
+    if out is not None:
+        _refuse_overwriting(out, logs)
+        if out.suffix.lower() not in (".csv", ".parquet"):
+            raise InputError(f"{out} ends in {out.suffix or 'nothing'!r}, expected .csv or .parquet")
+    horizons = horizon or [600.0]
+    frame = forecast(
+        _read(logs, source, start, stop), horizons, profile, None if aid is None else _aids(aid)
+    ).to_frame()
+    if out is not None:
+        frame.write_csv(out) if out.suffix.lower() == ".csv" else frame.write_parquet(out)
+    if as_json:
+        print_json(frame.to_dicts())
+    elif out is not None:
+        print(f"wrote {out}")
+    else:
+        _print_predictions(frame)
+
+
+def _print_predictions(frame):
+    from steerway.timestamps import iso
+
+    vessel = ("mmsi",) if "mmsi" in frame.columns else ()
+    rows = [
+        (
+            *(row[name] for name in vessel),
+            iso(round(row["time_s"], 3)),
+            f"{row['horizon_s']:.0f} s",
+            f"{row['lat_deg']:.5f}°",
+            f"{row['lon_deg']:.5f}°",
+            f"{row['ellipse95_longer_m']:.0f} × {row['ellipse95_shorter_m']:.0f} m",
+            f"{row['ellipse95_direction_deg']:.0f}°",
+        )
+        for row in frame.iter_rows(named=True)
+    ]
+    print_table("", (*vessel, "time", "ahead", "latitude", "longitude", "95 % ellipse", "along"), rows)
 
 
 def _read(logs, source, start, stop):

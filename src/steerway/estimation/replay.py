@@ -105,6 +105,16 @@ def run_rows(model, aid, fixes: Fixes) -> Run:
     return run
 
 
+def memories(model, aid, fixes: Fixes, last: bool = False) -> np.ndarray:
+    """(n, states + 2, states) covariance, state and bookkeeping after every row of one vessel, or after the last."""
+    memory = empty_memory(model)
+    states = memory.shape[1]
+    kept = np.empty((0 if last else len(fixes), states + 2, states))
+    aids = _aiding_table(fixes, aid)
+    track(fixes.time, fixes.latitude, fixes.longitude, aids, True, model, memory, *_outputs(Run(len(fixes))), kept)
+    return memory[None, : states + 2] if last else kept
+
+
 def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
     """One vessel with output times of its own or smoothed: rows without a fix are added where they are needed."""
     time, origin, wanted = _schedule(fixes, rate, smoothed)

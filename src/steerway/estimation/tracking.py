@@ -9,8 +9,9 @@ import numpy as np
 
 from steerway.compiled import kernel, lean_kernel
 from steerway.earth import displaced, displacement
+from steerway.estimation.acceleration import predict_underway
 from steerway.estimation.aiding import aid_adrift, aid_underway
-from steerway.estimation.five_state import predict, set_step
+from steerway.estimation.five_state import set_step
 from steerway.estimation.model import (
     ADRIFT,
     COURSE,
@@ -34,6 +35,7 @@ from steerway.estimation.model import (
     STARTING,
     STEP_SLACK,
     STRAY,
+    TIME_VARIANCE,
     UNDERWAY,
     empty_memory,
 )
@@ -63,7 +65,7 @@ def advance(memory, dt, model):
         set_step(step, dt / steps, model)
     for _ in range(steps):
         if book[MODE] == UNDERWAY:
-            predict(x, p, step, model)
+            predict_underway(x, p, step, model)
             if p[COURSE, COURSE] > LOST_COURSE_VARIANCE:
                 judge(x, p, book, model)
         else:
@@ -81,6 +83,8 @@ def take_fix(memory, north, east, model):
         return True, math.nan, math.nan
     g, variance = int(model[ERROR_STATE]), model[POSITION_VARIANCE]
     nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, variance, variance, g)
+    if model[TIME_VARIANCE] > 0.0:
+        s_nn, s_ne, s_ee = mistimed(x, book, s_nn, s_ne, s_ee, model)
     nis = normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee)
     log_determinant = math.log(s_nn * s_ee - s_ne * s_ne)
     if nis <= model[GATE]:
@@ -94,6 +98,17 @@ def take_fix(memory, north, east, model):
     elif book[STRAY] >= model[PATIENCE] - 1e-6:
         retake(x, p, book, north, east, model)
     return False, nis, log_determinant
+
+
+@lean_kernel
+def mistimed(x, book, s_nn, s_ne, s_ee, model):
+    """Covariance of an innovation with what the vessel may have sailed before or after the moment the fix claims."""
+    if book[MODE] == UNDERWAY:
+        north, east = x[SPEED] * math.cos(x[COURSE]), x[SPEED] * math.sin(x[COURSE])
+    else:
+        north, east = x[2], x[3]
+    variance = model[TIME_VARIANCE]
+    return s_nn + variance * north * north, s_ne + variance * north * east, s_ee + variance * east * east
 
 
 @lean_kernel

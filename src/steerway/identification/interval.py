@@ -20,13 +20,16 @@ class Interval(NamedTuple):
     @classmethod
     def around(cls, value: float, std: float) -> "Interval":
         """The interval of a value whose error is normal."""
-        return cls(value, value - NORMAL_95 * std, value + NORMAL_95 * std)
+        return cls(float(value), float(value - NORMAL_95 * std), float(value + NORMAL_95 * std))
 
     @classmethod
     def around_positive(cls, value: float, log_std: float) -> "Interval":
         """The interval of a positive value whose logarithm's error is normal."""
         reach = math.exp(min(NORMAL_95 * log_std, 700.0))
         return cls(value, value / reach, value * reach)
+
+    def __str__(self) -> str:
+        return f"{self.value:.4g} ({self.low:.4g} to {self.high:.4g})"
 
     def __contains__(self, value) -> bool:
         return self.low <= value <= self.high

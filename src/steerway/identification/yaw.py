@@ -3,7 +3,7 @@
 T ω̇ + ω = K (δ + b), P1 (26)–(27), P0 (51)–(52), by maximum likelihood on the innovations of a Kalman filter that knows
 the rudder: noise of the instrument and of the sea are told apart and estimated beside, so that the intervals are fair.
 From an angle (a compass heading, or a course) the likelihood is linear in K and b; from positions alone the five-state
-filter carries it.
+filter carries it. The 95 % of the intervals is nominal: of a noisy zigzag of four minutes they hold 90 to 92 %.
 """
 
 import math

@@ -18,7 +18,7 @@ _OUTLIER_COST = 24.0
 
 @kernel
 def angle_innovations(time, angle, rudder, time_constant, ratio, out):
-    """Innovations of an angle without a rudder, what a unit of K and of c take from them, and their variance: out (n, 4).
+    """Innovations of an angle without a rudder, what a unit of K and of c take from them, their variance: out (n, 4).
 
     time, angle, rudder: (n,), s, unwrapped rad and the rudder that holds from its row to the next. `ratio` is the
     noise density of the rate over the variance of an angle, 1/s³; the variances are in units of the latter. NaN where
@@ -62,9 +62,9 @@ def angle_innovations(time, angle, rudder, time_constant, ratio, out):
 def positions_cost(time, rudder, north, east, gain, push, time_constant, model, memory):
     """−log likelihood of the fixes of a record under the five-state filter that knows what the rudder does.
 
-    time, rudder, north, east: (n,), NaN where a row is no fix. `push` is c. `model` has 1/T for α2. `memory` is a filter
-    under way before the first row: a start that judged for itself when course is defined would make the likelihood
-    jump.
+    time, rudder, north, east: (n,), NaN where a row is no fix. `push` is c. `model` has 1/T for α2. `memory` is
+    a filter under way before the first row: a start that judged for itself when course is defined would make the
+    likelihood jump.
     """
     n = memory.shape[1]
     x, book = memory[n], memory[n + 1]

@@ -8,6 +8,7 @@ MODULES = {
     "otter-course": "otter_course",
     "mariner-los": "mariner_los",
     "otter-path": "otter_path",
+    "ais-prediction": "ais_prediction",
 }
 """Study name → the module of this package whose STUDY it is; imported only when asked for."""
 

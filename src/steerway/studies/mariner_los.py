@@ -271,9 +271,9 @@ def _turned(angle):
 
 REMARKS = [
     "T_lp is 40 s, which departs from P1's own rule: 1/T_lp five to ten times below ω_n = 0.05 rad/s asks for 100 to "
-    "200 s. The paper states only the rule, not its value; with it the ship swings 0.6 to 1.1 km off the track at the "
-    "turns even on true states, which P1's figure of an excellent track rules out. With 20 s the rudder reaches its 40° "
-    "on true states; 40 s is where it does not and the track is still good.",
+    "200 s. The paper states only the rule, not its value; with it the ship swings 0.6 to 1.1 km off the track at "
+    "the turns even on true states. With 20 s the rudder reaches "
+    "its 40° on true states; 40 s is where it does not and the track is still good.",
     "“Saturation is avoided” holds on true states from T_lp = 40 s on. With the printed filter at the printed noise it "
     "holds for no T_lp: the noise of its course rate, times K_p T_d, asks the steering engine for more than 5 °/s half "
     "of the time. At the noise that gives the stated 4.7 m, and with the product's filter at either noise, a limit is "
@@ -283,14 +283,15 @@ REMARKS = [
     "one: its gain is the ship's and the receiver's, not a trade against rudder. The calmer way is a slower autopilot.",
     "P1 (42)–(43) drive the receiver's error with 0.21 m a step; at the printed step of 0.1 s that is 15.6 m in the "
     "long run, not the 4.7 m stated. 0.0634 m a step gives 4.7 m. Both are run.",
-    "Corrections (see the errata): plus signs in (29), 1/K in (30), signed x_e in (45) and sine and cosine put right in "
-    "(46); the filter's state is predicted by f(x), as P0's appendix has it. The printed forms fail, which tests hold.",
+    "Corrections (see the errata): plus signs in (29), 1/K in (30), signed x_e in (45) and sine and cosine put right "
+    "in (46); the filter's state is predicted by f(x), as P0's appendix has it. The printed forms fail, which tests "
+    "hold.",
     "The printed filter is started where the paper starts nothing: at U = 0, χ = 0, P = I, and steers from the first "
     "step. Turned by more than 120° it converges to the mirrored solution U < 0 and sails away. The product's filter "
     "finds speed and course from its first fixes; until then the rudder is amidships.",
-    f"Straight legs are what lies more than 250 s after a switch; the estimate's errors are counted from {SETTLED:.0f} s "
-    "on. The product's filter carries the receiver's slow error as two states of its own, with the true 1σ and time "
-    "constant.",
+    "Straight legs are what lies more than 250 s after a switch; the estimate's errors are counted from "
+    f"{SETTLED:.0f} s on. The product's filter carries the receiver's slow error as two states of its own, with the "
+    "true 1σ and time constant.",
 ]
 
 

@@ -25,8 +25,8 @@ def track(runs):
     axes.set_aspect("equal")
     _finish(axes)
     caption = (
-        f"P1 figure 5: the ship's positions while traversing the waypoints, the next one taken when {SWITCH_RADIUS:.0f} m "
-        f"remain, steered on true states, on the printed filter and on the product's ({_NOISE})."
+        "P1 figure 5: the ship's positions while traversing the waypoints, the next one taken when "
+        f"{SWITCH_RADIUS:.0f} m remain, steered on true states, on the printed filter and on the product's ({_NOISE})."
     )
     return figure, caption
 
@@ -83,9 +83,9 @@ def rudder_angle(runs):
     for axes in panels[-1]:
         axes.set_xlabel("time (s)")
     caption = (
-        f"P1 figure 8: rudder angle and rudder rate ({_NOISE}). The paper's is from the loop with the filter; the rate "
-        "is what the autopilot asks for, (command − rudder)/1 s, of which the machine gives 5 °/s. Peaks beyond ±12 °/s "
-        "are cut off."
+        f"P1 figure 8: rudder angle and rudder rate ({_NOISE}). The paper's is from the loop with the filter; the "
+        "rate is what the autopilot asks for, (command − rudder)/1 s, of which the machine gives 5 °/s. Peaks beyond "
+        "±12 °/s are cut off."
     )
     return figure, caption
 
@@ -105,6 +105,7 @@ def saturation(table):
     for axes in (limited, deviation):
         axes.set_xlabel("T_lp (s)")
         _finish(axes)
+    limited.get_legend().remove()
     caption = (
         "Whether saturation is avoided: the part of the voyage in which the autopilot asks for more than 40° or 5 °/s, "
         "and what a slower reference costs, over the time constant of the low-pass that P1 leaves open."

@@ -105,8 +105,8 @@ def as_published(noise: float = 0.0, seed: int = 0, duration: float = DURATION) 
 class Ordered:
     """A law that passes a course on, whatever the leg: the helmsman's order of P0 §5, after the run-in."""
 
-    def __init__(self):
-        self._time = -RUN_IN
+    def __init__(self, run_in: float):
+        self._time = -run_in
 
     def step(self, leg, course, speed, dt) -> Reference:
         """See `guidance.line_of_sight.GuidanceLaw`."""
@@ -120,11 +120,11 @@ def product_profile(noise: float) -> Profile:
     return Profile(name="otter-course", position_std=noise, **PRODUCT_MOTION)
 
 
-def steered_by_product(noise: float, bandwidth: float, yaw: YawModel | None, seed: int) -> Run:
-    """The same order under the product's blocks; row 0 is RUN_IN s before the command.
+def steered_by_product(noise: float, bandwidth: float, yaw: YawModel | None, seed: int, run_in=RUN_IN) -> Run:
+    """The same order under the product's blocks; row 0 is `run_in` s before the command.
 
-    Feedback gains by pole placement at `bandwidth` (rad/s) on the paper's Nomoto model; the feedforward by the identified
-    course model `yaw`, or by the paper's where it is None.
+    Feedback gains by pole placement at `bandwidth` (rad/s) on the paper's Nomoto model; the feedforward by the
+    identified course model `yaw`, or by the paper's where it is None.
     """
     gains = place_poles(1.0 / PRINTED_INERTIA, OTTER_NOMOTO[1], bandwidth)
     if yaw is not None:
@@ -132,13 +132,13 @@ def steered_by_product(noise: float, bandwidth: float, yaw: YawModel | None, see
     pilot = Pilot(
         FilterEstimator(FiveStateFilter(product_profile(noise))),
         Mission(Route([0.0, 10e3], [0.0, 0.0])),
-        Ordered(),
+        Ordered(run_in),
         Helm(AnglePID(gains), ReferenceModel(REFERENCE_BANDWIDTH)),
         OTTER_PROPELLERS,
         SteadyForce(FORCE),
         cruise=SPEED,
     )
-    seconds = RUN_IN + DURATION + STEP
+    seconds = run_in + DURATION + STEP
     return sail(boat(), pilot, Suite(white(noise)), seconds, STEP, start=(0.0, 0.0, 0.0, SPEED), seed=seed)
 
 

@@ -11,7 +11,7 @@ _ZOOM = (6.0, 7.0)  # s: the estimate of the turn, fix by fix
 
 def positions(record):
     """Figure 4: North–East positions."""
-    figure = Figure(figsize=(6.0, 7.5), layout="constrained")
+    figure = Figure(figsize=(7.0, 8.0), layout="constrained")
     axes = figure.subplots()
     axes.plot(record.estimated_east, record.estimated_north, color=OURS, linewidth=2.5, alpha=0.5, label="estimated")
     axes.plot(record.east, record.north, color="black", linewidth=1.0, label="true")
@@ -19,7 +19,7 @@ def positions(record):
     axes.plot(record.east[turn], record.north[turn], "o", color=BAD, markersize=6, label="told back to 0°")
     axes.set_xlabel("east (m)")
     axes.set_ylabel("north (m)")
-    axes.set_aspect("equal")
+    axes.set_aspect("equal", adjustable="datalim")
     _finish(axes)
     caption = "P0 figure 4: North–East positions for a course command of 20°, changed back to 0° at 20 s."
     return figure, caption

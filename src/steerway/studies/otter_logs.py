@@ -1,8 +1,8 @@
 """P0 sections 6–7 on real logs: estimates beside what the receiver says, drawn like figures 7–11.
 
 The papers' own logs are not public. These are three of other boats: a motor boat turning at 4 m/s with 5 Hz fixes in
-place of the Mariner USV, a sailing boat and a kayak at the Otter's speed. What receivers say is filtered and late: it is
-no truth, as the paper says of its own.
+place of the Mariner USV, a sailing boat and a kayak at the Otter's speed. What receivers say is filtered and
+late: it is no truth, as the paper says of its own.
 """
 
 import math
@@ -119,7 +119,8 @@ def _add(results, log, fixes):
     )
     results.figures[log.signals_stem] = (
         _signals(fixes, ours, printed),
-        caption + f"Speed and course over ground by the product's filter (profile {profile.name}), by the printed one with "
+        caption
+        + f"Speed and course over ground by the product's filter (profile {profile.name}), by the printed one with "
         "the paper's tuning, and by the receiver. At rest course is not defined: the product says nothing there.",
     )
 
