@@ -160,10 +160,19 @@ def test_a_delta_in_si_with_null_for_unknown():
     assert values["navigation.rateOfTurn"] == pytest.approx(math.radians(1.0))
     (update,) = json.loads(delta(lost(NOON)))["updates"]
     assert [each["value"] for each in update["values"]] == [None] * 4
+
+
+def test_a_delta_a_fix_and_the_present_where_fixes_stay_away():
     said = Said()
-    for k in range(30):
-        Deltas(said, 0.5).tick(SAILING) if k == 0 else None
-    assert len(said.messages) == 1
+    output = Deltas(said)
+    for k in range(10):
+        output.fix(SAILING._replace(time=NOON + 0.2 * k))
+        output.tick(SAILING._replace(time=NOON + 0.2 * k + 0.1))
+    for k in range(100, 140):
+        output.tick(lost(NOON + 0.1 * k))
+    updates = [json.loads(message)["updates"][0] for message in said.messages]
+    assert [each["timestamp"][17:-1] for each in updates] == ["00", "01", "10", "11.5", "13"]
+    assert [each["values"][0]["value"] is None for each in updates] == [False, False, True, True, True]
 
 
 def test_json_lines_carry_the_columns_of_estimate():

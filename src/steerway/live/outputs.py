@@ -112,23 +112,30 @@ def json_line(row: Row) -> bytes:
 
 
 class Deltas:
-    """A Signal K delta once a period (s): position, SOG, COG and rate of turn, null for unknown. SI and rad."""
+    """Signal K deltas, SI and rad, null for unknown: a fix once a period (s), and the present where fixes stay away."""
 
     def __init__(self, speaker: Speaker, period: float = 1.0):
-        self.speaker = speaker
+        self.speaker, self.period = speaker, period
         self._rhythm = _Rhythm(period)
+        self._said = -math.inf
 
     def fix(self, row: Row) -> None:
         """See Output."""
+        if self._rhythm.strikes(row.time):
+            self._say(row)
 
     def tick(self, row: Row, leg: Leg | None = None) -> None:
         """See Output."""
-        if self._rhythm.strikes(row.time):
-            self.speaker.send(delta(row))
+        if row.time - self._said >= 1.5 * self.period:
+            self._say(row)
 
     def close(self) -> None:
         """See Output."""
         self.speaker.close()
+
+    def _say(self, row):
+        self._said = row.time
+        self.speaker.send(delta(row))
 
 
 def delta(row: Row) -> bytes:
@@ -141,7 +148,6 @@ def delta(row: Row) -> bytes:
         "navigation.rateOfTurn": _or_null(row.course_rate),
     }
     update = {
-        "source": {"label": "steerway"},
         "$source": "steerway",
         "timestamp": iso(round(row.time, 3)),
         "values": [{"path": path, "value": value} for path, value in values.items()],
