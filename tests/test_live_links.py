@@ -317,3 +317,23 @@ def test_everyone_who_connects_is_told_and_a_deaf_one_stops_nobody():
     asyncio.run(listened(f"udp://127.0.0.1:{into}", feed, 5, [f"tcp-server://127.0.0.1:{out}?period=0.05"]))
     (fixes,) = nmea0183.read(bytes(heard)).sources.values()
     assert fixes.has_position.any()
+
+
+def test_listening_for_long_takes_no_memory():
+    import tracemalloc
+
+    decoder, navigator, said = SentenceDecoder(), Navigator("small-usv"), 0
+
+    def listen(start, n):
+        nonlocal said
+        for time, lat, lon in zip(*track(n, start=START + start), strict=True):
+            for heard in decoder.feed(rmc(time, lat, lon) + gga(time, lat, lon)):
+                said += len(navigator.hear(heard))
+
+    tracemalloc.start()
+    listen(0.0, 500)
+    before, _ = tracemalloc.get_traced_memory()
+    listen(500.0, 2000)
+    after, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert said > 2400 and after - before < 20_000
