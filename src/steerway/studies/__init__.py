@@ -4,6 +4,7 @@ from importlib import import_module
 
 MODULES = {
     "ais-prediction": "ais_prediction",
+    "low-speed": "low_speed",
     "real-logs": "real_logs",
 }
 """Study name → the module of this package whose STUDY it is; imported only when asked for."""
