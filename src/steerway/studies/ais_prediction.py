@@ -206,9 +206,9 @@ def _map(fixes):
         axes.autoscale_view()
         axes.set_xlabel("east (m)")
         axes.grid(alpha=0.25)
-        axes.legend(fontsize=7, loc="best", framealpha=0.8)
         axes.set_title(f"MMSI {track.mmsi[0]}", color=OURS, fontsize=10)
     figure.axes[0].set_ylabel("north (m)")
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=5, frameon=False, fontsize=9)
     return figure
 
 

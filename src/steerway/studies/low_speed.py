@@ -166,6 +166,7 @@ def _figure(curves):
         axes.set_xlabel("true speed (m/s)")
         axes.set_xlim(0.0, 3.0)
         axes.grid(alpha=0.25)
+    share_axes.set_xlim(0.0, 1.0)
     cog_axes.legend(frameon=False, fontsize=8)
     return figure
 
