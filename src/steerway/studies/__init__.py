@@ -9,6 +9,7 @@ MODULES = {
     "mariner-los": "mariner_los",
     "otter-path": "otter_path",
     "ais-prediction": "ais_prediction",
+    "low-speed": "low_speed",
     "real-logs": "real_logs",
     "springer-mission": "springer_mission",
 }
