@@ -1,4 +1,4 @@
-"""The commands that find out what a boat is from a manoeuvre: identify yaw, identify surge."""
+"""The commands that find out what a boat is from a manoeuvre: identify yaw, heading, surge."""
 
 from pathlib import Path
 from typing import Annotated
@@ -58,6 +58,40 @@ def yaw(
                 ("T_d", f"{gains.derivative_time:.4g} s"),
             ]
         )
+
+
+@app.command()
+def heading(
+    log: Log,
+    steering: Annotated[str | None, typer.Option(metavar="COLUMN", help="The steering input.")] = None,
+    angle: Annotated[str | None, typer.Option(metavar="COLUMN", help="The heading.")] = None,
+) -> None:
+    """The second-order heading model from a pseudo-random binary manoeuvre, as the heading MPC takes it.
+
+    The log has time_s at even intervals, a steering input (rudder_deg, yaw_moment_nm, or a column named) and heading_deg.
+
+    Example:
+
+        steerway identify heading weave.csv --steering rpm_difference
+    """
+    from steerway.errors import InputError
+    from steerway.formats.steering import read_steering
+    from steerway.identification import identify_heading
+
+    told = read_steering(log, steering, angle)
+    if told.angle is None:
+        raise InputError(f"{log} has no heading, expected heading_deg or a column named with --angle")
+    model = identify_heading(told.time, told.rudder, told.angle)
+    print_pairs(
+        [
+            ("poles", ", ".join(f"{pole:.5g}" for pole in model.poles)),
+            ("gains", ", ".join(f"{gain:.4g}" for gain in model.gains) + " rad a unit of input and sample"),
+            ("steady turn rate", f"{model.turn_rate:.4g} rad/s a unit of input"),
+            ("time constant", f"{model.time_constant:.3g} s"),
+            ("bias of the input", f"{model.bias:.3g}"),
+            ("fit", f"{model.fit:.1f} %, residual {model.residual_rms:.3g} rad RMS at {model.sample:g} s"),
+        ]
+    )
 
 
 @app.command()
