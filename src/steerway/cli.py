@@ -7,7 +7,6 @@ import typer
 from steerway.commands import identify, logs, profile, sailing, study
 from steerway.errors import InputError
 from steerway.live.commands import live
-from steerway.live.commands import live
 
 profile_app = typer.Typer(no_args_is_help=True, help="List, show and make profiles: what the filter knows of a vessel.")
 app = typer.Typer(

@@ -68,7 +68,7 @@ def heading(
 ) -> None:
     """The second-order heading model from a pseudo-random binary manoeuvre, as the heading MPC takes it.
 
-    The log has time_s at even intervals, a steering input (rudder_deg, yaw_moment_nm, or a column named) and heading_deg.
+    The log has time_s at even intervals, a steering input (rudder_deg, yaw_moment_nm or a column named), heading_deg.
 
     Example:
 
