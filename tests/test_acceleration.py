@@ -10,7 +10,7 @@ import steerway
 from steerway.estimation import Profile, choose_profile, tune
 from steerway.estimation.acceleration import predict_underway
 from steerway.estimation.five_state import set_step
-from steerway.estimation.model import STEP_SIZE
+from steerway.estimation.model import empty_memory
 from steerway.estimation.smoothing import transition
 from steerway.records import Fixes
 from tests.scenes import angle_error, sailed, straight
@@ -26,7 +26,8 @@ SWELL = Profile(
 
 
 def predicted(x, p, dt, profile=SWELL):
-    model, step = profile.model(), np.empty(STEP_SIZE)
+    model = profile.model()
+    step = np.empty((3, empty_memory(model).shape[1]))
     set_step(step, dt, model)
     x, p = x.copy(), np.triu(p)
     predict_underway(x, p, step, model)
@@ -65,7 +66,7 @@ def test_two_half_steps_are_one_step():
 
 def test_the_smoothers_transition_is_the_predictions_jacobian():
     x = np.array([0.0, 0.0, 4.0, 0.7, 0.05, 0.2])
-    model, step, f = SWELL.model(), np.empty(STEP_SIZE), np.empty((6, 6))
+    model, step, f = SWELL.model(), np.empty((3, 6)), np.empty((6, 6))
     set_step(step, 0.5, model)
     transition(x, True, step, model, f)
     for j in range(6):
