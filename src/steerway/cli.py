@@ -6,7 +6,7 @@ import typer
 
 from steerway.commands import identify, logs, sailing, study
 from steerway.errors import InputError
-from steerway.live.commands import live
+from steerway.live.commands import live, warm
 
 app = typer.Typer(
     name="steerway",
@@ -28,6 +28,7 @@ for command in (
     sailing.advise,
     study.study,
     live,
+    warm,
 ):
     app.command()(command)
 app.add_typer(identify.app, name="identify")
