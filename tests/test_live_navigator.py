@@ -15,7 +15,7 @@ from steerway.live.heard import Heard, Row, rows_of
 from steerway.live.navigator import Navigator
 from steerway.live.outputs import TableFile
 from steerway.live.service import Service
-from steerway.records import LOST, Fixes
+from steerway.records import LOST, OK, REJECTED, Fixes
 from tests.scenes import turning
 
 
@@ -201,3 +201,44 @@ def test_a_table_of_the_run(fixes, tmp_path):
     assert pl.read_csv(out).height == len(fixes)
     with pytest.raises(InputError, match="ending"):
         TableFile(tmp_path / "run.xyz")
+
+
+def test_warming_sails_through_everything():
+    from steerway.live.warming import warm
+
+    assert warm() == 30
+
+
+@pytest.mark.parametrize("west_deg", [179.9995, -180.0005])
+def test_across_the_antimeridian(west_deg):
+    """A boat going east at 2 m/s over ±180°, at either side's name for the line."""
+    navigator, rows = Navigator(), []
+    for k in range(60):
+        longitude_deg = math.remainder(west_deg + k * 2.0 / (6378137.0 * math.pi / 180.0), 360.0)
+        rows += navigator.hear(Heard("GP", 1.7e9 + k, 0.0, math.radians(longitude_deg)))
+    assert rows[0].longitude * rows[-1].longitude < 0.0
+    assert rows[-1].sog == pytest.approx(2.0, abs=1e-2) and rows[-1].cog == pytest.approx(math.pi / 2.0, abs=1e-2)
+    assert all(abs(row.longitude) <= math.pi for row in rows)
+
+
+def test_a_frozen_position_has_no_course(fixes):
+    navigator = Navigator()
+    rows = heard_of(fixes)
+    for heard in rows[:150]:
+        navigator.hear(heard)
+    frozen = [rows[150]._replace(time=rows[150].time + 0.2 * k) for k in range(100)]
+    said = [row for heard in frozen for row in navigator.hear(heard)]
+    assert math.isnan(said[-1].cog) and said[-1].sog < 0.3
+
+
+def test_a_jump_is_rejected_and_then_followed(fixes):
+    navigator = Navigator()
+    rows = heard_of(fixes)
+    for heard in rows[:150]:
+        navigator.hear(heard)
+    jumped = [heard._replace(latitude=heard.latitude + 1e-4) for heard in rows[150:200]]
+    said = [row for heard in jumped for row in navigator.hear(heard)]
+    assert said[0].status == REJECTED and said[-1].status == OK
+    assert abs(said[0].latitude - jumped[0].latitude) > 5e-5
+    assert said[-1].latitude == pytest.approx(jumped[-1].latitude, abs=1e-6)
+    assert said[-1].sog == pytest.approx(2.0, abs=0.4), "the jump was taken for a place, not for a speed"

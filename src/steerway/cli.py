@@ -6,9 +6,8 @@ import typer
 
 from steerway.commands import identify, logs, profile, sailing, study
 from steerway.errors import InputError
-from steerway.live.commands import live
+from steerway.live.commands import live, warm
 
-profile_app = typer.Typer(no_args_is_help=True, help="List, show and make profiles: what the filter knows of a vessel.")
 app = typer.Typer(
     name="steerway",
     help="Speed over ground, course over ground and course rate from GNSS positions alone, and steering by them.",
@@ -29,7 +28,7 @@ for command in (
     sailing.advise,
     study.study,
     live,
-    live,
+    warm,
 ):
     app.command()(command)
 app.add_typer(identify.app, name="identify")

@@ -7,6 +7,7 @@ import math
 import os
 import signal
 import sys
+import time
 from typing import Annotated
 
 import typer
@@ -84,6 +85,22 @@ def live(
     else:
         ears = [addresses.listener(each, len(found)) for each in found]
         _until_stopped(service.listen(ears, speakers))
+
+
+def warm() -> None:
+    """Compile what a live run needs, once after installing, so that the boat starts at once.
+
+    Example:
+
+        steerway warm
+    """
+    from steerway.compiled import CACHE_DIRECTORY
+    from steerway.live import warming
+
+    begun = time.monotonic()
+    warming.warm()
+    where = f"kept in {CACHE_DIRECTORY}" if CACHE_DIRECTORY else "not kept: no directory for it can be written"
+    print(f"compiled in {time.monotonic() - begun:.1f} s, {where}")
 
 
 def _rows_of_logs(paths):
