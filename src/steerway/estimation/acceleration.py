@@ -37,14 +37,20 @@ def shares(step, model):
 def predict_underway(x, p, step, model):
     """`five_state.predict`, with acceleration where the model has it."""
     a = int(model[ACCELERATION_STATE])
-    if a == 0:
-        predict(x, p, step, model)
-        return
-    mean_course = x[COURSE] + step[LEAN] * x[RATE]
-    c, s = math.cos(mean_course), math.sin(mean_course)
-    lent, rest = shares(step, model)
-    give(x, p, a, lent)
+    c = s = rest = 0.0
+    if a:
+        mean_course = x[COURSE] + step[LEAN] * x[RATE]
+        c, s = math.cos(mean_course), math.sin(mean_course)
+        lent, rest = shares(step, model)
+        give(x, p, a, lent)
     predict(x, p, step, model)
+    if a:
+        settle_acceleration(x, p, a, rest, c, s, step, model)
+
+
+@lean_kernel
+def settle_acceleration(x, p, a, rest, c, s, step, model):
+    """After the prediction: what is left to give, and the noise, which goes by a through U to the way along (c, s)."""
     decay_rate, density = model[EXTRAS + 3 * (a - 5)], model[EXTRAS + 3 * (a - 5) + 1]
     aa, ua, uu, la, lu, ll = turn_noise(decay_rate, step[DT])
     p[a, a] -= density * aa  # what came up during the step has its own way to the speed
