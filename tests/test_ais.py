@@ -9,8 +9,8 @@ from numpy.testing import assert_allclose
 from pyais import encode_dict
 from pyais.stream import IterMessages
 
+from steerway.earth import KNOT
 from steerway.formats import ais
-from steerway.formats.places import KNOT
 
 MIDNIGHT = 1565222400  # 2019-08-08 00:00:00
 REPORT = {

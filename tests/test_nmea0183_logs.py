@@ -10,7 +10,7 @@ from pynmeagps import NMEAReader
 from pynmeagps.exceptions import NMEAMessageError, NMEAParseError, NMEATypeError
 
 from steerway.formats import nmea0183
-from steerway.formats import nmea0183_fields as said
+from steerway.formats.nmea0183 import fields as said
 
 LOGS = [
     "anemomind_corrupt/irene_20150429_fragments.nmea",

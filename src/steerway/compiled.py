@@ -48,20 +48,21 @@ CACHE_DIRECTORY = _cache_directory()
 
 def kernel(function):
     """Compile `function` on first call, releasing the interpreter lock while it runs."""
-    return _compiled(function)
+    return _compiled(function, nogil=True)
 
 
 def lean_kernel(function):
     """A `kernel` for the innermost loops, that neither makes nor returns an array.
 
     It does not count references to the arrays it is given and is laid open into its callers: in a chain of calls that
-    pass small arrays on, both cost more than the arithmetic. A product and a sum may round once.
+    pass small arrays on, both cost more than the arithmetic. A product and a sum may round once. Called from Python it
+    keeps the interpreter lock: it is done sooner than the lock is released.
     """
     return _compiled(function, _nrt=False, forceinline=True, fastmath={"contract"})
 
 
 def _compiled(function, **options):
-    options |= {"nogil": True, "error_model": "numpy"}
+    options |= {"error_model": "numpy"}
     if CACHE_DIRECTORY is None:
         return numba.njit(**options)(function)
     users_directory = config.CACHE_DIR

@@ -5,12 +5,17 @@ Constants: NIMA TR 8350.2, third edition, table 3.1.
 
 import math
 
+import numpy as np
+
 from steerway.angles import wrap
 from steerway.compiled import kernel
 
 SEMI_MAJOR_AXIS = 6378137.0
 FLATTENING = 1.0 / 298.257223563
 ECCENTRICITY_SQUARED = FLATTENING * (2.0 - FLATTENING)
+
+NAUTICAL_MILE = 1852.0
+KNOT = NAUTICAL_MILE / 3600.0
 
 
 @kernel
@@ -40,3 +45,12 @@ def displaced(latitude_0, longitude_0, north, east):
     meridian, prime_vertical = radii(latitude_0)
     latitude = latitude_0 + north / meridian
     return latitude, wrap(longitude_0 + east / (prime_vertical * math.cos(latitude_0)))
+
+
+@kernel
+def displaced_all(latitude_0, longitude_0, north, east):
+    """`displaced` for arrays (n,) of north and east, all seen from one point."""
+    latitude, longitude = np.empty(len(north)), np.empty(len(north))
+    for k in range(len(north)):
+        latitude[k], longitude[k] = displaced(latitude_0, longitude_0, north[k], east[k])
+    return latitude, longitude

@@ -1,6 +1,12 @@
 """The loop obeys the estimator: how quick an autopilot may be on a course made of positions."""
 
+import numpy as np
+
 from steerway.checks import not_negative, positive
+from steerway.control.course import place_poles
+
+COMFORTABLE = 0.2
+"""Relative damping of the slowest-dying swing above which a loop is called calm."""
 
 
 def carried_bandwidth(speed: float, course_rate_density: float, position_std: float, fix_interval: float) -> float:
@@ -17,19 +23,52 @@ def carried_bandwidth(speed: float, course_rate_density: float, position_std: fl
     return (speed**2 * course_rate_density / (position_std**2 * fix_interval)) ** (1.0 / 6.0)
 
 
+def loop_damping(bandwidth: float, carried: float, nomoto_time: float, damping: float = 1.0) -> float:
+    """Least relative damping −Re s/|s| among the poles of autopilot, vessel and estimator together; below 0 she hunts.
+
+    The autopilot of `place_poles` on a Nomoto vessel of time constant T, fed with course and rate from a steady filter
+    whose three poles lie at ω_e (s³ + 2ω_e s² + 2ω_e² s + ω_e³): it shows the course as (2ω_e² s + ω_e³)/(…), the rate
+    as ω_e³ s/(…) of the true course. A filter of ω_e = ω_n is stable for T ω_n up to 0.55 only; T ω_n = 1 takes
+    ω_e = 2 ω_n and a slow vessel 3.8 ω_n.
+    """
+    gains = place_poles(1.0, nomoto_time, bandwidth, damping)
+    filtering = np.polynomial.Polynomial([carried**3, 2.0 * carried**2, 2.0 * carried, 1.0])
+    course = np.polynomial.Polynomial([carried**3, 2.0 * carried**2])
+    s = np.polynomial.Polynomial([0.0, 1.0])
+    control = (s + 1.0 / gains.integral_time) * course + gains.derivative_time * carried**3 * s**2
+    poles = (s**2 * (nomoto_time * s + 1.0) * filtering + gains.proportional * control).roots()
+    return float(np.min(-poles.real / np.abs(poles)))
+
+
 def advice(
-    bandwidth: float, speed: float, course_rate_density: float, position_std: float, fix_interval: float
+    bandwidth: float,
+    speed: float,
+    course_rate_density: float,
+    position_std: float,
+    fix_interval: float,
+    nomoto_time: float | None = None,
+    damping: float = 1.0,
 ) -> tuple[bool, str]:
-    """(whether it fits, one sentence) for an autopilot of `bandwidth` ω_n in rad/s; the rest as carried_bandwidth."""
+    """(whether it fits, one sentence) for an autopilot of `bandwidth` ω_n in rad/s; the rest as carried_bandwidth.
+
+    With the vessel's `nomoto_time` (s) the loop's damping is judged too: ω_n ≤ ω_e alone does not make it stable.
+    """
     positive("autopilot.bandwidth", bandwidth)
     carried = carried_bandwidth(speed, course_rate_density, position_std, fix_interval)
     circumstances = f"at {speed:g} m/s with fixes of {position_std:g} m every {fix_interval:g} s"
-    if bandwidth <= carried:
+    left = None if nomoto_time is None or carried == 0.0 else loop_damping(bandwidth, carried, nomoto_time, damping)
+    if bandwidth <= carried and (left is None or left > 0.0):
+        calm = "" if left is None else f" with a damping of {left:.2g} in the loop"
+        warning = "; she will swing, a lower bandwidth is calmer" if left is not None and left < COMFORTABLE else ""
         return True, (
-            f"An autopilot of {bandwidth:.2g} rad/s fits: the course estimate carries {carried:.2g} rad/s "
-            f"{circumstances}."
+            f"An autopilot of {bandwidth:.2g} rad/s fits{calm}: the course estimate carries {carried:.2g} rad/s "
+            f"{circumstances}{warning}."
         )
+    if bandwidth > carried:
+        trouble, remedy = "", "to that"
+    else:
+        trouble, remedy = f", which is too near to it for a vessel with T = {nomoto_time:g} s", "further"
     return False, (
         f"An autopilot of {bandwidth:.2g} rad/s will hunt: the course estimate carries {carried:.2g} rad/s "
-        f"{circumstances}, so lower the bandwidth to that, sail faster or use better fixes."
+        f"{circumstances}{trouble}, so lower the bandwidth {remedy}, sail faster or use better fixes."
     )

@@ -138,7 +138,13 @@ class AnglePID:
 
     def limited_to(self, achieved: float):
         """What the actuators made of the last command; call it after `step` where something else limits."""
-        self._excess = self.command - achieved
+        self._excess = beyond(self.command, achieved)
+
+
+def beyond(command, achieved):
+    """What limits took from a command; 0 where only rounding differs, which must not stop an integral."""
+    excess = command - achieved
+    return excess if abs(excess) > 1e-9 * abs(command) else 0.0
 
 
 def _within(value, limit):

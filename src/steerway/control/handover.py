@@ -125,6 +125,11 @@ class Helm:
         """What the actuators made of the last output."""
         self.pilot.limited_to(achieved)
 
+    def release(self):
+        """Nobody steers now; the next step begins with the boat's own angle, and with the trim learned so far."""
+        self.hand_over.by_course = False
+        self._steered_by = None
+
     def _take_over(self, angle, rate):
         shaper = self.shaper
         if self._steered_by is None:

@@ -5,13 +5,15 @@ from dataclasses import dataclass
 
 from steerway.checks import not_negative, positive, positive_or_unlimited
 from steerway.compiled import kernel
+from steerway.control.course import beyond
 
 
 @dataclass(frozen=True)
 class SpeedPIGains:
     """mass: with its added mass, kg; drag: linear, N·s/m, and quadratic, N·s²/m²; bandwidth ω of the loop, rad/s.
 
-    `limit` of the force ahead and `limit_astern` of the force astern in N (both positive; limit_astern 0: no reverse).
+    `limit` of the force ahead and `limit_astern` of the force astern in N (both positive; limit_astern 0: no reverse);
+    `acceleration` at which the desired speed is approached, m/s²: no more than the estimate of the speed can follow.
     """
 
     mass: float
@@ -20,6 +22,7 @@ class SpeedPIGains:
     bandwidth: float = 0.5
     limit: float = math.inf
     limit_astern: float = 0.0
+    acceleration: float = math.inf
 
     def __post_init__(self):
         positive("speed.mass", self.mass)
@@ -27,6 +30,7 @@ class SpeedPIGains:
         not_negative("speed.linear_drag", self.linear_drag)
         not_negative("speed.quadratic_drag", self.quadratic_drag)
         positive_or_unlimited("speed.limit", self.limit)
+        positive_or_unlimited("speed.acceleration", self.acceleration)
         if self.limit_astern != math.inf:
             not_negative("speed.limit_astern", self.limit_astern)
 
@@ -55,16 +59,19 @@ class SpeedPI:
         self.integral = 0.0
         self.force = 0.0
         self._excess = 0.0
+        self._approached = math.nan
 
     def start(self, force: float, desired: float, speed: float):
         """Set the integral so that the first step gives `force`."""
         free, _ = speed_pi(desired, speed, 0.0, *self._constants)
         self.integral = force - free
         self._excess = 0.0
+        self._approached = desired
 
     def step(self, desired: float, speed: float, dt: float) -> float:
         """Surge force (N) for a desired and an actual speed (m/s; NaN for unknown)."""
         gains = self.gains
+        desired = self._approach(desired, speed, dt)
         wanted, error = speed_pi(desired, speed, self.integral, *self._constants)
         self.force = max(-gains.limit_astern, min(gains.limit, wanted))
         push = gains.mass * gains.bandwidth**2 * error * dt
@@ -74,6 +81,19 @@ class SpeedPI:
         self._excess = 0.0
         return self.force
 
+    def _approach(self, desired, speed, dt):
+        """The speed to hold now on the way from the boat's own to the desired one."""
+        most = self.gains.acceleration * dt
+        if most == math.inf:
+            return desired
+        before = self._approached
+        if math.isnan(before):
+            if math.isnan(speed):
+                return 0.0  # begin from the boat's own speed, once it is known
+            before = speed
+        self._approached = before + max(-most, min(most, desired - before))
+        return self._approached
+
     def limited_to(self, achieved: float):
         """What the propellers made of the last force."""
-        self._excess = self.force - achieved
+        self._excess = beyond(self.force, achieved)

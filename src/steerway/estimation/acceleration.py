@@ -29,9 +29,7 @@ def shares(step, model):
     """What a unit of acceleration gives to speed: before the prediction, and after it for a unit then left."""
     a = int(model[ACCELERATION_STATE])
     left, gained, way = turn_response(model[EXTRAS + 3 * (a - 5)], step[DT])
-    if step[DT] == 0.0:
-        return 0.0, 0.0
-    lent = way / step[SPEED_INTEGRAL]
+    lent = way / step[SPEED_INTEGRAL] if step[DT] > 0.0 else 0.0
     return lent, (gained - step[SPEED_LEFT] * lent) / left
 
 

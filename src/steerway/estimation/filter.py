@@ -6,45 +6,52 @@ import numpy as np
 
 from steerway.compiled import kernel, lean_kernel
 from steerway.errors import InputError
-from steerway.estimation.model import EMPTY, MODE, STARTING, UNDERWAY, empty_memory
+from steerway.estimation.model import COURSE, EMPTY, MODE, RATE, SPEED, STARTING, UNDERWAY, empty_memory, whole
 from steerway.estimation.profiles import AIDS, Profile
-from steerway.estimation.replay import replay
-from steerway.estimation.tracking import SPOKEN, advance, recentre, settle, speak, take_aids, take_position
+from steerway.estimation.replay import Run, replay
+from steerway.estimation.tracking import (
+    SPOKEN,
+    advance,
+    conclude,
+    recentre,
+    settle,
+    speak,
+    take_aids,
+    take_position,
+    track,
+)
 from steerway.records import Fixes, Motion
+
+_NOW = np.zeros(1)
+_NO_AIDS = np.empty((0, len(AIDS)))
+_NONE_KEPT = np.empty((0, 1, 1))
 
 
 @lean_kernel
-def _predict(memory, dt, model):
-    n = memory.shape[1]
-    p, x, book, step = memory[:n], memory[n], memory[n + 1], memory[n + 6 :].reshape(-1)
-    advance(x, p, book, step, dt, model)
+def _advance(memory, dt, model):
+    advance(memory, dt, model)
+    conclude(memory)
 
 
 @lean_kernel
 def _update(memory, first, second, geodetic, model):
-    n = memory.shape[1]
-    p, x, book, work = memory[:n], memory[n], memory[n + 1], memory[n + 2 : n + 6]
-    _, nis, _ = take_position(x, p, book, work, first, second, geodetic, model)
-    settle(x, p, book, model)
+    _, nis, _ = take_position(memory, first, second, geodetic, model)
+    settle(memory, model)
     if geodetic:
-        recentre(x, book)
+        recentre(memory)
     return nis
 
 
 @lean_kernel
 def _aid(memory, aids, model):
-    n = memory.shape[1]
-    p, x, book, work = memory[:n], memory[n], memory[n + 1], memory[n + 2 : n + 6]
-    take_aids(x, p, book, work, aids, model)
-    settle(x, p, book, model)
+    take_aids(memory, aids, model)
+    settle(memory, model)
 
 
 @kernel
 def _say(memory, geodetic):
-    n = memory.shape[1]
-    p, x, book = memory[:n], memory[n], memory[n + 1]
     said = np.empty(SPOKEN)
-    speak(x, p, book, geodetic, said)
+    speak(memory, geodetic, said)
     return said
 
 
@@ -70,7 +77,8 @@ class FiveStateFilter:
         self.aid = tuple(aid)
         self._model = self.profile.model(self.aid)
         self._memory = empty_memory(self._model)
-        self._states = self._memory.shape[1]
+        self._main = whole(self._memory)
+        self._states = self._main.shape[1]
         self._geodetic = True
 
     def reset(self) -> None:
@@ -79,7 +87,7 @@ class FiveStateFilter:
 
     def predict(self, dt: float) -> None:
         """Advance by dt ≥ 0 seconds."""
-        _predict(self._memory, dt, self._model)
+        _advance(self._memory, dt, self._model)
 
     def update(self, latitude: float, longitude: float) -> float:
         """Take a fix (rad). Returns its NIS: above 13.8 it was rejected, NaN for the first."""
@@ -95,54 +103,91 @@ class FiveStateFilter:
         """Take what other instruments say now (SI, true angles in rad, NaN or nothing for unknown)."""
         _aid(self._memory, np.array([sog, cog, heading, water_speed, yaw_rate]), self._model)
 
+    def row(self, dt: float, latitude=math.nan, longitude=math.nan, aids=None) -> tuple[list[float], float, int]:
+        """One row of `filter`, streaming: advance by dt, then take what was said at that moment.
+
+        Args:
+            latitude, longitude: of a fix (rad), NaN for none.
+            aids: (5,) in the order of `AIDS`, NaN where nothing was said; None for nothing. Only those of `aid` count.
+
+        Returns what `said` returns, the NIS (NaN without a fix) and the status, an index into `records.STATUSES`.
+        """
+        self._geodetic = True
+        self.predict(dt)
+        run = Run(1)
+        table = _NO_AIDS
+        if self.aid:
+            given = np.full(len(AIDS), np.nan) if aids is None else np.array(aids, dtype=np.float64)
+            table = np.where([name in self.aid for name in AIDS], given, np.nan).reshape(1, -1)
+        place = np.array([latitude]), np.array([longitude])
+        outputs = run.spoken, run.nis, run.log_determinant, run.status
+        track(_NOW, *place, table, True, self._model, self._memory, *outputs, _NONE_KEPT)
+        return run.spoken[0].tolist(), float(run.nis[0]), int(run.status[0])
+
+    def snapshot(self) -> np.ndarray:
+        """All it remembers, for `restore`."""
+        return self._memory.copy()
+
+    def restore(self, snapshot: np.ndarray) -> None:
+        """Be again as when `snapshot` was taken."""
+        self._memory[:] = snapshot
+
     @property
     def sog(self) -> float:
         """Speed over ground, m/s; NaN before the second fix."""
-        x = self.state
         if self.underway:
-            return float(x[2])
-        return math.hypot(x[2], x[3]) if self._book[MODE] != EMPTY else math.nan
+            return self._state_of(SPEED)
+        return math.hypot(self._state_of(2), self._state_of(3)) if self._mode != EMPTY else math.nan
 
     @property
     def cog(self) -> float:
         """Course over ground, rad in [−π, π); NaN while it is not defined."""
-        return float(self.state[3]) if self.underway else math.nan
+        return self._state_of(COURSE) if self.underway else math.nan
 
     @property
     def course_rate(self) -> float:
         """Rate of the course, rad/s, + to starboard; NaN while it is not defined."""
-        return float(self.state[4]) if self.underway else math.nan
+        return self._state_of(RATE) if self.underway else math.nan
 
     @property
     def underway(self) -> bool:
         """Whether the vessel has steerageway: whether course is defined."""
-        return self._book[MODE] == UNDERWAY
+        return self._mode == UNDERWAY
 
     @property
     def started(self) -> bool:
         """Whether the first fixes have told the velocity."""
-        return self._book[MODE] > STARTING
+        return self._mode > STARTING
 
     @property
     def position(self) -> tuple[float, float]:
         """Latitude and longitude (rad), or north and east (m) after `update_north_east`; NaN before the first fix."""
-        said = _say(self._memory, self._geodetic)
-        return float(said[0]), float(said[1])
+        north, east, *_ = self.said()
+        return north, east
+
+    def said(self) -> list[float]:
+        """All at the price of one property: position, SOG, COG, course rate, 1σ of these three and of position."""
+        said = np.empty(SPOKEN)
+        speak(self._memory, self._geodetic, said)
+        return said.tolist()
 
     @property
     def state(self) -> np.ndarray:
         """(n,) copy: [x^n y^n U χ ω_χ …], or [x^n y^n v_N v_E ω_χ …] while course is not defined."""
-        return self._memory[self._states].copy()
+        return self._main[self._states].copy()
 
     @property
     def covariance(self) -> np.ndarray:
         """(n, n) covariance of `state`."""
-        upper = np.triu(self._memory[: self._states])
+        upper = np.triu(self._main[: self._states])
         return upper + np.triu(upper, 1).T
 
+    def _state_of(self, index) -> float:
+        return self._main.item(self._states, index)
+
     @property
-    def _book(self):
-        return self._memory[self._states + 1]
+    def _mode(self) -> float:
+        return self._main.item(self._states + 1, MODE)
 
     def filter(self, fixes: Fixes, rate: float | None = None) -> Motion:
         """Causal estimate of one or many vessels' records; one row a fix, or `rate` rows a second (Hz)."""

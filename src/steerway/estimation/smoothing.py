@@ -13,7 +13,7 @@ from steerway.angles import wrap
 from steerway.compiled import kernel, lean_kernel
 from steerway.earth import displacement
 from steerway.estimation.acceleration import predict_underway, shares
-from steerway.estimation.five_state import chord, decay, set_step
+from steerway.estimation.five_state import chord, set_step
 from steerway.estimation.linear_algebra import factor, fill_lower, multiply, multiply_transposed, solve_rows
 from steerway.estimation.model import (
     ACCELERATION_STATE,
@@ -21,9 +21,9 @@ from steerway.estimation.model import (
     DT,
     EAST,
     EMPTY,
-    EXTRAS,
     FIRST,
     LATITUDE,
+    LEFT,
     LONGITUDE,
     MODE,
     NORTH,
@@ -33,7 +33,6 @@ from steerway.estimation.model import (
     SPEED,
     SPEED_INTEGRAL,
     SPEED_LEFT,
-    STEP_SIZE,
     TURN,
     UNDERWAY,
 )
@@ -49,7 +48,9 @@ def transition(x, underway, step, model, f):
     for j in range(n):
         f[j, j] = 1.0
     for j in range(5, n):
-        f[j, j] = decay(model[EXTRAS + 3 * (j - 5)], step[DT])[0]
+        f[j, j] = step[LEFT, j]
+    if step[DT] == 0.0:
+        return
     if underway:
         a = int(model[ACCELERATION_STATE])
         lent, rest = shares(step, model) if a else (0.0, 0.0)
@@ -105,7 +106,8 @@ def smooth(time, geodetic, model, kept, spoken):
     x_later, p_later = np.empty(n), np.empty((n, n))
     x_next, p_next = np.empty(n), np.empty((n, n))
     later_mode = EMPTY
-    step = np.full(STEP_SIZE, -1.0)
+    step = np.zeros((3, n))
+    step[DT] = -1.0
     for k in range(len(time) - 1, -1, -1):
         x, p, book = kept[k, n], kept[k, :n], kept[k, n + 1]
         mode = book[MODE]
@@ -137,7 +139,7 @@ def smooth(time, geodetic, model, kept, spoken):
                 fold(x, p)
         x_later[:], p_later[:], later_mode = x, p, mode
         if mode != EMPTY:
-            speak(x, p, book, geodetic, spoken[k])
+            speak(kept[k], geodetic, spoken[k])
 
 
 @lean_kernel

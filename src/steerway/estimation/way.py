@@ -16,6 +16,7 @@ from steerway.estimation.model import (
     COURSE,
     DT,
     EAST,
+    ERROR_PAIRS,
     ERROR_STATE,
     EXTRAS,
     FIRST,
@@ -23,13 +24,11 @@ from steerway.estimation.model import (
     MODE,
     NORTH,
     POSITION_VARIANCE,
-    Q_LL,
-    Q_LU,
-    Q_UU,
     RATE,
     SPEED,
     SPEED_INTEGRAL,
     SPEED_LEFT,
+    SPEED_NOISE,
     START_RATE_VARIANCE,
     START_SPEED_VARIANCE,
     STARTING,
@@ -60,12 +59,22 @@ def start(x, p, book, north, east, model):
             p[i, j] = 0.0
     for j in range(5, n):
         p[j, j] = model[EXTRAS + 3 * (j - 5) + 2]
-    x[NORTH], x[EAST] = north, east
-    g = int(model[ERROR_STATE])
-    place_by_fix(p, model[POSITION_VARIANCE], model[POSITION_VARIANCE], g, 5)
+    take_place(x, p, north, east, model)
     p[2, 2] = p[3, 3] = model[START_SPEED_VARIANCE]
     p[4, 4] = model[START_RATE_VARIANCE]
     book[MODE] = FIRST
+
+
+@lean_kernel
+def take_place(x, p, north, east, model):
+    """Take the position from one fix, and keep what is known of everything else."""
+    g, pairs = int(model[ERROR_STATE]), int(model[ERROR_PAIRS])
+    x[NORTH], x[EAST] = north, east
+    if g:
+        for i in range(g, g + 2 * pairs, 2):
+            x[NORTH] -= x[i]
+            x[EAST] -= x[i + 1]
+    place_by_fix(p, model[POSITION_VARIANCE], model[POSITION_VARIANCE], g, 5, pairs)
 
 
 @lean_kernel
@@ -73,30 +82,27 @@ def predict_adrift(x, p, step, model):
     """Velocity as a random walk along either axis; the course rate is not carried."""
     n = len(x)
     dt, left, integral = step[DT], step[SPEED_LEFT], step[SPEED_INTEGRAL]
-    gathering = dt * model[STEERAGEWAY] ** 2 / GATHERING_TIME
-    q_uu = step[Q_UU] + gathering
-    q_lu = step[Q_LU] + gathering * dt / 2.0
-    q_ll = step[Q_LL] + gathering * dt * dt / 3.0
+    density = model[SPEED_NOISE] + model[STEERAGEWAY] ** 2 / GATHERING_TIME
     x[NORTH] += integral * x[VELOCITY_NORTH]
     x[EAST] += integral * x[VELOCITY_EAST]
     x[VELOCITY_NORTH] *= left
     x[VELOCITY_EAST] *= left
-    p[0, 0] += integral * (2.0 * p[0, 2] + integral * p[2, 2]) + q_ll
-    p[1, 1] += integral * (2.0 * p[1, 3] + integral * p[3, 3]) + q_ll
+    p[0, 0] += integral * (2.0 * p[0, 2] + integral * p[2, 2]) + density * dt**3 / 3.0
+    p[1, 1] += integral * (2.0 * p[1, 3] + integral * p[3, 3]) + density * dt**3 / 3.0
     p[0, 1] += integral * (p[0, 3] + p[1, 2] + integral * p[2, 3])
-    p[0, 2] = left * (p[0, 2] + integral * p[2, 2]) + q_lu
-    p[1, 3] = left * (p[1, 3] + integral * p[3, 3]) + q_lu
+    p[0, 2] = left * (p[0, 2] + integral * p[2, 2]) + 0.5 * density * dt * dt
+    p[1, 3] = left * (p[1, 3] + integral * p[3, 3]) + 0.5 * density * dt * dt
     p[0, 3] = left * (p[0, 3] + integral * p[2, 3])
     p[1, 2] = left * (p[1, 2] + integral * p[2, 3])
-    p[2, 2] = left * left * p[2, 2] + q_uu
-    p[3, 3] = left * left * p[3, 3] + q_uu
+    p[2, 2] = left * left * p[2, 2] + density * dt
+    p[3, 3] = left * left * p[3, 3] + density * dt
     p[2, 3] *= left * left
     for j in range(5, n):
         p[0, j] += integral * p[2, j]
         p[1, j] += integral * p[3, j]
         p[2, j] *= left
         p[3, j] *= left
-    predict_extras(x, p, dt, model)
+    predict_extras(x, p, step)
 
 
 @lean_kernel

@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass
 
-from steerway.formats.places import KNOT
+from steerway.earth import KNOT
 
 DEGREE = 0.017453292519943295
 EXPECTED = "time_s, lat_deg and lon_deg or common spellings of them (time, timestamp, latitude, lon, …)"
@@ -72,7 +72,7 @@ def understood(names) -> dict[str, Column]:
 
 def _meaning(name):
     """(meaning, rank of the spelling, factor the name states or None) of a column name; (None, 0, None) if unknown."""
-    plain = _plain(name)
+    plain = plain_name(name)
     for meaning, spellings in _SPELLINGS.items():
         units = _UNITS[_KINDS.get(meaning, "none")]
         for rank, spelling in enumerate(spellings.split()):
@@ -83,7 +83,7 @@ def _meaning(name):
     return None, 0, None
 
 
-def _plain(name):
+def plain_name(name):
     """A column name in lower case with its parts joined by underscores: "SOG [m/s]" is sog_m_s."""
     return re.sub(r"[^a-z0-9]+", "_", name.lower().replace("°", " deg ")).strip("_")
 

@@ -15,8 +15,8 @@ import numpy as np
 from steerway.errors import InputError
 from steerway.formats.places import places
 from steerway.formats.recording import Recording
-from steerway.formats.timestamps import iso, unix_times
 from steerway.records import Fixes
+from steerway.timestamps import iso, unix_times
 
 _ROOT = re.compile(rb"<gpx[\s>]")
 _POINT = re.compile(rb"<(?:\w+:)?trkpt[\s>]")

@@ -2,8 +2,6 @@
 
 import numpy as np
 
-KNOT = 1852.0 / 3600.0  # m/s
-
 
 def places(latitude_deg, longitude_deg) -> tuple[np.ndarray, np.ndarray]:
     """Latitude and longitude (n,) in rad, longitude in [−π, π); both NaN where the pair is not a place on earth."""

@@ -1,23 +1,15 @@
 """What an estimate amounts to, in numbers for people and for machines."""
 
 import math
-from datetime import UTC, datetime
 from itertools import pairwise
 
 import numpy as np
 
-from steerway.earth import displacement
+from steerway.earth import KNOT, NAUTICAL_MILE, displacement
 from steerway.records import OK, STATUSES, Fixes, Motion
+from steerway.timestamps import iso
 
-KNOT = 1852.0 / 3600.0
 _GAP_INTERVALS = 3.0
-
-
-def iso(time: float) -> str:
-    """A Unix time as ISO 8601 UTC, to the tenth of a second."""
-    if not math.isfinite(time):
-        return "unknown"
-    return datetime.fromtimestamp(round(time, 1), UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 
 def gaps(time: np.ndarray) -> list[tuple[float, float]]:
@@ -51,8 +43,8 @@ def summarise(fixes: Fixes, motion: Motion, profile: str) -> dict:
         "source": fixes.source,
         "profile": profile,
         "vessels": 1 if fixes.mmsi is None else len(np.unique(fixes.mmsi)),
-        "start": iso(motion.time.min()) if len(motion) else None,
-        "stop": iso(motion.time.max()) if len(motion) else None,
+        "start": iso(round(motion.time.min(), 3)) if len(motion) else None,
+        "stop": iso(round(motion.time.max(), 3)) if len(motion) else None,
         "duration_s": float(np.ptp(motion.time)) if len(motion) else 0.0,
         "fixes": len(placed),
         "rows": len(motion),
@@ -83,7 +75,7 @@ def sentences(summary: dict) -> list[tuple[str, str]]:
         ("fixes", f"{s['fixes']}, {s['gaps']} gaps, the longest {s['longest_gap_s']:.1f} s"),
         ("rows", f"{s['rows']}: {status}"),
         ("profile", s["profile"]),
-        ("distance", f"{s['distance_m'] / 1000.0:.2f} km ({s['distance_m'] / 1852.0:.2f} NM) under way"),
+        ("distance", f"{s['distance_m'] / 1000.0:.2f} km ({s['distance_m'] / NAUTICAL_MILE:.2f} NM) under way"),
         ("speed over ground", f"median {_speed(s['sog_median_mps'])}, highest {_speed(s['sog_max_mps'])}"),
         ("course defined", f"{s['course_defined_pct']:.1f} % of rows"),
         ("typical 1σ", f"SOG {s['sog_std_median_mps']:.3f} m/s, COG {s['cog_std_median_deg']:.2f}°"),

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.compiled import kernel
-from steerway.earth import displaced
+from steerway.earth import displaced_all
 from steerway.errors import InputError
 from steerway.records import Fixes
 from steerway.sensors.clock import SLACK, Clock, epochs
@@ -107,7 +107,7 @@ class Gnss:
         north, east = north + arm_north + errors[:, 0], east + arm_east + errors[:, 1]
         _hold(north, east, outcome)
         sog, cog = _velocity(north_velocity + errors[:, 2], east_velocity + errors[:, 3])
-        latitude, longitude = _geographic(*origin, north, east)
+        latitude, longitude = displaced_all(*origin, north, east)
         if self.stamped_on_arrival:
             time = time + self.latency
         kept = outcome != LOST
@@ -234,14 +234,6 @@ def _level_all(forward, starboard, down, roll, pitch, heading):
     for k in range(len(roll)):
         north[k], east[k] = level(forward, starboard, down, roll[k], pitch[k], heading[k])
     return north, east
-
-
-@kernel
-def _geographic(latitude_0, longitude_0, north, east):
-    latitude, longitude = np.empty(len(north)), np.empty(len(north))
-    for k in range(len(north)):
-        latitude[k], longitude[k] = displaced(latitude_0, longitude_0, north[k], east[k])
-    return latitude, longitude
 
 
 def _velocity(north_velocity, east_velocity):

@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from steerway.compiled import kernel
+
 
 @dataclass(frozen=True)
 class Actuator:
@@ -13,3 +15,14 @@ class Actuator:
     high: float
     rate: float = math.inf
     lag: float = 0.0
+
+
+@kernel
+def follow(value, command, low, high, rate, lag, step):
+    """Where an `Actuator` at `value` stands after `step` s of one command: lag exact, then no faster than its rate."""
+    wanted = min(max(command, low), high)
+    change = wanted - value
+    if lag > 0.0:
+        change *= -math.expm1(-step / lag)
+    most = rate * step
+    return value + min(max(change, -most), most)

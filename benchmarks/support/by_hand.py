@@ -1,0 +1,43 @@
+"""The same arithmetic in C, compiled here for this machine when there is a compiler."""
+
+import ctypes
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.support.ours import MODEL
+from benchmarks.support.record import Record
+
+FLAGS = ("-O3", "-march=native")
+_SOURCE = Path(__file__).with_name("five_state.c")
+_SAID = 10
+
+
+class Library:
+    """The compiled yardstick; `available()` says whether there can be one."""
+
+    @staticmethod
+    def available() -> bool:
+        return shutil.which("gcc") is not None
+
+    def __init__(self):
+        self._folder = tempfile.TemporaryDirectory()
+        path = Path(self._folder.name) / "five_state.so"
+        subprocess.run(["gcc", *FLAGS, "-shared", "-fPIC", "-o", path, _SOURCE, "-lm"], check=True)
+        self._run = ctypes.CDLL(str(path)).five_state_tracks
+        self._run.restype = None
+        self._run.argtypes = [ctypes.c_size_t] + 6 * [ctypes.c_void_p]
+
+    def tracks(self, bounds, time, north, east, said=None) -> np.ndarray:
+        """(n, 10) as the columns of `ours.whole_record`, for tracks behind one another."""
+        said = np.empty((len(time), _SAID)) if said is None else said
+        arrays = [np.ascontiguousarray(bounds, np.int64), time, north, east, MODEL, said]
+        self._run(len(bounds) - 1, *[each.ctypes.data for each in arrays])
+        return said
+
+    def whole_record(self, record: Record) -> np.ndarray:
+        """(n, 10) as the columns of `ours.whole_record`."""
+        return self.tracks([0, len(record)], record.time, record.north, record.east)

@@ -1,0 +1,49 @@
+"""This project's filter as a contender."""
+
+import numpy as np
+
+from benchmarks.support.record import PROFILE, STEP, Record
+from steerway import FiveStateFilter
+from steerway.estimation.model import empty_memory
+from steerway.estimation.tracking import SPOKEN, track
+
+MODEL = PROFILE.model()
+_NO_AIDS = np.empty((0, 5))
+_NOTHING_KEPT = np.empty((0, 1, 1))
+
+
+def whole_record(record: Record) -> tuple[np.ndarray, np.ndarray]:
+    """What the filter says after every row (n, 9) in the record's own plane, and the NIS of its fixes (n,)."""
+    n = len(record)
+    spoken, nis, status = np.empty((n, SPOKEN)), np.empty(n), np.empty(n, np.uint8)
+    memory = empty_memory(MODEL)
+    columns = (spoken, nis, np.empty(n), status)
+    track(record.time, record.north, record.east, _NO_AIDS, False, MODEL, memory, *columns, _NOTHING_KEPT)
+    return spoken, nis
+
+
+def started(record: Record, rows: int) -> FiveStateFilter:
+    """A filter that has seen the first rows of a record and is under way."""
+    estimator = FiveStateFilter(PROFILE)
+    stream(estimator, record.positions(0, rows))
+    assert estimator.underway
+    return estimator
+
+
+def stream(estimator: FiveStateFilter, positions) -> None:
+    """Rows one by one."""
+    for north, east in positions:
+        estimator.predict(STEP)
+        if north == north:
+            estimator.update_north_east(north, east)
+
+
+def stream_and_read(estimator: FiveStateFilter, positions):
+    """The same, with SOG, COG and course rate read after each row. Returns the last."""
+    said = None
+    for north, east in positions:
+        estimator.predict(STEP)
+        if north == north:
+            estimator.update_north_east(north, east)
+        said = estimator.sog, estimator.cog, estimator.course_rate
+    return said

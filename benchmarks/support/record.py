@@ -1,0 +1,42 @@
+"""The filter work that every contender does: predict at 50 Hz, a fix at 5 Hz, one boat that winds its way."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from steerway import Profile
+
+STEP = 0.02
+STEPS_A_FIX = 10
+PROFILE = Profile(speed_noise=1e-2, course_rate_noise=1e-3, course_rate_decay=0.2, position_std=0.2)
+
+
+@dataclass(frozen=True)
+class Record:
+    """Rows of one track; north and east (n,) are NaN where a row is no fix."""
+
+    time: np.ndarray
+    north: np.ndarray
+    east: np.ndarray
+
+    def __len__(self):
+        return len(self.time)
+
+    def positions(self, first: int, last: int) -> list[tuple[float, float]]:
+        """Rows as pairs of floats, NaN where a row is no fix: what a loop is fed with."""
+        return list(zip(self.north[first:last].tolist(), self.east[first:last].tolist(), strict=True))
+
+
+def winding(steps: int, seed: int = 0) -> Record:
+    """A boat of about 3 m/s that turns to and fro, its fixes with 0.15 m of noise."""
+    time = STEP * np.arange(steps)
+    rng = np.random.default_rng(seed)
+    phase = rng.uniform(0.0, 2.0 * np.pi)
+    course = phase + np.cumsum(0.1 * np.sin(time / 20.0 + phase)) * STEP
+    speed = 3.0 + 0.5 * np.sin(time / 31.0)
+    noise = np.clip(0.15 * rng.standard_normal((2, steps)), -0.3, 0.3)
+    north = np.cumsum(speed * np.cos(course)) * STEP + noise[0]
+    east = np.cumsum(speed * np.sin(course)) * STEP + noise[1]
+    between = np.arange(steps) % STEPS_A_FIX != 0
+    north[between] = east[between] = np.nan
+    return Record(time, north, east)

@@ -1,0 +1,120 @@
+"""The commands that find out what a boat is from a manoeuvre: identify yaw, heading, surge."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from steerway.commands.terminal import print_pairs
+
+app = typer.Typer(no_args_is_help=True, help="Find a model of the boat from a log of a manoeuvre.")
+
+Log = Annotated[Path, typer.Argument(metavar="LOG", help="CSV or Parquet with named columns.")]
+
+
+@app.command()
+def yaw(
+    log: Log,
+    rudder: Annotated[str | None, typer.Option(metavar="COLUMN", help="The rudder or yaw moment.")] = None,
+    angle: Annotated[str | None, typer.Option(metavar="COLUMN", help="The heading or course.")] = None,
+    bandwidth: Annotated[
+        float | None, typer.Option(metavar="RAD/S", help="Give the autopilot's gains for this bandwidth, too.")
+    ] = None,
+    damping: Annotated[float, typer.Option(metavar="ZETA", help="Damping of the autopilot.")] = 1.0,
+) -> None:
+    """Nomoto's K, T and rudder bias from a zigzag or a turning circle, with 95 % intervals.
+
+    The log has time_s, a rudder (rudder_deg, or yaw_moment_nm) and heading_deg or cog_deg; without an angle it is
+    found from lat_deg and lon_deg.
+
+    Example:
+
+        steerway identify yaw zigzag.csv --bandwidth 0.5
+    """
+    from steerway.formats.steering import read_steering
+    from steerway.identification import identify_yaw, identify_yaw_from_fixes
+
+    told = read_steering(log, rudder, angle)
+    if told.angle is not None:
+        model = identify_yaw(told.time, told.rudder, told.angle)
+    else:
+        model = identify_yaw_from_fixes(told.fixes, told.time, told.rudder)
+    for note in told.notes:
+        print(f"· {note}")
+    print_pairs(
+        [
+            ("gain K", str(model.gain)),
+            ("time constant T", f"{model.time_constant} s"),
+            ("rudder bias", str(model.rudder_bias)),
+            ("found from", f"{model.samples} {model.measured}"),
+        ]
+    )
+    if bandwidth is not None:
+        gains = model.gains(bandwidth, damping)
+        print_pairs(
+            [
+                ("K_p", f"{gains.proportional:.4g}"),
+                ("T_i", f"{gains.integral_time:.4g} s"),
+                ("T_d", f"{gains.derivative_time:.4g} s"),
+            ]
+        )
+
+
+@app.command()
+def heading(
+    log: Log,
+    steering: Annotated[str | None, typer.Option(metavar="COLUMN", help="The steering input.")] = None,
+    angle: Annotated[str | None, typer.Option(metavar="COLUMN", help="The heading.")] = None,
+) -> None:
+    """The second-order heading model from a pseudo-random binary manoeuvre, as the heading MPC takes it.
+
+    The log has time_s at even intervals, a steering input (rudder_deg, yaw_moment_nm or a column named), heading_deg.
+
+    Example:
+
+        steerway identify heading weave.csv --steering rpm_difference
+    """
+    from steerway.errors import InputError
+    from steerway.formats.steering import read_steering
+    from steerway.identification import identify_heading
+
+    told = read_steering(log, steering, angle)
+    if told.angle is None:
+        raise InputError(f"{log} has no heading, expected heading_deg or a column named with --angle")
+    model = identify_heading(told.time, told.rudder, told.angle)
+    print_pairs(
+        [
+            ("poles", ", ".join(f"{pole:.5g}" for pole in model.poles)),
+            ("gains", ", ".join(f"{gain:.4g}" for gain in model.gains) + " rad a unit of input and sample"),
+            ("steady turn rate", f"{model.turn_rate:.4g} rad/s a unit of input"),
+            ("time constant", f"{model.time_constant:.3g} s"),
+            ("bias of the input", f"{model.bias:.3g}"),
+            ("fit", f"{model.fit:.1f} %, residual {model.residual_rms:.3g} rad RMS at {model.sample:g} s"),
+        ]
+    )
+
+
+@app.command()
+def surge(log: Log) -> None:
+    """Drag and thrust over mass from a staircase of speeds; says when a log cannot tell them.
+
+    The log is a CSV with time_s, speed_mps (through the water, or over ground without a current) and shaft_rps.
+
+    Example:
+
+        steerway identify surge staircase.csv
+    """
+    from steerway.formats.surge_log import read_surge_log
+    from steerway.identification import identify_surge
+
+    found = identify_surge(*read_surge_log(log))
+    model, std = found.model, found.std
+    print_pairs(
+        [
+            ("linear drag d", f"{model.linear_drag:.4g} ± {2.0 * std[0]:.2g} 1/s"),
+            ("quadratic drag b", f"{model.quadratic_drag:.4g} ± {2.0 * std[1]:.2g} 1/m"),
+            ("thrust g", f"{model.thrust:.4g} ± {2.0 * std[2]:.2g} m/rev² for a K_t of 1"),
+            ("residual", f"{found.residual:.3g} m/s RMS"),
+            ("verdict", found.verdict),
+        ]
+    )

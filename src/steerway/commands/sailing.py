@@ -1,0 +1,191 @@
+"""The commands that sail: simulate, advise, demo."""
+
+import sys
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from steerway.commands.terminal import print_pairs, print_table, progress_line
+from steerway.errors import InputError
+
+
+def simulate(
+    scenario: Annotated[Path, typer.Argument(metavar="SCENARIO.toml", help="What sails where, in which sea.")],
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Directory for the run and its page.")],
+    seeds: Annotated[
+        int | None, typer.Option("--seeds", metavar="N", min=1, help="Sail N seeds on all cores: Monte Carlo.")
+    ] = None,
+    first_seed: Annotated[
+        int | None, typer.Option("--first-seed", metavar="K", min=0, help="Begin with this seed, not the scenario's.")
+    ] = None,
+    dask: Annotated[
+        str | None, typer.Option("--dask", metavar="ADDRESS", help="Sail the seeds on this Dask cluster (host:port).")
+    ] = None,
+    nmea: Annotated[bool, typer.Option("--nmea", help="Write the receiver's log too, for steerway estimate.")] = False,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Refuse an autopilot that the course estimate does not carry.")
+    ] = False,
+) -> None:
+    """Sail a scenario: vessel, sea, instruments, estimator, guidance and control in one loop.
+
+    Writes run.parquet (truth, readings, estimate, commands) and index.html; with --seeds a row a seed instead.
+
+    Examples:
+
+        steerway simulate examples/otter-mission.toml -o sailed --nmea
+
+        steerway simulate examples/otter-mission.toml -o many --seeds 1000
+
+        steerway simulate examples/mariner-route.toml -o many --seeds 1000 --dask 10.0.0.1:8786
+    """
+    from steerway.simulation import run
+    from steerway.simulation.scenario import Scenario
+
+    if seeds is None and dask is not None:
+        raise InputError("--dask sails many seeds, expected --seeds N with it")
+    if seeds is not None and nmea:
+        raise InputError("--nmea writes one run's log, expected no --seeds with it")
+    chosen = Scenario.load(scenario)
+    if first_seed is not None:
+        chosen = chosen.model_copy(update={"seed": first_seed})
+    sentence = _warned(*run.advise(chosen), strict)
+    if seeds is not None:
+        _campaign(chosen, seeds, dask, out, sentence)
+        return
+    with progress_line(f"sailing {chosen.name}") as told:
+        sailed = run.sail_scenario(chosen, progress=told)
+    written = run.write(sailed, out, nmea, [sentence])
+    print_run(sailed.numbers, chosen.name)
+    for path in written:
+        print(f"wrote {path}")
+
+
+def _campaign(scenario, n, dask, out, sentence):
+    from steerway.simulation.campaign import over_seeds
+    from steerway.simulation.run import numbers_of_seed
+    from steerway.simulation.summary import SPREAD_COLUMNS, spread, write_campaign
+
+    seeds = range(scenario.seed, scenario.seed + n)
+    with progress_line(f"sailing {n} seeds of {scenario.name}") as told:
+        results = over_seeds(partial(numbers_of_seed, scenario), seeds, progress=told, dask=dask)
+    written = write_campaign(seeds, results, out, f"{scenario.name}, {n} seeds", [sentence])
+    print_table(f"{scenario.name}, {n} seeds", SPREAD_COLUMNS, spread(results))
+    for path in written:
+        print(f"wrote {path}")
+
+
+def advise(
+    profile: Annotated[str, typer.Argument(metavar="PROFILE|SCENARIO.toml", help="A built-in profile or a file.")],
+    bandwidth: Annotated[
+        float | None, typer.Option("--bandwidth", metavar="RAD/S", help="Of the autopilot; without it, what fits.")
+    ] = None,
+    speed: Annotated[float | None, typer.Option("--speed", metavar="M/S", help="Slowest speed over ground.")] = None,
+    rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Fixes a second.")] = 5.0,
+    position_std: Annotated[
+        float | None, typer.Option("--position-std", metavar="M", help="Of one fix and axis; by default the profile's.")
+    ] = None,
+    nomoto_time: Annotated[
+        float | None, typer.Option("--nomoto-time", metavar="S", help="The boat's T, to judge the whole loop.")
+    ] = None,
+    strict: Annotated[bool, typer.Option("--strict", help="Leave with an error when it does not fit.")] = False,
+) -> None:
+    """Compare an autopilot's bandwidth with what the course estimate can carry, before the boat hunts.
+
+    A course made of positions is late: the slower the boat and the worse the fixes, the later. An autopilot quicker
+    than the estimate swings from side to side. PROFILE is a filter's tuning, or a scenario that says everything itself.
+
+    Examples:
+
+        steerway advise otter --speed 1.2 --bandwidth 0.5 --nomoto-time 1
+
+        steerway advise examples/otter-mission.toml --strict
+    """
+    from steerway.control.bandwidth import advice, carried_bandwidth
+    from steerway.estimation.profiles import Profile
+    from steerway.simulation import run
+    from steerway.simulation.scenario import Scenario
+
+    if _is_scenario(profile):
+        print(_warned(*run.advise(Scenario.load(profile)), strict, quiet=True))
+        return
+    tuning = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
+    if speed is None:
+        raise InputError("--speed is missing, expected the slowest speed over ground in m/s")
+    if not rate > 0.0:
+        raise InputError(f"--rate is {rate:g} Hz, expected a number above 0")
+    std = tuning.position_std if position_std is None else position_std
+    circumstances = (speed, tuning.course_rate_noise, std, 1.0 / rate)
+    if bandwidth is None:
+        carried = carried_bandwidth(*circumstances)
+        fitting = "" if nomoto_time is None else f"; {_calm(carried, nomoto_time)}"
+        print(
+            f"The course estimate carries {carried:.2g} rad/s at {speed:g} m/s with fixes of {std:g} m "
+            f"every {1.0 / rate:g} s{fitting}."
+        )
+        return
+    print(_warned(*advice(bandwidth, *circumstances, nomoto_time), strict, quiet=True))
+
+
+def _calm(carried, nomoto_time) -> str:
+    """The quickest autopilot that is calm with such an estimate."""
+    import numpy as np
+
+    from steerway.control.bandwidth import COMFORTABLE, loop_damping
+
+    least = 1.0 / (2.0 * nomoto_time)
+    tried = np.geomspace(least, max(carried, least), 60)
+    calm = [each for each in tried if loop_damping(each, carried, nomoto_time) > COMFORTABLE] if carried > 0.0 else []
+    if not calm:
+        return f"no autopilot of a boat with T = {nomoto_time:g} s is calm with it"
+    return f"autopilots up to {calm[-1]:.2g} rad/s are calm with it"
+
+
+def _is_scenario(path: str) -> bool:
+    """Whether a file is a scenario: it has a route."""
+    import tomllib
+
+    if not path.endswith(".toml"):
+        return False
+    try:
+        return "route" in tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return False
+
+
+def _warned(fits: bool, sentence: str, strict: bool, quiet: bool = False) -> str:
+    """The sentence; a warning on stderr, or with `strict` a refusal, when it does not fit."""
+    if not fits and strict:
+        raise InputError(f"{sentence[0].lower()}{sentence[1:-1]} (refused by --strict)")
+    if not fits and not quiet:
+        print(f"warning: {sentence}", file=sys.stderr)
+    return sentence
+
+
+def demo(
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Directory for the log and the page.")] = Path(
+        "demo"
+    ),
+) -> None:
+    """Sail an Otter on a survey, steered by the estimate; write her log and a page; hold the estimate against truth.
+
+    Example:
+
+        steerway demo -o demo && steerway estimate demo/run.nmea --report demo/estimate.html
+    """
+    from steerway.simulation.demo import demo as sail
+
+    with progress_line("sailing the demo") as told:
+        rows, written = sail(out, progress=told)
+    print_pairs(rows)
+    for path in written:
+        print(f"wrote {path}")
+
+
+def print_run(numbers: dict[str, float], title: str) -> None:
+    """A run's numbers as tables for people."""
+    from steerway.simulation.run_page import comparison, summary
+
+    print_table(f"{title}: estimated against true", ("", "RMS error"), comparison(numbers))
+    print_table("what the boat did", ("", ""), summary(numbers))

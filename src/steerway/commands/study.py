@@ -1,0 +1,37 @@
+"""The command for studies."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from steerway.commands.terminal import print_pairs, progress_line
+
+
+def study(
+    name: Annotated[str | None, typer.Argument(help="The study; without a name they are listed.")] = None,
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Where to write.")] = Path("study"),
+    seeds: Annotated[int | None, typer.Option(min=1, help="Repetitions; by default those the study names.")] = None,
+    first_seed: Annotated[int, typer.Option(min=0, help="The first of the seeds.")] = 0,
+) -> None:
+    """Run a study: published numbers beside measured ones, with figures.
+
+    Example:
+
+        steerway study otter-course -o otter
+    """
+    from steerway import studies
+    from steerway.studies.study import write_results
+
+    if name is None:
+        print_pairs([(each, studies.named(each).summary) for each in studies.MODULES])
+        return
+    chosen = studies.named(name)
+    with progress_line(name) as step:
+        results = chosen.run(seeds, first_seed, lambda share, what="": step(share, what))
+    page = write_results(results, out)
+    rows = [(each.what, f"{results.numbers[each.key]:.4g} {each.unit}".strip()) for each in results.comparisons]
+    print_pairs(rows)
+    for remark in results.remarks:
+        print(f"· {remark}")
+    print(f"wrote {page}")

@@ -1,0 +1,57 @@
+"""What commands say on a terminal: pairs, tables, JSON, progress."""
+
+import json
+import math
+import sys
+from contextlib import contextmanager
+
+
+def print_pairs(pairs) -> None:
+    """(what, value) pairs, values in one column."""
+    width = max((len(name) for name, _ in pairs), default=0)
+    for name, value in pairs:
+        print(f"{name:<{width}}  {value}")
+
+
+def print_table(title: str, columns, rows) -> None:
+    """A plain table; without a terminal as wide as it has to be."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", box=None, show_header=any(columns), pad_edge=False)
+    for name in columns:
+        table.add_column(name)
+    for row in rows:
+        table.add_row(*map(str, row))
+    Console(width=None if sys.stdout.isatty() else 160).print(table)
+
+
+def print_json(value) -> None:
+    """For machines; JSON knows no NaN: unknown is null."""
+    print(json.dumps(_finite(value), ensure_ascii=False, indent=2))
+
+
+def _finite(value):
+    if isinstance(value, dict):
+        return {key: _finite(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+@contextmanager
+def progress_line(what: str):
+    """A bar on stderr while something long is done, told by a function of the part done; silent where no one looks."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    console = Console(stderr=True)
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:3.0f} %"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(what, total=1.0)
+        yield lambda part, note="": bar.update(task, completed=part, description=note or what)

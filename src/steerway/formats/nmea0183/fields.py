@@ -1,0 +1,352 @@
+"""The fields of one NMEA 0183 sentence as SI values, or the reason why it is not believed.
+
+A valid checksum proves little where a multiplexer recomputed it after the damage, so every field that is used has to
+be in its format and range. Formatters and fields: NMEA 0183 version 4.11, as receiver manuals reprint them.
+"""
+
+import math
+
+from steerway.compiled import kernel
+from steerway.earth import KNOT
+from steerway.formats.nmea0183.text import day_number, digits, is_digit, number
+
+FORMATTERS = ("GGA", "RMC", "GLL", "GNS", "VTG", "ZDA", "HDT", "HDG", "HDM", "THS", "VHW", "ROT", "GST")
+GGA, RMC, GLL, GNS, VTG, ZDA, HDT, HDG, HDM, THS, VHW, ROT, GST = range(len(FORMATTERS))
+LAST_POSITION = GNS  # the kinds up to here carry a position
+
+REASONS = (
+    "checksum wrong",
+    "checksum missing where its talker sends one",
+    "cut short or spliced",
+    "header is not one of a sentence",
+    "wrong number of fields",
+    "a field is malformed or out of range",
+    "position not in the format",
+    "time or date impossible",
+    "no fix: status V, mode N or quality 0",
+)
+CHECKSUM, NO_CHECKSUM, CUT, HEADER, COUNT, FIELD, POSITION, TIME, NO_FIX = range(len(REASONS))
+READ = -1
+
+# Columns of a sentence's values, SI and NaN for unknown. TOD is s of the day, DAY counts days from 1970-01-01,
+# QUANTUM is the last digit of the position in rad, RECEIVED is the receive time in front of the sentence.
+VALUES = 14
+TOD, DAY, LAT, LON, QUANTUM, SOG, COG, HEADING, MAGNETIC, VARIATION, WATER, YAW, STD, RECEIVED = range(VALUES)
+
+_FASTEST = 1000.0 * KNOT
+_A, _E, _K, _M, _N, _S, _T, _V, _W, _Z = b"AEKMNSTVWZ"
+_DOT = ord(".")
+
+
+@kernel
+def _within(buffer, fields, k, low, high):
+    """Field k as a number in [low, high]; NaN when empty, infinity when it is not such a number."""
+    value = number(buffer, fields[k], fields[k + 1] - 1)
+    return math.inf if value < low or value > high else value
+
+
+@kernel
+def _letter(buffer, fields, k):
+    """The one character of field k; 0 when empty, −1 when it holds more."""
+    length = fields[k + 1] - 1 - fields[k]
+    if length == 0:
+        return 0
+    return int(buffer[fields[k]]) if length == 1 else -1
+
+
+@kernel
+def _angle(buffer, fields, k, degree_digits, limit, positive, negative):
+    """Latitude or longitude of fields k, k + 1 (ddmm.mmm and its letter) and its last digit, rad.
+
+    NaN when both are empty, infinity when they are not in the format.
+    """
+    first, last = fields[k], fields[k + 1] - 1
+    letter = _letter(buffer, fields, k + 1)
+    if first == last and letter == 0:
+        return math.nan, math.nan
+    whole = degree_digits + 2
+    if last - first < whole or (letter != positive and letter != negative):
+        return math.inf, math.nan
+    degrees = digits(buffer, first, degree_digits)
+    if degrees < 0 or not is_digit(buffer[first + degree_digits]):
+        return math.inf, math.nan
+    if last - first > whole and buffer[first + whole] != _DOT:
+        return math.inf, math.nan
+    minutes = number(buffer, first + degree_digits, last)
+    angle = degrees + minutes / 60.0
+    if not minutes < 60.0 or angle > limit:
+        return math.inf, math.nan
+    decimals = max(0, last - first - whole - 1)
+    quantum = math.radians(0.1**decimals / 60.0)
+    return math.radians(angle if letter == positive else -angle), quantum
+
+
+@kernel
+def _position(buffer, fields, k, row):
+    """Fields k to k + 3 into LAT, LON, QUANTUM; the reason or READ."""
+    latitude, quantum = _angle(buffer, fields, k, 2, 90.0, _N, _S)
+    longitude, quantum_lon = _angle(buffer, fields, k + 2, 3, 180.0, _E, _W)
+    if math.isinf(latitude) or math.isinf(longitude):
+        return POSITION
+    if math.isnan(latitude) or math.isnan(longitude):
+        return POSITION if math.isfinite(latitude) or math.isfinite(longitude) else NO_FIX
+    row[LAT] = latitude
+    row[LON] = longitude if longitude < math.pi else -math.pi
+    row[QUANTUM] = max(quantum, quantum_lon)
+    return READ
+
+
+@kernel
+def _time_of_day(buffer, first, last):
+    """hhmmss[.sss] as s; NaN when empty, infinity when impossible. A leap second reads 86400."""
+    if first == last:
+        return math.nan
+    if last - first < 6 or (last - first > 6 and buffer[first + 6] != _DOT):
+        return math.inf
+    hours, minutes = digits(buffer, first, 2), digits(buffer, first + 2, 2)
+    if not (0 <= hours < 24 and 0 <= minutes < 60 and is_digit(buffer[first + 4])):
+        return math.inf
+    seconds = number(buffer, first + 4, last)
+    return 3600.0 * hours + 60.0 * minutes + seconds if 0.0 <= seconds < 61.0 else math.inf
+
+
+@kernel
+def _century(year):
+    """A year of two digits: GPS knows none before 1980."""
+    return year + (1900 if year >= 80 else 2000)
+
+
+@kernel
+def _speed_and_course(buffer, fields, speed_field, unit, course_field, row):
+    """SOG in knots or km/h and true COG, where present; the reason or READ."""
+    speed = _within(buffer, fields, speed_field, 0.0, _FASTEST / unit)
+    course = _within(buffer, fields, course_field, 0.0, 360.0)
+    if math.isinf(speed) or math.isinf(course):
+        return FIELD
+    row[SOG] = speed * unit
+    row[COG] = math.radians(course)
+    return READ
+
+
+@kernel
+def _signed(buffer, fields, k, limit):
+    """An angle and its E or W, east positive, rad; NaN when either is empty, infinity when malformed."""
+    angle = _within(buffer, fields, k, 0.0, limit)
+    letter = _letter(buffer, fields, k + 1)
+    if letter != 0 and letter != _E and letter != _W:
+        return math.inf
+    if letter == 0:
+        return math.inf if math.isinf(angle) else math.nan
+    return math.radians(angle if letter == _E else -angle)
+
+
+@kernel
+def _gga(buffer, fields, n, row):
+    quality = _within(buffer, fields, 6, 0.0, 8.0)
+    if math.isinf(quality) or math.isinf(_within(buffer, fields, 8, 0.0, 1e4)):
+        return FIELD
+    return _position(buffer, fields, 2, row) if quality > 0.0 else NO_FIX
+
+
+@kernel
+def _rmc(buffer, fields, n, row):
+    status = _letter(buffer, fields, 2)
+    mode = _letter(buffer, fields, 12) if n > 12 else _A
+    if status == _V or status == 0 or mode == _N:
+        return NO_FIX
+    if status != _A or mode < 0:
+        return FIELD
+    first = fields[9]
+    if fields[10] - 1 != first:
+        if fields[10] - 1 - first != 6:
+            return TIME
+        year = digits(buffer, first + 4, 2)
+        row[DAY] = day_number(
+            _century(year) if year >= 0 else -1, digits(buffer, first + 2, 2), digits(buffer, first, 2)
+        )
+        if math.isinf(row[DAY]):
+            return TIME
+    row[VARIATION] = _signed(buffer, fields, 10, 180.0)
+    if math.isinf(row[VARIATION]):
+        return FIELD
+    reason = _speed_and_course(buffer, fields, 7, KNOT, 8, row)
+    return _position(buffer, fields, 3, row) if reason == READ else reason
+
+
+@kernel
+def _gll(buffer, fields, n, row):
+    if n >= 7:
+        status = _letter(buffer, fields, 6)
+        mode = _letter(buffer, fields, 7) if n > 7 else _A
+        if status == _V or status == 0 or mode == _N:
+            return NO_FIX
+        if status != _A or mode < 0:
+            return FIELD
+    return _position(buffer, fields, 1, row)
+
+
+@kernel
+def _gns(buffer, fields, n, row):
+    fixed = False
+    for i in range(fields[6], fields[7] - 1):
+        if not _A <= buffer[i] <= _Z:
+            return FIELD
+        fixed = fixed or buffer[i] != _N
+    return _position(buffer, fields, 2, row) if fixed else NO_FIX
+
+
+@kernel
+def _vtg(buffer, fields, n, row):
+    if n > 9 and _letter(buffer, fields, 9) == _N:
+        return NO_FIX
+    for k, unit in ((2, _T), (4, _M), (6, _N), (8, _K)):
+        if _letter(buffer, fields, k) != 0 and _letter(buffer, fields, k) != unit:
+            return FIELD
+    if fields[6] - 1 == fields[5]:
+        return _speed_and_course(buffer, fields, 7, 1.0 / 3.6, 1, row)
+    return _speed_and_course(buffer, fields, 5, KNOT, 1, row)
+
+
+@kernel
+def _zda(buffer, fields, n, row):
+    day = _within(buffer, fields, 2, 1.0, 31.0)
+    month = _within(buffer, fields, 3, 1.0, 12.0)
+    year = _within(buffer, fields, 4, 0.0, 2199.0)
+    if math.isinf(day) or math.isinf(month) or math.isinf(year):
+        return TIME
+    if day > 0.0 and month > 0.0 and year >= 0.0:
+        row[DAY] = day_number(_century(int(year)) if year < 100.0 else int(year), int(month), int(day))
+    return TIME if math.isinf(row[DAY]) else READ
+
+
+@kernel
+def _heading(buffer, fields, kind, row):
+    """HDT, THS (true), HDM and HDG (magnetic; deviation applied, variation kept)."""
+    angle = math.radians(_within(buffer, fields, 1, 0.0, 360.0))
+    if math.isinf(angle):
+        return FIELD
+    letter = _letter(buffer, fields, 2)
+    if kind == THS and (letter == _V or letter == 0):
+        return NO_FIX
+    if (kind == HDT and letter != _T) or (kind == HDM and letter != _M) or (kind == THS and letter < 0):
+        return FIELD
+    if kind == HDT or kind == THS:
+        row[HEADING] = angle
+        return READ
+    row[MAGNETIC] = angle
+    if kind == HDG:
+        deviation, variation = _signed(buffer, fields, 2, 180.0), _signed(buffer, fields, 4, 180.0)
+        if math.isinf(deviation) or math.isinf(variation):
+            return FIELD
+        if math.isfinite(deviation):
+            row[MAGNETIC] = angle + deviation
+        row[VARIATION] = variation
+    return READ
+
+
+@kernel
+def _vhw(buffer, fields, n, row):
+    for k, unit in ((2, _T), (4, _M), (6, _N), (8, _K)):
+        if _letter(buffer, fields, k) != 0 and _letter(buffer, fields, k) != unit:
+            return FIELD
+    angle = _within(buffer, fields, 1, 0.0, 360.0)
+    knots = _within(buffer, fields, 5, -100.0, 100.0)
+    kilometres = _within(buffer, fields, 7, -200.0, 200.0)
+    if math.isinf(angle) or math.isinf(knots) or math.isinf(kilometres):
+        return FIELD
+    row[HEADING] = math.radians(angle)
+    row[WATER] = kilometres / 3.6 if math.isnan(knots) else knots * KNOT
+    return READ
+
+
+@kernel
+def _rot(buffer, fields, n, row):
+    if _letter(buffer, fields, 2) == _V:
+        return NO_FIX
+    rate = _within(buffer, fields, 1, -5400.0, 5400.0)
+    if math.isinf(rate) or _letter(buffer, fields, 2) != _A:
+        return FIELD
+    row[YAW] = math.radians(rate) / 60.0
+    return READ
+
+
+@kernel
+def _gst(buffer, fields, n, row):
+    north, east = _within(buffer, fields, 6, 0.0, 1e6), _within(buffer, fields, 7, 0.0, 1e6)
+    if math.isinf(north) or math.isinf(east):
+        return FIELD
+    if north + east > 0.0:
+        row[STD] = math.sqrt(0.5 * (north * north + east * east))
+    return READ
+
+
+@kernel
+def _fields_fit(kind, n):
+    """Whether the number of fields, the header among them, is one that revisions of the standard or receivers use."""
+    if kind == GGA:
+        return n == 15
+    if kind == RMC:
+        return 12 <= n <= 14
+    if kind == GLL:
+        return n == 5 or n == 7 or n == 8
+    if kind == GNS:
+        return n == 13 or n == 14
+    if kind == VTG:
+        return n == 9 or n == 10
+    if kind == ZDA:
+        return 5 <= n <= 8
+    if kind == HDG:
+        return n == 6
+    if kind == VHW or kind == GST:
+        return n == 9
+    return n == 3
+
+
+@kernel
+def _time_field(kind, n):
+    """Which field is the time; 0 for none."""
+    if kind == GLL:
+        return 5 if n >= 7 else 0
+    return 1 if kind <= GNS or kind == ZDA or kind == GST else 0
+
+
+@kernel
+def _read_kind(buffer, fields, n, kind, row):
+    """What a sentence of this kind says beside its time; the reason or READ."""
+    if kind == GGA:
+        return _gga(buffer, fields, n, row)
+    if kind == RMC:
+        return _rmc(buffer, fields, n, row)
+    if kind == GLL:
+        return _gll(buffer, fields, n, row)
+    if kind == GNS:
+        return _gns(buffer, fields, n, row)
+    if kind == VTG:
+        return _vtg(buffer, fields, n, row)
+    if kind == ZDA:
+        return _zda(buffer, fields, n, row)
+    if kind == VHW:
+        return _vhw(buffer, fields, n, row)
+    if kind == ROT:
+        return _rot(buffer, fields, n, row)
+    if kind == GST:
+        return _gst(buffer, fields, n, row)
+    return _heading(buffer, fields, kind, row)
+
+
+@kernel
+def read_fields(buffer, fields, n, kind, row):
+    """One sentence into its row; the reason or READ. A sentence without fix keeps its time, which sets the clock."""
+    if not _fields_fit(kind, n):
+        return COUNT
+    k = _time_field(kind, n)
+    if k > 0:
+        row[TOD] = _time_of_day(buffer, fields[k], fields[k + 1] - 1)
+        if math.isinf(row[TOD]):
+            return TIME
+    reason = _read_kind(buffer, fields, n, kind, row)
+    if reason == NO_FIX:
+        time = row[TOD]
+        row[:] = math.nan
+        row[TOD] = time
+    return reason

@@ -1,0 +1,237 @@
+"""NMEA 0183: one incremental reader for files and for live links.
+
+Any talker, any prefix in front of the `$`, noise, binary messages and spliced sentences around it. Sentences of one
+time become one row of their talker; every talker is a source. What is not believed is counted with its reason.
+"""
+
+import re
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway import magnetic
+from steerway.formats.nmea0183 import epochs
+from steerway.formats.nmea0183.fields import REASONS, VALUES
+from steerway.formats.nmea0183.repair import mended_times, streams
+from steerway.formats.nmea0183.scan import SHORTEST, TALKERS, scan, talker_name
+from steerway.formats.recording import Recording
+from steerway.records import Fixes
+
+_CHUNK = 1 << 20
+_SENTENCE = re.compile(rb"\$(?:[A-Z][A-Z0-9][A-Z]{3}|P[A-Z][A-Z0-9]{2,6}),[ -~]*[\r\n*]")
+
+# Formatters of NMEA 0183 4.11 and of its forerunners that are still sent; any other means a damaged header.
+_STANDARD = frozenset(
+    "AAM ABK ABM ACA ACK ACN ACS AIR AKD ALA ALC ALF ALM ALR APA APB ARC ASD BBM BEC BER BOD BWC BWR BWW CEK COP CUR "
+    "DBK DBS DBT DCN DCR DDC DOR DPT DRU DSC DSE DSI DSR DTM ETL EVE EPV FIR FSI GAQ GBQ GBS GEN GFA GGA GLC GLL GLQ "
+    "GMP GNQ GNS GPQ GQQ GRS GSA GST GSV GTD GXA HBT HCC HCD HCR HDG HDM HDT HFB HMR HMS HRM HSC HSS HTC HTD HTM HVD "
+    "HVM IMA ITS LCD LR1 LR2 LR3 LRF LRI MDA MHU MMB MOB MSK MSS MTA MTW MWD MWV NAK NRM NRX NSR OSD POS PRC R00 RMA "
+    "RMB RMC ROR ROT RPM RRT RSA RSD RTE SFI SM1 SM2 SM3 SM4 SMB SPW SSD STN TDS TFI THS TLB TLL TPC TPR TPT TRC TRD "
+    "TRF TRL TTD TTM TUT TXT UID VBW VDM VDO VDR VER VHW VLW VPE VPW VSD VTA VTG VTI VWE VWR VWT WAT WCV WDC WDR WFM "
+    "WNC WNR WPL XDR XTE XTR YWP YXS ZAA ZDA ZDL ZEV ZFI ZFO ZLZ ZPI ZTA ZTE ZTG ZTI ZWP ZZU".split()
+)
+
+
+class Sentences(NamedTuple):
+    """The sentences of the kinds that are read, in order of arrival.
+
+    Shapes: offset (n,) of the `$`, kind (n,) index into FORMATTERS, talker (n,) index for `talker_name`,
+    values (n, VALUES) SI with the columns of `fields`.
+    """
+
+    offset: np.ndarray
+    kind: np.ndarray
+    talker: np.ndarray
+    values: np.ndarray
+
+
+def recognises(head: bytes) -> bool:
+    """Whether the beginning of a log holds an NMEA 0183 sentence (AIS alone is no such log)."""
+    return _SENTENCE.search(head) is not None
+
+
+def read(data: bytes) -> Recording:
+    """All that a log says; damage is skipped and counted, never raised."""
+    reader = Reader()
+    view = memoryview(data)
+    for start in range(0, len(view), _CHUNK):
+        reader.feed(view[start : start + _CHUNK])
+    reader.finish()
+    return reader.recording()
+
+
+def sentences(data: bytes) -> Sentences:
+    """The sentences of a log one by one, before any date is settled or row is made."""
+    return Reader()._scan(bytes(data), final=True, received=None)[0]
+
+
+class Reader:
+    """Reads a stream of bytes in pieces of any size: `feed` it, then take the `recording` so far.
+
+    A log's receive times stand in its lines; a live link gives `feed` the time it heard the piece.
+    """
+
+    def __init__(self):
+        self._tail = b""
+        self._carry = np.full(1, np.nan)
+        self._with_checksum = np.zeros(TALKERS, np.bool_)
+        self._headers: dict[int, int] = {}
+        self._skipped = np.zeros(len(REASONS), np.int64)
+        self._lost = np.zeros(len(epochs.LOST), np.int64)
+        self._memory = epochs.new_memory()
+        self._told = np.full((TALKERS, 2), np.nan)
+        self._newest = epochs.new_open_rows()
+        self._rows = np.empty((0, epochs.COLUMNS))
+        self._heard = np.empty(0, np.int64)
+        self._owners = np.empty(0, np.int64)
+        self._n = 0
+
+    def feed(self, chunk, received: float | None = None) -> None:
+        """Read the sentences that a piece of the stream completes. `received` is Unix time."""
+        self._read(chunk, False, received)
+
+    def finish(self) -> None:
+        """The stream has ended: read what still waits for its line end."""
+        self._read(b"", True, None)
+
+    def recording(self) -> Recording:
+        """Everything read so far; the reader goes on."""
+        return self._recording(self._rows[: self._n], np.arange(self._n))
+
+    def take(self, settled: bool = True) -> Recording:
+        """Everything read since the last call; then it is forgotten, so that a live link can run for ever.
+
+        Without `settled` the newest epoch of every talker waits, for more of its sentences may be on their way. With
+        it an epoch may be taken before its last sentence came: the position is given once, and what is said later
+        arrives as a row without position of the same time.
+        """
+        rows = self._rows[: self._n]
+        waiting = np.zeros(self._n, bool)
+        if not settled:
+            newest = self._newest[:, 0]
+            waiting[newest[newest >= 0]] = True
+        given = rows[:, epochs.GIVEN] == 1.0
+        fresh = rows.copy()
+        fresh[given, epochs.LAT : epochs.LON + 1] = np.nan
+        worth = np.isfinite(fresh[:, epochs.LAT : epochs.MAGNETIC + 1]).any(axis=1) & ~waiting
+        taken = self._recording(fresh[worth], np.flatnonzero(worth))
+        self._forget_all_but_open(waiting)
+        return taken
+
+    def _scan(self, data, final, received):
+        buffer = np.frombuffer(data, np.uint8)
+        most = len(data) // SHORTEST + 1
+        headers, offsets = np.empty(most, np.int64), np.empty(most, np.int64)
+        kinds, talkers = np.empty(most, np.int64), np.empty(most, np.int64)
+        values = np.empty((most, VALUES))
+        arrived = np.nan if received is None else received
+        n_sound, n, repeat = scan(
+            buffer, final, arrived, self._carry, self._with_checksum,
+            headers, offsets, kinds, talkers, values, self._skipped,
+        )  # fmt: skip
+        for code, count in zip(*np.unique(headers[:n_sound], return_counts=True), strict=True):
+            self._headers[int(code)] = self._headers.get(int(code), 0) + int(count)
+        return Sentences(offsets[:n], kinds[:n], talkers[:n], values[:n]), repeat
+
+    def _read(self, chunk, final, received):
+        data = self._tail + bytes(chunk)
+        found, repeat = self._scan(data, final, received)
+        self._tail = data[repeat:]
+        self._make_room(len(found.kind))
+        self._n = epochs.assemble(
+            found.kind, found.talker, found.values, self._memory, self._told, self._newest,
+            self._rows, self._heard, self._owners, self._n, self._lost,
+        )  # fmt: skip
+
+    def _make_room(self, more):
+        lacking = self._n + more - len(self._rows)
+        if lacking > 0:
+            grown = max(lacking, len(self._rows))
+            self._rows = np.concatenate([self._rows, np.empty((grown, epochs.COLUMNS))])
+            self._heard = np.concatenate([self._heard, np.empty(grown, np.int64)])
+            self._owners = np.concatenate([self._owners, np.empty(grown, np.int64)])
+
+    def _forget_all_but_open(self, waiting):
+        kept = np.unique(self._newest[self._newest >= 0])
+        self._newest = np.where(self._newest >= 0, np.searchsorted(kept, self._newest), -1)
+        self._rows, self._heard, self._owners = self._rows[kept], self._heard[kept], self._owners[kept]
+        told = ~waiting[kept]
+        self._rows[told, epochs.GIVEN] = np.isfinite(self._rows[told, epochs.LAT])
+        self._rows[told, epochs.STD : epochs.MAGNETIC + 1] = np.nan
+        self._n = len(kept)
+
+    def _recording(self, rows, kept):
+        owners, heard = self._owners[kept], self._heard[kept]
+        time, notes = mended_times(rows, self._memory)
+        heading, heading_notes, homeless = self._true_headings(rows, time)
+        counts, skipped = self._account()
+        if homeless:
+            skipped["magnetic heading without variation or place"] = homeless
+        sources = {}
+        for talker in np.unique(owners):
+            mine = np.flatnonzero(owners == talker)
+            mine = mine[np.argsort(time[mine], kind="stable")]
+            for name, chosen in streams(talker_name(int(talker)), time, rows, heard, mine):
+                sources[name] = Fixes(
+                    time=time[chosen],
+                    latitude=rows[chosen, epochs.LAT],
+                    longitude=rows[chosen, epochs.LON],
+                    position_std=rows[chosen, epochs.STD],
+                    sog=rows[chosen, epochs.SOG],
+                    cog=rows[chosen, epochs.COG],
+                    heading=heading[chosen],
+                    water_speed=rows[chosen, epochs.WATER],
+                    yaw_rate=rows[chosen, epochs.YAW],
+                    source=name,
+                )
+        return Recording("NMEA 0183", sources, counts, skipped, tuple(notes + heading_notes))
+
+    def _account(self):
+        counts, skipped = {}, dict(zip(REASONS, self._skipped.tolist(), strict=True))
+        skipped |= dict(zip(epochs.LOST, self._lost.tolist(), strict=True))
+        damaged = 0
+        for code, count in self._headers.items():
+            name = code.to_bytes(8, "big").lstrip(b"\0").decode()
+            if name[0] == "P" or (len(name) == 5 and name[2:] in _STANDARD):
+                counts[name] = count
+            else:
+                damaged += count
+        skipped["unknown sentence type"] = damaged
+        ordered = dict(sorted(counts.items(), key=lambda each: -each[1]))
+        return ordered, {reason: count for reason, count in skipped.items() if count}
+
+    def _true_headings(self, rows, time):
+        """Headings with those still magnetic made true: by RMC's first variation, else by the model. And the notes."""
+        heading = rows[:, epochs.HEADING].copy()
+        waiting = np.flatnonzero(np.isnan(heading) & np.isfinite(rows[:, epochs.MAGNETIC]))
+        memory, notes, homeless = self._memory, [], 0
+        by_rmc = int(memory[epochs.RMC_VARIATION])
+        if len(waiting) and np.isfinite(memory[epochs.FIRST_VARIATION]):
+            heading[waiting] = rows[waiting, epochs.MAGNETIC] + memory[epochs.FIRST_VARIATION]
+            by_rmc += len(waiting)
+        elif len(waiting):
+            turned, model_note = _by_model(rows, np.where(rows[:, epochs.UNDATED] == 1.0, np.nan, time), waiting)
+            heading[waiting] = rows[waiting, epochs.MAGNETIC] + turned
+            homeless = int(np.isnan(turned).sum())
+            notes += model_note
+        if memory[epochs.OWN_VARIATION]:
+            own = int(memory[epochs.OWN_VARIATION])
+            notes.append(f"{own} magnetic headings made true by the variation in their own sentence")
+        if by_rmc:
+            notes.append(f"{by_rmc} magnetic headings made true by the variation in RMC")
+        return (heading + np.pi) % (2.0 * np.pi) - np.pi, notes, homeless
+
+
+def _by_model(rows, time, waiting):
+    """Variation (rad) at the fix before each waiting row, or the first fix there is; NaN where there is none."""
+    fixes = np.flatnonzero(np.isfinite(rows[:, epochs.LAT]))
+    if not len(fixes):
+        return np.full(len(waiting), np.nan), []
+    at = fixes[np.maximum(np.searchsorted(fixes, waiting, side="right") - 1, 0)]
+    turned = magnetic.variation(rows[at, epochs.LAT], rows[at, epochs.LON], time[waiting])
+    low, high = np.degrees(turned.min()), np.degrees(turned.max())
+    model = magnetic.model_of(time[waiting[0]])
+    note = (
+        f"{len(waiting)} magnetic headings made true by the World Magnetic Model {model} ({low:+.1f} to {high:+.1f}°)"
+    )
+    return turned, [note]

@@ -1,0 +1,164 @@
+"""NMEA 0183 sentences out: RMC, GGA, VTG, ROT and HDT; APB, XTE and RMB of a leg. Each with checksum and line end.
+
+SI and radians in; unknown (NaN or None) becomes an empty field. Every number is rounded once, as a whole number of its
+last digit, so that no field says 60 minutes, 60 seconds or 360 degrees. Fields: NMEA 0183 version 4.11, as receiver
+manuals reprint them.
+"""
+
+import math
+from datetime import UTC, datetime
+from typing import NamedTuple
+
+from steerway.earth import KNOT, NAUTICAL_MILE
+
+TALKER = "SW"
+"""This project's own talker, so that a listener can tell its sentences from those of the receiver they came from."""
+
+_DECIMALS = 7  # of minutes of arc: 0.2 mm
+
+
+def sealed(body: str) -> str:
+    """`$body*checksum` with its line end; the checksum is the exclusive or of the body's bytes."""
+    total = 0
+    for byte in body.encode("ascii"):
+        total ^= byte
+    return f"${body}*{total:02X}\r\n"
+
+
+def rmc(time, latitude, longitude, sog=math.nan, cog=math.nan, valid=True, talker=TALKER) -> str:
+    """Position, SOG, COG and date. Without `valid` or a position: status V, mode N, and nothing else is said."""
+    hour, date = _clock(time)
+    if not valid or not _known(latitude, longitude):
+        return sealed(f"{talker}RMC,{hour},V,,,,,,,{date},,,N")
+    said = f"{_fixed(sog, 1.0 / KNOT, 3)},{_course(cog)}"
+    return sealed(f"{talker}RMC,{hour},A,{_place(latitude, longitude)},{said},{date},,,A")
+
+
+def gga(time, latitude, longitude, satellites=8, hdop=1.0, valid=True, talker=TALKER) -> str:
+    """Position with quality 1, or with quality 0 and no position."""
+    hour, _ = _clock(time)
+    if not valid or not _known(latitude, longitude):
+        return sealed(f"{talker}GGA,{hour},,,,,0,,,,M,,M,,")
+    place = _place(latitude, longitude)
+    return sealed(f"{talker}GGA,{hour},{place},1,{satellites:02d},{hdop:.1f},0.0,M,0.0,M,,")
+
+
+def vtg(sog=math.nan, cog=math.nan, valid=True, talker=TALKER) -> str:
+    """SOG and true COG; without `valid` mode N and nothing else."""
+    if not valid:
+        return sealed(f"{talker}VTG,,T,,M,,N,,K,N")
+    return sealed(f"{talker}VTG,{_course(cog)},T,,M,{_fixed(sog, 1.0 / KNOT, 3)},N,{_fixed(sog, 3.6, 3)},K,A")
+
+
+def rot(rate=math.nan, valid=True, talker=TALKER) -> str:
+    """Rate of turn: degrees a minute, + to starboard; unknown or not `valid` is status V."""
+    known = valid and _known(rate)
+    return sealed(f"{talker}ROT,{_fixed(rate, math.degrees(60.0), 2) if known else ''},{'A' if known else 'V'}")
+
+
+def hdt(heading=math.nan, talker=TALKER) -> str:
+    """True heading."""
+    return sealed(f"{talker}HDT,{_course(heading)},T")
+
+
+class Leg(NamedTuple):
+    """What autopilots want to know of the leg under way: m, rad, true; NaN for unknown."""
+
+    cross_track: float  # + when the boat is to starboard of the leg
+    direction: float  # from origin to destination
+    bearing: float  # from the boat to the destination
+    distance: float  # to the destination
+    course_to_steer: float
+    closing_speed: float  # towards the destination, m/s
+    latitude: float  # of the destination
+    longitude: float
+    origin: str = ""
+    destination: str = ""
+    is_arrived: bool = False  # within the circle of acceptance
+    is_passed: bool = False  # beyond the line through the destination across the leg
+
+
+def xte(leg: Leg, valid=True, talker=TALKER) -> str:
+    """Cross-track error and the side to steer to."""
+    status, error = _status(leg, valid), _cross_track(leg, valid, math.inf)
+    return sealed(f"{talker}XTE,{status},{status},{error},N,{'A' if status == 'A' else 'N'}")
+
+
+def apb(leg: Leg, valid=True, talker=TALKER) -> str:
+    """All that an autopilot needs to follow the leg; bearings and the course to steer are true."""
+    status, error = _status(leg, valid), _cross_track(leg, valid, math.inf)
+    arrived, passed = _letter(leg.is_arrived and status == "A"), _letter(leg.is_passed and status == "A")
+    origin_bearing, bearing, steer = (
+        _course(each if status == "A" else None) for each in (leg.direction, leg.bearing, leg.course_to_steer)
+    )
+    return sealed(
+        f"{talker}APB,{status},{status},{error},N,{arrived},{passed},{origin_bearing},T,{leg.destination},"
+        f"{bearing},T,{steer},T,{'A' if status == 'A' else 'N'}"
+    )
+
+
+def rmb(leg: Leg, valid=True, talker=TALKER) -> str:
+    """Where the destination lies; the cross-track error is at most 9.99 nautical miles, the distance 999.9."""
+    status, error = _status(leg, valid), _cross_track(leg, valid, 9.99)
+    place = _place(leg.latitude, leg.longitude) if _known(leg.latitude, leg.longitude) else ",,,"
+    distance, bearing, closing = "", "", ""
+    if status == "A":
+        distance = _fixed(min(leg.distance, 999.9 * NAUTICAL_MILE), 1.0 / NAUTICAL_MILE, 3)
+        bearing, closing = _course(leg.bearing), _fixed(leg.closing_speed, 1.0 / KNOT, 2)
+    arrived = _letter(leg.is_arrived and status == "A")
+    return sealed(
+        f"{talker}RMB,{status},{error},{leg.origin},{leg.destination},{place},{distance},{bearing},{closing},{arrived},"
+        f"{'A' if status == 'A' else 'N'}"
+    )
+
+
+def _status(leg, valid) -> str:
+    return _letter(valid and _known(leg.cross_track, leg.bearing))
+
+
+def _letter(holds) -> str:
+    return "A" if holds else "V"
+
+
+def _cross_track(leg, valid, most) -> str:
+    """Nautical miles off the leg and the side to steer to: to port when the boat is to starboard."""
+    if _status(leg, valid) == "V":
+        return ","
+    side = "L" if leg.cross_track > 0.0 else "R"
+    return f"{_fixed(min(abs(leg.cross_track) / NAUTICAL_MILE, most), 1.0, 4 if most == math.inf else 2)},{side}"
+
+
+def _known(*values) -> bool:
+    return all(value is not None and math.isfinite(value) for value in values)
+
+
+def _fixed(value, scale, decimals) -> str:
+    return f"{value * scale:.{decimals}f}" if _known(value) else ""
+
+
+def _course(angle) -> str:
+    """Degrees in [0, 360) with two decimals; empty for unknown."""
+    return f"{round(math.degrees(angle) * 100.0) % 36000 / 100.0:.2f}" if _known(angle) else ""
+
+
+def _clock(time) -> tuple[str, str]:
+    """hhmmss.sss and ddmmyy of a Unix time; both empty for unknown."""
+    if not _known(time):
+        return "", ""
+    milliseconds = round(time * 1000.0)
+    moment = datetime.fromtimestamp(milliseconds // 1000, UTC)
+    return f"{moment:%H%M%S}.{milliseconds % 1000:03d}", f"{moment:%d%m%y}"
+
+
+def _place(latitude, longitude) -> str:
+    turned = math.remainder(longitude, 2.0 * math.pi)
+    return f"{_angle(latitude, 2, 'NS')},{_angle(turned, 3, 'EW')}"
+
+
+def _angle(radians, width, letters) -> str:
+    """ddmm.mmmmmmm,N in whole units of the last digit."""
+    scale = 10**_DECIMALS
+    units = round(abs(math.degrees(radians)) * 60.0 * scale)
+    degrees, rest = divmod(units, 60 * scale)
+    minutes, fraction = divmod(rest, scale)
+    return f"{degrees:0{width}d}{minutes:02d}.{fraction:0{_DECIMALS}d},{letters[0] if radians >= 0.0 else letters[1]}"

@@ -1,0 +1,131 @@
+"""A table of a manoeuvre: what the rudder was told and how the boat answered, for `identification.yaw`.
+
+The rudder stands in a column that says so (rudder_deg, rudder_command_deg, command_rudder_deg, yaw_moment_nm, yaw …),
+the answer in a heading or course, or in positions.
+"""
+
+import io
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from steerway.errors import InputError
+from steerway.formats import table
+from steerway.formats.columns import DEGREE, plain_name, understood
+from steerway.records import Fixes
+from steerway.timestamps import unix_times
+
+_RUDDERS = ("rudder", "rudder_angle", "rudder_command", "command_rudder", "yaw_moment", "moment", "yaw")
+_UNITS = {"_deg": DEGREE, "_rad": 1.0, "_nm": 1.0}
+_ANGLES = ("heading", "cog")
+
+
+@dataclass(frozen=True, eq=False)
+class Steering:
+    """A manoeuvre: time (n,) s, rudder (n,) rad or N·m, what there is of angle (n,) rad and of fixes; what was read."""
+
+    time: np.ndarray
+    rudder: np.ndarray
+    angle: np.ndarray | None
+    fixes: Fixes | None
+    notes: tuple[str, ...]
+
+
+def read_steering(path: str | PathLike, rudder: str | None = None, angle: str | None = None) -> Steering:
+    """The manoeuvre that a CSV or Parquet table holds.
+
+    Args:
+        path: the file.
+        rudder: the column to take for the rudder; None finds it by its name. A name that states no unit means degrees
+            for a rudder and N·m for a moment; `yaw` is taken as it stands.
+        angle: the column to take for heading or course; None takes heading, else course, where there is one.
+
+    Raises InputError when the file cannot be read or a column that is needed is not there.
+    """
+    try:
+        data = Path(path).read_bytes()
+        frame = pl.read_parquet(io.BytesIO(data)) if data.startswith(b"PAR1") else _csv(data)
+    except (OSError, pl.exceptions.PolarsError) as error:
+        reason = str(error).splitlines()[0]
+        raise InputError(f"{path}: cannot be read ({reason}), expected a CSV or Parquet table") from None
+    columns = understood(frame.columns)
+    name = _chosen(path, frame, rudder, "rudder") if rudder else _rudder(path, frame)
+    if "time" not in columns:
+        raise InputError(f"{path} has no column for time, found {', '.join(frame.columns)}, expected time_s")
+    time = _times(frame, columns["time"])
+    told = _numbers(frame, name) * _factor(name)
+    notes = [f"rudder: {name}"]
+    turned = _chosen(path, frame, angle, "angle") if angle else _first(columns)
+    heading = None
+    if turned is not None:
+        heading = _numbers(frame, turned) * (1.0 if plain_name(turned).endswith("_rad") else DEGREE)
+        notes.append(f"angle: {turned}")
+    fixes = None
+    if {"latitude", "longitude"} <= columns.keys():
+        fixes = next(iter(table.read(data).sources.values()), None)
+    if heading is None and fixes is None:
+        raise InputError(
+            f"{path} has neither heading, course nor positions, found {', '.join(frame.columns)}, "
+            "expected heading_deg, cog_deg, or lat_deg and lon_deg"
+        )
+    known = np.isfinite(time) & np.isfinite(told)
+    heading = None if heading is None else heading[known]
+    return Steering(time[known], told[known], heading, fixes, tuple(notes))
+
+
+def _csv(data):
+    return pl.read_csv(data, comment_prefix="#", infer_schema_length=None, null_values=["", "nan", "NaN", "null"])
+
+
+def _rudder(path, frame):
+    ranks = {}
+    for name in frame.columns:
+        stem = _stem(name)
+        if stem in _RUDDERS:
+            ranks[_RUDDERS.index(stem)] = name
+    if not ranks:
+        raise InputError(
+            f"{path} has no column for the rudder, found {', '.join(frame.columns)}, expected rudder_deg, "
+            "yaw_moment_nm or a name given"
+        )
+    return ranks[min(ranks)]
+
+
+def _stem(name):
+    plain = plain_name(name)
+    for unit in _UNITS:
+        plain = plain.removesuffix(unit)
+    return plain
+
+
+def _factor(name):
+    plain = plain_name(name)
+    for unit, factor in _UNITS.items():
+        if plain.endswith(unit):
+            return factor
+    return DEGREE if "rudder" in plain else 1.0
+
+
+def _first(columns):
+    return next((columns[meaning].name for meaning in _ANGLES if meaning in columns), None)
+
+
+def _chosen(path, frame, name, what):
+    if name not in frame.columns:
+        raise InputError(f"{path} has no column {name!r} for the {what}, found {', '.join(frame.columns)}")
+    return name
+
+
+def _times(frame, column):
+    series = frame[column.name]
+    return unix_times(series) if series.dtype == pl.String else _numbers(frame, column.name) * (column.factor or 1.0)
+
+
+def _numbers(frame, name):
+    series = frame[name]
+    if series.dtype == pl.String:
+        raise InputError(f"column {name!r} holds text ({series.drop_nulls().head(1).to_list()}), expected numbers")
+    return series.cast(pl.Float64, strict=False).fill_null(np.nan).to_numpy()

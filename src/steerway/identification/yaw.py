@@ -1,0 +1,264 @@
+"""Nomoto's K, T and rudder bias from a zigzag or a turning circle: what a steering autopilot has to know of its boat.
+
+T ω̇ + ω = K (δ + b), P1 (26)–(27), P0 (51)–(52), by maximum likelihood on the innovations of a Kalman filter that knows
+the rudder: noise of the instrument and of the sea are told apart and estimated beside, so that the intervals are fair.
+From an angle (a compass heading, or a course) the likelihood is linear in K and b; from positions alone the five-state
+filter carries it. The 95 % of the intervals is nominal: of a noisy zigzag of four minutes they hold 90 to 92 %.
+"""
+
+import math
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from scipy.optimize import minimize
+
+from steerway.control.course import AnglePIDGains, place_poles
+from steerway.earth import displacement
+from steerway.errors import InputError
+from steerway.estimation.estimate import choose_profile
+from steerway.estimation.filter import FiveStateFilter
+from steerway.estimation.model import GATE, MODE, POSITION_VARIANCE, STRAY, UNDERWAY, empty_memory
+from steerway.estimation.profiles import Profile
+from steerway.identification.interval import Interval, covariance
+from steerway.identification.yaw_likelihood import angle_innovations, positions_cost
+from steerway.records import REJECTED, Fixes
+
+_FEWEST = 30
+_LEAST_TURN = math.radians(3.0)
+_START_TIMES = (0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
+_START_RATIOS = (1e-6, 1e-3, 1.0)
+_EXPECTED = np.log([1e-4, 1e-3, 0.3])
+_EXPECTED_STD = np.array([4.0, 4.0, 2.0])
+"""Of the logarithms of S_ω (rad²/s³), S_U (m²/s³) and a fix's σ (m): wide, for what a record leaves open."""
+_BIG = 1e12
+
+
+@dataclass(frozen=True)
+class YawModel:
+    """What a manoeuvre told, each with its 95 % interval; the unit of the rudder, rad or N·m, is that of the record."""
+
+    gain: Interval  # K, rad/s for a unit of rudder, + for one that turns to starboard
+    time_constant: Interval  # T, s
+    rudder_bias: Interval  # b: with the rudder at −b she goes straight
+    samples: int
+    measured: str  # "angle" or "positions"
+
+    def gains(self, bandwidth: float, damping: float = 1.0, limit: float = math.inf) -> AnglePIDGains:
+        """The autopilot's gains by pole placement, P0 (57)–(59); see `control.course.place_poles`.
+
+        Raises InputError as that does, and for a rudder that is counted positive to port.
+        """
+        if self.gain.value < 0.0:
+            raise InputError(
+                f"the rudder's gain is {self.gain.value:g}: positive rudder turned her to port, expected the sign "
+                "by which positive rudder turns to starboard"
+            )
+        return place_poles(self.gain.value, self.time_constant.value, bandwidth, damping, limit)
+
+
+def identify_yaw(time, rudder, angle) -> YawModel:
+    """K, T and b from a rudder and an angle.
+
+    Args:
+        time: (n,) s, rising.
+        rudder: (n,) rudder angle (rad) or yaw moment (N·m); a row's value holds until the next row, as a command does.
+        angle: (n,) heading or course, rad, wrapped or not; NaN where it was not measured.
+
+    Raises InputError when lengths differ, time does not rise, or the manoeuvre cannot tell: fewer than 30 angles, a
+    rudder that never moves, less than 3° of turning.
+    """
+    time, rudder, angle = _columns(time, rudder, angle=angle)
+    angle = _unwrapped(angle)
+    known = np.isfinite(angle)
+    _check_manoeuvre(rudder, known, np.ptp(angle[known]) if known.any() else 0.0)
+    scale = np.std(rudder)
+    rudder = rudder / scale
+    innovations = np.empty((len(time), 4))
+
+    def run(point):
+        angle_innovations(time, angle, rudder, math.exp(point[0]), math.exp(point[1]), innovations)
+        return innovations[known][1:]
+
+    def profiled(point):
+        return _profiled(run(point))[0] if _sane(point) else _BIG
+
+    starts = [np.log((t, ratio)) for t in _START_TIMES for ratio in _START_RATIOS]
+    best = min(starts, key=profiled)
+    best = minimize(profiled, best, method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-6, "maxiter": 400}).x
+    _, linear, variance = _profiled(run(best))
+
+    def cost(point):
+        """−log L of (log T, log ratio, log variance, K, c)."""
+        nu_y, nu_k, nu_c, s = run(point[:2]).T
+        left = nu_y - point[3] * nu_k - point[4] * nu_c
+        return 0.5 * float(np.sum(left * left / s / math.exp(point[2]) + np.log(s) + point[2]))
+
+    optimum = np.array([*best, math.log(variance), *linear])
+    spread = covariance(cost, optimum, _steps(optimum, 3))
+    return _model(optimum[0], linear, spread[np.ix_([0, 3, 4], [0, 3, 4])], scale, int(known.sum()), "angle")
+
+
+def identify_yaw_from_fixes(fixes: Fixes, time, rudder) -> YawModel:
+    """K, T and b of the course, from positions alone.
+
+    Args:
+        fixes: one vessel's positions, under way.
+        time, rudder: (m,) Unix s and the rudder that holds from each of them to the next, as for `identify_yaw`.
+
+    Raises InputError as that does, and where the fixes and the rudder have no time in common.
+    """
+    time, rudder = _columns(time, rudder)
+    fixes = fixes.rows(fixes.has_position).in_order().between(time[0], time[-1])
+    if len(fixes) < _FEWEST:
+        raise InputError(f"{len(fixes)} fixes lie within the rudder's record, expected at least {_FEWEST}")
+    motion = _smoothed(fixes)
+    held = rudder[np.searchsorted(time, motion.time, side="right") - 1]
+    start = identify_yaw(motion.time, held, motion.cog)
+    scale = np.std(rudder)
+    moments, held, north, east = _merged(fixes.rows(np.isin(fixes.time, motion.time)), time, rudder / scale)
+
+    def cost(point):
+        """−log L of (log T, log S_ω, log S_U, log σ, K, c), what the record may not tell held loosely."""
+        if not _sane(point[:4]):
+            return _BIG
+        loosely = 0.5 * float(np.sum(((point[1:4] - _EXPECTED) / _EXPECTED_STD) ** 2))
+        decay = math.exp(-point[0])
+        profile = _profile(*np.exp(point[1:4]), decay)
+        model = profile.model()
+        model[GATE] = math.inf  # what is refused must not depend on the parameters
+        memory = _under_way(model, north, east, motion)
+        return loosely + positions_cost(moments, held, north, east, point[4], point[5], 1.0 / decay, model, memory)
+
+    gain, push = start.gain.value * scale, start.gain.value * start.rudder_bias.value
+    starts = [
+        np.array([math.log(start.time_constant.value), math.log(rate), math.log(speed), math.log(std), gain, push])
+        for rate, speed, std in product((1e-6, 1e-4, 1e-2), (1e-5, 1e-2), (0.05, 0.5, 3.0))
+    ]
+    optimum = _minimised(cost, min(starts, key=cost))
+    spread = covariance(cost, optimum, _steps(optimum, 4))
+    return _model(optimum[0], optimum[4:], spread[np.ix_([0, 4, 5], [0, 4, 5])], scale, len(fixes), "positions")
+
+
+def _profile(course_rate_noise, speed_noise, position_std, decay):
+    return Profile.model_construct(
+        speed_noise=speed_noise,
+        course_rate_noise=course_rate_noise,
+        course_rate_decay=decay,
+        position_std=position_std,
+    )
+
+
+def _minimised(cost, point):
+    """Nelder and Mead's simplex, begun anew from its end until that gains nothing."""
+    value = cost(point)
+    for _ in range(6):
+        simplex = point + np.vstack([np.zeros(len(point)), np.diag(np.maximum(0.3 * np.abs(point), 0.02))])
+        options = {"initial_simplex": simplex, "maxiter": 1500, "maxfev": 1500, "xatol": 1e-6, "fatol": 1e-4}
+        found = minimize(cost, point, method="Nelder-Mead", options=options)
+        gained, point, value = value - found.fun, found.x, found.fun
+        if gained < 0.01:
+            break
+    return point
+
+
+def _profiled(innovations):
+    """(−log L, (K, c), variance of an angle) at the best K, c and variance for these innovations."""
+    nu_y, nu_k, nu_c, s = innovations.T
+    weight = 1.0 / np.sqrt(s)
+    linear, *_ = np.linalg.lstsq(np.column_stack([nu_k, nu_c]) * weight[:, None], nu_y * weight, rcond=None)
+    left = (nu_y - linear[0] * nu_k - linear[1] * nu_c) * weight
+    variance = max(float(left @ left) / len(left), 1e-30)
+    return 0.5 * (len(left) * math.log(variance) + float(np.sum(np.log(s)))), linear, variance
+
+
+def _steps(point, logarithms):
+    """Steps for the curvature: of a logarithm absolute, of K and c relative to the turning they make."""
+    steps = np.full(len(point), 1e-2)
+    steps[logarithms:] = 1e-2 * max(float(np.max(np.abs(point[logarithms:]))), 1e-9)
+    return steps
+
+
+def _sane(logarithms):
+    """Whether (log T, log of noises) are of this world: T between 7 ms and 8 hours, noise not beyond floats."""
+    return abs(logarithms[0] - 2.65) < 7.6 and bool(np.all(np.abs(logarithms) < 40.0))
+
+
+def _model(log_time, linear, spread, scale, samples, measured):
+    """From (log T, K, c) in scaled rudder and their covariance to K, T, b in the record's unit."""
+    gain, push = linear
+    if gain == 0.0:
+        raise InputError("the vessel does not answer her rudder, expected a manoeuvre that she follows")
+    slope = np.array([-push / gain**2, 1.0 / gain])
+    bias_variance = float(slope @ spread[1:, 1:] @ slope)
+    stds = np.sqrt(np.maximum([spread[0, 0], spread[1, 1], bias_variance], 0.0))
+    return YawModel(
+        gain=Interval.around(float(gain) / scale, stds[1] / scale),
+        time_constant=Interval.around_positive(math.exp(log_time), stds[0]),
+        rudder_bias=Interval.around(float(push / gain) * scale, stds[2] * scale),
+        samples=samples,
+        measured=measured,
+    )
+
+
+def _smoothed(fixes):
+    """What a smoother makes of the fixes with a course that it does not reject: for a first guess and a start."""
+    motion = FiveStateFilter(choose_profile(fixes)).smooth(fixes)
+    known = np.isfinite(motion.cog) & (motion.status != REJECTED)
+    if known.sum() < _FEWEST:
+        raise InputError(f"course is defined at {known.sum()} fixes, expected at least {_FEWEST} under way")
+    return motion.rows(known)
+
+
+def _under_way(model, north, east, motion):
+    """The memory of a filter that starts at the first place, with the smoothed speed and course given or taken."""
+    memory = empty_memory(model)
+    n = memory.shape[1]
+    speed = motion.sog[0]
+    memory[:n] = np.diag([model[POSITION_VARIANCE], model[POSITION_VARIANCE], (0.3 * speed) ** 2, 0.1, 0.1])
+    memory[n] = north[0], east[0], speed, motion.cog[0], 0.0
+    memory[n + 1, MODE], memory[n + 1, STRAY] = UNDERWAY, -1.0
+    return memory
+
+
+def _merged(fixes, time, rudder):
+    """Rows of fixes and of rudder in one order: time, the rudder that holds, north and east or NaN."""
+    moments = np.unique(np.concatenate([time[time > fixes.time[0]], fixes.time]))
+    held = rudder[np.clip(np.searchsorted(time, moments, side="right") - 1, 0, None)]
+    north, east = np.full(len(moments), np.nan), np.full(len(moments), np.nan)
+    places = [
+        displacement(latitude, longitude, fixes.latitude[0], fixes.longitude[0])
+        for latitude, longitude in zip(fixes.latitude, fixes.longitude, strict=True)
+    ]
+    rows = np.searchsorted(moments, fixes.time)
+    north[rows], east[rows] = np.array(places).T
+    return moments, held, north, east
+
+
+def _columns(time, rudder, **others):
+    columns = {"time": time, "rudder": rudder, **others}
+    columns = {name: np.asarray(values, dtype=np.float64) for name, values in columns.items()}
+    for name, values in columns.items():
+        if values.shape != (len(columns["time"]),):
+            raise InputError(f"{name} has shape {values.shape}, expected ({len(columns['time'])},) as time has")
+    if len(columns["time"]) < 2 or not np.all(np.diff(columns["time"]) > 0.0):
+        raise InputError("time does not rise, expected rising seconds")
+    if not np.isfinite(columns["rudder"]).all():
+        raise InputError("the rudder is unknown in some rows, expected a number in each")
+    if np.ptp(columns["rudder"]) == 0.0:
+        raise InputError(f"the rudder stays at {columns['rudder'][0]:g}, expected a zigzag or a turning circle")
+    return columns.values()
+
+
+def _unwrapped(angle):
+    known = np.isfinite(angle)
+    angle = angle.copy()
+    angle[known] = np.unwrap(angle[known])
+    return angle
+
+
+def _check_manoeuvre(rudder, known, turned):
+    if known.sum() < _FEWEST:
+        raise InputError(f"{known.sum()} angles were measured, expected at least {_FEWEST}")
+    if turned < _LEAST_TURN:
+        raise InputError(f"she turned by {math.degrees(turned):.1f}°, expected a zigzag or a turning circle")

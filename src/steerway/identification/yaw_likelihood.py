@@ -1,0 +1,90 @@
+"""How likely a record of an angle, or of positions, is for a Nomoto vessel told a known rudder.
+
+T ω̇ + ω = K δ + c + white noise, χ̇ = ω: P1 (26)–(27), with c = K b for a rudder bias b. Against the five-state model,
+whose course rate decays and is driven by noise, it has the rudder as a known input: 1/T is α2 of P0 (15).
+"""
+
+import math
+
+import numpy as np
+
+from steerway.compiled import kernel
+from steerway.estimation.five_state import turn_noise, turn_response
+from steerway.estimation.model import COURSE, MODE, RATE, UNDERWAY
+from steerway.estimation.tracking import advance, settle, take_fix
+
+_OUTLIER_COST = 24.0
+
+
+@kernel
+def angle_innovations(time, angle, rudder, time_constant, ratio, out):
+    """Innovations of an angle without a rudder, what a unit of K and of c take from them, their variance: out (n, 4).
+
+    time, angle, rudder: (n,), s, unwrapped rad and the rudder that holds from its row to the next. `ratio` is the
+    noise density of the rate over the variance of an angle, 1/s³; the variances are in units of the latter. NaN where
+    no angle was measured.
+    """
+    states = np.zeros((3, 2))  # (angle, rate): the estimate, and its response to K and to c
+    p_aa, p_ar, p_rr = 1e6, 0.0, 1e6 * max(ratio, 1e-6)
+    begun = False
+    for k in range(len(time)):
+        if k > 0:
+            dt = time[k] - time[k - 1]
+            left, turn, _ = turn_response(1.0 / time_constant, dt)
+            q_rr, q_ar, q_aa, _, _, _ = turn_noise(1.0 / time_constant, dt)
+            p_aa += turn * (2.0 * p_ar + turn * p_rr) + ratio * q_aa
+            p_ar = left * (p_ar + turn * p_rr) + ratio * q_ar
+            p_rr = left * left * p_rr + ratio * q_rr
+            for i in range(3):
+                push = rudder[k - 1] if i == 1 else 1.0 if i == 2 else 0.0
+                states[i, 0] += turn * states[i, 1] + push * (dt - turn)
+                states[i, 1] = left * states[i, 1] + push * (1.0 - left)
+        out[k, :] = math.nan
+        if math.isnan(angle[k]):
+            continue
+        if not begun:
+            states[0, 0] = angle[k]
+            begun = True
+        s = p_aa + 1.0
+        gain_a, gain_r = p_aa / s, p_ar / s
+        for i in range(3):
+            seen = angle[k] - states[i, 0] if i == 0 else -states[i, 0]
+            states[i, 0] += gain_a * seen
+            states[i, 1] += gain_r * seen
+            out[k, i] = seen if i == 0 else -seen
+        out[k, 3] = s
+        p_rr -= gain_r * p_ar
+        p_ar -= gain_a * p_ar
+        p_aa -= gain_a * p_aa
+
+
+@kernel
+def positions_cost(time, rudder, north, east, gain, push, time_constant, model, memory):
+    """−log likelihood of the fixes of a record under the five-state filter that knows what the rudder does.
+
+    time, rudder, north, east: (n,), NaN where a row is no fix. `push` is c. `model` has 1/T for α2. `memory` is
+    a filter under way before the first row: a start that judged for itself when course is defined would make the
+    likelihood jump.
+    """
+    n = memory.shape[1]
+    x, book = memory[n], memory[n + 1]
+    cost = 0.0
+    for k in range(len(time)):
+        if k > 0:
+            dt = time[k] - time[k - 1]
+            steered = book[MODE] == UNDERWAY
+            left, turn, area = turn_response(1.0 / time_constant, dt)
+            wanted = gain * rudder[k - 1] + push
+            # The push's mean part of the course bends the step over ground, the rest turns its end.
+            mean = wanted * (0.5 * dt - area / dt) if steered and dt > 0.0 else 0.0
+            x[COURSE] += mean
+            advance(memory, dt, model)
+            if steered and book[MODE] == UNDERWAY:
+                x[COURSE] += wanted * (dt - turn) - mean
+                x[RATE] += wanted * (1.0 - left)
+        if not (math.isfinite(north[k]) and math.isfinite(east[k])):
+            continue
+        _, nis, log_determinant = take_fix(memory, north[k], east[k], model)
+        settle(memory, model)
+        cost += min(0.5 * (nis + log_determinant), _OUTLIER_COST)
+    return cost

@@ -1,0 +1,142 @@
+"""The loop: one fixed step for any vessel, sea, instruments and pilot.
+
+The vessel object brings its own integration (RK4 or Euler), the pilot its own blocks; the loop keeps the time, the
+state and the record.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from steerway.checks import positive
+from steerway.errors import InputError
+from steerway.estimation.onboard import Estimate, Readings
+from steerway.guidance.leg import LegState
+from steerway.pilot import Orders, Pilot
+from steerway.vessels.environment import Environment, WaveMotion
+from steerway.vessels.kinematics import GroundMotion
+from steerway.vessels.vessel import Vessel
+
+COLUMNS = (
+    *(f"true_{name}" for name in GroundMotion._fields),
+    *(f"read_{name}" for name in Readings._fields),
+    *(f"estimated_{name}" for name in Estimate._fields),
+    *(f"leg_{name}" for name in LegState._fields),
+    *("desired_angle", "desired_rate", "desired_acceleration"),
+    *("reference_angle", "reference_rate", "reference_acceleration"),
+    *("asked_speed", "force", "yaw", "mode", "by_course"),
+    *("current_north", "current_east", "force_north", "force_east", "moment"),
+)
+"""What a run keeps of every step beside the time, the commands and the vessel's state; SI, rad, NaN for unknown."""
+
+
+class Instruments(Protocol):
+    """What can be switched on and asked at every step: `sensors.suite.Suite`, `sensors.suite.Truth`."""
+
+    def start(self, seed) -> "Switched": ...
+
+
+class Switched(Protocol):
+    """Instruments that are switched on."""
+
+    def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Readings: ...
+
+
+class Start(NamedTuple):
+    """Where a vessel begins: m, rad, m/s through the water (None: the vessel's own)."""
+
+    north: float = 0.0
+    east: float = 0.0
+    heading: float = 0.0
+    speed: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What happened. `run["true_north"]` is a column of COLUMNS, (n,); time (n,) s; command (n, actuators).
+
+    Row k holds the truth at time k·step, what was read and estimated then, and the command that held from then on;
+    state (n, states) is the vessel's.
+    """
+
+    time: np.ndarray
+    values: np.ndarray
+    command: np.ndarray
+    state: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.values[:, COLUMNS.index(name)]
+
+    @property
+    def true_sog(self) -> np.ndarray:
+        """(n,) speed over ground, m/s."""
+        return np.hypot(self["true_north_velocity"], self["true_east_velocity"])
+
+    @property
+    def true_cog(self) -> np.ndarray:
+        """(n,) course over ground, rad in [−π, π]."""
+        return np.arctan2(self["true_east_velocity"], self["true_north_velocity"])
+
+    def rows(self, chosen) -> "Run":
+        """The same run with the rows of a slice, mask or index array."""
+        return Run(self.time[chosen], self.values[chosen], self.command[chosen], self.state[chosen])
+
+
+def sail(
+    vessel: Vessel,
+    pilot: Pilot,
+    instruments: Instruments,
+    duration: float,
+    step: float,
+    *,
+    start: Start | tuple = Start(),  # noqa: B008
+    environment: Environment = Environment(),  # noqa: B008
+    seed=0,
+    until: Callable[[Pilot], bool] = lambda pilot: pilot.finished,
+    progress: Callable[[float], None] | None = None,
+) -> Run:
+    """Sail for `duration` s in steps of `step` s, or `until` it says so; the same seed gives the same run.
+
+    `seed`: an int or a numpy Generator; sea and instruments draw from streams of their own. `progress` is told the part
+    done, from 0 to 1. Raises InputError for a duration or step that cannot be sailed, and when the vessel's state is no
+    longer finite, which says that the step is too long or the loop unstable.
+    """
+    positive("duration", duration)
+    positive("step", step)
+    sea_seed, instrument_seed = np.random.default_rng(seed).spawn(2)
+    sea, senses = environment.start(sea_seed, step), instruments.start(instrument_seed)
+    state = vessel.start(*(each for each in start if each is not None))
+    rows, commands, states = [], [], []
+    n = max(1, round(duration / step))
+    told = max(1, n // 200)
+    for k in range(n):
+        motion = vessel.motion(state, sea.conditions)
+        readings = senses.step(k * step, motion, sea.waves)
+        orders = pilot.step(readings, step)
+        rows.append(_row(motion, readings, orders, sea.conditions))
+        commands.append(orders.command)
+        states.append(state)
+        if until(pilot):
+            break
+        state = vessel.step(state, orders.command, sea.conditions, step)
+        sea.advance(motion)
+        if not math.isfinite(state[0]):
+            raise InputError(
+                f"the vessel's state is no number after {k * step:g} s, expected a smaller step than {step:g} s"
+            )
+        if progress and k % told == 0:
+            progress(k / n)
+    if progress:
+        progress(1.0)
+    return Run(np.arange(len(rows)) * step, np.array(rows), np.array(commands), np.array(states))
+
+
+def _row(motion: GroundMotion, readings: Readings, orders: Orders, conditions):
+    _, estimate, leg, desired, reference, *rest = orders
+    return (*motion, *readings, *estimate, *leg, *desired, *reference, *rest, *conditions.tolist())

@@ -1,0 +1,73 @@
+"""What a run amounts to: numbers, and the estimate held against the truth."""
+
+import math
+
+import numpy as np
+
+from steerway.pilot import Mode
+from steerway.simulation.loop import Run
+
+SETTLING = 30.0
+"""s at the beginning that do not count: the filter starts, the boat gathers way."""
+
+
+def errors(run: Run) -> dict[str, np.ndarray]:
+    """Estimate minus truth, (n,) each: position (m, length), sog, cog (rad, the short way), course_rate."""
+    north = run["estimated_north"] - run["true_north"]
+    east = run["estimated_east"] - run["true_east"]
+    turn = run["estimated_cog"] - run.true_cog
+    return {
+        "position": np.hypot(north, east),
+        "sog": run["estimated_sog"] - run.true_sog,
+        "cog": np.mod(turn + np.pi, 2.0 * np.pi) - np.pi,
+        "course_rate": run["estimated_course_rate"] - run["true_course_rate"],
+    }
+
+
+def crab_angle(run: Run) -> np.ndarray:
+    """(n,) true angle from the bow to the velocity over ground, rad in [−π, π)."""
+    return np.mod(run.true_cog - run["true_heading"] + np.pi, 2.0 * np.pi) - np.pi
+
+
+def judged(run: Run) -> np.ndarray:
+    """(n,) bool: the rows that count, under way and settled."""
+    return (run["mode"] == Mode.UNDER_WAY) & (run.time > min(SETTLING, 0.2 * run.time[-1]))
+
+
+def numbers(run: Run, passages=()) -> dict[str, float]:
+    """The run in flat, named numbers; NaN where there is nothing to judge."""
+    rows = judged(run)
+    said = errors(run)
+    cross = run["leg_cross_track"]
+    true_cross = true_cross_track(run)
+    within = np.abs(said["cog"][rows]) <= 2.0 * run["estimated_cog_std"][rows]
+    known = np.isfinite(said["cog"][rows])
+    return {
+        "duration_s": float(run.time[-1]),
+        "waypoints_reached": float(sum(each.reached for each in passages)),
+        "waypoints_missed": float(sum(not each.reached for each in passages)),
+        "sog_rms_mps": _rms(said["sog"][rows]),
+        "cog_rms_deg": math.degrees(_rms(said["cog"][rows])),
+        "course_rate_rms_dps": math.degrees(_rms(said["course_rate"][rows])),
+        "position_rms_m": _rms(said["position"][rows]),
+        "cog_within_2sigma_pct": 100.0 * float(within[known].mean()) if known.any() else math.nan,
+        "cross_track_rms_m": _rms(true_cross[rows]),
+        "cross_track_max_m": float(np.max(np.abs(true_cross[rows]), initial=0.0)),
+        "estimated_cross_track_rms_m": _rms(cross[rows]),
+        "crab_angle_max_deg": math.degrees(np.max(np.abs(crab_angle(run)[rows]), initial=0.0)),
+        "hand_overs": float(np.abs(np.diff(run["by_course"])).sum()),
+        "finished": float(run["mode"][-1] == Mode.STOPPED),
+    }
+
+
+def true_cross_track(run):
+    """The true position's distance from the leg under way: the estimated one, less the error across."""
+    north = run["estimated_north"] - run["true_north"]
+    east = run["estimated_east"] - run["true_east"]
+    direction = run["leg_direction"]
+    return run["leg_cross_track"] - (east * np.cos(direction) - north * np.sin(direction))
+
+
+def _rms(values) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known * known))) if len(known) else math.nan

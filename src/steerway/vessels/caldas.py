@@ -1,0 +1,112 @@
+"""P3's hypothetical USV of 15 m in three degrees of freedom, Table I: two propellers on one speed and a yaw moment.
+
+M ν̇ + C(ν)ν + D ν + B ν|ν| = τ, P3 (3)–(8), with ν through the water. As printed she has no yaw stability: about a
+straight run at u she has the eigenvalue +u √(m11 (m22 − m11)/(m22 m33)) = +0.139 u, and a heading loop with more than
+m11 (m22 − m11)/m22 u² = 6.41 u² kN·m/rad holds her.
+
+State x y ψ u v r n (m, m, rad, m/s, m/s, rad/s, rev/s); u and v over ground along the hull's axes.
+"""
+
+import math
+
+import numpy as np
+
+from steerway.compiled import kernel
+from steerway.vessels.actuators import Actuator, follow
+from steerway.vessels.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
+from steerway.vessels.propeller import Propeller, thrust
+from steerway.vessels.surge import CALDAS_LINEAR_DRAG, CALDAS_MASS, CALDAS_QUADRATIC_DRAG, SHAFT
+from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT
+
+MASS = (CALDAS_MASS, 29277.3, 331146.3)
+"""m11, m22 in kg, m33 in kg·m²: P3 Table I, printed in t and t·m²."""
+LINEAR_DRAG = (CALDAS_LINEAR_DRAG, 1.7, 0.4)
+"""d11, d22 in N·s/m, d33 in N·m·s, printed in kN."""
+QUADRATIC_DRAG = (CALDAS_QUADRATIC_DRAG, 3037.6, 639483.5)
+"""b11, b22 in N·s²/m², b33 in N·m·s², printed in kN."""
+
+_M1, _M2, _M3 = MASS
+_D1, _D2, _D3 = LINEAR_DRAG
+_B1, _B2, _B3 = QUADRATIC_DRAG
+
+
+class Caldas:
+    """The 15 m USV for the loop. Command: shaft speed (rev/s) and yaw moment (N·m). State (7,): see the module."""
+
+    def __init__(self, propeller: Propeller | None = None, shaft: Actuator = SHAFT, moment_limit: float = math.inf):
+        self.actuators = (shaft, Actuator("yaw moment", -moment_limit, moment_limit))
+        self._machine = np.array([shaft.low, shaft.high, shaft.rate, shaft.lag, moment_limit])
+        self._curve = (propeller or Propeller()).curve()
+
+    def start(self, north=0.0, east=0.0, heading=0.0, speed=0.0) -> np.ndarray:
+        return np.array([north, east, heading, speed, 0.0, 0.0, 0.0], dtype=np.float64)
+
+    def step(self, state, command, conditions, step) -> np.ndarray:
+        shaft, moment = command
+        return _step(state, shaft, moment, self._machine, self._curve, conditions, step)
+
+    def motion(self, state, conditions) -> GroundMotion:
+        return _motion(state, self._curve, conditions)
+
+    def rates(self, state, moment, conditions) -> np.ndarray:
+        """(7,) time derivative of the state for a yaw moment (N·m), the shaft held."""
+        return _rates(np.asarray(state, dtype=np.float64), state[6], moment, self._curve, conditions)
+
+
+@kernel
+def _rates(state, shaft, moment, curve, conditions):
+    heading, u, v, r = state[2], state[3], state[4], state[5]
+    stream, set_across = in_body(conditions[CURRENT_NORTH], conditions[CURRENT_EAST], heading)
+    force, side = in_body(conditions[FORCE_NORTH], conditions[FORCE_EAST], heading)
+    a, b = u - stream, v - set_across
+    out = np.zeros(7)
+    out[0], out[1] = over_ground(u, v, heading)
+    out[2] = r
+    ahead = thrust(a, shaft, curve) + force + _M2 * b * r - (_D1 + _B1 * abs(a)) * a
+    abeam = side - _M1 * a * r - (_D2 + _B2 * abs(b)) * b
+    turn = moment + conditions[MOMENT] + (_M1 - _M2) * a * b - (_D3 + _B3 * abs(r)) * r
+    # A current that is steady over ground turns in the axes of a hull that turns.
+    out[3] = ahead / _M1 + r * set_across
+    out[4] = abeam / _M2 - r * stream
+    out[5] = turn / _M3
+    return out
+
+
+@kernel
+def _step(state, command, moment, machine, curve, conditions, step):
+    before = state[6]
+    after = follow(before, command, machine[0], machine[1], machine[2], machine[3], step)
+    if machine[3] == 0.0 and machine[2] == math.inf:
+        before = after
+    middle = 0.5 * (before + after)
+    moment = min(max(moment, -machine[4]), machine[4])
+    k1 = _rates(state, before, moment, curve, conditions)
+    k2 = _rates(state + 0.5 * step * k1, middle, moment, curve, conditions)
+    k3 = _rates(state + 0.5 * step * k2, middle, moment, curve, conditions)
+    k4 = _rates(state + step * k3, after, moment, curve, conditions)
+    out = state + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+    out[6] = after
+    return out
+
+
+@kernel
+def _motion(state, curve, conditions):
+    rates = _rates(state, state[6], 0.0, curve, conditions)
+    before = _rates(state - SHORTLY * rates, state[6], 0.0, curve, conditions)
+    after = _rates(state + SHORTLY * rates, state[6], 0.0, curve, conditions)
+    acceleration = (after - before) / (2.0 * SHORTLY)
+    heading = state[2]
+    stream, set_across = in_body(conditions[CURRENT_NORTH], conditions[CURRENT_EAST], heading)
+    return GroundMotion(
+        state[0],
+        state[1],
+        heading,
+        rates[0],
+        rates[1],
+        rates[2],
+        turning_rate(rates[0], rates[1], acceleration[0], acceleration[1]),
+        state[3] - stream,
+        state[4] - set_across,
+        0.0,
+        0.0,
+    )

@@ -1,0 +1,130 @@
+"""CyberShip II: a 1:70 model of a supply vessel, 1.255 m and 23.8 kg, driven by forces in surge, sway and yaw.
+
+Two identifications. "linear": P2 Tables I and II with x_g = 0.0425 m, which its printed gains and the vessel's public
+simulator imply (0.046 m in Table I); for dynamic positioning, with linear damping and without Coriolis forces.
+"nonlinear": R. Skjetne, T. I. Fossen and P. V. Kokotović (2005), Adaptive maneuvering, with experiments, for a model
+ship in a marine control laboratory, Automatica 41(2).
+
+State N E ψ u v r: position in m, heading in rad, surge and sway through the water in m/s, yaw rate in rad/s.
+"""
+
+import numpy as np
+
+from steerway.checks import one_of
+from steerway.compiled import kernel
+from steerway.vessels.actuators import Actuator
+from steerway.vessels.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
+from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT, checked_method
+
+LENGTH = 1.255
+MASS, YAW_INERTIA = 23.8, 1.76
+_SURGE_MASS, _SWAY_MASS, _YAW_MASS = MASS + 2.0, MASS + 10.0, YAW_INERTIA + 1.0  # with added mass
+_LINEAR_ARM, _NONLINEAR_ARM = MASS * 0.0425, MASS * 0.046  # m x_g; Y_ṙ = N_v̇ = 0
+
+INERTIA = np.array([[_SURGE_MASS, 0.0, 0.0], [0.0, _SWAY_MASS, _LINEAR_ARM], [0.0, _LINEAR_ARM, _YAW_MASS]])
+"""M of P2 (28)."""
+DAMPING = np.array([[2.0, 0.0, 0.0], [0.0, 7.0, 0.1], [0.0, 0.1, 0.5]])
+"""D of P2 (29)."""
+
+THRUST = (
+    Actuator("surge force", -2.0, 2.0),
+    Actuator("sway force", -1.5, 1.5),
+    Actuator("yaw moment", -1.5, 1.5),
+)
+"""What propellers, rudders and bow thruster together can give: N, N, N·m."""
+_LIMITS = np.array([each.high for each in THRUST])
+
+IDENTIFICATIONS = ("linear", "nonlinear")
+
+
+def derivatives(state, force, identification="linear", conditions=None) -> np.ndarray:
+    """The (6,) time derivative of the (6,) state under an unlimited force (surge N, sway N, yaw N·m).
+
+    P2 (1)–(2), with the environment's force given in NED and turned into the body. `conditions` (5,) as in `vessel`.
+    """
+    weather = np.zeros(5) if conditions is None else np.asarray(conditions, dtype=np.float64)
+    return _rates(np.asarray(state, float), np.asarray(force, float), identification == "nonlinear", weather)
+
+
+class CyberShip2:
+    """CyberShip II for the loop. Command: (surge force N, sway force N, yaw moment N·m), held to what she can give.
+
+    `identification` is "linear" or "nonlinear", see the module. The velocities are through the water, which a current
+    carries along. Raises InputError for another identification and an unknown method.
+    """
+
+    actuators = THRUST
+
+    def __init__(self, identification="linear", method="rk4"):
+        self._nonlinear = one_of("cybership2.identification", identification, IDENTIFICATIONS) == "nonlinear"
+        self._runge_kutta = checked_method(method)
+
+    def start(self, north=0.0, east=0.0, heading=0.0, speed=0.0) -> np.ndarray:
+        return np.array([north, east, heading, speed, 0.0, 0.0], dtype=np.float64)
+
+    def step(self, state, command, conditions, step) -> np.ndarray:
+        surge, sway, yaw = command
+        return _step(state, surge, sway, yaw, self._nonlinear, conditions, step, self._runge_kutta)
+
+    def motion(self, state, conditions) -> GroundMotion:
+        return _motion(state, self._nonlinear, conditions)
+
+
+@kernel
+def _linear_damping(u, v, r):
+    return 2.0 * u, 7.0 * v + 0.1 * r, 0.1 * v + 0.5 * r
+
+
+@kernel
+def _nonlinear_damping(u, v, r):
+    """Damping and Coriolis forces, D(ν) ν + C(ν) ν."""
+    x = u * (0.72253 + 1.32742 * abs(u) + 5.86643 * u * u)
+    y = v * (0.88965 + 36.47287 * abs(v) + 0.805 * abs(r)) + r * (7.25 + 0.845 * abs(v) + 3.45 * abs(r))
+    n = -v * (0.0313 + 3.95645 * abs(v) + 0.13 * abs(r)) + r * (1.9 - 0.08 * abs(v) + 0.75 * abs(r))
+    across, along = _SWAY_MASS * v + _NONLINEAR_ARM * r, _SURGE_MASS * u
+    return x - across * r, y + along * r, n + across * u - along * v
+
+
+@kernel
+def _rates(state, force, nonlinear, conditions):
+    heading, u, v, r = state[2], state[3], state[4], state[5]
+    x, y = in_body(conditions[FORCE_NORTH], conditions[FORCE_EAST], heading)
+    x, y, n = x + force[0], y + force[1], conditions[MOMENT] + force[2]
+    drag_x, drag_y, drag_n = _nonlinear_damping(u, v, r) if nonlinear else _linear_damping(u, v, r)
+    x, y, n = x - drag_x, y - drag_y, n - drag_n
+    arm = _NONLINEAR_ARM if nonlinear else _LINEAR_ARM
+    determinant = _SWAY_MASS * _YAW_MASS - arm * arm
+    north, east = over_ground(u, v, heading)
+    out = np.empty(6)
+    out[0] = north + conditions[CURRENT_NORTH]
+    out[1] = east + conditions[CURRENT_EAST]
+    out[2] = r
+    out[3] = x / _SURGE_MASS
+    out[4] = (_YAW_MASS * y - arm * n) / determinant
+    out[5] = (_SWAY_MASS * n - arm * y) / determinant
+    return out
+
+
+@kernel
+def _step(state, surge, sway, yaw, nonlinear, conditions, step, by_runge_kutta):
+    force = np.minimum(np.maximum(np.array([surge, sway, yaw]), -_LIMITS), _LIMITS)
+    k1 = _rates(state, force, nonlinear, conditions)
+    if not by_runge_kutta:
+        return state + step * k1
+    k2 = _rates(state + 0.5 * step * k1, force, nonlinear, conditions)
+    k3 = _rates(state + 0.5 * step * k2, force, nonlinear, conditions)
+    k4 = _rates(state + step * k3, force, nonlinear, conditions)
+    return state + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+
+@kernel
+def _motion(state, nonlinear, conditions):
+    still = np.zeros(3)
+    rates = _rates(state, still, nonlinear, conditions)
+    before = _rates(state - SHORTLY * rates, still, nonlinear, conditions)
+    after = _rates(state + SHORTLY * rates, still, nonlinear, conditions)
+    acceleration = (after - before) / (2.0 * SHORTLY)
+    course_rate = turning_rate(rates[0], rates[1], acceleration[0], acceleration[1])
+    return GroundMotion(
+        state[0], state[1], state[2], rates[0], rates[1], state[5], course_rate, state[3], state[4], 0.0, 0.0
+    )

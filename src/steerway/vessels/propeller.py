@@ -1,0 +1,73 @@
+"""A propeller by its open-water curve: thrust T = K_t(J) ρ n|n| D⁴ with J = (1 − w) u/(n D); P3 (9)–(11), Table II.
+
+Between the points of the curve K_t is linear. Below the first it stays, beyond the last (a propeller that windmills)
+it goes on along the last segment as far as J = 3. A shaft at rest gives no thrust.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from steerway.checks import not_negative, positive
+from steerway.compiled import kernel
+from steerway.errors import InputError
+
+FARTHEST_ADVANCE = 3.0
+_GAIN, _REACH, _CURVE = range(3)
+
+
+@dataclass(frozen=True)
+class Propeller:
+    """Equal propellers on one speed: diameter D m, `count`, thrust `efficiency` η, `wake_fraction` w, water density.
+
+    The curve: advance ratios J, rising, and thrust coefficients K_t. As given: P3's, whose D, η and ρ are not printed.
+    Raises InputError for a curve that does not rise in J and for numbers that cannot be.
+    """
+
+    diameter: float = 0.8
+    count: int = 2
+    efficiency: float = 0.8
+    wake_fraction: float = 0.0
+    density: float = 1025.0
+    advance: tuple[float, ...] = (-1.0, -0.5, 0.0, 0.7, 1.0)
+    coefficient: tuple[float, ...] = (0.2, 0.34, 0.32, 0.12, 0.0)
+
+    def __post_init__(self):
+        for name in ("diameter", "count", "efficiency", "density"):
+            positive(f"propeller.{name}", getattr(self, name))
+        if not_negative("propeller.wake_fraction", self.wake_fraction) >= 1.0:
+            raise InputError(f"propeller.wake_fraction is {self.wake_fraction:g}, expected less than 1")
+        if len(self.advance) < 2 or len(self.advance) != len(self.coefficient) or np.diff(self.advance).min() <= 0.0:
+            raise InputError(f"propeller.advance is {self.advance}, expected rising ratios, one a coefficient")
+
+    @property
+    def gain(self) -> float:
+        """Thrust (N) for a K_t of 1 at one revolution a second, all propellers together; P3 (12)."""
+        return self.count * self.efficiency * self.density * self.diameter**4
+
+    def curve(self, gain: float | None = None) -> np.ndarray:
+        """(2 + 2k,) what `thrust` reads. `gain` in place of the propeller's own: thrust a mass, for one."""
+        reach = (1.0 - self.wake_fraction) / self.diameter
+        return np.array([self.gain if gain is None else gain, reach, *self.advance, *self.coefficient])
+
+
+@kernel
+def thrust_coefficient(advance, curve):
+    """K_t at an advance ratio J."""
+    k = (len(curve) - _CURVE) // 2
+    if advance <= curve[_CURVE]:
+        return curve[_CURVE + k]
+    advance = min(advance, FARTHEST_ADVANCE)
+    j = _CURVE + 1
+    while j < _CURVE + k - 1 and advance > curve[j]:
+        j += 1
+    slope = (curve[j + k] - curve[j + k - 1]) / (curve[j] - curve[j - 1])
+    return curve[j + k] + slope * (advance - curve[j])
+
+
+@kernel
+def thrust(speed, shaft, curve):
+    """Thrust (N, or what the curve's gain says) at a speed through the water (m/s) and a shaft speed (rev/s)."""
+    if shaft == 0.0:
+        return 0.0
+    return curve[_GAIN] * thrust_coefficient(curve[_REACH] * speed / shaft, curve) * shaft * abs(shaft)

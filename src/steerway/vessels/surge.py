@@ -1,0 +1,125 @@
+"""A boat that only goes ahead: u̇ = −d u_r − b u_r|u_r| + T(u_r, n)/m + F/m; P3 (12)–(13).
+
+u is the speed over ground along the hull, u_r = u − current the speed through the water, n the shaft speed in rev/s.
+State x y ψ u n (m, m, rad, m/s, rev/s). She keeps her heading; a current across carries her sideways.
+"""
+
+import math
+
+import numpy as np
+
+from steerway.checks import not_negative, positive
+from steerway.compiled import kernel
+from steerway.vessels.actuators import Actuator, follow
+from steerway.vessels.kinematics import GroundMotion, in_body, over_ground
+from steerway.vessels.propeller import Propeller, thrust
+from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH
+
+SHAFT = Actuator("shaft speed", 0.0, 17.5)
+"""P3's shaft, without dynamics; its limit of 17.5 rev/s is not printed."""
+
+CALDAS_MASS, CALDAS_LINEAR_DRAG, CALDAS_QUADRATIC_DRAG = 19801.1, 820.8, 101.2
+"""m11, d11 and b11 of P3 Table I in kg, N·s/m and N·s²/m²."""
+
+
+@kernel
+def surge_rate(speed, shaft, linear_drag, quadratic_drag, curve):
+    """u̇ (m/s²) at a speed through the water (m/s) and a shaft speed (rev/s); P3 (13), all per unit of mass."""
+    return thrust(speed, shaft, curve) - (linear_drag + quadratic_drag * abs(speed)) * speed
+
+
+@kernel
+def surge_step(speed, before, after, stream, push, linear_drag, quadratic_drag, curve, step):
+    """Speed over ground after `step` s by Runge and Kutta while the shaft goes evenly from `before` to `after`."""
+    middle = 0.5 * (before + after)
+    k1 = surge_rate(speed - stream, before, linear_drag, quadratic_drag, curve) + push
+    k2 = surge_rate(speed + 0.5 * step * k1 - stream, middle, linear_drag, quadratic_drag, curve) + push
+    k3 = surge_rate(speed + 0.5 * step * k2 - stream, middle, linear_drag, quadratic_drag, curve) + push
+    k4 = surge_rate(speed + step * k3 - stream, after, linear_drag, quadratic_drag, curve) + push
+    return speed + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+
+class Surge:
+    """A surge-only vessel for the loop. Command: the shaft speed, rev/s. State (5,): see the module.
+
+    mass with its added mass in kg; drag linear in N·s/m and quadratic in N·s²/m². As given: P3's USV of Table I.
+    Raises InputError for numbers that cannot be.
+    """
+
+    def __init__(
+        self,
+        mass: float = CALDAS_MASS,
+        linear_drag: float = CALDAS_LINEAR_DRAG,
+        quadratic_drag: float = CALDAS_QUADRATIC_DRAG,
+        propeller: Propeller | None = None,
+        shaft: Actuator = SHAFT,
+    ):
+        positive("surge.mass", mass)
+        not_negative("surge.linear_drag", linear_drag)
+        not_negative("surge.quadratic_drag", quadratic_drag)
+        propeller = propeller or Propeller()
+        self.mass, self.propeller, self.actuators = mass, propeller, (shaft,)
+        machine = (shaft.low, shaft.high, shaft.rate, shaft.lag)
+        self._hull = np.array([mass, linear_drag / mass, quadratic_drag / mass, *machine], dtype=np.float64)
+        self._curve = propeller.curve(propeller.gain / mass)
+
+    def start(self, north=0.0, east=0.0, heading=0.0, speed=0.0) -> np.ndarray:
+        """The state at `speed` with the shaft at rest."""
+        return np.array([north, east, heading, speed, 0.0], dtype=np.float64)
+
+    def step(self, state, command, conditions, step) -> np.ndarray:
+        (shaft,) = command
+        return _step(state, shaft, self._hull, self._curve, conditions, step)
+
+    def motion(self, state, conditions) -> GroundMotion:
+        return _motion(state, conditions)
+
+    def acceleration(self, speed: float, shaft: float) -> float:
+        """u̇ (m/s²) at a speed through the water (m/s) and a shaft speed (rev/s)."""
+        return surge_rate(speed, shaft, self._hull[1], self._hull[2], self._curve)
+
+
+def published_surrogate() -> Surge:
+    """The boat that P3's published curves show: not the printed one. Fitted to the figures, shaft lag 10.683 s."""
+    mass = CALDAS_MASS
+    propeller = Propeller()
+    share = 0.0373039 * mass / propeller.gain
+    fitted = Propeller(efficiency=propeller.efficiency * share)
+    return Surge(mass, 0.0, 0.0040839 * mass, fitted, Actuator("shaft speed", 0.0, 17.5, lag=10.683))
+
+
+@kernel
+def _step(state, command, hull, curve, conditions, step):
+    heading, speed, before = state[2], state[3], state[4]
+    stream, across = in_body(conditions[CURRENT_NORTH], conditions[CURRENT_EAST], heading)
+    force, _ = in_body(conditions[FORCE_NORTH], conditions[FORCE_EAST], heading)
+    after = follow(before, command, hull[3], hull[4], hull[5], hull[6], step)
+    if hull[6] == 0.0 and hull[5] == math.inf:
+        before = after
+    faster = surge_step(speed, before, after, stream, force / hull[0], hull[1], hull[2], curve, step)
+    north, east = over_ground(0.5 * (speed + faster), across, heading)
+    out = np.empty(5)
+    out[0] = state[0] + step * north
+    out[1] = state[1] + step * east
+    out[2], out[3], out[4] = heading, faster, after
+    return out
+
+
+@kernel
+def _motion(state, conditions):
+    heading, speed = state[2], state[3]
+    stream, across = in_body(conditions[CURRENT_NORTH], conditions[CURRENT_EAST], heading)
+    north, east = over_ground(speed, across, heading)
+    return GroundMotion(
+        state[0],
+        state[1],
+        heading,
+        north,
+        east,
+        0.0,
+        0.0,
+        speed - stream,
+        0.0,
+        0.0,
+        0.0,
+    )

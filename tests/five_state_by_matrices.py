@@ -1,0 +1,79 @@
+"""The five-state filter in dense matrices, for tests and benchmarks: x ← f(x), P ← F P Fᵀ + Q, Joseph's form.
+
+Written from the model alone (constant turn rate over a step, e^{−α t} in closed form), not from the kernels.
+"""
+
+import math
+
+import numpy as np
+
+MEASURED = np.eye(5)[:2]
+
+
+class ExactTurn:
+    """Motion model of [x^n y^n U χ ω] over a step of fixed length, with spectral densities S_U and S_ω."""
+
+    def __init__(self, dt, speed_noise, rate_noise, speed_decay, rate_decay):
+        self.dt, self.speed_noise, self.rate_noise = dt, speed_noise, rate_noise
+        self.speed_left, self.way, _ = responses(speed_decay, dt)
+        self.rate_left, self.turn, area = responses(rate_decay, dt)
+        self.lean = area / dt
+        nodes, weights = np.polynomial.legendre.leggauss(3)
+        spent = [responses(rate_decay, 0.5 * dt * (1.0 + node)) for node in nodes]
+        self.rate_covariance = (
+            0.5
+            * dt
+            * rate_noise
+            * sum(weight * np.outer(each, each) for weight, each in zip(weights, spent, strict=True))
+        )  # of (ω, χ, ∫χ)
+
+    def step(self, x):
+        """f(x), F and Q at x."""
+        u, w = x[2], x[4]
+        mean_course, half_turn = x[3] + self.lean * w, 0.5 * self.turn * w
+        c, s = math.cos(mean_course), math.sin(mean_course)
+        ratio, slope = 1.0 - half_turn**2 / 6.0, -half_turn / 3.0 * (1.0 - half_turn**2 / 10.0)
+        if abs(half_turn) > 1e-3:
+            ratio = math.sin(half_turn) / half_turn
+            slope = (math.cos(half_turn) - ratio) / half_turn
+        length = u * self.way * ratio
+        along, across = 0.5 * self.turn * slope * u * self.way, self.lean * length
+        north, east = length * c, length * s
+        moved = np.array([x[0] + north, x[1] + east, u * self.speed_left, x[3] + self.turn * w, w * self.rate_left])
+        f = np.array(
+            [
+                [1.0, 0.0, self.way * ratio * c, -east, along * c - across * s],
+                [0.0, 1.0, self.way * ratio * s, north, along * s + across * c],
+                [0.0, 0.0, self.speed_left, 0.0, 0.0],
+                [0.0, 0.0, 0.0, 1.0, self.turn],
+                [0.0, 0.0, 0.0, 0.0, self.rate_left],
+            ]
+        )
+        return moved, f, self._noise(u, c, s)
+
+    def _noise(self, u, c, s):
+        """S_U enters the way along (c, s) and the speed, S_ω the rate, the course and, times U, the way across."""
+        dt, q = self.dt, self.speed_noise
+        by_speed = np.array([[c, 0.0], [s, 0.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]])
+        by_rate = np.array([[0.0, 0.0, -u * s], [0.0, 0.0, u * c], [0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+        speed = q * np.array([[dt**3 / 3.0, dt**2 / 2.0], [dt**2 / 2.0, dt]])
+        return by_speed @ speed @ by_speed.T + by_rate @ self.rate_covariance @ by_rate.T
+
+
+def responses(rate, t):
+    """After a unit of a decaying state: it, its integral and the integral of that."""
+    a = rate * t
+    if a < 1e-2:
+        area = t * t * sum((-a) ** k / math.factorial(k + 2) for k in range(8))
+    else:
+        area = (t + math.expm1(-a) / rate) / rate
+    turn = t - rate * area
+    return 1.0 - rate * turn, turn, area
+
+
+def update(x, p, fix, variance):
+    """Textbook corrector with Joseph's covariance: (I − K C) P (I − K C)ᵀ + K R Kᵀ."""
+    r = variance * np.eye(2)
+    gain = p @ MEASURED.T @ np.linalg.inv(MEASURED @ p @ MEASURED.T + r)
+    kept = np.eye(5) - gain @ MEASURED
+    return x + gain @ (fix - x[:2]), kept @ p @ kept.T + gain @ r @ gain.T

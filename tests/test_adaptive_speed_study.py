@@ -1,0 +1,78 @@
+"""The study of adaptive speed: how it judges, the paper's arguments, and one run from end to end."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from steerway import studies
+from steerway.simulation import campaign
+from steerway.studies.adaptive_speed import judge, theory
+from steerway.studies.adaptive_speed.cases import Job, run
+from steerway.studies.study import write_results
+
+TIME = np.arange(0.0, 200.05, 0.1)
+
+
+def test_settling_is_the_last_exit():
+    speed = np.where(TIME < 30.0, 0.0, 3.0)
+    assert judge.settling(TIME, speed, 3.0) == pytest.approx(30.0)
+    speed[700:705] = 3.1
+    assert judge.settling(TIME, speed, 3.0) == pytest.approx(70.5)
+    assert judge.settling(TIME, np.full_like(TIME, 3.0), 3.0) == 0.0
+    assert judge.settling(TIME, np.full_like(TIME, 2.9), 3.0) == math.inf
+    assert judge.settling(TIME, np.full_like(TIME, np.nan), 3.0) == math.inf
+
+
+def test_overshoot_and_tail():
+    speed = np.where((TIME > 50.0) & (TIME < 60.0), 3.15, 3.0)
+    assert judge.overshoot_pct(speed, 3.0) == pytest.approx(5.0)
+    assert judge.overshoot_pct(np.full(9, 2.0), 3.0) == 0.0
+    speed[-50] = 2.97
+    assert judge.tail_pct(TIME, speed, 3.0) == pytest.approx(1.0)
+
+
+def test_lyapunov_holds_for_constant_g_and_not_for_a_propeller():
+    inner = slice(2, -2)
+    held = theory.descent(3.0, constant=True, duration=20.0)
+    np.testing.assert_allclose(held.derivative[inner], held.claimed[inner], atol=1e-5 * np.abs(held.claimed).max())
+    free = theory.descent(3.0, constant=False, duration=20.0)
+    assert free.derivative[inner].max() > np.abs(free.claimed).max()
+
+
+@pytest.mark.parametrize("setpoint", [3.0, 6.0])
+def test_with_a_heading_loop_she_settles_straight(setpoint):
+    course = theory.sail_straight(setpoint, heading_loop=True, duration=100.0)
+    assert abs(math.degrees(course.heading[-1])) < 0.2
+    assert judge.settling(course.time, course.speed, setpoint) < 40.0
+    loose = theory.sail_straight(setpoint, heading_loop=False, duration=60.0)
+    assert math.degrees(np.abs(loose.heading).max()) > 90.0
+
+
+def test_a_random_boat_in_current_and_wind():
+    found = run(Job("chance", 0, 3))
+    assert found["settling_s"] < 40.0 and found["overshoot_pct"] <= 0.5
+    assert found["tail_pct"] <= 1.0 and found["peak_pct"] <= 4.0
+
+
+def test_every_step_of_the_staircase_settles_and_the_log_identifies():
+    found = run(Job("staircase", 0))
+    assert max(found[f"step_{i}_s"] for i in range(1, 6)) <= 36.0
+    assert found["drag_linear_pct"] < 10.0 and found["drag_quadratic_pct"] < 10.0 and found["thrust_pct"] < 2.5
+    assert found["identified"] == 1.0 and found["constant_identified"] == 0.0
+
+
+def test_the_whole_study_with_one_seed(tmp_path, monkeypatch):
+    monkeypatch.setattr(campaign.os, "cpu_count", lambda: 1)
+    told = []
+    results = studies.named("adaptive-speed").run(1, 0, lambda share, what: told.append(share))
+    assert told[-1] == 1.0 and told == sorted(told)
+    assert [each.what for each in results.comparisons if each.met is False] == []
+    assert [int(stem[3:5]) for stem in results.figures if stem.startswith("fig")] == list(range(1, 16))
+    page = write_results(results, tmp_path)
+    numbers = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
+    for key in ("mracplus_settling_s_3", "mracplus_overshoot_pct_9", "printed_mrac_settling_s_6", "fusion_rms_pct_9"):
+        assert numbers[key] > 0.0
+    assert {"fusion_nis", "random_plants_pass_pct", "fault_dvl_ramp_named_s"} <= numbers.keys()
+    assert page.stat().st_size > 1e5 and len(list(tmp_path.glob("*.png"))) == len(results.figures)

@@ -1,0 +1,384 @@
+"""Generic claims of the five-state filter: what a step does, that Q is sound, that order and place do not matter."""
+
+import math
+
+import numpy as np
+import pytest
+
+from steerway import FiveStateFilter, Fixes, Profile
+from steerway.angles import wrap
+from steerway.estimation.five_state import predict, set_step, turn_noise, turn_response
+from steerway.estimation.model import RATE_DECAY, SPEED_DECAY, empty_memory
+from steerway.estimation.position_update import correct, innovation
+from steerway.estimation.tracking import SPOKEN, track
+from steerway.estimation.way import fold
+from tests.five_state_by_matrices import ExactTurn, responses, update
+
+PROFILE = Profile(speed_noise=2e-2, course_rate_noise=3e-3, course_rate_decay=0.3, position_std=0.2)
+RECEIVER_ERRS = PROFILE.model_copy(update={"error_std": 0.7, "error_time": 20.0})
+STEPS = (0.02, 0.2, 1.0, 7.0)
+NORTH, EAST, SPEED, COURSE, RATE = range(5)
+
+
+def some_state(seed, n=5):
+    """A moving vessel and a covariance with every correlation."""
+    rng = np.random.default_rng(seed)
+    x = rng.standard_normal(n)
+    x[:5] = [3.0, -2.0, rng.uniform(0.5, 8.0), rng.uniform(-math.pi, math.pi), rng.uniform(-0.3, 0.3)]
+    root = rng.standard_normal((n, n)) * rng.uniform(0.1, 1.0, n)[:, None]
+    return x, root @ root.T
+
+
+def predicted(x, p, dt, model):
+    """The kernel's prediction of (x, P) with P whole again."""
+    x, p, step = x.copy(), p.copy(), np.zeros((3, len(x)))
+    set_step(step, dt, model)
+    predict(x, p, step, model)
+    return x, whole(p)
+
+
+def whole(p):
+    return np.triu(p) + np.triu(p, 1).T
+
+
+def dense(profile, dt):
+    return ExactTurn(dt, profile.speed_noise, profile.course_rate_noise, profile.speed_decay, profile.course_rate_decay)
+
+
+@pytest.mark.parametrize("decays", [(0.0, 0.3), (0.01, 0.0), (0.2, 2.0)])
+@pytest.mark.parametrize("dt", STEPS)
+def test_a_prediction_is_dense_f_p_f_plus_q(dt, decays):
+    profile = PROFILE.model_copy(update={"speed_decay": decays[0], "course_rate_decay": decays[1]})
+    for seed in range(5):
+        x, p = some_state(seed)
+        moved, f, q = dense(profile, dt).step(x)
+        x, p_after = predicted(x, p, dt, profile.model())
+        np.testing.assert_allclose(x, moved, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(p_after, f @ p @ f.T + q, rtol=1e-9, atol=1e-9 * np.abs(p_after).max())
+
+
+@pytest.mark.parametrize("dt", STEPS)
+def test_extra_states_decay_beside_the_five(dt):
+    model = RECEIVER_ERRS.model()
+    left = math.exp(-dt / RECEIVER_ERRS.error_time)
+    for seed in range(5):
+        x, p = some_state(seed, 7)
+        f, q = np.eye(7) * left, np.eye(7) * RECEIVER_ERRS.error_std**2 * (1.0 - left**2)
+        moved, f[:5, :5], q[:5, :5] = dense(RECEIVER_ERRS, dt).step(x[:5])
+        after, p_after = predicted(x, p, dt, model)
+        np.testing.assert_allclose(after, [*moved, *(left * x[5:])], rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(p_after, f @ p @ f.T + q, rtol=1e-9, atol=1e-9 * np.abs(p_after).max())
+
+
+@pytest.mark.parametrize("dt", STEPS)
+def test_the_jacobian_is_the_slope_of_the_motion(dt):
+    model = dense(PROFILE, dt)
+    for seed in range(5):
+        x, _ = some_state(seed)
+        f = model.step(x)[1]
+        h = 1e-6
+        slopes = [(model.step(x + h * e)[0] - model.step(x - h * e)[0]) / (2.0 * h) for e in np.eye(5)]
+        np.testing.assert_allclose(f, np.transpose(slopes), rtol=1e-7, atol=1e-7)
+
+
+def test_a_step_follows_the_arc():
+    """The step against fine Euler steps of P0 (11)–(15) with the corrected predictor of Table 1."""
+    profile = PROFILE.model_copy(update={"speed_decay": 0.05})
+    start = np.array([10.0, 20.0, 3.0, 2.5, -0.15])
+    n, dt = 100_000, 0.5
+    x = start.copy()
+    for _ in range(n):
+        rates = [x[2] * math.cos(x[3]), x[2] * math.sin(x[3]), -0.05 * x[2], x[4], -profile.course_rate_decay * x[4]]
+        x += dt / n * np.array(rates)
+    after, _ = predicted(start, np.eye(5), dt, profile.model())
+    np.testing.assert_allclose(after, x, atol=2e-4)  # the chord takes the rate as constant: 1e-4 m here
+
+
+@pytest.mark.parametrize("extra", [0, 2])
+def test_a_correction_is_josephs_form(extra):
+    for seed in range(5):
+        x, p = some_state(seed, 5 + extra)
+        fix, variance, g = np.array([3.5, -2.6]), 0.04, 5 if extra else 0
+        c = np.eye(5 + extra)[:2]
+        if g:
+            c = c + np.eye(7)[5:]
+        s = c @ p @ c.T + variance * np.eye(2)
+        gain = p @ c.T @ np.linalg.inv(s)
+        kept = np.eye(len(x)) - gain @ c
+        x_after, p_after = x.copy(), p.copy()
+        parts = innovation(x_after, p_after, *fix, variance, variance, g)
+        np.testing.assert_allclose(parts, [*(fix - c @ x), s[0, 0], s[0, 1], s[1, 1]], rtol=1e-12)
+        correct(x_after, p_after, np.empty((4, len(x))), *parts, g)
+        np.testing.assert_allclose(x_after, x + gain @ (fix - c @ x), rtol=1e-9)
+        np.testing.assert_allclose(whole(p_after), kept @ p @ kept.T + variance * gain @ gain.T, rtol=1e-9, atol=1e-9)
+
+
+def winding(n=1500, dt=0.2, seed=1):
+    """Fixes (n,) north and east of a boat that winds its way, and their times."""
+    rng = np.random.default_rng(seed)
+    time = dt * np.arange(n)
+    course = np.cumsum(0.25 * np.sin(time / 15.0)) * dt
+    speed = 2.5 + np.sin(time / 40.0)
+    noise = np.clip(0.2 * rng.standard_normal((2, n)), -0.5, 0.5)
+    return time, np.cumsum(speed * np.cos(course)) * dt + noise[0], np.cumsum(speed * np.sin(course)) * dt + noise[1]
+
+
+def tracked(north, east, time, profile=PROFILE):
+    """Rows of what the filter says (n, SPOKEN), and their NIS."""
+    model = profile.model()
+    n = len(time)
+    spoken, nis = np.empty((n, SPOKEN)), np.empty(n)
+    columns = (spoken, nis, np.empty(n), np.empty(n, np.uint8))
+    track(time, north, east, np.empty((0, 5)), False, model, empty_memory(model), *columns, np.empty((0, 1, 1)))
+    return spoken, nis
+
+
+def test_the_filter_is_the_dense_filter():
+    """From a filter under way, three hundred fixes at uneven intervals by kernels and by matrices."""
+    _, north, east = winding(400)
+    estimator = FiveStateFilter(PROFILE)
+    for k in range(100):
+        estimator.predict(0.2)
+        estimator.update_north_east(north[k], east[k])
+    x, p = estimator.state, estimator.covariance
+    parts = ((0.2,), (0.1, 0.1), (0.05, 0.05, 0.1))
+    models = {dt: dense(PROFILE, dt) for dt in (0.05, 0.1, 0.2)}
+    for k in range(100, 400):
+        for dt in parts[k % 3]:
+            x, f, q = models[dt].step(x)
+            p = f @ p @ f.T + q
+            estimator.predict(dt)
+        x, p = update(x, p, np.array([north[k], east[k]]), PROFILE.position_std**2)
+        estimator.update_north_east(north[k], east[k])
+    assert estimator.underway
+    x[3] = wrap(x[3])
+    np.testing.assert_allclose(estimator.state, x, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(estimator.covariance, p, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("profile", [PROFILE, RECEIVER_ERRS], ids=["plain", "receiver errs"])
+def test_streaming_is_the_whole_record(profile):
+    time, north, east = winding()
+    latitude, longitude = 1.0 + north / 6.37e6, 0.2 + east / 3.4e6
+    motion = FiveStateFilter(profile).filter(Fixes(time, latitude, longitude))
+    estimator = FiveStateFilter(profile)
+    said = []
+    for k in range(len(time)):
+        if k:
+            estimator.predict(time[k] - time[k - 1])
+        nis = estimator.update(latitude[k], longitude[k])
+        said.append([*estimator.position, estimator.sog, estimator.cog, estimator.course_rate, nis])
+    moving = np.arange(20, len(time))
+    whole_record = np.stack([motion.latitude, motion.longitude, motion.sog, motion.cog, motion.course_rate, motion.nis])
+    np.testing.assert_allclose(np.array(said)[moving], whole_record.T[moving], rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("parts", [2, 10])
+def test_rate_changes_nothing_on_a_straight(parts):
+    """With no course rate, its decay aside, mean and covariance of a step do not depend on how often it is cut."""
+    x, p = some_state(3)
+    x[RATE], p[RATE, :], p[:, RATE] = 0.0, 0.0, 0.0
+    profile = PROFILE.model_copy(update={"course_rate_noise": 1e-30})
+    once = predicted(x, p, 1.0, profile.model())
+    for _ in range(parts):
+        x, p = predicted(x, p, 1.0 / parts, profile.model())
+    np.testing.assert_allclose(x, once[0], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(p, once[1], rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("parts", [2, 10])
+def test_rate_changes_little_in_a_turn(parts):
+    """In a turn a step takes the decaying rate as constant, and noise as entering along the mean course.
+
+    Over 0.2 s at 0.3 rad/s the mean differs by less than 1e-5 m, and the covariance by less than 0.1 % of its scale.
+    """
+    x, p = some_state(4)
+    x[RATE] = 0.3
+    p *= 1e-2
+    once = predicted(x, p, 0.2, PROFILE.model())
+    for _ in range(parts):
+        x, p = predicted(x, p, 0.2 / parts, PROFILE.model())
+    np.testing.assert_allclose(x, once[0], rtol=0.0, atol=1e-5)
+    scale = np.sqrt(np.outer(np.diag(p), np.diag(p)))
+    assert np.abs((p - once[1]) / scale).max() < 1e-3
+
+
+def test_the_estimate_does_not_depend_on_the_rate():
+    time, north, east = winding(600)
+    whole_seconds, _ = tracked(north, east, time)
+    fine = np.arange(10 * 600) * 0.02
+    sparse = np.full((2, len(fine)), np.nan)
+    sparse[:, ::10] = north, east
+    cut, _ = tracked(*sparse, fine)
+    late = slice(50, None)
+    np.testing.assert_allclose(cut[::10][late, SPEED], whole_seconds[late, SPEED], atol=5e-3)
+    turned = np.array([wrap(each) for each in cut[::10][late, COURSE] - whole_seconds[late, COURSE]])
+    assert np.abs(turned).max() < math.radians(0.5)
+
+
+def test_a_negative_speed_is_folded():
+    x, p = some_state(6)
+    x[SPEED], x[COURSE] = -1.5, 2.0
+    turned = np.diag([1.0, 1.0, -1.0, 1.0, 1.0])
+    folded, p_folded = x.copy(), p.copy()
+    fold(folded, p_folded)
+    np.testing.assert_allclose(folded, [x[0], x[1], 1.5, 2.0 - math.pi, x[4]])
+    np.testing.assert_allclose(whole(p_folded), turned @ p @ turned)
+
+
+@pytest.mark.parametrize("course", [-math.pi, math.pi, 9.0, -9.0, 3.0])
+def test_a_course_is_wrapped(course):
+    x, p = some_state(7)
+    x[COURSE] = course
+    fold(x, p)
+    assert -math.pi <= x[COURSE] < math.pi
+    assert math.isclose(math.cos(x[COURSE]), math.cos(course)) and abs(math.sin(x[COURSE]) - math.sin(course)) < 1e-12
+
+
+@pytest.mark.parametrize("decay", [0.0, 0.05, 0.5, 2.0, 10.0])
+@pytest.mark.parametrize("decay_dt", [1e-3, 0.019, 0.021, 0.5, 2.0])
+def test_process_noise_is_positive_semidefinite(decay, decay_dt):
+    dt = decay_dt / decay if decay else decay_dt
+    profile = PROFILE.model_copy(update={"course_rate_decay": decay})
+    for course in np.linspace(-3.0, 3.0, 7):
+        _, q = predicted(np.array([0.0, 0.0, 5.0, course, 0.1]), np.zeros((5, 5)), dt, profile.model())
+        scale = np.sqrt(np.diag(q))
+        assert np.linalg.eigvalsh(q / np.outer(scale, scale)).min() > -1e-9
+
+
+@pytest.mark.parametrize(("decay_dt", "rtol"), [(0.0, 1e-12), (0.02, 1e-6), (0.5, 3e-4), (2.0, 1e-2)])
+def test_turn_noise_is_the_integral_of_the_response(decay_dt, rtol):
+    dt = 0.5
+    decay = decay_dt / dt
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    response = np.array([responses(decay, 0.5 * dt * (1.0 + node)) for node in nodes])
+    expected = 0.5 * dt * (response.T * weights) @ response
+    ww, xw, xx, yw, yx, yy = turn_noise(decay, dt)
+    measured = np.array([[ww, xw, yw], [xw, xx, yx], [yw, yx, yy]])
+    np.testing.assert_allclose(measured, expected, rtol=rtol)
+
+
+@pytest.mark.parametrize("decay_dt", [1e-6, 1e-3, 0.0199, 0.0201, 0.3])
+def test_the_response_to_a_course_rate(decay_dt):
+    np.testing.assert_allclose(turn_response(decay_dt / 0.5, 0.5), responses(decay_dt / 0.5, 0.5), rtol=3e-12)
+
+
+def test_series_and_closed_form_meet():
+    """On either side of the limit between them nothing jumps: of the decay of course rate, and of the half-turn."""
+    x, p = some_state(8)
+    model = PROFILE.model()
+    limit = 0.02 / PROFILE.course_rate_decay
+    below, above = (predicted(x, p, limit * (1.0 + side), model) for side in (-1e-9, 1e-9))
+    for one, other in zip(below, above, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-7, atol=1e-8)
+    turn = responses(PROFILE.course_rate_decay, 0.2)[1]
+    for side in (-1e-9, 1e-9):
+        x[RATE] = 0.1 / turn * (1.0 + side)
+        moved, f, q = dense(PROFILE, 0.2).step(x)
+        after, p_after = predicted(x, p, 0.2, model)
+        np.testing.assert_allclose(after, moved, rtol=1e-13)
+        np.testing.assert_allclose(p_after, f @ p @ f.T + q, rtol=1e-12, atol=1e-13)
+
+
+SCENES = {
+    "rotated 37°": math.radians(37.0),
+    "rotated 90°": math.radians(90.0),
+    "rotated 180°": math.pi,
+    "rotated 300°": math.radians(300.0),
+}
+
+
+def assert_turned(scene, original, turn, sign=1.0):
+    """The scene's SOG, course and rate are the original's, turned by `turn` after a change of sign (a mirror)."""
+    known = np.isfinite(original[:, COURSE])
+    assert known.sum() > 1000
+    np.testing.assert_array_equal(known, np.isfinite(scene[:, COURSE]))
+    for column in (SPEED, 5, 6, 7, 8):
+        np.testing.assert_allclose(scene[known, column], original[known, column], rtol=1e-7, atol=1e-8)
+    np.testing.assert_allclose(scene[known, RATE], sign * original[known, RATE], atol=1e-8)
+    gap = [wrap(each) for each in scene[known, COURSE] - sign * original[known, COURSE] - turn]
+    np.testing.assert_allclose(gap, 0.0, atol=1e-8)
+
+
+@pytest.mark.parametrize("turn", SCENES.values(), ids=SCENES.keys())
+def test_a_turned_scene_gives_a_turned_estimate(turn):
+    time, north, east = winding()
+    original, nis = tracked(north, east, time)
+    c, s = math.cos(turn), math.sin(turn)
+    scene, scene_nis = tracked(c * north - s * east, s * north + c * east, time)
+    assert_turned(scene, original, turn)
+    np.testing.assert_allclose(scene_nis, nis, rtol=1e-6, atol=1e-8)
+
+
+def test_a_mirrored_scene_gives_a_mirrored_estimate():
+    time, north, east = winding()
+    original, _ = tracked(north, east, time)
+    assert_turned(tracked(north, -east, time)[0], original, 0.0, sign=-1.0)
+
+
+def test_a_moved_scene_gives_a_moved_estimate():
+    time, north, east = winding()
+    original, _ = tracked(north, east, time)
+    scene, _ = tracked(north + 4096.0, east - 8192.0, time + 1024.0)
+    assert_turned(scene, original, 0.0)
+    np.testing.assert_allclose(scene[:, :2] - original[:, :2], [[4096.0, -8192.0]] * len(time), atol=1e-7)
+
+
+def on_earth(latitude_deg, longitude_deg):
+    """The winding boat around a place, through latitude and longitude: its motion."""
+    from steerway.earth import displaced
+
+    time, north, east = winding()
+    origin = math.radians(latitude_deg), math.radians(longitude_deg)
+    # Metre by metre along the track, so that the scene is the same on the ground wherever it lies.
+    places = [origin]
+    for k in range(1, len(time)):
+        places.append(displaced(*places[-1], north[k] - north[k - 1], east[k] - east[k - 1]))
+    latitude, longitude = np.array(places).T
+    return FiveStateFilter(PROFILE).filter(Fixes(time, latitude, longitude))
+
+
+@pytest.mark.parametrize(
+    ("latitude_deg", "longitude_deg"), [(0.0, 179.999), (-45.0, -179.9999), (63.4, 10.4), (80.0, 179.99), (-80.0, 0.0)]
+)
+def test_a_place_changes_nothing(latitude_deg, longitude_deg):
+    """The antimeridian is crossed, the meridians meet at 80°: the motion is that of the plane."""
+    time, north, east = winding()
+    plane, _ = tracked(north, east, time)
+    motion = on_earth(latitude_deg, longitude_deg)
+    assert np.all((motion.longitude >= -math.pi) & (motion.longitude < math.pi))
+    late = slice(50, None)
+    np.testing.assert_allclose(motion.sog[late], plane[late, SPEED], atol=2e-3)
+    gap = [wrap(each) for each in motion.cog[late] - plane[late, COURSE]]
+    assert np.abs(gap).max() < math.radians(0.1)
+
+
+@pytest.mark.parametrize("course_deg", range(-180, 180, 15))
+def test_every_course_is_found_from_nothing(course_deg):
+    course = math.radians(course_deg)
+    time = 0.2 * np.arange(150)
+    rng = np.random.default_rng(course_deg + 180)
+    noise = 0.1 * rng.standard_normal((2, len(time)))
+    way = 1.3 * time
+    said, _ = tracked(way * math.cos(course) + noise[0], way * math.sin(course) + noise[1], time)
+    assert abs(wrap(said[-1, COURSE] - course)) < math.radians(5.0)
+    assert abs(said[-1, SPEED] - 1.3) < 0.1
+
+
+def test_a_turn_to_starboard_is_positive():
+    """From north over east: course and rate grow. Exchanged axes or a wrong sign of the turn are found here.
+
+    Without decay of the rate the filter follows a steady turn without bias.
+    """
+    time = 0.2 * np.arange(600)
+    rate = 0.02
+    north, east = 3.0 / rate * np.sin(rate * time), 3.0 / rate * (1.0 - np.cos(rate * time))
+    said, _ = tracked(north, east, time, PROFILE.model_copy(update={"course_rate_decay": 0.0}))
+    assert said[-1, RATE] == pytest.approx(rate, rel=0.02)
+    assert wrap(said[-1, COURSE] - rate * time[-1]) == pytest.approx(0.0, abs=math.radians(1.0))
+    assert said[-1, SPEED] == pytest.approx(3.0, rel=0.01)
+
+
+def test_the_model_has_the_decays_where_the_kernels_read_them():
+    model = PROFILE.model_copy(update={"speed_decay": 0.07}).model()
+    assert (model[SPEED_DECAY], model[RATE_DECAY]) == (0.07, PROFILE.course_rate_decay)

@@ -1,0 +1,89 @@
+"""The loop and the pilot in it: what repeats, what a run keeps, and what happens without fixes."""
+
+import math
+
+import numpy as np
+import pytest
+
+from steerway.control.allocation import OTTER_PROPELLERS
+from steerway.control.course import AnglePID, place_poles
+from steerway.control.handover import Helm
+from steerway.control.speed_pi import SpeedPI, SpeedPIGains
+from steerway.errors import InputError
+from steerway.estimation.filter import FiveStateFilter
+from steerway.estimation.onboard import FilterEstimator
+from steerway.guidance.line_of_sight import LineOfSight
+from steerway.guidance.reference import ReferenceModel
+from steerway.guidance.route import Route
+from steerway.guidance.waypoints import Mission
+from steerway.pilot import Mode, Pilot
+from steerway.sensors.faults import Fault
+from steerway.sensors.gnss import Gnss, low_cost
+from steerway.sensors.suite import Suite
+from steerway.simulation.loop import Start, sail
+from steerway.vessels import Otter
+from steerway.vessels.environment import Current, Environment
+
+STEP = 0.02
+CROSSING = Environment(Current(0.3, math.pi / 2.0))
+
+
+def otter_pilot(north=(0.0, 60.0, 60.0), east=(0.0, 0.0, 60.0), cruise=1.2, **more):
+    return Pilot(
+        FilterEstimator(FiveStateFilter("otter")),
+        Mission(Route(np.array(north), np.array(east), 5.0)),
+        LineOfSight(12.0),
+        Helm(AnglePID(place_poles(0.0242, 1.0, 0.5)), ReferenceModel(0.5, max_rate=math.radians(15.0))),
+        OTTER_PROPELLERS,
+        SpeedPI(SpeedPIGains(mass=85.0, linear_drag=77.0, limit=200.0)),
+        cruise=cruise,
+        **more,
+    )
+
+
+def mission(gnss=None, duration=150.0, seed=3, pilot=None, start=Start()):  # noqa: B008
+    suite = Suite(gnss or low_cost())
+    return sail(Otter(), pilot or otter_pilot(), suite, duration, STEP, start=start, environment=CROSSING, seed=seed)
+
+
+def test_an_otter_sails_her_route_and_stops():
+    run = mission()
+    assert run["mode"][-1] == Mode.STOPPED and 90.0 < run.time[-1] < 150.0
+    assert np.array_equal(run.command[-1], (0.0, 0.0))
+    sailing = (run.time > 30.0) & (run["leg_remaining"] > 10.0)
+    assert abs(np.median(run.true_sog[sailing]) - 1.2) < 0.1
+    leg = (run.time > 30.0) & (run["leg_target"] == 1.0)
+    crab = np.degrees(run.true_cog - run["true_heading"])[leg]
+    assert 8.0 < np.median(crab) < 20.0  # set to starboard by the current, found without being told
+    assert abs(np.median(run["true_east"][leg])) < 4.0  # within the receiver's own error
+
+
+def test_the_same_seed_is_the_same_run_and_another_is_not():
+    one, again, other = (mission(duration=20.0, seed=seed) for seed in (3, 3, 4))
+    assert np.array_equal(one.values, again.values, equal_nan=True)
+    assert not np.array_equal(one["read_north"], other["read_north"], equal_nan=True)
+
+
+def test_a_boat_without_fixes_switches_off_and_goes_on_when_they_return():
+    gnss = Gnss(white=0.1, faults=(Fault("dropout", start=40.0, duration=20.0),))
+    run = mission(gnss, duration=90.0, pilot=otter_pilot(patience=8.0))
+    blind = run["mode"] == Mode.BLIND
+    assert run.time[blind][0] == pytest.approx(47.8, abs=0.3) and run.time[blind][-1] == pytest.approx(60.0, abs=0.3)
+    assert not run.command[blind].any()
+    assert np.hypot(*run.command[(run.time > 45.0) & (run.time < 47.0)].T).min() > 10.0  # until then she sails on
+    back = run.time > 75.0
+    assert np.all(run["mode"][back] == Mode.UNDER_WAY) and abs(run.true_sog[-1] - 1.2) < 0.2
+
+
+def test_nothing_is_done_before_the_first_fix():
+    run = mission(Gnss(white=0.1, faults=(Fault("dropout", start=0.0, duration=5.0),)), duration=8.0)
+    waiting = run.time < 4.9
+    assert np.all(run["mode"][waiting] == Mode.WAITING) and not run.command[waiting].any()
+    assert run["mode"][-1] == Mode.UNDER_WAY and run.command[-1].all()
+
+
+def test_what_cannot_be_sailed_is_said():
+    with pytest.raises(InputError, match="step is 0, expected a number above 0"):
+        sail(Otter(), otter_pilot(), Suite(low_cost()), 10.0, 0.0)
+    with pytest.raises(InputError, match=r"no number after [\d.]+ s, expected a smaller step than 1 s"):
+        sail(Otter(method="euler"), otter_pilot(), Suite(low_cost()), 100.0, 1.0)

@@ -1,0 +1,110 @@
+"""The study of P1 section 4: its known numbers, from which the filters differ, and what it writes."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from steerway.studies import mariner_los, named
+from steerway.studies.mariner_los import measured
+from steerway.studies.mariner_los_lyapunov import LOOKAHEAD, approaches, promised
+from steerway.studies.mariner_los_ship import PRINTED_NOISE, STATED_NOISE, Case, cross_track, receiver, straight, voyage
+from steerway.studies.study import write_results
+from steerway.vessels.mariner import CRUISE_SPEED
+
+
+@pytest.fixture(scope="module")
+def truth():
+    return measured(Case("truth"))
+
+
+def test_true_states_give_the_known_numbers(truth):
+    for waypoint, expected in enumerate((252.7, 1063.3, 1596.6, 2329.3), 1):
+        assert truth[f"switch_s_{waypoint}"] == pytest.approx(expected, abs=2.0)
+    assert truth["rudder_max_deg"] == pytest.approx(31.3, abs=1.0)
+    assert truth["rudder_rate_max_dps"] == pytest.approx(3.76, abs=0.2)
+    assert truth["cross_track_max_m"] == pytest.approx(427.0, abs=10.0)
+    assert truth["cog_rms_deg"] < 1e-9 and truth["saturated_pct"] == 0.0
+
+
+def test_a_slow_low_pass_tracks_badly_and_a_quick_one_saturates():
+    quick, slow = (measured(Case("truth", low_pass=low_pass)) for low_pass in (20.0, 100.0))
+    assert quick["rudder_max_deg"] == pytest.approx(40.0, abs=0.1) and quick["saturated_pct"] > 1.0
+    assert slow["rudder_max_deg"] < 14.0 and slow["cross_track_max_m"] == pytest.approx(614.0, abs=10.0)
+
+
+@pytest.mark.parametrize("angle", [0.0, 135.0, 180.0, 285.0])
+def test_the_product_finishes_however_the_scene_is_turned(angle, truth):
+    turned = measured(Case("product", turned=math.radians(angle)))
+    assert turned["finished"] == 1.0
+    assert turned["duration_s"] == pytest.approx(truth["duration_s"], rel=0.05)
+    assert turned["cog_rms_deg"] < 4.0 and turned["sog_rms_mps"] < 0.25
+
+
+def test_the_printed_start_finishes_north_but_not_south():
+    assert measured(Case("printed"))["finished"] == 1.0
+    assert measured(Case("printed", turned=math.radians(180.0)))["finished"] == 0.0
+
+
+def test_turning_the_scene_turns_the_truth_only(truth):
+    turned = measured(Case("truth", turned=math.radians(105.0)))
+    for key in ("switch_s_4", "rudder_max_deg", "cross_track_max_m", "duration_s"):
+        assert turned[key] == pytest.approx(truth[key], rel=1e-3)
+
+
+def test_the_product_is_calmer_at_the_printed_noise():
+    rates = {who: measured(Case(who))["straight_rudder_rate_rms_dps"] for who in ("printed", "product")}
+    assert rates["printed"] > 2.0 * rates["product"]
+
+
+@pytest.mark.parametrize(("noise", "std"), [(PRINTED_NOISE, 15.6), (STATED_NOISE, 4.7)])
+def test_erratum_p1_42_what_the_printed_noise_amounts_to(noise, std):
+    ((stationary, _),) = receiver(noise).markov
+    assert stationary == pytest.approx(std, abs=0.05)
+
+
+def test_straight_legs_are_those_long_after_a_switch():
+    run, mission = voyage(Case("truth"))
+    leg = straight(run)
+    for passage in mission.log.passages[:-1]:
+        after = (run.time > passage.time + 1.0) & (run.time < passage.time + 249.0)
+        assert not leg[after].any()
+        assert leg[np.searchsorted(run.time, passage.time + 251.0)]
+    assert np.abs(cross_track(run)).max() == pytest.approx(mission.log.cross_track_max, abs=1e-6)
+
+
+def test_the_lyapunov_function_falls_as_promised():
+    ideal, ship = approaches()
+    assert ideal.falling_pct == 100.0 and ideal.relative_error < 1e-5
+    assert ship.falling_pct > 90.0
+    closed = np.arcsinh(LOOKAHEAD / ideal.cross_track[0])  # d/dt arcsinh(Δ/y) − … : (37) integrated once
+    later = 3000
+    way = np.hypot(LOOKAHEAD, ideal.cross_track[[0, later]]) - LOOKAHEAD * np.arcsinh(
+        LOOKAHEAD / ideal.cross_track[[0, later]]
+    )
+    assert way[0] - way[1] == pytest.approx(CRUISE_SPEED * ideal.time[later], rel=1e-5)
+    assert closed > 0.0 and promised(0.0, CRUISE_SPEED) == 0.0
+
+
+@pytest.fixture(scope="module")
+def results():
+    patch = pytest.MonkeyPatch()
+    patch.setattr(mariner_los, "over_seeds", lambda run, seeds, progress=None: [run(seed) for seed in seeds])
+    patch.setattr(mariner_los, "LOW_PASSES", (40.0,))
+    patch.setattr(mariner_los, "ROTATIONS", (180,))
+    yield named("mariner-los").run(1, 5, None)
+    patch.undo()
+
+
+def test_the_study_writes_what_it_promises(results, tmp_path):
+    write_results(results, tmp_path)
+    numbers = json.loads((tmp_path / "results.json").read_text())
+    keys = [f"truth_switch_s_{k}" for k in range(1, 5)]
+    keys += ["truth_rudder_max_deg", "truth_rudder_rate_max_dps", "truth_cross_track_max_m"]
+    keys += ["rotations_finished_pct", "rudder_rate_ratio"]
+    assert all(isinstance(numbers[key], float) for key in keys)
+    assert numbers["rotations_finished_pct"] == 100.0 and numbers["rudder_rate_ratio"] >= 2.0
+    for figure in ("figure_5_track", "figure_6_course", "figure_7_speed", "figure_8_rudder", "lyapunov", "saturation"):
+        assert (tmp_path / f"{figure}.png").stat().st_size > 10_000
+    assert not [each.key for each in results.comparisons if each.met is False]

@@ -1,0 +1,73 @@
+"""Readings into an estimate: the heading between compass readings, the filter in the loop, the truth at face value."""
+
+import math
+
+import numpy as np
+import pytest
+
+from steerway.angles import wrap
+from steerway.estimation.filter import FiveStateFilter
+from steerway.estimation.onboard import SILENCE, AtFaceValue, FilterEstimator, HeadingTracker, Readings
+
+
+def turned(tracker, rate, seconds, gyro=False, noise=0.0, every=5, dt=0.02):
+    """(heading error, yaw rate) of a tracker on a boat that turns at a constant rate across south."""
+    rng = np.random.default_rng(2)
+    errors, rates = [], []
+    for k in range(round(seconds / dt)):
+        true = wrap(3.0 + rate * k * dt)
+        heading = true + noise * rng.standard_normal() if k % every == 0 else math.nan
+        said, yaw_rate = tracker.step(wrap(heading) if k % every == 0 else math.nan, rate if gyro else math.nan, dt)
+        errors.append(wrap(said - true))
+        rates.append(yaw_rate)
+    return np.array(errors), np.array(rates)
+
+
+def test_a_steady_turn_is_tracked_without_a_lag():
+    errors, rates = turned(HeadingTracker(), 0.2, 20.0)
+    assert np.max(np.abs(errors[500:])) < 1e-6 and np.max(np.abs(rates[500:] - 0.2)) < 1e-6
+    assert np.max(np.abs(errors)) < 0.1  # across south
+
+
+def test_a_gyro_tells_the_rate_at_once_and_noise_is_smoothed():
+    errors, rates = turned(HeadingTracker(), 0.2, 2.0, gyro=True)
+    assert np.max(np.abs(errors)) < 1e-9 and np.all(rates == 0.2)
+    errors, _ = turned(HeadingTracker(), 0.0, 60.0, noise=0.01)
+    assert errors[500:].std() < 0.006
+
+
+def test_a_compass_that_falls_silent_is_no_longer_believed():
+    tracker = HeadingTracker(patience=1.0)
+    assert all(map(math.isnan, tracker.step(math.nan, math.nan, 0.1)))
+    assert tracker.step(1.0, math.nan, 0.1) == (1.0, 0.0)
+    for _ in range(9):
+        assert tracker.step(math.nan, math.nan, 0.1)[0] == 1.0
+    for _ in range(3):
+        said = tracker.step(math.nan, math.nan, 0.1)
+    assert all(map(math.isnan, said))
+    assert tracker.step(-2.0, math.nan, 0.1) == (-2.0, 0.0)
+
+
+def test_the_filter_in_the_loop_is_the_streaming_filter():
+    estimator, alone = FilterEstimator(FiveStateFilter("otter", aid=("sog",))), FiveStateFilter("otter", aid=("sog",))
+    rng = np.random.default_rng(5)
+    for k in range(500):
+        alone.predict(0.02)
+        readings = SILENCE
+        if k % 10 == 0:
+            north, east = 0.02 * k + 0.1 * rng.standard_normal(), 0.01 * k
+            readings = Readings(north, east, sog=1.1)
+            alone.update_north_east(north, east)
+        alone.aid_by(sog=readings.sog)
+        said = estimator.step(readings, 0.02)
+    assert said[:2] == alone.position
+    assert (said.sog, said.cog, said.course_rate) == (alone.sog, alone.cog, alone.course_rate)
+    assert said.cog_std == pytest.approx(math.sqrt(alone.covariance[3, 3])) and math.isnan(said.heading)
+
+
+def test_at_face_value_the_last_word_of_each_instrument_counts():
+    estimator = AtFaceValue()
+    estimator.step(Readings(1.0, 2.0, 3.0, 0.4, 0.05, 0.6, 0.07), 0.1)
+    said = estimator.step(Readings(north=1.5, heading=0.7), 0.1)
+    assert (said.north, said.east, said.sog, said.cog, said.course_rate) == (1.5, 2.0, 3.0, 0.4, 0.05)
+    assert (said.heading, said.yaw_rate) == (0.7, 0.07)

@@ -1,0 +1,115 @@
+"""The study of P0 sections 5–7: its known numbers, what noise does, the real logs, and what it writes."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from steerway.identification.yaw import identify_yaw_from_fixes
+from steerway.papers.course_autopilot import OTTER_PRINTED_GAINS
+from steerway.studies import named, otter_course, otter_logs
+from steerway.studies.otter_course import noisy_numbers
+from steerway.studies.otter_course_boat import COMMAND, as_published, zigzag
+from steerway.studies.otter_logs import LOGS, as_printed
+from steerway.studies.study import write_results
+from steerway.studies.unwinding import turned
+
+
+@pytest.fixture(scope="module")
+def results():
+    patch = pytest.MonkeyPatch()
+    patch.setattr(otter_course, "over_seeds", lambda run, seeds, progress=None: [run(seed) for seed in seeds])
+    patch.setattr(otter_logs, "LOGS", LOGS[:1])
+    yield named("otter-course").run(1, 3, None)
+    patch.undo()
+
+
+def test_the_published_run_is_reproduced(results):
+    numbers = results.numbers
+    assert numbers["verbatim_sog_rms_mps"] <= 0.006
+    assert numbers["verbatim_cog_rms_deg"] <= 0.06
+    assert numbers["verbatim_rate_rms_dps"] <= 0.15
+    assert numbers["verbatim_overshoot_pct"] <= 4.0
+    assert numbers["verbatim_settling_s"] == pytest.approx(9.7, abs=0.5)
+
+
+def test_both_readings_of_the_gains(results):
+    numbers = results.numbers
+    assert numbers["gain_k_p"] == pytest.approx(92.98, abs=0.01)
+    assert numbers["gain_k_p_from_ratio"] == pytest.approx(93.15, abs=0.01)
+    assert numbers["gain_t_d_s"] == pytest.approx(0.889, abs=1e-3)
+    assert numbers["gain_t_i_s"] == pytest.approx(6.67, abs=0.01)
+    poles = [numbers[f"pole_{k}_radps"] for k in (1, 2, 3)]
+    np.testing.assert_allclose(np.divide(poles, 1.5), [-0.133, -0.587, -1.280], atol=1e-3)
+
+
+def test_a_centimetre_of_noise_undoes_the_published_tuning():
+    quiet, noisy = as_published(), as_published(0.01)
+    assert abs(quiet.cog[-1]) < math.radians(0.5)
+    assert np.abs(noisy.cog - noisy.desired)[noisy.time > 5.0].max() > math.radians(45.0)
+
+
+def test_the_boat_turns_the_way_she_is_told():
+    record = as_published(duration=15.0)
+    assert record.cog[-1] == pytest.approx(COMMAND, abs=math.radians(1.0))
+    assert record.east[-1] > 2.0
+    assert np.all(record.told[50:100, 0] > record.told[50:100, 1])
+
+
+def test_the_product_steers_through_noise():
+    numbers = [noisy_numbers(seed) for seed in (100, 101)]
+    for label, target in (("0p1", 1.4), ("0p5", 2.1)):
+        assert np.mean([each[f"noisy_{label}_course_rms_deg"] for each in numbers]) <= target
+        assert np.mean([each[f"noisy_{label}_paper_feedforward_rms_deg"] for each in numbers]) > target
+    assert np.mean([each["noisy_0p5_at_1p5_rms_deg"] for each in numbers]) > 10.0
+    assert all(math.isfinite(value) for each in numbers for value in each.values())
+
+
+def test_the_course_answers_more_slowly_than_the_papers_nomoto():
+    time, moment, fixes = zigzag(0.1, 1)
+    model = identify_yaw_from_fixes(fixes, time[::5], moment[::5])
+    assert 2.5 < model.time_constant.value < 3.5 and 0.008 < model.gain.value < 0.012
+    assert 0.0 == pytest.approx(model.rudder_bias.value, abs=0.1)
+
+
+def test_unwinding():
+    start, command = math.radians(350.0), math.radians(10.0)
+    assert turned(OTTER_PRINTED_GAINS, start, command, wrapped=True) == pytest.approx(math.radians(20.0), abs=1e-2)
+    assert turned(OTTER_PRINTED_GAINS, start, command, wrapped=False) == pytest.approx(math.radians(-340.0), abs=1e-2)
+
+
+def test_without_logs_the_study_says_so(monkeypatch):
+    monkeypatch.delenv("STEERWAY_DATA", raising=False)
+    study = otter_course.Results("x")
+    otter_logs.add_logs(study)
+    assert "STEERWAY_DATA" in study.remarks[0] and not study.numbers
+
+
+def test_a_real_log_beside_its_receiver(shared_data):
+    """Once settled both filters say what the receiver says 2.5 s later; the printed one may have found U < 0."""
+    log = LOGS[0]
+    fixes = otter_logs._opened(shared_data / "data" / log.path, log)
+    printed = as_printed(fixes, log.process_noise)
+    settled = printed.time > printed.time[0] + 30.0
+    said = np.interp(printed.time + 2.5, fixes.time[np.isfinite(fixes.cog)], _unwrapped(fixes.cog))
+    error = np.mod(printed.cog - said + np.pi, 2.0 * np.pi) - np.pi
+    assert math.degrees(np.sqrt(np.mean(error[settled][:-20] ** 2))) < 2.0
+    study = otter_course.Results("x")
+    otter_logs._add(study, log, fixes)
+    assert study.numbers["log_motor_boat_product_cog_rms_deg"] < 1.0
+    assert study.numbers["log_motor_boat_product_sog_rms_mps"] < 0.1
+
+
+def _unwrapped(course):
+    return np.unwrap(course[np.isfinite(course)])
+
+
+def test_the_study_writes_what_it_promises(results, tmp_path):
+    write_results(results, tmp_path)
+    numbers = json.loads((tmp_path / "results.json").read_text())
+    keys = ("sog_rms_mps", "cog_rms_deg", "rate_rms_dps", "overshoot_pct", "settling_s")
+    for key in [f"verbatim_{each}" for each in keys] + ["noisy_0p1_course_rms_deg", "noisy_0p5_course_rms_deg"]:
+        assert isinstance(numbers[key], float)
+    for figure in ("figure_4_positions", "figure_5_propellers", "figure_6_states", "noise"):
+        assert (tmp_path / f"{figure}.png").stat().st_size > 10_000

@@ -1,0 +1,44 @@
+"""otter-path with few seeds: course guidance finds the crab angle, heading guidance leaves its offset."""
+
+import math
+
+import pytest
+
+from steerway.studies import named, otter_path
+from steerway.studies.otter_path import LOOKAHEAD, Case, leg
+
+
+@pytest.mark.parametrize(("noise", "most"), [(0.1, 0.2), (0.5, 0.55)])
+@pytest.mark.parametrize("speed", LOOKAHEAD)
+def test_course_guidance_stays_on_the_leg(noise, most, speed):
+    found = leg(Case(noise, speed), 1)
+    assert found.rms <= most
+    # What the current triangle says: 0.3 m/s across, and 5 N of wind that the hull answers by drifting more.
+    assert math.sin(found.crab) == pytest.approx(0.3 / speed, abs=0.03)
+    assert abs(found.mean) < 0.5 * most
+
+
+@pytest.mark.parametrize("speed", LOOKAHEAD)
+def test_heading_guidance_leaves_its_offset_and_adaptive_guidance_does_not(speed):
+    heading = leg(Case(0.1, speed, "heading"), 1)
+    assert heading.mean / (LOOKAHEAD[speed] * math.tan(heading.crab)) == pytest.approx(1.0, abs=0.2)
+    assert heading.mean > 3.0  # to the side the current sets
+    assert leg(Case(0.1, speed, "adaptive"), 1).rms <= 0.5
+    assert leg(Case(0.1, speed, "integral"), 1).rms <= 0.7
+
+
+def test_the_study_gives_the_numbers_it_is_asked_for(monkeypatch):
+    monkeypatch.setattr(otter_path, "over_seeds", lambda run, pairs, progress: [run(pair) for pair in pairs])
+    results = named("otter-path").run(1, 3, None)
+    numbers = results.numbers
+    assert numbers["cross_track_rms_m_0p1"] == max(
+        numbers["cross_track_rms_m_0p1_0p7"], numbers["cross_track_rms_m_0p1_1p2"]
+    )
+    assert {"cross_track_rms_m_0p5", "heading_los_offset_ratio", "adaptive_los_rms_m"} <= set(numbers)
+    assert [each.met for each in results.comparisons if each.target] == [True] * 4
+    assert list(results.figures) == ["tracks", "laws", "crab"]
+
+
+def test_a_leg_that_was_never_sailed_is_a_miss(monkeypatch):
+    monkeypatch.setattr(otter_path, "JUDGED", (150.0, 5000.0))
+    assert math.isnan(leg(Case(0.1, 1.2), 1).rms)

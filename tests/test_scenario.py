@@ -1,0 +1,131 @@
+"""Scenarios: the examples sail, defaults work, and what is wrong is said in one sentence with the key's path."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from steerway.errors import InputError
+from steerway.simulation.assembly import assemble, boat, pilot
+from steerway.simulation.run import advise
+from steerway.simulation.scenario import Scenario
+
+EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
+ROUTE = "[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 200, east = 0 }]\n"
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_every_example_can_be_built(path):
+    assemble(Scenario.load(path))
+
+
+def test_a_route_alone_is_a_scenario():
+    scenario = Scenario.parse(ROUTE)
+    assert scenario.vessel.kind == "otter" and scenario.gnss.rate == 5.0 and boat(scenario).cruise == 1.2
+
+
+def test_two_pilots_of_one_scenario_share_nothing():
+    scenario = Scenario.parse(ROUTE)
+    one, other = pilot(scenario), pilot(scenario)
+    one.mission.step(1.0, 2.0, 0.1)
+    assert one.mission.missions[0].log.time == 0.1 and other.mission.missions[0].log.time == 0.0
+    assert one.estimator.filter is not other.estimator.filter and one.helm.pilot is not other.helm.pilot
+
+
+def test_angles_are_degrees_in_the_file_and_radians_behind_it():
+    blocks = assemble(
+        Scenario.parse(
+            ROUTE + "[start]\nheading_deg = 90\n[environment.waves]\nroll_std_deg = 5\n[compass]\nstd_deg = 2"
+        )
+    )
+    assert blocks.start.heading == pytest.approx(math.pi / 2.0)
+    assert blocks.environment.waves.roll_std == pytest.approx(math.radians(5.0))
+    assert blocks.instruments.compass.instrument.white == pytest.approx(math.radians(2.0))
+
+
+def test_the_slowest_leg_is_what_the_autopilot_is_judged_by():
+    slow = ROUTE.replace("north = 200, east = 0", "north = 200, east = 0, speed = 0.6")
+    assert "at 0.6 m/s" in advise(Scenario.parse(slow))[1] and "at 1.2 m/s" in advise(Scenario.parse(ROUTE))[1]
+
+
+def test_waypoints_in_latitude_and_longitude():
+    text = """
+    origin = { latitude_deg = 63.0, longitude_deg = 10.0 }
+    [route]
+    waypoints = [{ latitude_deg = 63.0, longitude_deg = 10.0 }, { latitude_deg = 63.001, longitude_deg = 10.0 }]
+    """
+    (mission,) = pilot(Scenario.parse(text)).mission.missions
+    assert mission.route.north[1] == pytest.approx(111.5, abs=0.1) and mission.route.east[1] == 0.0
+
+
+WRONG = {
+    "gnss.rat is no key, expected perhaps rate": ROUTE + "[gnss]\nrat = 5",
+    "wind is no key, expected one of name, description, duration": ROUTE + "[wind]\nspeed = 5",
+    "gnss.rate is 0, expected more than 0": ROUTE + "[gnss]\nrate = 0",
+    "gnss.rate is 100 Hz, expected at most the 50 Hz of the steps": ROUTE + "[gnss]\nrate = 100",
+    "vessel.payload_mass is -5, expected at least 0": ROUTE + "[vessel]\npayload_mass = -5",
+    "vessel.kind is 'boat', expected one of otter, mariner, nomoto": ROUTE + '[vessel]\nkind = "boat"',
+    "vessel.gain means nothing to a vessel of kind otter, expected one of kind, method": ROUTE + "[vessel]\ngain = 1",
+    "step is -0.1, expected more than 0": "step = -0.1\n" + ROUTE,
+    "step is 'fast', expected a number": 'step = "fast"\n' + ROUTE,
+    "seed is 1.5, expected a whole number": "seed = 1.5\n" + ROUTE,
+    "duration of 1e+07 s in steps of 0.02 s is 5e+08 steps, expected at most 2e+07": "duration = 1e7\n" + ROUTE,
+    "route is missing, expected a table [route] with waypoints": "step = 0.02",
+    "route.waypoints is [], expected at least 2 entries": "[route]\nwaypoints = []",
+    "route.waypoints[1] is 10000 km from the origin at 63.44°, 10.4°, expected at most 500 km": (
+        "[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 1e7, east = 0 }]"
+    ),
+    "route.waypoints[1].longitude_deg is 1040, expected at most 180": (
+        "[route]\nwaypoints = [{ north = 0, east = 0 }, { latitude_deg = 63, longitude_deg = 1040 }]"
+    ),
+    "route.waypoints[1] gives north, expected north and east in m, or latitude_deg and longitude_deg": (
+        "[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 5 }]"
+    ),
+    "route.waypoint[1] is 3 m from waypoint 0, expected more than its acceptance radius of 4 m": (
+        "[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 3, east = 0 }]"
+    ),
+    "route.waypoints[1].nroth is no key, expected perhaps north": (
+        "[route]\nwaypoints = [{ north = 0, east = 0 }, { nroth = 3, east = 0 }]"
+    ),
+    "speed.cruise is 0 m/s, expected more than 0.5 m/s: below steerageway a course cannot be steered": (
+        ROUTE + "[speed]\ncruise = 0"
+    ),
+    "speed.cruise is 12 m/s, expected at most the vessel's 3 m/s": ROUTE + "[speed]\ncruise = 12",
+    "speed.cruise means nothing to a vessel of kind mariner": ROUTE + '[vessel]\nkind = "mariner"\n[speed]\ncruise = 5',
+    "guidance.law adaptive-line-of-sight steers by heading, expected a table [compass]": (
+        ROUTE + '[guidance]\nlaw = "adaptive-line-of-sight"'
+    ),
+    'route.at_end is "hold", expected a table [compass] too': ROUTE + 'at_end = "hold"',
+    "route keeps station with a vessel of kind mariner, expected an otter": (
+        ROUTE + 'at_end = "hold"\nacceptance = 50\n[vessel]\nkind = "mariner"\n[compass]'
+    ),
+    "autopilot.bandwidth is 0.1 rad/s, expected at least 0.5 rad/s": ROUTE + "[autopilot]\nbandwidth = 0.1",
+    "estimator.aid names yaw_rate, expected its instrument too": ROUTE + '[estimator]\naid = ["yaw_rate"]',
+    "estimator.aid[0] is 'compass', expected one of sog, cog, heading": ROUTE + '[estimator]\naid = ["compass"]',
+    "profile 'oter' is unknown, expected one of": ROUTE + '[estimator]\nprofile = "oter"',
+    "gnss.markov[0][1] is 0, expected more than 0": ROUTE + "[gnss]\nmarkov = [[1.0, 0.0]]",
+    "gnss.faults[0] of kind jump needs one of start and per_hour": ROUTE + '[[gnss.faults]]\nkind = "jump"\nsize = 5',
+    "environment.waves.damping is 2, expected less than 1": ROUTE + "[environment.waves]\ndamping = 2",
+    "environment.current.speed is nan, expected": ROUTE + "[environment.current]\nspeed = nan",
+    "begins is 'noon', expected an ISO 8601 time": 'begins = "noon"\n' + ROUTE,
+    "is no TOML": "route = [",
+}
+
+
+@pytest.mark.parametrize("expected", WRONG)
+def test_what_is_wrong_is_one_sentence(expected):
+    with pytest.raises(InputError) as caught:
+        Scenario.parse(WRONG[expected], "scenario test.toml")
+    sentence = str(caught.value)
+    assert sentence.startswith("scenario test.toml") and expected in sentence.replace(".0,", ",")
+    assert "\n" not in sentence and "pydantic" not in sentence
+
+
+def test_a_file_that_is_not_there_and_a_profile_beside_the_scenario(tmp_path):
+    with pytest.raises(InputError, match=r"scenario .*none\.toml cannot be read: No such file"):
+        Scenario.load(tmp_path / "none.toml")
+    from steerway.estimation.profiles import Profile
+
+    Profile.named("otter").model_copy(update={"position_std": 0.123}).save(tmp_path / "mine.toml")
+    (tmp_path / "scene.toml").write_text(ROUTE + '[estimator]\nprofile = "mine.toml"', encoding="utf-8")
+    assert pilot(Scenario.load(tmp_path / "scene.toml")).estimator.filter.profile.position_std == 0.123

@@ -1,0 +1,183 @@
+"""The commands: what is written, what is printed, what is refused; and the log that the estimator reads back."""
+
+import json
+import math
+
+import numpy as np
+import polars as pl
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from steerway.commands import sailing as commands
+from steerway.errors import InputError
+from steerway.estimation.filter import FiveStateFilter
+from steerway.formats import nmea0183
+from steerway.simulation import outcome
+from steerway.simulation.assembly import begins
+from steerway.simulation.demo import SCENARIO, demo
+from steerway.simulation.loop import COLUMNS
+from steerway.simulation.run import advise, origin, sail_scenario, write
+from steerway.simulation.scenario import Scenario
+
+SHORT = """
+duration = 60.0
+[gnss]
+white = 0.1
+markov = []
+velocity_std = 0.05
+[compass]
+[route]
+waypoints = [{ north = 0, east = 0 }, { north = 30, east = 20 }, { north = 200, east = 20 }]
+"""
+HUNTING = SHORT + "[autopilot]\nbandwidth = 2.0\n"
+
+app = typer.Typer()
+app.command()(commands.simulate)
+app.command()(commands.advise)
+
+
+def called(*words):
+    return CliRunner().invoke(app, [str(word) for word in words], standalone_mode=False)
+
+
+@pytest.fixture(scope="module")
+def short(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scenario") / "short.toml"
+    path.write_text(SHORT, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def written(short):
+    sailed = sail_scenario(Scenario.load(short))
+    return sailed, write(sailed, short.parent / "out", nmea=True)
+
+
+def test_the_table_holds_the_run_with_units_in_its_names(written):
+    sailed, (table, _, _) = written
+    frame, run = pl.read_parquet(table), sailed.run
+    assert len(frame) == len(run) == 3000 and len(frame.columns) == len(set(frame.columns))
+    units = ("_s", "_m", "_mps", "_deg", "_dps", "_dps2", "_n", "_nm", "_radps")
+    assert all(name.endswith(units) or name in ("mode", "by_course", "leg_target", "yaw") for name in frame.columns)
+    assert len(frame.columns) == 1 + len(COLUMNS) + 7 + 2
+    assert np.array_equal(frame["true_north_m"], run["true_north"])
+    assert frame["true_heading_deg"].min() >= 0.0 and frame["true_heading_deg"].max() < 360.0
+    assert frame["estimated_cog_deg"].null_count() == np.isnan(run["estimated_cog"]).sum() > 0
+    assert np.allclose(np.degrees(run["true_yaw_rate"]), frame["true_yaw_rate_dps"])
+    assert np.array_equal(frame["command_left_propeller_speed_radps"], run.command[:, 0])
+    # One degree of latitude is 111.5 km at 63.44°.
+    north = (frame["true_lat_deg"].to_numpy() - 63.44) * 111_500.0
+    assert np.max(np.abs(north - run["true_north"])) < 0.1
+
+
+def test_the_log_is_what_the_receiver_read_and_the_estimate_comes_back_from_it(written):
+    sailed, (_, _, log) = written
+    run, scenario = sailed.run, sailed.scenario
+    (fixes,) = nmea0183.read(log.read_bytes()).sources.values()
+    read = np.isfinite(run["read_north"])
+    placed = fixes.rows(fixes.has_position)
+    assert len(placed) == read.sum() == 300
+    assert np.allclose(placed.time, begins(scenario) + run.time[read], atol=1e-3)
+    north = (placed.latitude - origin(scenario)[0]) * 6_388_000.0
+    assert np.allclose(north, run["read_north"][read], rtol=1e-3, atol=0.01)
+    assert np.allclose(placed.sog, run["read_sog"][read], atol=3e-4)
+    assert np.allclose(placed.heading, run["read_heading"][read], atol=2e-4)
+    again = FiveStateFilter("otter").filter(placed)
+    # The same filter on the log says what it said in the loop, where it ran at 50 Hz.
+    there = run["estimated_sog"][read]
+    known = np.isfinite(there) & np.isfinite(again.sog)
+    assert known.sum() > 280 and np.max(np.abs(again.sog - there)[known][10:]) < 0.01
+
+
+def test_errors_are_estimate_minus_truth_and_the_cross_track_error_is_the_true_positions(written):
+    run = written[0].run
+    leg = run["leg_target"] == 1.0
+    leg[0] = False
+    true = track_errors_of(run["true_north"][leg], run["true_east"][leg], math.atan2(20.0, 30.0))
+    assert np.allclose(outcome.true_cross_track(run)[leg], true, atol=1e-9)
+    said = outcome.errors(run)
+    assert np.nanmean(run["estimated_sog"] - run.true_sog) == pytest.approx(np.nanmean(said["sog"]))
+    turn = np.angle(np.exp(1j * (run["estimated_cog"] - run.true_cog)))
+    assert np.allclose(said["cog"], turn, equal_nan=True)
+
+
+def track_errors_of(north, east, direction):
+    return east * np.cos(direction) - north * np.sin(direction)
+
+
+def test_the_page_shows_track_errors_steering_and_actuators(written):
+    _, (_, page, _) = written
+    text = page.read_text(encoding="utf-8")
+    assert text.count("<figure>") == 4
+    for word in ("Estimated against true", "crab angle", "Waypoints", "reached"):
+        assert word in text
+
+
+def test_simulate_prints_and_writes(short, tmp_path):
+    result = called("simulate", short, "-o", tmp_path / "run")
+    assert result.exception is None, result.output
+    assert "course over ground" in result.output and "wrote" in result.output
+    assert sorted(path.name for path in (tmp_path / "run").iterdir()) == ["index.html", "run.parquet"]
+
+
+def test_many_seeds_are_a_row_each(short, tmp_path):
+    result = called("simulate", short, "-o", tmp_path, "--seeds", 2, "--first-seed", 7)
+    assert result.exception is None, result.output
+    frame = pl.read_parquet(tmp_path / "campaign.parquet")
+    assert frame["seed"].to_list() == [7, 8]
+    assert frame["cog_rms_deg"][0] == sail_scenario(Scenario.load(short), 7).numbers["cog_rms_deg"]
+    medians = json.loads((tmp_path / "results.json").read_text())
+    assert medians["seeds"] == 2 and medians["sog_rms_mps"] == pytest.approx(frame["sog_rms_mps"].mean())
+
+
+def test_an_autopilot_that_will_hunt_is_warned_of_and_with_strict_refused(tmp_path):
+    path = tmp_path / "hunting.toml"
+    path.write_text(HUNTING, encoding="utf-8")
+    result = called("simulate", path, "-o", tmp_path / "run")
+    assert result.exception is None and "warning: An autopilot of 2 rad/s will hunt" in result.stderr
+    for words in (("simulate", path, "-o", tmp_path / "not", "--strict"), ("advise", path, "--strict")):
+        result = called(*words)
+        assert isinstance(result.exception, InputError) and "will hunt" in str(result.exception)
+    assert not (tmp_path / "not").exists()
+    assert called("advise", path).exception is None
+
+
+def test_advise_by_profile():
+    told = called("advise", "otter", "--speed", 1.2, "--bandwidth", 0.3, "--position-std", 0.5)
+    assert "An autopilot of 0.3 rad/s fits: the course estimate carries 0.81 rad/s at 1.2 m/s" in told.output
+    told = called("advise", "otter", "--speed", 1.2, "--nomoto-time", 1.0)
+    assert "carries 0.81 rad/s" in told.output and "autopilots up to 0.5" in told.output
+    for words, sentence in (
+        (("advise", "otter"), "--speed is missing"),
+        (("advise", "oter", "--speed", 1), "profile 'oter' is unknown"),
+        (("advise", "otter", "--speed", -1), "speed is -1, expected a number of at least 0"),
+        (("advise", "otter", "--speed", 1, "--rate", 0), "--rate is 0 Hz"),
+    ):
+        assert sentence in str(called(*words).exception)
+
+
+def test_what_cannot_be_asked_together(short, tmp_path):
+    for words, sentence in (
+        (("--dask", "here:1"), "--dask sails many seeds"),
+        (("--seeds", 2, "--nmea"), "--nmea writes one run's log"),
+    ):
+        assert sentence in str(called("simulate", short, "-o", tmp_path, *words).exception)
+    (tmp_path / "file").touch()
+    assert "cannot write" in str(called("simulate", short, "-o", tmp_path / "file").exception)
+
+
+def test_on_truth_and_by_compass_nothing_limits_the_autopilot():
+    for change in ('[estimator]\nkind = "truth"\n', '[guidance]\nlaw = "integral-line-of-sight"\n'):
+        fits, _ = advise(Scenario.parse(HUNTING + change))
+        assert fits
+
+
+def test_the_demo_sails_its_mission_and_tells_the_estimate_from_the_truth(tmp_path):
+    rows, files = demo(tmp_path)
+    told = dict(rows)
+    assert told["waypoints"] == "5 reached, 0 missed"
+    assert float(told["speed over ground, estimated against true"].split()[0]) < 0.25
+    assert float(told["course over ground, estimated against true"].split()[0]) < 15.0
+    assert all(path.stat().st_size > 10_000 for path in files) and len(files) == 3
+    assert math.isfinite(begins(Scenario.parse(SCENARIO)))
