@@ -12,6 +12,7 @@ from steerway.estimation.acceleration import predict_underway
 from steerway.estimation.five_state import set_step
 from steerway.estimation.model import empty_memory
 from steerway.estimation.smoothing import transition
+from steerway.estimation.way import forget_manoeuvre
 from steerway.records import Fixes
 from tests.scenes import angle_error, sailed, straight
 
@@ -116,16 +117,26 @@ def test_acceleration_is_forgotten_with_the_course():
         assert np.isnan(motion.cog[160:300]).mean() > 0.8
 
 
-def test_a_fix_of_uncertain_moment_is_believed_less_along_the_way_only():
-    scene = straight(8.0, 0.0, 300.0, rate=0.2)
+@pytest.mark.parametrize("course", [0.0, 0.8, 2.5])
+def test_a_fix_of_uncertain_moment_is_believed_less_along_the_way_only(course):
+    scene = straight(8.0, course, 300.0, rate=0.2)
     sure = Profile(speed_noise=1e-3, course_rate_noise=1e-6, position_std=3.0)
     unsure = sure.model_copy(update={"time_std": 2.0})
-    late = np.random.default_rng(5).normal(0.0, 2.0, len(scene.time))
-    fixes = scene.fixes(3.0, 5, lambda t: (8.0 * late, 0.0 * t))
+    late = 8.0 * np.random.default_rng(5).normal(0.0, 2.0, len(scene.time))
+    fixes = scene.fixes(3.0, 5, lambda t: (late * math.cos(course), late * math.sin(course)))
     nis = [np.nanmean(steerway.estimate(fixes, each).nis[10:]) for each in (sure, unsure)]
-    assert nis[0] > 6.0 and 1.4 < nis[1] < 2.8
-    sideways = scene.fixes(3.0, 5, lambda t: (0.0 * t, 8.0 * late))
+    assert nis[0] > 6.0 and 1.1 < nis[1] < 2.8
+    sideways = scene.fixes(3.0, 5, lambda t: (-late * math.sin(course), late * math.cos(course)))
     assert np.nanmean(steerway.estimate(sideways, unsure).nis[10:]) > 6.0
+
+
+def test_a_manoeuvre_is_forgotten_whole():
+    model = SWELL.model()
+    x, p = np.ones(6), np.triu(np.ones((6, 6)))
+    forget_manoeuvre(x, p, model)
+    assert x[4] == x[5] == 0.0
+    assert p[5, 5] == pytest.approx(0.3**2) and p[4, 4] == pytest.approx(SWELL.start_rate_std**2)
+    assert (p[:4, 4:] == 0.0).all() and p[4, 5] == 0.0 and (p[:4, :4] == np.triu(np.ones((4, 4)))).all()
 
 
 @pytest.mark.parametrize("name", ["acceleration_std", "time_std"])

@@ -44,7 +44,8 @@ def test_mean_and_covariance_are_those_of_many_voyages(horizon, acceleration):
     mean = np.array([0.0, 0.0, 6.0, 0.7, 0.01, 0.02])[:n]
     covariance = np.diag([25.0, 25.0, 0.04, 1e-3, 1e-5, 1e-3])[:n, :n]
     covariance[0, 2] = covariance[2, 0] = 0.4
-    covariance[1, 3] = covariance[3, 1] = 0.03
+    covariance[1, 3] = covariance[3, 1] = 0.07
+    covariance[0, 3] = covariance[3, 0] = -0.07
     covariance[3, 4] = covariance[4, 3] = 5e-5
     north, east, nn, ne, ee = forecast(*remembered(profile, mean, covariance), horizon)
 
@@ -127,6 +128,27 @@ def test_every_vessel_at_every_horizon():
     assert frame.columns[:5] == ["mmsi", "time_s", "horizon_s", "lat_deg", "lon_deg"]
     assert frame["ellipse95_direction_deg"].is_between(0.0, 180.0).all()
     assert frame["north_east_correlation"].abs().max() <= 1.0 and len(direction) == 4
+
+
+def test_the_ellipse_lies_as_the_covariance_says():
+    """1σ of 10 m along 30° and 2 m across."""
+    direction = math.radians(30.0)
+    turn = np.array([[math.cos(direction), -math.sin(direction)], [math.sin(direction), math.cos(direction)]])
+    s = turn @ np.diag([100.0, 4.0]) @ turn.T
+    found = Prediction(*([np.zeros(1)] * 4), *(np.array([each]) for each in (s[0, 0], s[1, 1], s[0, 1])))
+    np.testing.assert_allclose(np.ravel(found.ellipse), [24.477, 4.895, direction], rtol=1e-3)
+
+
+def test_silence_lengthens_the_horizon():
+    """One vessel's last report came a hundred seconds before the other's."""
+    scenes = [straight(6.0, 0.5, duration, rate=0.1).fixes(3.0, 1) for duration in (200.0, 300.0)]
+    columns = {name: np.concatenate([getattr(t, name) for t in scenes]) for name in ("time", "latitude", "longitude")}
+    found = predict(Fixes(**columns, mmsi=np.repeat([1, 2], [len(t) for t in scenes])), 60.0)
+    assert found.time.tolist() == [EPOCH + 360.0] * 2
+    assert found.horizon.tolist() == [160.0, 60.0]
+    assert found.ellipse[0][0] > 2.0 * found.ellipse[0][1]
+    apart = displacement(found.latitude[0], found.longitude[0], found.latitude[1], found.longitude[1])
+    assert math.hypot(*apart) < 150.0, "both lie where the course leads by then"
 
 
 def test_what_is_transmitted_is_used():
