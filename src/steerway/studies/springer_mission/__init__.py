@@ -37,6 +37,9 @@ REMARKS = (
     "of the circuits' ratios stands beside it.",
     "The printed compass (8) scales the shift entry of A too, so it lies just outside a box whose shift is exact;"
     " the ideal estimate lies inside the bounds all the same, which are wide.",
+    "The aided filter's walk of the deviation, and how strongly the current of (c) varies, were chosen on seeds 0 to "
+    "47. On seeds 1000 to 1023 every number of the harder worlds is met but one: in the worst run of (c) the "
+    "aided filter's median error is 0.66° above GNSS alone's, where 0.3° is allowed.",
 )
 
 
