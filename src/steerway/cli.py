@@ -4,10 +4,11 @@ import sys
 
 import typer
 
-from steerway.commands import identify, logs, sailing, study
+from steerway.commands import identify, logs, profile, sailing, study
 from steerway.errors import InputError
 from steerway.live.commands import live, warm
 
+profile_app = typer.Typer(no_args_is_help=True, help="List, show and make profiles: what the filter knows of a vessel.")
 app = typer.Typer(
     name="steerway",
     help="Speed over ground, course over ground and course rate from GNSS positions alone, and steering by them.",
@@ -32,6 +33,7 @@ for command in (
 ):
     app.command()(command)
 app.add_typer(identify.app, name="identify")
+app.add_typer(profile.app, name="profile")
 
 
 def main() -> None:
@@ -48,6 +50,7 @@ def main() -> None:
         sys.exit(130)
     except Exception as error:
         if hasattr(error, "format_message"):  # click's own words for a wrong option
-            print(f"steerway: {error.format_message()}", file=sys.stderr)
+            if error.format_message():  # empty where the help has been shown instead
+                print(f"steerway: {error.format_message()}", file=sys.stderr)
             sys.exit(2)
         raise

@@ -64,13 +64,13 @@ def estimate(
 
     if out is not None:
         writer(out)
-        _refuse_overwriting(out, logs)
+        refuse_overwriting(out, logs)
     if report is not None:
-        _refuse_overwriting(report, logs)
+        refuse_overwriting(report, logs)
         if report.suffix.lower() not in (".html", ".png"):
             raise InputError(f"report {report} ends in {report.suffix or 'nothing'!r}, expected .html or .png")
     aids = _aids(aid)
-    fixes = _read(logs, source, start, stop)
+    fixes = read_logs(logs, source, start, stop)
     chosen = choose_profile(fixes, profile)
     estimator = FiveStateFilter(chosen, aids)
     motion = estimator.smooth(fixes, rate) if smooth else estimator.filter(fixes, rate)
@@ -127,10 +127,9 @@ def tune(
     from steerway.estimation import tune as fit
 
     if out is not None:
-        _refuse_overwriting(out, logs)
-        if out.suffix != ".toml":
-            raise InputError(f"profile {out} ends in {out.suffix or 'nothing'!r}, expected .toml")
-    fixes = _read(logs, source, start, stop)
+        refuse_overwriting(out, logs)
+        expect_toml(out)
+    fixes = read_logs(logs, source, start, stop)
     with progress_line("fitting") as step:
         tuned = fit(fixes, name=out.stem if out else "tuned", progress=step)
     if out is not None:
@@ -160,7 +159,7 @@ def compare(
     from steerway.estimation import estimate as run
     from steerway.estimation.comparison import compare as agreement
 
-    fixes = _read(logs, source, start, stop)
+    fixes = read_logs(logs, source, start, stop)
     motion = run(fixes, profile, smooth=smooth)
     found = agreement(fixes, motion)
     if as_json:
@@ -195,12 +194,12 @@ def predict(
     from steerway.estimation.prediction import predict as forecast
 
     if out is not None:
-        _refuse_overwriting(out, logs)
+        refuse_overwriting(out, logs)
         if out.suffix.lower() not in (".csv", ".parquet"):
             raise InputError(f"{out} ends in {out.suffix or 'nothing'!r}, expected .csv or .parquet")
     horizons = horizon or [600.0]
     frame = forecast(
-        _read(logs, source, start, stop), horizons, profile, None if aid is None else _aids(aid)
+        read_logs(logs, source, start, stop), horizons, profile, None if aid is None else _aids(aid)
     ).to_frame()
     if out is not None:
         frame.write_csv(out) if out.suffix.lower() == ".csv" else frame.write_parquet(out)
@@ -231,7 +230,13 @@ def _print_predictions(frame):
     print_table("", (*vessel, "time", "ahead", "latitude", "longitude", "95 % ellipse", "along"), rows)
 
 
-def _read(logs, source, start, stop):
+def expect_toml(path: Path) -> None:
+    """Raises InputError for a profile's path that does not end in .toml."""
+    if path.suffix != ".toml":
+        raise InputError(f"profile {path} ends in {path.suffix or 'nothing'!r}, expected .toml")
+
+
+def read_logs(logs, source, start, stop):
     """The record of logs; what was left out or corrected goes to standard error."""
     from steerway.formats.reading import read
 
@@ -266,7 +271,8 @@ def _aids(text) -> tuple[str, ...]:
     return tuple(name.strip().replace("-", "_") for name in text.split(",") if name.strip()) if text else ()
 
 
-def _refuse_overwriting(out, logs):
+def refuse_overwriting(out, logs) -> None:
+    """Raises InputError when an output is one of the inputs."""
     from steerway.formats.writing import same_file
 
     for log in logs:

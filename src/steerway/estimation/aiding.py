@@ -24,27 +24,47 @@ from steerway.estimation.model import (
     YAW_RATE_VARIANCE,
 )
 
+SOG, COG, HEADING, WATER_SPEED, YAW_RATE = range(5)
+"""Columns of the aiding table."""
+
 SCALAR_GATE = 10.8
 """χ² with one degree of freedom at 0.1 %."""
 
 
 @lean_kernel
-def correct_scalar(x, p, work, i, companion, sign, innovation, variance):
+def scalar_innovation(p, work, i, companion, sign, variance):
+    """Variance of the innovation of a measurement of x[i] + sign · x[companion] (companion 0: none).
+
+    Leaves in work[0] (n,) the covariance of the state with what is measured.
+    """
+    pc = work[0]
+    for j in range(len(pc)):
+        pc[j] = p[min(i, j), max(i, j)]
+        if companion:
+            pc[j] += sign * p[min(companion, j), max(companion, j)]
+    return pc[i] + variance + sign * pc[companion] if companion else pc[i] + variance
+
+
+@lean_kernel
+def correct_scalar(x, p, work, i, companion, sign, innovation, variance, gate=SCALAR_GATE):
     """Correct by a measurement of x[i] + sign · x[companion] (companion 0: none) unless the gate refuses it.
 
     Joseph's form for a scalar. Returns the NIS: above SCALAR_GATE the measurement was not used.
     """
-    n = len(x)
     pc, k = work[0], work[1]
-    for j in range(n):
-        pc[j] = p[min(i, j), max(i, j)]
-        if companion:
-            pc[j] += sign * p[min(companion, j), max(companion, j)]
-    s = pc[i] + variance
-    if companion:
-        s += sign * pc[companion]
+    s = scalar_innovation(p, work, i, companion, sign, variance)
+    return take_scalar(x, p, pc, k, s, innovation, gate)
+
+
+@lean_kernel
+def take_scalar(x, p, pc, k, s, innovation, gate=SCALAR_GATE):
+    """Correct by a scalar with covariances pc = P hᵀ (n,) and variance s, unless the gate refuses it; k is workspace.
+
+    Reads and writes the upper triangle of P. Returns the NIS: above the gate the measurement was not used.
+    """
+    n = len(x)
     nis = innovation * innovation / s
-    if nis > SCALAR_GATE:
+    if nis > gate:
         return nis
     for j in range(n):
         k[j] = pc[j] / s
@@ -56,25 +76,32 @@ def correct_scalar(x, p, work, i, companion, sign, innovation, variance):
 
 
 @lean_kernel
-def aid_underway(x, p, work, sog, cog, heading, water_speed, yaw_rate, model):
-    """Every aid that is known (not NaN), in turn."""
-    if math.isfinite(sog):
-        correct_scalar(x, p, work, SPEED, 0, 0.0, sog - x[SPEED], model[SOG_VARIANCE])
-    if math.isfinite(cog):
-        variance = model[VELOCITY_VARIANCE] / max(x[SPEED] ** 2, 1e-4)
-        correct_scalar(x, p, work, COURSE, 0, 0.0, wrap(cog - x[COURSE]), variance)
-    if math.isfinite(heading):
+def aided(which, value, x, model):
+    """What an aid measures: (state, its companion or 0, the companion's sign, innovation, variance)."""
+    if which == SOG:
+        return SPEED, 0, 0.0, value - x[SPEED], model[SOG_VARIANCE]
+    if which == COG:
+        return COURSE, 0, 0.0, wrap(value - x[COURSE]), model[VELOCITY_VARIANCE] / max(x[SPEED] ** 2, 1e-4)
+    if which == HEADING:
         crab = int(model[CRAB_STATE])
         expected = x[COURSE] - x[crab] if crab else x[COURSE]
-        correct_scalar(x, p, work, COURSE, crab, -1.0, wrap(heading - expected), model[HEADING_VARIANCE])
-    if math.isfinite(water_speed):
+        return COURSE, crab, -1.0, wrap(value - expected), model[HEADING_VARIANCE]
+    if which == WATER_SPEED:
         stream = int(model[STREAM_STATE])
         expected = x[SPEED] - x[stream] if stream else x[SPEED]
-        correct_scalar(x, p, work, SPEED, stream, -1.0, water_speed - expected, model[WATER_SPEED_VARIANCE])
-    if math.isfinite(yaw_rate):
-        gyro = int(model[GYRO_STATE])
-        expected = x[RATE] + x[gyro] if gyro else x[RATE]
-        correct_scalar(x, p, work, RATE, gyro, 1.0, yaw_rate - expected, model[YAW_RATE_VARIANCE])
+        return SPEED, stream, -1.0, value - expected, model[WATER_SPEED_VARIANCE]
+    gyro = int(model[GYRO_STATE])
+    expected = x[RATE] + x[gyro] if gyro else x[RATE]
+    return RATE, gyro, 1.0, value - expected, model[YAW_RATE_VARIANCE]
+
+
+@lean_kernel
+def aid_underway(x, p, work, aids, model):
+    """Every aid that is known (not NaN), in turn."""
+    for which in range(len(aids)):
+        if math.isfinite(aids[which]):
+            i, companion, sign, innovation, variance = aided(which, aids[which], x, model)
+            correct_scalar(x, p, work, i, companion, sign, innovation, variance)
 
 
 @lean_kernel

@@ -6,15 +6,31 @@ import numpy as np
 
 from steerway.compiled import kernel, lean_kernel
 from steerway.errors import InputError
-from steerway.estimation.model import COURSE, EMPTY, MODE, RATE, SPEED, STARTING, UNDERWAY, empty_memory
+from steerway.estimation.model import COURSE, EMPTY, MODE, RATE, SPEED, STARTING, UNDERWAY, empty_memory, whole
 from steerway.estimation.profiles import AIDS, Profile
 from steerway.estimation.replay import Run, replay
-from steerway.estimation.tracking import SPOKEN, advance, recentre, settle, speak, take_aids, take_position, track
+from steerway.estimation.tracking import (
+    SPOKEN,
+    advance,
+    conclude,
+    recentre,
+    settle,
+    speak,
+    take_aids,
+    take_position,
+    track,
+)
 from steerway.records import Fixes, Motion
 
 _NOW = np.zeros(1)
 _NO_AIDS = np.empty((0, len(AIDS)))
 _NONE_KEPT = np.empty((0, 1, 1))
+
+
+@lean_kernel
+def _advance(memory, dt, model):
+    advance(memory, dt, model)
+    conclude(memory)
 
 
 @lean_kernel
@@ -61,7 +77,8 @@ class FiveStateFilter:
         self.aid = tuple(aid)
         self._model = self.profile.model(self.aid)
         self._memory = empty_memory(self._model)
-        self._states = self._memory.shape[1]
+        self._main = whole(self._memory)
+        self._states = self._main.shape[1]
         self._geodetic = True
 
     def reset(self) -> None:
@@ -70,7 +87,7 @@ class FiveStateFilter:
 
     def predict(self, dt: float) -> None:
         """Advance by dt ≥ 0 seconds."""
-        advance(self._memory, dt, self._model)
+        _advance(self._memory, dt, self._model)
 
     def update(self, latitude: float, longitude: float) -> float:
         """Take a fix (rad). Returns its NIS: above 13.8 it was rejected, NaN for the first."""
@@ -157,20 +174,20 @@ class FiveStateFilter:
     @property
     def state(self) -> np.ndarray:
         """(n,) copy: [x^n y^n U χ ω_χ …], or [x^n y^n v_N v_E ω_χ …] while course is not defined."""
-        return self._memory[self._states].copy()
+        return self._main[self._states].copy()
 
     @property
     def covariance(self) -> np.ndarray:
         """(n, n) covariance of `state`."""
-        upper = np.triu(self._memory[: self._states])
+        upper = np.triu(self._main[: self._states])
         return upper + np.triu(upper, 1).T
 
     def _state_of(self, index) -> float:
-        return self._memory.item(self._states, index)
+        return self._main.item(self._states, index)
 
     @property
     def _mode(self) -> float:
-        return self._memory.item(self._states + 1, MODE)
+        return self._main.item(self._states + 1, MODE)
 
     def filter(self, fixes: Fixes, rate: float | None = None) -> Motion:
         """Causal estimate of one or many vessels' records; one row a fix, or `rate` rows a second (Hz)."""

@@ -10,11 +10,13 @@ import math
 
 from steerway.compiled import lean_kernel
 from steerway.estimation.model import (
+    ADDED,
     COURSE,
     DT,
     EAST,
     EXTRAS,
     LEAN,
+    LEFT,
     NORTH,
     Q_LL,
     Q_LU,
@@ -134,6 +136,10 @@ def set_step(step, dt, model):
     ww, xw, xx, yw, yx, yy = turn_noise(model[RATE_DECAY], dt)
     step[Q_WW], step[Q_XW], step[Q_XX] = rate_noise * ww, rate_noise * xw, rate_noise * xx
     step[Q_YW], step[Q_YX], step[Q_YY] = rate_noise * yw, rate_noise * yx, rate_noise * yy
+    for j in range(5, step.shape[1]):
+        rate, density = model[EXTRAS + 3 * (j - 5)], model[EXTRAS + 3 * (j - 5) + 1]
+        left, integral = decay(rate, dt)
+        step[LEFT, j], step[ADDED, j] = left, 0.5 * density * integral * (1.0 + left)
 
 
 @lean_kernel
@@ -187,19 +193,18 @@ def predict(x, p, step, model):
         p[2, j] *= speed_left
         p[3, j] += turn * p[4, j]
         p[4, j] *= rate_left
-    predict_extras(x, p, step[DT], model)
+    predict_extras(x, p, step)
 
 
 @lean_kernel
-def predict_extras(x, p, dt, model):
+def predict_extras(x, p, step):
     """The states beyond the five decay and take up noise; their covariance with the five has had its F already."""
     n = len(x)
     for j in range(5, n):
-        rate, density = model[EXTRAS + 3 * (j - 5)], model[EXTRAS + 3 * (j - 5) + 1]
-        left, integral = decay(rate, dt)
+        left = step[LEFT, j]
         x[j] *= left
         for i in range(j + 1):
             p[i, j] *= left
         for i in range(j, n):
             p[j, i] *= left
-        p[j, j] += 0.5 * density * integral * (1.0 + left)
+        p[j, j] += step[ADDED, j]

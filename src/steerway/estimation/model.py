@@ -30,13 +30,18 @@ VELOCITY_NORTH, VELOCITY_EAST = SPEED, COURSE
     HEADING_VARIANCE,
     WATER_SPEED_VARIANCE,
     YAW_RATE_VARIANCE,
-    ERROR_STATE,  # index of the first of two receiver-error states (north, east), 0 if there is none
+    ERROR_STATE,  # index of the first pair of receiver-error states (north, east), 0 if there is none
+    ERROR_PAIRS,  # how many pairs there are, one behind the other
     CRAB_STATE,  # … of the crab angle
     GYRO_STATE,  # … of the gyro's bias
     STREAM_STATE,  # … of the water's own speed along the course
     ACCELERATION_STATE,  # … of the acceleration along the course
+    STARTS_IN,  # of a vessel of several modes: how likely this one is to begin with
+    LEAVING,  # 1/s: how often she leaves it for the other manner of moving
+    SWITCHES_TO,  # … and for which row of the models
+    AGEING,  # 1/s: how often it ages into the next row
     EXTRAS,  # where the triples begin
-) = range(22)
+) = range(27)
 
 MODE, STRAY, RETRIES, LATITUDE, LONGITUDE = range(5)
 """Bookkeeping: one of the modes below; seconds since the first of unbroken rejections (−1: none); resets in a row; the
@@ -60,6 +65,8 @@ point around which the tangent plane lies."""
     Q_YY,
 ) = ((row, column) for row in range(3) for column in range(5))
 """The step: what a prediction needs that depends on its length alone, in three rows."""
+LEFT, ADDED = range(2)
+"""Rows of it whose further columns say what is left of, and what noise adds to, each state beyond the five."""
 
 EMPTY, FIRST, STARTING, ADRIFT, UNDERWAY = range(5)
 """No fix yet; one fix; velocity being found; velocity without direction; course."""
@@ -74,8 +81,16 @@ LOST_COURSE_VARIANCE = 1.0
 """rad²: beyond one radian a linearised course means nothing."""
 
 
+def whole(memory):
+    """The memory of what the vessel is said to do: of several modes that of their mean, else all there is."""
+    return memory if memory.ndim == 2 else memory[0]
+
+
 @kernel
 def empty_memory(model):
-    """Memory of a filter that has seen nothing."""
-    n = 5 + (len(model) - EXTRAS) // 3
+    """Memory of a filter that has seen nothing; for models of several modes that of `mixture`."""
+    n = 5 + (model.shape[-1] - EXTRAS) // 3
+    if model.ndim == 2:
+        modes = len(model) - 1
+        return np.zeros((1 + 2 * modes, n + 10 + modes, n))
     return np.zeros((n + 9, n))

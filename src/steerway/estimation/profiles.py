@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from steerway.errors import InputError
 
@@ -19,6 +19,8 @@ _LARGEST_START_RATE_STD = math.radians(20.0)
 
 AIDS = ("sog", "cog", "heading", "water_speed", "yaw_rate")
 """What an estimate can be aided by, in the order of the kernels' aiding table."""
+
+_MANNER = ("speed_noise", "course_rate_noise", "course_rate_decay")
 
 _positive = Field(gt=0.0, allow_inf_nan=False)
 _not_negative = Field(ge=0.0, allow_inf_nan=False)
@@ -37,13 +39,23 @@ class Profile(BaseModel):
     speed_decay: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # α1, 1/s
     course_rate_decay: float = Field(0.1, ge=0.0, allow_inf_nan=False)  # α2, 1/s
     acceleration_std: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # m/s², acceleration that lasts; 0: none
-    acceleration_time: float = Field(10.0, gt=0.0, allow_inf_nan=False)  # s, for how long
+    acceleration_time: float = Field(5.0, gt=0.0, allow_inf_nan=False)  # s, for how long
     steerageway: float = Field(0.3, gt=0.0, allow_inf_nan=False)  # m/s: below it course means nothing
+
+    # A vessel that holds her course for a while, as above, and turns for a while, as below; with turn_time = 0 she
+    # has one manner of moving, the one above.
+    turn_time: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # s, how long a turn lasts in the mean
+    straight_time: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # s, how long a course is held in the mean
+    turn_speed_noise: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # S_U in a turn, m²/s³
+    turn_course_rate_noise: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # S_ω in a turn, rad²/s³
+    turn_course_rate_decay: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # α2 in a turn, 1/s
 
     position_std: float = _positive  # white part of a fix, north and east, m
     time_std: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # s, of the moment a fix claims
     error_std: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # slowly varying part of a fix, m
     error_time: float = Field(60.0, gt=0.0, allow_inf_nan=False)  # its correlation time, s
+    drift_std: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # a second, slower one, m
+    drift_time: float = Field(600.0, gt=0.0, allow_inf_nan=False)  # its correlation time, s
 
     sog_std: float = Field(0.1, gt=0.0, allow_inf_nan=False)  # m/s, receiver's own SOG
     velocity_std: float = Field(0.1, gt=0.0, allow_inf_nan=False)  # m/s across the course, receiver's own COG
@@ -56,6 +68,14 @@ class Profile(BaseModel):
     yaw_rate_std: float = Field(math.radians(0.2), gt=0.0, allow_inf_nan=False)  # rad/s
     gyro_bias_std: float = Field(math.radians(0.5), ge=0.0, allow_inf_nan=False)  # rad/s
     gyro_bias_time: float = Field(1000.0, gt=0.0, allow_inf_nan=False)  # s
+
+    @model_validator(mode="after")
+    def _whole_turn(self) -> Self:
+        given = {name: getattr(self, name) for name in ("straight_time", "turn_speed_noise", "turn_course_rate_noise")}
+        if self.turn_time > 0.0 and not all(given.values()):
+            missing = next(name for name, value in given.items() if not value)
+            raise ValueError(f"turn_time is {self.turn_time}, which needs a positive {missing} too")
+        return self
 
     @classmethod
     def named(cls, name: str) -> Self:
@@ -78,8 +98,19 @@ class Profile(BaseModel):
 
     def save(self, path: str | Path) -> None:
         """Write the profile as a TOML file that `load` reads."""
-        lines = [f"{key} = {_toml(value)}" for key, value in self.model_dump().items()]
-        Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+        Path(path).write_text(self.toml(), encoding="utf-8")
+
+    def toml(self) -> str:
+        """The text of such a file."""
+        return "".join(f"{key} = {_toml(value)}\n" for key, value in self.model_dump().items())
+
+    @property
+    def turning(self) -> Self | None:
+        """The vessel in a turn, as if she did nothing else; None for one that has one manner of moving."""
+        if self.turn_time == 0.0:
+            return None
+        update = {name: getattr(self, f"turn_{name}") for name in _MANNER} | {"turn_time": 0.0}
+        return self.model_copy(update=update)
 
     @property
     def start_rate_std(self) -> float:
@@ -90,16 +121,52 @@ class Profile(BaseModel):
         return min(stationary, _LARGEST_START_RATE_STD)
 
     def model(self, aids: tuple[str, ...] = ()) -> np.ndarray:
-        """The kernels' parameter vector (see `steerway.estimation.model`), with the states that these aids need."""
+        """The kernels' parameter vector (see `steerway.estimation.model`), with the states that these aids need.
+
+        A vessel that holds her course and turns by turns has several, (1 + modes, m): for her while she has no way, on
+        a course long held, lately and just taken up, and in a turn (see `steerway.estimation.mixture`).
+        """
+        turning = self.turning
+        if turning is None:
+            return self._vector(aids)
+        ends, begins = 1.0 / self.turn_time, 1.0 / self.straight_time
+        turn_share = begins / (begins + ends)
+        import os
+
+        YS = [float(a) for a in os.environ.get("YS", "").split()]
+        YT = [float(a) for a in os.environ.get("YT", "").split()]
+        ns, nt = len(YS) + 1, len(YT) + 1
+        rows = [turning._vector(aids)]
+        for i in range(ns):
+            rows.append(
+                self._vector(
+                    aids, 0.0 if i < ns - 1 else 1 - turn_share, begins, 1 + ns, 1 / YS[i] if i < ns - 1 else 0.0
+                )
+            )
+        for i in range(nt):
+            rows.append(
+                turning._vector(aids, 0.0 if i < nt - 1 else turn_share, ends, 1, 1 / YT[i] if i < nt - 1 else 0.0)
+            )
+        return np.stack(rows)
+
+    def manners(self) -> np.ndarray:
+        """(2, m): the parameter vectors of a straight course and of a turn, with the rates (1/s) at which they end."""
+        straight = self._vector((), leaving=1.0 / self.straight_time)
+        return np.stack([straight, self.turning._vector((), leaving=1.0 / self.turn_time)])
+
+    def _vector(self, aids, starts_in=0.0, leaving=0.0, switches_to=0, ageing=0.0) -> np.ndarray:
         extras = []
 
         def extra(std, time):
             extras.append((1.0 / time, 2.0 * std**2 / time, std**2))
             return 4 + len(extras)
 
-        error = extra(self.error_std, self.error_time) if self.error_std > 0.0 else 0
-        if error:
-            extra(self.error_std, self.error_time)
+        slow = [(self.error_std, self.error_time), (self.drift_std, self.drift_time)]
+        slow = [(std, time) for std, time in slow if std > 0.0]
+        error = 5 if slow else 0
+        for std, time in slow:
+            extra(std, time)
+            extra(std, time)
         crab = extra(self.crab_std, self.crab_time) if "heading" in aids and self.crab_std > 0.0 else 0
         gyro = extra(self.gyro_bias_std, self.gyro_bias_time) if "yaw_rate" in aids and self.gyro_bias_std > 0.0 else 0
         stream = extra(self.stream_std, self.stream_time) if "water_speed" in aids and self.stream_std > 0.0 else 0
@@ -122,10 +189,15 @@ class Profile(BaseModel):
             self.water_speed_std**2,
             self.yaw_rate_std**2,
             error,
+            len(slow),
             crab,
             gyro,
             stream,
             lasting,
+            starts_in,
+            leaving,
+            switches_to,
+            ageing,
         )
         return np.array([*head, *np.ravel(extras)], dtype=np.float64)
 
@@ -179,7 +251,6 @@ BUILT_IN = {
             course_rate_noise=1e-3,
             course_rate_decay=0.5,
             acceleration_std=0.25,
-            acceleration_time=5.0,
             position_std=0.05,
         ),
         Profile(

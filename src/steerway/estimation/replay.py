@@ -127,7 +127,7 @@ def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
         aids = aids[origin]
         aids[blank] = np.nan
     memory = empty_memory(model)
-    states = memory.shape[1]
+    states = memory.shape[-1]
     kept = np.empty((len(time) if smoothed else 0, states + 2, states))
     run = Run(len(time))
     track(time, first, second, aids, True, model, memory, *_outputs(run), kept)

@@ -13,7 +13,7 @@ from steerway.angles import wrap
 from steerway.compiled import kernel, lean_kernel
 from steerway.earth import displacement
 from steerway.estimation.acceleration import predict_underway, shares
-from steerway.estimation.five_state import chord, decay, set_step
+from steerway.estimation.five_state import chord, set_step
 from steerway.estimation.linear_algebra import factor, fill_lower, multiply, multiply_transposed, solve_rows
 from steerway.estimation.model import (
     ACCELERATION_STATE,
@@ -21,9 +21,9 @@ from steerway.estimation.model import (
     DT,
     EAST,
     EMPTY,
-    EXTRAS,
     FIRST,
     LATITUDE,
+    LEFT,
     LONGITUDE,
     MODE,
     NORTH,
@@ -48,17 +48,18 @@ def transition(x, underway, step, model, f):
     for j in range(n):
         f[j, j] = 1.0
     for j in range(5, n):
-        f[j, j] = decay(model[EXTRAS + 3 * (j - 5)], step[DT])[0]
+        f[j, j] = step[LEFT, j]
     if step[DT] == 0.0:
         return
     if underway:
-        _, _, north, east, north_u, east_u, north_w, east_w = chord(x[SPEED], x[COURSE], x[RATE], step)
+        a = int(model[ACCELERATION_STATE])
+        lent, rest = shares(step, model) if a else (0.0, 0.0)
+        speed = x[SPEED] + lent * x[a] if a else x[SPEED]
+        _, _, north, east, north_u, east_u, north_w, east_w = chord(speed, x[COURSE], x[RATE], step)
         f[0, 2], f[0, 3], f[0, 4] = north_u, -east, north_w
         f[1, 2], f[1, 3], f[1, 4] = east_u, north, east_w
         f[2, 2], f[3, 4], f[4, 4] = step[SPEED_LEFT], step[TURN], step[RATE_LEFT]
-        a = int(model[ACCELERATION_STATE])
         if a:
-            lent, rest = shares(step, model)
             for i in range(3):
                 f[i, a] += lent * f[i, 2]
             f[2, a] += rest * f[a, a]

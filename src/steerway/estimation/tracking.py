@@ -10,14 +10,28 @@ import numpy as np
 from steerway.compiled import kernel, lean_kernel
 from steerway.earth import displaced, displacement
 from steerway.estimation.acceleration import predict_underway
-from steerway.estimation.aiding import aid_adrift, aid_underway
+from steerway.estimation.aiding import COG, SOG, aid_adrift, aid_underway
 from steerway.estimation.five_state import set_step
+from steerway.estimation.mixture import (
+    aid_modes,
+    correct_modes,
+    course_is_lost,
+    fold_modes,
+    join,
+    part_ways,
+    predict_modes,
+    set_steps,
+    shift_modes,
+    take_place_modes,
+    weigh_fix,
+)
 from steerway.estimation.model import (
     ADRIFT,
     COURSE,
     DT,
     EAST,
     EMPTY,
+    ERROR_PAIRS,
     ERROR_STATE,
     GATE,
     LATITUDE,
@@ -39,20 +53,19 @@ from steerway.estimation.model import (
     UNDERWAY,
     empty_memory,
 )
-from steerway.estimation.position_update import correct, innovation, normalised_square, place_by_fix
-from steerway.estimation.way import fold, judge, predict_adrift, start
+from steerway.estimation.position_update import correct, innovation, normalised_square
+from steerway.estimation.way import fold, judge, predict_adrift, start, take_place
 from steerway.records import NO_COURSE, OK, PREDICTED, REJECTED
 from steerway.records import STARTING as STARTING_STATUS
-
-SOG, COG, HEADING, WATER_SPEED, YAW_RATE = range(5)
-"""Columns of the aiding table."""
 
 
 @lean_kernel
 def advance(memory, dt, model):
-    """Predict by dt ≥ 0 seconds."""
-    n = memory.shape[1]
-    p, x, book, step = memory[:n], memory[n], memory[n + 1], memory[n + 6 :]
+    """Predict by dt ≥ 0 seconds. Before the filter speaks without a further fix, `conclude`."""
+    main = memory if memory.ndim == 2 else memory[0]
+    parameters = model if model.ndim == 1 else model[0]
+    n = main.shape[1]
+    p, x, book, step = main[:n], main[n], main[n + 1], main[n + 6 : n + 9]
     if book[MODE] == EMPTY or not dt > 0.0:
         return
     if dt > LONGEST_GAP:
@@ -62,42 +75,64 @@ def advance(memory, dt, model):
         book[STRAY] += dt
     steps = max(math.ceil(dt / LONGEST_STEP - STEP_SLACK), 1)
     if dt / steps != step[DT]:
-        set_step(step, dt / steps, model)
+        set_step(step, dt / steps, parameters)
+        if memory.ndim == 3:
+            set_steps(memory, dt / steps, model)
     for _ in range(steps):
         if book[MODE] == UNDERWAY:
-            predict_underway(x, p, step, model)
-            if p[COURSE, COURSE] > LOST_COURSE_VARIANCE:
-                judge(x, p, book, model)
+            if memory.ndim == 3:
+                predict_modes(memory, model)
+                lost = course_is_lost(memory)
+            else:
+                predict_underway(x, p, step, parameters)
+                lost = p[COURSE, COURSE] > LOST_COURSE_VARIANCE
+            if lost:
+                judge(x, p, book, parameters)
         else:
-            predict_adrift(x, p, step, model)
+            predict_adrift(x, p, step, parameters)
+
+
+@lean_kernel
+def conclude(memory):
+    """Bring what the vessel is said to do up to date with the modes she may be in; one mode always is."""
+    if memory.ndim == 3:
+        if memory[0, memory.shape[2] + 1, MODE] == UNDERWAY:
+            join(memory)
 
 
 @lean_kernel
 def take_fix(memory, north, east, model):
-    """Correct by a fix in the present tangent plane. Returns (accepted, NIS, log det S)."""
-    n = memory.shape[1]
-    p, x, book, work = memory[:n], memory[n], memory[n + 1], memory[n + 2 : n + 6]
+    """Correct by a fix in the present tangent plane. Returns (accepted, NIS, log det S).
+
+    Of several modes the last is what with the NIS makes −2 log of the density of the fix, as log det S does for one.
+    """
+    main = memory if memory.ndim == 2 else memory[0]
+    parameters = model if model.ndim == 1 else model[0]
+    n = main.shape[1]
+    p, x, book = main[:n], main[n], main[n + 1]
     if book[MODE] == EMPTY:
-        start(x, p, book, north, east, model)
+        start(x, p, book, north, east, parameters)
         book[STRAY], book[RETRIES] = -1.0, 0.0
         return True, math.nan, math.nan
-    g, variance = int(model[ERROR_STATE]), model[POSITION_VARIANCE]
-    nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, variance, variance, g)
-    if model[TIME_VARIANCE] > 0.0:
-        s_nn, s_ne, s_ee = mistimed(x, book, s_nn, s_ne, s_ee, model)
-    nis = normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee)
-    log_determinant = math.log(s_nn * s_ee - s_ne * s_ne)
-    if nis <= model[GATE]:
-        correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g)
+    if memory.ndim == 3:
+        if book[MODE] == UNDERWAY:
+            nis, log_determinant = weigh_fix(memory, north, east, model)
+            accepted = nis <= parameters[GATE]
+            if accepted:
+                correct_modes(memory, north, east, model)
+        else:
+            accepted, nis, log_determinant = correct_whole(main, north, east, parameters)
+    else:
+        accepted, nis, log_determinant = correct_whole(main, north, east, parameters)
+    if accepted:
         if book[STRAY] < 0.0:
             book[RETRIES] = 0.0
         book[STRAY] = -1.0
-        return True, nis, log_determinant
-    if book[STRAY] < 0.0:
+    elif book[STRAY] < 0.0:
         book[STRAY] = 0.0
-    elif book[STRAY] >= model[PATIENCE] - 1e-6:
-        retake(x, p, book, north, east, model)
-    return False, nis, log_determinant
+    elif book[STRAY] >= parameters[PATIENCE] - 1e-6:
+        retake(memory, north, east, model)
+    return accepted, nis, log_determinant
 
 
 @lean_kernel
@@ -112,16 +147,35 @@ def mistimed(x, book, s_nn, s_ne, s_ee, model):
 
 
 @lean_kernel
-def retake(x, p, book, north, east, model):
+def correct_whole(main, north, east, model):
+    """Correct one filter by a fix unless the gate refuses it. Returns (accepted, NIS, log det S)."""
+    n = main.shape[1]
+    p, x, work = main[:n], main[n], main[n + 2 : n + 6]
+    g, pairs, variance = int(model[ERROR_STATE]), int(model[ERROR_PAIRS]), model[POSITION_VARIANCE]
+    nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, variance, variance, g, pairs)
+    if model[TIME_VARIANCE] > 0.0:
+        s_nn, s_ne, s_ee = mistimed(x, main[n + 1], s_nn, s_ne, s_ee, model)
+    nis = normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee)
+    accepted = nis <= model[GATE]
+    if accepted:
+        correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g, pairs)
+    return accepted, nis, math.log(s_nn * s_ee - s_ne * s_ne)
+
+
+@lean_kernel
+def retake(memory, north, east, model):
     """After unbroken rejections take the position anew and keep the motion; if that did not help, begin anew."""
+    main = memory if memory.ndim == 2 else memory[0]
+    parameters = model if model.ndim == 1 else model[0]
+    n = main.shape[1]
+    p, x, book = main[:n], main[n], main[n + 1]
     if book[RETRIES] > 0.0:
-        start(x, p, book, north, east, model)
+        start(x, p, book, north, east, parameters)
         book[RETRIES] = 0.0
     else:
-        g = int(model[ERROR_STATE])
-        x[NORTH] = north - x[g] if g else north
-        x[EAST] = east - x[g + 1] if g else east
-        place_by_fix(p, model[POSITION_VARIANCE], model[POSITION_VARIANCE], g, 5)
+        take_place(x, p, north, east, parameters)
+        if memory.ndim == 3:
+            take_place_modes(memory, north, east, model)
         book[RETRIES] = 1.0
     book[STRAY] = -1.0
 
@@ -129,23 +183,38 @@ def retake(x, p, book, north, east, model):
 @lean_kernel
 def take_aids(memory, aids, model):
     """Correct by the aids (5,) that are not NaN."""
-    n = memory.shape[1]
-    p, x, book, work = memory[:n], memory[n], memory[n + 1], memory[n + 2 : n + 6]
+    main = memory if memory.ndim == 2 else memory[0]
+    parameters = model if model.ndim == 1 else model[0]
+    n = main.shape[1]
+    p, x, book, work = main[:n], main[n], main[n + 1], main[n + 2 : n + 6]
     if book[MODE] == UNDERWAY:
-        aid_underway(x, p, work, aids[SOG], aids[COG], aids[HEADING], aids[WATER_SPEED], aids[YAW_RATE], model)
+        if memory.ndim == 3:
+            aid_modes(memory, aids, model)
+        else:
+            aid_underway(x, p, work, aids, model)
     elif book[MODE] != EMPTY:
-        aid_adrift(x, p, work, aids[SOG], aids[COG], model)
+        aid_adrift(x, p, work, aids[SOG], aids[COG], parameters)
 
 
 @lean_kernel
 def settle(memory, model):
     """After an update: fold the speed, wrap the course, gain or lose way."""
-    n = memory.shape[1]
-    p, x, book = memory[:n], memory[n], memory[n + 1]
-    if book[MODE] == UNDERWAY:
-        fold(x, p)
+    main = memory if memory.ndim == 2 else memory[0]
+    parameters = model if model.ndim == 1 else model[0]
+    n = main.shape[1]
+    p, x, book = main[:n], main[n], main[n + 1]
+    had_way = book[MODE] == UNDERWAY
+    if had_way:
+        if memory.ndim == 3:
+            fold_modes(memory)
+            join(memory)
+        else:
+            fold(x, p)
     if book[MODE] != EMPTY:
-        judge(x, p, book, model)
+        judge(x, p, book, parameters)
+    if memory.ndim == 3:
+        if book[MODE] == UNDERWAY and not had_way:
+            part_ways(memory, model)
 
 
 @lean_kernel
@@ -153,7 +222,8 @@ def take_position(memory, first, second, geodetic, model):
     """Correct by a fix given as latitude and longitude (rad) or as north and east (m): `take_fix` for either."""
     if not geodetic:
         return take_fix(memory, first, second, model)
-    book = memory[memory.shape[1] + 1]
+    main = memory if memory.ndim == 2 else memory[0]
+    book = main[main.shape[1] + 1]
     if book[MODE] == EMPTY:
         book[LATITUDE], book[LONGITUDE] = first, second
     north, east = displacement(first, second, book[LATITUDE], book[LONGITUDE])
@@ -163,16 +233,20 @@ def take_position(memory, first, second, geodetic, model):
 @lean_kernel
 def recentre(memory):
     """Lay the tangent plane around the present estimate: the position moves into the plane's origin."""
-    n = memory.shape[1]
-    x, book = memory[n], memory[n + 1]
+    main = memory if memory.ndim == 2 else memory[0]
+    n = main.shape[1]
+    x, book = main[n], main[n + 1]
     book[LATITUDE], book[LONGITUDE] = displaced(book[LATITUDE], book[LONGITUDE], x[NORTH], x[EAST])
+    if memory.ndim == 3:
+        shift_modes(memory, x[NORTH], x[EAST])
     x[NORTH] = x[EAST] = 0.0
 
 
 @lean_kernel
 def status_of(memory, fixed, accepted):
     """What the row is worth, as a code of records.STATUSES."""
-    mode = memory[memory.shape[1] + 1, MODE]
+    main = memory if memory.ndim == 2 else memory[0]
+    mode = main[main.shape[1] + 1, MODE]
     if mode <= STARTING:
         return STARTING_STATUS
     if fixed and not accepted:
@@ -188,8 +262,9 @@ def speak(memory, geodetic, out):
 
     Latitude and longitude (or north and east), SOG, COG, course rate, the deviations of these three, of the position.
     """
-    n = memory.shape[1]
-    p, x, book = memory[:n], memory[n], memory[n + 1]
+    main = memory if memory.ndim == 2 else memory[0]
+    n = main.shape[1]
+    p, x, book = main[:n], main[n], main[n + 1]
     mode = book[MODE]
     out[:] = math.nan
     if mode == EMPTY:
@@ -213,9 +288,10 @@ SPOKEN = 9
 @lean_kernel
 def keep(memory, out):
     """Copy covariance, state and bookkeeping."""
+    main = memory if memory.ndim == 2 else memory[0]
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
-            out[i, j] = memory[i, j]
+            out[i, j] = main[i, j]
 
 
 @kernel
@@ -241,6 +317,8 @@ def track(time, first, second, aids, geodetic, model, memory, spoken, nis, log_d
             take_aids(memory, aids[k], model)
         if fixed or len(aids):
             settle(memory, model)
+        else:
+            conclude(memory)
         if geodetic and fixed:
             recentre(memory)
         status[k] = status_of(memory, fixed, accepted)

@@ -24,6 +24,8 @@ from steerway.records import Fixes
 _SETTLING_FIXES = 5
 _MOTION_SPACING = 1.0
 _FEWEST_FIXES = 60
+_WORTH_A_PARAMETER = 4.0
+"""−log likelihood by which acceleration has to be better than none."""
 
 _RECEIVER = ("position_std", "error_std", "error_time")
 _MOTION_STARTS = [
@@ -47,7 +49,9 @@ class Tuned:
 
     def as_dict(self) -> dict:
         """The numbers, flat; the profile's by their names in a profile."""
-        numbers = {name: getattr(self.profile, name) for name in (*MOTION, "error_std", "error_time")}
+        numbers = {
+            name: getattr(self.profile, name) for name in (*MOTION, "acceleration_std", "error_std", "error_time")
+        }
         own = {name: getattr(self, name) for name in ("fixes", "moving", "rejected", "nis_mean", "log_likelihood")}
         return numbers | own | {"nis_band": list(self.nis_band)}
 
@@ -60,11 +64,15 @@ class Tuned:
             verdict = "consistent"
         else:
             verdict = "errors smaller than claimed" if self.nis_mean < low else "errors larger than claimed"
+        lasting = (
+            f"{p.acceleration_std:.3g} m/s² over {p.acceleration_time:.3g} s" if p.acceleration_std else "none found"
+        )
         return [
             ("fixes", f"{self.fixes}, {self.moving} under way, {self.rejected} rejected"),
             ("white noise of a fix", f"{p.position_std:.3g} m"),
             ("slow error of the receiver", slow),
             ("speed noise S_U", f"{p.speed_noise:.3g} m²/s³"),
+            ("acceleration that lasts", lasting),
             ("course-rate noise S_ω", f"{p.course_rate_noise:.3g} rad²/s³"),
             ("course-rate decay α2", f"{p.course_rate_decay:.3g} 1/s"),
             ("mean NIS", f"{self.nis_mean:.2f}, 95 % band {low:.2f} to {high:.2f}: {verdict}"),
@@ -97,7 +105,11 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
     rough = [minimise(motion_cost, base, MOTION, start, 80, report.step) for start in _MOTION_STARTS]
     promising = sorted(rough, key=lambda found: found[1])[:2]
     fine = [minimise(motion_cost, base, MOTION, each.model_dump(), 250, report.step) for each, _ in promising]
-    motion, _ = min(fine, key=lambda found: found[1])
+    motion, value = min(fine, key=lambda found: found[1])
+    start = motion.model_dump() | {"speed_noise": motion.speed_noise / 30.0, "acceleration_std": 0.2}
+    lasting, its_value = minimise(motion_cost, motion, (*MOTION, "acceleration_std"), start, 250, report.step)
+    if its_value < value - _WORTH_A_PARAMETER:
+        motion = lasting
 
     full_cost = partial(cost, fixes=fixes, counted=under_way)
     # White noise at the full rate that tells as much a second as what was found at the thinned one.
@@ -139,7 +151,7 @@ class _Progress:
 
 def _rounded(profile: Profile) -> Profile:
     """Four digits: more would claim more than a log tells."""
-    update = {name: float(f"{getattr(profile, name):.4g}") for name in {*MOTION, *_RECEIVER}}
+    update = {name: float(f"{getattr(profile, name):.4g}") for name in {*MOTION, "acceleration_std", *_RECEIVER}}
     return profile.model_copy(update=update)
 
 

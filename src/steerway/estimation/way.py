@@ -16,6 +16,7 @@ from steerway.estimation.model import (
     COURSE,
     DT,
     EAST,
+    ERROR_PAIRS,
     ERROR_STATE,
     EXTRAS,
     FIRST,
@@ -58,12 +59,22 @@ def start(x, p, book, north, east, model):
             p[i, j] = 0.0
     for j in range(5, n):
         p[j, j] = model[EXTRAS + 3 * (j - 5) + 2]
-    x[NORTH], x[EAST] = north, east
-    g = int(model[ERROR_STATE])
-    place_by_fix(p, model[POSITION_VARIANCE], model[POSITION_VARIANCE], g, 5)
+    take_place(x, p, north, east, model)
     p[2, 2] = p[3, 3] = model[START_SPEED_VARIANCE]
     p[4, 4] = model[START_RATE_VARIANCE]
     book[MODE] = FIRST
+
+
+@lean_kernel
+def take_place(x, p, north, east, model):
+    """Take the position from one fix, and keep what is known of everything else."""
+    g, pairs = int(model[ERROR_STATE]), int(model[ERROR_PAIRS])
+    x[NORTH], x[EAST] = north, east
+    if g:
+        for i in range(g, g + 2 * pairs, 2):
+            x[NORTH] -= x[i]
+            x[EAST] -= x[i + 1]
+    place_by_fix(p, model[POSITION_VARIANCE], model[POSITION_VARIANCE], g, 5, pairs)
 
 
 @lean_kernel
@@ -91,7 +102,7 @@ def predict_adrift(x, p, step, model):
         p[1, j] += integral * p[3, j]
         p[2, j] *= left
         p[3, j] *= left
-    predict_extras(x, p, dt, model)
+    predict_extras(x, p, step)
 
 
 @lean_kernel

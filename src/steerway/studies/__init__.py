@@ -9,6 +9,9 @@ MODULES = {
     "mariner-los": "mariner_los",
     "otter-path": "otter_path",
     "ais-prediction": "ais_prediction",
+    "low-speed": "low_speed",
+    "real-logs": "real_logs",
+    "springer-mission": "springer_mission",
 }
 """Study name → the module of this package whose STUDY it is; imported only when asked for."""
 

@@ -144,7 +144,7 @@ _ERRORS = (
     "Error of predictions over the horizon, vessels under way: median (solid) and what 90 % do not exceed (dashed), "
     "and the share of reports inside the 95 % ellipse with the band of 90 to 98 %."
 )
-_MAP = "Three vessels: reports, and predictions 120, 300 and 600 s ahead from the middle of each record, with ellipses."
+_MAP = "Three vessels: their reports, and predictions 120, 300 and 600 s ahead from one moment, with 95 % ellipses."
 
 
 def _errors(rows):
@@ -182,11 +182,10 @@ def _map(fixes):
     from steerway.report.figures import OURS, QUIET
 
     figure = Figure(figsize=(12.0, 4.5), layout="constrained")
-    tracks = sorted((t for _, t in fixes.tracks() if np.nanmedian(t.sog) > 4.0), key=len, reverse=True)[:3]
-    for axes, track in zip(figure.subplots(1, 3), tracks, strict=True):
-        middle = 0.5 * (track.time[0] + track.time[-1])
-        past = track.between(None, middle)
-        origin = past.latitude[-1], past.longitude[-1]
+    for axes, (track, k) in zip(figure.subplots(1, 3), _busiest(fixes, 3), strict=True):
+        middle = track.time[k]
+        past = track.rows(slice(0, k + 1))
+        origin = track.latitude[k], track.longitude[k]
         places = np.array([displacement(a, b, *origin) for a, b in zip(track.latitude, track.longitude, strict=True)])
         shown = (track.time > middle - 600.0) & (track.time < middle + 600.0)
         axes.plot(*places[shown][:, ::-1].T, ".", color=QUIET, markersize=3, label="reports, ±10 min")
@@ -195,7 +194,7 @@ def _map(fixes):
         for k in range(len(prediction)):
             north, east = displacement(prediction.latitude[k], prediction.longitude[k], *origin)
             i = int(np.argmin(np.abs(track.time - prediction.time[k])))
-            color = ("#0b5394", "#3d85c6", "#76a5af")[k]
+            color = ("#0b5394", "#8e44ad", "#38761d")[k]
             axes.plot(east, north, "+", color=color, markersize=9)
             axes.plot(places[i, 1], places[i, 0], "o", color=color, markersize=5)
             tilt = 90.0 - math.degrees(direction[k])
@@ -207,10 +206,25 @@ def _map(fixes):
         axes.autoscale_view()
         axes.set_xlabel("east (m)")
         axes.grid(alpha=0.25)
-        axes.legend(fontsize=7, loc="best", framealpha=0.8)
         axes.set_title(f"MMSI {track.mmsi[0]}", color=OURS, fontsize=10)
     figure.axes[0].set_ylabel("north (m)")
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=5, frameon=False, fontsize=9)
     return figure
+
+
+def _busiest(fixes, count):
+    """(track, row) of the vessels with most reports that go on at more than 3 m/s for ten minutes after that row."""
+    found = []
+    for _, track in sorted(fixes.tracks(), key=lambda each: -len(each[1])):
+        for k in range(20, len(track), 10):
+            ahead_of = (track.time >= track.time[k]) & (track.time <= track.time[k] + 600.0)
+            whole = track.time[-1] > track.time[k] + 620.0 and np.diff(track.time[ahead_of]).max(initial=0.0) < 60.0
+            if whole and track.sog[ahead_of].min() > 3.0:
+                found.append((track, k))
+                break
+        if len(found) == count:
+            break
+    return found
 
 
 STUDY = Study(
