@@ -22,12 +22,16 @@ from steerway.estimation.aiding import SCALAR_GATE, aided, correct_scalar, scala
 from steerway.estimation.five_state import predict, set_step
 from steerway.estimation.model import (
     AGEING,
+    AGES_TO,
     COURSE,
     ERROR_PAIRS,
     ERROR_STATE,
     LEAVING,
     LOST_COURSE_VARIANCE,
     POSITION_VARIANCE,
+    RATE_DECAY,
+    RECEDES,
+    SPEED_DECAY,
     STARTS_IN,
     SWITCHES_TO,
 )
@@ -38,8 +42,9 @@ _LEAST_PROBABILITY = 1e-6
 """No mode is ever ruled out."""
 _NEGLIGIBLE = 1e-7
 """Part that one mode has in another below which it is left out."""
-SURPRISE = 0
-"""In the bookkeeping row of a mode: −2 log of the density it gave the last measurement (less 2 log 2π for a fix)."""
+SURPRISE, PROBABILITY = range(2)
+"""Bookkeeping of a mode: −2 log of the density it gave the last measurement (less 2 log 2π for a fix); where memory is
+kept for the smoother, how likely it is."""
 
 
 @lean_kernel
@@ -57,16 +62,31 @@ def set_steps(memory, dt, models):
                 product[i, j] = 0.0
         for i in range(m):
             leaving, ageing = models[1 + i, LEAVING], models[1 + i, AGEING]
-            other = int(models[1 + i, SWITCHES_TO]) - 1
+            other, older = int(models[1 + i, SWITCHES_TO]) - 1, int(models[1 + i, AGES_TO]) - 1
             for j in range(m):
                 product[j, i] -= power[j, i] * (leaving + ageing)
                 product[j, other] += power[j, i] * leaving
                 if ageing > 0.0:
-                    product[j, i + 1] += power[j, i] * ageing
+                    product[j, older] += power[j, i] * ageing
         for i in range(m):
             for j in range(m):
                 power[i, j] = product[i, j] * dt / order
                 change[i, j] += power[i, j]
+    if models[0, RECEDES]:
+        recede(change, dt, models)
+
+
+@lean_kernel
+def recede(change, dt, models):
+    """The same for likelihoods, which come from the future: the other way round, and spread as the states grow."""
+    m = len(models) - 1
+    for i in range(m):
+        for j in range(i):
+            change[i, j], change[j, i] = change[j, i], change[i, j]
+    for i in range(m):
+        grown = math.exp(-(models[1 + i, RATE_DECAY] + models[1 + i, SPEED_DECAY]) * dt)
+        for j in range(m):
+            change[i, j] *= grown
 
 
 @lean_kernel
@@ -145,8 +165,11 @@ def mix(memory):
         for i in range(m):
             weights[i] /= after[j]
         blend(memory, weights, 1 + m, m, memory[1 + j])
+    total = 0.0
     for j in range(m):
-        probability[j] = after[j]
+        total += after[j]
+    for j in range(m):
+        probability[j] = after[j] / total
 
 
 @lean_kernel
