@@ -29,9 +29,6 @@ from steerway.estimation.model import (
     LEAVING,
     LOST_COURSE_VARIANCE,
     POSITION_VARIANCE,
-    RATE_DECAY,
-    RECEDES,
-    SPEED_DECAY,
     STARTS_IN,
     SWITCHES_TO,
 )
@@ -72,21 +69,6 @@ def set_steps(memory, dt, models):
             for j in range(m):
                 power[i, j] = product[i, j] * dt / order
                 change[i, j] += power[i, j]
-    if models[0, RECEDES]:
-        recede(change, dt, models)
-
-
-@lean_kernel
-def recede(change, dt, models):
-    """The same for likelihoods, which come from the future: the other way round, and spread as the states grow."""
-    m = len(models) - 1
-    for i in range(m):
-        for j in range(i):
-            change[i, j], change[j, i] = change[j, i], change[i, j]
-    for i in range(m):
-        grown = math.exp(-(models[1 + i, RATE_DECAY] + models[1 + i, SPEED_DECAY]) * dt)
-        for j in range(m):
-            change[i, j] *= grown
 
 
 @lean_kernel

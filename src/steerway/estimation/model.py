@@ -39,9 +39,8 @@ VELOCITY_NORTH, VELOCITY_EAST = SPEED, COURSE
     SWITCHES_TO,  # … and for which row of the models
     AGEING,  # 1/s: how often it ages
     AGES_TO,  # … into which row
-    RECEDES,  # 1 for a filter that comes from the future, as `two_sided` has one, else 0
     EXTRAS,  # where the triples begin
-) = range(27)
+) = range(26)
 
 MODE, STRAY, RETRIES, LATITUDE, LONGITUDE = range(5)
 """Bookkeeping: one of the modes below; seconds since the first of unbroken rejections (−1: none); resets in a row; the

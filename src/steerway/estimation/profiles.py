@@ -184,7 +184,6 @@ class Profile(BaseModel):
             switches_to,
             ageing,
             ages_to,
-            0.0,
         )
         return np.array([*head, *np.ravel(extras)], dtype=np.float64)
 

@@ -15,29 +15,32 @@ from steerway.angles import wrap
 from steerway.compiled import kernel
 from steerway.earth import displacement
 from steerway.estimation.aiding import COG, HEADING, YAW_RATE, correct_scalar
+from steerway.estimation.five_state import predict, set_step
 from steerway.estimation.linear_algebra import factor, fill_lower, multiply, solve_rows
-from steerway.estimation.mixture import PROBABILITY, blend
+from steerway.estimation.mixture import PROBABILITY, blend, course_is_lost, set_steps
 from steerway.estimation.model import (
     ADRIFT,
     COURSE,
     EXTRAS,
     GYRO_STATE,
     LATITUDE,
+    LONGEST_STEP,
     LONGITUDE,
     MODE,
     RATE,
     RATE_DECAY,
-    RECEDES,
     SPEED_DECAY,
     START_RATE_VARIANCE,
     STARTS_IN,
+    STEP_SLACK,
+    STRAY,
     UNDERWAY,
     VELOCITY_EAST,
     VELOCITY_NORTH,
     empty_memory,
 )
 from steerway.estimation.tracking import advance, conclude, recentre, settle, speak, take_aids, take_position
-from steerway.estimation.way import fold
+from steerway.estimation.way import fold, judge
 
 
 @kernel
@@ -54,8 +57,7 @@ def smooth_modes(time, first, second, aids, geodetic, models, kept, spoken):
     room = np.empty((7, n, n))
     for k in range(len(time) - 1, -1, -1):
         if k + 1 < len(time):
-            advance(memory, time[k + 1] - time[k], others)
-            bound_growth(memory, others)
+            recede(memory, time[k + 1] - time[k], others)
             conclude(memory)
         here = kept[k, 0, n + 1]
         if here[MODE] == book[MODE] and here[MODE] >= ADRIFT:
@@ -63,7 +65,7 @@ def smooth_modes(time, first, second, aids, geodetic, models, kept, spoken):
             if geodetic:
                 north, east = displacement(book[LATITUDE], book[LONGITUDE], here[LATITUDE], here[LONGITUDE])
             if here[MODE] == UNDERWAY:
-                meet_in_modes(kept[k], memory, north, east, gyro, fused, weights, room)
+                meet_in_modes(kept[k], memory, north, east, gyro, others, fused, weights, room)
                 blend(fused, weights, 0, m, mean)
             else:
                 meet(kept[k, 0], memory[0], north, east, gyro, False, mean, room)
@@ -94,42 +96,118 @@ def seen_backwards(aids):
 
 @kernel
 def seen_from_the_future(models):
-    """The parameters of the filter that comes from the future."""
+    """The parameters of the filter that comes from the future, and what it expects of the course rate in each mode.
+
+    Backwards a steady process is the same process, so that the rate decays in that direction too; but on a course just
+    taken up, where a turn's rate still decays, it grows.
+    """
     other = models.copy()
     for k in range(len(models)):
         row = other[k]
-        row[RECEDES] = 1.0
-        row[SPEED_DECAY], row[RATE_DECAY] = -row[SPEED_DECAY], -row[RATE_DECAY]
-        row[START_RATE_VARIANCE] = models[0, START_RATE_VARIANCE]
-        row[STARTS_IN] = 1.0 / (len(models) - 1)
+        row[SPEED_DECAY] = -row[SPEED_DECAY]
+        if k > 0 and row[STARTS_IN] == 0.0:
+            row[RATE_DECAY] = -row[RATE_DECAY]
+            row[START_RATE_VARIANCE] = models[0, START_RATE_VARIANCE]
         for j in range(EXTRAS, len(row), 3):
             row[j] = -row[j]
+    other[1:, STARTS_IN] = 1.0 / (len(models) - 1)
     return other
 
 
 @kernel
-def bound_growth(memory, models):
-    """Remind what grew beyond all a vessel or receiver does of what they do: a course rate, an error, a bias.
-
-    Seen from the future any rate may have decayed since; without bounds the course would be lost along with it.
-    """
-    n = memory.shape[2]
-    for k in range(len(models)):
+def recede(memory, dt, models):
+    """One step of the filter that comes from the future."""
+    n, m = memory.shape[2], len(models) - 1
+    book, likely = memory[0, n + 1], memory[0, n + 9]
+    if book[MODE] != UNDERWAY or dt <= 0.0 or dt > LONGEST_STEP * (1.0 + STEP_SLACK):
+        advance(memory, dt, models)
+        return
+    if book[STRAY] >= 0.0:
+        book[STRAY] += dt
+    if memory[0, n + 6, 0] != dt:
+        set_step(memory[0, n + 6 : n + 9], dt, models[0])
+        set_steps(memory, dt, models)
+    mix_backwards(memory, models)
+    total = 0.0
+    for k in range(1, 1 + m):
         p, x, work = memory[k, :n], memory[k, n], memory[k, n + 2 : n + 6]
-        for i in range(RATE, n):
-            most = models[k, START_RATE_VARIANCE] if i == RATE else models[k, EXTRAS + 3 * (i - 5) + 2]
-            if p[i, i] > most:
-                correct_scalar(x, p, work, i, 0, 0.0, -x[i], most, math.inf)
+        if models[k, RATE_DECAY] < 0.0:
+            # What is expected of the rate after a step is less than before it: e^{−2α dt} of it, the noise apart.
+            known = models[k, START_RATE_VARIANCE]
+            left = known * math.exp(2.0 * models[k, RATE_DECAY] * dt)
+            odds = 0.5 * math.log(known / left)
+            variance = known * left / (known - left)
+            odds += 0.5 * math.log(variance) + learn(x, p, work, RATE, variance)
+            likely[k - 1] *= math.exp(odds)
+        predict(x, p, memory[k, n + 6 : n + 9], models[k])
+        for i in range(5, n):
+            bound = models[k, EXTRAS + 3 * (i - 5) + 2]
+            if p[i, i] > bound:
+                learn(x, p, work, i, bound)
+        total += likely[k - 1]
+    for k in range(m):
+        likely[k] = max(likely[k] / total, 1e-12)
+    if course_is_lost(memory):
+        judge(memory[0, n], memory[0, :n], book, models[0])
 
 
 @kernel
-def meet_in_modes(past, future, north, east, gyro, fused, weights, room):
+def mix_backwards(memory, models):
+    """What each mode goes back from: all of them, as it leads to each, under its own expectation of the rate."""
+    n, m = memory.shape[2], len(models) - 1
+    likely, change = memory[0, n + 9], memory[0, n + 10 :]
+    before, weights = memory[1 + m :, : n + 1], np.empty((m, m))
+    after = np.empty((m, n + 1, n))
+    sums = np.zeros(m)
+    for j in range(m):
+        known = models[1 + j, START_RATE_VARIANCE]
+        for i in range(m):
+            before[i] = memory[1 + i, : n + 1]
+            factor_of = 0.0
+            if models[1 + i, START_RATE_VARIANCE] != known:
+                p, x, work = before[i, :n], before[i, n], memory[1 + j, n + 2 : n + 6]
+                factor_of = unlearn(x, p, work, RATE, models[1 + i, START_RATE_VARIANCE], 1e-4)
+                factor_of += learn(x, p, work, RATE, known)
+            weights[j, i] = likely[i] * change[j, i] * math.exp(min(factor_of, 50.0))
+            sums[j] += weights[j, i]
+        for i in range(m):
+            weights[j, i] /= sums[j]
+        mean = np.empty((n + 4, n))
+        blend(memory, weights[j], 1 + m, m, mean)
+        after[j] = mean[: n + 1]
+    for j in range(m):
+        memory[1 + j, : n + 1] = after[j]
+        likely[j] = sums[j]
+
+
+@kernel
+def learn(x, p, work, i, variance):
+    """Multiply by what is expected of a state, N(0, variance); returns the logarithm of how well that agrees."""
+    spread = p[i, i] + variance
+    agreement = -0.5 * (math.log(spread) + x[i] ** 2 / spread)
+    correct_scalar(x, p, work, i, 0, 0.0, -x[i], variance, math.inf)
+    return agreement
+
+
+@kernel
+def unlearn(x, p, work, i, variance, slack):
+    """Divide by what is expected of a state: the reverse of `learn`, up to a part `slack` of it."""
+    variance = (1.0 + slack) * max(variance, p[i, i]) + x[i] ** 2
+    correct_scalar(x, p, work, i, 0, 0.0, -x[i], -variance, math.inf)
+    spread = p[i, i] + variance
+    return 0.5 * (math.log(spread) + x[i] ** 2 / spread)
+
+
+@kernel
+def meet_in_modes(past, future, north, east, gyro, models, fused, weights, room):
     """Both filters in every mode: fills `fused` (modes, n + 1, n) and `weights` (modes,)."""
     n, m = past.shape[2], len(past) - 1
-    least = math.inf
+    least, seen = math.inf, np.empty((future.shape[1], n))
     for k in range(m):
-        known = past[1 + k, n + 1, PROBABILITY] * future[0, n + 9, k]
-        weights[k] = meet(past[1 + k], future[1 + k], north, east, gyro, True, fused[k], room) - 2.0 * math.log(known)
+        known = math.log(past[1 + k, n + 1, PROBABILITY] * future[0, n + 9, k])
+        seen[:] = future[1 + k]
+        known += unlearn(seen[n], seen[:n], seen[n + 2 : n + 6], RATE, models[1 + k, START_RATE_VARIANCE], 1e-2)
+        weights[k] = meet(past[1 + k], seen, north, east, gyro, True, fused[k], room) - 2.0 * known
         least = min(least, weights[k])
     total = 0.0
     for k in range(m):
