@@ -200,7 +200,7 @@ def test_a_wrong_profile_is_named(tmp_path, text, told):
 
 
 def test_unknown_names_are_answered_with_the_known_ones():
-    with pytest.raises(steerway.InputError, match="otter, mariner-usv, small-usv, sailing-yacht, ship, ais"):
+    with pytest.raises(steerway.InputError, match="otter, mariner-usv, small-usv, sailing-yacht, swell, ship, ais"):
         FiveStateFilter("otterr")
     with pytest.raises(steerway.InputError, match="sog, cog, heading, water_speed, yaw_rate"):
         FiveStateFilter("otter", aid=("compass",))

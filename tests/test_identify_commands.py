@@ -31,7 +31,9 @@ def test_yaw_gives_back_a_known_ship_and_her_gains(tmp_path):
     zigzag(log)
     code, out, err = run("identify", "yaw", log, "--bandwidth", "0.5")
     assert (code, err) == (0, "")
-    gain, time_constant = (float(line.split("  ", 1)[1].split()[0]) for line in out.splitlines()[:2])
+    gain, time_constant = (
+        float(line.split("  ", 1)[1].split()[0]) for line in out.splitlines() if line[:4] in ("gain", "time")
+    )
     assert abs(gain / 0.2 - 1.0) < 0.05
     assert abs(time_constant / 2.0 - 1.0) < 0.05
     assert "K_p" in out and "T_i" in out
@@ -59,5 +61,5 @@ def test_a_log_without_the_columns_is_told_which(tmp_path):
     log = tmp_path / "empty.csv"
     log.write_text("time_s,depth_m\n1,2\n2,3\n")
     code, _, err = run("identify", "yaw", log)
-    assert code == 2 and "rudder_deg" in err and "depth_m" in err
+    assert code == 2 and "rudder" in err and "depth_m" in err
     assert run("identify", "surge", tmp_path / "gone.csv")[0] == 2

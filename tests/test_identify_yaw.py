@@ -115,6 +115,12 @@ def test_the_model_feeds_pole_placement():
         to_port.gains(0.5)
 
 
+def test_an_interval_reads_as_a_sentence_does():
+    assert str(Interval.around(np.float64(0.5), 0.1)) == "0.5 (0.304 to 0.696)"
+    assert type(Interval.around(np.float64(0.5), 0.1).value) is float
+    assert str(Interval.around_positive(10.0, 0.1)) == "10 (8.22 to 12.17)"
+
+
 def test_the_covariance_is_that_of_a_known_normal():
     truth = np.array([[4.0, 1.2, 0.0], [1.2, 1.0, 0.3], [0.0, 0.3, 9.0]])
     inverse = np.linalg.inv(truth)

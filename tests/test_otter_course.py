@@ -63,6 +63,7 @@ def test_the_product_steers_through_noise():
         assert np.mean([each[f"noisy_{label}_course_rms_deg"] for each in numbers]) <= target
         assert np.mean([each[f"noisy_{label}_paper_feedforward_rms_deg"] for each in numbers]) > target
     assert np.mean([each["noisy_0p5_at_1p5_rms_deg"] for each in numbers]) > 10.0
+    assert all(math.isfinite(value) for each in numbers for value in each.values())
 
 
 def test_the_course_answers_more_slowly_than_the_papers_nomoto():

@@ -1,11 +1,13 @@
 """Scenarios: the examples sail, defaults work, and what is wrong is said in one sentence with the key's path."""
 
+import math
 from pathlib import Path
 
 import pytest
 
 from steerway.errors import InputError
 from steerway.simulation.assembly import assemble, boat, pilot
+from steerway.simulation.run import advise
 from steerway.simulation.scenario import Scenario
 
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
@@ -28,6 +30,22 @@ def test_two_pilots_of_one_scenario_share_nothing():
     one.mission.step(1.0, 2.0, 0.1)
     assert one.mission.missions[0].log.time == 0.1 and other.mission.missions[0].log.time == 0.0
     assert one.estimator.filter is not other.estimator.filter and one.helm.pilot is not other.helm.pilot
+
+
+def test_angles_are_degrees_in_the_file_and_radians_behind_it():
+    blocks = assemble(
+        Scenario.parse(
+            ROUTE + "[start]\nheading_deg = 90\n[environment.waves]\nroll_std_deg = 5\n[compass]\nstd_deg = 2"
+        )
+    )
+    assert blocks.start.heading == pytest.approx(math.pi / 2.0)
+    assert blocks.environment.waves.roll_std == pytest.approx(math.radians(5.0))
+    assert blocks.instruments.compass.instrument.white == pytest.approx(math.radians(2.0))
+
+
+def test_the_slowest_leg_is_what_the_autopilot_is_judged_by():
+    slow = ROUTE.replace("north = 200, east = 0", "north = 200, east = 0, speed = 0.6")
+    assert "at 0.6 m/s" in advise(Scenario.parse(slow))[1] and "at 1.2 m/s" in advise(Scenario.parse(ROUTE))[1]
 
 
 def test_waypoints_in_latitude_and_longitude():

@@ -9,10 +9,11 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from steerway.commands import sailing as commands
 from steerway.errors import InputError
 from steerway.estimation.filter import FiveStateFilter
 from steerway.formats import nmea0183
-from steerway.simulation import commands
+from steerway.simulation import outcome
 from steerway.simulation.assembly import begins
 from steerway.simulation.demo import SCENARIO, demo
 from steerway.simulation.loop import COLUMNS
@@ -87,6 +88,22 @@ def test_the_log_is_what_the_receiver_read_and_the_estimate_comes_back_from_it(w
     there = run["estimated_sog"][read]
     known = np.isfinite(there) & np.isfinite(again.sog)
     assert known.sum() > 280 and np.max(np.abs(again.sog - there)[known][10:]) < 0.01
+
+
+def test_errors_are_estimate_minus_truth_and_the_cross_track_error_is_the_true_positions(written):
+    run = written[0].run
+    leg = run["leg_target"] == 1.0
+    leg[0] = False
+    true = track_errors_of(run["true_north"][leg], run["true_east"][leg], math.atan2(20.0, 30.0))
+    assert np.allclose(outcome.true_cross_track(run)[leg], true, atol=1e-9)
+    said = outcome.errors(run)
+    assert np.nanmean(run["estimated_sog"] - run.true_sog) == pytest.approx(np.nanmean(said["sog"]))
+    turn = np.angle(np.exp(1j * (run["estimated_cog"] - run.true_cog)))
+    assert np.allclose(said["cog"], turn, equal_nan=True)
+
+
+def track_errors_of(north, east, direction):
+    return east * np.cos(direction) - north * np.sin(direction)
 
 
 def test_the_page_shows_track_errors_steering_and_actuators(written):

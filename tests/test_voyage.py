@@ -37,7 +37,7 @@ def test_a_stay_lasts_as_long_as_it_should_and_the_route_goes_on():
     assert holding[0] == 45.0 and holding[-1] == pytest.approx(75.0, abs=0.5)
     assert all(target == 1 for time, _, target in seen if time <= holding[-1])
     assert [each.waypoint for each in voyage.passages] == [1, 2, 3] and all(each.reached for each in voyage.passages)
-    assert seen[-1][1] is Phase.STOPPED
+    assert seen[-1][1:] == (Phase.STOPPED, 3)
     times = [each.time for each in voyage.passages]
     assert times == sorted(times) and times[0] == pytest.approx(45.5)
 

@@ -10,8 +10,21 @@ import numpy as np
 
 from benchmarks.support.ours import MODEL
 from benchmarks.support.record import Record
+from steerway.estimation import model
 
 FLAGS = ("-O3", "-march=native")
+_PLACES = (
+    "SPEED_NOISE",
+    "RATE_NOISE",
+    "SPEED_DECAY",
+    "RATE_DECAY",
+    "POSITION_VARIANCE",
+    "STEERAGEWAY",
+    "START_SPEED_VARIANCE",
+    "START_RATE_VARIANCE",
+    "GATE",
+)
+_LAYOUT = tuple(f"-D{name}={getattr(model, name)}" for name in _PLACES)
 _SOURCE = Path(__file__).with_name("five_state.c")
 _SAID = 10
 
@@ -26,7 +39,7 @@ class Library:
     def __init__(self):
         self._folder = tempfile.TemporaryDirectory()
         path = Path(self._folder.name) / "five_state.so"
-        subprocess.run(["gcc", *FLAGS, "-shared", "-fPIC", "-o", path, _SOURCE, "-lm"], check=True)
+        subprocess.run(["gcc", *FLAGS, *_LAYOUT, "-shared", "-fPIC", "-o", path, _SOURCE, "-lm"], check=True)
         self._run = ctypes.CDLL(str(path)).five_state_tracks
         self._run.restype = None
         self._run.argtypes = [ctypes.c_size_t] + 6 * [ctypes.c_void_p]

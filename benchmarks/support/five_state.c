@@ -8,7 +8,7 @@
 #include <math.h>
 #include <stddef.h>
 
-enum { SPEED_NOISE, RATE_NOISE, SPEED_DECAY, RATE_DECAY, POSITION_VARIANCE, STEERAGEWAY, START_SPEED, START_RATE, GATE };
+/* SPEED_NOISE and its like, the places in `model`, are defined where this is compiled. */
 enum { EMPTY, FIRST, STARTING, ADRIFT, UNDERWAY };
 enum { SAID = 10 };
 
@@ -143,8 +143,8 @@ static void predict_adrift(Filter *f, const Step *k, const double *model)
 
 static void start(Filter *f, double north, double east, const double *model)
 {
-    *f = (Filter){.mode = FIRST, .n = north, .e = east, .uu = model[START_SPEED], .xx = model[START_SPEED],
-                  .ww = model[START_RATE], .nn = model[POSITION_VARIANCE], .ee = model[POSITION_VARIANCE]};
+    *f = (Filter){.mode = FIRST, .n = north, .e = east, .uu = model[START_SPEED_VARIANCE], .xx = model[START_SPEED_VARIANCE],
+                  .ww = model[START_RATE_VARIANCE], .nn = model[POSITION_VARIANCE], .ee = model[POSITION_VARIANCE]};
 }
 
 static double correct(Filter *f, double north, double east, const double *model)
@@ -199,7 +199,7 @@ static void settle(Filter *f, const double *model)
     if (f->mode != UNDERWAY) {
         double variance = 0.5 * (f->uu + f->xx);
         if (f->mode == FIRST) {
-            if (variance < 0.5 * model[START_SPEED])
+            if (variance < 0.5 * model[START_SPEED_VARIANCE])
                 f->mode = STARTING;
             return;
         }
@@ -209,7 +209,7 @@ static void settle(Filter *f, const double *model)
             f->u = speed;
             f->x = atan2(s, c);
             mix_velocity(f, c, s, -s / speed, c / speed);
-            forget_rate(f, model[START_RATE]);
+            forget_rate(f, model[START_RATE_VARIANCE]);
             f->mode = UNDERWAY;
         } else if (variance < 0.25)
             f->mode = ADRIFT;
@@ -230,7 +230,7 @@ static void settle(Filter *f, const double *model)
         f->u = u * c;
         f->x = u * s;
         mix_velocity(f, c, -u * s, s, u * c);
-        forget_rate(f, model[START_RATE]);
+        forget_rate(f, model[START_RATE_VARIANCE]);
         f->mode = ADRIFT;
     }
 }

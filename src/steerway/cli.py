@@ -4,8 +4,9 @@ import sys
 
 import typer
 
-from steerway.commands import identify, logs, sailing, study
+from steerway.commands import identify, logs, profile, sailing, study
 from steerway.errors import InputError
+from steerway.live.commands import live, warm
 
 app = typer.Typer(
     name="steerway",
@@ -21,13 +22,17 @@ for command in (
     logs.info,
     logs.tune,
     logs.compare,
+    logs.predict,
     sailing.demo,
     sailing.simulate,
     sailing.advise,
     study.study,
+    live,
+    warm,
 ):
     app.command()(command)
 app.add_typer(identify.app, name="identify")
+app.add_typer(profile.app, name="profile")
 
 
 def main() -> None:
@@ -44,6 +49,7 @@ def main() -> None:
         sys.exit(130)
     except Exception as error:
         if hasattr(error, "format_message"):  # click's own words for a wrong option
-            print(f"steerway: {error.format_message()}", file=sys.stderr)
+            if error.format_message():  # empty where the help has been shown instead
+                print(f"steerway: {error.format_message()}", file=sys.stderr)
             sys.exit(2)
         raise

@@ -13,15 +13,16 @@ import numpy as np
 
 from steerway.errors import InputError
 
-OK, PREDICTED, REJECTED, NO_COURSE, STARTING = range(5)
-STATUSES = ("ok", "predicted", "rejected", "no_course", "starting")
+OK, PREDICTED, REJECTED, NO_COURSE, STARTING, LOST = range(6)
+STATUSES = ("ok", "predicted", "rejected", "no_course", "starting", "lost")
+"""What a row is worth. "lost" is said live only: nothing was heard for so long that nothing is said."""
 
 SAID = ("position_std", "sog", "cog", "heading", "water_speed", "yaw_rate")
 """What a receiver or instrument may say beside time and position."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Table:
+class Table:
     """Equal-length columns, selected and sorted by row."""
 
     def __len__(self) -> int:
@@ -59,7 +60,7 @@ class _Table:
 
 
 @dataclass(frozen=True, eq=False)
-class Fixes(_Table):
+class Fixes(Table):
     """What receivers said: one row an epoch, in time order (by vessel, then time, where `mmsi` is given).
 
     A row may lack its position (a compass between two fixes); such a row aids the estimate and gets no row of its own
@@ -103,7 +104,7 @@ class Fixes(_Table):
 
 
 @dataclass(frozen=True, eq=False)
-class Motion(_Table):
+class Motion(Table):
     """What we say: position, SOG, COG and course rate with their standard deviations, one row a fix or output time.
 
     Shapes: every array (n,). `cog`, `course_rate` and their deviations are NaN where course is not defined.
@@ -127,7 +128,7 @@ class Motion(_Table):
         """A polars DataFrame of the output columns, degrees where a name says so, null where unknown."""
         import polars as pl
 
-        return _frame(self, _MOTION_COLUMNS).with_columns(pl.Series("status", np.array(STATUSES)[self.status]))
+        return _frame(self, MOTION_COLUMNS).with_columns(pl.Series("status", np.array(STATUSES)[self.status]))
 
 
 def _degrees(radians):
@@ -157,7 +158,7 @@ _FIXES_COLUMNS = _POSITION_COLUMNS | {
     "water_speed_mps": ("water_speed", _as_is),
     "yaw_rate_dps": ("yaw_rate", _degrees),
 }
-_MOTION_COLUMNS = _POSITION_COLUMNS | {
+MOTION_COLUMNS = _POSITION_COLUMNS | {
     "sog_mps": ("sog", _as_is),
     "cog_deg": ("cog", _compass_degrees),
     "course_rate_dps": ("course_rate", _degrees),

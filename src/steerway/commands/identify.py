@@ -1,29 +1,22 @@
-"""The commands that find out what a boat is from a manoeuvre: identify yaw, identify surge."""
+"""The commands that find out what a boat is from a manoeuvre: identify yaw, heading, surge."""
 
-import math
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from steerway.commands.terminal import print_pairs
-from steerway.errors import InputError
 
 app = typer.Typer(no_args_is_help=True, help="Find a model of the boat from a log of a manoeuvre.")
 
 Log = Annotated[Path, typer.Argument(metavar="LOG", help="CSV or Parquet with named columns.")]
 
-_TIMES = {"time_s": 1.0, "t": 1.0, "time": 1.0}
-_RUDDERS = {"rudder_deg": math.pi / 180.0, "rudder_rad": 1.0, "yaw_moment_nm": 1.0, "yaw": 1.0}
-_ANGLES = {"heading_deg": math.pi / 180.0, "cog_deg": math.pi / 180.0, "true_heading_deg": math.pi / 180.0}
-_SPEEDS = {"speed_mps": 1.0, "water_speed_mps": 1.0, "sog_mps": 1.0}
-_SHAFTS = {"shaft_rps": 1.0, "shaft_rpm": 1.0 / 60.0}
-
 
 @app.command()
 def yaw(
     log: Log,
+    rudder: Annotated[str | None, typer.Option(metavar="COLUMN", help="The rudder or yaw moment.")] = None,
+    angle: Annotated[str | None, typer.Option(metavar="COLUMN", help="The heading or course.")] = None,
     bandwidth: Annotated[
         float | None, typer.Option(metavar="RAD/S", help="Give the autopilot's gains for this bandwidth, too.")
     ] = None,
@@ -38,15 +31,16 @@ def yaw(
 
         steerway identify yaw zigzag.csv --bandwidth 0.5
     """
-    from steerway.formats.reading import read
+    from steerway.formats.steering import read_steering
     from steerway.identification import identify_yaw, identify_yaw_from_fixes
 
-    columns = _columns(log)
-    time, rudder = _taken(log, columns, _TIMES), _taken(log, columns, _RUDDERS)
-    if any(name in columns for name in _ANGLES):
-        model = identify_yaw(time, rudder, _taken(log, columns, _ANGLES))
+    told = read_steering(log, rudder, angle)
+    if told.angle is not None:
+        model = identify_yaw(told.time, told.rudder, told.angle)
     else:
-        model = identify_yaw_from_fixes(read(log), time, rudder)
+        model = identify_yaw_from_fixes(told.fixes, told.time, told.rudder)
+    for note in told.notes:
+        print(f"· {note}")
     print_pairs(
         [
             ("gain K", str(model.gain)),
@@ -67,19 +61,53 @@ def yaw(
 
 
 @app.command()
+def heading(
+    log: Log,
+    steering: Annotated[str | None, typer.Option(metavar="COLUMN", help="The steering input.")] = None,
+    angle: Annotated[str | None, typer.Option(metavar="COLUMN", help="The heading.")] = None,
+) -> None:
+    """The second-order heading model from a pseudo-random binary manoeuvre, as the heading MPC takes it.
+
+    The log has time_s at even intervals, a steering input (rudder_deg, yaw_moment_nm or a column named), heading_deg.
+
+    Example:
+
+        steerway identify heading weave.csv --steering rpm_difference
+    """
+    from steerway.errors import InputError
+    from steerway.formats.steering import read_steering
+    from steerway.identification import identify_heading
+
+    told = read_steering(log, steering, angle)
+    if told.angle is None:
+        raise InputError(f"{log} has no heading, expected heading_deg or a column named with --angle")
+    model = identify_heading(told.time, told.rudder, told.angle)
+    print_pairs(
+        [
+            ("poles", ", ".join(f"{pole:.5g}" for pole in model.poles)),
+            ("gains", ", ".join(f"{gain:.4g}" for gain in model.gains) + " rad a unit of input and sample"),
+            ("steady turn rate", f"{model.turn_rate:.4g} rad/s a unit of input"),
+            ("time constant", f"{model.time_constant:.3g} s"),
+            ("bias of the input", f"{model.bias:.3g}"),
+            ("fit", f"{model.fit:.1f} %, residual {model.residual_rms:.3g} rad RMS at {model.sample:g} s"),
+        ]
+    )
+
+
+@app.command()
 def surge(log: Log) -> None:
     """Drag and thrust over mass from a staircase of speeds; says when a log cannot tell them.
 
-    The log has time_s, speed_mps (through the water, or sog_mps without a current) and shaft_rps or shaft_rpm.
+    The log is a CSV with time_s, speed_mps (through the water, or over ground without a current) and shaft_rps.
 
     Example:
 
         steerway identify surge staircase.csv
     """
+    from steerway.formats.surge_log import read_surge_log
     from steerway.identification import identify_surge
 
-    columns = _columns(log)
-    found = identify_surge(_taken(log, columns, _TIMES), _taken(log, columns, _SPEEDS), _taken(log, columns, _SHAFTS))
+    found = identify_surge(*read_surge_log(log))
     model, std = found.model, found.std
     print_pairs(
         [
@@ -90,24 +118,3 @@ def surge(log: Log) -> None:
             ("verdict", found.verdict),
         ]
     )
-
-
-def _columns(log: Path) -> dict[str, np.ndarray]:
-    """The numeric columns of a table by lower-case name."""
-    import polars as pl
-
-    try:
-        frame = pl.read_parquet(log) if log.suffix == ".parquet" else pl.read_csv(log, infer_schema_length=None)
-    except (OSError, pl.exceptions.PolarsError) as error:
-        reason = str(error).splitlines()[0]
-        raise InputError(f"{log}: cannot be read as CSV or Parquet ({reason})") from None
-    numeric = [name for name, kind in frame.schema.items() if kind.is_numeric()]
-    return {name.lower(): frame[name].cast(pl.Float64).to_numpy() for name in numeric}
-
-
-def _taken(log, columns, known) -> np.ndarray:
-    """The first column that is there, in SI."""
-    for name, factor in known.items():
-        if name in columns:
-            return columns[name] * factor
-    raise InputError(f"{log}: has columns {', '.join(columns) or 'none'}, expected one of {', '.join(known)}")

@@ -1,4 +1,4 @@
-"""The commands for logs: estimate, info, tune, compare."""
+"""The commands for logs: estimate, info, tune, compare, predict."""
 
 import math
 from pathlib import Path
@@ -64,13 +64,13 @@ def estimate(
 
     if out is not None:
         writer(out)
-        _refuse_overwriting(out, logs)
+        refuse_overwriting(out, logs)
     if report is not None:
-        _refuse_overwriting(report, logs)
+        refuse_overwriting(report, logs)
         if report.suffix.lower() not in (".html", ".png"):
             raise InputError(f"report {report} ends in {report.suffix or 'nothing'!r}, expected .html or .png")
     aids = _aids(aid)
-    fixes = _read(logs, source, start, stop)
+    fixes = read_logs(logs, source, start, stop)
     chosen = choose_profile(fixes, profile)
     estimator = FiveStateFilter(chosen, aids)
     motion = estimator.smooth(fixes, rate) if smooth else estimator.filter(fixes, rate)
@@ -127,10 +127,9 @@ def tune(
     from steerway.estimation import tune as fit
 
     if out is not None:
-        _refuse_overwriting(out, logs)
-        if out.suffix != ".toml":
-            raise InputError(f"profile {out} ends in {out.suffix or 'nothing'!r}, expected .toml")
-    fixes = _read(logs, source, start, stop)
+        refuse_overwriting(out, logs)
+        expect_toml(out)
+    fixes = read_logs(logs, source, start, stop)
     with progress_line("fitting") as step:
         tuned = fit(fixes, name=out.stem if out else "tuned", progress=step)
     if out is not None:
@@ -160,7 +159,7 @@ def compare(
     from steerway.estimation import estimate as run
     from steerway.estimation.comparison import compare as agreement
 
-    fixes = _read(logs, source, start, stop)
+    fixes = read_logs(logs, source, start, stop)
     motion = run(fixes, profile, smooth=smooth)
     found = agreement(fixes, motion)
     if as_json:
@@ -169,7 +168,75 @@ def compare(
         print_pairs(found.sentences())
 
 
-def _read(logs, source, start, stop):
+def predict(
+    logs: Logs,
+    horizon: Annotated[
+        list[float] | None, typer.Option("--horizon", metavar="S", help="Seconds ahead; may be given more than once.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option("-o", "--out", metavar="OUT", help="Write .csv or .parquet.")] = None,
+    profile: ProfileName = None,
+    source: Source = None,
+    aid: Aids = None,
+    start: From = None,
+    stop: Until = None,
+    as_json: AsJson = False,
+) -> None:
+    """Predict where vessels will be after the end of logs, with the ellipse that holds them in 95 of 100 cases.
+
+    AIS reports are used with the SOG and COG that they transmit, other logs with positions alone unless --aid is given.
+
+    Examples:
+
+        steerway predict ais.txt --horizon 600
+
+        steerway predict sortie.nmea --horizon 60 --horizon 120 -o where.csv
+    """
+    from steerway.estimation.prediction import predict as forecast
+
+    if out is not None:
+        refuse_overwriting(out, logs)
+        if out.suffix.lower() not in (".csv", ".parquet"):
+            raise InputError(f"{out} ends in {out.suffix or 'nothing'!r}, expected .csv or .parquet")
+    horizons = horizon or [600.0]
+    frame = forecast(
+        read_logs(logs, source, start, stop), horizons, profile, None if aid is None else _aids(aid)
+    ).to_frame()
+    if out is not None:
+        frame.write_csv(out) if out.suffix.lower() == ".csv" else frame.write_parquet(out)
+    if as_json:
+        print_json(frame.to_dicts())
+    elif out is not None:
+        print(f"wrote {out}")
+    else:
+        _print_predictions(frame)
+
+
+def _print_predictions(frame):
+    from steerway.timestamps import iso
+
+    vessel = ("mmsi",) if "mmsi" in frame.columns else ()
+    rows = [
+        (
+            *(row[name] for name in vessel),
+            iso(round(row["time_s"], 3)),
+            f"{row['horizon_s']:.0f} s",
+            f"{row['lat_deg']:.5f}°",
+            f"{row['lon_deg']:.5f}°",
+            f"{row['ellipse95_longer_m']:.0f} × {row['ellipse95_shorter_m']:.0f} m",
+            f"{row['ellipse95_direction_deg']:.0f}°",
+        )
+        for row in frame.iter_rows(named=True)
+    ]
+    print_table("", (*vessel, "time", "ahead", "latitude", "longitude", "95 % ellipse", "along"), rows)
+
+
+def expect_toml(path: Path) -> None:
+    """Raises InputError for a profile's path that does not end in .toml."""
+    if path.suffix != ".toml":
+        raise InputError(f"profile {path} ends in {path.suffix or 'nothing'!r}, expected .toml")
+
+
+def read_logs(logs, source, start, stop):
     """The record of logs; what was left out or corrected goes to standard error."""
     from steerway.formats.reading import read
 
@@ -204,7 +271,8 @@ def _aids(text) -> tuple[str, ...]:
     return tuple(name.strip().replace("-", "_") for name in text.split(",") if name.strip()) if text else ()
 
 
-def _refuse_overwriting(out, logs):
+def refuse_overwriting(out, logs) -> None:
+    """Raises InputError when an output is one of the inputs."""
     from steerway.formats.writing import same_file
 
     for log in logs:

@@ -51,9 +51,18 @@ def correct_scalar(x, p, work, i, companion, sign, innovation, variance, gate=SC
 
     Joseph's form for a scalar. Returns the NIS: above SCALAR_GATE the measurement was not used.
     """
-    n = len(x)
     pc, k = work[0], work[1]
     s = scalar_innovation(p, work, i, companion, sign, variance)
+    return take_scalar(x, p, pc, k, s, innovation, gate)
+
+
+@lean_kernel
+def take_scalar(x, p, pc, k, s, innovation, gate=SCALAR_GATE):
+    """Correct by a scalar with covariances pc = P hᵀ (n,) and variance s, unless the gate refuses it; k is workspace.
+
+    Reads and writes the upper triangle of P. Returns the NIS: above the gate the measurement was not used.
+    """
+    n = len(x)
     nis = innovation * innovation / s
     if nis > gate:
         return nis

@@ -8,9 +8,23 @@ from steerway.compiled import kernel, lean_kernel
 from steerway.errors import InputError
 from steerway.estimation.model import COURSE, EMPTY, MODE, RATE, SPEED, STARTING, UNDERWAY, empty_memory, whole
 from steerway.estimation.profiles import AIDS, Profile
-from steerway.estimation.replay import replay
-from steerway.estimation.tracking import SPOKEN, advance, conclude, recentre, settle, speak, take_aids, take_position
+from steerway.estimation.replay import Run, replay
+from steerway.estimation.tracking import (
+    SPOKEN,
+    advance,
+    conclude,
+    recentre,
+    settle,
+    speak,
+    take_aids,
+    take_position,
+    track,
+)
 from steerway.records import Fixes, Motion
+
+_NOW = np.zeros(1)
+_NO_AIDS = np.empty((0, len(AIDS)))
+_NONE_KEPT = np.empty((0, 1, 1))
 
 
 @lean_kernel
@@ -88,6 +102,35 @@ class FiveStateFilter:
     def aid_by(self, sog=math.nan, cog=math.nan, heading=math.nan, water_speed=math.nan, yaw_rate=math.nan) -> None:
         """Take what other instruments say now (SI, true angles in rad, NaN or nothing for unknown)."""
         _aid(self._memory, np.array([sog, cog, heading, water_speed, yaw_rate]), self._model)
+
+    def row(self, dt: float, latitude=math.nan, longitude=math.nan, aids=None) -> tuple[list[float], float, int]:
+        """One row of `filter`, streaming: advance by dt, then take what was said at that moment.
+
+        Args:
+            latitude, longitude: of a fix (rad), NaN for none.
+            aids: (5,) in the order of `AIDS`, NaN where nothing was said; None for nothing. Only those of `aid` count.
+
+        Returns what `said` returns, the NIS (NaN without a fix) and the status, an index into `records.STATUSES`.
+        """
+        self._geodetic = True
+        self.predict(dt)
+        run = Run(1)
+        table = _NO_AIDS
+        if self.aid:
+            given = np.full(len(AIDS), np.nan) if aids is None else np.array(aids, dtype=np.float64)
+            table = np.where([name in self.aid for name in AIDS], given, np.nan).reshape(1, -1)
+        place = np.array([latitude]), np.array([longitude])
+        outputs = run.spoken, run.nis, run.log_determinant, run.status
+        track(_NOW, *place, table, True, self._model, self._memory, *outputs, _NONE_KEPT)
+        return run.spoken[0].tolist(), float(run.nis[0]), int(run.status[0])
+
+    def snapshot(self) -> np.ndarray:
+        """All it remembers, for `restore`."""
+        return self._memory.copy()
+
+    def restore(self, snapshot: np.ndarray) -> None:
+        """Be again as when `snapshot` was taken."""
+        self._memory[:] = snapshot
 
     @property
     def sog(self) -> float:

@@ -18,8 +18,9 @@ import math
 
 from steerway.angles import wrap
 from steerway.compiled import lean_kernel
+from steerway.estimation.acceleration import predict_underway
 from steerway.estimation.aiding import SCALAR_GATE, aided, correct_scalar, scalar_innovation
-from steerway.estimation.five_state import predict, set_step
+from steerway.estimation.five_state import set_step
 from steerway.estimation.model import (
     AGEING,
     AGES_TO,
@@ -33,7 +34,7 @@ from steerway.estimation.model import (
     SWITCHES_TO,
 )
 from steerway.estimation.position_update import correct, innovation, normalised_square
-from steerway.estimation.way import fold, forget_rate, take_place
+from steerway.estimation.way import fold, forget_manoeuvre, take_place
 
 _LEAST_PROBABILITY = 1e-6
 """No mode is ever ruled out."""
@@ -79,7 +80,7 @@ def part_ways(memory, models):
         for i in range(n + 1):
             for j in range(n):
                 memory[k, i, j] = memory[0, i, j]
-        forget_rate(memory[k, n], memory[k, :n], models[k])
+        forget_manoeuvre(memory[k, n], memory[k, :n], models[k])
         memory[0, n + 9, k - 1] = models[k, STARTS_IN]
     join(memory)
 
@@ -160,7 +161,7 @@ def predict_modes(memory, models):
     mix(memory)
     n = memory.shape[2]
     for k in range(1, len(models)):
-        predict(memory[k, n], memory[k, :n], memory[k, n + 6 : n + 9], models[k])
+        predict_underway(memory[k, n], memory[k, :n], memory[k, n + 6 : n + 9], models[k])
 
 
 @lean_kernel

@@ -20,6 +20,7 @@ VELOCITY_NORTH, VELOCITY_EAST = SPEED, COURSE
     RATE_DECAY,  # α2, 1/s
     POSITION_VARIANCE,  # of the white part of a fix, north and east, m²
     STEERAGEWAY,  # m/s
+    TIME_VARIANCE,  # of the moment of a fix, s²
     START_SPEED_VARIANCE,  # (m/s)²
     START_RATE_VARIANCE,  # (rad/s)²
     GATE,  # on the normalised innovation squared of a fix, χ² with 2 degrees of freedom
@@ -34,13 +35,14 @@ VELOCITY_NORTH, VELOCITY_EAST = SPEED, COURSE
     CRAB_STATE,  # … of the crab angle
     GYRO_STATE,  # … of the gyro's bias
     STREAM_STATE,  # … of the water's own speed along the course
+    ACCELERATION_STATE,  # … of the acceleration along the course
     STARTS_IN,  # of a vessel of several modes: how likely this one is to begin with
     LEAVING,  # 1/s: how often she leaves it for the other manner of moving
     SWITCHES_TO,  # … and for which row of the models
     AGEING,  # 1/s: how often it ages
     AGES_TO,  # … into which row
     EXTRAS,  # where the triples begin
-) = range(26)
+) = range(28)
 
 MODE, STRAY, RETRIES, LATITUDE, LONGITUDE = range(5)
 """Bookkeeping: one of the modes below; seconds since the first of unbroken rejections (−1: none); resets in a row; the

@@ -41,6 +41,8 @@ class Profile(BaseModel):
     course_rate_noise: float = _positive  # S_ω, rad²/s³
     speed_decay: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # α1, 1/s
     course_rate_decay: float = Field(0.1, ge=0.0, allow_inf_nan=False)  # α2, 1/s
+    acceleration_std: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # m/s², acceleration that lasts; 0: none
+    acceleration_time: float = Field(5.0, gt=0.0, allow_inf_nan=False)  # s, for how long
     steerageway: float = Field(0.3, gt=0.0, allow_inf_nan=False)  # m/s: below it course means nothing
 
     # A vessel that holds her course for a while, as above, and turns for a while, as below; with turn_time = 0 she
@@ -52,6 +54,7 @@ class Profile(BaseModel):
     turn_course_rate_decay: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # α2 in a turn, 1/s
 
     position_std: float = _positive  # white part of a fix, north and east, m
+    time_std: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # s, of the moment a fix claims
     error_std: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # slowly varying part of a fix, m
     error_time: float = Field(60.0, gt=0.0, allow_inf_nan=False)  # its correlation time, s
     drift_std: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # a second, slower one, m
@@ -98,8 +101,11 @@ class Profile(BaseModel):
 
     def save(self, path: str | Path) -> None:
         """Write the profile as a TOML file that `load` reads."""
-        lines = [f"{key} = {_toml(value)}" for key, value in self.model_dump().items()]
-        Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+        Path(path).write_text(self.toml(), encoding="utf-8")
+
+    def toml(self) -> str:
+        """The text of such a file."""
+        return "".join(f"{key} = {_toml(value)}\n" for key, value in self.model_dump().items())
 
     @property
     def turning(self) -> Self | None:
@@ -158,6 +164,7 @@ class Profile(BaseModel):
         crab = extra(self.crab_std, self.crab_time) if "heading" in aids and self.crab_std > 0.0 else 0
         gyro = extra(self.gyro_bias_std, self.gyro_bias_time) if "yaw_rate" in aids and self.gyro_bias_std > 0.0 else 0
         stream = extra(self.stream_std, self.stream_time) if "water_speed" in aids and self.stream_std > 0.0 else 0
+        lasting = extra(self.acceleration_std, self.acceleration_time) if self.acceleration_std > 0.0 else 0
         head = (
             self.speed_noise,
             self.course_rate_noise,
@@ -165,6 +172,7 @@ class Profile(BaseModel):
             self.course_rate_decay,
             self.position_std**2,
             self.steerageway,
+            self.time_std**2,
             _START_SPEED_STD**2,
             self.start_rate_std**2,
             GATE,
@@ -179,6 +187,7 @@ class Profile(BaseModel):
             crab,
             gyro,
             stream,
+            lasting,
             starts_in,
             leaving,
             switches_to,
@@ -231,6 +240,15 @@ BUILT_IN = {
             error_time=10.0,
         ),
         Profile(
+            name="swell",
+            description="any vessel whose speed and course a swell moves",
+            speed_noise=1e-4,
+            course_rate_noise=1e-3,
+            course_rate_decay=0.5,
+            acceleration_std=0.25,
+            position_std=0.05,
+        ),
+        Profile(
             name="ship",
             description="ship of 50 m and more",
             speed_noise=2e-3,
@@ -242,9 +260,14 @@ BUILT_IN = {
             name="ais",
             description="vessels as AIS reports them: seconds to minutes apart, times rounded and late",
             speed_noise=5e-3,
-            course_rate_noise=1e-6,
-            course_rate_decay=0.02,
-            position_std=8.0,
+            course_rate_noise=1.5e-4,
+            course_rate_decay=0.3,
+            acceleration_std=0.07,
+            acceleration_time=15.0,
+            position_std=3.0,
+            time_std=1.0,
+            sog_std=0.2,
+            velocity_std=0.2,
             steerageway=0.5,
         ),
     )

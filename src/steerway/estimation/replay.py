@@ -21,6 +21,10 @@ def replay(model, aid, fixes: Fixes, rate: float | None = None, smoothed: bool =
     """The filter of a parameter vector over the fixes of any number of vessels; see `FiveStateFilter.filter`."""
     if rate is not None and not 0.0 < rate <= 1000.0:
         raise InputError(f"rate is {rate}, expected Hz between 0 and 1000")
+    if smoothed and model.ndim == 2:
+        raise InputError(
+            "the profile has two manners of moving (turn_time > 0), which cannot be smoothed; expected turn_time = 0"
+        )
     fixes = _spoken_rows(fixes, aid)
     if rate is None and not smoothed:
         return _filtered(model, aid, fixes)
@@ -103,6 +107,16 @@ def run_rows(model, aid, fixes: Fixes) -> Run:
         with ThreadPoolExecutor(shares) as pool:
             list(pool.map(work, range(shares)))
     return run
+
+
+def memories(model, aid, fixes: Fixes, last: bool = False) -> np.ndarray:
+    """(n, states + 2, states) covariance, state and bookkeeping after every row of one vessel, or after the last."""
+    memory = empty_memory(model)
+    states = memory.shape[1]
+    kept = np.empty((0 if last else len(fixes), states + 2, states))
+    aids = _aiding_table(fixes, aid)
+    track(fixes.time, fixes.latitude, fixes.longitude, aids, True, model, memory, *_outputs(Run(len(fixes))), kept)
+    return memory[None, : states + 2] if last else kept
 
 
 def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:

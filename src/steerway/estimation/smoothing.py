@@ -12,9 +12,11 @@ import numpy as np
 from steerway.angles import wrap
 from steerway.compiled import kernel, lean_kernel
 from steerway.earth import displacement
-from steerway.estimation.five_state import chord, predict, set_step
+from steerway.estimation.acceleration import predict_underway, shares
+from steerway.estimation.five_state import chord, set_step
 from steerway.estimation.linear_algebra import factor, fill_lower, multiply, multiply_transposed, solve_rows
 from steerway.estimation.model import (
+    ACCELERATION_STATE,
     COURSE,
     DT,
     EAST,
@@ -50,17 +52,24 @@ def transition(x, underway, step, model, f):
     if step[DT] == 0.0:
         return
     if underway:
-        _, _, north, east, north_u, east_u, north_w, east_w = chord(x[SPEED], x[COURSE], x[RATE], step)
+        a = int(model[ACCELERATION_STATE])
+        lent, rest = shares(step, model) if a else (0.0, 0.0)
+        speed = x[SPEED] + lent * x[a] if a else x[SPEED]
+        _, _, north, east, north_u, east_u, north_w, east_w = chord(speed, x[COURSE], x[RATE], step)
         f[0, 2], f[0, 3], f[0, 4] = north_u, -east, north_w
         f[1, 2], f[1, 3], f[1, 4] = east_u, north, east_w
         f[2, 2], f[3, 4], f[4, 4] = step[SPEED_LEFT], step[TURN], step[RATE_LEFT]
+        if a:
+            for i in range(3):
+                f[i, a] += lent * f[i, 2]
+            f[2, a] += rest * f[a, a]
     else:
         f[0, 2] = f[1, 3] = step[SPEED_INTEGRAL]
         f[2, 2] = f[3, 3] = step[SPEED_LEFT]
 
 
 @lean_kernel
-def carry_over(x, p, mode, x_predicted, p_predicted, predicted_mode):
+def carry_over(x, p, mode, x_predicted, p_predicted, predicted_mode, model):
     """Express the later row's smoothed (x, P) in the coordinates of its prediction, in place."""
     if (mode == UNDERWAY) == (predicted_mode == UNDERWAY):
         return
@@ -75,6 +84,9 @@ def carry_over(x, p, mode, x_predicted, p_predicted, predicted_mode):
         x[2], x[3] = speed * c, speed * s
         mix_velocity(p, c, -speed * s, s, speed * c)
     ignore(RATE, x, x_predicted, p_predicted)
+    a = int(model[ACCELERATION_STATE])
+    if a:
+        ignore(a, x, x_predicted, p_predicted)
 
 
 @kernel
@@ -106,10 +118,10 @@ def smooth(time, geodetic, model, kept, spoken):
             transition(x, mode == UNDERWAY, step, model, f)
             x_next[:], p_next[:] = x, p
             if mode == UNDERWAY:
-                predict(x_next, p_next, step, model)
+                predict_underway(x_next, p_next, step, model)
             else:
                 predict_adrift(x_next, p_next, step, model)
-            carry_over(x_later, p_later, later_mode, x_next, p_next, mode)
+            carry_over(x_later, p_later, later_mode, x_next, p_next, mode, model)
             if geodetic:
                 later = kept[k + 1, n + 1]
                 north, east = displacement(later[LATITUDE], later[LONGITUDE], book[LATITUDE], book[LONGITUDE])

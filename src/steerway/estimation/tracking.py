@@ -9,8 +9,9 @@ import numpy as np
 
 from steerway.compiled import kernel, lean_kernel
 from steerway.earth import displaced, displacement
+from steerway.estimation.acceleration import predict_underway
 from steerway.estimation.aiding import COG, SOG, aid_adrift, aid_underway
-from steerway.estimation.five_state import predict, set_step
+from steerway.estimation.five_state import set_step
 from steerway.estimation.mixture import (
     PROBABILITY,
     aid_modes,
@@ -49,6 +50,7 @@ from steerway.estimation.model import (
     STARTING,
     STEP_SLACK,
     STRAY,
+    TIME_VARIANCE,
     UNDERWAY,
     empty_memory,
 )
@@ -83,7 +85,7 @@ def advance(memory, dt, model):
                 predict_modes(memory, model)
                 lost = course_is_lost(memory)
             else:
-                predict(x, p, step, model)
+                predict_underway(x, p, step, parameters)
                 lost = p[COURSE, COURSE] > LOST_COURSE_VARIANCE
             if lost:
                 judge(x, p, book, parameters)
@@ -135,12 +137,25 @@ def take_fix(memory, north, east, model):
 
 
 @lean_kernel
+def mistimed(x, book, s_nn, s_ne, s_ee, model):
+    """Covariance of an innovation with what the vessel may have sailed before or after the moment the fix claims."""
+    if book[MODE] == UNDERWAY:
+        north, east = x[SPEED] * math.cos(x[COURSE]), x[SPEED] * math.sin(x[COURSE])
+    else:
+        north, east = x[2], x[3]
+    variance = model[TIME_VARIANCE]
+    return s_nn + variance * north * north, s_ne + variance * north * east, s_ee + variance * east * east
+
+
+@lean_kernel
 def correct_whole(main, north, east, model):
     """Correct one filter by a fix unless the gate refuses it. Returns (accepted, NIS, log det S)."""
     n = main.shape[1]
     p, x, work = main[:n], main[n], main[n + 2 : n + 6]
     g, pairs, variance = int(model[ERROR_STATE]), int(model[ERROR_PAIRS]), model[POSITION_VARIANCE]
     nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, variance, variance, g, pairs)
+    if model[TIME_VARIANCE] > 0.0:
+        s_nn, s_ne, s_ee = mistimed(x, main[n + 1], s_nn, s_ne, s_ee, model)
     nis = normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee)
     accepted = nis <= model[GATE]
     if accepted:

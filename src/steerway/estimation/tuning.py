@@ -14,8 +14,8 @@ from functools import partial
 
 import numpy as np
 
-from steerway.earth import displacement
 from steerway.errors import InputError
+from steerway.estimation.fitting import LEAST_SPEED, MOTION, minimise, moving, thinned
 from steerway.estimation.likelihood import cost
 from steerway.estimation.profiles import GATE, Profile
 from steerway.estimation.replay import run_rows
@@ -24,24 +24,9 @@ from steerway.records import Fixes
 _SETTLING_FIXES = 5
 _MOTION_SPACING = 1.0
 _FEWEST_FIXES = 60
+_WORTH_A_PARAMETER = 4.0
+"""−log likelihood by which acceleration has to be better than none."""
 
-_BOUNDS = {
-    "position_std": (0.003, 30.0),
-    "speed_noise": (1e-6, 10.0),
-    "course_rate_noise": (1e-9, 10.0),
-    "course_rate_decay": (0.01, 2.0),
-    "error_std": (0.003, 10.0),
-    "error_time": (1.0, 2000.0),
-}
-_EXPECTED = {  # median and standard deviation of the logarithm: wide, so that only what a log cannot tell is held
-    "position_std": (0.5, 2.0),
-    "speed_noise": (1e-2, 4.0),
-    "course_rate_noise": (1e-3, 4.0),
-    "course_rate_decay": (0.2, 2.0),
-    "error_std": (1.0, 2.0),
-    "error_time": (100.0, 2.0),
-}
-_MOTION = ("position_std", "speed_noise", "course_rate_noise", "course_rate_decay")
 _RECEIVER = ("position_std", "error_std", "error_time")
 _MOTION_STARTS = [
     {"position_std": 0.1, "speed_noise": speed, "course_rate_noise": rate, "course_rate_decay": decay}
@@ -64,7 +49,9 @@ class Tuned:
 
     def as_dict(self) -> dict:
         """The numbers, flat; the profile's by their names in a profile."""
-        numbers = {name: getattr(self.profile, name) for name in (*_MOTION, "error_std", "error_time")}
+        numbers = {
+            name: getattr(self.profile, name) for name in (*MOTION, "acceleration_std", "error_std", "error_time")
+        }
         own = {name: getattr(self, name) for name in ("fixes", "moving", "rejected", "nis_mean", "log_likelihood")}
         return numbers | own | {"nis_band": list(self.nis_band)}
 
@@ -77,11 +64,15 @@ class Tuned:
             verdict = "consistent"
         else:
             verdict = "errors smaller than claimed" if self.nis_mean < low else "errors larger than claimed"
+        lasting = (
+            f"{p.acceleration_std:.3g} m/s² over {p.acceleration_time:.3g} s" if p.acceleration_std else "none found"
+        )
         return [
             ("fixes", f"{self.fixes}, {self.moving} under way, {self.rejected} rejected"),
             ("white noise of a fix", f"{p.position_std:.3g} m"),
             ("slow error of the receiver", slow),
             ("speed noise S_U", f"{p.speed_noise:.3g} m²/s³"),
+            ("acceleration that lasts", lasting),
             ("course-rate noise S_ω", f"{p.course_rate_noise:.3g} rad²/s³"),
             ("course-rate decay α2", f"{p.course_rate_decay:.3g} 1/s"),
             ("mean NIS", f"{self.nis_mean:.2f}, 95 % band {low:.2f} to {high:.2f}: {verdict}"),
@@ -99,89 +90,44 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
     Raises InputError when there is too little motion to tell anything.
     """
     fixes = longest_track(fixes)
-    moving = _moving(fixes.time, fixes.latitude, fixes.longitude)
-    moving[:_SETTLING_FIXES] = False
-    if moving.sum() < _FEWEST_FIXES:
+    under_way = moving(fixes)
+    under_way[:_SETTLING_FIXES] = False
+    if under_way.sum() < _FEWEST_FIXES:
         raise InputError(
-            f"{moving.sum()} of {len(fixes)} fixes are under way (faster than {_LEAST_SPEED} m/s), "
+            f"{under_way.sum()} of {len(fixes)} fixes are under way (faster than {LEAST_SPEED} m/s), "
             f"expected at least {_FEWEST_FIXES} to tune by"
         )
     report = _Progress(progress)
 
-    apart = _thinned(fixes.time, _MOTION_SPACING)
-    motion_cost = partial(cost, fixes=fixes.rows(apart), counted=moving[apart])
+    apart = thinned(fixes.time, _MOTION_SPACING)
+    motion_cost = partial(cost, fixes=fixes.rows(apart), counted=under_way[apart])
     base = Profile(name=name, position_std=1.0, speed_noise=1.0, course_rate_noise=1.0)
-    rough = [_minimise(motion_cost, base, _MOTION, start, 80, report) for start in _MOTION_STARTS]
+    rough = [minimise(motion_cost, base, MOTION, start, 80, report.step) for start in _MOTION_STARTS]
     promising = sorted(rough, key=lambda found: found[1])[:2]
-    fine = [_minimise(motion_cost, base, _MOTION, each.model_dump(), 250, report) for each, _ in promising]
-    motion, _ = min(fine, key=lambda found: found[1])
+    fine = [minimise(motion_cost, base, MOTION, each.model_dump(), 250, report.step) for each, _ in promising]
+    motion, value = min(fine, key=lambda found: found[1])
+    start = motion.model_dump() | {"speed_noise": motion.speed_noise / 30.0, "acceleration_std": 0.2}
+    lasting, its_value = minimise(motion_cost, motion, (*MOTION, "acceleration_std"), start, 250, report.step)
+    if its_value < value - _WORTH_A_PARAMETER:
+        motion = lasting
 
-    full_cost = partial(cost, fixes=fixes, counted=moving)
+    full_cost = partial(cost, fixes=fixes, counted=under_way)
     # White noise at the full rate that tells as much a second as what was found at the thinned one.
     white_std = motion.position_std * math.sqrt(len(fixes) / len(apart))
     white = motion.model_copy(update={"position_std": white_std})
     candidates = [(white, full_cost(white))]
     for error_time in (2.0, 100.0):
         start = {"position_std": 0.5 * motion.position_std, "error_std": motion.position_std, "error_time": error_time}
-        candidates.append(_minimise(full_cost, motion, _RECEIVER, start, 300, report))
+        candidates.append(minimise(full_cost, motion, _RECEIVER, start, 300, report.step))
     profile, value = min(candidates, key=lambda found: found[1])
     report.done()
-    return _tuned(_rounded(profile), value, fixes, moving)
-
-
-_LEAST_SPEED = 0.5
+    return _tuned(_rounded(profile), value, fixes, under_way)
 
 
 def longest_track(fixes: Fixes) -> Fixes:
     """The fixes of the vessel that has most of them."""
     fixes = fixes.rows(fixes.has_position).in_order()
     return max((track for _, track in fixes.tracks()), key=len)
-
-
-def _moving(time, latitude, longitude, half_window=5.0):
-    """(n,) bool: displacement over ten seconds says the vessel is under way."""
-    first = np.searchsorted(time, time - half_window)
-    last = np.minimum(np.searchsorted(time, time + half_window), len(time) - 1)
-    speed = np.zeros(len(time))
-    for k in range(len(time)):
-        i, j = first[k], last[k]
-        if time[j] > time[i]:
-            north, east = displacement(latitude[j], longitude[j], latitude[i], longitude[i])
-            speed[k] = math.hypot(north, east) / (time[j] - time[i])
-    return speed > _LEAST_SPEED
-
-
-def _thinned(time, spacing):
-    """Indices of rows at least `spacing` apart (give or take receiver jitter)."""
-    chosen, last = [], -np.inf
-    for k, moment in enumerate(time):
-        if moment - last >= 0.95 * spacing:
-            chosen.append(k)
-            last = moment
-    return np.array(chosen)
-
-
-def _minimise(objective, base: Profile, names, start, evaluations, report):
-    """Nelder–Mead in the logarithms of `names`; returns the best profile and its cost with the prior."""
-    from scipy.optimize import minimize
-
-    low, high = (np.log([_BOUNDS[name][k] for name in names]) for k in range(2))
-    centre = np.log([_EXPECTED[name][0] for name in names])
-    spread = np.array([_EXPECTED[name][1] for name in names])
-
-    def profile_of(logs):
-        values = np.exp(np.clip(logs, low, high))
-        return base.model_copy(update=dict(zip(names, values.tolist(), strict=True)))
-
-    def penalised(logs):
-        report.step()
-        return objective(profile_of(logs)) + 0.5 * float((((np.clip(logs, low, high) - centre) / spread) ** 2).sum())
-
-    origin = np.log([start[name] for name in names])
-    simplex = np.vstack([origin, origin + np.eye(len(names))])
-    options = {"maxfev": evaluations, "xatol": 0.01, "fatol": 0.02, "initial_simplex": simplex}
-    found = minimize(penalised, origin, method="Nelder-Mead", options=options)
-    return profile_of(found.x), float(found.fun)
 
 
 class _Progress:
@@ -205,20 +151,20 @@ class _Progress:
 
 def _rounded(profile: Profile) -> Profile:
     """Four digits: more would claim more than a log tells."""
-    update = {name: float(f"{getattr(profile, name):.4g}") for name in {*_MOTION, *_RECEIVER}}
+    update = {name: float(f"{getattr(profile, name):.4g}") for name in {*MOTION, "acceleration_std", *_RECEIVER}}
     return profile.model_copy(update=update)
 
 
-def _tuned(profile, value, fixes: Fixes, moving) -> Tuned:
+def _tuned(profile, value, fixes: Fixes, under_way) -> Tuned:
     nis = run_rows(profile.model(), (), fixes).nis
-    known = moving & np.isfinite(nis)
+    known = under_way & np.isfinite(nis)
     good = known & (nis <= GATE)
     n = int(good.sum())
     half = 1.96 * 2.0 / math.sqrt(max(n, 1))
     return Tuned(
         profile=profile,
         fixes=len(fixes),
-        moving=int(moving.sum()),
+        moving=int(under_way.sum()),
         rejected=int((known & ~good).sum()),
         nis_mean=float(nis[good].mean()) if n else math.nan,
         nis_band=(2.0 - half, 2.0 + half),

@@ -11,6 +11,7 @@ from steerway.angles import wrap
 from steerway.compiled import lean_kernel
 from steerway.estimation.five_state import predict_extras
 from steerway.estimation.model import (
+    ACCELERATION_STATE,
     ADRIFT,
     COURSE,
     DT,
@@ -137,14 +138,22 @@ def course_to_velocity(x, p):
 
 
 @lean_kernel
-def forget_rate(x, p, model):
-    """The course rate is zero, give or take what a vessel does."""
+def forget_manoeuvre(x, p, model):
+    """Course rate and acceleration are zero, give or take what a vessel does."""
     x[RATE] = 0.0
     for i in range(RATE):
         p[i, RATE] = 0.0
     for j in range(RATE + 1, len(x)):
         p[RATE, j] = 0.0
     p[RATE, RATE] = model[START_RATE_VARIANCE]
+    a = int(model[ACCELERATION_STATE])
+    if a:
+        x[a] = 0.0
+        for i in range(a):
+            p[i, a] = 0.0
+        for j in range(a + 1, len(x)):
+            p[a, j] = 0.0
+        p[a, a] = model[EXTRAS + 3 * (a - 5) + 2]
 
 
 @lean_kernel
@@ -167,12 +176,12 @@ def judge(x, p, book, model):
         speed_too_low = x[SPEED] < max(LOST * math.sqrt(p[2, 2]), 0.5 * model[STEERAGEWAY])
         if p[3, 3] > LOST_COURSE_VARIANCE:
             course_to_velocity(x, p)
-            forget_rate(x, p, model)
+            forget_manoeuvre(x, p, model)
             forget_velocity(x, p, model)
             book[MODE] = ADRIFT
         elif speed_too_low:
             course_to_velocity(x, p)
-            forget_rate(x, p, model)
+            forget_manoeuvre(x, p, model)
             book[MODE] = ADRIFT
         return
     variance = 0.5 * (p[2, 2] + p[3, 3])
@@ -184,7 +193,7 @@ def judge(x, p, book, model):
     speed_squared = x[VELOCITY_NORTH] ** 2 + x[VELOCITY_EAST] ** 2
     if speed_squared > max(GATHERED**2 * variance, model[STEERAGEWAY] ** 2):
         velocity_to_course(x, p)
-        forget_rate(x, p, model)
+        forget_manoeuvre(x, p, model)
         book[MODE] = UNDERWAY
     elif variance < TOLD**2:
         book[MODE] = ADRIFT

@@ -20,7 +20,7 @@ class Interval(NamedTuple):
     @classmethod
     def around(cls, value: float, std: float) -> "Interval":
         """The interval of a value whose error is normal."""
-        return cls(value, value - NORMAL_95 * std, value + NORMAL_95 * std)
+        return cls(float(value), float(value - NORMAL_95 * std), float(value + NORMAL_95 * std))
 
     @classmethod
     def around_positive(cls, value: float, log_std: float) -> "Interval":

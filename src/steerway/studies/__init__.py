@@ -8,6 +8,10 @@ MODULES = {
     "otter-course": "otter_course",
     "mariner-los": "mariner_los",
     "otter-path": "otter_path",
+    "ais-prediction": "ais_prediction",
+    "low-speed": "low_speed",
+    "real-logs": "real_logs",
+    "springer-mission": "springer_mission",
 }
 """Study name → the module of this package whose STUDY it is; imported only when asked for."""
 

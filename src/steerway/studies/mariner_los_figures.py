@@ -105,6 +105,7 @@ def saturation(table):
     for axes in (limited, deviation):
         axes.set_xlabel("T_lp (s)")
         _finish(axes)
+    limited.get_legend().remove()
     caption = (
         "Whether saturation is avoided: the part of the voyage in which the autopilot asks for more than 40° or 5 °/s, "
         "and what a slower reference costs, over the time constant of the low-pass that P1 leaves open."

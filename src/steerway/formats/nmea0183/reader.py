@@ -98,19 +98,24 @@ class Reader:
         """Everything read so far; the reader goes on."""
         return self._recording(self._rows[: self._n], np.arange(self._n))
 
-    def take(self) -> Recording:
+    def take(self, settled: bool = True) -> Recording:
         """Everything read since the last call; then it is forgotten, so that a live link can run for ever.
 
-        An epoch may be taken before its last sentence came: the position is given once, and what is said later
+        Without `settled` the newest epoch of every talker waits, for more of its sentences may be on their way. With
+        it an epoch may be taken before its last sentence came: the position is given once, and what is said later
         arrives as a row without position of the same time.
         """
         rows = self._rows[: self._n]
+        waiting = np.zeros(self._n, bool)
+        if not settled:
+            newest = self._newest[:, 0]
+            waiting[newest[newest >= 0]] = True
         given = rows[:, epochs.GIVEN] == 1.0
         fresh = rows.copy()
         fresh[given, epochs.LAT : epochs.LON + 1] = np.nan
-        worth = np.isfinite(fresh[:, epochs.LAT : epochs.MAGNETIC + 1]).any(axis=1)
+        worth = np.isfinite(fresh[:, epochs.LAT : epochs.MAGNETIC + 1]).any(axis=1) & ~waiting
         taken = self._recording(fresh[worth], np.flatnonzero(worth))
-        self._forget_all_but_open()
+        self._forget_all_but_open(waiting)
         return taken
 
     def _scan(self, data, final, received):
@@ -146,12 +151,13 @@ class Reader:
             self._heard = np.concatenate([self._heard, np.empty(grown, np.int64)])
             self._owners = np.concatenate([self._owners, np.empty(grown, np.int64)])
 
-    def _forget_all_but_open(self):
+    def _forget_all_but_open(self, waiting):
         kept = np.unique(self._newest[self._newest >= 0])
         self._newest = np.where(self._newest >= 0, np.searchsorted(kept, self._newest), -1)
         self._rows, self._heard, self._owners = self._rows[kept], self._heard[kept], self._owners[kept]
-        self._rows[:, epochs.GIVEN] = np.isfinite(self._rows[:, epochs.LAT])
-        self._rows[:, epochs.STD : epochs.MAGNETIC + 1] = np.nan
+        told = ~waiting[kept]
+        self._rows[told, epochs.GIVEN] = np.isfinite(self._rows[told, epochs.LAT])
+        self._rows[told, epochs.STD : epochs.MAGNETIC + 1] = np.nan
         self._n = len(kept)
 
     def _recording(self, rows, kept):

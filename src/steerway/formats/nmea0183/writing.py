@@ -1,4 +1,4 @@
-"""NMEA 0183 sentences out: RMC, GGA, VTG, ROT and HDT, each complete with checksum and line end.
+"""NMEA 0183 sentences out: RMC, GGA, VTG, ROT and HDT; APB, XTE and RMB of a leg. Each with checksum and line end.
 
 SI and radians in; unknown (NaN or None) becomes an empty field. Every number is rounded once, as a whole number of its
 last digit, so that no field says 60 minutes, 60 seconds or 360 degrees. Fields: NMEA 0183 version 4.11, as receiver
@@ -7,8 +7,9 @@ manuals reprint them.
 
 import math
 from datetime import UTC, datetime
+from typing import NamedTuple
 
-from steerway.earth import KNOT
+from steerway.earth import KNOT, NAUTICAL_MILE
 
 TALKER = "SW"
 """This project's own talker, so that a listener can tell its sentences from those of the receiver they came from."""
@@ -58,6 +59,73 @@ def rot(rate=math.nan, valid=True, talker=TALKER) -> str:
 def hdt(heading=math.nan, talker=TALKER) -> str:
     """True heading."""
     return sealed(f"{talker}HDT,{_course(heading)},T")
+
+
+class Leg(NamedTuple):
+    """What autopilots want to know of the leg under way: m, rad, true; NaN for unknown."""
+
+    cross_track: float  # + when the boat is to starboard of the leg
+    direction: float  # from origin to destination
+    bearing: float  # from the boat to the destination
+    distance: float  # to the destination
+    course_to_steer: float
+    closing_speed: float  # towards the destination, m/s
+    latitude: float  # of the destination
+    longitude: float
+    origin: str = ""
+    destination: str = ""
+    is_arrived: bool = False  # within the circle of acceptance
+    is_passed: bool = False  # beyond the line through the destination across the leg
+
+
+def xte(leg: Leg, valid=True, talker=TALKER) -> str:
+    """Cross-track error and the side to steer to."""
+    status, error = _status(leg, valid), _cross_track(leg, valid, math.inf)
+    return sealed(f"{talker}XTE,{status},{status},{error},N,{'A' if status == 'A' else 'N'}")
+
+
+def apb(leg: Leg, valid=True, talker=TALKER) -> str:
+    """All that an autopilot needs to follow the leg; bearings and the course to steer are true."""
+    status, error = _status(leg, valid), _cross_track(leg, valid, math.inf)
+    arrived, passed = _letter(leg.is_arrived and status == "A"), _letter(leg.is_passed and status == "A")
+    origin_bearing, bearing, steer = (
+        _course(each if status == "A" else None) for each in (leg.direction, leg.bearing, leg.course_to_steer)
+    )
+    return sealed(
+        f"{talker}APB,{status},{status},{error},N,{arrived},{passed},{origin_bearing},T,{leg.destination},"
+        f"{bearing},T,{steer},T,{'A' if status == 'A' else 'N'}"
+    )
+
+
+def rmb(leg: Leg, valid=True, talker=TALKER) -> str:
+    """Where the destination lies; the cross-track error is at most 9.99 nautical miles, the distance 999.9."""
+    status, error = _status(leg, valid), _cross_track(leg, valid, 9.99)
+    place = _place(leg.latitude, leg.longitude) if _known(leg.latitude, leg.longitude) else ",,,"
+    distance, bearing, closing = "", "", ""
+    if status == "A":
+        distance = _fixed(min(leg.distance, 999.9 * NAUTICAL_MILE), 1.0 / NAUTICAL_MILE, 3)
+        bearing, closing = _course(leg.bearing), _fixed(leg.closing_speed, 1.0 / KNOT, 2)
+    arrived = _letter(leg.is_arrived and status == "A")
+    return sealed(
+        f"{talker}RMB,{status},{error},{leg.origin},{leg.destination},{place},{distance},{bearing},{closing},{arrived},"
+        f"{'A' if status == 'A' else 'N'}"
+    )
+
+
+def _status(leg, valid) -> str:
+    return _letter(valid and _known(leg.cross_track, leg.bearing))
+
+
+def _letter(holds) -> str:
+    return "A" if holds else "V"
+
+
+def _cross_track(leg, valid, most) -> str:
+    """Nautical miles off the leg and the side to steer to: to port when the boat is to starboard."""
+    if _status(leg, valid) == "V":
+        return ","
+    side = "L" if leg.cross_track > 0.0 else "R"
+    return f"{_fixed(min(abs(leg.cross_track) / NAUTICAL_MILE, most), 1.0, 4 if most == math.inf else 2)},{side}"
 
 
 def _known(*values) -> bool:

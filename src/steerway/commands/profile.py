@@ -1,0 +1,83 @@
+"""The commands for profiles: list, show, make."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from steerway.commands.logs import AsJson, From, Logs, Source, Until, expect_toml, read_logs, refuse_overwriting
+from steerway.commands.terminal import print_json, print_pairs, progress_line
+
+app = typer.Typer(no_args_is_help=True, help="List, show and make profiles: what the filter knows of a vessel.")
+
+
+@app.command("list")
+def list_profiles(as_json: AsJson = False) -> None:
+    """List the profiles that come with the program.
+
+    Example:
+
+        steerway profile list
+    """
+    from steerway.estimation.profiles import BUILT_IN
+
+    if as_json:
+        print_json([each.model_dump() for each in BUILT_IN.values()])
+    else:
+        print_pairs([(each.name, each.description) for each in BUILT_IN.values()])
+
+
+@app.command("show")
+def show_profile(
+    name: Annotated[str, typer.Argument(metavar="NAME|FILE.toml", help="A built-in profile or one of your own.")],
+    as_json: AsJson = False,
+) -> None:
+    """Show a profile as TOML, to be changed and saved as one of your own.
+
+    Example:
+
+        steerway profile show small-usv > mine.toml
+    """
+    from steerway.estimation.profiles import Profile
+
+    profile = Profile.load(name) if name.endswith(".toml") else Profile.named(name)
+    if as_json:
+        print_json(profile.model_dump())
+    else:
+        print(profile.toml(), end="")
+
+
+@app.command("make")
+def make_profile(
+    logs: Logs,
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="PROFILE.toml", help="Where to write the profile.")],
+    tuned: Annotated[bool, typer.Option("--tune", help="Fit it to the whole log, as `steerway tune` does.")] = False,
+    source: Source = None,
+    start: From = None,
+    stop: Until = None,
+) -> None:
+    """Make a profile of a vessel and her receiver from logs: the one that `estimate` finds by itself, or a tuned one.
+
+    Examples:
+
+        steerway profile make sortie.nmea -o mine.toml
+
+        steerway profile make sortie.nmea --tune -o mine.toml
+    """
+    from steerway.estimation import choose_profile
+    from steerway.estimation import tune as fit
+
+    refuse_overwriting(out, logs)
+    expect_toml(out)
+    fixes = read_logs(logs, source, start, stop)
+    if tuned:
+        with progress_line("fitting") as step:
+            found = fit(fixes, name=out.stem, progress=step)
+        profile = found.profile
+        print_pairs(found.sentences())
+    else:
+        profile = choose_profile(fixes)
+        profile = profile.model_copy(update={"description": profile.name, "name": out.stem})
+        print_pairs([("found", profile.description)])
+    profile.save(out)
+    print(f"wrote {out}")

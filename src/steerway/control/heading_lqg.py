@@ -1,0 +1,52 @@
+"""LQG: the MPC's plant, observer and weights without horizon and limits, clipped to them afterwards; P4 §5's rival."""
+
+import math
+
+import numpy as np
+from scipy.linalg import solve_discrete_are
+
+from steerway.checks import positive
+from steerway.control.heading_mpc import BiasObserver, InputLimits, LinearPlant
+
+
+class HeadingLqg:
+    """Δu = −L ([x; u] − [x; u] at rest on the wanted heading), with the observer's bias at rest made up for.
+
+    Arguments as HeadingMpc's. The gain minimises Σ Q e² + R Δu² over all time.
+    """
+
+    def __init__(
+        self,
+        plant: LinearPlant,
+        limits: InputLimits,
+        observer: BiasObserver,
+        output_weight: float = 1.0,
+        change_weight: float = 0.1,
+    ):
+        positive("lqg.output_weight", output_weight)
+        positive("lqg.change_weight", change_weight)
+        n = len(plant.b)
+        self._plant, self._limits, self.observer = plant, limits, observer
+        a, b = np.eye(n + 1), np.append(plant.b, 1.0)[:, None]
+        a[:n, :n], a[:n, n] = plant.a, plant.b
+        c = np.append(plant.c, 0.0)[None]
+        cost = solve_discrete_are(a, b, output_weight * c.T @ c, np.array([[change_weight]]))
+        self.gain = (b.T @ cost @ a / (change_weight + b.T @ cost @ b))[0]
+        at_rest = np.zeros((n + 1, n + 1))
+        at_rest[:n, :n], at_rest[:n, n], at_rest[n, :n] = plant.a - np.eye(n), plant.b, plant.c
+        self._rest = np.linalg.solve(at_rest, np.eye(n + 1)[n])
+        self.input = 0.0
+
+    def step(self, wanted: float, estimated: float) -> float:
+        """The input for the next step; headings in the plant's unit, NaN for an unknown estimate."""
+        self.observer.correct(estimated)
+        state, limits = self.observer.state[:-1], self._limits
+        if self._plant.circular:
+            now = float(self._plant.c @ state)
+            wanted = now + math.remainder(wanted - now, 2.0 * math.pi)
+        # At rest the input makes up for the bias: it stands at the model's own less the bias.
+        away = np.append(state, self.input + self.observer.bias) - self._rest * wanted
+        change = min(max(-float(self.gain @ away), -limits.change), limits.change)
+        self.input = min(max(self.input + change, -limits.size), limits.size)
+        self.observer.predict(self.input)
+        return self.input

@@ -1,0 +1,147 @@
+"""Identify how a vessel's heading answers her steering, from a manoeuvre: a pseudo-random binary sequence is best.
+
+The model is P4 (2)–(4)'s: two poles from the input to the heading, here with the input's bias and the first heading as
+unknowns. Linear least squares at a few time constants start a search for the least error of the whole run (output
+error; Ljung, System Identification (1999), sections 4.2 and 7.3). With `integrating` one pole is 1: the heading of a
+boat at rest in yaw stays where it is.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from steerway.compiled import kernel
+from steerway.errors import InputError
+from steerway.vessels.springer import HeadingModel
+
+LEAST_SAMPLES = 50
+
+
+@dataclass(frozen=True)
+class IdentifiedHeading:
+    """ψ(k) = y1 + y2 + ψ0, y_i(k+1) = p_i y_i(k) + g_i (u(k) + bias).
+
+    poles, gains (rad per unit of input and sample, of each pole), bias in the input's unit, heading0 in rad, sample in
+    s, residual_rms in rad, fit in % (100 is perfect, 0 is the mean heading).
+    """
+
+    poles: tuple[float, float]
+    gains: tuple[float, float]
+    bias: float
+    heading0: float
+    sample: float
+    residual_rms: float
+    fit: float
+
+    @property
+    def turn_rate(self) -> float:
+        """Steady turn rate of one unit of input, rad/s; NaN when no pole is 1."""
+        return self.gains[0] / self.sample if self.poles[0] == 1.0 else math.nan
+
+    @property
+    def time_constant(self) -> float:
+        """Of the second pole, s."""
+        return -self.sample / math.log(self.poles[1])
+
+    def run(self, inputs) -> np.ndarray:
+        """(n,) headings (rad) that the model answers (n,) inputs with, from the run's first heading."""
+        inputs = np.asarray(inputs, dtype=np.float64)
+        return _run(np.array([*self.poles, *self.gains, self.bias, self.heading0]), inputs)
+
+    def yaw(self) -> HeadingModel:
+        """The same as a vessel's yaw model, for Springer's filters; the input in rpm, samples of 1 s."""
+        return HeadingModel(self.poles, self.gains, (1.0, 1.0))
+
+
+def identify_heading(time, steering, heading, integrating: bool = True) -> IdentifiedHeading:
+    """The model that explains a manoeuvre best.
+
+    Args:
+        time: (n,) s, evenly spaced.
+        steering: (n,) what the actuator was told or did (rpm, rudder angle, …), held from its row to the next.
+        heading: (n,) rad, wrapped or not; NaN where unknown.
+        integrating: hold the slow pole at 1; False finds it too.
+
+    Raises InputError for fewer than 50 rows, uneven times, unequal lengths or steering that never changes.
+    """
+    time, steering, heading = (np.asarray(each, dtype=np.float64) for each in (time, steering, heading))
+    sample = _checked(time, steering, heading)
+    known = np.isfinite(heading)
+    unwrapped = heading.copy()
+    unwrapped[known] = np.unwrap(heading[known])
+    unit = float(np.std(steering))
+    inputs = steering / unit
+
+    best = None
+    for time_constant in (2.0, 10.0, 50.0, 200.0):
+        pole = math.exp(-sample / time_constant)
+        guess = _linear_start(inputs, unwrapped, known, pole)
+        fit = least_squares(_misfit, guess, args=(inputs, unwrapped, known, integrating), x_scale="jac")
+        if best is None or fit.cost < best.cost:
+            best = fit
+    slow, fast = (1.0 if integrating else float(best.x[0])), _pole(best.x[1])
+    rms = math.sqrt(2.0 * best.cost / known.sum())
+    spread = float(np.std(unwrapped[known]))
+    gains = (best.x[2] / unit, best.x[3] / unit)
+    percent = 100.0 * (1.0 - rms / spread) if spread > 0.0 else math.nan
+    return IdentifiedHeading((slow, fast), gains, best.x[4] * unit, best.x[5], sample, rms, percent)
+
+
+def binary_sequence(n: int, hold: int, size: float, rng: np.random.Generator) -> np.ndarray:
+    """(n,) ± size, changed at random every `hold` rows: a manoeuvre to identify from."""
+    return size * np.repeat(rng.choice((-1.0, 1.0), -(-n // hold)), hold)[:n]
+
+
+def _checked(time, steering, heading) -> float:
+    if not len(time) == len(steering) == len(heading):
+        raise InputError(
+            f"identify heading: {len(time)} times, {len(steering)} steering and {len(heading)} heading values, "
+            "expected as many of each"
+        )
+    if np.isfinite(heading).sum() < LEAST_SAMPLES:
+        raise InputError(
+            f"identify heading: {np.isfinite(heading).sum()} known headings, expected at least {LEAST_SAMPLES}"
+        )
+    steps = np.diff(time)
+    sample = float(np.median(steps))
+    if not sample > 0.0 or np.abs(steps - sample).max() > 0.01 * sample:
+        raise InputError(f"identify heading: time steps from {steps.min():g} to {steps.max():g} s, expected even ones")
+    if not np.isfinite(steering).all() or np.ptp(steering) == 0.0:
+        raise InputError("identify heading: steering is unknown or never changes, expected a manoeuvre")
+    return sample
+
+
+def _pole(x):
+    """A number to a pole in (0, 1)."""
+    return 1.0 / (1.0 + math.exp(-x))
+
+
+def _linear_start(inputs, heading, known, pole):
+    """For given poles (1 and `pole`) the rest is linear: gains, gains times bias, first heading."""
+    u, n = inputs, len(inputs)
+    columns = [
+        _run(np.array([1.0, pole, *gains, 0.0, 0.0]), each) for gains in ((1, 0), (0, 1)) for each in (u, np.ones(n))
+    ]
+    system = np.stack([*columns, np.ones(n)], axis=1)
+    slow, slow_bias, fast, _, first = np.linalg.lstsq(system[known], heading[known], rcond=None)[0]
+    bias = slow_bias / slow if abs(slow) > 1e-12 else 0.0
+    return np.array([1.0, math.log(pole / (1.0 - pole)), slow, fast, bias, first])
+
+
+def _misfit(x, inputs, heading, known, integrating):
+    slow = 1.0 if integrating else x[0]
+    return (_run(np.array([slow, _pole(x[1]), *x[2:]]), inputs) - heading)[known]
+
+
+@kernel
+def _run(parameters, inputs):
+    first = second = 0.0
+    out = np.empty(len(inputs))
+    for k in range(len(inputs)):
+        out[k] = parameters[5] + first + second
+        u = inputs[k] + parameters[4]
+        first = parameters[0] * first + parameters[2] * u
+        second = parameters[1] * second + parameters[3] * u
+    return out

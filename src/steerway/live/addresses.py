@@ -1,0 +1,111 @@
+"""From addresses to links: which schemes there are, and what each becomes."""
+
+import math
+from collections.abc import Sequence
+
+from steerway.errors import InputError
+from steerway.live import uri
+from steerway.live.links import listeners, speakers
+from steerway.live.links.serial import speed_of
+from steerway.live.links.signalk import require_websockets
+from steerway.live.outputs import Deltas, JsonLines, Output, Sentences, TableFile
+from steerway.live.uri import Uri
+
+FROM = {
+    "serial": ("baud",),
+    "tcp": (),
+    "udp": (),
+    "gpsd": (),
+    "signalk": ("token",),
+    "file": ("speed",),
+}
+TO = {
+    "stdout": (),
+    "serial": ("baud", "period"),
+    "tcp": ("period",),
+    "tcp-server": ("period",),
+    "udp": ("period",),
+    "signalk": ("token", "period"),
+    "file": (),
+}
+"""Schemes and their options."""
+
+_PORTS = {"gpsd": 2947, "signalk": 3000}
+_LISTENERS = {
+    "serial": listeners.SerialListener,
+    "tcp": listeners.TcpListener,
+    "udp": listeners.UdpListener,
+    "gpsd": listeners.GpsdListener,
+    "signalk": listeners.SignalKListener,
+}
+_SPEAKERS = {
+    "serial": speakers.SerialSpeaker,
+    "tcp": speakers.TcpSpeaker,
+    "tcp-server": speakers.TcpServerSpeaker,
+    "udp": speakers.UdpSpeaker,
+}
+
+
+def sources(texts: Sequence[str]) -> tuple[list[Uri], float]:
+    """What --from names, checked, and the speed of a replay (NaN for live links).
+
+    Raises InputError for an address that cannot be, and for a log beside a live link: they have no common time.
+    """
+    found = [_checked(text, FROM) for text in texts]
+    if not found:
+        raise InputError("nothing to listen to, expected --from with an address such as serial:/dev/ttyACM0?baud=38400")
+    logs = [each for each in found if each.scheme == "file"]
+    if not logs:
+        return found, math.nan
+    if len(logs) < len(found):
+        raise InputError(f"{logs[0].text}: a log cannot be played beside a live link, expected one or the other")
+    speeds = {speed(each) for each in logs}
+    if len(speeds) > 1:
+        raise InputError(f"{logs[1].text}: the logs have different speeds, expected one for all")
+    return found, speeds.pop()
+
+
+def speed(log: Uri) -> float:
+    """How many times faster than recorded a log is played; infinity for `speed=max`."""
+    if log.options.get("speed") == "max":
+        return math.inf
+    chosen = log.number("speed", 1.0)
+    if not chosen > 0.0:
+        raise InputError(f"{log.text}: speed is {chosen:g}, expected a number above 0 or max")
+    return chosen
+
+
+def listener(address: Uri, among: int) -> listeners.Listener:
+    """The listener of an address, one of `among`."""
+    return _LISTENERS[address.scheme](address, address.text if among > 1 else "")
+
+
+def output(text: str, rate: float | None, patient: bool) -> tuple[Output, speakers.Speaker | None]:
+    """The output of an address and its link; files have none. `rate` None: a row a fix. `patient`: lose nothing."""
+    address = _checked(text, TO)
+    if address.scheme == "file":
+        return TableFile(address.path, every_tick=rate is not None), None
+    if address.scheme == "stdout":
+        speaker = speakers.StdoutSpeaker(address, patient)
+        return JsonLines(speaker, every_tick=rate is not None), speaker
+    period = address.number("period", 1.0)
+    if not period > 0.0:
+        raise InputError(f"{text}: period is {period:g}, expected s above 0")
+    if address.scheme == "signalk":
+        speaker = speakers.SignalKSpeaker(address)
+        return Deltas(speaker, period), speaker
+    speaker = _SPEAKERS[address.scheme](address)
+    return Sentences(speaker, period), speaker
+
+
+def _checked(text, schemes) -> Uri:
+    address = uri.parse(text, schemes, _PORTS)
+    if address.scheme in ("serial", "file"):
+        uri.with_path(address)
+    elif address.scheme != "stdout":
+        uri.with_port(address)
+    if address.scheme == "serial":
+        speed_of(address)
+    if address.scheme == "signalk":
+        require_websockets(address)
+    return address

@@ -1,0 +1,78 @@
+"""Which source to believe, known only from what was heard so far: one for positions, one for each kind of aid.
+
+Two receivers are never mixed: between them lies the distance of their antennas and of their errors, which a filter
+would take for motion.
+"""
+
+import math
+from collections import deque
+from itertools import pairwise
+
+from steerway.live.heard import Heard
+
+_KEPT = 20  # positions of a source by which its interval is judged
+_SILENT = 3.0  # intervals after which a source counts as silent
+_LEAST_SILENCE = 2.0  # s, and never sooner
+_QUICKER = 1.5  # times the rate of the present source at which another is worth changing to
+
+
+class SourceChoice:
+    """The source of positions, and for each column the source of that aid.
+
+    wanted: names in order of priority, each also meaning the sources it begins ("GP" for "GP in tcp://…"). Without any,
+        the first one heard, until it falls silent or another proves `_QUICKER`.
+    """
+
+    def __init__(self, wanted: tuple[str, ...] = ()):
+        self.wanted = tuple(name.casefold() for name in wanted)
+        self.present = ""
+        self.changes = 0
+        self._times: dict[str, deque] = {}
+        self._givers: dict[str, tuple[str, float]] = {}
+
+    def takes(self, heard: Heard) -> bool:
+        """Whether this position is to be believed."""
+        rank = self._rank(heard.source)
+        if rank is None:
+            return False
+        times = self._times.setdefault(heard.source, deque(maxlen=_KEPT))
+        times.append(heard.time)
+        if heard.source != self.present and self._is_better(heard.source, rank, heard.time):
+            self.changes += self.present != ""
+            self.present = heard.source
+        return heard.source == self.present
+
+    def gives(self, column: str, heard: Heard) -> bool:
+        """Whether this source is the one to give a column: that of the positions if it says it, else the first."""
+        giver, last = self._givers.get(column, ("", -math.inf))
+        is_silent = abs(heard.time - last) > _LEAST_SILENCE + _SILENT
+        if heard.source in (giver, self.present) or is_silent:
+            self._givers[column] = (heard.source, heard.time)
+            return True
+        return False
+
+    def _rank(self, source):
+        """The place of a source among the wanted; None when it is not wanted."""
+        if not self.wanted:
+            return 0
+        name = source.casefold()
+        ranks = (rank for rank, each in enumerate(self.wanted) if name == each or name.startswith(f"{each} "))
+        return next(ranks, None)
+
+    def _is_better(self, source, rank, now):
+        if not self.present or self._is_silent(self.present, now):
+            return True
+        present_rank = self._rank(self.present)
+        if rank != present_rank:
+            return rank < present_rank
+        full = all(len(self._times[each]) == _KEPT for each in (source, self.present))
+        return not self.wanted and full and self._interval(source) * _QUICKER < self._interval(self.present)
+
+    def _is_silent(self, source, now):
+        return abs(now - self._times[source][-1]) > max(_LEAST_SILENCE, _SILENT * self._interval(source))
+
+    def _interval(self, source):
+        """Median interval of a source, s; 0 while unknown."""
+        times = self._times[source]
+        intervals = sorted(later - earlier for earlier, later in pairwise(times))
+        return intervals[len(intervals) // 2] if intervals else 0.0

@@ -1,0 +1,182 @@
+"""From what comes over a link to rows: one decoder a protocol, fed piece by piece.
+
+A decoder holds the newest epoch back until something later was said or its link fell silent (`settle`): a receiver
+tells one moment in several messages, of which the last may have the finest position.
+"""
+
+import json
+import math
+import time
+from typing import Protocol
+
+from steerway.formats.nmea0183 import Reader
+from steerway.live.heard import Heard, rows_of
+from steerway.timestamps import unix_times
+
+_DAY = 86400.0
+_UNDATED = 1e8  # Unix time below which no date was known
+_LONGEST = 1 << 16  # bytes of a line of JSON
+
+
+class Decoder(Protocol):
+    """What makes rows of bytes."""
+
+    def feed(self, data: bytes) -> list[Heard]:
+        """The rows that these bytes complete."""
+
+    def settle(self) -> list[Heard]:
+        """Nothing more is coming for now: the rows that waited."""
+
+
+class SentenceDecoder:
+    """NMEA 0183. `place` is put behind the talker's name where several links are listened to."""
+
+    def __init__(self, place: str = ""):
+        self._reader = Reader()
+        self._place = place
+        self.skipped: dict[str, int] = {}
+
+    def feed(self, data: bytes) -> list[Heard]:
+        """See Decoder."""
+        self._reader.feed(data)
+        return self._taken(False)
+
+    def settle(self) -> list[Heard]:
+        """See Decoder."""
+        return self._taken(True)
+
+    def _taken(self, settled):
+        recording = self._reader.take(settled)
+        self.skipped = recording.skipped
+        return [self._dated(row) for row in rows_of(recording.sources)]
+
+    def _dated(self, row):
+        """Where no date was told yet, today's: the day that brings the time of day nearest to the computer's clock."""
+        source = f"{row.source} in {self._place}" if self._place else row.source
+        moment = row.time
+        if moment < _UNDATED:
+            moment += _DAY * round((time.time() - moment) / _DAY)
+        return row._replace(source=source, time=moment)
+
+
+class _Epochs:
+    """Messages of one source and moment become one row; what is told later in the epoch overrules."""
+
+    def __init__(self):
+        self._open: dict[str, Heard] = {}
+
+    def add(self, row: Heard) -> list[Heard]:
+        waiting = self._open.get(row.source)
+        if waiting is None or waiting.time == row.time:
+            self._open[row.source] = row if waiting is None else _overruled(waiting, row)
+            return []
+        self._open[row.source] = row
+        return [waiting]
+
+    def settle(self) -> list[Heard]:
+        waiting, self._open = sorted(self._open.values(), key=lambda row: row.time), {}
+        return waiting
+
+
+def _overruled(old, new):
+    pairs = zip(old[2:], new[2:], strict=True)
+    return Heard(old.source, old.time, *(a if math.isnan(b) else b for a, b in pairs))
+
+
+class _JsonLines:
+    """Lines of JSON, one message each; what is none is counted and left out."""
+
+    def __init__(self):
+        self._tail = b""
+        self._epochs = _Epochs()
+        self.skipped: dict[str, int] = {}
+
+    def feed(self, data: bytes) -> list[Heard]:
+        """See Decoder."""
+        *lines, self._tail = (self._tail + data).split(b"\n")
+        self._tail = self._tail[-_LONGEST:]
+        return [done for line in lines if line.strip() for done in self.message(line)]
+
+    def settle(self) -> list[Heard]:
+        """See Decoder."""
+        return self._epochs.settle()
+
+    def message(self, text: bytes | str) -> list[Heard]:
+        """The rows that one message completes."""
+        try:
+            rows = self._rows(json.loads(text))
+        except (ValueError, TypeError, KeyError, AttributeError):
+            self.skipped["malformed"] = self.skipped.get("malformed", 0) + 1
+            return []
+        return [done for row in rows for done in self._epochs.add(row)]
+
+    def _rows(self, message) -> list[Heard]:
+        raise NotImplementedError
+
+
+class GpsdDecoder(_JsonLines):
+    """gpsd's JSON: TPV reports, several an epoch. `magtrack` is never read, its sign is not to be trusted.
+
+    Fields: gpsd_json(5).
+    """
+
+    def _rows(self, message):
+        if message["class"] != "TPV" or message.get("mode", 0) < 2 or "lat" not in message:
+            return []
+        speed = {"sog": message["speed"]} if "speed" in message else {}
+        course = {"cog": _course(message["track"])} if "track" in message else {}
+        deviation = {"position_std": message["eph"] / math.sqrt(2.0)} if "eph" in message else {}
+        place = math.radians(message["lat"]), _course(message["lon"])
+        name = f"gpsd {message.get('device', '')}".strip()
+        return [Heard(name, _moment(message["time"]), *place, **speed, **course, **deviation)]
+
+
+_PATHS = {
+    "navigation.speedOverGround": "sog",
+    "navigation.courseOverGroundTrue": "cog",
+    "navigation.headingTrue": "heading",
+    "navigation.speedThroughWater": "water_speed",
+    "navigation.rateOfTurn": "yaw_rate",
+}
+SUBSCRIBED = ("navigation.position", *_PATHS)
+"""The Signal K paths that are listened to."""
+
+
+class SignalKDecoder(_JsonLines):
+    """Signal K deltas, of the own vessel. Null is no value. Paths and units: Signal K specification 1.7."""
+
+    def __init__(self, own_label: str = "steerway"):
+        super().__init__()
+        self._own_label = own_label
+
+    def _rows(self, message):
+        rows = []
+        for update in message.get("updates", ()):
+            source = str(update.get("$source") or update.get("source", {}).get("label", "signalk"))
+            if source == self._own_label or source.startswith(f"{self._own_label}."):
+                continue
+            moment = _moment(update["timestamp"])
+            said = {}
+            for pair in update.get("values", ()):
+                said |= _signalk_value(pair["path"], pair["value"])
+            if said:
+                rows.append(Heard(source, moment, **said))
+        return rows
+
+
+def _signalk_value(path, value):
+    if value is None:
+        return {}
+    if path == "navigation.position":
+        return {"latitude": math.radians(value["latitude"]), "longitude": _course(value["longitude"])}
+    if path in ("navigation.courseOverGroundTrue", "navigation.headingTrue"):
+        return {_PATHS[path]: math.remainder(value, 2.0 * math.pi)}
+    return {_PATHS[path]: float(value)} if path in _PATHS else {}
+
+
+def _course(degrees):
+    return math.radians(math.remainder(degrees, 360.0))
+
+
+def _moment(text) -> float:
+    return float(unix_times([text])[0])

@@ -1,0 +1,187 @@
+"""What is said of the boat, out of what instruments say: rows in as they come, rows out at the fixes or at any time.
+
+No clock of its own and no I/O: a replayed log and a live link give the same rows. The filter only ever goes from fix to
+fix, as `estimate` does; rows between and ahead of fixes are predicted from a copy, so that asking changes nothing.
+"""
+
+import math
+from collections import Counter, deque
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.checks import not_negative, positive
+from steerway.estimation.filter import FiveStateFilter
+from steerway.estimation.model import LONGEST_GAP
+from steerway.estimation.profiles import AIDS, Profile
+from steerway.live.choice import SourceChoice
+from steerway.live.heard import Heard, Row, lost
+
+STEP = 60.0
+"""s: a time so far from the last one, forward or back, is believed when a second one confirms it."""
+
+
+MEETS = 1e-4
+"""s from a fix within which a row asked for is the row of the fix."""
+
+
+class _Taken(NamedTuple):
+    """A row the filter has taken, and the filter before it."""
+
+    time: float
+    latitude: float
+    longitude: float
+    aids: tuple[float, ...]
+    before: np.ndarray
+
+
+class Navigator:
+    """The estimate aboard.
+
+    profile, aid: as of `FiveStateFilter`.
+    sources:  names of sources in order of priority; see `SourceChoice`.
+    patience: s without a fix for which the motion is dead-reckoned; then nothing is said.
+    rate:     Hz at whose multiples the filter makes a step, as `estimate` does when it gives rows at a rate; without it
+        the filter steps from fix to fix.
+    recall:   s by which a fix may be late and still be taken at its own time.
+
+    `counts` tells what became of rows: taken, late (taken at their own time), too late (dropped), stray (one time far
+    from all others), clock steps, other source.
+    """
+
+    def __init__(
+        self,
+        profile: Profile | str = "small-usv",
+        aid: tuple[str, ...] = (),
+        sources: tuple[str, ...] = (),
+        patience: float = 10.0,
+        recall: float = 5.0,
+        rate: float | None = None,
+    ):
+        self.filter = FiveStateFilter(profile, aid)
+        self.choice = SourceChoice(sources)
+        self.patience = positive("patience", patience)
+        self.recall = not_negative("recall", recall)
+        self.rate = None if rate is None else positive("rate", rate)
+        self.counts: Counter = Counter()
+        self.fix_time = math.nan
+        self._time = math.nan
+        self._taken: deque[_Taken] = deque()
+        self._astray: Heard | None = None
+        self._row = lost(math.nan)
+        self._ahead = FiveStateFilter(self.filter.profile, aid)
+        self._ahead_time = math.nan
+
+    def hear(self, heard: Heard) -> list[Row]:
+        """Take what was said; the rows that are new by it: one a fix in order, none for anything else."""
+        if not math.isfinite(heard.time):
+            return []
+        place = (heard.latitude, heard.longitude) if heard.has_position else (math.nan, math.nan)
+        if heard.has_position and not self.choice.takes(heard):
+            self.counts["other source"] += 1
+            place = math.nan, math.nan
+        aids = self._aids(heard)
+        if math.isnan(place[0]) and all(map(math.isnan, aids)):
+            return []
+        return self._in_time(heard._replace(latitude=place[0], longitude=place[1]), aids)
+
+    def at(self, time: float) -> Row:
+        """What is said of a time: predicted from the last fix, nothing when that is too long ago."""
+        if math.isnan(self._time) or not time - self.fix_time <= self.patience:
+            return lost(time)
+        if abs(time - self._row.time) < MEETS:
+            return self._row
+        if self.rate is None or not self._ahead_time <= time:
+            self._ahead.restore(self.filter.snapshot())
+            self._ahead_time = self._time
+        said, _, status = self._ahead.row(self._approach(self._ahead, self._ahead_time, time))
+        self._ahead_time = max(time, self._ahead_time)
+        return _row(self._ahead_time, said, math.nan, status)
+
+    def finish(self) -> list[Row]:
+        """Nothing more will be heard: what waited for confirmation is believed."""
+        held, self._astray = self._astray, None
+        return [] if held is None or held.time < self._time else self._take(held, self._aids(held))
+
+    def _aids(self, heard):
+        """The aids in the order of AIDS that this row may give."""
+        wanted = self.filter.aid
+        return tuple(
+            value if name in wanted and not math.isnan(value) and self.choice.gives(name, heard) else math.nan
+            for name, value in ((name, getattr(heard, name)) for name in AIDS)
+        )
+
+    def _in_time(self, heard, aids):
+        """Take a row where its time belongs: next, or back among those taken already, or nowhere."""
+        ahead = 0.0 if math.isnan(self._time) else heard.time - self._time
+        if abs(ahead) > STEP:
+            return self._stepped(heard, aids, ahead)
+        self._astray = None
+        if ahead >= 0.0:
+            return self._take(heard, aids)
+        if self._taken and heard.time >= self._taken[0].time:
+            self.counts["late"] += 1
+            self._insert(heard, aids)
+        else:
+            self.counts["too late"] += 1
+        return []
+
+    def _stepped(self, heard, aids, ahead):
+        """A time far from the last: held until the next one agrees with it."""
+        held, self._astray = self._astray, heard
+        if held is None or not 0.0 <= heard.time - held.time <= STEP:
+            self.counts["stray"] += held is not None
+            return []
+        self._astray = None
+        if ahead < 0.0:
+            self.counts["clock steps"] += 1
+            self.filter.reset()
+            self._taken.clear()
+            self._time = math.nan
+        return self._take(held, self._aids(held)) + self._take(heard, aids)
+
+    def _take(self, heard, aids):
+        row = self._step(heard.time, heard.latitude, heard.longitude, aids)
+        while self._taken and self._taken[0].time < heard.time - self.recall:
+            self._taken.popleft()
+        if not heard.has_position:
+            return []
+        self.counts["taken"] += 1
+        self.fix_time = heard.time
+        self._row = row
+        return [row]
+
+    def _step(self, time, latitude, longitude, aids):
+        self._taken.append(_Taken(time, latitude, longitude, aids, self.filter.snapshot()))
+        dt = self._approach(self.filter, self._time, time)
+        said, nis, status = self.filter.row(dt, latitude, longitude, aids)
+        self._time = time
+        self._ahead_time = math.nan
+        return _row(time, said, nis, status)
+
+    def _insert(self, heard, aids):
+        """Go back to before a late row, take it, and take again what came after it."""
+        later = []
+        while self._taken and self._taken[-1].time > heard.time:
+            later.append(self._taken.pop())
+        self.filter.restore(later[-1].before)
+        self._time = self._taken[-1].time
+        self._step(heard.time, heard.latitude, heard.longitude, aids)
+        for taken in reversed(later):
+            self._step(taken.time, taken.latitude, taken.longitude, taken.aids)
+
+    def _approach(self, estimator, start, stop):
+        """Predict from start to the last step of the rate's grid before stop; the s that remain."""
+        if math.isnan(start):
+            return 0.0
+        if self.rate is not None and stop - start <= LONGEST_GAP:
+            for k in range(math.ceil(start * self.rate), math.floor(stop * self.rate) + 1):
+                step = k / self.rate
+                if start + MEETS <= step <= stop - MEETS:
+                    estimator.predict(step - start)
+                    start = step
+        return max(stop - start, 0.0)
+
+
+def _row(time, said, nis, status):
+    return Row(time, *said, nis, status)

@@ -1,0 +1,144 @@
+"""The service: what listeners hear goes through the navigator, and what it says goes to the outputs, at a rate.
+
+Live, the tick of the computer's monotonic clock asks for the present. In replay the log's own times tick, so that the
+same log gives the same rows at any speed.
+"""
+
+import asyncio
+import logging
+import math
+import time
+from collections.abc import Iterable, Sequence
+
+from steerway.checks import positive
+from steerway.estimation.model import LONGEST_GAP
+from steerway.live.clock import FixClock
+from steerway.live.heard import Heard
+from steerway.live.links.listeners import Listener
+from steerway.live.links.speakers import Speaker
+from steerway.live.navigator import MEETS, Navigator
+from steerway.live.outputs import Output
+from steerway.live.route import Guide
+
+LOG = logging.getLogger("steerway.live")
+RATE = 50.0  # Hz
+_BEHIND = 1.0  # s by which ticks may be late before they are left out
+_BREATH = 256  # rows of a replay without a pause after which others get their turn
+
+
+class Service:
+    """The estimate aboard as a running thing.
+
+    rate:    ticks a second, Hz.
+    latency: s by which fixes are heard late at the least; see FixClock.
+    guide:   follows a route.
+    """
+
+    def __init__(
+        self,
+        navigator: Navigator,
+        outputs: Sequence[Output],
+        rate: float = RATE,
+        latency: float = 0.0,
+        guide: Guide | None = None,
+    ):
+        self.navigator, self.outputs, self.guide = navigator, tuple(outputs), guide
+        self.rate = positive("rate", rate)
+        self.clock = FixClock(latency)
+        self._said_until = -math.inf
+
+    def hear(self, rows: Iterable[Heard]) -> None:
+        """Rows from a live link, now."""
+        for heard in rows:
+            for row in self.navigator.hear(heard):
+                now = time.monotonic()
+                if not row.time > self.clock.now(now) - self.navigator.patience:
+                    self.clock.forget()
+                self.clock.hear(row.time, now)
+                self._fix(row)
+
+    async def listen(self, listeners: Sequence[Listener], speakers: Sequence[Speaker] = ()) -> None:
+        """Run until cancelled."""
+        try:
+            async with asyncio.TaskGroup() as tasks:
+                for speaker in speakers:
+                    tasks.create_task(speaker.run())
+                for listener in listeners:
+                    tasks.create_task(listener.run(self.hear))
+                tasks.create_task(self._tick_for_ever())
+        finally:
+            self.close()
+
+    async def replay(self, rows: Iterable[Heard], speed: float = math.inf, speakers: Sequence[Speaker] = ()) -> None:
+        """Play rows in time order at a multiple of their own pace, then close."""
+        tasks = [asyncio.create_task(speaker.run()) for speaker in speakers]
+        try:
+            await self._play(rows, speed)
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+            self.close()
+
+    def close(self) -> None:
+        """Close the outputs and say what became of the rows."""
+        for output in self.outputs:
+            output.close()
+        counts = ", ".join(f"{count} {what}" for what, count in self.navigator.counts.items())
+        LOG.info("rows: %s; source %s", counts or "none", self.navigator.choice.present or "none")
+
+    def _fix(self, row):
+        for output in self.outputs:
+            output.fix(row)
+
+    def _tick(self, moment):
+        row = self.navigator.at(moment)
+        leg = None if self.guide is None else self.guide.step(row)
+        for output in self.outputs:
+            output.tick(row, leg)
+
+    async def _tick_for_ever(self):
+        beat = time.monotonic()
+        while True:
+            beat += 1.0 / self.rate
+            now = time.monotonic()
+            if beat < now - _BEHIND:
+                beat = now
+            await asyncio.sleep(max(beat - now, 0.0))
+            present = self.clock.now(time.monotonic())
+            if math.isfinite(present):
+                self._tick_once(math.floor(present * self.rate + 1e-6) / self.rate)
+
+    def _tick_once(self, moment):
+        """Tick, unless this was said already; a clock that stepped back is followed, one that wavers is waited for."""
+        if moment > self._said_until or moment < self._said_until - _BEHIND:
+            self._said_until = moment
+            self._tick(moment)
+
+    async def _play(self, rows, speed):
+        next_tick, before, origin = math.nan, math.nan, math.nan
+        for k, heard in enumerate(rows):
+            if not heard.time - before <= LONGEST_GAP:
+                next_tick = math.ceil(heard.time * self.rate)
+                origin = time.monotonic() - heard.time / speed
+            while next_tick / self.rate < heard.time - MEETS:
+                await self._until(origin, next_tick / self.rate, speed)
+                self._tick(next_tick / self.rate)
+                next_tick += 1
+            await self._until(origin, heard.time, speed)
+            before = heard.time
+            for row in self.navigator.hear(heard):
+                self._fix(row)
+            if k % _BREATH == 0:
+                await asyncio.sleep(0)
+        for row in self.navigator.finish():
+            self._fix(row)
+        if next_tick / self.rate <= before + MEETS:
+            self._tick(next_tick / self.rate)
+
+    async def _until(self, origin, moment, speed):
+        """Wait for a moment of the log."""
+        if math.isfinite(speed):
+            left = origin + moment / speed - time.monotonic()
+            if left > 0.0:
+                await asyncio.sleep(left)

@@ -1,0 +1,61 @@
+"""Where to listen and where to speak: `scheme:…` with options behind a question mark."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from urllib.parse import parse_qsl, urlsplit
+
+from steerway.errors import InputError
+
+
+@dataclass(frozen=True)
+class Uri:
+    """One address. `host` "" and `port` 0 where not said."""
+
+    text: str
+    scheme: str
+    host: str = ""
+    port: int = 0
+    path: str = ""
+    options: Mapping[str, str] = field(default_factory=dict)
+
+    def number(self, name: str, default: float) -> float:
+        """A numeric option."""
+        try:
+            return float(self.options.get(name, default))
+        except ValueError:
+            raise InputError(f"{self.text}: {name} is {self.options[name]!r}, expected a number") from None
+
+
+def parse(text: str, schemes: Mapping[str, tuple[str, ...]], default_ports: Mapping[str, int]) -> Uri:
+    """The address a text means.
+
+    `schemes` maps those that are known here to the options they have. Raises InputError for any other scheme or option,
+    and where host, port or path is missing.
+    """
+    try:
+        parts = urlsplit(text, allow_fragments=False)
+        host, port = parts.hostname or "", parts.port or default_ports.get(parts.scheme, 0)
+    except ValueError as error:
+        raise InputError(f"{text}: {error}, expected scheme://host:port") from None
+    if parts.scheme not in schemes:
+        raise InputError(f"{text!r} is no address known here, expected one beginning with {', '.join(schemes)}")
+    options = dict(parse_qsl(parts.query, keep_blank_values=True))
+    for name in options:
+        if name not in schemes[parts.scheme]:
+            known = ", ".join(schemes[parts.scheme]) or "none"
+            raise InputError(f"{text}: option {name!r} is unknown, expected {known}")
+    return Uri(text, parts.scheme, host, port, parts.path, options)
+
+
+def with_port(uri: Uri) -> Uri:
+    """The address itself when it names a port."""
+    if not uri.port:
+        raise InputError(f"{uri.text}: names no port, expected {uri.scheme}://host:port")
+    return uri
+
+
+def with_path(uri: Uri) -> Uri:
+    """The address itself when it names a path."""
+    if not uri.path:
+        raise InputError(f"{uri.text}: names no path, expected {uri.scheme}:PATH")
+    return uri

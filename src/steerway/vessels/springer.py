@@ -1,0 +1,118 @@
+"""Springer: a 4.2 m catamaran USV steered by the difference of two propellers, as identified on the water; P4 §2.1.
+
+Her yaw is a discrete model, x(k+1) = A x(k) + B n_d(k), ψ(k) = C x(k), at 1 s, with n_d = (n1 − n2)/2 in rpm and ψ in
+rad; her surge is a constant speed at n_c = (n1 + n2)/2 = 900 rpm. Any other step uses the same poles, exactly for a
+held n_d.
+
+Two plants: the printed one has a pole of 1.002, so that her turning depends on the heading itself and even a straight
+course at 57° takes −8 rpm; the physical one has 1 there, and heading is an integral like everywhere else.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.checks import not_negative, one_of
+from steerway.compiled import kernel
+from steerway.errors import InputError
+from steerway.vessels.actuators import Actuator
+from steerway.vessels.kinematics import GroundMotion, over_ground, turning_rate
+from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH
+
+RPM = 2.0 * math.pi / 60.0
+"""One revolution a minute, rad/s."""
+SPEED = 3.0 * 1852.0 / 3600.0
+"""Three knots through the water at 900 rpm."""
+LENGTH = 4.2
+MAX_DIFFERENCE_RPM = 300.0
+MAX_CHANGE_RPM = 20.0
+"""Limits of n_d and of its change from second to second; P4 (27)."""
+PLANTS = ("paper", "physical")
+
+
+class HeadingModel(NamedTuple):
+    """ψ from n_d at 1 s: two poles, each with its input and output; every field a pair of floats."""
+
+    poles: tuple[float, float]
+    inputs: tuple[float, float]  # rad per rpm, as printed
+    outputs: tuple[float, float]
+
+    def matrices(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """A (2, 2), B (2,) per rad/s of n_d, C (2,) to rad."""
+        return np.diag(self.poles), np.array(self.inputs) / RPM, np.array(self.outputs)
+
+    def scaled(self, effectiveness: float) -> "HeadingModel":
+        """The same vessel with propellers that turn her `effectiveness` times as much."""
+        return self._replace(inputs=tuple(effectiveness * each for each in self.inputs))
+
+
+PAPER_YAW = HeadingModel((1.002, 0.9945), (6.354e-6, -4.699e-6), (34.13, 15.11))
+"""P4 (4), its scrambled matrices decoded: any other order of the digits gives a vessel that cannot fly the mission."""
+PHYSICAL_YAW = PAPER_YAW._replace(poles=(1.0, 0.9945))
+
+
+class Springer:
+    """Springer for the loop. Command: (n_d,) in rad/s. State (6,): x y (m), the two states of yaw, n_d (rad/s), ψ̇.
+
+    plant: "paper" or "physical". effectiveness: factor on B. bias: what n_d is off by, rad/s. speed: through the water.
+    Raises InputError for what cannot be used.
+    """
+
+    def __init__(self, plant="physical", effectiveness=1.0, bias=0.0, speed=SPEED):
+        one_of("springer.plant", plant, PLANTS)
+        if not math.isfinite(effectiveness) or not math.isfinite(bias):
+            raise InputError(f"springer: effectiveness {effectiveness} and bias {bias}, expected numbers")
+        not_negative("springer.speed", speed)
+        self.yaw = (PAPER_YAW if plant == "paper" else PHYSICAL_YAW).scaled(effectiveness)
+        limit, rate = MAX_DIFFERENCE_RPM * RPM, MAX_CHANGE_RPM * RPM
+        self.actuators = (Actuator("propeller difference", -limit, limit, rate),)
+        self._parameters = np.array([*self.yaw.poles, *self.yaw.inputs, *self.yaw.outputs, bias, speed, limit, rate])
+
+    def start(self, north=0.0, east=0.0, heading=0.0, speed=None) -> np.ndarray:
+        """The state at rest in yaw; a `speed` other than the vessel's own raises InputError."""
+        own = self._parameters[7]
+        if speed is not None and speed != own:
+            raise InputError(f"springer: start at {speed} m/s, expected her one speed of {own} m/s")
+        return np.array([north, east, heading / self.yaw.outputs[0], 0.0, 0.0, 0.0])
+
+    def step(self, state, command, conditions, step) -> np.ndarray:
+        (difference,) = command
+        return _step(state, difference, self._parameters, conditions, step)
+
+    def motion(self, state, conditions) -> GroundMotion:
+        heading, speed = self.heading(state), self._parameters[7]
+        north, east = over_ground(speed, 0.0, heading)
+        velocity = (north + conditions[CURRENT_NORTH], east + conditions[CURRENT_EAST])
+        course_rate = turning_rate(*velocity, -east * state[5], north * state[5])
+        return GroundMotion(state[0], state[1], heading, *velocity, state[5], course_rate, speed, 0.0, 0.0, 0.0)
+
+    def heading(self, state) -> float:
+        """Heading (rad), unwrapped: it counts the turns made."""
+        return self.yaw.outputs[0] * state[2] + self.yaw.outputs[1] * state[3]
+
+
+@kernel
+def held(pole, step):
+    """(pole^h, what an input held for h s does in units of one second's): exact for poles at 1 s, 1 included."""
+    kept = pole**step
+    return kept, step if pole == 1.0 else (kept - 1.0) / (pole - 1.0)
+
+
+@kernel
+def _step(state, difference, parameters, conditions, step):
+    """P4 (2)–(4) and (28)–(29), the position by the heading at the beginning of the step as printed."""
+    bias, speed, limit, rate = parameters[6], parameters[7], parameters[8], parameters[9]
+    wanted = min(max(difference, -limit), limit)
+    given = state[4] + min(max(wanted - state[4], -rate * step), rate * step)
+    heading = parameters[4] * state[2] + parameters[5] * state[3]
+    north, east = over_ground(speed, 0.0, heading)
+    out = np.empty(6)
+    out[0] = state[0] + step * (north + conditions[CURRENT_NORTH])
+    out[1] = state[1] + step * (east + conditions[CURRENT_EAST])
+    for i in range(2):
+        kept, entered = held(parameters[i], step)
+        out[2 + i] = kept * state[2 + i] + entered * parameters[2 + i] * (given + bias) / RPM
+    out[4] = given
+    out[5] = (parameters[4] * out[2] + parameters[5] * out[3] - heading) / step
+    return out

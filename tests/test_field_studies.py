@@ -1,0 +1,110 @@
+"""The studies on recorded logs and on low speed, and the choice of a profile that they stand on."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import steerway
+from steerway import studies
+from steerway.estimation import choose_profile
+from steerway.studies import low_speed
+from steerway.studies.study import write_results
+from tests.scenes import angle_error, straight, turning
+
+
+@pytest.fixture(scope="module")
+def field(shared_data):
+    """The numbers of the study real-logs."""
+    return studies.named("real-logs").run(None, 0, None)
+
+
+def test_independent_truth_on_recorded_logs(field):
+    n = field.numbers
+    assert n["figure8_rate_rms_dps"] <= 0.545
+    assert n["figure8_rate_rms_smoothed_dps"] <= 0.36
+    assert n["figure8_rate_rms_aligned_dps"] <= 0.335
+    assert n["figure8_rate_rms_smoothed_aligned_dps"] <= 0.21
+    assert 2.4 < n["figure8_receiver_lag_s"] < 3.0
+    assert n["s330_sog_rms_mps"] <= 0.035
+    assert n["s330_cog_rms_deg"] <= 0.45
+    assert n["seap_sog_rms_mps"] <= 0.05 and n["seap_cog_rms_deg"] <= 0.5
+    assert n["standstill_undefined_pct"] >= 95.0
+    assert n["standstill_gps_sog_median_mps"] < 0.15 and n["standstill_ac42_sog_median_mps"] < 0.15
+
+
+def test_no_log_is_mirrored_and_every_innovation_is_as_expected(field):
+    assert sum(key.endswith("mirrored_pct") for key in field.numbers) >= 15
+    for key, value in field.numbers.items():
+        if key.endswith("mirrored_pct"):
+            assert value == 0.0, key
+        if key.endswith("nis_median"):
+            assert 0.2 < value < 3.0, key
+        if key.endswith("_rejected_pct"):
+            assert value < 6.0 or key.startswith("pyais"), key
+
+
+def test_the_choice_is_as_good_as_tuning(field):
+    n = field.numbers
+    for key in ("figure8_rate_rms{}_dps", "figure8_rate_rms{}_smoothed_dps"):
+        assert n[key.format("")] < 1.1 * n[key.format("_tuned")]
+    for receiver in ("s330", "seap", "gp02", "pcod"):
+        for what in ("sog_rms_mps", "cog_rms_deg"):
+            assert n[f"{receiver}_{what}"] < 1.1 * n[f"{receiver}_tuned_{what}"], receiver
+
+
+def test_results_are_written(field, tmp_path):
+    write_results(field, tmp_path)
+    written = json.loads((tmp_path / "results.json").read_text())
+    assert {"figure8_rate_rms_dps", "s330_sog_rms_mps", "standstill_undefined_pct"} <= written.keys()
+    assert (tmp_path / "turns.png").exists() and (tmp_path / "ship.png").exists()
+
+
+def test_course_ends_where_the_study_says(monkeypatch):
+    """At rest there is no course; at 0.7 m/s there is one, and it errs by some degrees; the error falls with speed."""
+    monkeypatch.setattr(low_speed, "SPEEDS", (0.0, 0.7, 3.0))
+    table = low_speed.one(1, "low_cost")
+    assert table.shape == (3, 2, 4)
+    assert table[0, 0, 2] < 0.05
+    assert table[1, 0, 2] > 0.9 and table[2, 0, 2] == 1.0
+    slow, fast = np.degrees(np.sqrt(table[1:, 0, 0]))
+    assert fast < 4.0 and fast < slow < 20.0
+
+
+def test_studies_say_when_there_are_no_logs(monkeypatch):
+    monkeypatch.delenv("STEERWAY_DATA", raising=False)
+    for name in ("real-logs", "ais-prediction"):
+        with pytest.raises(steerway.InputError, match="STEERWAY_DATA is ''"):
+            studies.named(name).run(None, 0, None)
+
+
+@pytest.mark.parametrize(("std", "rate"), [(0.02, 5.0), (0.5, 5.0), (0.5, 1.0), (3.0, 1.0)])
+def test_the_receiver_is_found(std, rate):
+    scene = turning(4.0, 1.0, 600.0, rate=rate, density=1e-3, decay=0.2)
+    found = choose_profile(scene.fixes(std, 3))
+    total = math.hypot(found.position_std, found.error_std)
+    assert 0.6 * std < total < 1.7 * std
+
+
+def test_the_choice_comes_near_the_truth_about_the_boat():
+    """Estimated by the profile found, COG errs little more than by the very numbers that made the sortie."""
+    made = steerway.Profile(speed_noise=1e-5, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.5)
+    errors = []
+    for seed in range(8):
+        scene = turning(1.3, 0.4 * seed, 300.0, seed=seed)
+        fixes = scene.fixes(0.5, seed)
+        errors.append(
+            [np.nanmean(angle_error(steerway.estimate(fixes, p).cog, scene.cog)[100:] ** 2) for p in (None, made)]
+        )
+    found, known = np.sqrt(np.mean(errors, axis=0))
+    assert found < 1.15 * known
+
+
+def test_stretches_from_all_over_a_long_record_are_looked_at():
+    """An hour moored, then a sortie: the profile is that of the sortie."""
+    rest, sortie = straight(0.0, 0.0, 5000.0, rate=1.0).fixes(0.5, 1), turning(4.0, 1.0, 4000.0, rate=1.0).fixes(0.5, 2)
+    columns = {name: np.r_[getattr(rest, name), getattr(sortie, name)] for name in ("latitude", "longitude")}
+    both = steerway.Fixes(np.r_[rest.time, sortie.time + 5001.0], **columns)
+    found, alone = choose_profile(both), choose_profile(sortie)
+    assert 0.2 < found.course_rate_noise / alone.course_rate_noise < 5.0

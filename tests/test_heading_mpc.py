@@ -1,0 +1,160 @@
+"""Heading MPC against a solver of its own kind, its limits, its freedom from offset; LQG beside it."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+
+from steerway.control.heading_lqg import HeadingLqg
+from steerway.control.heading_mpc import BiasObserver, HeadingMpc, InputLimits, LinearPlant, prediction
+from steerway.errors import InputError
+from steerway.papers.range_rate import OutputCorrectedMpc
+from steerway.studies.springer_mission.world import autopilot_parts, paper_mpc
+from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, RPM, Springer
+from steerway.vessels.vessel import conditions
+
+pytest.importorskip("daqp")
+CALM = conditions()
+
+
+def by_enumeration(hessian, gradient, upper, lower):
+    """min ½ΔᵀHΔ + gᵀΔ with lower ≤ [Δ; ΣΔ] ≤ upper for two unknowns: the best of all points where 0, 1 or 2 limits
+    hold.
+    """
+    rows = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]])
+    points = [np.linalg.solve(hessian, -gradient)]
+    sides = [(rows[i], bound[i]) for i in range(4) for bound in (upper, lower)]
+    for normal, level in sides:
+        kkt = np.block([[hessian, normal[:, None]], [normal[None], np.zeros((1, 1))]])
+        points.append(np.linalg.solve(kkt, [*-gradient, level])[:2])
+    for i, (one, level) in enumerate(sides):
+        for other, second in sides[:i]:
+            if abs(np.linalg.det([one, other])) > 0.5:
+                points.append(np.linalg.solve([one, other], [level, second]))
+    slack = 1e-9 * (1.0 + np.abs(upper).max())
+    fit = [p for p in points if np.all(rows @ p <= upper + slack) and np.all(rows @ p >= lower - slack)]
+    return min(fit, key=lambda p: 0.5 * p @ hessian @ p + gradient @ p)
+
+
+@pytest.mark.parametrize("yaw", [PAPER_YAW, PHYSICAL_YAW])
+def test_equals_a_reference_solver_on_random_cases(yaw):
+    mpc, rng = paper_mpc(yaw), np.random.default_rng(1)
+    worst = 0.0
+    for _ in range(1000):
+        mpc.observer.state = rng.standard_normal(3) * [0.05, 0.05, 15.0 * RPM]
+        mpc.input = rng.uniform(-300.0, 300.0) * RPM
+        wanted = float(mpc._plant.c @ mpc.observer.state[:2]) + rng.standard_normal() * rng.choice((0.01, 0.2, 2.0))
+        change = mpc.change(wanted)
+        gradient, upper, lower = mpc.problem(wanted)
+        best = by_enumeration(mpc.hessian, gradient, upper, lower)
+        worst = max(worst, abs(change - best[0]) / RPM)
+        assert abs(change) <= (20.0 + 1e-9) * RPM and abs(mpc.input + change) <= (300.0 + 1e-9) * RPM
+    assert worst < 1e-9
+
+
+def test_longer_control_horizon_against_least_distance():
+    """H_c = 4 with limits of change only, as a non-negative least squares problem of its dual."""
+    plant, limits, observer = autopilot_parts(PHYSICAL_YAW)
+    mpc = HeadingMpc(plant, InputLimits(math.inf, limits.change), observer, 12, 4, math.degrees(1.0) ** 2, 0.1 / RPM**2)
+    rng = np.random.default_rng(2)
+    for _ in range(50):
+        mpc.observer.state = rng.standard_normal(3) * [0.05, 0.05, 10.0 * RPM]
+        wanted = rng.standard_normal()
+        gradient, upper, _ = mpc.problem(wanted)
+        factor = np.linalg.cholesky(mpc.hessian)
+        centre = np.linalg.solve(mpc.hessian, -gradient)
+        walls = np.vstack([np.eye(4), -np.eye(4)])
+        room = np.concatenate([upper[:4], upper[:4]]) - walls @ centre
+        rows = np.linalg.solve(factor, walls.T).T
+        # Lawson and Hanson: the point of least norm with rows·y ≤ room.
+        system = np.vstack([-rows.T, -room])
+        u, norm = nnls(system, np.array([0.0] * 4 + [1.0]))
+        residual = system @ u - np.array([0.0] * 4 + [1.0])
+        move = np.zeros(4) if norm < 1e-12 else np.linalg.solve(factor.T, -residual[:4] / residual[4])
+        assert mpc.change(wanted) == pytest.approx((centre + move)[0], abs=1e-7 * RPM)
+
+
+def test_prediction_is_the_plant_run():
+    plant = LinearPlant(*PAPER_YAW.matrices())
+    free, held, forced = prediction(plant, 10, 3)
+    x, u, bias, changes = np.array([0.02, -0.01]), 5.0, 2.0, np.array([1.0, -2.0, 0.5])
+    said = free @ [*x, bias] + held * u + forced @ changes
+    for i in range(10):
+        u += changes[i] if i < 3 else 0.0
+        x = plant.a @ x + plant.b * (u + bias)
+        assert said[i] == pytest.approx(plant.c @ x, rel=1e-12)
+
+
+def held_on(autopilot, plant, seconds, bias_rpm=10.0, wanted=1.0):
+    """Headings (rad) of a vessel with a biased propeller under an autopilot that sees them."""
+    vessel = Springer(plant, bias=bias_rpm * RPM)
+    state, out = vessel.start(), []
+    for _ in range(seconds):
+        heading = vessel.heading(state)
+        out.append(heading)
+        u = autopilot.step(wanted, heading)
+        assert abs(u) <= (300.0 + 1e-9) * RPM and abs(u - state[4]) <= (20.0 + 1e-9) * RPM
+        state = vessel.step(state, (u,), CALM, 1.0)
+    return np.array(out)
+
+
+@pytest.mark.parametrize("plant", ["paper", "physical"])
+@pytest.mark.parametrize("kind", ["mpc", "lqg"])
+def test_no_offset_from_a_bias(plant, kind):
+    yaw = PAPER_YAW if plant == "paper" else PHYSICAL_YAW
+    weights = {"output_weight": math.degrees(1.0) ** 2, "change_weight": 0.1 / RPM**2}
+    autopilot = paper_mpc(yaw) if kind == "mpc" else HeadingLqg(*autopilot_parts(yaw), **weights)
+    headings = np.degrees(held_on(autopilot, plant, 3600))
+    assert abs(headings[600] - np.degrees(1.0)) < 0.01
+    assert abs(headings[-1] - np.degrees(1.0)) < 0.01
+    assert autopilot.observer.bias == pytest.approx(10.0 * RPM, rel=0.01)
+
+
+def test_output_correction_fails_on_the_paper_plant():
+    """The form of textbooks, an output error added to a free-running model: the model drifts and steering goes."""
+    headings = np.degrees(held_on(OutputCorrectedMpc(paper_mpc(PAPER_YAW)), "paper", 3600))
+    assert np.abs(headings[-600:] - np.degrees(1.0)).max() > 10.0
+
+
+def test_unknown_heading_is_predicted_over_and_turns_are_short():
+    mpc = paper_mpc(PHYSICAL_YAW)
+    vessel, state = Springer("physical"), Springer("physical").start()
+    for k in range(200):
+        u = mpc.step(0.5, math.nan if k % 3 else vessel.heading(state))
+        state = vessel.step(state, (u,), CALM, 1.0)
+    assert vessel.heading(state) == pytest.approx(0.5, abs=0.01)
+    assert paper_mpc().step(math.radians(350.0), 0.0) < 0.0 < paper_mpc().step(math.radians(-350.0), 0.0)
+
+
+@pytest.mark.parametrize("horizon, control_horizon, q, r", [(0, 0, 1, 1), (5, 6, 1, 1), (5, 2, 0, 1), (5, 2, 1, -1)])
+def test_unusable_settings_are_named(horizon, control_horizon, q, r):
+    with pytest.raises(InputError, match="mpc"):
+        HeadingMpc(*autopilot_parts(PAPER_YAW), horizon, control_horizon, q, r)
+
+
+def test_plants_and_limits_are_checked():
+    with pytest.raises(InputError, match="plant"):
+        LinearPlant(np.eye(2), np.ones(3), np.ones(2))
+    with pytest.raises(InputError, match="limits"):
+        InputLimits(-1.0)
+    with pytest.raises(InputError, match="limits"):
+        InputLimits(math.nan)
+
+
+def test_observer_is_a_kalman_filter():
+    """Against the textbook's matrices."""
+    plant = LinearPlant(*PAPER_YAW.matrices(), circular=False)
+    observer = BiasObserver(plant, 1e-8, 1e-4, 1e-3, 2.0)
+    f = np.block([[plant.a, plant.b[:, None]], [np.zeros((1, 2)), np.ones((1, 1))]])
+    h, q = np.append(plant.c, 0.0), np.diag([1e-8, 1e-8, 1e-4])
+    x, p, rng = np.zeros(3), np.diag([1e-8, 1e-8, 2.0]), np.random.default_rng(0)
+    for _ in range(30):
+        z, u = rng.standard_normal(2)
+        gain = p @ h / (h @ p @ h + 1e-3)
+        x, p = x + gain * (z - h @ x), p - np.outer(gain, h @ p)
+        observer.correct(z)
+        np.testing.assert_allclose(observer.state, x, rtol=1e-9)
+        x, p = f @ x + np.append(plant.b, 0.0) * u, f @ p @ f.T + q
+        observer.predict(u)
+    np.testing.assert_allclose(observer.state, x, rtol=1e-9)

@@ -1,0 +1,339 @@
+"""Links and what is said on them: bytes in pieces, sockets on this machine, sentences and deltas as they are read."""
+
+import asyncio
+import io
+import json
+import math
+import socket
+
+import numpy as np
+import pytest
+
+from steerway.errors import InputError
+from steerway.estimation import estimate
+from steerway.formats import nmea0183
+from steerway.live import addresses, uri
+from steerway.live.decoding import GpsdDecoder, SentenceDecoder, SignalKDecoder
+from steerway.live.heard import Row, lost
+from steerway.live.links.speakers import StdoutSpeaker
+from steerway.live.navigator import Navigator
+from steerway.live.outputs import Deltas, JsonLines, Sentences, delta, json_line
+from steerway.live.service import Service
+from steerway.records import NO_COURSE, OK
+from steerway.timestamps import iso
+from tests.sentences import START, gga, gll, rmc, sealed, sortie, track
+from tests.test_live_navigator import Kept, assert_equal
+
+NOON = 1_719_835_200.0
+PLACE = (math.radians(54.0), math.radians(10.0))
+SAILING = Row(NOON, *PLACE, 2.0, -math.pi / 2.0, math.radians(1.0), 0.1, 0.02, 0.01, 0.3, 1.2, OK)
+DRIFTING = SAILING._replace(cog=math.nan, course_rate=math.nan, cog_std=math.nan, course_rate_std=math.nan)
+
+
+class Said:
+    """A speaker that remembers."""
+
+    def __init__(self):
+        self.messages = []
+
+    def send(self, message):
+        self.messages.append(message)
+
+    def close(self):
+        pass
+
+
+def fed(decoder, log, size):
+    pieces = [log[k : k + size] for k in range(0, len(log), size)]
+    return [row for piece in pieces for row in decoder.feed(piece)] + decoder.settle()
+
+
+@pytest.mark.parametrize("size", [1, 7, 100, 100000])
+def test_sentences_in_pieces_are_the_rows_of_the_log(size):
+    log = sortie(50)
+    (fixes,) = [each for name, each in nmea0183.read(log).sources.items() if name == "GP"]
+    rows = [row for row in fed(SentenceDecoder(), log, size) if row.source == "GP"]
+    placed = [row for row in rows if row.has_position]
+    assert [row.time for row in placed] == fixes.time.tolist()
+    assert [row.latitude for row in placed] == fixes.latitude.tolist()
+
+
+def test_an_epoch_waits_for_its_finest_position():
+    coarse = sealed("GPGLL,5400.001,N,01000.002,E,120000,A,A")
+    decoder = SentenceDecoder()
+    decoder.feed(rmc(START - 1.0, 54.0, 10.0))
+    (first,) = decoder.feed(coarse)
+    assert first.time == START - 1.0
+    assert decoder.feed(gga(START, 54.00002, 10.00003)) == []
+    (fine,) = decoder.settle()
+    assert math.degrees(fine.latitude) == pytest.approx(54.00002, abs=1e-9)
+    assert decoder.settle() == [] and decoder.feed(gll(START, 54.00002, 10.00003)) == []
+
+
+def test_without_a_date_it_is_today():
+    import time
+
+    (row,) = fed(SentenceDecoder(), gga(START, 54.0, 10.0), 10)
+    assert abs(row.time - time.time()) <= 43200.0 + 1.0
+    assert (row.time - START) % 86400.0 == pytest.approx(0.0, abs=1e-6)
+
+
+def test_gpsd_reports_several_times_an_epoch():
+    place = {"class": "TPV", "device": "/dev/a", "mode": 3, "time": iso(NOON), "lat": 54.0, "lon": 190.0}
+    later = place | {"time": iso(NOON + 1.0), "eph": 2.0, "magtrack": 5.0}
+    lines = [{"class": "VERSION"}, place, place | {"speed": 3.0, "track": 270.0}, later, {"class": "SKY"}]
+    log = (
+        b"".join(json.dumps(line).encode() + b"\r\n" for line in lines) + b"not json\n" + b'{"class":"TPV","mode":1}\n'
+    )
+    decoder = GpsdDecoder()
+    first, second = fed(decoder, log, 11)
+    assert (first.source, first.time, first.sog) == ("gpsd /dev/a", NOON, 3.0)
+    assert first.longitude == pytest.approx(math.radians(-170.0))
+    assert first.cog == pytest.approx(-math.pi / 2.0)
+    assert second.time == NOON + 1.0 and math.isnan(second.cog) and math.isnan(second.heading)
+    assert second.position_std == pytest.approx(2.0 / math.sqrt(2.0))
+    assert decoder.skipped == {"malformed": 1}
+
+
+def test_signal_k_deltas_are_merged_and_null_is_nothing():
+    def update(path, value, source="gps.GP", time=NOON):
+        return {"$source": source, "timestamp": iso(time), "values": [{"path": path, "value": value}]}
+
+    updates = [
+        update("navigation.position", {"latitude": 54.0, "longitude": 10.0}),
+        update("navigation.speedOverGround", 2.0),
+        update("navigation.courseOverGroundTrue", 1.5 * math.pi),
+        update("navigation.headingTrue", None),
+        update("navigation.position", {"latitude": 1.0, "longitude": 1.0}, "steerway"),
+        update("environment.depth", 4.0),
+    ]
+    decoder = SignalKDecoder()
+    for each in updates:
+        decoder.message(json.dumps({"context": "vessels.urn:self", "updates": [each]}))
+    (row,) = decoder.settle()
+    assert (row.source, row.sog, row.latitude) == ("gps.GP", 2.0, math.radians(54.0))
+    assert row.cog == pytest.approx(-math.pi / 2.0) and math.isnan(row.heading)
+
+
+def test_sentences_once_a_second_and_never_a_stale_one():
+    said = Said()
+    output = Sentences(said)
+    for k in range(100):
+        output.tick(SAILING._replace(time=NOON + k * 0.02))
+    assert len(said.messages) == 2
+    output.tick(SAILING._replace(time=NOON + 1.99))
+    output.tick(lost(NOON + 2.0))
+    first, last = (each.decode().split("\r\n") for each in (said.messages[0], said.messages[-1]))
+    assert first[0].startswith("$SWRMC,120000.000,A,5400.0000000,N,01000.0000000,E,3.888,270.00,010724,")
+    assert first[1].startswith("$SWVTG,270.00,T,,M,3.888,N,7.200,K,A")
+    assert first[2].startswith("$SWROT,60.00,A")  # 1 °/s to starboard
+    assert last[0].startswith("$SWRMC,120002.000,V,,,,,,,010724,,,N")
+    assert ",N*" in last[1] and last[2].startswith("$SWROT,,V")
+
+
+def test_a_boat_without_course_says_none():
+    rmc_, vtg_, rot_ = Sentences(Said()).said(DRIFTING)
+    assert rmc_.split(",")[2] == "A" and rmc_.split(",")[8] == ""
+    assert vtg_.startswith("$SWVTG,,T,,M,3.888") and rot_.startswith("$SWROT,,V")
+
+
+def test_what_is_said_is_what_a_reader_reads():
+    said = Said()
+    output = Sentences(said)
+    for k in range(5):
+        output.tick(SAILING._replace(time=NOON + k))
+    (fixes,) = nmea0183.read(b"".join(said.messages)).sources.values()
+    assert len(fixes) == 5 and fixes.sog == pytest.approx([2.0] * 5, abs=1e-3)
+    assert np.cos(fixes.cog + math.pi / 2.0) == pytest.approx([1.0] * 5)
+    assert fixes.yaw_rate == pytest.approx([math.radians(1.0)] * 5)
+
+
+def test_a_delta_in_si_with_null_for_unknown():
+    message = json.loads(delta(SAILING))
+    (update,) = message["updates"]
+    values = {each["path"]: each["value"] for each in update["values"]}
+    assert message["context"] == "vessels.self" and update["$source"] == "steerway"
+    assert update["timestamp"] == "2024-07-01T12:00:00Z"
+    assert values["navigation.position"] == pytest.approx({"latitude": 54.0, "longitude": 10.0})
+    assert values["navigation.speedOverGround"] == 2.0
+    assert values["navigation.courseOverGroundTrue"] == pytest.approx(1.5 * math.pi)
+    assert values["navigation.rateOfTurn"] == pytest.approx(math.radians(1.0))
+    (update,) = json.loads(delta(lost(NOON)))["updates"]
+    assert [each["value"] for each in update["values"]] == [None] * 4
+
+
+def test_a_delta_a_fix_and_the_present_where_fixes_stay_away():
+    said = Said()
+    output = Deltas(said)
+    for k in range(10):
+        output.fix(SAILING._replace(time=NOON + 0.2 * k))
+        output.tick(SAILING._replace(time=NOON + 0.2 * k + 0.1))
+    for k in range(100, 140):
+        output.tick(lost(NOON + 0.1 * k))
+    updates = [json.loads(message)["updates"][0] for message in said.messages]
+    assert [each["timestamp"][17:-1] for each in updates] == ["00", "01", "10", "11.5", "13"]
+    assert [each["values"][0]["value"] is None for each in updates] == [False, False, True, True, True]
+
+
+def test_json_lines_carry_the_columns_of_estimate():
+    line = json.loads(json_line(SAILING._replace(status=NO_COURSE, cog=math.nan)))
+    frame = estimate(nmea0183.read(sortie(3)).sources["GP"], "small-usv").to_frame()
+    assert list(line) == frame.columns
+    assert line["course_rate_dps"] == pytest.approx(1.0) and line["cog_deg"] is None and line["status"] == "no_course"
+    file = io.BytesIO()
+    output = JsonLines(StdoutSpeaker(None, patient=True, file=file))
+    for _ in range(2000):
+        output.fix(SAILING)
+        output.tick(SAILING)
+    output.close()
+    assert file.getvalue().count(b"\n") == 2000
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("ftp://a:1", "no address known here"),
+        ("tcp://a", "names no port"),
+        ("tcp://a:99999", "scheme://host:port"),
+        ("serial:/dev/ttyS0?baud=1234", "baud is 1234"),
+        ("serial:", "names no path"),
+        ("udp://:1?speed=2", "option 'speed' is unknown"),
+        ("file:a?speed=0", "speed is 0"),
+        ("file:a?speed=fast", "expected a number"),
+    ],
+)
+def test_wrong_addresses_are_refused_in_a_sentence(text, why):
+    with pytest.raises(InputError, match=why):
+        addresses.sources([text])
+
+
+def test_addresses_as_users_write_them():
+    found, speed = addresses.sources(
+        ["gpsd://localhost", "signalk://[::1]:80?token=x", "serial:/dev/ttyACM0?baud=38400"]
+    )
+    assert [each.port for each in found] == [2947, 80, 0] and found[2].path == "/dev/ttyACM0" and math.isnan(speed)
+    assert addresses.sources(["file:dir/a b.nmea?speed=10"]) == (
+        [uri.Uri("file:dir/a b.nmea?speed=10", "file", path="dir/a b.nmea", options={"speed": "10"})],
+        10.0,
+    )
+    assert addresses.sources(["file:a?speed=max"])[1] == math.inf
+    with pytest.raises(InputError, match="beside a live link"):
+        addresses.sources(["file:a", "udp://:5"])
+
+
+async def until(condition, patience=5.0):
+    """Wait for something to become true."""
+    for _ in range(int(patience / 0.01)):
+        if condition():
+            return
+        await asyncio.sleep(0.01)
+    raise AssertionError("it never came true")
+
+
+def free_port(kind=socket.SOCK_STREAM):
+    with socket.socket(socket.AF_INET, kind) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+async def listened(text, feed, n, to=()):
+    """What a service with one listener says of n fixes that `feed` brings about."""
+    kept = Kept()
+    pairs = [addresses.output(each, None, patient=False) for each in to]
+    service = Service(Navigator("small-usv", sources=("GP",)), [kept, *(output for output, _ in pairs)])
+    (address,), _ = addresses.sources([text])
+    speakers = [speaker for _, speaker in pairs if speaker]
+    task = asyncio.create_task(service.listen([addresses.listener(address, 1)], speakers))
+    await asyncio.sleep(0.1)
+    try:
+        await asyncio.gather(feed(), until(lambda: len(kept.fixes) >= n))
+        await asyncio.sleep(0.2)
+    finally:
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+    return kept
+
+
+def test_a_log_over_tcp_is_the_estimate_and_a_broken_link_is_opened_again():
+    log = sortie(60)
+    port = free_port()
+    parts = [log[: len(log) // 2], log[len(log) // 2 :]]
+
+    async def serve():
+        async def send(reader, writer):
+            part = parts.pop(0) if parts else b""
+            for k in range(0, len(part), 37):
+                writer.write(part[k : k + 37])
+            await writer.drain()
+            writer.close()
+
+        async with await asyncio.start_server(send, "127.0.0.1", port):
+            await until(lambda: not parts)
+            await asyncio.sleep(0.2)
+
+    kept = asyncio.run(listened(f"tcp://127.0.0.1:{port}", serve, 60))
+    assert_equal(kept.fixes, estimate(nmea0183.read(log).sources["GP"], "small-usv"))
+    assert kept.ticks, "the present is told too"
+    times = [row.time for row in kept.ticks]
+    assert (np.diff(times) > 0.0).all() and np.allclose(np.array(times) * 50.0 % 1.0, 0.0, atol=1e-3)
+
+
+def test_datagrams_in_sentences_out():
+    log = sortie(30).splitlines()
+    into, out = free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_DGRAM)
+    receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    receiver.bind(("127.0.0.1", out))
+    receiver.setblocking(False)
+
+    async def feed():
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+            for line in log:
+                sender.sendto(line, ("127.0.0.1", into))
+                await asyncio.sleep(0.001)
+
+    kept = asyncio.run(listened(f"udp://127.0.0.1:{into}", feed, 30, [f"udp://127.0.0.1:{out}?period=0.1"]))
+    with receiver:
+        heard = receiver.recv(4096)
+    assert_equal(kept.fixes, estimate(nmea0183.read(b"\r\n".join(log)).sources["GP"], "small-usv"))
+    assert heard.startswith(b"$SWRMC,") and b"$SWROT," in heard
+
+
+def test_everyone_who_connects_is_told_and_a_deaf_one_stops_nobody():
+    into, out = free_port(socket.SOCK_DGRAM), free_port()
+    heard = bytearray()
+
+    async def feed():
+        deaf = await asyncio.open_connection("127.0.0.1", out)
+        reader, writer = await asyncio.open_connection("127.0.0.1", out)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+            for time, lat, lon in zip(*track(5), strict=True):
+                sender.sendto(rmc(time, lat, lon), ("127.0.0.1", into))
+                await asyncio.sleep(0.06)
+        while heard.count(b"$SWRMC") < 2:
+            heard.extend(await asyncio.wait_for(reader.read(4096), 5.0))
+        writer.close()
+        deaf[1].close()
+
+    asyncio.run(listened(f"udp://127.0.0.1:{into}", feed, 5, [f"tcp-server://127.0.0.1:{out}?period=0.05"]))
+    (fixes,) = nmea0183.read(bytes(heard)).sources.values()
+    assert fixes.has_position.any()
+
+
+def test_listening_for_long_takes_no_memory():
+    import tracemalloc
+
+    decoder, navigator, said = SentenceDecoder(), Navigator("small-usv"), 0
+
+    def listen(start, n):
+        nonlocal said
+        for time, lat, lon in zip(*track(n, start=START + start), strict=True):
+            for heard in decoder.feed(rmc(time, lat, lon) + gga(time, lat, lon)):
+                said += len(navigator.hear(heard))
+
+    tracemalloc.start()
+    listen(0.0, 2500)  # the interpreter keeps some 2000 tuples to use again
+    before, _ = tracemalloc.get_traced_memory()
+    listen(2500.0, 1500)
+    after, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert said > 3900 and after - before < 20_000

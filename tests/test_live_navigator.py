@@ -1,0 +1,244 @@
+"""The estimate aboard: equal to `estimate` on what was recorded, whatever late, disordered or foreign rows come."""
+
+import asyncio
+import math
+
+import numpy as np
+import pytest
+
+from steerway.errors import InputError
+from steerway.estimation import estimate
+from steerway.formats.reading import read, survey
+from steerway.live.choice import SourceChoice
+from steerway.live.clock import FixClock
+from steerway.live.heard import Heard, Row, rows_of
+from steerway.live.navigator import Navigator
+from steerway.live.outputs import TableFile
+from steerway.live.service import Service
+from steerway.records import LOST, OK, REJECTED, Fixes
+from tests.scenes import turning
+
+
+class Kept:
+    """An output that remembers."""
+
+    def __init__(self):
+        self.fixes, self.ticks = [], []
+
+    def fix(self, row):
+        self.fixes.append(row)
+
+    def tick(self, row, leg=None):
+        self.ticks.append(row)
+
+    def close(self):
+        pass
+
+
+def replayed(recorded, rate=None, **settings):
+    """(rows at the fixes, rows at the ticks) of a replay."""
+    kept = Kept()
+    service = Service(Navigator("small-usv", rate=rate, **settings), [kept], rate or 50.0)
+    asyncio.run(service.replay(rows_of(recorded)))
+    return kept.fixes, kept.ticks
+
+
+def assert_equal(rows, motion):
+    assert len(rows) == len(motion)
+    columns = np.array(rows, dtype=float).reshape(-1, len(Row._fields)).T
+    for name, column in zip(Row._fields, columns, strict=True):
+        np.testing.assert_allclose(column, getattr(motion, name), rtol=1e-9, atol=1e-10, err_msg=name)
+
+
+@pytest.fixture(scope="module")
+def fixes():
+    return turning(2.0, 0.5, 60.0).fixes(0.3, 1)
+
+
+def heard_of(fixes, source="GP"):
+    return list(rows_of({source: fixes}))
+
+
+@pytest.mark.parametrize("rate", [None, 10.0, 3.0])
+def test_a_replay_is_the_estimate(fixes, rate):
+    at_fixes, at_ticks = replayed({"GP": fixes}, rate)
+    assert_equal(at_fixes if rate is None else at_ticks, estimate(fixes, "small-usv", rate=rate))
+
+
+@pytest.mark.parametrize("rate", [None, 10.0])
+@pytest.mark.parametrize(
+    ("log", "source"),
+    [
+        ("signalk_samples/gps.log", "GP"),
+        ("rob_atlantic_1hz/gx_to_gavres.nmea", "GN"),
+        ("rob_atlantic_1hz/nukuhiva_multitalker.nmea", None),
+    ],
+)
+def test_a_replay_of_a_recorded_log_is_the_estimate(shared_data, log, source, rate):
+    path = shared_data / "data" / log
+    sources = survey(path)[0].recording.sources
+    source = source or read(path).source
+    at_fixes, at_ticks = replayed(sources, rate, sources=(source,), patience=1800.0)
+    assert_equal(at_fixes if rate is None else at_ticks, estimate(read(path, source=source), "small-usv", rate=rate))
+
+
+def test_what_aids_is_taken_beside_positions(fixes):
+    n = len(fixes)
+    rates = np.where(np.arange(n) % 2 == 0, 0.5 / 2.0 * np.ones(n), np.nan)
+    aided = Fixes(fixes.time, fixes.latitude, fixes.longitude, yaw_rate=rates)
+    at_fixes, _ = replayed({"GP": aided}, aid=("yaw_rate",))
+    assert_equal(at_fixes, estimate(aided, "small-usv", aid=("yaw_rate",)))
+
+
+def test_asking_changes_nothing(fixes):
+    asked, silent = Navigator(), Navigator()
+    for heard in heard_of(fixes):
+        rows = asked.hear(heard)
+        for ahead in (0.05, 0.4, 0.1):
+            asked.at(heard.time + ahead)
+        assert rows == silent.hear(heard) or math.isnan(rows[0].sog)
+    end = fixes.time[-1] + 0.3
+    np.testing.assert_array_equal(asked.at(end), silent.at(end))
+
+
+def test_late_and_disordered_fixes_are_taken_at_their_own_time(fixes):
+    in_order, late = Navigator(), Navigator()
+    rows = heard_of(fixes)
+    for heard in rows:
+        in_order.hear(heard)
+    shuffled = list(rows)
+    for k in range(10, len(rows) - 4, 7):  # every seventh comes three places late
+        shuffled[k : k + 4] = [*rows[k + 1 : k + 4], rows[k]]
+    for heard in shuffled:
+        late.hear(heard)
+    assert late.counts["late"] > 20 and late.counts["too late"] == 0
+    end = fixes.time[-1] + 0.2
+    np.testing.assert_allclose(late.at(end)[:-2], in_order.at(end)[:-2], rtol=1e-12)
+    late.hear(rows[3])
+    assert late.counts["too late"] == 1
+    np.testing.assert_allclose(late.at(end)[:-2], in_order.at(end)[:-2], rtol=1e-12)
+
+
+def test_a_dropout_is_dead_reckoned_and_then_nothing_is_said(fixes):
+    navigator = Navigator(patience=10.0)
+    for heard in heard_of(fixes):
+        navigator.hear(heard)
+    end = fixes.time[-1]
+    said = [navigator.at(end + later) for later in (0.5, 5.0, 9.9)]
+    assert all(row.valid for row in said)
+    assert said[0].position_std < said[1].position_std < said[2].position_std
+    assert navigator.at(end + 10.1).status == LOST and not navigator.at(end + 10.1).valid
+    assert Navigator().at(end).status == LOST
+
+
+def test_a_stray_time_is_not_believed_and_a_step_is(fixes):
+    rows = heard_of(fixes)
+    navigator = Navigator()
+    for heard in rows[:100]:
+        navigator.hear(heard)
+    before = navigator.at(rows[100].time)
+    assert navigator.hear(rows[100]._replace(time=rows[100].time + 86400.0)) == []
+    assert navigator.at(rows[100].time) == before
+    assert len(navigator.hear(rows[100])) == 1
+    stepped = [row._replace(time=row.time - 3600.0) for row in rows[101:140]]
+    out = [row for heard in stepped for row in navigator.hear(heard)]
+    assert navigator.counts["clock steps"] == 1
+    assert [row.time for row in out] == [heard.time for heard in stepped]
+    assert out[-1].sog == pytest.approx(2.0, abs=0.3)
+
+
+def test_the_wanted_source_is_taken_while_it_speaks():
+    choice = SourceChoice(("GN", "GP"))
+    taken = []
+    for k in range(40):
+        time = float(k)
+        if not 10 <= k < 20:
+            taken += ["GN"] * choice.takes(Heard("GN", time, 1.0, 1.0))
+        taken += ["GP"] * choice.takes(Heard("GP", time, 1.0, 1.0))
+        assert not choice.takes(Heard("AI", time, 1.0, 1.0))
+    assert taken.count("GN") == 30 and 6 <= taken.count("GP") <= 8
+    assert choice.present == "GN" and choice.changes == 2
+
+
+def test_without_a_wish_the_quicker_source_wins():
+    choice = SourceChoice()
+    for k in range(100):
+        if k % 10 == 0:
+            choice.takes(Heard("slow", k * 0.1, 1.0, 1.0))
+        choice.takes(Heard("quick", k * 0.1 + 0.01, 1.0, 1.0))
+    assert choice.present == "slow", "not known well enough yet"
+    for k in range(100, 300):
+        if k % 10 == 0:
+            choice.takes(Heard("slow", k * 0.1, 1.0, 1.0))
+        choice.takes(Heard("quick", k * 0.1 + 0.01, 1.0, 1.0))
+    assert choice.present == "quick" and choice.changes == 1
+
+
+def test_two_receivers_are_never_mixed(fixes):
+    other = Fixes(fixes.time + 0.05, fixes.latitude + 1e-6, fixes.longitude)
+    at_fixes, _ = replayed({"GP": fixes, "GN": other}, sources=("GP",))
+    assert_equal(at_fixes, estimate(fixes, "small-usv"))
+
+
+def test_the_clock_goes_by_the_least_delayed_fix():
+    clock = FixClock()
+    assert math.isnan(clock.now(5.0))
+    for k, delay in enumerate((0.3, 0.1, 0.9, 0.2)):
+        clock.hear(1000.0 + k, 50.0 + k + delay)
+    assert clock.now(60.0) == pytest.approx(1009.9)
+    assert FixClock(0.2).latency == 0.2
+    for k in range(60):
+        clock.hear(1100.0 + k, 160.0 + k)  # ten seconds slow: the old offset holds for its window only
+    assert clock.now(220.0) == pytest.approx(1160.0)
+
+
+def test_a_table_of_the_run(fixes, tmp_path):
+    out = tmp_path / "run.csv"
+    service = Service(Navigator("small-usv"), [TableFile(out)])
+    asyncio.run(service.replay(rows_of({"GP": fixes})))
+    import polars as pl
+
+    assert pl.read_csv(out).height == len(fixes)
+    with pytest.raises(InputError, match="ending"):
+        TableFile(tmp_path / "run.xyz")
+
+
+def test_warming_sails_through_everything():
+    from steerway.live.warming import warm
+
+    assert warm() == 30
+
+
+@pytest.mark.parametrize("west_deg", [179.9995, -180.0005])
+def test_across_the_antimeridian(west_deg):
+    """A boat going east at 2 m/s over ±180°, at either side's name for the line."""
+    navigator, rows = Navigator(), []
+    for k in range(60):
+        longitude_deg = math.remainder(west_deg + k * 2.0 / (6378137.0 * math.pi / 180.0), 360.0)
+        rows += navigator.hear(Heard("GP", 1.7e9 + k, 0.0, math.radians(longitude_deg)))
+    assert rows[0].longitude * rows[-1].longitude < 0.0
+    assert rows[-1].sog == pytest.approx(2.0, abs=1e-2) and rows[-1].cog == pytest.approx(math.pi / 2.0, abs=1e-2)
+    assert all(abs(row.longitude) <= math.pi for row in rows)
+
+
+def test_a_frozen_position_has_no_course(fixes):
+    navigator = Navigator()
+    rows = heard_of(fixes)
+    for heard in rows[:150]:
+        navigator.hear(heard)
+    frozen = [rows[150]._replace(time=rows[150].time + 0.2 * k) for k in range(100)]
+    said = [row for heard in frozen for row in navigator.hear(heard)]
+    assert math.isnan(said[-1].cog) and said[-1].sog < 0.3
+
+
+def test_a_jump_is_rejected_and_then_followed(fixes):
+    navigator = Navigator()
+    rows = heard_of(fixes)
+    for heard in rows[:150]:
+        navigator.hear(heard)
+    jumped = [heard._replace(latitude=heard.latitude + 1e-4) for heard in rows[150:200]]
+    said = [row for heard in jumped for row in navigator.hear(heard)]
+    assert said[0].status == REJECTED and said[-1].status == OK
+    assert abs(said[0].latitude - jumped[0].latitude) > 5e-5
+    assert said[-1].latitude == pytest.approx(jumped[-1].latitude, abs=1e-6)
+    assert said[-1].sog == pytest.approx(2.0, abs=0.4), "the jump was taken for a place, not for a speed"

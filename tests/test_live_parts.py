@@ -1,0 +1,298 @@
+"""Real parts on this machine: gpsd, a Signal K server and a serial line. Skipped where they are not installed."""
+
+import asyncio
+import contextlib
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from steerway.estimation import estimate
+from steerway.formats import nmea0183
+from steerway.live import addresses
+from steerway.live.links.signalk import connected
+from steerway.live.navigator import Navigator
+from steerway.live.service import Service
+from tests.sentences import START, gga, rmc, sortie
+from tests.test_live_links import free_port, until
+from tests.test_live_navigator import Kept, assert_equal
+
+LOOPBACK = """
+const { Server } = require('net')
+const listen = Server.prototype.listen
+Server.prototype.listen = function (port, ...rest) {
+  return typeof port === 'object' ? listen.call(this, port, ...rest) : listen.call(this, port, '127.0.0.1', ...rest)
+}
+"""
+"""The Signal K server listens on all interfaces; a test is nobody's business outside of this machine."""
+
+
+def installed(name):
+    """The path of a program, of an npm package in STEERWAY_NODE_MODULES too; the test is skipped without it."""
+    beside = Path(os.environ.get("STEERWAY_NODE_MODULES", "node_modules"), ".bin", name).absolute()
+    path = shutil.which(name) or (str(beside) if beside.exists() else None)
+    if path is None:
+        pytest.skip(f"{name} is not installed")
+    return path
+
+
+@contextlib.contextmanager
+def running(*command, **options):
+    """A process of this test, gone afterwards."""
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **options)
+    try:
+        yield process
+    finally:
+        process.terminate()
+        try:
+            process.wait(5.0)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+@pytest.fixture(scope="module")
+def signalk_port(tmp_path_factory):
+    """A Signal K server without plugins on the loopback."""
+    server = installed("signalk-server")
+    folder, port = tmp_path_factory.mktemp("signalk"), free_port()
+    off = ("plugins", "appstore", "nmea-tcp", "tcp", "webapps", "logfiles")
+    settings = {"interfaces": dict.fromkeys(off, False), "mdns": False, "ssl": False, "pipedProviders": []}
+    (folder / "settings.json").write_text(json.dumps(settings))
+    (folder / "loopback.js").write_text(LOOPBACK)
+    surroundings = os.environ | {
+        "PORT": str(port),
+        "SIGNALK_NODE_CONFIG_DIR": str(folder),
+        "NODE_OPTIONS": f"--require {folder / 'loopback.js'}",
+        "HOME": str(folder),
+    }
+
+    async def answers():
+        for _ in range(300):
+            try:
+                return await asyncio.open_connection("127.0.0.1", port)
+            except OSError:
+                await asyncio.sleep(0.1)
+        pytest.skip("the Signal K server does not start here")
+
+    with running(server, env=surroundings, cwd=folder):
+        asyncio.run(answers())
+        yield port
+
+
+@contextlib.asynccontextmanager
+async def serving(listen, say, sources=()):
+    """A live service; what it says besides."""
+    kept = Kept()
+    pairs = [addresses.output(each, None, patient=False) for each in say]
+    service = Service(Navigator("small-usv", sources=sources), [kept, *(output for output, _ in pairs)])
+    found, _ = addresses.sources(listen)
+    ears = [addresses.listener(each, len(found)) for each in found]
+    speakers = [speaker for _, speaker in pairs if speaker]
+    task = asyncio.create_task(service.listen(ears, speakers))
+    try:
+        yield kept
+    finally:
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+
+
+def exact_log(n):
+    """Epochs whose positions are whole in degrees and in minutes: no format between rounds them."""
+    places = [(START + k, 54.0 + 3e-5 * k, 10.0 + 6e-5 * k) for k in range(n)]
+    return [gga(*place) + rmc(*place) for place in places]
+
+
+@contextlib.asynccontextmanager
+async def telling(epochs, port):
+    """Tells epochs to whoever connects, ten times as fast as they were."""
+
+    async def send(reader, writer):
+        writer.write(epochs[0])
+        await asyncio.sleep(1.0)
+        for epoch in epochs[1:]:
+            writer.write(epoch)
+            await asyncio.sleep(0.1)
+        await reader.read()
+
+    server = await asyncio.start_server(send, "127.0.0.1", port)
+    try:
+        yield
+    finally:
+        server.close()
+
+
+def test_gpsd_to_signal_k_and_read_back(signalk_port):
+    gpsd = installed("gpsd")
+    epochs = exact_log(40)
+    feed, port = free_port(), free_port()
+    back = []
+
+    async def read_back():
+        async with connected(addresses.sources([f"signalk://127.0.0.1:{signalk_port}"])[0][0]) as stream:
+            wanted = [{"path": "navigation.*", "policy": "instant"}]
+            await stream.send(json.dumps({"context": "vessels.self", "subscribe": wanted}))
+            async for message in stream:
+                back.extend(json.loads(message).get("updates", []))
+
+    async def chain():
+        reading = asyncio.create_task(read_back())
+        to = [f"signalk://127.0.0.1:{signalk_port}"]
+        async with telling(epochs, feed), serving([f"gpsd://127.0.0.1:{port}"], to) as kept:
+            with running(gpsd, "-N", "-n", "-b", "-S", str(port), f"tcp://127.0.0.1:{feed}"):
+                await until(lambda: kept.fixes and kept.fixes[-1].time >= START + 39.0, 20.0)
+                await asyncio.sleep(0.5)
+                address = f"http://127.0.0.1:{signalk_port}/signalk/v1/api/vessels/self/navigation"
+                rest = json.loads(await asyncio.to_thread(lambda: urllib.request.urlopen(address).read()))
+        reading.cancel()
+        await asyncio.gather(reading, return_exceptions=True)
+        return kept, rest
+
+    kept, rest = asyncio.run(chain())
+    (fixes,) = nmea0183.read(b"".join(epochs)).sources.values()
+    motion = estimate(fixes.between(kept.fixes[0].time - 0.5), "small-usv")
+    assert len(motion) > 20
+    last = motion.rows(slice(-1, None))
+    expected = {
+        "speedOverGround": last.sog[0],
+        "courseOverGroundTrue": last.cog[0] % (2.0 * math.pi),
+        "rateOfTurn": last.course_rate[0],
+    }
+    for path, value in expected.items():
+        assert rest[path]["$source"] == "steerway"
+        assert rest[path]["value"] == pytest.approx(value, abs=1e-6)
+    assert rest["position"]["value"]["latitude"] == pytest.approx(math.degrees(last.latitude[0]), abs=1e-9)
+    assert rest["position"]["value"]["longitude"] == pytest.approx(math.degrees(last.longitude[0]), abs=1e-9)
+    speeds = [
+        pair["value"]
+        for update in back
+        if update.get("$source") == "steerway"
+        for pair in update["values"]
+        if pair["path"] == "navigation.speedOverGround" and pair["value"] is not None
+    ]
+    assert len(speeds) > 15
+    assert all(np.abs(motion.sog - speed)[np.isfinite(motion.sog)].min() < 1e-6 for speed in speeds)
+
+
+def test_from_signal_k_the_wanted_source_is_taken(signalk_port):
+    def said(source, k, latitude):
+        place = {"latitude": latitude + 3e-5 * k, "longitude": 10.0}
+        values = [{"path": "navigation.position", "value": place}]
+        update = {"$source": source, "timestamp": f"2024-07-01T13:00:{k:02d}.000Z", "values": values}
+        return json.dumps({"context": "vessels.self", "updates": [update]})
+
+    async def chain():
+        address = f"signalk://127.0.0.1:{signalk_port}"
+        async with serving([address], [], sources=("second",)) as kept:
+            async with connected(addresses.sources([address])[0][0]) as stream:
+                await asyncio.sleep(0.5)
+                for k in range(12):
+                    await stream.send(said("first", k, 50.0))
+                    await stream.send(said("second", k, 54.0))
+                    await asyncio.sleep(0.1)
+                await until(lambda: len(kept.fixes) >= 10)
+        return kept.fixes
+
+    rows = asyncio.run(chain())
+    assert all(math.degrees(row.latitude) > 53.9 for row in rows)
+    assert rows[-1].sog == pytest.approx(3e-5 * 111_300.0, rel=0.05)
+
+
+def damaged(log, seed):
+    """A log with bytes flipped, lines cut and spliced, and the epochs of which nothing was touched."""
+    rng = np.random.default_rng(seed)
+    lines, sound = log.splitlines(keepends=True), []
+    for k, line in enumerate(lines):
+        what = rng.integers(0, 12)
+        if what == 0:
+            at = rng.integers(1, len(line) - 2)
+            lines[k] = line[:at] + bytes([rng.integers(1, 256)]) + line[at + 1 :]
+        elif what == 1:
+            lines[k] = line[: rng.integers(1, len(line) - 2)]
+        else:
+            sound.append(line)
+    return b"".join(lines), b"".join(sound)
+
+
+def test_a_serial_line_with_damaged_lines(tmp_path):
+    socat = installed("socat")
+    ours, theirs = tmp_path / "boat", tmp_path / "receiver"
+    log, sound = damaged(sortie(600), 5)
+    expected = nmea0183.read(log).sources["GP"]
+    assert set(nmea0183.read(sound).sources["GP"].time) == set(expected.time)
+
+    async def chain():
+        async with serving([f"serial:{ours}?baud=38400"], [f"serial:{ours}"], sources=("GP",)) as kept:
+            with open(theirs, "r+b", buffering=0) as line:
+                await asyncio.sleep(0.3)
+                for start in range(0, len(log), 997):
+                    await asyncio.to_thread(line.write, log[start : start + 997])
+                    await asyncio.sleep(0.002)
+                await until(lambda: kept.fixes and kept.fixes[-1].time >= expected.time[-1])
+                await asyncio.sleep(1.1)
+                os.set_blocking(line.fileno(), False)
+                return kept.fixes, line.read(1 << 16)
+
+    with running(socat, f"pty,raw,echo=0,link={ours}", f"pty,raw,echo=0,link={theirs}"):
+        asyncio.run(until(lambda: ours.exists() and theirs.exists()))
+        rows, answer = asyncio.run(chain())
+    placed = expected.rows(expected.has_position)
+    assert len(placed) > 550
+    assert answer.count(b"$SWRMC") >= 1
+    assert_equal(rows, estimate(placed, "small-usv"))
+
+
+def test_the_command_from_end_to_end(tmp_path):
+    log = tmp_path / "sortie.nmea"
+    log.write_bytes(sortie(30))
+    command = [sys.executable, "-c", "from steerway.cli import main; main()", "live"]
+    arguments = [
+        "--from",
+        f"file:{log}?speed=max",
+        "--source",
+        "GP",
+        "--to",
+        "stdout:",
+        "--to",
+        f"file:{tmp_path}/run.csv",
+    ]
+    done = subprocess.run([*command, *arguments], capture_output=True, text=True)
+    assert done.returncode == 0 and "30 taken" in done.stderr
+    lines = [json.loads(line) for line in done.stdout.splitlines()]
+    motion = estimate(nmea0183.read(log.read_bytes()).sources["GP"], "small-usv").to_frame()
+    assert lines == motion.to_dicts()
+    assert (tmp_path / "run.csv").read_text().count("\n") == 31
+    wrong = subprocess.run([*command, "--from", "tcp://nowhere"], capture_output=True, text=True)
+    assert (
+        wrong.returncode == 2 and wrong.stderr == "steerway: tcp://nowhere: names no port, expected tcp://host:port\n"
+    )
+
+
+def test_a_live_run_ends_whole_when_it_is_told_to(tmp_path):
+    port, out = free_port(), tmp_path / "run.csv"
+    epochs = exact_log(20)
+    command = [sys.executable, "-c", "from steerway.cli import main; main()", "live"]
+
+    async def run():
+        async with telling(epochs, port):
+            process = await asyncio.create_subprocess_exec(
+                *command, "--from", f"tcp://127.0.0.1:{port}", "--to", f"file:{out}", "--to", "stdout:",
+                stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            )  # fmt: skip
+            lines = [await asyncio.wait_for(process.stdout.readline(), 60.0) for _ in range(15)]
+            process.terminate()
+            _, err = await process.communicate()
+            return process.returncode, lines, err
+
+    code, lines, err = asyncio.run(run())
+    assert code == 0 and b"source GP" in err and b"Traceback" not in err
+    written = out.read_text().splitlines()
+    assert len(written) >= 16
+    assert json.loads(lines[14])["time_s"] == START + 14.0

@@ -1,0 +1,115 @@
+"""The pilot alone, with blocks that are not what they seem."""
+
+import math
+
+import numpy as np
+import pytest
+
+from steerway.control.boats import OTTER
+from steerway.errors import InputError
+from steerway.estimation.onboard import AtFaceValue, Readings
+from steerway.guidance.line_of_sight import LineOfSight
+from steerway.guidance.reference import TrackingFilter
+from steerway.guidance.route import Route
+from steerway.guidance.waypoints import Mission
+from steerway.pilot import Mode, Pilot, SteadyForce
+from steerway.sensors.gnss import Gnss
+from steerway.sensors.suite import Suite
+from steerway.vessels.environment import WaveMotion
+from steerway.vessels.kinematics import GroundMotion
+
+UNDER_WAY = Readings(0.0, 5.0, sog=0.8, cog=0.3, course_rate=0.0, heading=0.3, yaw_rate=0.0)
+
+
+class Dead:
+    """Propellers that do not turn."""
+
+    def step(self, surge_force, yaw):
+        return 0.0, 0.0, 0.0, 0.0
+
+
+def pilot(propulsion=OTTER.propulsion, at_end="hold", speed=None, **more):
+    return Pilot(
+        AtFaceValue(),
+        Mission(Route([0.0, 100.0], [0.0, 0.0], 5.0), at_end=at_end),
+        LineOfSight(10.0),
+        OTTER.helm(TrackingFilter(1.0)),
+        propulsion,
+        speed or OTTER.speed_loop(),
+        OTTER.station_keeper(),
+        cruise=1.2,
+        **more,
+    )
+
+
+def test_what_the_propellers_do_not_give_is_not_wound_up():
+    live, dead = pilot(), pilot(Dead())
+    for _ in range(1000):
+        live.step(UNDER_WAY, 0.02)
+        dead.step(UNDER_WAY, 0.02)
+    assert abs(live.helm.pilot.integral) > 3.0 and abs(live.speed.integral) > 10.0
+    assert abs(dead.helm.pilot.integral) < 0.1 and abs(dead.speed.integral) < 1.0
+
+
+def test_after_a_blind_spell_the_helm_begins_with_the_boats_own_course():
+    here = pilot(patience=2.0)
+    for _ in range(100):
+        here.step(UNDER_WAY, 0.02)
+    for _ in range(150):
+        orders = here.step(Readings(), 0.02)
+    assert orders.mode is Mode.BLIND and orders.command == (0.0, 0.0) and not orders.by_course
+    turned = UNDER_WAY._replace(cog=2.5, heading=2.5)
+    orders = here.step(turned, 0.02)
+    assert orders.mode is Mode.UNDER_WAY and abs(orders.reference.angle - 2.5) < 0.05
+
+
+def test_every_station_begins_afresh():
+    here = pilot()
+    here.step(UNDER_WAY, 0.02)
+    here.station.integral, here.station.heading = (30.0, 0.0), 2.0
+    here.speed.integral = 50.0
+    there = UNDER_WAY._replace(north=98.0, east=0.0)
+    here.step(there, 0.02)
+    assert here.step(there, 0.02).mode is Mode.HOLDING
+    assert math.hypot(*here.station.integral) < 1.0 and here.station.heading != 2.0 and here.speed.integral == 0.0
+
+
+def test_where_nothing_keeps_station_the_pilot_stops():
+    here = pilot()
+    here.station = None
+    there = UNDER_WAY._replace(north=98.0, east=0.0)
+    orders = [here.step(there, 0.02) for _ in range(3)]
+    assert orders[-1].mode is Mode.STOPPED and here.finished and orders[-1].command == (0.0, 0.0)
+
+
+def test_by_heading_the_law_is_steered_as_a_heading():
+    for steer_by, angle in (("course", 0.3), ("heading", -0.4)):
+        here = pilot(steer_by=steer_by)
+        for _ in range(100):
+            orders = here.step(UNDER_WAY._replace(heading=-0.4), 0.02)
+        assert orders.by_course is (steer_by == "course")
+        first = orders.desired.angle
+        assert first == pytest.approx(-math.atan(0.5))
+        assert math.copysign(1.0, orders.yaw) == math.copysign(1.0, first - angle)
+
+
+def test_a_steady_force_is_given_while_any_speed_is_wanted():
+    here = pilot(speed=SteadyForce(100.0))
+    assert here.step(UNDER_WAY, 0.02).force == 100.0
+    assert SteadyForce(100.0).step(0.0, 1.0, 0.02) == 0.0
+
+
+def test_a_wrong_word_is_refused():
+    with pytest.raises(InputError, match=r"pilot\.steer_by is 'compass', expected one of course, heading"):
+        pilot(steer_by="compass")
+    with pytest.raises(InputError, match=r"pilot\.patience is 0"):
+        pilot(patience=0.0)
+
+
+def test_the_antenna_goes_with_the_waves():
+    motion = GroundMotion(10.0, 20.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.05, 0.0)
+    stream = Suite(Gnss(lever_arm=(0.0, 0.0, -2.0))).start(1)
+    read = stream.step(0.0, motion, WaveMotion(north=0.3, east=-0.2, roll=0.1, pitch=0.02))
+    assert np.allclose(
+        (read.north, read.east), (10.3 - 2.0 * math.cos(0.15) * math.sin(0.02), 19.8 + 2.0 * math.sin(0.15))
+    )

@@ -1,0 +1,167 @@
+"""Springer's missions: P4's table and errata, the learned weight, harder worlds, the alarm, and the study's keys."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+pytest.importorskip("daqp")
+
+from steerway.errors import InputError
+from steerway.estimation.compass_alarm import gain_range
+from steerway.estimation.interval.filter import IntervalFilter
+from steerway.estimation.interval.weighting import LearnedHeading, shipped
+from steerway.guidance.leg import LegState
+from steerway.papers.range_rate import RangeRatePassing
+from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, random_compass
+from steerway.studies import named
+from steerway.studies.springer_mission.missions import alarm_mission, real_mission, unseen_mission
+from steerway.studies.springer_mission.navigators import WeightedBounds, ideal, interval_box, nominal
+from steerway.studies.springer_mission.world import PAPER_CIRCUIT, World, random_circuit, replayed, sail
+from steerway.studies.study import write_results
+from steerway.vessels.springer import RPM
+
+
+@pytest.fixture(scope="module")
+def reached_all():
+    return sail(World(), ideal(TRUE_TCM2), 3)
+
+
+def test_ideal_filter_reaches_all(reached_all):
+    assert reached_all.reached == 7 and reached_all.finished
+    assert len(reached_all.heading) == pytest.approx(869, abs=3)
+    assert reached_all.heading_rms_deg < 0.05
+    steps = np.diff(reached_all.difference, prepend=0.0) / RPM
+    assert np.abs(steps).max() <= 20.0 + 1e-9 and np.abs(reached_all.difference).max() <= (300.0 + 1e-9) * RPM
+
+
+@pytest.mark.parametrize("passing, seconds", [(None, 892), (RangeRatePassing, 971)])
+def test_nominal_filter_misses_later_waypoints(passing, seconds):
+    voyage = sail(World(), nominal(), 3, passing=passing and passing())
+    assert 3 <= voyage.reached <= 5 and voyage.log.reached == list(range(voyage.reached))
+    assert voyage.heading_rms_deg > 15.0
+    assert len(voyage.heading) == pytest.approx(seconds, abs=12)
+
+
+def test_nominal_filter_overestimates_as_published(reached_all):
+    """P4 §6: 'the KF tends to overestimate the heading, increasingly so during the latter part'."""
+    error = np.degrees(replayed(reached_all, nominal()) - reached_all.heading)
+    assert error[-1] > error[600] > error[300] > 0.0
+
+
+def test_erratum_the_weighted_estimate_is_the_ideal_one(reached_all):
+    navigator = WeightedBounds(IntervalFilter(interval_box(0.01)), TRUE_TCM2)
+    voyage = sail(World(), navigator, 3)
+    low, high, weight, truth = np.array(navigator.told).T
+    allowed = np.maximum(1e-6, 1e-12 * np.degrees(high - low))
+    assert np.all(np.degrees(np.abs(low + weight * (high - low) - truth)) <= allowed)
+    assert 0.0 <= weight.min() and weight.max() <= 1.0
+    np.testing.assert_allclose(voyage.position, reached_all.position, atol=1e-3)
+
+
+def test_mission_is_the_same_seen_in_a_mirror():
+    """Angles, current, circuit and steering change sign; the noise is what remains."""
+    one = sail(World(waves=0.0), ideal(TRUE_TCM2), 0)
+    other = sail(World(waves=0.0, current=(0.0, -0.15433)), ideal(TRUE_TCM2), 0, PAPER_CIRCUIT * (1.0, -1.0))
+    n = min(len(one.heading), len(other.heading))
+    np.testing.assert_allclose(one.position[:n, 0], other.position[:n, 0], atol=1.0)
+    np.testing.assert_allclose(one.position[:n, 1], -other.position[:n, 1], atol=1.0)
+
+
+def leg(distance, target=0):
+    return LegState(target, 0.0, 0.0, 0.0, distance, distance, 0.0, 1.5)
+
+
+def test_printed_missed_test_and_its_erratum():
+    passing = RangeRatePassing()
+    assert passing.verdict(leg(50.0), 4.0) is None
+    assert passing.verdict(leg(40.0), 4.0) is None
+    assert passing.verdict(leg(41.0), 4.0) == (False, "range rate")
+    assert passing.verdict(leg(30.0, 1), 4.0) is None  # a new waypoint begins anew
+    assert passing.verdict(leg(3.0, 1), 4.0) == (True, "circle")
+    turning = RangeRatePassing()  # a boat that swings once after switching is said to have missed, 100 m away
+    assert [turning.verdict(leg(d), 4.0) for d in (100.0, 99.0, 100.0)][-1] == (False, "range rate")
+
+
+def test_random_circuits_can_be_sailed():
+    for seed in range(30):
+        circuit = random_circuit(np.random.default_rng(seed))
+        legs = np.diff(circuit, axis=0, prepend=[[0.0, 0.0]])
+        assert circuit.shape == (7, 2) and np.hypot(*legs.T).min() >= 90.0
+        assert abs(math.atan2(*legs[0, ::-1])) <= math.radians(15.0) + 1e-9
+        np.testing.assert_allclose(circuit[-1], 0.0, atol=1e-9)
+    hands = {np.sign(np.median(random_circuit(np.random.default_rng(s))[:, 1])) for s in range(20)}
+    assert hands == {-1.0, 1.0}
+
+
+def test_learned_weight_on_unseen_compasses():
+    rms = {name: [] for name in ("nominal", "weight_net", "correction_net", "scale_state", "ideal")}
+    for seed in (11, 12, 13):
+        out = unseen_mission(seed)
+        for name in rms:
+            rms[name].append(out[name][0].heading_rms_deg)
+        assert out["weight_net"][0].reached == out["ideal"][0].reached >= 6
+    pooled = {name: float(np.sqrt(np.mean(np.square(values)))) for name, values in rms.items()}
+    assert pooled["weight_net"] < 0.6 and pooled["weight_net"] < 0.1 * pooled["nominal"]
+    assert pooled["scale_state"] < 0.05 and pooled["scale_state"] < pooled["weight_net"]
+
+
+def test_shipped_networks():
+    assert [len(shipped(name).layers) for name in ("weight", "innovations", "correction")] == [3, 3, 3]
+    with pytest.raises(InputError, match="network"):
+        shipped("none")
+    learned = LearnedHeading()
+    for _ in range(5):
+        learned.second(0.0, np.zeros(40))
+        assert learned.low <= learned.heading <= learned.high and 0.0 <= learned.weight <= 1.0
+
+
+@pytest.mark.filterwarnings("ignore:Stochastic Optimizer")
+def test_training_learns_a_weight_from_little():
+    pytest.importorskip("sklearn")
+    from steerway.studies.springer_mission.training import lesson, train
+
+    notes = np.concatenate([lesson(2_000_000 + k) for k in range(6)])[::10]
+    network = train(notes, "weight", iterations=200)
+    low, high, nominal_deg, truth = notes[:, 12:].T
+    told = np.array([low[k] + network(notes[k]) * (high[k] - low[k]) for k in range(len(notes))])
+    assert np.sqrt(np.mean((told - truth) ** 2)) < 0.5 * np.sqrt(np.mean((nominal_deg - truth) ** 2))
+
+
+@pytest.mark.parametrize("kind", "abc")
+def test_product_filter_sails_harder_worlds(kind):
+    out = real_mission(kind, 1)
+    assert out["product"].reached == 7 and out["nominal"].reached <= 4
+    assert np.median(out["errors"]) < 2.2
+    assert np.median(out["errors"]) <= out["gnss_median"] + 0.3
+
+
+def test_alarm_tells_compasses_outside_the_box():
+    for seed in range(3):
+        assert alarm_mission(seed) == (False, True, True)
+    low, high = gain_range(0.01)
+    rng = np.random.default_rng(0)
+    gains = [random_compass(rng).gain / TCM2.gain for _ in range(500)]
+    assert low <= min(gains) and max(gains) <= high
+    assert TCM2.scaled(0.98).gain / TCM2.gain < low and TCM2.scaled(1.012).gain / TCM2.gain > high
+
+
+KEYS = """ideal_reached ideal_time_s nominal_reached nominal_heading_rms_deg circuits_ideal_all_pct
+circuits_nominal_mean_reached weight_net_heading_rms_deg scale_state_heading_rms_deg product_s2_reached_all_pct
+product_s2_heading_median_deg interval_inclusion_pct""".split()
+
+
+def test_study_writes_its_keys_and_figures(tmp_path):
+    heard = []
+    results = named("springer-mission").run(1, 0, lambda share, what: heard.append(share))
+    page = write_results(results, tmp_path)
+    numbers = json.loads((tmp_path / "results.json").read_text())
+    assert set(KEYS) <= set(numbers) and heard == sorted(heard) and heard[-1] == 1.0
+    assert numbers["ideal_reached"] == 7.0 and numbers["interval_inclusion_pct"] == 100.0
+    assert numbers["rigour_outward_pct"] == 100.0 and numbers["rigour_naive_pct"] < 20.0
+    assert numbers["interval_width_1pct_deg"] <= 6500.0 and numbers["interval_width_05pct_deg"] <= 400.0
+    assert numbers["interval_width_1pct_4x4_deg"] <= 520.0
+    assert numbers["literal_1pct_diverged_s"] <= 15.0 and numbers["literal_10pct_diverged_s"] <= 10.0
+    assert {f"figure{n:02d}" for n in (2, 7, 8, 9, 10, 11)} <= {stem[:8] for stem in results.figures}
+    assert "met" in page.read_text() and all((tmp_path / f"{stem}.png").exists() for stem in results.figures)

@@ -1,0 +1,64 @@
+"""A vessel that holds her course and turns by turns."""
+
+import math
+
+import numpy as np
+import pytest
+
+import steerway
+from steerway.estimation import FiveStateFilter, Profile
+from tests.scenes import angle_error, sailed, straight
+
+STEADY = {"speed_noise": 1e-4, "course_rate_noise": 1e-5, "course_rate_decay": 1.0, "position_std": 0.5}
+TURNING = {"turn_speed_noise": 1e-4, "turn_course_rate_noise": 7.8e-3, "turn_course_rate_decay": 0.2}
+BOTH = Profile(**STEADY, **TURNING, turn_time=10.0, straight_time=40.0)
+
+
+def alternating(seed):
+    """Courses held for 40 s and turns of 8 °/s for 10 s."""
+    rate = np.tile(np.r_[np.zeros(200), np.full(50, math.radians(8.0))], 4) / 5.0
+    return sailed(np.full(len(rate), 1.3), 0.3 * seed + np.cumsum(rate))
+
+
+def test_on_a_held_course_it_is_better_than_a_filter_for_turns_and_consistent():
+    turner = Profile(speed_noise=1e-4, course_rate_noise=7.8e-3, course_rate_decay=0.2, position_std=0.5)
+    errors, scores = {"both": [], "turner": []}, []
+    for seed in range(20):
+        scene = straight(1.3, 0.3 * seed, 120.0)
+        fixes = scene.fixes(0.5, seed)
+        for name, profile in (("both", BOTH), ("turner", turner)):
+            motion = steerway.estimate(fixes, profile)
+            errors[name].append(np.mean(angle_error(motion.cog, scene.cog)[150:] ** 2))
+            if name == "both":
+                scores.append(np.nanmean(motion.nis))
+    assert np.sqrt(np.mean(errors["both"])) < 0.5 * np.sqrt(np.mean(errors["turner"]))
+    assert 1.85 < np.mean(scores) < 2.15
+
+
+def test_it_follows_turns():
+    """A filter that knows held courses only loses these turns."""
+    lost, kept = [], []
+    for seed in range(10):
+        scene = alternating(seed)
+        for found, profile in ((kept, BOTH), (lost, Profile(**STEADY))):
+            errors = angle_error(steerway.estimate(scene.fixes(0.5, seed), profile).cog, scene.cog)[100:]
+            found.append(np.nanquantile(errors, 0.95))
+    assert np.mean(kept) < 0.7 * np.mean(lost)
+
+
+def test_stream_wise_it_is_the_record():
+    scene = alternating(1)
+    fixes = scene.fixes(0.5, 1)
+    estimator = FiveStateFilter(BOTH)
+    record = estimator.filter(fixes)
+    for k in range(300):
+        if k:
+            estimator.predict(fixes.time[k] - fixes.time[k - 1])
+        estimator.update(fixes.latitude[k], fixes.longitude[k])
+    assert estimator.cog == pytest.approx(record.cog[299], abs=1e-12)
+    assert estimator.sog == pytest.approx(record.sog[299], abs=1e-12)
+
+
+def test_smoothing_is_refused_in_words():
+    with pytest.raises(steerway.InputError, match="turn_time"):
+        steerway.estimate(straight(1.3, 0.5, 60.0).fixes(0.5, 1), BOTH, smooth=True)

@@ -1,0 +1,26 @@
+"""A weaving Springer: what her filters are tested on."""
+
+import math
+
+import numpy as np
+
+from steerway.sensors.tcm2 import TRUE_TCM2, DynamicCompass
+from steerway.vessels.springer import RPM, Springer
+from steerway.vessels.vessel import conditions
+
+
+def record(seconds=60, compass=TRUE_TCM2, plant="paper", current=(0.0, 0.15), seed=0, **vessel):
+    """(differences, readings, headings, velocities) of a weaving run."""
+    rng = np.random.default_rng(seed)
+    boat, stream = Springer(plant, **vessel), DynamicCompass(compass).start(0.0, rng)
+    state, around, rows = boat.start(), conditions(current), []
+    for k in range(seconds):
+        difference = 60.0 * RPM * math.sin(k / 15.0)
+        motion = boat.motion(state, around)
+        velocity = (
+            motion.north_velocity + 0.1 * rng.standard_normal(),
+            motion.east_velocity + 0.1 * rng.standard_normal(),
+        )
+        rows.append((difference, stream.second(boat.heading(state)), boat.heading(state), velocity))
+        state = boat.step(state, (difference,), around, 1.0)
+    return tuple(zip(*rows, strict=True))
