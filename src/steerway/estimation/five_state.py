@@ -53,7 +53,7 @@ def decay(rate, dt):
 def turn_response(rate_decay, dt):
     """Course rate, course and integral of the course, dt after a unit of course rate: e^{−α2 dt} and its integrals."""
     a = rate_decay * dt
-    if a < 0.02:
+    if abs(a) < 0.02:
         area = 1.0 / 2.0 - a * (1.0 / 6.0 - a * (1.0 / 24.0 - a * (1.0 / 120.0 - a * (1.0 / 720.0))))
         turn = 1.0 - a * area
         return 1.0 - a * turn, dt * turn, dt * dt * area

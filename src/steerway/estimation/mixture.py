@@ -23,6 +23,7 @@ from steerway.estimation.aiding import SCALAR_GATE, aided, correct_scalar, scala
 from steerway.estimation.five_state import set_step
 from steerway.estimation.model import (
     AGEING,
+    AGES_TO,
     COURSE,
     ERROR_PAIRS,
     ERROR_STATE,
@@ -39,8 +40,9 @@ _LEAST_PROBABILITY = 1e-6
 """No mode is ever ruled out."""
 _NEGLIGIBLE = 1e-7
 """Part that one mode has in another below which it is left out."""
-SURPRISE = 0
-"""In the bookkeeping row of a mode: −2 log of the density it gave the last measurement (less 2 log 2π for a fix)."""
+SURPRISE, PROBABILITY = range(2)
+"""Bookkeeping of a mode: −2 log of the density it gave the last measurement (less 2 log 2π for a fix); where memory is
+kept for the smoother, how likely it is."""
 
 
 @lean_kernel
@@ -58,12 +60,12 @@ def set_steps(memory, dt, models):
                 product[i, j] = 0.0
         for i in range(m):
             leaving, ageing = models[1 + i, LEAVING], models[1 + i, AGEING]
-            other = int(models[1 + i, SWITCHES_TO]) - 1
+            other, older = int(models[1 + i, SWITCHES_TO]) - 1, int(models[1 + i, AGES_TO]) - 1
             for j in range(m):
                 product[j, i] -= power[j, i] * (leaving + ageing)
                 product[j, other] += power[j, i] * leaving
                 if ageing > 0.0:
-                    product[j, i + 1] += power[j, i] * ageing
+                    product[j, older] += power[j, i] * ageing
         for i in range(m):
             for j in range(m):
                 power[i, j] = product[i, j] * dt / order
@@ -146,8 +148,11 @@ def mix(memory):
         for i in range(m):
             weights[i] /= after[j]
         blend(memory, weights, 1 + m, m, memory[1 + j])
+    total = 0.0
     for j in range(m):
-        probability[j] = after[j]
+        total += after[j]
+    for j in range(m):
+        probability[j] = after[j] / total
 
 
 @lean_kernel

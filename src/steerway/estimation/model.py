@@ -39,9 +39,10 @@ VELOCITY_NORTH, VELOCITY_EAST = SPEED, COURSE
     STARTS_IN,  # of a vessel of several modes: how likely this one is to begin with
     LEAVING,  # 1/s: how often she leaves it for the other manner of moving
     SWITCHES_TO,  # … and for which row of the models
-    AGEING,  # 1/s: how often it ages into the next row
+    AGEING,  # 1/s: how often it ages
+    AGES_TO,  # … into which row
     EXTRAS,  # where the triples begin
-) = range(27)
+) = range(28)
 
 MODE, STRAY, RETRIES, LATITUDE, LONGITUDE = range(5)
 """Bookkeeping: one of the modes below; seconds since the first of unbroken rejections (−1: none); resets in a row; the

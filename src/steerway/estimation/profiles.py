@@ -20,6 +20,9 @@ _LARGEST_START_RATE_STD = math.radians(20.0)
 AIDS = ("sog", "cog", "heading", "water_speed", "yaw_rate")
 """What an estimate can be aided by, in the order of the kernels' aiding table."""
 
+_LONG_HELD, _YOUNG_COURSE, _TURN = 1, 2, 3
+_YOUNG = 0.8
+"""Mean time for which a course just taken up counts as such, in mean turns: from 0.3 to 1 little changes."""
 _MANNER = ("speed_noise", "course_rate_noise", "course_rate_decay")
 
 _positive = Field(gt=0.0, allow_inf_nan=False)
@@ -124,29 +127,20 @@ class Profile(BaseModel):
         """The kernels' parameter vector (see `steerway.estimation.model`), with the states that these aids need.
 
         A vessel that holds her course and turns by turns has several, (1 + modes, m): for her while she has no way, on
-        a course long held, lately and just taken up, and in a turn (see `steerway.estimation.mixture`).
+        a course long held, on one just taken up, and in a turn (see `steerway.estimation.mixture`).
         """
         turning = self.turning
         if turning is None:
             return self._vector(aids)
         ends, begins = 1.0 / self.turn_time, 1.0 / self.straight_time
         turn_share = begins / (begins + ends)
-        import os
-
-        YS = [float(a) for a in os.environ.get("YS", "").split()]
-        YT = [float(a) for a in os.environ.get("YT", "").split()]
-        ns, nt = len(YS) + 1, len(YT) + 1
-        rows = [turning._vector(aids)]
-        for i in range(ns):
-            rows.append(
-                self._vector(
-                    aids, 0.0 if i < ns - 1 else 1 - turn_share, begins, 1 + ns, 1 / YS[i] if i < ns - 1 else 0.0
-                )
-            )
-        for i in range(nt):
-            rows.append(
-                turning._vector(aids, 0.0 if i < nt - 1 else turn_share, ends, 1, 1 / YT[i] if i < nt - 1 else 0.0)
-            )
+        young = _YOUNG * self.turn_time
+        rows = (
+            turning._vector(aids),
+            self._vector(aids, starts_in=1.0 - turn_share, leaving=begins, switches_to=_TURN),
+            self._vector(aids, leaving=begins, switches_to=_TURN, ageing=1.0 / young, ages_to=_LONG_HELD),
+            turning._vector(aids, starts_in=turn_share, leaving=ends, switches_to=_YOUNG_COURSE),
+        )
         return np.stack(rows)
 
     def manners(self) -> np.ndarray:
@@ -154,7 +148,7 @@ class Profile(BaseModel):
         straight = self._vector((), leaving=1.0 / self.straight_time)
         return np.stack([straight, self.turning._vector((), leaving=1.0 / self.turn_time)])
 
-    def _vector(self, aids, starts_in=0.0, leaving=0.0, switches_to=0, ageing=0.0) -> np.ndarray:
+    def _vector(self, aids, starts_in=0.0, leaving=0.0, switches_to=0, ages_to=0, ageing=0.0) -> np.ndarray:
         extras = []
 
         def extra(std, time):
@@ -198,6 +192,7 @@ class Profile(BaseModel):
             leaving,
             switches_to,
             ageing,
+            ages_to,
         )
         return np.array([*head, *np.ravel(extras)], dtype=np.float64)
 

@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from steerway.errors import InputError
-from steerway.estimation import smoothing
+from steerway.estimation import smoothing, two_sided
 from steerway.estimation.model import LONGEST_GAP, LONGEST_STEP, STEP_SLACK, empty_memory
 from steerway.estimation.profiles import AIDS
 from steerway.estimation.tracking import SPOKEN, track, track_many
@@ -131,13 +131,21 @@ def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
         aids = aids[origin]
         aids[blank] = np.nan
     memory = empty_memory(model)
-    states = memory.shape[-1]
-    kept = np.empty((len(time) if smoothed else 0, states + 2, states))
+    kept = room_to_keep(memory, len(time) if smoothed else 0)
     run = Run(len(time))
     track(time, first, second, aids, True, model, memory, *_outputs(run), kept)
-    if smoothed:
+    if smoothed and model.ndim == 2:
+        two_sided.smooth_modes(time, first, second, aids, True, model, kept, run.spoken)
+    elif smoothed:
         smoothing.smooth(time, True, model, kept, run.spoken)
     return run.motion(time, mmsi, wanted)
+
+
+def room_to_keep(memory, rows) -> np.ndarray:
+    """Where `track` keeps what the smoother needs of a filter with this memory."""
+    states = memory.shape[-1]
+    modes = (1 + (len(memory) - 1) // 2,) if memory.ndim == 3 else ()
+    return np.empty((rows, *modes, states + 2, states))
 
 
 def _schedule(fixes: Fixes, rate, smoothed):
