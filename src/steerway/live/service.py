@@ -1,13 +1,12 @@
 """The service: what listeners hear goes through the navigator, and what it says goes to the outputs, at a rate.
 
-Live, the tick of the computer's monotonic clock asks for the present. In replay the log's own times tick, so that the
+Live, the tick of the event loop's clock, a monotonic one, asks for the present. In replay the log's own times tick, so that the
 same log gives the same rows at any speed.
 """
 
 import asyncio
 import logging
 import math
-import time
 from collections.abc import Iterable, Sequence
 
 from steerway.checks import positive
@@ -51,7 +50,7 @@ class Service:
         """Rows from a live link, now."""
         for heard in rows:
             for row in self.navigator.hear(heard):
-                now = time.monotonic()
+                now = _now()
                 if not row.time > self.clock.now(now) - self.navigator.patience:
                     self.clock.forget()
                 self.clock.hear(row.time, now)
@@ -98,14 +97,14 @@ class Service:
             output.tick(row, leg)
 
     async def _tick_for_ever(self):
-        beat = time.monotonic()
+        beat = _now()
         while True:
             beat += 1.0 / self.rate
-            now = time.monotonic()
+            now = _now()
             if beat < now - _BEHIND:
                 beat = now
             await asyncio.sleep(max(beat - now, 0.0))
-            present = self.clock.now(time.monotonic())
+            present = self.clock.now(_now())
             if math.isfinite(present):
                 self._tick_once(math.floor(present * self.rate + 1e-6) / self.rate)
 
@@ -120,7 +119,7 @@ class Service:
         for k, heard in enumerate(rows):
             if not heard.time - before <= LONGEST_GAP:
                 next_tick = math.ceil(heard.time * self.rate)
-                origin = time.monotonic() - heard.time / speed
+                origin = _now() - heard.time / speed
             while next_tick / self.rate < heard.time - MEETS:
                 await self._until(origin, next_tick / self.rate, speed)
                 self._tick(next_tick / self.rate)
@@ -139,6 +138,11 @@ class Service:
     async def _until(self, origin, moment, speed):
         """Wait for a moment of the log."""
         if math.isfinite(speed):
-            left = origin + moment / speed - time.monotonic()
+            left = origin + moment / speed - _now()
             if left > 0.0:
                 await asyncio.sleep(left)
+
+
+def _now():
+    """The loop's own clock, so that whoever hastens the loop hastens the service."""
+    return asyncio.get_running_loop().time()
