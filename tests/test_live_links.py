@@ -78,6 +78,17 @@ def test_without_a_date_it_is_today():
     assert (row.time - START) % 86400.0 == pytest.approx(0.0, abs=1e-6)
 
 
+def test_weeks_that_rolled_over_are_put_right_by_the_computers_clock(monkeypatch):
+    from types import SimpleNamespace
+
+    rollover = 1024 * 7 * 86400.0
+    for computer, told in ((START + rollover, START + rollover), (START + 2.0 * rollover + 5e5, START + 2.0 * rollover),
+                           (START + 1e8, START), (0.0, START), (START - rollover, START)):  # fmt: skip
+        monkeypatch.setattr("steerway.live.decoding.time", SimpleNamespace(time=lambda now=computer: now))
+        (row,) = fed(SentenceDecoder(), rmc(START, 54.0, 10.0), 100)
+        assert row.time == told
+
+
 def test_gpsd_reports_several_times_an_epoch():
     place = {"class": "TPV", "device": "/dev/a", "mode": 3, "time": iso(NOON), "lat": 54.0, "lon": 190.0}
     later = place | {"time": iso(NOON + 1.0), "eph": 2.0, "magtrack": 5.0}

@@ -10,6 +10,7 @@ import time
 from typing import Protocol
 
 from steerway.formats.nmea0183 import Reader
+from steerway.formats.nmea0183.epochs import NEAR, ROLLOVER
 from steerway.live.heard import Heard, rows_of
 from steerway.timestamps import unix_times
 
@@ -51,12 +52,20 @@ class SentenceDecoder:
         return [self._dated(row) for row in rows_of(recording.sources)]
 
     def _dated(self, row):
-        """Where no date was told yet, today's: the day that brings the time of day nearest to the computer's clock."""
         source = f"{row.source} in {self._place}" if self._place else row.source
-        moment = row.time
-        if moment < _UNDATED:
-            moment += _DAY * round((time.time() - moment) / _DAY)
-        return row._replace(source=source, time=moment)
+        return row._replace(source=source, time=_dated(row.time, time.time()))
+
+
+def _dated(moment, today):
+    """A time with the date put right by the computer's clock.
+
+    Where no date was told yet, today's: the day that brings the time of day nearest. A receiver whose count of weeks
+    rolled over tells a date 1024 weeks ago, or a multiple.
+    """
+    if moment < _UNDATED:
+        return moment + _DAY * round((today - moment) / _DAY)
+    missing = ROLLOVER * round((today - moment) / ROLLOVER)
+    return moment + missing if missing > 0.0 and abs(today - moment - missing) < NEAR else moment
 
 
 class _Epochs:

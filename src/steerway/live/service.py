@@ -1,7 +1,7 @@
 """The service: what listeners hear goes through the navigator, and what it says goes to the outputs, at a rate.
 
-Live, the tick of the event loop's clock, a monotonic one, asks for the present. In replay the log's own times tick, so that the
-same log gives the same rows at any speed.
+Live, the tick of the event loop's clock, a monotonic one, asks for the present. In replay the log's own times tick, so
+that the same log gives the same rows at any speed.
 """
 
 import asyncio
@@ -49,10 +49,12 @@ class Service:
     def hear(self, rows: Iterable[Heard]) -> None:
         """Rows from a live link, now."""
         for heard in rows:
-            for row in self.navigator.hear(heard):
-                now = _now()
-                if not row.time > self.clock.now(now) - self.navigator.patience:
-                    self.clock.forget()
+            now = _now()
+            steps = self.navigator.counts["clock steps"]
+            said = self.navigator.hear(heard, self.clock.now(now) - self.clock.latency)
+            if self.navigator.counts["clock steps"] != steps:
+                self.clock.forget()
+            for row in said:
                 self.clock.hear(row.time, now)
                 self._fix(row)
 
