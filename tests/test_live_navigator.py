@@ -28,7 +28,7 @@ class Kept:
     def fix(self, row):
         self.fixes.append(row)
 
-    def tick(self, row, leg=None):
+    def tick(self, row, leg=None, order=None):
         self.ticks.append(row)
 
     def close(self):

@@ -7,12 +7,15 @@ that the same log gives the same rows at any speed.
 import asyncio
 import logging
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 from steerway.checks import positive
 from steerway.estimation.model import LONGEST_GAP
+from steerway.formats.nmea0183.writing import Leg
+from steerway.live.autopilot import Autopilot, Order
 from steerway.live.clock import FixClock
-from steerway.live.heard import Heard
+from steerway.live.heard import Heard, Row, lost
 from steerway.live.links.listeners import Listener
 from steerway.live.links.speakers import Speaker
 from steerway.live.navigator import MEETS, Navigator
@@ -25,12 +28,24 @@ _BEHIND = 1.0  # s by which ticks may be late before they are left out
 _BREATH = 256  # rows of a replay without a pause after which others get their turn
 
 
+class Latest(NamedTuple):
+    """What the newest tick said, for those who look in at their own pace; None where there is none."""
+
+    row: Row
+    leg: Leg | None
+    order: Order | None
+    counts: Mapping[str, int]  # of rows, as of `Navigator`
+
+
 class Service:
     """The estimate aboard as a running thing.
 
     rate:    ticks a second, Hz.
     latency: s by which fixes are heard late at the least; see FixClock.
     guide:   follows a route.
+    autopilot: is told every fix and steps every tick; the service never starts it.
+
+    `latest` is what the newest tick said.
     """
 
     def __init__(
@@ -40,11 +55,14 @@ class Service:
         rate: float = RATE,
         latency: float = 0.0,
         guide: Guide | None = None,
+        autopilot: Autopilot | None = None,
     ):
-        self.navigator, self.outputs, self.guide = navigator, tuple(outputs), guide
+        self.navigator, self.outputs, self.guide, self.autopilot = navigator, tuple(outputs), guide, autopilot
+        self.latest = Latest(lost(math.nan), None, None, navigator.counts)
         self.rate = positive("rate", rate)
         self.clock = FixClock(latency)
         self._said_until = -math.inf
+        self._ticked = math.nan  # when the last tick was, by the clock that times the autopilot
 
     def hear(self, rows: Iterable[Heard]) -> None:
         """Rows from a live link, now."""
@@ -89,14 +107,22 @@ class Service:
         LOG.info("rows: %s; source %s", counts or "none", self.navigator.choice.present or "none")
 
     def _fix(self, row):
+        if self.autopilot is not None:
+            self.autopilot.fix(row)
         for output in self.outputs:
             output.fix(row)
 
-    def _tick(self, moment):
+    def _tick(self, moment, now):
+        """Say a moment; `now` is the clock that times the autopilot."""
         row = self.navigator.at(moment)
         leg = None if self.guide is None else self.guide.step(row)
+        order = None
+        if self.autopilot is not None:
+            order = self.autopilot.step(row, leg, now - self._ticked if math.isfinite(self._ticked) else 0.0)
+        self._ticked = now
+        self.latest = Latest(row, leg, order, self.navigator.counts)
         for output in self.outputs:
-            output.tick(row, leg)
+            output.tick(row, leg, order)
 
     async def _tick_for_ever(self):
         beat = _now()
@@ -114,7 +140,7 @@ class Service:
         """Tick, unless this was said already; a clock that stepped back is followed, one that wavers is waited for."""
         if moment > self._said_until or moment < self._said_until - _BEHIND:
             self._said_until = moment
-            self._tick(moment)
+            self._tick(moment, _now())
 
     async def _play(self, rows, speed):
         next_tick, before, origin = math.nan, math.nan, math.nan
@@ -124,7 +150,7 @@ class Service:
                 origin = _now() - heard.time / speed
             while next_tick / self.rate < heard.time - MEETS:
                 await self._until(origin, next_tick / self.rate, speed)
-                self._tick(next_tick / self.rate)
+                self._tick(next_tick / self.rate, next_tick / self.rate)
                 next_tick += 1
             await self._until(origin, heard.time, speed)
             before = heard.time
@@ -135,7 +161,7 @@ class Service:
         for row in self.navigator.finish():
             self._fix(row)
         if next_tick / self.rate <= before + MEETS:
-            self._tick(next_tick / self.rate)
+            self._tick(next_tick / self.rate, next_tick / self.rate)
 
     async def _until(self, origin, moment, speed):
         """Wait for a moment of the log."""
