@@ -9,7 +9,7 @@ import math
 import time
 from typing import Protocol
 
-from steerway.formats.nmea0183 import Reader
+from steerway.formats import nmea0183, ubx
 from steerway.formats.nmea0183.epochs import NEAR, ROLLOVER
 from steerway.live.heard import Heard, rows_of
 from steerway.timestamps import unix_times
@@ -29,17 +29,18 @@ class Decoder(Protocol):
         """Nothing more is coming for now: the rows that waited."""
 
 
-class SentenceDecoder:
-    """NMEA 0183. `place` is put behind the talker's name where several links are listened to."""
+class ReceiverDecoder:
+    """NMEA 0183 and UBX, alone or mixed. `place` is put behind a source's name where several links are listened to."""
 
     def __init__(self, place: str = ""):
-        self._reader = Reader()
+        self._readers = nmea0183.Reader(), ubx.Reader()
         self._place = place
         self.skipped: dict[str, int] = {}
 
     def feed(self, data: bytes) -> list[Heard]:
         """See Decoder."""
-        self._reader.feed(data)
+        for reader in self._readers:
+            reader.feed(data)
         return self._taken(False)
 
     def settle(self) -> list[Heard]:
@@ -47,11 +48,12 @@ class SentenceDecoder:
         return self._taken(True)
 
     def _taken(self, settled):
-        recording = self._reader.take(settled)
-        self.skipped = recording.skipped
-        return [self._dated(row) for row in rows_of(recording.sources)]
+        recordings = [reader.take(settled) for reader in self._readers]
+        self.skipped = {reason: count for each in recordings for reason, count in each.skipped.items()}
+        sources = {name: fixes for each in recordings for name, fixes in each.sources.items()}
+        return [self._named(row) for row in rows_of(sources)]
 
-    def _dated(self, row):
+    def _named(self, row):
         source = f"{row.source} in {self._place}" if self._place else row.source
         return row._replace(source=source, time=_dated(row.time, time.time()))
 
