@@ -17,7 +17,7 @@ from steerway.formats import nmea0183, ubx
 from steerway.live import addresses, uri
 from steerway.live.decoding import GpsdDecoder, ReceiverDecoder, SignalKDecoder
 from steerway.live.heard import Row, lost
-from steerway.live.links.speakers import StdoutSpeaker
+from steerway.live.links.speakers import FileSpeaker
 from steerway.live.navigator import Navigator
 from steerway.live.outputs import Deltas, JsonLines, Sentences, delta, json_line
 from steerway.live.service import Service
@@ -194,7 +194,7 @@ def test_json_lines_carry_the_columns_of_estimate():
     assert list(line) == frame.columns
     assert line["course_rate_dps"] == pytest.approx(1.0) and line["cog_deg"] is None and line["status"] == "no_course"
     file = io.BytesIO()
-    output = JsonLines(StdoutSpeaker(None, patient=True, file=file))
+    output = JsonLines(FileSpeaker(file, patient=True))
     for _ in range(2000):
         output.fix(SAILING)
         output.tick(SAILING)

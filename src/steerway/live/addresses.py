@@ -84,7 +84,7 @@ def output(text: str, rate: float | None, patient: bool) -> tuple[Output, speake
     """The output of an address and its link; files have none. `rate` None: a row a fix. `patient`: lose nothing."""
     address = _checked(text, TO)
     if address.scheme == "file":
-        return TableFile(address.path, every_tick=rate is not None), None
+        return TableFile(address.path, every_tick=rate is not None, patient=patient), None
     if address.scheme == "stdout":
         speaker = speakers.StdoutSpeaker(address, patient)
         return JsonLines(speaker, every_tick=rate is not None), speaker

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import gc
 import logging
 import math
 import os
@@ -66,7 +67,6 @@ def live(
     from steerway.live.route import GeodeticRoute, Guide
     from steerway.live.service import Service
 
-    _log_to_stderr()
     found, speed = addresses.sources(listen_to)
     replayed = not math.isnan(speed)
     tuning = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
@@ -76,6 +76,9 @@ def live(
     speakers = [speaker for _, speaker in pairs if speaker is not None]
     guide = None if mission is None else Guide(GeodeticRoute.load(mission))
     service = Service(navigator, [each for each, _ in pairs], rate or RATE, latency, guide)
+    if not replayed:
+        _made_ready()
+    _log_to_stderr()
     if replayed:
         rows = _rows_of_logs([each.path for each in found])
         _until_stopped(service.replay(rows, speed, speakers))
@@ -101,6 +104,15 @@ def warm() -> None:
     warming.warm()
     where = f"kept in {CACHE_DIRECTORY}" if CACHE_DIRECTORY else "not kept: no directory for it can be written"
     print(f"compiled in {time.monotonic() - begun:.1f} s, {where}")
+
+
+def _made_ready():
+    """Load what is compiled, and take what is there now out of the collector's sight, which would go through it all."""
+    from steerway.live import warming
+
+    warming.warm()
+    gc.collect()
+    gc.freeze()
 
 
 def _rows_of_logs(paths):

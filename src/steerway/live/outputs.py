@@ -6,18 +6,23 @@ V, null. No row is ever said twice.
 
 import json
 import math
+import os
+import struct
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 
+from steerway.errors import InputError
 from steerway.formats.nmea0183.writing import Leg, apb, rmb, rmc, rot, vtg, xte
 from steerway.formats.writing import write, writer
 from steerway.live.autopilot import Order
 from steerway.live.heard import Row
-from steerway.live.links.speakers import Speaker
+from steerway.live.links.speakers import FileSpeaker, Speaker
 from steerway.records import MOTION_COLUMNS, STATUSES, Motion
 from steerway.timestamps import iso
+
+_ROW = struct.Struct(f"={len(Row._fields)}d")
 
 
 class Output(Protocol):
@@ -161,25 +166,49 @@ def _or_null(value):
 
 
 class TableFile:
-    """All rows in one file at the end of the run: a row a fix, or with `every_tick` a row a tick."""
+    """All rows in one file at the end of the run: a row a fix, or with `every_tick` a row a tick.
 
-    def __init__(self, path: str | Path, every_tick: bool = False):
+    Until then they lie in `PATH.part`, so that a long run takes no memory, and one that was cut off is continued.
+    `patient`: nothing is lost however slow the disk is. Raises InputError where nothing can be written.
+    """
+
+    def __init__(self, path: str | Path, every_tick: bool = False, patient: bool = False):
         writer(path)
-        self.path, self.every_tick = path, every_tick
-        self._rows: list[Row] = []
+        self.path, self.every_tick, self.patient = Path(path), every_tick, patient
+        if not os.access(self.path.parent, os.W_OK):
+            raise InputError(f"{path}: its folder cannot be written, expected one that can")
+        self._part = Path(f"{path}.part")
+        self._speaker: FileSpeaker | None = None
 
     def fix(self, row: Row) -> None:
         """See Output."""
         if not self.every_tick:
-            self._rows.append(row)
+            self._keep(row)
 
     def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
         """See Output."""
         if self.every_tick and row.valid:
-            self._rows.append(row)
+            self._keep(row)
 
     def close(self) -> None:
         """See Output."""
-        columns = np.array(self._rows, dtype=np.float64).reshape(-1, len(Row._fields)).T
-        said = dict(zip(Row._fields, columns, strict=True))
+        if self._speaker is not None:
+            self._speaker.close()
+            self._speaker.file.close()
+        rows = np.fromfile(self._part, np.dtype((np.float64, len(Row._fields)))) if self._part.exists() else ()
+        said = dict(zip(Row._fields, np.reshape(rows, (-1, len(Row._fields))).T, strict=True))
         write(Motion(**said | {"status": said["status"].astype(np.uint8)}), self.path)
+        self._part.unlink(missing_ok=True)
+
+    def _keep(self, row):
+        if self._speaker is None:
+            self._speaker = FileSpeaker(_whole_rows(self._part), self.patient)
+        if not self._speaker.broken:
+            self._speaker.send(_ROW.pack(*row))
+
+
+def _whole_rows(part):
+    """The file to go on writing to, without the piece of a row that a cut left."""
+    file = open(part, "ab")
+    file.truncate(file.tell() // _ROW.size * _ROW.size)
+    return file
