@@ -72,6 +72,11 @@ class Navigator:
         self._ahead = FiveStateFilter(self.filter.profile, aid)
         self._ahead_time = math.nan
 
+    @property
+    def late(self) -> int:
+        """How many rows were older than the one before."""
+        return self.counts["late"] + self.counts["too late"]
+
     def hear(self, heard: Heard) -> list[Row]:
         """Take what was said; the rows that are new by it: one a fix in order, none for anything else."""
         if not math.isfinite(heard.time):
