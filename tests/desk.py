@@ -31,13 +31,17 @@ def square(corners=SQUARE, fence=(), limits=None, safe="stop", **settings):
     return GeodeticRoute.of([corner(*each, Waypoint) for each in corners], [corner(*each) for each in fence], table)
 
 
-OTTER = Boat(full_yaw_rate_dps=90, top_speed_mps=3.0, surge_time=1.1, reverse=True)
+OTTER = Boat(
+    full_yaw_rate_dps=60.0, max_yaw_rate_dps=15.0, yaw_time=1.5, top_speed_mps=3.0, surge_time=1.1, reverse=True
+)
 
 
 class Desk:
     """Otter, receiver and service, tick by tick. `by` says what she obeys: "yaw-rate" (with thrust) or "propellers"."""
 
-    def __init__(self, route, by="yaw-rate", current=0.2, noise=0.5, rate=5.0, seed=1, profile="otter", outputs=(), **autopilot):
+    def __init__(
+        self, route, by="yaw-rate", current=0.2, noise=0.5, rate=5.0, seed=1, profile="otter", outputs=(), **autopilot
+    ):
         self.navigator = Navigator(profile)
         self.autopilot = Autopilot(route, profile, **autopilot)
         self.service = Service(self.navigator, outputs, 1.0 / TICK, 0.0, Guide(route), self.autopilot)

@@ -28,7 +28,7 @@ _TURN_TIME = 1.0
 """s in which the reference reaches its largest yaw rate."""
 _SLOWEST_TURN = 0.5
 """Share of the asked speed that is kept in a sharp turn."""
-_DAMPING, _TRIMMING = 0.2, 0.3
+_DAMPING, _TRIMMING = 0.2, 0.1
 """Of the propellers' yaw rate loop: P against feedforward, and the integral's rate against the course gain."""
 
 
