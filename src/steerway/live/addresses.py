@@ -18,7 +18,7 @@ FROM = {
     "udp": (),
     "gpsd": (),
     "signalk": ("token",),
-    "mavlink": ("baud", "cruise", "silence", "system"),
+    "mavlink": ("baud", "silence", "system"),
     "file": ("speed",),
 }
 TO = {
@@ -28,7 +28,7 @@ TO = {
     "tcp-server": ("period",),
     "udp": ("period",),
     "signalk": ("token", "period"),
-    "mavlink": ("baud", "cruise", "silence", "system"),
+    "mavlink": ("baud", "silence", "system"),
     "file": (),
 }
 """Schemes and their options."""

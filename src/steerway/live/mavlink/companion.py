@@ -33,15 +33,10 @@ class Companion:
     """
 
     def __init__(self, uri: Uri, place: str = ""):
-        cruise, silence = (
-            uri.number("cruise", float("nan")),
-            positive(f"{uri.text}: silence", uri.number("silence", 0.8)),
-        )
-        if "cruise" in uri.options:
-            positive(f"{uri.text}: cruise", cruise)
+        silence = positive(f"{uri.text}: silence", uri.number("silence", 0.8))
         system = int(uri.number("system", 0))
         self.link = MavlinkLink(uri, self._heard, system or SYSTEM, _ONBOARD_COMPUTER)
-        self.guided = Guided(self.link.messages, cruise, silence, system)
+        self.guided = Guided(self.link.messages, silence, system)
         self.decoder = MavlinkDecoder(place)
         self.autopilot: Told | None = None
         self._hear: Hear | None = None

@@ -26,7 +26,10 @@ class RoverMode(IntEnum):
 
 def mode_name(custom_mode: int) -> str:
     """A mode's name as ground stations show it."""
-    return RoverMode(custom_mode).name if custom_mode in RoverMode else f"mode {custom_mode}"
+    try:
+        return RoverMode(custom_mode).name
+    except ValueError:
+        return f"mode {custom_mode}"
 
 
 def dialect(address: str):

@@ -34,17 +34,18 @@ class Phase(Enum):
 class Guided:
     """One vehicle and what she is told.
 
+    Thrust is the order's. ArduPilot's Rover takes it in GUIDED as a share of CRUISE_SPEED, or of WP_SPEED where set:
+    that is then the boat's speed at full thrust.
+
     messages: the dialect's module.
-    cruise:   her speed at full thrust, m/s. With it thrust is the speed asked for as a share of it, which is how
-        ArduPilot's Rover takes thrust in GUIDED (CRUISE_SPEED, or WP_SPEED where set); else it is the order's.
     silence:  s without any message after which the link counts as lost.
     system:   the vehicle to talk to; 0: the first one heard.
 
     `complaint` is why the autopilot has to stop by what the vehicle does, "" while there is no reason.
     """
 
-    def __init__(self, messages, cruise: float = math.nan, silence: float = 0.8, system: int = 0):
-        self._messages, self._cruise, self._silence, self._only = messages, cruise, silence, system
+    def __init__(self, messages, silence: float = 0.8, system: int = 0):
+        self._messages, self._silence, self._only = messages, silence, system
         self.vehicle: tuple[int, int] | None = None
         self.mode: int | None = None
         self.is_armed = False
@@ -101,7 +102,8 @@ class Guided:
             said.append(self._heartbeat_message())
         if self.vehicle is None:
             return said
-        self._judge(now, order or Order(State.IDLE))
+        order = order or Order(State.IDLE)
+        self._judge(now, order)
         said += self._requests(now)
         said += self._steering(now, order)
         return said
@@ -175,14 +177,10 @@ class Guided:
         if now - self._target < 0.9 * _TARGET_PERIOD or self.phase not in (Phase.STEERING, Phase.STOPPING):
             return []
         self._target = now
-        yaw_rate, thrust = order.yaw_rate, self._thrust(order)
+        yaw_rate, thrust = order.yaw_rate, order.thrust
         if self.phase is Phase.STOPPING or not math.isfinite(yaw_rate + thrust):
             yaw_rate = thrust = 0.0
         return [self._target_message(yaw_rate, max(-1.0, min(1.0, thrust)), now)]
-
-    def _thrust(self, order):
-        is_share = math.isfinite(self._cruise) and math.isfinite(order.speed)
-        return order.speed / self._cruise if is_share else order.thrust
 
     def _heartbeat_message(self):
         m = self._messages

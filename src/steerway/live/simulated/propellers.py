@@ -1,4 +1,4 @@
-"""Propeller commands as the autopilot says them: a line of JSON with `port` and `starboard`, −1 to 1, in a datagram."""
+"""Propeller commands as the autopilot says them: datagrams of JSON, `port` and `starboard` −1 to 1 of full speed."""
 
 import asyncio
 import json
@@ -33,7 +33,10 @@ class Propellers:
         """Propeller speeds, rad/s; None when nobody commands."""
         if time.monotonic() - self._heard > SILENCE:
             return None
-        return tuple(_speed(part, actuator) for part, actuator in zip(self._newest, self._actuators, strict=True))
+        return tuple(
+            part * (each.high if part > 0.0 else -each.low)
+            for part, each in zip(self._newest, self._actuators, strict=True)
+        )
 
     def hear(self, line: bytes) -> None:
         """A datagram; what is no command is passed over."""
@@ -58,9 +61,3 @@ class Propellers:
             await asyncio.Event().wait()
         finally:
             transport.close()
-
-
-def _speed(part, actuator):
-    """Shaft speed for a part of full thrust, which goes with the square of the speed."""
-    root = math.copysign(math.sqrt(min(abs(part), 1.0)), part)
-    return root * (actuator.high if root > 0.0 else -actuator.low)
