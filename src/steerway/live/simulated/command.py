@@ -30,9 +30,11 @@ def sail_live(
     driven = None if propellers is None else addresses.datagrams(propellers)
     cruise = None if vehicle is None or "cruise" not in vehicle.options else vehicle.number("cruise", 0.0)
     running = Running(SimulatedBoat(scenario), speakers, vehicle, driven, speed, cruise)
-    heard = ", ".join(each for each in (mavlink, propellers) if each) or "nobody"
+    commanded = " and ".join(each for each in (mavlink, propellers) if each)
+    until = f" until she is commanded on {commanded}" if commanded else ""
     print(
-        f"{scenario.name}: under way until stopped; her own pilot, route and duration are not used, she obeys {heard}",
+        f"{scenario.name}: under way until stopped, by hand in a wide circle{until}; "
+        "her own pilot, route and duration are not used",
         file=sys.stderr,
     )
     try:

@@ -29,6 +29,11 @@ class Propellers:
         """Listen until cancelled."""
         await kept_open(self.uri.text, self._listen)
 
+    @property
+    def obeyed(self) -> bool:
+        """Whether there was ever a command."""
+        return self._heard > -math.inf
+
     def command(self) -> tuple[float, ...] | None:
         """Propeller speeds, rad/s; None when nobody commands."""
         if time.monotonic() - self._heard > SILENCE:

@@ -13,12 +13,15 @@ from steerway.checks import positive
 from steerway.formats.nmea0183.writing import gga, hdt, rmc
 from steerway.live.links.mavlink import MavlinkLink
 from steerway.live.links.speakers import Speaker
+from steerway.live.mavlink.dialect import RoverMode
 from steerway.live.simulated.boat import SimulatedBoat
 from steerway.live.simulated.inner_loops import InnerLoops
 from steerway.live.simulated.propellers import Propellers
-from steerway.live.simulated.rover import Rover
+from steerway.live.simulated.rover import Rover, Target
 from steerway.live.uri import Uri
 
+BY_HAND = Target(0.05, 1.0, 0.0)
+"""rad/s and m/s at which her skipper drives her in a wide circle while nobody else does: at rest there is no course."""
 LOG = logging.getLogger("steerway.live")
 _BEHIND = 1.0  # s by which steps may be late before they are left out
 _TALKER = "GP"
@@ -38,7 +41,7 @@ COLUMNS = (
 
 
 class Running:
-    """A boat under way.
+    """A boat under way: by GUIDED where it is on, by her propellers' commands once there were any, else by hand.
 
     speakers: links on which her receiver says GGA and RMC, and HDT with a compass.
     mavlink, cruise: the address on which she is a MAVLink vehicle, and her speed at thrust 1, m/s.
@@ -110,13 +113,16 @@ class Running:
             self.link.send(self.rover.due(self.boat.time, self.boat.motion, self.boat.position()))
 
     def _command(self, now):
-        """By GUIDED, else by whoever commands the propellers, else nothing."""
-        target = None if self.rover is None else self.rover.target(now)
-        if target is not None:
-            return self._loops.step(target.yaw_rate, target.speed, self.boat.motion, self.boat.step_length)
-        self._loops.rest()
-        commanded = None if self.propellers is None else self.propellers.command()
-        return self._rest if commanded is None else commanded
+        if self.propellers is not None and self.propellers.obeyed:
+            self._loops.rest()
+            return self.propellers.command() or self._rest
+        wanted = BY_HAND if self._is_by_hand() else self.rover.target(now)
+        if wanted is None:
+            return self._loops.rest()
+        return self._loops.step(wanted.yaw_rate, wanted.speed, self.boat.motion, self.boat.step_length)
+
+    def _is_by_hand(self):
+        return self.rover is None or (self.rover.armed and self.rover.mode is RoverMode.MANUAL)
 
     def _tell(self, seen):
         when, place = self.unix + seen.epoch, (seen.latitude, seen.longitude)
