@@ -12,7 +12,7 @@ import sys
 from steerway.errors import InputError
 from steerway.live.helm.address import Address
 from steerway.live.helm.view import Plane, Seen, view
-from steerway.live.links.listening import kept_open
+from steerway.live.links.listening import RETRY, kept_open
 from steerway.live.route import GeodeticRoute
 from steerway.live.service import Service
 
@@ -34,7 +34,12 @@ class Helm:
 
     async def run(self) -> None:
         """Keep the page up until cancelled."""
-        await kept_open(f"helm {self.address.url}", self._serve)
+        while True:
+            try:
+                await kept_open(f"helm {self.address.url}", self._serve)
+            except Exception:  # whatever is wrong with the page, the boat sails on
+                LOG.exception("helm page: begun again")
+                await asyncio.sleep(RETRY)
 
     def close(self) -> None:
         """As of a speaker; the process is ended with `run`."""
@@ -48,11 +53,14 @@ class Helm:
         )
         try:
             _say(process, self._settings())
-            speaking = asyncio.create_task(self._speak(process))
+            tasks = [asyncio.create_task(work) for work in (self._speak(process), self._obey(process))]
             try:
-                await self._obey(process)
+                done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+                for task in done:
+                    task.result()
             finally:
-                speaking.cancel()
+                for task in tasks:
+                    task.cancel()
         finally:
             await _end(process)
 

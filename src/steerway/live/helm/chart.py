@@ -5,7 +5,6 @@ are classes of page.css.
 """
 
 import math
-from html import escape
 from typing import NamedTuple
 
 from steerway.live.helm.view import View
@@ -40,7 +39,7 @@ def around(places, width: float, height: float, least: float = 40.0) -> Window:
     """The window that shows all places (north, east), and `least` m at the least."""
     north, east = zip(*places, strict=True) if places else ((0.0,), (0.0,))
     tall, wide = max(max(north) - min(north), least), max(max(east) - min(east), least)
-    scale = 1.25 * max(tall / height, wide / width)
+    scale = 1.3 * max(tall / height, wide / width)
     return Window((max(north) + min(north)) / 2.0, (max(east) + min(east)) / 2.0, scale, width, height)
 
 
@@ -107,8 +106,21 @@ def _route(window, route, target):
     for k, (x, y) in enumerate(pixels):
         name = "waypoint next" if k == target else "waypoint"
         drawn += f'<circle class="{name}" cx="{x:.1f}" cy="{y:.1f}" r="{7 if k == target else 5}"/>'
-        drawn += f'<text class="small" x="{x + 10:.1f}" y="{y - 8:.1f}">{escape(f"WP{k}")}</text>'
+    for (x, y), name in _named(pixels):
+        drawn += f'<text class="small" x="{x + 10:.1f}" y="{y - 8:.1f}">{name}</text>'
     return drawn
+
+
+def _named(pixels):
+    """Where a name goes, and the name; waypoints at one place share theirs."""
+    places: list = []
+    for k, pixel in enumerate(pixels):
+        near = next((each for each in places if math.dist(each[0], pixel) < 12.0), None)
+        if near is None:
+            places.append([pixel, f"WP{k}"])
+        else:
+            near[1] += f", {k}"
+    return places
 
 
 def _track(window, track):

@@ -14,6 +14,7 @@ _LOOK = 0.1  # s between two looks whether there is a new view
 _FRESH = 10  # views by which a page may lag and still be believed when it says start
 _SPAN = 300.0  # s on the strips
 _ZOOM = 1.5
+_PADDING = 14.0  # pixels inside of a card, as page.css has it
 _NEAR = 0.25  # m a pixel when the boat is followed
 _ICON = (
     '<svg xmlns="http://www.w3.org/2000/svg" viewBox="-16 -16 32 32">'
@@ -68,8 +69,8 @@ class Page:
             self._build_chart()
             with _box("side"):
                 with _box("readings"):
-                    self._reading("sog", "Speed over ground", "kn", "sog_within")
-                    self._reading("cog", "Course over ground", "", "cog_within")
+                    self._reading("sog", "SOG", "kn", "sog_within")
+                    self._reading("cog", "COG", "", "cog_within")
                     self._reading("rate", "Course rate", "°/s", "rate_within")
                 if self._board.has_autopilot:
                     self._build_autopilot()
@@ -86,26 +87,22 @@ class Page:
             self._dot = _box("dot good")
             self._text("status")
             self._text("time").classes("time")
-            ui.button("Day / dark").props('flat no-caps data-name="shade"').classes("quiet").on(
-                "click", js_handler="() => helmShade()"
-            )
+            _button("Day / dark", "quiet", "shade").on("click", js_handler="() => helmShade()")
 
     def _build_chart(self):
         with _box("chart", "section"):
-            ui.element("q-resize-observer").on("resize", self._resized)
-            self._still = ui.html("", sanitize=False).classes("layer").props('data-name="still"')
-            self._moving = ui.html("", sanitize=False).classes("layer").props('data-name="moving"')
             with _box("place"):
                 self._text("position")
                 self._text("position_within").classes("within")
-            with _box("zoom"):
-                for text, name, does in (
-                    ("+", "closer", lambda: self._zoom(1.0 / _ZOOM)),
-                    ("−", "wider", lambda: self._zoom(_ZOOM)),
-                    ("Boat", "follow", self._follow),
-                    ("All", "whole", self._whole),
-                ):
-                    ui.button(text, on_click=does).props(f'no-caps unelevated data-name="{name}"').classes("quiet")
+                with _box("zoom"):
+                    _button("+", "quiet", "closer").on("click", lambda: self._zoom(1.0 / _ZOOM))
+                    _button("−", "quiet", "wider").on("click", lambda: self._zoom(_ZOOM))
+                    _button("Boat", "quiet", "follow").on("click", self._follow)
+                    _button("All", "quiet", "whole").on("click", self._whole)
+            with _box("sea"):
+                ui.element("q-resize-observer").on("resize", self._resized)
+                self._still = ui.html("", sanitize=False).classes("layer").props('data-name="still"')
+                self._moving = ui.html("", sanitize=False).classes("layer").props('data-name="moving"')
 
     def _build_autopilot(self):
         with _card("Autopilot", "pilot"):
@@ -113,54 +110,56 @@ class Page:
                 self._state = self._text("state").classes("state")
                 self._text("reason").classes("reason")
             self._text("notice").classes("notice")
-            self._pair("asked_speed", "Speed asked")
-            self._pair("steer", "Course to steer")
-            self._pair("asked_rate", "Rate asked")
-            self._pair("thrust", "Thrust")
-            self._pair("propellers", "Port · starboard")
+            with _box("pairs"):
+                self._pair("asked_course", "Steer")
+                self._pair("asked_speed", "Speed")
+                self._pair("asked_rate", "Turn")
+                self._pair("thrust", "Thrust")
+                self._pair("port", "Port")
+                self._pair("starboard", "Starboard")
 
     def _build_route(self):
-        with _card("Route", "route-card"):
+        with _card("Cross-track error", "route-card"):
             with _box("line"):
                 self._text("cross_track").classes("large")
                 self._text("cross_track_side").classes("within")
-            self._pair("leg", "Next waypoint")
-            self._pair("distance", "Distance to it")
-            if not self._board.has_autopilot:
-                self._pair("steer", "Course to steer")
-            self._pair("left", "Left of the route")
-            self._pair("arrival", "At this speed")
+            with _box("pairs"):
+                self._pair("leg", "Towards")
+                self._pair("distance", "Distance")
+                self._pair("left", "To go")
+                self._pair("arrival", "Time")
+                if not self._board.has_autopilot:
+                    self._pair("steer", "Steer")
+                    self._pair("bearing", "Bearing")
             with _box("progress"):
                 self._bar = _box("done")
 
     def _build_strips(self):
         with _card("Last five minutes", "strips"):
             ui.element("q-resize-observer").on("resize", lambda event: self._strips_resized(event.args["width"]))
-            ui.label("Speed, kn").classes("within")
+            ui.label("SOG, kn").classes("within")
             self._speeds = ui.html("", sanitize=False).props('data-name="speeds"')
-            ui.label("Course").classes("within")
+            ui.label("COG").classes("within")
             self._courses = ui.html("", sanitize=False).props('data-name="courses"')
 
     def _build_estimator(self):
         with _card("Estimator", "estimator"):
-            self._pair("age", "Last fix")
-            self._pair("nis", "NIS of it (mean 2)")
+            with _box("pairs"):
+                self._pair("age", "Last fix")
+                self._pair("nis", "NIS")
             self._pair("source", "Source")
             self._pair("counts", "Fixes")
 
     def _build_bar(self):
         with ui.dialog() as asks, ui.card().classes("asks"):
             ui.label("Start the autopilot? The propellers will turn.")
-            with _box("line"):
-                ui.button("Cancel", on_click=asks.close).props("flat no-caps")
-                sure = ui.button("Start").props('no-caps unelevated data-name="sure"').classes("start")
-        sure.on("click", self._start, js_handler="() => emit(helmSeq)")
-        sure.on("click", asks.close)
+            with _box("line choice"):
+                _button("Cancel", "quiet", "cancel").on("click", asks.close)
+                sure = _button("Start", "start", "sure").on("click", self._start, js_handler="() => emit(helmSeq)")
+                sure.on("click", asks.close)
         with _box("bar", "footer"):
-            self._starter = ui.button("START", on_click=asks.open).props('unelevated data-name="start"')
-            self._starter.classes("start")
-            stop = ui.button("STOP").props('unelevated data-name="stop"').classes("stop")
-            stop.on("click", lambda: self._board.order("stop", self._client.ip or ""))
+            self._starter = _button("START", "start", "start").on("click", asks.open)
+            _button("STOP", "stop", "stop").on("click", self._stop).on("click", asks.close)
 
     def _text(self, name):
         self._texts[name] = ui.label("").props(f'data-name="{name}"')
@@ -185,13 +184,16 @@ class Page:
         if isinstance(seen, int) and 0 <= self._board.seq - seen <= _FRESH:
             self._board.order("start", self._client.ip or "")
 
+    def _stop(self):
+        self._board.order("stop", self._client.ip or "")
+
     def _resized(self, event):
         self._size = float(event.args["width"]), float(event.args["height"])
         self._window = None
         self._draw()
 
     def _strips_resized(self, width):
-        self._strip_width = float(width)
+        self._strip_width = float(width) - 2.0 * _PADDING
         self._draw_strips()
 
     def _zoom(self, factor):
@@ -273,3 +275,8 @@ def _card(title, names):
     with card:
         ui.label(title).classes("title")
     return card
+
+
+def _button(text, names, name):
+    """A button in the page's own colours."""
+    return ui.button(text, color=None).props(f'no-caps unelevated data-name="{name}"').classes(names)

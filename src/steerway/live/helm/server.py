@@ -9,6 +9,7 @@ import json
 import os
 import socket
 import sys
+import traceback
 from collections.abc import Callable
 
 from steerway.live.helm.address import Address
@@ -43,7 +44,7 @@ class Board:
 
 def main() -> None:
     """Serve until standard input ends."""
-    settings = json.loads(sys.stdin.buffer.readline())
+    settings = json.loads(open(sys.stdin.fileno(), "rb", buffering=0, closefd=False).readline())
     orders = os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0)
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints is no order
 
@@ -81,26 +82,24 @@ async def _serve(address, listener, board, say):
         server_header=False,
         proxy_headers=False,
         ws="websockets-sansio",
-        timeout_graceful_shutdown=1,
     )
-    server = uvicorn.Server(config)
-    listening = asyncio.create_task(_listen(board, server))
+    serving = asyncio.create_task(uvicorn.Server(config).serve([listener]))
+    listening = asyncio.create_task(_listen(board))
     say({"ready": True})
-    await server.serve([listener])
-    listening.cancel()
+    await asyncio.wait((serving, listening), return_when=asyncio.FIRST_COMPLETED)
+    for task in (serving, listening):
+        if task.done() and task.exception() is not None:
+            traceback.print_exception(task.exception())
+    os._exit(0)  # nothing here is worth a farewell, and the next service wants the port
 
 
-async def _listen(board, server):
+async def _listen(board):
     """Take what the service says, until it says no more."""
     reader = asyncio.StreamReader(_LONGEST)
     loop = asyncio.get_running_loop()
-    transport, _ = await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
-    try:
-        async for line in reader:
-            board.take(json.loads(line))
-    finally:
-        transport.close()
-        server.should_exit = server.force_exit = True
+    await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
+    async for line in reader:
+        board.take(json.loads(line))
 
 
 if __name__ == "__main__":

@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 from steerway.live.helm.chart import nice
 
+_TURNS = (1, 2, 5, 10, 15, 30, 45, 90, 180)  # degrees between two lines
+_APART = 18.0  # pixels between two lines, at the least
 _LEFT, _TOP, _BOTTOM = 38.0, 6.0, 18.0  # pixels around the plot
 
 
@@ -78,9 +80,8 @@ def _runs(points):
 
 
 def _axis(low, high, right, tall, turns):
-    step = nice((high - low) / max(tall / 26.0, 1.0))
-    if turns:
-        step = next((each for each in (1, 2, 5, 10, 15, 30, 45, 90) if each >= (high - low) / (tall / 26.0)), 180)
+    least = (high - low) * _APART / tall
+    step = next((each for each in _TURNS if each >= least), 360) if turns else nice(least)
     drawn = ""
     for k in range(math.ceil(low / step), math.floor(high / step) + 1):
         y = _TOP + (high - k * step) / (high - low) * tall

@@ -16,10 +16,11 @@ from steerway.formats.nmea0183.writing import Leg
 from steerway.live.autopilot import Order
 from steerway.live.heard import Row
 from steerway.live.route import GeodeticRoute
-from steerway.records import STATUSES
+from steerway.records import PREDICTED, STATUSES
 
 _TWO_SIDED = 1.959964  # standard normal, 95 % within
 _ELLIPSE = math.sqrt(5.991465)  # χ² of 2 degrees of freedom, 95 %
+_FRESH = 2.0  # s after a fix in which its status is the estimate's
 
 
 class Seen(NamedTuple):
@@ -70,6 +71,7 @@ class View(NamedTuple):
     state: str | None = None  # of the autopilot; None without one
     reason: str = ""
     is_engaged: bool = False
+    asked_course_deg: float | None = None
     asked_rate_dps: float | None = None
     asked_speed_kn: float | None = None
     thrust: float | None = None
@@ -121,12 +123,16 @@ def view(seen: Seen, plane: Plane) -> View:
             nis=seen.fix.nis,
         ),
         ellipse=ellipse(seen.covariance) if row.valid else None,
-        status=STATUSES[row.status],
+        status=STATUSES[_worth(row, seen.fix)],
         source=seen.source,
         counts=dict(seen.counts),
-        **_on_route(seen, plane.route),
-        **_ordered(seen.order),
+        **_ordered(seen.order) | _on_route(seen, plane.route),
     )
+
+
+def _worth(row, fix):
+    """Between two fixes everything is predicted: what counts there is what the last one was worth."""
+    return fix.status if row.status == PREDICTED and row.time - fix.time < _FRESH else row.status
 
 
 def ellipse(covariance: tuple[float, float, float]) -> tuple[float, float, float] | None:
@@ -165,14 +171,13 @@ def _ordered(order):
     if order is None:
         return {}
     asked = _known(
+        asked_course_deg=_compass(order.course),
         asked_rate_dps=math.degrees(order.yaw_rate),
         asked_speed_kn=order.speed / KNOT,
         thrust=order.thrust,
         port=order.port,
         starboard=order.starboard,
     )
-    if "steer_deg" not in asked and math.isfinite(order.course):
-        asked["steer_deg"] = _compass(order.course)
     return asked | {"state": str(order.state), "reason": order.reason, "is_engaged": bool(order.engaged)}
 
 

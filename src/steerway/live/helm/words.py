@@ -21,17 +21,18 @@ def words(view: View) -> dict[str, str]:
     return {
         "sog": _number(view.sog_kn, 2 if (view.sog_kn or 0.0) < 10.0 else 1),
         "sog_within": _within(view.sog_within_kn, 2),
-        "cog": UNKNOWN if view.cog_deg is None else f"{round(view.cog_deg) % 360:03d}°",
+        "cog": _course(view.cog_deg),
         "cog_within": _within(view.cog_within_deg, 1, "°"),
-        "rate": _side(view.rate_dps, "{:.1f}"),
-        "rate_within": _within(view.rate_within_dps, 1),
+        "rate": UNKNOWN if view.rate_dps is None else f"{abs(view.rate_dps):.1f}",
+        "rate_within": f"{_turning(view.rate_dps)} {_within(view.rate_within_dps, 1)}".strip(),
         "cross_track": UNKNOWN if view.cross_track is None else _metres(abs(view.cross_track)),
         "cross_track_side": _off(view.cross_track),
         "leg": view.destination or UNKNOWN,
         "distance": _metres(view.distance),
         "left": _metres(view.left),
         "arrival": _duration(view),
-        "steer": UNKNOWN if view.steer_deg is None else f"{round(view.steer_deg) % 360:03d}°",
+        "steer": _course(view.steer_deg),
+        "bearing": _course(view.bearing_deg),
         "position": _position(view.lat_deg, "NS", 2) + "  " + _position(view.lon_deg, "EW", 3),
         "position_within": "" if view.ellipse is None else f"± {_metres(view.ellipse[0])}",
         "time": "–"
@@ -44,18 +45,18 @@ def words(view: View) -> dict[str, str]:
         "counts": ", ".join(f"{count} {what}" for what, count in view.counts.items()) or UNKNOWN,
         "state": view.state or "",
         "reason": view.reason,
-        "asked_rate": _side(view.asked_rate_dps, "{:.1f} °/s") if view.is_engaged else UNKNOWN,
+        "asked_course": _course(view.asked_course_deg),
+        "asked_rate": _asked(view.asked_rate_dps) if view.is_engaged else UNKNOWN,
         "asked_speed": _number(view.asked_speed_kn, 1, " kn"),
         "thrust": _percent(view.thrust) if view.is_engaged else UNKNOWN,
-        "propellers": f"{_percent(view.port)} · {_percent(view.starboard)}" if view.is_engaged else UNKNOWN,
+        "port": _percent(view.port) if view.is_engaged else UNKNOWN,
+        "starboard": _percent(view.starboard) if view.is_engaged else UNKNOWN,
     }
 
 
 def tone(view: View) -> str:
     """How much the estimate is to be trusted: "good", "fair" or "bad"."""
-    if view.status == "ok" or (view.status == "predicted" and (view.age or 0.0) < 2.0):
-        return "good"
-    return "bad" if view.status == "lost" else "fair"
+    return {"ok": "good", "lost": "bad"}.get(view.status, "fair")
 
 
 def _number(value, digits, unit=""):
@@ -66,13 +67,17 @@ def _within(value, digits, unit=""):
     return "" if value is None else f"± {value:.{digits}f}{unit}"
 
 
-def _side(value, form):
-    """With the side it turns to."""
-    if value is None:
-        return UNKNOWN
-    text = form.format(abs(value))
-    is_zero = float("".join(c for c in text if c in "0123456789.")) == 0.0
-    return text if is_zero else f"{text} {'S' if value > 0.0 else 'P'}"
+def _course(value):
+    return UNKNOWN if value is None else f"{round(value) % 360:03d}°"
+
+
+def _asked(rate):
+    return UNKNOWN if rate is None else f"{abs(rate):.1f} °/s {_turning(rate)}".strip()
+
+
+def _turning(rate):
+    """The side it turns to, where it turns by as much as is shown."""
+    return "" if rate is None or abs(rate) < 0.05 else "stbd" if rate > 0.0 else "port"
 
 
 def _clock(time):
