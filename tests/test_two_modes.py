@@ -59,6 +59,13 @@ def test_stream_wise_it_is_the_record():
     assert estimator.sog == pytest.approx(record.sog[299], abs=1e-12)
 
 
-def test_smoothing_is_refused_in_words():
-    with pytest.raises(steerway.InputError, match="turn_time"):
-        steerway.estimate(straight(1.3, 0.5, 60.0).fixes(0.5, 1), BOTH, smooth=True)
+def test_smoothed_it_knows_turns_and_held_courses_better():
+    causal, smoothed = [], []
+    for seed in range(10):
+        scene = alternating(seed)
+        for found, smooth in ((causal, False), (smoothed, True)):
+            motion = steerway.estimate(scene.fixes(0.5, seed), BOTH, smooth=smooth)
+            errors = angle_error(motion.cog, scene.cog)
+            bends = np.abs(np.diff(scene.cog, prepend=scene.cog[0])) > 1e-9
+            found.append((np.sqrt(np.mean(errors[~bends][100:] ** 2)), np.sqrt(np.mean(errors[bends] ** 2))))
+    assert np.all(np.mean(smoothed, axis=0) < 0.6 * np.mean(causal, axis=0))

@@ -21,10 +21,6 @@ def replay(model, aid, fixes: Fixes, rate: float | None = None, smoothed: bool =
     """The filter of a parameter vector over the fixes of any number of vessels; see `FiveStateFilter.filter`."""
     if rate is not None and not 0.0 < rate <= 1000.0:
         raise InputError(f"rate is {rate}, expected Hz between 0 and 1000")
-    if smoothed and model.ndim == 2:
-        raise InputError(
-            "the profile has two manners of moving (turn_time > 0), which cannot be smoothed; expected turn_time = 0"
-        )
     fixes = _spoken_rows(fixes, aid)
     if rate is None and not smoothed:
         return _filtered(model, aid, fixes)
