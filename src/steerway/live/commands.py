@@ -44,6 +44,18 @@ def live(
     latency: Annotated[
         float, typer.Option("--latency", metavar="S", help="How late the receiver tells its fixes at the least.")
     ] = 0.0,
+    helm: Annotated[
+        str | None,
+        typer.Option(
+            "--helm", metavar="[HOST:PORT]", help="Serve the helm page; 127.0.0.1:8080 where nothing follows."
+        ),
+    ] = None,
+    helm_token_file: Annotated[
+        str | None,
+        typer.Option(
+            "--helm-token-file", metavar="FILE", help="Its token, which other computers need; or STEERWAY_HELM_TOKEN."
+        ),
+    ] = None,
 ) -> None:
     """Estimate on the boat, in real time, between instruments and those who listen.
 
@@ -61,6 +73,8 @@ def live(
     from steerway.estimation.profiles import Profile
     from steerway.live import addresses
     from steerway.live.autopilot import Autopilot
+    from steerway.live.helm.address import address, token_of
+    from steerway.live.helm.bridge import Helm
     from steerway.live.mission import GeodeticRoute
     from steerway.live.navigator import Navigator
     from steerway.live.route import Guide
@@ -70,6 +84,7 @@ def live(
     if engage and mission is None:
         raise InputError("--engage has nothing to follow, expected --mission with a route")
     found, speed = addresses.sources(listen_to)
+    page = None if helm is None else address(helm, token_of(helm_token_file))
     replayed = not math.isnan(speed)
     tuning = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
     aids = tuple(name.strip().replace("-", "_") for name in aid.split(",") if name.strip()) if aid else ()
@@ -81,6 +96,8 @@ def live(
     guide = None if route is None else Guide(route)
     autopilot = None if route is None else Autopilot(route, tuning, patience, engage)
     service = Service(navigator, [each for each, _ in pairs], rate or RATE, latency, guide, autopilot)
+    if page is not None:
+        speakers.append(Helm(service, page, route))
     if replayed:
         rows = _rows_of_logs([each.path for each in found])
         until_stopped(service.replay(rows, speed, speakers))
