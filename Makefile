@@ -20,7 +20,7 @@ demo: install
 	$(BIN)/steerway demo -o demo
 
 test: install
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses 2 --dist loadfile
 
 bench: .venv/.bench
 	$(BIN)/python -m benchmarks

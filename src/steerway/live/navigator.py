@@ -79,6 +79,23 @@ class Navigator:
         self._row = lost(math.nan)
         self._ahead = FiveStateFilter(self.filter.profile, aid)
         self._ahead_time = math.nan
+        self._teller = self.filter  # which filter said the last row
+
+    @property
+    def last_fix(self) -> Row:
+        """The row of the last fix in order."""
+        return self._row
+
+    @property
+    def position_covariance(self) -> tuple[float, float, float]:
+        """Of the position said last: variance of north, covariance, variance of east, m²."""
+        covariance = self._teller.covariance
+        return float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])
+
+    @property
+    def late(self) -> int:
+        """How many rows were older than the one before."""
+        return self.counts["late"] + self.counts["too late"]
 
     def hear(self, heard: Heard, present: float = math.nan) -> list[Row]:
         """Take what was said; the rows that are new by it: one a fix in order, none for anything else.
@@ -104,7 +121,9 @@ class Navigator:
         if math.isnan(self._time) or not time - self.fix_time <= self.patience:
             return lost(time)
         if abs(time - self._row.time) < MEETS:
+            self._teller = self.filter
             return self._row
+        self._teller = self._ahead
         if self.rate is None or not self._ahead_time <= time:
             self._ahead.restore(self.filter.snapshot())
             self._ahead_time = self._time

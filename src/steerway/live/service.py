@@ -13,7 +13,7 @@ from typing import NamedTuple
 from steerway.checks import positive
 from steerway.estimation.model import LONGEST_GAP
 from steerway.formats.nmea0183.writing import Leg
-from steerway.live.autopilot import Autopilot, Order
+from steerway.live.autopilot import Autopilot, Order, State
 from steerway.live.clock import FixClock
 from steerway.live.heard import Heard, Row, lost
 from steerway.live.links.listeners import Listener
@@ -66,12 +66,12 @@ class Service:
         self._said_until = -math.inf
         self._ticked = math.nan  # when the last tick was, by the clock that times the autopilot
 
-    def hear(self, rows: Iterable[Heard]) -> None:
-        """Rows from a live link, now."""
+    def hear(self, rows: Iterable[Heard], arrived: float | None = None) -> None:
+        """Rows from a live link, that arrived at a time of the event loop's clock; just now if it is not said."""
+        now = _now() if arrived is None else arrived
         for heard in rows:
-            now = _now()
             steps = self.navigator.counts["clock steps"]
-            said = self.navigator.hear(heard, self.clock.now(now) - self.clock.latency)
+            said = self._heard(heard, self.clock.now(now) - self.clock.latency)
             if self.navigator.counts["clock steps"] != steps:
                 self.clock.forget()
             for row in said:
@@ -110,6 +110,14 @@ class Service:
         if self.pulse.beats:
             LOG.info("%s", self.pulse)
 
+    def _heard(self, heard, present=math.nan):
+        """The rows that are new by what was heard; the autopilot learns of positions that came too late."""
+        late = self.navigator.late
+        rows = self.navigator.hear(heard, present)
+        if self.autopilot is not None and self.navigator.late > late:
+            self.autopilot.late()
+        return rows
+
     def _fix(self, row):
         if self.autopilot is not None:
             self.autopilot.fix(row)
@@ -119,14 +127,23 @@ class Service:
     def _tick(self, moment, now):
         """Say a moment; `now` is the clock that times the autopilot."""
         row = self.navigator.at(moment)
+        if self.guide is not None and self.autopilot is not None and self.autopilot.begins:
+            self.guide.restart()
         leg = None if self.guide is None else self.guide.step(row)
-        order = None
-        if self.autopilot is not None:
-            order = self.autopilot.step(row, leg, now - self._ticked if math.isfinite(self._ticked) else 0.0)
-        self._ticked = now
+        order = None if self.autopilot is None else self._order(row, leg, now)
         self.latest = Latest(row, leg, order, self.navigator.counts)
         for output in self.outputs:
             output.tick(row, leg, order)
+
+    def _order(self, row, leg, now):
+        dt = now - self._ticked if math.isfinite(self._ticked) else 0.0
+        self._ticked = now
+        order = self.autopilot.step(row, leg, dt)
+        before = self.latest.order
+        if before is None or order.state is not before.state:
+            tell = LOG.warning if order.state is State.STOPPED else LOG.info
+            tell("autopilot %s%s", order.state, f": {order.reason}" if order.reason else "")
+        return order
 
     async def _tick_for_ever(self):
         beat, self.pulse = _now(), Pulse()
@@ -160,7 +177,7 @@ class Service:
                 next_tick += 1
             await self._until(origin, heard.time, speed)
             before = heard.time
-            for row in self.navigator.hear(heard):
+            for row in self._heard(heard):
                 self._fix(row)
             if k % _BREATH == 0:
                 await asyncio.sleep(0)

@@ -6,7 +6,7 @@ import math
 from steerway.formats.nmea0183.writing import gga, rmc
 from steerway.live.decoding import ReceiverDecoder
 from steerway.live.navigator import Navigator
-from steerway.live.service import Service
+from steerway.live.service import LOG, Service
 
 _SECONDS = 30
 
@@ -18,5 +18,7 @@ def warm() -> int:
     for k in range(_SECONDS):
         place = math.radians(54.0 + 3e-5 * k), math.radians(10.0)
         rows += decoder.feed((gga(1.7e9 + k, *place) + rmc(1.7e9 + k, *place)).encode())
+    LOG.disabled = True
     asyncio.run(Service(navigator, ()).replay(rows + decoder.settle()))
+    LOG.disabled = False
     return navigator.counts["taken"]
