@@ -102,13 +102,14 @@ class SignalK(Consumer):
             yield
 
 
-def consumers(table: str) -> list[Consumer]:
-    """One of every output that there is; `table` is where the run is to be written."""
+def consumers(table: str, route: str) -> list[Consumer]:
+    """One of every output that there is; `table` is where the run is to be written, `route` one to follow."""
     found = [
         Instrument(),
         Datagrams("udp", "udp://127.0.0.1:{port}?period=0.1"),
         SignalK(),
         Consumer("table", ["--to", f"file:{table}"]),
+        Consumer("route", ["--mission", route, "--engage"]),
     ]
     if "mavlink" in addresses.TO:
         found.append(Datagrams("mavlink", "mavlink:udpout:127.0.0.1:{port}"))

@@ -42,6 +42,13 @@ class Receiver:
             self.sent += waiting
             k += 1
 
+    def route(self) -> str:
+        """A mission file along her way, longer than any run."""
+        points = [np.degrees([_HOME[0] + k * _NORTH, _HOME[1] + k * _EAST]) for k in (0, 1000, 2000, 100_000)]
+        return "".join(
+            f"[[waypoint]]\nlat_deg = {lat!r}\nlon_deg = {lon!r}\n" for lat, lon in map(np.ndarray.tolist, points)
+        )
+
     def positions(self, begin: float) -> int:
         """How many positions of the talker GP stand whole in what was sent, from a Unix time on."""
         fixes = nmea0183.read(bytes(self.sent)).sources["GP"]

@@ -65,7 +65,9 @@ async def soak(seconds: float) -> Soak:
     receiver = Receiver()
     with tempfile.TemporaryDirectory() as folder:
         table = Path(folder) / "run.parquet"
-        listeners = consumers(str(table))
+        route = Path(folder) / "route.toml"
+        route.write_text(receiver.route(), encoding="utf-8")
+        listeners = consumers(str(table), str(route))
         async with contextlib.AsyncExitStack() as stack:
             for each in listeners:
                 await stack.enter_async_context(each.listening())
@@ -131,6 +133,7 @@ def _rhythm(text):
 def results(done: Soak):
     """The table of a run."""
     boat, idle = done.boat, done.idle
+    yield Result("outputs", float(len(done.consumers)), note=", ".join(each.name for each in done.consumers))
     heard = ", ".join(f"{each.name} {each.heard:,} bytes" for each in done.consumers if each.heard)
     yield Result("ticks", boat.ticks, note=heard)
     yield Result("start to the first row", done.first_row, "s", at_most=3.0)
