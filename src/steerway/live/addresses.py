@@ -5,10 +5,12 @@ from collections.abc import Sequence
 
 from steerway.errors import InputError
 from steerway.live import uri
+from steerway.live.deltas import Deltas
 from steerway.live.links import listeners, speakers
 from steerway.live.links.serial import speed_of
 from steerway.live.links.signalk import require_websockets
-from steerway.live.outputs import Deltas, JsonLines, Output, Sentences, TableFile
+from steerway.live.outputs import JsonLines, Output, Sentences, TableFile
+from steerway.live.propellers import PERIOD, Propellers
 from steerway.live.uri import Uri
 
 FROM = {
@@ -20,11 +22,11 @@ FROM = {
     "file": ("speed",),
 }
 TO = {
-    "stdout": (),
-    "serial": ("baud", "period"),
-    "tcp": ("period",),
-    "tcp-server": ("period",),
-    "udp": ("period",),
+    "stdout": ("say",),
+    "serial": ("baud", "period", "say"),
+    "tcp": ("period", "say"),
+    "tcp-server": ("period", "say"),
+    "udp": ("period", "say"),
     "signalk": ("token", "period"),
     "file": (),
 }
@@ -85,17 +87,27 @@ def output(text: str, rate: float | None, patient: bool) -> tuple[Output, speake
     address = _checked(text, TO)
     if address.scheme == "file":
         return TableFile(address.path, every_tick=rate is not None), None
+    says_propellers = _says_propellers(address)
     if address.scheme == "stdout":
         speaker = speakers.StdoutSpeaker(address, patient)
+        if says_propellers:
+            return Propellers(speaker), speaker
         return JsonLines(speaker, every_tick=rate is not None), speaker
-    period = address.number("period", 1.0)
+    period = address.number("period", PERIOD if says_propellers else 1.0)
     if not period > 0.0:
         raise InputError(f"{text}: period is {period:g}, expected s above 0")
     if address.scheme == "signalk":
         speaker = speakers.SignalKSpeaker(address)
         return Deltas(speaker, period), speaker
     speaker = _SPEAKERS[address.scheme](address)
-    return Sentences(speaker, period), speaker
+    return (Propellers if says_propellers else Sentences)(speaker, period), speaker
+
+
+def _says_propellers(address) -> bool:
+    said = address.options.get("say", "propellers")
+    if said != "propellers":
+        raise InputError(f"{address.text}: say is {said!r}, expected propellers, or nothing")
+    return "say" in address.options
 
 
 def _checked(text, schemes) -> Uri:

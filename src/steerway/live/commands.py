@@ -15,6 +15,9 @@ import typer
 from steerway.errors import InputError
 from steerway.live.service import RATE
 
+SLOWEST_STEERING = 5.0
+"""Hz at which an autopilot still has its hand on the helm."""
+
 
 def live(
     listen_to: Annotated[list[str], typer.Option("--from", metavar="ADDRESS", help="Where fixes come from.")],
@@ -55,7 +58,7 @@ def live(
     From: serial:/dev/ttyACM0?baud=38400, tcp://host:port, udp://:port, gpsd://host:2947, signalk://host:3000,
     file:LOG?speed=10 (or speed=max).
     To: stdout: (JSON lines), tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port, serial:…,
-    signalk://host:3000, file:RUN.parquet.
+    signalk://host:3000, file:RUN.parquet; with ?say=propellers, commands for two propellers.
 
     Examples:
 
@@ -68,18 +71,23 @@ def live(
     from steerway.live.autopilot import Autopilot
     from steerway.live.mission import GeodeticRoute
     from steerway.live.navigator import Navigator
+    from steerway.live.propellers import Propellers
     from steerway.live.route import Guide
     from steerway.live.service import Service
 
     _log_to_stderr()
     if engage and mission is None:
         raise InputError("--engage has nothing to follow, expected --mission with a route")
+    if mission is not None and rate is not None and rate < SLOWEST_STEERING:
+        raise InputError(f"--rate is {rate:g} Hz, expected at least {SLOWEST_STEERING:g} Hz with --mission")
     found, speed = addresses.sources(listen_to)
     replayed = not math.isnan(speed)
     tuning = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
     aids = tuple(name.strip().replace("-", "_") for name in aid.split(",") if name.strip()) if aid else ()
     navigator = Navigator(tuning, aids, tuple(source or ()), patience, rate=rate)
     pairs = [addresses.output(text, rate, patient=replayed) for text in say_to or ["stdout:"]]
+    if mission is None and any(isinstance(each, Propellers) for each, _ in pairs):
+        raise InputError("say=propellers has nothing to follow, expected --mission with a route")
     speakers = [speaker for _, speaker in pairs if speaker is not None]
     route = None if mission is None else GeodeticRoute.load(mission)
     guide = None if route is None else Guide(route)
