@@ -18,7 +18,7 @@ from steerway.live import addresses, uri
 from steerway.live.decoding import GpsdDecoder, ReceiverDecoder, SignalKDecoder
 from steerway.live.deltas import Deltas, delta, motion
 from steerway.live.heard import Row, lost
-from steerway.live.links.speakers import StdoutSpeaker
+from steerway.live.links.speakers import FileSpeaker
 from steerway.live.navigator import Navigator
 from steerway.live.outputs import JsonLines, Sentences, json_line
 from steerway.live.service import Service
@@ -195,7 +195,7 @@ def test_json_lines_carry_the_columns_of_estimate():
     assert list(line) == frame.columns
     assert line["course_rate_dps"] == pytest.approx(1.0) and line["cog_deg"] is None and line["status"] == "no_course"
     file = io.BytesIO()
-    output = JsonLines(StdoutSpeaker(None, patient=True, file=file))
+    output = JsonLines(FileSpeaker(file, patient=True))
     for _ in range(2000):
         output.fix(SAILING)
         output.tick(SAILING)

@@ -10,8 +10,9 @@ from steerway.live.links import listeners, speakers
 from steerway.live.links.serial import speed_of
 from steerway.live.links.signalk import require_websockets
 from steerway.live.mavlink.companion import Companion
-from steerway.live.outputs import JsonLines, Output, Sentences, TableFile
+from steerway.live.outputs import JsonLines, Output, Sentences
 from steerway.live.propellers import PERIOD, Propellers
+from steerway.live.table import TableFile
 from steerway.live.uri import Uri
 
 FROM = {
@@ -101,7 +102,7 @@ def output(
         companion = _companion(address, listening)
         return companion, companion
     if address.scheme == "file":
-        return TableFile(address.path, every_tick=rate is not None), None
+        return TableFile(address.path, every_tick=rate is not None, patient=patient), None
     says_propellers = _says_propellers(address)
     if address.scheme == "stdout":
         speaker = speakers.StdoutSpeaker(address, patient)
