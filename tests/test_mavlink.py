@@ -215,10 +215,10 @@ def test_without_a_number_nothing_moves():
 
 def test_farewell_stops_her_only_while_she_is_steered():
     pair = Pair().run(2.0)
-    assert pair.guided.farewell() == []
+    assert pair.guided.farewell(False) == []
     pair.order = RUNNING
     pair.run(2.0)
-    target, mode = pair.up.carry(pair.guided.farewell())
+    target, mode = pair.up.carry(pair.guided.farewell(False))
     assert (target.thrust, target.body_yaw_rate) == (0.0, 0.0) and mode.param2 == RoverMode.HOLD
     pair.rover.hear(target, pair.time), pair.rover.hear(mode, pair.time)
     assert pair.rover.mode is RoverMode.HOLD

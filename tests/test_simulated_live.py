@@ -174,6 +174,8 @@ def test_propeller_commands_turn_her_and_their_absence_stops_her():
 class Told:
     """An autopilot that only remembers."""
 
+    hands_back = False
+
     def __init__(self):
         self.links, self.stops = [], []
 
@@ -191,9 +193,9 @@ class Desk:
         self.running = Running(SimulatedBoat(scenario()), mavlink=addresses.vehicle(there))
         ((address,), _) = addresses.sources([f"mavlink:{here}"])
         self.companion = addresses.listener(address, 1)
-        output, speaker = addresses.output(f"mavlink:{here}", None, False, [self.companion])
+        output, speaker = addresses.output(f"mavlink:{here}", None, False, [self.companion], Told())
+        self.told = self.companion.autopilot
         assert output is speaker is self.companion, "one link for both directions"
-        self.told = self.companion.autopilot = Told()
         self.rows, self.order, self.ticks = [], Order(State.READY), True
 
     @property
@@ -317,13 +319,15 @@ def test_without_ticks_she_is_stopped():
     asyncio.run(sail())
 
 
-def test_leaving_the_link_puts_her_into_hold():
+@pytest.mark.parametrize("mode", [RoverMode.HOLD, RoverMode.MANUAL])
+def test_leaving_the_link_gives_her_back(mode):
     async def sail():
         desk = Desk(*udp())
+        desk.told.hands_back = mode is RoverMode.MANUAL
         async with under_way(desk.running.run()):
             async with under_way(desk.companion.run(desk.rows.extend), desk.tick()):
                 await steered(desk)
-            await until(lambda: desk.rover.mode is RoverMode.HOLD)
+            await until(lambda: desk.rover.mode is mode)
 
     asyncio.run(sail())
 
@@ -379,7 +383,11 @@ def test_wrong_mavlink_addresses_are_refused_in_a_sentence(text, why):
 def test_one_link_has_one_set_of_options():
     companion = Companion(addresses.sources(["mavlink:udpin:127.0.0.1:1"])[0][0])
     with pytest.raises(InputError, match="expected the same options in both"):
-        addresses.output("mavlink:udpin:127.0.0.1:1?silence=2", None, False, [companion])
+        addresses.output("mavlink:udpin:127.0.0.1:1?silence=2", None, False, [companion], Told())
+    with pytest.raises(InputError, match="expected --mission"):
+        addresses.output("mavlink:udpin:127.0.0.1:1", None, False, [companion])
+    with pytest.raises(InputError, match="from a live link"):
+        addresses.output("mavlink:udpin:127.0.0.1:1", None, True, [companion], Told())
 
 
 def test_without_pymavlink_it_is_said_what_is_missing(monkeypatch):

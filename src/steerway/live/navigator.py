@@ -72,6 +72,11 @@ class Navigator:
         self._ahead = FiveStateFilter(self.filter.profile, aid)
         self._ahead_time = math.nan
 
+    @property
+    def strayed(self) -> int:
+        """How many rows had a time that did not follow: older than the one before, or far ahead and not confirmed."""
+        return self.counts["late"] + self.counts["too late"] + self.counts["stray"] + (self._astray is not None)
+
     def hear(self, heard: Heard) -> list[Row]:
         """Take what was said; the rows that are new by it: one a fix in order, none for anything else."""
         if not math.isfinite(heard.time):

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from steerway.checks import positive
 from steerway.estimation.model import LONGEST_GAP
 from steerway.formats.nmea0183.writing import Leg
-from steerway.live.autopilot import Autopilot, Order
+from steerway.live.autopilot import Autopilot, Order, State
 from steerway.live.clock import FixClock
 from steerway.live.heard import Heard, Row, lost
 from steerway.live.links.listeners import Listener
@@ -68,7 +68,7 @@ class Service:
     def hear(self, rows: Iterable[Heard]) -> None:
         """Rows from a live link, now."""
         for heard in rows:
-            for row in self.navigator.hear(heard):
+            for row in self._heard(heard):
                 now = time.monotonic()
                 if not row.time > self.clock.now(now) - self.navigator.patience:
                     self.clock.forget()
@@ -105,6 +105,14 @@ class Service:
         counts = ", ".join(f"{count} {what}" for what, count in self.navigator.counts.items())
         LOG.info("rows: %s; source %s", counts or "none", self.navigator.choice.present or "none")
 
+    def _heard(self, heard):
+        """The rows that are new by what was heard; the autopilot learns of times that do not follow."""
+        strayed = self.navigator.strayed
+        rows = self.navigator.hear(heard)
+        if self.autopilot is not None and self.navigator.strayed > strayed:
+            self.autopilot.astray()
+        return rows
+
     def _fix(self, row):
         if self.autopilot is not None:
             self.autopilot.fix(row)
@@ -114,14 +122,23 @@ class Service:
     def _tick(self, moment, now):
         """Say a moment; `now` is the clock that times the autopilot."""
         row = self.navigator.at(moment)
+        if self.guide is not None and self.autopilot is not None and self.autopilot.begins:
+            self.guide.restart()
         leg = None if self.guide is None else self.guide.step(row)
-        order = None
-        if self.autopilot is not None:
-            order = self.autopilot.step(row, leg, now - self._ticked if math.isfinite(self._ticked) else 0.0)
-        self._ticked = now
+        order = None if self.autopilot is None else self._order(row, leg, now)
         self.latest = Latest(row, leg, order, self.navigator.counts)
         for output in self.outputs:
             output.tick(row, leg, order)
+
+    def _order(self, row, leg, now):
+        dt = now - self._ticked if math.isfinite(self._ticked) else 0.0
+        self._ticked = now
+        order = self.autopilot.step(row, leg, dt)
+        before = self.latest.order
+        if before is None or order.state is not before.state:
+            tell = LOG.warning if order.state is State.STOPPED else LOG.info
+            tell("autopilot %s%s", order.state, f": {order.reason}" if order.reason else "")
+        return order
 
     async def _tick_for_ever(self):
         beat = time.monotonic()
@@ -153,7 +170,7 @@ class Service:
                 next_tick += 1
             await self._until(origin, heard.time, speed)
             before = heard.time
-            for row in self.navigator.hear(heard):
+            for row in self._heard(heard):
                 self._fix(row)
             if k % _BREATH == 0:
                 await asyncio.sleep(0)

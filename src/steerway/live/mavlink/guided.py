@@ -108,10 +108,12 @@ class Guided:
         said += self._steering(now, order)
         return said
 
-    def farewell(self) -> list:
-        """What to say when there is no more time to say anything."""
+    def farewell(self, hands_back: bool) -> list:
+        """What to say when there is no more time to say anything: HOLD, or MANUAL to the skipper."""
         if self.vehicle is None or self.phase in (Phase.FREE, Phase.RETURNING):
             return []
+        if hands_back:
+            return [self._mode_message(RoverMode.MANUAL)]
         return [self._target_message(0.0, 0.0, 0.0), self._mode_message(RoverMode.HOLD)]
 
     def _judge(self, now, order):
