@@ -157,10 +157,12 @@ def test_propeller_commands_turn_her_and_their_absence_stops_her():
                 say(b'{"port": null, "starboard": 1}')
                 await asyncio.sleep(0.1)
                 assert not running.propellers.obeyed
-                for _ in range(20):
+
+                def turning():
                     say(json.dumps({"port": 0.8, "starboard": -0.5}).encode())
-                    await asyncio.sleep(0.05)
-                assert running.boat.motion.yaw_rate > 0.3
+                    return running.boat.motion.yaw_rate > 0.3
+
+                await until(turning, 10.0)
                 screw = running.boat.vessel.actuators[0]
                 assert running.propellers.command() == pytest.approx((0.8 * screw.high, 0.5 * screw.low))
                 await asyncio.sleep(1.5)
