@@ -9,7 +9,7 @@ from steerway.live.deltas import Deltas
 from steerway.live.links import listeners, speakers
 from steerway.live.links.serial import speed_of
 from steerway.live.links.signalk import require_websockets
-from steerway.live.mavlink.companion import Companion
+from steerway.live.mavlink.companion import Companion, Told
 from steerway.live.outputs import JsonLines, Output, Sentences
 from steerway.live.propellers import PERIOD, Propellers
 from steerway.live.table import TableFile
@@ -91,15 +91,22 @@ def listener(address: Uri, among: int) -> listeners.Listener | Companion:
 
 
 def output(
-    text: str, rate: float | None, patient: bool, listening: Sequence = ()
+    text: str, rate: float | None, patient: bool, listening: Sequence = (), autopilot: Told | None = None
 ) -> tuple[Output, speakers.Speaker | Companion | None]:
-    """The output of an address and its link; files have none. `rate` None: a row a fix. `patient`: lose nothing.
+    """The output of an address and its link; files have none.
 
-    `listening`: listeners that are there already; a link that works both ways is not opened twice.
+    rate:      None: a row a fix.
+    patient:   lose nothing, as a log is replayed.
+    listening: listeners that are there already; a link that works both ways is not opened twice.
+    autopilot: whose orders a vehicle is told, and who hears of her link.
     """
     address = _checked(text, TO)
     if address.scheme == "mavlink":
+        if autopilot is None or patient:
+            what = "from a live link" if patient else "of a route, expected --mission FILE with it"
+            raise InputError(f"{text}: a vehicle is steered by orders {what}")
         companion = _companion(address, listening)
+        companion.autopilot = autopilot
         return companion, companion
     if address.scheme == "file":
         return TableFile(address.path, every_tick=rate is not None, patient=patient), None

@@ -99,14 +99,14 @@ def live(
     tuning = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
     aids = tuple(name.strip().replace("-", "_") for name in aid.split(",") if name.strip()) if aid else ()
     navigator = Navigator(tuning, aids, tuple(source or ()), patience, rate=rate)
-    ears = [] if replayed else [addresses.listener(each, len(found)) for each in found]
-    pairs = [addresses.output(text, rate, patient=replayed, listening=ears) for text in say_to or ["stdout:"]]
-    if mission is None and any(isinstance(each, Propellers) for each, _ in pairs):
-        raise InputError("say=propellers has nothing to follow, expected --mission with a route")
-    speakers = [speaker for _, speaker in pairs if speaker is not None]
     route = None if mission is None else GeodeticRoute.load(mission)
     guide = None if route is None else Guide(route)
     autopilot = None if route is None else Autopilot(route, tuning, patience, engage)
+    ears = [] if replayed else [addresses.listener(each, len(found)) for each in found]
+    pairs = [addresses.output(text, rate, replayed, ears, autopilot) for text in say_to or ["stdout:"]]
+    if mission is None and any(isinstance(each, Propellers) for each, _ in pairs):
+        raise InputError("say=propellers has nothing to follow, expected --mission with a route")
+    speakers = [speaker for _, speaker in pairs if speaker is not None]
     service = Service(navigator, [each for each, _ in pairs], rate or RATE, latency, guide, autopilot)
     if page is not None:
         speakers.append(Helm(service, page, route))
