@@ -5,6 +5,7 @@ Nothing here waits: a page that does not keep up misses views, and one that ends
 
 import asyncio
 import contextlib
+import importlib.util
 import json
 import logging
 import sys
@@ -24,9 +25,14 @@ _LEAVING = 2.0  # s the page has to end
 
 
 class Helm:
-    """The page of a service. Runs beside it like a link; `route` is what is drawn."""
+    """The page of a service. Runs beside it like a link; `route` is what is drawn.
+
+    Raises InputError without the package that draws it.
+    """
 
     def __init__(self, service: Service, address: Address, route: GeodeticRoute | None = None):
+        if importlib.util.find_spec("nicegui") is None:
+            raise InputError("the helm page needs the package nicegui, expected pip install steerway[helm]")
         self.service, self.address = service, address
         self._plane = Plane.of(route)
         self._notice = ""
