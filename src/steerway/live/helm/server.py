@@ -56,7 +56,7 @@ def main() -> None:
     try:
         listener = _listener(address)
     except OSError as error:
-        say({"failed": error.strerror or str(error)})
+        say({"failed": os.strerror(error.errno) if error.errno else str(error)})
         return
     asyncio.run(_serve(address, listener, Board(settings, say), say))
 
