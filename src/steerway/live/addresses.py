@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from steerway.errors import InputError
 from steerway.live import uri
 from steerway.live.links import listeners, speakers
+from steerway.live.links.foxglove import FoxgloveServer, require_foxglove
 from steerway.live.links.serial import speed_of
 from steerway.live.links.signalk import require_websockets
 from steerway.live.outputs import Deltas, JsonLines, Output, Sentences, TableFile
@@ -26,11 +27,13 @@ TO = {
     "tcp-server": ("period",),
     "udp": ("period",),
     "signalk": ("token", "period"),
+    "foxglove": ("period",),
     "file": (),
 }
 """Schemes and their options."""
 
-_PORTS = {"gpsd": 2947, "signalk": 3000}
+_PORTS = {"gpsd": 2947, "signalk": 3000, "foxglove": 8765}
+_PERIODS = {"foxglove": 0.1}  # s, where it is not 1
 _LISTENERS = {
     "serial": listeners.SerialListener,
     "tcp": listeners.TcpListener,
@@ -80,7 +83,7 @@ def listener(address: Uri, among: int) -> listeners.Listener:
     return _LISTENERS[address.scheme](address, address.text if among > 1 else "")
 
 
-def output(text: str, rate: float | None, patient: bool) -> tuple[Output, speakers.Speaker | None]:
+def output(text: str, rate: float | None, patient: bool) -> tuple[Output, speakers.Speaker | FoxgloveServer | None]:
     """The output of an address and its link; files have none. `rate` None: a row a fix. `patient`: lose nothing."""
     address = _checked(text, TO)
     if address.scheme == "file":
@@ -88,12 +91,15 @@ def output(text: str, rate: float | None, patient: bool) -> tuple[Output, speake
     if address.scheme == "stdout":
         speaker = speakers.StdoutSpeaker(address, patient)
         return JsonLines(speaker, every_tick=rate is not None), speaker
-    period = address.number("period", 1.0)
+    period = address.number("period", _PERIODS.get(address.scheme, 1.0))
     if not period > 0.0:
         raise InputError(f"{text}: period is {period:g}, expected s above 0")
     if address.scheme == "signalk":
         speaker = speakers.SignalKSpeaker(address)
         return Deltas(speaker, period), speaker
+    if address.scheme == "foxglove":
+        server = FoxgloveServer(address, period)
+        return server, server
     speaker = _SPEAKERS[address.scheme](address)
     return Sentences(speaker, period), speaker
 
@@ -108,4 +114,6 @@ def _checked(text, schemes) -> Uri:
         speed_of(address)
     if address.scheme == "signalk":
         require_websockets(address)
+    if address.scheme == "foxglove":
+        require_foxglove(address)
     return address

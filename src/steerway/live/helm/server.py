@@ -16,6 +16,7 @@ from steerway.live.helm.address import Address
 from steerway.live.helm.history import History
 from steerway.live.helm.view import View
 
+_NICE = 10  # where there is not enough computer for both, the boat comes first
 _LONGEST = 1 << 20  # bytes of a line
 
 
@@ -44,6 +45,7 @@ class Board:
 
 def main() -> None:
     """Serve until standard input ends."""
+    os.nice(_NICE)
     settings = json.loads(open(sys.stdin.fileno(), "rb", buffering=0, closefd=False).readline())
     orders = os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0)
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints is no order
