@@ -8,10 +8,14 @@ import math
 from enum import StrEnum
 from typing import NamedTuple
 
-from steerway.angles import wrap
 from steerway.errors import InputError
+from steerway.estimation.profiles import Profile
 from steerway.formats.nmea0183.writing import Leg
 from steerway.live.heard import Row
+from steerway.live.limits import LimitGuard
+from steerway.live.mission import Boat, GeodeticRoute, Limits
+from steerway.live.steering import Steering
+from steerway.live.watch import Watch
 
 
 class State(StrEnum):
@@ -20,8 +24,11 @@ class State(StrEnum):
     IDLE = "idle"
     READY = "ready"
     RUNNING = "running"
-    DEGRADED = "degraded"
+    DEGRADED = "degraded"  # steers, on dead reckoning or against fixes that do not fit
     STOPPED = "stopped"
+
+
+UNDER_WAY = (State.RUNNING, State.DEGRADED)
 
 
 class Order(NamedTuple):
@@ -32,50 +39,113 @@ class Order(NamedTuple):
     engaged: bool = False  # whether what follows is to be carried out; also of the safe output "stop"
     yaw_rate: float = 0.0  # rad/s, + to starboard
     thrust: float = 0.0  # fraction of full, -1 to 1
-    port: float = 0.0  # propellers, -1 to 1
+    port: float = 0.0  # propellers, -1 to 1 of full speed
     starboard: float = 0.0
     course: float = math.nan  # to steer, rad; NaN when unknown
     speed: float = math.nan  # asked over ground, m/s
 
 
 class Autopilot:
-    """Follows the leg it is told of, one step a tick."""
+    """Follows the leg it is told of, one step a tick.
 
-    def __init__(self):
+    route:    what limits, fence, boat and safe output are taken from; without one those of `Settings`.
+    profile:  of the estimator, to which the control law submits.
+    patience: s without a fix for which it steers by dead reckoning.
+    engage:   start by itself once, as soon as it is ready.
+    """
+
+    def __init__(
+        self,
+        route: GeodeticRoute | None = None,
+        profile: Profile | str = "small-usv",
+        patience: float = 10.0,
+        engage: bool = False,
+    ):
+        limits, fence, boat = (Limits(), None, Boat()) if route is None else (route.limits, route.fence, route.boat)
         self.state = State.IDLE
         self.reason = "no position yet"
-        self._links: dict[str, bool] = {}
+        self.hands_back = route is not None and route.safe == "hand-back"
+        self._engage = engage
+        self._has_route = route is not None
+        self._is_done = True  # no leg of the route is under way that a start would go on with
+        self._fresh = False  # started, and not stepped since
+        self._obstacle = self.reason
+        self._watch = Watch(patience)
+        self._guard = LimitGuard(limits, fence)
+        self._steering = Steering(boat, Profile.named(profile) if isinstance(profile, str) else profile)
+
+    @property
+    def begins(self) -> bool:
+        """Whether the next step is the first of a route, which is to begin anew for it."""
+        return self._fresh and self._is_done
 
     def start(self) -> None:
-        """Steer from the next step on. Raises InputError in words when that is refused."""
-        if self.state in (State.RUNNING, State.DEGRADED):
+        """Steer from the next step on: the route from its beginning, or on from where it was stopped.
+
+        Raises InputError in words when that is refused.
+        """
+        if self.state in UNDER_WAY:
             return
-        if self.state is State.IDLE:
-            raise InputError(f"the autopilot is not ready: {self.reason}")
+        if self._obstacle:
+            raise InputError(f"the autopilot cannot be started: {self._obstacle}")
         self.state, self.reason = State.RUNNING, ""
+        self._fresh, self._engage = True, False
 
     def stop(self, reason: str = "told to stop") -> None:
-        """Let go: the safe output from now on, until started again."""
-        if self.state in (State.RUNNING, State.DEGRADED):
-            self.state, self.reason = State.STOPPED, reason
+        """Let go: the safe output from now on, until started again. It withdraws an `engage` that has yet to happen."""
+        self._engage = False
+        if self.state in UNDER_WAY:
+            self.state, self.reason, self._fresh = State.STOPPED, reason, False
 
     def link(self, name: str, alive: bool) -> None:
-        """Whether an output's other end is there; while one that was there is not, the autopilot does not steer."""
-        self._links[name] = alive
+        """Whether the other end of an output's link is there; without it the autopilot does not steer."""
+        self._watch.link(name, alive)
         if not alive:
             self.stop(f"link {name} is lost")
 
     def fix(self, row: Row) -> None:
-        """A fix was taken."""
+        """A fix was taken, or rejected by the filter's gate."""
+        self._watch.fix(row)
+
+    def late(self) -> None:
+        """A position was heard that is older than the last fix."""
+        self._watch.late()
 
     def step(self, row: Row, leg: Leg | None, dt: float) -> Order:
         """The order of a tick, dt s after the one before."""
-        known = row.valid and not math.isnan(row.cog) and leg is not None and not math.isnan(leg.course_to_steer)
+        trouble = self._watch.step(row, dt)
+        if self.state in UNDER_WAY:
+            self._go_on(row, leg, dt, trouble)
+        self._obstacle = self._watch.obstacle(row) or self._missing_leg(leg) or self._guard.obstacle(row, leg)
         if self.state in (State.IDLE, State.READY):
-            self.state, self.reason = (State.READY, "") if known else (State.IDLE, "course or route unknown")
-        elif not known:
-            self.stop("course or route unknown")
-        if self.state is State.RUNNING:
-            rate = 0.3 * wrap(leg.course_to_steer - row.cog)
-            return Order(self.state, "", True, rate, 0.5, 0.5 + rate, 0.5 - rate, leg.course_to_steer)
-        return Order(self.state, self.reason, engaged=self.state is State.STOPPED)
+            self._wait()
+        return self._order(row, leg, dt)
+
+    def _go_on(self, row, leg, dt, trouble):
+        if self._fresh:
+            self._fresh = self._is_done = False
+            self._steering.start(row)
+            self._guard.start()
+        if leg is None:
+            self._is_done = True
+            trouble = trouble or "the route is finished"
+        trouble = trouble or self._guard.step(row, leg, dt)
+        if trouble:
+            self.stop(trouble)
+        else:
+            self.reason = self._watch.doubt(row)
+            self.state = State.DEGRADED if self.reason else State.RUNNING
+
+    def _missing_leg(self, leg):
+        return "" if leg is not None or (self._has_route and self._is_done) else "no route"
+
+    def _wait(self):
+        self.state, self.reason = (State.IDLE, self._obstacle) if self._obstacle else (State.READY, "")
+        if self._engage and self.state is State.READY:
+            self.start()
+
+    def _order(self, row, leg, dt):
+        if self.state not in UNDER_WAY or self._fresh or leg is None:
+            return Order(self.state, self.reason, self.state is State.STOPPED and not self.hands_back)
+        command = self._steering.step(row, leg, self._watch.interval, dt)
+        return Order(self.state, self.reason, True, *command)

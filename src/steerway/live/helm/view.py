@@ -15,7 +15,7 @@ from steerway.earth import KNOT, displacement
 from steerway.formats.nmea0183.writing import Leg
 from steerway.live.autopilot import Order
 from steerway.live.heard import Row
-from steerway.live.route import GeodeticRoute
+from steerway.live.mission import GeodeticRoute
 from steerway.records import PREDICTED, STATUSES
 
 _TWO_SIDED = 1.959964  # standard normal, 95 % within
