@@ -33,7 +33,7 @@ class Output(Protocol):
         """The run is over."""
 
 
-class Rhythm:
+class _Rhythm:
     """True once in every period of the rows' time, and at once when time goes back."""
 
     def __init__(self, period: float):
@@ -53,7 +53,7 @@ class Sentences:
 
     def __init__(self, speaker: Speaker, period: float = 1.0):
         self.speaker = speaker
-        self._rhythm = Rhythm(period)
+        self._rhythm = _Rhythm(period)
 
     def fix(self, row: Row) -> None:
         """See Output."""
@@ -103,18 +103,13 @@ class JsonLines:
         self.speaker.close()
 
 
-def columns(row: Row) -> dict[str, float | str | None]:
-    """A row under the outward names of its columns, None for unknown."""
+def json_line(row: Row) -> bytes:
+    """A row under the outward names of its columns, null for unknown, with its line end."""
     said = {}
     for name, (field, convert) in MOTION_COLUMNS.items():
         value = float(convert(getattr(row, field)))
         said[name] = value if math.isfinite(value) else None
-    return said | {"status": STATUSES[row.status]}
-
-
-def json_line(row: Row) -> bytes:
-    """`columns` as a line of JSON, null for unknown."""
-    return json.dumps(columns(row)).encode() + b"\n"
+    return json.dumps(said | {"status": STATUSES[row.status]}).encode() + b"\n"
 
 
 class Deltas:
@@ -122,7 +117,7 @@ class Deltas:
 
     def __init__(self, speaker: Speaker, period: float = 1.0):
         self.speaker, self.period = speaker, period
-        self._rhythm = Rhythm(period)
+        self._rhythm = _Rhythm(period)
         self._said = -math.inf
 
     def fix(self, row: Row) -> None:

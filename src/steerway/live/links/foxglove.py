@@ -6,6 +6,7 @@ said to it: it offers no capability.
 
 import asyncio
 import importlib.util
+import json
 import math
 
 from steerway.errors import InputError
@@ -13,18 +14,18 @@ from steerway.formats.nmea0183.writing import Leg
 from steerway.live.autopilot import Order
 from steerway.live.heard import Row
 from steerway.live.links.listening import kept_open
-from steerway.live.outputs import Rhythm, columns
+from steerway.live.outputs import json_line
+from steerway.live.rhythm import Rhythm
 from steerway.live.uri import Uri
 from steerway.records import MOTION_COLUMNS
 
 POSITION, ESTIMATE = "/position", "/estimate"
 """Topics."""
-_TEXTS = ("status", "autopilot", "reason")
-_NUMBERS = (*MOTION_COLUMNS, "cross_track_m")
+_TEXTS = ("status", "state", "reason")
 _SCHEMA = {
     "type": "object",
     "title": "steerway.Estimate",
-    "properties": {name: {"type": ["number", "null"]} for name in _NUMBERS}
+    "properties": {name: {"type": ["number", "null"]} for name in MOTION_COLUMNS}
     | {name: {"type": ["string", "null"]} for name in _TEXTS},
 }
 
@@ -36,7 +37,7 @@ def require_foxglove(uri: Uri) -> None:
 
 
 class FoxgloveServer:
-    """Output and link in one: a `foxglove.LocationFix` and a JSON message once a period (s)."""
+    """Output and link in one: a `foxglove.LocationFix` and a JSON message, as of `stdout:`, once a period (s)."""
 
     def __init__(self, uri: Uri, period: float = 0.1):
         import foxglove
@@ -46,7 +47,8 @@ class FoxgloveServer:
         self._rhythm = Rhythm(period)
         self._context = foxglove.Context()
         self._position = LocationFixChannel(POSITION, context=self._context)
-        self._estimate = foxglove.Channel(ESTIMATE, schema=_SCHEMA, context=self._context)
+        schema = foxglove.Schema(name="steerway.Estimate", encoding="jsonschema", data=json.dumps(_SCHEMA).encode())
+        self._estimate = foxglove.Channel(ESTIMATE, schema=schema, message_encoding="json", context=self._context)
 
     async def run(self) -> None:
         """Keep the server open until cancelled."""
@@ -62,7 +64,7 @@ class FoxgloveServer:
         moment = round(row.time * 1e9)
         if row.valid:
             self._position.log(_location(row, moment), log_time=moment)
-        self._estimate.log(_estimate(row, leg, order), log_time=moment)
+        self._estimate.log(json_line(row), log_time=moment)
 
     def close(self) -> None:
         """See Output; the server ends with `run`."""
@@ -101,9 +103,3 @@ def _location(row, moment):
         position_covariance_type=LocationFixPositionCovarianceType.Approximated,
         velocity=velocity,
     )
-
-
-def _estimate(row, leg, order):
-    cross_track = None if leg is None or math.isnan(leg.cross_track) else leg.cross_track
-    state, reason = (None, None) if order is None else (str(order.state), order.reason)
-    return columns(row) | {"cross_track_m": cross_track, "autopilot": state, "reason": reason}
