@@ -76,6 +76,7 @@ class Helm:
             "port": self.address.port,
             "token": self.address.token,
             "route": self._plane.route,
+            "fence": self._plane.fence,
             "has_autopilot": self.service.autopilot is not None,
         }
 

@@ -25,6 +25,7 @@ class Board:
 
     def __init__(self, settings: dict, say: Callable[[dict], None]):
         self.route = [tuple(place) for place in settings["route"]]
+        self.fence = [tuple(place) for place in settings["fence"]]
         self.has_autopilot = bool(settings["has_autopilot"])
         self.history = History()
         self.view = View()

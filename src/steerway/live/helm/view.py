@@ -85,6 +85,7 @@ class Plane:
 
     origin: tuple[float, float] | None = None
     route: list[tuple[float, float]] = field(default_factory=list)
+    fence: list[tuple[float, float]] = field(default_factory=list)
 
     @classmethod
     def of(cls, route: GeodeticRoute | None) -> "Plane":
@@ -92,8 +93,12 @@ class Plane:
         if route is None:
             return cls()
         origin = float(route.latitude[0]), float(route.longitude[0])
-        places = zip(route.latitude, route.longitude, strict=True)
-        return cls(origin, [tuple(map(float, displacement(*place, *origin))) for place in places])
+        fence = () if route.fence is None else route.fence.places
+
+        def placed(places):
+            return [tuple(map(float, displacement(*place, *origin))) for place in places]
+
+        return cls(origin, placed(zip(route.latitude, route.longitude, strict=True)), placed(fence))
 
     def place(self, latitude: float, longitude: float) -> tuple[float, float]:
         """North and east of a position, m."""
