@@ -5,12 +5,14 @@ from collections.abc import Sequence
 
 from steerway.errors import InputError
 from steerway.live import uri
+from steerway.live.deltas import Deltas
 from steerway.live.links import listeners, speakers
 from steerway.live.links.foxglove import FoxgloveServer, require_foxglove
 from steerway.live.links.serial import speed_of
 from steerway.live.links.signalk import require_websockets
 from steerway.live.mavlink.companion import Companion
-from steerway.live.outputs import Deltas, JsonLines, Output, Sentences, TableFile
+from steerway.live.outputs import JsonLines, Output, Sentences, TableFile
+from steerway.live.propellers import PERIOD, Propellers
 from steerway.live.uri import Uri
 
 FROM = {
@@ -23,11 +25,11 @@ FROM = {
     "file": ("speed",),
 }
 TO = {
-    "stdout": (),
-    "serial": ("baud", "period"),
-    "tcp": ("period",),
-    "tcp-server": ("period",),
-    "udp": ("period",),
+    "stdout": ("say",),
+    "serial": ("baud", "period", "say"),
+    "tcp": ("period", "say"),
+    "tcp-server": ("period", "say"),
+    "udp": ("period", "say"),
     "signalk": ("token", "period"),
     "foxglove": ("period",),
     "mavlink": ("baud", "silence", "system"),
@@ -103,10 +105,14 @@ def output(
         return companion, companion
     if address.scheme == "file":
         return TableFile(address.path, every_tick=rate is not None), None
+    says_propellers = _says_propellers(address)
     if address.scheme == "stdout":
         speaker = speakers.StdoutSpeaker(address, patient)
+        if says_propellers:
+            return Propellers(speaker), speaker
         return JsonLines(speaker, every_tick=rate is not None), speaker
-    period = address.number("period", _PERIODS.get(address.scheme, 1.0))
+    usual = PERIOD if says_propellers else _PERIODS.get(address.scheme, 1.0)
+    period = address.number("period", usual)
     if not period > 0.0:
         raise InputError(f"{text}: period is {period:g}, expected s above 0")
     if address.scheme == "signalk":
@@ -116,7 +122,14 @@ def output(
         server = FoxgloveServer(address, period)
         return server, server
     speaker = _SPEAKERS[address.scheme](address)
-    return Sentences(speaker, period), speaker
+    return (Propellers if says_propellers else Sentences)(speaker, period), speaker
+
+
+def _says_propellers(address) -> bool:
+    said = address.options.get("say", "propellers")
+    if said != "propellers":
+        raise InputError(f"{address.text}: say is {said!r}, expected propellers, or nothing")
+    return "say" in address.options
 
 
 def stream(text: str) -> speakers.Speaker:

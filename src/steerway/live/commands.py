@@ -79,7 +79,8 @@ def live(
     From: serial:/dev/ttyACM0?baud=38400, tcp://host:port, udp://:port, gpsd://host:2947, signalk://host:3000,
     mavlink:udpin:host:port (udpout, tcp, or mavlink:/dev/…), file:LOG?speed=10 (or speed=max).
     To: stdout: (JSON lines), tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port, serial:…,
-    signalk://host:3000, mavlink:udpin:host:port (steers in GUIDED), foxglove://127.0.0.1:8765, file:RUN.parquet.
+    signalk://host:3000, mavlink:udpin:host:port (steers in GUIDED), foxglove://127.0.0.1:8765, file:RUN.parquet;
+    with ?say=propellers, commands for two propellers.
 
     Examples:
 

@@ -11,15 +11,21 @@ from steerway.live.helm.bridge import Helm
 from steerway.live.mission import GeodeticRoute
 from steerway.live.navigator import Navigator
 from steerway.live.process import until_stopped
+from steerway.live.propellers import Propellers
 from steerway.live.route import Guide
 from steerway.live.service import RATE, Service
 from steerway.live.settings import Settings
+
+SLOWEST_STEERING = 5.0
+"""Hz at which an autopilot still has its hand on the helm."""
 
 
 def launch(settings: Settings) -> None:
     """Run to the end of the logs, or until told to stop. Raises InputError for what cannot be run."""
     if settings.engage and settings.mission is None:
         raise InputError("--engage has nothing to follow, expected --mission with a route")
+    if settings.mission is not None and settings.rate is not None and settings.rate < SLOWEST_STEERING:
+        raise InputError(f"--rate is {settings.rate:g} Hz, expected at least {SLOWEST_STEERING:g} Hz with --mission")
     found, speed = addresses.sources(settings.listen_to)
     page = None if settings.helm is None else address(settings.helm, token_of(settings.helm_token_file))
     replayed, rate = not math.isnan(speed), settings.rate
@@ -29,6 +35,8 @@ def launch(settings: Settings) -> None:
     navigator = Navigator(tuning, aids, settings.source, settings.patience, rate=rate)
     ears = [] if replayed else [addresses.listener(each, len(found)) for each in found]
     pairs = [addresses.output(text, rate, patient=replayed, listening=ears) for text in settings.say_to]
+    if settings.mission is None and any(isinstance(each, Propellers) for each, _ in pairs):
+        raise InputError("say=propellers has nothing to follow, expected --mission with a route")
     speakers = [speaker for _, speaker in pairs if speaker is not None]
     route = None if settings.mission is None else GeodeticRoute.load(settings.mission)
     guide = None if route is None else Guide(route)

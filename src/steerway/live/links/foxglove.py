@@ -64,7 +64,7 @@ class FoxgloveServer:
         moment = round(row.time * 1e9)
         if row.valid:
             self._position.log(_location(row, moment), log_time=moment)
-        self._estimate.log(json_line(row), log_time=moment)
+        self._estimate.log(json_line(row, order), log_time=moment)
 
     def close(self) -> None:
         """See Output; the server ends with `run`."""
