@@ -23,7 +23,8 @@ from steerway.live.helm.address import Address, address, checked, token_of
 from steerway.live.helm.bridge import Helm
 from steerway.live.helm.gate import COOKIE, Gate, Sessions
 from steerway.live.helm.history import History
-from steerway.live.helm.view import Plane, Seen, View, ellipse, view
+from steerway.live.helm.seeing import Plane, Seen, ellipse, view
+from steerway.live.helm.view import View
 from steerway.live.helm.words import UNKNOWN, tone, words
 from steerway.live.navigator import Navigator
 from steerway.live.route import GeodeticRoute

@@ -17,7 +17,8 @@ from steerway.live.helm.history import History
 from steerway.live.helm.view import View
 
 _NICE = 10  # where there is not enough computer for both, the boat comes first
-_LONGEST = 1 << 20  # bytes of a line
+_LONGEST = 1 << 20  # bytes of a line, and of what a browser says at once
+_MOST = 200  # connections
 
 
 class Board:
@@ -85,6 +86,8 @@ async def _serve(address, listener, board, say):
         server_header=False,
         proxy_headers=False,
         ws="websockets-sansio",
+        ws_max_size=_LONGEST,
+        limit_concurrency=_MOST,
     )
     serving = asyncio.create_task(uvicorn.Server(config).serve([listener]))
     listening = asyncio.create_task(_listen(board))
