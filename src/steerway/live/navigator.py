@@ -31,6 +31,7 @@ class _Taken(NamedTuple):
     time: float
     latitude: float
     longitude: float
+    position_std: float
     aids: tuple[float, ...]
     before: np.ndarray
 
@@ -141,7 +142,7 @@ class Navigator:
         return self._take(held, self._aids(held)) + self._take(heard, aids)
 
     def _take(self, heard, aids):
-        row = self._step(heard.time, heard.latitude, heard.longitude, aids)
+        row = self._step(heard.time, heard.latitude, heard.longitude, heard.position_std, aids)
         while self._taken and self._taken[0].time < heard.time - self.recall:
             self._taken.popleft()
         if not heard.has_position:
@@ -151,10 +152,10 @@ class Navigator:
         self._row = row
         return [row]
 
-    def _step(self, time, latitude, longitude, aids):
-        self._taken.append(_Taken(time, latitude, longitude, aids, self.filter.snapshot()))
+    def _step(self, time, latitude, longitude, position_std, aids):
+        self._taken.append(_Taken(time, latitude, longitude, position_std, aids, self.filter.snapshot()))
         dt = self._approach(self.filter, self._time, time)
-        said, nis, status = self.filter.row(dt, latitude, longitude, aids)
+        said, nis, status = self.filter.row(dt, latitude, longitude, aids, position_std)
         self._time = time
         self._ahead_time = math.nan
         return _row(time, said, nis, status)
@@ -166,9 +167,9 @@ class Navigator:
             later.append(self._taken.pop())
         self.filter.restore(later[-1].before)
         self._time = self._taken[-1].time
-        self._step(heard.time, heard.latitude, heard.longitude, aids)
+        self._step(heard.time, heard.latitude, heard.longitude, heard.position_std, aids)
         for taken in reversed(later):
-            self._step(taken.time, taken.latitude, taken.longitude, taken.aids)
+            self._step(taken.time, taken.latitude, taken.longitude, taken.position_std, taken.aids)
 
     def _approach(self, estimator, start, stop):
         """Predict from start to the last step of the rate's grid before stop; the s that remain."""

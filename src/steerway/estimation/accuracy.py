@@ -1,0 +1,46 @@
+"""How far to doubt a fix by what its receiver says of its accuracy.
+
+What a receiver says is not the noise that a filter sees: its errors of a metre are much the same from fix to fix. So a
+profile tells how the receiver is as a rule, and what it says of one fix counts against what it says as a rule. Bad
+news only: a receiver that calls itself better than usual is seldom better in what matters here.
+"""
+
+import math
+
+import numpy as np
+
+from steerway.compiled import kernel, lean_kernel
+
+USUAL, COUNT = range(2)
+"""What is remembered of a receiver: log of the deviation it states as a rule, and how many fixes tell so."""
+
+_MEMORY = 3600.0
+"""Fixes by which what was usual is forgotten."""
+_LARGEST_STEP = 1.0
+"""Most by which one fix is taken to differ from the rule: a receiver in trouble says anything, up to kilometres."""
+
+
+@lean_kernel
+def doubt(usual, said):
+    """How many times its usual variance a fix has, at least 1, by the deviation said of it (m; NaN: nothing was said).
+
+    usual: (2,) what is remembered, brought up to date; of a receiver not heard yet all zero.
+    """
+    if not (said > 0.0 and math.isfinite(said)):
+        return 1.0
+    level = math.log(said)
+    if usual[COUNT] == 0.0:
+        usual[USUAL] = level
+    usual[COUNT] = min(usual[COUNT] + 1.0, _MEMORY)
+    excess = level - usual[USUAL]
+    usual[USUAL] += min(max(excess, -_LARGEST_STEP), _LARGEST_STEP) / usual[COUNT]
+    return math.exp(2.0 * max(excess, 0.0))
+
+
+@kernel
+def doubts_of(usual, said):
+    """`doubt` of one receiver's fixes (n,) in their order."""
+    found = np.empty(len(said))
+    for k in range(len(said)):
+        found[k] = doubt(usual, said[k])
+    return found
