@@ -1,8 +1,9 @@
 """How far to doubt a fix by what its receiver says of its accuracy.
 
 What a receiver says is not the noise that a filter sees: its errors of a metre are much the same from fix to fix. So a
-profile tells how the receiver is as a rule, and what it says of one fix counts against what it says as a rule. Bad
-news only: a receiver that calls itself better than usual is seldom better in what matters here.
+profile tells how the receiver is as a rule, and what it says of one fix counts against what it says as a rule. Only
+what is worse by far: below that it wavers and means nothing, and a receiver that calls itself better than usual is
+seldom better in what matters here.
 """
 
 import math
@@ -16,6 +17,8 @@ USUAL, COUNT = range(2)
 
 _MEMORY = 3600.0
 """Fixes by which what was usual is forgotten."""
+_WAVERING = math.log(2.0)
+"""What a receiver says differs by so much from one fix to another that are alike."""
 _LARGEST_STEP = 1.0
 """Most by which one fix is taken to differ from the rule: a receiver in trouble says anything, up to kilometres."""
 
@@ -34,7 +37,7 @@ def doubt(usual, said):
     usual[COUNT] = min(usual[COUNT] + 1.0, _MEMORY)
     excess = level - usual[USUAL]
     usual[USUAL] += min(max(excess, -_LARGEST_STEP), _LARGEST_STEP) / usual[COUNT]
-    return math.exp(2.0 * max(excess, 0.0))
+    return math.exp(2.0 * excess) if excess > _WAVERING else 1.0
 
 
 @kernel
