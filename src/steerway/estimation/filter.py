@@ -150,6 +150,10 @@ class FiveStateFilter:
         track(_NOW, *place, doubted, table, True, self._model, self._memory, *outputs, _NONE_KEPT)
         return run.spoken[0].tolist(), float(run.nis[0]), int(run.status[0])
 
+    def meet_receiver(self) -> None:
+        """Fixes come from another receiver from now on: what the last one said of its accuracy is no measure for it."""
+        self._usual[:] = 0.0
+
     def snapshot(self) -> np.ndarray:
         """All it remembers, for `restore`."""
         return np.concatenate([self._memory.ravel(), self._usual])
