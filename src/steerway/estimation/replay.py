@@ -44,7 +44,7 @@ def _aiding_table(fixes: Fixes, aid) -> np.ndarray:
     return np.column_stack([getattr(fixes, name) if name in aid else silent for name in AIDS])
 
 
-def _doubts(fixes: Fixes) -> np.ndarray:
+def doubts(fixes: Fixes) -> np.ndarray:
     """How far to doubt every row (see `accuracy`), each vessel for herself; empty where nothing was said of it."""
     if not np.isfinite(fixes.position_std).any():
         return np.empty(0)
@@ -88,7 +88,7 @@ def run_rows(model, aid, fixes: Fixes) -> Run:
     """The filter over every row of every vessel in one pass, on as many threads as there is work for."""
     n = len(fixes)
     run = Run(n)
-    aids, doubtful = _aiding_table(fixes, aid), _doubts(fixes)
+    aids, doubtful = _aiding_table(fixes, aid), doubts(fixes)
     bounds = np.array([0, n]) if fixes.mmsi is None else np.r_[0, np.flatnonzero(np.diff(fixes.mmsi)) + 1, n]
     shares = min(len(bounds) - 1, os.cpu_count() or 1, n // _SMALLEST_SHARE + 1)
     cuts = np.linspace(0, len(bounds) - 1, max(shares, 1) + 1).astype(int)
@@ -121,7 +121,7 @@ def memories(model, aid, fixes: Fixes, last: bool = False) -> np.ndarray:
     memory = empty_memory(model)
     states = memory.shape[1]
     kept = np.empty((0 if last else len(fixes), states + 2, states))
-    said = fixes.time, fixes.latitude, fixes.longitude, _doubts(fixes), _aiding_table(fixes, aid)
+    said = fixes.time, fixes.latitude, fixes.longitude, doubts(fixes), _aiding_table(fixes, aid)
     track(*said, True, model, memory, *_outputs(Run(len(fixes))), kept)
     return memory[None, : states + 2] if last else kept
 
@@ -133,7 +133,7 @@ def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
     blank = origin < 0
     first, second = fixes.latitude[origin], fixes.longitude[origin]
     first[blank] = second[blank] = np.nan
-    aids, doubtful = _aiding_table(fixes, aid), _doubts(fixes)
+    aids, doubtful = _aiding_table(fixes, aid), doubts(fixes)
     if len(doubtful):
         doubtful = doubtful[origin]
     if aid:

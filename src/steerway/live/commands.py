@@ -44,6 +44,9 @@ def live(
     latency: Annotated[
         float, typer.Option("--latency", metavar="S", help="How late the receiver tells its fixes at the least.")
     ] = 0.0,
+    no_accuracy: Annotated[
+        bool, typer.Option("--no-accuracy", help="Take all fixes alike, whatever the receiver says of their accuracy.")
+    ] = False,
     helm: Annotated[
         str | None,
         typer.Option(
@@ -88,7 +91,7 @@ def live(
     replayed = not math.isnan(speed)
     tuning = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
     aids = tuple(name.strip().replace("-", "_") for name in aid.split(",") if name.strip()) if aid else ()
-    navigator = Navigator(tuning, aids, tuple(source or ()), patience, rate=rate)
+    navigator = Navigator(tuning, aids, tuple(source or ()), patience, rate=rate, accuracy=not no_accuracy)
     ears = [] if replayed else [addresses.listener(each, len(found)) for each in found]
     pairs = [addresses.output(text, rate, patient=replayed, listening=ears) for text in say_to or ["stdout:"]]
     speakers = [speaker for _, speaker in pairs if speaker is not None]

@@ -49,6 +49,7 @@ class Navigator:
     rate:     Hz at whose multiples the filter makes a step, as `estimate` does when it gives rows at a rate; without it
         the filter steps from fix to fix.
     recall:   s by which a fix may be late and still be taken at its own time.
+    accuracy: whether what receivers say of the accuracy of their fixes counts.
 
     When the receiver's clock steps, the motion goes on as if it had not, unless the position says otherwise.
 
@@ -64,12 +65,14 @@ class Navigator:
         patience: float = 10.0,
         recall: float = 5.0,
         rate: float | None = None,
+        accuracy: bool = True,
     ):
         self.filter = FiveStateFilter(profile, aid)
         self.choice = SourceChoice(sources)
         self.patience = positive("patience", patience)
         self.recall = not_negative("recall", recall)
         self.rate = None if rate is None else positive("rate", rate)
+        self.accuracy = accuracy
         self.counts: Counter = Counter()
         self.fix_time = math.nan
         self._time = math.nan
@@ -115,7 +118,8 @@ class Navigator:
         aids = self._aids(heard, now)
         if math.isnan(place[0]) and all(map(math.isnan, aids)):
             return []
-        heard = heard._replace(latitude=place[0], longitude=place[1])
+        std = heard.position_std if self.accuracy else math.nan
+        heard = heard._replace(latitude=place[0], longitude=place[1], position_std=std)
         return self._in_time(heard, aids, heard.time - present)
 
     def at(self, time: float) -> Row:
