@@ -13,14 +13,15 @@ import numpy as np
 from steerway.compiled import kernel, lean_kernel
 
 USUAL, COUNT = range(2)
-"""What is remembered of a receiver: log of the deviation it states as a rule, and how many fixes tell so."""
+"""What is remembered of a receiver: log of the deviation it states as a rule, and of how many of the first fixes."""
 
-_MEMORY = 3600.0
-"""Fixes by which what was usual is forgotten."""
 _WAVERING = math.log(2.0)
-"""What a receiver says differs by so much from one fix to another that are alike."""
-_LARGEST_STEP = 1.0
-"""Most by which one fix is taken to differ from the rule: a receiver in trouble says anything, up to kilometres."""
+"""What a receiver says differs by so much between fixes that are alike."""
+_FIRST = 20.0
+"""Fixes whose mean is the rule to begin with."""
+_RISE, _FALL = 3e-4, 1e-3
+"""Most that a fix moves the rule by, which so comes to what a quarter of the fixes fall below: neither half an hour
+under trees nor the kilometres that a receiver in trouble says make a new rule, and a start under trees is forgotten."""
 
 
 @lean_kernel
@@ -32,11 +33,12 @@ def doubt(usual, said):
     if not (said > 0.0 and math.isfinite(said)):
         return 1.0
     level = math.log(said)
-    if usual[COUNT] == 0.0:
-        usual[USUAL] = level
-    usual[COUNT] = min(usual[COUNT] + 1.0, _MEMORY)
-    excess = level - usual[USUAL]
-    usual[USUAL] += min(max(excess, -_LARGEST_STEP), _LARGEST_STEP) / usual[COUNT]
+    excess = level - usual[USUAL] if usual[COUNT] > 0.0 else 0.0
+    if usual[COUNT] < _FIRST:
+        usual[COUNT] += 1.0
+        usual[USUAL] += (level - usual[USUAL]) / usual[COUNT]
+    else:
+        usual[USUAL] += min(max(excess, -_FALL), _RISE)
     return math.exp(2.0 * excess) if excess > _WAVERING else 1.0
 
 
