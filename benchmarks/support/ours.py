@@ -8,7 +8,7 @@ from steerway.estimation.model import empty_memory
 from steerway.estimation.tracking import SPOKEN, track
 
 MODEL = PROFILE.model()
-_NO_AIDS = np.empty((0, 5))
+_NO_DOUBTS, _NO_AIDS = np.empty(0), np.empty((0, 5))
 _NOTHING_KEPT = np.empty((0, 1, 1))
 
 
@@ -18,7 +18,8 @@ def whole_record(record: Record) -> tuple[np.ndarray, np.ndarray]:
     spoken, nis, status = np.empty((n, SPOKEN)), np.empty(n), np.empty(n, np.uint8)
     memory = empty_memory(MODEL)
     columns = (spoken, nis, np.empty(n), status)
-    track(record.time, record.north, record.east, _NO_AIDS, False, MODEL, memory, *columns, _NOTHING_KEPT)
+    rows = record.time, record.north, record.east, _NO_DOUBTS, _NO_AIDS
+    track(*rows, False, MODEL, memory, *columns, _NOTHING_KEPT)
     return spoken, nis
 
 

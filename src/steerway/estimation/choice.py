@@ -6,6 +6,7 @@ has it. A log without way tells little more than the receiver, and nothing is fi
 """
 
 import math
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -74,4 +75,4 @@ def _sample(fixes: Fixes) -> Fixes:
     chosen = busy[np.linspace(0, len(busy) - 1, _STRETCHES).round().astype(int)]
     rows = np.concatenate([np.arange(k * _STRETCH, (k + 1) * _STRETCH) for k in chosen])
     sample = fixes.rows(rows)
-    return Fixes(sample.time, sample.latitude, sample.longitude, mmsi=np.repeat(np.arange(_STRETCHES), _STRETCH))
+    return replace(sample, mmsi=np.repeat(np.arange(_STRETCHES), _STRETCH))
