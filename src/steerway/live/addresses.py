@@ -8,6 +8,7 @@ from steerway.live import uri
 from steerway.live.links import listeners, speakers
 from steerway.live.links.serial import speed_of
 from steerway.live.links.signalk import require_websockets
+from steerway.live.mavlink.companion import Companion
 from steerway.live.outputs import Deltas, JsonLines, Output, Sentences, TableFile
 from steerway.live.uri import Uri
 
@@ -17,6 +18,7 @@ FROM = {
     "udp": (),
     "gpsd": (),
     "signalk": ("token",),
+    "mavlink": ("baud", "silence", "system"),
     "file": ("speed",),
 }
 TO = {
@@ -26,9 +28,11 @@ TO = {
     "tcp-server": ("period",),
     "udp": ("period",),
     "signalk": ("token", "period"),
+    "mavlink": ("baud", "silence", "system"),
     "file": (),
 }
 """Schemes and their options."""
+MAVLINK_CARRIERS = ("udpin", "udpout", "tcp")
 
 _PORTS = {"gpsd": 2947, "signalk": 3000}
 _LISTENERS = {
@@ -75,14 +79,25 @@ def speed(log: Uri) -> float:
     return chosen
 
 
-def listener(address: Uri, among: int) -> listeners.Listener:
+def listener(address: Uri, among: int) -> listeners.Listener | Companion:
     """The listener of an address, one of `among`."""
-    return _LISTENERS[address.scheme](address, address.text if among > 1 else "")
+    place = address.text if among > 1 else ""
+    if address.scheme == "mavlink":
+        return Companion(address, place)
+    return _LISTENERS[address.scheme](address, place)
 
 
-def output(text: str, rate: float | None, patient: bool) -> tuple[Output, speakers.Speaker | None]:
-    """The output of an address and its link; files have none. `rate` None: a row a fix. `patient`: lose nothing."""
+def output(
+    text: str, rate: float | None, patient: bool, listening: Sequence = ()
+) -> tuple[Output, speakers.Speaker | Companion | None]:
+    """The output of an address and its link; files have none. `rate` None: a row a fix. `patient`: lose nothing.
+
+    `listening`: listeners that are there already; a link that works both ways is not opened twice.
+    """
     address = _checked(text, TO)
+    if address.scheme == "mavlink":
+        companion = _companion(address, listening)
+        return companion, companion
     if address.scheme == "file":
         return TableFile(address.path, every_tick=rate is not None), None
     if address.scheme == "stdout":
@@ -98,8 +113,41 @@ def output(text: str, rate: float | None, patient: bool) -> tuple[Output, speake
     return Sentences(speaker, period), speaker
 
 
+def stream(text: str) -> speakers.Speaker:
+    """A link to say sentences on as they come. Raises InputError as the others do."""
+    address = _checked(text, {"stdout": ()} | {scheme: TO[scheme] for scheme in _SPEAKERS})
+    return speakers.StdoutSpeaker(address) if address.scheme == "stdout" else _SPEAKERS[address.scheme](address)
+
+
+def vehicle(text: str) -> Uri:
+    """The address on which a vehicle speaks MAVLink, with or without `mavlink:` before it."""
+    return _checked(text if text.startswith("mavlink:") else f"mavlink:{text}", {"mavlink": ("baud", "cruise")})
+
+
+def datagrams(text: str) -> Uri:
+    """An address to listen to datagrams."""
+    return _checked(text, {"udp": ()})
+
+
+def _companion(address, listening) -> Companion:
+    """The one that listens there already, or a new one."""
+    for each in listening:
+        if isinstance(each, Companion) and each.link.uri.place == address.place:
+            if each.link.uri.options != address.options:
+                raise InputError(
+                    f"{address.text}: differs from {each.link.uri.text}, expected the same options in both"
+                )
+            return each
+    return Companion(address)
+
+
 def _checked(text, schemes) -> Uri:
     address = uri.parse(text, schemes, _PORTS)
+    if address.scheme == "mavlink":
+        address = uri.carried(address, MAVLINK_CARRIERS)
+        if address.path:
+            speed_of(address)
+        return address
     if address.scheme in ("serial", "file"):
         uri.with_path(address)
     elif address.scheme != "stdout":

@@ -1,18 +1,13 @@
 """The command `live`: addresses in, addresses out, and how it ends."""
 
-import asyncio
-import contextlib
-import logging
 import math
-import os
-import signal
-import sys
 import time
 from typing import Annotated
 
 import typer
 
 from steerway.errors import InputError
+from steerway.live.process import log_to_stderr, until_stopped
 from steerway.live.service import RATE
 
 
@@ -43,16 +38,31 @@ def live(
     patience: Annotated[
         float, typer.Option("--patience", metavar="S", help="How long to go by dead reckoning without a fix.")
     ] = 10.0,
+    engage: Annotated[
+        bool, typer.Option("--engage", help="Let the autopilot start by itself, once it is ready.")
+    ] = False,
     latency: Annotated[
         float, typer.Option("--latency", metavar="S", help="How late the receiver tells its fixes at the least.")
     ] = 0.0,
+    helm: Annotated[
+        str | None,
+        typer.Option(
+            "--helm", metavar="[HOST:PORT]", help="Serve the helm page; 127.0.0.1:8080 where nothing follows."
+        ),
+    ] = None,
+    helm_token_file: Annotated[
+        str | None,
+        typer.Option(
+            "--helm-token-file", metavar="FILE", help="Its token, which other computers need; or STEERWAY_HELM_TOKEN."
+        ),
+    ] = None,
 ) -> None:
     """Estimate on the boat, in real time, between instruments and those who listen.
 
     From: serial:/dev/ttyACM0?baud=38400, tcp://host:port, udp://:port, gpsd://host:2947, signalk://host:3000,
-    file:LOG?speed=10 (or speed=max).
+    mavlink:udpin:host:port (udpout, tcp, or mavlink:/dev/…), file:LOG?speed=10 (or speed=max).
     To: stdout: (JSON lines), tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port, serial:…,
-    signalk://host:3000, file:RUN.parquet.
+    signalk://host:3000, mavlink:udpin:host:port (steers in GUIDED), file:RUN.parquet.
 
     Examples:
 
@@ -62,29 +72,40 @@ def live(
     """
     from steerway.estimation.profiles import Profile
     from steerway.live import addresses
+    from steerway.live.autopilot import Autopilot
+    from steerway.live.helm.address import address, token_of
+    from steerway.live.helm.bridge import Helm
+    from steerway.live.mission import GeodeticRoute
     from steerway.live.navigator import Navigator
-    from steerway.live.route import GeodeticRoute, Guide
+    from steerway.live.route import Guide
     from steerway.live.service import Service
 
-    _log_to_stderr()
+    log_to_stderr("steerway live")
+    if engage and mission is None:
+        raise InputError("--engage has nothing to follow, expected --mission with a route")
     found, speed = addresses.sources(listen_to)
+    page = None if helm is None else address(helm, token_of(helm_token_file))
     replayed = not math.isnan(speed)
     tuning = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
     aids = tuple(name.strip().replace("-", "_") for name in aid.split(",") if name.strip()) if aid else ()
     navigator = Navigator(tuning, aids, tuple(source or ()), patience, rate=rate)
-    pairs = [addresses.output(text, rate, patient=replayed) for text in say_to or ["stdout:"]]
+    ears = [] if replayed else [addresses.listener(each, len(found)) for each in found]
+    pairs = [addresses.output(text, rate, patient=replayed, listening=ears) for text in say_to or ["stdout:"]]
     speakers = [speaker for _, speaker in pairs if speaker is not None]
-    guide = None if mission is None else Guide(GeodeticRoute.load(mission))
-    service = Service(navigator, [each for each, _ in pairs], rate or RATE, latency, guide)
+    route = None if mission is None else GeodeticRoute.load(mission)
+    guide = None if route is None else Guide(route)
+    autopilot = None if route is None else Autopilot(route, tuning, patience, engage)
+    service = Service(navigator, [each for each, _ in pairs], rate or RATE, latency, guide, autopilot)
+    if page is not None:
+        speakers.append(Helm(service, page, route))
     if replayed:
         rows = _rows_of_logs([each.path for each in found])
-        _until_stopped(service.replay(rows, speed, speakers))
+        until_stopped(service.replay(rows, speed, speakers))
         wanted = ", ".join(source or ())
         if not navigator.counts["taken"] and wanted:
             raise InputError(f"source {wanted!r} has no position in {', '.join(each.path for each in found)}")
     else:
-        ears = [addresses.listener(each, len(found)) for each in found]
-        _until_stopped(service.listen(ears, speakers))
+        until_stopped(service.listen(ears, speakers))
 
 
 def warm() -> None:
@@ -111,29 +132,3 @@ def _rows_of_logs(paths):
 
     logs = survey(*paths)
     return list(rows_of(gather([(log.name, log.recording.sources) for log in logs])))
-
-
-def _until_stopped(work) -> None:
-    """Run to the end, or until SIGINT or SIGTERM, or until nobody reads standard output any more."""
-
-    async def run():
-        task = asyncio.ensure_future(work)
-        loop = asyncio.get_running_loop()
-        for each in (signal.SIGINT, signal.SIGTERM):
-            loop.add_signal_handler(each, task.cancel)
-        with contextlib.suppress(asyncio.CancelledError):
-            await task
-
-    try:
-        asyncio.run(run())
-    except* BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-def _log_to_stderr():
-    handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(logging.Formatter("steerway live: %(message)s"))
-    log = logging.getLogger("steerway.live")
-    log.handlers[:] = [handler]
-    log.setLevel(logging.INFO)
-    log.propagate = False
