@@ -43,6 +43,9 @@ def live(
     patience: Annotated[
         float, typer.Option("--patience", metavar="S", help="How long to go by dead reckoning without a fix.")
     ] = 10.0,
+    engage: Annotated[
+        bool, typer.Option("--engage", help="Let the autopilot start by itself, once it is ready.")
+    ] = False,
     latency: Annotated[
         float, typer.Option("--latency", metavar="S", help="How late the receiver tells its fixes at the least.")
     ] = 0.0,
@@ -62,11 +65,15 @@ def live(
     """
     from steerway.estimation.profiles import Profile
     from steerway.live import addresses
+    from steerway.live.autopilot import Autopilot
+    from steerway.live.mission import GeodeticRoute
     from steerway.live.navigator import Navigator
-    from steerway.live.route import GeodeticRoute, Guide
+    from steerway.live.route import Guide
     from steerway.live.service import Service
 
     _log_to_stderr()
+    if engage and mission is None:
+        raise InputError("--engage has nothing to follow, expected --mission with a route")
     found, speed = addresses.sources(listen_to)
     replayed = not math.isnan(speed)
     tuning = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
@@ -74,8 +81,10 @@ def live(
     navigator = Navigator(tuning, aids, tuple(source or ()), patience, rate=rate)
     pairs = [addresses.output(text, rate, patient=replayed) for text in say_to or ["stdout:"]]
     speakers = [speaker for _, speaker in pairs if speaker is not None]
-    guide = None if mission is None else Guide(GeodeticRoute.load(mission))
-    service = Service(navigator, [each for each, _ in pairs], rate or RATE, latency, guide)
+    route = None if mission is None else GeodeticRoute.load(mission)
+    guide = None if route is None else Guide(route)
+    autopilot = None if route is None else Autopilot(route, tuning, patience, engage)
+    service = Service(navigator, [each for each, _ in pairs], rate or RATE, latency, guide, autopilot)
     if replayed:
         rows = _rows_of_logs([each.path for each in found])
         _until_stopped(service.replay(rows, speed, speakers))

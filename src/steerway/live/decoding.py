@@ -9,7 +9,8 @@ import math
 import time
 from typing import Protocol
 
-from steerway.formats.nmea0183 import Reader
+from steerway.formats import nmea0183, ubx
+from steerway.formats.nmea0183.epochs import NEAR, ROLLOVER
 from steerway.live.heard import Heard, rows_of
 from steerway.timestamps import unix_times
 
@@ -28,17 +29,18 @@ class Decoder(Protocol):
         """Nothing more is coming for now: the rows that waited."""
 
 
-class SentenceDecoder:
-    """NMEA 0183. `place` is put behind the talker's name where several links are listened to."""
+class ReceiverDecoder:
+    """NMEA 0183 and UBX, alone or mixed. `place` is put behind a source's name where several links are listened to."""
 
     def __init__(self, place: str = ""):
-        self._reader = Reader()
+        self._readers = nmea0183.Reader(), ubx.Reader()
         self._place = place
         self.skipped: dict[str, int] = {}
 
     def feed(self, data: bytes) -> list[Heard]:
         """See Decoder."""
-        self._reader.feed(data)
+        for reader in self._readers:
+            reader.feed(data)
         return self._taken(False)
 
     def settle(self) -> list[Heard]:
@@ -46,17 +48,26 @@ class SentenceDecoder:
         return self._taken(True)
 
     def _taken(self, settled):
-        recording = self._reader.take(settled)
-        self.skipped = recording.skipped
-        return [self._dated(row) for row in rows_of(recording.sources)]
+        recordings = [reader.take(settled) for reader in self._readers]
+        self.skipped = {reason: count for each in recordings for reason, count in each.skipped.items()}
+        sources = {name: fixes for each in recordings for name, fixes in each.sources.items()}
+        return [self._named(row) for row in rows_of(sources)]
 
-    def _dated(self, row):
-        """Where no date was told yet, today's: the day that brings the time of day nearest to the computer's clock."""
+    def _named(self, row):
         source = f"{row.source} in {self._place}" if self._place else row.source
-        moment = row.time
-        if moment < _UNDATED:
-            moment += _DAY * round((time.time() - moment) / _DAY)
-        return row._replace(source=source, time=moment)
+        return row._replace(source=source, time=_dated(row.time, time.time()))
+
+
+def _dated(moment, today):
+    """A time with the date put right by the computer's clock.
+
+    Where no date was told yet, today's: the day that brings the time of day nearest. A receiver whose count of weeks
+    rolled over tells a date 1024 weeks ago, or a multiple.
+    """
+    if moment < _UNDATED:
+        return moment + _DAY * round((today - moment) / _DAY)
+    missing = ROLLOVER * round((today - moment) / ROLLOVER)
+    return moment + missing if missing > 0.0 and abs(today - moment - missing) < NEAR else moment
 
 
 class _Epochs:

@@ -13,6 +13,7 @@ import numpy as np
 
 from steerway.formats.nmea0183.writing import Leg, apb, rmb, rmc, rot, vtg, xte
 from steerway.formats.writing import write, writer
+from steerway.live.autopilot import Order
 from steerway.live.heard import Row
 from steerway.live.links.speakers import Speaker
 from steerway.records import MOTION_COLUMNS, STATUSES, Motion
@@ -25,8 +26,8 @@ class Output(Protocol):
     def fix(self, row: Row) -> None:
         """A fix was taken."""
 
-    def tick(self, row: Row, leg: Leg | None = None) -> None:
-        """Time has gone on; rows come at the service's rate, with the leg under way when there is one."""
+    def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
+        """Time has gone on; a row, and the leg under way and the order where there is one."""
 
     def close(self) -> None:
         """The run is over."""
@@ -57,7 +58,7 @@ class Sentences:
     def fix(self, row: Row) -> None:
         """See Output."""
 
-    def tick(self, row: Row, leg: Leg | None = None) -> None:
+    def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
         """See Output."""
         if self._rhythm.strikes(row.time):
             self.speaker.send("".join(self.said(row, leg)).encode())
@@ -92,7 +93,7 @@ class JsonLines:
         if not self.every_tick:
             self.speaker.send(json_line(row))
 
-    def tick(self, row: Row, leg: Leg | None = None) -> None:
+    def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
         """See Output."""
         if self.every_tick and math.isfinite(row.time):
             self.speaker.send(json_line(row))
@@ -124,7 +125,7 @@ class Deltas:
         if self._rhythm.strikes(row.time):
             self._say(row)
 
-    def tick(self, row: Row, leg: Leg | None = None) -> None:
+    def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
         """See Output."""
         if row.time - self._said >= 1.5 * self.period:
             self._say(row)
@@ -172,7 +173,7 @@ class TableFile:
         if not self.every_tick:
             self._rows.append(row)
 
-    def tick(self, row: Row, leg: Leg | None = None) -> None:
+    def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
         """See Output."""
         if self.every_tick and row.valid:
             self._rows.append(row)

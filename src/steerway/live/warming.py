@@ -4,7 +4,7 @@ import asyncio
 import math
 
 from steerway.formats.nmea0183.writing import gga, rmc
-from steerway.live.decoding import SentenceDecoder
+from steerway.live.decoding import ReceiverDecoder
 from steerway.live.navigator import Navigator
 from steerway.live.service import Service
 
@@ -13,7 +13,7 @@ _SECONDS = 30
 
 def warm() -> int:
     """Sail a short line through reader, filter and clock; the number of rows that came out of it."""
-    decoder, navigator = SentenceDecoder(), Navigator("small-usv")
+    decoder, navigator = ReceiverDecoder(), Navigator("small-usv")
     rows = []
     for k in range(_SECONDS):
         place = math.radians(54.0 + 3e-5 * k), math.radians(10.0)

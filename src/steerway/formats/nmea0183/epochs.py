@@ -34,7 +34,7 @@ OPEN = 4  # rows of a talker that still take in sentences: the newest ones
 _SAME_TIME = 1e-3
 _BURST = 0.5  # s within which one device sends the sentences of one epoch
 _FRESH = 5.0  # s for which an epoch is the current one
-_NEAR = 30.0 * DAY
+NEAR = 30.0 * DAY
 
 _VALUE_OF = np.array([said.STD, said.SOG, said.COG, said.HEADING, said.WATER, said.YAW])
 _COLUMN_OF = np.array([STD, SOG, COG, HEADING, WATER, YAW])
@@ -57,7 +57,7 @@ def _dated_time(value, memory, reference):
     """The time of a sentence with a date: moved by whole 1024-week rollovers when it is that much too early."""
     time = DAY * value[said.DAY] + value[said.TOD]
     weeks = round((reference - time) / ROLLOVER) if math.isfinite(reference) else 0.0
-    if weeks >= 1.0 and abs(reference - time - weeks * ROLLOVER) < _NEAR:
+    if weeks >= 1.0 and abs(reference - time - weeks * ROLLOVER) < NEAR:
         time += weeks * ROLLOVER
         memory[ROLLOVERS] += 1.0
     return time

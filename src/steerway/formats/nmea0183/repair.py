@@ -8,6 +8,7 @@ from steerway.formats.nmea0183.epochs import (
     DAY,
     LAT,
     LON,
+    NEAR,
     OPEN,
     ROLLOVER,
     ROLLOVERS,
@@ -18,7 +19,6 @@ from steerway.formats.nmea0183.epochs import (
 from steerway.formats.nmea0183.fields import FORMATTERS, LAST_POSITION
 
 _HALF_DAY = 0.5 * DAY
-_NEAR = 30.0 * DAY
 _STRAY = 16  # rows that one damaged date can lead astray before the next date comes
 _POSITIONS = (2 << LAST_POSITION) - 1  # the bits of `heard` that stand for a position
 _TWO_STREAMS = 0.3  # of the epochs with two positions: below, they are accidents
@@ -37,7 +37,7 @@ def mended_times(rows: np.ndarray, memory: np.ndarray) -> tuple[np.ndarray, list
     moved = int(memory[ROLLOVERS])
     if len(time):
         behind = np.round((time.max() - time) / ROLLOVER)
-        early = (behind >= 1.0) & (np.abs(time.max() - time - behind * ROLLOVER) < _NEAR)
+        early = (behind >= 1.0) & (np.abs(time.max() - time - behind * ROLLOVER) < NEAR)
         time[early] += behind[early] * ROLLOVER
         moved += int(early.sum())
     if moved:

@@ -1,4 +1,4 @@
-"""One sentence for what is wrong in a scenario: the key's path, the value, and what was expected."""
+"""One sentence for what is wrong in a file of settings: the key's path, the value, and what was expected."""
 
 import difflib
 
