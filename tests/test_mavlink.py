@@ -158,6 +158,28 @@ def test_a_vehicle_that_is_not_armed_or_does_not_obey_is_a_complaint():
     assert pair.run(1.0).guided.complaint == "the vehicle does not go into GUIDED"
 
 
+def test_only_a_rover_is_steered_since_other_vehicles_number_their_modes_otherwise():
+    pair = Pair()
+    plain = pair.rover._heartbeat
+    said = {"type": messages.MAV_TYPE_QUADROTOR}
+
+    def heartbeat(*arguments):
+        message = plain(*arguments)
+        for name, value in said.items():
+            setattr(message, name, value)
+        return message
+
+    pair.rover.due = lambda now, *rest: [heartbeat(now, *rest)]
+    pair.run(2.0)
+    pair.order = RUNNING
+    assert "no boat" in pair.run(0.5).guided.complaint and pair.rover.mode is RoverMode.MANUAL
+    said = {"autopilot": messages.MAV_AUTOPILOT_PX4}
+    pair.order = READY
+    assert pair.run(0.5).guided.complaint == ""
+    pair.order = RUNNING
+    assert "no boat" in pair.run(0.5).guided.complaint and pair.rover.mode is RoverMode.MANUAL
+
+
 def test_a_silent_link_is_lost_within_a_second_and_so_is_one_without_heartbeats():
     pair = Pair().run(3.0)
     assert pair.guided.alive(pair.time)
@@ -215,10 +237,10 @@ def test_without_a_number_nothing_moves():
 
 def test_farewell_stops_her_only_while_she_is_steered():
     pair = Pair().run(2.0)
-    assert pair.guided.farewell() == []
+    assert pair.guided.farewell(False) == []
     pair.order = RUNNING
     pair.run(2.0)
-    target, mode = pair.up.carry(pair.guided.farewell())
+    target, mode = pair.up.carry(pair.guided.farewell(False))
     assert (target.thrust, target.body_yaw_rate) == (0.0, 0.0) and mode.param2 == RoverMode.HOLD
     pair.rover.hear(target, pair.time), pair.rover.hear(mode, pair.time)
     assert pair.rover.mode is RoverMode.HOLD

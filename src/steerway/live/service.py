@@ -111,11 +111,11 @@ class Service:
             LOG.info("%s", self.pulse)
 
     def _heard(self, heard, present=math.nan):
-        """The rows that are new by what was heard; the autopilot learns of positions that came too late."""
-        late = self.navigator.late
+        """The rows that are new by what was heard; the autopilot learns of times that do not follow."""
+        strayed = self.navigator.strayed
         rows = self.navigator.hear(heard, present)
-        if self.autopilot is not None and self.navigator.late > late:
-            self.autopilot.late()
+        if self.autopilot is not None and self.navigator.strayed > strayed:
+            self.autopilot.astray()
         return rows
 
     def _fix(self, row):

@@ -9,9 +9,10 @@ from steerway.estimation.profiles import Profile
 from steerway.formats.nmea0183.writing import gga, rmc
 from steerway.live.autopilot import Autopilot
 from steerway.live.decoding import ReceiverDecoder
+from steerway.live.deltas import Deltas
 from steerway.live.mission import GeodeticRoute
 from steerway.live.navigator import Navigator
-from steerway.live.outputs import Deltas, JsonLines, Sentences
+from steerway.live.outputs import JsonLines, Sentences
 from steerway.live.route import Guide
 from steerway.live.service import LOG, Service
 

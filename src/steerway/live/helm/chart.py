@@ -43,9 +43,10 @@ def around(places, width: float, height: float, least: float = 40.0) -> Window:
     return Window((max(north) + min(north)) / 2.0, (max(east) + min(east)) / 2.0, scale, width, height)
 
 
-def still(window: Window, route, track, target: int | None) -> str:
-    """Grid, route and track."""
-    return _svg(window, _grid(window) + _route(window, route, target) + _track(window, track) + _scale_bar(window))
+def still(window: Window, route, track, target: int | None, fence=()) -> str:
+    """Grid, fence, route and track."""
+    drawn = _grid(window) + _fence(window, fence) + _route(window, route, target) + _track(window, track)
+    return _svg(window, drawn + _scale_bar(window))
 
 
 def moving(window: Window, view: View, route=()) -> str:
@@ -94,6 +95,10 @@ def _scale_bar(window):
     north = f'<path class="north" transform="translate({window.width - 24:.0f} 34)" d="M0 -18L7 6L0 1L-7 6Z"/>'
     letter = f'<text class="small" x="{window.width - 24:.0f}" y="54" text-anchor="middle">N</text>'
     return f'{bar}<text class="small" x="{x + 6:.1f}" y="{y - 5:.1f}">{text}</text>{north}{letter}'
+
+
+def _fence(window, fence):
+    return f'<polygon class="fence" points="{_points([window.at(*place) for place in fence])}"/>' if fence else ""
 
 
 def _route(window, route, target):
