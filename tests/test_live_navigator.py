@@ -172,6 +172,18 @@ def test_a_step_forward_is_told_from_a_dropout_by_the_present(fixes):
     assert step.at(later[-1].time).sog_std < 0.7 * dropout.at(later[-1].time).sog_std
 
 
+def test_a_gap_in_a_log_that_is_played_in_haste_is_no_step(fixes):
+    rows = heard_of(fixes)
+    kept = rows[:150] + rows[200:]
+    hasty, said = Navigator(), []
+    clock = FixClock()
+    for k, heard in enumerate(kept):
+        said += hasty.hear(heard, clock.now(0.02 * k))
+        clock.hear(heard.time, 0.02 * k)
+    assert hasty.counts["clock steps"] == 0
+    assert_equal(said, estimate(fixes.rows(np.r_[0:150, 200 : len(fixes)]), "small-usv"))
+
+
 def test_a_step_to_another_place_begins_anew(fixes):
     rows = heard_of(fixes)
     navigator = Navigator()
