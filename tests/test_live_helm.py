@@ -7,6 +7,8 @@ import json
 import logging
 import math
 import socket
+import subprocess
+import sys
 import xml.etree.ElementTree as ElementTree
 
 import httpx
@@ -405,3 +407,11 @@ def test_orders_reach_the_autopilot_and_a_refusal_is_shown():
     helm._do("sink", "10.0.0.7")
     assert pilot.told == ["start", "stopped at the helm page"] and helm._notice == ""
     Helm(Service(Navigator(), []), Address("127.0.0.1", 8080))._do("start", "")
+
+
+def test_the_page_leaves_the_estimator_out():
+    """Its process beside the service's has to fit into a small computer."""
+    rooms = ", ".join(f"steerway.live.helm.{name}" for name in ("server", "gate", "page"))
+    asked_for = f"import {rooms}, sys; print([name for name in ('numba', 'numpy', 'scipy') if name in sys.modules])"
+    told = subprocess.run([sys.executable, "-c", asked_for], capture_output=True, text=True, check=True)
+    assert told.stdout.strip() == "[]"
