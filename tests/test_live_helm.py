@@ -129,13 +129,17 @@ def test_north_is_up_and_east_is_right():
     assert start == [220.0, 140.0] and end[1] == 140.0 and end[0] == pytest.approx(220.0 + 4.0 * KNOT * 30.0, abs=0.1)
 
 
-def test_the_offset_ends_on_the_leg():
-    """Starboard of a leg to the north is east."""
+@pytest.mark.parametrize(
+    ("end", "boat", "points"),
+    [((100.0, 0.0), (10.0, 7.0), "207.0,140.0 200.0,140.0"), ((0.0, 100.0), (-7.0, 10.0), "210.0,157.0 210.0,150.0")],
+)
+def test_the_offset_ends_on_the_leg(end, boat, points):
+    """Starboard of a leg to the north is east, of one to the east south."""
     window = chart.Window(0.0, 0.0, 1.0, 400.0, 300.0)
-    shown = View(north=10.0, east=7.0, cross_track=7.0, target=1)
-    drawn = ElementTree.fromstring(chart.moving(window, shown, [(0.0, 0.0), (100.0, 0.0)]))
+    shown = View(north=boat[0], east=boat[1], cross_track=7.0, target=1)
+    drawn = ElementTree.fromstring(chart.moving(window, shown, [(0.0, 0.0), end]))
     line = next(each for each in drawn if each.attrib["class"] == "offset").attrib["points"]
-    assert line == "207.0,140.0 200.0,140.0"
+    assert line == points
 
 
 def test_the_whole_is_inside_and_drawings_are_well_formed():
