@@ -74,7 +74,7 @@ def take_place(x, p, north, east, model):
         for i in range(g, g + 2 * pairs, 2):
             x[NORTH] -= x[i]
             x[EAST] -= x[i + 1]
-    place_by_fix(p, model[POSITION_VARIANCE], model[POSITION_VARIANCE], g, 5, pairs)
+    place_by_fix(p, model[POSITION_VARIANCE], model[POSITION_VARIANCE], g, pairs)
 
 
 @lean_kernel
