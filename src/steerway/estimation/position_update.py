@@ -65,8 +65,8 @@ def correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g, pairs=1):
 def place_by_fix(p, north_variance, east_variance, g, pairs=1):
     """Covariance of a position that one fix alone has given: what the receiver errs by, in the other direction.
 
-    The pairs of states from g on, unless g is 0, are what the receiver errs by beside white noise. Whatever goes along
-    with them, of the motion too, goes along with the position the other way.
+    The pairs of states from g on, unless g is 0, are what the receiver errs by beside white noise. The position goes
+    along with every other state as far as they do; else P would be no covariance any more.
     """
     n = p.shape[1]
     for k in range(2):

@@ -61,6 +61,9 @@ def live(
     latency: Annotated[
         float | None, typer.Option("--latency", metavar="S", help="How late the receiver tells its fixes at the least.")
     ] = None,
+    no_accuracy: Annotated[
+        bool, typer.Option("--no-accuracy", help="Take all fixes alike, whatever the receiver says of their accuracy.")
+    ] = False,
     helm: Annotated[
         str | None,
         typer.Option(
@@ -107,6 +110,7 @@ def live(
         "patience": patience,
         "engage": engage,
         "latency": latency,
+        "accuracy": False if no_accuracy else None,
         "helm": helm,
         "helm_token_file": helm_token_file,
     }

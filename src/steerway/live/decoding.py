@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from steerway.formats import nmea0183, ubx
+from steerway.formats.dilution import deviation
 from steerway.formats.nmea0183.epochs import NEAR, ROLLOVER
 from steerway.live.heard import Heard, rows_of
 from steerway.timestamps import unix_times
@@ -144,10 +145,18 @@ class GpsdDecoder(_JsonLines):
             return []
         speed = {"sog": message["speed"]} if "speed" in message else {}
         course = {"cog": _course(message["track"])} if "track" in message else {}
-        deviation = {"position_std": message["eph"] / math.sqrt(2.0)} if "eph" in message else {}
         place = math.radians(message["lat"]), _course(message["lon"])
         name = f"gpsd {message.get('device', '')}".strip()
-        return [Heard(name, _moment(message["time"]), *place, **speed, **course, **deviation)]
+        return [Heard(name, _moment(message["time"]), *place, _gpsd_deviation(message), **speed, **course)]
+
+
+def _gpsd_deviation(message):
+    """1σ of north and of east by a radius, or by its parts; gpsd does not tell how sure either is."""
+    if "eph" in message:
+        return message["eph"] / math.sqrt(2.0)
+    if "epx" in message and "epy" in message:
+        return math.hypot(message["epx"], message["epy"]) / math.sqrt(2.0)
+    return math.nan
 
 
 _PATHS = {
@@ -157,7 +166,8 @@ _PATHS = {
     "navigation.speedThroughWater": "water_speed",
     "navigation.rateOfTurn": "yaw_rate",
 }
-SUBSCRIBED = ("navigation.position", *_PATHS)
+_DILUTION = "navigation.gnss.horizontalDilution"
+SUBSCRIBED = ("navigation.position", _DILUTION, *_PATHS)
 """The Signal K paths that are listened to."""
 
 
@@ -188,6 +198,8 @@ def _signalk_value(path, value):
         return {}
     if path == "navigation.position":
         return {"latitude": math.radians(value["latitude"]), "longitude": _course(value["longitude"])}
+    if path == _DILUTION:
+        return {"position_std": deviation(float(value))}
     if path in ("navigation.courseOverGroundTrue", "navigation.headingTrue"):
         return {_PATHS[path]: math.remainder(value, 2.0 * math.pi)}
     return {_PATHS[path]: float(value)} if path in _PATHS else {}

@@ -35,7 +35,7 @@ def launch(settings: Settings) -> None:
     profile = settings.profile
     tuning = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
     aids = tuple(name.replace("-", "_") for name in settings.aid)
-    navigator = Navigator(tuning, aids, settings.source, settings.patience, rate=rate)
+    navigator = Navigator(tuning, aids, settings.source, settings.patience, rate=rate, accuracy=settings.accuracy)
     route = None if settings.mission is None else GeodeticRoute.load(settings.mission)
     guide = None if route is None else Guide(route)
     autopilot = None if route is None else Autopilot(route, tuning, settings.patience, settings.engage)

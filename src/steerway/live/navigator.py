@@ -35,6 +35,7 @@ class _Taken(NamedTuple):
     time: float
     latitude: float
     longitude: float
+    position_std: float
     aids: tuple[float, ...]
     before: np.ndarray
 
@@ -48,6 +49,7 @@ class Navigator:
     rate:     Hz at whose multiples the filter makes a step, as `estimate` does when it gives rows at a rate; without it
         the filter steps from fix to fix.
     recall:   s by which a fix may be late and still be taken at its own time.
+    accuracy: whether what receivers say of the accuracy of their fixes counts.
 
     When the receiver's clock steps, the motion goes on as if it had not, unless the position says otherwise.
 
@@ -63,12 +65,14 @@ class Navigator:
         patience: float = 10.0,
         recall: float = 5.0,
         rate: float | None = None,
+        accuracy: bool = True,
     ):
         self.filter = FiveStateFilter(profile, aid)
         self.choice = SourceChoice(sources)
         self.patience = positive("patience", patience)
         self.recall = not_negative("recall", recall)
         self.rate = None if rate is None else positive("rate", rate)
+        self.accuracy = accuracy
         self.counts: Counter = Counter()
         self.fix_time = math.nan
         self._time = math.nan
@@ -79,6 +83,7 @@ class Navigator:
         self._row = lost(math.nan)
         self._ahead = FiveStateFilter(self.filter.profile, aid)
         self._ahead_time = math.nan
+        self._receiver = ""
         self._teller = self.filter  # which filter said the last row
 
     @property
@@ -113,7 +118,8 @@ class Navigator:
         aids = self._aids(heard, now)
         if math.isnan(place[0]) and all(map(math.isnan, aids)):
             return []
-        heard = heard._replace(latitude=place[0], longitude=place[1])
+        std = heard.position_std if self.accuracy else math.nan
+        heard = heard._replace(latitude=place[0], longitude=place[1], position_std=std)
         return self._in_time(heard, aids, heard.time - present)
 
     def at(self, time: float) -> Row:
@@ -202,7 +208,10 @@ class Navigator:
         return said + [row for each in rows[1:] for row in self._take(each, self._aids(each, each.time))]
 
     def _take(self, heard, aids):
-        row = self._step(heard.time, heard.latitude, heard.longitude, aids)
+        if heard.has_position and heard.source != self._receiver:
+            self.filter.meet_receiver()
+            self._receiver = heard.source
+        row = self._step(heard.time, heard.latitude, heard.longitude, heard.position_std, aids)
         while self._taken and self._taken[0].time < heard.time - self.recall:
             self._taken.popleft()
         if not heard.has_position:
@@ -212,10 +221,10 @@ class Navigator:
         self._row = row
         return [row]
 
-    def _step(self, time, latitude, longitude, aids):
-        self._taken.append(_Taken(time, latitude, longitude, aids, self.filter.snapshot()))
+    def _step(self, time, latitude, longitude, position_std, aids):
+        self._taken.append(_Taken(time, latitude, longitude, position_std, aids, self.filter.snapshot()))
         dt = self._approach(self.filter, self._time, time)
-        said, nis, status = self.filter.row(dt, latitude, longitude, aids)
+        said, nis, status = self.filter.row(dt, latitude, longitude, aids, position_std)
         self._time = time
         self._ahead_time = math.nan
         return _row(time, said, nis, status)
@@ -227,9 +236,9 @@ class Navigator:
             later.append(self._taken.pop())
         self.filter.restore(later[-1].before)
         self._time = self._taken[-1].time
-        self._step(heard.time, heard.latitude, heard.longitude, aids)
+        self._step(heard.time, heard.latitude, heard.longitude, heard.position_std, aids)
         for taken in reversed(later):
-            self._step(taken.time, taken.latitude, taken.longitude, taken.aids)
+            self._step(taken.time, taken.latitude, taken.longitude, taken.position_std, taken.aids)
 
     def _approach(self, estimator, start, stop):
         """Predict from start to the last step of the rate's grid before stop; the s that remain."""

@@ -44,6 +44,7 @@ class Settings(BaseModel):
     engage: bool = Field(False, strict=True)
     patience: float = Field(10.0, gt=0.0, allow_inf_nan=False, strict=True)
     latency: float = Field(0.0, ge=0.0, allow_inf_nan=False, strict=True)
+    accuracy: bool = Field(True, strict=True)
     helm: Annotated[str | None, BeforeValidator(_page)] = None
     helm_token_file: str | None = None
 

@@ -79,7 +79,7 @@ class Reader:
         self._skipped = np.zeros(len(REASONS), np.int64)
         self._lost = np.zeros(len(epochs.LOST), np.int64)
         self._memory = epochs.new_memory()
-        self._told = np.full((TALKERS, 2), np.nan)
+        self._told = np.full((TALKERS, epochs.TOLD), np.nan)
         self._newest = epochs.new_open_rows()
         self._rows = np.empty((0, epochs.COLUMNS))
         self._heard = np.empty(0, np.int64)
