@@ -99,7 +99,10 @@ class Tuned:
             ("fixes", f"{self.fixes}, {self.moving} under way, {self.rejected} rejected"),
             *((_WORDS[name], self._value(name)) for name in shown),
             *([("not found", ", ".join(missing))] if missing else []),
-            *([("this log cannot tell", ", ".join(_WORDS[name] for name in self.cannot_tell))] * bool(self.cannot_tell)),
+            *(
+                [("this log cannot tell", ", ".join(_WORDS[name] for name in self.cannot_tell))]
+                * bool(self.cannot_tell)
+            ),
             ("mean NIS", f"{self.nis_mean:.2f}, 95 % band {low:.2f} to {high:.2f}: {verdict}"),
         ]
 
@@ -133,7 +136,7 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
     log = stages.Log(sample, under_way)
     apart = thinned(sample.time, stages.SPACING)
     motion = stages.motion(log.rows(apart), _STARTS, report.step)
-    receiver = stages.receiver(log, motion, len(apart), report.step)
+    receiver = stages.receiver(log, motion.profile, len(sample) / len(apart), report.step)
     fit = stages.together(log, motion, receiver, report.step)
     told = intervals(fit)
     report.done()
