@@ -29,6 +29,8 @@ class State(StrEnum):
 
 
 UNDER_WAY = (State.RUNNING, State.DEGRADED)
+FIT = (State.READY, *UNDER_WAY)
+"""States in which what is said of the leg may be steered by."""
 
 
 class Order(NamedTuple):

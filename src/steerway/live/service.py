@@ -1,13 +1,12 @@
 """The service: what listeners hear goes through the navigator, and what it says goes to the outputs, at a rate.
 
-Live, the tick of the computer's monotonic clock asks for the present. In replay the log's own times tick, so that the
-same log gives the same rows at any speed.
+Live, the tick of the event loop's clock, a monotonic one, asks for the present. In replay the log's own times tick, so
+that the same log gives the same rows at any speed.
 """
 
 import asyncio
 import logging
 import math
-import time
 from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
@@ -21,6 +20,7 @@ from steerway.live.links.listeners import Listener
 from steerway.live.links.speakers import Speaker
 from steerway.live.navigator import MEETS, Navigator
 from steerway.live.outputs import Output
+from steerway.live.pulse import Pulse
 from steerway.live.route import Guide
 
 LOG = logging.getLogger("steerway.live")
@@ -62,16 +62,19 @@ class Service:
         self.latest = Latest(lost(math.nan), None, None, navigator.counts)
         self.rate = positive("rate", rate)
         self.clock = FixClock(latency)
+        self.pulse = Pulse()
         self._said_until = -math.inf
         self._ticked = math.nan  # when the last tick was, by the clock that times the autopilot
 
-    def hear(self, rows: Iterable[Heard]) -> None:
-        """Rows from a live link, now."""
+    def hear(self, rows: Iterable[Heard], arrived: float | None = None) -> None:
+        """Rows from a live link, that arrived at a time of the event loop's clock; just now if it is not said."""
+        now = _now() if arrived is None else arrived
         for heard in rows:
-            for row in self._heard(heard):
-                now = time.monotonic()
-                if not row.time > self.clock.now(now) - self.navigator.patience:
-                    self.clock.forget()
+            steps = self.navigator.counts["clock steps"]
+            said = self._heard(heard, self.clock.now(now) - self.clock.latency)
+            if self.navigator.counts["clock steps"] != steps:
+                self.clock.forget()
+            for row in said:
                 self.clock.hear(row.time, now)
                 self._fix(row)
 
@@ -104,11 +107,13 @@ class Service:
             output.close()
         counts = ", ".join(f"{count} {what}" for what, count in self.navigator.counts.items())
         LOG.info("rows: %s; source %s", counts or "none", self.navigator.choice.present or "none")
+        if self.pulse.beats:
+            LOG.info("%s", self.pulse)
 
-    def _heard(self, heard):
+    def _heard(self, heard, present=math.nan):
         """The rows that are new by what was heard; the autopilot learns of times that do not follow."""
         strayed = self.navigator.strayed
-        rows = self.navigator.hear(heard)
+        rows = self.navigator.hear(heard, present)
         if self.autopilot is not None and self.navigator.strayed > strayed:
             self.autopilot.astray()
         return rows
@@ -141,29 +146,31 @@ class Service:
         return order
 
     async def _tick_for_ever(self):
-        beat = time.monotonic()
+        beat, self.pulse = _now(), Pulse()
         while True:
             beat += 1.0 / self.rate
-            now = time.monotonic()
+            now = _now()
             if beat < now - _BEHIND:
                 beat = now
             await asyncio.sleep(max(beat - now, 0.0))
-            present = self.clock.now(time.monotonic())
+            woken = _now()
+            present = self.clock.now(woken)
             if math.isfinite(present):
                 self._tick_once(math.floor(present * self.rate + 1e-6) / self.rate)
+            self.pulse.beat(woken - beat)
 
     def _tick_once(self, moment):
         """Tick, unless this was said already; a clock that stepped back is followed, one that wavers is waited for."""
         if moment > self._said_until or moment < self._said_until - _BEHIND:
             self._said_until = moment
-            self._tick(moment, time.monotonic())
+            self._tick(moment, _now())
 
     async def _play(self, rows, speed):
         next_tick, before, origin = math.nan, math.nan, math.nan
         for k, heard in enumerate(rows):
             if not heard.time - before <= LONGEST_GAP:
                 next_tick = math.ceil(heard.time * self.rate)
-                origin = time.monotonic() - heard.time / speed
+                origin = _now() - heard.time / speed
             while next_tick / self.rate < heard.time - MEETS:
                 await self._until(origin, next_tick / self.rate, speed)
                 self._tick(next_tick / self.rate, next_tick / self.rate)
@@ -182,6 +189,11 @@ class Service:
     async def _until(self, origin, moment, speed):
         """Wait for a moment of the log."""
         if math.isfinite(speed):
-            left = origin + moment / speed - time.monotonic()
+            left = origin + moment / speed - _now()
             if left > 0.0:
                 await asyncio.sleep(left)
+
+
+def _now():
+    """The loop's own clock, so that whoever hastens the loop hastens the service."""
+    return asyncio.get_running_loop().time()
