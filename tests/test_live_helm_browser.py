@@ -102,7 +102,7 @@ def asked(port, method, path, body=None, **headers):
         line.close()
 
 
-def until(condition, seconds=8.0):
+def until(condition, seconds=20.0):
     """Wait until it holds; what it was then."""
     end = time.monotonic() + seconds
     while True:
@@ -176,7 +176,7 @@ def test_the_helm(page, sea):
         assert not [each for each in page.browser.get_log("browser") if each["level"] == "SEVERE"]
         process.kill()
         process.wait()
-        until(page.is_stale, 5.0)
+        until(page.is_stale)
         assert "No connection" in page.browser.find_element(By.CLASS_NAME, "banner").text
         assert float(page.find("sog").value_of_css_property("opacity")) < 0.5
     with sailing(sea, port, *mission):
