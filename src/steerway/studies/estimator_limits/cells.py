@@ -59,7 +59,7 @@ def bounded(covariance, voyage, scenario) -> np.ndarray:
 
 
 def consistency(voyage: Voyage, fixes: Fixes, profile, scenario) -> tuple[np.ndarray, np.ndarray]:
-    """Sum and rows (2,) of the NIS of fixes, and (2, 2) of the NEES of (U, χ, ω), straight and in turns."""
+    """Sum and rows (2,) of the NIS of fixes, and (3, 2) of the NEES of (U, χ, ω): straight, in turns, all along."""
     estimator = FiveStateFilter(profile)
     nis, nees = np.full(len(fixes), np.nan), np.full(len(fixes), np.nan)
     truth = voyage.states
@@ -71,9 +71,13 @@ def consistency(voyage: Voyage, fixes: Fixes, profile, scenario) -> tuple[np.nda
             error = estimator.state[2:5] - truth[k, 2:]
             error[1] = turned(error[1])
             nees[k] = error @ np.linalg.solve(estimator.covariance[2:5, 2:5], error)
-    settled = (voyage.time >= scenario.settling) & np.isfinite(nis)
-    masks = [mask & np.isfinite(nees) for mask in cells(scenario, voyage)]
-    return (
-        np.array([nis[settled].sum(), settled.sum()]),
-        np.array([[nees[mask].sum(), mask.sum()] for mask in masks]),
-    )
+    settled = voyage.time >= scenario.settling
+    counted = settled & np.isfinite(nis)
+    return np.array([nis[counted].sum(), counted.sum()]), by_place(nees, voyage, scenario)
+
+
+def by_place(nees, voyage, scenario) -> np.ndarray:
+    """(3, 2) sum and rows of what is known of (n,): straight, in turns, and all along."""
+    places = (*cells(scenario, voyage), voyage.time >= scenario.settling)
+    masks = [mask & np.isfinite(nees) for mask in places]
+    return np.array([[nees[mask].sum(), mask.sum()] for mask in masks])

@@ -73,7 +73,7 @@ def consistency(numbers) -> Figure:
         for i, (kind, color, words) in enumerate(manners):
             _point(nis, x + 0.15 * (i - 1), numbers, f"{kind}{name}_nis", color, words if x == 0 else None)
         for i, (where, color) in enumerate((("straight", OURS), ("turn", BAD), ("all", "black"))):
-            label = {"straight": "straight", "turn": "in turns", "all": "together"}[where] if x == 0 else None
+            label = {"straight": "straight", "turn": "in turns", "all": "all along"}[where] if x == 0 else None
             _point(nees, x + 0.2 * (i - 1) - 0.05, numbers, f"{name}_nees_{where}", color, label)
             key = f"particles_{name}_nees_{where}"
             if key in numbers:

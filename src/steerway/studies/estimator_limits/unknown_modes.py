@@ -10,7 +10,7 @@ import numpy as np
 
 from steerway.simulation.campaign import over_seeds
 from steerway.studies.estimator_limits.bound import filtering_bound, smoothing_bound
-from steerway.studies.estimator_limits.cells import CELLS, WHAT, WHERE, WORDS, bounded, sums
+from steerway.studies.estimator_limits.cells import CELLS, WHAT, WHERE, WORDS, bounded, by_place, sums
 from steerway.studies.estimator_limits.histories import all_histories, told_smoother
 from steerway.studies.estimator_limits.particles import begun, in_plane, particle_filter
 from steerway.studies.estimator_limits.scenarios import cells
@@ -36,11 +36,11 @@ def one(case) -> dict[str, np.ndarray]:
 
     means, spreads = particle_filter(places, start, models, dt, PARTICLES[name], seed)
     error = _errors(means, voyage)
-    nees = np.einsum("ki,kij,kj->k", error[1:], np.linalg.inv(spreads[1:, 2:, 2:]), error[1:])
+    nees = np.einsum("ki,kij,kj->k", error, np.linalg.inv(spreads[:, 2:, 2:]), error)
     found = {
         "bound": bounded(filtering_bound(voyage, cell.profile), voyage, cell.scenario),
         "particles": sums(np.square(error).T, masks),
-        "nees": np.array([[nees[mask[1:]].sum(), mask[1:].sum()] for mask in masks]),
+        "nees": by_place(nees, voyage, cell.scenario),
     }
     if name in SMOOTHED:
         told = told_smoother(places, start, voyage.turning, models, dt)
@@ -102,9 +102,9 @@ def report(results: Results, found) -> None:
                     results.compare(
                         key, value, what_for, "", published if kind == "particles" else "", interval=(low, high)
                     )
-        for k, where in enumerate(WHERE):
+        for k, where in enumerate((*WHERE, "all")):
             value = over_runs(kinds["nees"][:, k, 0], kinds["nees"][:, k, 1], root=False)
-            place = "straight" if where == "straight" else "in turns"
+            place = {"straight": "straight", "turn": "in turns", "all": "all along"}[where]
             results.compare(
                 f"particles_{name}_nees_{where}",
                 value.value,
