@@ -7,6 +7,8 @@ import json
 import logging
 import math
 import socket
+import subprocess
+import sys
 import xml.etree.ElementTree as ElementTree
 
 import httpx
@@ -127,13 +129,17 @@ def test_north_is_up_and_east_is_right():
     assert start == [220.0, 140.0] and end[1] == 140.0 and end[0] == pytest.approx(220.0 + 4.0 * KNOT * 30.0, abs=0.1)
 
 
-def test_the_offset_ends_on_the_leg():
-    """Starboard of a leg to the north is east."""
+@pytest.mark.parametrize(
+    ("end", "boat", "points"),
+    [((100.0, 0.0), (10.0, 7.0), "207.0,140.0 200.0,140.0"), ((0.0, 100.0), (-7.0, 10.0), "210.0,157.0 210.0,150.0")],
+)
+def test_the_offset_ends_on_the_leg(end, boat, points):
+    """Starboard of a leg to the north is east, of one to the east south."""
     window = chart.Window(0.0, 0.0, 1.0, 400.0, 300.0)
-    shown = View(north=10.0, east=7.0, cross_track=7.0, target=1)
-    drawn = ElementTree.fromstring(chart.moving(window, shown, [(0.0, 0.0), (100.0, 0.0)]))
+    shown = View(north=boat[0], east=boat[1], cross_track=7.0, target=1)
+    drawn = ElementTree.fromstring(chart.moving(window, shown, [(0.0, 0.0), end]))
     line = next(each for each in drawn if each.attrib["class"] == "offset").attrib["points"]
-    assert line == "207.0,140.0 200.0,140.0"
+    assert line == points
 
 
 def test_the_whole_is_inside_and_drawings_are_well_formed():
@@ -405,3 +411,11 @@ def test_orders_reach_the_autopilot_and_a_refusal_is_shown():
     helm._do("sink", "10.0.0.7")
     assert pilot.told == ["start", "stopped at the helm page"] and helm._notice == ""
     Helm(Service(Navigator(), []), Address("127.0.0.1", 8080))._do("start", "")
+
+
+def test_the_page_leaves_the_estimator_out():
+    """Its process beside the service's has to fit into a small computer."""
+    rooms = ", ".join(f"steerway.live.helm.{name}" for name in ("server", "gate", "page"))
+    asked_for = f"import {rooms}, sys; print([name for name in ('numba', 'numpy', 'scipy') if name in sys.modules])"
+    told = subprocess.run([sys.executable, "-c", asked_for], capture_output=True, text=True, check=True)
+    assert told.stdout.strip() == "[]"

@@ -16,6 +16,7 @@ import urllib.parse
 import pytest
 
 from steerway.formats.nmea0183.writing import gga, rmc
+from steerway.live.warming import warm
 from tests.test_live_links import free_port
 
 pytest.importorskip("nicegui", reason="nicegui is not installed: pip install steerway[helm]")
@@ -50,6 +51,7 @@ def browser():
 def sea(tmp_path_factory):
     """A folder with ten minutes of a boat going north at 2 m/s, and a route that she follows."""
     folder = tmp_path_factory.mktemp("sea")
+    warm()
     lines = []
     for k in range(3000):
         place = math.radians(54.0 + 3.6e-6 * k), math.radians(10.0 + 3.6e-7 * k)
@@ -73,7 +75,7 @@ def sailing(sea, port, *more, token=None, speed=5):
     with open(sea / "said.txt", "wb") as said:
         process = subprocess.Popen(command, stdout=said, stderr=said, env=surroundings, cwd=sea)
     try:
-        until(lambda: answers(port), 60.0)
+        until(lambda: answers(port), 120.0)
         yield process
     finally:
         process.send_signal(signal.SIGINT)
@@ -166,7 +168,7 @@ def test_the_helm(page, sea):
     with sailing(sea, port, *mission) as process:
         page.hosts()
         page.browser.get(f"http://127.0.0.1:{port}/")
-        until(lambda: page.text("state") == "ready" and page.text("leg") == "WP1")
+        until(lambda: page.text("state") == "ready" and page.text("leg") == "WP1", 60.0)
         sees_what_is(page)
         works(page)
         fits(page)
@@ -199,6 +201,15 @@ def sees_what_is(page):
 
 
 def works(page):
+    late = "kept = helmBeat; helmBeat = () => { helmLast = Date.now() }; helmSeq = Math.max(helmSeq - 100, 0)"
+    page.browser.execute_script(late)  # a page that sees what was twenty seconds ago
+    page.click("start")
+    until(lambda: page.find("sure").is_displayed())
+    page.click("sure")
+    time.sleep(1.0)
+    assert page.text("state") == "ready"
+    page.browser.execute_script("helmBeat = kept")
+    until(lambda: not page.browser.find_elements(By.CSS_SELECTOR, ".q-dialog__backdrop"))
     page.click("start")
     assert page.text("state") == "ready"  # it asks first
     until(lambda: page.find("sure").is_displayed())

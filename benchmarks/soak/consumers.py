@@ -2,12 +2,9 @@
 
 import asyncio
 import contextlib
-import inspect
+import json
 import socket
 from contextlib import asynccontextmanager
-
-from steerway.live import addresses
-from steerway.live.commands import live
 
 
 def free_port(kind=socket.SOCK_STREAM) -> int:
@@ -102,19 +99,51 @@ class SignalK(Consumer):
             yield
 
 
+class Foxglove(Consumer):
+    """A viewer on the Foxglove WebSocket that subscribes to all there is."""
+
+    def __init__(self):
+        self._port = free_port()
+        super().__init__("foxglove", ["--to", f"foxglove://127.0.0.1:{self._port}"])
+
+    @asynccontextmanager
+    async def listening(self):
+        """See Consumer."""
+        task = asyncio.create_task(self._listen())
+        try:
+            yield
+        finally:
+            task.cancel()
+
+    async def _listen(self):
+        from websockets.asyncio.client import connect
+        from websockets.exceptions import WebSocketException
+
+        while True:
+            with contextlib.suppress(OSError, WebSocketException):
+                async with connect(f"ws://127.0.0.1:{self._port}", subprotocols=["foxglove.sdk.v1"]) as viewer:
+                    async for message in viewer:
+                        self.heard += len(message)
+                        if isinstance(message, str) and '"advertise"' in message:
+                            await viewer.send(_subscription(json.loads(message)["channels"]))
+            await asyncio.sleep(0.2)
+
+
+def _subscription(channels):
+    wanted = [{"id": each["id"], "channelId": each["id"]} for each in channels]
+    return json.dumps({"op": "subscribe", "subscriptions": wanted})
+
+
 def consumers(table: str, route: str) -> list[Consumer]:
     """One of every output that there is; `table` is where the run is to be written, `route` one to follow."""
-    found = [
+    return [
         Instrument(),
         Datagrams("udp", "udp://127.0.0.1:{port}?period=0.1"),
+        Datagrams("propellers", "udp://127.0.0.1:{port}?say=propellers"),
+        Datagrams("mavlink", "mavlink:udpout:127.0.0.1:{port}"),
         SignalK(),
+        Foxglove(),
         Consumer("table", ["--to", f"file:{table}"]),
         Consumer("route", ["--mission", route, "--engage"]),
+        Consumer("helm", ["--helm", f"127.0.0.1:{free_port()}"]),
     ]
-    if "mavlink" in addresses.TO:
-        found.append(Datagrams("mavlink", "mavlink:udpout:127.0.0.1:{port}"))
-    if "foxglove" in addresses.TO:
-        found.append(Consumer("foxglove", ["--to", f"foxglove://127.0.0.1:{free_port()}"]))
-    if "helm" in inspect.signature(live).parameters:
-        found.append(Consumer("helm", ["--helm", f"127.0.0.1:{free_port()}"]))
-    return found

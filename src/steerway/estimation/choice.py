@@ -9,7 +9,7 @@ receiver, and nothing is fitted to it.
 from steerway.estimation.fitting import LASTING, MOTION, TURNS, moving, stretches, thinned
 from steerway.estimation.likelihood import cost
 from steerway.estimation.profiles import BUILT_IN, Profile
-from steerway.estimation.stages import SPACING, Log, alternating, found, spread_over, worthier
+from steerway.estimation.stages import SPACING, Log, alternating, found, receiver, worthier
 from steerway.records import Fixes
 
 _STRETCHES, _STRETCH = 5, 1000
@@ -35,7 +35,7 @@ def suited(fixes: Fixes) -> Profile:
     log, all_fixes = Log(sample, under_way), thinned(fixes.time, SPACING)
     apart = stretches(fixes.rows(all_fixes), _STRETCHES, _STRETCH)
     motion = _motion(Log(apart, moving(apart)))
-    return _with_receiver(motion, log, len(fixes) / len(all_fixes))
+    return _named(receiver(log, motion, len(fixes) / len(all_fixes), steps=_FEW_STEPS, slow_errors=1).profile)
 
 
 def _classes():
@@ -51,16 +51,6 @@ def _motion(log: Log) -> Profile:
     one = found(log, start, names, steps=_STEPS)
     two = found(log, min(alternating(one.profile), key=log.cost), (*names, *TURNS), steps=_STEPS)
     return worthier([one, two], log).profile
-
-
-def _with_receiver(motion: Profile, log: Log, crowding: float) -> Profile:
-    """The motion with the likeliest noise of fixes: as fitted, and with slow errors of the table."""
-    white = found(log, motion, ("position_std",), steps=_FEW_STEPS).profile
-    candidates = [motion, white, spread_over(motion, crowding)]
-    for share in (0.05, 0.5 * motion.position_std):
-        for slow, time in _SLOW:
-            candidates.append(motion.model_copy(update={"position_std": share, "error_std": slow, "error_time": time}))
-    return _named(min(candidates, key=log.cost))
 
 
 def _at_rest(sample: Fixes) -> Profile:

@@ -24,7 +24,11 @@ SPACING = 1.0
 """s between the fixes that tell of the motion."""
 _WORTH_A_PARAMETER = 2.0
 """−log likelihood by which each further parameter has to better a fit."""
-_ERROR_TIMES = (2.0, 100.0)
+_SEA = 0.9
+"""1/s: a course rate that decays faster is no turn."""
+_SHARES = (0.5, 1.0, 3.0)
+_ERROR_TIMES = (1.5, 5.0, 20.0, 100.0, 400.0)
+"""Where the search for a slow error begins: how large, of the white noise, and over how long (s)."""
 _ALTERNATIONS = ((40.0, 10.0, 100.0), (400.0, 100.0, 100.0), (100.0, 30.0, 1000.0))
 """Where the search for two manners begins: how long a course is held, how long a turn lasts (s), and how much less the
 course rate is disturbed on a held course than in one manner for both."""
@@ -57,8 +61,13 @@ def found(log: Log, start: Profile, names, step=None, steps=40, expected=EXPECTE
 
 
 def worthier(fits, log: Log) -> Fit:
-    """The fit that explains a log best, where every parameter has to earn its place."""
-    return min(fits, key=lambda fit: log.cost(fit.profile) + _WORTH_A_PARAMETER * len(fit.search.names))
+    """The fit that explains a log best, where every parameter has to earn its place.
+
+    Turns are something that lasts: two manners that differ in how fast the course rate changes at random are a sea, not
+    a helm, and are left out.
+    """
+    sensible = [fit for fit in fits if not fit.profile.turn_time or fit.profile.turn_course_rate_decay < _SEA]
+    return min(sensible, key=lambda fit: log.cost(fit.profile) + _WORTH_A_PARAMETER * len(fit.search.names))
 
 
 def motion(log: Log, starts, step=None) -> Fit:
@@ -96,26 +105,34 @@ def spread_over(motion: Profile, crowding: float) -> Profile:
     return motion.model_copy(update={"position_std": motion.position_std * math.sqrt(crowding)})
 
 
-def receiver(log: Log, moving: Fit, apart: int, step=None) -> Fit:
-    """The receiver's errors under a motion that was found on `apart` of the rows of a log."""
-    find, held = partial(found, log, step=step), moving.profile
-    spread = spread_over(held, len(log.fixes) / apart)
-    fits = [find(held, ("position_std",)), find(spread, ("position_std",), steps=0)]
-    for time in _ERROR_TIMES:
-        update = {"position_std": 0.5 * held.position_std, "error_std": held.position_std, "error_time": time}
-        fits.append(find(held.model_copy(update=update), ("position_std", *SLOW_ERROR)))
-    slow = min(fits[2:], key=lambda fit: fit.cost).profile
-    update = {
-        "error_std": 0.7 * slow.error_std,
-        "error_time": max(0.1 * slow.error_time, 1.0),
-        "drift_std": slow.error_std,
-        "drift_time": 3.0 * slow.error_time,
-    }
-    fits.append(find(slow.model_copy(update=update), ("position_std", *SLOW_ERROR, *DRIFT)))
+def receiver(log: Log, held: Profile, crowding: float, step=None, steps=40, slow_errors=2) -> Fit:
+    """The receiver's errors under a motion that was found at a rate of fixes `crowding` times less.
+
+    At most so many slow errors; each joins what is there already, in the likeliest of several sizes and times.
+    """
+    find = partial(found, log, step=step, steps=steps)
+    white = find(held, ("position_std",))
+    spread = spread_over(held, crowding)
+    fits = [white, find(spread, ("position_std",), steps=0)]
+    joined, names = white, white.search.names
+    for std, time in (SLOW_ERROR, DRIFT)[:slow_errors]:
+        size, names = joined.profile.position_std, (*names, std, time)
+        starts = [
+            joined.profile.model_copy(update={std: share * size, time: seconds})
+            for share in _SHARES
+            for seconds in _ERROR_TIMES
+        ]
+        best = sorted(starts, key=log.cost)[:2]
+        joined = min((find(each, names) for each in best), key=lambda fit: fit.cost)
+        fits.append(joined)
     return worthier(fits, log)
 
 
 def together(log: Log, moving: Fit, received: Fit, step=None) -> Fit:
-    """All that was found, once more and at once."""
+    """All that was found, once more and at once; with the receiver known, two manners may come to light."""
     names = tuple(dict.fromkeys((*moving.search.names, *received.search.names)))
-    return found(log, received.profile, names, step)
+    fits = [found(log, received.profile, names, step)]
+    if not moving.profile.turn_time:
+        start = min(alternating(fits[0].profile), key=log.cost)
+        fits.append(found(log, start, (*names, *TURNS), step))
+    return worthier(fits, log)

@@ -133,7 +133,7 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
     log = stages.Log(sample, under_way)
     apart = thinned(sample.time, stages.SPACING)
     motion = stages.motion(log.rows(apart), _STARTS, report.step)
-    receiver = stages.receiver(log, motion, len(apart), report.step)
+    receiver = stages.receiver(log, motion.profile, len(sample) / len(apart), report.step)
     fit = stages.together(log, motion, receiver, report.step)
     told = intervals(fit)
     report.done()

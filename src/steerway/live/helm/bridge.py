@@ -47,9 +47,6 @@ class Helm:
                 LOG.exception("helm page: begun again")
                 await asyncio.sleep(RETRY)
 
-    def close(self) -> None:
-        """As of a speaker; the process is ended with `run`."""
-
     async def _serve(self):
         process = await asyncio.create_subprocess_exec(
             *(sys.executable, "-m", "steerway.live.helm.server"),

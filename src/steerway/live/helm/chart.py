@@ -54,15 +54,15 @@ def moving(window: Window, view: View, route=()) -> str:
     if view.north is None:
         return _svg(window, "")
     x, y = window.at(view.north, view.east)
-    drawn = _offset(window, view, route) + _ellipse(window, view, x, y)
+    drawn, ellipse = _offset(window, view, route), _ellipse(window, view, x, y)
     if view.cog_deg is None:
-        return _svg(window, f'{drawn}<circle class="boat" cx="{x:.1f}" cy="{y:.1f}" r="8"/>')
+        return _svg(window, f'{drawn}<circle class="boat" cx="{x:.1f}" cy="{y:.1f}" r="8"/>{ellipse}')
     course = math.radians(view.cog_deg)
     run = max((view.sog_kn or 0.0) * 0.514444 * _VECTOR / window.scale, 22.0)
     ahead = f"{x + run * math.sin(course):.1f} {y - run * math.cos(course):.1f}"
     turn = f"translate({x:.1f} {y:.1f}) rotate({view.cog_deg:.1f})"
     drawn += _fan(view, x, y, run) + f'<path class="vector" d="M{x:.1f} {y:.1f}L{ahead}"/>'
-    return _svg(window, f'{drawn}<path class="boat" transform="{turn}" d="M0 -15L8.5 11Q0 6 -8.5 11Z"/>')
+    return _svg(window, f'{drawn}<path class="boat" transform="{turn}" d="M0 -15L8.5 11Q0 6 -8.5 11Z"/>{ellipse}')
 
 
 def _svg(window, drawn):

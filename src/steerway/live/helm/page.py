@@ -86,6 +86,7 @@ class Page:
             ui.label("Steerway").classes("name")
             self._dot = _box("dot good")
             self._text("status")
+            self._text("fresh").classes("within fresh")
             self._text("time").classes("time")
             _button("Day / dark", "quiet", "shade").on("click", js_handler="() => helmShade()")
 
