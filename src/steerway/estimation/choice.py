@@ -14,6 +14,7 @@ import numpy as np
 from steerway.estimation.fitting import MOTION, minimise, moving, thinned
 from steerway.estimation.likelihood import cost
 from steerway.estimation.profiles import BUILT_IN, Profile
+from steerway.estimation.replay import doubts
 from steerway.records import Fixes
 
 _STRETCHES, _STRETCH = 5, 1000
@@ -23,6 +24,8 @@ _WHITE = (0.005, 0.02, 0.05, 0.15, 0.5, 1.5, 5.0, 15.0)
 _SLOW = ((0.15, 4.0), (0.5, 20.0), (1.5, 100.0))
 _EVALUATIONS = 120
 _SPACING = 1.0
+_MANY = 0.1
+"""Share of fixes in doubt from which they would pass for the rule; a few count as outliers, and gaps cost more."""
 
 
 def suited(fixes: Fixes) -> Profile:
@@ -33,7 +36,7 @@ def suited(fixes: Fixes) -> Profile:
     if fixes.mmsi is not None:
         return BUILT_IN["ais"]
     vessels = [each for each in BUILT_IN.values() if each.name != "ais"]
-    sample = _sample(fixes.rows(fixes.has_position).in_order())
+    sample = _sample(_undoubted(fixes.rows(fixes.has_position).in_order()))
     under_way = moving(sample)
     if under_way.sum() < max(_FEWEST_FIXES, _LEAST_SHARE * len(sample)):
         return min((_with_receiver(each, sample, None) for each in vessels), key=lambda each: cost(each, sample))
@@ -63,6 +66,13 @@ def _named(motion, white, slow, time):
     wander = f" and {slow:g} m over {time:g} s" if slow else ""
     name = f"{motion.name}, fixes with {white:.2g} m{wander} of noise"
     return motion.model_copy(update={"name": name, "position_std": white, "error_std": slow, "error_time": time})
+
+
+def _undoubted(fixes: Fixes) -> Fixes:
+    """The fixes that show the receiver as it is as a rule: not those it doubts itself, where these are many."""
+    doubted = doubts(fixes) > 1.0
+    many = len(doubted) > 0 and doubted.mean() > _MANY
+    return replace(fixes.rows(~doubted) if many else fixes, position_std=None)
 
 
 def _sample(fixes: Fixes) -> Fixes:
