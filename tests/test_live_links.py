@@ -16,10 +16,11 @@ from steerway.estimation import estimate
 from steerway.formats import nmea0183, ubx
 from steerway.live import addresses, uri
 from steerway.live.decoding import GpsdDecoder, ReceiverDecoder, SignalKDecoder
+from steerway.live.deltas import Deltas, delta, motion
 from steerway.live.heard import Row, lost
-from steerway.live.links.speakers import StdoutSpeaker
+from steerway.live.links.speakers import FileSpeaker
 from steerway.live.navigator import Navigator
-from steerway.live.outputs import Deltas, JsonLines, Sentences, delta, json_line
+from steerway.live.outputs import JsonLines, Sentences, json_line
 from steerway.live.service import Service
 from steerway.records import NO_COURSE, OK
 from steerway.timestamps import iso
@@ -162,7 +163,7 @@ def test_what_is_said_is_what_a_reader_reads():
 
 
 def test_a_delta_in_si_with_null_for_unknown():
-    message = json.loads(delta(SAILING))
+    message = json.loads(delta(NOON, motion(SAILING)))
     (update,) = message["updates"]
     values = {each["path"]: each["value"] for each in update["values"]}
     assert message["context"] == "vessels.self" and update["$source"] == "steerway"
@@ -171,7 +172,7 @@ def test_a_delta_in_si_with_null_for_unknown():
     assert values["navigation.speedOverGround"] == 2.0
     assert values["navigation.courseOverGroundTrue"] == pytest.approx(1.5 * math.pi)
     assert values["navigation.rateOfTurn"] == pytest.approx(math.radians(1.0))
-    (update,) = json.loads(delta(lost(NOON)))["updates"]
+    (update,) = json.loads(delta(NOON, motion(lost(NOON))))["updates"]
     assert [each["value"] for each in update["values"]] == [None] * 4
 
 
@@ -194,7 +195,7 @@ def test_json_lines_carry_the_columns_of_estimate():
     assert list(line) == frame.columns
     assert line["course_rate_dps"] == pytest.approx(1.0) and line["cog_deg"] is None and line["status"] == "no_course"
     file = io.BytesIO()
-    output = JsonLines(StdoutSpeaker(None, patient=True, file=file))
+    output = JsonLines(FileSpeaker(file, patient=True))
     for _ in range(2000):
         output.fix(SAILING)
         output.tick(SAILING)

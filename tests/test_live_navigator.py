@@ -13,8 +13,8 @@ from steerway.live.choice import SourceChoice
 from steerway.live.clock import FixClock
 from steerway.live.heard import Heard, Row, rows_of
 from steerway.live.navigator import Navigator
-from steerway.live.outputs import TableFile
 from steerway.live.service import Service
+from steerway.live.table import TableFile
 from steerway.records import LOST, OK, REJECTED, Fixes
 from tests.scenes import turning
 
@@ -257,6 +257,27 @@ def test_a_table_of_the_run(fixes, tmp_path):
     assert pl.read_csv(out).height == len(fixes)
     with pytest.raises(InputError, match="ending"):
         TableFile(tmp_path / "run.xyz")
+
+
+def test_a_table_that_was_cut_off_is_continued(fixes, tmp_path):
+    out = tmp_path / "run.csv"
+    navigator = Navigator("small-usv")
+    rows = [row for heard in heard_of(fixes) for row in navigator.hear(heard)]
+    first, second = TableFile(out), TableFile(out)
+    for row in rows[:100]:
+        first.fix(row)
+    first._speaker.close()  # the process is gone
+    with open(f"{out}.part", "ab") as part:
+        part.write(b"torn")
+    for row in rows[100:]:
+        second.fix(row)
+    second.close()
+    import polars as pl
+
+    assert pl.read_csv(out)["time_s"].to_list() == [row.time for row in rows]
+    assert [each.name for each in tmp_path.iterdir()] == ["run.csv"]
+    with pytest.raises(InputError, match="folder"):
+        TableFile(tmp_path / "nowhere" / "run.csv")
 
 
 def test_warming_sails_through_everything():

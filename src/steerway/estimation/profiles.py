@@ -13,6 +13,8 @@ from steerway.errors import InputError
 
 GATE = 13.8
 """χ² with two degrees of freedom at 0.1 %."""
+TELLING = 10.0
+"""A log whose 95 % interval of a number is wider than this factor cannot tell it."""
 _PATIENCE = 2.0
 _START_SPEED_STD = 20.0
 _LARGEST_START_RATE_STD = math.radians(20.0)
@@ -72,6 +74,9 @@ class Profile(BaseModel):
     gyro_bias_std: float = Field(math.radians(0.5), ge=0.0, allow_inf_nan=False)  # rad/s
     gyro_bias_time: float = Field(1000.0, gt=0.0, allow_inf_nan=False)  # s
 
+    # What the log that it was tuned on says: 95 % intervals of the numbers above, by name.
+    intervals: dict[str, tuple[float, float]] = Field(default_factory=dict)
+
     @model_validator(mode="after")
     def _whole_turn(self) -> Self:
         given = {name: getattr(self, name) for name in ("straight_time", "turn_speed_noise", "turn_course_rate_noise")}
@@ -105,7 +110,23 @@ class Profile(BaseModel):
 
     def toml(self) -> str:
         """The text of such a file."""
-        return "".join(f"{key} = {_toml(value)}\n" for key, value in self.model_dump().items())
+        values = self.model_dump(exclude={"intervals"}).items()
+        text = "".join(f"{key} = {_toml(value)}{self._comment(key)}\n" for key, value in values)
+        if not self.intervals:
+            return text
+        ends = "".join(f"{name} = [{low!r}, {high!r}]\n" for name, (low, high) in self.intervals.items())
+        return f"{text}\n[intervals]  # 95 %, from the log that it was tuned on\n{ends}"
+
+    def _comment(self, name) -> str:
+        if name not in self.intervals:
+            return ""
+        words = "" if self.told(name) else "this log cannot tell: "
+        return "  # {}{:g} to {:g}".format(words, *self.intervals[name])
+
+    def told(self, name: str) -> bool:
+        """Whether the log that it was tuned on tells this number; True of one that was not fitted."""
+        low, high = self.intervals.get(name, (1.0, 1.0))
+        return high <= TELLING * low
 
     @property
     def turning(self) -> Self | None:

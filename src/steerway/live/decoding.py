@@ -7,6 +7,7 @@ tells one moment in several messages, of which the last may have the finest posi
 import json
 import math
 import time
+from collections.abc import Mapping
 from typing import Protocol
 
 from steerway.formats import nmea0183, ubx
@@ -21,7 +22,9 @@ _LONGEST = 1 << 16  # bytes of a line of JSON
 
 
 class Decoder(Protocol):
-    """What makes rows of bytes."""
+    """What makes rows of bytes; `skipped` counts by reason what was not believed."""
+
+    skipped: Mapping[str, int]
 
     def feed(self, data: bytes) -> list[Heard]:
         """The rows that these bytes complete."""
@@ -36,7 +39,11 @@ class ReceiverDecoder:
     def __init__(self, place: str = ""):
         self._readers = nmea0183.Reader(), ubx.Reader()
         self._place = place
-        self.skipped: dict[str, int] = {}
+
+    @property
+    def skipped(self) -> dict[str, int]:
+        """How many messages were not believed, by reason."""
+        return {reason: count for reader in self._readers for reason, count in reader.skipped.items()}
 
     def feed(self, data: bytes) -> list[Heard]:
         """See Decoder."""
@@ -49,8 +56,9 @@ class ReceiverDecoder:
         return self._taken(True)
 
     def _taken(self, settled):
-        recordings = [reader.take(settled) for reader in self._readers]
-        self.skipped = {reason: count for each in recordings for reason, count in each.skipped.items()}
+        recordings = [reader.take(settled) for reader in self._readers if reader.holds(settled)]
+        if not recordings:
+            return []
         sources = {name: fixes for each in recordings for name, fixes in each.sources.items()}
         return [self._named(row) for row in rows_of(sources)]
 

@@ -98,9 +98,9 @@ class Navigator:
         return float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])
 
     @property
-    def late(self) -> int:
-        """How many rows were older than the one before."""
-        return self.counts["late"] + self.counts["too late"]
+    def strayed(self) -> int:
+        """How many rows had a time that did not follow: older than the one before, or far ahead and not confirmed."""
+        return self.counts["late"] + self.counts["too late"] + self.counts["stray"] + (self._astray is not None)
 
     def hear(self, heard: Heard, present: float = math.nan) -> list[Row]:
         """Take what was said; the rows that are new by it: one a fix in order, none for anything else.

@@ -40,6 +40,7 @@ def words(view: View) -> dict[str, str]:
         else f"{datetime.datetime.fromtimestamp(view.time, datetime.UTC):%H:%M:%S} UTC",
         "status": _STATUS.get(view.status, view.status),
         "age": UNKNOWN if view.age is None else f"{view.age:.1f} s",
+        "fresh": "" if view.age is None else f"fix {view.age:.1f} s old",
         "nis": _number(view.nis, 1),
         "source": view.source or UNKNOWN,
         "counts": ", ".join(f"{count} {what}" for what, count in view.counts.items()) or UNKNOWN,

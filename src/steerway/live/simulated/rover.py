@@ -1,7 +1,7 @@
 """A MAVLink vehicle as ArduPilot's Rover is one, as far as a companion sees: modes, GUIDED targets, their timeout.
 
 No clock and no I/O: what it hears and says has the boat's time. As ArduPilot's Rover does, it takes thrust in GUIDED
-as a share of a speed (CRUISE_SPEED), drops a target after GUID_TIMEOUT, and counts its messages' times from its start.
+as a share of a speed (CRUISE_SPEED), drops a target after 3 s, and counts its messages' times from its start.
 """
 
 import math

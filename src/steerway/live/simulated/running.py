@@ -35,9 +35,11 @@ COLUMNS = (
     "true_sog_mps",
     "true_cog_deg",
     "true_yaw_rate_dps",
+    "asked_speed_mps",
+    "asked_yaw_rate_dps",
     "mode",
 )
-"""What is kept of every fix; `mode` of the MAVLink vehicle, null without one."""
+"""What is kept of every fix; `mode` is null without MAVLink, and what is asked with engines off."""
 
 
 class Running:
@@ -67,7 +69,7 @@ class Running:
             self.rover = Rover(self.link.messages, cruise or boat.known.top_speed, self.unix)
         self.propellers = None if propellers is None else Propellers(propellers, boat.vessel.actuators)
         self._loops = InnerLoops(boat.known)
-        self._rest = self._loops.rest()
+        self._asked: Target | None = None
         self._kept: list[tuple] = []
 
     async def run(self) -> None:
@@ -114,12 +116,12 @@ class Running:
 
     def _command(self, now):
         if self.propellers is not None and self.propellers.obeyed:
-            self._loops.rest()
-            return self.propellers.command() or self._rest
-        wanted = BY_HAND if self._is_by_hand() else self.rover.target(now)
-        if wanted is None:
+            self._asked = None
+            return self.propellers.command() or self._loops.rest()
+        self._asked = asked = BY_HAND if self._is_by_hand() else self.rover.target(now)
+        if asked is None:
             return self._loops.rest()
-        return self._loops.step(wanted.yaw_rate, wanted.speed, self.boat.motion, self.boat.step_length)
+        return self._loops.step(asked.yaw_rate, asked.speed, self.boat.motion, self.boat.step_length)
 
     def _is_by_hand(self):
         return self.rover is None or (self.rover.armed and self.rover.mode is RoverMode.MANUAL)
@@ -140,8 +142,9 @@ class Running:
         degrees = np.degrees((*self.boat.position(), truth.heading % math.tau)).tolist()
         mode = None if self.rover is None else float(self.rover.mode)
         cog, yaw_rate = math.degrees(truth.cog % math.tau), math.degrees(truth.yaw_rate)
+        asked = (None, None) if self._asked is None else (self._asked.speed, math.degrees(self._asked.yaw_rate))
         moment = self.unix + self.boat.time
-        self._kept.append((moment, truth.north, truth.east, *degrees, truth.sog, cog, yaw_rate, mode))
+        self._kept.append((moment, truth.north, truth.east, *degrees, truth.sog, cog, yaw_rate, *asked, mode))
 
     def _heard(self, message):
         self.link.send(self.rover.hear(message, self.boat.time))
