@@ -21,7 +21,7 @@ from tests.test_live_links import free_port
 
 ROOT = Path(__file__).parent.parent
 SQUARE = ROOT / "examples" / "otter-square.toml"
-MISSION = ROOT / "examples" / "otter-square-mission.toml"
+MISSION = ROOT / "examples" / "live" / "square.toml"
 CORNERS = ((0.0, 0.0), (60.0, 0.0), (60.0, 60.0), (0.0, 60.0), (0.0, 0.0))
 GUIDED = 15.0
 REACHED = 4.0  # m from a corner at which it is rounded

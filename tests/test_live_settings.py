@@ -14,7 +14,7 @@ from steerway.live import launch as launching
 from steerway.live.mission import GeodeticRoute
 from steerway.live.settings import Settings
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
+EXAMPLES = Path(__file__).parent.parent / "examples" / "live"
 NOON = 1_719_835_200.0
 
 
@@ -122,15 +122,15 @@ def test_mistakes_end_in_one_sentence(monkeypatch, capsys, tmp_path):
 
 def test_the_example_sails(monkeypatch, capsysbinary, tmp_path):
     """As it stands, but for the links: a log in place of the receiver, and no page."""
-    settings = Settings.load(EXAMPLES / "live.toml")
+    settings = Settings.load(EXAMPLES / "boat.toml")
     route = GeodeticRoute.load(settings.mission)
     lines = []
     for k in range(300):
         place = route.latitude[0] + 3e-8 * k, route.longitude[0]
         lines.append(gga(NOON + 0.2 * k, *place) + rmc(NOON + 0.2 * k, *place))
     (tmp_path / "log.nmea").write_text("".join(lines))
-    (tmp_path / "boat.toml").write_text((EXAMPLES / "live.toml").read_text().replace('helm = "', '# helm = "'))
-    (tmp_path / "live-mission.toml").write_text((EXAMPLES / "live-mission.toml").read_text())
+    (tmp_path / "boat.toml").write_text((EXAMPLES / "boat.toml").read_text().replace('helm = "', '# helm = "'))
+    (tmp_path / "square.toml").write_text((EXAMPLES / "square.toml").read_text())
     log = f"file:{tmp_path / 'log.nmea'}?speed=max"
     assert run(monkeypatch, str(tmp_path / "boat.toml"), "--from", log, "--to", "stdout:") == 0
     rows = [json.loads(line) for line in capsysbinary.readouterr().out.splitlines()]
