@@ -78,7 +78,7 @@ def thinned(time, spacing):
 
 
 def stretches(fixes: Fixes, count: int, length: int) -> Fixes:
-    """At most `count` stretches of so many rows from all over a record, those most under way, as tracks of their own."""
+    """At most `count` stretches of so many rows from all over a record, those most under way, as separate tracks."""
     parts = len(fixes) // length
     if parts <= count:
         return fixes

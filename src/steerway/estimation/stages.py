@@ -78,7 +78,8 @@ def motion(log: Log, starts, step=None) -> Fit:
     lasting = one.profile.model_copy(update={"speed_noise": one.profile.speed_noise / 30.0, "acceleration_std": 0.2})
     fits = [one, find(lasting, MOTION + LASTING)]
     kept = worthier(fits, log)
-    two = [find(each, kept.search.names + TURNS) for each in alternating(kept.profile)]
+    paces = sorted(alternating(kept.profile), key=log.cost)[:2]
+    two = [find(each, kept.search.names + TURNS) for each in paces]
     return worthier([kept, *two], log)
 
 
