@@ -1,8 +1,8 @@
-# make demo | test | install | bench | lint — each creates .venv from the lock file by itself.
+# make demo | test | install | bench | soak | faults | lint — each creates .venv from the lock file by itself.
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: install demo test bench lint lock
+.PHONY: install demo test bench soak faults lint lock
 
 install: .venv/.installed
 
@@ -20,10 +20,16 @@ demo: install
 	$(BIN)/steerway demo -o demo
 
 test: install
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses 2 --dist loadfile
 
 bench: .venv/.bench
 	$(BIN)/python -m benchmarks
+
+soak: install
+	$(BIN)/python -m benchmarks.soak
+
+faults: install
+	$(BIN)/python -m tests.faults
 
 lint: install
 	$(BIN)/ruff check src tests benchmarks

@@ -5,19 +5,22 @@ import io
 import json
 import math
 import socket
+from datetime import UTC, datetime
 
 import numpy as np
 import pytest
+from pyubx2 import GET, UBXMessage
 
 from steerway.errors import InputError
 from steerway.estimation import estimate
-from steerway.formats import nmea0183
+from steerway.formats import nmea0183, ubx
 from steerway.live import addresses, uri
-from steerway.live.decoding import GpsdDecoder, SentenceDecoder, SignalKDecoder
+from steerway.live.decoding import GpsdDecoder, ReceiverDecoder, SignalKDecoder
+from steerway.live.deltas import Deltas, delta, motion
 from steerway.live.heard import Row, lost
-from steerway.live.links.speakers import StdoutSpeaker
+from steerway.live.links.speakers import FileSpeaker
 from steerway.live.navigator import Navigator
-from steerway.live.outputs import Deltas, JsonLines, Sentences, delta, json_line
+from steerway.live.outputs import JsonLines, Sentences, json_line
 from steerway.live.service import Service
 from steerway.records import NO_COURSE, OK
 from steerway.timestamps import iso
@@ -52,7 +55,7 @@ def fed(decoder, log, size):
 def test_sentences_in_pieces_are_the_rows_of_the_log(size):
     log = sortie(50)
     (fixes,) = [each for name, each in nmea0183.read(log).sources.items() if name == "GP"]
-    rows = [row for row in fed(SentenceDecoder(), log, size) if row.source == "GP"]
+    rows = [row for row in fed(ReceiverDecoder(), log, size) if row.source == "GP"]
     placed = [row for row in rows if row.has_position]
     assert [row.time for row in placed] == fixes.time.tolist()
     assert [row.latitude for row in placed] == fixes.latitude.tolist()
@@ -60,7 +63,7 @@ def test_sentences_in_pieces_are_the_rows_of_the_log(size):
 
 def test_an_epoch_waits_for_its_finest_position():
     coarse = sealed("GPGLL,5400.001,N,01000.002,E,120000,A,A")
-    decoder = SentenceDecoder()
+    decoder = ReceiverDecoder()
     decoder.feed(rmc(START - 1.0, 54.0, 10.0))
     (first,) = decoder.feed(coarse)
     assert first.time == START - 1.0
@@ -73,9 +76,20 @@ def test_an_epoch_waits_for_its_finest_position():
 def test_without_a_date_it_is_today():
     import time
 
-    (row,) = fed(SentenceDecoder(), gga(START, 54.0, 10.0), 10)
+    (row,) = fed(ReceiverDecoder(), gga(START, 54.0, 10.0), 10)
     assert abs(row.time - time.time()) <= 43200.0 + 1.0
     assert (row.time - START) % 86400.0 == pytest.approx(0.0, abs=1e-6)
+
+
+def test_weeks_that_rolled_over_are_put_right_by_the_computers_clock(monkeypatch):
+    from types import SimpleNamespace
+
+    rollover = 1024 * 7 * 86400.0
+    for computer, told in ((START + rollover, START + rollover), (START + 2.0 * rollover + 5e5, START + 2.0 * rollover),
+                           (START + 1e8, START), (0.0, START), (START - rollover, START)):  # fmt: skip
+        monkeypatch.setattr("steerway.live.decoding.time", SimpleNamespace(time=lambda now=computer: now))
+        (row,) = fed(ReceiverDecoder(), rmc(START, 54.0, 10.0), 100)
+        assert row.time == told
 
 
 def test_gpsd_reports_several_times_an_epoch():
@@ -149,7 +163,7 @@ def test_what_is_said_is_what_a_reader_reads():
 
 
 def test_a_delta_in_si_with_null_for_unknown():
-    message = json.loads(delta(SAILING))
+    message = json.loads(delta(NOON, motion(SAILING)))
     (update,) = message["updates"]
     values = {each["path"]: each["value"] for each in update["values"]}
     assert message["context"] == "vessels.self" and update["$source"] == "steerway"
@@ -158,7 +172,7 @@ def test_a_delta_in_si_with_null_for_unknown():
     assert values["navigation.speedOverGround"] == 2.0
     assert values["navigation.courseOverGroundTrue"] == pytest.approx(1.5 * math.pi)
     assert values["navigation.rateOfTurn"] == pytest.approx(math.radians(1.0))
-    (update,) = json.loads(delta(lost(NOON)))["updates"]
+    (update,) = json.loads(delta(NOON, motion(lost(NOON))))["updates"]
     assert [each["value"] for each in update["values"]] == [None] * 4
 
 
@@ -181,7 +195,7 @@ def test_json_lines_carry_the_columns_of_estimate():
     assert list(line) == frame.columns
     assert line["course_rate_dps"] == pytest.approx(1.0) and line["cog_deg"] is None and line["status"] == "no_course"
     file = io.BytesIO()
-    output = JsonLines(StdoutSpeaker(None, patient=True, file=file))
+    output = JsonLines(FileSpeaker(file, patient=True))
     for _ in range(2000):
         output.fix(SAILING)
         output.tick(SAILING)
@@ -236,11 +250,11 @@ def free_port(kind=socket.SOCK_STREAM):
         return probe.getsockname()[1]
 
 
-async def listened(text, feed, n, to=()):
+async def listened(text, feed, n, to=(), source="GP"):
     """What a service with one listener says of n fixes that `feed` brings about."""
     kept = Kept()
     pairs = [addresses.output(each, None, patient=False) for each in to]
-    service = Service(Navigator("small-usv", sources=("GP",)), [kept, *(output for output, _ in pairs)])
+    service = Service(Navigator("small-usv", sources=(source,)), [kept, *(output for output, _ in pairs)])
     (address,), _ = addresses.sources([text])
     speakers = [speaker for _, speaker in pairs if speaker]
     task = asyncio.create_task(service.listen([addresses.listener(address, 1)], speakers))
@@ -298,6 +312,54 @@ def test_datagrams_in_sentences_out():
     assert heard.startswith(b"$SWRMC,") and b"$SWROT," in heard
 
 
+def mixed(n):
+    """UBX and sentences of the same moments, some of either damaged."""
+    times, lats, lons = track(n)
+    moments = [datetime.fromtimestamp(time, UTC) for time in times]
+    frames = [
+        UBXMessage(
+            "NAV", "NAV-PVT", GET, iTOW=1000 * k, year=moment.year, month=moment.month, day=moment.day,
+            hour=moment.hour, min=moment.minute, second=moment.second, validDate=1, validTime=1, fixType=3,
+            gnssFixOk=1, lat=lat, lon=lon, hAcc=500,
+        ).serialize()
+        for k, (moment, lat, lon) in enumerate(zip(moments, lats, lons, strict=True))
+    ]  # fmt: skip
+    lines = [rmc(*place) + gga(*place) for place in zip(times, lats, lons, strict=True)]
+    frames[n // 2] = frames[n // 2][:50]
+    lines[n // 3] = lines[n // 3][:50]
+    return [part for pair in zip(frames, lines, strict=True) for part in pair]
+
+
+@pytest.mark.parametrize("source", ["UBX", "GP"])
+@pytest.mark.parametrize("scheme", ["tcp", "udp"])
+def test_ubx_and_sentences_mixed_on_a_link(scheme, source):
+    parts = mixed(40)
+    log = b"".join(parts)
+    expected = {**ubx.read(log).sources, **nmea0183.read(log).sources}[source]
+    port = free_port(socket.SOCK_DGRAM if scheme == "udp" else socket.SOCK_STREAM)
+
+    async def datagrams():
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+            for part in parts:
+                sender.sendto(part, ("127.0.0.1", port))
+                await asyncio.sleep(0.001)
+
+    async def stream():
+        async def send(reader, writer):
+            for k in range(0, len(log), 61):
+                writer.write(log[k : k + 61])
+                await asyncio.sleep(0.0)
+            await reader.read()
+
+        async with await asyncio.start_server(send, "127.0.0.1", port):
+            await asyncio.sleep(1.5)
+
+    feed = datagrams if scheme == "udp" else stream
+    kept = asyncio.run(listened(f"{scheme}://127.0.0.1:{port}", feed, len(expected), source=source))
+    assert len(expected) >= 39
+    assert_equal(kept.fixes, estimate(expected, "small-usv"))
+
+
 def test_everyone_who_connects_is_told_and_a_deaf_one_stops_nobody():
     into, out = free_port(socket.SOCK_DGRAM), free_port()
     heard = bytearray()
@@ -322,7 +384,7 @@ def test_everyone_who_connects_is_told_and_a_deaf_one_stops_nobody():
 def test_listening_for_long_takes_no_memory():
     import tracemalloc
 
-    decoder, navigator, said = SentenceDecoder(), Navigator("small-usv"), 0
+    decoder, navigator, said = ReceiverDecoder(), Navigator("small-usv"), 0
 
     def listen(start, n):
         nonlocal said

@@ -13,8 +13,8 @@ from steerway.live.choice import SourceChoice
 from steerway.live.clock import FixClock
 from steerway.live.heard import Heard, Row, rows_of
 from steerway.live.navigator import Navigator
-from steerway.live.outputs import TableFile
 from steerway.live.service import Service
+from steerway.live.table import TableFile
 from steerway.records import LOST, OK, REJECTED, Fixes
 from tests.scenes import turning
 
@@ -28,7 +28,7 @@ class Kept:
     def fix(self, row):
         self.fixes.append(row)
 
-    def tick(self, row, leg=None):
+    def tick(self, row, leg=None, order=None):
         self.ticks.append(row)
 
     def close(self):
@@ -147,15 +147,71 @@ def test_a_stray_time_is_not_believed_and_a_step_is(fixes):
     assert out[-1].sog == pytest.approx(2.0, abs=0.3)
 
 
+@pytest.mark.parametrize("by", [-3600.0, -18.0, -2.0])
+def test_the_motion_goes_on_when_the_clock_steps_back(fixes, by):
+    rows = heard_of(fixes)
+    steady, stepped = Navigator(), Navigator()
+    for heard in rows[:150]:
+        steady.hear(heard), stepped.hear(heard)
+    for heard in rows[150:200]:
+        steady.hear(heard), stepped.hear(heard._replace(time=heard.time + by))
+    assert stepped.counts["clock steps"] == 1
+    end = rows[199].time + 0.3
+    np.testing.assert_allclose(stepped.at(end + by)[1:6], steady.at(end)[1:6], rtol=1e-6)
+
+
+def test_a_step_forward_is_told_from_a_dropout_by_the_present(fixes):
+    rows = heard_of(fixes)
+    dropout, step = Navigator(), Navigator()
+    for heard in rows[:150]:
+        dropout.hear(heard, heard.time), step.hear(heard, heard.time)
+    later = [heard._replace(time=heard.time + 20.0) for heard in rows[150:160]]
+    for heard, before in zip(later, rows[150:160], strict=True):
+        dropout.hear(heard, heard.time), step.hear(heard, before.time + 20.0 * (heard.time > later[1].time))
+    assert dropout.counts["clock steps"] == 0 and step.counts["clock steps"] == 1
+    assert step.at(later[-1].time).sog_std < 0.7 * dropout.at(later[-1].time).sog_std
+
+
+def test_a_step_to_another_place_begins_anew(fixes):
+    rows = heard_of(fixes)
+    navigator = Navigator()
+    for heard in rows[:150]:
+        navigator.hear(heard, heard.time)
+    for k, heard in enumerate(rows[150:200]):
+        moved = heard._replace(time=heard.time + 7200.0, latitude=heard.latitude + 0.01)
+        navigator.hear(moved, heard.time + 7200.0 * (k > 1))
+    row = navigator.at(rows[199].time + 7200.0)
+    assert abs(row.latitude - rows[199].latitude - 0.01) < 1e-6 and row.sog == pytest.approx(2.0, abs=0.4)
+
+
+def test_an_instrument_of_another_clock_does_not_carry_the_boat_away(fixes):
+    navigator = Navigator(aid=("yaw_rate",))
+    rows = heard_of(fixes)
+    for heard in rows[:150]:
+        navigator.hear(heard, heard.time)
+        navigator.hear(Heard("gyro", heard.time + 500.0, yaw_rate=0.0), heard.time)
+    assert navigator.counts["taken"] == 150 and navigator.counts["stray"] == 150
+    assert navigator.at(rows[149].time).valid
+
+
+def test_a_receiver_of_another_clock_is_not_thought_silent(fixes):
+    navigator = Navigator()
+    for heard in heard_of(fixes):
+        navigator.hear(heard, heard.time)
+        navigator.hear(heard._replace(source="GN", time=heard.time + 3600.0), heard.time)
+    assert navigator.choice.present == "GP" and navigator.choice.changes == 0
+    assert navigator.counts["taken"] == len(fixes)
+
+
 def test_the_wanted_source_is_taken_while_it_speaks():
     choice = SourceChoice(("GN", "GP"))
     taken = []
     for k in range(40):
         time = float(k)
         if not 10 <= k < 20:
-            taken += ["GN"] * choice.takes(Heard("GN", time, 1.0, 1.0))
-        taken += ["GP"] * choice.takes(Heard("GP", time, 1.0, 1.0))
-        assert not choice.takes(Heard("AI", time, 1.0, 1.0))
+            taken += ["GN"] * choice.takes(Heard("GN", time, 1.0, 1.0), time)
+        taken += ["GP"] * choice.takes(Heard("GP", time, 1.0, 1.0), time)
+        assert not choice.takes(Heard("AI", time, 1.0, 1.0), time)
     assert taken.count("GN") == 30 and 6 <= taken.count("GP") <= 8
     assert choice.present == "GN" and choice.changes == 2
 
@@ -164,13 +220,13 @@ def test_without_a_wish_the_quicker_source_wins():
     choice = SourceChoice()
     for k in range(100):
         if k % 10 == 0:
-            choice.takes(Heard("slow", k * 0.1, 1.0, 1.0))
-        choice.takes(Heard("quick", k * 0.1 + 0.01, 1.0, 1.0))
+            choice.takes(Heard("slow", k * 0.1, 1.0, 1.0), k * 0.1)
+        choice.takes(Heard("quick", k * 0.1 + 0.01, 1.0, 1.0), k * 0.1 + 0.01)
     assert choice.present == "slow", "not known well enough yet"
     for k in range(100, 300):
         if k % 10 == 0:
-            choice.takes(Heard("slow", k * 0.1, 1.0, 1.0))
-        choice.takes(Heard("quick", k * 0.1 + 0.01, 1.0, 1.0))
+            choice.takes(Heard("slow", k * 0.1, 1.0, 1.0), k * 0.1)
+        choice.takes(Heard("quick", k * 0.1 + 0.01, 1.0, 1.0), k * 0.1 + 0.01)
     assert choice.present == "quick" and choice.changes == 1
 
 
@@ -201,6 +257,27 @@ def test_a_table_of_the_run(fixes, tmp_path):
     assert pl.read_csv(out).height == len(fixes)
     with pytest.raises(InputError, match="ending"):
         TableFile(tmp_path / "run.xyz")
+
+
+def test_a_table_that_was_cut_off_is_continued(fixes, tmp_path):
+    out = tmp_path / "run.csv"
+    navigator = Navigator("small-usv")
+    rows = [row for heard in heard_of(fixes) for row in navigator.hear(heard)]
+    first, second = TableFile(out), TableFile(out)
+    for row in rows[:100]:
+        first.fix(row)
+    first._speaker.close()  # the process is gone
+    with open(f"{out}.part", "ab") as part:
+        part.write(b"torn")
+    for row in rows[100:]:
+        second.fix(row)
+    second.close()
+    import polars as pl
+
+    assert pl.read_csv(out)["time_s"].to_list() == [row.time for row in rows]
+    assert [each.name for each in tmp_path.iterdir()] == ["run.csv"]
+    with pytest.raises(InputError, match="folder"):
+        TableFile(tmp_path / "nowhere" / "run.csv")
 
 
 def test_warming_sails_through_everything():

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import itertools
 import json
 import math
 import os
@@ -20,6 +21,7 @@ from steerway.live import addresses
 from steerway.live.links.signalk import connected
 from steerway.live.navigator import Navigator
 from steerway.live.service import Service
+from steerway.timestamps import iso
 from tests.sentences import START, gga, rmc, sortie
 from tests.test_live_links import free_port, until
 from tests.test_live_navigator import Kept, assert_equal
@@ -65,6 +67,8 @@ def signalk_port(tmp_path_factory):
     folder, port = tmp_path_factory.mktemp("signalk"), free_port()
     off = ("plugins", "appstore", "nmea-tcp", "tcp", "webapps", "logfiles")
     settings = {"interfaces": dict.fromkeys(off, False), "mdns": False, "ssl": False, "pipedProviders": []}
+    ranks = [{"sourceRef": "steerway", "timeout": 0}, {"sourceRef": "receiver", "timeout": 60_000}]
+    settings["sourcePriorities"] = {"navigation.speedOverGround": ranks}
     (folder / "settings.json").write_text(json.dumps(settings))
     (folder / "loopback.js").write_text(LOOPBACK)
     surroundings = os.environ | {
@@ -129,56 +133,88 @@ async def telling(epochs, port):
         server.close()
 
 
-def test_gpsd_to_signal_k_and_read_back(signalk_port):
-    gpsd = installed("gpsd")
-    epochs = exact_log(40)
-    feed, port = free_port(), free_port()
-    back = []
+def in_signal_k(motion, k):
+    """What a Signal K server should hold of a row."""
+    return {
+        "navigation.position": {
+            "latitude": math.degrees(motion.latitude[k]),
+            "longitude": math.degrees(motion.longitude[k]),
+        },
+        "navigation.speedOverGround": motion.sog[k],
+        "navigation.courseOverGroundTrue": motion.cog[k] % (2.0 * math.pi),
+        "navigation.rateOfTurn": motion.course_rate[k],
+    }
+
+
+def assert_held(value, wanted):
+    """Within 1e-6, and a position to a tenth of a millimetre; null is unknown."""
+    if isinstance(wanted, dict):
+        assert value == pytest.approx(wanted, abs=1e-9)
+    else:
+        assert math.isnan(wanted) if value is None else value == pytest.approx(wanted, abs=1e-6)
+
+
+def test_gpsfake_to_signal_k_and_read_back(signalk_port, tmp_path):
+    gpsfake = installed("gpsfake")
+    installed("gpsd")
+    epochs, port, told = exact_log(60), free_port(), []
+    log = tmp_path / "log.nmea"
+    log.write_bytes(b"".join(epochs))
+    server = f"signalk://127.0.0.1:{signalk_port}"
 
     async def read_back():
-        async with connected(addresses.sources([f"signalk://127.0.0.1:{signalk_port}"])[0][0]) as stream:
+        async with connected(addresses.sources([server])[0][0]) as stream:
             wanted = [{"path": "navigation.*", "policy": "instant"}]
             await stream.send(json.dumps({"context": "vessels.self", "subscribe": wanted}))
             async for message in stream:
-                back.extend(json.loads(message).get("updates", []))
+                told.extend(json.loads(message).get("updates", []))
+
+    async def rival():
+        async with connected(addresses.sources([server])[0][0]) as stream:
+            for k in itertools.count():
+                values = [{"path": "navigation.speedOverGround", "value": 20.0 + k}]
+                update = {"$source": "receiver", "timestamp": iso(START + 0.1 * k), "values": values}
+                await stream.send(json.dumps({"context": "vessels.self", "updates": [update]}))
+                await asyncio.sleep(0.1)
 
     async def chain():
-        reading = asyncio.create_task(read_back())
-        to = [f"signalk://127.0.0.1:{signalk_port}"]
-        async with telling(epochs, feed), serving([f"gpsd://127.0.0.1:{port}"], to) as kept:
-            with running(gpsd, "-N", "-n", "-b", "-S", str(port), f"tcp://127.0.0.1:{feed}"):
-                await until(lambda: kept.fixes and kept.fixes[-1].time >= START + 39.0, 20.0)
+        others = [asyncio.create_task(each()) for each in (read_back, rival)]
+        async with serving([f"gpsd://127.0.0.1:{port}"], [server]) as kept:
+            await asyncio.sleep(0.5)
+            with running(gpsfake, "-1", "-q", "-c", "0.05", "-P", str(port), str(log)):
+                await until(lambda: kept.fixes and kept.fixes[-1].time >= START + 59.0, 30.0)
                 await asyncio.sleep(0.5)
                 address = f"http://127.0.0.1:{signalk_port}/signalk/v1/api/vessels/self/navigation"
                 rest = json.loads(await asyncio.to_thread(lambda: urllib.request.urlopen(address).read()))
-        reading.cancel()
-        await asyncio.gather(reading, return_exceptions=True)
+        for each in others:
+            each.cancel()
+        await asyncio.gather(*others, return_exceptions=True)
         return kept, rest
 
     kept, rest = asyncio.run(chain())
-    (fixes,) = nmea0183.read(b"".join(epochs)).sources.values()
+    (fixes,) = nmea0183.read(log.read_bytes()).sources.values()
     motion = estimate(fixes.between(kept.fixes[0].time - 0.5), "small-usv")
-    assert len(motion) > 20
-    last = motion.rows(slice(-1, None))
-    expected = {
-        "speedOverGround": last.sog[0],
-        "courseOverGroundTrue": last.cog[0] % (2.0 * math.pi),
-        "rateOfTurn": last.course_rate[0],
-    }
-    for path, value in expected.items():
-        assert rest[path]["$source"] == "steerway"
-        assert rest[path]["value"] == pytest.approx(value, abs=1e-6)
-    assert rest["position"]["value"]["latitude"] == pytest.approx(math.degrees(last.latitude[0]), abs=1e-9)
-    assert rest["position"]["value"]["longitude"] == pytest.approx(math.degrees(last.longitude[0]), abs=1e-9)
-    speeds = [
-        pair["value"]
-        for update in back
-        if update.get("$source") == "steerway"
+    assert len(kept.fixes) == len(motion) >= 30  # gpsd takes some to find out how to read them
+    for path, wanted in in_signal_k(motion, -1).items():
+        held = rest[path.removeprefix("navigation.")]
+        assert held["$source"] == "steerway" and held["timestamp"] == "2024-07-01T12:00:59Z"
+        assert_held(held["value"], wanted)
+    row_of = {iso(time): k for k, time in enumerate(motion.time)}
+    said = {update["timestamp"]: update for update in told if update["$source"] == "steerway"}
+    assert len(said.keys() & row_of.keys()) >= len(motion) - 1
+    for moment in said.keys() & row_of.keys():
+        wanted = in_signal_k(motion, row_of[moment])
+        for pair in said[moment]["values"]:
+            assert_held(pair["value"], wanted[pair["path"]])
+    speakers = [
+        update["$source"]
+        for update in told
         for pair in update["values"]
         if pair["path"] == "navigation.speedOverGround" and pair["value"] is not None
     ]
-    assert len(speeds) > 15
-    assert all(np.abs(motion.sog - speed)[np.isfinite(motion.sog)].min() < 1e-6 for speed in speeds)
+    assert speakers.count("steerway") > 20
+    after = speakers[speakers.index("steerway") :]
+    assert speakers[0] == "receiver" and "receiver" not in after, "the server goes by its source priorities"
 
 
 def test_from_signal_k_the_wanted_source_is_taken(signalk_port):

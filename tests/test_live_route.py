@@ -8,8 +8,9 @@ from steerway.earth import NAUTICAL_MILE, displaced
 from steerway.errors import InputError
 from steerway.formats.nmea0183.writing import Leg, apb, rmb, sealed, xte
 from steerway.live.heard import Row, lost
+from steerway.live.mission import GeodeticRoute
 from steerway.live.outputs import Sentences
-from steerway.live.route import GeodeticRoute, Guide
+from steerway.live.route import Guide
 from steerway.records import OK
 
 HOME = (math.radians(54.0), math.radians(10.0))
@@ -97,12 +98,18 @@ def test_routes_of_other_programs(tmp_path, name, text):
     [
         ("a.kml", "", "ending"),
         ("a.toml", "[[waypoint]]\nlat_deg = 54.0\nlon_deg = 1.0", "has 1 waypoints"),
-        ("a.toml", "speed = 3", "unknown key speed"),
-        ("a.toml", "waypoint = 3", "malformed"),
+        ("a.toml", "sped_mps = 3", "sped_mps is no key, expected perhaps speed_mps"),
+        ("a.toml", "waypoint = 3", "waypoint is 3, expected a list"),
+        ("a.toml", "waypoint = [", "malformed"),
         ("a.toml", "[[waypoint]]\nlat_deg = 54.0\n", "lon_deg"),
         ("a.geojson", "{}", "malformed"),
+        ("a.json", '{"type": "Point", "coordinates": [1, 2]}', "no LineString"),
         ("a.gpx", "<gpx>", "malformed"),
-        ("a.gpx", "<gpx><rtept lat='99' lon='0'/><rtept lat='9' lon='0'/></gpx>", "waypoint 0"),
+        (
+            "a.gpx",
+            "<gpx><rtept lat='99' lon='0'/><rtept lat='9' lon='0'/></gpx>",
+            "0].lat_deg is '99', expected",
+        ),
     ],
 )
 def test_wrong_routes_are_refused_in_a_sentence(tmp_path, name, text, why):

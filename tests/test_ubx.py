@@ -148,3 +148,30 @@ def test_every_fix_of_the_recorded_logs_is_kept(shared_data, name):
     assert_allclose(np.degrees(fixes.latitude), [message.lat for message in valid], atol=1e-6)
     assert_allclose(fixes.sog, [message.gSpeed / 1000 for message in valid])
     assert fixes.time[0] % 60 == pytest.approx(valid[0].second + valid[0].nano * 1e-9, abs=1e-6)
+
+
+@pytest.mark.parametrize("size", [1, 5, 64, 1000])
+def test_a_stream_in_pieces_is_the_log(size):
+    rng = np.random.default_rng(size)
+    status = {"gpsFix": 3, "gpsFixOk": 1}
+    frames = [pvt(k, lat=-34.9 + 1e-5 * k) + nav("NAV-STATUS", iTOW=302400000 + 1000 * k, **status) for k in range(50)]
+    noise = [rng.bytes(rng.integers(0, 40)) + b"\xb5\x62\x01\x07"[: rng.integers(0, 5)] for _ in frames]
+    for k in range(0, 50, 9):
+        frames[k] = frames[k][: rng.integers(1, 90)]
+    log = b"".join(a + b for a, b in zip(frames, noise, strict=True))
+    whole, reader, times = ubx.read(log), ubx.Reader(), []
+    for start in range(0, len(log), size):
+        reader.feed(log[start : start + size])
+        times += [each for fixes in reader.take(False).sources.values() for each in fixes.time]
+    reader.finish()
+    times += [each for fixes in reader.take().sources.values() for each in fixes.time]
+    assert times == whole.sources["UBX"].time.tolist() and len(times) >= 44
+    assert dict(reader.counts) == whole.counts and reader.take().skipped == whole.skipped
+
+
+def test_a_damaged_length_swallows_nothing():
+    broken = bytearray(pvt(1))
+    broken[4] = 120
+    assert ubx.read(bytes(broken) + pvt(2)).counts == {"NAV-PVT": 1}
+    broken[5] = 255
+    assert ubx.read(bytes(broken) + pvt(2)).counts == {"NAV-PVT": 1}

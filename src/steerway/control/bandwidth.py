@@ -40,6 +40,15 @@ def loop_damping(bandwidth: float, carried: float, nomoto_time: float, damping: 
     return float(np.min(-poles.real / np.abs(poles)))
 
 
+def yaw_rate_gain(carried: float) -> float:
+    """Gain k (1/s) from course error to an asked yaw rate, for an estimate that carries ω_e (rad/s): k = 0.3 ω_e.
+
+    Largest round number that keeps the least relative damping of the loop s (T s + 1) F(s) + k (2ω_e² s + ω_e³), F the
+    filter of `loop_damping`, at `COMFORTABLE` whatever the time T in which the vessel follows a yaw rate.
+    """
+    return 0.3 * carried
+
+
 def advice(
     bandwidth: float,
     speed: float,

@@ -1,6 +1,7 @@
 """What tuning and choosing share: which parameters there are to be found, and which rows of a log tell of them."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -78,7 +79,7 @@ def thinned(time, spacing):
 
 
 def stretches(fixes: Fixes, count: int, length: int) -> Fixes:
-    """At most `count` stretches of so many rows from all over a record, those most under way, as separate tracks."""
+    """At most `count` stretches of so many rows from all over a record, those most under way, each a track."""
     parts = len(fixes) // length
     if parts <= count:
         return fixes
@@ -87,4 +88,4 @@ def stretches(fixes: Fixes, count: int, length: int) -> Fixes:
     chosen = busy[np.linspace(0, len(busy) - 1, count).round().astype(int)]
     rows = np.concatenate([np.arange(k * length, (k + 1) * length) for k in chosen])
     sample = fixes.rows(rows)
-    return Fixes(sample.time, sample.latitude, sample.longitude, mmsi=np.repeat(np.arange(count), length))
+    return replace(sample, mmsi=np.repeat(np.arange(count), length))

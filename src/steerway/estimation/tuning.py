@@ -99,10 +99,7 @@ class Tuned:
             ("fixes", f"{self.fixes}, {self.moving} under way, {self.rejected} rejected"),
             *((_WORDS[name], self._value(name)) for name in shown),
             *([("not found", ", ".join(missing))] if missing else []),
-            *(
-                [("this log cannot tell", ", ".join(_WORDS[name] for name in self.cannot_tell))]
-                * bool(self.cannot_tell)
-            ),
+            *([("this log cannot tell", ", ".join(map(_WORDS.get, self.cannot_tell)))] if self.cannot_tell else []),
             ("mean NIS", f"{self.nis_mean:.2f}, 95 % band {low:.2f} to {high:.2f}: {verdict}"),
         ]
 

@@ -45,7 +45,7 @@ from steerway.estimation.way import fold, judge
 
 
 @kernel
-def smooth_modes(time, first, second, aids, geodetic, models, kept, spoken):
+def smooth_modes(time, first, second, doubts, aids, geodetic, models, kept, spoken):
     """Backward pass over the record of `track`: smooths its `kept` in place and states `spoken` (n, SPOKEN) anew.
 
     Rows in which only one of the two filters has a course stay as they were.
@@ -76,7 +76,7 @@ def smooth_modes(time, first, second, aids, geodetic, models, kept, spoken):
         speak(kept[k, 0], geodetic, spoken[k])
         fixed = math.isfinite(first[k]) and math.isfinite(second[k])
         if fixed:
-            take_position(memory, first[k], second[k], geodetic, others)
+            take_position(memory, first[k], second[k], geodetic, doubts[k] if len(doubts) else 1.0, others)
         if len(aids):
             take_aids(memory, seen_backwards(aids[k]), others)
         if fixed or len(aids):

@@ -1,4 +1,4 @@
-"""u-blox UBX: the navigation messages of a binary log, whatever else stands between them, decoded by pyubx2.
+"""u-blox UBX: the navigation messages of a stream, whatever else stands between them, decoded by pyubx2.
 
 A frame is taken wherever its header, length and checksum agree, so damage costs the damaged frame only. Messages of one
 navigation epoch (one iTOW) make one row. NAV-PVT gives all of it; older logs give position (NAV-POSLLH), velocity
@@ -29,59 +29,101 @@ _NAMES = {
 }
 _HEADER = re.compile(rb"\xb5\x62\x01([\x02\x03\x07\x12\x14\x21])", re.DOTALL)
 _LONGEST = 128  # bytes; none of these messages is longer
+_FRAME = 8  # bytes around the payload
+_HEAD = 6  # … and of them before it
 _ERRORS = (UBXMessageError, UBXParseError, UBXStreamError, UBXTypeError)
 _NO_FIX, _SURVEYED = 0, 5  # fixType; the latter solves for time only, at the antenna position it was told or surveyed
 
 
 def recognises(head: bytes) -> bool:
     """Whether there is a whole navigation message in the first bytes of a log."""
-    return next(_messages(head, Counter()), None) is not None
+    reader = Reader()
+    reader.feed(head)
+    return bool(reader.counts)
 
 
 def read(data: bytes) -> Recording:
     """The source "UBX" of a log; epochs without a fix or without a valid time are counted."""
-    counts, skipped = Counter(), Counter()
-    rows, surveyed = [], 0
-    for epoch in _epochs(data, counts, skipped):
-        row = _row(epoch, skipped)
+    reader = Reader()
+    reader.feed(data)
+    reader.finish()
+    return reader.take()
+
+
+class Reader:
+    """Reads a stream of bytes in pieces of any size: `feed` it, then `take` the epochs."""
+
+    def __init__(self):
+        self._tail = b""
+        self._epoch: dict = {}
+        self._rows: list[tuple[float, ...]] = []
+        self._surveyed = 0
+        self.counts, self.skipped = Counter(), Counter()
+
+    def feed(self, chunk) -> None:
+        """Read the messages that a piece of the stream completes."""
+        self._read(bytes(chunk), False)
+
+    def finish(self) -> None:
+        """The stream has ended: what was not told whole is damaged."""
+        self._read(b"", True)
+
+    def holds(self, settled: bool = True) -> bool:
+        """Whether there may be something to `take`."""
+        return bool(self._rows) or (settled and bool(self._epoch))
+
+    def take(self, settled: bool = True) -> Recording:
+        """The epochs since the last call. Without `settled` the newest waits, for more of it may be on its way."""
+        if settled:
+            self._close()
+        rows, surveyed = self._rows, self._surveyed
+        self._rows, self._surveyed = [], 0
+        counts, skipped = dict(self.counts), dict(self.skipped)
+        if not rows:
+            return Recording("UBX", {}, counts, skipped)
+        time, latitude, longitude, position_std, sog, cog = np.array(rows, dtype=np.float64).T
+        latitude, longitude = places(latitude, longitude)
+        fixes = Fixes(time, latitude, longitude, position_std, sog, np.radians(cog), source="UBX").in_order()
+        note = f"{surveyed} positions are the surveyed one of a receiver that solves for time only"
+        return Recording("UBX", {"UBX": fixes}, counts, skipped, (note,) if surveyed else ())
+
+    def _read(self, chunk, final):
+        data, at = self._tail + chunk, 0
+        while (match := _HEADER.search(data, at)) is not None:
+            end = _end(data, match.start())
+            if end > len(data) and not final:
+                self._tail = data[match.start() :]
+                return
+            try:
+                self._add(_NAMES[match.group(1)[0]], UBXReader.parse(data[match.start() : end]))
+                at = end
+            except _ERRORS:
+                self.skipped["UBX frame damaged"] += 1
+                at = match.end()
+        self._tail = data[max(at, len(data) - 3) :]
+
+    def _add(self, name, message):
+        self.counts[name] += 1
+        told = next(iter(self._epoch.values()), message)
+        if message.iTOW != told.iTOW or name in self._epoch:
+            self._close()
+        self._epoch[name] = message
+
+    def _close(self):
+        """The newest epoch is told."""
+        epoch, self._epoch = self._epoch, {}
+        row = _row(epoch, self.skipped) if epoch else None
         if row is not None:
-            rows.append(row)
-            surveyed += _is_surveyed(epoch)
-    if not rows:
-        return Recording("UBX", {}, dict(counts), dict(skipped))
-    time, latitude, longitude, position_std, sog, cog = np.array(rows, dtype=np.float64).T
-    latitude, longitude = places(latitude, longitude)
-    fixes = Fixes(time, latitude, longitude, position_std, sog, np.radians(cog), source="UBX").in_order()
-    notes = (f"{surveyed} positions are the surveyed one of a receiver that solves for time only",) if surveyed else ()
-    return Recording("UBX", {"UBX": fixes}, dict(counts), dict(skipped), notes)
+            self._rows.append(row)
+            self._surveyed += _is_surveyed(epoch)
 
 
-def _messages(data, skipped):
-    """(name, decoded message) of every navigation message whose checksum holds."""
-    for match in _HEADER.finditer(data):
-        start = match.start()
-        length = int.from_bytes(data[start + 4 : start + 6], "little")
-        frame = data[start : start + 8 + length]
-        if length > _LONGEST or len(frame) < 8 + length:
-            skipped["UBX frame damaged"] += 1
-            continue
-        try:
-            yield _NAMES[match.group(1)[0]], UBXReader.parse(frame)
-        except _ERRORS:
-            skipped["UBX frame damaged"] += 1
-
-
-def _epochs(data, counts, skipped):
-    """The messages of each navigation epoch by name."""
-    epoch, now = {}, None
-    for name, message in _messages(data, skipped):
-        counts[name] += 1
-        if epoch and (message.iTOW != now or name in epoch):
-            yield epoch
-            epoch = {}
-        epoch[name], now = message, message.iTOW
-    if epoch:
-        yield epoch
+def _end(data, start):
+    """Where a message ends by its own length, or where that length stands; its start when that cannot be."""
+    if len(data) < start + _HEAD:
+        return start + _HEAD
+    length = int.from_bytes(data[start + 4 : start + _HEAD], "little")
+    return start + _FRAME + length if length <= _LONGEST else start
 
 
 def _row(epoch, skipped):

@@ -28,28 +28,40 @@ class SourceChoice:
         self.present = ""
         self.changes = 0
         self._times: dict[str, deque] = {}
+        self._spoke: dict[str, float] = {}
         self._givers: dict[str, tuple[str, float]] = {}
 
-    def takes(self, heard: Heard) -> bool:
-        """Whether this position is to be believed."""
+    def takes(self, heard: Heard, now: float) -> bool:
+        """Whether this position is to be believed. `now` tells who is silent: clocks of receivers may differ."""
         rank = self._rank(heard.source)
         if rank is None:
             return False
         times = self._times.setdefault(heard.source, deque(maxlen=_KEPT))
         times.append(heard.time)
-        if heard.source != self.present and self._is_better(heard.source, rank, heard.time):
+        self._spoke[heard.source] = now
+        if heard.source != self.present and self._is_better(heard.source, rank, now):
             self.changes += self.present != ""
             self.present = heard.source
         return heard.source == self.present
 
-    def gives(self, column: str, heard: Heard) -> bool:
+    def gives(self, column: str, heard: Heard, now: float) -> bool:
         """Whether this source is the one to give a column: that of the positions if it says it, else the first."""
         giver, last = self._givers.get(column, ("", -math.inf))
-        is_silent = abs(heard.time - last) > _LEAST_SILENCE + _SILENT
+        is_silent = abs(now - last) > _LEAST_SILENCE + _SILENT
         if heard.source in (giver, self.present) or is_silent:
-            self._givers[column] = (heard.source, heard.time)
+            self._givers[column] = (heard.source, now)
             return True
         return False
+
+    @property
+    def silence(self) -> float:
+        """s without a word after which the present source counts as silent."""
+        return self._silence(self.present) if self.present else _LEAST_SILENCE
+
+    def shift(self, by: float) -> None:
+        """The clock that tells the present has stepped."""
+        self._spoke = {source: last + by for source, last in self._spoke.items()}
+        self._givers = {column: (source, last + by) for column, (source, last) in self._givers.items()}
 
     def _rank(self, source):
         """The place of a source among the wanted; None when it is not wanted."""
@@ -69,10 +81,13 @@ class SourceChoice:
         return not self.wanted and full and self._interval(source) * _QUICKER < self._interval(self.present)
 
     def _is_silent(self, source, now):
-        return abs(now - self._times[source][-1]) > max(_LEAST_SILENCE, _SILENT * self._interval(source))
+        return abs(now - self._spoke[source]) > self._silence(source)
+
+    def _silence(self, source):
+        return max(_LEAST_SILENCE, _SILENT * self._interval(source))
 
     def _interval(self, source):
         """Median interval of a source, s; 0 while unknown."""
-        times = self._times[source]
+        times = self._times.get(source, ())
         intervals = sorted(later - earlier for earlier, later in pairwise(times))
         return intervals[len(intervals) // 2] if intervals else 0.0

@@ -12,7 +12,7 @@ from typing import Annotated, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from steerway.errors import InputError
-from steerway.simulation.wording import refusal
+from steerway.wording import refusal
 
 MOST_STEPS = 20_000_000
 

@@ -76,6 +76,7 @@ class Leg(NamedTuple):
     destination: str = ""
     is_arrived: bool = False  # within the circle of acceptance
     is_passed: bool = False  # beyond the line through the destination across the leg
+    speed: float = math.nan  # asked for, m/s
 
 
 def xte(leg: Leg, valid=True, talker=TALKER) -> str:

@@ -3,7 +3,7 @@
 import asyncio
 import json
 
-from steerway.live.decoding import SUBSCRIBED, GpsdDecoder, SentenceDecoder, SignalKDecoder
+from steerway.live.decoding import SUBSCRIBED, GpsdDecoder, ReceiverDecoder, SignalKDecoder
 from steerway.live.links.listening import Ear, Hear, kept_open
 from steerway.live.links.serial import opened
 from steerway.live.uri import Uri
@@ -27,14 +27,14 @@ class Listener:
             ear.settle()
 
     def _decoder(self):
-        return SentenceDecoder(self.place)
+        return ReceiverDecoder(self.place)
 
     async def _listen(self, ear):
         raise NotImplementedError
 
 
 class SerialListener(Listener):
-    """Sentences on a serial line."""
+    """What a receiver tells on a serial line."""
 
     async def _listen(self, ear):
         with opened(self.uri) as port:
@@ -49,7 +49,7 @@ class SerialListener(Listener):
 
 
 class TcpListener(Listener):
-    """Sentences from a TCP server."""
+    """What a TCP server tells."""
 
     greeting = b""
 
@@ -73,12 +73,13 @@ class GpsdListener(TcpListener):
 
 
 class UdpListener(Listener):
-    """Sentences in datagrams."""
+    """Datagrams."""
 
     async def _listen(self, ear):
         class Datagrams(asyncio.DatagramProtocol):
             def datagram_received(self, data, addr):
-                ear.feed(data if data.endswith(b"\n") else data + b"\r\n")
+                lacks_end = data.startswith((b"$", b"!", b"\\")) and not data.endswith(b"\n")
+                ear.feed(data + b"\r\n" if lacks_end else data)
 
         loop = asyncio.get_running_loop()
         here = (self.uri.host or "0.0.0.0", self.uri.port)

@@ -1,0 +1,79 @@
+"""A bounded area: the polygon a boat must not leave, and whether she is about to."""
+
+import math
+from collections.abc import Sequence
+
+from steerway.earth import displacement
+from steerway.errors import InputError
+
+AHEAD = 3.0
+"""s: a boat that would be outside so far ahead on her course is about to leave."""
+
+
+class Fence:
+    """A simple polygon of places (latitude, longitude), rad, closed by itself; raises InputError for any other."""
+
+    def __init__(self, places: Sequence[tuple[float, float]]):
+        if len(places) > 1 and tuple(places[0]) == tuple(places[-1]):
+            places = places[:-1]
+        if len(places) < 3:
+            raise InputError(f"the fence has {len(places)} corners, expected at least 3")
+        self.places = tuple(places)
+        self._origin = float(places[0][0]), float(places[0][1])
+        corners = [displacement(*place, *self._origin) for place in places]
+        self._edges = [(*corner, *after) for corner, after in zip(corners, corners[1:] + corners[:1], strict=True)]
+        self._refuse_crossings()
+
+    def trouble(self, latitude: float, longitude: float, sog: float = 0.0, cog: float = 0.0) -> str:
+        """Why a boat is to stop here, "" while she is inside and stays there for `AHEAD`."""
+        north, east = displacement(latitude, longitude, *self._origin)
+        if not self._holds(north, east):
+            return "the fence is left"
+        way = sog * AHEAD
+        if (
+            math.isfinite(way)
+            and math.isfinite(cog)
+            and self.is_crossed(north, east, north + way * math.cos(cog), east + way * math.sin(cog))
+        ):
+            return f"the fence is about to be left, within {AHEAD:g} s"
+        return ""
+
+    def holds(self, latitude: float, longitude: float) -> bool:
+        """Whether a place is inside."""
+        return self._holds(*displacement(latitude, longitude, *self._origin))
+
+    def leg_leaves(self, start: tuple[float, float], end: tuple[float, float]) -> bool:
+        """Whether the straight leg between two places (latitude, longitude) crosses the fence."""
+        return self.is_crossed(*displacement(*start, *self._origin), *displacement(*end, *self._origin))
+
+    def is_crossed(self, north_0: float, east_0: float, north_1: float, east_1: float) -> bool:
+        """Whether the way between two points of the fence's own plane (m) crosses an edge."""
+        way = (north_0, east_0, north_1, east_1)
+        return any(_cross(*way, *edge) for edge in self._edges)
+
+    def _holds(self, north, east):
+        """Even and odd: how many edges a ray to the east meets."""
+        inside = False
+        for north_0, east_0, north_1, east_1 in self._edges:
+            if (north_0 > north) != (north_1 > north):
+                meets = east_0 + (north - north_0) / (north_1 - north_0) * (east_1 - east_0)
+                inside ^= east < meets
+        return inside
+
+    def _refuse_crossings(self):
+        count = len(self._edges)
+        for i in range(count):
+            for j in range(i + 2, count - (i == 0)):
+                if _cross(*self._edges[i], *self._edges[j]):
+                    raise InputError(f"the fence crosses itself between corners {i} and {j}, expected a simple polygon")
+
+
+def _cross(a_north, a_east, b_north, b_east, c_north, c_east, d_north, d_east):
+    """Whether the segments ab and cd meet in a point that is inside both."""
+
+    def side(north, east, north_0, east_0, north_1, east_1):
+        return (north_1 - north_0) * (east - east_0) - (east_1 - east_0) * (north - north_0)
+
+    c, d = (side(*end, a_north, a_east, b_north, b_east) for end in ((c_north, c_east), (d_north, d_east)))
+    a, b = (side(*end, c_north, c_east, d_north, d_east) for end in ((a_north, a_east), (b_north, b_east)))
+    return (c > 0.0) != (d > 0.0) and (a > 0.0) != (b > 0.0)

@@ -1,0 +1,148 @@
+"""A fault through a running service: sentences over UDP in, sentences over UDP and rows at 50 Hz out, judged."""
+
+import asyncio
+import math
+import socket
+from contextlib import closing
+from itertools import pairwise
+from types import SimpleNamespace
+from typing import NamedTuple
+from unittest import mock
+
+import numpy as np
+
+from steerway.angles import wrap
+from steerway.earth import displacement
+from steerway.live import addresses
+from steerway.live.navigator import Navigator
+from steerway.live.service import Service
+from steerway.records import PREDICTED, STATUSES
+from tests.faults import hastened
+from tests.faults.sorties import BEGIN, COURSE, END, SPEED, Fault
+
+BOUNDS = 1.0, 0.3, math.radians(10.0)
+"""Errors of position, SOG and COG within which the boat counts as recovered: m, m/s, rad."""
+
+
+class Told(NamedTuple):
+    """A row said at a second of the sortie."""
+
+    second: float
+    row: tuple
+
+
+class Measured(NamedTuple):
+    """What was said from a fault's beginning to the end of the sortie. SI, rad; errors NaN where nothing was said."""
+
+    statuses: tuple[str, ...]  # in order of appearance, of fixes and, without fixes, of ticks
+    rmc: str  # the letters of status heard
+    cog: str  # always, gaps, never
+    silence: float  # longest time between two rows
+    unknown: float  # longest time without a position
+    position: float  # greatest errors
+    sog: float
+    course: float
+    recovery: float  # from the end of the fault; inf: never
+    time: float  # the time said at the end, as far as it is ahead of the receiver's clock
+    astern: float  # how far behind the boat the positions are on the average
+
+
+class _Rows:
+    """An output that remembers when what was said."""
+
+    def __init__(self):
+        self.said: list[Told] = []
+        self.at_fixes: list[Told] = []
+
+    def fix(self, row):
+        self.at_fixes.append(Told(asyncio.get_running_loop().time(), row))
+
+    def tick(self, row, leg=None, order=None):
+        self.said.append(Told(asyncio.get_running_loop().time(), row))
+
+    def close(self):
+        pass
+
+
+def measure(fault: Fault) -> Measured:
+    """Sail a fault."""
+    clock = SimpleNamespace(time=lambda: fault.start + asyncio.get_running_loop().time())
+    with mock.patch("steerway.live.decoding.time", clock):
+        kept, sentences = hastened.run(_sail(fault))
+    return _judged(fault, kept, sentences)
+
+
+async def _sail(fault):
+    ports = [_free_port() for _ in range(fault.links + 1)]
+    output, speaker = addresses.output(f"udp://127.0.0.1:{ports[-1]}", None, patient=False)
+    found, _ = addresses.sources([f"udp://127.0.0.1:{port}" for port in ports[:-1]])
+    listeners = [addresses.listener(each, len(found)) for each in found]
+    kept = _Rows()
+    service = Service(Navigator("small-usv", sources=fault.wanted), [kept, output], latency=fault.latency)
+    loop, sentences = asyncio.get_running_loop(), []
+
+    class Instrument(asyncio.DatagramProtocol):
+        def datagram_received(self, data, addr):
+            sentences.append((loop.time(), data))
+
+    await loop.create_datagram_endpoint(Instrument, local_addr=("127.0.0.1", ports[-1]))
+    running = asyncio.create_task(service.listen(listeners, [speaker]))
+    await asyncio.sleep(0.0)
+    with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as receiver:
+        for epoch in fault.epochs():
+            await asyncio.sleep(epoch.sent - loop.time())
+            for line in epoch.said().splitlines(keepends=True):
+                receiver.sendto(line, ("127.0.0.1", ports[epoch.link]))
+        await asyncio.sleep(END - loop.time())
+    running.cancel()
+    await asyncio.gather(running, return_exceptions=True)
+    return kept, sentences
+
+
+def _free_port():
+    with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def _judged(fault, kept, sentences):
+    rows = [each for each in kept.said if each.second >= BEGIN]
+    at_fixes = [each for each in kept.at_fixes if each.second >= BEGIN]
+    moments = sorted(at_fixes + [each for each in rows if each.row.status != PREDICTED])
+    errors = [(each.second, *_errors(fault, each)) for each in rows]
+    spoken = [data.split(b"\r\n")[0].decode().split(",") for second, data in sentences if second >= BEGIN]
+    wrong = [second for second, *each in errors if not all(e <= b for e, b in zip(each, BOUNDS, strict=True))]
+    recovered = max((second for second in wrong if second >= fault.until), default=fault.until)
+    worst = [
+        max((e for e in column if not math.isnan(e)), default=math.nan)
+        for column in list(zip(*errors, strict=True))[1:]
+    ]
+    with_course = [fields[8] != "" for fields in spoken]
+    last = rows[-1]
+    return Measured(
+        tuple(dict.fromkeys(STATUSES[each.row.status] for each in moments)),
+        "".join(sorted({fields[2] for fields in spoken})),
+        "always" if all(with_course) else "gaps" if any(with_course) else "never",
+        _longest([BEGIN, *(each.second for each in rows), END]),
+        _longest([BEGIN, *(each.second for each in rows if each.row.valid), END]),
+        *worst,
+        recovered - fault.until if recovered < END - 0.05 else math.inf,
+        last.row.time - fault.start - fault.stepped - last.second,
+        float(np.mean([_astern(fault, each) for each in rows if each.row.valid])),
+    )
+
+
+def _astern(fault, told):
+    north, east = displacement(told.row.latitude, told.row.longitude, *fault.truth(told.second))
+    return -north * math.cos(COURSE) - east * math.sin(COURSE)
+
+
+def _errors(fault, told):
+    """Errors of position, SOG and COG; NaN where not said."""
+    row = told.row
+    apart = displacement(row.latitude, row.longitude, *fault.truth(told.second)) if row.valid else (math.nan,) * 2
+    return math.hypot(*apart), abs(row.sog - SPEED), abs(wrap(row.cog - COURSE)) if row.cog == row.cog else math.nan
+
+
+def _longest(seconds):
+    return max(later - earlier for earlier, later in pairwise(seconds))

@@ -1,0 +1,41 @@
+"""The table of the faults in docs/live.md: between two marks, one line a fault."""
+
+import math
+from pathlib import Path
+
+from tests.faults.measured import Measured
+from tests.faults.sorties import Fault
+
+DOCS = Path(__file__).parents[2] / "docs" / "live.md"
+BEGIN, END = "<!-- faults: python -m tests.faults -->", "<!-- end of faults -->"
+HEAD = (
+    "| what happens | status | RMC | COG | no position | position | SOG | COG | recovers in |",
+    "|---|---|---|---|---|---|---|---|---|",
+)
+
+
+def line(fault: Fault, found: Measured) -> str:
+    """One line: what is discrete as it is, what is measured in round numbers."""
+    unknown = f"{found.unknown:.0f} s" if found.unknown > 0.5 else "never"
+    recovers = "at once" if found.recovery < 0.05 else f"{found.recovery:.1f} s" if found.recovery < 60 else "not"
+    errors = f"{found.position:.1f} m | {found.sog:.2f} m/s | {math.degrees(found.course):.0f}°"
+    statuses = ", ".join(found.statuses)
+    return f"| {fault.name} | {statuses} | {found.rmc} | {found.cog} | {unknown} | {errors} | {recovers} |"
+
+
+def discrete(row: str) -> tuple[str, ...]:
+    """The cells of a line that do not depend on the noise: name, status, RMC, COG."""
+    return tuple(cell.strip() for cell in row.strip("|").split("|")[:4])
+
+
+def in_docs() -> list[str]:
+    """The lines that stand in the docs."""
+    return DOCS.read_text(encoding="utf-8").split(BEGIN)[1].split(END)[0].strip().splitlines()[len(HEAD) :]
+
+
+def written(lines: list[str]) -> None:
+    """Put lines into the docs."""
+    text = DOCS.read_text(encoding="utf-8")
+    before, rest = text.split(BEGIN)
+    table = "\n".join((*HEAD, *lines))
+    DOCS.write_text(f"{before}{BEGIN}\n\n{table}\n\n{END}{rest.split(END)[1]}", encoding="utf-8")

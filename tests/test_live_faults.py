@@ -1,0 +1,74 @@
+"""The fault matrix end to end: how the service bears each fault, and that docs/live.md says so."""
+
+import math
+import re
+
+import pytest
+
+from tests.faults.measured import measure
+from tests.faults.sorties import FAULTS, SPEED
+from tests.faults.table import discrete, in_docs, line
+
+UNSEEN = {
+    "no fix for 1 s",
+    "no fix for 5 s",
+    "jump of 30 m for 1 s",
+    "every fix told twice",
+    "every fifth fix 1 s late",
+    "every fix 0.3 s late, --latency 0.3",
+    "fixes in the wrong order",
+    "link silent for 3 s, then all at once",
+    "midnight",
+    "midnight, the date 1 s late",
+    "date 1024 weeks early",
+    "across ±180°",
+    "COG and SOG empty",
+    "status V for 5 s",
+    "two receivers 20 m apart",
+    "… the second's clock an hour ahead",
+}
+"""Faults that nobody may notice; so are all those of clock and time."""
+
+
+@pytest.fixture(scope="module")
+def documented():
+    return {discrete(each)[0]: each for each in in_docs()}
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+def test_a_fault_is_borne_as_the_docs_say(fault, documented):
+    found = measure(fault)
+    row = line(fault, found)
+    assert discrete(row) == discrete(documented[fault.name])
+    for measured, written in zip(*(_numbers(each) for each in (row, documented[fault.name])), strict=True):
+        assert measured == pytest.approx(written, rel=0.15, abs=0.15)
+    assert found.time == pytest.approx(fault.latency - fault.delay, abs=0.15), "the time said is the receiver's"
+    assert found.silence < 0.11, "a row of the present is said all the time"
+    if fault.name in UNSEEN or "time " in fault.name or "clock" in fault.name:
+        assert found.rmc == "A" and found.cog == "always" and found.recovery == 0.0
+        assert found.position < 0.5 and found.sog < 0.15 and found.course < math.radians(7.0)
+
+
+def test_the_docs_name_the_faults_that_are_measured(documented):
+    assert list(documented) == [fault.name for fault in FAULTS]
+
+
+@pytest.mark.parametrize(("length", "nothing"), [(15.0, 5.0), (60.0, 50.0)])
+def test_beyond_the_patience_nothing_is_said(length, nothing):
+    (fault,) = (each for each in FAULTS if each.name == f"no fix for {length:g} s")
+    found = measure(fault)
+    assert found.rmc == "AV" and "lost" in found.statuses
+    assert found.unknown == pytest.approx(nothing, abs=0.5)
+    assert found.recovery < 2.0
+
+
+def test_with_the_latency_told_the_present_is_said():
+    told, untold = (measure(each) for each in FAULTS if each.name.startswith("every fix 0.3 s late"))
+    assert abs(told.astern) < 0.06, "a tick is 20 ms, 4 cm at 2 m/s"
+    assert untold.astern == pytest.approx(0.3 * SPEED, abs=0.06)
+    assert told.position < 0.5 < untold.position
+
+
+def _numbers(row):
+    """What is measured in a line."""
+    return [float(each) for each in re.findall(r"[\d.]+", "|".join(row.strip("|").split("|")[4:]))]
