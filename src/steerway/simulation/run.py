@@ -69,7 +69,7 @@ def advise(scenario: Scenario) -> tuple[bool, str]:
     speed = min([*asked, her.cruise])
     interval = 1.0 / scenario.gnss.rate
     return advice(
-        her.bandwidth, speed, profile.course_rate_noise, profile.position_std, interval, her.nomoto_time, her.damping
+        her.bandwidth, speed, profile.agility, profile.position_std, interval, her.nomoto_time, her.damping
     )
 
 
