@@ -18,11 +18,25 @@ _DIFFERENCE = 0.1
 
 def intervals(fit: Fit) -> dict[str, tuple[float, float]]:
     """Lower and upper end by name."""
-    logs, search = fit.logs, fit.search
-    spread = np.sqrt(np.maximum(*_variances(fit)))
-    low, high = search.limits
-    ends = np.exp(np.clip([logs - _QUANTILE * spread, logs + _QUANTILE * spread], low, high)).T
-    return {name: (_rounded(a), _rounded(b)) for name, (a, b) in zip(search.names, ends, strict=True)}
+    search, spread = fit.search, np.sqrt(np.maximum(*_variances(fit)))
+    reach = np.array([_reach(name, each) for name, each in zip(search.names, spread, strict=True)])
+    low, high = np.exp(np.clip(fit.logs + reach.T, *search.limits))
+    return {name: (_rounded(a), _rounded(b)) for name, a, b in zip(search.names, low, high, strict=True)}
+
+
+def _reach(name, spread) -> tuple[float, float]:
+    """How far an interval reaches to either side, of the logarithm.
+
+    The mean of k waiting times is known to 1/√k of itself, and errs upwards by more than downwards: 2k of its share of
+    the truth are distributed as χ² with 2k degrees of freedom.
+    """
+    if name not in ("straight_time", "turn_time"):
+        return -_QUANTILE * spread, _QUANTILE * spread
+    from scipy.stats import chi2
+
+    freedom = 2.0 / spread**2
+    most, least = np.log(freedom / chi2.ppf([0.975, 0.025], freedom))
+    return most * _QUANTILE / 1.96, least * _QUANTILE / 1.96
 
 
 def _variances(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
