@@ -152,7 +152,7 @@ def results(done: Soak):
     yield Result("a tick, most", boat.own_most, "ms")
     yield Result("… with all else the loop did, median", boat.compute, "ms", note=f"idle loop {idle.compute:.3g}")
     yield Result(
-        "… with all else, 99.9 %", boat.compute_999, "ms", at_most=2.0, note=f"idle loop {idle.compute_999:.3g}"
+        "… with all else, 99.9 %", boat.compute_999, "ms", at_most=5.0, note=f"idle loop {idle.compute_999:.3g}"
     )
     yield Result("… with all else, most", boat.compute_most, "ms", note=f"idle loop {idle.compute_most:.3g}")
     yield Result("late by, 99.9 %", boat.late_999, "ms", note=f"idle loop {idle.late_999:.3g}")
