@@ -158,7 +158,7 @@ def advise(
     if not rate > 0.0:
         raise InputError(f"--rate is {rate:g} Hz, expected a number above 0")
     std = tuning.position_std if position_std is None else position_std
-    circumstances = (speed, tuning.course_rate_noise, std, 1.0 / rate)
+    circumstances = (speed, tuning.agility, std, 1.0 / rate)
     if bandwidth is None:
         carried = carried_bandwidth(*circumstances)
         fitting = "" if nomoto_time is None else f"; {_calm(carried, nomoto_time)}"

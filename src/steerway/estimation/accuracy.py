@@ -3,7 +3,7 @@
 What a receiver says is not the noise that a filter sees: its errors of a metre are much the same from fix to fix. So a
 profile tells how the receiver is as a rule, and what it says of one fix counts against what it says as a rule. Up to
 twice as much it wavers and means nothing; from there on the noise grows with it. (Over 47 logs of windsurfers with
-u-blox receivers noise from fix to fix is 1.0 times the usual where they say two to three times their rule, 1.5 times
+u-blox receivers noise from fix to fix is 1.0 times the usual where they say two to three times their median, 1.5 times
 at five, 2 at ten and 7 at twenty to thirty.) A receiver that calls itself better than usual is seldom better.
 """
 
