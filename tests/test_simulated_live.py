@@ -10,6 +10,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from contextlib import asynccontextmanager
 from pathlib import Path
 
@@ -110,12 +111,14 @@ def test_sentences_of_a_boat_under_way_and_the_truth_at_the_end(tmp_path):
         ear.settimeout(30.0)
         to = f"udp://127.0.0.1:{ear.getsockname()[1]}"
         boat = run_live("simulate", SQUARE, "--live", "--speed", "4", "--to", to, "-o", tmp_path / "run")
+        begun = time.time()
         log = b"".join(ear.recv(1000) for _ in range(100))
         boat.send_signal(signal.SIGINT)
         _, said = boat.communicate(timeout=20.0)
     assert boat.returncode == 0 and "in a circle" in said, said
     (fixes,) = nmea0183.read(log).sources.values()
     truth = pl.read_parquet(tmp_path / "run" / "run.parquet")
+    assert abs(fixes.time[0] - begun) < 60.0, "the time of her receiver is now"
     assert len(fixes) == 100 and np.diff(fixes.time) == pytest.approx(0.2, abs=2e-3)
     assert len(truth) >= 100 and truth["mode"].null_count() == len(truth)
     row = np.searchsorted(truth["time_s"].to_numpy(), fixes.time - 0.1)
@@ -133,6 +136,7 @@ def test_sentences_of_a_boat_under_way_and_the_truth_at_the_end(tmp_path):
         (["--live", "--seeds", "3", "--to", "stdout:"], "none of --live"),
         (["--to", "stdout:"], "expected --live"),
         ([], "-o is missing"),
+        (["--live", "--to", "stdout:", "-o", str(SQUARE)], "cannot write"),
         (["--live", "--to", "stdout:", "--speed", "0"], "speed is 0"),
     ],
 )
