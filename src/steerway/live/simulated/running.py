@@ -76,7 +76,7 @@ class Running:
 
     async def run(self) -> None:
         """Sail until cancelled."""
-        self._step()  # compiles, before the time begins to run
+        self.boat.step(self._command(0.0))  # compiles, before the time begins to run; a fix of it is not told
         self.unix = time.time() - self.boat.time
         if self.rover is not None:
             self.rover.unix = self.unix
