@@ -13,6 +13,7 @@ async def idle(seconds: float, rate: float = 50.0) -> Pulse:
     for _ in range(round(seconds * rate)):
         beat += 1.0 / rate
         await asyncio.sleep(max(beat - loop.time(), 0.0))
+        pulse.begin()
         pulse.beat(loop.time() - beat)
     return pulse
 

@@ -32,26 +32,33 @@ class Durations:
 
 
 class Pulse:
-    """What beats cost this thread, all that it did since the beat before included, and how late they came."""
+    """What beats cost this thread of the processor's time, alone and with all that it did since the one before, and
+    how late they came."""
 
     def __init__(self):
         self.beats = 0
-        self.compute, self.lateness = Durations(), Durations()
+        self.own, self.compute, self.lateness = Durations(), Durations(), Durations()
         self.missed = 0
-        self._spent = time.thread_time()
+        self._begun = self._spent = time.thread_time()
+
+    def begin(self) -> None:
+        """A beat begins."""
+        self._begun = time.thread_time()
 
     def beat(self, lateness: float) -> None:
         """A beat, so late (s), is done."""
         spent = time.thread_time()
         self.beats += 1
+        self.own.add(spent - self._begun)
         self.compute.add(spent - self._spent)
         self.lateness.add(max(lateness, 0.0))
         self.missed += lateness > LATE
         self._spent = spent
 
     def __str__(self):
-        said = (f"{name} {_ms(each)}" for name, each in (("compute", self.compute), ("late by", self.lateness)))
-        return f"{self.beats} ticks, {', '.join(said)}, {self.missed} later than {1e3 * LATE:g} ms"
+        spreads = {"each": self.own, "with all else": self.compute, "late by": self.lateness}
+        said = ", ".join(f"{name} {_ms(each)}" for name, each in spreads.items())
+        return f"{self.beats} ticks, {said}, {self.missed} later than {1e3 * LATE:g} ms"
 
 
 def _ms(durations):

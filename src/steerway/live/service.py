@@ -154,6 +154,7 @@ class Service:
                 beat = now
             await asyncio.sleep(max(beat - now, 0.0))
             woken = _now()
+            self.pulse.begin()
             present = self.clock.now(woken)
             if math.isfinite(present):
                 self._tick_once(math.floor(present * self.rate + 1e-6) / self.rate)
