@@ -15,6 +15,7 @@ GATE = 13.8
 """χ² with two degrees of freedom at 0.1 %."""
 TELLING = 10.0
 """A log whose 95 % interval of a number is wider than this factor cannot tell it."""
+_LEAST_DECAY = 1e-3
 _PATIENCE = 2.0
 _START_SPEED_STD = 20.0
 _LARGEST_START_RATE_STD = math.radians(20.0)
@@ -135,6 +136,28 @@ class Profile(BaseModel):
             return None
         update = {name: getattr(self, f"turn_{name}") for name in _MANNER} | {"turn_time": 0.0}
         return self.model_copy(update=update)
+
+    @property
+    def agility(self) -> float:
+        """Spectral density of the course-rate noise when she turns, rad²/s³: what a course can change by."""
+        return self.turn_course_rate_noise if self.turn_time > 0.0 else self.course_rate_noise
+
+    @property
+    def on_average(self) -> Self:
+        """The vessel with one manner of moving whose speed and course wander as far in the long run."""
+        turning = self.turning
+        if turning is None:
+            return self
+        share = self.turn_time / (self.turn_time + self.straight_time)
+
+        def wander(profile):
+            return profile.course_rate_noise / max(profile.course_rate_decay, _LEAST_DECAY) ** 2
+
+        speed = share * turning.speed_noise + (1.0 - share) * self.speed_noise
+        course = share * wander(turning) + (1.0 - share) * wander(self)
+        decay = max(turning.course_rate_decay, _LEAST_DECAY)
+        update = {"speed_noise": speed, "course_rate_noise": course * decay**2, "course_rate_decay": decay}
+        return turning.model_copy(update=update)
 
     @property
     def start_rate_std(self) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from steerway.errors import InputError
 from steerway.estimation import smoothing, two_sided
 from steerway.estimation.accuracy import doubts_of
-from steerway.estimation.model import LONGEST_GAP, LONGEST_STEP, STEP_SLACK, empty_memory
+from steerway.estimation.model import LONGEST_GAP, LONGEST_STEP, STEP_SLACK, empty_memory, whole
 from steerway.estimation.profiles import AIDS
 from steerway.estimation.tracking import SPOKEN, track, track_many
 from steerway.records import Fixes, Motion
@@ -119,11 +119,11 @@ def run_rows(model, aid, fixes: Fixes) -> Run:
 def memories(model, aid, fixes: Fixes, last: bool = False) -> np.ndarray:
     """(n, states + 2, states) covariance, state and bookkeeping after every row of one vessel, or after the last."""
     memory = empty_memory(model)
-    states = memory.shape[1]
+    states = memory.shape[-1]
     kept = np.empty((0 if last else len(fixes), states + 2, states))
     said = fixes.time, fixes.latitude, fixes.longitude, doubts(fixes), _aiding_table(fixes, aid)
     track(*said, True, model, memory, *_outputs(Run(len(fixes))), kept)
-    return memory[None, : states + 2] if last else kept
+    return whole(memory)[None, : states + 2] if last else kept
 
 
 def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:

@@ -63,6 +63,10 @@ class Search:
         mean, variance = self.prior
         return float(self.surprises(self.profile(logs)).sum() + 0.5 * ((logs - mean) ** 2 / variance).sum())
 
+    def values(self, points) -> np.ndarray:
+        """(k,) the same at points (k, p), on all cores."""
+        return np.array(_at_once(self.value, points))
+
     def scores(self, logs) -> np.ndarray:
         """(n, p) derivatives of the rows' surprise by each logarithm; the prior is not in them."""
         shifts = np.concatenate([np.eye(len(logs)), -np.eye(len(logs))]) * _DIFFERENCE
@@ -71,10 +75,13 @@ class Search:
             self.step()
             return self.surprises(self.profile(logs + shift))
 
-        with ThreadPoolExecutor(min(len(shifts), os.cpu_count() or 1)) as pool:
-            rows = np.array(list(pool.map(shifted, shifts)))
-        ahead, behind = np.split(rows, 2)
+        ahead, behind = np.split(np.array(_at_once(shifted, shifts)), 2)
         return (ahead - behind).T / (2.0 * _DIFFERENCE)
+
+
+def _at_once(task, arguments) -> list:
+    with ThreadPoolExecutor(min(len(arguments), os.cpu_count() or 1)) as pool:
+        return list(pool.map(task, arguments))
 
 
 @dataclass(frozen=True)

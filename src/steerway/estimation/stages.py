@@ -77,9 +77,12 @@ def motion(log: Log, starts, step=None) -> Fit:
     one = min((find(each, MOTION) for each in best), key=lambda fit: fit.cost)
     lasting = one.profile.model_copy(update={"speed_noise": one.profile.speed_noise / 30.0, "acceleration_std": 0.2})
     fits = [one, find(lasting, MOTION + LASTING)]
-    kept = worthier(fits, log)
-    two = [find(each, kept.search.names + TURNS) for each in alternating(kept.profile)]
-    return worthier([kept, *two], log)
+    # With turns told apart she may need no acceleration after all.
+    bases = fits if worthier(fits, log) is fits[1] else fits[:1]
+    for base in bases:
+        paces = sorted(alternating(base.profile), key=log.cost)[:2]
+        fits = [*fits, *(find(each, base.search.names + TURNS) for each in paces)]
+    return worthier(fits, log)
 
 
 def alternating(one: Profile) -> list[Profile]:
@@ -131,8 +134,18 @@ def receiver(log: Log, held: Profile, crowding: float, step=None, steps=40, slow
 def together(log: Log, moving: Fit, received: Fit, step=None) -> Fit:
     """All that was found, once more and at once; with the receiver known, two manners may come to light."""
     names = tuple(dict.fromkeys((*moving.search.names, *received.search.names)))
-    fits = [found(log, received.profile, names, step)]
+    starts = [received.profile]
+    if received.profile.error_std:
+        starts.append(_calmer(received.profile))
+    fits = [min((found(log, each, names, step) for each in starts), key=lambda fit: fit.cost)]
     if not moving.profile.turn_time:
         start = min(alternating(fits[0].profile), key=log.cost)
         fits.append(found(log, start, (*names, *TURNS), step))
     return worthier(fits, log)
+
+
+def _calmer(profile: Profile) -> Profile:
+    """More of what was seen laid to the receiver, and less to the vessel."""
+    shares = {name: 0.03 for name in type(profile).model_fields if name.endswith(("speed_noise", "course_rate_noise"))}
+    shares |= {"error_std": 2.0, "error_time": 4.0}
+    return profile.model_copy(update={name: share * getattr(profile, name) for name, share in shares.items()})

@@ -26,7 +26,7 @@ from steerway.records import Fixes
 
 _SETTLING_FIXES = 5
 _FEWEST_FIXES = 60
-_STRETCHES, _STRETCH = 10, 2000
+_STRETCHES, _STRETCH = 10, 1500
 """A longer log is judged by stretches from all over it."""
 _STARTS = [
     Profile(position_std=white, speed_noise=speed, course_rate_noise=rate, course_rate_decay=decay)
