@@ -82,6 +82,8 @@ def test_words_name_the_side():
     said = words(view(SEEN, Plane.of(ROUTE)))
     assert (said["cog"], said["rate"], said["cross_track"]) == ("270°", "1.0", "3.0 m")
     assert said["rate_within"].startswith("port ±") and said["cross_track_side"] == "to port of track"
+    assert words(View(sog_kn=3.456, sog_within_kn=0.3))["sog"] == "3.5"
+    assert words(View(sog_kn=3.456, sog_within_kn=0.05))["sog"] == "3.46"
     assert words(View(rate_dps=2.0))["rate_within"] == "stbd" and words(View(cog_deg=359.7))["cog"] == "000°"
     assert words(View(cross_track=2.0))["cross_track_side"] == "to starboard of track"
     assert words(View(lat_deg=-54.25, lon_deg=9.999))["position"] == "54° 15.000′ S  009° 59.940′ E"

@@ -6,8 +6,7 @@ import time
 import numpy as np
 import pytest
 
-from tests.square import GUIDED, cross_track, desk, rms, truth
-from tests.test_live_links import free_port
+from tests.square import GUIDED, MOST, cross_track, desk, rms, truth
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
 
@@ -16,38 +15,39 @@ LATE = "the service was late"
 ATTEMPTS = 3
 
 
-def watched(factor, directory, act):
-    """What `act` finds of boat and computer under way; again where this machine had no time for them."""
+def watched(factor, directory, act, by="mavlink"):
+    """What `act` finds of boat and computer under way; again, less hurried, where this machine had no time for them."""
     for attempt in range(ATTEMPTS):
         place = directory / str(attempt)
         place.mkdir()
-        with desk(free_port(), place, factor) as (boat, computer):
+        hurry = max(1.0, factor / 2.0**attempt)
+        with desk(place, hurry, by) as (boat, computer):
             computer.until(RUNNING)
-            found = act(boat, computer)
+            found = act(boat, computer, hurry)
         if LATE not in computer.said:
             return found, truth(place), computer.said
     pytest.fail(f"{ATTEMPTS} times {LATE}:\n{computer.said}")
 
 
-def test_the_square_is_sailed_within_a_metre_after_the_turns(tmp_path):
-    factor = 5.0
+@pytest.mark.parametrize("by", MOST)
+def test_the_square_is_sailed_close_to_its_legs_after_the_turns(by, tmp_path):
+    """Without a gyro of the vehicle's own, propellers hold a leg half as well."""
 
-    def two_legs(boat, computer):
+    def two_legs(boat, computer, factor):
         begun = time.monotonic()
         while time.monotonic() - begun < 112.0 / factor and "stopped" not in computer.said:
             time.sleep(0.1)
 
-    _, run, said = watched(factor, tmp_path, two_legs)
+    _, run, said = watched(5.0, tmp_path, two_legs, by)
     assert "stopped" not in said
     legs = cross_track(run)
     assert len(legs) >= 2 and len(legs[1]) > 100
-    assert max(rms(leg) for leg in legs[:2]) <= 1.0
-    steered = run.filter(run["mode"] == GUIDED)
-    assert np.median(steered["true_sog_mps"].to_numpy()) == pytest.approx(1.2, abs=0.1)
+    assert max(rms(leg) for leg in legs[:2]) <= MOST[by]
+    assert np.median(run["true_sog_mps"].to_numpy()[-300:]) == pytest.approx(1.2, abs=0.1)
 
 
 def test_a_vehicle_that_falls_silent_stops_the_autopilot_within_a_second(tmp_path):
-    def silence(boat, computer):
+    def silence(boat, computer, _):
         time.sleep(2.0)
         boat.tell(signal.SIGSTOP)
         cut = time.monotonic()
@@ -63,14 +63,12 @@ def test_a_vehicle_that_falls_silent_stops_the_autopilot_within_a_second(tmp_pat
 
 
 def test_a_killed_computer_leaves_a_boat_that_stops_by_herself(tmp_path):
-    factor = 4.0
-
-    def kill(boat, computer):
+    def kill(boat, computer, factor):
         time.sleep(10.0 / factor)
         computer.tell(signal.SIGKILL)
         time.sleep(20.0 / factor)
 
-    _, run, _ = watched(factor, tmp_path, kill)
+    _, run, _ = watched(4.0, tmp_path, kill)
     time_s = run["time_s"].to_numpy()
     driven = run["asked_speed_mps"].is_not_null().to_numpy()
     last = time_s[driven][-1]
@@ -79,7 +77,7 @@ def test_a_killed_computer_leaves_a_boat_that_stops_by_herself(tmp_path):
 
 
 def test_an_ended_computer_puts_her_into_hold_at_once(tmp_path):
-    def end(boat, computer):
+    def end(boat, computer, _):
         time.sleep(1.0)
         computer.tell(signal.SIGTERM)
         computer.process.wait(20.0)

@@ -6,6 +6,8 @@ import json
 import socket
 from contextlib import asynccontextmanager
 
+GUIDED = 15  # custom_mode of ArduPilot's Rover
+
 
 def free_port(kind=socket.SOCK_STREAM) -> int:
     """A port that nobody uses."""
@@ -19,6 +21,7 @@ class Consumer:
 
     def __init__(self, name: str, arguments: list[str]):
         self.name, self.arguments, self.heard = name, arguments, 0
+        self.connected = asyncio.Event()
 
     @asynccontextmanager
     async def listening(self):
@@ -46,6 +49,7 @@ class Instrument(Consumer):
         while True:
             try:
                 reader, _ = await asyncio.open_connection("127.0.0.1", self._port)
+                self.connected.set()
                 while data := await reader.read(4096):
                     self.heard += len(data)
             except OSError:
@@ -60,14 +64,21 @@ class Datagrams(Consumer):
         self._port = free_port(socket.SOCK_DGRAM)
         super().__init__(name, ["--to", address.format(port=self._port)])
 
+    def answered(self, transport, address) -> None:
+        """A datagram came from there: it may be answered."""
+
     @asynccontextmanager
     async def listening(self):
         """See Consumer."""
         consumer = self
 
         class Ear(asyncio.DatagramProtocol):
+            def connection_made(self, transport):
+                self._transport = transport
+
             def datagram_received(self, data, addr):
                 consumer.heard += len(data)
+                consumer.answered(self._transport, addr)
 
         here = ("127.0.0.1", self._port)
         transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(Ear, local_addr=here)
@@ -75,6 +86,47 @@ class Datagrams(Consumer):
             yield
         finally:
             transport.close()
+
+
+class Vehicle(Datagrams):
+    """Says by MAVLink that it is there, armed and in GUIDED, and hears what it is commanded."""
+
+    def __init__(self):
+        super().__init__("mavlink", "mavlink:udpout:127.0.0.1:{port}")
+
+        self._companion = None
+
+    def answered(self, transport, address) -> None:
+        """See Datagrams."""
+        self._companion = transport, address
+
+    @asynccontextmanager
+    async def listening(self):
+        """See Consumer."""
+        task = asyncio.create_task(self._beat())
+        try:
+            async with super().listening():
+                yield
+        finally:
+            task.cancel()
+
+    async def _beat(self):
+        while True:
+            if self._companion is not None:
+                transport, address = self._companion
+                transport.sendto(_heartbeat(), address)
+            await asyncio.sleep(0.2)
+
+
+def _heartbeat():
+    from pymavlink.dialects.v20 import ardupilotmega as messages
+
+    vehicle = messages.MAVLink(None, srcSystem=1, srcComponent=1)
+    mode = messages.MAV_MODE_FLAG_SAFETY_ARMED | messages.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+    said = vehicle.heartbeat_encode(
+        messages.MAV_TYPE_SURFACE_BOAT, messages.MAV_AUTOPILOT_ARDUPILOTMEGA, mode, GUIDED, messages.MAV_STATE_ACTIVE
+    )
+    return said.pack(vehicle)
 
 
 class SignalK(Consumer):
@@ -140,7 +192,7 @@ def consumers(table: str, route: str) -> list[Consumer]:
         Instrument(),
         Datagrams("udp", "udp://127.0.0.1:{port}?period=0.1"),
         Datagrams("propellers", "udp://127.0.0.1:{port}?say=propellers"),
-        Datagrams("mavlink", "mavlink:udpout:127.0.0.1:{port}"),
+        Vehicle(),
         SignalK(),
         Foxglove(),
         Consumer("table", ["--to", f"file:{table}"]),

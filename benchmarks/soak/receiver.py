@@ -49,10 +49,10 @@ class Receiver:
             f"[[waypoint]]\nlat_deg = {lat!r}\nlon_deg = {lon!r}\n" for lat, lon in map(np.ndarray.tolist, points)
         )
 
-    def positions(self, begin: float) -> int:
-        """How many positions of the talker GP stand whole in what was sent, from a Unix time on."""
+    def positions(self) -> int:
+        """How many positions of the talker GP stand whole in what was sent."""
         fixes = nmea0183.read(bytes(self.sent)).sources["GP"]
-        return int((fixes.has_position & (fixes.time > begin)).sum())
+        return int(fixes.has_position.sum())
 
     def close(self) -> None:
         """The line is cut."""

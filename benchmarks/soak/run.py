@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-import json
 import re
 import sys
 import tempfile
@@ -45,12 +44,17 @@ class Soak(NamedTuple):
     idle: Rhythm
     memory: list[tuple[float, int]]  # s since the start, resident bytes
     rows: int
-    written: int
+    states: pl.DataFrame  # of the autopilot, from the table
     taken: int
     told: int
     consumers: list[Consumer]
     code: int
     log: str
+
+    @property
+    def steered(self) -> float:
+        """The part of the rows in which the autopilot was running."""
+        return float((self.states["state"] == "running").mean()) if self.states.height else 0.0
 
     @property
     def growth(self) -> float:
@@ -71,13 +75,14 @@ async def soak(seconds: float) -> Soak:
         async with contextlib.AsyncExitStack() as stack:
             for each in listeners:
                 await stack.enter_async_context(each.listening())
-            telling = asyncio.create_task(receiver.tell())
-            stack.callback(telling.cancel)
             arguments = [argument for each in listeners for argument in each.arguments]
             boat, begun = await _started(receiver, arguments), time.monotonic()
             try:
+                await asyncio.wait_for(listeners[0].connected.wait(), 120.0)  # the serial port is open by then
+                telling = asyncio.create_task(receiver.tell())
+                stack.callback(telling.cancel)
                 idle = await _process("-m", "benchmarks.soak.idle", str(seconds))
-                first, first_row, rows, memory = await _watched(boat, begun, seconds)
+                first_row, rows, memory = await _watched(boat, begun, seconds)
                 telling.cancel()
                 await asyncio.sleep(0.5)
             finally:
@@ -86,12 +91,12 @@ async def soak(seconds: float) -> Soak:
             said, _ = await idle.communicate()
         log = log.decode()
         rows += rest.count(b"\n")
-        written = pl.scan_parquet(table).select(pl.len()).collect().item() if table.exists() else 0
+        states = pl.read_parquet(table, columns=["state", "reason"]) if table.exists() else pl.DataFrame()
     taken = _TAKEN.search(log)
-    account = int(taken[1]) if taken else 0, receiver.positions(first - 0.1)
+    account = int(taken[1]) if taken else 0, receiver.positions()
     receiver.close()
     rhythms = _rhythm(log), _rhythm(said.decode())
-    return Soak(first_row, *rhythms, memory, rows, written, *account, listeners, boat.returncode, log)
+    return Soak(first_row, *rhythms, memory, rows, states, *account, listeners, boat.returncode, log)
 
 
 async def _started(receiver, arguments):
@@ -107,7 +112,7 @@ async def _process(*arguments):
 
 async def _watched(boat, begun, seconds):
     """When the first row came, how many came, and the memory all the while."""
-    first = json.loads(await asyncio.wait_for(boat.stdout.readline(), 120.0))
+    await asyncio.wait_for(boat.stdout.readline(), 120.0)
     first_row, rows, memory = time.monotonic() - begun, 1, []
     while (now := time.monotonic() - begun) < seconds:
         memory.append((now, _resident(boat.pid)))
@@ -116,7 +121,7 @@ async def _watched(boat, begun, seconds):
             with contextlib.suppress(TimeoutError):
                 rows += bool(await asyncio.wait_for(boat.stdout.readline(), left))
     memory.append((now, _resident(boat.pid)))
-    return first["time_s"], first_row, rows, memory
+    return first_row, rows, memory
 
 
 def _resident(pid):
@@ -150,5 +155,9 @@ def results(done: Soak):
     yield Result("memory at the end", done.memory[-1][1] / 1e6, "MB")
     yield Result("… more than when it had settled", done.growth / 1e6, "MB", at_most=5.0)
     yield Result("valid fixes not taken", abs(done.told - done.taken), at_most=1.0, note=f"of {done.told}")
-    yield Result("rows said and not in the table", abs(done.rows - done.written), at_most=0.0, note=f"of {done.rows}")
+    yield Result(
+        "rows said and not in the table", abs(done.rows - done.states.height), at_most=0.0, note=f"of {done.rows}"
+    )
+    last = done.states.row(-1) if done.states.height else ("", "")
+    yield Result("autopilot running", 100.0 * done.steered, "%", at_least=50.0, note=" ".join(map(str, last)))
     yield Result("exit code", float(done.code), at_most=0.0)

@@ -48,7 +48,7 @@ def simulate(
 
     Writes run.parquet (truth, readings, estimate, commands) and index.html; with --seeds a row a seed instead.
 
-    With --live her own pilot, route and duration are not used: she sails in real time until stopped, in a wide circle
+    With --live her own pilot, route and duration are not used: she sails in real time until stopped, in a circle
     until she is commanded, in GUIDED as ArduPilot's Rover or by propeller commands. Her receiver says GGA and RMC on
     tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port, serial:…, stdout:. She is a vehicle on
     udpout:host:port, udpin:host:port, tcp:host:port or a serial port, with ?cruise=2 for her speed in m/s at full

@@ -6,9 +6,12 @@ likeliest is added. What a log cannot tell stays near what is usual. A log witho
 receiver, and nothing is fitted to it.
 """
 
+from dataclasses import replace
+
 from steerway.estimation.fitting import LASTING, MOTION, TURNS, moving, stretches, thinned
 from steerway.estimation.likelihood import cost
 from steerway.estimation.profiles import BUILT_IN, Profile
+from steerway.estimation.replay import doubts
 from steerway.estimation.stages import SPACING, Log, alternating, found, receiver, worthier
 from steerway.records import Fixes
 
@@ -18,6 +21,8 @@ _FEWEST_FIXES = 60
 _WHITE = (0.005, 0.02, 0.05, 0.15, 0.5, 1.5, 5.0, 15.0)
 _SLOW = ((0.15, 4.0), (0.5, 20.0), (1.5, 100.0))
 _STEPS, _FEW_STEPS = 20, 8
+_MANY = 0.1
+"""Share of fixes in doubt from which they would pass for the rule; a few count as outliers, and gaps cost more."""
 
 
 def suited(fixes: Fixes) -> Profile:
@@ -27,7 +32,7 @@ def suited(fixes: Fixes) -> Profile:
     """
     if fixes.mmsi is not None:
         return BUILT_IN["ais"]
-    fixes = fixes.rows(fixes.has_position).in_order()
+    fixes = _undoubted(fixes.rows(fixes.has_position).in_order())
     sample = stretches(fixes, _STRETCHES, _STRETCH)
     under_way = moving(sample)
     if under_way.sum() < max(_FEWEST_FIXES, _LEAST_SHARE * len(sample)):
@@ -36,6 +41,13 @@ def suited(fixes: Fixes) -> Profile:
     apart = stretches(fixes.rows(all_fixes), _STRETCHES, _STRETCH)
     motion = _motion(Log(apart, moving(apart)))
     return _named(receiver(log, motion, len(fixes) / len(all_fixes), steps=_FEW_STEPS, slow_errors=1).profile)
+
+
+def _undoubted(fixes: Fixes) -> Fixes:
+    """The fixes that show the receiver as it is as a rule: not those it doubts itself, where these are many."""
+    doubted = doubts(fixes) > 1.0
+    many = len(doubted) > 0 and doubted.mean() > _MANY
+    return replace(fixes.rows(~doubted) if many else fixes, position_std=None)
 
 
 def _classes():

@@ -22,6 +22,9 @@ STEP = 60.0
 """s: a time so far from the last one, forward or back, is believed when a second one confirms it."""
 AHEAD = 1.0
 """s: so is one that leaves a gap, and is so far ahead of the present where that is known."""
+_LEAD, _LEAD_S = 0.3, 0.1
+"""Intervals, and s, by which a fix may be ahead of the present; where one was further, a log is played in haste, and
+what is next ahead may be a gap in it."""
 _BEHIND, _BEHIND_ROWS = 1.0, 3
 """s and fixes in unbroken order, all behind those taken: not late any more, the receiver's clock has been set back."""
 
@@ -79,6 +82,7 @@ class Navigator:
         self._taken: deque[_Taken] = deque()
         self._astray: Heard | None = None
         self._behind: list[Heard] = []
+        self._lead = math.nan
         self._before_behind = self.filter.snapshot(), math.nan
         self._row = lost(math.nan)
         self._ahead = FiveStateFilter(self.filter.profile, aid)
@@ -153,12 +157,13 @@ class Navigator:
     def _in_time(self, heard, aids, surplus):
         """Take a row where its time belongs: next, or back among those taken already, or nowhere."""
         ahead = 0.0 if math.isnan(self._time) else heard.time - self._time
+        lead, surplus = surplus, surplus if self._lead <= max(_LEAD * self.choice.interval, _LEAD_S) else math.nan
         too_early = ahead > self.choice.silence and surplus > AHEAD
         if too_early or ahead < -STEP or (ahead > STEP and math.isnan(surplus)):
             return self._doubted(heard, aids, surplus)
         self._astray = None
         if ahead >= 0.0:
-            self._behind = []
+            self._behind, self._lead = [], lead if heard.has_position else self._lead
             return self._take(heard, aids)
         if heard.has_position and self._is_set_back(heard):
             return self._stepped(self._behind, surplus)

@@ -235,7 +235,7 @@ class Page:
             return
         board, view = self._board, self._board.view
         boat = None if view.north is None else (view.north, view.east)
-        if self._window is None or (boat and not self._window.holds(*boat, 0.2 if self._follows else 0.03)):
+        if self._window is None or (boat and not self._window.holds(*boat, 0.3 if self._follows else 0.03)):
             self._window = self._framed(boat)
         track = board.history.track
         drawn = self._window, len(track), track[-1] if track else None, view.target

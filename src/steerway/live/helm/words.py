@@ -18,8 +18,9 @@ _STATUS = {
 
 def words(view: View) -> dict[str, str]:
     """The texts by their place on the page."""
+    digits = 2 if (view.sog_within_kn or 1.0) < 0.1 else 1  # a digit that only flickers tells nothing
     return {
-        "sog": _number(view.sog_kn, 2 if (view.sog_kn or 0.0) < 10.0 else 1),
+        "sog": _number(view.sog_kn, digits),
         "sog_within": _within(view.sog_within_kn, 2),
         "cog": _course(view.cog_deg),
         "cog_within": _within(view.cog_within_deg, 1, "°"),

@@ -17,7 +17,12 @@ _REFUSED = 3.0  # s after which a request counts as refused
 _STOPPING = 2.0  # s of zero thrust before she is put into HOLD
 _GIVEN_UP = 10.0  # s after which she is no more asked to leave GUIDED
 _TARGET_PERIOD = 0.1
-_WANTED = {"GPS_RAW_INT": 0.1, "GLOBAL_POSITION_INT": 0.25, "SYSTEM_TIME": 1.0}  # messages and their intervals, s
+_WANTED = {
+    "GPS_RAW_INT": 0.1,
+    "GLOBAL_POSITION_INT": 0.2,
+    "ATTITUDE": 0.1,
+    "SYSTEM_TIME": 1.0,
+}  # messages and their intervals, s
 _MISSED = 5.0  # s between two requests for them while they stay away
 
 

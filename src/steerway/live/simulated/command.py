@@ -33,7 +33,7 @@ def sail_live(
     commanded = " and ".join(each for each in (mavlink, propellers) if each)
     until = f" until she is commanded on {commanded}" if commanded else ""
     print(
-        f"{scenario.name}: under way until stopped, by hand in a wide circle{until}; "
+        f"{scenario.name}: under way until stopped, by hand in a circle{until}; "
         "her own pilot, route and duration are not used",
         file=sys.stderr,
     )

@@ -114,10 +114,10 @@ class Rover:
         return self._messages.MAVLink_command_ack_message(command, result)
 
     def _hear_target(self, message, now):
-        """Yaw rate and speed, in GUIDED only; a target of attitude is not known here."""
+        """Yaw rate and speed; a target of attitude is not known here."""
         m = self._messages
         ignored = m.ATTITUDE_TARGET_TYPEMASK_THROTTLE_IGNORE | m.ATTITUDE_TARGET_TYPEMASK_BODY_YAW_RATE_IGNORE
-        if self.mode is RoverMode.GUIDED and not message.type_mask & ignored:
+        if not message.type_mask & ignored:
             thrust = max(-1.0, min(1.0, message.thrust))
             if math.isfinite(message.body_yaw_rate + thrust):
                 self._target = Target(message.body_yaw_rate, thrust * self.cruise, now)

@@ -18,10 +18,9 @@ from steerway.live.simulated.boat import SimulatedBoat
 from steerway.live.simulated.inner_loops import InnerLoops
 from steerway.live.simulated.propellers import Propellers
 from steerway.live.simulated.rover import Rover, Target
+from steerway.live.simulated.skipper import Skipper
 from steerway.live.uri import Uri
 
-BY_HAND = Target(0.05, 1.0, 0.0)
-"""rad/s and m/s at which her skipper drives her in a wide circle while nobody else does: at rest there is no course."""
 LOG = logging.getLogger("steerway.live")
 _BEHIND = 1.0  # s by which steps may be late before they are left out
 _TALKER = "GP"
@@ -69,6 +68,7 @@ class Running:
             self.rover = Rover(self.link.messages, cruise or boat.known.top_speed, self.unix)
         self.propellers = None if propellers is None else Propellers(propellers, boat.vessel.actuators)
         self._loops = InnerLoops(boat.known)
+        self._skipper = Skipper(boat.motion)
         self._asked: Target | None = None
         self._kept: list[tuple] = []
 
@@ -118,7 +118,7 @@ class Running:
         if self.propellers is not None and self.propellers.obeyed:
             self._asked = None
             return self.propellers.command() or self._loops.rest()
-        self._asked = asked = BY_HAND if self._is_by_hand() else self.rover.target(now)
+        self._asked = asked = self._skipper.step(self.boat.motion) if self._is_by_hand() else self.rover.target(now)
         if asked is None:
             return self._loops.rest()
         return self._loops.step(asked.yaw_rate, asked.speed, self.boat.motion, self.boat.step_length)

@@ -83,8 +83,9 @@ def consistency(numbers) -> Figure:
         axes.set_xticks(range(len(CELLS)), [WORDS[name] for name in CELLS])
         axes.set_ylabel(title)
         axes.grid(alpha=0.25, axis="y")
-        axes.legend(frameon=False, fontsize=8)
+        axes.legend(frameon=False, fontsize=8, ncols=2, loc="upper center")
     nees.set_yscale("log")
+    nees.set_ylim(0.9, 30.0)
     nees.set_yticks([1, 2, 3, 4.5, 10, 15], ["1", "2", "3", "4.5", "10", "15"])
     nees.minorticks_off()
     return figure
@@ -130,7 +131,9 @@ def correlated(numbers, scenes) -> Figure:
         axes.set_xlim(-0.5, len(scenes) - 0.5)
         axes.grid(alpha=0.25, axis="y")
     pair[0].set_ylabel("RMS of COG (°)")
-    pair[0].set_ylim(bottom=0.0)
+    pair[0].set_yscale("log")
+    pair[0].set_yticks([0.3, 0.5, 1, 2, 3, 5, 10], ["0.3", "0.5", "1", "2", "3", "5", "10"])
+    pair[0].minorticks_off()
     pair[0].legend(frameon=False, fontsize=8)
     return figure
 
