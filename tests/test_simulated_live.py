@@ -10,12 +10,14 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from contextlib import asynccontextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from steerway.cli import main
 from steerway.errors import InputError
 from steerway.formats import nmea0183
 from steerway.live import addresses
@@ -109,12 +111,14 @@ def test_sentences_of_a_boat_under_way_and_the_truth_at_the_end(tmp_path):
         ear.settimeout(30.0)
         to = f"udp://127.0.0.1:{ear.getsockname()[1]}"
         boat = run_live("simulate", SQUARE, "--live", "--speed", "4", "--to", to, "-o", tmp_path / "run")
+        begun = time.time()
         log = b"".join(ear.recv(1000) for _ in range(100))
         boat.send_signal(signal.SIGINT)
         _, said = boat.communicate(timeout=20.0)
     assert boat.returncode == 0 and "in a circle" in said, said
     (fixes,) = nmea0183.read(log).sources.values()
     truth = pl.read_parquet(tmp_path / "run" / "run.parquet")
+    assert abs(fixes.time[0] - begun) < 60.0, "the time of her receiver is now"
     assert len(fixes) == 100 and np.diff(fixes.time) == pytest.approx(0.2, abs=2e-3)
     assert len(truth) >= 100 and truth["mode"].null_count() == len(truth)
     row = np.searchsorted(truth["time_s"].to_numpy(), fixes.time - 0.1)
@@ -132,13 +136,16 @@ def test_sentences_of_a_boat_under_way_and_the_truth_at_the_end(tmp_path):
         (["--live", "--seeds", "3", "--to", "stdout:"], "none of --live"),
         (["--to", "stdout:"], "expected --live"),
         ([], "-o is missing"),
+        (["--live", "--to", "stdout:", "-o", str(SQUARE)], "cannot write"),
         (["--live", "--to", "stdout:", "--speed", "0"], "speed is 0"),
     ],
 )
-def test_what_cannot_be_is_refused_in_a_sentence(arguments, why):
-    refused = run_live("simulate", SQUARE, *arguments, factor=1.0)
-    _, said = refused.communicate(timeout=60.0)
-    assert refused.returncode == 2 and why in said and said.count("\n") == 1
+def test_what_cannot_be_is_refused_in_a_sentence(arguments, why, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["steerway", "simulate", str(SQUARE), *arguments])
+    with pytest.raises(SystemExit) as left:
+        main()
+    said = capsys.readouterr().err
+    assert left.value.code == 2 and why in said and said.count("\n") == 1
 
 
 @asynccontextmanager
@@ -171,12 +178,12 @@ def test_propeller_commands_turn_her_and_their_absence_stops_her():
                 assert not running.propellers.obeyed
 
                 def turning():
-                    say(json.dumps({"port": 0.8, "starboard": -0.5}).encode())
-                    return running.boat.motion.yaw_rate > 0.2  # by hand it was 0.05
+                    say(json.dumps({"port": -0.5, "starboard": 0.8}).encode())
+                    return running.boat.motion.yaw_rate < -0.2  # by hand she turns the other way
 
                 await until(turning, 10.0)
                 screw = running.boat.vessel.actuators[0]
-                assert running.propellers.command() == pytest.approx((0.8 * screw.high, 0.5 * screw.low))
+                assert running.propellers.command() == pytest.approx((0.5 * screw.low, 0.8 * screw.high))
                 await asyncio.sleep(1.5)
                 assert running.propellers.command() is None
 
@@ -237,7 +244,8 @@ async def steered(desk):
     """She is steered and has followed."""
     await until(lambda: len(desk.rows) > 5 and desk.told.links[-1:] == [True], 30.0)
     desk.order = RUNNING
-    await until(lambda: desk.rover.mode is RoverMode.GUIDED and desk.running.boat.motion.yaw_rate > 0.15, 10.0)
+    await until(lambda: desk.rover.target(desk.running.boat.time) is not None)
+    await until(lambda: desk.running.boat.motion.yaw_rate == pytest.approx(0.2, abs=0.03), 10.0)
 
 
 async def check(desk):

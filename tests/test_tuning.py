@@ -11,7 +11,7 @@ import steerway
 from steerway.earth import displacement
 from steerway.estimation import Profile, choose_profile, stages, tune
 from steerway.estimation.fitting import MOTION, TURNS, moving, stretches
-from steerway.estimation.intervals import intervals
+from steerway.estimation.intervals import _curvature, intervals
 from steerway.estimation.likelihood import cost
 from steerway.estimation.prediction import predict
 from steerway.estimation.search import Search, minimise
@@ -120,6 +120,18 @@ def test_the_search_finds_the_least_and_the_interval_its_width():
     assert fit.logs == pytest.approx(target.mean(axis=0), abs=0.02)
     found = intervals(fit)
     assert math.log(found["position_std"][1] / found["position_std"][0]) == pytest.approx(2 * 2.09 / 20.0, rel=0.5)
+
+
+def test_the_curvature_is_that_of_a_parabola_with_a_ridge():
+    slant = np.array([[1.0, 0.9], [0.0, 0.4]])
+
+    def surprises(profile):
+        logs = slant @ np.log([profile.position_std, profile.speed_noise])
+        return np.full(100, 0.5 * logs @ logs)
+
+    search = replace(search_for(np.zeros((1, 2))), surprises=surprises)
+    fit = minimise(search, ONE)
+    assert _curvature(fit) == pytest.approx(100.0 * slant.T @ slant + np.diag(1.0 / search.prior[1]), rel=1e-6)
 
 
 def test_rows_that_go_together_count_as_fewer():

@@ -49,10 +49,6 @@ class Log:
         """−log likelihood of all."""
         return float(self.surprises(profile).sum())
 
-    def rows(self, chosen) -> "Log":
-        """Some of its rows."""
-        return Log(self.fixes.rows(chosen), self.counted[chosen])
-
 
 def found(log: Log, start: Profile, names, step=None, steps=40, expected=EXPECTED) -> Fit:
     """The likeliest values of `names`, from those of a profile."""

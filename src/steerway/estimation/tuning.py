@@ -26,7 +26,7 @@ from steerway.records import Fixes
 
 _SETTLING_FIXES = 5
 _FEWEST_FIXES = 60
-_STRETCHES, _STRETCH = 10, 1500
+_STRETCHES, _STRETCH, _STRETCH_APART = 10, 1200, 1000
 """A longer log is judged by stretches from all over it."""
 _STARTS = [
     Profile(position_std=white, speed_noise=speed, course_rate_noise=rate, course_rate_decay=decay)
@@ -131,9 +131,10 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
         )
     report = _Progress(progress)
     log = stages.Log(sample, under_way)
-    apart = thinned(sample.time, stages.SPACING)
-    motion = stages.motion(log.rows(apart), _STARTS, report.step)
-    receiver = stages.receiver(log, motion.profile, len(sample) / len(apart), report.step)
+    spaced = thinned(fixes.time, stages.SPACING)
+    apart = stretches(fixes.rows(spaced), _STRETCHES, _STRETCH_APART)
+    motion = stages.motion(stages.Log(apart, _under_way(apart)), _STARTS, report.step)
+    receiver = stages.receiver(log, motion.profile, len(fixes) / len(spaced), report.step)
     fit = stages.together(log, motion, receiver, report.step)
     told = intervals(fit)
     report.done()

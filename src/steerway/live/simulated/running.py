@@ -48,6 +48,7 @@ class Running:
     mavlink, cruise: the address on which she is a MAVLink vehicle, and her speed at thrust 1, m/s.
     propellers: the address on which her propellers are commanded.
     speed:  how many times faster than life.
+    keeps:  the truth at every fix, for `table`.
     """
 
     def __init__(
@@ -58,6 +59,7 @@ class Running:
         propellers: Uri | None = None,
         speed: float = 1.0,
         cruise: float | None = None,
+        keeps: bool = False,
     ):
         self.boat, self.speakers = boat, tuple(speakers)
         self.speed = positive("speed", speed)
@@ -70,11 +72,14 @@ class Running:
         self._loops = InnerLoops(boat.known)
         self._skipper = Skipper(boat.motion)
         self._asked: Target | None = None
-        self._kept: list[tuple] = []
+        self._kept: list[tuple] | None = [] if keeps else None
 
     async def run(self) -> None:
         """Sail until cancelled."""
-        self._step()  # compiles, before the time begins to run
+        self.boat.step(self._command(0.0))  # compiles, before the time begins to run; a fix of it is not told
+        self.unix = time.time() - self.boat.time
+        if self.rover is not None:
+            self.rover.unix = self.unix
         async with asyncio.TaskGroup() as tasks:
             for each in (*self.speakers, self.link, self.propellers):
                 if each is not None:
@@ -88,8 +93,7 @@ class Running:
         return pl.DataFrame(self._kept, schema=dict.fromkeys(COLUMNS, pl.Float64), orient="row")
 
     def write(self, directory: str | Path) -> Path:
-        """The table as run.parquet in a directory that is made where it is not."""
-        Path(directory).mkdir(parents=True, exist_ok=True)
+        """The table as run.parquet in a directory."""
         path = Path(directory) / "run.parquet"
         self.table().write_parquet(path)
         return path
@@ -135,7 +139,8 @@ class Running:
             speaker.send(said.encode())
         if self.rover is not None:
             self.rover.see(seen)
-        self._keep(seen)
+        if self._kept is not None:
+            self._keep(seen)
 
     def _keep(self, seen):
         truth = self.boat.motion

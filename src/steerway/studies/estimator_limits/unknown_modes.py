@@ -19,7 +19,7 @@ from steerway.studies.study import Results
 
 SEEDS = 30
 PARTICLES = {"o05": 1000, "o25": 1000, "m05": 300, "m25": 300}
-SWEEPS = 20
+SWEEPS = 10
 """Proposals to the chain, per fix."""
 SMOOTHED = ("o05", "o25")
 """In M the modes show so clearly that the product's smoother is within a tenth of the bound."""
