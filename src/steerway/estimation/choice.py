@@ -2,17 +2,21 @@
 
 The built-in motions are tried on fixes at least a second apart (see `stages` for why), the likeliest is fitted from
 there, also as a vessel that holds her course and turns by turns, and then the receiver whose noise makes all fixes
-likeliest is added. What a log cannot tell stays near what is usual. A log without way tells little more than the
-receiver, and nothing is fitted to it.
+likeliest is added. Where that errs slowly, motion and receiver are fitted once more and together, since what the motion
+was found on took the receiver's wander for the vessel's. What a log cannot tell stays near what is usual. A log without
+way tells little more than the receiver, and nothing is fitted to it.
 """
 
 from dataclasses import replace
+
+import numpy as np
 
 from steerway.estimation.fitting import LASTING, MOTION, TURNS, moving, stretches, thinned
 from steerway.estimation.likelihood import cost
 from steerway.estimation.profiles import BUILT_IN, Profile
 from steerway.estimation.replay import doubts
-from steerway.estimation.stages import SPACING, Log, alternating, found, receiver, worthier
+from steerway.estimation.search import Fit
+from steerway.estimation.stages import SPACING, Log, alternating, found, receiver, together, worthier
 from steerway.records import Fixes
 
 _STRETCHES, _STRETCH = 5, 1000
@@ -40,7 +44,20 @@ def suited(fixes: Fixes) -> Profile:
     log, all_fixes = Log(sample, under_way), thinned(fixes.time, SPACING)
     apart = stretches(fixes.rows(all_fixes), _STRETCHES, _STRETCH)
     motion = _motion(Log(apart, moving(apart)))
-    return _named(receiver(log, motion, len(fixes) / len(all_fixes), steps=_FEW_STEPS, slow_errors=1).profile)
+    received = receiver(log, motion.profile, len(fixes) / len(all_fixes), steps=_FEW_STEPS, slow_errors=1)
+    return _named(_reconciled(fixes, log, motion, received) if received.profile.error_std else received.profile)
+
+
+def _reconciled(fixes: Fixes, log: Log, motion: Fit, received: Fit) -> Profile:
+    """Motion and slow error fitted together: on the whole voyage, as densely as the number of fixes allows."""
+    under_way = moving(fixes)
+    spacing = min(SPACING, under_way.sum() / len(fixes) * np.ptp(fixes.time) / (_STRETCHES * _STRETCH))
+    chosen = thinned(fixes.time, spacing)
+    dense = stretches(fixes.rows(chosen), _STRETCHES, _STRETCH)
+    both = Log(dense, moving(dense))
+    best = worthier([received, together(both, motion, received)], both)
+    is_thinned = best is not received and len(chosen) < len(fixes)
+    return found(log, best.profile, ("position_std",), steps=_FEW_STEPS).profile if is_thinned else best.profile
 
 
 def _undoubted(fixes: Fixes) -> Fixes:
@@ -54,7 +71,7 @@ def _classes():
     return [each for each in BUILT_IN.values() if each.name != "ais"]
 
 
-def _motion(log: Log) -> Profile:
+def _motion(log: Log) -> Fit:
     """How the vessel moves, and white noise, from the likeliest class."""
     update = {"error_std": 0.0}
     candidates = [each.model_copy(update=update | {"position_std": white}) for each in _classes() for white in _WHITE]
@@ -62,7 +79,7 @@ def _motion(log: Log) -> Profile:
     names = MOTION + LASTING if start.acceleration_std else MOTION
     one = found(log, start, names, steps=_STEPS)
     two = found(log, min(alternating(one.profile), key=log.cost), (*names, *TURNS), steps=_STEPS)
-    return worthier([one, two], log).profile
+    return worthier([one, two], log)
 
 
 def _at_rest(sample: Fixes) -> Profile:
