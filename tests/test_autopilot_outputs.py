@@ -16,7 +16,7 @@ from steerway.live.outputs import JsonLines, Sentences
 from steerway.live.propellers import Propellers
 from steerway.live.route import Guide
 from steerway.live.table import TableFile
-from tests.desk import HOME, NOON, OTTER, SQUARE, Desk, corner, square
+from tests.desk import HOME, NOON, OTTER, SQUARE, Desk, corner, dock_all, square
 
 
 class Said:
@@ -50,7 +50,7 @@ def voyage(tmp_path_factory):
     desk.start().sail(10.0)
     desk.autopilot.stop("enough")
     desk.sail(5.0)
-    desk.service.close()
+    dock_all()
     return said, path, desk
 
 
@@ -74,6 +74,7 @@ def test_a_boat_handed_back_is_commanded_nothing():
 def at_home(**more):
     desk = Desk(square())
     desk.sail(10.0)
+    dock_all()
     return desk.service.latest.row._replace(**more)
 
 
