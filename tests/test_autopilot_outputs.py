@@ -12,9 +12,10 @@ from steerway.live.autopilot import Order, State
 from steerway.live.deltas import Deltas
 from steerway.live.fence import Fence
 from steerway.live.mission import GeodeticRoute
-from steerway.live.outputs import JsonLines, Sentences, TableFile
+from steerway.live.outputs import JsonLines, Sentences
 from steerway.live.propellers import Propellers
 from steerway.live.route import Guide
+from steerway.live.table import TableFile
 from tests.desk import HOME, NOON, OTTER, SQUARE, Desk, corner, dock_all, square
 
 

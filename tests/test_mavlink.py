@@ -6,7 +6,6 @@ import random
 import pytest
 
 from steerway.live.autopilot import Order, State
-from steerway.live.mavlink.decoding import BootClock, MavlinkDecoder
 from steerway.live.mavlink.dialect import RoverMode, mode_name
 from steerway.live.mavlink.guided import Guided, Phase
 from steerway.live.simulated.boat import Seen
@@ -158,6 +157,28 @@ def test_a_vehicle_that_is_not_armed_or_does_not_obey_is_a_complaint():
     assert pair.run(1.0).guided.complaint == "the vehicle does not go into GUIDED"
 
 
+def test_only_a_rover_is_steered_since_other_vehicles_number_their_modes_otherwise():
+    pair = Pair()
+    plain = pair.rover._heartbeat
+    said = {"type": messages.MAV_TYPE_QUADROTOR}
+
+    def heartbeat(*arguments):
+        message = plain(*arguments)
+        for name, value in said.items():
+            setattr(message, name, value)
+        return message
+
+    pair.rover.due = lambda now, *rest: [heartbeat(now, *rest)]
+    pair.run(2.0)
+    pair.order = RUNNING
+    assert "no boat" in pair.run(0.5).guided.complaint and pair.rover.mode is RoverMode.MANUAL
+    said = {"autopilot": messages.MAV_AUTOPILOT_PX4}
+    pair.order = READY
+    assert pair.run(0.5).guided.complaint == ""
+    pair.order = RUNNING
+    assert "no boat" in pair.run(0.5).guided.complaint and pair.rover.mode is RoverMode.MANUAL
+
+
 def test_a_silent_link_is_lost_within_a_second_and_so_is_one_without_heartbeats():
     pair = Pair().run(3.0)
     assert pair.guided.alive(pair.time)
@@ -204,6 +225,82 @@ def test_another_vehicle_and_a_ground_station_are_not_listened_to():
     assert not guided.hear(*Wire(1, 1).carry([rover._heartbeat(0.0, AT_REST, PLACE)]), 0.0)
 
 
+def test_whatever_a_stopped_order_says_she_is_told_zero():
+    pair = Pair().run(2.0)
+    pair.order = RUNNING
+    pair.run(2.0)
+    pair.order = STOPPED._replace(yaw_rate=0.3, thrust=0.7)
+    assert pair.run(0.5).rover.target(pair.time)[:2] == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("order", [STOPPED, HANDED_BACK])
+def test_taken_by_the_skipper_while_she_is_being_given_back_she_is_his(order):
+    pair = Pair().run(2.0)
+    pair.order = RUNNING
+    pair.run(0.3)
+    pair.order = order
+    pair.step()
+    pair.rover.mode = RoverMode.LOITER
+    assert pair.run(6.0).rover.mode is RoverMode.LOITER and pair.guided.phase is Phase.FREE
+
+
+def test_a_request_for_guided_that_is_carried_out_late_is_taken_back():
+    pair = Pair().run(2.0)
+    waiting, hear = [], pair.rover.hear
+    pair.rover.hear = lambda message, now: waiting.append(message) or []
+    pair.order = RUNNING
+    pair.run(0.2)
+    pair.order = STOPPED
+    pair.run(1.5)
+    pair.rover.hear = hear
+    for message in waiting:
+        hear(message, pair.time)
+    assert pair.rover.mode is RoverMode.GUIDED
+    assert pair.run(5.0).rover.mode is RoverMode.HOLD
+
+
+def test_requests_come_twice_a_second_and_end():
+    pair = Pair().run(2.0)
+    pair.order = RUNNING
+    pair.run(2.0)
+    pair.rover._set_mode = lambda number: messages.MAV_RESULT_FAILED
+    pair.order, stopped = STOPPED, pair.time
+    pair.run(15.0)
+    asked = [each for each in pair.said("COMMAND_LONG", stopped) if each.command == messages.MAV_CMD_DO_SET_MODE]
+    assert 14 <= len(asked) <= 17 and pair.guided.phase is Phase.FREE
+    quiet = pair.time
+    assert not pair.run(5.0).said("COMMAND_LONG", quiet) and not pair.said("SET_ATTITUDE_TARGET", quiet)
+
+
+def test_a_vehicle_obeys_in_guided_and_armed_only():
+    def target(thrust=0.5, mask=131):
+        return messages.MAVLink_set_attitude_target_message(0, 1, 1, mask, [1, 0, 0, 0], 0, 0, 0.1, thrust)
+
+    def mode(number):
+        return messages.MAVLink_set_mode_message(1, 1, number)
+
+    def arm(flag):
+        return messages.MAVLink_command_long_message(1, 1, messages.MAV_CMD_COMPONENT_ARM_DISARM, 0, flag, *[0] * 6)
+
+    rover = Rover(messages, 2.0, NOON)
+    rover.hear(target(), 0.0)
+    (answer,) = rover.hear(mode(RoverMode.GUIDED), 0.0)
+    assert answer.result == messages.MAV_RESULT_ACCEPTED and rover.target(0.0) is None, "told before she was in GUIDED"
+    rover.hear(target(mask=131 | 64), 0.0)
+    assert rover.target(0.0) is None, "thrust is to be ignored"
+    rover.hear(target(-9.0), 0.0)
+    assert rover.target(0.0).speed == -2.0
+    (answer,) = rover.hear(arm(0), 0.1)
+    assert answer.result == messages.MAV_RESULT_ACCEPTED and rover.target(0.1) is None
+    rover.hear(arm(1), 0.2)
+    assert rover.target(0.2) is not None
+    rover.hear(mode(RoverMode.HOLD), 0.3), rover.hear(mode(RoverMode.GUIDED), 0.4)
+    assert rover.target(0.4) is None, "GUIDED begins anew"
+    (answer,) = rover.hear(mode(99), 0.5)
+    assert answer.result == messages.MAV_RESULT_FAILED and rover.mode is RoverMode.GUIDED
+    assert rover.hear(messages.MAVLink_set_mode_message(7, 1, 0), 0.5) == [], "another vehicle is meant"
+
+
 def test_without_a_number_nothing_moves():
     pair = Pair().run(2.0)
     pair.order = RUNNING._replace(yaw_rate=math.nan)
@@ -215,10 +312,10 @@ def test_without_a_number_nothing_moves():
 
 def test_farewell_stops_her_only_while_she_is_steered():
     pair = Pair().run(2.0)
-    assert pair.guided.farewell() == []
+    assert pair.guided.farewell(False) == []
     pair.order = RUNNING
     pair.run(2.0)
-    target, mode = pair.up.carry(pair.guided.farewell())
+    target, mode = pair.up.carry(pair.guided.farewell(False))
     assert (target.thrust, target.body_yaw_rate) == (0.0, 0.0) and mode.param2 == RoverMode.HOLD
     pair.rover.hear(target, pair.time), pair.rover.hear(mode, pair.time)
     assert pair.rover.mode is RoverMode.HOLD
@@ -243,69 +340,6 @@ def test_whatever_happens_she_is_steered_only_by_orders_and_never_against_the_sk
                 asked = [each.param2 for each in pair.said("COMMAND_LONG", begun) if each.command == 176]
                 assert RoverMode.GUIDED not in asked
                 assert by_skipper is None or pair.rover.mode in (by_skipper, RoverMode.HOLD, RoverMode.MANUAL)
-
-
-def decoded(*said, arrival=100.0):
-    decoder, wire = MavlinkDecoder(), Wire(1, 1)
-    return [row for k, each in enumerate(wire.carry(said)) for row in decoder.message(each, arrival + k)]
-
-
-def raw_fix(usec, fix_type=3, lat=634400000, lon=104000000, vel=120, cog=27000, h_acc=0):
-    return messages.MAVLink_gps_raw_int_message(usec, fix_type, lat, lon, 0, 1, 1, vel, cog, 9, 0, h_acc)
-
-
-def system_time(unix, boot):
-    return messages.MAVLink_system_time_message(round(unix * 1e6), round(boot * 1e3))
-
-
-def test_a_fix_is_a_row_of_its_own_time_once():
-    told = system_time(NOON, 50.0)
-    row, later = decoded(told, raw_fix(49_900_000, h_acc=2000), raw_fix(49_900_000), raw_fix(50_100_000, vel=65535))
-    assert row.source == "mavlink GPS_RAW_INT"
-    assert row.time == pytest.approx(NOON - 0.1, abs=1e-6) and later.time - row.time == pytest.approx(0.2, abs=1e-6)
-    assert math.degrees(row.latitude) == pytest.approx(63.44) and math.degrees(row.longitude) == pytest.approx(10.4)
-    assert row.sog == pytest.approx(1.2) and row.cog == pytest.approx(-math.pi / 2.0)
-    assert row.position_std == pytest.approx(math.sqrt(2.0)) and math.isnan(later.position_std)
-    assert math.isnan(later.sog)
-
-
-def test_unix_time_is_believed_and_no_fix_is_none():
-    (row,) = decoded(raw_fix(round(NOON * 1e6)), raw_fix(round(NOON * 1e6) + 1, fix_type=1))
-    assert row.time == pytest.approx(NOON, abs=1e-6)
-    assert decoded(system_time(NOON, 1.0), raw_fix(5, lat=0, lon=0)) == []
-
-
-def test_her_own_estimate_is_heard_only_when_the_receiver_is_silent():
-    def own(boot):
-        return messages.MAVLink_global_position_int_message(round(boot * 1e3), 1, 1, 0, 0, 0, 100, 0, 9000)
-
-    decoder, wire = MavlinkDecoder(), Wire(1, 1)
-    decoder.message(*wire.carry([system_time(NOON, 0.0)]), 0.0)
-    rows = []
-    for k in range(100):
-        time = 0.2 * k
-        said = [own(time)] + ([raw_fix(round(time * 1e6) + 1, fix_type=1)] if time < 10.0 else [])
-        for message in wire.carry(said):
-            rows += decoder.message(message, time)
-    placed = [row for row in rows if row.has_position]
-    assert placed[0].time - NOON == pytest.approx(13.0, abs=0.3), "a receiver without a fix is not replaced"
-    assert all(row.heading == pytest.approx(math.pi / 2.0) for row in rows)
-    assert placed[0].cog == pytest.approx(math.pi / 2.0) and placed[0].sog == pytest.approx(1.0)
-
-
-def test_boot_clock_waits_then_goes_by_the_computer_and_follows_steps():
-    import time
-
-    clock = BootClock()
-    assert math.isnan(clock.unix(5.0, 100.0)) and math.isnan(clock.unix(7.0, 102.0))
-    assert clock.unix(8.5, 103.5) == pytest.approx(time.time(), abs=1.0)
-    clock.tell(0.0, 9.0)
-    clock.tell(NOON, 9.0)
-    assert clock.unix(10.0, 105.0) == pytest.approx(NOON + 1.0)
-    clock.tell(NOON + 1.016, 10.0)
-    assert clock.unix(10.0, 105.0) == pytest.approx(NOON + 1.001)
-    clock.tell(NOON + 10.0, 2.0)  # she started anew
-    assert clock.unix(2.0, 106.0) == pytest.approx(NOON + 10.0)
 
 
 def test_modes_have_names():

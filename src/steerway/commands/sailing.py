@@ -48,7 +48,7 @@ def simulate(
 
     Writes run.parquet (truth, readings, estimate, commands) and index.html; with --seeds a row a seed instead.
 
-    With --live her own pilot, route and duration are not used: she sails in real time until stopped, in a wide circle
+    With --live her own pilot, route and duration are not used: she sails in real time until stopped, in a circle
     until she is commanded, in GUIDED as ArduPilot's Rover or by propeller commands. Her receiver says GGA and RMC on
     tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port, serial:…, stdout:. She is a vehicle on
     udpout:host:port, udpin:host:port, tcp:host:port or a serial port, with ?cruise=2 for her speed in m/s at full
@@ -158,7 +158,7 @@ def advise(
     if not rate > 0.0:
         raise InputError(f"--rate is {rate:g} Hz, expected a number above 0")
     std = tuning.position_std if position_std is None else position_std
-    circumstances = (speed, tuning.course_rate_noise, std, 1.0 / rate)
+    circumstances = (speed, tuning.agility, std, 1.0 / rate)
     if bandwidth is None:
         carried = carried_bandwidth(*circumstances)
         fitting = "" if nomoto_time is None else f"; {_calm(carried, nomoto_time)}"

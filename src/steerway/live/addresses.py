@@ -7,11 +7,13 @@ from steerway.errors import InputError
 from steerway.live import uri
 from steerway.live.deltas import Deltas
 from steerway.live.links import listeners, speakers
+from steerway.live.links.foxglove import FoxgloveServer, require_foxglove
 from steerway.live.links.serial import speed_of
 from steerway.live.links.signalk import require_websockets
-from steerway.live.mavlink.companion import Companion
-from steerway.live.outputs import JsonLines, Output, Sentences, TableFile
+from steerway.live.mavlink.companion import Companion, Told
+from steerway.live.outputs import JsonLines, Output, Sentences
 from steerway.live.propellers import PERIOD, Propellers
+from steerway.live.table import TableFile
 from steerway.live.uri import Uri
 
 FROM = {
@@ -30,13 +32,15 @@ TO = {
     "tcp-server": ("period", "say"),
     "udp": ("period", "say"),
     "signalk": ("token", "period"),
+    "foxglove": ("period",),
     "mavlink": ("baud", "silence", "system"),
     "file": (),
 }
 """Schemes and their options."""
 MAVLINK_CARRIERS = ("udpin", "udpout", "tcp")
 
-_PORTS = {"gpsd": 2947, "signalk": 3000}
+_PORTS = {"gpsd": 2947, "signalk": 3000, "foxglove": 8765}
+_PERIODS = {"foxglove": 0.1}  # s, where it is not 1
 _LISTENERS = {
     "serial": listeners.SerialListener,
     "tcp": listeners.TcpListener,
@@ -90,30 +94,41 @@ def listener(address: Uri, among: int) -> listeners.Listener | Companion:
 
 
 def output(
-    text: str, rate: float | None, patient: bool, listening: Sequence = ()
-) -> tuple[Output, speakers.Speaker | Companion | None]:
-    """The output of an address and its link; files have none. `rate` None: a row a fix. `patient`: lose nothing.
+    text: str, rate: float | None, patient: bool, listening: Sequence = (), autopilot: Told | None = None
+) -> tuple[Output, speakers.Speaker | Companion | FoxgloveServer | None]:
+    """The output of an address and its link; files have none.
 
-    `listening`: listeners that are there already; a link that works both ways is not opened twice.
+    rate:      None: a row a fix.
+    patient:   lose nothing, as a log is replayed.
+    listening: listeners that are there already; a link that works both ways is not opened twice.
+    autopilot: whose orders a vehicle is told, and who hears of her link.
     """
     address = _checked(text, TO)
     if address.scheme == "mavlink":
+        if autopilot is None or patient:
+            what = "from a live link" if patient else "of a route, expected --mission FILE with it"
+            raise InputError(f"{text}: a vehicle is steered by orders {what}")
         companion = _companion(address, listening)
+        companion.autopilot = autopilot
         return companion, companion
     if address.scheme == "file":
-        return TableFile(address.path, every_tick=rate is not None), None
+        return TableFile(address.path, every_tick=rate is not None, patient=patient), None
     says_propellers = _says_propellers(address)
     if address.scheme == "stdout":
         speaker = speakers.StdoutSpeaker(address, patient)
         if says_propellers:
             return Propellers(speaker), speaker
         return JsonLines(speaker, every_tick=rate is not None), speaker
-    period = address.number("period", PERIOD if says_propellers else 1.0)
+    usual = PERIOD if says_propellers else _PERIODS.get(address.scheme, 1.0)
+    period = address.number("period", usual)
     if not period > 0.0:
         raise InputError(f"{text}: period is {period:g}, expected s above 0")
     if address.scheme == "signalk":
         speaker = speakers.SignalKSpeaker(address)
         return Deltas(speaker, period), speaker
+    if address.scheme == "foxglove":
+        server = FoxgloveServer(address, period)
+        return server, server
     speaker = _SPEAKERS[address.scheme](address)
     return (Propellers if says_propellers else Sentences)(speaker, period), speaker
 
@@ -168,4 +183,6 @@ def _checked(text, schemes) -> Uri:
         speed_of(address)
     if address.scheme == "signalk":
         require_websockets(address)
+    if address.scheme == "foxglove":
+        require_foxglove(address)
     return address

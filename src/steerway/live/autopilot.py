@@ -102,7 +102,7 @@ class Autopilot:
     def link(self, name: str, alive: bool) -> None:
         """Whether the other end of an output's link is there; without it the autopilot does not steer."""
         self._watch.link(name, alive)
-        if not alive:
+        if not alive and self.state in UNDER_WAY:
             self.stop(f"link {name} is lost")
 
     def fix(self, row: Row) -> None:

@@ -1,27 +1,40 @@
-"""The command `live`: addresses in, addresses out, and how it ends."""
+"""The commands `live` and `warm`: what they are told; `settings` checks it and `launch` does it."""
 
-import math
 import time
 from typing import Annotated
 
 import typer
+from typer.core import TyperCommand
 
-from steerway.errors import InputError
-from steerway.live.process import log_to_stderr, until_stopped
-from steerway.live.service import RATE
 
-SLOWEST_STEERING = 5.0
-"""Hz at which an autopilot still has its hand on the helm."""
+class LiveCommand(TyperCommand):
+    """A command whose option `--helm` may stand without an address."""
+
+    def parse_args(self, ctx, args):
+        """Write the usual address behind `--helm` where none follows."""
+        from steerway.live.helm.address import DEFAULT
+
+        told = []
+        for k, each in enumerate(args):
+            alone = each == "--helm" and (k + 1 == len(args) or args[k + 1].startswith("-"))
+            told.append(f"--helm={DEFAULT}" if alone else each)
+        return super().parse_args(ctx, told)
 
 
 def live(
-    listen_to: Annotated[list[str], typer.Option("--from", metavar="ADDRESS", help="Where fixes come from.")],
+    config: Annotated[
+        str | None, typer.Argument(metavar="[CONFIG.toml]", help="All of this in a file; options go before it.")
+    ] = None,
+    listen_to: Annotated[
+        list[str] | None, typer.Option("--from", metavar="ADDRESS", help="Where fixes come from.")
+    ] = None,
     say_to: Annotated[
         list[str] | None, typer.Option("--to", metavar="ADDRESS", help="Where to say the estimate; stdout: by default.")
     ] = None,
     profile: Annotated[
-        str, typer.Option("--profile", metavar="NAME|FILE.toml", help="Tuning of the filter.")
-    ] = "small-usv",
+        str | None,
+        typer.Option("--profile", metavar="NAME|FILE.toml", help="Tuning of the filter; small-usv by default."),
+    ] = None,
     source: Annotated[
         list[str] | None, typer.Option("--source", metavar="NAME", help="Sources of positions in order of priority.")
     ] = None,
@@ -39,14 +52,18 @@ def live(
         ),
     ] = None,
     patience: Annotated[
-        float, typer.Option("--patience", metavar="S", help="How long to go by dead reckoning without a fix.")
-    ] = 10.0,
+        float | None,
+        typer.Option("--patience", metavar="S", help="How long to go by dead reckoning without a fix; 10 by default."),
+    ] = None,
     engage: Annotated[
-        bool, typer.Option("--engage", help="Let the autopilot start by itself, once it is ready.")
-    ] = False,
+        bool | None, typer.Option("--engage/--no-engage", help="Let the autopilot start by itself, once it is ready.")
+    ] = None,
     latency: Annotated[
-        float, typer.Option("--latency", metavar="S", help="How late the receiver tells its fixes at the least.")
-    ] = 0.0,
+        float | None, typer.Option("--latency", metavar="S", help="How late the receiver tells its fixes at the least.")
+    ] = None,
+    no_accuracy: Annotated[
+        bool, typer.Option("--no-accuracy", help="Take all fixes alike, whatever the receiver says of their accuracy.")
+    ] = False,
     helm: Annotated[
         str | None,
         typer.Option(
@@ -65,56 +82,39 @@ def live(
     From: serial:/dev/ttyACM0?baud=38400, tcp://host:port, udp://:port, gpsd://host:2947, signalk://host:3000,
     mavlink:udpin:host:port (udpout, tcp, or mavlink:/dev/…), file:LOG?speed=10 (or speed=max).
     To: stdout: (JSON lines), tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port, serial:…,
-    signalk://host:3000, mavlink:udpin:host:port (steers in GUIDED), file:RUN.parquet; with ?say=propellers, commands
-    for two propellers.
+    signalk://host:3000, mavlink:udpin:host:port (steers in GUIDED), foxglove://127.0.0.1:8765, file:RUN.parquet;
+    with ?say=propellers, commands for two propellers.
 
     Examples:
 
-        steerway live --from serial:/dev/ttyACM0?baud=38400 --to tcp-server://127.0.0.1:10110
+        steerway live --from serial:/dev/ttyACM0?baud=38400 --to tcp-server://127.0.0.1:10110 --helm
+
+        steerway live boat.toml
 
         steerway live --from file:sortie.nmea?speed=max > rows.jsonl
     """
-    from steerway.estimation.profiles import Profile
-    from steerway.live import addresses
-    from steerway.live.autopilot import Autopilot
-    from steerway.live.helm.address import address, token_of
-    from steerway.live.helm.bridge import Helm
-    from steerway.live.mission import GeodeticRoute
-    from steerway.live.navigator import Navigator
-    from steerway.live.propellers import Propellers
-    from steerway.live.route import Guide
-    from steerway.live.service import Service
+    from steerway.live.launch import launch
+    from steerway.live.process import log_to_stderr
+    from steerway.live.settings import Settings
 
     log_to_stderr("steerway live")
-    if engage and mission is None:
-        raise InputError("--engage has nothing to follow, expected --mission with a route")
-    if mission is not None and rate is not None and rate < SLOWEST_STEERING:
-        raise InputError(f"--rate is {rate:g} Hz, expected at least {SLOWEST_STEERING:g} Hz with --mission")
-    found, speed = addresses.sources(listen_to)
-    page = None if helm is None else address(helm, token_of(helm_token_file))
-    replayed = not math.isnan(speed)
-    tuning = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
-    aids = tuple(name.strip().replace("-", "_") for name in aid.split(",") if name.strip()) if aid else ()
-    navigator = Navigator(tuning, aids, tuple(source or ()), patience, rate=rate)
-    ears = [] if replayed else [addresses.listener(each, len(found)) for each in found]
-    pairs = [addresses.output(text, rate, patient=replayed, listening=ears) for text in say_to or ["stdout:"]]
-    if mission is None and any(isinstance(each, Propellers) for each, _ in pairs):
-        raise InputError("say=propellers has nothing to follow, expected --mission with a route")
-    speakers = [speaker for _, speaker in pairs if speaker is not None]
-    route = None if mission is None else GeodeticRoute.load(mission)
-    guide = None if route is None else Guide(route)
-    autopilot = None if route is None else Autopilot(route, tuning, patience, engage)
-    service = Service(navigator, [each for each, _ in pairs], rate or RATE, latency, guide, autopilot)
-    if page is not None:
-        speakers.append(Helm(service, page, route))
-    if replayed:
-        rows = _rows_of_logs([each.path for each in found])
-        until_stopped(service.replay(rows, speed, speakers))
-        wanted = ", ".join(source or ())
-        if not navigator.counts["taken"] and wanted:
-            raise InputError(f"source {wanted!r} has no position in {', '.join(each.path for each in found)}")
-    else:
-        until_stopped(service.listen(ears, speakers))
+    settings = Settings() if config is None else Settings.load(config)
+    given = {
+        "listen_to": listen_to and tuple(listen_to),
+        "say_to": say_to and tuple(say_to),
+        "profile": profile,
+        "source": source and tuple(source),
+        "aid": None if aid is None else tuple(name.strip() for name in aid.split(",") if name.strip()),
+        "rate": rate,
+        "mission": mission,
+        "patience": patience,
+        "engage": engage,
+        "latency": latency,
+        "accuracy": False if no_accuracy else None,
+        "helm": helm,
+        "helm_token_file": helm_token_file,
+    }
+    launch(settings.overridden(**given))
 
 
 def warm() -> None:
@@ -131,13 +131,3 @@ def warm() -> None:
     warming.warm()
     where = f"kept in {CACHE_DIRECTORY}" if CACHE_DIRECTORY else "not kept: no directory for it can be written"
     print(f"compiled in {time.monotonic() - begun:.1f} s, {where}")
-
-
-def _rows_of_logs(paths):
-    """The rows of all logs in time order. Raises InputError as `read` does."""
-    from steerway.formats.reading import survey
-    from steerway.formats.sources import gather
-    from steerway.live.heard import rows_of
-
-    logs = survey(*paths)
-    return list(rows_of(gather([(log.name, log.recording.sources) for log in logs])))

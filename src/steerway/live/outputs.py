@@ -1,4 +1,4 @@
-"""What is said, and when: sentences for instruments, lines of JSON, a table at the end. Others: `deltas`, `propellers`.
+"""What is said, and when: sentences for instruments, lines of JSON. Others: `deltas`, `propellers`, `table`.
 
 An output is told every row a fix and every tick, and takes what it needs. What is unknown is said to be unknown: status
 V, null. No row is ever said twice.
@@ -6,20 +6,14 @@ V, null. No row is ever said twice.
 
 import json
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Protocol
 
-import numpy as np
-
 from steerway.formats.nmea0183.writing import Leg, apb, rmb, rmc, rot, vtg, xte
-from steerway.formats.writing import write, writer
 from steerway.live.autopilot import FIT, Order
 from steerway.live.heard import Row
 from steerway.live.links.speakers import Speaker
 from steerway.live.rhythm import Rhythm
-from steerway.records import MOTION_COLUMNS, STATUSES, Motion
+from steerway.records import MOTION_COLUMNS, STATUSES
 
 
 class Output(Protocol):
@@ -105,55 +99,3 @@ def json_line(row: Row, order: Order | None = None) -> bytes:
     if order is not None:
         said |= {"state": order.state.value, "reason": order.reason or None}
     return json.dumps(said).encode() + b"\n"
-
-
-class TableFile:
-    """All rows in one file at the end of the run: a row a fix, or with `every_tick` a row a tick.
-
-    With an autopilot aboard the tables have its `state` and `reason` too, of the tick before a fix.
-    """
-
-    def __init__(self, path: str | Path, every_tick: bool = False):
-        writer(path)
-        self.path, self.every_tick = path, every_tick
-        self._rows: list[Row] = []
-        self._orders: list[Order | None] = []
-        self._order: Order | None = None
-
-    def fix(self, row: Row) -> None:
-        """See Output."""
-        if not self.every_tick:
-            self._keep(row)
-
-    def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
-        """See Output."""
-        self._order = order
-        if self.every_tick and row.valid:
-            self._keep(row)
-
-    def close(self) -> None:
-        """See Output."""
-        columns = np.array(self._rows, dtype=np.float64).reshape(-1, len(Row._fields)).T
-        said = dict(zip(Row._fields, columns, strict=True))
-        said["status"] = said["status"].astype(np.uint8)
-        write(Motion(**said) if self._order is None else SteeredMotion(**said, orders=self._orders), self.path)
-
-    def _keep(self, row):
-        self._rows.append(row)
-        self._orders.append(self._order)
-
-
-@dataclass(frozen=True, eq=False)
-class SteeredMotion(Motion):
-    """Motion with the order that was in force at each row, None before there was one."""
-
-    orders: Sequence[Order | None] = ()
-
-    def to_frame(self):
-        """As of `Motion`, and the autopilot's state and reason, null for none."""
-        import polars as pl
-
-        states = [order and order.state.value for order in self.orders]
-        reasons = [(order and order.reason) or None for order in self.orders]
-        said = pl.Series("state", states, pl.String), pl.Series("reason", reasons, pl.String)
-        return super().to_frame().with_columns(*said)

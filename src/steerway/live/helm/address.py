@@ -2,6 +2,7 @@
 
 import ipaddress
 import os
+import re
 from typing import NamedTuple
 from urllib.parse import urlsplit
 
@@ -10,6 +11,7 @@ from steerway.errors import InputError
 DEFAULT = "127.0.0.1:8080"
 TOKEN_VARIABLE = "STEERWAY_HELM_TOKEN"
 _PORT = 8080
+_HOST = re.compile(r"[A-Za-z0-9._:-]+")
 _SHORTEST = 8  # characters of a token: at a guess a second a lifetime does not find it
 _LONGEST = 256
 
@@ -44,7 +46,16 @@ def address(text: str, token: str | None = None) -> Address:
         host, port = parts.hostname, _PORT if parts.port is None else parts.port
     except ValueError:
         host, port, parts = None, 0, urlsplit("")
-    if not host or parts.path or parts.query or parts.fragment or parts.username is not None or not port:
+    if (
+        not host
+        or not _HOST.fullmatch(host)
+        or host.isdigit()
+        or parts.path
+        or parts.query
+        or parts.fragment
+        or parts.username is not None
+        or not port
+    ):
         raise InputError(f"helm is {text!r}, expected host:port such as {DEFAULT}")
     found = Address(host, port, checked(token))
     if not found.is_loopback and found.token is None:

@@ -5,13 +5,14 @@ Nothing here waits: a page that does not keep up misses views, and one that ends
 
 import asyncio
 import contextlib
+import importlib.util
 import json
 import logging
 import sys
 
 from steerway.errors import InputError
 from steerway.live.helm.address import Address
-from steerway.live.helm.view import Plane, Seen, view
+from steerway.live.helm.seeing import Plane, Seen, view
 from steerway.live.links.listening import RETRY, kept_open
 from steerway.live.mission import GeodeticRoute
 from steerway.live.service import Service
@@ -24,9 +25,14 @@ _LEAVING = 2.0  # s the page has to end
 
 
 class Helm:
-    """The page of a service. Runs beside it like a link; `route` is what is drawn."""
+    """The page of a service. Runs beside it like a link; `route` is what is drawn.
+
+    Raises InputError without the package that draws it.
+    """
 
     def __init__(self, service: Service, address: Address, route: GeodeticRoute | None = None):
+        if importlib.util.find_spec("nicegui") is None:
+            raise InputError("the helm page needs the package nicegui, expected pip install steerway[helm]")
         self.service, self.address = service, address
         self._plane = Plane.of(route)
         self._notice = ""
@@ -40,9 +46,6 @@ class Helm:
             except Exception:  # whatever is wrong with the page, the boat sails on
                 LOG.exception("helm page: begun again")
                 await asyncio.sleep(RETRY)
-
-    def close(self) -> None:
-        """As of a speaker; the process is ended with `run`."""
 
     async def _serve(self):
         process = await asyncio.create_subprocess_exec(
@@ -70,6 +73,7 @@ class Helm:
             "port": self.address.port,
             "token": self.address.token,
             "route": self._plane.route,
+            "fence": self._plane.fence,
             "has_autopilot": self.service.autopilot is not None,
         }
 

@@ -43,9 +43,10 @@ def around(places, width: float, height: float, least: float = 40.0) -> Window:
     return Window((max(north) + min(north)) / 2.0, (max(east) + min(east)) / 2.0, scale, width, height)
 
 
-def still(window: Window, route, track, target: int | None) -> str:
-    """Grid, route and track."""
-    return _svg(window, _grid(window) + _route(window, route, target) + _track(window, track) + _scale_bar(window))
+def still(window: Window, route, track, target: int | None, fence=()) -> str:
+    """Grid, fence, route and track."""
+    drawn = _grid(window) + _fence(window, fence) + _route(window, route, target) + _track(window, track)
+    return _svg(window, drawn + _scale_bar(window))
 
 
 def moving(window: Window, view: View, route=()) -> str:
@@ -53,15 +54,15 @@ def moving(window: Window, view: View, route=()) -> str:
     if view.north is None:
         return _svg(window, "")
     x, y = window.at(view.north, view.east)
-    drawn = _offset(window, view, route) + _ellipse(window, view, x, y)
+    drawn, ellipse = _offset(window, view, route), _ellipse(window, view, x, y)
     if view.cog_deg is None:
-        return _svg(window, f'{drawn}<circle class="boat" cx="{x:.1f}" cy="{y:.1f}" r="8"/>')
+        return _svg(window, f'{drawn}<circle class="boat" cx="{x:.1f}" cy="{y:.1f}" r="8"/>{ellipse}')
     course = math.radians(view.cog_deg)
     run = max((view.sog_kn or 0.0) * 0.514444 * _VECTOR / window.scale, 22.0)
     ahead = f"{x + run * math.sin(course):.1f} {y - run * math.cos(course):.1f}"
     turn = f"translate({x:.1f} {y:.1f}) rotate({view.cog_deg:.1f})"
     drawn += _fan(view, x, y, run) + f'<path class="vector" d="M{x:.1f} {y:.1f}L{ahead}"/>'
-    return _svg(window, f'{drawn}<path class="boat" transform="{turn}" d="M0 -15L8.5 11Q0 6 -8.5 11Z"/>')
+    return _svg(window, f'{drawn}<path class="boat" transform="{turn}" d="M0 -15L8.5 11Q0 6 -8.5 11Z"/>{ellipse}')
 
 
 def _svg(window, drawn):
@@ -94,6 +95,10 @@ def _scale_bar(window):
     north = f'<path class="north" transform="translate({window.width - 24:.0f} 34)" d="M0 -18L7 6L0 1L-7 6Z"/>'
     letter = f'<text class="small" x="{window.width - 24:.0f}" y="54" text-anchor="middle">N</text>'
     return f'{bar}<text class="small" x="{x + 6:.1f}" y="{y - 5:.1f}">{text}</text>{north}{letter}'
+
+
+def _fence(window, fence):
+    return f'<polygon class="fence" points="{_points([window.at(*place) for place in fence])}"/>' if fence else ""
 
 
 def _route(window, route, target):

@@ -16,6 +16,11 @@ document.body.classList.add("stale");
 setInterval(() => {
   if (Date.now() - helmLast > 1500) document.body.classList.add("stale");
 }, 250);
+// The login is answered only to those who have to log in again.
+setInterval(() => {
+  if (!document.body.classList.contains("stale")) return;
+  fetch("/login", { redirect: "manual" }).then((reply) => reply.ok && location.assign("/login")).catch(() => {});
+}, 5000);
 window.addEventListener("load", () => {
   const kept = localStorage.getItem("helmDark");
   if (kept !== null) setTimeout(() => Quasar.Dark.set(kept === "true"), 0);

@@ -86,6 +86,7 @@ class Page:
             ui.label("Steerway").classes("name")
             self._dot = _box("dot good")
             self._text("status")
+            self._text("fresh").classes("within fresh")
             self._text("time").classes("time")
             _button("Day / dark", "quiet", "shade").on("click", js_handler="() => helmShade()")
 
@@ -234,13 +235,13 @@ class Page:
             return
         board, view = self._board, self._board.view
         boat = None if view.north is None else (view.north, view.east)
-        if self._window is None or (boat and not self._window.holds(*boat, 0.2 if self._follows else 0.03)):
+        if self._window is None or (boat and not self._window.holds(*boat, 0.3 if self._follows else 0.03)):
             self._window = self._framed(boat)
         track = board.history.track
         drawn = self._window, len(track), track[-1] if track else None, view.target
         if drawn != self._drawn:
             self._drawn = drawn
-            self._still.set_content(still(self._window, board.route, track, view.target))
+            self._still.set_content(still(self._window, board.route, track, view.target, board.fence))
         self._moving.set_content(moving(self._window, view, board.route))
 
     def _framed(self, boat):
@@ -263,7 +264,7 @@ class Page:
 def board_places(board: Board, boat) -> list[tuple[float, float]]:
     """All that the whole chart shows."""
     track = [place for place in board.history.track if place is not None]
-    return [*board.route, *track, *([boat] if boat else [])]
+    return [*board.route, *board.fence, *track, *([boat] if boat else [])]
 
 
 def _box(names, tag="div"):

@@ -16,7 +16,9 @@ from steerway.live.helm.address import Address
 from steerway.live.helm.history import History
 from steerway.live.helm.view import View
 
-_LONGEST = 1 << 20  # bytes of a line
+_NICE = 10  # where there is not enough computer for both, the boat comes first
+_LONGEST = 1 << 20  # bytes of a line, and of what a browser says at once
+_MOST = 200  # connections
 
 
 class Board:
@@ -24,6 +26,7 @@ class Board:
 
     def __init__(self, settings: dict, say: Callable[[dict], None]):
         self.route = [tuple(place) for place in settings["route"]]
+        self.fence = [tuple(place) for place in settings["fence"]]
         self.has_autopilot = bool(settings["has_autopilot"])
         self.history = History()
         self.view = View()
@@ -44,6 +47,7 @@ class Board:
 
 def main() -> None:
     """Serve until standard input ends."""
+    os.nice(_NICE)
     settings = json.loads(open(sys.stdin.fileno(), "rb", buffering=0, closefd=False).readline())
     orders = os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0)
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints is no order
@@ -56,7 +60,7 @@ def main() -> None:
     try:
         listener = _listener(address)
     except OSError as error:
-        say({"failed": error.strerror or str(error)})
+        say({"failed": os.strerror(error.errno) if error.errno else str(error)})
         return
     asyncio.run(_serve(address, listener, Board(settings, say), say))
 
@@ -82,6 +86,8 @@ async def _serve(address, listener, board, say):
         server_header=False,
         proxy_headers=False,
         ws="websockets-sansio",
+        ws_max_size=_LONGEST,
+        limit_concurrency=_MOST,
     )
     serving = asyncio.create_task(uvicorn.Server(config).serve([listener]))
     listening = asyncio.create_task(_listen(board))

@@ -18,8 +18,9 @@ _STATUS = {
 
 def words(view: View) -> dict[str, str]:
     """The texts by their place on the page."""
+    digits = 2 if (view.sog_within_kn or 1.0) < 0.1 else 1  # a digit that only flickers tells nothing
     return {
-        "sog": _number(view.sog_kn, 2 if (view.sog_kn or 0.0) < 10.0 else 1),
+        "sog": _number(view.sog_kn, digits),
         "sog_within": _within(view.sog_within_kn, 2),
         "cog": _course(view.cog_deg),
         "cog_within": _within(view.cog_within_deg, 1, "°"),
@@ -40,6 +41,7 @@ def words(view: View) -> dict[str, str]:
         else f"{datetime.datetime.fromtimestamp(view.time, datetime.UTC):%H:%M:%S} UTC",
         "status": _STATUS.get(view.status, view.status),
         "age": UNKNOWN if view.age is None else f"{view.age:.1f} s",
+        "fresh": "" if view.age is None else f"fix {view.age:.1f} s old",
         "nis": _number(view.nis, 1),
         "source": view.source or UNKNOWN,
         "counts": ", ".join(f"{count} {what}" for what, count in view.counts.items()) or UNKNOWN,

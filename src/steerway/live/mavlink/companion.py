@@ -19,7 +19,9 @@ _ONBOARD_COMPUTER = 191  # MAV_COMP_ID_ONBOARD_COMPUTER
 
 
 class Told(Protocol):
-    """What is told of the link: the autopilot."""
+    """What is told of the link: the autopilot. `hands_back`: its safe output is to give no orders."""
+
+    hands_back: bool
 
     def link(self, name: str, alive: bool) -> None: ...
 
@@ -57,7 +59,7 @@ class Companion:
             try:
                 await asyncio.Event().wait()
             finally:
-                self.link.send(self.guided.farewell())
+                self.link.send(self.guided.farewell(self.autopilot is not None and self.autopilot.hands_back))
 
     def fix(self, row: Row) -> None:
         """See Output."""

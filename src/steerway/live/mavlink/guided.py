@@ -17,7 +17,12 @@ _REFUSED = 3.0  # s after which a request counts as refused
 _STOPPING = 2.0  # s of zero thrust before she is put into HOLD
 _GIVEN_UP = 10.0  # s after which she is no more asked to leave GUIDED
 _TARGET_PERIOD = 0.1
-_WANTED = {"GPS_RAW_INT": 0.1, "GLOBAL_POSITION_INT": 0.25, "SYSTEM_TIME": 1.0}  # messages and their intervals, s
+_WANTED = {
+    "GPS_RAW_INT": 0.1,
+    "GLOBAL_POSITION_INT": 0.2,
+    "ATTITUDE": 0.1,
+    "SYSTEM_TIME": 1.0,
+}  # messages and their intervals, s
 _MISSED = 5.0  # s between two requests for them while they stay away
 
 
@@ -48,7 +53,7 @@ class Guided:
         self._messages, self._silence, self._only = messages, silence, system
         self.vehicle: tuple[int, int] | None = None
         self.mode: int | None = None
-        self.is_armed = False
+        self.is_armed = self.is_rover = False
         self.phase = Phase.FREE
         self.complaint = ""
         self._since = -math.inf  # when the phase began
@@ -72,6 +77,7 @@ class Guided:
             self._heartbeat = now
             self.mode = message.custom_mode
             self.is_armed = bool(message.base_mode & self._messages.MAV_MODE_FLAG_SAFETY_ARMED)
+            self.is_rover = self._is_rover(message)
         elif kind == "GPS_RAW_INT":
             self._fix_heard = now
         elif kind == "COMMAND_ACK":
@@ -89,6 +95,12 @@ class Guided:
         messages = self._messages
         wanted = self._only in (0, heartbeat.get_srcSystem())
         return wanted and heartbeat.autopilot != messages.MAV_AUTOPILOT_INVALID
+
+    def _is_rover(self, heartbeat):
+        """Whether the numbers of modes mean what they mean here."""
+        messages = self._messages
+        kinds = (messages.MAV_TYPE_GROUND_ROVER, messages.MAV_TYPE_SURFACE_BOAT)
+        return heartbeat.autopilot == messages.MAV_AUTOPILOT_ARDUPILOTMEGA and heartbeat.type in kinds
 
     def alive(self, now: float) -> bool:
         """Whether the vehicle is there."""
@@ -108,10 +120,12 @@ class Guided:
         said += self._steering(now, order)
         return said
 
-    def farewell(self) -> list:
-        """What to say when there is no more time to say anything."""
+    def farewell(self, hands_back: bool) -> list:
+        """What to say when there is no more time to say anything: HOLD, or MANUAL to the skipper."""
         if self.vehicle is None or self.phase in (Phase.FREE, Phase.RETURNING):
             return []
+        if hands_back:
+            return [self._mode_message(RoverMode.MANUAL)]
         return [self._target_message(0.0, 0.0, 0.0), self._mode_message(RoverMode.HOLD)]
 
     def _judge(self, now, order):
@@ -131,7 +145,9 @@ class Guided:
 
     def _watch(self, guided, now):
         """The autopilot steers: is there a reason why it cannot?"""
-        if not self.is_armed:
+        if not self.is_rover:
+            self.complaint = "the vehicle is no boat of ArduPilot's Rover"
+        elif not self.is_armed:
             self.complaint = "the vehicle is not armed"
         elif self.phase is Phase.STEERING and not guided:
             self.complaint = f"the vehicle was put into {mode_name(self.mode)}"

@@ -1,7 +1,7 @@
 """A MAVLink vehicle as ArduPilot's Rover is one, as far as a companion sees: modes, GUIDED targets, their timeout.
 
 No clock and no I/O: what it hears and says has the boat's time. As ArduPilot's Rover does, it takes thrust in GUIDED
-as a share of a speed (CRUISE_SPEED), drops a target after GUID_TIMEOUT, and counts its messages' times from its start.
+as a share of a speed (CRUISE_SPEED), drops a target after 3 s, and counts its messages' times from its start.
 """
 
 import math
@@ -114,10 +114,10 @@ class Rover:
         return self._messages.MAVLink_command_ack_message(command, result)
 
     def _hear_target(self, message, now):
-        """Yaw rate and speed, in GUIDED only; a target of attitude is not known here."""
+        """Yaw rate and speed; a target of attitude is not known here."""
         m = self._messages
         ignored = m.ATTITUDE_TARGET_TYPEMASK_THROTTLE_IGNORE | m.ATTITUDE_TARGET_TYPEMASK_BODY_YAW_RATE_IGNORE
-        if self.mode is RoverMode.GUIDED and not message.type_mask & ignored:
+        if not message.type_mask & ignored:
             thrust = max(-1.0, min(1.0, message.thrust))
             if math.isfinite(message.body_yaw_rate + thrust):
                 self._target = Target(message.body_yaw_rate, thrust * self.cruise, now)

@@ -18,10 +18,9 @@ from steerway.live.simulated.boat import SimulatedBoat
 from steerway.live.simulated.inner_loops import InnerLoops
 from steerway.live.simulated.propellers import Propellers
 from steerway.live.simulated.rover import Rover, Target
+from steerway.live.simulated.skipper import Skipper
 from steerway.live.uri import Uri
 
-BY_HAND = Target(0.05, 1.0, 0.0)
-"""rad/s and m/s at which her skipper drives her in a wide circle while nobody else does: at rest there is no course."""
 LOG = logging.getLogger("steerway.live")
 _BEHIND = 1.0  # s by which steps may be late before they are left out
 _TALKER = "GP"
@@ -35,9 +34,11 @@ COLUMNS = (
     "true_sog_mps",
     "true_cog_deg",
     "true_yaw_rate_dps",
+    "asked_speed_mps",
+    "asked_yaw_rate_dps",
     "mode",
 )
-"""What is kept of every fix; `mode` of the MAVLink vehicle, null without one."""
+"""What is kept of every fix; `mode` is null without MAVLink, and what is asked with engines off."""
 
 
 class Running:
@@ -47,6 +48,7 @@ class Running:
     mavlink, cruise: the address on which she is a MAVLink vehicle, and her speed at thrust 1, m/s.
     propellers: the address on which her propellers are commanded.
     speed:  how many times faster than life.
+    keeps:  the truth at every fix, for `table`.
     """
 
     def __init__(
@@ -57,6 +59,7 @@ class Running:
         propellers: Uri | None = None,
         speed: float = 1.0,
         cruise: float | None = None,
+        keeps: bool = False,
     ):
         self.boat, self.speakers = boat, tuple(speakers)
         self.speed = positive("speed", speed)
@@ -67,12 +70,16 @@ class Running:
             self.rover = Rover(self.link.messages, cruise or boat.known.top_speed, self.unix)
         self.propellers = None if propellers is None else Propellers(propellers, boat.vessel.actuators)
         self._loops = InnerLoops(boat.known)
-        self._rest = self._loops.rest()
-        self._kept: list[tuple] = []
+        self._skipper = Skipper(boat.motion)
+        self._asked: Target | None = None
+        self._kept: list[tuple] | None = [] if keeps else None
 
     async def run(self) -> None:
         """Sail until cancelled."""
-        self._step()  # compiles, before the time begins to run
+        self.boat.step(self._command(0.0))  # compiles, before the time begins to run; a fix of it is not told
+        self.unix = time.time() - self.boat.time
+        if self.rover is not None:
+            self.rover.unix = self.unix
         async with asyncio.TaskGroup() as tasks:
             for each in (*self.speakers, self.link, self.propellers):
                 if each is not None:
@@ -86,8 +93,7 @@ class Running:
         return pl.DataFrame(self._kept, schema=dict.fromkeys(COLUMNS, pl.Float64), orient="row")
 
     def write(self, directory: str | Path) -> Path:
-        """The table as run.parquet in a directory that is made where it is not."""
-        Path(directory).mkdir(parents=True, exist_ok=True)
+        """The table as run.parquet in a directory."""
         path = Path(directory) / "run.parquet"
         self.table().write_parquet(path)
         return path
@@ -114,12 +120,12 @@ class Running:
 
     def _command(self, now):
         if self.propellers is not None and self.propellers.obeyed:
-            self._loops.rest()
-            return self.propellers.command() or self._rest
-        wanted = BY_HAND if self._is_by_hand() else self.rover.target(now)
-        if wanted is None:
+            self._asked = None
+            return self.propellers.command() or self._loops.rest()
+        self._asked = asked = self._skipper.step(self.boat.motion) if self._is_by_hand() else self.rover.target(now)
+        if asked is None:
             return self._loops.rest()
-        return self._loops.step(wanted.yaw_rate, wanted.speed, self.boat.motion, self.boat.step_length)
+        return self._loops.step(asked.yaw_rate, asked.speed, self.boat.motion, self.boat.step_length)
 
     def _is_by_hand(self):
         return self.rover is None or (self.rover.armed and self.rover.mode is RoverMode.MANUAL)
@@ -133,15 +139,17 @@ class Running:
             speaker.send(said.encode())
         if self.rover is not None:
             self.rover.see(seen)
-        self._keep(seen)
+        if self._kept is not None:
+            self._keep(seen)
 
     def _keep(self, seen):
         truth = self.boat.motion
         degrees = np.degrees((*self.boat.position(), truth.heading % math.tau)).tolist()
         mode = None if self.rover is None else float(self.rover.mode)
         cog, yaw_rate = math.degrees(truth.cog % math.tau), math.degrees(truth.yaw_rate)
+        asked = (None, None) if self._asked is None else (self._asked.speed, math.degrees(self._asked.yaw_rate))
         moment = self.unix + self.boat.time
-        self._kept.append((moment, truth.north, truth.east, *degrees, truth.sog, cog, yaw_rate, mode))
+        self._kept.append((moment, truth.north, truth.east, *degrees, truth.sog, cog, yaw_rate, *asked, mode))
 
     def _heard(self, message):
         self.link.send(self.rover.hear(message, self.boat.time))

@@ -1,0 +1,39 @@
+"""A vessel of two manners of moving by a receiver with two slow errors: a whole record at its fixes, on one core."""
+
+import numpy as np
+
+from benchmarks.support import ours
+from benchmarks.support.harness import Result, interleaved
+from benchmarks.support.record import PROFILE, STEPS_A_FIX, Record, winding
+from steerway import Profile
+
+_FIXES, _ROUNDS = 20_000, 15
+_SLOW = {"error_std": 0.25, "error_time": 5.0, "drift_std": 1.5, "drift_time": 300.0, "position_std": 0.05}
+_TURNS = {
+    "turn_time": 10.0,
+    "straight_time": 40.0,
+    "turn_speed_noise": 1e-2,
+    "turn_course_rate_noise": 8e-3,
+    "turn_course_rate_decay": 0.2,
+}
+
+
+def run():
+    rows = winding(_FIXES * STEPS_A_FIX)
+    record = Record(rows.time[::STEPS_A_FIX], rows.north[::STEPS_A_FIX], rows.east[::STEPS_A_FIX])
+    models = {
+        "five states": PROFILE.model(),
+        "five states, two slow errors": _with(_SLOW),
+        "two manners": _with(_TURNS),
+        "two manners, two slow errors": _with(_SLOW | _TURNS),
+    }
+    targets = {"two manners, two slow errors": 3000.0}
+    taken = interleaved(
+        {name: lambda model=model: ours.whole_record(record, model) for name, model in models.items()}, _ROUNDS
+    )
+    for name, seconds in taken.items():
+        yield Result(name, 1e9 * seconds / _FIXES, "ns a fix", at_most=targets.get(name))
+
+
+def _with(update) -> np.ndarray:
+    return Profile(**(PROFILE.model_dump() | update)).model()
