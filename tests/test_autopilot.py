@@ -395,3 +395,29 @@ def test_the_gain_obeys_the_estimator():
     assert steering.gain(1.2, 0.2) == pytest.approx(0.3 * (1.44 * 1e-2 / (0.25 * 0.2)) ** (1.0 / 6.0))
     assert steering.gain(1.2, 2.0) < steering.gain(1.2, 0.2) > steering.gain(0.6, 0.2)
     assert steering.gain(math.nan, 0.2) == steering.gain(1.2, math.nan) == 0.0
+
+
+def test_a_finished_route_is_sailed_again_from_its_beginning():
+    pilot, time = pilot_ready()
+    pilot.start()
+    pilot.step(at(time), LEG, 0.1)
+    assert not pilot.begins
+    assert pilot.step(at(time), None, 0.1).reason == "the route is finished"
+    pilot.start()
+    assert pilot.begins and pilot.step(at(time), LEG, 0.1).state is State.RUNNING
+
+
+def test_a_course_that_stays_unknown_stops_her():
+    pilot, time = pilot_ready()
+    pilot.start()
+    begun = time
+    while pilot.step(at(time, cog=math.nan), LEG, 0.1).engaged and pilot.state is not State.STOPPED:
+        time += 0.1
+        pilot.fix(at(time, cog=math.nan))
+    assert pilot.reason == "the course is not known" and time - begun == pytest.approx(3.1, abs=0.25)
+
+
+def test_she_is_never_asked_to_go_without_steerageway():
+    steering = Steering(OTTER, Profile.named("otter"))
+    steering.start(at(0.0))
+    assert steering.step(at(0.0), LEG._replace(speed=0.1), 0.2, TICK).speed == pytest.approx(0.45)
