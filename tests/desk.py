@@ -10,11 +10,11 @@ import numpy as np
 
 from steerway.control.allocation import OTTER_PROPELLERS
 from steerway.earth import displaced
-from steerway.live.autopilot import Autopilot, State
+from steerway.live.autopilot.mission import Boat, Corner, GeodeticRoute, Limits, Settings, Waypoint
+from steerway.live.autopilot.route import Guide
+from steerway.live.autopilot.states import Autopilot, State
 from steerway.live.heard import Heard
-from steerway.live.mission import Boat, Corner, GeodeticRoute, Limits, Settings, Waypoint
 from steerway.live.navigator import Navigator
-from steerway.live.route import Guide
 from steerway.live.service import Service
 from steerway.vessels import Otter, conditions
 from tests.faults.hastened import HastenedLoop

@@ -13,12 +13,12 @@ from steerway.errors import InputError
 from steerway.estimation.profiles import Profile
 from steerway.formats.nmea0183.writing import Leg
 from steerway.guidance.leg import track_errors
-from steerway.live.autopilot import UNDER_WAY, Autopilot, State
+from steerway.live.autopilot.mission import Limits
+from steerway.live.autopilot.route import Guide
+from steerway.live.autopilot.states import UNDER_WAY, Autopilot, State
+from steerway.live.autopilot.steering import Steering
+from steerway.live.autopilot.watch import Watch
 from steerway.live.heard import Row, lost
-from steerway.live.mission import Limits
-from steerway.live.route import Guide
-from steerway.live.steering import Steering
-from steerway.live.watch import Watch
 from steerway.records import OK, STATUSES
 from tests.desk import HOME, NOON, OTTER, SQUARE, TICK, Desk, dock_all, square
 

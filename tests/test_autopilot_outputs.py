@@ -8,14 +8,15 @@ import pytest
 
 from steerway.errors import InputError
 from steerway.live import addresses
-from steerway.live.autopilot import Order, State
-from steerway.live.deltas import Deltas
-from steerway.live.fence import Fence
-from steerway.live.mission import GeodeticRoute
-from steerway.live.outputs import JsonLines, Sentences
-from steerway.live.propellers import Propellers
-from steerway.live.route import Guide
-from steerway.live.table import TableFile
+from steerway.live.autopilot.fence import Fence
+from steerway.live.autopilot.mission import GeodeticRoute
+from steerway.live.autopilot.route import Guide
+from steerway.live.autopilot.states import Order, State
+from steerway.live.outputs.deltas import Deltas
+from steerway.live.outputs.json_lines import JsonLines
+from steerway.live.outputs.propellers import Propellers
+from steerway.live.outputs.sentences import Sentences
+from steerway.live.outputs.table import TableFile
 from tests.desk import HOME, NOON, OTTER, SQUARE, Desk, corner, dock_all, square
 
 

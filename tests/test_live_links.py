@@ -14,11 +14,12 @@ from steerway.estimation import estimate
 from steerway.formats import nmea0183, ubx
 from steerway.live import addresses, uri
 from steerway.live.decoding import GpsdDecoder, ReceiverDecoder, SignalKDecoder
-from steerway.live.deltas import Deltas, delta, motion
 from steerway.live.heard import Row, lost
 from steerway.live.links.speakers import FileSpeaker
 from steerway.live.navigator import Navigator
-from steerway.live.outputs import JsonLines, Sentences, json_line
+from steerway.live.outputs.deltas import Deltas, delta, motion
+from steerway.live.outputs.json_lines import JsonLines, json_line
+from steerway.live.outputs.sentences import Sentences
 from steerway.live.service import Service
 from steerway.records import NO_COURSE, OK
 from steerway.timestamps import iso

@@ -11,11 +11,11 @@ from typing import NamedTuple
 from steerway.errors import InputError
 from steerway.estimation.profiles import Profile
 from steerway.formats.nmea0183.writing import Leg
+from steerway.live.autopilot.limits import LimitGuard
+from steerway.live.autopilot.mission import Boat, GeodeticRoute, Limits
+from steerway.live.autopilot.steering import Steering
+from steerway.live.autopilot.watch import Watch
 from steerway.live.heard import Row
-from steerway.live.limits import LimitGuard
-from steerway.live.mission import Boat, GeodeticRoute, Limits
-from steerway.live.steering import Steering
-from steerway.live.watch import Watch
 
 
 class State(StrEnum):

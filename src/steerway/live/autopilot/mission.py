@@ -16,7 +16,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from steerway.errors import InputError
-from steerway.live.fence import Fence
+from steerway.live.autopilot.fence import Fence
 from steerway.wording import refusal
 
 LOOKAHEAD = 20.0
@@ -55,7 +55,7 @@ class Limits(_Table):
 
 
 class Boat(_Table):
-    """How the boat answers orders; see `steerway.live.steering`."""
+    """How the boat answers orders; see `steerway.live.autopilot.steering`."""
 
     max_yaw_rate_dps: float = Field(20.0, gt=0.0, allow_inf_nan=False)  # most that is asked for
     yaw_time: float = Field(0.5, ge=0.0, allow_inf_nan=False)  # s in which she follows an asked yaw rate

@@ -7,10 +7,10 @@ import json
 import math
 
 from steerway.formats.nmea0183.writing import Leg
-from steerway.live.autopilot import FIT, Order, State
+from steerway.live.autopilot.states import FIT, Order, State
 from steerway.live.heard import Row
 from steerway.live.links.speakers import Speaker
-from steerway.live.rhythm import Rhythm
+from steerway.live.outputs.rhythm import Rhythm
 from steerway.timestamps import iso
 
 _STATES = {

@@ -11,7 +11,7 @@ import numpy as np
 from steerway.errors import InputError
 from steerway.formats.nmea0183.writing import Leg
 from steerway.formats.writing import write, writer
-from steerway.live.autopilot import Order, State
+from steerway.live.autopilot.states import Order, State
 from steerway.live.heard import Row
 from steerway.live.links.speakers import FileSpeaker
 from steerway.records import Motion

@@ -3,9 +3,9 @@
 import math
 
 from steerway.formats.nmea0183.writing import Leg
-from steerway.live.fence import Fence
+from steerway.live.autopilot.fence import Fence
+from steerway.live.autopilot.mission import Limits
 from steerway.live.heard import Row
-from steerway.live.mission import Limits
 
 LASTING = 0.5
 """s for which speed or distance has to be beyond a limit: an estimate scatters."""

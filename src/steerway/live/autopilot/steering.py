@@ -15,8 +15,8 @@ from steerway.control.speed_pi import SpeedPI, SpeedPIGains
 from steerway.estimation.profiles import Profile
 from steerway.formats.nmea0183.writing import Leg
 from steerway.guidance.reference import Reference, ReferenceModel
+from steerway.live.autopilot.mission import Boat
 from steerway.live.heard import Row
-from steerway.live.mission import Boat
 
 QUICKEST = 0.5
 """1/s, the largest gain from course error to yaw rate, however good the estimate."""

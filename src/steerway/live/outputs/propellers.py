@@ -7,10 +7,10 @@ square of the speed; null: nothing is commanded. A driver has to stop by itself 
 import json
 
 from steerway.formats.nmea0183.writing import Leg
-from steerway.live.autopilot import Order
+from steerway.live.autopilot.states import Order
 from steerway.live.heard import Row
 from steerway.live.links.speakers import Speaker
-from steerway.live.rhythm import Rhythm
+from steerway.live.outputs.rhythm import Rhythm
 
 PERIOD = 0.1
 """s between two commands."""

@@ -10,8 +10,8 @@ from steerway.formats.nmea0183.writing import Leg
 from steerway.guidance.line_of_sight import LineOfSight
 from steerway.guidance.route import Route
 from steerway.guidance.waypoints import Mission, Passing, Phase
+from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.heard import Row
-from steerway.live.mission import GeodeticRoute
 
 UNKNOWN_LEG = Leg(*[math.nan] * 8)
 _BRAKING = 0.1
