@@ -18,20 +18,7 @@ from steerway.live.outputs.propellers import Propellers
 from steerway.live.outputs.sentences import Sentences
 from steerway.live.outputs.table import TableFile
 from tests.desk import HOME, NOON, OTTER, SQUARE, Desk, corner, dock_all, square
-
-
-class Said:
-    def __init__(self):
-        self.messages = []
-
-    def send(self, message):
-        self.messages.append(message)
-
-    def close(self):
-        pass
-
-    def lines(self):
-        return [json.loads(message) for message in self.messages]
+from tests.said import Said
 
 
 @pytest.fixture(scope="module")

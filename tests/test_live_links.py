@@ -23,6 +23,7 @@ from steerway.live.outputs.sentences import Sentences
 from steerway.live.service import Service
 from steerway.records import NO_COURSE, OK
 from steerway.timestamps import iso
+from tests.said import Said
 from tests.sentences import START, gga, gll, pvt, rmc, sealed, sortie, track
 from tests.test_live_navigator import Kept, assert_equal
 
@@ -30,19 +31,6 @@ NOON = 1_719_835_200.0
 PLACE = (math.radians(54.0), math.radians(10.0))
 SAILING = Row(NOON, *PLACE, 2.0, -math.pi / 2.0, math.radians(1.0), 0.1, 0.02, 0.01, 0.3, 1.2, OK)
 DRIFTING = SAILING._replace(cog=math.nan, course_rate=math.nan, cog_std=math.nan, course_rate_std=math.nan)
-
-
-class Said:
-    """A speaker that remembers."""
-
-    def __init__(self):
-        self.messages = []
-
-    def send(self, message):
-        self.messages.append(message)
-
-    def close(self):
-        pass
 
 
 def fed(decoder, log, size):
