@@ -19,6 +19,7 @@ from steerway.live.links.speakers import FileSpeaker
 from steerway.live.navigator import Navigator
 from steerway.live.outputs.deltas import Deltas, delta, motion
 from steerway.live.outputs.json_lines import JsonLines, json_line
+from steerway.live.outputs.rhythm import Rhythm
 from steerway.live.outputs.sentences import Sentences
 from steerway.live.service import Service
 from steerway.records import NO_COURSE, OK
@@ -377,3 +378,11 @@ def test_listening_for_long_takes_no_memory():
     after, _ = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert said > 3900 and after - before < 20_000
+
+
+@pytest.mark.parametrize("rate", [10.0, 50.0, 100.0])
+def test_ten_times_a_second_is_every_tenth_of_a_second(rate):
+    """At Unix times, whose last digit is coarser than one might think."""
+    rhythm, first = Rhythm(0.1), round(NOON * rate) + 7
+    struck = [k for k in range(10_000) if rhythm.strikes((first + k) / rate)]
+    assert {later - earlier for earlier, later in zip(struck[1:], struck[2:], strict=False)} == {round(rate / 10.0)}

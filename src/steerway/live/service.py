@@ -157,7 +157,7 @@ class Service:
             self.pulse.begin()
             present = self.clock.now(woken)
             if math.isfinite(present):
-                self._tick_once(math.floor(present * self.rate + 1e-6) / self.rate)
+                self._tick_once(math.floor(present * self.rate + 1e-4) / self.rate)
             self.pulse.beat(woken - beat)
 
     def _tick_once(self, moment):

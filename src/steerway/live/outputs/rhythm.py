@@ -2,6 +2,9 @@
 
 import math
 
+_SLACK = 1e-4
+"""Periods by which a row may be early: Unix times are told to a quarter of a microsecond."""
+
 
 class Rhythm:
     """True once in every period of the rows' time, and at once when time goes back."""
@@ -12,7 +15,7 @@ class Rhythm:
 
     def strikes(self, time: float) -> bool:
         """Whether a row of this time is the first of its period. Without a time: never."""
-        beat = math.floor(time / self._period + 1e-6) if math.isfinite(time) else self._beat
+        beat = math.floor(time / self._period + _SLACK) if math.isfinite(time) else self._beat
         is_new = beat != self._beat and math.isfinite(time)
         self._beat = beat
         return is_new
