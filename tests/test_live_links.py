@@ -5,6 +5,7 @@ import io
 import json
 import math
 import socket
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -385,4 +386,4 @@ def test_ten_times_a_second_is_every_tenth_of_a_second(rate):
     """At Unix times, whose last digit is coarser than one might think."""
     rhythm, first = Rhythm(0.1), round(NOON * rate) + 7
     struck = [k for k in range(10_000) if rhythm.strikes((first + k) / rate)]
-    assert {later - earlier for earlier, later in zip(struck[1:], struck[2:], strict=False)} == {round(rate / 10.0)}
+    assert {later - earlier for earlier, later in pairwise(struck[1:])} == {round(rate / 10.0)}
