@@ -116,7 +116,7 @@ def stepped(by):
 
 CAUSES = {
     "silence": (hear(lambda *_: lambda *fix: []), 10.0, "no fix for 10"),
-    "jump": (hear(lambda says, _: lambda time, north, east: says(time, north, east + 40.0)), 1.5, "fixes do not fit"),
+    "jump": (hear(lambda says, _: lambda time, north, east: says(time, north, east + 40.0)), 0.0, "fixes do not fit"),
     "standing time": (hear(lambda says, now: lambda time, *place: says(now, *place)), 0.0, "time stands still"),
     "time ahead": (stepped(3.0), 0.0, r"time stepped by \+2.8 s"),
     "time far ahead": (stepped(3600.0), 0.0, "time stepped"),

@@ -17,8 +17,9 @@ LARGEST_COURSE_STD = math.radians(30.0)
 """rad, of a course that is worth steering by from the start."""
 LARGEST_NIS = 6.0
 """Mean NIS of late fixes above which estimate and fixes contradict each other; 2 where the profile fits."""
-UNFIT = 1.5
-"""s of unbroken rejections after which to stop: the filter believes the fixes after 2 s and jumps to them."""
+UNFIT, LONGEST_UNFIT = 0.75, 1.5
+"""s of unbroken rejections after which to stop, and of slow fixes, of which three are waited for at most that long: the
+filter believes the fixes after 2 s and jumps to them."""
 UNTIMELY = 0.7
 """s for which the receiver's time may stand still, lag or stray."""
 UNKNOWN = 3.0
@@ -116,7 +117,7 @@ class Watch:
         age = self._age(row)
         if age > self.patience:
             return f"no fix for {age:.1f} s"
-        if self._now - self._unfit_since >= UNFIT:
+        if self._now - self._unfit_since >= self._allowed_unfit:
             return f"fixes do not fit the estimate for {self._now - self._unfit_since:.1f} s"
         if self._accepted >= self._advanced + UNTIMELY:
             return "the receiver's time stands still"
@@ -127,6 +128,11 @@ class Watch:
         if self._now - self._unknown_since >= UNKNOWN:
             return "the course is not known"
         return self._lost_link()
+
+    @property
+    def _allowed_unfit(self):
+        interval = self.interval
+        return min(max(UNFIT, 3.0 * interval), LONGEST_UNFIT) if math.isfinite(interval) else UNFIT
 
     def _lost_link(self):
         return next((f"link {name} is lost" for name, alive in self._links.items() if not alive), "")
