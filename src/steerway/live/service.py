@@ -21,6 +21,7 @@ from steerway.live.links.listeners import Listener
 from steerway.live.links.speakers import Speaker
 from steerway.live.navigator import MEETS, Navigator
 from steerway.live.outputs.output import Output
+from steerway.live.outputs.rhythm import SLACK
 from steerway.live.pulse import Pulse
 
 LOG = logging.getLogger("steerway.live")
@@ -157,7 +158,7 @@ class Service:
             self.pulse.begin()
             present = self.clock.now(woken)
             if math.isfinite(present):
-                self._tick_once(math.floor(present * self.rate + 1e-4) / self.rate)
+                self._tick_once(math.floor(present * self.rate + SLACK) / self.rate)
             self.pulse.beat(woken - beat)
 
     def _tick_once(self, moment):

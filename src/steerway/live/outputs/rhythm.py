@@ -2,7 +2,7 @@
 
 import math
 
-_SLACK = 1e-4
+SLACK = 1e-4
 """Periods by which a row may be early: Unix times are told to a quarter of a microsecond."""
 
 
@@ -15,7 +15,7 @@ class Rhythm:
 
     def strikes(self, time: float) -> bool:
         """Whether a row of this time is the first of its period. Without a time: never."""
-        beat = math.floor(time / self._period + _SLACK) if math.isfinite(time) else self._beat
+        beat = math.floor(time / self._period + SLACK) if math.isfinite(time) else self._beat
         is_new = beat != self._beat and math.isfinite(time)
         self._beat = beat
         return is_new
