@@ -10,9 +10,9 @@ import numpy as np
 from steerway.checks import one_of
 from steerway.compiled import kernel
 from steerway.errors import InputError
-from steerway.estimation.composite import A1, A2, SHIFT, START_VARIANCE, B, K
-from steerway.estimation.interval import literal, sharpened
-from steerway.estimation.interval.arithmetic import multiply, sound
+from steerway.estimation.heading.composite import A1, A2, SHIFT, START_VARIANCE, B, K
+from steerway.estimation.heading.interval import literal, sharpened
+from steerway.estimation.heading.interval.arithmetic import multiply, sound
 from steerway.sensors.tcm2 import STATE_VARIANCE, TICKS
 
 FORMS = ("sharpened", "literal")

@@ -12,7 +12,7 @@ from importlib.resources import files
 import numpy as np
 
 from steerway.errors import InputError
-from steerway.estimation.model_bank import ModelBank, corners
+from steerway.estimation.heading.model_bank import ModelBank, corners
 
 SPANS = np.array([1.0, 5.0, 20.0, 60.0, 200.0])
 """Time constants of the means, s."""
@@ -81,7 +81,7 @@ def shipped(name: str) -> Network:
     """A network of this package by name; raises InputError with the names there are."""
     if name not in WEIGHTS:
         raise InputError(f"network {name!r} is unknown, expected one of {', '.join(WEIGHTS)}")
-    with files("steerway.estimation.interval").joinpath(WEIGHTS[name]).open("rb") as stored:
+    with files("steerway.estimation.heading.interval").joinpath(WEIGHTS[name]).open("rb") as stored:
         return Network.load(stored)
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from steerway.checks import not_negative, positive
 from steerway.compiled import kernel
 from steerway.estimation.aiding import take_scalar
-from steerway.estimation.composite import (
+from steerway.estimation.heading.composite import (
     A1,
     A2,
     COMPASS_NOISE,

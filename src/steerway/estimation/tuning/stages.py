@@ -14,10 +14,10 @@ from functools import partial
 
 import numpy as np
 
-from steerway.estimation.fitting import BOUNDS, DRIFT, EXPECTED, LASTING, MOTION, SLOW_ERROR, TURNS
-from steerway.estimation.likelihood import surprises
 from steerway.estimation.profiles import Profile
-from steerway.estimation.search import Fit, Search, minimise
+from steerway.estimation.tuning.likelihood import surprises
+from steerway.estimation.tuning.parameters import BOUNDS, DRIFT, EXPECTED, LASTING, MOTION, SLOW_ERROR, TURNS
+from steerway.estimation.tuning.search import Fit, Search, minimise
 from steerway.records import Fixes
 
 SPACING = 1.0

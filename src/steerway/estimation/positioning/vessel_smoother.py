@@ -10,9 +10,9 @@ import numpy as np
 
 from steerway.angles import wrap
 from steerway.compiled import kernel
-from steerway.estimation.low_speed import HEADING, advance_mean, spread, transition
+from steerway.estimation.positioning.low_speed import HEADING, advance_mean, spread, transition
+from steerway.estimation.positioning.vessel_filter import VesselFilter
 from steerway.estimation.smoothing import ignore, smoothing_step
-from steerway.estimation.vessel_filter import VesselFilter
 
 
 class VesselRecord(NamedTuple):

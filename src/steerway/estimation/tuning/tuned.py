@@ -7,21 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from steerway.errors import InputError
-from steerway.estimation import stages
-from steerway.estimation.fitting import (
-    DRIFT,
-    LASTING,
-    LEAST_SPEED,
-    MOTION,
-    SLOW_ERROR,
-    TURNS,
-    moving,
-    stretches,
-    thinned,
-)
-from steerway.estimation.intervals import intervals
 from steerway.estimation.profiles import GATE, Profile
 from steerway.estimation.replay import run_rows
+from steerway.estimation.tuning import stages
+from steerway.estimation.tuning.excerpts import LEAST_SPEED, moving, stretches, thinned
+from steerway.estimation.tuning.intervals import intervals
+from steerway.estimation.tuning.parameters import DRIFT, LASTING, MOTION, SLOW_ERROR, TURNS
 from steerway.records import Fixes
 
 _SETTLING_FIXES = 5

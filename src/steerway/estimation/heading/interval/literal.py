@@ -6,7 +6,7 @@ so its bounds run away within seconds; see `sharpened`.
 import numpy as np
 
 from steerway.compiled import kernel
-from steerway.estimation.composite import (
+from steerway.estimation.heading.composite import (
     A1,
     A2,
     COMPASS_NOISE,
@@ -19,7 +19,7 @@ from steerway.estimation.composite import (
     B,
     K,
 )
-from steerway.estimation.interval.arithmetic import (
+from steerway.estimation.heading.interval.arithmetic import (
     add,
     at,
     divide,

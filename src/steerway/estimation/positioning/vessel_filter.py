@@ -16,7 +16,8 @@ from steerway.checks import not_negative, positive
 from steerway.compiled import kernel
 from steerway.errors import InputError
 from steerway.estimation.aiding import correct_scalar
-from steerway.estimation.low_speed import (
+from steerway.estimation.position_update import correct, innovation, normalised_square, place_by_fix
+from steerway.estimation.positioning.low_speed import (
     BODY,
     HEADING,
     WAVE,
@@ -27,7 +28,6 @@ from steerway.estimation.low_speed import (
     spread,
     transition,
 )
-from steerway.estimation.position_update import correct, innovation, normalised_square, place_by_fix
 
 GATE = 13.8
 """χ² with two degrees of freedom at 0.1 %."""

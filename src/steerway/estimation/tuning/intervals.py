@@ -8,7 +8,7 @@ H. White, Econometrica 50(1), 1982). The wider of the two is given.
 
 import numpy as np
 
-from steerway.estimation.search import Fit
+from steerway.estimation.tuning.search import Fit
 
 _STRETCHES = 20
 _QUANTILE = 2.09

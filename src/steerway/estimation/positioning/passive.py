@@ -23,7 +23,7 @@ from steerway.angles import wrap
 from steerway.checks import not_negative, one_of, positive
 from steerway.compiled import kernel
 from steerway.errors import InputError
-from steerway.estimation.vessel_filter import VesselMotion
+from steerway.estimation.positioning.vessel_filter import VesselMotion
 
 CORRECTIONS = ("held", "held innovation", "impulsive")
 WAVE_INTEGRAL, WAVE, PLACE, FORCE, VELOCITY = 0, 3, 6, 9, 12

@@ -11,12 +11,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from steerway.estimation.fitting import LASTING, MOTION, TURNS, moving, stretches, thinned
-from steerway.estimation.likelihood import cost
 from steerway.estimation.profiles import BUILT_IN, Profile
 from steerway.estimation.replay import doubts
-from steerway.estimation.search import Fit
-from steerway.estimation.stages import SPACING, Log, alternating, found, receiver, together, worthier
+from steerway.estimation.tuning.excerpts import moving, stretches, thinned
+from steerway.estimation.tuning.likelihood import cost
+from steerway.estimation.tuning.parameters import LASTING, MOTION, TURNS
+from steerway.estimation.tuning.search import Fit
+from steerway.estimation.tuning.stages import SPACING, Log, alternating, found, receiver, together, worthier
 from steerway.records import Fixes
 
 _STRETCHES, _STRETCH = 5, 1000

@@ -2,8 +2,8 @@
 
 from functools import cache
 
-from steerway.estimation.aided_heading import AidedHeadingFilter
-from steerway.estimation.model_bank import corners
+from steerway.estimation.heading.aided import AidedHeadingFilter
+from steerway.estimation.heading.model_bank import corners
 from steerway.sensors.tcm2 import TCM2
 
 SIGMAS = 3.0

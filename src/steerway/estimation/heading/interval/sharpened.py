@@ -18,7 +18,7 @@ import math
 import numpy as np
 
 from steerway.compiled import kernel
-from steerway.estimation.composite import (
+from steerway.estimation.heading.composite import (
     A1,
     A2,
     COMPASS_NOISE,
@@ -31,7 +31,7 @@ from steerway.estimation.composite import (
     B,
     K,
 )
-from steerway.estimation.interval.arithmetic import (
+from steerway.estimation.heading.interval.arithmetic import (
     add,
     at,
     divide,

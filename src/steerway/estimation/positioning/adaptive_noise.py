@@ -12,8 +12,8 @@ import numpy as np
 from steerway.checks import positive
 from steerway.compiled import kernel
 from steerway.errors import InputError
-from steerway.estimation.low_speed import WAVE, WITH_WAVES
 from steerway.estimation.position_update import correct, innovation
+from steerway.estimation.positioning.low_speed import WAVE, WITH_WAVES
 
 _ITERATIONS = 5
 

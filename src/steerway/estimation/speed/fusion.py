@@ -9,8 +9,8 @@ import math
 from dataclasses import dataclass
 
 from steerway.estimation.aiding import SCALAR_GATE
-from steerway.estimation.fault_vote import FaultVote
-from steerway.estimation.surge import BIAS, CURRENT, LEAK, SPEED, SurgeFilter, SurgeTuning
+from steerway.estimation.speed.fault_vote import FaultVote
+from steerway.estimation.speed.surge import BIAS, CURRENT, LEAK, SPEED, SurgeFilter, SurgeTuning
 
 PATIENCE = 2.0
 """s of unbroken refusals after which it is the filter that is taken to be wrong, as in the five-state filter."""
