@@ -40,9 +40,8 @@ _LEAST_PROBABILITY = 1e-6
 """No mode is ever ruled out."""
 _NEGLIGIBLE = 1e-7
 """Part that one mode has in another below which it is left out."""
-SURPRISE, PROBABILITY = range(2)
-"""Bookkeeping of a mode: −2 log of the density it gave the last measurement (less 2 log 2π for a fix); where memory is
-kept for the smoother, how likely it is."""
+SURPRISE = 0
+"""Bookkeeping of a mode: −2 log of the density it gave the last measurement (less 2 log 2π for a fix)."""
 
 
 @lean_kernel

@@ -7,11 +7,12 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from steerway.errors import InputError
-from steerway.estimation import smoothing, two_sided
+from steerway.estimation import smoothing
 from steerway.estimation.accuracy import doubts_of
 from steerway.estimation.model import LONGEST_GAP, LONGEST_STEP, STEP_SLACK, empty_memory, whole
 from steerway.estimation.profiles import AIDS
 from steerway.estimation.tracking import SPOKEN, track, track_many
+from steerway.estimation.two_sided import smoother
 from steerway.records import Fixes, Motion
 
 _SMALLEST_SHARE = 20_000
@@ -119,11 +120,10 @@ def run_rows(model, aid, fixes: Fixes) -> Run:
 def memories(model, aid, fixes: Fixes, last: bool = False) -> np.ndarray:
     """(n, states + 2, states) covariance, state and bookkeeping after every row of one vessel, or after the last."""
     memory = empty_memory(model)
-    states = memory.shape[-1]
-    kept = np.empty((0 if last else len(fixes), states + 2, states))
+    kept = room_to_keep(memory, 0 if last else len(fixes))
     said = fixes.time, fixes.latitude, fixes.longitude, doubts(fixes), _aiding_table(fixes, aid)
     track(*said, True, model, memory, *_outputs(Run(len(fixes))), kept)
-    return whole(memory)[None, : states + 2] if last else kept
+    return whole(memory)[None, : kept.shape[1]] if last else kept
 
 
 def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
@@ -144,7 +144,8 @@ def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
     run = Run(len(time))
     track(time, first, second, doubtful, aids, True, model, memory, *_outputs(run), kept)
     if smoothed and model.ndim == 2:
-        two_sided.smooth_modes(time, first, second, doubtful, aids, True, model, kept, run.spoken)
+        record = (time, first, second, doubtful, aids, True, run.status)
+        smoother.smooth_modes(record, model, kept, run.spoken)
     elif smoothed:
         smoothing.smooth(time, True, model, kept, run.spoken)
     return run.motion(time, mmsi, wanted)
@@ -153,8 +154,7 @@ def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
 def room_to_keep(memory, rows) -> np.ndarray:
     """Where `track` keeps what the smoother needs of a filter with this memory."""
     states = memory.shape[-1]
-    modes = (1 + (len(memory) - 1) // 2,) if memory.ndim == 3 else ()
-    return np.empty((rows, *modes, states + 2, states))
+    return np.empty((rows, states + 2, states))
 
 
 def _schedule(fixes: Fixes, rate, smoothed):

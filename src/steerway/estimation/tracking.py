@@ -13,7 +13,6 @@ from steerway.estimation.acceleration import predict_underway
 from steerway.estimation.aiding import COG, SOG, aid_adrift, aid_underway
 from steerway.estimation.five_state import set_step
 from steerway.estimation.mixture import (
-    PROBABILITY,
     aid_modes,
     correct_modes,
     course_is_lost,
@@ -290,20 +289,11 @@ SPOKEN = 9
 
 @lean_kernel
 def keep(memory, out):
-    """Copy covariance, state and bookkeeping: (n + 2, n), or of the mean and every mode (1 + modes, n + 2, n)."""
-    if out.ndim == 2:
-        main = memory if memory.ndim == 2 else memory[0]
-        for i in range(out.shape[0]):
-            for j in range(out.shape[1]):
-                out[i, j] = main[i, j]
-    else:
-        n = memory.shape[2]
-        for k in range(out.shape[0]):
-            for i in range(out.shape[1]):
-                for j in range(n):
-                    out[k, i, j] = memory[k, i, j]
-            if k:
-                out[k, n + 1, PROBABILITY] = memory[0, n + 9, k - 1]
+    """Copy covariance, state and bookkeeping of what the vessel is said to do into (n + 2, n)."""
+    main = memory if memory.ndim == 2 else memory[0]
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            out[i, j] = main[i, j]
 
 
 @kernel
@@ -316,8 +306,7 @@ def track(time, first, second, doubts, aids, geodetic, model, memory, spoken, ni
             nothing was said.
         model, memory: the filter; memory goes on from where it stands.
         spoken: (n, SPOKEN), nis, log_determinant: (n,), status: (n,) uint8: filled.
-        kept: (n or 0, states + 2, states), for several modes (n or 0, 1 + modes, states + 2, states), receives
-            covariance, state and bookkeeping after every row, for the smoother.
+        kept: (n or 0, states + 2, states) receives covariance, state and bookkeeping after every row, for the smoother.
     """
     for k in range(len(time)):
         if k > 0:
