@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from steerway.estimation.profiles import BUILT_IN, Profile
-from steerway.estimation.replay import doubts
-from steerway.estimation.tuning.excerpts import moving, stretches, thinned
+from steerway.estimation.replay import doubts, spoken_rows
+from steerway.estimation.tuning.excerpts import moving, spaced, stretches, thinned
 from steerway.estimation.tuning.likelihood import cost
 from steerway.estimation.tuning.parameters import LASTING, MOTION, TURNS
 from steerway.estimation.tuning.search import Fit
@@ -25,27 +25,31 @@ _LEAST_SHARE = 0.1
 _FEWEST_FIXES = 60
 _WHITE = (0.005, 0.02, 0.05, 0.15, 0.5, 1.5, 5.0, 15.0)
 _SLOW = ((0.15, 4.0), (0.5, 20.0), (1.5, 100.0))
+AIDS_SPACING = 0.2
 _STEPS, _FEW_STEPS = 20, 8
+_FASTER_TURNS = (1.0, 10.0, 100.0, 1000.0)
 _MANY = 0.1
 """Share of fixes in doubt from which they would pass for the rule; a few count as outliers, and gaps cost more."""
 
 
-def suited(fixes: Fixes) -> Profile:
-    """The profile under which `fixes` are most likely, starting from the built-in ones.
+def suited(fixes: Fixes, aid: tuple[str, ...] = ()) -> Profile:
+    """The profile under which `fixes`, and what instruments say, are most likely, starting from the built-in ones.
 
     Reports of many vessels (AIS) have a profile of their own.
     """
     if fixes.mmsi is not None:
         return BUILT_IN["ais"]
-    fixes = _undoubted(fixes.rows(fixes.has_position).in_order())
+    fixes = _undoubted(spoken_rows(fixes, aid))
     sample = stretches(fixes, _STRETCHES, _STRETCH)
     under_way = moving(sample)
-    if under_way.sum() < max(_FEWEST_FIXES, _LEAST_SHARE * len(sample)):
+    if (under_way & sample.has_position).sum() < max(_FEWEST_FIXES, _LEAST_SHARE * len(sample)):
         return _at_rest(sample)
-    log, all_fixes = Log(sample, under_way), thinned(fixes.time, SPACING)
-    apart = stretches(fixes.rows(all_fixes), _STRETCHES, _STRETCH)
-    motion = _motion(Log(apart, moving(apart)))
-    received = receiver(log, motion.profile, len(fixes) / len(all_fixes), steps=_FEW_STEPS, slow_errors=1)
+    log = Log(sample, under_way, aid)
+    sparse = spaced(fixes, SPACING, AIDS_SPACING) if aid else fixes.rows(thinned(fixes.time, SPACING))
+    apart = stretches(sparse, _STRETCHES, _STRETCH)
+    motion = _motion(Log(apart, moving(apart), aid))
+    crowding = fixes.has_position.sum() / sparse.has_position.sum()
+    received = receiver(log, motion.profile, crowding, steps=_FEW_STEPS, slow_errors=1)
     return _named(_reconciled(fixes, log, motion, received) if received.profile.error_std else received.profile)
 
 
@@ -55,7 +59,7 @@ def _reconciled(fixes: Fixes, log: Log, motion: Fit, received: Fit) -> Profile:
     spacing = min(SPACING, under_way.sum() / len(fixes) * np.ptp(fixes.time) / (_STRETCHES * _STRETCH))
     chosen = thinned(fixes.time, spacing)
     dense = stretches(fixes.rows(chosen), _STRETCHES, _STRETCH)
-    both = Log(dense, moving(dense))
+    both = Log(dense, moving(dense), log.aid)
     best = worthier([received, together(both, motion, received)], both)
     is_thinned = best is not received and len(chosen) < len(fixes)
     return found(log, best.profile, ("position_std",), steps=_FEW_STEPS).profile if is_thinned else best.profile
@@ -77,10 +81,22 @@ def _motion(log: Log) -> Fit:
     update = {"error_std": 0.0}
     candidates = [each.model_copy(update=update | {"position_std": white}) for each in _classes() for white in _WHITE]
     start = min(candidates, key=log.cost)
-    names = MOTION + LASTING if start.acceleration_std else MOTION
+    names = (*MOTION, *(LASTING if start.acceleration_std else ()), *log.instruments)
     one = found(log, start, names, steps=_STEPS)
-    two = found(log, min(alternating(one.profile), key=log.cost), (*names, *TURNS), steps=_STEPS)
+    two = found(log, min(_alternating(one.profile, log), key=log.cost), (*names, *TURNS), steps=_STEPS)
     return worthier([one, two], log)
+
+
+def _alternating(one: Profile, log: Log) -> list[Profile]:
+    """Where the search for two manners begins: an instrument that tells the few turns of a log has one manner leave
+    them out as so many outliers, and says little of how fast they are."""
+    paces = alternating(one)
+    faster = _FASTER_TURNS if log.aid else (1.0,)
+    return [
+        pace.model_copy(update={"turn_course_rate_noise": times * pace.turn_course_rate_noise})
+        for pace in paces
+        for times in faster
+    ]
 
 
 def _at_rest(sample: Fixes) -> Profile:
