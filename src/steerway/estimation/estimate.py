@@ -32,12 +32,10 @@ def estimate(
     return estimator.smooth(fixes, rate) if smooth else estimator.filter(fixes, rate)
 
 
-def choose_profile(
-    fixes: Fixes, profile: Profile | str | Path | None = None, aid: tuple[str, ...] = ()
-) -> Profile:
+def choose_profile(fixes: Fixes, profile: Profile | str | Path | None = None, aid: tuple[str, ...] = ()) -> Profile:
     """The profile meant by `profile`; for None the built-in one, and the noise of the receiver, that fit best.
 
-    Of instruments that aid the estimate how well they measure is found with it.
+    Of what aids the estimate it is found how well it measures.
     """
     if isinstance(profile, Profile):
         return profile

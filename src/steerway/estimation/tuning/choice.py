@@ -5,6 +5,10 @@ there, also as a vessel that holds her course and turns by turns, and then the r
 likeliest is added. Where that errs slowly, motion and receiver are fitted once more and together, since what the motion
 was found on took the receiver's wander for the vessel's. What a log cannot tell stays near what is usual. A log without
 way tells little more than the receiver, and nothing is fitted to it.
+
+Instruments that are to aid the estimate have their say in how the vessel moves, and how well they measure is found
+with it. They have none in what the receiver errs by: those that are late, as most that filter, would lay it to the
+positions. Nor do positions that wander need to be reconciled with a motion that instruments tell.
 """
 
 from dataclasses import replace
@@ -15,7 +19,7 @@ from steerway.estimation.profiles import BUILT_IN, Profile
 from steerway.estimation.replay import doubts, spoken_rows
 from steerway.estimation.tuning.excerpts import moving, spaced, stretches, thinned
 from steerway.estimation.tuning.likelihood import cost
-from steerway.estimation.tuning.parameters import LASTING, MOTION, TURNS
+from steerway.estimation.tuning.parameters import INSTRUMENTS, LASTING, MOTION, TURNS
 from steerway.estimation.tuning.search import Fit
 from steerway.estimation.tuning.stages import SPACING, Log, alternating, found, receiver, together, worthier
 from steerway.records import Fixes
@@ -25,32 +29,37 @@ _LEAST_SHARE = 0.1
 _FEWEST_FIXES = 60
 _WHITE = (0.005, 0.02, 0.05, 0.15, 0.5, 1.5, 5.0, 15.0)
 _SLOW = ((0.15, 4.0), (0.5, 20.0), (1.5, 100.0))
-AIDS_SPACING = 0.2
+_AIDS_SPACING = 0.2
+"""s between the rows that aids are heard in: oftener they tell hardly more."""
 _STEPS, _FEW_STEPS = 20, 8
-_FASTER_TURNS = (1.0, 10.0, 100.0, 1000.0)
+_FASTER = (1.0, 10.0, 100.0, 1000.0)
+"""By how much more an aided search for two manners may disturb the turns to begin with."""
 _MANY = 0.1
 """Share of fixes in doubt from which they would pass for the rule; a few count as outliers, and gaps cost more."""
 
 
 def suited(fixes: Fixes, aid: tuple[str, ...] = ()) -> Profile:
-    """The profile under which `fixes`, and what instruments say, are most likely, starting from the built-in ones.
+    """The profile under which `fixes`, and what aids say, are most likely, starting from the built-in ones.
 
     Reports of many vessels (AIS) have a profile of their own.
     """
     if fixes.mmsi is not None:
         return BUILT_IN["ais"]
+    aid = tuple(name for name in aid if name in INSTRUMENTS and np.isfinite(getattr(fixes, name)).any())
     fixes = _undoubted(spoken_rows(fixes, aid))
-    sample = stretches(fixes, _STRETCHES, _STRETCH)
+    positions = fixes.rows(fixes.has_position)
+    sample = stretches(positions, _STRETCHES, _STRETCH)
     under_way = moving(sample)
-    if (under_way & sample.has_position).sum() < max(_FEWEST_FIXES, _LEAST_SHARE * len(sample)):
+    if under_way.sum() < max(_FEWEST_FIXES, _LEAST_SHARE * len(sample)):
         return _at_rest(sample)
-    log = Log(sample, under_way, aid)
-    sparse = spaced(fixes, SPACING, AIDS_SPACING) if aid else fixes.rows(thinned(fixes.time, SPACING))
+    log = Log(sample, under_way)
+    sparse = spaced(fixes, SPACING, _AIDS_SPACING if aid else SPACING)
     apart = stretches(sparse, _STRETCHES, _STRETCH)
     motion = _motion(Log(apart, moving(apart), aid))
-    crowding = fixes.has_position.sum() / sparse.has_position.sum()
+    crowding = len(positions) / sparse.has_position.sum()
     received = receiver(log, motion.profile, crowding, steps=_FEW_STEPS, slow_errors=1)
-    return _named(_reconciled(fixes, log, motion, received) if received.profile.error_std else received.profile)
+    wanders = received.profile.error_std > 0.0
+    return _named(_reconciled(fixes, log, motion, received) if wanders and not aid else received.profile)
 
 
 def _reconciled(fixes: Fixes, log: Log, motion: Fit, received: Fit) -> Profile:
@@ -59,7 +68,7 @@ def _reconciled(fixes: Fixes, log: Log, motion: Fit, received: Fit) -> Profile:
     spacing = min(SPACING, under_way.sum() / len(fixes) * np.ptp(fixes.time) / (_STRETCHES * _STRETCH))
     chosen = thinned(fixes.time, spacing)
     dense = stretches(fixes.rows(chosen), _STRETCHES, _STRETCH)
-    both = Log(dense, moving(dense), log.aid)
+    both = Log(dense, moving(dense))
     best = worthier([received, together(both, motion, received)], both)
     is_thinned = best is not received and len(chosen) < len(fixes)
     return found(log, best.profile, ("position_std",), steps=_FEW_STEPS).profile if is_thinned else best.profile
@@ -83,19 +92,19 @@ def _motion(log: Log) -> Fit:
     start = min(candidates, key=log.cost)
     names = (*MOTION, *(LASTING if start.acceleration_std else ()), *log.instruments)
     one = found(log, start, names, steps=_STEPS)
-    two = found(log, min(_alternating(one.profile, log), key=log.cost), (*names, *TURNS), steps=_STEPS)
+    two = found(log, min(_paces(one.profile, bool(log.aid)), key=log.cost), (*names, *TURNS), steps=_STEPS)
     return worthier([one, two], log)
 
 
-def _alternating(one: Profile, log: Log) -> list[Profile]:
-    """Where the search for two manners begins: an instrument that tells the few turns of a log has one manner leave
-    them out as so many outliers, and says little of how fast they are."""
-    paces = alternating(one)
-    faster = _FASTER_TURNS if log.aid else (1.0,)
+def _paces(one: Profile, aided: bool) -> list[Profile]:
+    """Where the search for two manners begins.
+
+    To an instrument the turns of a log, if they are few, are outliers from the one manner: it says little of them.
+    """
     return [
         pace.model_copy(update={"turn_course_rate_noise": times * pace.turn_course_rate_noise})
-        for pace in paces
-        for times in faster
+        for pace in alternating(one)
+        for times in (_FASTER if aided else _FASTER[:1])
     ]
 
 

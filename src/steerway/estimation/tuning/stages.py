@@ -16,7 +16,16 @@ import numpy as np
 
 from steerway.estimation.profiles import Profile
 from steerway.estimation.tuning.likelihood import surprises
-from steerway.estimation.tuning.parameters import BOUNDS, DRIFT, EXPECTED, INSTRUMENTS, LASTING, MOTION, SLOW_ERROR, TURNS
+from steerway.estimation.tuning.parameters import (
+    BOUNDS,
+    DRIFT,
+    EXPECTED,
+    INSTRUMENTS,
+    LASTING,
+    MOTION,
+    SLOW_ERROR,
+    TURNS,
+)
 from steerway.estimation.tuning.search import Fit, Search, minimise
 from steerway.records import Fixes
 
