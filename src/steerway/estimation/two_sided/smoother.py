@@ -8,8 +8,6 @@ directions for several modes are those of R. E. Helmick, W. D. Blair and S. A. H
 accuracy of the course, these keep a handful (see `hypotheses`).
 """
 
-import math
-
 import numpy as np
 
 from steerway.compiled import kernel
