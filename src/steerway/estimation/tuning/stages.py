@@ -16,7 +16,16 @@ import numpy as np
 
 from steerway.estimation.profiles import Profile
 from steerway.estimation.tuning.likelihood import surprises
-from steerway.estimation.tuning.parameters import BOUNDS, DRIFT, EXPECTED, LASTING, MOTION, SLOW_ERROR, TURNS
+from steerway.estimation.tuning.parameters import (
+    BOUNDS,
+    DRIFT,
+    EXPECTED,
+    INSTRUMENTS,
+    LASTING,
+    MOTION,
+    SLOW_ERROR,
+    TURNS,
+)
 from steerway.estimation.tuning.search import Fit, Search, minimise
 from steerway.records import Fixes
 
@@ -36,14 +45,20 @@ course rate is disturbed on a held course than in one manner for both."""
 
 @dataclass(frozen=True)
 class Log:
-    """Fixes to be explained, and which of them count, (n,) bool."""
+    """Rows to be explained, which of them count, (n,) bool, and by what beside positions."""
 
     fixes: Fixes
     counted: np.ndarray
+    aid: tuple[str, ...] = ()
 
     def surprises(self, profile: Profile) -> np.ndarray:
         """(n,) −log likelihood of every row."""
-        return surprises(profile, self.fixes, self.counted)
+        return surprises(profile, self.fixes, self.counted, self.aid)
+
+    @property
+    def instruments(self) -> tuple[str, ...]:
+        """What of a profile says how well the instruments measure."""
+        return tuple(name for each in self.aid for name in INSTRUMENTS[each])
 
     def cost(self, profile: Profile) -> float:
         """−log likelihood of all."""
@@ -60,10 +75,10 @@ def worthier(fits, log: Log) -> Fit:
     """The fit that explains a log best, where every parameter has to earn its place.
 
     Turns are something that lasts: two manners that differ in how fast the course rate changes at random are a sea, not
-    a helm, and are left out.
+    a helm, and are left out where there is anything else.
     """
     sensible = [fit for fit in fits if not fit.profile.turn_time or fit.profile.turn_course_rate_decay < _SEA]
-    return min(sensible, key=lambda fit: log.cost(fit.profile) + _WORTH_A_PARAMETER * len(fit.search.names))
+    return min(sensible or fits, key=lambda fit: log.cost(fit.profile) + _WORTH_A_PARAMETER * len(fit.search.names))
 
 
 def motion(log: Log, starts, step=None) -> Fit:
