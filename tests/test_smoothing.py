@@ -103,7 +103,7 @@ def test_it_knows_no_direction_of_time(name, kind):
         assert np.all(np.sqrt(np.nanmean(difference[:, MIDDLE] ** 2, axis=1)) < 0.3)
 
 
-ALIKE, ALIKE_DEVIATIONS = 0.4, 0.1
+ALIKE, ALIKE_DEVIATIONS = 0.03, 0.01
 """How far apart estimates (in deviations) and deviations (as a part of them) may be that should be the same."""
 ONE_MANNER = Profile(speed_noise=1e-4, course_rate_noise=1e-6, course_rate_decay=0.2, position_std=0.14)
 SAME_TWICE = {
