@@ -13,7 +13,7 @@ import numpy as np
 
 from steerway.estimation.profiles import BUILT_IN, Profile
 from steerway.estimation.replay import doubts
-from steerway.estimation.tuning.excerpts import moving, stretches, thinned
+from steerway.estimation.tuning.excerpts import moving
 from steerway.estimation.tuning.likelihood import cost
 from steerway.estimation.tuning.parameters import LASTING, MOTION, TURNS
 from steerway.estimation.tuning.search import Fit
@@ -38,26 +38,23 @@ def suited(fixes: Fixes) -> Profile:
     if fixes.mmsi is not None:
         return BUILT_IN["ais"]
     fixes = _undoubted(fixes.rows(fixes.has_position).in_order())
-    sample = stretches(fixes, _STRETCHES, _STRETCH)
-    under_way = moving(sample)
-    if under_way.sum() < max(_FEWEST_FIXES, _LEAST_SHARE * len(sample)):
-        return _at_rest(sample)
-    log, all_fixes = Log(sample, under_way), thinned(fixes.time, SPACING)
-    apart = stretches(fixes.rows(all_fixes), _STRETCHES, _STRETCH)
-    motion = _motion(Log(apart, moving(apart)))
-    received = receiver(log, motion.profile, len(fixes) / len(all_fixes), steps=_FEW_STEPS, slow_errors=1)
-    return _named(_reconciled(fixes, log, motion, received) if received.profile.error_std else received.profile)
+    voyage = Log(fixes, moving(fixes))
+    log = voyage.excerpt(_STRETCHES, _STRETCH)
+    if log.counted.sum() < max(_FEWEST_FIXES, _LEAST_SHARE * len(log)):
+        return _at_rest(log.fixes)
+    apart = voyage.apart(SPACING)
+    motion = _motion(apart.excerpt(_STRETCHES, _STRETCH))
+    received = receiver(log, motion.profile, len(voyage) / len(apart), steps=_FEW_STEPS, slow_errors=1)
+    return _named(_reconciled(voyage, log, motion, received) if received.profile.error_std else received.profile)
 
 
-def _reconciled(fixes: Fixes, log: Log, motion: Fit, received: Fit) -> Profile:
+def _reconciled(voyage: Log, log: Log, motion: Fit, received: Fit) -> Profile:
     """Motion and slow error fitted together: on the whole voyage, as densely as the number of fixes allows."""
-    under_way = moving(fixes)
-    spacing = min(SPACING, under_way.sum() / len(fixes) * np.ptp(fixes.time) / (_STRETCHES * _STRETCH))
-    chosen = thinned(fixes.time, spacing)
-    dense = stretches(fixes.rows(chosen), _STRETCHES, _STRETCH)
-    both = Log(dense, moving(dense))
+    spacing = min(SPACING, voyage.counted.mean() * np.ptp(voyage.fixes.time) / (_STRETCHES * _STRETCH))
+    dense = voyage.apart(spacing)
+    both = dense.excerpt(_STRETCHES, _STRETCH)
     best = worthier([received, together(both, motion, received)], both)
-    is_thinned = best is not received and len(chosen) < len(fixes)
+    is_thinned = best is not received and len(dense) < len(voyage)
     return found(log, best.profile, ("position_std",), steps=_FEW_STEPS).profile if is_thinned else best.profile
 
 

@@ -9,12 +9,13 @@ A manner, an acceleration or a slow error is kept if it is worth its parameters.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from steerway.estimation.profiles import Profile
+from steerway.estimation.tuning.excerpts import stretches, thinned
 from steerway.estimation.tuning.likelihood import surprises
 from steerway.estimation.tuning.parameters import BOUNDS, DRIFT, EXPECTED, LASTING, MOTION, SLOW_ERROR, TURNS
 from steerway.estimation.tuning.search import Fit, Search, minimise
@@ -40,6 +41,21 @@ class Log:
 
     fixes: Fixes
     counted: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.fixes)
+
+    def apart(self, spacing: float) -> "Log":
+        """Only rows at least so many seconds apart."""
+        rows = thinned(self.fixes.time, spacing)
+        return Log(self.fixes.rows(rows), self.counted[rows])
+
+    def excerpt(self, count: int, length: int) -> "Log":
+        """At most `count` stretches of so many rows, each a track; the whole log if it is hardly longer."""
+        rows = stretches(self.counted, count, length)
+        fixes, counted = self.fixes.rows(rows.ravel()), self.counted[rows.ravel()]
+        apart = {"mmsi": np.repeat(np.arange(count), length)} if len(rows) > 1 else {}
+        return Log(replace(fixes, **apart), counted)
 
     def surprises(self, profile: Profile) -> np.ndarray:
         """(n,) −log likelihood of every row."""
