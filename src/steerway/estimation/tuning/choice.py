@@ -17,7 +17,7 @@ from steerway.estimation.tuning.excerpts import moving
 from steerway.estimation.tuning.likelihood import cost
 from steerway.estimation.tuning.parameters import LASTING, MOTION, TURNS
 from steerway.estimation.tuning.search import Fit
-from steerway.estimation.tuning.stages import SPACING, Log, alternating, found, receiver, together, worthier
+from steerway.estimation.tuning.stages import SPACING, Log, alternating, cautious, found, receiver, together, worthier
 from steerway.records import Fixes
 
 _STRETCHES, _STRETCH = 5, 1000
@@ -45,7 +45,8 @@ def suited(fixes: Fixes) -> Profile:
     apart = voyage.apart(SPACING)
     motion = _motion(apart.excerpt(_STRETCHES, _STRETCH))
     received = receiver(log, motion.profile, len(voyage) / len(apart), steps=_FEW_STEPS, slow_errors=1)
-    return _named(_reconciled(voyage, log, motion, received) if received.profile.error_std else received.profile)
+    profile = _reconciled(voyage, log, motion, received) if received.profile.error_std else received.profile
+    return _named(cautious(log, profile))
 
 
 def _reconciled(voyage: Log, log: Log, motion: Fit, received: Fit) -> Profile:

@@ -5,25 +5,26 @@ import math
 import numpy as np
 
 from steerway.estimation.model import GATE
+from steerway.estimation.profiles import GATE as OWN_GATE
 from steerway.estimation.profiles import Profile
 from steerway.estimation.replay import run_rows
 from steerway.records import Fixes
 
 _OUTLIER_COST = 24.0
 """−log of the density of an outlier: one fix in ten thousand, anywhere within a kilometre."""
-_GATE = 70.0
-"""On the NIS, far wider than a filter's: every fix that a wrong profile has refused is a step of its likelihood, and a
-search stops at the first of them."""
+OPEN_GATE = 70.0
+"""On the NIS, far wider than a filter's own: what follows a refusal is a step of the likelihood, at which a search stops,
+and for the sake of which it takes noise for larger than it is."""
 
 
-def surprises(profile: Profile, fixes: Fixes, counted: np.ndarray | None = None) -> np.ndarray:
+def surprises(profile: Profile, fixes: Fixes, counted: np.ndarray | None = None, gate: float = OWN_GATE) -> np.ndarray:
     """(n,) −log likelihood of the innovation of every row; 0 where there is none, or where it is not `counted`.
 
-    No innovation surprises more than an outlier of a uniform density does. Fixes that no profile would believe are
-    refused, and cost what they would have cost if believed.
+    No innovation surprises more than an outlier of a uniform density does. Those that the gate refuses cost what they
+    would have cost if believed: refusing good fixes costs likelihood.
     """
     model = profile.model()
-    model[..., GATE] = _GATE
+    model[..., GATE] = gate
     run = run_rows(model, (), fixes)
     known = np.isfinite(run.nis) if counted is None else counted & np.isfinite(run.nis)
     gaussian = 0.5 * (run.log_determinant + run.nis) + math.log(2.0 * math.pi)

@@ -3,7 +3,8 @@
 Scoring as E. K. Berndt, B. H. Hall, R. E. Hall and J. A. Hausman have it (Annals of Economic and Social Measurement
 3(4), 1974), damped after Levenberg and Marquardt. Innovations hardly depend on one another, so the sum of the outer
 products of their scores is how curved the likelihood is: first differences are all that a step takes, and a ridge,
-along which two parameters make up for each other, is followed and not searched. Differences to one side lead there; those to both find the bottom.
+along which two parameters make up for each other, is followed and not searched. Differences to one side lead there,
+those to both find the bottom.
 """
 
 import os
@@ -20,6 +21,7 @@ _LONGEST_STEP = 2.0
 _WORTH_A_STEP = 0.02
 """−log likelihood that a step has to promise."""
 _LITTLE = 1.0
+"""What a step has to gain for differences to one side to be good enough for the next."""
 _DAMPING, _HOPELESS = 1e-2, 1e4
 
 

@@ -14,9 +14,9 @@ from functools import partial
 
 import numpy as np
 
-from steerway.estimation.profiles import Profile
+from steerway.estimation.profiles import GATE, Profile
 from steerway.estimation.tuning.excerpts import stretches, thinned
-from steerway.estimation.tuning.likelihood import surprises
+from steerway.estimation.tuning.likelihood import OPEN_GATE, surprises
 from steerway.estimation.tuning.parameters import BOUNDS, DRIFT, EXPECTED, LASTING, MOTION, SLOW_ERROR, TURNS
 from steerway.estimation.tuning.search import Fit, Search, minimise
 from steerway.records import Fixes
@@ -25,6 +25,8 @@ SPACING = 1.0
 """s between the fixes that tell of the motion."""
 _WORTH_A_PARAMETER = 2.0
 """−log likelihood by which each further parameter has to better a fit."""
+_CAUTION, _WORTH_CAUTION = tuple(1.05**k for k in range(1, 15)), 10.0
+"""Factors on standard deviations, and the −log likelihood that more noise has to gain."""
 _SEA = 0.9
 """1/s: a course rate that decays faster is no turn."""
 _SHARES = (0.5, 1.0, 3.0)
@@ -37,10 +39,11 @@ course rate is disturbed on a held course than in one manner for both."""
 
 @dataclass(frozen=True)
 class Log:
-    """Fixes to be explained, and which of them count, (n,) bool."""
+    """Fixes to be explained, which of them count, (n,) bool, and the gate that they have to pass."""
 
     fixes: Fixes
     counted: np.ndarray
+    gate: float = OPEN_GATE
 
     def __len__(self) -> int:
         return len(self.fixes)
@@ -59,7 +62,7 @@ class Log:
 
     def surprises(self, profile: Profile) -> np.ndarray:
         """(n,) −log likelihood of every row."""
-        return surprises(profile, self.fixes, self.counted)
+        return surprises(profile, self.fixes, self.counted, self.gate)
 
     def cost(self, profile: Profile) -> float:
         """−log likelihood of all."""
@@ -72,6 +75,25 @@ def found(log: Log, start: Profile, names, step=None, steps=40, expected=EXPECTE
     return minimise(search, start, steps)
 
 
+def cautious(log: Log, profile: Profile) -> Profile:
+    """As much more noise of every kind as makes a log likeliest to a filter that refuses fixes.
+
+    Where outliers are not rare, a filter that is as sure of itself as most fixes allow refuses too many. More noise of
+    motion and receiver alike leaves its gains as they are.
+    """
+    filtering = replace(log, gate=GATE)
+    best = min((_noisier(profile, factor) for factor in _CAUTION), key=filtering.cost)
+    return best if filtering.cost(profile) - filtering.cost(best) > _WORTH_CAUTION else profile
+
+
+def _noisier(profile, factor) -> Profile:
+    densities = ("speed_noise", "course_rate_noise", "turn_speed_noise", "turn_course_rate_noise")
+    powers = dict.fromkeys(densities, 2) | dict.fromkeys(
+        ("position_std", "error_std", "drift_std", "acceleration_std"), 1
+    )
+    return profile.model_copy(update={name: getattr(profile, name) * factor**k for name, k in powers.items()})
+
+
 def worthier(fits, log: Log) -> Fit:
     """The fit that explains a log best, where every parameter has to earn its place.
 
@@ -79,7 +101,7 @@ def worthier(fits, log: Log) -> Fit:
     a helm, and are left out.
     """
     sensible = [fit for fit in fits if not fit.profile.turn_time or fit.profile.turn_course_rate_decay < _SEA]
-    return min(sensible, key=lambda fit: log.cost(fit.profile) + _WORTH_A_PARAMETER * len(fit.search.names))
+    return min(sensible or fits, key=lambda fit: log.cost(fit.profile) + _WORTH_A_PARAMETER * len(fit.search.names))
 
 
 def motion(log: Log, starts, step=None) -> Fit:
