@@ -16,6 +16,7 @@ from steerway.estimation.replay import doubts
 from steerway.estimation.tuning.excerpts import moving
 from steerway.estimation.tuning.likelihood import cost
 from steerway.estimation.tuning.parameters import LASTING, MOTION, TURNS
+from steerway.estimation.tuning.rounding import rounding_std
 from steerway.estimation.tuning.search import Fit
 from steerway.estimation.tuning.stages import SPACING, Log, alternating, cautious, found, receiver, together, worthier
 from steerway.records import Fixes
@@ -83,8 +84,9 @@ def _motion(log: Log) -> Fit:
 
 def _at_rest(sample: Fixes) -> Profile:
     """A class and a receiver, as likely as any of the table."""
+    least = rounding_std(sample)
     candidates = [
-        each.model_copy(update={"position_std": white, "error_std": slow, "error_time": time})
+        each.model_copy(update={"position_std": max(white, least), "error_std": slow, "error_time": time})
         for each in _classes()
         for white, slow, time in [*((white, 0.0, 60.0) for white in _WHITE), *((0.05, *each) for each in _SLOW)]
     ]

@@ -13,8 +13,8 @@ from steerway.records import Fixes
 _OUTLIER_COST = 24.0
 """−log of the density of an outlier: one fix in ten thousand, anywhere within a kilometre."""
 OPEN_GATE = 70.0
-"""On the NIS, far wider than a filter's own: what follows a refusal is a step of the likelihood, at which a search stops,
-and for the sake of which it takes noise for larger than it is."""
+"""On the NIS, far wider than a filter's own. What follows a refusal is a step of the likelihood, where a search stops
+and takes noise for larger than it is."""
 
 
 def surprises(profile: Profile, fixes: Fixes, counted: np.ndarray | None = None, gate: float = OWN_GATE) -> np.ndarray:

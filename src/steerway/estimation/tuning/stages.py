@@ -18,6 +18,7 @@ from steerway.estimation.profiles import GATE, Profile
 from steerway.estimation.tuning.excerpts import stretches, thinned
 from steerway.estimation.tuning.likelihood import OPEN_GATE, surprises
 from steerway.estimation.tuning.parameters import BOUNDS, DRIFT, EXPECTED, LASTING, MOTION, SLOW_ERROR, TURNS
+from steerway.estimation.tuning.rounding import rounding_std
 from steerway.estimation.tuning.search import Fit, Search, minimise
 from steerway.records import Fixes
 
@@ -60,6 +61,12 @@ class Log:
         apart = {"mmsi": np.repeat(np.arange(count), length)} if len(rows) > 1 else {}
         return Log(replace(fixes, **apart), counted)
 
+    @property
+    def bounds(self) -> dict[str, tuple[float, float]]:
+        """Least and largest value of every parameter: no white noise is less than what positions are rounded to."""
+        least, largest = BOUNDS["position_std"]
+        return BOUNDS | {"position_std": (max(least, rounding_std(self.fixes)), largest)}
+
     def surprises(self, profile: Profile) -> np.ndarray:
         """(n,) −log likelihood of every row."""
         return surprises(profile, self.fixes, self.counted, self.gate)
@@ -71,7 +78,7 @@ class Log:
 
 def found(log: Log, start: Profile, names, step=None, steps=40, expected=EXPECTED) -> Fit:
     """The likeliest values of `names`, from those of a profile."""
-    search = Search(log.surprises, start, tuple(names), expected, BOUNDS, step or (lambda: None))
+    search = Search(log.surprises, start, tuple(names), expected, log.bounds, step or (lambda: None))
     return minimise(search, start, steps)
 
 
