@@ -1,6 +1,7 @@
 """Which rows of a log tell of motion, and excerpts of those too long to be fitted whole."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,6 +14,9 @@ LEAST_SPEED = 0.5
 
 def moving(fixes: Fixes, half_window=5.0) -> np.ndarray:
     """(n,) bool: displacement over ten seconds says the vessel is under way."""
+    placed = fixes.has_position
+    if not placed.all():
+        return np.r_[False, moving(fixes.rows(placed), half_window)][np.cumsum(placed)]
     return _speeds(fixes.time, fixes.latitude, fixes.longitude, half_window) > LEAST_SPEED
 
 
@@ -42,6 +46,17 @@ def thinned(time, spacing):
             chosen[count], last = k, time[k]
             count += 1
     return chosen[:count]
+
+
+def spaced(fixes: Fixes, spacing: float, aids_spacing: float) -> Fixes:
+    """Positions at least so far apart (s); between them what instruments say, so far apart, without a position."""
+    placed = np.flatnonzero(fixes.has_position)
+    kept = np.zeros(len(fixes), bool)
+    kept[placed[thinned(fixes.time[placed], spacing)]] = True
+    said = kept.copy()
+    said[thinned(fixes.time, aids_spacing)] = True
+    places = {name: np.where(kept, getattr(fixes, name), np.nan) for name in ("latitude", "longitude")}
+    return replace(fixes, **places).rows(said)
 
 
 def stretches(counted, count: int, length: int) -> np.ndarray:

@@ -19,6 +19,7 @@ def rounding_std(fixes: Fixes) -> float:
 
     An error between plus and minus half a digit, anywhere alike, is 1/√12 of it.
     """
+    fixes = fixes.rows(fixes.has_position)
     if len(fixes) == 0:
         return 0.0
     rows = np.unique(np.linspace(0, len(fixes) - 1, min(len(fixes), _MANY)).astype(int))

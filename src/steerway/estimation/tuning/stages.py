@@ -11,13 +11,23 @@ A manner, an acceleration or a slow error is kept if it is worth its parameters.
 import math
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Self
 
 import numpy as np
 
 from steerway.estimation.profiles import GATE, Profile
-from steerway.estimation.tuning.excerpts import stretches, thinned
+from steerway.estimation.tuning.excerpts import spaced, stretches
 from steerway.estimation.tuning.likelihood import OPEN_GATE, surprises
-from steerway.estimation.tuning.parameters import BOUNDS, DRIFT, EXPECTED, LASTING, MOTION, SLOW_ERROR, TURNS
+from steerway.estimation.tuning.parameters import (
+    BOUNDS,
+    DRIFT,
+    EXPECTED,
+    INSTRUMENTS,
+    LASTING,
+    MOTION,
+    SLOW_ERROR,
+    TURNS,
+)
 from steerway.estimation.tuning.rounding import rounding_std
 from steerway.estimation.tuning.search import Fit, Search, minimise
 from steerway.records import Fixes
@@ -40,26 +50,33 @@ course rate is disturbed on a held course than in one manner for both."""
 
 @dataclass(frozen=True)
 class Log:
-    """Fixes to be explained, which of them count, (n,) bool, and the gate that they have to pass."""
+    """Rows to be explained, which of them count, (n,) bool, by what beside positions, and the gate that they pass."""
 
     fixes: Fixes
     counted: np.ndarray
+    aid: tuple[str, ...] = ()
     gate: float = OPEN_GATE
 
     def __len__(self) -> int:
         return len(self.fixes)
 
-    def apart(self, spacing: float) -> "Log":
-        """Only rows at least so many seconds apart."""
-        rows = thinned(self.fixes.time, spacing)
-        return Log(self.fixes.rows(rows), self.counted[rows])
+    def of_positions(self) -> Self:
+        """Rows with a position, and what they say of it."""
+        placed = self.fixes.has_position
+        return replace(self, fixes=self.fixes.rows(placed), counted=self.counted[placed], aid=())
 
-    def excerpt(self, count: int, length: int) -> "Log":
+    def apart(self, spacing: float, aids_spacing: float = math.inf) -> Self:
+        """Only positions at least so many seconds apart; see `spaced`."""
+        fixes = spaced(self.fixes, spacing, min(aids_spacing, spacing))
+        counted = self.counted[np.searchsorted(self.fixes.time, fixes.time)]
+        return replace(self, fixes=fixes, counted=counted)
+
+    def excerpt(self, count: int, length: int) -> Self:
         """At most `count` stretches of so many rows, each a track; the whole log if it is hardly longer."""
         rows = stretches(self.counted, count, length)
         fixes, counted = self.fixes.rows(rows.ravel()), self.counted[rows.ravel()]
-        apart = {"mmsi": np.repeat(np.arange(count), length)} if len(rows) > 1 else {}
-        return Log(replace(fixes, **apart), counted)
+        each = {"mmsi": np.repeat(np.arange(count), length)} if len(rows) > 1 else {}
+        return replace(self, fixes=replace(fixes, **each), counted=counted)
 
     @property
     def bounds(self) -> dict[str, tuple[float, float]]:
@@ -69,7 +86,12 @@ class Log:
 
     def surprises(self, profile: Profile) -> np.ndarray:
         """(n,) −log likelihood of every row."""
-        return surprises(profile, self.fixes, self.counted, self.gate)
+        return surprises(profile, self.fixes, self.counted, self.aid, self.gate)
+
+    @property
+    def instruments(self) -> tuple[str, ...]:
+        """What of a profile says how well the instruments measure."""
+        return tuple(name for each in self.aid for name in INSTRUMENTS[each])
 
     def cost(self, profile: Profile) -> float:
         """−log likelihood of all."""
@@ -105,7 +127,7 @@ def worthier(fits, log: Log) -> Fit:
     """The fit that explains a log best, where every parameter has to earn its place.
 
     Turns are something that lasts: two manners that differ in how fast the course rate changes at random are a sea, not
-    a helm, and are left out.
+    a helm, and are left out where there is anything else.
     """
     sensible = [fit for fit in fits if not fit.profile.turn_time or fit.profile.turn_course_rate_decay < _SEA]
     return min(sensible or fits, key=lambda fit: log.cost(fit.profile) + _WORTH_A_PARAMETER * len(fit.search.names))
