@@ -29,7 +29,7 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
     began = 0.02
     found = {}
     for section, share, words in _SECTIONS:
-        step = progress and partial(_told, progress, began, share, words)
+        step = progress and partial(_stepped, progress, began, share, words)
         found[section] = section.measured(seeds, first_seed, step)
         began += share
     for section, _, _ in _SECTIONS:
@@ -54,7 +54,7 @@ _SECTIONS = (
 """What is measured, its part of the time, and in words."""
 
 
-def _told(progress, began, share, words, part):
+def _stepped(progress, began, share, words, part):
     progress(began + share * part, words)
 
 
