@@ -17,7 +17,7 @@ import numpy as np
 
 from steerway.estimation.profiles import BUILT_IN, Profile
 from steerway.estimation.replay import doubts, spoken_rows
-from steerway.estimation.tuning.excerpts import moving, spaced, stretches, thinned
+from steerway.estimation.tuning.excerpts import moving, spaced, stretches, telling, thinned
 from steerway.estimation.tuning.likelihood import cost
 from steerway.estimation.tuning.parameters import INSTRUMENTS, LASTING, MOTION, TURNS
 from steerway.estimation.tuning.search import Fit
@@ -52,10 +52,10 @@ def suited(fixes: Fixes, aid: tuple[str, ...] = ()) -> Profile:
     under_way = moving(sample)
     if under_way.sum() < max(_FEWEST_FIXES, _LEAST_SHARE * len(sample)):
         return _at_rest(sample)
-    log = Log(sample, under_way)
+    log = Log(sample, telling(sample))
     sparse = spaced(fixes, SPACING, _AIDS_SPACING if aid else SPACING)
     apart = stretches(sparse, _STRETCHES, _STRETCH)
-    motion = _motion(Log(apart, moving(apart), aid))
+    motion = _motion(Log(apart, telling(apart), aid))
     crowding = len(positions) / sparse.has_position.sum()
     received = receiver(log, motion.profile, crowding, steps=_FEW_STEPS, slow_errors=1)
     wanders = received.profile.error_std > 0.0
@@ -68,7 +68,7 @@ def _reconciled(fixes: Fixes, log: Log, motion: Fit, received: Fit) -> Profile:
     spacing = min(SPACING, under_way.sum() / len(fixes) * np.ptp(fixes.time) / (_STRETCHES * _STRETCH))
     chosen = thinned(fixes.time, spacing)
     dense = stretches(fixes.rows(chosen), _STRETCHES, _STRETCH)
-    both = Log(dense, moving(dense))
+    both = Log(dense, telling(dense))
     best = worthier([received, together(both, motion, received)], both)
     is_thinned = best is not received and len(chosen) < len(fixes)
     return found(log, best.profile, ("position_std",), steps=_FEW_STEPS).profile if is_thinned else best.profile

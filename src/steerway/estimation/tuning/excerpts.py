@@ -28,6 +28,15 @@ def moving(fixes: Fixes, half_window=5.0) -> np.ndarray:
     return speed > LEAST_SPEED
 
 
+def telling(fixes: Fixes, reach=10.0) -> np.ndarray:
+    """(n,) bool: the vessel is under way, or that is at most `reach` (s) from there.
+
+    How she gathers way and loses it tells of her too; who stops all at once would else pass for one who never does.
+    """
+    time, before = fixes.time, np.r_[0, np.cumsum(moving(fixes))]
+    return before[np.searchsorted(time, time + reach, side="right")] > before[np.searchsorted(time, time - reach)]
+
+
 def thinned(time, spacing):
     """Indices of rows at least `spacing` apart (give or take receiver jitter)."""
     chosen, last = [], -np.inf
