@@ -12,7 +12,7 @@ from steerway.earth import displacement
 from steerway.estimation import Profile, choose_profile, tune
 from steerway.estimation.prediction import predict
 from steerway.estimation.tuning import stages
-from steerway.estimation.tuning.excerpts import moving, stretches
+from steerway.estimation.tuning.excerpts import moving
 from steerway.estimation.tuning.intervals import _curvature, intervals
 from steerway.estimation.tuning.likelihood import cost
 from steerway.estimation.tuning.parameters import MOTION, TURNS
@@ -172,7 +172,9 @@ def test_stretches_are_those_under_way():
         name: np.concatenate([getattr(p.fixes(0.1, 1), name) for p in parts]) for name in ("latitude", "longitude")
     }
     fixes = steerway.Fixes(np.arange(5000) / 5.0, **columns)
-    assert moving(stretches(fixes, 2, 1000)).mean() > 0.95
+    log = stages.Log(fixes, moving(fixes)).excerpt(2, 1000)
+    assert log.counted.mean() > 0.95
+    assert [len(track) for _, track in log.fixes.tracks()] == [1000, 1000]
 
 
 def test_the_choice_finds_turns_and_is_consistent():

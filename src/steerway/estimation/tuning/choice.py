@@ -17,11 +17,12 @@ import numpy as np
 
 from steerway.estimation.profiles import BUILT_IN, Profile
 from steerway.estimation.replay import doubts, spoken_rows
-from steerway.estimation.tuning.excerpts import moving, spaced, stretches, telling, thinned
+from steerway.estimation.tuning.excerpts import moving, telling
 from steerway.estimation.tuning.likelihood import cost
 from steerway.estimation.tuning.parameters import INSTRUMENTS, LASTING, MOTION, TURNS
+from steerway.estimation.tuning.rounding import rounding_std
 from steerway.estimation.tuning.search import Fit
-from steerway.estimation.tuning.stages import SPACING, Log, alternating, found, receiver, together, worthier
+from steerway.estimation.tuning.stages import SPACING, Log, alternating, cautious, found, receiver, together, worthier
 from steerway.records import Fixes
 
 _STRETCHES, _STRETCH = 5, 1000
@@ -47,30 +48,28 @@ def suited(fixes: Fixes, aid: tuple[str, ...] = ()) -> Profile:
         return BUILT_IN["ais"]
     aid = tuple(name for name in aid if name in INSTRUMENTS and np.isfinite(getattr(fixes, name)).any())
     fixes = _undoubted(spoken_rows(fixes, aid))
-    positions = fixes.rows(fixes.has_position)
-    sample = stretches(positions, _STRETCHES, _STRETCH)
-    under_way = moving(sample)
-    if under_way.sum() < max(_FEWEST_FIXES, _LEAST_SHARE * len(sample)):
-        return _at_rest(sample)
-    log = Log(sample, telling(sample))
-    sparse = spaced(fixes, SPACING, _AIDS_SPACING if aid else SPACING)
-    apart = stretches(sparse, _STRETCHES, _STRETCH)
-    motion = _motion(Log(apart, telling(apart), aid))
-    crowding = len(positions) / sparse.has_position.sum()
+    voyage = Log(fixes, telling(fixes), aid)
+    positions = voyage.of_positions()
+    log = positions.excerpt(_STRETCHES, _STRETCH)
+    if moving(log.fixes).sum() < max(_FEWEST_FIXES, _LEAST_SHARE * len(log)):
+        return _at_rest(log.fixes)
+    apart = voyage.apart(SPACING, _AIDS_SPACING if aid else SPACING)
+    motion = _motion(apart.excerpt(_STRETCHES, _STRETCH))
+    crowding = len(positions) / apart.fixes.has_position.sum()
     received = receiver(log, motion.profile, crowding, steps=_FEW_STEPS, slow_errors=1)
-    wanders = received.profile.error_std > 0.0
-    return _named(_reconciled(fixes, log, motion, received) if wanders and not aid else received.profile)
+    if aid:
+        return _named(received.profile)
+    profile = _reconciled(positions, log, motion, received) if received.profile.error_std else received.profile
+    return _named(cautious(log, profile))
 
 
-def _reconciled(fixes: Fixes, log: Log, motion: Fit, received: Fit) -> Profile:
+def _reconciled(voyage: Log, log: Log, motion: Fit, received: Fit) -> Profile:
     """Motion and slow error fitted together: on the whole voyage, as densely as the number of fixes allows."""
-    under_way = moving(fixes)
-    spacing = min(SPACING, under_way.sum() / len(fixes) * np.ptp(fixes.time) / (_STRETCHES * _STRETCH))
-    chosen = thinned(fixes.time, spacing)
-    dense = stretches(fixes.rows(chosen), _STRETCHES, _STRETCH)
-    both = Log(dense, telling(dense))
+    spacing = min(SPACING, voyage.counted.mean() * np.ptp(voyage.fixes.time) / (_STRETCHES * _STRETCH))
+    dense = voyage.apart(spacing)
+    both = dense.excerpt(_STRETCHES, _STRETCH)
     best = worthier([received, together(both, motion, received)], both)
-    is_thinned = best is not received and len(chosen) < len(fixes)
+    is_thinned = best is not received and len(dense) < len(voyage)
     return found(log, best.profile, ("position_std",), steps=_FEW_STEPS).profile if is_thinned else best.profile
 
 
@@ -110,8 +109,9 @@ def _paces(one: Profile, aided: bool) -> list[Profile]:
 
 def _at_rest(sample: Fixes) -> Profile:
     """A class and a receiver, as likely as any of the table."""
+    least = rounding_std(sample)
     candidates = [
-        each.model_copy(update={"position_std": white, "error_std": slow, "error_time": time})
+        each.model_copy(update={"position_std": max(white, least), "error_std": slow, "error_time": time})
         for each in _classes()
         for white, slow, time in [*((white, 0.0, 60.0) for white in _WHITE), *((0.05, *each) for each in _SLOW)]
     ]
