@@ -3,8 +3,7 @@
 Scoring as E. K. Berndt, B. H. Hall, R. E. Hall and J. A. Hausman have it (Annals of Economic and Social Measurement
 3(4), 1974), damped after Levenberg and Marquardt. Innovations hardly depend on one another, so the sum of the outer
 products of their scores is how curved the likelihood is: first differences are all that a step takes, and a ridge,
-along which two parameters make up for each other, is followed and not searched. Differences to one side lead there,
-those to both find the bottom.
+along which two parameters make up for each other, is followed and not searched. Differences to one side do.
 """
 
 import os
@@ -16,12 +15,11 @@ import numpy as np
 
 from steerway.estimation.profiles import Profile
 
-_DIFFERENCE = 0.03
+_DIFFERENCE, _SMALL_DIFFERENCE = 0.03, 1e-3
+"""Of a logarithm: to both sides of the bottom, which is broad, and to one side on the way there."""
 _LONGEST_STEP = 2.0
 _WORTH_A_STEP = 0.02
 """−log likelihood that a step has to promise."""
-_LITTLE = 1.0
-"""What a step has to gain for differences to one side to be good enough for the next."""
 _DAMPING, _HOPELESS = 1e-2, 1e4
 
 
@@ -83,10 +81,12 @@ class Search:
 
         By differences to both sides, or, where the surprises (n,) `here` are given, to one side only.
         """
-        shifts = np.eye(len(logs)) * _DIFFERENCE
+        directions = np.eye(len(logs))
         if here is not None:
-            return (np.array(_at_once(self.rows, logs + shifts)) - here).T / _DIFFERENCE
-        ahead, behind = np.split(np.array(_at_once(self.rows, logs + np.concatenate([shifts, -shifts]))), 2)
+            ahead = np.array(_at_once(self.rows, logs + _SMALL_DIFFERENCE * directions))
+            return (ahead - here).T / _SMALL_DIFFERENCE
+        shifts = _DIFFERENCE * np.concatenate([directions, -directions])
+        ahead, behind = np.split(np.array(_at_once(self.rows, logs + shifts)), 2)
         return (ahead - behind).T / (2.0 * _DIFFERENCE)
 
 
@@ -111,12 +111,12 @@ class Fit:
 
 def minimise(search: Search, start: Profile, steps: int = 40) -> Fit:
     """Follow the likelihood from the parameters of `start`, at most so many steps."""
-    logs, damping, one_sided = search.logs(start), _DAMPING, True
+    logs, damping = search.logs(start), _DAMPING
     rows = search.rows(logs)
     value = search.total(rows, logs)
     (low, high), (mean, variance) = search.limits, search.prior
     for _ in range(steps):
-        scores = search.scores(logs, rows if one_sided else None)
+        scores = search.scores(logs, rows)
         slope = scores.sum(axis=0) + (logs - mean) / variance
         curvature = scores.T @ scores + np.diag(1.0 / variance)
         free = ~((logs <= low) & (slope > 0.0) | (logs >= high) & (slope < 0.0))
@@ -131,10 +131,8 @@ def minimise(search: Search, start: Profile, steps: int = 40) -> Fit:
                 logs, rows, value, damping = trial, tried, search.total(tried, trial), max(damping / 5.0, 1e-4)
                 break
             damping *= 5.0
-        if before - value < _LITTLE if one_sided else before - value < _WORTH_A_STEP:
-            if not one_sided:
-                break
-            one_sided, damping = False, _DAMPING
+        if before - value < _WORTH_A_STEP:
+            break
     return Fit(search.profile(logs), value, search)
 
 

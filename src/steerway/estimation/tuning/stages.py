@@ -38,6 +38,7 @@ _WORTH_A_PARAMETER = 2.0
 """−log likelihood by which each further parameter has to better a fit."""
 _CAUTION, _WORTH_CAUTION = tuple(1.05**k for k in range(1, 15)), 10.0
 """Factors on standard deviations, and the −log likelihood that more noise has to gain."""
+_FIRST_STEPS = 5
 _SEA = 0.9
 """1/s: a course rate that decays faster is no turn."""
 _SHARES = (0.5, 1.0, 3.0)
@@ -200,11 +201,17 @@ def together(log: Log, moving: Fit, received: Fit, step=None) -> Fit:
     starts = [received.profile]
     if received.profile.error_std:
         starts.append(_calmer(received.profile))
-    fits = [min((found(log, each, names, step) for each in starts), key=lambda fit: fit.cost)]
+    fits = [_best(log, starts, names, step)]
     if not moving.profile.turn_time:
         start = min(alternating(fits[0].profile), key=log.cost)
         fits.append(found(log, start, (*names, *TURNS), step))
     return worthier(fits, log)
+
+
+def _best(log, starts, names, step) -> Fit:
+    """The fit from the start that has come down furthest after a few steps."""
+    begun = [found(log, each, names, step, steps=_FIRST_STEPS) for each in starts]
+    return found(log, min(begun, key=lambda fit: fit.cost).profile, names, step)
 
 
 def _calmer(profile: Profile) -> Profile:
