@@ -113,4 +113,4 @@ def _verdict(results, of_section) -> tuple:
             named.append(f"and {len(missed) - _NAMED_MISSES} more")
         met = len(judged) - len(missed)
         rows.append((heading, f"{met} of {len(judged)}", "missed" if missed else "met", "; ".join(named)))
-    return "Verdict", ("", "targets met", "", "which are not"), rows
+    return "Verdict", ("", "targets met", "", "what is missed"), rows

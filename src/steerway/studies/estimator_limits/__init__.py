@@ -83,8 +83,8 @@ def _figures(results: Results, found) -> None:
             },
             lambda name, what, where: accuracy.SMOOTHED_TARGET,
         ),
-        "Error of the smoother over the smoothing bound, whose owner knows the modes. Who does not know them cannot "
-        "do better than the smoother that weighs all their histories. Black: the target.",
+        "Error of the smoother over the smoothing bound, whose owner knows the modes. Who does not know them cannot in "
+        "the mean do better than by weighing all their histories, here by sampling them. Black: the target.",
     )
     results.figures["consistency"] = (
         figures.consistency(numbers),

@@ -16,7 +16,7 @@ from steerway.sensors.gnss import low_cost
 from steerway.simulation.campaign import over_seeds
 from steerway.studies.estimator_limits.cells import PLACES, WHERE, sums
 from steerway.studies.estimator_limits.particles import in_plane
-from steerway.studies.estimator_limits.scenarios import FAST, SLOW, Scenario, Voyage, cells, sail
+from steerway.studies.estimator_limits.scenarios import FAST, SLOW, Scenario, Voyage, sail, straight_and_turning
 from steerway.studies.estimator_limits.statistics import error_squares, errors, over_runs
 from steerway.studies.mariner_los_ship import (
     CORRELATION_TIME,
@@ -86,7 +86,7 @@ def one(seed: int) -> dict[str, np.ndarray]:
     fixes = boat.fixes(low_cost(), seed)
     for manner, profile in (("", boat_profile()), ("default_", None)):
         motion = steerway.estimate(fixes, profile)
-        found[f"{manner}ublox_like"] = sums(error_squares(motion, boat), cells(SMALL_BOAT, boat))
+        found[f"{manner}ublox_like"] = sums(error_squares(motion, boat), straight_and_turning(SMALL_BOAT, boat))
         found[f"{manner}ublox_like_nis"] = _nis(motion, boat.time > SMALL_BOAT.settling)
     return found
 

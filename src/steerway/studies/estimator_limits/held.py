@@ -14,7 +14,7 @@ from steerway.sensors.gnss import white
 from steerway.simulation.campaign import over_seeds
 from steerway.studies.estimator_limits.cells import CELLS, PLACES, QUANTITIES, WHAT, WORDS, judged, sums
 from steerway.studies.estimator_limits.particles import begun, in_plane, particle_filter
-from steerway.studies.estimator_limits.scenarios import cells, sail
+from steerway.studies.estimator_limits.scenarios import sail, straight_and_turning
 from steerway.studies.estimator_limits.statistics import errors, over_runs
 from steerway.studies.study import Results
 
@@ -66,7 +66,7 @@ def _weighed(voyage, fixes, profile, scenario, histories, seed):
     models = profile.manners()
     start = begun(voyage, models, seed)
     means, _ = particle_filter(in_plane(fixes), start, models, 1.0 / scenario.rate, histories, seed)
-    return sums(np.square(errors(*means[:, 2:].T, voyage)), cells(scenario, voyage))
+    return sums(np.square(errors(*means[:, 2:].T, voyage)), straight_and_turning(scenario, voyage))
 
 
 def measured(seeds, first_seed, progress) -> dict[str, np.ndarray]:

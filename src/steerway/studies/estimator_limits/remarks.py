@@ -22,12 +22,13 @@ def _modes(numbers):
     turns = _both(numbers, "histories_{}_cog_turn_ratio", _SLOW)
     told = _span(numbers, [f"told_{name}_cog_{where}_ratio" for name in _SLOW for where in ("straight", "turn")])
     ours = _both(numbers, "smoothed_{}_cog_straight_ratio", _SLOW)
+    ours_in_turns = _both(numbers, "smoothed_{}_cog_turn_ratio", _SLOW)
     return (
         f"The bound belongs to an estimator that is told when turns begin and end. Straight ahead in O, whoever has to "
         f"find out pays: COG errs by {causal} times its bound (0.5 and 2.5 m) in a filter of a thousand histories, by "
         f"{walked} times in a smoother that weighs all histories; in turns that has {turns}. The smoother that is told "
-        f"the modes has {told}. The product's smoother has {ours} straight: what is between it and the smoother by all "
-        f"histories a better one could gain."
+        f"the modes has {told}. The product's smoother has {ours} straight, {ours_in_turns} in turns: where it has "
+        f"what the smoother by all histories has, nothing is left to gain."
     )
 
 
@@ -44,8 +45,8 @@ def _doubts(numbers):
         f"too little in the first seconds of a turn ({nees('', 'turn')}). So does the filter of many histories "
         f"({nees('particles_', 'straight')} and {nees('particles_', 'turn')}). Told the modes, the same arithmetic has "
         f"{nees('told_filter_', 'straight')} straight and {nees('told_filter_', 'turn')} in turns: what is missing is "
-        f"knowledge of the mode, not of its spread. What a user relies on: the 95 % interval of COG holds the truth in "
-        f"{covered} % of all rows; in O in {straight} % of those straight and {turn} % of those in turns."
+        f"knowledge of the mode, not a better covariance. For a user: the 95 % interval of COG holds the truth "
+        f"in {covered} % of all rows; in O in {straight} % of those straight and {turn} % of those in turns."
     )
 
 

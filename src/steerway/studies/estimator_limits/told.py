@@ -14,7 +14,7 @@ from steerway.estimation.model import LEAVING
 from steerway.studies.estimator_limits.cells import CELLS, PLACES, QUANTITIES, WHAT, WHERE, WORDS, over_cells, sums
 from steerway.studies.estimator_limits.consistency import nees, report_nees
 from steerway.studies.estimator_limits.particles import begun, go, in_plane, particle_filter, steps
-from steerway.studies.estimator_limits.scenarios import cells
+from steerway.studies.estimator_limits.scenarios import straight_and_turning
 from steerway.studies.estimator_limits.statistics import errors, over_runs
 from steerway.studies.study import Results
 
@@ -58,7 +58,7 @@ def one(name: str, seed: int) -> dict[str, np.ndarray]:
     average = models.copy()
     average[:, :LEAVING] = cell.profile.on_average.model()[:LEAVING]  # whichever mode she is said to be in
     start, poor = begun(voyage, models, seed), begun(voyage, models, seed, POOR_COURSE_STD)
-    places_sailed = cells(cell.scenario, voyage)
+    places_sailed = straight_and_turning(cell.scenario, voyage)
     early = [(voyage.time > 0.0) & (voyage.time <= EARLY)] * 2
     found = {}
     for form, invariant in FORMS.items():
