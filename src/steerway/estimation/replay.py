@@ -58,6 +58,12 @@ def _news(fixes: Fixes, aid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return latitude, longitude, aids
 
 
+def _say_again(status, repeats) -> None:
+    """A fix told twice is worth what it was worth the first time."""
+    for k in np.flatnonzero(repeats):
+        status[k] = status[k - 1]
+
+
 def _without_repeats(fixes: Fixes, aid) -> Fixes:
     latitude, _, aids = _news(fixes, aid)
     new = np.isfinite(latitude)
@@ -144,6 +150,8 @@ def run_rows(model, aid, fixes: Fixes) -> Run:
     else:
         with ThreadPoolExecutor(shares) as pool:
             list(pool.map(work, range(shares)))
+    if latitude is not fixes.latitude:
+        _say_again(run.status, fixes.has_position & np.isnan(latitude))
     return run
 
 
@@ -178,6 +186,7 @@ def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
         smoother.smooth_modes(record, model, kept, run.spoken)
     elif smoothed:
         smoothing.smooth(time, True, model, kept, run.spoken)
+    _say_again(run.status, fixes.has_position[origin] & ~blank & np.isnan(first))
     return run.motion(time, mmsi, wanted)
 
 

@@ -164,7 +164,7 @@ class Navigator:
     def _again(self, time, aids):
         """The row of a fix that has been taken already; new are at most aids that it comes with."""
         self.counts["told twice"] += 1
-        return [self._step(time, math.nan, math.nan, math.nan, aids)]
+        return [self._step(time, math.nan, math.nan, math.nan, aids)._replace(status=self._row.status)]
 
     def _news(self, time, place, aids):
         """What of place and aids no row taken of the same time has said."""
