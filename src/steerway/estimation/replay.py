@@ -144,8 +144,7 @@ def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
     run = Run(len(time))
     track(time, first, second, doubtful, aids, True, model, memory, *_outputs(run), kept)
     if smoothed and model.ndim == 2:
-        record = (time, first, second, doubtful, aids, True, run.status)
-        smoother.smooth_modes(record, model, kept, run.spoken)
+        smoother.smooth_modes((time, first, second, doubtful, aids, True), model, kept, run.spoken)
     elif smoothed:
         smoothing.smooth(time, True, model, kept, run.spoken)
     return run.motion(time, mmsi, wanted)

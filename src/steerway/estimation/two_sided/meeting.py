@@ -34,7 +34,7 @@ def meet(past, future, pairs, mean, scale, roots, product, lower, room):
             mean[i, j] = 0.0
     total = 0.0
     for m in range(MANNERS):
-        known, agreed = 0.0, -math.inf
+        known = 0.0
         for i in range(HYPOTHESES):
             known += past[m, i, n + 1, WORTH]
         for j in range(HYPOTHESES):
