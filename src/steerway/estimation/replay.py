@@ -182,8 +182,7 @@ def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
     run = Run(len(time))
     track(time, first, second, doubtful, aids, True, model, memory, *outputs(run), kept)
     if smoothed and model.ndim == 2:
-        record = (time, first, second, doubtful, aids, True, run.status)
-        smoother.smooth_modes(record, model, kept, run.spoken)
+        smoother.smooth_modes((time, first, second, doubtful, aids, True), model, kept, run.spoken)
     elif smoothed:
         smoothing.smooth(time, True, model, kept, run.spoken)
     _say_again(run.status, fixes.has_position[origin] & ~blank & np.isnan(first))
