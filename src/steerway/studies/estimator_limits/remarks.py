@@ -60,9 +60,9 @@ def _held(numbers):
     return (
         f"Parameters held three times off cost at most {worst:.0f} % all along, which is what tuning aims at. Straight "
         f"ahead alone the known ones can be worth more, since who knows that turns are rare or mild may trust a held "
-        f"course longer. That is the price of wrong numbers, whoever uses them: product and filter of 300 histories "
-        f"pay, straight ahead in O, {costs('dwell_x3', 'cog')} of COG for dwell times × 3, and "
-        f"{costs('density_d3', 'rate')} of course rate for densities ÷ 3."
+        f"course longer. That is for the most part the price of wrong numbers, whoever uses them: product and "
+        f"filter of 300 histories pay, straight ahead in O, {costs('dwell_x3', 'cog')} of COG for dwell times × 3, "
+        f"and {costs('density_d3', 'rate')} of course rate for densities ÷ 3."
     )
 
 
