@@ -184,18 +184,27 @@ def retake(memory, north, east, doubt, model):
 
 @lean_kernel
 def take_aids(memory, aids, model):
-    """Correct by the aids (5,) that are not NaN."""
+    """Correct by the aids (5,) that are not NaN. Returns −2 log of the density of what they say, under way."""
     main = memory if memory.ndim == 2 else memory[0]
     parameters = model if model.ndim == 1 else model[0]
     n = main.shape[1]
     p, x, book, work = main[:n], main[n], main[n + 1], main[n + 2 : n + 6]
     if book[MODE] == UNDERWAY:
         if memory.ndim == 3:
-            aid_modes(memory, aids, model)
-        else:
-            aid_underway(x, p, work, aids, model)
-    elif book[MODE] != EMPTY:
+            return aid_modes(memory, aids, model)
+        return aid_underway(x, p, work, aids, model)
+    if book[MODE] != EMPTY:
         aid_adrift(x, p, work, aids[SOG], aids[COG], parameters)
+    return 0.0
+
+
+@lean_kernel
+def something_is_known(aids):
+    """Whether any of the aids (5,) is not NaN."""
+    for value in aids:
+        if math.isfinite(value):
+            return True
+    return False
 
 
 @lean_kernel
@@ -297,7 +306,22 @@ def keep(memory, out):
 
 
 @kernel
-def track(time, first, second, doubts, aids, geodetic, model, memory, spoken, nis, log_determinant, status, kept):
+def track(
+    time,
+    first,
+    second,
+    doubts,
+    aids,
+    geodetic,
+    model,
+    memory,
+    spoken,
+    nis,
+    log_determinant,
+    aid_surprise,
+    status,
+    kept,
+):
     """Run over a record.
 
     Args:
@@ -305,7 +329,8 @@ def track(time, first, second, doubts, aids, geodetic, model, memory, spoken, ni
             east (m); NaN where a row is no fix. doubts: (n or 0,), see `take_fix`. aids: (n or 0, 5), NaN where
             nothing was said.
         model, memory: the filter; memory goes on from where it stands.
-        spoken: (n, SPOKEN), nis, log_determinant: (n,), status: (n,) uint8: filled.
+        spoken: (n, SPOKEN), nis, log_determinant, aid_surprise: (n,), status: (n,) uint8: filled. See `take_fix`,
+            `take_aids`.
         kept: (n or 0, states + 2, states) receives covariance, state and bookkeeping after every row, for the smoother.
     """
     for k in range(len(time)):
@@ -314,13 +339,15 @@ def track(time, first, second, doubts, aids, geodetic, model, memory, spoken, ni
         fixed = math.isfinite(first[k]) and math.isfinite(second[k])
         accepted = False
         nis[k] = log_determinant[k] = math.nan
+        aid_surprise[k] = 0.0
         if fixed:
             accepted, nis[k], log_determinant[k] = take_position(
                 memory, first[k], second[k], geodetic, doubts[k] if len(doubts) else 1.0, model
             )
-        if len(aids):
-            take_aids(memory, aids[k], model)
-        if fixed or len(aids):
+        aided = len(aids) > 0 and something_is_known(aids[k])
+        if aided:
+            aid_surprise[k] = take_aids(memory, aids[k], model)
+        if fixed or aided:
             settle(memory, model)
         else:
             conclude(memory)
@@ -333,7 +360,9 @@ def track(time, first, second, doubts, aids, geodetic, model, memory, spoken, ni
 
 
 @kernel
-def track_many(bounds, time, first, second, doubts, aids, geodetic, model, spoken, nis, log_determinant, status):
+def track_many(
+    bounds, time, first, second, doubts, aids, geodetic, model, spoken, nis, log_determinant, aid_surprise, status
+):
     """`track` for each of many records that stand behind one another, record i in rows bounds[i] to bounds[i + 1]."""
     none_kept = np.empty((0, 1, 1))
     for i in range(len(bounds) - 1):
@@ -351,6 +380,7 @@ def track_many(bounds, time, first, second, doubts, aids, geodetic, model, spoke
             spoken[rows],
             nis[rows],
             log_determinant[rows],
+            aid_surprise[rows],
             status[rows],
             none_kept,
         )

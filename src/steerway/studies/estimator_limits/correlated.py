@@ -14,10 +14,10 @@ from steerway.noise import markov_std
 from steerway.papers.ekf_5states import ekf_5states
 from steerway.sensors.gnss import low_cost
 from steerway.simulation.campaign import over_seeds
-from steerway.studies.estimator_limits.cells import WHERE, sums
+from steerway.studies.estimator_limits.cells import PLACES, WHERE, sums
 from steerway.studies.estimator_limits.particles import in_plane
-from steerway.studies.estimator_limits.scenarios import FAST, SLOW, Scenario, Voyage, cells, sail
-from steerway.studies.estimator_limits.statistics import error_squares, over_runs, turned
+from steerway.studies.estimator_limits.scenarios import FAST, SLOW, Scenario, Voyage, sail, straight_and_turning
+from steerway.studies.estimator_limits.statistics import error_squares, errors, over_runs
 from steerway.studies.mariner_los_ship import (
     CORRELATION_TIME,
     PRINTED_NOISE,
@@ -33,6 +33,8 @@ SEEDS = 30
 NOISES = {"printed_noise": PRINTED_NOISE, "stated_noise": STATED_NOISE}
 HELD_RATE = math.radians(1.0) / 60.0
 """A course that changes by less than 1° a minute is held."""
+OTHER_LIMITS = (1.2, 3.0, 6.0, 12.0)
+"""° a minute: what she errs by hangs on what counts as held."""
 SETTLED = 100.0
 WHITE = 0.005
 """m: P1's receiver has no white noise at all."""
@@ -74,13 +76,17 @@ def one(seed: int) -> dict[str, np.ndarray]:
         found[f"printed_filter_mariner_{label}"] = sums(_printed(fixes, truth), masks)
         for manner, profile in (("", ship_profile(noise)), ("default_", None)):
             motion = steerway.estimate(fixes, profile)
-            found[f"{manner}mariner_{label}"] = sums(error_squares(motion, truth), masks)
+            squares = error_squares(motion, truth)
+            found[f"{manner}mariner_{label}"] = sums(squares, masks)
             found[f"{manner}mariner_{label}_nis"] = _nis(motion, settled)
+            for limit in OTHER_LIMITS:
+                holding = np.abs(truth.course_rate) <= math.radians(limit) / 60.0
+                found[f"{manner}mariner_{label}_{limit:g}"] = sums(squares, (settled & holding, settled & ~holding))
     boat = sail(SMALL_BOAT, seed)
     fixes = boat.fixes(low_cost(), seed)
     for manner, profile in (("", boat_profile()), ("default_", None)):
         motion = steerway.estimate(fixes, profile)
-        found[f"{manner}ublox_like"] = sums(error_squares(motion, boat), cells(SMALL_BOAT, boat))
+        found[f"{manner}ublox_like"] = sums(error_squares(motion, boat), straight_and_turning(SMALL_BOAT, boat))
         found[f"{manner}ublox_like_nis"] = _nis(motion, boat.time > SMALL_BOAT.settling)
     return found
 
@@ -95,9 +101,7 @@ def _printed(fixes, truth):
     north, east = in_plane(fixes).T
     start = np.array([north[0], east[0], truth.sog[0], truth.cog[0], 0.0])
     states = ekf_5states(north, east, STEP, 1, "NED", [1e-5, 1e-5], [0.1, 0.1], 1e-5, 0.2, x_init=start)
-    errors = states[:, 2:] - truth.states[:, 2:]
-    errors[:, 1] = turned(errors[:, 1])
-    return np.square(errors).T
+    return np.square(errors(*states[:, 2:].T, truth))
 
 
 def measured(seeds, first_seed, progress) -> dict[str, np.ndarray]:
@@ -123,6 +127,7 @@ _NIS_BAND = (1.8, 2.1)
 
 def report(results: Results, found) -> None:
     """COG, straight and in turns, and NIS of every receiver and filter."""
+    results.section = "Wandering receivers"
     for scene, words in WORDS.items():
         for manner, who in (("", "receiver known"), ("default_", "as it comes"), ("printed_filter_", "printed filter")):
             key = manner + scene
@@ -141,6 +146,23 @@ def report(results: Results, found) -> None:
                 _NIS_BAND[0] <= nis.value <= _NIS_BAND[1],
                 nis[1:],
             )
+    _limits(results, found)
+
+
+def _limits(results, found):
+    """COG of P1's ship, receiver known, were the course held up to another rate of change."""
+    rows = []
+    for limit in (math.degrees(HELD_RATE) * 60.0, *OTHER_LIMITS):
+        row = [f"{limit:g}"]
+        for label in NOISES:
+            key = f"mariner_{label}" if limit not in OTHER_LIMITS else f"mariner_{label}_{limit:g}"
+            values = [np.degrees(over_runs(found[key][:, k, 1], found[key][:, k, 3])[0]) for k in range(len(WHERE))]
+            row.append(" / ".join(f"{value:.2f}" for value in values))
+        rows.append(row)
+    names = ("held below (°/min)", *(WORDS[f"mariner_{label}"] for label in NOISES))
+    results.tables.append(
+        ("MARINER, receiver known: RMS of COG, straight / in turns, by what counts as held (°)", names, rows)
+    )
 
 
 def _cog(results, key, words, runs):
@@ -150,7 +172,7 @@ def _cog(results, key, words, runs):
         results.compare(
             f"{key}_cog_{where}_deg",
             value,
-            f"{words}: RMS of COG, {'straight' if where == 'straight' else 'in turns'}",
+            f"{words}: RMS of COG, {PLACES[where]}",
             "°",
             _PUBLISHED.get(key, ("", ""))[k],
             f"≤ {target:g}" if target else "",
