@@ -28,7 +28,7 @@ _BLOCK = 128
 
 @kernel
 def smooth_modes(record, models, kept, spoken):
-    """Backward pass over the record of `track`: smooths its `kept` in place and states `spoken` (n, SPOKEN) anew.
+    """State `spoken` (n, SPOKEN) of the record of `track` anew; its `kept` becomes what the plain smoother finds.
 
     Args:
         record: (time, first, second, doubts, aids, geodetic) of `track`.
