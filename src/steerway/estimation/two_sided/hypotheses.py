@@ -19,12 +19,12 @@ from steerway.estimation.model import LEAVING
 
 MANNERS = 2
 HYPOTHESES = 4
-"""Of each manner. With 3 the rate on a straight course is up to a tenth worse, with 6 nothing is better."""
+"""Of each manner. With 3 the rate on a straight course is up to a tenth worse, with 6 little is better."""
 LOG_WEIGHT, WORTH = range(2)
 """Bookkeeping of a hypothesis: the logarithm of its weight, and what part of all that is known speaks for it."""
 _LEAST_CHANCE = 1e-12
 """No change of manner is ever ruled out."""
-_LEAST_WORTH = 1e-30
+LEAST_WORTH = 1e-30
 
 
 @kernel
@@ -59,7 +59,7 @@ def normalise(bank):
         for h in range(HYPOTHESES):
             book = bank[m, h, n + 1]
             book[LOG_WEIGHT] -= largest
-            book[WORTH] = max(math.exp(book[LOG_WEIGHT]), _LEAST_WORTH)
+            book[WORTH] = max(math.exp(book[LOG_WEIGHT]), LEAST_WORTH)
 
 
 @lean_kernel
@@ -80,7 +80,7 @@ def part(bank, chances, backwards):
         chance = chances[m] if backwards else chances[1 - m]
         book = bank[m, HYPOTHESES, n + 1]
         book[LOG_WEIGHT] += math.log(worth / book[WORTH] * chance)
-        book[WORTH] = max(worth * chance, _LEAST_WORTH)
+        book[WORTH] = max(worth * chance, LEAST_WORTH)
     for m in range(MANNERS):
         stays = 1.0 - chances[m]
         for h in range(HYPOTHESES):

@@ -6,11 +6,11 @@ from steerway.compiled import lean_kernel
 from steerway.estimation.linear_algebra import square_root
 from steerway.estimation.model import RATE
 from steerway.estimation.two_sided.agreement import agreement
-from steerway.estimation.two_sided.hypotheses import HYPOTHESES, LOG_WEIGHT, MANNERS, WORTH
+from steerway.estimation.two_sided.hypotheses import HYPOTHESES, LEAST_WORTH, LOG_WEIGHT, MANNERS, WORTH
 
 SAID = RATE + 1
 """The vessel's own states, of which the mean is taken."""
-_NEGLIGIBLE = 1e-4
+_NEGLIGIBLE = 1e-3
 """Part of the likeliest pair's weight below which a pair is left out of the mean."""
 
 
@@ -49,7 +49,7 @@ def meet(past, future, pairs, mean, scale, roots, product, lower, room):
                     confront(past[m, i], future[m, j], roots[m, i], product, lower, room)
                     add(past[m, i], roots[m, i], lower, room, weight, mean)
         for j in range(HYPOTHESES):
-            future[m, j, n + 1, WORTH] = max(future[m, j, n + 1, WORTH], 1e-30)
+            future[m, j, n + 1, WORTH] = max(future[m, j, n + 1, WORTH], LEAST_WORTH)
     for i in range(SAID):
         mean[SAID, i] /= total
     for i in range(SAID):

@@ -66,7 +66,8 @@ def go_on(record, kept, manners, bank, believed, first, last, stored):
         if len(aids):
             take_aids(bank, aids[k], kept[k, n], believed[k], manners[0], work)
         normalise(bank)
-        part(bank, chances, False)
+        if dt > 0.0:
+            part(bank, chances, False)
         if len(stored):
             stored[k - first] = bank[:, :HYPOTHESES]
 

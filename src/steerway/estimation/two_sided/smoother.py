@@ -28,7 +28,7 @@ _BLOCK = 128
 
 @kernel
 def smooth_modes(record, models, kept, spoken):
-    """Backward pass over the record of `track`: smooths its `kept` in place and states `spoken` (n, SPOKEN) anew.
+    """State `spoken` (n, SPOKEN) of the record of `track` anew; its `kept` becomes what the plain smoother finds.
 
     Args:
         record: (time, first, second, doubts, aids, geodetic) of `track`.
@@ -104,7 +104,8 @@ def go_back(record, kept, manners, future, believed, start, end, first, stored, 
             set_chances(chances, dt, manners)
             for m in range(MANNERS):
                 set_step(steps[m], dt, manners[m])
-        part(future, chances, True)
+        if dt > 0.0:
+            part(future, chances, True)
         if believed[k, FIX]:
             see_fix(future, fix_of(record, k, kept, manners[0]), manners[0], room[0])
         if len(aids):
