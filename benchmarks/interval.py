@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.support.harness import Result
-from steerway.estimation.composite import START_VARIANCE, composite_model
-from steerway.estimation.interval import literal
-from steerway.estimation.interval.filter import IntervalFilter, box_of
+from steerway.estimation.heading.composite import START_VARIANCE, composite_model
+from steerway.estimation.heading.interval import literal
+from steerway.estimation.heading.interval.filter import IntervalFilter, box_of
 from steerway.sensors.tcm2 import TRUE_TCM2, DynamicCompass
 from steerway.studies.springer_mission.navigators import WeightedBounds, interval_box
 from steerway.studies.springer_mission.world import World, paper_mpc, sail

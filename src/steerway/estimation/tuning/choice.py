@@ -17,7 +17,7 @@ import numpy as np
 
 from steerway.estimation.profiles import BUILT_IN, Profile
 from steerway.estimation.replay import doubts, spoken_rows
-from steerway.estimation.tuning.excerpts import moving
+from steerway.estimation.tuning.excerpts import moving, telling
 from steerway.estimation.tuning.likelihood import cost
 from steerway.estimation.tuning.parameters import INSTRUMENTS, LASTING, MOTION, TURNS
 from steerway.estimation.tuning.rounding import rounding_std
@@ -48,10 +48,10 @@ def suited(fixes: Fixes, aid: tuple[str, ...] = ()) -> Profile:
         return BUILT_IN["ais"]
     aid = tuple(name for name in aid if name in INSTRUMENTS and np.isfinite(getattr(fixes, name)).any())
     fixes = _undoubted(spoken_rows(fixes, aid))
-    voyage = Log(fixes, moving(fixes), aid)
+    voyage = Log(fixes, telling(fixes), aid)
     positions = voyage.of_positions()
     log = positions.excerpt(_STRETCHES, _STRETCH)
-    if log.counted.sum() < max(_FEWEST_FIXES, _LEAST_SHARE * len(log)):
+    if moving(log.fixes).sum() < max(_FEWEST_FIXES, _LEAST_SHARE * len(log)):
         return _at_rest(log.fixes)
     apart = voyage.apart(SPACING, _AIDS_SPACING if aid else SPACING)
     motion = _motion(apart.excerpt(_STRETCHES, _STRETCH))

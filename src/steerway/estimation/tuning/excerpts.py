@@ -20,6 +20,15 @@ def moving(fixes: Fixes, half_window=5.0) -> np.ndarray:
     return _speeds(fixes.time, fixes.latitude, fixes.longitude, half_window) > LEAST_SPEED
 
 
+def telling(fixes: Fixes, reach=10.0) -> np.ndarray:
+    """(n,) bool: the vessel is under way, or that is at most `reach` (s) from there.
+
+    How she gathers way and loses it tells of her too; who stops all at once would else pass for one who never does.
+    """
+    time, before = fixes.time, np.r_[0, np.cumsum(moving(fixes))]
+    return before[np.searchsorted(time, time + reach, side="right")] > before[np.searchsorted(time, time - reach)]
+
+
 @kernel
 def _speeds(time, latitude, longitude, half_window):
     """(n,) m/s from the first fix to the last within half a window (s) of each; `time` in order."""

@@ -14,6 +14,8 @@ _STRETCHES = 20
 _QUANTILE = 2.09
 """Of Student's t with 19 degrees of freedom, for 95 %."""
 _DIFFERENCE = 0.1
+_LEAST_FREEDOM = 0.1
+"""Of χ²: less than a waiting time has no upper end."""
 
 
 def intervals(fit: Fit) -> dict[str, tuple[float, float]]:
@@ -34,7 +36,7 @@ def _reach(name, spread) -> tuple[float, float]:
         return -_QUANTILE * spread, _QUANTILE * spread
     from scipy.stats import chi2
 
-    freedom = 2.0 / spread**2
+    freedom = max(2.0 / spread**2, _LEAST_FREEDOM)
     most, least = np.log(freedom / chi2.ppf([0.975, 0.025], freedom))
     return most * _QUANTILE / 1.96, least * _QUANTILE / 1.96
 
