@@ -16,6 +16,7 @@ from steerway.estimation.tuning.excerpts import moving, telling
 from steerway.estimation.tuning.intervals import _curvature, intervals
 from steerway.estimation.tuning.likelihood import cost
 from steerway.estimation.tuning.parameters import MOTION, TURNS
+from steerway.estimation.tuning.rounding import rounding_std
 from steerway.estimation.tuning.search import Search, minimise
 from steerway.sensors.gnss import Gnss
 from steerway.studies.estimator_limits.scenarios import FAST, SLOW, sail
@@ -259,3 +260,32 @@ def test_what_does_not_last_is_a_sea_and_no_turn():
     assert stages.worthier([one, two], log) is two
     sea = replace(two, profile=two.profile.model_copy(update={"turn_course_rate_decay": 0.95}))
     assert stages.worthier([one, sea], log) is one
+
+
+def test_white_noise_is_not_less_than_what_positions_are_rounded_to():
+    """Positions written to 1e-4 of a minute, 0.185 m, leave 0.053 m open whatever a receiver is worth."""
+    fixes = logged(SLOW, 1, white=0.01)
+    assert rounding_std(fixes) == 0.0
+    minute = math.radians(1e-4 / 60.0)
+    written = {name: np.round(getattr(fixes, name) / minute) * minute for name in ("latitude", "longitude")}
+    rounded = replace(fixes, **written)
+    across = math.hypot(1.0, math.cos(fixes.latitude[0])) / math.sqrt(2.0)
+    assert rounding_std(rounded) == pytest.approx(0.1853 * across / math.sqrt(12.0), rel=0.01)
+    assert stages.Log(rounded, moving(rounded)).bounds["position_std"][0] == rounding_std(rounded)
+
+
+def test_way_is_made_where_ten_seconds_displace():
+    scene = sailed(np.r_[np.zeros(100), np.full(100, 2.0), np.zeros(100)], np.zeros(300), rate=1.0)
+    fixes = scene.fixes(0.01, 1)
+    under_way = moving(fixes)
+    assert under_way[105:195].all() and not under_way[:95].any() and not under_way[206:].any()
+    silent = replace(fixes, latitude=np.where(np.arange(300) % 3 == 0, fixes.latitude, np.nan))
+    assert np.mean(moving(silent) == under_way) > 0.97
+
+
+def test_a_filter_that_refuses_too_many_fixes_is_made_less_sure():
+    fixes = one_manner(5)
+    log = stages.Log(fixes, np.ones(len(fixes), bool))
+    assert stages.cautious(log, ONE) is ONE, "no outliers, no caution"
+    sure = stages.cautious(log, ONE.model_copy(update={"position_std": 0.2, "speed_noise": 5e-4}))
+    assert sure.position_std > 0.22 and sure.speed_noise / 5e-4 == pytest.approx((sure.position_std / 0.2) ** 2)

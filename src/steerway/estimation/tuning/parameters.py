@@ -30,7 +30,7 @@ BOUNDS = {
     "turn_course_rate_decay": (5e-3, 1.0),
     "acceleration_std": (1e-3, 2.0),
     "error_std": (3e-3, 10.0),
-    "error_time": (1.0, 2e3),
+    "error_time": (30.0, 2e3),
     "drift_std": (3e-3, 30.0),
     "drift_time": (1.0, 1e4),
     "sog_std": (0.05, 3.0),  # a receiver that wavers by less is filtered, and late
@@ -51,7 +51,7 @@ EXPECTED = {
     "turn_course_rate_decay": (0.2, 2.0),
     "acceleration_std": (0.1, 2.0),
     "error_std": (1.0, 2.0),
-    "error_time": (100.0, 2.0),
+    "error_time": (300.0, 1.0),
     "drift_std": (1.0, 2.0),
     "drift_time": (300.0, 2.0),
     "sog_std": (0.1, 1.0),
@@ -59,4 +59,9 @@ EXPECTED = {
     "yaw_rate_std": (3e-3, 1.0),
     "gyro_bias_time": (3000.0, 1.5),
 }
-"""Median and standard deviation of the logarithm: wide, so that only what a log cannot tell is held."""
+"""Median and standard deviation of the logarithm: wide, so that only what a log cannot tell is held.
+
+How long a receiver's error lasts is such a thing: a walk that turns back after half a minute or after five makes a log
+as likely, within one in a thousand. Errors of multipath and atmosphere last minutes; one that is gone within seconds
+would be made of waves.
+"""
