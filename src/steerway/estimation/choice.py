@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from steerway.estimation.fitting import MOTION, minimise, moving, thinned
+from steerway.estimation.fitting import FURTHER, MOTION, minimise, moving, thinned
 from steerway.estimation.likelihood import cost
 from steerway.estimation.profiles import BUILT_IN, Profile
 from steerway.records import Fixes
@@ -20,7 +20,7 @@ _LEAST_SHARE = 0.1
 _FEWEST_FIXES = 60
 _WHITE = (0.005, 0.02, 0.05, 0.15, 0.5, 1.5, 5.0, 15.0)
 _SLOW = ((0.15, 4.0), (0.5, 20.0), (1.5, 100.0))
-_EVALUATIONS = 120
+_EVALUATIONS = 200
 _SPACING = 1.0
 
 
@@ -42,8 +42,8 @@ def suited(fixes: Fixes) -> Profile:
         each.model_copy(update={"position_std": white, "error_std": 0.0}) for each in vessels for white in _WHITE
     ]
     start = min(candidates, key=motion_cost)
-    names = (*MOTION, "acceleration_std") if start.acceleration_std else MOTION
-    fitted, _ = minimise(motion_cost, start, names, start.model_dump(), _EVALUATIONS)
+    further = [name for name in FURTHER if getattr(start, name)]
+    fitted, _ = minimise(motion_cost, start, (*MOTION, *further), start.model_dump(), _EVALUATIONS)
     white = fitted.position_std * math.sqrt(len(sample) / len(apart))
     return _with_receiver(fitted.model_copy(update={"position_std": white}), sample, under_way)
 

@@ -16,6 +16,8 @@ _BOUNDS = {
     "course_rate_noise": (1e-9, 10.0),
     "course_rate_decay": (0.01, 2.0),
     "acceleration_std": (1e-3, 2.0),
+    "yawing_period": (3.0, 100.0),
+    "yawing_time": (1.0, 1000.0),
     "error_std": (0.003, 10.0),
     "error_time": (1.0, 2000.0),
 }
@@ -25,10 +27,15 @@ _EXPECTED = {  # median and standard deviation of the logarithm: wide, so that o
     "course_rate_noise": (1e-3, 4.0),
     "course_rate_decay": (0.2, 2.0),
     "acceleration_std": (0.1, 2.0),
+    "yawing_period": (10.0, 1.0),
+    "yawing_time": (15.0, 1.0),
     "error_std": (1.0, 2.0),
     "error_time": (100.0, 2.0),
 }
 MOTION = ("position_std", "speed_noise", "course_rate_noise", "course_rate_decay")
+
+FURTHER = ("acceleration_std", "yawing_period")
+"""Of motions that have it."""
 
 
 def moving(fixes: Fixes, half_window=5.0) -> np.ndarray:

@@ -9,7 +9,6 @@ import numpy as np
 
 from steerway.compiled import kernel, lean_kernel
 from steerway.earth import displaced, displacement
-from steerway.estimation.acceleration import predict_underway
 from steerway.estimation.aiding import COG, SOG, aid_adrift, aid_underway
 from steerway.estimation.five_state import set_step
 from steerway.estimation.mixture import (
@@ -37,7 +36,6 @@ from steerway.estimation.model import (
     GATE,
     LATITUDE,
     LONGEST_GAP,
-    LONGEST_STEP,
     LONGITUDE,
     LOST_COURSE_VARIANCE,
     MODE,
@@ -53,9 +51,11 @@ from steerway.estimation.model import (
     TIME_VARIANCE,
     UNDERWAY,
     empty_memory,
+    longest_step,
 )
 from steerway.estimation.position_update import correct, innovation, normalised_square
 from steerway.estimation.way import fold, judge, predict_adrift, start, take_place
+from steerway.estimation.yawing import predict_underway
 from steerway.records import NO_COURSE, OK, PREDICTED, REJECTED
 from steerway.records import STARTING as STARTING_STATUS
 
@@ -74,7 +74,7 @@ def advance(memory, dt, model):
         return
     if book[STRAY] >= 0.0:
         book[STRAY] += dt
-    steps = max(math.ceil(dt / LONGEST_STEP - STEP_SLACK), 1)
+    steps = max(math.ceil(dt / longest_step(parameters) - STEP_SLACK), 1)
     if dt / steps != step[DT]:
         set_step(step, dt / steps, parameters)
         if memory.ndim == 3:
