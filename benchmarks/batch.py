@@ -30,7 +30,7 @@ class Batch:
         self.spoken, self.nis = np.empty((n, SPOKEN)), np.empty(n)
         self.log_determinant, self.status = np.empty(n), np.empty(n, np.uint8)
         self.said = np.empty((n, SPOKEN + 1))
-        self.no_aids = np.empty((0, 5))
+        self.no_doubts, self.no_aids = np.empty(0), np.empty((0, 5))
 
     def share(self, first, last):
         """Run tracks first to last."""
@@ -40,6 +40,7 @@ class Batch:
             self.time[rows],
             self.north[rows],
             self.east[rows],
+            self.no_doubts,
             self.no_aids,
             False,
             ours.MODEL,

@@ -84,13 +84,15 @@ class Desk:
         self.ticks += 1
 
     def until_ready(self):
+        begun = self.time
         while self.order is None or self.order.state != "ready":
-            assert self.time < 60.0, self.order
+            assert self.time < begun + 60.0, self.order
             self.tick()
         return self
 
     def start(self):
         self.until_ready().autopilot.start()
+        self.tick()
         return self
 
     def _propeller_speeds(self):

@@ -3,6 +3,7 @@
 import datetime
 
 import numpy as np
+from pyubx2 import GET, UBXMessage
 
 KNOT = 1852.0 / 3600.0
 START = 1_719_835_200.0  # 2024-07-01 12:00 UTC
@@ -47,6 +48,17 @@ def gga(time, lat, lon, talker="GP", quality=1) -> bytes:
 
 def gll(time, lat, lon, talker="GP") -> bytes:
     return sealed(f"{talker}GLL,{place(lat, lon)},{clock(time)[0]},A,A")
+
+
+def pvt(time, lat, lon) -> bytes:
+    """NAV-PVT of a sound fix."""
+    moment = datetime.datetime.fromtimestamp(time, datetime.UTC)
+    message = UBXMessage(
+        "NAV", "NAV-PVT", GET, iTOW=round(1000 * time) % 604_800_000, year=moment.year, month=moment.month,
+        day=moment.day, hour=moment.hour, min=moment.minute, second=moment.second, validDate=1, validTime=1, fixType=3,
+        gnssFixOk=1, lat=lat, lon=lon, hAcc=500,
+    )  # fmt: skip
+    return message.serialize()
 
 
 def track(n: int, lat=54.0, lon=10.0, start=START, step=1.0):

@@ -1,279 +1,348 @@
-"""The autopilot: placed poles, signs, wrap, limits without wind-up, take-over without a jump; the papers' misprints."""
+"""The autopilot aboard: it keeps to the route, lets go in time for every cause, and steers only when it was started."""
 
 import math
-from dataclasses import replace
+import re
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from steerway.control.course import AnglePID, AnglePIDGains, place_poles
-from steerway.control.speed_pi import SpeedPI, SpeedPIGains
+from steerway.control.bandwidth import COMFORTABLE, yaw_rate_gain
 from steerway.errors import InputError
-from steerway.guidance.reference import ReferenceModel
-from steerway.papers import course_autopilot as printed
-from steerway.papers.references import reference_model
-from tests.boats import Nomoto
+from steerway.estimation.profiles import Profile
+from steerway.formats.nmea0183.writing import Leg
+from steerway.guidance.leg import track_errors
+from steerway.live.autopilot import UNDER_WAY, Autopilot, State
+from steerway.live.heard import Row, lost
+from steerway.live.mission import Limits
+from steerway.live.steering import Steering
+from steerway.records import OK, STATUSES
+from tests.desk import HOME, NOON, OTTER, SQUARE, TICK, Desk, square
 
-H = 0.02
-OTTER = place_poles(*printed.OTTER_NOMOTO, bandwidth=1.5)
-P1_GAINS = (1.45, 200.0, 36.27)
-
-
-def steer(gains, command, seconds, boat=None, shaper=None, pilot=None):
-    """(n,) unwrapped course of a Nomoto boat told a constant course; the reference is the command without a shaper."""
-    boat = boat or Nomoto(printed.OTTER_NOMOTO[0], printed.OTTER_NOMOTO[1])
-    pilot = pilot or AnglePID(gains)
-    courses = []
-    for _ in range(round(seconds / H)):
-        reference = shaper.step((command, 0.0, 0.0), H) if shaper else (command, 0.0, 0.0)
-        boat.step(pilot.step(reference, boat.course, boat.rate, H), H)
-        courses.append(boat.course)
-    return np.array(courses)
+FENCE = ((-40.0, -10.0), (70.0, -10.0), (70.0, 70.0), (-40.0, 70.0))
+LEG = Leg(2.0, 0.0, 0.0, 50.0, 0.3, 1.0, *HOME, "WP0", "WP1", speed=1.2)
 
 
-def test_pole_placement_gives_the_papers_gains():
-    assert OTTER.proportional == pytest.approx(92.98, abs=0.005)
-    assert OTTER.derivative_time == pytest.approx(0.889, abs=5e-4) and OTTER.integral_time == pytest.approx(
-        6.667, abs=1e-3
+def at(time, cog=0.0, sog=1.2, nis=2.0, status=OK, course_rate=0.0, **more):
+    row = Row(NOON + time, *HOME, sog, cog, course_rate, 0.1, 0.05, 0.02, 0.3, nis, status)
+    return row._replace(**more)
+
+
+def off_the_line(desk):
+    """(s on the leg, m off its line) of every tick to the end of the route."""
+    seen, leg_before, since = [], "", 0.0
+    while desk.order.state in UNDER_WAY and desk.time < 600.0:
+        desk.tick()
+        leg = desk.service.latest.leg
+        if leg is not None:
+            if leg.destination != leg_before:
+                leg_before, since = leg.destination, desk.time
+            target = int(leg.destination.removeprefix("WP"))
+            start, end = np.array(SQUARE[target - 1]), np.array(SQUARE[target])
+            direction = math.atan2(*(end - start)[::-1])
+            seen.append((desk.time - since, track_errors(*desk.state[6:8], *start, direction)[1]))
+    return np.array(seen)
+
+
+def rms(values):
+    return math.sqrt(np.mean(np.square(values)))
+
+
+@pytest.mark.parametrize("by", ["yaw-rate", "propellers"])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_square_in_a_current(by, seed):
+    desk = Desk(square(boat=OTTER), by=by, seed=seed).start()
+    elapsed, off = off_the_line(desk).T
+    assert desk.order.reason == "the route is finished"
+    assert rms(off[elapsed > 15.0]) < (0.4 if by == "yaw-rate" else 1.0)
+    assert rms(off) < 1.5
+    assert desk.time < 240.0 + 20.0
+    assert np.median([order.speed for order in desk.said if order.engaged and order.thrust]) == pytest.approx(
+        1.2, abs=0.1
     )
-    mariner = place_poles(*printed.MARINER_NOMOTO, bandwidth=0.05)
-    assert mariner.proportional == pytest.approx(1.450, abs=5e-4)
-    assert mariner.derivative_time == pytest.approx(36.27, abs=5e-3) and mariner.integral_time == 200.0
 
 
-@pytest.mark.parametrize("damping", [0.7, 1.0])
-def test_placed_poles_are_where_they_were_put(damping):
-    """Without the integral the loop of the object itself, linearised by finite differences, has ω_n and ζ."""
-    gains = place_poles(0.5, 4.0, 0.6, damping)
-    pilot = AnglePID(gains)
-
-    def turning(course, rate):
-        pilot.restart()
-        return (0.5 * pilot.step((0.0, 0.0, 0.0), course, rate, 0.0) - rate) / 4.0
-
-    step = 1e-6
-    stiffness, friction = -turning(step, 0.0) / step, -turning(0.0, step) / step
-    assert stiffness == pytest.approx(0.6**2) and friction == pytest.approx(2 * damping * 0.6)
+def test_a_square_by_fixes_a_second_apart():
+    desk = Desk(square(boat=OTTER), rate=1.0).start()
+    elapsed, off = off_the_line(desk).T
+    assert desk.order.reason == "the route is finished" and rms(off[elapsed > 15.0]) < 1.0
 
 
-def test_poles_of_the_papers_loops():
-    """P0 (56): the integral adds a slow pole and moves the placed pair; P1 (29) as printed is unstable."""
-    gains = (OTTER.proportional, OTTER.integral_time, OTTER.derivative_time)
-    poles = np.sort(printed.closed_loop_poles(gains, printed.OTTER_NOMOTO, printed=False))
-    scaled = np.sort(np.roots([1.0, 2.0, 1.0, 0.1])) * 1.5
-    np.testing.assert_allclose(poles, scaled, rtol=1e-9)
-    np.testing.assert_allclose(-poles.real / 1.5, [1.280, 0.587, 0.133], atol=1e-3)
+def under_way(**settings):
+    desk = Desk(settings.pop("route", None) or square(boat=OTTER), **settings).start()
+    desk.sail(5.0)
+    assert desk.order.state is State.RUNNING and desk.order.engaged and desk.order.thrust > 0.0
+    return desk
 
 
-def test_erratum_p1_29_the_printed_signs_are_unstable():
-    poles = printed.closed_loop_poles(P1_GAINS, printed.MARINER_NOMOTO)
-    np.testing.assert_allclose(np.sort(poles.real), [0.0061, 0.0376, 0.0376], atol=5e-5)
-    assert poles.imag.max() == pytest.approx(0.025, abs=5e-5)
-    assert printed.closed_loop_poles(P1_GAINS, printed.MARINER_NOMOTO, printed=False).real.max() < 0.0
-    departure = {}
-    for form in (True, False):
-        ship, integral = Nomoto(*printed.MARINER_NOMOTO, course=math.radians(1.0)), 0.0
-        for _ in range(3000):
-            ship.step(printed.rudder(ship.course, integral, ship.rate, P1_GAINS, printed=form), 0.1)
-            integral += 0.1 * ship.course
-        departure[form] = abs(ship.course)
-    assert departure[True] > math.radians(60.0) and departure[False] < math.radians(0.1)
+def until_stopped(desk, most=15.0):
+    """s from now to the first tick with the safe output."""
+    begun = desk.time
+    while desk.order.state in UNDER_WAY:
+        assert desk.time - begun < most, desk.order
+        desk.tick()
+    return desk.time - begun
 
 
-def test_erratum_p1_30_the_printed_feedforward_does_not_follow():
-    """A Nomoto ship on a 60° third-order reference of ω 0.02 rad/s, ζ 1; the bandwidth is not in the paper."""
-    peak = {}
-    for form in (True, False):
-        ship, integral, reference, worst = Nomoto(*printed.MARINER_NOMOTO), 0.0, (0.0, 0.0, 0.0), 0.0
-        for _ in range(40000):
-            error, rate_error = ship.course - reference[0], ship.rate - reference[1]
-            forward = printed.feedforward(reference[1], reference[2], printed.MARINER_NOMOTO, printed=form)
-            ship.step(printed.rudder(error, integral, rate_error, P1_GAINS, forward, printed=False), H)
-            integral += H * error
-            worst = max(worst, abs(error))
-            reference = reference_model(*reference, math.radians(60.0), 0.02, 1.0, math.inf, H)
-        peak[form] = math.degrees(worst)
-    assert peak[True] == pytest.approx(0.99, abs=0.05)
-    assert peak[False] < 0.01
+def hear(change):
+    """What the receiver says from now on."""
+
+    def cause(desk):
+        desk.fixes = change(desk.fixes, desk.time)
+
+    return cause
 
 
-def test_feedforward_follows_a_reference_on_the_right_plant():
-    shaper = ReferenceModel(0.5, max_rate=math.radians(10.0))
-    shaper.start(0.0)
-    boat, pilot, worst = Nomoto(*printed.OTTER_NOMOTO), AnglePID(OTTER), 0.0
-    for _ in range(1500):
-        reference = shaper.step((math.radians(60.0), 0.0, 0.0), H)
-        boat.step(pilot.step(reference, boat.course, boat.rate, H), H)
-        worst = max(worst, abs(boat.course - reference.angle))
-    assert worst < math.radians(0.4)
-    assert abs(boat.course - math.radians(60.0)) < math.radians(0.1)
-    blind_gains = replace(OTTER, rate_feedforward=0.0, acceleration_feedforward=0.0)
-    blind = steer(blind_gains, math.radians(60.0), 30.0, shaper=started(ReferenceModel(0.5)))
-    assert abs(blind[-1] - math.radians(60.0)) < math.radians(1.5)
+def delayed(by):
+    def change(says, _):
+        waiting = []
+
+        def fixes(*fix):
+            waiting.append(fix)
+            return says(*waiting.pop(0)) if waiting[0][0] <= fix[0] - by else []
+
+        return fixes
+
+    return change
 
 
-def started(shaper, angle=0.0):
-    shaper.start(angle)
-    return shaper
+def stepped(by):
+    return hear(lambda says, _: lambda time, *place: says(time + by, *place))
 
 
-@pytest.mark.parametrize("command", [-3.0, -1.0, 1.0, 3.0])
-@pytest.mark.parametrize("start", [-3.1, 0.3, 3.1, 9.0])
-def test_every_course_is_reached_the_short_way(command, start):
-    boat = Nomoto(*printed.OTTER_NOMOTO, course=start)
-    courses = steer(OTTER, command, 60.0, boat)
-    way = math.remainder(command - start, 2 * math.pi)
-    assert courses[-1] - start == pytest.approx(way, abs=2e-3)
-    assert np.max(np.abs(courses - start)) < 1.35 * abs(way) + 1e-9  # the integral's overshoot, not another turn
+def hang(desk):
+    desk.own += 0.7
 
 
-def test_the_opposite_course_is_where_the_way_is_decided():
-    """Unwinding: the wrapped error leaves no long way round, at the price of a jump of the moment at 180°."""
-    just_left = AnglePID(OTTER).step((0.0, 0.0, 0.0), math.pi - 1e-3, 0.0, H)
-    just_right = AnglePID(OTTER).step((0.0, 0.0, 0.0), -math.pi + 1e-3, 0.0, H)
-    assert just_left == pytest.approx(-OTTER.proportional * (math.pi - 1e-3), rel=1e-9)
-    assert just_right == pytest.approx(-just_left)
-    unwrapped, wrapped = Nomoto(*printed.OTTER_NOMOTO), Nomoto(*printed.OTTER_NOMOTO)
-    command, start = math.radians(10.0), math.radians(350.0)
-    unwrapped.course = wrapped.course = start
-    gains = (OTTER.proportional, OTTER.derivative_time)
-    for _ in range(3000):
-        unwrapped.step(-gains[0] * (unwrapped.course - command + gains[1] * unwrapped.rate), H)
-    courses = steer(OTTER, command, 60.0, wrapped)
-    assert start - unwrapped.course == pytest.approx(math.radians(340.0), abs=1e-3)
-    assert courses[-1] - start == pytest.approx(math.radians(20.0), abs=1e-3)
+CAUSES = {
+    "silence": (hear(lambda *_: lambda *fix: []), 10.0, "no fix for 10"),
+    "jump": (hear(lambda says, _: lambda time, north, east: says(time, north, east + 40.0)), 1.5, "fixes do not fit"),
+    "standing time": (hear(lambda says, now: lambda time, *place: says(now, *place)), 0.0, "time stands still"),
+    "time ahead": (stepped(3.0), 0.0, r"time stepped by \+3.0 s"),
+    "time far ahead": (stepped(3600.0), 0.0, "time stepped"),
+    "time back": (stepped(-3.0), 0.0, "time has stepped"),
+    "time far back": (stepped(-3600.0), 0.0, "time stepped"),
+    "late fixes": (hear(delayed(4.0)), 4.0, "fixes come more than 2 s late"),
+    "watchdog": (hang, 0.0, "the service was late by 0.7 s"),
+    "link": (lambda desk: desk.autopilot.link("mavlink", False), 0.0, "link mavlink is lost"),
+    "person": (lambda desk: desk.autopilot.stop(), 0.0, "told to stop"),
+}
+"""What happens, for how long that is allowed to go on, and what is said of it."""
 
 
-def test_the_integral_carries_a_steady_disturbance():
-    boat = Nomoto(*printed.OTTER_NOMOTO, disturbance=-0.2)
-    pilot = AnglePID(OTTER)
-    courses = steer(OTTER, 0.5, 120.0, boat, pilot=pilot)
-    assert courses[-1] == pytest.approx(0.5, abs=1e-6)
-    assert pilot.integral == pytest.approx(0.2 / printed.OTTER_NOMOTO[0], rel=1e-5)
-    assert OTTER.limit == math.inf and AnglePIDGains(50.0).integral_time == math.inf
+@pytest.mark.parametrize("name", CAUSES)
+@pytest.mark.parametrize("safe", ["stop", "hand-back"])
+def test_every_cause_leads_to_the_safe_output_in_time(name, safe):
+    cause, allowed, said = CAUSES[name]
+    desk = under_way(route=square(boat=OTTER, safe=safe))
+    cause(desk)
+    assert until_stopped(desk) <= allowed + 1.0 + 2.0 * TICK
+    for order in (desk.order, *desk.sail(3.0)):
+        assert order.state is State.STOPPED and order.engaged is (safe == "stop")
+        assert order[3:7] == (0.0, 0.0, 0.0, 0.0)
+        assert order.reason == desk.order.reason
+    assert re.search(said, desk.order.reason), desk.order.reason
 
 
-def overshoot(frozen, behind, turn=2.5):
-    """Overshoot in a turn that saturates for long, the limit in the autopilot or behind it."""
-    limit = 25.0
-    gains = place_poles(*printed.OTTER_NOMOTO, bandwidth=1.5, limit=math.inf if behind else limit)
-    boat, pilot, integral, worst = Nomoto(*printed.OTTER_NOMOTO), AnglePID(gains), 0.0, 0.0
-    for _ in range(3000):
-        if frozen:
-            wanted = pilot.step((turn, 0.0, 0.0), boat.course, boat.rate, H)
-        else:
-            error = boat.course - turn
-            integral -= gains.proportional / gains.integral_time * error * H
-            wanted = integral - gains.proportional * (error + gains.derivative_time * boat.rate)
-        achieved = max(-limit, min(limit, wanted))
-        if frozen and behind:
-            pilot.limited_to(achieved)
-        boat.step(achieved, H)
-        worst = max(worst, (boat.course - turn) / turn)
-    return worst
+@pytest.mark.parametrize("rate", [0.5, 1.0, 10.0])
+def test_silence_is_counted_from_the_last_fix(rate):
+    desk = under_way(rate=rate, patience=6.0)
+    begun = desk.time
+    CAUSES["silence"][0](desk)
+    until_stopped(desk)
+    late = desk.time - (begun + 6.0)
+    assert -1.0 / rate - TICK <= late <= max(1.0, 3.0 / rate)
 
 
-@pytest.mark.parametrize("behind", [False, True])
-def test_a_limit_does_not_wind_the_integral_up(behind):
-    held, wound = overshoot(True, behind), overshoot(False, behind)
-    assert wound > 0.25 and held < 0.4 * wound
+def test_dead_reckoning_is_said_and_ends_with_the_next_fix():
+    desk = under_way()
+    says, desk.fixes = desk.fixes, lambda *fix: []
+    said = desk.sail(6.0)
+    assert [order.state for order in said[::50]] == [State.RUNNING] * 1 + [State.DEGRADED] * 5
+    assert "dead reckoning" in said[-1].reason and said[-1].engaged
+    desk.fixes = says
+    assert desk.sail(4.0)[-1].state is State.RUNNING
 
 
-def test_the_integral_leaves_a_limit_at_once():
-    gains = AnglePIDGains(10.0, integral_time=1.0, limit=5.0)
-    pilot = AnglePID(gains)
-    for _ in range(500):
-        pilot.step((1.0, 0.0, 0.0), 0.0, 0.0, H)
-    assert pilot.command == 5.0 and pilot.integral <= gains.limit
-    high = pilot.integral
-    pilot.step((0.0, 0.0, 0.0), 0.001, 0.0, H)
-    assert pilot.integral <= high
+def test_one_outlier_does_not_stop_her():
+    desk = under_way()
+    says = desk.fixes
+    desk.fixes = lambda time, north, east: says(time, north + 50.0, east)
+    desk.sail(0.4)
+    assert desk.order.state is State.DEGRADED and "do not fit" in desk.order.reason
+    desk.fixes = says
+    assert desk.sail(1.0)[-1].state is State.RUNNING
+
+
+def test_the_fence_stops_her_before_it_is_left():
+    desk = under_way(route=square(boat=OTTER, fence=FENCE))
+    desk.service.guide.step = lambda row: LEG._replace(course_to_steer=-math.pi / 2.0, cross_track=0.0)
+    until_stopped(desk, 60.0)
+    assert "about to be left" in desk.order.reason and desk.state[7] > -10.0
+
+
+@pytest.mark.parametrize(
+    ("limits", "said"),
+    [
+        (Limits(max_sog_mps=0.6), "speed is 1..* the limit 0.6"),
+        (Limits(cross_track=1.0), "off the leg, the limit 1 m"),
+        (Limits(min_sog_mps=1.0), "the least 1 m/s"),
+    ],
+)
+def test_limits(limits, said):
+    desk = Desk(square(boat=OTTER, limits=limits))
+    desk.state[7] = 3.0 if limits.cross_track else 0.0
+    if "least" not in said:
+        with pytest.raises(AssertionError, match="limit"):
+            desk.until_ready()
+        return
+    desk.start().sail(16.0)
+    assert desk.order.state is State.RUNNING
+    desk.boat = type("Moored", (), {"step": lambda self, state, *_: state})()
+    assert until_stopped(desk) < 6.0 and said in desk.order.reason
+
+
+def test_a_limit_is_kept_under_way():
+    desk = under_way(route=square(boat=OTTER, limits=Limits(cross_track=3.0)))
+    desk.service.guide.step = lambda row: LEG._replace(cross_track=-3.5)
+    assert until_stopped(desk) <= 1.0 and desk.order.reason == "the boat is 3.5 m off the leg, the limit 3 m"
+
+
+def test_the_route_begins_with_the_start_and_goes_on_after_a_stop():
+    desk = Desk(square(boat=OTTER)).until_ready()
+    desk.sail(80.0)
+    assert desk.service.latest.leg.destination != "WP1"  # passed by while nobody steered
+    desk.state[6:8] = 0.0, 0.0
+    desk.sail(5.0)
+    desk.start().tick()
+    assert desk.service.latest.leg.destination == "WP1"
+    while desk.service.latest.leg.destination == "WP1":
+        desk.tick()
+    desk.autopilot.stop("lunch")
+    desk.sail(1.0)
+    assert desk.order.state is State.STOPPED and desk.order.reason == "lunch"
+    desk.autopilot.start()
+    desk.sail(1.0)
+    assert desk.order.state is State.RUNNING and desk.service.latest.leg.destination == "WP2"
+
+
+def test_a_start_is_refused_in_words():
+    desk = Desk(square(boat=OTTER))
+    with pytest.raises(InputError, match="cannot be started: no position yet"):
+        desk.autopilot.start()
+    desk.until_ready()
+    desk.autopilot.link("mavlink", False)
+    desk.tick()
+    with pytest.raises(InputError, match="link mavlink is lost"):
+        desk.autopilot.start()
+    assert desk.order.state is State.IDLE
+    with pytest.raises(InputError, match="no route"):
+        pilot = Autopilot()
+        pilot.fix(at(0.0))
+        for k in range(200):
+            pilot.step(at(k * TICK), None, TICK)
+            pilot.fix(at(k * TICK))
+        pilot.start()
+
+
+def test_it_does_not_get_ready_on_a_profile_that_does_not_fit():
+    desk = Desk(square(boat=OTTER), profile="small-usv", noise=0.5)
+    with pytest.raises(AssertionError, match="scatter more than the profile says"):
+        desk.until_ready()
+
+
+def test_a_boat_adrift_is_not_ready():
+    desk = Desk(square(boat=OTTER), current=0.0)
+    desk.boat = type("Moored", (), {"step": lambda self, state, *_: state})()
+    with pytest.raises(AssertionError, match="the course is"):
+        desk.until_ready()
+
+
+def test_engaged_by_itself_once_and_not_after_a_stop():
+    desk = Desk(square(boat=OTTER), engage=True)
+    desk.sail(20.0)
+    assert desk.order.state is State.RUNNING
+    desk.autopilot.stop()
+    assert {order.state for order in desk.sail(10.0)} == {State.STOPPED}
+    early = Desk(square(boat=OTTER), engage=True)
+    early.autopilot.stop()
+    assert State.RUNNING not in {order.state for order in early.sail(20.0)}
+
+
+EVENTS = st.sampled_from(["start", "stop", "down", "up", "silence", "fixes", "jump", "hang", "blind", "end", "wait"])
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.tuples(EVENTS, st.integers(1, 60)), max_size=25), st.sampled_from(["stop", "hand-back"]))
+def test_whatever_happens_it_steers_only_when_started_and_safely_stops(events, safe):
+    pilot = Autopilot(square(boat=OTTER, safe=safe), "otter", patience=2.0)
+    started, world, time = False, "fixes", 0.0
+    for event, ticks in [("wait", 60), *events]:
+        if event == "start":
+            try:
+                pilot.start()
+                started = True
+            except InputError:
+                assert pilot.state not in UNDER_WAY
+        elif event == "stop":
+            pilot.stop()
+        elif event in ("down", "up"):
+            pilot.link("it", event == "up")
+        elif event != "wait":
+            world = event
+        for _ in range(ticks):
+            before = pilot.state
+            dt = 0.7 if world == "hang" else 0.1
+            time += dt
+            row = lost(NOON + time) if world == "blind" else at(time)
+            if world not in ("silence", "blind"):
+                pilot.fix(row._replace(status=STATUSES.index("rejected")) if world == "jump" else row)
+            order = pilot.step(row, None if world == "end" else LEG, dt)
+            assert order.state is pilot.state
+            assert started or (not order.engaged and order.state in (State.IDLE, State.READY))
+            if order.state in UNDER_WAY:
+                assert before in UNDER_WAY and order.engaged and world not in ("hang", "end")
+                assert abs(order.yaw_rate) <= math.radians(15.0) and abs(order.thrust) <= 1.0
+                assert abs(order.port) <= 1.0 and abs(order.starboard) <= 1.0
+            else:
+                assert order[3:7] == (0.0, 0.0, 0.0, 0.0)
+            if order.state is State.STOPPED:
+                assert order.reason and order.engaged is (safe == "stop")
+                assert before in (*UNDER_WAY, State.STOPPED)
+
+
+def test_yaw_rate_turns_her_to_the_course():
+    steering = Steering(OTTER, Profile.named("otter"))
+    steering.start(at(0.0, cog=0.0))
+    for _ in range(25):
+        command = steering.step(at(0.0, cog=0.0), LEG, 0.2, TICK)
+    assert command.yaw_rate > 0.0 and command.port > command.starboard and command.course == LEG.course_to_steer
+    steering.start(at(0.0, cog=3.1))
+    command = steering.step(at(0.0, cog=-3.1), LEG._replace(course_to_steer=3.1), 0.2, TICK)
+    assert command.yaw_rate == pytest.approx(-0.083 * steering.gain(1.2, 0.2), rel=0.01)
+
+
+def test_steering_comes_before_thrust():
+    steering = Steering(OTTER.model_copy(update={"full_yaw_rate_dps": 15.0}), Profile.named("otter"))
+    steering.start(at(0.0, cog=-2.0, sog=0.2))
     for _ in range(200):
-        pilot.step((0.0, 0.0, 0.0), 0.4, 0.0, H)
-    assert pilot.command < 0.0
+        command = steering.step(at(0.0, cog=-2.0, sog=0.2), LEG._replace(speed=3.0), 0.2, TICK)
+    assert command.port == pytest.approx(1.0) and command.starboard < -0.5 and command.thrust > 0.0
 
 
-def test_take_over_is_without_a_jump():
-    for command in (-30.0, 12.0):
-        pilot = AnglePID(OTTER)
-        pilot.start(command, (0.4, 0.02, 0.01), 0.35, -0.01)
-        assert pilot.step((0.4, 0.02, 0.01), 0.35, -0.01, H) == pytest.approx(command)
-    bounded = AnglePID(place_poles(*printed.OTTER_NOMOTO, bandwidth=1.5, limit=20.0))
-    bounded.start(500.0, (0.0, 0.0, 0.0), 0.0, 0.0)
-    assert bounded.integral == 20.0
-    assert bounded.step((0.0, 0.0, 0.0), 0.0, 0.0, H) == 20.0
+@pytest.mark.parametrize("time", [0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 20.0])
+@pytest.mark.parametrize("carried", [0.1, 0.5, 1.0])
+def test_the_gain_keeps_the_loop_calm(carried, time):
+    s = np.polynomial.Polynomial([0.0, 1.0])
+    filtering = np.polynomial.Polynomial([carried**3, 2.0 * carried**2, 2.0 * carried, 1.0])
+    course = np.polynomial.Polynomial([carried**3, 2.0 * carried**2])
+    poles = (s * (time * s + 1.0) * filtering + yaw_rate_gain(carried) * course).roots()
+    assert np.min(-poles.real / np.abs(poles)) > COMFORTABLE
 
 
-def test_unknown_angles_leave_the_trim():
-    pilot = AnglePID(OTTER)
-    pilot.start(7.0, (0.0, 0.0, 0.0), 0.0, 0.0)
-    for nothing in [((0.0, 0.0, 0.0), math.nan, math.nan), ((math.nan, 0.0, 0.0), 1.0, 0.0)]:
-        assert pilot.step(*nothing, H) == pytest.approx(7.0) and pilot.integral == pytest.approx(7.0)
-    turning = pilot.step((0.0, 0.0, 0.0), math.nan, 0.1, H)
-    assert turning == pytest.approx(7.0 - OTTER.proportional * OTTER.derivative_time * 0.1)
-
-
-@pytest.mark.parametrize("rate_hz", [10.0, 50.0, 200.0])
-def test_the_rate_of_the_loop_is_no_tuning(rate_hz):
-    """The sampled loop stays with the closed loop of P0 (56) in continuous time, solved by a matrix exponential."""
-    gain, time_constant = printed.OTTER_NOMOTO
-    push, turn = 0.1, 0.5
-    stiffness = OTTER.proportional * gain / time_constant
-    loop = np.array(
-        [
-            [0.0, 1.0, 0.0, 0.0],
-            [-stiffness, -1.0 / time_constant - stiffness * OTTER.derivative_time, gain / time_constant, push],
-            [-OTTER.proportional / OTTER.integral_time, 0.0, 0.0, 0.0],
-            [0.0, 0.0, 0.0, 0.0],
-        ]
-    )
-    boat, pilot = Nomoto(*printed.OTTER_NOMOTO, disturbance=push), AnglePID(OTTER)
-    onward, true = expm(loop / rate_hz), np.array([-turn, 0.0, 0.0, 1.0])
-    for _ in range(round(8.0 * rate_hz)):
-        moment = pilot.step((turn, 0.0, 0.0), boat.course, boat.rate, 1.0 / rate_hz)
-        for _ in range(round(1000 / rate_hz)):
-            boat.step(moment, 1e-3)
-        true = onward @ true
-        assert boat.course - turn == pytest.approx(true[0], abs=0.3 * turn / rate_hz)
-
-
-def test_gains_that_cannot_be_are_refused():
-    for make, said in (
-        (lambda: place_poles(0.0, 1.0, 1.0), "nomoto.gain is 0"),
-        (lambda: place_poles(1.0, math.nan, 1.0), "nomoto.time_constant is nan"),
-        (lambda: place_poles(1.0, 1.0, 0.3), "autopilot.bandwidth is 0.3 rad/s, expected at least 0.5 rad/s"),
-        (lambda: AnglePIDGains(-1.0), "autopilot.proportional is -1"),
-        (lambda: AnglePIDGains(1.0, integral_time=0.0), "autopilot.integral_time is 0"),
-        (lambda: AnglePIDGains(1.0, derivative_time=-1.0), "autopilot.derivative_time is -1"),
-        (lambda: SpeedPIGains(mass=0.0), "speed.mass is 0"),
-    ):
-        with pytest.raises(InputError, match=said):
-            make()
-
-
-def run_speed(pilot, seconds, desired, mass=85.0, drag=77.0, push=0.0, speed=0.0, give=math.inf):
-    speeds = []
-    for _ in range(round(seconds / H)):
-        force = min(give, pilot.step(desired, speed, H))
-        pilot.limited_to(force)
-        speed += H * (force + push - drag * speed) / mass
-        speeds.append(speed)
-    return np.array(speeds)
-
-
-def test_a_speed_is_held_against_a_push_and_without_wind_up():
-    known = SpeedPIGains(mass=85.0, linear_drag=77.0, limit=200.0)
-    assert run_speed(SpeedPI(known), 40.0, 1.2)[-1] == pytest.approx(1.2, abs=1e-3)
-    assert run_speed(SpeedPI(known), 60.0, 1.2, push=-30.0)[-1] == pytest.approx(1.2, abs=1e-3)
-    unknown = SpeedPIGains(mass=85.0, limit=100.0)
-    slow = run_speed(SpeedPI(unknown), 60.0, 1.2)
-    assert slow[-1] == pytest.approx(1.2, abs=1e-3) and slow.max() < 1.2 * 1.05
-    pilot = SpeedPI(SpeedPIGains(mass=85.0))  # the limit lies behind it
-    assert run_speed(pilot, 100.0, 1.5, give=80.0)[-1] == pytest.approx(80.0 / 77.0, abs=1e-3)
-    assert pilot.integral < 80.0
-    no_reverse = SpeedPI(SpeedPIGains(mass=85.0))
-    assert no_reverse.step(0.0, 1.0, H) == 0.0
-    no_reverse.start(20.0, 1.0, 0.8)
-    assert no_reverse.step(1.0, 0.8, H) == pytest.approx(20.0)
-    assert no_reverse.step(1.0, math.nan, H) == pytest.approx(no_reverse.integral)
+def test_the_gain_obeys_the_estimator():
+    steering = Steering(OTTER, Profile.named("otter"))
+    assert steering.gain(1.2, 0.2) == pytest.approx(0.3 * (1.44 * 1e-2 / (0.25 * 0.2)) ** (1.0 / 6.0))
+    assert steering.gain(1.2, 2.0) < steering.gain(1.2, 0.2) > steering.gain(0.6, 0.2)
+    assert steering.gain(math.nan, 0.2) == steering.gain(1.2, math.nan) == 0.0

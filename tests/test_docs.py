@@ -8,7 +8,7 @@ import pytest
 DOCS = Path(__file__).parents[1] / "docs"
 
 
-@pytest.mark.parametrize("page", ["vessels.md"])
+@pytest.mark.parametrize("page", ["vessels.md", "raspberry-pi.md"])
 def test_the_code_of_a_page_runs(page):
     text = (DOCS / page).read_text(encoding="utf-8")
     blocks = list(re.finditer(r"```python\n(.*?)```", text, re.DOTALL))

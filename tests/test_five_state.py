@@ -129,7 +129,8 @@ def tracked(north, east, time, profile=PROFILE):
     n = len(time)
     spoken, nis = np.empty((n, SPOKEN)), np.empty(n)
     columns = (spoken, nis, np.empty(n), np.empty(n, np.uint8))
-    track(time, north, east, np.empty((0, 5)), False, model, empty_memory(model), *columns, np.empty((0, 1, 1)))
+    rows = time, north, east, np.empty(0), np.empty((0, 5))
+    track(*rows, False, model, empty_memory(model), *columns, np.empty((0, 1, 1)))
     return spoken, nis
 
 

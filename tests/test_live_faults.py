@@ -6,7 +6,7 @@ import re
 import pytest
 
 from tests.faults.measured import measure
-from tests.faults.sorties import FAULTS
+from tests.faults.sorties import FAULTS, SPEED
 from tests.faults.table import discrete, in_docs, line
 
 UNSEEN = {
@@ -15,6 +15,7 @@ UNSEEN = {
     "jump of 30 m for 1 s",
     "every fix told twice",
     "every fifth fix 1 s late",
+    "every fix 0.3 s late, --latency 0.3",
     "fixes in the wrong order",
     "link silent for 3 s, then all at once",
     "midnight",
@@ -41,7 +42,7 @@ def test_a_fault_is_borne_as_the_docs_say(fault, documented):
     assert discrete(row) == discrete(documented[fault.name])
     for measured, written in zip(*(_numbers(each) for each in (row, documented[fault.name])), strict=True):
         assert measured == pytest.approx(written, rel=0.15, abs=0.15)
-    assert found.times_right, "the time said is that of the receiver"
+    assert found.time == pytest.approx(fault.latency - fault.delay, abs=0.15), "the time said is the receiver's"
     assert found.silence < 0.11, "a row of the present is said all the time"
     if fault.name in UNSEEN or "time " in fault.name or "clock" in fault.name:
         assert found.rmc == "A" and found.cog == "always" and found.recovery == 0.0
@@ -59,6 +60,13 @@ def test_beyond_the_patience_nothing_is_said(length, nothing):
     assert found.rmc == "AV" and "lost" in found.statuses
     assert found.unknown == pytest.approx(nothing, abs=0.5)
     assert found.recovery < 2.0
+
+
+def test_with_the_latency_told_the_present_is_said():
+    told, untold = (measure(each) for each in FAULTS if each.name.startswith("every fix 0.3 s late"))
+    assert abs(told.astern) < 0.06, "a tick is 20 ms, 4 cm at 2 m/s"
+    assert untold.astern == pytest.approx(0.3 * SPEED, abs=0.06)
+    assert told.position < 0.5 < untold.position
 
 
 def _numbers(row):

@@ -5,25 +5,24 @@ import io
 import json
 import math
 import socket
-from datetime import UTC, datetime
 
 import numpy as np
 import pytest
-from pyubx2 import GET, UBXMessage
 
 from steerway.errors import InputError
 from steerway.estimation import estimate
 from steerway.formats import nmea0183, ubx
 from steerway.live import addresses, uri
 from steerway.live.decoding import GpsdDecoder, ReceiverDecoder, SignalKDecoder
+from steerway.live.deltas import Deltas, delta, motion
 from steerway.live.heard import Row, lost
-from steerway.live.links.speakers import StdoutSpeaker
+from steerway.live.links.speakers import FileSpeaker
 from steerway.live.navigator import Navigator
-from steerway.live.outputs import Deltas, JsonLines, Sentences, delta, json_line
+from steerway.live.outputs import JsonLines, Sentences, json_line
 from steerway.live.service import Service
 from steerway.records import NO_COURSE, OK
 from steerway.timestamps import iso
-from tests.sentences import START, gga, gll, rmc, sealed, sortie, track
+from tests.sentences import START, gga, gll, pvt, rmc, sealed, sortie, track
 from tests.test_live_navigator import Kept, assert_equal
 
 NOON = 1_719_835_200.0
@@ -162,7 +161,7 @@ def test_what_is_said_is_what_a_reader_reads():
 
 
 def test_a_delta_in_si_with_null_for_unknown():
-    message = json.loads(delta(SAILING))
+    message = json.loads(delta(NOON, motion(SAILING)))
     (update,) = message["updates"]
     values = {each["path"]: each["value"] for each in update["values"]}
     assert message["context"] == "vessels.self" and update["$source"] == "steerway"
@@ -171,7 +170,7 @@ def test_a_delta_in_si_with_null_for_unknown():
     assert values["navigation.speedOverGround"] == 2.0
     assert values["navigation.courseOverGroundTrue"] == pytest.approx(1.5 * math.pi)
     assert values["navigation.rateOfTurn"] == pytest.approx(math.radians(1.0))
-    (update,) = json.loads(delta(lost(NOON)))["updates"]
+    (update,) = json.loads(delta(NOON, motion(lost(NOON))))["updates"]
     assert [each["value"] for each in update["values"]] == [None] * 4
 
 
@@ -194,7 +193,7 @@ def test_json_lines_carry_the_columns_of_estimate():
     assert list(line) == frame.columns
     assert line["course_rate_dps"] == pytest.approx(1.0) and line["cog_deg"] is None and line["status"] == "no_course"
     file = io.BytesIO()
-    output = JsonLines(StdoutSpeaker(None, patient=True, file=file))
+    output = JsonLines(FileSpeaker(file, patient=True))
     for _ in range(2000):
         output.fix(SAILING)
         output.tick(SAILING)
@@ -313,17 +312,8 @@ def test_datagrams_in_sentences_out():
 
 def mixed(n):
     """UBX and sentences of the same moments, some of either damaged."""
-    times, lats, lons = track(n)
-    moments = [datetime.fromtimestamp(time, UTC) for time in times]
-    frames = [
-        UBXMessage(
-            "NAV", "NAV-PVT", GET, iTOW=1000 * k, year=moment.year, month=moment.month, day=moment.day,
-            hour=moment.hour, min=moment.minute, second=moment.second, validDate=1, validTime=1, fixType=3,
-            gnssFixOk=1, lat=lat, lon=lon, hAcc=500,
-        ).serialize()
-        for k, (moment, lat, lon) in enumerate(zip(moments, lats, lons, strict=True))
-    ]  # fmt: skip
-    lines = [rmc(*place) + gga(*place) for place in zip(times, lats, lons, strict=True)]
+    places = list(zip(*track(n), strict=True))
+    frames, lines = [pvt(*place) for place in places], [rmc(*place) + gga(*place) for place in places]
     frames[n // 2] = frames[n // 2][:50]
     lines[n // 3] = lines[n // 3][:50]
     return [part for pair in zip(frames, lines, strict=True) for part in pair]
@@ -388,7 +378,7 @@ def test_listening_for_long_takes_no_memory():
     def listen(start, n):
         nonlocal said
         for time, lat, lon in zip(*track(n, start=START + start), strict=True):
-            for heard in decoder.feed(rmc(time, lat, lon) + gga(time, lat, lon)):
+            for heard in decoder.feed(rmc(time, lat, lon) + pvt(time, lat, lon) + gga(time, lat, lon)):
                 said += len(navigator.hear(heard))
 
     tracemalloc.start()

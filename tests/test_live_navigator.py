@@ -13,8 +13,8 @@ from steerway.live.choice import SourceChoice
 from steerway.live.clock import FixClock
 from steerway.live.heard import Heard, Row, rows_of
 from steerway.live.navigator import Navigator
-from steerway.live.outputs import TableFile
 from steerway.live.service import Service
+from steerway.live.table import TableFile
 from steerway.records import LOST, OK, REJECTED, Fixes
 from tests.scenes import turning
 
@@ -147,9 +147,9 @@ def test_a_stray_time_is_not_believed_and_a_step_is(fixes):
     assert out[-1].sog == pytest.approx(2.0, abs=0.3)
 
 
-@pytest.mark.parametrize("by", [-3600.0, -18.0, -2.0])
-def test_the_motion_goes_on_when_the_clock_steps_back(fixes, by):
-    rows = heard_of(fixes)
+@pytest.mark.parametrize(("by", "speed"), [(-3600.0, 2.0), (-18.0, 2.0), (-2.0, 2.0), (-1.4, 0.4)])
+def test_the_motion_goes_on_when_the_clock_steps_back(by, speed):
+    rows = heard_of(turning(speed, 0.5, 60.0).fixes(0.1, 1))
     steady, stepped = Navigator(), Navigator()
     for heard in rows[:150]:
         steady.hear(heard), stepped.hear(heard)
@@ -172,14 +172,29 @@ def test_a_step_forward_is_told_from_a_dropout_by_the_present(fixes):
     assert step.at(later[-1].time).sog_std < 0.7 * dropout.at(later[-1].time).sog_std
 
 
+def test_a_gap_in_a_log_that_is_played_in_haste_is_no_step(fixes):
+    rows = heard_of(fixes)
+    kept = rows[:150] + rows[200:]
+    hasty, said = Navigator(), []
+    clock = FixClock()
+    for k, heard in enumerate(kept):
+        said += hasty.hear(heard, clock.now(0.02 * k))
+        clock.hear(heard.time, 0.02 * k)
+    assert hasty.counts["clock steps"] == 0
+    assert_equal(said, estimate(fixes.rows(np.r_[0:150, 200 : len(fixes)]), "small-usv"))
+
+
 def test_a_step_to_another_place_begins_anew(fixes):
     rows = heard_of(fixes)
     navigator = Navigator()
     for heard in rows[:150]:
         navigator.hear(heard, heard.time)
+    said = []
     for k, heard in enumerate(rows[150:200]):
         moved = heard._replace(time=heard.time + 7200.0, latitude=heard.latitude + 0.01)
-        navigator.hear(moved, heard.time + 7200.0 * (k > 1))
+        said += navigator.hear(moved, heard.time + 7200.0 * (k > 1))
+    assert said[0].latitude == pytest.approx(rows[150].latitude + 0.01, abs=1e-6)
+    assert REJECTED not in [row.status for row in said[:3]]
     row = navigator.at(rows[199].time + 7200.0)
     assert abs(row.latitude - rows[199].latitude - 0.01) < 1e-6 and row.sog == pytest.approx(2.0, abs=0.4)
 
@@ -257,6 +272,27 @@ def test_a_table_of_the_run(fixes, tmp_path):
     assert pl.read_csv(out).height == len(fixes)
     with pytest.raises(InputError, match="ending"):
         TableFile(tmp_path / "run.xyz")
+
+
+def test_a_table_that_was_cut_off_is_continued(fixes, tmp_path):
+    out = tmp_path / "run.csv"
+    navigator = Navigator("small-usv")
+    rows = [row for heard in heard_of(fixes) for row in navigator.hear(heard)]
+    first, second = TableFile(out), TableFile(out)
+    for row in rows[:100]:
+        first.fix(row)
+    first._speaker.close()  # the process is gone
+    with open(f"{out}.part", "ab") as part:
+        part.write(b"torn")
+    for row in rows[100:]:
+        second.fix(row)
+    second.close()
+    import polars as pl
+
+    assert pl.read_csv(out)["time_s"].to_list() == [row.time for row in rows]
+    assert [each.name for each in tmp_path.iterdir()] == ["run.csv"]
+    with pytest.raises(InputError, match="folder"):
+        TableFile(tmp_path / "nowhere" / "run.csv")
 
 
 def test_warming_sails_through_everything():

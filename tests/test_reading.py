@@ -188,7 +188,7 @@ def test_survey(log):
     (found,) = survey(log)
     assert found.name == str(log) and found.recording.format == "NMEA 0183"
     gnss, compass = found.sources["GP"], found.sources["HC"]
-    assert (gnss.fixes, gnss.gaps, gnss.says) == (60, 0, ("sog", "cog"))
+    assert (gnss.fixes, gnss.gaps, gnss.says) == (60, 0, ("position_std", "sog", "cog"))
     np.testing.assert_allclose([gnss.rate, gnss.resolution], [1.0, 0.0185], rtol=0.01)
     assert (compass.fixes, compass.says, compass.score) == (0, ("heading",), 0.0)
     time, lat, lon = track(60)

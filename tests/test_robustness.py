@@ -70,6 +70,27 @@ def test_a_position_taken_anew_keeps_the_motion():
     assert np.nanmax(angle_error(motion.cog, scene.cog)[100:]) < math.radians(8.0)
 
 
+@pytest.mark.parametrize("turns", [{}, {"turn_time": 10.0, "straight_time": 40.0, "turn_speed_noise": 1e-3}])
+def test_a_position_taken_anew_leaves_a_covariance_that_one_can_have(turns):
+    """The receiver's slow error goes along with the motion by then; forgetting half of that made variances negative."""
+    wandering = SMALL.model_copy(
+        update={"error_std": 1.5, "error_time": 100.0, "turn_course_rate_noise": 1e-2, **turns}
+    )
+    estimator = FiveStateFilter(wandering)
+    scene = straight(1.3, 1.0, 90.0)
+    moved = 50.0 * (scene.time - scene.time[0] >= 60.0)
+    noise = np.random.default_rng(1).normal(0.0, 0.1, (2, len(scene.time)))
+    taken_anew = False
+    for k in range(len(scene.time)):
+        if k:
+            estimator.predict(scene.time[k] - scene.time[k - 1])
+        nis = estimator.update_north_east(scene.north[k] + moved[k] + noise[0, k], scene.east[k] + noise[1, k])
+        taken_anew = taken_anew or nis > 1000.0
+        spread = np.sqrt(np.diag(estimator.covariance))
+        assert np.linalg.eigvalsh(estimator.covariance / np.outer(spread, spread))[0] > -1e-9, k
+    assert taken_anew and math.isfinite(estimator.sog)
+
+
 def test_a_dropout_is_dead_reckoned_with_growing_uncertainty():
     """60 s without fixes at 7.7 m/s on a straight course, fixes of 0.5 m."""
     estimator = FiveStateFilter("ship")

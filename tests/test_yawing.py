@@ -1,7 +1,6 @@
 """Yawing about a course held: its prediction against matrices, its smoother, and what it is for."""
 
 import math
-from functools import partial
 
 import numpy as np
 import pytest
@@ -10,12 +9,12 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 import steerway
 from steerway.errors import InputError
 from steerway.estimation import Profile
-from steerway.estimation.fitting import MOTION, minimise
+from steerway.estimation.fitting import MOTION, YAWING
 from steerway.estimation.five_state import set_step
 from steerway.estimation.forecast import forecast
-from steerway.estimation.likelihood import cost
 from steerway.estimation.model import YAWING_STATE, empty_memory
 from steerway.estimation.smoothing import transition
+from steerway.estimation.stages import Log, found
 from steerway.estimation.yawing import predict_underway
 from tests.scenes import Scene, angle_error, sailed
 
@@ -130,9 +129,8 @@ def test_in_a_sea_the_course_is_known_better():
 
 def test_the_period_is_found_from_the_log():
     fixes = swinging(period=12.0).fixes(0.01, 3)
-    names = (*MOTION, "yawing_period")
-    found, _ = minimise(partial(cost, fixes=fixes), SWELL, names, SWELL.model_dump(), 300)
-    assert 9.0 < found.yawing_period < 15.0
+    fit = found(Log(fixes, np.ones(len(fixes), bool)), SWELL, MOTION + YAWING)
+    assert 9.0 < fit.profile.yawing_period < 15.0
 
 
 def test_the_rate_of_output_changes_nothing():

@@ -9,7 +9,7 @@ from steerway.estimation.replay import room_to_keep
 from steerway.estimation.tracking import SPOKEN, track
 
 MODEL = PROFILE.model()
-_NO_AIDS = np.empty((0, 5))
+_NO_DOUBTS, _NO_AIDS = np.empty(0), np.empty((0, 5))
 
 
 def whole_record(record: Record, model=MODEL) -> tuple[np.ndarray, np.ndarray]:
@@ -18,8 +18,8 @@ def whole_record(record: Record, model=MODEL) -> tuple[np.ndarray, np.ndarray]:
     spoken, nis, status = np.empty((n, SPOKEN)), np.empty(n), np.empty(n, np.uint8)
     memory = empty_memory(model)
     columns = (spoken, nis, np.empty(n), status)
-    kept = room_to_keep(memory, 0)
-    track(record.time, record.north, record.east, _NO_AIDS, False, model, memory, *columns, kept)
+    rows = record.time, record.north, record.east, _NO_DOUBTS, _NO_AIDS
+    track(*rows, False, model, memory, *columns, room_to_keep(memory, 0))
     return spoken, nis
 
 

@@ -6,7 +6,7 @@ import typer
 
 from steerway.commands import identify, logs, profile, sailing, study
 from steerway.errors import InputError
-from steerway.live.commands import live, warm
+from steerway.live.commands import LiveCommand, live, warm
 
 app = typer.Typer(
     name="steerway",
@@ -27,10 +27,10 @@ for command in (
     sailing.simulate,
     sailing.advise,
     study.study,
-    live,
-    warm,
 ):
     app.command()(command)
+app.command(cls=LiveCommand)(live)
+app.command()(warm)
 app.add_typer(identify.app, name="identify")
 app.add_typer(profile.app, name="profile")
 

@@ -66,7 +66,8 @@ def _path(location) -> str:
 
 def _keys(location, model) -> str:
     """The keys there are beside the wrong one, the nearest first if it is near."""
-    names = list(_model_at(location[:-1], model).model_fields)
+    fields = _model_at(location[:-1], model).model_fields
+    names = [field.alias or name for name, field in fields.items()]
     near = difflib.get_close_matches(str(location[-1]), names, 1, 0.6)
     return f"perhaps {near[0]}" if near else "one of " + ", ".join(names)
 

@@ -9,6 +9,8 @@ from types import SimpleNamespace
 from typing import NamedTuple
 from unittest import mock
 
+import numpy as np
+
 from steerway.angles import wrap
 from steerway.earth import displacement
 from steerway.live import addresses
@@ -16,7 +18,7 @@ from steerway.live.navigator import Navigator
 from steerway.live.service import Service
 from steerway.records import PREDICTED, STATUSES
 from tests.faults import hastened
-from tests.faults.sorties import BEGIN, COURSE, DELAY, END, SPEED, Fault
+from tests.faults.sorties import BEGIN, COURSE, END, SPEED, Fault
 
 BOUNDS = 1.0, 0.3, math.radians(10.0)
 """Errors of position, SOG and COG within which the boat counts as recovered: m, m/s, rad."""
@@ -41,7 +43,8 @@ class Measured(NamedTuple):
     sog: float
     course: float
     recovery: float  # from the end of the fault; inf: never
-    times_right: bool  # whether the time said at the end is the true one
+    time: float  # the time said at the end, as far as it is ahead of the receiver's clock
+    astern: float  # how far behind the boat the positions are on the average
 
 
 class _Rows:
@@ -75,7 +78,7 @@ async def _sail(fault):
     found, _ = addresses.sources([f"udp://127.0.0.1:{port}" for port in ports[:-1]])
     listeners = [addresses.listener(each, len(found)) for each in found]
     kept = _Rows()
-    service = Service(Navigator("small-usv", sources=fault.wanted), [kept, output], latency=DELAY)
+    service = Service(Navigator("small-usv", sources=fault.wanted), [kept, output], latency=fault.latency)
     loop, sentences = asyncio.get_running_loop(), []
 
     class Instrument(asyncio.DatagramProtocol):
@@ -124,8 +127,14 @@ def _judged(fault, kept, sentences):
         _longest([BEGIN, *(each.second for each in rows if each.row.valid), END]),
         *worst,
         recovered - fault.until if recovered < END - 0.05 else math.inf,
-        abs(last.row.time - fault.start - fault.stepped - last.second) < 0.2,
+        last.row.time - fault.start - fault.stepped - last.second,
+        float(np.mean([_astern(fault, each) for each in rows if each.row.valid])),
     )
+
+
+def _astern(fault, told):
+    north, east = displacement(told.row.latitude, told.row.longitude, *fault.truth(told.second))
+    return -north * math.cos(COURSE) - east * math.sin(COURSE)
 
 
 def _errors(fault, told):

@@ -52,7 +52,8 @@ class Epoch:
 @dataclass(frozen=True)
 class Fault:
     """What befalls the epochs, and until when; `wanted` sources by priority; `moved` m east the boat truly is after
-    BEGIN, `stepped` s the receiver's clock has stepped by then."""
+    BEGIN, `stepped` s the receiver's clock has stepped by
+    then; `delay` s of every fix at the least, `latency` what the service is told of it."""
 
     name: str
     befall: Callable[[list[Epoch]], list[Epoch]] = list
@@ -63,6 +64,8 @@ class Fault:
     moved: float = 0.0
     stepped: float = 0.0
     links: int = 1
+    delay: float = DELAY
+    latency: float = DELAY
 
     def truth(self, second: float) -> tuple[float, float]:
         """Where the boat is, latitude and longitude in rad."""
@@ -75,7 +78,7 @@ class Fault:
         told = []
         for k in range(round(END * RATE)):
             place = displaced(*self.truth(k / RATE), *rng.normal(0.0, STD, 2))
-            sent = k / RATE + DELAY + JITTER * rng.random()
+            sent = k / RATE + self.delay + JITTER * rng.random()
             told.append(Epoch(sent, self.start + k / RATE, place[0], wrap(place[1])))
         return sorted(self.befall(told), key=lambda each: each.sent)
 
@@ -168,6 +171,8 @@ FAULTS = (
     Fault("position frozen for 20 s", _frozen),
     Fault("every fix told twice", _doubled),
     Fault("every fifth fix 1 s late", _late),
+    Fault("every fix 0.3 s late, --latency 0.3", until=BEGIN, delay=0.3, latency=0.3),
+    Fault("every fix 0.3 s late, --latency 0", until=BEGIN, delay=0.3, latency=0.0),
     Fault("fixes in the wrong order", _swapped),
     Fault("link silent for 3 s, then all at once", _held_back, BEGIN + 3.0),
     Fault("one time an hour ahead", _one_stray(3600.0), BEGIN + 1.0),

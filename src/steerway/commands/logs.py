@@ -1,6 +1,7 @@
 """The commands for logs: estimate, info, tune, compare, predict."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -44,6 +45,12 @@ def estimate(
     profile: ProfileName = None,
     source: Source = None,
     aid: Aids = None,
+    no_accuracy: Annotated[
+        bool, typer.Option("--no-accuracy", help="Take all fixes alike, whatever the receiver says of their accuracy.")
+    ] = False,
+    latency: Annotated[
+        float, typer.Option("--latency", metavar="S", help="How late the log's times of position, SOG and COG are.")
+    ] = 0.0,
     start: From = None,
     stop: Until = None,
     as_json: AsJson = False,
@@ -59,6 +66,8 @@ def estimate(
         cat ais.txt | steerway estimate - -o vessels.parquet
     """
     from steerway.estimation import FiveStateFilter, choose_profile
+    from steerway.estimation.latency import lateness, on_time
+    from steerway.estimation.replay import doubts
     from steerway.formats.writing import write, writer
     from steerway.report.summary import summarise
 
@@ -70,11 +79,14 @@ def estimate(
         if report.suffix.lower() not in (".html", ".png"):
             raise InputError(f"report {report} ends in {report.suffix or 'nothing'!r}, expected .html or .png")
     aids = _aids(aid)
-    fixes = read_logs(logs, source, start, stop)
+    fixes = on_time(read_logs(logs, source, start, stop), latency)
+    if no_accuracy:
+        fixes = replace(fixes, position_std=None)
     chosen = choose_profile(fixes, profile)
     estimator = FiveStateFilter(chosen, aids)
     motion = estimator.smooth(fixes, rate) if smooth else estimator.filter(fixes, rate)
-    summary = summarise(fixes, motion, chosen.name)
+    late = lateness(fixes, chosen)
+    summary = summarise(fixes, motion, chosen.name, int((doubts(fixes) > 1.0).sum()), late.sog, late.cog)
     if out is not None:
         write(motion, out)
     if report is not None:

@@ -24,7 +24,13 @@ def list_profiles(as_json: AsJson = False) -> None:
     if as_json:
         print_json([each.model_dump() for each in BUILT_IN.values()])
     else:
-        print_pairs([(each.name, each.description) for each in BUILT_IN.values()])
+        print_pairs([(each.name, _description(each)) for each in BUILT_IN.values()])
+
+
+def _description(profile) -> str:
+    if not profile.turn_time:
+        return profile.description
+    return f"{profile.description}; turns for {profile.turn_time:g} s, {profile.straight_time:g} s apart"
 
 
 @app.command("show")
@@ -33,6 +39,8 @@ def show_profile(
     as_json: AsJson = False,
 ) -> None:
     """Show a profile as TOML, to be changed and saved as one of your own.
+
+    Of a tuned one also the 95 % interval of every number, and which of them the log could not tell.
 
     Example:
 
@@ -51,18 +59,20 @@ def show_profile(
 def make_profile(
     logs: Logs,
     out: Annotated[Path, typer.Option("-o", "--out", metavar="PROFILE.toml", help="Where to write the profile.")],
-    tuned: Annotated[bool, typer.Option("--tune", help="Fit it to the whole log, as `steerway tune` does.")] = False,
+    tuned: Annotated[
+        bool, typer.Option("--tune/--quick", help="Fit it as `steerway tune` does, or take what `estimate` finds.")
+    ] = True,
     source: Source = None,
     start: From = None,
     stop: Until = None,
 ) -> None:
-    """Make a profile of a vessel and her receiver from logs: the one that `estimate` finds by itself, or a tuned one.
+    """Make a profile of a vessel and her receiver from logs, with what the logs tell of each number and what not.
 
     Examples:
 
         steerway profile make sortie.nmea -o mine.toml
 
-        steerway profile make sortie.nmea --tune -o mine.toml
+        steerway profile make sortie.nmea --quick -o mine.toml
     """
     from steerway.estimation import choose_profile
     from steerway.estimation import tune as fit

@@ -13,7 +13,9 @@ from steerway.errors import InputError
 
 def simulate(
     scenario: Annotated[Path, typer.Argument(metavar="SCENARIO.toml", help="What sails where, in which sea.")],
-    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Directory for the run and its page.")],
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", metavar="DIR", help="Directory for the run and its page.")
+    ] = None,
     seeds: Annotated[
         int | None, typer.Option("--seeds", metavar="N", min=1, help="Sail N seeds on all cores: Monte Carlo.")
     ] = None,
@@ -27,10 +29,30 @@ def simulate(
     strict: Annotated[
         bool, typer.Option("--strict", help="Refuse an autopilot that the course estimate does not carry.")
     ] = False,
+    live: Annotated[bool, typer.Option("--live", help="In real time, as an instrument that others listen to.")] = False,
+    to: Annotated[
+        list[str] | None,
+        typer.Option("--to", metavar="ADDRESS", help="With --live: where her receiver says its fixes."),
+    ] = None,
+    mavlink: Annotated[
+        str | None, typer.Option("--mavlink", metavar="ADDRESS", help="With --live: be a MAVLink vehicle there.")
+    ] = None,
+    propellers: Annotated[
+        str | None, typer.Option("--propellers", metavar="ADDRESS", help="With --live: obey propeller commands there.")
+    ] = None,
+    speed: Annotated[
+        float, typer.Option("--speed", metavar="FACTOR", help="With --live: so many times faster than life.")
+    ] = 1.0,
 ) -> None:
     """Sail a scenario: vessel, sea, instruments, estimator, guidance and control in one loop.
 
     Writes run.parquet (truth, readings, estimate, commands) and index.html; with --seeds a row a seed instead.
+
+    With --live her own pilot, route and duration are not used: she sails in real time until stopped, in a circle
+    until she is commanded, in GUIDED as ArduPilot's Rover or by propeller commands. Her receiver says GGA and RMC on
+    tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port, serial:…, stdout:. She is a vehicle on
+    udpout:host:port, udpin:host:port, tcp:host:port or a serial port, with ?cruise=2 for her speed in m/s at full
+    thrust. With -o run.parquet has the truth at every fix.
 
     Examples:
 
@@ -39,6 +61,10 @@ def simulate(
         steerway simulate examples/otter-mission.toml -o many --seeds 1000
 
         steerway simulate examples/mariner-route.toml -o many --seeds 1000 --dask 10.0.0.1:8786
+
+        steerway simulate examples/otter-square.toml --live --to udp://127.0.0.1:10110
+
+        steerway simulate examples/otter-square.toml --live --mavlink udpout:127.0.0.1:14550
     """
     from steerway.simulation import run
     from steerway.simulation.scenario import Scenario
@@ -50,6 +76,16 @@ def simulate(
     chosen = Scenario.load(scenario)
     if first_seed is not None:
         chosen = chosen.model_copy(update={"seed": first_seed})
+    if live:
+        _refuse_with_live(seeds=seeds, nmea=nmea, strict=strict)
+        from steerway.live.simulated.command import sail_live
+
+        sail_live(chosen, to or (), mavlink, propellers, speed, out)
+        return
+    if to or mavlink or propellers:
+        raise InputError("--to, --mavlink and --propellers are links of a boat in real time, expected --live with them")
+    if out is None:
+        raise InputError("-o is missing, expected a directory for the run")
     sentence = _warned(*run.advise(chosen), strict)
     if seeds is not None:
         _campaign(chosen, seeds, dask, out, sentence)
@@ -60,6 +96,12 @@ def simulate(
     print_run(sailed.numbers, chosen.name)
     for path in written:
         print(f"wrote {path}")
+
+
+def _refuse_with_live(**options) -> None:
+    for name, value in options.items():
+        if value:
+            raise InputError(f"--{name} is none of --live's, which sails one boat without her pilot")
 
 
 def _campaign(scenario, n, dask, out, sentence):
@@ -116,7 +158,7 @@ def advise(
     if not rate > 0.0:
         raise InputError(f"--rate is {rate:g} Hz, expected a number above 0")
     std = tuning.position_std if position_std is None else position_std
-    circumstances = (speed, tuning.course_rate_noise, std, 1.0 / rate)
+    circumstances = (speed, tuning.agility, std, 1.0 / rate)
     if bandwidth is None:
         carried = carried_bandwidth(*circumstances)
         fitting = "" if nomoto_time is None else f"; {_calm(carried, nomoto_time)}"

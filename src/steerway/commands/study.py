@@ -30,7 +30,7 @@ def study(
     with progress_line(name) as step:
         results = chosen.run(seeds, first_seed, lambda share, what="": step(share, what))
     page = write_results(results, out)
-    rows = [(each.what, f"{results.numbers[each.key]:.4g} {each.unit}".strip()) for each in results.comparisons]
+    rows = [(each.what, results.measured(each)) for each in results.comparisons]
     print_pairs(rows)
     for remark in results.remarks:
         print(f"· {remark}")

@@ -12,7 +12,9 @@ STANDSTILL = 0.3
 """m/s of the receiver's SOG below which it is at rest."""
 UNDERWAY = 1.0
 """m/s of the receiver's SOG above which its COG means something."""
-_LAGS = np.round(np.arange(-5.0, 5.05, 0.1), 1)
+LONGEST_LAG = 5.0
+"""s to either side within which a lag is looked for."""
+_LAGS = np.round(np.arange(-LONGEST_LAG, LONGEST_LAG + 0.05, 0.1), 1)
 _NEAR = 2.0
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from steerway.compiled import kernel, lean_kernel
 from steerway.errors import InputError
+from steerway.estimation.accuracy import doubt, doubts_of
 from steerway.estimation.model import COURSE, EMPTY, MODE, RATE, SPEED, STARTING, UNDERWAY, empty_memory, whole
 from steerway.estimation.profiles import AIDS, Profile
 from steerway.estimation.replay import Run, replay
@@ -23,6 +24,7 @@ from steerway.estimation.tracking import (
 from steerway.records import Fixes, Motion
 
 _NOW = np.zeros(1)
+_NO_DOUBTS = np.empty(0)
 _NO_AIDS = np.empty((0, len(AIDS)))
 _NONE_KEPT = np.empty((0, 1, 1))
 
@@ -34,12 +36,22 @@ def _advance(memory, dt, model):
 
 
 @lean_kernel
-def _update(memory, first, second, geodetic, model):
-    _, nis, _ = take_position(memory, first, second, geodetic, model)
+def _take(memory, first, second, geodetic, doubted, model):
+    _, nis, _ = take_position(memory, first, second, geodetic, doubted, model)
     settle(memory, model)
     if geodetic:
         recentre(memory)
     return nis
+
+
+@lean_kernel
+def _update(memory, first, second, geodetic, model):
+    return _take(memory, first, second, geodetic, 1.0, model)
+
+
+@lean_kernel
+def _update_said(memory, usual, first, second, said, geodetic, model):
+    return _take(memory, first, second, geodetic, doubt(usual, said), model)
 
 
 @lean_kernel
@@ -79,36 +91,48 @@ class FiveStateFilter:
         self._memory = empty_memory(self._model)
         self._main = whole(self._memory)
         self._states = self._main.shape[1]
+        self._usual = np.zeros(2)
         self._geodetic = True
 
     def reset(self) -> None:
         """Forget everything."""
         self._memory[:] = 0.0
+        self._usual[:] = 0.0
 
     def predict(self, dt: float) -> None:
         """Advance by dt ≥ 0 seconds."""
         _advance(self._memory, dt, self._model)
 
-    def update(self, latitude: float, longitude: float) -> float:
-        """Take a fix (rad). Returns its NIS: above 13.8 it was rejected, NaN for the first."""
-        self._geodetic = True
-        return _update(self._memory, latitude, longitude, True, self._model)
+    def update(self, latitude: float, longitude: float, position_std: float | None = None) -> float:
+        """Take a fix (rad). Returns its NIS: above 13.8 it was rejected, NaN for the first.
 
-    def update_north_east(self, north: float, east: float) -> float:
+        `position_std` is what the receiver says of it, as in `Fixes`: see `steerway.estimation.accuracy`.
+        """
+        self._geodetic = True
+        if position_std is None:
+            return _update(self._memory, latitude, longitude, True, self._model)
+        return _update_said(self._memory, self._usual, latitude, longitude, position_std, True, self._model)
+
+    def update_north_east(self, north: float, east: float, position_std: float | None = None) -> float:
         """Take a fix in a fixed plane (m), in place of `update`. Returns its NIS, as there."""
         self._geodetic = False
-        return _update(self._memory, north, east, False, self._model)
+        if position_std is None:
+            return _update(self._memory, north, east, False, self._model)
+        return _update_said(self._memory, self._usual, north, east, position_std, False, self._model)
 
     def aid_by(self, sog=math.nan, cog=math.nan, heading=math.nan, water_speed=math.nan, yaw_rate=math.nan) -> None:
         """Take what other instruments say now (SI, true angles in rad, NaN or nothing for unknown)."""
         _aid(self._memory, np.array([sog, cog, heading, water_speed, yaw_rate]), self._model)
 
-    def row(self, dt: float, latitude=math.nan, longitude=math.nan, aids=None) -> tuple[list[float], float, int]:
+    def row(
+        self, dt: float, latitude=math.nan, longitude=math.nan, aids=None, position_std=math.nan
+    ) -> tuple[list[float], float, int]:
         """One row of `filter`, streaming: advance by dt, then take what was said at that moment.
 
         Args:
             latitude, longitude: of a fix (rad), NaN for none.
             aids: (5,) in the order of `AIDS`, NaN where nothing was said; None for nothing. Only those of `aid` count.
+            position_std: what the receiver says of the fix, NaN for nothing.
 
         Returns what `said` returns, the NIS (NaN without a fix) and the status, an index into `records.STATUSES`.
         """
@@ -119,18 +143,25 @@ class FiveStateFilter:
         if self.aid:
             given = np.full(len(AIDS), np.nan) if aids is None else np.array(aids, dtype=np.float64)
             table = np.where([name in self.aid for name in AIDS], given, np.nan).reshape(1, -1)
+        fixed = math.isfinite(latitude) and math.isfinite(longitude) and math.isfinite(position_std)
+        doubted = doubts_of(self._usual, np.array([position_std])) if fixed else _NO_DOUBTS
         place = np.array([latitude]), np.array([longitude])
         outputs = run.spoken, run.nis, run.log_determinant, run.status
-        track(_NOW, *place, table, True, self._model, self._memory, *outputs, _NONE_KEPT)
+        track(_NOW, *place, doubted, table, True, self._model, self._memory, *outputs, _NONE_KEPT)
         return run.spoken[0].tolist(), float(run.nis[0]), int(run.status[0])
+
+    def meet_receiver(self) -> None:
+        """Fixes come from another receiver from now on: what the last one said of its accuracy is no measure for it."""
+        self._usual[:] = 0.0
 
     def snapshot(self) -> np.ndarray:
         """All it remembers, for `restore`."""
-        return self._memory.copy()
+        return np.concatenate([self._memory.ravel(), self._usual])
 
     def restore(self, snapshot: np.ndarray) -> None:
         """Be again as when `snapshot` was taken."""
-        self._memory[:] = snapshot
+        self._memory.ravel()[:] = snapshot[:-2]
+        self._usual[:] = snapshot[-2:]
 
     @property
     def sog(self) -> float:

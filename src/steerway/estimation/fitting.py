@@ -1,41 +1,60 @@
-"""What tuning and choosing share: which fixes are under way, how far apart, a search that knows what to expect."""
+"""What tuning and choosing share: which parameters there are to be found, and which rows of a log tell of them."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from steerway.earth import displacement
-from steerway.estimation.profiles import Profile
 from steerway.records import Fixes
 
 LEAST_SPEED = 0.5
 
-_BOUNDS = {
-    "position_std": (0.003, 30.0),
-    "speed_noise": (1e-6, 10.0),
-    "course_rate_noise": (1e-9, 10.0),
-    "course_rate_decay": (0.01, 2.0),
+MOTION = ("position_std", "speed_noise", "course_rate_noise", "course_rate_decay")
+"""A vessel of one manner of moving, and a receiver of white noise."""
+TURNS = ("straight_time", "turn_time", "turn_speed_noise", "turn_course_rate_noise", "turn_course_rate_decay")
+"""What a second manner of moving adds."""
+LASTING = ("acceleration_std",)
+YAWING = ("yawing_period",)
+SLOW_ERROR = ("error_std", "error_time")
+DRIFT = ("drift_std", "drift_time")
+
+BOUNDS = {
+    "position_std": (2e-3, 30.0),
+    "speed_noise": (1e-7, 10.0),
+    "course_rate_noise": (1e-10, 10.0),
+    "course_rate_decay": (5e-3, 2.0),
+    "straight_time": (20.0, 1e4),
+    "turn_time": (2.0, 3e3),
+    "turn_speed_noise": (1e-7, 10.0),
+    "turn_course_rate_noise": (1e-8, 10.0),
+    "turn_course_rate_decay": (5e-3, 1.0),
     "acceleration_std": (1e-3, 2.0),
     "yawing_period": (3.0, 100.0),
-    "yawing_time": (1.0, 1000.0),
-    "error_std": (0.003, 10.0),
-    "error_time": (1.0, 2000.0),
+    "error_std": (3e-3, 10.0),
+    "error_time": (1.0, 2e3),
+    "drift_std": (3e-3, 30.0),
+    "drift_time": (1.0, 1e4),
 }
-_EXPECTED = {  # median and standard deviation of the logarithm: wide, so that only what a log cannot tell is held
+"""Least and largest value of every parameter that is fitted."""
+EXPECTED = {
     "position_std": (0.5, 2.0),
     "speed_noise": (1e-2, 4.0),
     "course_rate_noise": (1e-3, 4.0),
     "course_rate_decay": (0.2, 2.0),
+    "straight_time": (100.0, 2.0),
+    "turn_time": (20.0, 2.0),
+    "turn_speed_noise": (1e-2, 4.0),
+    "turn_course_rate_noise": (1e-3, 4.0),
+    "turn_course_rate_decay": (0.2, 2.0),
     "acceleration_std": (0.1, 2.0),
     "yawing_period": (10.0, 1.0),
-    "yawing_time": (15.0, 1.0),
     "error_std": (1.0, 2.0),
     "error_time": (100.0, 2.0),
+    "drift_std": (1.0, 2.0),
+    "drift_time": (300.0, 2.0),
 }
-MOTION = ("position_std", "speed_noise", "course_rate_noise", "course_rate_decay")
-
-FURTHER = ("acceleration_std", "yawing_period")
-"""Of motions that have it."""
+"""Median and standard deviation of the logarithm: wide, so that only what a log cannot tell is held."""
 
 
 def moving(fixes: Fixes, half_window=5.0) -> np.ndarray:
@@ -62,25 +81,14 @@ def thinned(time, spacing):
     return np.array(chosen)
 
 
-def minimise(objective, base: Profile, names, start, evaluations, step=None):
-    """Nelder–Mead in the logarithms of `names`; returns the best profile and its cost with the prior."""
-    from scipy.optimize import minimize
-
-    low, high = (np.log([_BOUNDS[name][k] for name in names]) for k in range(2))
-    centre = np.log([_EXPECTED[name][0] for name in names])
-    spread = np.array([_EXPECTED[name][1] for name in names])
-
-    def profile_of(logs):
-        values = np.exp(np.clip(logs, low, high))
-        return base.model_copy(update=dict(zip(names, values.tolist(), strict=True)))
-
-    def penalised(logs):
-        if step:
-            step()
-        return objective(profile_of(logs)) + 0.5 * float((((np.clip(logs, low, high) - centre) / spread) ** 2).sum())
-
-    origin = np.log([start[name] for name in names])
-    simplex = np.vstack([origin, origin + np.eye(len(names))])
-    options = {"maxfev": evaluations, "xatol": 0.01, "fatol": 0.02, "initial_simplex": simplex}
-    found = minimize(penalised, origin, method="Nelder-Mead", options=options)
-    return profile_of(found.x), float(found.fun)
+def stretches(fixes: Fixes, count: int, length: int) -> Fixes:
+    """At most `count` stretches of so many rows from all over a record, those most under way, each a track."""
+    parts = len(fixes) // length
+    if parts <= count:
+        return fixes
+    sailed = moving(fixes)[: parts * length].reshape(parts, length).sum(axis=1)
+    busy = np.flatnonzero(sailed >= 0.5 * np.sort(sailed)[-count])
+    chosen = busy[np.linspace(0, len(busy) - 1, count).round().astype(int)]
+    rows = np.concatenate([np.arange(k * length, (k + 1) * length) for k in chosen])
+    sample = fixes.rows(rows)
+    return replace(sample, mmsi=np.repeat(np.arange(count), length))

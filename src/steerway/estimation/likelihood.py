@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from steerway.estimation.profiles import GATE, Profile
+from steerway.estimation.profiles import Profile
 from steerway.estimation.replay import run_rows
 from steerway.records import Fixes
 
@@ -12,13 +12,18 @@ _OUTLIER_COST = 24.0
 """−log of the density of an outlier: one fix in ten thousand, anywhere within a kilometre."""
 
 
-def cost(profile: Profile, fixes: Fixes, counted: np.ndarray | None = None) -> float:
-    """−log likelihood of the innovations of the rows `counted` (n,) bool, by default all.
+def surprises(profile: Profile, fixes: Fixes, counted: np.ndarray | None = None) -> np.ndarray:
+    """(n,) −log likelihood of the innovation of every row; 0 where there is none, or where it is not `counted`.
 
-    Innovations beyond the gate count as outliers of a uniform density, so that rejecting good fixes costs likelihood.
+    No innovation surprises more than an outlier of a uniform density does. Those that the gate refuses cost what they
+    would have cost if believed: refusing good fixes costs likelihood, and the cost is continuous in the profile.
     """
     run = run_rows(profile.model(), (), fixes)
     known = np.isfinite(run.nis) if counted is None else counted & np.isfinite(run.nis)
-    good = known & (run.nis <= GATE)
-    gaussian = 0.5 * (run.log_determinant[good] + run.nis[good]) + math.log(2.0 * math.pi)
-    return float(gaussian.sum()) + _OUTLIER_COST * int((known & ~good).sum())
+    gaussian = 0.5 * (run.log_determinant + run.nis) + math.log(2.0 * math.pi)
+    return np.where(known, np.minimum(gaussian, _OUTLIER_COST), 0.0)
+
+
+def cost(profile: Profile, fixes: Fixes, counted: np.ndarray | None = None) -> float:
+    """−log likelihood of the rows `counted` (n,) bool, by default all."""
+    return float(surprises(profile, fixes, counted).sum())

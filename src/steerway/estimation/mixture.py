@@ -175,11 +175,11 @@ def course_is_lost(memory):
 
 
 @lean_kernel
-def weigh_fix(memory, north, east, models):
+def weigh_fix(memory, north, east, doubt, models):
     """NIS of a fix against the mean of all modes, and what with it makes −2 log of its density (less 2 log 2π)."""
     n = memory.shape[2]
     probability = memory[0, n + 9]
-    g, pairs, variance = int(models[1, ERROR_STATE]), int(models[1, ERROR_PAIRS]), models[1, POSITION_VARIANCE]
+    g, pairs, variance = int(models[1, ERROR_STATE]), int(models[1, ERROR_PAIRS]), doubt * models[1, POSITION_VARIANCE]
     mean_n = mean_e = mean_nn = mean_ne = mean_ee = 0.0
     least = math.inf
     for k in range(1, len(models)):
@@ -203,10 +203,10 @@ def weigh_fix(memory, north, east, models):
 
 
 @lean_kernel
-def correct_modes(memory, north, east, models):
+def correct_modes(memory, north, east, doubt, models):
     """Correct every mode by a fix that has been weighed, and their probabilities by how well each foretold it."""
     n = memory.shape[2]
-    g, pairs, variance = int(models[1, ERROR_STATE]), int(models[1, ERROR_PAIRS]), models[1, POSITION_VARIANCE]
+    g, pairs, variance = int(models[1, ERROR_STATE]), int(models[1, ERROR_PAIRS]), doubt * models[1, POSITION_VARIANCE]
     m = len(models) - 1
     for k in range(1, 1 + m):
         p, x, work = memory[k, :n], memory[k, n], memory[k, n + 2 : n + 6]
@@ -307,11 +307,11 @@ def fold_modes(memory):
 
 
 @lean_kernel
-def take_place_modes(memory, north, east, models):
+def take_place_modes(memory, north, east, doubt, models):
     """Take the position anew from a fix in every mode."""
     n = memory.shape[2]
     for k in range(1, len(models)):
-        take_place(memory[k, n], memory[k, :n], north, east, models[k])
+        take_place(memory[k, n], memory[k, :n], north, east, doubt, models[k])
 
 
 @lean_kernel

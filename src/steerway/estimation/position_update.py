@@ -62,11 +62,11 @@ def correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g, pairs=1):
 
 
 @lean_kernel
-def place_by_fix(p, north_variance, east_variance, g, first_extra, pairs=1):
+def place_by_fix(p, north_variance, east_variance, g, pairs=1):
     """Covariance of a position that one fix alone has given: what the receiver errs by, in the other direction.
 
-    The pairs of states from g on, unless g is 0, are what the receiver errs by beside white noise; they may go along
-    with the states from `first_extra` on, never with the motion.
+    The pairs of states from g on, unless g is 0, are what the receiver errs by beside white noise. The position goes
+    along with every other state as far as they do; else P would be no covariance any more.
     """
     n = p.shape[1]
     for k in range(2):
@@ -77,7 +77,7 @@ def place_by_fix(p, north_variance, east_variance, g, first_extra, pairs=1):
         p[k, k] = north_variance if k == 0 else east_variance
     if g:
         for k in range(2):
-            for j in range(first_extra, n):
+            for j in range(2, n):
                 for i in range(g + k, g + 2 * pairs, 2):
                     p[k, j] -= p[min(i, j), max(i, j)]
         for i in range(g, g + 2 * pairs, 2):

@@ -88,25 +88,29 @@ def predict(
     wrong = horizons[~((horizons > 0.0) & (horizons <= LONGEST_HORIZON))]
     if len(wrong):
         raise InputError(f"horizon is {wrong[0]:g}, expected more than 0 and at most {LONGEST_HORIZON:g} s")
-    model, aid = predictor(fixes, profile, aid)
+    model, outlook, aid = predictor(fixes, profile, aid)
     now = fixes.time[fixes.has_position].max()
     rows, vessels = [], []
     for mmsi, track in fixes.rows(fixes.has_position).in_order().tracks():
         silent = now - track.time[-1]
         memory = memories(model, aid, track, last=True)[0]
         if silent <= LONGEST_GAP and memory[-1, MODE] != EMPTY:
-            rows += [(now + horizon, *ahead(memory, model, silent + horizon)) for horizon in horizons]
+            rows += [(now + horizon, *ahead(memory, outlook, silent + horizon)) for horizon in horizons]
             vessels += [mmsi] * len(horizons)
     columns = np.array(rows, float).reshape(-1, 7).T
     mmsi = None if fixes.mmsi is None else np.array(vessels, np.int64)
     return Prediction(*columns, mmsi=mmsi)
 
 
-def predictor(fixes: Fixes, profile=None, aid=None) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Model and aids that `predict` works with."""
+def predictor(fixes: Fixes, profile=None, aid=None) -> tuple[np.ndarray, np.ndarray, tuple[str, ...]]:
+    """What `predict` works with: the model that finds where a vessel is, the one by which she goes on, the aids.
+
+    Which turns she will make nobody knows: a vessel of several manners of moving goes on as she does on average.
+    """
     if aid is None:
         aid = ("sog", "cog") if fixes.mmsi is not None else ()
-    return choose_profile(fixes, profile).model(aid), aid
+    chosen = choose_profile(fixes, profile)
+    return chosen.model(aid), chosen.on_average.model(aid), aid
 
 
 @kernel

@@ -13,6 +13,9 @@ from steerway.errors import InputError
 
 GATE = 13.8
 """χ² with two degrees of freedom at 0.1 %."""
+TELLING = 10.0
+"""A log whose 95 % interval of a number is wider than this factor cannot tell it."""
+_LEAST_DECAY = 1e-3
 _PATIENCE = 2.0
 _START_SPEED_STD = 20.0
 _LARGEST_START_RATE_STD = math.radians(20.0)
@@ -76,6 +79,9 @@ class Profile(BaseModel):
     gyro_bias_std: float = Field(math.radians(0.5), ge=0.0, allow_inf_nan=False)  # rad/s
     gyro_bias_time: float = Field(1000.0, gt=0.0, allow_inf_nan=False)  # s
 
+    # What the log that it was tuned on says: 95 % intervals of the numbers above, by name.
+    intervals: dict[str, tuple[float, float]] = Field(default_factory=dict)
+
     @model_validator(mode="after")
     def _whole_turn(self) -> Self:
         given = {name: getattr(self, name) for name in ("straight_time", "turn_speed_noise", "turn_course_rate_noise")}
@@ -117,7 +123,23 @@ class Profile(BaseModel):
 
     def toml(self) -> str:
         """The text of such a file."""
-        return "".join(f"{key} = {_toml(value)}\n" for key, value in self.model_dump().items())
+        values = self.model_dump(exclude={"intervals"}).items()
+        text = "".join(f"{key} = {_toml(value)}{self._comment(key)}\n" for key, value in values)
+        if not self.intervals:
+            return text
+        ends = "".join(f"{name} = [{low!r}, {high!r}]\n" for name, (low, high) in self.intervals.items())
+        return f"{text}\n[intervals]  # 95 %, from the log that it was tuned on\n{ends}"
+
+    def _comment(self, name) -> str:
+        if name not in self.intervals:
+            return ""
+        words = "" if self.told(name) else "this log cannot tell: "
+        return "  # {}{:g} to {:g}".format(words, *self.intervals[name])
+
+    def told(self, name: str) -> bool:
+        """Whether the log that it was tuned on tells this number; True of one that was not fitted."""
+        low, high = self.intervals.get(name, (1.0, 1.0))
+        return high <= TELLING * low
 
     @property
     def turning(self) -> Self | None:
@@ -126,6 +148,28 @@ class Profile(BaseModel):
             return None
         update = {name: getattr(self, f"turn_{name}") for name in _MANNER} | {"turn_time": 0.0}
         return self.model_copy(update=update)
+
+    @property
+    def agility(self) -> float:
+        """Spectral density of the course-rate noise when she turns, rad²/s³: what a course can change by."""
+        return self.turn_course_rate_noise if self.turn_time > 0.0 else self.course_rate_noise
+
+    @property
+    def on_average(self) -> Self:
+        """The vessel with one manner of moving whose speed and course wander as far in the long run."""
+        turning = self.turning
+        if turning is None:
+            return self
+        share = self.turn_time / (self.turn_time + self.straight_time)
+
+        def wander(profile):
+            return profile.course_rate_noise / max(profile.course_rate_decay, _LEAST_DECAY) ** 2
+
+        speed = share * turning.speed_noise + (1.0 - share) * self.speed_noise
+        course = share * wander(turning) + (1.0 - share) * wander(self)
+        decay = max(turning.course_rate_decay, _LEAST_DECAY)
+        update = {"speed_noise": speed, "course_rate_noise": course * decay**2, "course_rate_decay": decay}
+        return turning.model_copy(update=update)
 
     @property
     def start_rate_std(self) -> float:
@@ -275,11 +319,9 @@ BUILT_IN = {
             name="swell",
             description="any vessel whose speed and course a swell moves",
             speed_noise=1e-4,
-            course_rate_noise=4e-4,
-            course_rate_decay=0.02,
+            course_rate_noise=1e-3,
+            course_rate_decay=0.5,
             acceleration_std=0.25,
-            yawing_period=9.0,
-            yawing_time=12.0,
             position_std=0.05,
         ),
         Profile(

@@ -8,7 +8,8 @@ import numpy as np
 
 from steerway.errors import InputError
 from steerway.estimation import smoothing, two_sided
-from steerway.estimation.model import LONGEST_GAP, STEP_SLACK, empty_memory, longest_step
+from steerway.estimation.accuracy import doubts_of
+from steerway.estimation.model import LONGEST_GAP, STEP_SLACK, empty_memory, longest_step, whole
 from steerway.estimation.profiles import AIDS
 from steerway.estimation.tracking import SPOKEN, track, track_many
 from steerway.records import Fixes, Motion
@@ -41,6 +42,15 @@ def _aiding_table(fixes: Fixes, aid) -> np.ndarray:
         return np.empty((0, len(AIDS)))
     silent = np.full(len(fixes), np.nan)
     return np.column_stack([getattr(fixes, name) if name in aid else silent for name in AIDS])
+
+
+def doubts(fixes: Fixes) -> np.ndarray:
+    """How far to doubt every row (see `accuracy`), each vessel for herself; empty where nothing was said of it."""
+    if not np.isfinite(fixes.position_std).any():
+        return np.empty(0)
+    tracks = (each for _, each in fixes.tracks())
+    told = [np.where(each.has_position, each.position_std, np.nan) for each in tracks]
+    return np.concatenate([doubts_of(np.zeros(2), each) for each in told])
 
 
 class Run:
@@ -78,7 +88,7 @@ def run_rows(model, aid, fixes: Fixes) -> Run:
     """The filter over every row of every vessel in one pass, on as many threads as there is work for."""
     n = len(fixes)
     run = Run(n)
-    aids = _aiding_table(fixes, aid)
+    aids, doubtful = _aiding_table(fixes, aid), doubts(fixes)
     bounds = np.array([0, n]) if fixes.mmsi is None else np.r_[0, np.flatnonzero(np.diff(fixes.mmsi)) + 1, n]
     shares = min(len(bounds) - 1, os.cpu_count() or 1, n // _SMALLEST_SHARE + 1)
     cuts = np.linspace(0, len(bounds) - 1, max(shares, 1) + 1).astype(int)
@@ -91,6 +101,7 @@ def run_rows(model, aid, fixes: Fixes) -> Run:
             fixes.time[rows],
             fixes.latitude[rows],
             fixes.longitude[rows],
+            doubtful[rows] if len(doubtful) else doubtful,
             aids[rows] if aid else aids,
             True,
             model,
@@ -108,11 +119,11 @@ def run_rows(model, aid, fixes: Fixes) -> Run:
 def memories(model, aid, fixes: Fixes, last: bool = False) -> np.ndarray:
     """(n, states + 2, states) covariance, state and bookkeeping after every row of one vessel, or after the last."""
     memory = empty_memory(model)
-    states = memory.shape[1]
+    states = memory.shape[-1]
     kept = np.empty((0 if last else len(fixes), states + 2, states))
-    aids = _aiding_table(fixes, aid)
-    track(fixes.time, fixes.latitude, fixes.longitude, aids, True, model, memory, *_outputs(Run(len(fixes))), kept)
-    return memory[None, : states + 2] if last else kept
+    said = fixes.time, fixes.latitude, fixes.longitude, doubts(fixes), _aiding_table(fixes, aid)
+    track(*said, True, model, memory, *_outputs(Run(len(fixes))), kept)
+    return whole(memory)[None, : states + 2] if last else kept
 
 
 def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
@@ -123,16 +134,18 @@ def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
     blank = origin < 0
     first, second = fixes.latitude[origin], fixes.longitude[origin]
     first[blank] = second[blank] = np.nan
-    aids = _aiding_table(fixes, aid)
+    aids, doubtful = _aiding_table(fixes, aid), doubts(fixes)
+    if len(doubtful):
+        doubtful = doubtful[origin]
     if aid:
         aids = aids[origin]
         aids[blank] = np.nan
     memory = empty_memory(model)
     kept = room_to_keep(memory, len(time) if smoothed else 0)
     run = Run(len(time))
-    track(time, first, second, aids, True, model, memory, *_outputs(run), kept)
+    track(time, first, second, doubtful, aids, True, model, memory, *_outputs(run), kept)
     if smoothed and model.ndim == 2:
-        two_sided.smooth_modes(time, first, second, aids, True, model, kept, run.spoken)
+        two_sided.smooth_modes(time, first, second, doubtful, aids, True, model, kept, run.spoken)
     elif smoothed:
         smoothing.smooth(time, True, model, kept, run.spoken)
     return run.motion(time, mmsi, wanted)

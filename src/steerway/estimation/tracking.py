@@ -102,8 +102,10 @@ def conclude(memory):
 
 
 @lean_kernel
-def take_fix(memory, north, east, model):
+def take_fix(memory, north, east, doubt, model):
     """Correct by a fix in the present tangent plane. Returns (accepted, NIS, log det S).
+
+    `doubt` is how many times its usual variance the white noise of this fix has.
 
     Of several modes the last is what with the NIS makes −2 log of the density of the fix, as log det S does for one.
     """
@@ -112,19 +114,19 @@ def take_fix(memory, north, east, model):
     n = main.shape[1]
     p, x, book = main[:n], main[n], main[n + 1]
     if book[MODE] == EMPTY:
-        start(x, p, book, north, east, parameters)
+        start(x, p, book, north, east, doubt, parameters)
         book[STRAY], book[RETRIES] = -1.0, 0.0
         return True, math.nan, math.nan
     if memory.ndim == 3:
         if book[MODE] == UNDERWAY:
-            nis, log_determinant = weigh_fix(memory, north, east, model)
+            nis, log_determinant = weigh_fix(memory, north, east, doubt, model)
             accepted = nis <= parameters[GATE]
             if accepted:
-                correct_modes(memory, north, east, model)
+                correct_modes(memory, north, east, doubt, model)
         else:
-            accepted, nis, log_determinant = correct_whole(main, north, east, parameters)
+            accepted, nis, log_determinant = correct_whole(main, north, east, doubt, parameters)
     else:
-        accepted, nis, log_determinant = correct_whole(main, north, east, parameters)
+        accepted, nis, log_determinant = correct_whole(main, north, east, doubt, parameters)
     if accepted:
         if book[STRAY] < 0.0:
             book[RETRIES] = 0.0
@@ -132,7 +134,7 @@ def take_fix(memory, north, east, model):
     elif book[STRAY] < 0.0:
         book[STRAY] = 0.0
     elif book[STRAY] >= parameters[PATIENCE] - 1e-6:
-        retake(memory, north, east, model)
+        retake(memory, north, east, doubt, model)
     return accepted, nis, log_determinant
 
 
@@ -148,11 +150,11 @@ def mistimed(x, book, s_nn, s_ne, s_ee, model):
 
 
 @lean_kernel
-def correct_whole(main, north, east, model):
+def correct_whole(main, north, east, doubt, model):
     """Correct one filter by a fix unless the gate refuses it. Returns (accepted, NIS, log det S)."""
     n = main.shape[1]
     p, x, work = main[:n], main[n], main[n + 2 : n + 6]
-    g, pairs, variance = int(model[ERROR_STATE]), int(model[ERROR_PAIRS]), model[POSITION_VARIANCE]
+    g, pairs, variance = int(model[ERROR_STATE]), int(model[ERROR_PAIRS]), doubt * model[POSITION_VARIANCE]
     nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, variance, variance, g, pairs)
     if model[TIME_VARIANCE] > 0.0:
         s_nn, s_ne, s_ee = mistimed(x, main[n + 1], s_nn, s_ne, s_ee, model)
@@ -164,19 +166,19 @@ def correct_whole(main, north, east, model):
 
 
 @lean_kernel
-def retake(memory, north, east, model):
+def retake(memory, north, east, doubt, model):
     """After unbroken rejections take the position anew and keep the motion; if that did not help, begin anew."""
     main = memory if memory.ndim == 2 else memory[0]
     parameters = model if model.ndim == 1 else model[0]
     n = main.shape[1]
     p, x, book = main[:n], main[n], main[n + 1]
     if book[RETRIES] > 0.0:
-        start(x, p, book, north, east, parameters)
+        start(x, p, book, north, east, doubt, parameters)
         book[RETRIES] = 0.0
     else:
-        take_place(x, p, north, east, parameters)
+        take_place(x, p, north, east, doubt, parameters)
         if memory.ndim == 3:
-            take_place_modes(memory, north, east, model)
+            take_place_modes(memory, north, east, doubt, model)
         book[RETRIES] = 1.0
     book[STRAY] = -1.0
 
@@ -219,16 +221,16 @@ def settle(memory, model):
 
 
 @lean_kernel
-def take_position(memory, first, second, geodetic, model):
+def take_position(memory, first, second, geodetic, doubt, model):
     """Correct by a fix given as latitude and longitude (rad) or as north and east (m): `take_fix` for either."""
     if not geodetic:
-        return take_fix(memory, first, second, model)
+        return take_fix(memory, first, second, doubt, model)
     main = memory if memory.ndim == 2 else memory[0]
     book = main[main.shape[1] + 1]
     if book[MODE] == EMPTY:
         book[LATITUDE], book[LONGITUDE] = first, second
     north, east = displacement(first, second, book[LATITUDE], book[LONGITUDE])
-    return take_fix(memory, north, east, model)
+    return take_fix(memory, north, east, doubt, model)
 
 
 @lean_kernel
@@ -305,12 +307,13 @@ def keep(memory, out):
 
 
 @kernel
-def track(time, first, second, aids, geodetic, model, memory, spoken, nis, log_determinant, status, kept):
+def track(time, first, second, doubts, aids, geodetic, model, memory, spoken, nis, log_determinant, status, kept):
     """Run over a record.
 
     Args:
         time: (n,) s, not decreasing. first, second: (n,) latitude and longitude (rad) if `geodetic`, else north and
-            east (m); NaN where a row is no fix. aids: (n or 0, 5), NaN where nothing was said.
+            east (m); NaN where a row is no fix. doubts: (n or 0,), see `take_fix`. aids: (n or 0, 5), NaN where
+            nothing was said.
         model, memory: the filter; memory goes on from where it stands.
         spoken: (n, SPOKEN), nis, log_determinant: (n,), status: (n,) uint8: filled.
         kept: (n or 0, states + 2, states), for several modes (n or 0, 1 + modes, states + 2, states), receives
@@ -323,7 +326,9 @@ def track(time, first, second, aids, geodetic, model, memory, spoken, nis, log_d
         accepted = False
         nis[k] = log_determinant[k] = math.nan
         if fixed:
-            accepted, nis[k], log_determinant[k] = take_position(memory, first[k], second[k], geodetic, model)
+            accepted, nis[k], log_determinant[k] = take_position(
+                memory, first[k], second[k], geodetic, doubts[k] if len(doubts) else 1.0, model
+            )
         if len(aids):
             take_aids(memory, aids[k], model)
         if fixed or len(aids):
@@ -339,7 +344,7 @@ def track(time, first, second, aids, geodetic, model, memory, spoken, nis, log_d
 
 
 @kernel
-def track_many(bounds, time, first, second, aids, geodetic, model, spoken, nis, log_determinant, status):
+def track_many(bounds, time, first, second, doubts, aids, geodetic, model, spoken, nis, log_determinant, status):
     """`track` for each of many records that stand behind one another, record i in rows bounds[i] to bounds[i + 1]."""
     none_kept = np.empty((0, 1, 1))
     for i in range(len(bounds) - 1):
@@ -349,6 +354,7 @@ def track_many(bounds, time, first, second, aids, geodetic, model, spoken, nis, 
             time[rows],
             first[rows],
             second[rows],
+            doubts[rows] if len(doubts) else doubts,
             their_aids,
             geodetic,
             model,

@@ -1,38 +1,60 @@
-"""Tuning by maximum likelihood on the innovations of a log.
-
-Two steps, because the motion and a slowly erring receiver explain the same innovations when fitted together:
-
-1. Motion and white noise on fixes at least a second apart. A receiver's fixes a fraction of a second apart err alike;
-   taken as independent they would make every wobble of theirs a turn of the vessel.
-2. White and slowly varying error of the receiver on all fixes, with the motion held.
-"""
+"""Tuning by maximum likelihood on the innovations of a log, and how well the log tells each number."""
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from steerway.errors import InputError
-from steerway.estimation.fitting import LEAST_SPEED, MOTION, minimise, moving, thinned
-from steerway.estimation.likelihood import cost
+from steerway.estimation import stages
+from steerway.estimation.fitting import (
+    DRIFT,
+    LASTING,
+    LEAST_SPEED,
+    MOTION,
+    SLOW_ERROR,
+    TURNS,
+    moving,
+    stretches,
+    thinned,
+)
+from steerway.estimation.intervals import intervals
 from steerway.estimation.profiles import GATE, Profile
 from steerway.estimation.replay import run_rows
 from steerway.records import Fixes
 
 _SETTLING_FIXES = 5
-_MOTION_SPACING = 1.0
 _FEWEST_FIXES = 60
-_WORTH_A_PARAMETER = 4.0
-"""−log likelihood by which acceleration has to be better than none."""
-
-_RECEIVER = ("position_std", "error_std", "error_time")
-_MOTION_STARTS = [
-    {"position_std": 0.1, "speed_noise": speed, "course_rate_noise": rate, "course_rate_decay": decay}
-    for speed in (1e-3, 3e-2)
-    for rate, decay in ((1e-4, 0.05), (1e-3, 0.3), (3e-2, 2.0))
+_STRETCHES, _STRETCH, _STRETCH_APART = 10, 1200, 1000
+"""A longer log is judged by stretches from all over it."""
+_STARTS = [
+    Profile(position_std=white, speed_noise=speed, course_rate_noise=rate, course_rate_decay=decay)
+    for white in (0.005, 0.02, 0.05, 0.15, 0.5, 1.5, 5.0)
+    for speed in (1e-5, 1e-3, 3e-2)
+    for rate, decay in ((1e-6, 0.05), (1e-4, 0.1), (1e-3, 0.3), (3e-2, 2.0))
 ]
+
+
+_NAMED = {
+    "position_std": ("white noise of a fix", "m"),
+    "speed_noise": ("speed noise S_U", "m²/s³"),
+    "course_rate_noise": ("course-rate noise S_ω", "rad²/s³"),
+    "course_rate_decay": ("course-rate decay α2", "1/s"),
+    "acceleration_std": ("acceleration that lasts", "m/s²"),
+    "straight_time": ("a course is held for", "s"),
+    "turn_time": ("a turn lasts", "s"),
+    "turn_speed_noise": ("S_U in a turn", "m²/s³"),
+    "turn_course_rate_noise": ("S_ω in a turn", "rad²/s³"),
+    "turn_course_rate_decay": ("α2 in a turn", "1/s"),
+    "error_std": ("slow error of the receiver", "m"),
+    "error_time": ("… and its correlation time", "s"),
+    "drift_std": ("slower error of the receiver", "m"),
+    "drift_time": ("… and its correlation time", "s"),
+}
+_WORDS = {name: words for name, (words, _) in _NAMED.items()}
+_UNITS = {name: unit for name, (_, unit) in _NAMED.items()}
+_MISSING = ("acceleration that lasts", "turns apart from held courses", "slow error of the receiver", "a slower one")
 
 
 @dataclass(frozen=True)
@@ -47,36 +69,46 @@ class Tuned:
     nis_band: tuple[float, float]  # 95 % band of that mean if it is
     log_likelihood: float
 
+    @property
+    def cannot_tell(self) -> tuple[str, ...]:
+        """Names of the parameters of which this log says too little: see `Profile.told`."""
+        return tuple(name for name in self.profile.intervals if not self.profile.told(name))
+
     def as_dict(self) -> dict:
-        """The numbers, flat; the profile's by their names in a profile."""
-        numbers = {
-            name: getattr(self.profile, name) for name in (*MOTION, "acceleration_std", "error_std", "error_time")
-        }
+        """The numbers, flat, by their names in a profile; `intervals` and `cannot_tell` beside them."""
+        fitted = dict.fromkeys((*MOTION, *LASTING, *TURNS, *SLOW_ERROR, *DRIFT))
+        numbers = {name: getattr(self.profile, name) for name in fitted}
         own = {name: getattr(self, name) for name in ("fixes", "moving", "rejected", "nis_mean", "log_likelihood")}
-        return numbers | own | {"nis_band": list(self.nis_band)}
+        intervals = {name: list(ends) for name, ends in self.profile.intervals.items()}
+        told = {"intervals": intervals, "cannot_tell": list(self.cannot_tell)}
+        return numbers | own | {"nis_band": list(self.nis_band)} | told
 
     def sentences(self) -> list[tuple[str, str]]:
         """The fit as (what, value) pairs for people."""
         p = self.profile
         low, high = self.nis_band
-        slow = f"{p.error_std:.3g} m over {p.error_time:.3g} s" if p.error_std else "none found"
         if low <= self.nis_mean <= high:
             verdict = "consistent"
         else:
             verdict = "errors smaller than claimed" if self.nis_mean < low else "errors larger than claimed"
-        lasting = (
-            f"{p.acceleration_std:.3g} m/s² over {p.acceleration_time:.3g} s" if p.acceleration_std else "none found"
-        )
+        groups = [(MOTION, True), (LASTING, p.acceleration_std), (TURNS, p.turn_time)]
+        groups += [(SLOW_ERROR, p.error_std), (DRIFT, p.drift_std)]
+        shown = [name for names, there in groups if there for name in names]
+        missing = [words for (_, there), words in zip(groups[1:], _MISSING, strict=True) if not there]
         return [
             ("fixes", f"{self.fixes}, {self.moving} under way, {self.rejected} rejected"),
-            ("white noise of a fix", f"{p.position_std:.3g} m"),
-            ("slow error of the receiver", slow),
-            ("speed noise S_U", f"{p.speed_noise:.3g} m²/s³"),
-            ("acceleration that lasts", lasting),
-            ("course-rate noise S_ω", f"{p.course_rate_noise:.3g} rad²/s³"),
-            ("course-rate decay α2", f"{p.course_rate_decay:.3g} 1/s"),
+            *((_WORDS[name], self._value(name)) for name in shown),
+            *([("not found", ", ".join(missing))] if missing else []),
+            *([("this log cannot tell", ", ".join(map(_WORDS.get, self.cannot_tell)))] if self.cannot_tell else []),
             ("mean NIS", f"{self.nis_mean:.2f}, 95 % band {low:.2f} to {high:.2f}: {verdict}"),
         ]
+
+    def _value(self, name) -> str:
+        value = f"{getattr(self.profile, name):.3g} {_UNITS[name]}"
+        if name not in self.profile.intervals:
+            return value
+        ends = "{:g} to {:g}".format(*self.profile.intervals[name])
+        return f"{value}  ({ends})" if self.profile.told(name) else f"{value}  ({ends}: cannot tell)"
 
 
 def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | None = None) -> Tuned:
@@ -90,38 +122,31 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
     Raises InputError when there is too little motion to tell anything.
     """
     fixes = longest_track(fixes)
-    under_way = moving(fixes)
-    under_way[:_SETTLING_FIXES] = False
+    sample = stretches(fixes, _STRETCHES, _STRETCH)
+    under_way = _under_way(sample)
     if under_way.sum() < _FEWEST_FIXES:
         raise InputError(
-            f"{under_way.sum()} of {len(fixes)} fixes are under way (faster than {LEAST_SPEED} m/s), "
+            f"{under_way.sum()} of {len(sample)} fixes are under way (faster than {LEAST_SPEED} m/s), "
             f"expected at least {_FEWEST_FIXES} to tune by"
         )
     report = _Progress(progress)
-
-    apart = thinned(fixes.time, _MOTION_SPACING)
-    motion_cost = partial(cost, fixes=fixes.rows(apart), counted=under_way[apart])
-    base = Profile(name=name, position_std=1.0, speed_noise=1.0, course_rate_noise=1.0)
-    rough = [minimise(motion_cost, base, MOTION, start, 80, report.step) for start in _MOTION_STARTS]
-    promising = sorted(rough, key=lambda found: found[1])[:2]
-    fine = [minimise(motion_cost, base, MOTION, each.model_dump(), 250, report.step) for each, _ in promising]
-    motion, value = min(fine, key=lambda found: found[1])
-    start = motion.model_dump() | {"speed_noise": motion.speed_noise / 30.0, "acceleration_std": 0.2}
-    lasting, its_value = minimise(motion_cost, motion, (*MOTION, "acceleration_std"), start, 250, report.step)
-    if its_value < value - _WORTH_A_PARAMETER:
-        motion = lasting
-
-    full_cost = partial(cost, fixes=fixes, counted=under_way)
-    # White noise at the full rate that tells as much a second as what was found at the thinned one.
-    white_std = motion.position_std * math.sqrt(len(fixes) / len(apart))
-    white = motion.model_copy(update={"position_std": white_std})
-    candidates = [(white, full_cost(white))]
-    for error_time in (2.0, 100.0):
-        start = {"position_std": 0.5 * motion.position_std, "error_std": motion.position_std, "error_time": error_time}
-        candidates.append(minimise(full_cost, motion, _RECEIVER, start, 300, report.step))
-    profile, value = min(candidates, key=lambda found: found[1])
+    log = stages.Log(sample, under_way)
+    spaced = thinned(fixes.time, stages.SPACING)
+    apart = stretches(fixes.rows(spaced), _STRETCHES, _STRETCH_APART)
+    motion = stages.motion(stages.Log(apart, _under_way(apart)), _STARTS, report.step)
+    receiver = stages.receiver(log, motion.profile, len(fixes) / len(spaced), report.step)
+    fit = stages.together(log, motion, receiver, report.step)
+    told = intervals(fit)
     report.done()
-    return _tuned(_rounded(profile), value, fixes, under_way)
+    rounded = {key: float(f"{getattr(fit.profile, key):.4g}") for key in fit.search.names}
+    profile = fit.profile.model_copy(update=rounded | {"name": name, "intervals": told})
+    return _tuned(profile, fixes)
+
+
+def _under_way(fixes: Fixes) -> np.ndarray:
+    counted = moving(fixes)
+    counted[:_SETTLING_FIXES] = False
+    return counted
 
 
 def longest_track(fixes: Fixes) -> Fixes:
@@ -149,24 +174,19 @@ class _Progress:
             self._callback(1.0)
 
 
-def _rounded(profile: Profile) -> Profile:
-    """Four digits: more would claim more than a log tells."""
-    update = {name: float(f"{getattr(profile, name):.4g}") for name in {*MOTION, "acceleration_std", *_RECEIVER}}
-    return profile.model_copy(update=update)
-
-
-def _tuned(profile, value, fixes: Fixes, under_way) -> Tuned:
+def _tuned(profile: Profile, fixes: Fixes) -> Tuned:
+    log = stages.Log(fixes, _under_way(fixes))
     nis = run_rows(profile.model(), (), fixes).nis
-    known = under_way & np.isfinite(nis)
+    known = log.counted & np.isfinite(nis)
     good = known & (nis <= GATE)
     n = int(good.sum())
     half = 1.96 * 2.0 / math.sqrt(max(n, 1))
     return Tuned(
         profile=profile,
         fixes=len(fixes),
-        moving=int(under_way.sum()),
+        moving=int(log.counted.sum()),
         rejected=int((known & ~good).sum()),
         nis_mean=float(nis[good].mean()) if n else math.nan,
         nis_band=(2.0 - half, 2.0 + half),
-        log_likelihood=-value,
+        log_likelihood=-log.cost(profile),
     )

@@ -21,6 +21,7 @@ from steerway.estimation.mixture import PROBABILITY, blend, course_is_lost, set_
 from steerway.estimation.model import (
     ADRIFT,
     COURSE,
+    EMPTY,
     EXTRAS,
     GYRO_STATE,
     LATITUDE,
@@ -44,7 +45,7 @@ from steerway.estimation.way import fold, judge
 
 
 @kernel
-def smooth_modes(time, first, second, aids, geodetic, models, kept, spoken):
+def smooth_modes(time, first, second, doubts, aids, geodetic, models, kept, spoken):
     """Backward pass over the record of `track`: smooths its `kept` in place and states `spoken` (n, SPOKEN) anew.
 
     Rows in which only one of the two filters has a course stay as they were.
@@ -75,7 +76,7 @@ def smooth_modes(time, first, second, aids, geodetic, models, kept, spoken):
         speak(kept[k, 0], geodetic, spoken[k])
         fixed = math.isfinite(first[k]) and math.isfinite(second[k])
         if fixed:
-            take_position(memory, first[k], second[k], geodetic, others)
+            take_position(memory, first[k], second[k], geodetic, doubts[k] if len(doubts) else 1.0, others)
         if len(aids):
             take_aids(memory, seen_backwards(aids[k]), others)
         if fixed or len(aids):
@@ -121,6 +122,8 @@ def recede(memory, dt, models):
     book, likely = memory[0, n + 1], memory[0, n + 9]
     if book[MODE] != UNDERWAY or dt <= 0.0 or dt > LONGEST_STEP * (1.0 + STEP_SLACK):
         advance(memory, dt, models)
+        if book[MODE] != EMPTY:
+            restrain(memory[0, n], memory[0, :n], memory[0, n + 2 : n + 6], models[0])
         return
     if book[STRAY] >= 0.0:
         book[STRAY] += dt
@@ -140,15 +143,21 @@ def recede(memory, dt, models):
             odds += 0.5 * math.log(variance) + learn(x, p, work, RATE, variance)
             likely[k - 1] *= math.exp(odds)
         predict(x, p, memory[k, n + 6 : n + 9], models[k])
-        for i in range(5, n):
-            bound = models[k, EXTRAS + 3 * (i - 5) + 2]
-            if p[i, i] > bound:
-                learn(x, p, work, i, bound)
+        restrain(x, p, work, models[k])
         total += likely[k - 1]
     for k in range(m):
         likely[k] = max(likely[k] / total, 1e-12)
     if course_is_lost(memory):
         judge(memory[0, n], memory[0, :n], book, models[0])
+
+
+@kernel
+def restrain(x, p, work, model):
+    """What grows backwards in time is never worse known than by what is expected of it."""
+    for i in range(5, len(x)):
+        bound = model[EXTRAS + 3 * (i - 5) + 2]
+        if p[i, i] > bound:
+            learn(x, p, work, i, bound)
 
 
 @kernel

@@ -173,7 +173,7 @@ def retake(x, p, north, east, north_variance, east_variance):
     wave = WAVE if len(x) == WITH_WAVES else 0
     x[0] = north - x[wave] if wave else north
     x[1] = east - x[wave + 1] if wave else east
-    place_by_fix(p, north_variance, east_variance, wave, WITH_FORCE)
+    place_by_fix(p, north_variance, east_variance, wave)
 
 
 class VesselFilter:

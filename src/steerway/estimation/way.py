@@ -51,7 +51,7 @@ TOLD = 0.5
 
 
 @lean_kernel
-def start(x, p, book, north, east, model):
+def start(x, p, book, north, east, doubt, model):
     """Begin from one fix: at its place, with a velocity about which nothing is known."""
     n = len(x)
     for i in range(n):
@@ -60,14 +60,14 @@ def start(x, p, book, north, east, model):
             p[i, j] = 0.0
     for j in range(5, n):
         p[j, j] = model[EXTRAS + 3 * (j - 5) + 2]
-    take_place(x, p, north, east, model)
+    take_place(x, p, north, east, doubt, model)
     p[2, 2] = p[3, 3] = model[START_SPEED_VARIANCE]
     p[4, 4] = model[START_RATE_VARIANCE]
     book[MODE] = FIRST
 
 
 @lean_kernel
-def take_place(x, p, north, east, model):
+def take_place(x, p, north, east, doubt, model):
     """Take the position from one fix, and keep what is known of everything else."""
     g, pairs = int(model[ERROR_STATE]), int(model[ERROR_PAIRS])
     x[NORTH], x[EAST] = north, east
@@ -75,7 +75,8 @@ def take_place(x, p, north, east, model):
         for i in range(g, g + 2 * pairs, 2):
             x[NORTH] -= x[i]
             x[EAST] -= x[i + 1]
-    place_by_fix(p, model[POSITION_VARIANCE], model[POSITION_VARIANCE], g, 5, pairs)
+    variance = doubt * model[POSITION_VARIANCE]
+    place_by_fix(p, variance, variance, g, pairs)
 
 
 @lean_kernel

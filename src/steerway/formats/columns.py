@@ -4,6 +4,7 @@ import re
 from dataclasses import dataclass
 
 from steerway.earth import KNOT
+from steerway.formats.dilution import ALONE, RANGE_ERROR
 
 DEGREE = 0.017453292519943295
 EXPECTED = "time_s, lat_deg and lon_deg or common spellings of them (time, timestamp, latitude, lon, …)"
@@ -14,7 +15,7 @@ _SPELLINGS = {
     "date": "date date_utc utc_date",
     "latitude": "lat latitude",
     "longitude": "lon lng long longitude",
-    "position_std": "position_std hacc h_acc horizontal_accuracy position_accuracy",
+    "position_std": "position_std hacc h_acc horizontal_accuracy position_accuracy ehpe eph accuracy hdop",
     "sog": "sog speed_over_ground speedoverground ground_speed groundspeed gspeed speed rx_sog gps_sog gnss_sog",
     "cog": "cog course_over_ground courseoverground ground_course course track headmot rx_cog gps_cog gnss_cog",
     "heading": "heading true_heading heading_true trueheading hdt hdg",
@@ -35,6 +36,9 @@ _UNITS = {
 }
 _KINDS = {"time": "time", "latitude": "angle", "longitude": "angle", "cog": "angle", "heading": "angle"}
 _KINDS |= {"sog": "speed", "water_speed": "speed", "yaw_rate": "rate", "position_std": "length"}
+_RADII = ("hacc", "h_acc", "horizontal_accuracy", "position_accuracy", "ehpe", "eph", "accuracy")
+_FACTORS = dict.fromkeys(_RADII, 0.5**0.5) | {"hdop": float(RANGE_ERROR[ALONE]) * 0.5**0.5}
+"""What a radius, and a dilution of precision, is to be multiplied with to be 1σ of north and of east."""
 _UNIT_NAMES = {KNOT: "knots", 1 / 3.6: "km/h", 0.44704: "mph", DEGREE: "degrees", DEGREE / 60: "degrees a minute"}
 _PLAIN_UNITS = {"time": "s", "angle": "radians", "speed": "m/s", "rate": "rad/s", "length": "m"}
 
@@ -64,6 +68,8 @@ def understood(names) -> dict[str, Column]:
         if meaning and (meaning not in best or rank < best[meaning][0]):
             best[meaning] = (rank, index, name, unit)
     is_ais = "mmsi" in best
+    if is_ais:
+        best.pop("position_std", None)  # what AIS calls accuracy is yes or no
     return {
         meaning: Column(index, name, meaning, unit if unit is not None else _default(meaning, name, is_ais))
         for meaning, (_, index, name, unit) in best.items()
@@ -77,9 +83,10 @@ def _meaning(name):
         units = _UNITS[_KINDS.get(meaning, "none")]
         for rank, spelling in enumerate(spellings.split()):
             if plain == spelling:
-                return meaning, rank, None
+                return meaning, rank, _FACTORS.get(spelling)
             if plain.startswith(spelling + "_") and plain[len(spelling) + 1 :] in units:
-                return meaning, rank, units[plain[len(spelling) + 1 :]]
+                factor = units[plain[len(spelling) + 1 :]]
+                return meaning, rank, factor and factor * _FACTORS.get(spelling, 1.0)
     return None, 0, None
 
 

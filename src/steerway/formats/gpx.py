@@ -13,6 +13,7 @@ from collections import Counter
 import numpy as np
 
 from steerway.errors import InputError
+from steerway.formats import dilution
 from steerway.formats.places import places
 from steerway.formats.recording import Recording
 from steerway.records import Fixes
@@ -20,7 +21,7 @@ from steerway.timestamps import iso, unix_times
 
 _ROOT = re.compile(rb"<gpx[\s>]")
 _POINT = re.compile(rb"<(?:\w+:)?trkpt[\s>]")
-_TEXTS = {"time", "speed", "course", "name"}
+_TEXTS = {"time", "speed", "course", "hdop", "name"}
 _INSIDE = b"<trk><trkseg>"
 _CHUNK = 65536  # bytes
 _MMSI = re.compile(r"(?:MMSI\s*)?(\d{9})$")
@@ -41,13 +42,14 @@ def read(data: bytes) -> Recording:
     counts = {"track points": len(points)}
     if not points:
         return Recording("GPX", {}, counts, dict(skipped))
-    latitude, longitude, time, sog, cog, track = zip(*points, strict=True)
+    latitude, longitude, time, sog, cog, hdop, track = zip(*points, strict=True)
     latitude, longitude = places(_numbers(latitude), _numbers(longitude))
     time = unix_times(time)
     names = [_MMSI.match(name) for name in track]
     mmsi = np.array([int(name.group(1)) for name in names]) if all(names) else None
     cog = np.radians(_numbers(cog))
-    fixes = Fixes(time, latitude, longitude, sog=_numbers(sog), cog=cog, mmsi=mmsi, source="GPX")
+    std = np.array([dilution.deviation(each) for each in _numbers(hdop)])
+    fixes = Fixes(time, latitude, longitude, std, sog=_numbers(sog), cog=cog, mmsi=mmsi, source="GPX")
     for reason, good in (("no time", np.isfinite(time)), ("no position", fixes.has_position)):
         if not good.all():
             skipped[reason] += int((~good).sum())
@@ -68,7 +70,7 @@ def _number(text):
 
 
 def _points(data, skipped):
-    """The track points as (lat, lon, time, speed, course, track name), as text; damaged places are counted."""
+    """The track points as (lat, lon, time, speed, course, HDOP, track name), as text; damaged places are counted."""
     handler = _Handler()
     declared = (re.search(rb"<\?xml[^>]*\?>", data), re.search(rb"<gpx\b[^<>]*[^/<>]>", data))
     openings = [b"".join(part.group() for part in declared if part), b"<gpx>"]
@@ -132,7 +134,7 @@ class _Handler:
         self.last = self.parser.CurrentByteIndex
         tag = self.path.pop()
         if tag == "trkpt" and self.point is not None:
-            self.points.append((*map(self.point.get, ("lat", "lon", "time", "speed", "course")), self.track))
+            self.points.append((*map(self.point.get, ("lat", "lon", "time", "speed", "course", "hdop")), self.track))
             self.point = None
         elif self.text is not None:
             text = "".join(self.text).strip()

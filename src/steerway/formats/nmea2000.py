@@ -11,6 +11,7 @@ from collections import Counter
 
 import numpy as np
 
+from steerway.formats import dilution
 from steerway.formats.places import places
 from steerway.formats.recording import Recording
 from steerway.records import Fixes
@@ -22,6 +23,7 @@ _LINE = re.compile(
 )
 _ANGLE, _SPEED, _RATE = 1e-4, 1e-2, 3.125e-8  # rad, m/s, rad/s a bit
 _CLOCK_ERROR = 2.0  # s; a smaller difference between the logger's clock and GNSS is the delay of the message
+_FRESH = 3.0  # s for which a dilution of precision holds
 _MAGNETIC = 1
 
 
@@ -39,7 +41,13 @@ _LAYOUTS = {
     129025: _layout(8, latitude=(0, "<i4"), longitude=(4, "<i4")),
     129026: _layout(6, reference=(1, "u1"), cog=(2, "<u2"), sog=(4, "<u2")),
     129029: _layout(
-        32, days=(1, "<u2"), clock=(3, "<u4"), latitude=(7, "<i8"), longitude=(15, "<i8"), method=(31, "u1")
+        36,
+        days=(1, "<u2"),
+        clock=(3, "<u4"),
+        latitude=(7, "<i8"),
+        longitude=(15, "<i8"),
+        method=(31, "u1"),
+        hdop=(34, "<i2"),
     ),
 }
 _NAMES = {
@@ -226,6 +234,7 @@ def _position(name, own, skipped, notes):
     chosen = 0 if usable[0].sum() > 0.9 * usable[1].sum() else 1
     time, latitude, longitude, _ = choices[chosen]
     usable = usable[chosen]
+    deviation = _deviation(full, solved, (full, rapid)[chosen].time)
     if not usable.all():
         skipped["position not available"] += int((~usable).sum())
     if repeated := int(usable.sum()) - len(np.unique(time[usable])):
@@ -235,7 +244,20 @@ def _position(name, own, skipped, notes):
         notes.append(f"{name}: positions from {kept}, {number} × {left} of the same receiver left out")
     if usable.any():
         notes.append(f"{name}: positions carry {('GNSS time', 'the time the logger received them')[chosen]}")
-    return {"time": time[usable], "latitude": latitude[usable], "longitude": longitude[usable]}
+    columns = {"time": time, "latitude": latitude, "longitude": longitude, "position_std": deviation}
+    return {name: column[usable] for name, column in columns.items()}
+
+
+def _deviation(full, solved, moments):
+    """1σ of fixes heard at `moments` by the dilution of precision that 129029 last told, not long before."""
+    known = np.flatnonzero(solved)
+    if not len(known):
+        return np.full(len(moments), np.nan)
+    hdop, method = full.value("hdop", 0.01), full.raw["method"] >> 4
+    told = np.array([dilution.deviation(hdop[k], int(method[k])) for k in known])
+    last = np.searchsorted(full.time[known], moments, side="right") - 1
+    fresh = (last >= 0) & (moments - full.time[known][last] < _FRESH)
+    return np.where(fresh, told[last], np.nan)
 
 
 def _course(name, table, variation, skipped, notes):

@@ -58,7 +58,7 @@ class Reader:
         self._epoch: dict = {}
         self._rows: list[tuple[float, ...]] = []
         self._surveyed = 0
-        self.counts, self._skipped = Counter(), Counter()
+        self.counts, self.skipped = Counter(), Counter()
 
     def feed(self, chunk) -> None:
         """Read the messages that a piece of the stream completes."""
@@ -68,13 +68,17 @@ class Reader:
         """The stream has ended: what was not told whole is damaged."""
         self._read(b"", True)
 
+    def holds(self, settled: bool = True) -> bool:
+        """Whether there may be something to `take`."""
+        return bool(self._rows) or (settled and bool(self._epoch))
+
     def take(self, settled: bool = True) -> Recording:
         """The epochs since the last call. Without `settled` the newest waits, for more of it may be on its way."""
         if settled:
             self._close()
         rows, surveyed = self._rows, self._surveyed
         self._rows, self._surveyed = [], 0
-        counts, skipped = dict(self.counts), dict(self._skipped)
+        counts, skipped = dict(self.counts), dict(self.skipped)
         if not rows:
             return Recording("UBX", {}, counts, skipped)
         time, latitude, longitude, position_std, sog, cog = np.array(rows, dtype=np.float64).T
@@ -94,7 +98,7 @@ class Reader:
                 self._add(_NAMES[match.group(1)[0]], UBXReader.parse(data[match.start() : end]))
                 at = end
             except _ERRORS:
-                self._skipped["UBX frame damaged"] += 1
+                self.skipped["UBX frame damaged"] += 1
                 at = match.end()
         self._tail = data[max(at, len(data) - 3) :]
 
@@ -108,7 +112,7 @@ class Reader:
     def _close(self):
         """The newest epoch is told."""
         epoch, self._epoch = self._epoch, {}
-        row = _row(epoch, self._skipped) if epoch else None
+        row = _row(epoch, self.skipped) if epoch else None
         if row is not None:
             self._rows.append(row)
             self._surveyed += _is_surveyed(epoch)

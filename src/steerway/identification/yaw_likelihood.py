@@ -84,7 +84,7 @@ def positions_cost(time, rudder, north, east, gain, push, time_constant, model, 
                 x[RATE] += wanted * (1.0 - left)
         if not (math.isfinite(north[k]) and math.isfinite(east[k])):
             continue
-        _, nis, log_determinant = take_fix(memory, north[k], east[k], model)
+        _, nis, log_determinant = take_fix(memory, north[k], east[k], 1.0, model)
         settle(memory, model)
         cost += min(0.5 * (nis + log_determinant), _OUTLIER_COST)
     return cost

@@ -29,6 +29,8 @@ class State(StrEnum):
 
 
 UNDER_WAY = (State.RUNNING, State.DEGRADED)
+FIT = (State.READY, *UNDER_WAY)
+"""States in which what is said of the leg may be steered by."""
 
 
 class Order(NamedTuple):
@@ -100,16 +102,16 @@ class Autopilot:
     def link(self, name: str, alive: bool) -> None:
         """Whether the other end of an output's link is there; without it the autopilot does not steer."""
         self._watch.link(name, alive)
-        if not alive:
+        if not alive and self.state in UNDER_WAY:
             self.stop(f"link {name} is lost")
 
     def fix(self, row: Row) -> None:
         """A fix was taken, or rejected by the filter's gate."""
         self._watch.fix(row)
 
-    def late(self) -> None:
-        """A position was heard that is older than the last fix."""
-        self._watch.late()
+    def astray(self) -> None:
+        """A position was heard whose time does not follow that of the last fix."""
+        self._watch.astray()
 
     def step(self, row: Row, leg: Leg | None, dt: float) -> Order:
         """The order of a tick, dt s after the one before."""

@@ -54,6 +54,11 @@ class SourceChoice:
         return False
 
     @property
+    def interval(self) -> float:
+        """Median interval of the present source, s; 0 while unknown."""
+        return self._interval(self.present)
+
+    @property
     def silence(self) -> float:
         """s without a word after which the present source counts as silent."""
         return self._silence(self.present) if self.present else _LEAST_SILENCE

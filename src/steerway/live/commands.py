@@ -1,29 +1,40 @@
-"""The command `live`: addresses in, addresses out, and how it ends."""
+"""The commands `live` and `warm`: what they are told; `settings` checks it and `launch` does it."""
 
-import asyncio
-import contextlib
-import logging
-import math
-import os
-import signal
-import sys
 import time
 from typing import Annotated
 
 import typer
+from typer.core import TyperCommand
 
-from steerway.errors import InputError
-from steerway.live.service import RATE
+
+class LiveCommand(TyperCommand):
+    """A command whose option `--helm` may stand without an address."""
+
+    def parse_args(self, ctx, args):
+        """Write the usual address behind `--helm` where none follows."""
+        from steerway.live.helm.address import DEFAULT
+
+        told = []
+        for k, each in enumerate(args):
+            alone = each == "--helm" and (k + 1 == len(args) or args[k + 1].startswith("-"))
+            told.append(f"--helm={DEFAULT}" if alone else each)
+        return super().parse_args(ctx, told)
 
 
 def live(
-    listen_to: Annotated[list[str], typer.Option("--from", metavar="ADDRESS", help="Where fixes come from.")],
+    config: Annotated[
+        str | None, typer.Argument(metavar="[CONFIG.toml]", help="All of this in a file; options go before it.")
+    ] = None,
+    listen_to: Annotated[
+        list[str] | None, typer.Option("--from", metavar="ADDRESS", help="Where fixes come from.")
+    ] = None,
     say_to: Annotated[
         list[str] | None, typer.Option("--to", metavar="ADDRESS", help="Where to say the estimate; stdout: by default.")
     ] = None,
     profile: Annotated[
-        str, typer.Option("--profile", metavar="NAME|FILE.toml", help="Tuning of the filter.")
-    ] = "small-usv",
+        str | None,
+        typer.Option("--profile", metavar="NAME|FILE.toml", help="Tuning of the filter; small-usv by default."),
+    ] = None,
     source: Annotated[
         list[str] | None, typer.Option("--source", metavar="NAME", help="Sources of positions in order of priority.")
     ] = None,
@@ -41,59 +52,69 @@ def live(
         ),
     ] = None,
     patience: Annotated[
-        float, typer.Option("--patience", metavar="S", help="How long to go by dead reckoning without a fix.")
-    ] = 10.0,
+        float | None,
+        typer.Option("--patience", metavar="S", help="How long to go by dead reckoning without a fix; 10 by default."),
+    ] = None,
     engage: Annotated[
-        bool, typer.Option("--engage", help="Let the autopilot start by itself, once it is ready.")
-    ] = False,
+        bool | None, typer.Option("--engage/--no-engage", help="Let the autopilot start by itself, once it is ready.")
+    ] = None,
     latency: Annotated[
-        float, typer.Option("--latency", metavar="S", help="How late the receiver tells its fixes at the least.")
-    ] = 0.0,
+        float | None, typer.Option("--latency", metavar="S", help="How late the receiver tells its fixes at the least.")
+    ] = None,
+    no_accuracy: Annotated[
+        bool, typer.Option("--no-accuracy", help="Take all fixes alike, whatever the receiver says of their accuracy.")
+    ] = False,
+    helm: Annotated[
+        str | None,
+        typer.Option(
+            "--helm", metavar="[HOST:PORT]", help="Serve the helm page; 127.0.0.1:8080 where nothing follows."
+        ),
+    ] = None,
+    helm_token_file: Annotated[
+        str | None,
+        typer.Option(
+            "--helm-token-file", metavar="FILE", help="Its token, which other computers need; or STEERWAY_HELM_TOKEN."
+        ),
+    ] = None,
 ) -> None:
     """Estimate on the boat, in real time, between instruments and those who listen.
 
     From: serial:/dev/ttyACM0?baud=38400, tcp://host:port, udp://:port, gpsd://host:2947, signalk://host:3000,
-    file:LOG?speed=10 (or speed=max).
+    mavlink:udpin:host:port (udpout, tcp, or mavlink:/dev/…), file:LOG?speed=10 (or speed=max).
     To: stdout: (JSON lines), tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port, serial:…,
-    signalk://host:3000, file:RUN.parquet.
+    signalk://host:3000, mavlink:udpin:host:port (steers in GUIDED), foxglove://127.0.0.1:8765, file:RUN.parquet;
+    with ?say=propellers, commands for two propellers.
 
     Examples:
 
-        steerway live --from serial:/dev/ttyACM0?baud=38400 --to tcp-server://127.0.0.1:10110
+        steerway live --from serial:/dev/ttyACM0?baud=38400 --to tcp-server://127.0.0.1:10110 --helm
+
+        steerway live boat.toml
 
         steerway live --from file:sortie.nmea?speed=max > rows.jsonl
     """
-    from steerway.estimation.profiles import Profile
-    from steerway.live import addresses
-    from steerway.live.autopilot import Autopilot
-    from steerway.live.mission import GeodeticRoute
-    from steerway.live.navigator import Navigator
-    from steerway.live.route import Guide
-    from steerway.live.service import Service
+    from steerway.live.launch import launch
+    from steerway.live.process import log_to_stderr
+    from steerway.live.settings import Settings
 
-    _log_to_stderr()
-    if engage and mission is None:
-        raise InputError("--engage has nothing to follow, expected --mission with a route")
-    found, speed = addresses.sources(listen_to)
-    replayed = not math.isnan(speed)
-    tuning = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
-    aids = tuple(name.strip().replace("-", "_") for name in aid.split(",") if name.strip()) if aid else ()
-    navigator = Navigator(tuning, aids, tuple(source or ()), patience, rate=rate)
-    pairs = [addresses.output(text, rate, patient=replayed) for text in say_to or ["stdout:"]]
-    speakers = [speaker for _, speaker in pairs if speaker is not None]
-    route = None if mission is None else GeodeticRoute.load(mission)
-    guide = None if route is None else Guide(route)
-    autopilot = None if route is None else Autopilot(route, tuning, patience, engage)
-    service = Service(navigator, [each for each, _ in pairs], rate or RATE, latency, guide, autopilot)
-    if replayed:
-        rows = _rows_of_logs([each.path for each in found])
-        _until_stopped(service.replay(rows, speed, speakers))
-        wanted = ", ".join(source or ())
-        if not navigator.counts["taken"] and wanted:
-            raise InputError(f"source {wanted!r} has no position in {', '.join(each.path for each in found)}")
-    else:
-        ears = [addresses.listener(each, len(found)) for each in found]
-        _until_stopped(service.listen(ears, speakers))
+    log_to_stderr("steerway live")
+    settings = Settings() if config is None else Settings.load(config)
+    given = {
+        "listen_to": listen_to and tuple(listen_to),
+        "say_to": say_to and tuple(say_to),
+        "profile": profile,
+        "source": source and tuple(source),
+        "aid": None if aid is None else tuple(name.strip() for name in aid.split(",") if name.strip()),
+        "rate": rate,
+        "mission": mission,
+        "patience": patience,
+        "engage": engage,
+        "latency": latency,
+        "accuracy": False if no_accuracy else None,
+        "helm": helm,
+        "helm_token_file": helm_token_file,
+    }
+    launch(settings.overridden(**given))
 
 
 def warm() -> None:
@@ -110,39 +131,3 @@ def warm() -> None:
     warming.warm()
     where = f"kept in {CACHE_DIRECTORY}" if CACHE_DIRECTORY else "not kept: no directory for it can be written"
     print(f"compiled in {time.monotonic() - begun:.1f} s, {where}")
-
-
-def _rows_of_logs(paths):
-    """The rows of all logs in time order. Raises InputError as `read` does."""
-    from steerway.formats.reading import survey
-    from steerway.formats.sources import gather
-    from steerway.live.heard import rows_of
-
-    logs = survey(*paths)
-    return list(rows_of(gather([(log.name, log.recording.sources) for log in logs])))
-
-
-def _until_stopped(work) -> None:
-    """Run to the end, or until SIGINT or SIGTERM, or until nobody reads standard output any more."""
-
-    async def run():
-        task = asyncio.ensure_future(work)
-        loop = asyncio.get_running_loop()
-        for each in (signal.SIGINT, signal.SIGTERM):
-            loop.add_signal_handler(each, task.cancel)
-        with contextlib.suppress(asyncio.CancelledError):
-            await task
-
-    try:
-        asyncio.run(run())
-    except* BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-def _log_to_stderr():
-    handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(logging.Formatter("steerway live: %(message)s"))
-    log = logging.getLogger("steerway.live")
-    log.handlers[:] = [handler]
-    log.setLevel(logging.INFO)
-    log.propagate = False

@@ -7,9 +7,11 @@ tells one moment in several messages, of which the last may have the finest posi
 import json
 import math
 import time
+from collections.abc import Mapping
 from typing import Protocol
 
 from steerway.formats import nmea0183, ubx
+from steerway.formats.dilution import deviation
 from steerway.formats.nmea0183.epochs import NEAR, ROLLOVER
 from steerway.live.heard import Heard, rows_of
 from steerway.timestamps import unix_times
@@ -20,7 +22,9 @@ _LONGEST = 1 << 16  # bytes of a line of JSON
 
 
 class Decoder(Protocol):
-    """What makes rows of bytes."""
+    """What makes rows of bytes; `skipped` counts by reason what was not believed."""
+
+    skipped: Mapping[str, int]
 
     def feed(self, data: bytes) -> list[Heard]:
         """The rows that these bytes complete."""
@@ -35,7 +39,11 @@ class ReceiverDecoder:
     def __init__(self, place: str = ""):
         self._readers = nmea0183.Reader(), ubx.Reader()
         self._place = place
-        self.skipped: dict[str, int] = {}
+
+    @property
+    def skipped(self) -> dict[str, int]:
+        """How many messages were not believed, by reason."""
+        return {reason: count for reader in self._readers for reason, count in reader.skipped.items()}
 
     def feed(self, data: bytes) -> list[Heard]:
         """See Decoder."""
@@ -48,8 +56,9 @@ class ReceiverDecoder:
         return self._taken(True)
 
     def _taken(self, settled):
-        recordings = [reader.take(settled) for reader in self._readers]
-        self.skipped = {reason: count for each in recordings for reason, count in each.skipped.items()}
+        recordings = [reader.take(settled) for reader in self._readers if reader.holds(settled)]
+        if not recordings:
+            return []
         sources = {name: fixes for each in recordings for name, fixes in each.sources.items()}
         return [self._named(row) for row in rows_of(sources)]
 
@@ -136,10 +145,18 @@ class GpsdDecoder(_JsonLines):
             return []
         speed = {"sog": message["speed"]} if "speed" in message else {}
         course = {"cog": _course(message["track"])} if "track" in message else {}
-        deviation = {"position_std": message["eph"] / math.sqrt(2.0)} if "eph" in message else {}
         place = math.radians(message["lat"]), _course(message["lon"])
         name = f"gpsd {message.get('device', '')}".strip()
-        return [Heard(name, _moment(message["time"]), *place, **speed, **course, **deviation)]
+        return [Heard(name, _moment(message["time"]), *place, _gpsd_deviation(message), **speed, **course)]
+
+
+def _gpsd_deviation(message):
+    """1σ of north and of east by a radius, or by its parts; gpsd does not tell how sure either is."""
+    if "eph" in message:
+        return message["eph"] / math.sqrt(2.0)
+    if "epx" in message and "epy" in message:
+        return math.hypot(message["epx"], message["epy"]) / math.sqrt(2.0)
+    return math.nan
 
 
 _PATHS = {
@@ -149,7 +166,8 @@ _PATHS = {
     "navigation.speedThroughWater": "water_speed",
     "navigation.rateOfTurn": "yaw_rate",
 }
-SUBSCRIBED = ("navigation.position", *_PATHS)
+_DILUTION = "navigation.gnss.horizontalDilution"
+SUBSCRIBED = ("navigation.position", _DILUTION, *_PATHS)
 """The Signal K paths that are listened to."""
 
 
@@ -180,6 +198,8 @@ def _signalk_value(path, value):
         return {}
     if path == "navigation.position":
         return {"latitude": math.radians(value["latitude"]), "longitude": _course(value["longitude"])}
+    if path == _DILUTION:
+        return {"position_std": deviation(float(value))}
     if path in ("navigation.courseOverGroundTrue", "navigation.headingTrue"):
         return {_PATHS[path]: math.remainder(value, 2.0 * math.pi)}
     return {_PATHS[path]: float(value)} if path in _PATHS else {}

@@ -18,6 +18,7 @@ class Fence:
             places = places[:-1]
         if len(places) < 3:
             raise InputError(f"the fence has {len(places)} corners, expected at least 3")
+        self.places = tuple(places)
         self._origin = float(places[0][0]), float(places[0][1])
         corners = [displacement(*place, *self._origin) for place in places]
         self._edges = [(*corner, *after) for corner, after in zip(corners, corners[1:] + corners[:1], strict=True)]

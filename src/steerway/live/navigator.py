@@ -22,6 +22,9 @@ STEP = 60.0
 """s: a time so far from the last one, forward or back, is believed when a second one confirms it."""
 AHEAD = 1.0
 """s: so is one that leaves a gap, and is so far ahead of the present where that is known."""
+_LEAD, _LEAD_S = 0.3, 0.1
+"""Intervals, and s, by which a fix may be ahead of the present; where one was further, a log is played in haste, and
+what is next ahead may be a gap in it."""
 _BEHIND, _BEHIND_ROWS = 1.0, 3
 """s and fixes in unbroken order, all behind those taken: not late any more, the receiver's clock has been set back."""
 
@@ -35,6 +38,7 @@ class _Taken(NamedTuple):
     time: float
     latitude: float
     longitude: float
+    position_std: float
     aids: tuple[float, ...]
     before: np.ndarray
 
@@ -48,6 +52,7 @@ class Navigator:
     rate:     Hz at whose multiples the filter makes a step, as `estimate` does when it gives rows at a rate; without it
         the filter steps from fix to fix.
     recall:   s by which a fix may be late and still be taken at its own time.
+    accuracy: whether what receivers say of the accuracy of their fixes counts.
 
     When the receiver's clock steps, the motion goes on as if it had not, unless the position says otherwise.
 
@@ -63,27 +68,43 @@ class Navigator:
         patience: float = 10.0,
         recall: float = 5.0,
         rate: float | None = None,
+        accuracy: bool = True,
     ):
         self.filter = FiveStateFilter(profile, aid)
         self.choice = SourceChoice(sources)
         self.patience = positive("patience", patience)
         self.recall = not_negative("recall", recall)
         self.rate = None if rate is None else positive("rate", rate)
+        self.accuracy = accuracy
         self.counts: Counter = Counter()
         self.fix_time = math.nan
         self._time = math.nan
         self._taken: deque[_Taken] = deque()
         self._astray: Heard | None = None
         self._behind: list[Heard] = []
+        self._lead = math.nan
         self._before_behind = self.filter.snapshot(), math.nan
         self._row = lost(math.nan)
         self._ahead = FiveStateFilter(self.filter.profile, aid)
         self._ahead_time = math.nan
+        self._receiver = ""
+        self._teller = self.filter  # which filter said the last row
 
     @property
-    def late(self) -> int:
-        """How many rows were older than the one before."""
-        return self.counts["late"] + self.counts["too late"]
+    def last_fix(self) -> Row:
+        """The row of the last fix in order."""
+        return self._row
+
+    @property
+    def position_covariance(self) -> tuple[float, float, float]:
+        """Of the position said last: variance of north, covariance, variance of east, m²."""
+        covariance = self._teller.covariance
+        return float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])
+
+    @property
+    def strayed(self) -> int:
+        """How many rows had a time that did not follow: older than the one before, or far ahead and not confirmed."""
+        return self.counts["late"] + self.counts["too late"] + self.counts["stray"] + (self._astray is not None)
 
     def hear(self, heard: Heard, present: float = math.nan) -> list[Row]:
         """Take what was said; the rows that are new by it: one a fix in order, none for anything else.
@@ -101,7 +122,8 @@ class Navigator:
         aids = self._aids(heard, now)
         if math.isnan(place[0]) and all(map(math.isnan, aids)):
             return []
-        heard = heard._replace(latitude=place[0], longitude=place[1])
+        std = heard.position_std if self.accuracy else math.nan
+        heard = heard._replace(latitude=place[0], longitude=place[1], position_std=std)
         return self._in_time(heard, aids, heard.time - present)
 
     def at(self, time: float) -> Row:
@@ -109,7 +131,9 @@ class Navigator:
         if math.isnan(self._time) or not time - self.fix_time <= self.patience:
             return lost(time)
         if abs(time - self._row.time) < MEETS:
+            self._teller = self.filter
             return self._row
+        self._teller = self._ahead
         if self.rate is None or not self._ahead_time <= time:
             self._ahead.restore(self.filter.snapshot())
             self._ahead_time = self._time
@@ -133,12 +157,13 @@ class Navigator:
     def _in_time(self, heard, aids, surplus):
         """Take a row where its time belongs: next, or back among those taken already, or nowhere."""
         ahead = 0.0 if math.isnan(self._time) else heard.time - self._time
+        lead, surplus = surplus, surplus if self._lead <= max(_LEAD * self.choice.interval, _LEAD_S) else math.nan
         too_early = ahead > self.choice.silence and surplus > AHEAD
         if too_early or ahead < -STEP or (ahead > STEP and math.isnan(surplus)):
             return self._doubted(heard, aids, surplus)
         self._astray = None
         if ahead >= 0.0:
-            self._behind = []
+            self._behind, self._lead = [], lead if heard.has_position else self._lead
             return self._take(heard, aids)
         if heard.has_position and self._is_set_back(heard):
             return self._stepped(self._behind, surplus)
@@ -188,7 +213,10 @@ class Navigator:
         return said + [row for each in rows[1:] for row in self._take(each, self._aids(each, each.time))]
 
     def _take(self, heard, aids):
-        row = self._step(heard.time, heard.latitude, heard.longitude, aids)
+        if heard.has_position and heard.source != self._receiver:
+            self.filter.meet_receiver()
+            self._receiver = heard.source
+        row = self._step(heard.time, heard.latitude, heard.longitude, heard.position_std, aids)
         while self._taken and self._taken[0].time < heard.time - self.recall:
             self._taken.popleft()
         if not heard.has_position:
@@ -198,10 +226,10 @@ class Navigator:
         self._row = row
         return [row]
 
-    def _step(self, time, latitude, longitude, aids):
-        self._taken.append(_Taken(time, latitude, longitude, aids, self.filter.snapshot()))
+    def _step(self, time, latitude, longitude, position_std, aids):
+        self._taken.append(_Taken(time, latitude, longitude, position_std, aids, self.filter.snapshot()))
         dt = self._approach(self.filter, self._time, time)
-        said, nis, status = self.filter.row(dt, latitude, longitude, aids)
+        said, nis, status = self.filter.row(dt, latitude, longitude, aids, position_std)
         self._time = time
         self._ahead_time = math.nan
         return _row(time, said, nis, status)
@@ -213,9 +241,9 @@ class Navigator:
             later.append(self._taken.pop())
         self.filter.restore(later[-1].before)
         self._time = self._taken[-1].time
-        self._step(heard.time, heard.latitude, heard.longitude, aids)
+        self._step(heard.time, heard.latitude, heard.longitude, heard.position_std, aids)
         for taken in reversed(later):
-            self._step(taken.time, taken.latitude, taken.longitude, taken.aids)
+            self._step(taken.time, taken.latitude, taken.longitude, taken.position_std, taken.aids)
 
     def _approach(self, estimator, start, stop):
         """Predict from start to the last step of the rate's grid before stop; the s that remain."""

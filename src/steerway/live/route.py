@@ -70,7 +70,7 @@ class Guide:
             *destination,
             f"WP{max(target - 1, 0)}",
             f"WP{target}",
-            seen.distance <= self.route.acceptance[target],
+            bool(seen.distance <= self.route.acceptance[target]),
             seen.remaining <= 0.0,
             self._speed(seen),
         )

@@ -20,6 +20,7 @@ from steerway.live.links.listeners import Listener
 from steerway.live.links.speakers import Speaker
 from steerway.live.navigator import MEETS, Navigator
 from steerway.live.outputs import Output
+from steerway.live.pulse import Pulse
 from steerway.live.route import Guide
 
 LOG = logging.getLogger("steerway.live")
@@ -61,13 +62,14 @@ class Service:
         self.latest = Latest(lost(math.nan), None, None, navigator.counts)
         self.rate = positive("rate", rate)
         self.clock = FixClock(latency)
+        self.pulse = Pulse()
         self._said_until = -math.inf
         self._ticked = math.nan  # when the last tick was, by the clock that times the autopilot
 
-    def hear(self, rows: Iterable[Heard]) -> None:
-        """Rows from a live link, now."""
+    def hear(self, rows: Iterable[Heard], arrived: float | None = None) -> None:
+        """Rows from a live link, that arrived at a time of the event loop's clock; just now if it is not said."""
+        now = _now() if arrived is None else arrived
         for heard in rows:
-            now = _now()
             steps = self.navigator.counts["clock steps"]
             said = self._heard(heard, self.clock.now(now) - self.clock.latency)
             if self.navigator.counts["clock steps"] != steps:
@@ -105,13 +107,15 @@ class Service:
             output.close()
         counts = ", ".join(f"{count} {what}" for what, count in self.navigator.counts.items())
         LOG.info("rows: %s; source %s", counts or "none", self.navigator.choice.present or "none")
+        if self.pulse.beats:
+            LOG.info("%s", self.pulse)
 
     def _heard(self, heard, present=math.nan):
-        """The rows that are new by what was heard; the autopilot learns of positions that came too late."""
-        late = self.navigator.late
+        """The rows that are new by what was heard; the autopilot learns of times that do not follow."""
+        strayed = self.navigator.strayed
         rows = self.navigator.hear(heard, present)
-        if self.autopilot is not None and self.navigator.late > late:
-            self.autopilot.late()
+        if self.autopilot is not None and self.navigator.strayed > strayed:
+            self.autopilot.astray()
         return rows
 
     def _fix(self, row):
@@ -142,16 +146,19 @@ class Service:
         return order
 
     async def _tick_for_ever(self):
-        beat = _now()
+        beat, self.pulse = _now(), Pulse()
         while True:
             beat += 1.0 / self.rate
             now = _now()
             if beat < now - _BEHIND:
                 beat = now
             await asyncio.sleep(max(beat - now, 0.0))
-            present = self.clock.now(_now())
+            woken = _now()
+            self.pulse.begin()
+            present = self.clock.now(woken)
             if math.isfinite(present):
                 self._tick_once(math.floor(present * self.rate + 1e-6) / self.rate)
+            self.pulse.beat(woken - beat)
 
     def _tick_once(self, moment):
         """Tick, unless this was said already; a clock that stepped back is followed, one that wavers is waited for."""

@@ -94,7 +94,7 @@ class Steering:
         profile = self._profile
         if not (speed > 0.0 and fix_interval > 0.0):
             return 0.0
-        noise = max(profile.course_rate_noise, profile.turn_course_rate_noise)
+        noise = profile.agility
         carried = carried_bandwidth(speed, noise, profile.position_std, fix_interval)
         return min(QUICKEST, yaw_rate_gain(carried))
 

@@ -1,7 +1,10 @@
-"""Where to listen and where to speak: `scheme:…` with options behind a question mark."""
+"""Where to listen and where to speak: `scheme:…` with options behind a question mark.
+
+A scheme that is no link itself names the one that carries it: `mavlink:udpin:host:port`.
+"""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from urllib.parse import parse_qsl, urlsplit
 
 from steerway.errors import InputError
@@ -9,7 +12,7 @@ from steerway.errors import InputError
 
 @dataclass(frozen=True)
 class Uri:
-    """One address. `host` "" and `port` 0 where not said."""
+    """One address. `host` "" and `port` 0 where not said; `via` is what carries it, where it is not said by scheme."""
 
     text: str
     scheme: str
@@ -17,6 +20,12 @@ class Uri:
     port: int = 0
     path: str = ""
     options: Mapping[str, str] = field(default_factory=dict)
+    via: str = ""
+
+    @property
+    def place(self) -> tuple[str, str, str, int, str]:
+        """What of it tells one link from another."""
+        return self.scheme, self.via, self.host, self.port, self.path
 
     def number(self, name: str, default: float) -> float:
         """A numeric option."""
@@ -45,6 +54,27 @@ def parse(text: str, schemes: Mapping[str, tuple[str, ...]], default_ports: Mapp
             known = ", ".join(schemes[parts.scheme]) or "none"
             raise InputError(f"{text}: option {name!r} is unknown, expected {known}")
     return Uri(text, parts.scheme, host, port, parts.path, options)
+
+
+def carried(uri: Uri, carriers: tuple[str, ...]) -> Uri:
+    """The address with host and port of what carries it; one of a path stays as it is.
+
+    Raises InputError for what is neither one of `carriers` with host and port nor a path.
+    """
+    via, colon, place = uri.path.partition(":")
+    if via not in carriers or not colon:
+        if uri.path.startswith("/"):
+            return uri
+        ways = ", ".join(f"{uri.scheme}:{each}:host:port" for each in carriers)
+        raise InputError(f"{uri.text}: names no link, expected {ways} or {uri.scheme}:/dev/…")
+    try:
+        parts = urlsplit(f"//{place}")
+        host, port = parts.hostname or "", parts.port
+    except ValueError as error:
+        raise InputError(f"{uri.text}: {error}, expected {uri.scheme}:{via}:host:port") from None
+    if not port:
+        raise InputError(f"{uri.text}: names no port, expected {uri.scheme}:{via}:host:port")
+    return replace(uri, via=via, host=host, port=port, path="")
 
 
 def with_port(uri: Uri) -> Uri:

@@ -13,14 +13,16 @@ LATE_TICK = 0.5
 """s between two steps above which the service does not keep time."""
 SETTLED = 3.0
 """s for which nothing may be wrong before the autopilot is ready."""
-LARGEST_COURSE_STD = math.radians(15.0)
+LARGEST_COURSE_STD = math.radians(30.0)
 """rad, of a course that is worth steering by from the start."""
 LARGEST_NIS = 6.0
 """Mean NIS of late fixes above which estimate and fixes contradict each other; 2 where the profile fits."""
 UNFIT = 1.5
 """s of unbroken rejections after which to stop: the filter believes the fixes after 2 s and jumps to them."""
-UNKNOWN = 0.8
-"""s for which the course may be unknown, or the receiver's time stand still or lag, before that stops the boat."""
+UNTIMELY = 0.7
+"""s for which the receiver's time may stand still, lag or stray."""
+UNKNOWN = 3.0
+"""s for which fixes may come and the course be unknown, as after a gap; the reference is followed meanwhile."""
 STEP = 0.5
 """s by which the receiver's time may run ahead from one fix to the next."""
 LAG = 2.0
@@ -39,13 +41,12 @@ class Watch:
         self._now = 0.0
         self._event = ""
         self._links: dict[str, bool] = {}
-        self._unknown = 0.0
         self._nis: deque[float] = deque(maxlen=_KEPT)
         self._times: deque[float] = deque(maxlen=_KEPT)
         self._clock = FixClock()
         self._accepted = self._accepted_time = math.nan  # when the last good fix was heard, and its own time
         self._advanced = math.nan  # when a fix was last later than the one before
-        self._unfit_since = self._late_since = self._gone_back_since = math.nan
+        self._unfit_since = self._unknown_since = self._late_since = self._astray_since = math.nan
 
     @property
     def interval(self) -> float:
@@ -59,24 +60,24 @@ class Watch:
 
     def fix(self, row: Row) -> None:
         """A fix was taken, or rejected by the filter's gate."""
-        self._gone_back_since = math.nan
+        self._astray_since = math.nan
         self._judge_time(row.time)
         if row.status == _REJECTED:
             self._unfit_since = _since(self._unfit_since, self._now)
             return
         self._unfit_since = math.nan
+        self._unknown_since = _since(self._unknown_since, self._now) if math.isnan(row.cog) else math.nan
         self._accepted, self._accepted_time = self._now, row.time
         if not math.isnan(row.nis):
             self._nis.append(row.nis)
 
-    def late(self) -> None:
-        """A position was heard that is older than the last fix."""
-        self._gone_back_since = _since(self._gone_back_since, self._now)
+    def astray(self) -> None:
+        """A position was heard whose time does not follow that of the last fix."""
+        self._astray_since = _since(self._astray_since, self._now)
 
     def step(self, row: Row, dt: float) -> str:
         """What makes it impossible to steer, "" when nothing does."""
         self._now += dt
-        self._unknown = self._unknown + dt if math.isnan(row.cog) else 0.0
         if dt > LATE_TICK:
             self._event = f"the service was late by {dt:.1f} s"
             self._forget_clock()
@@ -86,19 +87,18 @@ class Watch:
 
     def doubt(self, row: Row) -> str:
         """What makes steering less than sound, "" when nothing does."""
-        age = self._age(row)
-        if not age <= self._usual_age():
-            return f"no fix for {age:.0f} s, by dead reckoning"
+        if self._is_blind(row):
+            return f"no fix for {self._age(row):.0f} s, by dead reckoning"
         if not math.isnan(self._unfit_since):
             return "fixes do not fit the estimate"
-        return "the course is not known" if self._unknown else ""
+        return "the course is not known" if math.isnan(row.cog) else ""
 
     def obstacle(self, row: Row) -> str:
         """Why not to start yet, "" when there is nothing against it."""
         now = self._obstacle_now(row)
         if now or self.settled >= SETTLED:
             return now
-        return f"all is well for {self.settled:.0f} s only, {SETTLED:g} s are wanted"
+        return f"all has been well for {self.settled:.1f} s, {SETTLED:g} s are wanted"
 
     def _obstacle_now(self, row):
         if math.isnan(self._accepted) or not row.valid:
@@ -118,13 +118,13 @@ class Watch:
             return f"no fix for {age:.1f} s"
         if self._now - self._unfit_since >= UNFIT:
             return f"fixes do not fit the estimate for {self._now - self._unfit_since:.1f} s"
-        if self._accepted >= self._advanced + UNKNOWN:
+        if self._accepted >= self._advanced + UNTIMELY:
             return "the receiver's time stands still"
-        if self._now - self._gone_back_since >= UNKNOWN:
-            return "the receiver's time has gone back"
-        if self._now - self._late_since >= UNKNOWN:
+        if self._now - self._astray_since >= UNTIMELY:
+            return "the receiver's time has stepped"
+        if self._now - self._late_since >= UNTIMELY:
             return f"fixes come more than {LAG:g} s late"
-        if self._unknown >= UNKNOWN:
+        if self._now - self._unknown_since >= UNKNOWN:
             return "the course is not known"
         return self._lost_link()
 
@@ -153,9 +153,10 @@ class Watch:
         age = self._now - self._accepted
         return max(age, by_receiver) if math.isfinite(by_receiver) else age
 
-    def _usual_age(self):
+    def _is_blind(self, row):
+        """Whether fixes stay away for longer than they use to."""
         interval = self.interval
-        return max(1.0, 3.0 * interval) if math.isfinite(interval) else 1.0
+        return not self._age(row) <= (max(1.0, 3.0 * interval) if math.isfinite(interval) else 1.0)
 
 
 def _since(before, now):

@@ -32,8 +32,14 @@ def distance(motion: Motion) -> float:
     return total
 
 
-def summarise(fixes: Fixes, motion: Motion, profile: str) -> dict:
-    """The numbers of a run, flat, names with their units."""
+def summarise(
+    fixes: Fixes, motion: Motion, profile: str, doubted: int = 0, sog_late: float = math.nan, cog_late: float = math.nan
+) -> dict:
+    """The numbers of a run, flat, names with their units.
+
+    doubted: fixes that counted for less because of what the receiver said of them. sog_late, cog_late: s by which its
+    own SOG and COG are late, NaN where that is not known.
+    """
     status = np.bincount(motion.status, minlength=len(STATUSES))
     defined = np.isfinite(motion.cog)
     accepted = motion.nis[(motion.status == OK) & np.isfinite(motion.nis)]
@@ -47,6 +53,9 @@ def summarise(fixes: Fixes, motion: Motion, profile: str) -> dict:
         "stop": iso(round(motion.time.max(), 3)) if len(motion) else None,
         "duration_s": float(np.ptp(motion.time)) if len(motion) else 0.0,
         "fixes": len(placed),
+        "fixes_doubted": doubted,
+        "receiver_sog_late_s": sog_late,
+        "receiver_cog_late_s": cog_late,
         "rows": len(motion),
         **{f"rows_{name}": int(status[k]) for k, name in enumerate(STATUSES)},
         "gaps": len(holes),
@@ -73,6 +82,7 @@ def sentences(summary: dict) -> list[tuple[str, str]]:
         *vessels,
         ("time", f"{s['start']} to {s['stop']} ({_duration(s['duration_s'])})"),
         ("fixes", f"{s['fixes']}, {s['gaps']} gaps, the longest {s['longest_gap_s']:.1f} s"),
+        *_receiver(s),
         ("rows", f"{s['rows']}: {status}"),
         ("profile", s["profile"]),
         ("distance", f"{s['distance_m'] / 1000.0:.2f} km ({s['distance_m'] / NAUTICAL_MILE:.2f} NM) under way"),
@@ -81,6 +91,21 @@ def sentences(summary: dict) -> list[tuple[str, str]]:
         ("typical 1σ", f"SOG {s['sog_std_median_mps']:.3f} m/s, COG {s['cog_std_median_deg']:.2f}°"),
         ("NIS", f"{s['nis_mean']:.2f} (2 when the filter judges its errors rightly)"),
     ]
+
+
+def _receiver(s) -> list[tuple[str, str]]:
+    """What the receiver says of itself, and what that is worth, where there is anything to tell."""
+    told = []
+    if s["fixes_doubted"]:
+        told.append(f"doubts {s['fixes_doubted']} of its fixes itself, which count for less")
+    late = [
+        f"its own {name} {abs(lag):.1f} s {'late' if lag > 0.0 else 'early'}"
+        for name, lag in (("SOG", s["receiver_sog_late_s"]), ("COG", s["receiver_cog_late_s"]))
+        if math.isfinite(lag)
+    ]
+    if late:
+        told.append(f"{' and '.join(late)} against its positions")
+    return [("receiver", "; ".join(told))] if told else []
 
 
 def _speed(mps) -> str:

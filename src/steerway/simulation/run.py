@@ -68,9 +68,7 @@ def advise(scenario: Scenario) -> tuple[bool, str]:
     asked = [each.speed for each in scenario.route.waypoints if each.speed is not None]
     speed = min([*asked, her.cruise])
     interval = 1.0 / scenario.gnss.rate
-    return advice(
-        her.bandwidth, speed, profile.course_rate_noise, profile.position_std, interval, her.nomoto_time, her.damping
-    )
+    return advice(her.bandwidth, speed, profile.agility, profile.position_std, interval, her.nomoto_time, her.damping)
 
 
 def write(sailed: Sailed, directory: Path, nmea: bool = False, remarks=()) -> list[Path]:

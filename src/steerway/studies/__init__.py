@@ -10,6 +10,7 @@ MODULES = {
     "otter-path": "otter_path",
     "ais-prediction": "ais_prediction",
     "low-speed": "low_speed",
+    "estimator-limits": "estimator_limits",
     "real-logs": "real_logs",
     "springer-mission": "springer_mission",
 }

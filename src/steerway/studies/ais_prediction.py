@@ -34,14 +34,14 @@ def hindcast(fixes: Fixes, profile=None, aid=None, horizons=HORIZONS) -> np.ndar
     Returns (n, 6): horizon, SOG transmitted at the time, error (m), error of dead reckoning (m; NaN where no course is
     transmitted), squared error in units of its covariance, area of the 95 % ellipse (m²).
     """
-    model, aid = predictor(fixes, profile, aid)
+    model, outlook, aid = predictor(fixes, profile, aid)
     rows = []
     for _, track in fixes.rows(fixes.has_position).in_order().tracks():
         kept = memories(model, aid, track)
         for k in _spaced(track.time, SPACING):
             for horizon in horizons:
                 if (there := _reported(track, track.time[k] + horizon)) is not None:
-                    rows.append((horizon, track.sog[k], *_judged(track, k, kept[k], model, horizon, there)))
+                    rows.append((horizon, track.sog[k], *_judged(track, k, kept[k], outlook, horizon, there)))
     return np.array(rows).reshape(-1, 6)
 
 

@@ -17,6 +17,7 @@ class Comparison:
     published: str = ""  # as the paper has it; empty where it is silent
     target: str = ""  # what we set out to reach, in words ("≤ 0.06"), empty if nothing
     met: bool | None = None
+    interval: tuple[float, float] | None = None  # 95 %, over the repetitions
 
 
 @dataclass
@@ -28,11 +29,26 @@ class Results:
     comparisons: list[Comparison] = field(default_factory=list)
     figures: dict[str, tuple[object, str]] = field(default_factory=dict)  # stem → (figure, caption)
     remarks: list[str] = field(default_factory=list)  # what was inferred, what was missed, said plainly
+    tables: list[tuple] = field(default_factory=list)  # further ones of the page: (heading, column names, rows)
 
-    def compare(self, key, value, what, unit="", published="", target="", met=None) -> None:
-        """Record a number and show it in the table of published against measured."""
+    def compare(self, key, value, what, unit="", published="", target="", met=None, interval=None) -> None:
+        """Record a number and show it in the table of published against measured.
+
+        `interval`: its 95 % interval over the repetitions, recorded as `key`_low and `key`_high.
+        """
         self.numbers[key] = float(value)
-        self.comparisons.append(Comparison(what, key, unit, published, target, None if met is None else bool(met)))
+        met = None if met is None else bool(met)
+        if interval is not None:
+            interval = float(interval[0]), float(interval[1])
+            self.numbers[f"{key}_low"], self.numbers[f"{key}_high"] = interval
+        self.comparisons.append(Comparison(what, key, unit, published, target, met, interval))
+
+    def measured(self, comparison: Comparison) -> str:
+        """The measured number in words, with its interval if it has one."""
+        text = f"{self.numbers[comparison.key]:.4g}"
+        if comparison.interval is not None:
+            text += " ({:.3g} to {:.3g})".format(*comparison.interval)
+        return f"{text} {comparison.unit}".rstrip()
 
 
 @dataclass(frozen=True)
@@ -56,13 +72,13 @@ def write_results(results: Results, directory: Path) -> Path:
     page = directory / "index.html"
     verdict = {True: "met", False: "missed", None: ""}
     rows = [
-        (each.what, each.published, f"{results.numbers[each.key]:.4g} {each.unit}", each.target, verdict[each.met])
+        (each.what, each.published, results.measured(each), each.target, verdict[each.met])
         for each in results.comparisons
     ]
     write_page(
         page,
         title=results.title,
-        tables=[("Published beside measured", ("what", "published", "measured", "target", ""), rows)],
+        tables=[("Published beside measured", ("what", "published", "measured", "target", ""), rows), *results.tables],
         figures=list(results.figures.values()),
         remarks=results.remarks,
     )

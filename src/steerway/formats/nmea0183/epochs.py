@@ -11,7 +11,7 @@ import numpy as np
 from steerway.angles import wrap
 from steerway.compiled import kernel
 from steerway.formats.nmea0183 import fields as said
-from steerway.formats.nmea0183.fields import HDT, LAST_POSITION, RMC, THS, VALUES
+from steerway.formats.nmea0183.fields import GST, HDT, LAST_POSITION, RMC, THS, VALUES
 from steerway.formats.nmea0183.scan import TALKERS
 
 # Columns of a row. UNDATED is 1 while no date was known, GIVEN 1 once its position has been handed out.
@@ -29,6 +29,7 @@ LOST = ("repeated within an epoch, without a time of its own", "before any time 
 
 DAY = 86400.0
 ROLLOVER = 1024.0 * 7.0 * DAY
+TOLD = 3
 OPEN = 4  # rows of a talker that still take in sentences: the newest ones
 
 _SAME_TIME = 1e-3
@@ -201,9 +202,9 @@ def _date_all(rows, memory, told):
 def assemble(kinds, talkers, values, memory, told, newest, rows, heard, owners, n, lost):
     """Sentences into rows; the number of rows then.
 
-    Parameters: `kinds`, `talkers`, `values` as `scan` fills them; `memory` (MEMORY,); `told` (TALKERS, 2) the last time
-    each talker told and when that was received; `newest` (TALKERS, OPEN); `rows` (≥ n + sentences, COLUMNS) with
-    `heard` (a bit a kind) and `owners` (talker) beside; `lost` counts by LOST.
+    Parameters: `kinds`, `talkers`, `values` as `scan` fills them; `memory` (MEMORY,); `told` (TALKERS, TOLD) the last
+    time each talker told, when that was received and whether GST is among what it says; `newest` (TALKERS, OPEN);
+    `rows` (≥ n + sentences, COLUMNS) with `heard` (a bit a kind) and `owners` (talker) beside; `lost` counts by LOST.
     """
     for i in range(len(kinds)):
         kind, talker, value = kinds[i], talkers[i], values[i]
@@ -223,6 +224,10 @@ def assemble(kinds, talkers, values, memory, told, newest, rows, heard, owners, 
                 memory[FIRST_VARIATION] = value[said.VARIATION]
         if math.isfinite(value[said.MAGNETIC]):
             _make_true(value, memory)
+        if kind == GST:
+            told[talker, 2] = 1.0
+        elif told[talker, 2] == 1.0:
+            value[said.STD] = math.nan
         if _says_nothing(value):
             continue
         if is_timed:

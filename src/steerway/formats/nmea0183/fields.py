@@ -8,6 +8,7 @@ import math
 
 from steerway.compiled import kernel
 from steerway.earth import KNOT
+from steerway.formats import dilution
 from steerway.formats.nmea0183.text import day_number, digits, is_digit, number
 
 FORMATTERS = ("GGA", "RMC", "GLL", "GNS", "VTG", "ZDA", "HDT", "HDG", "HDM", "THS", "VHW", "ROT", "GST")
@@ -36,6 +37,7 @@ TOD, DAY, LAT, LON, QUANTUM, SOG, COG, HEADING, MAGNETIC, VARIATION, WATER, YAW,
 _FASTEST = 1000.0 * KNOT
 _A, _E, _K, _M, _N, _S, _T, _V, _W, _Z = b"AEKMNSTVWZ"
 _DOT = ord(".")
+_MODES = (ord("N"), *b"ADPRFE")  # in the order of the quality of GGA
 
 
 @kernel
@@ -143,8 +145,10 @@ def _signed(buffer, fields, k, limit):
 @kernel
 def _gga(buffer, fields, n, row):
     quality = _within(buffer, fields, 6, 0.0, 8.0)
-    if math.isinf(quality) or math.isinf(_within(buffer, fields, 8, 0.0, 1e4)):
+    hdop = _within(buffer, fields, 8, 0.0, 1e4)
+    if math.isinf(quality) or math.isinf(hdop):
         return FIELD
+    row[STD] = dilution.deviation(hdop, quality)
     return _position(buffer, fields, 2, row) if quality > 0.0 else NO_FIX
 
 
@@ -187,12 +191,26 @@ def _gll(buffer, fields, n, row):
 
 @kernel
 def _gns(buffer, fields, n, row):
-    fixed = False
+    fixed, least = False, math.inf
+    hdop = _within(buffer, fields, 8, 0.0, 1e4)
     for i in range(fields[6], fields[7] - 1):
         if not _A <= buffer[i] <= _Z:
             return FIELD
         fixed = fixed or buffer[i] != _N
+        std = dilution.deviation(hdop, _quality(buffer[i]))
+        least = min(least, std) if math.isfinite(std) else least
+    if math.isfinite(least):
+        row[STD] = least
     return _position(buffer, fields, 2, row) if fixed else NO_FIX
+
+
+@kernel
+def _quality(mode):
+    """The quality of GGA that a mode indicator means; 0 for none that says how well."""
+    for quality, letter in enumerate(_MODES):
+        if mode == letter:
+            return quality
+    return 0
 
 
 @kernel

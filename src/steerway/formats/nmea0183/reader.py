@@ -79,12 +79,13 @@ class Reader:
         self._skipped = np.zeros(len(REASONS), np.int64)
         self._lost = np.zeros(len(epochs.LOST), np.int64)
         self._memory = epochs.new_memory()
-        self._told = np.full((TALKERS, 2), np.nan)
+        self._told = np.full((TALKERS, epochs.TOLD), np.nan)
         self._newest = epochs.new_open_rows()
         self._rows = np.empty((0, epochs.COLUMNS))
         self._heard = np.empty(0, np.int64)
         self._owners = np.empty(0, np.int64)
         self._n = 0
+        self._has_news = self._has_waiting = False
 
     def feed(self, chunk, received: float | None = None) -> None:
         """Read the sentences that a piece of the stream completes. `received` is Unix time."""
@@ -98,6 +99,15 @@ class Reader:
         """Everything read so far; the reader goes on."""
         return self._recording(self._rows[: self._n], np.arange(self._n))
 
+    def holds(self, settled: bool = True) -> bool:
+        """Whether there may be something to `take`."""
+        return self._has_news or (settled and self._has_waiting)
+
+    @property
+    def skipped(self) -> dict[str, int]:
+        """How many sentences were not believed, by reason."""
+        return self._account()[1]
+
     def take(self, settled: bool = True) -> Recording:
         """Everything read since the last call; then it is forgotten, so that a live link can run for ever.
 
@@ -105,6 +115,7 @@ class Reader:
         it an epoch may be taken before its last sentence came: the position is given once, and what is said later
         arrives as a row without position of the same time.
         """
+        self._has_news, self._has_waiting = False, not settled
         rows = self._rows[: self._n]
         waiting = np.zeros(self._n, bool)
         if not settled:
@@ -137,6 +148,9 @@ class Reader:
         data = self._tail + bytes(chunk)
         found, repeat = self._scan(data, final, received)
         self._tail = data[repeat:]
+        if not len(found.kind):
+            return
+        self._has_news = True
         self._make_room(len(found.kind))
         self._n = epochs.assemble(
             found.kind, found.talker, found.values, self._memory, self._told, self._newest,

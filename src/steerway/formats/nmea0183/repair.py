@@ -21,6 +21,7 @@ from steerway.formats.nmea0183.fields import FORMATTERS, LAST_POSITION
 _HALF_DAY = 0.5 * DAY
 _STRAY = 16  # rows that one damaged date can lead astray before the next date comes
 _POSITIONS = (2 << LAST_POSITION) - 1  # the bits of `heard` that stand for a position
+_FEW = 4  # rows: fewer, as they come from a live link, show no two streams
 _TWO_STREAMS = 0.3  # of the epochs with two positions: below, they are accidents
 
 
@@ -35,14 +36,14 @@ def mended_times(rows: np.ndarray, memory: np.ndarray) -> tuple[np.ndarray, list
     if rows[:, UNDATED].any():
         notes.append("no date anywhere in the log: days are counted from 1970-01-01")
     moved = int(memory[ROLLOVERS])
-    if len(time):
+    if len(time) > 1:
         behind = np.round((time.max() - time) / ROLLOVER)
         early = (behind >= 1.0) & (np.abs(time.max() - time - behind * ROLLOVER) < NEAR)
         time[early] += behind[early] * ROLLOVER
         moved += int(early.sum())
     if moved:
         notes.append(f"GPS week rollover: {moved} dates were 1024 weeks (or a multiple) early and have been moved up")
-    strays = _mend_strays(time)
+    strays = _mend_strays(time) if len(time) > 1 else 0
     if strays:
         notes.append(f"{strays} rows had a date unlike those before and after them and took theirs")
     return time, notes
@@ -67,6 +68,8 @@ def streams(name: str, time: np.ndarray, rows: np.ndarray, heard: np.ndarray, mi
     formatters disagree, a plotter stamps positions of different moments with one second: each formatter is a source.
     Rows without position stay with the first. Returns pairs of name and indices.
     """
+    if len(mine) < _FEW:
+        return [(name, mine)]
     placed = mine[np.isfinite(rows[mine, LAT])]
     together = np.flatnonzero(np.diff(time[placed]) == 0.0)
     first, second = placed[together], placed[together + 1]

@@ -2,10 +2,10 @@
 
 import asyncio
 import logging
+import math
 from collections.abc import Awaitable, Callable
 
 from steerway.live.decoding import Decoder
-from steerway.live.heard import Heard
 
 LOG = logging.getLogger("steerway.live")
 SILENCE = 0.05
@@ -13,7 +13,8 @@ SILENCE = 0.05
 RETRY = 1.0
 """s from a link's breaking to the next attempt."""
 
-Hear = Callable[[list[Heard]], None]
+Hear = Callable[..., None]
+"""Takes a list of Heard, and when the last of it arrived where that was not just now (s, the event loop's clock)."""
 
 
 class Ear:
@@ -22,24 +23,27 @@ class Ear:
     def __init__(self, decoder: Decoder, hear: Hear):
         self.decoder, self._hear = decoder, hear
         self._timer: asyncio.TimerHandle | None = None
+        self._arrived = math.nan
 
     def feed(self, data: bytes) -> None:
         """A piece of the stream has come."""
         self.pass_on(self.decoder.feed(data))
 
-    def pass_on(self, rows: list[Heard]) -> None:
+    def pass_on(self, rows: list) -> None:
         """Rows that are told; what still waits is told when nothing comes for a while."""
         if rows:
             self._hear(rows)
         if self._timer is not None:
             self._timer.cancel()
-        self._timer = asyncio.get_running_loop().call_later(SILENCE, self.settle)
+        loop = asyncio.get_running_loop()
+        self._arrived = loop.time()
+        self._timer = loop.call_later(SILENCE, self.settle)
 
     def settle(self) -> None:
         """The link is silent."""
         rows = self.decoder.settle()
         if rows:
-            self._hear(rows)
+            self._hear(rows, self._arrived)
 
 
 async def kept_open(name: str, attempt: Callable[[], Awaitable[None]]) -> None:

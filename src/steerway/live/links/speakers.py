@@ -15,7 +15,7 @@ from steerway.live.links.serial import opened
 from steerway.live.uri import Uri
 
 _BACKLOG = 1 << 16  # bytes that may wait for a listener
-_WAITING = 1000  # messages that may wait for a link to open, and lines for standard output
+_WAITING = 1000  # messages that may wait for a link to open or a file to be written
 
 
 class Speaker:
@@ -148,17 +148,17 @@ class UdpSpeaker(Speaker):
         self._socket.close()
 
 
-class StdoutSpeaker(Speaker):
-    """Standard output, written by a thread of its own: a pipe that is full stops nobody but its reader.
+class FileSpeaker(Speaker):
+    """An open file, written by a thread of its own: a pipe that is full, or a slow disk, stops nobody.
 
     With `patient` (a replayed log) nothing is lost: the replay waits.
     """
 
-    def __init__(self, uri: Uri, patient: bool = False, file=None):
+    def __init__(self, file, patient: bool = False, uri: Uri | None = None):
         super().__init__(uri)
         self.patient = patient
         self.broken = False
-        self._file = sys.stdout.buffer if file is None else file
+        self.file = file
         self._lines: queue.Queue = queue.Queue(_WAITING)
         self._thread = threading.Thread(target=self._write, daemon=True)
         self._thread.start()
@@ -184,13 +184,20 @@ class StdoutSpeaker(Speaker):
             if self.broken:
                 continue
             try:
-                self._file.write(line)
+                self.file.write(line)
                 if self._lines.empty():
-                    self._file.flush()
+                    self.file.flush()
             except (OSError, ValueError):
                 self.broken = True
         with contextlib.suppress(OSError, ValueError):
-            self._file.flush()
+            self.file.flush()
+
+
+class StdoutSpeaker(FileSpeaker):
+    """Standard output."""
+
+    def __init__(self, uri: Uri, patient: bool = False):
+        super().__init__(sys.stdout.buffer, patient, uri)
 
 
 class SignalKSpeaker(Speaker):

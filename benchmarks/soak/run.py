@@ -1,0 +1,171 @@
+"""The soak itself: the command as a user starts it, its consumers, its receiver and the idle loop beside it."""
+
+import asyncio
+import contextlib
+import re
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import polars as pl
+
+from benchmarks.soak.consumers import Consumer, consumers
+from benchmarks.soak.receiver import Receiver
+from benchmarks.support.harness import Result
+
+SETTLED = 60.0
+"""s from the start after which memory may not grow, at most half of the run."""
+_NUMBER = r"([\d.e+-]+)"
+_SPREAD = rf"{_NUMBER} ms \(99\.9 %: {_NUMBER}, at most {_NUMBER}\)"
+_PULSE = re.compile(
+    rf"{_NUMBER} ticks, each {_SPREAD}, with all else {_SPREAD}, late by {_SPREAD}, {_NUMBER} later than"
+)
+_TAKEN = re.compile(rf"{_NUMBER} taken")
+
+
+class Rhythm(NamedTuple):
+    """A pulse as it was logged, ms."""
+
+    ticks: float
+    own: float  # what a tick costs alone
+    own_999: float
+    own_most: float
+    compute: float  # … and with all that the loop's thread did since the one before
+    compute_999: float
+    compute_most: float
+    late: float
+    late_999: float
+    late_most: float
+    missed: float
+
+
+class Soak(NamedTuple):
+    """What a run came to; s and bytes."""
+
+    first_row: float  # s from the start
+    boat: Rhythm
+    idle: Rhythm
+    memory: list[tuple[float, int]]  # s since the start, resident bytes
+    rows: int
+    states: pl.DataFrame  # of the autopilot, from the table
+    taken: int
+    told: int
+    consumers: list[Consumer]
+    code: int
+    log: str
+
+    @property
+    def steered(self) -> float:
+        """The part of the rows in which the autopilot was running."""
+        return float((self.states["state"] == "running").mean()) if self.states.height else 0.0
+
+    @property
+    def growth(self) -> float:
+        """Bytes from when it had settled to the end."""
+        end = self.memory[-1][0]
+        before = [size for when, size in self.memory if when >= min(SETTLED, end / 2.0)]
+        return float(before[-1] - before[0])
+
+
+async def soak(seconds: float) -> Soak:
+    """Run for so long."""
+    receiver = Receiver()
+    with tempfile.TemporaryDirectory() as folder:
+        table = Path(folder) / "run.parquet"
+        route = Path(folder) / "route.toml"
+        route.write_text(receiver.route(), encoding="utf-8")
+        listeners = consumers(str(table), str(route))
+        async with contextlib.AsyncExitStack() as stack:
+            for each in listeners:
+                await stack.enter_async_context(each.listening())
+            arguments = [argument for each in listeners for argument in each.arguments]
+            boat, begun = await _started(receiver, arguments), time.monotonic()
+            try:
+                await asyncio.wait_for(listeners[0].connected.wait(), 120.0)  # the serial port is open by then
+                telling = asyncio.create_task(receiver.tell())
+                stack.callback(telling.cancel)
+                idle = await _process("-m", "benchmarks.soak.idle", str(seconds))
+                first_row, rows, memory = await _watched(boat, begun, seconds)
+                telling.cancel()
+                await asyncio.sleep(0.5)
+            finally:
+                boat.terminate()
+            rest, log = await boat.communicate()
+            said, _ = await idle.communicate()
+        log = log.decode()
+        rows += rest.count(b"\n")
+        states = pl.read_parquet(table, columns=["state", "reason"]) if table.exists() else pl.DataFrame()
+    taken = _TAKEN.search(log)
+    account = int(taken[1]) if taken else 0, receiver.positions()
+    receiver.close()
+    rhythms = _rhythm(log), _rhythm(said.decode())
+    return Soak(first_row, *rhythms, memory, rows, states, *account, listeners, boat.returncode, log)
+
+
+async def _started(receiver, arguments):
+    code = "from steerway.cli import main; main()"
+    source = ["--from", f"serial:{receiver.path}?baud=38400", "--source", "GP", "--rate", "50", "--to", "stdout:"]
+    return await _process("-c", code, "live", *source, *arguments)
+
+
+async def _process(*arguments):
+    pipe = asyncio.subprocess.PIPE
+    return await asyncio.create_subprocess_exec(sys.executable, *arguments, stdout=pipe, stderr=pipe, limit=1 << 24)
+
+
+async def _watched(boat, begun, seconds):
+    """When the first row came, how many came, and the memory all the while."""
+    await asyncio.wait_for(boat.stdout.readline(), 120.0)
+    first_row, rows, memory = time.monotonic() - begun, 1, []
+    while (now := time.monotonic() - begun) < seconds:
+        memory.append((now, _resident(boat.pid)))
+        until = now + min(1.0, seconds - now)
+        while (left := until - (time.monotonic() - begun)) > 0.0:
+            with contextlib.suppress(TimeoutError):
+                rows += bool(await asyncio.wait_for(boat.stdout.readline(), left))
+    memory.append((now, _resident(boat.pid)))
+    return first_row, rows, memory
+
+
+def _resident(pid):
+    """Bytes of memory that a process holds."""
+    status = Path(f"/proc/{pid}/status").read_text(encoding="utf-8")
+    return 1024 * int(re.search(r"VmRSS:\s+(\d+)", status)[1])
+
+
+def _rhythm(text):
+    found = _PULSE.search(text)
+    return Rhythm(*map(float, found.groups())) if found else Rhythm(*[float("nan")] * len(Rhythm._fields))
+
+
+def results(done: Soak):
+    """The table of a run."""
+    boat, idle = done.boat, done.idle
+    yield Result("outputs", float(len(done.consumers)), note=", ".join(each.name for each in done.consumers))
+    heard = ", ".join(f"{each.name} {each.heard:,} bytes" for each in done.consumers if each.heard)
+    yield Result("ticks", boat.ticks, note=heard)
+    yield Result("start to the first row", done.first_row, "s", at_most=3.0)
+    yield Result("a tick, median", boat.own, "ms")
+    yield Result("a tick, 99.9 %", boat.own_999, "ms", at_most=2.0)
+    yield Result("a tick, most", boat.own_most, "ms")
+    yield Result("… with all else the loop did, median", boat.compute, "ms", note=f"idle loop {idle.compute:.3g}")
+    yield Result(
+        "… with all else, 99.9 %", boat.compute_999, "ms", at_most=5.0, note=f"idle loop {idle.compute_999:.3g}"
+    )
+    yield Result("… with all else, most", boat.compute_most, "ms", note=f"idle loop {idle.compute_most:.3g}")
+    yield Result("late by, 99.9 %", boat.late_999, "ms", note=f"idle loop {idle.late_999:.3g}")
+    yield Result(
+        "late by, most", boat.late_most, "ms", at_most=max(50.0, idle.late_most), note=f"idle loop {idle.late_most:.3g}"
+    )
+    yield Result("ticks later than 50 ms", boat.missed, at_most=idle.missed, note=f"idle loop {idle.missed:.0f}")
+    yield Result("memory at the end", done.memory[-1][1] / 1e6, "MB")
+    yield Result("… more than when it had settled", done.growth / 1e6, "MB", at_most=5.0)
+    yield Result("valid fixes not taken", abs(done.told - done.taken), at_most=1.0, note=f"of {done.told}")
+    yield Result(
+        "rows said and not in the table", abs(done.rows - done.states.height), at_most=0.0, note=f"of {done.rows}"
+    )
+    last = done.states.row(-1) if done.states.height else ("", "")
+    yield Result("autopilot running", 100.0 * done.steered, "%", at_least=50.0, note=" ".join(map(str, last)))
+    yield Result("exit code", float(done.code), at_most=0.0)

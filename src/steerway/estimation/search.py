@@ -1,0 +1,131 @@
+"""The likeliest profile, and how well a log tells it.
+
+Scoring as E. K. Berndt, B. H. Hall, R. E. Hall and J. A. Hausman have it (Annals of Economic and Social Measurement
+3(4), 1974), damped after Levenberg and Marquardt. Innovations hardly depend on one another, so the sum of the outer
+products of their scores is how curved the likelihood is: first differences are all that a step takes, and a ridge,
+along which two parameters make up for each other, is followed and not searched.
+"""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from steerway.estimation.profiles import Profile
+
+_DIFFERENCE = 0.03
+_LONGEST_STEP = 2.0
+_WORTH_A_STEP = 0.02
+"""−log likelihood that a step has to promise."""
+_DAMPING, _HOPELESS = 1e-2, 1e4
+
+
+@dataclass(frozen=True)
+class Search:
+    """Parameters of a profile to be found, in logarithms: what is minimised is −log likelihood plus that of a prior.
+
+    `surprises` gives (n,) −log likelihoods of rows under a profile; `expected` the prior's median and its deviation of
+    the logarithm by name, `bounds` the least and the largest value.
+    """
+
+    surprises: Callable[[Profile], np.ndarray]
+    base: Profile
+    names: tuple[str, ...]
+    expected: dict[str, tuple[float, float]]
+    bounds: dict[str, tuple[float, float]]
+    step: Callable[[], None] = field(default=lambda: None)
+
+    def profile(self, logs) -> Profile:
+        """The profile with these logarithms of its parameters."""
+        return self.base.model_copy(update=dict(zip(self.names, np.exp(logs).tolist(), strict=True)))
+
+    def logs(self, profile: Profile) -> np.ndarray:
+        """(p,) and the logarithms of a profile, brought within the bounds."""
+        return np.clip(np.log([max(getattr(profile, name), 1e-300) for name in self.names]), *self.limits)
+
+    @property
+    def limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """(p,), (p,): the logarithms of the bounds."""
+        low, high = np.log([self.bounds[name] for name in self.names]).T
+        return low, high
+
+    @property
+    def prior(self) -> tuple[np.ndarray, np.ndarray]:
+        """(p,), (p,): mean and variance of the logarithms."""
+        median, spread = np.array([self.expected[name] for name in self.names]).T
+        return np.log(median), spread**2
+
+    def value(self, logs) -> float:
+        """What is minimised."""
+        self.step()
+        mean, variance = self.prior
+        return float(self.surprises(self.profile(logs)).sum() + 0.5 * ((logs - mean) ** 2 / variance).sum())
+
+    def values(self, points) -> np.ndarray:
+        """(k,) the same at points (k, p), on all cores."""
+        return np.array(_at_once(self.value, points))
+
+    def scores(self, logs) -> np.ndarray:
+        """(n, p) derivatives of the rows' surprise by each logarithm; the prior is not in them."""
+        shifts = np.concatenate([np.eye(len(logs)), -np.eye(len(logs))]) * _DIFFERENCE
+
+        def shifted(shift):
+            self.step()
+            return self.surprises(self.profile(logs + shift))
+
+        ahead, behind = np.split(np.array(_at_once(shifted, shifts)), 2)
+        return (ahead - behind).T / (2.0 * _DIFFERENCE)
+
+
+def _at_once(task, arguments) -> list:
+    with ThreadPoolExecutor(min(len(arguments), os.cpu_count() or 1)) as pool:
+        return list(pool.map(task, arguments))
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The end of a search."""
+
+    profile: Profile
+    cost: float  # −log likelihood with that of the prior
+    search: Search
+
+    @property
+    def logs(self) -> np.ndarray:
+        """(p,) logarithms of the parameters found."""
+        return self.search.logs(self.profile)
+
+
+def minimise(search: Search, start: Profile, steps: int = 40) -> Fit:
+    """Follow the likelihood from the parameters of `start`, at most so many steps."""
+    logs = search.logs(start)
+    value, damping = search.value(logs), _DAMPING
+    (low, high), (mean, variance) = search.limits, search.prior
+    for _ in range(steps):
+        scores = search.scores(logs)
+        slope = scores.sum(axis=0) + (logs - mean) / variance
+        curvature = scores.T @ scores + np.diag(1.0 / variance)
+        free = ~((logs <= low) & (slope > 0.0) | (logs >= high) & (slope < 0.0))
+        before = value
+        while damping < _HOPELESS:
+            change = _damped(slope, curvature, free, damping)
+            if -0.5 * slope @ change < _WORTH_A_STEP * min(damping, 1.0):
+                break
+            trial = np.clip(logs + change, low, high)
+            tried = search.value(trial)
+            if tried < value:
+                logs, value, damping = trial, tried, max(damping / 5.0, 1e-4)
+                break
+            damping *= 5.0
+        if before - value < _WORTH_A_STEP:
+            break
+    return Fit(search.profile(logs), value, search)
+
+
+def _damped(slope, curvature, free, damping):
+    change = np.zeros(len(slope))
+    chosen = curvature[np.ix_(free, free)]
+    change[free] = -np.linalg.solve(chosen + damping * np.diag(np.diag(chosen)), slope[free])
+    return change * min(1.0, _LONGEST_STEP / max(np.abs(change).max(initial=0.0), 1e-12))

@@ -1,0 +1,99 @@
+"""Where the page is served, and who may ask for it from where."""
+
+import ipaddress
+import os
+import re
+from typing import NamedTuple
+from urllib.parse import urlsplit
+
+from steerway.errors import InputError
+
+DEFAULT = "127.0.0.1:8080"
+TOKEN_VARIABLE = "STEERWAY_HELM_TOKEN"
+_PORT = 8080
+_HOST = re.compile(r"[A-Za-z0-9._:-]+")
+_SHORTEST = 8  # characters of a token: at a guess a second a lifetime does not find it
+_LONGEST = 256
+
+
+class Address(NamedTuple):
+    """A place to serve at, and the token that is asked for there; None: nobody is asked."""
+
+    host: str
+    port: int
+    token: str | None = None
+
+    @property
+    def is_loopback(self) -> bool:
+        """Whether only this computer can get there."""
+        return is_loopback(self.host)
+
+    @property
+    def url(self) -> str:
+        """What to type in the browser."""
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return f"http://{host}:{self.port}"
+
+
+def address(text: str, token: str | None = None) -> Address:
+    """The address a text means: `host:port`, port 8080 where it is not said.
+
+    Raises InputError for anything else, for a token that is too short to keep anyone out, and for an address beyond
+    this computer without a token.
+    """
+    try:
+        parts = urlsplit(f"//{text}")
+        host, port = parts.hostname, _PORT if parts.port is None else parts.port
+    except ValueError:
+        host, port, parts = None, 0, urlsplit("")
+    if (
+        not host
+        or not _HOST.fullmatch(host)
+        or host.isdigit()
+        or parts.path
+        or parts.query
+        or parts.fragment
+        or parts.username is not None
+        or not port
+    ):
+        raise InputError(f"helm is {text!r}, expected host:port such as {DEFAULT}")
+    found = Address(host, port, checked(token))
+    if not found.is_loopback and found.token is None:
+        raise InputError(
+            f"helm {text!r} can be reached from other computers, expected a token for it in the environment variable "
+            f"{TOKEN_VARIABLE} or in a file that --helm-token-file names"
+        )
+    return found
+
+
+def checked(token: str | None) -> str | None:
+    """The token itself when it is worth its name. Raises InputError, which does not repeat it."""
+    if token is not None and not (_SHORTEST <= len(token) <= _LONGEST and token.isprintable()):
+        raise InputError(f"the helm's token has {len(token)} characters, expected {_SHORTEST} to {_LONGEST} printable")
+    return token
+
+
+def token_of(path: str | None) -> str | None:
+    """The token in a file, or in the environment where there is none; None without either.
+
+    Never an option of its own: what stands on a command line stands in the logs and in the list of processes.
+    """
+    if path is None:
+        return os.environ.get(TOKEN_VARIABLE) or None
+    try:
+        with open(path, encoding="utf-8") as file:
+            return file.read(4096).strip()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(
+            f"helm-token-file {path} cannot be read: {getattr(error, 'strerror', None) or error}"
+        ) from None
+
+
+def is_loopback(host: str) -> bool:
+    """Whether a host is this computer itself."""
+    if host.casefold() == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False

@@ -1,0 +1,174 @@
+"""The chart and the strips under it as SVG: what lies still in one drawing, what moves in another.
+
+Sizes are pixels of the screen, so that lines and letters are as thin and as large on a phone as on a laptop. Colours
+are classes of page.css.
+"""
+
+import math
+from typing import NamedTuple
+
+from steerway.live.helm.view import View
+
+_GRID = 70.0  # pixels between two lines of the grid, at the least
+_VECTOR = 30.0  # s: the course vector ends where she will be then
+_FEWEST = 0.7  # pixels between two points of the track that are both worth drawing
+
+
+class Window(NamedTuple):
+    """What the chart shows: its middle (north, east; m), m a pixel, and its size in pixels."""
+
+    north: float
+    east: float
+    scale: float
+    width: float
+    height: float
+
+    def at(self, north: float, east: float) -> tuple[float, float]:
+        """Pixels from the left and from the top."""
+        x = self.width / 2.0 + (east - self.east) / self.scale
+        return x, self.height / 2.0 - (north - self.north) / self.scale
+
+    def holds(self, north: float, east: float, margin: float = 0.2) -> bool:
+        """Whether a place is inside, by a share of the size from the edge."""
+        x, y = self.at(north, east)
+        aside, above = margin * self.width, margin * self.height
+        return aside <= x <= self.width - aside and above <= y <= self.height - above
+
+
+def around(places, width: float, height: float, least: float = 40.0) -> Window:
+    """The window that shows all places (north, east), and `least` m at the least."""
+    north, east = zip(*places, strict=True) if places else ((0.0,), (0.0,))
+    tall, wide = max(max(north) - min(north), least), max(max(east) - min(east), least)
+    scale = 1.3 * max(tall / height, wide / width)
+    return Window((max(north) + min(north)) / 2.0, (max(east) + min(east)) / 2.0, scale, width, height)
+
+
+def still(window: Window, route, track, target: int | None, fence=()) -> str:
+    """Grid, fence, route and track."""
+    drawn = _grid(window) + _fence(window, fence) + _route(window, route, target) + _track(window, track)
+    return _svg(window, drawn + _scale_bar(window))
+
+
+def moving(window: Window, view: View, route=()) -> str:
+    """The boat: her ellipse, her course vector, her offset from the leg."""
+    if view.north is None:
+        return _svg(window, "")
+    x, y = window.at(view.north, view.east)
+    drawn, ellipse = _offset(window, view, route), _ellipse(window, view, x, y)
+    if view.cog_deg is None:
+        return _svg(window, f'{drawn}<circle class="boat" cx="{x:.1f}" cy="{y:.1f}" r="8"/>{ellipse}')
+    course = math.radians(view.cog_deg)
+    run = max((view.sog_kn or 0.0) * 0.514444 * _VECTOR / window.scale, 22.0)
+    ahead = f"{x + run * math.sin(course):.1f} {y - run * math.cos(course):.1f}"
+    turn = f"translate({x:.1f} {y:.1f}) rotate({view.cog_deg:.1f})"
+    drawn += _fan(view, x, y, run) + f'<path class="vector" d="M{x:.1f} {y:.1f}L{ahead}"/>'
+    return _svg(window, f'{drawn}<path class="boat" transform="{turn}" d="M0 -15L8.5 11Q0 6 -8.5 11Z"/>{ellipse}')
+
+
+def _svg(window, drawn):
+    size = f'width="{window.width:.0f}" height="{window.height:.0f}"'
+    return f'<svg xmlns="http://www.w3.org/2000/svg" {size} aria-hidden="true">{drawn}</svg>'
+
+
+def nice(least: float) -> float:
+    """The smallest of 1, 2, 5, 10, 20 … that is not less."""
+    power = 10.0 ** math.floor(math.log10(least))
+    return next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= least * (1.0 - 1e-9))
+
+
+def _grid(window):
+    step = nice(_GRID * window.scale)
+    wide, tall = window.width * window.scale / 2.0, window.height * window.scale / 2.0
+    path = ""
+    for k in range(math.ceil((window.east - wide) / step), math.floor((window.east + wide) / step) + 1):
+        path += f"M{window.at(0.0, k * step)[0]:.1f} 0V{window.height:.0f}"
+    for k in range(math.ceil((window.north - tall) / step), math.floor((window.north + tall) / step) + 1):
+        path += f"M0 {window.at(k * step, 0.0)[1]:.1f}H{window.width:.0f}"
+    return f'<path class="grid" d="{path}"/>'
+
+
+def _scale_bar(window):
+    length = nice(_GRID * window.scale)
+    text = f"{length:g} m" if length < 1000.0 else f"{length / 1000.0:g} km"
+    x, y, run = 16.0, window.height - 16.0, length / window.scale
+    bar = f'<path class="scale" d="M{x} {y - 6:.1f}v6h{run:.1f}v-6"/>'
+    north = f'<path class="north" transform="translate({window.width - 24:.0f} 34)" d="M0 -18L7 6L0 1L-7 6Z"/>'
+    letter = f'<text class="small" x="{window.width - 24:.0f}" y="54" text-anchor="middle">N</text>'
+    return f'{bar}<text class="small" x="{x + 6:.1f}" y="{y - 5:.1f}">{text}</text>{north}{letter}'
+
+
+def _fence(window, fence):
+    return f'<polygon class="fence" points="{_points([window.at(*place) for place in fence])}"/>' if fence else ""
+
+
+def _route(window, route, target):
+    if not route:
+        return ""
+    pixels = [window.at(*place) for place in route]
+    drawn = f'<polyline class="route" points="{_points(pixels)}"/>'
+    if target is not None and 0 < target < len(pixels):
+        drawn += f'<polyline class="leg" points="{_points(pixels[target - 1 : target + 1])}"/>'
+    for k, (x, y) in enumerate(pixels):
+        name = "waypoint next" if k == target else "waypoint"
+        drawn += f'<circle class="{name}" cx="{x:.1f}" cy="{y:.1f}" r="{7 if k == target else 5}"/>'
+    for (x, y), name in _named(pixels):
+        drawn += f'<text class="small" x="{x + 10:.1f}" y="{y - 8:.1f}">{name}</text>'
+    return drawn
+
+
+def _named(pixels):
+    """Where a name goes, and the name; waypoints at one place share theirs."""
+    places: list = []
+    for k, pixel in enumerate(pixels):
+        near = next((each for each in places if math.dist(each[0], pixel) < 12.0), None)
+        if near is None:
+            places.append([pixel, f"WP{k}"])
+        else:
+            near[1] += f", {k}"
+    return places
+
+
+def _track(window, track):
+    lines, line, last = [], [], None
+    for place in track:
+        if place is None:
+            lines, line, last = [*lines, line], [], None
+            continue
+        pixel = window.at(*place)
+        if last is None or abs(pixel[0] - last[0]) + abs(pixel[1] - last[1]) > _FEWEST:
+            line.append(pixel)
+            last = pixel
+    return "".join(f'<polyline class="track" points="{_points(each)}"/>' for each in [*lines, line] if len(each) > 1)
+
+
+def _points(pixels):
+    return " ".join(f"{x:.1f},{y:.1f}" for x, y in pixels)
+
+
+def _offset(window, view, route):
+    """From the boat square to her leg."""
+    if view.cross_track is None or not view.target or view.target >= len(route):
+        return ""
+    (north_0, east_0), (north_1, east_1) = route[view.target - 1], route[view.target]
+    direction = math.atan2(east_1 - east_0, north_1 - north_0)
+    north = view.north + view.cross_track * math.sin(direction)
+    east = view.east - view.cross_track * math.cos(direction)
+    return f'<polyline class="offset" points="{_points([window.at(view.north, view.east), window.at(north, east)])}"/>'
+
+
+def _ellipse(window, view, x, y):
+    if view.ellipse is None:
+        return ""
+    major, minor, direction = view.ellipse
+    axes = f'rx="{minor / window.scale:.1f}" ry="{major / window.scale:.1f}"'
+    return f'<ellipse class="ellipse" transform="translate({x:.1f} {y:.1f}) rotate({direction:.1f})" {axes}/>'
+
+
+def _fan(view, x, y, run):
+    """The sector in which the course lies."""
+    half = min(view.cog_within_deg or 0.0, 179.9)
+    first, last = (math.radians(view.cog_deg + side * half) for side in (-1.0, 1.0))
+    start = f"{x + run * math.sin(first):.1f} {y - run * math.cos(first):.1f}"
+    stop = f"{x + run * math.sin(last):.1f} {y - run * math.cos(last):.1f}"
+    arc = f"A{run:.1f} {run:.1f} 0 {int(half > 90.0)} 1 {stop}"
+    return f'<path class="fan" d="M{x:.1f} {y:.1f}L{start}{arc}Z"/>'

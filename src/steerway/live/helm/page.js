@@ -1,0 +1,27 @@
+// When a view came last, and what is to be done when none comes.
+var helmSeq = -1;
+var helmLast = 0;
+function helmBeat(seq) {
+  if (seq === helmSeq) return;
+  helmSeq = seq;
+  helmLast = Date.now();
+  document.body.classList.remove("stale");
+}
+function helmShade() {
+  const dark = !Quasar.Dark.isActive;
+  Quasar.Dark.set(dark);
+  localStorage.setItem("helmDark", dark);
+}
+document.body.classList.add("stale");
+setInterval(() => {
+  if (Date.now() - helmLast > 1500) document.body.classList.add("stale");
+}, 250);
+// The login is answered only to those who have to log in again.
+setInterval(() => {
+  if (!document.body.classList.contains("stale")) return;
+  fetch("/login", { redirect: "manual" }).then((reply) => reply.ok && location.assign("/login")).catch(() => {});
+}, 5000);
+window.addEventListener("load", () => {
+  const kept = localStorage.getItem("helmDark");
+  if (kept !== null) setTimeout(() => Quasar.Dark.set(kept === "true"), 0);
+});

@@ -1,0 +1,283 @@
+"""The page itself: what lies where, and how a view gets there. All texts come from `words`, all lines from `chart`."""
+
+import json
+from importlib.resources import files
+
+from nicegui import ui
+
+from steerway.live.helm.chart import Window, around, moving, still
+from steerway.live.helm.server import Board
+from steerway.live.helm.strips import Point, strip, unwound
+from steerway.live.helm.words import tone, words
+
+_LOOK = 0.1  # s between two looks whether there is a new view
+_FRESH = 10  # views by which a page may lag and still be believed when it says start
+_SPAN = 300.0  # s on the strips
+_ZOOM = 1.5
+_PADDING = 14.0  # pixels inside of a card, as page.css has it
+_NEAR = 0.25  # m a pixel when the boat is followed
+_ICON = (
+    '<svg xmlns="http://www.w3.org/2000/svg" viewBox="-16 -16 32 32">'
+    '<path d="M0 -15L9 12Q0 6 -9 12Z" fill="#0a5c8f"/></svg>'
+)
+
+
+def serve_with(app, board: Board) -> None:
+    """Make the page part of an application."""
+
+    @ui.page("/")
+    def helm():
+        Page(board)
+
+    ui.run_with(
+        app,
+        title="Steerway helm",
+        favicon=_ICON,
+        dark=None,
+        tailwind=False,
+        binding_refresh_interval=None,
+        show_welcome_message=False,
+        gzip_middleware_factory=None,
+    )
+
+
+def _text(name):
+    return files("steerway.live.helm").joinpath(name).read_text(encoding="utf-8")
+
+
+class Page:
+    """One open page."""
+
+    def __init__(self, board: Board):
+        self._board, self._client = board, ui.context.client
+        self._texts: dict[str, ui.label] = {}
+        self._seq, self._second = -1, None
+        self._size, self._strip_width = (0.0, 0.0), 0.0
+        self._window: Window | None = None
+        self._follows, self._scale = not board.route, _NEAR
+        self._drawn: tuple = ()
+        ui.add_css(_text("page.css"))
+        ui.add_body_html(f"<script>{_text('page.js')}</script>")
+        self._build()
+        ui.timer(_LOOK, self._look)
+
+    def _build(self):
+        with _box("banner"):
+            ui.label("No connection to the boat. What stands here is old, and no button reaches her.")
+        with _box("helm"):
+            self._build_head()
+            self._build_chart()
+            with _box("side"):
+                with _box("readings"):
+                    self._reading("sog", "SOG", "kn", "sog_within")
+                    self._reading("cog", "COG", "", "cog_within")
+                    self._reading("rate", "Course rate", "°/s", "rate_within")
+                if self._board.has_autopilot:
+                    self._build_autopilot()
+                if self._board.route:
+                    self._build_route()
+                self._build_strips()
+                self._build_estimator()
+        if self._board.has_autopilot:
+            self._build_bar()
+
+    def _build_head(self):
+        with _box("head", "header"):
+            ui.label("Steerway").classes("name")
+            self._dot = _box("dot good")
+            self._text("status")
+            self._text("fresh").classes("within fresh")
+            self._text("time").classes("time")
+            _button("Day / dark", "quiet", "shade").on("click", js_handler="() => helmShade()")
+
+    def _build_chart(self):
+        with _box("chart", "section"):
+            with _box("place"):
+                self._text("position")
+                self._text("position_within").classes("within")
+                with _box("zoom"):
+                    _button("+", "quiet", "closer").on("click", lambda: self._zoom(1.0 / _ZOOM))
+                    _button("−", "quiet", "wider").on("click", lambda: self._zoom(_ZOOM))
+                    _button("Boat", "quiet", "follow").on("click", self._follow)
+                    _button("All", "quiet", "whole").on("click", self._whole)
+            with _box("sea"):
+                ui.element("q-resize-observer").on("resize", self._resized)
+                self._still = ui.html("", sanitize=False).classes("layer").props('data-name="still"')
+                self._moving = ui.html("", sanitize=False).classes("layer").props('data-name="moving"')
+
+    def _build_autopilot(self):
+        with _card("Autopilot", "pilot"):
+            with _box("line"):
+                self._state = self._text("state").classes("state")
+                self._text("reason").classes("reason")
+            self._text("notice").classes("notice")
+            with _box("pairs"):
+                self._pair("asked_course", "Steer")
+                self._pair("asked_speed", "Speed")
+                self._pair("asked_rate", "Turn")
+                self._pair("thrust", "Thrust")
+                self._pair("port", "Port")
+                self._pair("starboard", "Starboard")
+
+    def _build_route(self):
+        with _card("Cross-track error", "route-card"):
+            with _box("line"):
+                self._text("cross_track").classes("large")
+                self._text("cross_track_side").classes("within")
+            with _box("pairs"):
+                self._pair("leg", "Towards")
+                self._pair("distance", "Distance")
+                self._pair("left", "To go")
+                self._pair("arrival", "Time")
+                if not self._board.has_autopilot:
+                    self._pair("steer", "Steer")
+                    self._pair("bearing", "Bearing")
+            with _box("progress"):
+                self._bar = _box("done")
+
+    def _build_strips(self):
+        with _card("Last five minutes", "strips"):
+            ui.element("q-resize-observer").on("resize", lambda event: self._strips_resized(event.args["width"]))
+            ui.label("SOG, kn").classes("within")
+            self._speeds = ui.html("", sanitize=False).props('data-name="speeds"')
+            ui.label("COG").classes("within")
+            self._courses = ui.html("", sanitize=False).props('data-name="courses"')
+
+    def _build_estimator(self):
+        with _card("Estimator", "estimator"):
+            with _box("pairs"):
+                self._pair("age", "Last fix")
+                self._pair("nis", "NIS")
+            self._pair("source", "Source")
+            self._pair("counts", "Fixes")
+
+    def _build_bar(self):
+        with ui.dialog() as asks, ui.card().classes("asks"):
+            ui.label("Start the autopilot? The propellers will turn.")
+            with _box("line choice"):
+                _button("Cancel", "quiet", "cancel").on("click", asks.close)
+                sure = _button("Start", "start", "sure").on("click", self._start, js_handler="() => emit(helmSeq)")
+                sure.on("click", asks.close)
+        with _box("bar", "footer"):
+            self._starter = _button("START", "start", "start").on("click", asks.open)
+            _button("STOP", "stop", "stop").on("click", self._stop).on("click", asks.close)
+
+    def _text(self, name):
+        self._texts[name] = ui.label("").props(f'data-name="{name}"')
+        return self._texts[name].classes("value")
+
+    def _pair(self, name, title):
+        with _box("pair"):
+            ui.label(title)
+            self._text(name)
+
+    def _reading(self, name, title, unit, within):
+        with _box("reading"):
+            ui.label(title).classes("title")
+            with _box("line"):
+                self._text(name).classes("huge")
+                ui.label(unit).classes("unit")
+            self._text(within).classes("within")
+
+    def _start(self, event):
+        """Only on the word of somebody who sees what is: a click that was on its way for long is no order."""
+        seen = event.args
+        if isinstance(seen, int) and 0 <= self._board.seq - seen <= _FRESH:
+            self._board.order("start", self._client.ip or "")
+
+    def _stop(self):
+        self._board.order("stop", self._client.ip or "")
+
+    def _resized(self, event):
+        self._size = float(event.args["width"]), float(event.args["height"])
+        self._window = None
+        self._draw()
+
+    def _strips_resized(self, width):
+        self._strip_width = float(width) - 2.0 * _PADDING
+        self._draw_strips()
+
+    def _zoom(self, factor):
+        if self._window is not None:
+            self._scale = min(max(self._window.scale * factor, 0.01), 5000.0)
+            self._follow()
+
+    def _follow(self):
+        self._follows, self._window = True, None
+        self._draw()
+
+    def _whole(self):
+        self._follows, self._window = False, None
+        self._draw()
+
+    def _look(self):
+        """Bring the page up to the newest view."""
+        if self._board.seq == self._seq or not self._client.has_socket_connection:
+            return
+        self._seq, view = self._board.seq, self._board.view
+        said = words(view) | {"notice": self._board.notice}
+        for name, label in self._texts.items():
+            label.set_text(said[name])
+        self._dot.classes(replace=f"box dot {tone(view)}")
+        if self._board.has_autopilot:
+            self._state.classes(replace=f"value state {view.state or 'idle'}")
+            self._starter.set_enabled(view.state in ("ready", "stopped"))
+        if self._board.route:
+            self._bar.style(f"width: {100.0 * (view.done or 0.0):.0f}%")
+        self._draw()
+        if view.time is not None and int(view.time) != self._second:
+            self._second = int(view.time)
+            self._draw_strips()
+        ui.run_javascript(f"helmBeat({json.dumps(self._seq)})")
+
+    def _draw(self):
+        if min(self._size) < 50.0:
+            return
+        board, view = self._board, self._board.view
+        boat = None if view.north is None else (view.north, view.east)
+        if self._window is None or (boat and not self._window.holds(*boat, 0.3 if self._follows else 0.03)):
+            self._window = self._framed(boat)
+        track = board.history.track
+        drawn = self._window, len(track), track[-1] if track else None, view.target
+        if drawn != self._drawn:
+            self._drawn = drawn
+            self._still.set_content(still(self._window, board.route, track, view.target, board.fence))
+        self._moving.set_content(moving(self._window, view, board.route))
+
+    def _framed(self, boat):
+        places = [place for place in self._board.history.track if place is not None]
+        if not self._follows:
+            return around(board_places(self._board, boat), *self._size)
+        middle = boat or (places[-1] if places else (0.0, 0.0))
+        return Window(*middle, self._scale, *self._size)
+
+    def _draw_strips(self):
+        if self._strip_width < 50.0:
+            return
+        moments = [view for _, view in self._board.history.moments]
+        speeds = [Point(each.time, each.sog_kn, each.sog_within_kn) for each in moments]
+        courses = unwound([Point(each.time, each.cog_deg, each.cog_within_deg) for each in moments])
+        self._speeds.set_content(strip(speeds, self._strip_width, 96.0, _SPAN, 0.5))
+        self._courses.set_content(strip(courses, self._strip_width, 96.0, _SPAN, 20.0, turns=True))
+
+
+def board_places(board: Board, boat) -> list[tuple[float, float]]:
+    """All that the whole chart shows."""
+    track = [place for place in board.history.track if place is not None]
+    return [*board.route, *board.fence, *track, *([boat] if boat else [])]
+
+
+def _box(names, tag="div"):
+    return ui.element(tag).classes(f"box {names}")
+
+
+def _card(title, names):
+    card = _box(f"card {names}", "section")
+    with card:
+        ui.label(title).classes("title")
+    return card
+
+
+def _button(text, names, name):
+    """A button in the page's own colours."""
+    return ui.button(text, color=None).props(f'no-caps unelevated data-name="{name}"').classes(names)

@@ -1,0 +1,112 @@
+"""The process of the page: views come in on standard input, orders go out on standard output, a line of JSON each.
+
+It ends when its input does.
+"""
+
+import asyncio
+import contextlib
+import json
+import os
+import socket
+import sys
+import traceback
+from collections.abc import Callable
+
+from steerway.live.helm.address import Address
+from steerway.live.helm.history import History
+from steerway.live.helm.view import View
+
+_NICE = 10  # where there is not enough computer for both, the boat comes first
+_LONGEST = 1 << 20  # bytes of a line, and of what a browser says at once
+_MOST = 200  # connections
+
+
+class Board:
+    """The newest view and what came before it, for every page that is open."""
+
+    def __init__(self, settings: dict, say: Callable[[dict], None]):
+        self.route = [tuple(place) for place in settings["route"]]
+        self.fence = [tuple(place) for place in settings["fence"]]
+        self.has_autopilot = bool(settings["has_autopilot"])
+        self.history = History()
+        self.view = View()
+        self.notice = ""
+        self.seq = 0
+        self._say = say
+
+    def take(self, message: dict) -> None:
+        """What the service says."""
+        self.view = View(**message["view"])
+        self.notice, self.seq = message["notice"], message["seq"]
+        self.history.add(self.view)
+
+    def order(self, what: str, who: str) -> None:
+        """Ask the service to start or stop."""
+        self._say({"do": what, "who": who})
+
+
+def main() -> None:
+    """Serve until standard input ends."""
+    os.nice(_NICE)
+    settings = json.loads(open(sys.stdin.fileno(), "rb", buffering=0, closefd=False).readline())
+    orders = os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0)
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints is no order
+
+    def say(message):
+        with contextlib.suppress(BrokenPipeError):
+            orders.write(json.dumps(message).encode() + b"\n")
+
+    address = Address(settings["host"], settings["port"], settings["token"])
+    try:
+        listener = _listener(address)
+    except OSError as error:
+        say({"failed": os.strerror(error.errno) if error.errno else str(error)})
+        return
+    asyncio.run(_serve(address, listener, Board(settings, say), say))
+
+
+def _listener(address):
+    family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
+    return socket.create_server((address.host, address.port), family=family)
+
+
+async def _serve(address, listener, board, say):
+    import uvicorn
+    from fastapi import FastAPI
+
+    from steerway.live.helm.gate import Gate
+    from steerway.live.helm.page import serve_with
+
+    app = FastAPI(openapi_url=None)
+    serve_with(app, board)
+    config = uvicorn.Config(
+        Gate(app, address),
+        log_level="warning",
+        access_log=False,
+        server_header=False,
+        proxy_headers=False,
+        ws="websockets-sansio",
+        ws_max_size=_LONGEST,
+        limit_concurrency=_MOST,
+    )
+    serving = asyncio.create_task(uvicorn.Server(config).serve([listener]))
+    listening = asyncio.create_task(_listen(board))
+    say({"ready": True})
+    await asyncio.wait((serving, listening), return_when=asyncio.FIRST_COMPLETED)
+    for task in (serving, listening):
+        if task.done() and task.exception() is not None:
+            traceback.print_exception(task.exception())
+    os._exit(0)  # nothing here is worth a farewell, and the next service wants the port
+
+
+async def _listen(board):
+    """Take what the service says, until it says no more."""
+    reader = asyncio.StreamReader(_LONGEST)
+    loop = asyncio.get_running_loop()
+    await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
+    async for line in reader:
+        board.take(json.loads(line))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,123 @@
+"""What the page says of a view: every quantity as its text. A dash is unknown."""
+
+import datetime
+import math
+
+from steerway.live.helm.view import View
+
+UNKNOWN = "–"
+_STATUS = {
+    "ok": "good",
+    "predicted": "predicted",
+    "rejected": "fix rejected",
+    "no_course": "no steerageway",
+    "starting": "starting",
+    "lost": "no position",
+}
+
+
+def words(view: View) -> dict[str, str]:
+    """The texts by their place on the page."""
+    digits = 2 if (view.sog_within_kn or 1.0) < 0.1 else 1  # a digit that only flickers tells nothing
+    return {
+        "sog": _number(view.sog_kn, digits),
+        "sog_within": _within(view.sog_within_kn, 2),
+        "cog": _course(view.cog_deg),
+        "cog_within": _within(view.cog_within_deg, 1, "°"),
+        "rate": UNKNOWN if view.rate_dps is None else f"{abs(view.rate_dps):.1f}",
+        "rate_within": f"{_turning(view.rate_dps)} {_within(view.rate_within_dps, 1)}".strip(),
+        "cross_track": UNKNOWN if view.cross_track is None else _metres(abs(view.cross_track)),
+        "cross_track_side": _off(view.cross_track),
+        "leg": view.destination or UNKNOWN,
+        "distance": _metres(view.distance),
+        "left": _metres(view.left),
+        "arrival": _duration(view),
+        "steer": _course(view.steer_deg),
+        "bearing": _course(view.bearing_deg),
+        "position": _position(view.lat_deg, "NS", 2) + "  " + _position(view.lon_deg, "EW", 3),
+        "position_within": "" if view.ellipse is None else f"± {_metres(view.ellipse[0])}",
+        "time": "–"
+        if view.time is None
+        else f"{datetime.datetime.fromtimestamp(view.time, datetime.UTC):%H:%M:%S} UTC",
+        "status": _STATUS.get(view.status, view.status),
+        "age": UNKNOWN if view.age is None else f"{view.age:.1f} s",
+        "fresh": "" if view.age is None else f"fix {view.age:.1f} s old",
+        "nis": _number(view.nis, 1),
+        "source": view.source or UNKNOWN,
+        "counts": ", ".join(f"{count} {what}" for what, count in view.counts.items()) or UNKNOWN,
+        "state": view.state or "",
+        "reason": view.reason,
+        "asked_course": _course(view.asked_course_deg),
+        "asked_rate": _asked(view.asked_rate_dps) if view.is_engaged else UNKNOWN,
+        "asked_speed": _number(view.asked_speed_kn, 1, " kn"),
+        "thrust": _percent(view.thrust) if view.is_engaged else UNKNOWN,
+        "port": _percent(view.port) if view.is_engaged else UNKNOWN,
+        "starboard": _percent(view.starboard) if view.is_engaged else UNKNOWN,
+    }
+
+
+def tone(view: View) -> str:
+    """How much the estimate is to be trusted: "good", "fair" or "bad"."""
+    return {"ok": "good", "lost": "bad"}.get(view.status, "fair")
+
+
+def _number(value, digits, unit=""):
+    return UNKNOWN if value is None else f"{value:.{digits}f}{unit}"
+
+
+def _within(value, digits, unit=""):
+    return "" if value is None else f"± {value:.{digits}f}{unit}"
+
+
+def _course(value):
+    return UNKNOWN if value is None else f"{round(value) % 360:03d}°"
+
+
+def _asked(rate):
+    return UNKNOWN if rate is None else f"{abs(rate):.1f} °/s {_turning(rate)}".strip()
+
+
+def _turning(rate):
+    """The side it turns to, where it turns by as much as is shown."""
+    return "" if rate is None or abs(rate) < 0.05 else "stbd" if rate > 0.0 else "port"
+
+
+def _clock(time):
+    return UNKNOWN if time is None else f"{datetime.datetime.fromtimestamp(time, datetime.UTC):%H:%M:%S} UTC"
+
+
+def _off(cross_track):
+    if cross_track is None or abs(cross_track) < 0.05:
+        return "" if cross_track is None else "on track"
+    return "to starboard of track" if cross_track > 0.0 else "to port of track"
+
+
+def _metres(value):
+    if value is None:
+        return UNKNOWN
+    if value < 99.95:
+        return f"{value:.1f} m"
+    return f"{value:.0f} m" if value < 9999.5 else f"{value / 1000.0:.1f} km"
+
+
+def _percent(value):
+    return UNKNOWN if value is None else f"{100.0 * value:.0f} %"
+
+
+def _duration(view):
+    """Time to the end of the route at the present speed."""
+    if view.left is None or view.sog_kn is None or view.sog_kn < 0.1:
+        return UNKNOWN
+    minutes = view.left / (view.sog_kn * 1852.0) * 60.0
+    if minutes >= 5999.5:
+        return UNKNOWN
+    hours, rest = divmod(round(minutes), 60)
+    return f"{hours} h {rest:02d} min" if hours else f"{minutes:.0f} min" if minutes >= 1.0 else "< 1 min"
+
+
+def _position(degrees, letters, width):
+    """Degrees and decimal minutes, as on a chart."""
+    if degrees is None:
+        return UNKNOWN
+    whole, rest = divmod(round(abs(degrees) * 60_000), 60_000)
+    return f"{int(whole):0{width}d}° {rest / 1000.0:06.3f}′ {letters[math.copysign(1.0, degrees) < 0.0]}"

@@ -1,0 +1,228 @@
+"""The conversation with a vehicle that is steered in GUIDED: what to say to her now, by what she said and the order.
+
+No clock and no I/O: times are told, messages are returned. She is taken over only when the autopilot runs, and given
+back when it stops; whoever takes her out of GUIDED has her, and is not contradicted.
+"""
+
+import math
+from enum import Enum
+
+from steerway.live.autopilot import Order, State
+from steerway.live.mavlink.dialect import RoverMode, mode_name
+
+SYSTEM = 1  # before a vehicle is heard; then hers, as is the custom of computers aboard
+HEARTBEAT_LOST = 2.5  # s: she says one a second
+_ASKED_AGAIN = 0.5  # s between two requests for a mode
+_REFUSED = 3.0  # s after which a request counts as refused
+_STOPPING = 2.0  # s of zero thrust before she is put into HOLD
+_GIVEN_UP = 10.0  # s after which she is no more asked to leave GUIDED
+_TARGET_PERIOD = 0.1
+_WANTED = {
+    "GPS_RAW_INT": 0.1,
+    "GLOBAL_POSITION_INT": 0.2,
+    "ATTITUDE": 0.1,
+    "SYSTEM_TIME": 1.0,
+}  # messages and their intervals, s
+_MISSED = 5.0  # s between two requests for them while they stay away
+
+
+class Phase(Enum):
+    """What is being done with the vehicle."""
+
+    FREE = "free"  # she is left alone
+    TAKING = "taking"  # asked to go into GUIDED
+    STEERING = "steering"
+    STOPPING = "stopping"  # zero thrust, then HOLD
+    RETURNING = "returning"  # asked to go into MANUAL
+
+
+class Guided:
+    """One vehicle and what she is told.
+
+    Thrust is the order's. ArduPilot's Rover takes it in GUIDED as a share of CRUISE_SPEED, or of WP_SPEED where set:
+    that is then the boat's speed at full thrust.
+
+    messages: the dialect's module.
+    silence:  s without any message after which the link counts as lost.
+    system:   the vehicle to talk to; 0: the first one heard.
+
+    `complaint` is why the autopilot has to stop by what the vehicle does, "" while there is no reason.
+    """
+
+    def __init__(self, messages, silence: float = 0.8, system: int = 0):
+        self._messages, self._silence, self._only = messages, silence, system
+        self.vehicle: tuple[int, int] | None = None
+        self.mode: int | None = None
+        self.is_armed = self.is_rover = False
+        self.phase = Phase.FREE
+        self.complaint = ""
+        self._since = -math.inf  # when the phase began
+        self._heard = self._heartbeat = self._fix_heard = -math.inf
+        self._own_heartbeat = self._target = self._asked_messages = -math.inf
+        self._asked: RoverMode | None = None
+        self._asked_at = self._asked_guided = -math.inf
+
+    def hear(self, message, now: float) -> bool:
+        """Whether a message is the vehicle's."""
+        sender = (message.get_srcSystem(), message.get_srcComponent())
+        kind = message.get_type()
+        if self.vehicle is None and kind == "HEARTBEAT" and self._is_vehicle(message):
+            self.vehicle = sender
+        if sender != self.vehicle:
+            return False
+        if now - self._heard > self._silence:
+            self._asked_messages = -math.inf
+        self._heard = now
+        if kind == "HEARTBEAT":
+            self._heartbeat = now
+            self.mode = message.custom_mode
+            self.is_armed = bool(message.base_mode & self._messages.MAV_MODE_FLAG_SAFETY_ARMED)
+            self.is_rover = self._is_rover(message)
+        elif kind == "GPS_RAW_INT":
+            self._fix_heard = now
+        elif kind == "COMMAND_ACK":
+            self._answered(message)
+        return True
+
+    def _answered(self, answer):
+        """A mode is hers once she has accepted it; a later HEARTBEAT with another one is somebody else's doing."""
+        if answer.command == self._messages.MAV_CMD_DO_SET_MODE and self._asked is not None:
+            if answer.result == self._messages.MAV_RESULT_ACCEPTED:
+                self.mode = int(self._asked)
+            self._asked = None
+
+    def _is_vehicle(self, heartbeat):
+        messages = self._messages
+        wanted = self._only in (0, heartbeat.get_srcSystem())
+        return wanted and heartbeat.autopilot != messages.MAV_AUTOPILOT_INVALID
+
+    def _is_rover(self, heartbeat):
+        """Whether the numbers of modes mean what they mean here."""
+        messages = self._messages
+        kinds = (messages.MAV_TYPE_GROUND_ROVER, messages.MAV_TYPE_SURFACE_BOAT)
+        return heartbeat.autopilot == messages.MAV_AUTOPILOT_ARDUPILOTMEGA and heartbeat.type in kinds
+
+    def alive(self, now: float) -> bool:
+        """Whether the vehicle is there."""
+        return now - self._heard <= self._silence and now - self._heartbeat <= HEARTBEAT_LOST
+
+    def due(self, now: float, order: Order | None) -> list:
+        """What to say now; to be asked every 0.1 s or oftener."""
+        said = []
+        if now - self._own_heartbeat >= 1.0:
+            self._own_heartbeat = now
+            said.append(self._heartbeat_message())
+        if self.vehicle is None:
+            return said
+        order = order or Order(State.IDLE)
+        self._judge(now, order)
+        said += self._requests(now)
+        said += self._steering(now, order)
+        return said
+
+    def farewell(self, hands_back: bool) -> list:
+        """What to say when there is no more time to say anything: HOLD, or MANUAL to the skipper."""
+        if self.vehicle is None or self.phase in (Phase.FREE, Phase.RETURNING):
+            return []
+        if hands_back:
+            return [self._mode_message(RoverMode.MANUAL)]
+        return [self._target_message(0.0, 0.0, 0.0), self._mode_message(RoverMode.HOLD)]
+
+    def _judge(self, now, order):
+        """Which phase this is."""
+        steers = order.engaged and order.state is not State.STOPPED
+        guided = self.mode == RoverMode.GUIDED
+        if not steers:
+            self.complaint = ""
+        if self.phase in (Phase.TAKING, Phase.STEERING) and not steers:
+            self._enter(Phase.STOPPING if order.engaged else Phase.RETURNING, now)
+        elif self.phase in (Phase.STOPPING, Phase.RETURNING) and self._is_left(guided, now):
+            self._enter(Phase.FREE, now)
+        elif self.phase is Phase.TAKING and guided:
+            self._enter(Phase.STEERING, now)
+        elif steers and not self.complaint:
+            self._watch(guided, now)
+
+    def _watch(self, guided, now):
+        """The autopilot steers: is there a reason why it cannot?"""
+        if not self.is_rover:
+            self.complaint = "the vehicle is no boat of ArduPilot's Rover"
+        elif not self.is_armed:
+            self.complaint = "the vehicle is not armed"
+        elif self.phase is Phase.STEERING and not guided:
+            self.complaint = f"the vehicle was put into {mode_name(self.mode)}"
+            self._enter(Phase.FREE, now)
+        elif self.phase is Phase.TAKING and now - self._since > _REFUSED:
+            self.complaint = "the vehicle does not go into GUIDED"
+        elif self.phase in (Phase.FREE, Phase.STOPPING, Phase.RETURNING):
+            self._enter(Phase.TAKING, now)
+
+    def _is_left(self, guided, now):
+        """Whether she is out of GUIDED for good, or does not listen."""
+        on_its_way = now - self._asked_guided <= HEARTBEAT_LOST
+        return (not guided and not on_its_way) or now - self._since > _GIVEN_UP
+
+    def _enter(self, phase, now):
+        self.phase, self._since, self._asked_at = phase, now, -math.inf
+
+    def _requests(self, now):
+        """A mode that she is not in, and messages that stay away."""
+        said = []
+        mode = self._mode_wanted(now)
+        if mode is not None and now - self._asked_at >= _ASKED_AGAIN:
+            self._asked, self._asked_at = mode, now
+            if mode is RoverMode.GUIDED:
+                self._asked_guided = now
+            said.append(self._mode_message(mode))
+        misses = now - self._fix_heard > _MISSED and now - self._asked_messages > _MISSED
+        if misses or self._asked_messages == -math.inf:
+            self._asked_messages = now
+            said += [self._interval_message(name, interval) for name, interval in _WANTED.items()]
+        return said
+
+    def _mode_wanted(self, now):
+        """The mode to ask for; none when she is in it, nor once somebody has taken her out of GUIDED."""
+        guided = self.mode == RoverMode.GUIDED
+        if self.phase is Phase.TAKING and not guided:
+            return RoverMode.GUIDED
+        if self.phase is Phase.STOPPING and guided and now - self._since >= _STOPPING:
+            return RoverMode.HOLD
+        return RoverMode.MANUAL if self.phase is Phase.RETURNING and guided else None
+
+    def _steering(self, now, order):
+        if now - self._target < 0.9 * _TARGET_PERIOD or self.phase not in (Phase.STEERING, Phase.STOPPING):
+            return []
+        self._target = now
+        yaw_rate, thrust = order.yaw_rate, order.thrust
+        if self.phase is Phase.STOPPING or not math.isfinite(yaw_rate + thrust):
+            yaw_rate = thrust = 0.0
+        return [self._target_message(yaw_rate, max(-1.0, min(1.0, thrust)), now)]
+
+    def _heartbeat_message(self):
+        m = self._messages
+        return m.MAVLink_heartbeat_message(
+            m.MAV_TYPE_ONBOARD_CONTROLLER, m.MAV_AUTOPILOT_INVALID, 0, 0, m.MAV_STATE_ACTIVE, 3
+        )
+
+    def _target_message(self, yaw_rate, thrust, now):
+        m = self._messages
+        mask = (
+            m.ATTITUDE_TARGET_TYPEMASK_BODY_ROLL_RATE_IGNORE
+            | m.ATTITUDE_TARGET_TYPEMASK_BODY_PITCH_RATE_IGNORE
+            | m.ATTITUDE_TARGET_TYPEMASK_ATTITUDE_IGNORE
+        )
+        upright = [1.0, 0.0, 0.0, 0.0]
+        return m.MAVLink_set_attitude_target_message(
+            int(now * 1e3) & 0xFFFFFFFF, *self.vehicle, mask, upright, 0.0, 0.0, yaw_rate, thrust
+        )
+
+    def _mode_message(self, mode):
+        m = self._messages
+        return self._command(m.MAV_CMD_DO_SET_MODE, m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, int(mode))
+
+    def _interval_message(self, name, interval):
+        m = self._messages
+        return self._command(m.MAV_CMD_SET_MESSAGE_INTERVAL, getattr(m, f"MAVLINK_MSG_ID_{name}"), interval * 1e6)
+
+    def _command(self, command, first, second):
+        return self._messages.MAVLink_command_long_message(*self.vehicle, command, 0, first, second, *[0.0] * 5)

@@ -1,0 +1,35 @@
+"""A command that runs until it is told to stop: its log on standard error, its end by signal."""
+
+import asyncio
+import contextlib
+import logging
+import os
+import signal
+import sys
+
+
+def log_to_stderr(command: str) -> None:
+    """Show what the live rooms log, under the command's name."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter(f"{command}: %(message)s"))
+    log = logging.getLogger("steerway.live")
+    log.handlers[:] = [handler]
+    log.setLevel(logging.INFO)
+    log.propagate = False
+
+
+def until_stopped(work) -> None:
+    """Run to the end, or until SIGINT or SIGTERM, or until nobody reads standard output any more."""
+
+    async def run():
+        task = asyncio.ensure_future(work)
+        loop = asyncio.get_running_loop()
+        for each in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(each, task.cancel)
+        with contextlib.suppress(asyncio.CancelledError):
+            await task
+
+    try:
+        asyncio.run(run())
+    except* BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

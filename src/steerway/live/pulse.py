@@ -1,0 +1,66 @@
+"""How a rhythm is kept: how much each beat costs and how late it comes, in memory that does not grow."""
+
+import math
+import time
+
+_LEAST, _PER_DECADE, _BINS = 1e-6, 25, 200  # s: from a microsecond to a hundred seconds, each bin a tenth wider
+LATE = 0.05
+"""s by which a beat may be late."""
+
+
+class Durations:
+    """A histogram of durations, s."""
+
+    def __init__(self):
+        self._counts = [0] * _BINS
+        self.longest = 0.0
+
+    def add(self, duration: float) -> None:
+        """Count one."""
+        place = int(_PER_DECADE * math.log10(max(duration / _LEAST, 1.0)))
+        self._counts[min(place, _BINS - 1)] += 1
+        self.longest = max(self.longest, duration)
+
+    def within(self, fraction: float) -> float:
+        """The duration that this fraction does not exceed; NaN for none."""
+        left = fraction * sum(self._counts)
+        for place, count in enumerate(self._counts):
+            left -= count
+            if left <= 0.0 and count:
+                return min(_LEAST * 10.0 ** ((place + 1) / _PER_DECADE), self.longest)
+        return math.nan
+
+
+class Pulse:
+    """What beats cost this thread of the processor's time, alone and with all that it did since the one before, and
+    how late they came."""
+
+    def __init__(self):
+        self.beats = 0
+        self.own, self.compute, self.lateness = Durations(), Durations(), Durations()
+        self.missed = 0
+        self._begun = self._spent = time.thread_time()
+
+    def begin(self) -> None:
+        """A beat begins."""
+        self._begun = time.thread_time()
+
+    def beat(self, lateness: float) -> None:
+        """A beat, so late (s), is done."""
+        spent = time.thread_time()
+        self.beats += 1
+        self.own.add(spent - self._begun)
+        self.compute.add(spent - self._spent)
+        self.lateness.add(max(lateness, 0.0))
+        self.missed += lateness > LATE
+        self._spent = spent
+
+    def __str__(self):
+        spreads = {"each": self.own, "with all else": self.compute, "late by": self.lateness}
+        said = ", ".join(f"{name} {_ms(each)}" for name, each in spreads.items())
+        return f"{self.beats} ticks, {said}, {self.missed} later than {1e3 * LATE:g} ms"
+
+
+def _ms(durations):
+    within = (durations.within(0.5), durations.within(0.999), durations.longest)
+    return "{:.3g} ms (99.9 %: {:.3g}, at most {:.3g})".format(*(1e3 * each for each in within))

@@ -1,0 +1,91 @@
+"""A scenario's vessel in her sea with her receiver, one step at a time: no pilot, no clock, no I/O."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.earth import displaced
+from steerway.errors import InputError
+from steerway.simulation import assembly
+from steerway.simulation.run import origin
+from steerway.simulation.scenario import EstimatorTable, Scenario
+from steerway.vessels.kinematics import GroundMotion
+
+
+class Seen(NamedTuple):
+    """What her receiver says: time since the start of its epoch and of its delivery, s; rad, m/s, NaN for unsaid."""
+
+    epoch: float
+    delivered: float
+    latitude: float
+    longitude: float
+    sog: float
+    cog: float
+
+
+class SimulatedBoat:
+    """She carries out commands, one an actuator, and knows where she is.
+
+    `time` s since her start; `motion` is the truth; `heading` what her compass said last, NaN without one. `seed` in
+    place of the scenario's.
+    """
+
+    def __init__(self, scenario: Scenario, seed: int | None = None):
+        aboard = scenario.model_copy(update={"estimator": EstimatorTable()})
+        self.vessel, self.known = assembly.vessel(aboard), assembly.boat(aboard)
+        self.origin, self.step_length = origin(aboard), aboard.step
+        self.receiver_rate = aboard.gnss.rate
+        sea_seed, receiver_seed, compass_seed = np.random.default_rng(scenario.seed if seed is None else seed).spawn(3)
+        self._sea = assembly.environment(aboard).start(sea_seed, aboard.step)
+        suite = assembly.instruments(aboard)
+        self._gnss = suite.gnss.start(receiver_seed)
+        self._compass = suite.compass and suite.compass.start(compass_seed)
+        self._state = self.vessel.start(*(each for each in assembly.start(aboard) if each is not None))
+        self._steps = 0
+        self.heading = math.nan
+        self.motion: GroundMotion = self.vessel.motion(self._state, self._sea.conditions)
+
+    @property
+    def time(self) -> float:
+        """Since her start, s."""
+        return self._steps * self.step_length
+
+    def position(self) -> tuple[float, float]:
+        """True latitude and longitude, rad."""
+        return displaced(*self.origin, self.motion.north, self.motion.east)
+
+    def step(self, command) -> Seen | None:
+        """One step under a command; what her receiver says at its end, if anything.
+
+        Raises InputError when her state is no longer finite.
+        """
+        self._state = self.vessel.step(self._state, command, self._sea.conditions, self.step_length)
+        self._sea.advance(self.motion)
+        self._steps += 1
+        if not math.isfinite(self._state[0]):
+            raise InputError(
+                f"the vessel's state is no number after {self.time:g} s, "
+                f"expected a smaller step than {self.step_length:g} s"
+            )
+        self.motion = self.vessel.motion(self._state, self._sea.conditions)
+        return self._look()
+
+    def _look(self):
+        truth, waves = self.motion, self._sea.waves
+        if self._compass is not None:
+            read = self._compass.step(self.time, truth.heading)
+            self.heading = self.heading if read is None else read
+        fix = self._gnss.step(
+            self.time,
+            truth.north + waves.north,
+            truth.east + waves.east,
+            truth.roll + waves.roll,
+            truth.pitch + waves.pitch,
+            truth.heading,
+            truth.north_velocity,
+            truth.east_velocity,
+        )
+        if fix is None:
+            return None
+        return Seen(fix.time, self.time, *displaced(*self.origin, fix.north, fix.east), fix.sog, fix.cog)

@@ -1,0 +1,192 @@
+"""A MAVLink vehicle as ArduPilot's Rover is one, as far as a companion sees: modes, GUIDED targets, their timeout.
+
+No clock and no I/O: what it hears and says has the boat's time. As ArduPilot's Rover does, it takes thrust in GUIDED
+as a share of a speed (CRUISE_SPEED), drops a target after 3 s, and counts its messages' times from its start.
+"""
+
+import math
+from typing import NamedTuple
+
+from steerway.checks import positive
+from steerway.live.mavlink.dialect import RoverMode
+from steerway.live.simulated.boat import Seen
+from steerway.vessels.kinematics import GroundMotion
+
+TIMEOUT = 3.0
+"""s without a target after which a vehicle in GUIDED stops."""
+_MODES = (RoverMode.MANUAL, RoverMode.HOLD, RoverMode.GUIDED)
+_FIX_LOST = 1.5  # s without a fix after which the receiver has none
+_UNKNOWN_16 = 0xFFFF
+
+
+class Target(NamedTuple):
+    """What GUIDED was told last: rad/s and m/s, and when, s."""
+
+    yaw_rate: float
+    speed: float
+    time: float
+
+
+class Rover:
+    """Modes, targets and messages of one vehicle.
+
+    messages: the dialect's module.
+    cruise:   speed over ground at thrust 1, m/s.
+    unix:     Unix time of the boat's time 0.
+    armed:    as if her skipper had armed her already.
+    """
+
+    def __init__(self, messages, cruise: float, unix: float, timeout: float = TIMEOUT, armed: bool = True):
+        self._messages = messages
+        self.cruise, self.timeout = positive("cruise", cruise), positive("timeout", timeout)
+        self.unix, self.armed = unix, armed
+        self.system, self.component = 1, 1
+        self.mode = RoverMode.MANUAL
+        self.heading = math.nan  # by her compass; without one by the truth
+        self._target: Target | None = None
+        self._seen: Seen | None = None
+        self._intervals = {
+            "HEARTBEAT": 1.0,
+            "SYSTEM_TIME": 1.0,
+            "ATTITUDE": 0.1,
+            "GLOBAL_POSITION_INT": 0.2,
+            "GPS_RAW_INT": 0.2,
+        }
+        self._said = dict.fromkeys(self._intervals, -math.inf)
+
+    def target(self, now: float) -> Target | None:
+        """What to make good; None for engines off."""
+        if self._target is not None and now - self._target.time > self.timeout:
+            self._target = None
+        return self._target if self.armed and self.mode is RoverMode.GUIDED else None
+
+    def see(self, seen: Seen) -> None:
+        """Her receiver has a fix."""
+        self._seen = seen
+
+    def hear(self, message, now: float) -> list:
+        """What to answer."""
+        heard = _HEARD.get(message.get_type())
+        mine = getattr(message, "target_system", 0) in (0, self.system)
+        return [] if heard is None or not mine else heard(self, message, now)
+
+    def due(self, now: float, motion: GroundMotion, place: tuple[float, float]) -> list:
+        """What to say now; `place` is the true latitude and longitude, rad."""
+        said = []
+        for name, interval in self._intervals.items():
+            if interval > 0.0 and now - self._said[name] >= interval - 1e-6:
+                self._said[name] = now
+                said.append(_SAID[name](self, now, motion, place))
+        return said
+
+    def _set_mode(self, number):
+        """The result of a request."""
+        if number not in _MODES:
+            return self._messages.MAV_RESULT_FAILED
+        if RoverMode(number) is not self.mode:
+            self.mode, self._target = RoverMode(number), None
+        return self._messages.MAV_RESULT_ACCEPTED
+
+    def _hear_set_mode(self, message, now):
+        return [self._answer(self._messages.MAVLINK_MSG_ID_SET_MODE, self._set_mode(message.custom_mode))]
+
+    def _hear_command(self, message, now):
+        m = self._messages
+        result = m.MAV_RESULT_UNSUPPORTED
+        if message.command == m.MAV_CMD_DO_SET_MODE:
+            custom = int(message.param1) & m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+            result = self._set_mode(int(message.param2)) if custom else m.MAV_RESULT_FAILED
+        elif message.command == m.MAV_CMD_COMPONENT_ARM_DISARM:
+            self.armed = message.param1 == 1.0
+            result = m.MAV_RESULT_ACCEPTED
+        elif message.command == m.MAV_CMD_SET_MESSAGE_INTERVAL:
+            result = self._set_interval(int(message.param1), message.param2)
+        return [self._answer(message.command, result)]
+
+    def _set_interval(self, number, microseconds):
+        for name in self._intervals:
+            if getattr(self._messages, f"MAVLINK_MSG_ID_{name}") == number and math.isfinite(microseconds):
+                self._intervals[name] = microseconds * 1e-6  # below 0: no more; 0 would be the default
+                return self._messages.MAV_RESULT_ACCEPTED
+        return self._messages.MAV_RESULT_FAILED
+
+    def _answer(self, command, result):
+        return self._messages.MAVLink_command_ack_message(command, result)
+
+    def _hear_target(self, message, now):
+        """Yaw rate and speed; a target of attitude is not known here."""
+        m = self._messages
+        ignored = m.ATTITUDE_TARGET_TYPEMASK_THROTTLE_IGNORE | m.ATTITUDE_TARGET_TYPEMASK_BODY_YAW_RATE_IGNORE
+        if not message.type_mask & ignored:
+            thrust = max(-1.0, min(1.0, message.thrust))
+            if math.isfinite(message.body_yaw_rate + thrust):
+                self._target = Target(message.body_yaw_rate, thrust * self.cruise, now)
+        return []
+
+    def _heartbeat(self, now, motion, place):
+        m = self._messages
+        flags = m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+        flags |= m.MAV_MODE_FLAG_SAFETY_ARMED if self.armed else 0
+        flags |= m.MAV_MODE_FLAG_GUIDED_ENABLED if self.mode is RoverMode.GUIDED else 0
+        state = m.MAV_STATE_ACTIVE if self.armed else m.MAV_STATE_STANDBY
+        return m.MAVLink_heartbeat_message(
+            m.MAV_TYPE_SURFACE_BOAT, m.MAV_AUTOPILOT_ARDUPILOTMEGA, flags, int(self.mode), state, 3
+        )
+
+    def _system_time(self, now, motion, place):
+        return self._messages.MAVLink_system_time_message(round((self.unix + now) * 1e6), round(now * 1e3))
+
+    def _attitude(self, now, motion, place):
+        yaw = motion.heading if math.isnan(self.heading) else self.heading
+        return self._messages.MAVLink_attitude_message(
+            round(now * 1e3), motion.roll, motion.pitch, math.remainder(yaw, math.tau), 0.0, 0.0, motion.yaw_rate
+        )
+
+    def _global_position(self, now, motion, place):
+        yaw = motion.heading if math.isnan(self.heading) else self.heading
+        velocity = round(motion.north_velocity * 100.0), round(motion.east_velocity * 100.0), 0
+        return self._messages.MAVLink_global_position_int_message(
+            round(now * 1e3), *_ten_millionths(*place), 0, 0, *velocity, _hundredths(yaw)
+        )
+
+    def _gps_raw(self, now, motion, place):
+        """The newest fix; its time is that of its delivery, since the start."""
+        m, seen = self._messages, self._seen
+        if seen is None or now - seen.delivered > _FIX_LOST:
+            unknown = [0, 0, 0, _UNKNOWN_16, _UNKNOWN_16, _UNKNOWN_16, _UNKNOWN_16]
+            return m.MAVLink_gps_raw_int_message(0, m.GPS_FIX_TYPE_NO_FIX, *unknown, 0)
+        sog = _UNKNOWN_16 if math.isnan(seen.sog) else min(round(seen.sog * 100.0), _UNKNOWN_16 - 1)
+        cog = _UNKNOWN_16 if math.isnan(seen.cog) else _hundredths(seen.cog)
+        return m.MAVLink_gps_raw_int_message(
+            round(seen.delivered * 1e6),
+            m.GPS_FIX_TYPE_3D_FIX,
+            *_ten_millionths(seen.latitude, seen.longitude),
+            0,
+            _UNKNOWN_16,
+            _UNKNOWN_16,
+            sog,
+            cog,
+            12,
+        )
+
+
+_HEARD = {
+    "SET_MODE": Rover._hear_set_mode,
+    "COMMAND_LONG": Rover._hear_command,
+    "SET_ATTITUDE_TARGET": Rover._hear_target,
+}
+_SAID = {
+    "HEARTBEAT": Rover._heartbeat,
+    "SYSTEM_TIME": Rover._system_time,
+    "ATTITUDE": Rover._attitude,
+    "GLOBAL_POSITION_INT": Rover._global_position,
+    "GPS_RAW_INT": Rover._gps_raw,
+}
+
+
+def _ten_millionths(latitude, longitude):
+    return round(math.degrees(latitude) * 1e7), round(math.degrees(longitude) * 1e7)
+
+
+def _hundredths(angle):
+    return round(math.degrees(angle % math.tau) * 100.0) % 36000

@@ -1,0 +1,48 @@
+"""Errors of many runs as one number with an interval: a run is one draw, the rows within it are not."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+_RESAMPLES = 2000
+
+
+class Interval(NamedTuple):
+    """A number and its 95 % interval over the runs."""
+
+    value: float
+    low: float
+    high: float
+
+
+def over_runs(over, under=None, root=True) -> Interval:
+    """√(Σ over / Σ under), or without the root, and its interval by resampling the runs (bootstrap, percentiles).
+
+    Args:
+        over: (runs,) sum of squares of each run.
+        under: (runs,) what to divide by: rows, or the sum of another square; None for ones.
+    """
+    over = np.asarray(over, float)
+    under = np.ones(len(over)) if under is None else np.asarray(under, float)
+    chosen = np.random.default_rng(0).integers(0, len(over), (_RESAMPLES, len(over)))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        value = over.sum() / under.sum()
+        again = over[chosen].sum(axis=1) / under[chosen].sum(axis=1)
+    if root:
+        value, again = math.sqrt(value), np.sqrt(again)
+    low, high = np.nanpercentile(again, [2.5, 97.5]) if np.isfinite(again).any() else (math.nan, math.nan)
+    return Interval(float(value), float(low), float(high))
+
+
+def turned(angle):
+    """Angle in [−π, π)."""
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+def error_squares(motion, voyage) -> np.ndarray:
+    """(3, n) squares of the errors of SOG, COG and course rate; NaN where there is no course."""
+    errors = motion.sog - voyage.sog, turned(motion.cog - voyage.cog), motion.course_rate - voyage.course_rate
+    squares = np.square(np.stack(errors))
+    squares[:, ~np.isfinite(squares[1])] = np.nan
+    return squares

@@ -1,0 +1,233 @@
+"""What a receiver says of the accuracy of its fixes: how far it counts, and that it counts alike however fixes come."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import steerway
+from steerway import FiveStateFilter, Fixes, Profile
+from steerway.estimation.accuracy import doubts_of
+from steerway.live.heard import rows_of
+from steerway.live.navigator import Navigator
+from tests.scenes import angle_error, turning
+
+ONE = Profile(speed_noise=1e-3, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.5)
+TWO = Profile(
+    speed_noise=1e-4, course_rate_noise=1e-5, course_rate_decay=1.0, position_std=0.5,
+    turn_time=20.0, straight_time=60.0, turn_speed_noise=1e-3, turn_course_rate_noise=3e-3, turn_course_rate_decay=0.1,
+)  # fmt: skip
+GOOD, BAD = 0.5, 5.0
+
+
+def doubted(said):
+    return doubts_of(np.zeros(2), np.asarray(said, float))
+
+
+def troubled(seed, duration=300.0, exaggerated=2.0):
+    """A scene, fixes of it whose noise is tenfold for a third of the time, as the receiver says, and when it is.
+
+    It says thrice what it should as a rule, and in trouble exaggerates that further, as real ones do.
+    """
+    scene = turning(1.5, 0.5, duration, seed=seed)
+    bad = (scene.time - scene.time[0]) % 120.0 > 80.0
+    std = np.where(bad, BAD, GOOD)
+    noise = np.random.default_rng([seed, 7]).standard_normal((2, len(std))) * std
+    fixes = replace(scene, north=scene.north + noise[0], east=scene.east + noise[1]).fixes(0.0, 0)
+    return scene, replace(fixes, position_std=3.0 * std * np.where(bad, exaggerated, 1.0)), bad
+
+
+def test_what_is_usual_or_better_or_wavers_is_believed_alike():
+    wavering = 2.5 * np.exp(np.random.default_rng(0).uniform(-0.3, 0.3, 5000))
+    assert np.all(doubted(wavering) == 1.0)
+    assert np.all(doubted([2.5] * 100 + [0.1] * 100) == 1.0)
+
+
+def test_what_is_beyond_twice_the_rule_counts_by_its_square():
+    for unit in (0.01, 1.0, 300.0):
+        found = doubted(unit * np.array([1.0] * 50 + [1.9, 3.0, 20.0, 1.0]))
+        np.testing.assert_allclose(found[-4:], [1.0, 2.25, 100.0, 1.0], rtol=5e-3)
+
+
+def test_what_was_not_said_counts_for_nothing():
+    said = np.array([1.0, 5.0] * 30)
+    with_gaps = np.insert(said, [3, 20, 40, 59], [np.nan, 0.0, -1.0, np.inf])
+    known = np.isfinite(with_gaps) & (with_gaps > 0.0)
+    found = doubted(with_gaps)
+    assert np.all(found[~known] == 1.0)
+    np.testing.assert_array_equal(found[known], doubted(said))
+
+
+def test_trouble_makes_no_rule_and_a_start_in_trouble_is_forgotten():
+    found = doubted(([0.3] * 1000 + [30.0] * 300) * 4)
+    assert np.all(found[-300:] > 0.5 * 50.0**2)
+    assert doubted([6.0] * 100 + [0.5] * 4000 + [5.0])[-1] > 12.0
+
+
+@pytest.mark.parametrize("profile", [ONE, TWO], ids=["one mode", "two modes"])
+def test_a_receiver_that_says_when_it_is_bad_is_followed_through(profile):
+    """Over six runs with σ 0.5 and 5 m, tuned for 0.5 m: without it every second estimate in trouble is nonsense."""
+    errors, nis = {True: [], False: []}, []
+    for seed in range(6):
+        scene, fixes, bad = troubled(seed)
+        for heeded in errors:
+            motion = FiveStateFilter(profile).filter(fixes if heeded else replace(fixes, position_std=None))
+            errors[heeded].append((motion.sog - scene.sog)[bad])
+            if heeded:
+                nis.append(motion.nis[bad])
+                assert np.median(angle_error(motion.cog, scene.cog)[bad]) < math.radians(15.0)
+    rms = {heeded: math.sqrt(np.nanmean(np.square(each))) for heeded, each in errors.items()}
+    assert rms[True] < 0.12 < 1.0 < rms[False]
+    assert np.mean(nis) == pytest.approx(2.0, abs=0.25)
+
+
+def test_a_receiver_that_does_not_exaggerate_is_believed_too_much_but_followed():
+    errors, rejected = [], []
+    for seed in range(4):
+        scene, fixes, bad = troubled(seed, exaggerated=1.0)
+        motion = FiveStateFilter(ONE).filter(fixes)
+        errors.append((motion.sog - scene.sog)[bad])
+        rejected.append(np.mean(motion.nis[bad] > 13.8))
+    assert math.sqrt(np.nanmean(np.square(errors))) < 0.2 and np.mean(rejected) < 0.3
+
+
+@pytest.mark.parametrize("profile", [ONE, TWO], ids=["one mode", "two modes"])
+def test_the_smoother_heeds_it_in_both_directions(profile):
+    squares = np.zeros(2)
+    for seed in range(4):
+        scene, fixes, bad = troubled(seed)
+        for k, motion in enumerate((FiveStateFilter(profile).filter(fixes), FiveStateFilter(profile).smooth(fixes))):
+            squares[k] += np.mean(angle_error(motion.cog, scene.cog)[bad] ** 2)
+    assert math.sqrt(squares[1]) < 0.7 * math.sqrt(squares[0])
+
+
+def test_of_fixes_all_alike_it_changes_nothing():
+    _, fixes, _ = troubled(1)
+    silent, constant = (replace(fixes, position_std=each) for each in (None, np.full(len(fixes), 4.0)))
+    for smooth in (False, True):
+        ours = [steerway.estimate(each, ONE, smooth=smooth) for each in (silent, constant)]
+        for name, column in ours[0].columns().items():
+            np.testing.assert_array_equal(column, getattr(ours[1], name), err_msg=name)
+
+
+@pytest.mark.parametrize("profile", [ONE, TWO], ids=["one mode", "two modes"])
+def test_streaming_is_the_record(profile):
+    _, fixes, _ = troubled(2)
+    said = np.where(np.arange(len(fixes)) % 7 == 3, np.nan, fixes.position_std)
+    fixes = replace(fixes, position_std=said)
+    record = FiveStateFilter(profile).filter(fixes)
+    estimator, rows = FiveStateFilter(profile), []
+    for k in range(len(fixes)):
+        estimator.predict(fixes.time[k] - fixes.time[k - 1] if k else 0.0)
+        if math.isnan(said[k]):
+            estimator.update(fixes.latitude[k], fixes.longitude[k])
+        else:
+            estimator.update(fixes.latitude[k], fixes.longitude[k], said[k])
+        rows.append(estimator.said())
+    ours = np.array(rows).T
+    for name, column in zip(("latitude", "longitude", "sog", "cog", "course_rate"), ours, strict=False):
+        np.testing.assert_allclose(column, getattr(record, name), rtol=1e-9, atol=1e-10, err_msg=name)
+
+
+def heard(fixes, order=None, source="GP"):
+    rows = list(rows_of({source: fixes}))
+    return rows if order is None else [rows[k] for k in order]
+
+
+def sailed_by(navigator, rows):
+    return [said for row in rows for said in navigator.hear(row)]
+
+
+@pytest.mark.parametrize("rate", [None, 20.0])
+def test_live_is_the_record(rate):
+    _, fixes, _ = troubled(4)
+    record = FiveStateFilter(ONE).filter(fixes, rate)
+    record = record.rows(np.searchsorted(record.time, fixes.time - 1e-3))
+    live = sailed_by(Navigator(ONE, rate=rate), heard(fixes))
+    for name in ("time", "sog", "cog", "course_rate", "nis", "position_std"):
+        ours = [getattr(row, name) for row in live]
+        np.testing.assert_allclose(ours, getattr(record, name), rtol=1e-9, atol=1e-9, err_msg=name)
+
+
+def test_a_late_row_is_taken_with_what_was_said_of_it():
+    """Two neighbours in trouble come in the wrong order: from the next fix on all is as if they had not."""
+    _, fixes, _ = troubled(5)
+    order = np.arange(len(fixes))
+    order[[420, 421]] = order[[421, 420]]
+    late, straight = Navigator(ONE), Navigator(ONE)
+    disordered, ordered = sailed_by(late, heard(fixes, order)), sailed_by(straight, heard(fixes))
+    assert late.counts["late"] == 1
+    np.testing.assert_allclose(disordered[-1], ordered[-1], rtol=1e-12)
+
+
+def test_live_without_it_and_of_another_receiver():
+    _, fixes, _ = troubled(6)
+    silent = replace(fixes, position_std=None)
+    deaf = sailed_by(Navigator(ONE, accuracy=False), heard(fixes))
+    never_told = sailed_by(Navigator(ONE), heard(silent))
+    np.testing.assert_array_equal([row.sog for row in deaf], [row.sog for row in never_told])
+    proud = replace(fixes.rows(slice(0, 300)), position_std=np.full(300, 0.1))
+    humble = replace(fixes.rows(slice(300, 400)), position_std=np.full(100, 10.0))
+    rows = heard(proud) + [row._replace(time=row.time + 10.0) for row in heard(humble, source="UBX")]
+    spoken, unspoken = (sailed_by(Navigator(ONE, accuracy=heed), rows) for heed in (True, False))
+    assert len(spoken) == 400
+    np.testing.assert_array_equal([row.sog for row in spoken], [row.sog for row in unspoken])
+
+
+def test_every_vessel_has_its_own_rule():
+    _, fixes, _ = troubled(7)
+    n = len(fixes)
+    vessels = replace(fixes, position_std=np.full(n, 0.5), mmsi=np.full(n, 1))
+    columns = {name: np.tile(column, 2) for name, column in vessels.columns().items()}
+    columns |= {"mmsi": np.repeat([1, 2], n), "position_std": np.repeat([0.5, 50.0], n)}
+    motion = FiveStateFilter(ONE).filter(replace(vessels, **columns))
+    np.testing.assert_array_equal(motion.sog[:n], motion.sog[n:])
+
+
+def test_reset_and_restore_include_it():
+    estimator = FiveStateFilter(ONE)
+    for _ in range(30):
+        estimator.update(1.0, 0.2, 0.1)
+    kept = estimator.snapshot()
+    first = [estimator.update(1.0, 0.2, said) for said in (1.0, 0.1)]
+    estimator.restore(kept)
+    assert [estimator.update(1.0, 0.2, said) for said in (1.0, 0.1)] == first
+    estimator.reset()
+    fresh = FiveStateFilter(ONE)
+    for each in (estimator, fresh):
+        each.update(1.0, 0.2, 10.0)
+        each.predict(1.0)
+    assert estimator.update(1.0, 0.2, 10.0) == fresh.update(1.0, 0.2, 10.0)
+
+
+def test_after_a_jump_the_covariance_is_one_still():
+    """The position taken anew goes along with what the receiver's slow error goes along with, the motion too."""
+    profile = ONE.model_copy(update={"error_std": 0.5, "error_time": 20.0, "position_std": 0.02})
+    scene = turning(3.0, 0.5, 60.0, seed=1)
+    jumped = scene.fixes(0.02, 1, lambda t: np.where(t > 40.0, 30.0, 0.0) * np.ones((2, 1)))
+    estimator = FiveStateFilter(profile)
+    for k in range(len(jumped)):
+        estimator.predict(0.2 if k else 0.0)
+        nis = estimator.update(jumped.latitude[k], jumped.longitude[k])
+        assert not nis < 0.0
+        spread = np.sqrt(np.diag(estimator.covariance))
+        assert np.linalg.eigvalsh(estimator.covariance / np.outer(spread, spread)).min() > 0.0
+
+
+def test_the_profile_found_is_that_of_the_receiver_as_a_rule():
+    _, fixes, _ = troubled(8, duration=900.0)
+    chosen = steerway.estimation.choose_profile(fixes)
+    assert 0.25 < math.hypot(chosen.position_std, chosen.error_std) < 1.0
+
+
+def test_rows_without_a_position_make_no_rule():
+    _, fixes, _ = troubled(9)
+    extra = Fixes(fixes.time + 0.05, *np.full((3, len(fixes)), np.nan), heading=np.zeros(len(fixes)))
+    extra = replace(extra, position_std=np.full(len(fixes), 1e-3))
+    columns = {name: np.concatenate([fixes.columns()[name], extra.columns()[name]]) for name in fixes.columns()}
+    mixed = FiveStateFilter(ONE, ("heading",)).filter(replace(fixes, **columns).in_order())
+    silent = replace(extra, position_std=None)
+    columns = {name: np.concatenate([fixes.columns()[name], silent.columns()[name]]) for name in fixes.columns()}
+    alone = FiveStateFilter(ONE, ("heading",)).filter(replace(fixes, **columns).in_order())
+    np.testing.assert_array_equal(mixed.sog, alone.sog)

@@ -1,0 +1,126 @@
+"""Records stamped late, and receivers whose own SOG and COG come late."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import steerway
+from steerway import Fixes, InputError, Profile
+from steerway.cli import app
+from steerway.estimation.latency import lateness, on_time
+from tests.scenes import angle_error, turning
+
+SMALL = Profile(speed_noise=1e-2, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.1)
+
+
+def late_receiver(late, duration=300.0):
+    """Fixes whose SOG and COG are those of `late` seconds ago."""
+    scene = turning(3.0, 0.5, duration)
+    waving = 3.0 + np.sin(scene.time / 7.0)
+    fixes = replace(scene, sog=waving).fixes(0.1, 1)
+    then = scene.time - late
+    return scene, replace(fixes, sog=np.full(len(then), 3.0), cog=np.interp(then, scene.time, scene.cog))
+
+
+@pytest.mark.parametrize("late", [0.6, 2.5])
+def test_a_late_course_is_found(late):
+    _, fixes = late_receiver(late)
+    found = lateness(fixes, SMALL)
+    assert found.cog == pytest.approx(late, abs=0.11)
+    assert math.isnan(found.sog)
+
+
+def test_nothing_is_told_of_a_receiver_in_time_nor_without_one():
+    _, fixes = late_receiver(0.0)
+    silent = replace(fixes, sog=None, cog=None)
+    for each in (fixes, silent, replace(fixes, mmsi=np.ones(len(fixes))), fixes.rows(slice(0, 50))):
+        assert math.isnan(lateness(each, SMALL).cog) and math.isnan(lateness(each, SMALL).sog)
+
+
+def test_a_late_speed_is_found_in_the_busiest_part_of_a_long_record():
+    time = 1.7e9 + np.arange(30_000.0)
+    under_way = (time - time[0]) > 20_000.0
+    speed = np.where(under_way, 3.0 + np.sin(time / 10.0), 0.0)
+    latitude = np.cumsum(speed) / 6.37e6
+    late = np.interp(time - 2.0, time, speed)
+    found = lateness(Fixes(time, latitude, np.zeros(len(time)), sog=late, cog=np.zeros(len(time))), SMALL)
+    assert found.sog == pytest.approx(2.0, abs=0.51)
+
+
+def test_positions_are_put_back_and_instruments_stay():
+    time = np.arange(1.7e9, 1.7e9 + 5.0)
+    full = np.arange(5.0)
+    heading = np.array([0.1, np.nan, 0.2, 0.3, np.nan])
+    latitude = np.array([1.0, 1.1, np.nan, 1.2, 1.3])
+    fixes = Fixes(time, latitude, full / 10.0, full + 1.0, sog=full, cog=full / 9.0, heading=heading, source="GP")
+    moved = on_time(fixes, 1.5)
+    assert moved.source == "GP" and np.all(np.diff(moved.time) >= 0.0)
+    placed, said = moved.rows(moved.has_position), moved.rows(np.isfinite(moved.heading))
+    np.testing.assert_array_equal(placed.time, time[np.isfinite(latitude)] - 1.5)
+    np.testing.assert_array_equal(placed.position_std, np.array([1.0, 2.0, 4.0, 5.0]))
+    np.testing.assert_array_equal(placed.sog, np.array([0.0, 1.0, 3.0, 4.0]))
+    np.testing.assert_array_equal(said.time, time[[0, 2, 3]])
+    assert not np.isfinite(said.sog).any() and not np.isfinite(placed.heading).any()
+    assert on_time(fixes, 0.0) is fixes
+    with pytest.raises(InputError, match="latency is -1"):
+        on_time(fixes, -1.0)
+
+
+def test_latency_taken_out_lets_a_gyro_aid_again():
+    """Positions two seconds late beside a gyro in time: aided by it the course errs less once they are put back."""
+    scene = turning(2.0, 0.5, 300.0, density=8e-3)
+    rate = np.gradient(scene.cog, scene.time)
+    fixes = scene.fixes(0.3, 2)
+    late = replace(fixes, time=fixes.time + 2.0)
+    gyro = Fixes(scene.time, *np.full((2, len(rate)), np.nan), yaw_rate=rate)
+    columns = {name: np.concatenate([late.columns()[name], gyro.columns()[name]]) for name in late.columns()}
+    log = replace(late, **columns).in_order()
+    errors = []
+    for record, shift in ((log, 2.0), (on_time(log, 2.0), 0.0)):
+        motion = steerway.estimate(record, SMALL.model_copy(update={"position_std": 0.3}), aid=("yaw_rate",))
+        there = (motion.time - shift > scene.time[50]) & (motion.time - shift < scene.time[-1])
+        at = np.interp(motion.time - shift, scene.time, scene.cog)
+        errors.append(np.sqrt(np.nanmean(angle_error(motion.cog, at)[there] ** 2)))
+    assert errors[1] < 0.6 * errors[0]
+
+
+@pytest.fixture
+def log(tmp_path):
+    """A table whose receiver doubts a tenth of its fixes, and whose course is two seconds late."""
+    _, fixes = late_receiver(2.0)
+    n = len(fixes)
+    std = np.where(np.arange(n) % 200 >= 180, 20.0, 1.0)
+    path = tmp_path / "log.csv"
+    replace(fixes, position_std=std).to_frame().write_csv(path)
+    return path, int((std > 1.0).sum())
+
+
+def test_the_summary_tells_of_the_receiver(log):
+    path, doubted = log
+    said = CliRunner().invoke(app, ["estimate", str(path)])
+    assert said.exit_code == 0, said.output
+    (line,) = [each for each in said.output.splitlines() if each.startswith("receiver")]
+    assert f"doubts {doubted} of its fixes" in line and "COG 2.0 s late" in line
+
+
+def test_options_of_estimate(log, tmp_path):
+    path, doubted = log
+    runs = {}
+    for name, options in {"plain": [], "alike": ["--no-accuracy"], "late": ["--latency", "1.5"]}.items():
+        out = tmp_path / f"{name}.csv"
+        arguments = ["estimate", str(path), "--profile", "otter", "-o", str(out), "--json", *options]
+        said = CliRunner().invoke(app, arguments)
+        assert said.exit_code == 0, said.output
+        import polars as pl
+
+        runs[name] = json.loads(said.stdout), pl.read_csv(out)
+    assert runs["plain"][0]["fixes_doubted"] == doubted and runs["alike"][0]["fixes_doubted"] == 0
+    assert runs["plain"][0]["receiver_cog_late_s"] == pytest.approx(2.0, abs=0.11)
+    assert not np.allclose(runs["plain"][1]["sog_mps"], runs["alike"][1]["sog_mps"], equal_nan=True)
+    np.testing.assert_allclose(runs["plain"][1]["time_s"] - runs["late"][1]["time_s"], 1.5, atol=1e-6)
+    wrong = CliRunner().invoke(app, ["estimate", str(path), "--latency", "-1"])
+    assert wrong.exit_code != 0

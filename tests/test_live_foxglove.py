@@ -1,0 +1,147 @@
+"""What a Foxglove client is told, read back over its WebSocket by another hand."""
+
+import asyncio
+import json
+import math
+import struct
+
+import pytest
+
+from steerway.errors import InputError
+from steerway.live import addresses
+from steerway.live.heard import Row, lost
+from steerway.live.links import foxglove as link
+from steerway.live.outputs import json_line
+from steerway.records import OK
+from tests.test_live_links import free_port
+
+pytest.importorskip("foxglove", reason="foxglove-sdk is not installed: pip install steerway[foxglove]")
+connect = pytest.importorskip("websockets.asyncio.client", reason="websockets is not installed").connect
+
+NOON = 1_719_835_200.0
+ROW = Row(NOON, math.radians(54.5), math.radians(-10.25), 2.0, -math.pi / 6.0, 0.01, 0.1, 0.02, 0.01, 0.3, 1.2, OK)
+
+
+async def told(rows, wanted, period=0.1):
+    """Subscribe to everything, tell rows, and take what comes: a list of (topic, moment, payload) for each topic."""
+    text = f"foxglove://127.0.0.1:{free_port()}?period={period}"
+    output, server = addresses.output(text, None, patient=False)
+    serving = asyncio.create_task(server.run())
+    try:
+        async with asyncio.timeout(10.0):
+            return await _read(text.partition("?")[0].replace("foxglove", "ws"), output, rows, wanted)
+    finally:
+        serving.cancel()
+        await asyncio.gather(serving, return_exceptions=True)
+
+
+async def _read(address, output, rows, wanted):
+    for _ in range(100):
+        try:
+            socket = await connect(address, subprotocols=["foxglove.sdk.v1"])
+            break
+        except OSError:
+            await asyncio.sleep(0.05)
+    async with socket:
+        info = json.loads(await socket.recv())
+        assert info["op"] == "serverInfo" and info["capabilities"] == []  # nothing can be said to it
+        channels = {}
+        while len(channels) < 2:
+            message = json.loads(await socket.recv())
+            if message["op"] == "advertise":
+                channels |= {each["id"]: each for each in message["channels"]}
+        wishes = [{"id": 100 + name, "channelId": name} for name in channels]
+        await socket.send(json.dumps({"op": "subscribe", "subscriptions": wishes}))
+        await asyncio.sleep(0.2)
+        for row in rows:
+            output.tick(row)
+        heard = []
+        while len(heard) < wanted:
+            message = await socket.recv()
+            if isinstance(message, bytes) and message[0] == 1:
+                name, moment = struct.unpack_from("<IQ", message, 1)
+                heard.append((channels[name - 100]["topic"], moment, message[13:]))
+        return channels.values(), heard
+
+
+def fields(data):
+    """The fields of a protobuf message by number: varints, doubles, and bytes."""
+    found, at = {}, 0
+
+    def varint(at):
+        value = shift = 0
+        while True:
+            value |= (data[at] & 127) << shift
+            shift, at = shift + 7, at + 1
+            if not data[at - 1] & 128:
+                return value, at
+
+    while at < len(data):
+        key, at = varint(at)
+        if key & 7 == 0:
+            found[key >> 3], at = varint(at)
+        elif key & 7 == 1:
+            found[key >> 3], at = struct.unpack_from("<d", data, at)[0], at + 8
+        else:
+            size, at = varint(at)
+            found[key >> 3], at = data[at : at + size], at + size
+    return found
+
+
+def test_a_client_reads_position_and_estimate():
+    channels, heard = asyncio.run(told([ROW], 2))
+    by_topic = {each["topic"]: each for each in channels}
+    assert by_topic[link.POSITION]["schemaName"] == "foxglove.LocationFix"
+    assert by_topic[link.POSITION]["encoding"] == "protobuf" and by_topic[link.ESTIMATE]["encoding"] == "json"
+    schema = json.loads(by_topic[link.ESTIMATE]["schema"])
+    said = {topic: payload for topic, _, payload in heard}
+    assert {moment for _, moment, _ in heard} == {1_719_835_200_000_000_000}
+
+    assert json.loads(said[link.ESTIMATE]) == json.loads(json_line(ROW))
+    assert set(json.loads(said[link.ESTIMATE])) <= set(schema["properties"])
+
+    fix = fields(said[link.POSITION])
+    assert fix[1] == pytest.approx(54.5, abs=1e-12) and fix[2] == pytest.approx(-10.25, abs=1e-12)
+    covariance = struct.unpack("<9d", fix[4])
+    assert covariance[0] == covariance[4] == pytest.approx(0.09) and covariance[1] == 0.0 and fix[5] == 1
+    assert math.isnan(fix[3]) and math.isnan(covariance[8])  # height is not known
+    assert fields(fix[6]) == {1: 1_719_835_200}
+    velocity = next(fields(each) for number, each in fix.items() if number > 7 and isinstance(each, bytes))
+    assert velocity[1] == pytest.approx(-1.0) and velocity[2] == pytest.approx(math.sqrt(3.0))  # east, north
+
+
+def test_once_a_period_and_nothing_false():
+    rows = [ROW._replace(time=NOON + 0.02 * k) for k in range(50)] + [lost(NOON + 1.0), lost(NOON + 1.02)]
+    _, heard = asyncio.run(told(rows, 21))
+    topics = [topic for topic, *_ in heard]
+    assert topics.count(link.POSITION) == 10 and topics.count(link.ESTIMATE) == 11  # one that says "lost"
+    _, heard = asyncio.run(told([lost(math.nan), lost(NOON)], 1))
+    ((topic, _, payload),) = heard
+    assert topic == link.ESTIMATE and json.loads(payload)["sog_mps"] is None
+
+
+def test_a_port_in_use_is_said(caplog):
+    async def both():
+        first, second = (addresses.output(text, None, False)[1] for text in [f"foxglove://127.0.0.1:{free_port()}"] * 2)
+        tasks = [asyncio.create_task(first.run())]
+        await asyncio.sleep(0.2)
+        second.uri = first.uri
+        tasks.append(asyncio.create_task(second.run()))
+        async with asyncio.timeout(5.0):
+            while "trying again" not in caplog.text:
+                await asyncio.sleep(0.02)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    asyncio.run(both())
+
+
+def test_without_its_package_it_is_refused(monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"expected pip install steerway\[foxglove\]"):
+        addresses.output("foxglove://127.0.0.1", None, False)
+
+
+def test_its_usual_port():
+    assert addresses.output("foxglove://127.0.0.1", None, False)[1].uri.port == 8765

@@ -1,0 +1,423 @@
+"""The helm page without a browser: what is shown of what is known, who may pass the gate, and the pipe between."""
+
+import asyncio
+import contextlib
+import importlib.util
+import json
+import logging
+import math
+import socket
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+
+import httpx
+import numpy as np
+import pytest
+
+from steerway.earth import KNOT
+from steerway.errors import InputError
+from steerway.formats.nmea0183.writing import Leg
+from steerway.live.autopilot import Order, State
+from steerway.live.heard import Heard, Row, lost
+from steerway.live.helm import chart, strips
+from steerway.live.helm.address import Address, address, checked, token_of
+from steerway.live.helm.bridge import Helm
+from steerway.live.helm.gate import COOKIE, Gate, Sessions
+from steerway.live.helm.history import History
+from steerway.live.helm.seeing import Plane, Seen, ellipse, view
+from steerway.live.helm.view import View
+from steerway.live.helm.words import UNKNOWN, tone, words
+from steerway.live.navigator import Navigator
+from steerway.live.route import GeodeticRoute
+from steerway.live.service import Service
+from steerway.records import LOST, OK, PREDICTED, REJECTED
+
+NOON = 1_719_835_200.0
+PLACE = (math.radians(54.0), math.radians(10.0))
+ROW = Row(NOON, *PLACE, 2.0, -math.pi / 2.0, math.radians(-1.0), 0.1, 0.02, 0.01, 0.3, math.nan, PREDICTED)
+FIX = ROW._replace(time=NOON - 0.2, nis=1.2, status=OK)
+LEG = Leg(-3.0, 0.0, 0.1, 40.0, 0.2, 1.5, *PLACE, "WP0", "WP1")
+ORDER = Order(State.RUNNING, "", True, 0.1, 0.5, 0.6, 0.4, 0.2, 2.0)
+SEEN = Seen(ROW, LEG, ORDER, (4.0, 0.0, 1.0), FIX, "GP", {"taken": 7, "late": 1})
+ROUTE = GeodeticRoute(np.radians([54.0, 54.001, 54.001]), np.radians([10.0, 10.0, 10.002]))
+TOKEN = "a long enough token"
+
+
+# --- what is shown
+
+
+def test_a_view_is_in_the_skippers_units():
+    shown = view(SEEN, Plane.of(ROUTE))
+    assert shown.sog_kn == pytest.approx(2.0 / KNOT) and shown.sog_within_kn == pytest.approx(0.196 / KNOT, rel=1e-3)
+    assert shown.cog_deg == pytest.approx(270.0) and shown.cog_within_deg == pytest.approx(2.246, rel=1e-3)
+    assert shown.rate_dps == pytest.approx(-1.0) and shown.age == pytest.approx(0.2) and shown.nis == 1.2
+    assert (shown.north, shown.east) == pytest.approx((0.0, 0.0))
+    assert shown.cross_track == -3.0 and shown.target == 1 and shown.steer_deg == pytest.approx(math.degrees(0.2))
+    assert shown.left == pytest.approx(40.0 + math.dist(*Plane.of(ROUTE).route[1:]), rel=1e-9)
+    assert (shown.state, shown.is_engaged, shown.thrust) == ("running", True, 0.5)
+
+
+def test_what_is_unknown_is_none_and_a_dash():
+    shown = view(Seen(lost(math.nan), None, None, (math.nan,) * 3, lost(math.nan), "", {}), Plane())
+    assert {name: value for name, value in shown._asdict().items() if value} == {"status": "lost"}
+    said = words(shown)
+    assert {said[name] for name in ("sog", "cog", "rate", "age", "nis", "cross_track", "distance")} == {UNKNOWN}
+    assert tone(shown) == "bad" and "nan" not in json.dumps([shown._asdict(), said]).lower()
+
+
+def test_a_finished_route_is_done():
+    shown = view(SEEN._replace(leg=None), Plane.of(ROUTE))
+    assert (shown.done, shown.left, shown.target) == (1.0, 0.0, None)
+
+
+def test_the_status_between_fixes_is_that_of_the_last_one_until_it_is_old():
+    for status, gap, expected in ((OK, 0.2, "ok"), (REJECTED, 0.2, "rejected"), (OK, 5.0, "predicted")):
+        shown = view(SEEN._replace(fix=FIX._replace(time=NOON - gap, status=status)), Plane())
+        assert shown.status == expected
+    assert view(SEEN._replace(row=lost(NOON)), Plane()).status == "lost" and LOST == lost(NOON).status
+
+
+def test_words_name_the_side():
+    said = words(view(SEEN, Plane.of(ROUTE)))
+    assert (said["cog"], said["rate"], said["cross_track"]) == ("270°", "1.0", "3.0 m")
+    assert said["rate_within"].startswith("port ±") and said["cross_track_side"] == "to port of track"
+    assert words(View(sog_kn=3.456, sog_within_kn=0.3))["sog"] == "3.5"
+    assert words(View(sog_kn=3.456, sog_within_kn=0.05))["sog"] == "3.46"
+    assert words(View(rate_dps=2.0))["rate_within"] == "stbd" and words(View(cog_deg=359.7))["cog"] == "000°"
+    assert words(View(cross_track=2.0))["cross_track_side"] == "to starboard of track"
+    assert words(View(lat_deg=-54.25, lon_deg=9.999))["position"] == "54° 15.000′ S  009° 59.940′ E"
+    assert words(View(is_engaged=False, thrust=0.0))["thrust"] == UNKNOWN
+
+
+@pytest.mark.parametrize("direction", [0.0, 30.0, 90.0, 135.0])
+def test_the_ellipse_lies_as_the_covariance_does(direction):
+    angle = math.radians(direction)
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    (north, both), (_, east) = turn @ np.diag([4.0, 1.0]) @ turn.T
+    major, minor, found = ellipse((north, both, east))
+    assert (major, minor) == pytest.approx((2.0 * 2.447747, 2.447747), rel=1e-6)
+    assert math.cos(2.0 * (math.radians(found) - angle)) == pytest.approx(1.0)
+
+
+def test_the_ellipse_holds_95_of_100():
+    drawn = np.random.default_rng(1).multivariate_normal([0.0, 0.0], [[4.0, 1.5], [1.5, 1.0]], 20000)
+    major, minor, direction = ellipse((4.0, 1.5, 1.0))
+    along = drawn @ [math.cos(math.radians(direction)), math.sin(math.radians(direction))]
+    across = drawn @ [-math.sin(math.radians(direction)), math.cos(math.radians(direction))]
+    assert np.mean((along / major) ** 2 + (across / minor) ** 2 < 1.0) == pytest.approx(0.95, abs=0.005)
+
+
+def test_the_navigator_tells_the_covariance_of_what_it_said():
+    navigator = Navigator()
+    for k in range(20):
+        navigator.hear(Heard("GP", NOON + k, PLACE[0] + 3e-7 * k, PLACE[1]))
+    for ahead in (0.0, 0.7):
+        row = navigator.at(NOON + 19.0 + ahead)
+        north, _, east = navigator.position_covariance
+        assert math.sqrt((north + east) / 2.0) == pytest.approx(row.position_std, rel=1e-12)
+    assert navigator.last_fix.time == NOON + 19.0
+
+
+# --- what is drawn
+
+
+def test_north_is_up_and_east_is_right():
+    window = chart.Window(0.0, 0.0, 1.0, 400.0, 300.0)
+    assert window.at(0.0, 0.0) == (200.0, 150.0) and window.at(10.0, 20.0) == (220.0, 140.0)
+    drawn = ElementTree.fromstring(chart.moving(window, View(north=10.0, east=20.0, cog_deg=90.0, sog_kn=4.0)))
+    vector = next(each for each in drawn if each.attrib["class"] == "vector").attrib["d"]
+    start, end = ([float(x) for x in each.split()] for each in vector[1:].split("L"))
+    assert start == [220.0, 140.0] and end[1] == 140.0 and end[0] == pytest.approx(220.0 + 4.0 * KNOT * 30.0, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("end", "boat", "points"),
+    [((100.0, 0.0), (10.0, 7.0), "207.0,140.0 200.0,140.0"), ((0.0, 100.0), (-7.0, 10.0), "210.0,157.0 210.0,150.0")],
+)
+def test_the_offset_ends_on_the_leg(end, boat, points):
+    """Starboard of a leg to the north is east, of one to the east south."""
+    window = chart.Window(0.0, 0.0, 1.0, 400.0, 300.0)
+    shown = View(north=boat[0], east=boat[1], cross_track=7.0, target=1)
+    drawn = ElementTree.fromstring(chart.moving(window, shown, [(0.0, 0.0), end]))
+    line = next(each for each in drawn if each.attrib["class"] == "offset").attrib["points"]
+    assert line == points
+
+
+def test_the_whole_is_inside_and_drawings_are_well_formed():
+    places = [(0.0, 0.0), (300.0, 0.0), (300.0, 900.0)]
+    window = chart.around(places, 390.0, 340.0)
+    assert all(window.holds(*place, 0.05) for place in places)
+    track = [(0.0, 0.0), (1.0, 50.0), None, (2.0, 60.0), (3.0, 70.0)]
+    drawn = ElementTree.fromstring(chart.still(window, places, track, 1))
+    assert sum(each.attrib.get("class") == "track" for each in drawn) == 2
+    for empty in (chart.still(window, [], [], None), chart.moving(window, View()), strips.strip([], 300, 90, 60, 1)):
+        ElementTree.fromstring(empty)
+
+
+def test_the_scale_bar_is_as_long_as_it_says():
+    window = chart.Window(0.0, 0.0, 0.4, 400.0, 300.0)
+    drawn = ElementTree.fromstring(chart.still(window, [], [], None))
+    texts = [each.text for each in drawn if each.tag.endswith("text")]
+    bar = next(each for each in drawn if each.attrib.get("class") == "scale").attrib["d"]
+    assert "50 m" in texts and "h125.0" in bar
+
+
+def test_courses_do_not_jump_at_north():
+    points = [strips.Point(float(k), value, 1.0) for k, value in enumerate((350.0, 355.0, 2.0, None, 10.0, 355.0))]
+    assert [each.value for each in strips.unwound(points)] == [350.0, 355.0, 362.0, None, 370.0, 355.0]
+    drawn = ElementTree.fromstring(strips.strip(strips.unwound(points), 300.0, 96.0, 60.0, 20.0, turns=True))
+    assert sum(each.attrib.get("class") == "curve" for each in drawn) == 2
+    assert "000°" in [each.text for each in drawn if each.tag.endswith("text")]
+
+
+def test_the_track_breaks_where_she_was_lost_and_stays_short():
+    history = History()
+    for k in range(20000):
+        history.add(View(time=NOON + 0.2 * k, north=2.0 * k, east=0.0, status="ok"))
+    assert len(history.track) <= 4001 and history.track[-1] == (2.0 * 19999, 0.0) and len(history.moments) <= 302
+    history.add(View(status="lost"))
+    history.add(View(status="lost"))
+    assert history.track[-1] is None and history.track[-2] is not None
+
+
+# --- where it is served
+
+
+@pytest.mark.parametrize(
+    ("text", "host", "port"),
+    [("127.0.0.1:8080", "127.0.0.1", 8080), ("localhost", "localhost", 8080), ("[::1]:9000", "::1", 9000)],
+)
+def test_this_computer_needs_no_token(text, host, port):
+    assert address(text) == Address(host, port)
+
+
+@pytest.mark.parametrize("text", ["0.0.0.0:8080", "192.168.1.4", "boat.local:80", "[::]:8080"])
+def test_other_computers_need_a_token(text):
+    with pytest.raises(InputError, match="can be reached from other computers, expected a token"):
+        address(text)
+    assert address(text, TOKEN).token == TOKEN
+
+
+@pytest.mark.parametrize("text", ["", "8080", ":8080", "host:99999", "http://127.0.0.1:8080", "a b", "h:0", "h/x"])
+def test_other_addresses_are_refused(text):
+    with pytest.raises(InputError, match="expected host:port"):
+        address(text, TOKEN)
+
+
+def test_a_token_is_long_enough_and_never_told(tmp_path, monkeypatch):
+    for token in ("short", "x" * 300, "a\nb" * 8):
+        with pytest.raises(InputError) as told:
+            checked(token)
+        assert token not in str(told.value)
+    monkeypatch.setenv("STEERWAY_HELM_TOKEN", TOKEN)
+    assert token_of(None) == TOKEN
+    (tmp_path / "token").write_text("another token\n")
+    assert token_of(str(tmp_path / "token")) == "another token"
+    with pytest.raises(InputError, match="cannot be read"):
+        token_of(str(tmp_path / "none"))
+
+
+# --- who may pass
+
+
+async def _inside(scope, receive, send):
+    """The page, for a test: it answers anything."""
+    if scope["type"] == "websocket":
+        await send({"type": "websocket.accept"})
+        return
+    await send({"type": "http.response.start", "status": 200, "headers": []})
+    await send({"type": "http.response.body", "body": b"inside"})
+
+
+def asked(gate, method="GET", path="/", host="127.0.0.1:8080", **options):
+    async def ask():
+        transport = httpx.ASGITransport(gate, client=(options.pop("client", "10.0.0.7"), 5))
+        async with httpx.AsyncClient(transport=transport, base_url=f"http://{host}") as client:
+            return await client.request(method, path, **options)
+
+    return asyncio.run(ask())
+
+
+def knocked(gate, headers):
+    """What a WebSocket is answered."""
+    told = []
+
+    async def send(message):
+        told.append(message["type"])
+
+    raw = [(name.encode(), value.encode()) for name, value in headers.items()]
+    scope = {"type": "websocket", "path": "/_nicegui_ws/socket.io/", "headers": raw, "scheme": "ws"}
+    asyncio.run(gate(scope, None, send))
+    return told
+
+
+@pytest.fixture
+def alone():
+    return Gate(_inside, Address("127.0.0.1", 8080))
+
+
+@pytest.fixture
+def guarded(monkeypatch):
+    monkeypatch.setattr("steerway.live.helm.gate._PAUSE", 0.05)
+    return Gate(_inside, Address("0.0.0.0", 8080, TOKEN))
+
+
+OWN = {"origin": "http://127.0.0.1:8080"}
+
+
+def test_the_page_itself_passes(alone):
+    assert asked(alone).text == "inside" and asked(alone, host="localhost:9000").status_code == 200
+    assert asked(alone, "POST", headers=OWN).status_code == 200
+    assert knocked(alone, {"host": "127.0.0.1:8080"} | OWN) == ["websocket.accept"]
+
+
+@pytest.mark.parametrize(
+    "origin", [None, "null", "http://evil.example", "http://127.0.0.1:3000", "http://localhost:8080"]
+)
+def test_another_page_does_not(alone, origin):
+    headers = {} if origin is None else {"origin": origin}
+    assert asked(alone, "POST", headers=headers).status_code == 403
+    assert knocked(alone, {"host": "127.0.0.1:8080"} | headers) == ["websocket.close"]
+    if origin:
+        assert asked(alone, headers=headers).status_code == 403
+
+
+@pytest.mark.parametrize("host", ["evil.example", "evil.example:8080", "192.168.1.4:8080", "127.0.0.1.evil.example"])
+def test_a_foreign_name_for_this_computer_does_not(alone, host):
+    assert asked(alone, host=host).status_code == 403
+    assert asked(alone, "POST", host=host, headers={"origin": f"http://{host}"}).status_code == 403
+    assert knocked(alone, {"host": host, "origin": f"http://{host}"}) == ["websocket.close"]
+
+
+def test_nothing_is_framed_or_loaded_from_elsewhere(alone):
+    headers = asked(alone).headers
+    assert headers["x-frame-options"] == "DENY" and "default-src 'self'" in headers["content-security-policy"]
+
+
+def test_without_the_token_there_is_only_the_login(guarded):
+    own = {"origin": "http://boat.local:8080"}
+    assert asked(guarded, host="boat.local:8080").headers["location"] == "/login"
+    assert "token" in asked(guarded, path="/login", host="boat.local:8080").text
+    for method, path in (("GET", "/_nicegui/x.js"), ("POST", "/"), ("GET", "/_nicegui_ws/socket.io/?EIO=4")):
+        assert asked(guarded, method, path, "boat.local:8080", headers=own).status_code == 401
+    assert knocked(guarded, {"host": "boat.local:8080"} | own) == ["websocket.close"]
+    assert knocked(guarded, {"host": "boat.local:8080", "cookie": f"{COOKIE}=9999999999.00"} | own) == [
+        "websocket.close"
+    ]
+
+
+def test_the_token_opens(guarded):
+    own = {"origin": "http://boat.local:8080"}
+    reply = asked(guarded, "POST", "/login", "boat.local:8080", headers=own, data={"token": TOKEN})
+    assert reply.status_code == 303 and reply.headers["location"] == "/"
+    cookie = reply.headers["set-cookie"]
+    assert "httponly" in cookie.lower() and "samesite=strict" in cookie.lower() and TOKEN not in cookie
+    kept = {"cookie": cookie.partition(";")[0]}
+    assert asked(guarded, host="boat.local:8080", headers=kept).text == "inside"
+    assert knocked(guarded, {"host": "boat.local:8080"} | kept | own) == ["websocket.accept"]
+    assert knocked(guarded, {"host": "boat.local:8080", "origin": "http://evil.example"} | kept) == ["websocket.close"]
+    later = Gate(_inside, Address("0.0.0.0", 8080, TOKEN))
+    assert asked(later, host="boat.local:8080", headers=kept).text == "inside"  # a restart asks nobody again
+    other = Gate(_inside, Address("0.0.0.0", 8080, "another long token"))
+    assert asked(other, host="boat.local:8080", headers=kept).status_code == 303
+
+
+def test_a_wrong_token_costs_time(guarded):
+    own = {"origin": "http://boat.local:8080"}
+
+    def login(token, client="10.0.0.7"):
+        return asked(
+            guarded, "POST", "/login", "boat.local:8080", headers=own, data={"token": token}, client=client
+        ).status_code
+
+    assert login("wrong") == 401 and login("") in (401, 429)
+
+    async def many():
+        transport = httpx.ASGITransport(guarded, client=("10.0.0.9", 5))
+        async with httpx.AsyncClient(transport=transport, base_url="http://boat.local:8080", headers=own) as client:
+            tries = [client.post("/login", data={"token": each}) for each in ["a", "b", TOKEN]]
+            return [reply.status_code for reply in await asyncio.gather(*tries)]
+
+    assert sorted(asyncio.run(many())) == [401, 429, 429]  # of tries at once one is looked at
+    assert login("x" * 10000, "10.0.0.8") == 401
+    assert asked(guarded, "GET", f"/login?token={TOKEN}", "boat.local:8080").status_code == 200  # never by GET
+
+
+def test_cookies_are_not_forged():
+    sessions = Sessions(TOKEN)
+    cookie = sessions.cookie()
+    expiry, _, seal = cookie.partition(".")
+    assert sessions.knows(cookie)
+    for forged in ("", ".", "x.y", expiry, f"{int(expiry) + 1}.{seal}", f"{expiry}.{seal[:-1]}0x", "²." + seal):
+        assert not sessions.knows(forged)
+    assert not sessions.knows(sessions._signed(1000))  # long over
+
+
+# --- the pipe between
+
+
+async def _alongside(helm, condition, seconds=20.0):
+    """Run a page until something holds."""
+    running = asyncio.create_task(helm.run())
+    try:
+        async with asyncio.timeout(seconds):
+            while not condition():
+                await asyncio.sleep(0.02)
+    finally:
+        running.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await running
+
+
+def test_without_its_package_there_is_no_page(monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"expected pip install steerway\[helm\]"):
+        Helm(Service(Navigator(), []), Address("127.0.0.1", 8080))
+
+
+def test_an_address_in_use_is_said_and_the_boat_sails_on(caplog):
+    caplog.set_level(logging.INFO, "steerway.live")
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        helm = Helm(Service(Navigator(), []), Address("127.0.0.1", taken.getsockname()[1]))
+        asyncio.run(_alongside(helm, lambda: "already in use; trying again" in caplog.text))
+
+
+def test_a_page_that_fails_is_begun_again(caplog, monkeypatch):
+    """Whatever goes wrong in what is shown: it is logged, and the service never hears of it."""
+    monkeypatch.setattr("steerway.live.helm.bridge.view", lambda *_: 1 / 0)
+    helm = Helm(Service(Navigator(), []), Address("127.0.0.1", 0))
+    asyncio.run(_alongside(helm, lambda: caplog.text.count("begun again") >= 2))
+
+
+class Steered:
+    """An autopilot that notes what it is told."""
+
+    def __init__(self):
+        self.told = []
+
+    def start(self):
+        self.told.append("start")
+        raise InputError("the autopilot is not ready: no position yet")
+
+    def stop(self, reason):
+        self.told.append(reason)
+
+
+def test_orders_reach_the_autopilot_and_a_refusal_is_shown():
+    pilot = Steered()
+    helm = Helm(Service(Navigator(), [], autopilot=pilot), Address("127.0.0.1", 8080))
+    helm._do("start", "10.0.0.7")
+    assert pilot.told == ["start"] and "not ready" in helm._notice
+    helm._do("stop", "10.0.0.7")
+    helm._do("sink", "10.0.0.7")
+    assert pilot.told == ["start", "stopped at the helm page"] and helm._notice == ""
+    Helm(Service(Navigator(), []), Address("127.0.0.1", 8080))._do("start", "")
+
+
+def test_the_page_leaves_the_estimator_out():
+    """Its process beside the service's has to fit into a small computer."""
+    rooms = ", ".join(f"steerway.live.helm.{name}" for name in ("server", "gate", "page"))
+    asked_for = f"import {rooms}, sys; print([name for name in ('numba', 'numpy', 'scipy') if name in sys.modules])"
+    told = subprocess.run([sys.executable, "-c", asked_for], capture_output=True, text=True, check=True)
+    assert told.stdout.strip() == "[]"

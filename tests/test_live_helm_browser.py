@@ -1,0 +1,279 @@
+"""The helm page in a real browser: values move, the boat is started and stopped, strangers stay outside."""
+
+import contextlib
+import http.client
+import json
+import math
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import urllib.parse
+
+import pytest
+
+from steerway.formats.nmea0183.writing import gga, rmc
+from steerway.live.warming import warm
+from tests.test_live_links import free_port
+
+pytest.importorskip("nicegui", reason="nicegui is not installed: pip install steerway[helm]")
+webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+from selenium.common.exceptions import StaleElementReferenceException, WebDriverException  # noqa: E402
+from selenium.webdriver.common.by import By  # noqa: E402
+
+NOON = 1_719_835_200.0
+TOKEN = "the token of this test"
+ROUTE = "".join(f"[[waypoint]]\nlat_deg = {54.0 + 1e-3 * k}\nlon_deg = {10.0 + 1e-4 * k}\n" for k in (0, 20, 22))
+PHONE, LAPTOP = (390, 844), (1280, 800)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Headless Chromium that writes down what it asks for."""
+    for name in ("chromium", "chromedriver"):
+        if shutil.which(name) is None:
+            pytest.skip(f"{name} is not installed")
+    options = webdriver.ChromeOptions()
+    options.binary_location = shutil.which("chromium")
+    for each in ("headless=new", "no-sandbox", "disable-gpu", "disable-dev-shm-usage", "window-size=1280,800"):
+        options.add_argument(f"--{each}")
+    options.set_capability("goog:loggingPrefs", {"performance": "ALL", "browser": "ALL"})
+    driver = webdriver.Chrome(options, webdriver.ChromeService(shutil.which("chromedriver")))
+    driver.set_page_load_timeout(20)
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture(scope="module")
+def sea(tmp_path_factory):
+    """A folder with twenty minutes of a boat going north at 2 m/s, and a route that she follows."""
+    folder = tmp_path_factory.mktemp("sea")
+    warm()
+    lines = []
+    for k in range(6000):
+        place = math.radians(54.0 + 3.6e-6 * k), math.radians(10.0 + 3.6e-7 * k)
+        lines.append(gga(NOON + 0.2 * k, *place) + rmc(NOON + 0.2 * k, *place))
+    (folder / "log.nmea").write_text("".join(lines))
+    (folder / "route.toml").write_text(ROUTE)
+    return folder
+
+
+@contextlib.contextmanager
+def sailing(sea, port, *more, token=None, speed=5):
+    """`steerway live` with a helm page that answers."""
+    surroundings = {name: value for name, value in os.environ.items() if name != "STEERWAY_HELM_TOKEN"}
+    command = (
+        *(sys.executable, "-c", "from steerway.cli import main; main()", "live"),
+        *("--from", f"file:{sea / 'log.nmea'}?speed={speed}", "--to", f"file:{sea / 'run.csv'}"),
+        *("--helm", f"127.0.0.1:{port}", *more),
+    )
+    if token:
+        surroundings["STEERWAY_HELM_TOKEN"] = token
+    with open(sea / "said.txt", "wb") as said:
+        process = subprocess.Popen(command, stdout=said, stderr=said, env=surroundings, cwd=sea)
+    try:
+        until(lambda: answers(port), 120.0)
+        yield process
+    finally:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(10.0)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def answers(port):
+    with contextlib.suppress(OSError):
+        return bool(asked(port, "GET", "/")[0])
+
+
+def asked(port, method, path, body=None, **headers):
+    """Status, headers and body of an answer."""
+    line = http.client.HTTPConnection("127.0.0.1", port, timeout=5.0)
+    try:
+        line.request(method, path, body, {name.replace("_", "-"): value for name, value in headers.items()})
+        reply = line.getresponse()
+        return reply.status, dict(reply.getheaders()), reply.read()
+    finally:
+        line.close()
+
+
+def until(condition, seconds=20.0):
+    """Wait until it holds; what it was then."""
+    end = time.monotonic() + seconds
+    while True:
+        with contextlib.suppress(WebDriverException, StaleElementReferenceException):
+            found = condition()
+            if found:
+                return found
+        assert time.monotonic() < end, "it did not come about"
+        time.sleep(0.05)
+
+
+class Page:
+    """What stands where on the page."""
+
+    def __init__(self, browser):
+        self.browser = browser
+
+    def size(self, width, height):
+        settings = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}
+        self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", settings)
+
+    def find(self, name):
+        return self.browser.find_element(By.CSS_SELECTOR, f"[data-name={name}]")
+
+    def text(self, name):
+        return self.find(name).text
+
+    def number(self, name):
+        found = re.search(r"\d+(\.\d+)?", self.text(name))
+        return float(found[0]) if found else math.nan
+
+    def is_stale(self):
+        return "stale" in self.browser.find_element(By.TAG_NAME, "body").get_attribute("class")
+
+    def click(self, name):
+        until(lambda: self.find(name).is_enabled())
+        self.find(name).click()
+
+    def hosts(self):
+        """Whom the browser asked, since last asked."""
+        found = set()
+        for entry in self.browser.get_log("performance"):
+            message = json.loads(entry["message"])["message"]
+            if message["method"] == "Network.requestWillBeSent":
+                found.add(urllib.parse.urlsplit(message["params"]["request"]["url"]))
+            elif message["method"] == "Network.webSocketCreated":
+                found.add(urllib.parse.urlsplit(message["params"]["url"]))
+        return {each.netloc for each in found if each.scheme not in ("data", "blob", "chrome", "about")}
+
+
+@pytest.fixture
+def page(browser):
+    page = Page(browser)
+    page.size(*LAPTOP)
+    yield page
+    browser.get("about:blank")
+
+
+def test_the_helm(page, sea):
+    """One voyage: what is seen, start, stop, another service in the place of the first."""
+    port = free_port()
+    mission = ("--mission", str(sea / "route.toml"))
+    with sailing(sea, port, *mission) as process:
+        page.hosts()
+        page.browser.get(f"http://127.0.0.1:{port}/")
+        until(lambda: page.text("state") == "ready" and page.text("leg") == "WP1", 60.0)
+        sees_what_is(page)
+        works(page)
+        fits(page)
+        assert page.hosts() == {f"127.0.0.1:{port}"}  # fonts, scripts and tiles: nothing comes from elsewhere
+        assert not [each for each in page.browser.get_log("browser") if each["level"] == "SEVERE"]
+        process.kill()
+        process.wait()
+        until(page.is_stale)
+        assert "No connection" in page.browser.find_element(By.CLASS_NAME, "banner").text
+        assert float(page.find("sog").value_of_css_property("opacity")) < 0.5
+    with sailing(sea, port, *mission):
+        until(lambda: not page.is_stale(), 20.0)
+        until(lambda: page.text("state") == "ready")
+        before = page.text("position")
+        until(lambda: page.text("position") != before)
+
+
+def sees_what_is(page):
+    assert until(lambda: page.number("sog") > 3.0) and page.number("sog") == pytest.approx(3.9, abs=0.4)
+    assert min(page.number("cog"), 360.0 - page.number("cog")) < 8.0
+    assert page.text("cog_within").startswith("±") and page.text("status") == "good" and page.text("source") == "SW"
+    assert page.number("cross_track") < 3.0
+    first = page.number("distance"), page.text("position"), page.text("time"), page.number("counts")
+    until(lambda: page.number("distance") < first[0] - 5.0 and page.text("position") != first[1])
+    assert page.text("time") > first[2] and page.number("counts") > first[3]
+    drawn = page.find("moving").get_attribute("innerHTML")
+    until(lambda: page.find("moving").get_attribute("innerHTML") != drawn)
+    for each in ("boat", "vector", "ellipse", "track", "route", "curve", "band"):
+        assert page.browser.find_elements(By.CSS_SELECTOR, f"svg .{each}"), each
+
+
+def works(page):
+    late = "kept = helmBeat; helmBeat = () => { helmLast = Date.now() }; helmSeq = Math.max(helmSeq - 100, 0)"
+    page.browser.execute_script(late)  # a page that sees what was twenty seconds ago
+    page.click("start")
+    until(lambda: page.find("sure").is_displayed())
+    page.click("sure")
+    time.sleep(1.0)
+    assert page.text("state") == "ready"
+    page.browser.execute_script("helmBeat = kept")
+    until(lambda: not page.browser.find_elements(By.CSS_SELECTOR, ".q-dialog__backdrop"))
+    page.click("start")
+    assert page.text("state") == "ready"  # it asks first
+    until(lambda: page.find("sure").is_displayed())
+    page.click("sure")
+    until(lambda: page.text("state") == "running")
+    until(lambda: "0 %" != page.text("thrust") != "–")
+    page.click("stop")
+    until(lambda: page.text("state") == "stopped")
+    assert "helm page" in page.text("reason")
+    until(lambda: not page.browser.find_elements(By.CSS_SELECTOR, ".q-dialog__backdrop"))
+    page.click("start")
+    until(lambda: page.find("sure").is_displayed())
+    time.sleep(0.4)
+    page.click("stop")  # also above the question
+    until(lambda: not page.browser.find_elements(By.CSS_SELECTOR, ".q-dialog__backdrop"))
+    assert page.text("state") == "stopped"
+
+
+def fits(page):
+    """On both screens nothing sticks out and the stop button is large and in sight."""
+    for width, height in (LAPTOP, PHONE):
+        page.size(width, height)
+        until(lambda width=width: page.find("still").find_element(By.TAG_NAME, "svg").size["width"] <= width)
+        across = page.browser.execute_script("return [document.documentElement.scrollWidth, innerWidth]")
+        assert across[0] <= across[1] == width
+        stop = page.find("stop")
+        where = page.browser.execute_script("return arguments[0].getBoundingClientRect().toJSON()", stop)
+        assert where["bottom"] <= height and where["height"] >= 56.0 and where["width"] >= 0.5 * width
+        red, green, blue = map(int, re.findall(r"\d+", stop.value_of_css_property("background-color"))[:3])
+        assert red > 150 and green < 60 and blue < 60
+        page.browser.execute_script("helmShade()")
+        until(lambda: page.browser.execute_script("return Quasar.Dark.isActive") is (width > 600))  # noqa: B023
+
+
+def test_the_token_is_asked_for(page, sea):
+    port = free_port()
+    with sailing(sea, port, token=TOKEN, speed=2) as process:
+        url = f"http://127.0.0.1:{port}"
+        page.browser.delete_all_cookies()
+        page.browser.get(url)
+        assert page.browser.current_url == f"{url}/login"
+        for token in ("a wrong one", TOKEN):
+            field = page.browser.find_element(By.ID, "token")
+            field.send_keys(token)
+            field.submit()
+            if token != TOKEN:
+                until(lambda: "not the token" in page.browser.find_element(By.TAG_NAME, "form").text)
+        until(lambda: page.number("sog") > 3.0)
+        assert not page.browser.find_elements(By.CSS_SELECTOR, "[data-name=start]")  # no mission, nothing to start
+        (cookie,) = page.browser.get_cookies()
+        assert cookie["httpOnly"] and cookie["sameSite"] == "Strict"
+
+        own = {"Origin": url, "Content_Type": "application/x-www-form-urlencoded"}
+        stranger = "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
+        upgrade = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec_WebSocket_Version": "13"}
+        upgrade |= {"Sec_WebSocket_Key": "dGhlIHNhbXBsZSBub25jZQ=="}
+        entered = {"Cookie": f"{cookie['name']}={cookie['value']}"}
+        assert asked(port, "POST", "/", "x", **own)[0] == 401
+        assert asked(port, "POST", "/login", "token=wrong", **own)[0] in (401, 429)
+        assert asked(port, "GET", stranger, **own, **upgrade)[0] == 403
+        assert asked(port, "GET", stranger, **upgrade, **entered, Origin="http://evil.example")[0] == 403
+        assert asked(port, "GET", stranger, **own, **upgrade, **entered)[0] == 101
+        assert asked(port, "GET", "/", Host=f"evil.example:{port}")[0] == 403
+        said = (sea / "said.txt").read_text()
+        with open(f"/proc/{process.pid}/task/{process.pid}/children") as children:
+            lines = [open(f"/proc/{child}/cmdline").read() for child in children.read().split()]
+        assert len(lines) == 1 and TOKEN not in said + lines[0]

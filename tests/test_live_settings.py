@@ -1,0 +1,138 @@
+"""The settings of `steerway live` in a file: read, refused in words, overridden by the command line."""
+
+import json
+import math
+import sys
+from pathlib import Path
+
+import pytest
+
+from steerway.cli import main
+from steerway.errors import InputError
+from steerway.formats.nmea0183.writing import gga, rmc
+from steerway.live import launch as launching
+from steerway.live.mission import GeodeticRoute
+from steerway.live.settings import Settings
+
+EXAMPLES = Path(__file__).parent.parent / "examples" / "live"
+NOON = 1_719_835_200.0
+
+
+def said(tmp_path, text):
+    path = tmp_path / "boat.toml"
+    path.write_text(text)
+    return Settings.load(path)
+
+
+def test_what_a_file_says(tmp_path):
+    settings = said(
+        tmp_path,
+        'from = "udp://:10110"\nto = ["stdout:", "file:run.csv"]\nprofile = "mine.toml"\nsource = "GP"\n'
+        'aid = ["yaw-rate"]\nrate = 10\nmission = "m.toml"\nengage = true\npatience = 5\nlatency = 0.1\nhelm = true\n',
+    )
+    assert settings.listen_to == ("udp://:10110",) and settings.say_to == ("stdout:", f"file:{tmp_path}/run.csv")
+    assert settings.profile == str(tmp_path / "mine.toml") and settings.mission == str(tmp_path / "m.toml")
+    assert (settings.source, settings.aid, settings.rate, settings.engage) == (("GP",), ("yaw-rate",), 10.0, True)
+    assert (settings.patience, settings.latency, settings.helm) == (5.0, 0.1, "127.0.0.1:8080")
+
+
+def test_what_it_does_not_say_is_as_on_the_command_line():
+    settings = Settings()
+    assert settings.say_to == ("stdout:",) and settings.profile == "small-usv" and settings.patience == 10.0
+    assert (settings.rate, settings.mission, settings.helm, settings.engage) == (None, None, None, False)
+
+
+def test_the_command_line_goes_first(tmp_path):
+    settings = said(tmp_path, 'from = "udp://:1"\nrate = 10\nengage = true\nhelm = false\n')
+    other = settings.overridden(rate=2.0, engage=False, profile=None, helm="127.0.0.1:9000")
+    assert (other.rate, other.engage, other.profile, other.helm) == (2.0, False, "small-usv", "127.0.0.1:9000")
+    assert other.listen_to == settings.listen_to
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("rates = 10", "rates is no key, expected perhaps rate"),
+        ('form = "udp://:1"', "form is no key, expected perhaps from"),
+        ("rate = -1", "rate is -1, expected more than 0"),
+        ('rate = "quick"', "rate is 'quick', expected a number"),
+        ("rate = true", "rate is True, expected a number"),
+        ("patience = inf", "patience is inf, expected a finite number"),
+        ("latency = -0.1", "latency is -0.1, expected at least 0"),
+        ('aid = ["sonar"]', "aid[0] is 'sonar', expected one of sog, cog, heading, water-speed, yaw-rate"),
+        ("engage = 1", "engage is 1, expected true or false"),
+        ("to = []", "to is [], expected at least 1 entries"),
+        ("from = 7", "from is 7, expected a list"),
+        ("helm = 8080", "helm is 8080, expected a text"),
+        ("[boat]", "boat is no key"),
+        ("rate 10", "is no TOML"),
+    ],
+)
+def test_what_is_wrong_is_said_in_words(tmp_path, text, words):
+    with pytest.raises(InputError) as refused:
+        said(tmp_path, text)
+    assert words in str(refused.value) and str(refused.value).startswith(f"settings {tmp_path / 'boat.toml'}")
+    assert "\n" not in str(refused.value)
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    with pytest.raises(InputError, match=r"none\.toml cannot be read: No such file"):
+        Settings.load(tmp_path / "none.toml")
+
+
+def run(monkeypatch, *arguments):
+    """The command in this process; the exit code."""
+    monkeypatch.setattr(sys, "argv", ["steerway", "live", *arguments])
+    try:
+        main()
+    except SystemExit as leaving:
+        return leaving.code
+    return 0
+
+
+def launched(monkeypatch, *arguments):
+    """The settings a command line comes to."""
+    taken = []
+    monkeypatch.setattr(launching, "launch", taken.append)
+    assert run(monkeypatch, *arguments) == 0
+    return taken[0]
+
+
+def test_helm_without_an_address_is_the_usual_one(monkeypatch):
+    for arguments in (["--helm"], ["--helm", "--rate", "5"], ["--helm", "127.0.0.1:8080"]):
+        assert launched(monkeypatch, *arguments).helm == "127.0.0.1:8080"
+    assert launched(monkeypatch, "--helm=10.0.0.1:80").helm == "10.0.0.1:80"
+    assert launched(monkeypatch, "--rate", "5").helm is None
+
+
+def test_mistakes_end_in_one_sentence(monkeypatch, capsys, tmp_path):
+    monkeypatch.delenv("STEERWAY_HELM_TOKEN", raising=False)
+    log = str(tmp_path / "log.nmea")
+    for arguments, words in (
+        ([], "expected --from with an address"),
+        (["--from", f"file:{log}", "--helm", "0.0.0.0:8080"], "STEERWAY_HELM_TOKEN"),
+        (["--from", f"file:{log}", "--helm", "here"], "expected a token"),
+        (["--from", f"file:{log}", "--engage"], "expected --mission"),
+        ([str(tmp_path / "none.toml")], "cannot be read"),
+    ):
+        assert run(monkeypatch, *arguments) == 2
+        told = capsys.readouterr().err.strip()
+        assert words in told and "Traceback" not in told and len(told.splitlines()) == 1
+
+
+def test_the_example_sails(monkeypatch, capsysbinary, tmp_path):
+    """As it stands, but for the links: a log in place of the receiver, and no page."""
+    settings = Settings.load(EXAMPLES / "boat.toml")
+    route = GeodeticRoute.load(settings.mission)
+    lines = []
+    for k in range(300):
+        place = route.latitude[0] + 3e-8 * k, route.longitude[0]
+        lines.append(gga(NOON + 0.2 * k, *place) + rmc(NOON + 0.2 * k, *place))
+    (tmp_path / "log.nmea").write_text("".join(lines))
+    (tmp_path / "boat.toml").write_text((EXAMPLES / "boat.toml").read_text().replace('helm = "', '# helm = "'))
+    (tmp_path / "square.toml").write_text((EXAMPLES / "square.toml").read_text())
+    log = f"file:{tmp_path / 'log.nmea'}?speed=max"
+    assert run(monkeypatch, str(tmp_path / "boat.toml"), "--from", log, "--to", "stdout:") == 0
+    rows = [json.loads(line) for line in capsysbinary.readouterr().out.splitlines()]
+    assert len(rows) == pytest.approx(600, abs=12)  # at the file's rate, not one a fix
+    assert rows[-1]["lat_deg"] == pytest.approx(math.degrees(place[0]), abs=1e-5) and rows[-1]["status"] != "lost"

@@ -1,0 +1,346 @@
+"""The conversation of a companion with a MAVLink vehicle, in packets but without sockets or clocks."""
+
+import math
+import random
+
+import pytest
+
+from steerway.live.autopilot import Order, State
+from steerway.live.mavlink.dialect import RoverMode, mode_name
+from steerway.live.mavlink.guided import Guided, Phase
+from steerway.live.simulated.boat import Seen
+from steerway.live.simulated.rover import Rover
+from steerway.vessels.kinematics import GroundMotion
+
+messages = pytest.importorskip("pymavlink.dialects.v20.ardupilotmega", reason="pymavlink is not installed")
+
+NOON = 1_780_000_000.0
+AT_REST = GroundMotion(*[0.0] * 11)
+PLACE = (math.radians(63.44), math.radians(10.4))
+RUNNING = Order(State.RUNNING, engaged=True, yaw_rate=0.2, thrust=0.5)
+STOPPED = Order(State.STOPPED, "told to stop", engaged=True)
+HANDED_BACK = Order(State.STOPPED, "told to stop", engaged=False)
+READY = Order(State.READY)
+
+
+class Wire:
+    """Packs what one says and hands it to the other."""
+
+    def __init__(self, system, component):
+        self.codec = messages.MAVLink(None, system, component)
+        self.other = messages.MAVLink(None)
+
+    def carry(self, said):
+        return [each for message in said for each in self.other.parse_buffer(message.pack(self.codec))]
+
+
+class Pair:
+    """A companion and a vehicle, 20 looks a second."""
+
+    def __init__(self):
+        self.rover = Rover(messages, cruise=2.0, unix=NOON)
+        self.guided = Guided(messages)
+        self.up, self.down = Wire(1, 191), Wire(1, 1)
+        self.time = 0.0
+        self.order = READY
+        self.heard = []  # what the vehicle heard, with the time
+        self.connected = True
+
+    def run(self, seconds):
+        for _ in range(round(seconds / 0.05)):
+            self.time = round(self.time + 0.05, 6)
+            self.step()
+        return self
+
+    def step(self):
+        self.rover.see(Seen(self.time, self.time, *PLACE, math.nan, math.nan))
+        answers = self.rover.due(self.time, AT_REST, PLACE)
+        for message in self.up.carry(self.guided.due(self.time, self.order)):
+            if self.connected:
+                self.heard.append((self.time, message))
+                answers += self.rover.hear(message, self.time)
+        for message in self.down.carry(answers):
+            if self.connected:
+                self.guided.hear(message, self.time)
+
+    def said(self, kind, since=0.0):
+        return [each for time, each in self.heard if each.get_type() == kind and time > since]
+
+
+def test_a_heartbeat_a_second_as_a_computer_aboard_and_nothing_else_to_a_vehicle_left_alone():
+    pair = Pair().run(10.0)
+    beats = pair.said("HEARTBEAT")
+    assert 9 <= len(beats) <= 11
+    assert {(each.type, each.autopilot) for each in beats} == {(18, 8)}
+    assert pair.rover.mode is RoverMode.MANUAL and not pair.said("SET_ATTITUDE_TARGET")
+    assert {each.command for each in pair.said("COMMAND_LONG")} == {messages.MAV_CMD_SET_MESSAGE_INTERVAL}
+
+
+def test_an_order_is_carried_out_in_guided_ten_times_a_second():
+    pair = Pair().run(2.0)
+    pair.order = RUNNING
+    begun = pair.time
+    pair.run(2.0)
+    assert pair.rover.mode is RoverMode.GUIDED and pair.guided.phase is Phase.STEERING
+    targets = pair.said("SET_ATTITUDE_TARGET", begun + 1.0)
+    assert 9 <= len(targets) <= 11
+    for each in targets:
+        assert each.type_mask == 128 | 2 | 1 and each.target_system == 1
+        assert each.body_yaw_rate == pytest.approx(0.2) and each.thrust == pytest.approx(0.5)
+    target = pair.rover.target(pair.time)
+    assert target.yaw_rate == pytest.approx(0.2) and target.speed == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("order", "mode"), [(STOPPED, RoverMode.HOLD), (HANDED_BACK, RoverMode.MANUAL)])
+def test_stopping_gives_her_back(order, mode):
+    pair = Pair().run(2.0)
+    pair.order = RUNNING
+    pair.run(2.0)
+    pair.order = order
+    stopped = pair.time
+    pair.run(0.3)
+    target = pair.rover.target(pair.time)
+    if order.engaged:
+        assert (target.yaw_rate, target.speed) == (0.0, 0.0) and pair.rover.mode is RoverMode.GUIDED
+    else:
+        assert target is None and pair.rover.mode is RoverMode.MANUAL
+    pair.run(5.0)
+    assert pair.rover.mode is mode and pair.guided.phase is Phase.FREE and pair.rover.target(pair.time) is None
+    assert all(each.thrust == 0.0 for each in pair.said("SET_ATTITUDE_TARGET", stopped))
+    pair.rover.mode = RoverMode.GUIDED  # by another ground station: not ours to steer, nor to stop
+    quiet = pair.time
+    pair.run(5.0)
+    assert pair.rover.mode is RoverMode.GUIDED and not pair.said("SET_ATTITUDE_TARGET", quiet)
+    pair.order = RUNNING
+    assert pair.run(1.0).guided.phase is Phase.STEERING
+
+
+def test_who_takes_her_out_of_guided_has_her():
+    pair = Pair().run(2.0)
+    pair.order = RUNNING
+    pair.run(2.0)
+    pair.rover.mode = RoverMode.MANUAL  # the skipper's remote control
+    taken = pair.time
+    while not pair.guided.complaint:
+        pair.run(0.05)
+    assert pair.guided.complaint == "the vehicle was put into MANUAL" and pair.time - taken <= 1.2
+    complained = pair.time
+    pair.order = STOPPED
+    pair.run(10.0)
+    assert pair.rover.mode is RoverMode.MANUAL and not pair.guided.complaint
+    assert not pair.said("SET_ATTITUDE_TARGET", complained)
+    assert all(each.command != messages.MAV_CMD_DO_SET_MODE for each in pair.said("COMMAND_LONG", taken))
+
+
+def test_overruled_in_the_second_of_being_taken_she_is_not_asked_again():
+    pair = Pair().run(2.05)
+    pair.order = RUNNING
+    while pair.rover.mode is not RoverMode.GUIDED:
+        pair.step()
+    pair.step()
+    pair.rover.mode = RoverMode.MANUAL  # before any HEARTBEAT has said GUIDED
+    pair.run(5.0)
+    assert pair.rover.mode is RoverMode.MANUAL and "put into MANUAL" in pair.guided.complaint
+
+
+def test_a_vehicle_that_is_not_armed_or_does_not_obey_is_a_complaint():
+    pair = Pair()
+    pair.rover.armed = False
+    pair.run(2.0)
+    pair.order = RUNNING
+    assert pair.run(0.2).guided.complaint == "the vehicle is not armed"
+    assert pair.rover.mode is RoverMode.MANUAL
+    pair = Pair().run(2.0)
+    pair.rover._set_mode = lambda number: messages.MAV_RESULT_FAILED
+    pair.order = RUNNING
+    assert pair.run(2.5).guided.complaint == ""
+    assert pair.run(1.0).guided.complaint == "the vehicle does not go into GUIDED"
+
+
+def test_only_a_rover_is_steered_since_other_vehicles_number_their_modes_otherwise():
+    pair = Pair()
+    plain = pair.rover._heartbeat
+    said = {"type": messages.MAV_TYPE_QUADROTOR}
+
+    def heartbeat(*arguments):
+        message = plain(*arguments)
+        for name, value in said.items():
+            setattr(message, name, value)
+        return message
+
+    pair.rover.due = lambda now, *rest: [heartbeat(now, *rest)]
+    pair.run(2.0)
+    pair.order = RUNNING
+    assert "no boat" in pair.run(0.5).guided.complaint and pair.rover.mode is RoverMode.MANUAL
+    said = {"autopilot": messages.MAV_AUTOPILOT_PX4}
+    pair.order = READY
+    assert pair.run(0.5).guided.complaint == ""
+    pair.order = RUNNING
+    assert "no boat" in pair.run(0.5).guided.complaint and pair.rover.mode is RoverMode.MANUAL
+
+
+def test_a_silent_link_is_lost_within_a_second_and_so_is_one_without_heartbeats():
+    pair = Pair().run(3.0)
+    assert pair.guided.alive(pair.time)
+    pair.connected = False
+    pair.run(0.7)
+    assert pair.guided.alive(pair.time)
+    pair.run(0.15)
+    assert not pair.guided.alive(pair.time)
+    pair.connected = True
+    assert pair.run(1.1).guided.alive(pair.time)
+    pair.rover._intervals["HEARTBEAT"] = -1.0
+    assert pair.run(1.5).guided.alive(pair.time)
+    assert not pair.run(1.5).guided.alive(pair.time)
+
+
+def test_a_vehicle_stops_by_herself_when_nobody_commands():
+    pair = Pair().run(2.0)
+    pair.order = RUNNING
+    pair.run(2.0)
+    pair.connected = False
+    cut = pair.time
+    assert pair.run(2.9).rover.target(pair.time) is not None
+    assert pair.run(0.3).rover.target(pair.time) is None and pair.time - cut < 3.5
+
+
+def test_messages_that_stay_away_are_asked_for():
+    pair = Pair()
+    pair.rover._intervals |= {"GPS_RAW_INT": -1.0, "SYSTEM_TIME": -1.0}
+    pair.run(3.0)
+    assert pair.rover._intervals["GPS_RAW_INT"] == pytest.approx(0.1)
+    assert pair.rover._intervals["SYSTEM_TIME"] == pytest.approx(1.0)
+    pair.rover._intervals["GPS_RAW_INT"] = -1.0  # she started anew
+    assert pair.run(12.0).rover._intervals["GPS_RAW_INT"] == pytest.approx(0.1)
+
+
+def test_another_vehicle_and_a_ground_station_are_not_listened_to():
+    guided = Guided(messages)
+    station, other = Wire(255, 190), Wire(7, 1)
+    beat = messages.MAVLink_heartbeat_message(messages.MAV_TYPE_GCS, messages.MAV_AUTOPILOT_INVALID, 0, 0, 4, 3)
+    assert not guided.hear(*station.carry([beat]), 0.0) and guided.due(0.0, RUNNING)[0].get_type() == "HEARTBEAT"
+    rover = Rover(messages, 2.0, NOON)
+    assert not Guided(messages, system=1).hear(*other.carry([rover._heartbeat(0.0, AT_REST, PLACE)]), 0.0)
+    assert guided.hear(*other.carry([rover._heartbeat(0.0, AT_REST, PLACE)]), 0.0) and guided.vehicle == (7, 1)
+    assert not guided.hear(*Wire(1, 1).carry([rover._heartbeat(0.0, AT_REST, PLACE)]), 0.0)
+
+
+def test_whatever_a_stopped_order_says_she_is_told_zero():
+    pair = Pair().run(2.0)
+    pair.order = RUNNING
+    pair.run(2.0)
+    pair.order = STOPPED._replace(yaw_rate=0.3, thrust=0.7)
+    assert pair.run(0.5).rover.target(pair.time)[:2] == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("order", [STOPPED, HANDED_BACK])
+def test_taken_by_the_skipper_while_she_is_being_given_back_she_is_his(order):
+    pair = Pair().run(2.0)
+    pair.order = RUNNING
+    pair.run(0.3)
+    pair.order = order
+    pair.step()
+    pair.rover.mode = RoverMode.LOITER
+    assert pair.run(6.0).rover.mode is RoverMode.LOITER and pair.guided.phase is Phase.FREE
+
+
+def test_a_request_for_guided_that_is_carried_out_late_is_taken_back():
+    pair = Pair().run(2.0)
+    waiting, hear = [], pair.rover.hear
+    pair.rover.hear = lambda message, now: waiting.append(message) or []
+    pair.order = RUNNING
+    pair.run(0.2)
+    pair.order = STOPPED
+    pair.run(1.5)
+    pair.rover.hear = hear
+    for message in waiting:
+        hear(message, pair.time)
+    assert pair.rover.mode is RoverMode.GUIDED
+    assert pair.run(5.0).rover.mode is RoverMode.HOLD
+
+
+def test_requests_come_twice_a_second_and_end():
+    pair = Pair().run(2.0)
+    pair.order = RUNNING
+    pair.run(2.0)
+    pair.rover._set_mode = lambda number: messages.MAV_RESULT_FAILED
+    pair.order, stopped = STOPPED, pair.time
+    pair.run(15.0)
+    asked = [each for each in pair.said("COMMAND_LONG", stopped) if each.command == messages.MAV_CMD_DO_SET_MODE]
+    assert 14 <= len(asked) <= 17 and pair.guided.phase is Phase.FREE
+    quiet = pair.time
+    assert not pair.run(5.0).said("COMMAND_LONG", quiet) and not pair.said("SET_ATTITUDE_TARGET", quiet)
+
+
+def test_a_vehicle_obeys_in_guided_and_armed_only():
+    def target(thrust=0.5, mask=131):
+        return messages.MAVLink_set_attitude_target_message(0, 1, 1, mask, [1, 0, 0, 0], 0, 0, 0.1, thrust)
+
+    def mode(number):
+        return messages.MAVLink_set_mode_message(1, 1, number)
+
+    def arm(flag):
+        return messages.MAVLink_command_long_message(1, 1, messages.MAV_CMD_COMPONENT_ARM_DISARM, 0, flag, *[0] * 6)
+
+    rover = Rover(messages, 2.0, NOON)
+    rover.hear(target(), 0.0)
+    (answer,) = rover.hear(mode(RoverMode.GUIDED), 0.0)
+    assert answer.result == messages.MAV_RESULT_ACCEPTED and rover.target(0.0) is None, "told before she was in GUIDED"
+    rover.hear(target(mask=131 | 64), 0.0)
+    assert rover.target(0.0) is None, "thrust is to be ignored"
+    rover.hear(target(-9.0), 0.0)
+    assert rover.target(0.0).speed == -2.0
+    (answer,) = rover.hear(arm(0), 0.1)
+    assert answer.result == messages.MAV_RESULT_ACCEPTED and rover.target(0.1) is None
+    rover.hear(arm(1), 0.2)
+    assert rover.target(0.2) is not None
+    rover.hear(mode(RoverMode.HOLD), 0.3), rover.hear(mode(RoverMode.GUIDED), 0.4)
+    assert rover.target(0.4) is None, "GUIDED begins anew"
+    (answer,) = rover.hear(mode(99), 0.5)
+    assert answer.result == messages.MAV_RESULT_FAILED and rover.mode is RoverMode.GUIDED
+    assert rover.hear(messages.MAVLink_set_mode_message(7, 1, 0), 0.5) == [], "another vehicle is meant"
+
+
+def test_without_a_number_nothing_moves():
+    pair = Pair().run(2.0)
+    pair.order = RUNNING._replace(yaw_rate=math.nan)
+    pair.run(2.0)
+    assert pair.rover.target(pair.time)[:2] == (0.0, 0.0)
+    pair.order = RUNNING._replace(thrust=7.0)
+    assert pair.run(1.0).rover.target(pair.time).speed == pytest.approx(2.0)
+
+
+def test_farewell_stops_her_only_while_she_is_steered():
+    pair = Pair().run(2.0)
+    assert pair.guided.farewell(False) == []
+    pair.order = RUNNING
+    pair.run(2.0)
+    target, mode = pair.up.carry(pair.guided.farewell(False))
+    assert (target.thrust, target.body_yaw_rate) == (0.0, 0.0) and mode.param2 == RoverMode.HOLD
+    pair.rover.hear(target, pair.time), pair.rover.hear(mode, pair.time)
+    assert pair.rover.mode is RoverMode.HOLD
+
+
+def test_whatever_happens_she_is_steered_only_by_orders_and_never_against_the_skipper():
+    for seed in range(30):
+        draw = random.Random(seed)
+        pair, by_skipper = Pair().run(1.5), None
+        for _ in range(40):
+            pair.order = draw.choice([READY, RUNNING, STOPPED, HANDED_BACK, None])
+            pair.connected = draw.random() < 0.8
+            if draw.random() < 0.2:
+                by_skipper = pair.rover.mode = draw.choice([RoverMode.MANUAL, RoverMode.HOLD])
+                pair.rover._target = None
+            elif pair.rover.mode is RoverMode.GUIDED:
+                by_skipper = None
+            begun = pair.time
+            pair.run(draw.choice([0.1, 0.5, 2.0]))
+            if pair.order is not RUNNING:
+                assert all(each.thrust == 0.0 for each in pair.said("SET_ATTITUDE_TARGET", begun))
+                asked = [each.param2 for each in pair.said("COMMAND_LONG", begun) if each.command == 176]
+                assert RoverMode.GUIDED not in asked
+                assert by_skipper is None or pair.rover.mode in (by_skipper, RoverMode.HOLD, RoverMode.MANUAL)
+
+
+def test_modes_have_names():
+    assert mode_name(15) == "GUIDED" and mode_name(99) == "mode 99"

@@ -1,0 +1,101 @@
+"""What a vehicle's messages become: rows of her receiver, their times, and her own estimate where there is no other."""
+
+import math
+import time
+
+import pytest
+
+from steerway.live.mavlink.decoding import BootClock, MavlinkDecoder
+from tests.test_mavlink import NOON, Wire
+
+messages = pytest.importorskip("pymavlink.dialects.v20.ardupilotmega", reason="pymavlink is not installed")
+
+
+def decoded(*said, arrival=100.0):
+    decoder, wire = MavlinkDecoder(), Wire(1, 1)
+    return [row for k, each in enumerate(wire.carry(said)) for row in decoder.message(each, arrival + k)]
+
+
+def raw_fix(usec, fix_type=3, lat=634400000, lon=104000000, vel=120, cog=27000, h_acc=0):
+    return messages.MAVLink_gps_raw_int_message(usec, fix_type, lat, lon, 0, 1, 1, vel, cog, 9, 0, h_acc)
+
+
+def system_time(unix, boot):
+    return messages.MAVLink_system_time_message(round(unix * 1e6), round(boot * 1e3))
+
+
+def test_a_fix_is_a_row_of_its_own_time_once():
+    told = system_time(NOON, 50.0)
+    row, later = decoded(told, raw_fix(49_900_000, h_acc=2000), raw_fix(49_900_000), raw_fix(50_100_000, vel=65535))
+    assert row.source == "mavlink GPS_RAW_INT"
+    assert row.time - NOON == pytest.approx(-0.1, abs=1e-6) and later.time - row.time == pytest.approx(0.2, abs=1e-6)
+    assert math.degrees(row.latitude) == pytest.approx(63.44) and math.degrees(row.longitude) == pytest.approx(10.4)
+    assert row.sog == pytest.approx(1.2) and row.cog == pytest.approx(-math.pi / 2.0)
+    assert row.position_std == pytest.approx(math.sqrt(2.0)) and math.isnan(later.position_std)
+    assert math.isnan(later.sog)
+
+
+def test_unix_time_is_believed_and_no_fix_is_none():
+    (row,) = decoded(raw_fix(round(NOON * 1e6)), raw_fix(round(NOON * 1e6) + 1, fix_type=1))
+    assert abs(row.time - NOON) < 1e-6
+    assert decoded(system_time(NOON, 1.0), raw_fix(5, lat=0, lon=0)) == []
+
+
+def test_her_own_estimate_is_heard_only_when_the_receiver_is_silent():
+    def own(boot):
+        return messages.MAVLink_global_position_int_message(round(boot * 1e3), 1, 1, 0, 0, 0, 100, 0, 9000)
+
+    decoder, wire = MavlinkDecoder(), Wire(1, 1)
+    decoder.message(*wire.carry([system_time(NOON, 0.0)]), 0.0)
+    rows = []
+    for k in range(100):
+        time = 0.2 * k
+        said = [own(time)] + ([raw_fix(round(time * 1e6) + 1, fix_type=1)] if time < 10.0 else [])
+        for message in wire.carry(said):
+            rows += decoder.message(message, time)
+    placed = [row for row in rows if row.has_position]
+    assert placed[0].time - NOON == pytest.approx(13.0, abs=0.3), "a receiver without a fix is not replaced"
+    assert all(row.heading == pytest.approx(math.pi / 2.0) for row in rows), "by itself, since there is no fix"
+    assert placed[0].cog == pytest.approx(math.pi / 2.0) and placed[0].sog == pytest.approx(1.0)
+
+
+def test_a_busy_computer_takes_no_receiver_for_a_silent_one():
+    decoder, wire = MavlinkDecoder(), Wire(1, 1)
+    own = messages.MAVLink_global_position_int_message(1000, 1, 1, 0, 0, 0, 100, 0, 9000)
+    for message in wire.carry([system_time(NOON, 0.0), raw_fix(1)]):
+        decoder.message(message, 0.0)
+    late = [row for message in wire.carry([own] * 5) for row in decoder.message(message, 10.0)]
+    assert not any(row.has_position for row in late)
+
+
+def test_compass_and_gyro_come_with_the_fix_and_make_none_late():
+    decoder, wire = MavlinkDecoder(), Wire(1, 1)
+    rows = []
+    for k in range(1, 60):
+        now = 0.1 * k
+        turned = messages.MAVLink_attitude_message(round(now * 1e3), 0, 0, 0, 0, 0, 0.01 * k)
+        own = messages.MAVLink_global_position_int_message(round(now * 1e3), 1, 1, 0, 0, 0, 0, 0, 100 * k)
+        said = [system_time(NOON + now, now), turned, own]
+        if k % 2 == 0:
+            said.append(raw_fix(round((now - 0.12) * 1e6), fix_type=3 if now < 3.0 else 1))
+        for message in wire.carry(said):
+            rows += decoder.message(message, now)
+    fixes = [row for row in rows if row.has_position]
+    assert len(fixes) == 14 and [row for row in rows if row.time - NOON < 3.0] == fixes
+    assert fixes[3].yaw_rate == pytest.approx(0.08) and fixes[3].heading == pytest.approx(math.radians(8.0))
+    assert rows[-1].time - NOON == pytest.approx(5.9, abs=1e-3) and rows[-1].source == "mavlink GLOBAL_POSITION_INT"
+    times = [row.time for row in rows]
+    assert times == sorted(times)
+
+
+def test_boot_clock_waits_then_goes_by_the_computer_and_follows_steps():
+    clock = BootClock()
+    assert math.isnan(clock.unix(5.0, 100.0)) and math.isnan(clock.unix(7.0, 102.0))
+    assert abs(clock.unix(8.5, 103.5) - time.time()) < 0.1
+    clock.tell(0.0, 9.0)
+    clock.tell(NOON, 9.0)
+    assert clock.unix(10.0, 105.0) - NOON == pytest.approx(1.0, abs=1e-6)
+    clock.tell(NOON + 1.016, 10.0)
+    assert clock.unix(10.0, 105.0) - NOON == pytest.approx(1.001, abs=1e-6)
+    clock.tell(NOON + 10.0, 2.0)  # she started anew
+    assert clock.unix(2.0, 106.0) - NOON == pytest.approx(10.0, abs=1e-6)

@@ -1,0 +1,419 @@
+"""The simulated boat as an instrument: her receiver, her inner loops, her propellers, and MAVLink over real links."""
+
+import asyncio
+import json
+import math
+import os
+import random
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from steerway.cli import main
+from steerway.errors import InputError
+from steerway.formats import nmea0183
+from steerway.live import addresses
+from steerway.live.autopilot import Order, State
+from steerway.live.links.mavlink import MavlinkLink
+from steerway.live.mavlink.companion import Companion
+from steerway.live.mavlink.dialect import RoverMode
+from steerway.live.simulated.boat import SimulatedBoat
+from steerway.live.simulated.inner_loops import InnerLoops
+from steerway.live.simulated.propellers import Propellers
+from steerway.live.simulated.running import Running
+from steerway.simulation.scenario import Scenario
+from tests.test_live_links import free_port, until
+
+ROOT = Path(__file__).parent.parent
+SQUARE = ROOT / "examples" / "otter-square.toml"
+RUNNING = Order(State.RUNNING, engaged=True, yaw_rate=0.2, thrust=0.4)
+STOPPED = Order(State.STOPPED, "told to stop", engaged=True)
+
+
+def scenario(**changes):
+    return Scenario.load(SQUARE).model_copy(update=changes)
+
+
+def boat_of(kind, **keys):
+    route = "waypoints = [{ north = 0.0, east = 0.0 }, { north = 900.0, east = 0.0 }]"
+    lines = [f'kind = "{kind}"', *(f"{name} = {value}" for name, value in keys.items())]
+    return SimulatedBoat(Scenario.parse("\n".join(["[vessel]", *lines, "[route]", route])))
+
+
+def test_her_receiver_says_where_she_was():
+    gnss = scenario().gnss.model_copy(update={"latency": 0.4, "velocity_std": 0.05})
+    boat, loops = SimulatedBoat(scenario(gnss=gnss)), None
+    loops = InnerLoops(boat.known)
+    truth, seen = {}, []
+    for _ in range(10_000):
+        fix = boat.step(loops.step(0.05, 1.2, boat.motion, boat.step_length))
+        truth[round(boat.time, 3)] = boat.position(), boat.motion.sog
+        seen += [fix] if fix else []
+    assert len(seen) == pytest.approx(1000, abs=3)
+    assert [each.delivered - each.epoch for each in seen] == pytest.approx([0.4] * len(seen), abs=1e-9)
+    errors = [6.37e6 * (each.latitude - truth[round(each.epoch, 3)][0][0]) for each in seen]
+    assert np.std(errors) == pytest.approx(0.5, rel=0.1)
+    assert [each.sog for each in seen] == pytest.approx([truth[round(s.epoch, 3)][1] for s in seen], abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("boat", "yaw_rate", "speed", "seconds"),
+    [
+        (boat_of("otter"), 0.2, 1.2, 30.0),
+        (boat_of("otter", payload_mass=0.0), -0.1, 0.6, 30.0),
+        (boat_of("mariner"), -0.004, math.nan, 1500.0),
+        (boat_of("nomoto"), 0.05, math.nan, 200.0),
+    ],
+    ids=["otter", "light otter", "mariner", "nomoto"],
+)
+def test_inner_loops_make_good_what_is_asked(boat, yaw_rate, speed, seconds):
+    loops = InnerLoops(boat.known)
+    for _ in range(round(seconds / boat.step_length)):
+        boat.step(loops.step(yaw_rate, speed if speed == speed else 1.0, boat.motion, boat.step_length))
+    assert boat.motion.yaw_rate == pytest.approx(yaw_rate, rel=0.05)
+    if speed == speed:
+        assert boat.motion.sog == pytest.approx(speed, rel=0.1)
+        for _ in range(round(60.0 / boat.step_length)):
+            boat.step(loops.rest())
+        assert boat.motion.sog < 0.05
+
+
+def test_her_skipper_keeps_her_about_her_place_in_a_current():
+    running = Running(SimulatedBoat(scenario()))
+    places = []
+    for _ in range(50 * 400):
+        running._step()
+        places.append((running.boat.motion.north, running.boat.motion.east))
+    off = np.hypot(*np.array(places[50 * 60 :]).T)
+    assert 5.0 < off.min() and off.max() < 20.0
+    turned = np.unwrap(np.arctan2(*np.array(places[50 * 60 :]).T[::-1]))
+    assert turned[-1] - turned[0] > 4.0 * math.pi, "to starboard"
+
+
+def run_live(*arguments, factor=5.0, **options):
+    command = [sys.executable, "-m", "tests.hurried", str(factor), *map(str, arguments)]
+    return subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+
+
+def test_sentences_of_a_boat_under_way_and_the_truth_at_the_end(tmp_path):
+    import polars as pl
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ear:
+        ear.bind(("127.0.0.1", 0))
+        ear.settimeout(30.0)
+        to = f"udp://127.0.0.1:{ear.getsockname()[1]}"
+        boat = run_live("simulate", SQUARE, "--live", "--speed", "4", "--to", to, "-o", tmp_path / "run")
+        begun = time.time()
+        log = b"".join(ear.recv(1000) for _ in range(100))
+        boat.send_signal(signal.SIGINT)
+        _, said = boat.communicate(timeout=20.0)
+    assert boat.returncode == 0 and "in a circle" in said, said
+    (fixes,) = nmea0183.read(log).sources.values()
+    truth = pl.read_parquet(tmp_path / "run" / "run.parquet")
+    assert abs(fixes.time[0] - begun) < 60.0, "the time of her receiver is now"
+    assert len(fixes) == 100 and np.diff(fixes.time) == pytest.approx(0.2, abs=2e-3)
+    assert len(truth) >= 100 and truth["mode"].null_count() == len(truth)
+    row = np.searchsorted(truth["time_s"].to_numpy(), fixes.time - 0.1)
+    errors = 6.37e6 * (fixes.latitude - np.radians(truth["true_lat_deg"].to_numpy()[row]))
+    assert np.std(errors) == pytest.approx(0.5, rel=0.3)
+    assert truth["true_sog_mps"].to_numpy()[90] == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        (["--live"], "tells nobody"),
+        (["--live", "--mavlink", "udp:1"], "names no link"),
+        (["--live", "--to", "gpsd://localhost"], "no address known here"),
+        (["--live", "--seeds", "3", "--to", "stdout:"], "none of --live"),
+        (["--to", "stdout:"], "expected --live"),
+        ([], "-o is missing"),
+        (["--live", "--to", "stdout:", "-o", str(SQUARE)], "cannot write"),
+        (["--live", "--to", "stdout:", "--speed", "0"], "speed is 0"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_a_sentence(arguments, why, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["steerway", "simulate", str(SQUARE), *arguments])
+    with pytest.raises(SystemExit) as left:
+        main()
+    said = capsys.readouterr().err
+    assert left.value.code == 2 and why in said and said.count("\n") == 1
+
+
+@asynccontextmanager
+async def under_way(*jobs):
+    tasks = [asyncio.create_task(job) for job in jobs]
+    try:
+        yield tasks
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
+def test_propeller_commands_turn_her_and_their_absence_stops_her():
+    port = free_port(socket.SOCK_DGRAM)
+
+    async def sail():
+        running = Running(SimulatedBoat(scenario()), propellers=addresses.datagrams(f"udp://127.0.0.1:{port}"))
+        async with under_way(running.run()):
+            await until(lambda: running.boat.motion.sog > 0.3, 20.0)
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as hand:
+
+                def say(line):
+                    hand.sendto(line, ("127.0.0.1", port))
+
+                say(b"{}")
+                say(b"garbage")
+                say(b'{"port": null, "starboard": 1}')
+                await asyncio.sleep(0.1)
+                assert not running.propellers.obeyed
+
+                def turning():
+                    say(json.dumps({"port": -0.5, "starboard": 0.8}).encode())
+                    return running.boat.motion.yaw_rate < -0.2  # by hand she turns the other way
+
+                await until(turning, 10.0)
+                screw = running.boat.vessel.actuators[0]
+                assert running.propellers.command() == pytest.approx((0.5 * screw.low, 0.8 * screw.high))
+                await asyncio.sleep(1.5)
+                assert running.propellers.command() is None
+
+    asyncio.run(sail())
+    with pytest.raises(InputError, match="expected a vessel of kind otter"):
+        Propellers(addresses.datagrams("udp://:1"), boat_of("nomoto").vessel.actuators)
+
+
+class Told:
+    """An autopilot that only remembers."""
+
+    hands_back = False
+
+    def __init__(self):
+        self.links, self.stops = [], []
+
+    def link(self, name, alive):
+        self.links.append(alive)
+
+    def stop(self, reason):
+        self.stops.append(reason)
+
+
+class Desk:
+    """A vehicle and a companion on a link, in one process; `order` is what the companion is told 50 times a second."""
+
+    def __init__(self, here, there):
+        self.running = Running(SimulatedBoat(scenario()), mavlink=addresses.vehicle(there))
+        ((address,), _) = addresses.sources([f"mavlink:{here}"])
+        self.companion = addresses.listener(address, 1)
+        output, speaker = addresses.output(f"mavlink:{here}", None, False, [self.companion], Told())
+        self.told = self.companion.autopilot
+        assert output is speaker is self.companion, "one link for both directions"
+        self.rows, self.order, self.ticks = [], Order(State.READY), True
+
+    @property
+    def rover(self):
+        return self.running.rover
+
+    async def tick(self):
+        while True:
+            if self.ticks:
+                self.companion.tick(None, None, self.order)
+            await asyncio.sleep(0.02)
+
+    def sail(self, *more):
+        return under_way(
+            self.running.run(), self.companion.run(self.rows.extend), self.companion.run(), self.tick(), *more
+        )
+
+
+def udp():
+    port = free_port(socket.SOCK_DGRAM)
+    return f"udpin:127.0.0.1:{port}", f"udpout:127.0.0.1:{port}"
+
+
+async def steered(desk):
+    """She is steered and has followed."""
+    await until(lambda: len(desk.rows) > 5 and desk.told.links[-1:] == [True], 30.0)
+    desk.order = RUNNING
+    await until(lambda: desk.rover.target(desk.running.boat.time) is not None)
+    await until(lambda: desk.running.boat.motion.yaw_rate == pytest.approx(0.2, abs=0.03), 10.0)
+
+
+async def check(desk):
+    async with desk.sail():
+        await steered(desk)
+        assert desk.told.links == [False, True] and not desk.told.stops
+        desk.order = STOPPED
+        begun = desk.running.boat.time
+        await until(lambda: desk.rover.target(desk.running.boat.time)[:2] == (0.0, 0.0))
+        assert desk.running.boat.time - begun < 0.5
+        await until(lambda: desk.rover.mode is RoverMode.HOLD)
+    sources = {row.source for row in desk.rows if row.has_position}
+    assert sources == {"mavlink GPS_RAW_INT"}
+    times = [row.time for row in desk.rows if row.has_position]
+    assert np.diff(times) == pytest.approx(0.2, abs=0.02)
+
+
+@pytest.mark.parametrize("turned", [False, True], ids=["udpin", "udpout"])
+def test_steered_over_udp(turned):
+    here, there = udp()
+    asyncio.run(check(Desk(there, here) if turned else Desk(here, there)))
+
+
+def test_steered_over_tcp():
+    async def relay():
+        """Two who connect are connected to each other."""
+        ends = []
+
+        async def carry(reader, writer):
+            ends.append((reader, writer))
+            await until(lambda: len(ends) == 2)
+            other = next(each for each in ends if each[1] is not writer)[1]
+            while data := await reader.read(1000):
+                other.write(data)
+
+        async with await asyncio.start_server(carry, "127.0.0.1", port) as server:
+            await server.serve_forever()
+
+    async def both():
+        async with under_way(relay()):
+            await asyncio.sleep(0.1)
+            await check(Desk(f"tcp:127.0.0.1:{port}", f"tcp:127.0.0.1:{port}"))
+
+    port = free_port()
+    asyncio.run(both())
+
+
+@pytest.mark.skipif(shutil.which("socat") is None, reason="socat is not installed")
+def test_steered_over_a_serial_line(tmp_path):
+    ends = [tmp_path / "boat", tmp_path / "computer"]
+    line = subprocess.Popen(["socat", *(f"pty,raw,echo=0,link={each}" for each in ends)])
+    try:
+        while not all(map(os.path.exists, ends)):
+            assert line.poll() is None
+        asyncio.run(check(Desk(*(f"{each}?baud=115200" for each in ends))))
+    finally:
+        line.terminate()
+        line.wait()
+
+
+def test_a_silent_vehicle_is_told_within_a_second_and_stops_by_herself():
+    async def sail():
+        desk = Desk(*udp())
+        async with desk.sail():
+            await steered(desk)
+            said = desk.running.link.send
+            desk.running.link.send = lambda messages: None
+            cut = asyncio.get_running_loop().time()
+            await until(lambda: desk.told.links[-1] is False)
+            assert asyncio.get_running_loop().time() - cut < 1.0
+            desk.running.link.send = said
+            await until(lambda: desk.told.links[-1] is True)
+            desk.order = RUNNING
+            await until(lambda: desk.rover.target(desk.running.boat.time) is not None)
+            desk.companion.link.send = lambda messages: None
+            begun = desk.running.boat.time
+            await until(lambda: desk.rover.target(desk.running.boat.time) is None)
+            assert 2.8 < desk.running.boat.time - begun < 3.3
+
+    asyncio.run(sail())
+
+
+def test_without_ticks_she_is_stopped():
+    async def sail():
+        desk = Desk(*udp())
+        async with desk.sail():
+            await steered(desk)
+            desk.ticks = False
+            begun = desk.running.boat.time
+            await until(lambda: desk.rover.target(desk.running.boat.time)[:2] == (0.0, 0.0))
+            assert desk.running.boat.time - begun < 1.0
+
+    asyncio.run(sail())
+
+
+@pytest.mark.parametrize("mode", [RoverMode.HOLD, RoverMode.MANUAL])
+def test_leaving_the_link_gives_her_back(mode):
+    async def sail():
+        desk = Desk(*udp())
+        desk.told.hands_back = mode is RoverMode.MANUAL
+        async with under_way(desk.running.run()):
+            async with under_way(desk.companion.run(desk.rows.extend), desk.tick()):
+                await steered(desk)
+            await until(lambda: desk.rover.mode is mode)
+
+    asyncio.run(sail())
+
+
+def test_the_skipper_takes_her_and_the_autopilot_hears_why():
+    async def sail():
+        desk = Desk(*udp())
+        async with desk.sail():
+            await steered(desk)
+            desk.rover.mode = RoverMode.MANUAL
+            await until(lambda: desk.told.stops)
+            assert desk.told.stops[0] == "the vehicle was put into MANUAL"
+            desk.order = STOPPED
+            await asyncio.sleep(1.0)
+            assert desk.rover.mode is RoverMode.MANUAL
+
+    asyncio.run(sail())
+
+
+def test_what_is_no_message_is_counted_and_harms_nothing():
+    heard = []
+    ((address,), _) = addresses.sources(["mavlink:udpin:127.0.0.1:1"])
+    link = MavlinkLink(address, lambda message: heard.append(message) or True)
+    other, draw = link.messages.MAVLink(None, 1, 1), random.Random(5)
+    for k in range(300):
+        noise = draw.randbytes(draw.randrange(40))
+        packet = bytearray(link.messages.MAVLink_system_time_message(k, k).pack(other))
+        if k % 3 == 0:
+            packet[draw.randrange(len(packet))] ^= 1 << draw.randrange(8)
+        link._feed(noise.replace(b"\xfd", b"").replace(b"\xfe", b"") + packet)
+    assert link.broken > 0
+    good = [each.time_boot_ms for each in heard if each.get_type() == "SYSTEM_TIME"]
+    assert len(set(good)) >= 150 and set(good) <= set(range(300))
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("mavlink:udp:127.0.0.1:1", "names no link"),
+        ("mavlink:udpin:127.0.0.1", "names no port"),
+        ("mavlink:udpin:127.0.0.1:x", "expected mavlink:udpin:host:port"),
+        ("mavlink:/dev/ttyACM0?baud=7", "baud is 7"),
+        ("mavlink:udpin:127.0.0.1:1?speed=3", "option 'speed' is unknown"),
+        ("mavlink:udpin:127.0.0.1:1?silence=0", "silence is 0"),
+    ],
+)
+def test_wrong_mavlink_addresses_are_refused_in_a_sentence(text, why):
+    with pytest.raises(InputError, match=why):
+        found, _ = addresses.sources([text])
+        addresses.listener(found[0], 1)
+
+
+def test_one_link_has_one_set_of_options():
+    companion = Companion(addresses.sources(["mavlink:udpin:127.0.0.1:1"])[0][0])
+    with pytest.raises(InputError, match="expected the same options in both"):
+        addresses.output("mavlink:udpin:127.0.0.1:1?silence=2", None, False, [companion], Told())
+    with pytest.raises(InputError, match="expected --mission"):
+        addresses.output("mavlink:udpin:127.0.0.1:1", None, False, [companion])
+    with pytest.raises(InputError, match="from a live link"):
+        addresses.output("mavlink:udpin:127.0.0.1:1", None, True, [companion], Told())
+
+
+def test_without_pymavlink_it_is_said_what_is_missing(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pymavlink.dialects.v20.ardupilotmega", None)
+    monkeypatch.setitem(sys.modules, "pymavlink.dialects.v20", None)
+    with pytest.raises(InputError, match=r"pip install steerway\[mavlink\]"):
+        Companion(addresses.sources(["mavlink:udpin:127.0.0.1:1"])[0][0])

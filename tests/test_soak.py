@@ -1,0 +1,51 @@
+"""A short soak of the running command: every output open, and nothing lost, late, growing or slow."""
+
+import asyncio
+import os
+import subprocess
+import sys
+
+import pytest
+from benchmarks.soak.run import results, soak
+
+from steerway.live.pulse import Durations, Pulse
+
+SECONDS = 15.0
+
+
+def test_a_quarter_of_a_minute_with_every_output_open():
+    code = "from steerway.cli import main; main()"
+    subprocess.run([sys.executable, "-c", code, "warm"], check=True, capture_output=True)
+    done = asyncio.run(soak(SECONDS))
+    table = "\n".join(str(each) for each in results(done))
+    assert done.code == 0 and "Traceback" not in done.log, done.log
+    assert done.boat.ticks > 0.8 * 50.0 * (SECONDS - done.first_row)
+    assert done.told > 20 and abs(done.taken - done.told) <= 1, "nothing valid is lost on a damaged line"
+    assert done.rows == done.states.height > 400
+    assert done.growth < 5e6
+    heard = {each.name: each.heard for each in done.consumers}
+    assert all(heard[name] > 1000 for name in ("tcp-server", "udp", "signalk", "foxglove", "propellers"))
+    if max(os.getloadavg()) > 2.0 * (os.cpu_count() or 1):
+        pytest.skip("this machine is busy: its times say nothing")
+    assert done.first_row < 5.0, table
+    assert done.boat.compute < 2.0 and done.boat.compute_999 < 20.0, table
+    assert done.boat.missed <= done.idle.missed + 2, table
+
+
+def test_a_histogram_knows_its_quantiles():
+    durations = Durations()
+    for k in range(1000):
+        durations.add(1e-3 if k else 0.5)
+    assert durations.within(0.5) == pytest.approx(1e-3, rel=0.1)
+    assert durations.within(0.999) == pytest.approx(1e-3, rel=0.1)
+    assert durations.within(1.0) == durations.longest == 0.5
+    durations.add(1e9), durations.add(0.0)
+    assert durations.longest == 1e9
+
+
+def test_a_pulse_counts_what_comes_late():
+    pulse = Pulse()
+    for lateness in (0.0, -0.001, 0.049, 0.051, 3.0):
+        pulse.beat(lateness)
+    assert (pulse.beats, pulse.missed, pulse.lateness.longest) == (5, 2, 3.0)
+    assert "5 ticks" in str(pulse) and "2 later than 50 ms" in str(pulse)

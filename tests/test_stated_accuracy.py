@@ -1,0 +1,152 @@
+"""What receivers say of the accuracy of a fix, as every format says it: 1σ of north and of east, in metres."""
+
+import json
+import math
+import struct
+
+import numpy as np
+import pytest
+
+from steerway.formats import gpx, nmea0183, nmea2000, table
+from steerway.formats.dilution import deviation
+from steerway.live.decoding import GpsdDecoder, SignalKDecoder
+from steerway.timestamps import iso
+from tests.sentences import START, clock, place, rmc, sealed
+from tests.test_gpx import POINT, document
+from tests.test_nmea2000 import gnss, line, position
+
+ALONE, DIFFERENTIAL, FIXED, FLOAT = (each / math.sqrt(2.0) for each in (3.0, 1.0, 0.02, 0.3))
+
+
+def gga(second, quality=1, hdop="1.5", talker="GP", lat=54.0):
+    return sealed(f"{talker}GGA,{clock(START + second)[0]},{place(lat, 10.0)},{quality},10,{hdop},1.0,M,47.0,M,,")
+
+
+def gns(second, modes, hdop="2.0"):
+    return sealed(f"GNGNS,{clock(START + second)[0]},{place(54.0, 10.0)},{modes},10,{hdop},1.0,47.0,,")
+
+
+def gst(second, north, east, talker="GP"):
+    return sealed(f"{talker}GST,{clock(START + second)[0]},,,,,{north},{east},5.0")
+
+
+def stds(*sentences):
+    (fixes,) = nmea0183.read(b"".join(sentences)).sources.values()
+    return fixes.position_std.tolist()
+
+
+@pytest.mark.parametrize(
+    ("quality", "hdop", "std"),
+    [
+        (1, "1.5", 1.5 * ALONE),
+        (2, "0.8", 0.8 * DIFFERENTIAL),
+        (4, "0.7", 0.7 * FIXED),
+        (5, "1.0", FLOAT),
+        (1, "", math.nan),
+        (1, "0.0", math.nan),
+        (1, "99.99", math.nan),
+        (8, "1.0", math.nan),
+    ],
+)
+def test_dilution_and_quality_of_gga(quality, hdop, std):
+    assert stds(gga(0, quality, hdop)) == pytest.approx([std], rel=1e-12, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("modes", "std"),
+    [("AN", 2.0 * ALONE), ("ADN", 2.0 * DIFFERENTIAL), ("RRNN", 2.0 * FIXED), ("FA", 2.0 * FLOAT), ("MM", math.nan)],
+)
+def test_the_best_mode_of_gns_counts(modes, std):
+    assert stds(gns(0, modes)) == pytest.approx([std], rel=1e-12, nan_ok=True)
+
+
+def test_deviations_overrule_dilution_from_the_first_on():
+    expected = [math.sqrt(12.5)] * 2
+    assert stds(gga(0), gst(0, 3.0, 4.0), rmc(START + 1, 54.0, 10.0), gst(1, 3.0, 4.0), gga(1)) == expected
+    assert stds(gst(0, 3.0, 4.0), gga(0), gga(1), rmc(START + 1, 54.0, 10.0))[0] == expected[0]
+    assert math.isnan(stds(gst(0, 3.0, 4.0), gga(0), gga(1))[1])
+    sources = nmea0183.read(gst(0, 3.0, 4.0) + gga(0) + gga(0, talker="GN", lat=55.0)).sources
+    assert sources["GN"].position_std[0] == pytest.approx(1.5 * ALONE)
+
+
+def test_a_live_reader_says_the_same_as_a_record():
+    log = b"".join(gga(k, hdop=f"{1.0 + 0.1 * k:.1f}") + (gst(k, 2.0, k) if k > 2 else b"") for k in range(8))
+    reader, taken = nmea0183.Reader(), []
+    for at in range(0, len(log), 17):
+        reader.feed(log[at : at + 17])
+        taken += [each for fixes in reader.take(settled=False).sources.values() for each in fixes.position_std]
+    taken += [each for fixes in reader.take(settled=True).sources.values() for each in fixes.position_std]
+    assert taken == stds(log)
+
+
+def test_nmea_2000_tells_it_with_the_gnss_position():
+    (fixes,) = nmea2000.read("\n".join([line(0.5, 129029, 3, gnss(50.0, -4.5, method=4))]).encode()).sources.values()
+    assert fixes.position_std[0] == pytest.approx(0.8 * FIXED)
+
+
+def test_nmea_2000_rapid_positions_take_the_last_told_while_it_is_fresh():
+    lines = [line(0.05 + 0.2 * k, 129025, 3, position(50.0, -4.5 + 1e-6 * k)) for k in range(40)]
+    lines.insert(5, line(1.0, 129029, 3, gnss(50.0, -4.5)))
+    (fixes,) = nmea2000.read("\n".join(lines).encode()).sources.values()
+    told = fixes.time - fixes.time[0]
+    known = (told > 0.9) & (told < 3.9)
+    np.testing.assert_allclose(fixes.position_std[known], 0.8 * ALONE)
+    assert np.isnan(fixes.position_std[(told < 0.8) | (told > 4.0)]).all() and known.sum() > 10
+
+
+def test_nmea_2000_dilution_not_available():
+    payload = bytearray(gnss(50.0, -4.5))
+    payload[34:36] = struct.pack("<h", 0x7FFF)
+    (fixes,) = nmea2000.read(line(0.5, 129029, 3, bytes(payload)).encode()).sources.values()
+    assert np.isnan(fixes.position_std).all()
+
+
+def test_gpx_dilution():
+    (fixes,) = gpx.read(document(POINT.format(1, "<hdop>1.2</hdop>"), POINT.format(2, ""))).sources.values()
+    np.testing.assert_allclose(fixes.position_std, [1.2 * ALONE, np.nan])
+
+
+@pytest.mark.parametrize(
+    ("name", "cell", "std"),
+    [
+        ("position_std_m", "0.5", 0.5),
+        ("hAcc", "2", math.sqrt(2.0)),
+        ("hacc_mm", "2000", math.sqrt(2.0)),
+        ("ehpe", "2", math.sqrt(2.0)),
+        ("HDOP", "1.2", 1.2 * ALONE),
+        ("hAcc", "-1", math.nan),
+    ],
+)
+def test_columns_of_tables(name, cell, std):
+    (fixes,) = table.read(f"time,lat,lon,{name}\n1700000000,1,2,{cell}\n".encode()).sources.values()
+    assert fixes.position_std[0] == pytest.approx(std, rel=1e-12, nan_ok=True)
+
+
+def test_a_deviation_goes_before_a_dilution_and_accuracy_in_ais_is_none():
+    (fixes,) = table.read(b"time,lat,lon,hdop,hacc\n1700000000,1,2,9,2\n").sources.values()
+    assert fixes.position_std[0] == pytest.approx(math.sqrt(2.0))
+    (fixes,) = table.read(b"mmsi,time,lat,lon,accuracy\n367000000,1700000000,1,2,1\n").sources.values()
+    assert np.isnan(fixes.position_std).all()
+
+
+def test_gpsd_radius_or_its_parts():
+    report = {"class": "TPV", "mode": 3, "time": iso(START), "lat": 54.0, "lon": 10.0, "epx": 3.0, "epy": 4.0}
+    for said, std in ((report, 5.0 / math.sqrt(2.0)), (report | {"eph": 2.0}, math.sqrt(2.0))):
+        decoder = GpsdDecoder()
+        decoder.feed(json.dumps(said).encode() + b"\n")
+        assert decoder.settle()[0].position_std == pytest.approx(std)
+
+
+def test_signal_k_dilution():
+    values = [
+        {"path": "navigation.position", "value": {"latitude": 54.0, "longitude": 10.0}},
+        {"path": "navigation.gnss.horizontalDilution", "value": 0.9},
+    ]
+    decoder = SignalKDecoder()
+    update = {"$source": "gps", "timestamp": iso(START), "values": values}
+    decoder.message(json.dumps({"context": "vessels.self", "updates": [update]}))
+    assert decoder.settle()[0].position_std == pytest.approx(0.9 * ALONE)
+
+
+def test_dilution_says_nothing_out_of_range():
+    assert all(math.isnan(deviation(*each)) for each in ((math.nan, 1), (-1.0, 1), (50.0, 1), (1.0, 0), (1.0, 9)))
