@@ -1,18 +1,23 @@
-"""A boat on a desk: the live service without sockets or clock around an Otter that obeys orders."""
+"""A boat on a desk: the live service, without sockets and without waiting, around an Otter that obeys its orders."""
 
+import asyncio
 import math
+from itertools import count
+from types import SimpleNamespace
+from typing import ClassVar
 
 import numpy as np
 
 from steerway.control.allocation import OTTER_PROPELLERS
 from steerway.earth import displaced
-from steerway.live.autopilot import Autopilot
+from steerway.live.autopilot.mission import Boat, Corner, GeodeticRoute, Limits, Settings, Waypoint
+from steerway.live.autopilot.route import Guide
+from steerway.live.autopilot.states import Autopilot, State
 from steerway.live.heard import Heard
-from steerway.live.mission import Boat, Corner, GeodeticRoute, Limits, Settings, Waypoint
 from steerway.live.navigator import Navigator
-from steerway.live.route import Guide
 from steerway.live.service import Service
 from steerway.vessels import Otter, conditions
+from tests.faults.hastened import HastenedLoop
 
 NOON = 1_719_835_200.0
 HOME = (math.radians(54.0), math.radians(10.0))
@@ -37,71 +42,105 @@ OTTER = Boat(
 
 
 class Desk:
-    """Otter, receiver and service, tick by tick. `by` says what she obeys: "yaw-rate" (with thrust) or "propellers"."""
+    """Otter, receiver and the live service on a hastened loop. `by` says what she obeys: "yaw-rate" or "propellers".
+
+    `fixes(time, north, east)` is what the receiver says at an epoch; tests put their faults there.
+    """
+
+    afloat: ClassVar[list["Desk"]] = []
 
     def __init__(
         self, route, by="yaw-rate", current=0.2, noise=0.5, rate=5.0, seed=1, profile="otter", outputs=(), **autopilot
     ):
-        self.navigator = Navigator(profile)
+        self.navigator = Navigator(profile, patience=autopilot.get("patience", 10.0))
         self.autopilot = Autopilot(route, profile, **autopilot)
-        self.service = Service(self.navigator, outputs, 1.0 / TICK, 0.0, Guide(route), self.autopilot)
+        self.service = Service(self.navigator, [self, *outputs], 1.0 / TICK, 0.0, Guide(route), self.autopilot)
         self.by, self.noise, self.every = by, noise, round(1.0 / rate / TICK)
         self.random = np.random.default_rng(seed)
         self.boat = Otter(25.0, (0.05, 0.0, -0.35))
         self.sea = conditions((current * math.cos(0.7), current * math.sin(0.7)))
         self.state = self.boat.start(-30.0, 0.0, 0.0, 1.0)
-        self.ticks = 0
         self.trim = 0.0
-        self.own = 0.0  # s by which the service's clock runs ahead of the ticks
         self.fixes = lambda time, north, east: [Heard("gps", NOON + time, *displaced(*HOME, north, east))]
-        self.said, self.truth = [], []
+        self.said, self.rows = [], []
+        self.loop = HastenedLoop()
+        self.running = self.loop.create_task(self.service.listen([SimpleNamespace(run=self._float)]))
+        self.afloat.append(self)
 
     @property
     def time(self):
-        return self.ticks * TICK
+        return self.loop.time()
 
     @property
     def order(self):
         return self.service.latest.order
 
+    @property
+    def leg(self):
+        return self.service.latest.leg
+
     def sail(self, seconds):
-        """Ticks for so long; the orders said."""
+        """So long; the orders said meanwhile."""
         first = len(self.said)
-        for _ in range(round(seconds / TICK)):
-            self.tick()
+        self.loop.run_until_complete(asyncio.sleep(seconds))
         return self.said[first:]
 
-    def tick(self):
-        if self.ticks % self.every == 0:
-            place = self.state[6:8] + self.noise * self.random.standard_normal(2)
-            for heard in self.fixes(self.time, *place):
-                for row in self.service._heard(heard):
-                    self.service._fix(row)
-        self.service._tick(NOON + self.time, self.time + self.own)
-        self.said.append(self.order)
-        self.truth.append((self.time, *self.state[6:8]))
-        self.state = self.boat.step(self.state, self._propeller_speeds(), self.sea, TICK)
-        self.ticks += 1
+    def until(self, happens, most=60.0):
+        """Sail until something happens; s it took."""
+        begun = self.time
+        while not happens():
+            assert self.time < begun + most, self.order
+            self.sail(TICK)
+        return self.time - begun
 
     def until_ready(self):
-        begun = self.time
-        while self.order is None or self.order.state != "ready":
-            assert self.time < begun + 60.0, self.order
-            self.tick()
+        self.until(lambda: self.order is not None and self.order.state is State.READY)
         return self
 
     def start(self):
         self.until_ready().autopilot.start()
-        self.tick()
+        self.sail(2.0 * TICK)
         return self
+
+    def hang(self, seconds):
+        """Nothing happens for so long, but time goes on."""
+        self.loop._hastened.ahead += seconds
+
+    def close(self):
+        """Also called by the service."""
+
+    def dock(self):
+        self.running.cancel()
+        self.loop.run_until_complete(asyncio.gather(self.running, return_exceptions=True))
+        self.loop.close()
+
+    def fix(self, row):
+        pass
+
+    def tick(self, row, leg=None, order=None):
+        self.rows.append(row)
+        self.said.append(order)
+
+    async def _float(self, hear):
+        for epoch in count():
+            await asyncio.sleep(epoch * TICK - self.loop.time())
+            if epoch % self.every == 0:
+                place = self.state[6:8] + self.noise * self.random.standard_normal(2)
+                hear(self.fixes(self.time, *place))
+            self.state = self.boat.step(self.state, self._propeller_speeds(), self.sea, TICK)
 
     def _propeller_speeds(self):
         order = self.order
-        if not order.engaged:
+        if order is None or not order.engaged:
             return OTTER_PROPELLERS.step(90.0, 0.0)[:2]  # someone drives her straight on
         if self.by == "propellers":
             return order.port * OTTER_PROPELLERS.max_speed, order.starboard * OTTER_PROPELLERS.max_speed
         error = order.yaw_rate - self.state[5]
         self.trim += 100.0 * error * TICK
-        yaw_moment = 25.0 * order.yaw_rate + 100.0 * error + self.trim
-        return OTTER_PROPELLERS.step(FULL * order.thrust, yaw_moment)[:2]
+        return OTTER_PROPELLERS.step(FULL * order.thrust, 25.0 * order.yaw_rate + 100.0 * error + self.trim)[:2]
+
+
+def dock_all():
+    """At the end of a test."""
+    while Desk.afloat:
+        Desk.afloat.pop().dock()

@@ -8,29 +8,17 @@ import pytest
 
 from steerway.errors import InputError
 from steerway.live import addresses
-from steerway.live.autopilot import Order, State
-from steerway.live.deltas import Deltas
-from steerway.live.fence import Fence
-from steerway.live.mission import GeodeticRoute
-from steerway.live.outputs import JsonLines, Sentences
-from steerway.live.propellers import Propellers
-from steerway.live.route import Guide
-from steerway.live.table import TableFile
-from tests.desk import HOME, NOON, OTTER, SQUARE, Desk, corner, square
-
-
-class Said:
-    def __init__(self):
-        self.messages = []
-
-    def send(self, message):
-        self.messages.append(message)
-
-    def close(self):
-        pass
-
-    def lines(self):
-        return [json.loads(message) for message in self.messages]
+from steerway.live.autopilot.fence import Fence
+from steerway.live.autopilot.mission import GeodeticRoute
+from steerway.live.autopilot.route import Guide
+from steerway.live.autopilot.states import Order, State
+from steerway.live.outputs.deltas import Deltas
+from steerway.live.outputs.json_lines import JsonLines
+from steerway.live.outputs.propellers import Propellers
+from steerway.live.outputs.sentences import Sentences
+from steerway.live.outputs.table import TableFile
+from tests.desk import HOME, NOON, OTTER, SQUARE, Desk, corner, dock_all, square
+from tests.said import Said
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +38,7 @@ def voyage(tmp_path_factory):
     desk.start().sail(10.0)
     desk.autopilot.stop("enough")
     desk.sail(5.0)
-    desk.service.close()
+    dock_all()
     return said, path, desk
 
 
@@ -74,6 +62,7 @@ def test_a_boat_handed_back_is_commanded_nothing():
 def at_home(**more):
     desk = Desk(square())
     desk.sail(10.0)
+    dock_all()
     return desk.service.latest.row._replace(**more)
 
 

@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from steerway.errors import InputError
-from steerway.estimation.composite import CompositeFilter, composite_model
-from steerway.estimation.interval import arithmetic
-from steerway.estimation.interval.filter import IntervalFilter, box_of, sub_boxes
-from steerway.estimation.interval.weighting import Features, Network, ideal_weight, weighted
+from steerway.estimation.heading.composite import CompositeFilter, composite_model
+from steerway.estimation.heading.interval import arithmetic
+from steerway.estimation.heading.interval.filter import IntervalFilter, box_of, sub_boxes
+from steerway.estimation.heading.interval.weighting import Features, Network, ideal_weight, weighted
 from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, random_compass
 from steerway.studies.springer_mission.rigour import exact_headings, rigour
 from steerway.vessels.springer import PAPER_YAW
@@ -147,7 +147,7 @@ def test_erratum_ten_per_cent_diverges_at_once():
 
 def test_any_coordinates_are_sound(monkeypatch):
     """The change of variables is exact: poor numbers for it widen the bounds and never break them."""
-    from steerway.estimation.interval import sharpened
+    from steerway.estimation.heading.interval import sharpened
 
     differences, readings, _, _ = record(30)
     for frame in ([5.0, 4.0, 1.1, -0.5], [25.0, 24.0, 0.9, -1.0]):

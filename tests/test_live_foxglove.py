@@ -11,7 +11,7 @@ from steerway.errors import InputError
 from steerway.live import addresses
 from steerway.live.heard import Row, lost
 from steerway.live.links import foxglove as link
-from steerway.live.outputs import json_line
+from steerway.live.outputs.json_lines import json_line
 from steerway.records import OK
 from tests.test_live_links import free_port
 

@@ -18,7 +18,8 @@ import pytest
 from steerway.earth import KNOT
 from steerway.errors import InputError
 from steerway.formats.nmea0183.writing import Leg
-from steerway.live.autopilot import Order, State
+from steerway.live.autopilot.route import GeodeticRoute
+from steerway.live.autopilot.states import Order, State
 from steerway.live.heard import Heard, Row, lost
 from steerway.live.helm import chart, strips
 from steerway.live.helm.address import Address, address, checked, token_of
@@ -29,7 +30,6 @@ from steerway.live.helm.seeing import Plane, Seen, ellipse, view
 from steerway.live.helm.view import View
 from steerway.live.helm.words import UNKNOWN, tone, words
 from steerway.live.navigator import Navigator
-from steerway.live.route import GeodeticRoute
 from steerway.live.service import Service
 from steerway.records import LOST, OK, PREDICTED, REJECTED
 

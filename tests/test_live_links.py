@@ -5,6 +5,7 @@ import io
 import json
 import math
 import socket
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -14,14 +15,17 @@ from steerway.estimation import estimate
 from steerway.formats import nmea0183, ubx
 from steerway.live import addresses, uri
 from steerway.live.decoding import GpsdDecoder, ReceiverDecoder, SignalKDecoder
-from steerway.live.deltas import Deltas, delta, motion
 from steerway.live.heard import Row, lost
 from steerway.live.links.speakers import FileSpeaker
 from steerway.live.navigator import Navigator
-from steerway.live.outputs import JsonLines, Sentences, json_line
+from steerway.live.outputs.deltas import Deltas, delta, motion
+from steerway.live.outputs.json_lines import JsonLines, json_line
+from steerway.live.outputs.rhythm import Rhythm
+from steerway.live.outputs.sentences import Sentences
 from steerway.live.service import Service
 from steerway.records import NO_COURSE, OK
 from steerway.timestamps import iso
+from tests.said import Said
 from tests.sentences import START, gga, gll, pvt, rmc, sealed, sortie, track
 from tests.test_live_navigator import Kept, assert_equal
 
@@ -29,19 +33,6 @@ NOON = 1_719_835_200.0
 PLACE = (math.radians(54.0), math.radians(10.0))
 SAILING = Row(NOON, *PLACE, 2.0, -math.pi / 2.0, math.radians(1.0), 0.1, 0.02, 0.01, 0.3, 1.2, OK)
 DRIFTING = SAILING._replace(cog=math.nan, course_rate=math.nan, cog_std=math.nan, course_rate_std=math.nan)
-
-
-class Said:
-    """A speaker that remembers."""
-
-    def __init__(self):
-        self.messages = []
-
-    def send(self, message):
-        self.messages.append(message)
-
-    def close(self):
-        pass
 
 
 def fed(decoder, log, size):
@@ -388,3 +379,11 @@ def test_listening_for_long_takes_no_memory():
     after, _ = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert said > 3900 and after - before < 20_000
+
+
+@pytest.mark.parametrize("rate", [10.0, 50.0, 100.0])
+def test_ten_times_a_second_is_every_tenth_of_a_second(rate):
+    """At Unix times, whose last digit is coarser than one might think."""
+    rhythm, first = Rhythm(0.1), round(NOON * rate) + 7
+    struck = [k for k in range(10_000) if rhythm.strikes((first + k) / rate)]
+    assert {later - earlier for earlier, later in pairwise(struck[1:])} == {round(rate / 10.0)}

@@ -13,8 +13,8 @@ from steerway.live.choice import SourceChoice
 from steerway.live.clock import FixClock
 from steerway.live.heard import Heard, Row, rows_of
 from steerway.live.navigator import Navigator
+from steerway.live.outputs.table import TableFile
 from steerway.live.service import Service
-from steerway.live.table import TableFile
 from steerway.records import LOST, OK, REJECTED, Fixes
 from tests.scenes import turning
 

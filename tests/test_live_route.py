@@ -7,10 +7,10 @@ import pytest
 from steerway.earth import NAUTICAL_MILE, displaced
 from steerway.errors import InputError
 from steerway.formats.nmea0183.writing import Leg, apb, rmb, sealed, xte
+from steerway.live.autopilot.mission import GeodeticRoute
+from steerway.live.autopilot.route import Guide
 from steerway.live.heard import Row, lost
-from steerway.live.mission import GeodeticRoute
-from steerway.live.outputs import Sentences
-from steerway.live.route import Guide
+from steerway.live.outputs.sentences import Sentences
 from steerway.records import OK
 
 HOME = (math.radians(54.0), math.radians(10.0))

@@ -11,7 +11,7 @@ from steerway.cli import main
 from steerway.errors import InputError
 from steerway.formats.nmea0183.writing import gga, rmc
 from steerway.live import launch as launching
-from steerway.live.mission import GeodeticRoute
+from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.settings import Settings
 
 EXAMPLES = Path(__file__).parent.parent / "examples" / "live"

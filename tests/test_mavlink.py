@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from steerway.live.autopilot import Order, State
+from steerway.live.autopilot.states import Order, State
 from steerway.live.mavlink.dialect import RoverMode, mode_name
 from steerway.live.mavlink.guided import Guided, Phase
 from steerway.live.simulated.boat import Seen

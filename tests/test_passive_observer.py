@@ -8,7 +8,7 @@ import pytest
 
 from steerway import InputError
 from steerway.angles import wrap
-from steerway.estimation.passive import DEMO_GAINS, ObserverGains, PassiveObserver
+from steerway.estimation.positioning.passive import DEMO_GAINS, ObserverGains, PassiveObserver
 from steerway.studies.cybership_observers import scenario
 from steerway.studies.cybership_observers.contestants import TUNED_GAINS
 from steerway.vessels import CALM, CyberShip2

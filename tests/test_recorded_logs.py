@@ -8,6 +8,7 @@ import pytest
 
 import steerway
 from steerway.estimation.comparison import compare
+from steerway.estimation.tuning.choice import suited
 
 ALL_LOGS = (
     "ais_misc/*.nm4",
@@ -94,8 +95,9 @@ def test_every_log_runs_through(shared_data):
                 steerway.read(path)
             continue
         fixes = steerway.read(path)
+        profile = suited(fixes)
         for smooth in (False, True):
-            motion = steerway.estimate(fixes, smooth=smooth)
+            motion = steerway.estimate(fixes, profile, smooth=smooth)
             assert len(motion) == fixes.has_position.sum(), path.name
             assert not (motion.sog < 0.0).any(), path.name
             unknown = np.isnan(motion.cog)

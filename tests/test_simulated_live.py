@@ -21,7 +21,7 @@ from steerway.cli import main
 from steerway.errors import InputError
 from steerway.formats import nmea0183
 from steerway.live import addresses
-from steerway.live.autopilot import Order, State
+from steerway.live.autopilot.states import Order, State
 from steerway.live.links.mavlink import MavlinkLink
 from steerway.live.mavlink.companion import Companion
 from steerway.live.mavlink.dialect import RoverMode

@@ -9,9 +9,9 @@ import pytest
 pytest.importorskip("daqp")
 
 from steerway.errors import InputError
-from steerway.estimation.compass_alarm import gain_range
-from steerway.estimation.interval.filter import IntervalFilter
-from steerway.estimation.interval.weighting import LearnedHeading, shipped
+from steerway.estimation.heading.compass_alarm import gain_range
+from steerway.estimation.heading.interval.filter import IntervalFilter
+from steerway.estimation.heading.interval.weighting import LearnedHeading, shipped
 from steerway.guidance.leg import LegState
 from steerway.papers.range_rate import RangeRatePassing
 from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, random_compass

@@ -7,7 +7,7 @@ import pytest
 
 from steerway import InputError
 from steerway.estimation.aiding import SCALAR_GATE
-from steerway.estimation.surge import BIAS, CURRENT, LEAK, SPEED, SurgeFilter, SurgeTuning
+from steerway.estimation.speed.surge import BIAS, CURRENT, LEAK, SPEED, SurgeFilter, SurgeTuning
 from steerway.papers.speed_ekf import SENSOR_STDS, PrintedSpeedEkf
 from steerway.studies.adaptive_speed import judge, plants, printed
 from steerway.studies.adaptive_speed.cases import Job, run

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from steerway.estimation.fault_vote import FaultVote
-from steerway.estimation.surge_fusion import FaultEvent, SurgeFusion
+from steerway.estimation.speed.fault_vote import FaultVote
+from steerway.estimation.speed.fusion import FaultEvent, SurgeFusion
 from steerway.studies.adaptive_speed.cases import FAULTS, Job, run
 
 STEP = 0.02

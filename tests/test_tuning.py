@@ -9,12 +9,14 @@ import pytest
 
 import steerway
 from steerway.earth import displacement
-from steerway.estimation import Profile, choose_profile, stages, tune
-from steerway.estimation.fitting import MOTION, TURNS, moving, stretches
-from steerway.estimation.intervals import _curvature, intervals
-from steerway.estimation.likelihood import cost
+from steerway.estimation import Profile, choose_profile, tune
 from steerway.estimation.prediction import predict
-from steerway.estimation.search import Search, minimise
+from steerway.estimation.tuning import stages
+from steerway.estimation.tuning.excerpts import moving, stretches
+from steerway.estimation.tuning.intervals import _curvature, intervals
+from steerway.estimation.tuning.likelihood import cost
+from steerway.estimation.tuning.parameters import MOTION, TURNS
+from steerway.estimation.tuning.search import Search, minimise
 from steerway.sensors.gnss import Gnss
 from steerway.studies.estimator_limits.scenarios import FAST, SLOW, sail
 from tests.scenes import angle_error, sailed, turning

@@ -9,11 +9,11 @@ from scipy.linalg import expm
 
 from steerway import InputError
 from steerway.angles import wrap
-from steerway.estimation import low_speed
-from steerway.estimation.adaptive_noise import VariationalNoise
-from steerway.estimation.time_varying import SpeedDependentFixNoise, TimeVaryingNoise, saturated
-from steerway.estimation.vessel_filter import PATIENCE, VesselFilter, VesselNoise
-from steerway.estimation.vessel_smoother import smooth
+from steerway.estimation.positioning import low_speed
+from steerway.estimation.positioning.adaptive_noise import VariationalNoise
+from steerway.estimation.positioning.time_varying import SpeedDependentFixNoise, TimeVaryingNoise, saturated
+from steerway.estimation.positioning.vessel_filter import PATIENCE, VesselFilter, VesselNoise
+from steerway.estimation.positioning.vessel_smoother import smooth
 from steerway.studies.cybership_observers import contestants, scenario
 from steerway.vessels import CyberShip2, conditions
 from steerway.vessels.cybership2 import DAMPING, INERTIA

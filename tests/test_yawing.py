@@ -9,12 +9,12 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 import steerway
 from steerway.errors import InputError
 from steerway.estimation import Profile
-from steerway.estimation.fitting import MOTION, YAWING
 from steerway.estimation.five_state import set_step
 from steerway.estimation.forecast import forecast
 from steerway.estimation.model import YAWING_STATE, empty_memory
 from steerway.estimation.smoothing import transition
-from steerway.estimation.stages import Log, found
+from steerway.estimation.tuning.parameters import MOTION, YAWING
+from steerway.estimation.tuning.stages import Log, found
 from steerway.estimation.yawing import predict_underway
 from tests.scenes import Scene, angle_error, sailed
 

@@ -29,12 +29,8 @@ class Consumer:
         yield
 
 
-class Instrument(Consumer):
-    """Sentences over TCP."""
-
-    def __init__(self):
-        self._port = free_port()
-        super().__init__("tcp-server", ["--to", f"tcp-server://127.0.0.1:{self._port}?period=0.1"])
+class Client(Consumer):
+    """One that opens the connection itself."""
 
     @asynccontextmanager
     async def listening(self):
@@ -44,6 +40,18 @@ class Instrument(Consumer):
             yield
         finally:
             task.cancel()
+
+    async def _listen(self):
+        """For as long as it lasts."""
+        raise NotImplementedError
+
+
+class Instrument(Client):
+    """Sentences over TCP."""
+
+    def __init__(self):
+        self._port = free_port()
+        super().__init__("tcp-server", ["--to", f"tcp-server://127.0.0.1:{self._port}?period=0.1"])
 
     async def _listen(self):
         while True:
@@ -151,21 +159,12 @@ class SignalK(Consumer):
             yield
 
 
-class Foxglove(Consumer):
+class Foxglove(Client):
     """A viewer on the Foxglove WebSocket that subscribes to all there is."""
 
     def __init__(self):
         self._port = free_port()
         super().__init__("foxglove", ["--to", f"foxglove://127.0.0.1:{self._port}"])
-
-    @asynccontextmanager
-    async def listening(self):
-        """See Consumer."""
-        task = asyncio.create_task(self._listen())
-        try:
-            yield
-        finally:
-            task.cancel()
 
     async def _listen(self):
         from websockets.asyncio.client import connect

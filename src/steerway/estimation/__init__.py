@@ -3,6 +3,6 @@
 from steerway.estimation.estimate import choose_profile, estimate
 from steerway.estimation.filter import FiveStateFilter
 from steerway.estimation.profiles import Profile
-from steerway.estimation.tuning import tune
+from steerway.estimation.tuning.tuned import tune
 
 __all__ = ["FiveStateFilter", "Profile", "choose_profile", "estimate", "tune"]

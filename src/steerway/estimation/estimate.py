@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from steerway.estimation.choice import suited
 from steerway.estimation.filter import FiveStateFilter
 from steerway.estimation.profiles import Profile
+from steerway.estimation.tuning.choice import suited
 from steerway.records import Fixes, Motion
 
 

@@ -43,6 +43,14 @@ from steerway.estimation.model import (
 from steerway.estimation.tracking import advance, conclude, recentre, settle, speak, take_aids, take_position
 from steerway.estimation.way import fold, judge
 
+_LEFT_MIXING, _LEFT_MEETING = 1e-4, 1e-2
+"""Parts of an expectation that `unlearn` leaves, or nothing would bound the rate: next to none where another takes its
+place, more where only the past's filter, far surer, comes after it."""
+_GREATEST_ODDS = 50.0
+"""Logarithm; what is left over of a mode that contradicts another may not overflow."""
+_LEAST_LIKELY = 1e-12
+"""No mode is ever ruled out."""
+
 
 @kernel
 def smooth_modes(time, first, second, doubts, aids, geodetic, models, kept, spoken):
@@ -146,7 +154,7 @@ def recede(memory, dt, models):
         restrain(x, p, work, models[k])
         total += likely[k - 1]
     for k in range(m):
-        likely[k] = max(likely[k] / total, 1e-12)
+        likely[k] = max(likely[k] / total, _LEAST_LIKELY)
     if course_is_lost(memory):
         judge(memory[0, n], memory[0, :n], book, models[0])
 
@@ -172,12 +180,12 @@ def mix_backwards(memory, models):
         known = models[1 + j, START_RATE_VARIANCE]
         for i in range(m):
             before[i] = memory[1 + i, : n + 1]
-            factor_of = 0.0
+            odds = 0.0
             if models[1 + i, START_RATE_VARIANCE] != known:
                 p, x, work = before[i, :n], before[i, n], memory[1 + j, n + 2 : n + 6]
-                factor_of = unlearn(x, p, work, RATE, models[1 + i, START_RATE_VARIANCE], 1e-4)
-                factor_of += learn(x, p, work, RATE, known)
-            weights[j, i] = likely[i] * change[j, i] * math.exp(min(factor_of, 50.0))
+                odds = unlearn(x, p, work, RATE, models[1 + i, START_RATE_VARIANCE], _LEFT_MIXING)
+                odds += learn(x, p, work, RATE, known)
+            weights[j, i] = likely[i] * change[j, i] * math.exp(min(odds, _GREATEST_ODDS))
             sums[j] += weights[j, i]
         for i in range(m):
             weights[j, i] /= sums[j]
@@ -199,9 +207,9 @@ def learn(x, p, work, i, variance):
 
 
 @kernel
-def unlearn(x, p, work, i, variance, slack):
-    """Divide by what is expected of a state: the reverse of `learn`, up to a part `slack` of it."""
-    variance = (1.0 + slack) * max(variance, p[i, i]) + x[i] ** 2
+def unlearn(x, p, work, i, variance, left):
+    """Divide by what is expected of a state: the reverse of `learn`, up to a part `left` of it."""
+    variance = (1.0 + left) * max(variance, p[i, i]) + x[i] ** 2
     correct_scalar(x, p, work, i, 0, 0.0, -x[i], -variance, math.inf)
     spread = p[i, i] + variance
     return 0.5 * (math.log(spread) + x[i] ** 2 / spread)
@@ -215,7 +223,9 @@ def meet_in_modes(past, future, north, east, gyro, models, fused, weights, room)
     for k in range(m):
         known = math.log(past[1 + k, n + 1, PROBABILITY] * future[0, n + 9, k])
         seen[:] = future[1 + k]
-        known += unlearn(seen[n], seen[:n], seen[n + 2 : n + 6], RATE, models[1 + k, START_RATE_VARIANCE], 1e-2)
+        known += unlearn(
+            seen[n], seen[:n], seen[n + 2 : n + 6], RATE, models[1 + k, START_RATE_VARIANCE], _LEFT_MEETING
+        )
         weights[k] = meet(past[1 + k], seen, north, east, gyro, True, fused[k], room) - 2.0 * known
         least = min(least, weights[k])
     total = 0.0

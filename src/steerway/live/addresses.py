@@ -5,15 +5,17 @@ from collections.abc import Sequence
 
 from steerway.errors import InputError
 from steerway.live import uri
-from steerway.live.deltas import Deltas
 from steerway.live.links import listeners, speakers
 from steerway.live.links.foxglove import FoxgloveServer, require_foxglove
 from steerway.live.links.serial import speed_of
 from steerway.live.links.signalk import require_websockets
 from steerway.live.mavlink.companion import Companion, Told
-from steerway.live.outputs import JsonLines, Output, Sentences
-from steerway.live.propellers import PERIOD, Propellers
-from steerway.live.table import TableFile
+from steerway.live.outputs.deltas import Deltas
+from steerway.live.outputs.json_lines import JsonLines
+from steerway.live.outputs.output import Output
+from steerway.live.outputs.propellers import PERIOD, Propellers
+from steerway.live.outputs.sentences import Sentences
+from steerway.live.outputs.table import TableFile
 from steerway.live.uri import Uri
 
 FROM = {

@@ -6,14 +6,14 @@ import math
 from steerway.errors import InputError
 from steerway.estimation.profiles import Profile
 from steerway.live import addresses
-from steerway.live.autopilot import Autopilot
+from steerway.live.autopilot.mission import GeodeticRoute
+from steerway.live.autopilot.route import Guide
+from steerway.live.autopilot.states import Autopilot
 from steerway.live.helm.address import address, token_of
 from steerway.live.helm.bridge import Helm
-from steerway.live.mission import GeodeticRoute
 from steerway.live.navigator import Navigator
+from steerway.live.outputs.propellers import Propellers
 from steerway.live.process import until_stopped
-from steerway.live.propellers import Propellers
-from steerway.live.route import Guide
 from steerway.live.service import RATE, Service
 from steerway.live.settings import Settings
 

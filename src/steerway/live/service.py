@@ -13,15 +13,16 @@ from typing import NamedTuple
 from steerway.checks import positive
 from steerway.estimation.model import LONGEST_GAP
 from steerway.formats.nmea0183.writing import Leg
-from steerway.live.autopilot import Autopilot, Order, State
+from steerway.live.autopilot.route import Guide
+from steerway.live.autopilot.states import Autopilot, Order, State
 from steerway.live.clock import FixClock
 from steerway.live.heard import Heard, Row, lost
 from steerway.live.links.listeners import Listener
 from steerway.live.links.speakers import Speaker
 from steerway.live.navigator import MEETS, Navigator
-from steerway.live.outputs import Output
+from steerway.live.outputs.output import Output
+from steerway.live.outputs.rhythm import SLACK
 from steerway.live.pulse import Pulse
-from steerway.live.route import Guide
 
 LOG = logging.getLogger("steerway.live")
 RATE = 50.0  # Hz
@@ -157,7 +158,7 @@ class Service:
             self.pulse.begin()
             present = self.clock.now(woken)
             if math.isfinite(present):
-                self._tick_once(math.floor(present * self.rate + 1e-6) / self.rate)
+                self._tick_once(math.floor(present * self.rate + SLACK) / self.rate)
             self.pulse.beat(woken - beat)
 
     def _tick_once(self, moment):

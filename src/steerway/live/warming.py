@@ -7,13 +7,14 @@ import numpy as np
 
 from steerway.estimation.profiles import Profile
 from steerway.formats.nmea0183.writing import gga, rmc
-from steerway.live.autopilot import Autopilot
+from steerway.live.autopilot.mission import GeodeticRoute
+from steerway.live.autopilot.route import Guide
+from steerway.live.autopilot.states import Autopilot
 from steerway.live.decoding import ReceiverDecoder
-from steerway.live.deltas import Deltas
-from steerway.live.mission import GeodeticRoute
 from steerway.live.navigator import Navigator
-from steerway.live.outputs import JsonLines, Sentences
-from steerway.live.route import Guide
+from steerway.live.outputs.deltas import Deltas
+from steerway.live.outputs.json_lines import JsonLines
+from steerway.live.outputs.sentences import Sentences
 from steerway.live.service import LOG, Service
 
 _SECONDS = 30

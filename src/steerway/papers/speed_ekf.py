@@ -2,7 +2,7 @@
 
 (28) as printed adds the expected measurement and diverges; `printed=False` subtracts it, and takes the Jacobian (27)
 with |u|. The paper gives neither Q, P0, û0 nor the step: here q = 0.05² m²/s³, P0 = 1 m²/s², û0 = 0. For studies and
-tests, never for a boat: see `steerway.estimation.surge_fusion`.
+tests, never for a boat: see `steerway.estimation.speed.fusion`.
 """
 
 import math

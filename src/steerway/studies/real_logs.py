@@ -6,6 +6,7 @@ other receivers; for its own positions it is at least another instrument).
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import polars as pl
@@ -13,6 +14,7 @@ import polars as pl
 from steerway.errors import InputError
 from steerway.estimation import choose_profile, estimate, tune
 from steerway.estimation.comparison import Agreement, compare
+from steerway.estimation.profiles import Profile
 from steerway.formats.reading import read
 from steerway.records import OK, REJECTED, Fixes, Motion
 from steerway.studies.recorded import logs_folder
@@ -39,6 +41,17 @@ MOORED = {"gps": "signalk_samples/gps.log", "ac42": "furuno_scx20_n2k/ac42-commi
 MIRRORED = math.radians(135.0)
 
 
+class Log(NamedTuple):
+    """Fixes and the profile that the default finds for them."""
+
+    fixes: Fixes
+    profile: Profile
+
+    def estimate(self, smooth: bool = False) -> Motion:
+        """What the default makes of the log."""
+        return estimate(self.fixes, self.profile, smooth=smooth)
+
+
 def run(seeds=None, first_seed=0, progress=None) -> Results:
     """The study; there is nothing random in it."""
     folder = logs_folder()
@@ -52,9 +65,9 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
             fixes = read(path)
         except InputError:
             continue  # instruments without positions
-        seen[path.relative_to(folder).as_posix()] = fixes
-    for name, fixes in seen.items():
-        _log(results, name, fixes)
+        name = path.relative_to(folder).as_posix()
+        seen[name] = Log(fixes, choose_profile(fixes))
+        _log(results, name, seen[name])
     _turns(results, folder, seen)
     _ship(results, seen)
     _moored(results, seen)
@@ -65,15 +78,14 @@ def _stem(name):
     return name.split("/")[-1].split(".")[0].replace("-", "_").lower()
 
 
-def _log(results: Results, name: str, fixes: Fixes) -> None:
+def _log(results: Results, name: str, log: Log) -> None:
     """What the default makes of one log."""
-    profile = choose_profile(fixes)
-    both = [estimate(fixes, profile, smooth=smooth) for smooth in (False, True)]
-    found = [compare(fixes, motion) for motion in both]
+    both = [log.estimate(smooth) for smooth in (False, True)]
+    found = [compare(log.fixes, motion) for motion in both]
     if found[0].compared < FEWEST:
         return
     stem = _stem(name)
-    title = f"{name.split('/')[-1]} ({profile.name})"
+    title = f"{name.split('/')[-1]} ({log.profile.name})"
     judged = both[0].rows(np.isin(both[0].status, (OK, REJECTED)) & np.isfinite(both[0].nis))
     nis = float(np.median(judged.nis))
     results.compare(
@@ -86,10 +98,10 @@ def _log(results: Results, name: str, fixes: Fixes) -> None:
     words = "causal, to the receiver's own, aligned"
     results.compare(f"{stem}_sog_rms_aligned_mps", found[0].sog_rms_aligned, f"{title}: SOG {words}", "m/s")
     results.compare(f"{stem}_cog_rms_aligned_deg", math.degrees(found[0].cog_rms_aligned), f"{title}: COG {words}", "°")
-    if fixes.mmsi is None:
+    if log.fixes.mmsi is None:
         results.compare(
             f"{stem}_mirrored_pct",
-            100.0 * _mirrored(fixes, both[0]),
+            100.0 * _mirrored(log.fixes, both[0]),
             f"{title}: course more than 135° from the receiver's for ten seconds",
             "% of rows",
         )
@@ -122,15 +134,15 @@ def _turns(results: Results, folder, seen) -> None:
     targets = {"": (0.545, 0.36), "_aligned": (0.33, 0.21)}
     panels = []
     for key, name in (("figure8", FIGURE8), ("wide_turn", WIDE)):
-        fixes = seen[f"{name}.raw"]
+        log = seen[f"{name}.raw"]
         table = pl.read_csv(folder / GYRO.format(name.split("/")[-1]))
         time, rate = table["t"].to_numpy(), table["p9_rot_dps_1s"].to_numpy()
 
         def error(motion, lag, time=time, rate=rate):
             return _rms(np.degrees(motion.course_rate) - np.interp(motion.time - lag, time, rate))
 
-        causal, smoothed = (estimate(fixes, smooth=smooth) for smooth in (False, True))
-        tuned = tune(fixes).profile
+        causal, smoothed = (log.estimate(smooth) for smooth in (False, True))
+        tuned = Log(log.fixes, tune(log.fixes).profile)
         if key == "figure8":  # the wide turn, by the same receiver on the same day, is too slow to tell a lag
             lags = np.arange(0.0, 5.0, 0.01)
             lag = float(lags[np.argmin([error(smoothed, each) for each in lags])])
@@ -147,21 +159,21 @@ def _turns(results: Results, folder, seen) -> None:
                     target=f"≤ {target}" if target else "",
                     met=value <= target if target else None,
                 )
-        results.numbers[f"{key}_rate_rms_tuned_dps"] = error(estimate(fixes, tuned), 0.0)
-        results.numbers[f"{key}_rate_rms_tuned_smoothed_dps"] = error(estimate(fixes, tuned, smooth=True), 0.0)
+        results.numbers[f"{key}_rate_rms_tuned_dps"] = error(tuned.estimate(), 0.0)
+        results.numbers[f"{key}_rate_rms_tuned_smoothed_dps"] = error(tuned.estimate(smooth=True), 0.0)
         panels.append((key, time, rate, causal, smoothed, lag))
     results.figures["turns"] = (_turns_figure(panels), _TURNS)
 
 
 def _ship(results: Results, seen) -> None:
     """The ship's receivers against her inertial system, all on the clock that they state."""
-    truth = seen[SHIP.format("s330")]
+    inertial = seen[SHIP.format("s330")]
+    truth = inertial.fixes
     for receiver in ("s330", "seap", "gp02", "pcod"):
-        fixes = next(each for name, each in seen.items() if receiver in _stem(name))
-        profiles = {"": None, "_tuned": tune(fixes).profile}
-        for suffix, profile in profiles.items():
+        log = next(each for name, each in seen.items() if receiver in _stem(name))
+        for suffix, each in {"": log, "_tuned": Log(log.fixes, tune(log.fixes).profile)}.items():
             for words in ("", "_smoothed"):
-                motion = estimate(fixes, profile, smooth=bool(words))
+                motion = each.estimate(smooth=bool(words))
                 sog, cog = _against(truth, motion)
                 key = f"{receiver}{words}{suffix}"
                 if suffix:
@@ -173,7 +185,7 @@ def _ship(results: Results, seen) -> None:
                 results.compare(f"{key}_sog_rms_mps", sog, f"{named}: SOG", "m/s", **bound)
                 bound = {"target": "≤ 0.42", "met": cog <= 0.42} if aimed else {}
                 results.compare(f"{key}_cog_rms_deg", cog, f"{named}: COG", "°", **bound)
-    results.figures["ship"] = (_ship_figure(truth), _SHIP)
+    results.figures["ship"] = (_ship_figure(inertial), _SHIP)
 
 
 def _against(truth: Fixes, motion: Motion):
@@ -189,8 +201,8 @@ def _against(truth: Fixes, motion: Motion):
 def _moored(results: Results, seen) -> None:
     shares = []
     for key, name in MOORED.items():
-        fixes = seen[name]
-        found = compare(fixes, estimate(fixes))
+        log = seen[name]
+        found = compare(log.fixes, log.estimate())
         share, sog = 100.0 * found.standstill_undefined, found.standstill_sog_median
         shares.append(share)
         results.compare(
@@ -229,12 +241,12 @@ def _turns_figure(panels):
     return figure
 
 
-def _ship_figure(truth):
+def _ship_figure(inertial):
     from matplotlib.figure import Figure
 
     from steerway.report.figures import OURS, THEIRS
 
-    motion = estimate(truth)
+    truth, motion = inertial.fixes, inertial.estimate()
     figure = Figure(figsize=(11.0, 6.0), layout="constrained")
     sog, cog = figure.subplots(2, 1, sharex=True)
     start = truth.time[0] + 300.0

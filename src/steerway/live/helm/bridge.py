@@ -11,10 +11,10 @@ import logging
 import sys
 
 from steerway.errors import InputError
+from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.helm.address import Address
 from steerway.live.helm.seeing import Plane, Seen, view
 from steerway.live.links.listening import RETRY, kept_open
-from steerway.live.mission import GeodeticRoute
 from steerway.live.service import Service
 
 LOG = logging.getLogger("steerway.live")

@@ -10,10 +10,10 @@ import numpy as np
 
 from steerway.earth import KNOT, displacement
 from steerway.formats.nmea0183.writing import Leg
-from steerway.live.autopilot import Order
+from steerway.live.autopilot.mission import GeodeticRoute
+from steerway.live.autopilot.states import Order
 from steerway.live.heard import Row
 from steerway.live.helm.view import View
-from steerway.live.mission import GeodeticRoute
 from steerway.records import PREDICTED, STATUSES
 
 _TWO_SIDED = 1.959964  # standard normal, 95 % within

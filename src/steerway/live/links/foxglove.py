@@ -11,11 +11,11 @@ import math
 
 from steerway.errors import InputError
 from steerway.formats.nmea0183.writing import Leg
-from steerway.live.autopilot import Order
+from steerway.live.autopilot.states import Order
 from steerway.live.heard import Row
 from steerway.live.links.listening import kept_open
-from steerway.live.outputs import json_line
-from steerway.live.rhythm import Rhythm
+from steerway.live.outputs.json_lines import json_line
+from steerway.live.outputs.rhythm import Rhythm
 from steerway.live.uri import Uri
 from steerway.records import MOTION_COLUMNS
 

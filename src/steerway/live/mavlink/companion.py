@@ -5,7 +5,7 @@ import time
 from typing import Protocol
 
 from steerway.checks import positive
-from steerway.live.autopilot import Order, State
+from steerway.live.autopilot.states import Order, State
 from steerway.live.heard import Row
 from steerway.live.links.listening import Hear
 from steerway.live.links.mavlink import MavlinkLink

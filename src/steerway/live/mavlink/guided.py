@@ -7,7 +7,7 @@ back when it stops; whoever takes her out of GUIDED has her, and is not contradi
 import math
 from enum import Enum
 
-from steerway.live.autopilot import Order, State
+from steerway.live.autopilot.states import Order, State
 from steerway.live.mavlink.dialect import RoverMode, mode_name
 
 SYSTEM = 1  # before a vehicle is heard; then hers, as is the custom of computers aboard

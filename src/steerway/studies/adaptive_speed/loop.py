@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.estimation.surge_fusion import SurgeFusion
+from steerway.estimation.speed.fusion import SurgeFusion
 from steerway.sensors.inertial import accelerometer
 from steerway.sensors.instrument import Instrument
 from steerway.vessels import CALM

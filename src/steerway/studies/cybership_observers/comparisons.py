@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from steerway.estimation.passive import DEMO_GAINS
-from steerway.estimation.time_varying import saturated
+from steerway.estimation.positioning.passive import DEMO_GAINS
+from steerway.estimation.positioning.time_varying import saturated
 from steerway.papers import positioning as printed
 from steerway.studies.cybership_observers import contestants, positioning, trials
 

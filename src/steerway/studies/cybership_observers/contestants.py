@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from steerway.estimation.adaptive_noise import VariationalNoise
-from steerway.estimation.passive import DEMO_GAINS, ObserverGains, PassiveObserver
-from steerway.estimation.time_varying import SpeedDependentFixNoise, TimeVaryingNoise
-from steerway.estimation.vessel_filter import VesselFilter, VesselNoise
+from steerway.estimation.positioning.adaptive_noise import VariationalNoise
+from steerway.estimation.positioning.passive import DEMO_GAINS, ObserverGains, PassiveObserver
+from steerway.estimation.positioning.time_varying import SpeedDependentFixNoise, TimeVaryingNoise
+from steerway.estimation.positioning.vessel_filter import VesselFilter, VesselNoise
 from steerway.studies.cybership_observers import scenario
 from steerway.vessels.cybership2 import DAMPING, INERTIA
 

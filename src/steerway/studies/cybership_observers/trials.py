@@ -7,8 +7,8 @@ from functools import partial
 import numpy as np
 
 from steerway.angles import wrap
-from steerway.estimation.time_varying import TimeVaryingNoise
-from steerway.estimation.vessel_smoother import smooth
+from steerway.estimation.positioning.time_varying import TimeVaryingNoise
+from steerway.estimation.positioning.vessel_smoother import smooth
 from steerway.studies.cybership_observers import contestants, scenario, tuning
 from steerway.studies.cybership_observers.scenario import drawn, sail, watch
 

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from scipy.optimize import minimize
 
-from steerway.estimation.time_varying import TimeVaryingNoise
+from steerway.estimation.positioning.time_varying import TimeVaryingNoise
 from steerway.simulation.campaign import over_seeds
 from steerway.studies.cybership_observers import contestants, scenario
 

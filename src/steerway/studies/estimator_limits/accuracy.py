@@ -7,7 +7,7 @@ import numpy as np
 
 import steerway
 from steerway.estimation import choose_profile
-from steerway.estimation.tuning import tune
+from steerway.estimation.tuning.tuned import tune
 from steerway.simulation.campaign import over_seeds
 from steerway.studies.estimator_limits.bound import filtering_bound, smoothing_bound
 from steerway.studies.estimator_limits.cells import (

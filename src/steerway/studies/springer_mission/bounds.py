@@ -5,8 +5,8 @@ import time
 
 import numpy as np
 
-from steerway.estimation.interval.filter import IntervalFilter
-from steerway.estimation.model_bank import ModelBank, corners
+from steerway.estimation.heading.interval.filter import IntervalFilter
+from steerway.estimation.heading.model_bank import ModelBank, corners
 from steerway.papers.range_rate import OutputCorrectedMpc
 from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, random_compass, stability_limit
 from steerway.studies.springer_mission.navigators import WeightedBounds, ideal, interval_box

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from steerway.estimation.interval.weighting import LearnedHeading
+from steerway.estimation.heading.interval.weighting import LearnedHeading
 from steerway.studies.springer_mission.missions import Sailed
 from steerway.studies.springer_mission.navigators import RIVALS, WeightedBounds, nominal
 from steerway.studies.springer_mission.world import ACCEPTANCE, Voyage, replayed

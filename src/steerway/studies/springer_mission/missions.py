@@ -7,8 +7,8 @@ from functools import partial
 import numpy as np
 
 from steerway.control.heading_lqg import HeadingLqg
-from steerway.estimation.aided_heading import SCALE_ONLY, AidedHeadingFilter
-from steerway.estimation.compass_alarm import outside
+from steerway.estimation.heading.aided import SCALE_ONLY, AidedHeadingFilter
+from steerway.estimation.heading.compass_alarm import outside
 from steerway.papers.range_rate import RangeRatePassing
 from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, CompassModel, random_compass
 from steerway.simulation.campaign import over_seeds

@@ -2,12 +2,12 @@
 
 import math
 
-from steerway.estimation.aided_heading import SCALE_ONLY, AidedHeadingFilter
-from steerway.estimation.composite import CompositeFilter, composite_model
-from steerway.estimation.h_infinity import HInfinityFilter, largest_theta
-from steerway.estimation.interval.filter import IntervalFilter, box_of
-from steerway.estimation.interval.weighting import LearnedHeading, ideal_weight, weighted
-from steerway.estimation.model_bank import ModelBank, corners, grid
+from steerway.estimation.heading.aided import SCALE_ONLY, AidedHeadingFilter
+from steerway.estimation.heading.composite import CompositeFilter, composite_model
+from steerway.estimation.heading.h_infinity import HInfinityFilter, largest_theta
+from steerway.estimation.heading.interval.filter import IntervalFilter, box_of
+from steerway.estimation.heading.interval.weighting import LearnedHeading, ideal_weight, weighted
+from steerway.estimation.heading.model_bank import ModelBank, corners, grid
 from steerway.sensors.tcm2 import TCM2, CompassModel
 from steerway.studies.springer_mission.world import Blind, Navigator
 from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, HeadingModel

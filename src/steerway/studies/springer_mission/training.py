@@ -1,4 +1,4 @@
-"""Train the networks of `estimation.interval.weighting` on simulated compasses:
+"""Train the networks of `estimation.heading.interval.weighting` on simulated compasses:
 
     python -m steerway.studies.springer_mission.training -o DIRECTORY
 
@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from steerway.errors import InputError
-from steerway.estimation.composite import CompositeFilter, composite_model
-from steerway.estimation.interval.weighting import WEIGHTS, Features, Network
-from steerway.estimation.model_bank import ModelBank, corners
+from steerway.estimation.heading.composite import CompositeFilter, composite_model
+from steerway.estimation.heading.interval.weighting import WEIGHTS, Features, Network
+from steerway.estimation.heading.model_bank import ModelBank, corners
 from steerway.sensors.tcm2 import random_compass
 from steerway.simulation.campaign import over_seeds
 from steerway.studies.springer_mission.world import World, random_circuit, sail

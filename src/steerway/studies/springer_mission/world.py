@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from steerway.control.heading_mpc import BiasObserver, HeadingMpc, InputLimits, LinearPlant
-from steerway.estimation.composite import WAVES
+from steerway.estimation.heading.composite import WAVES
 from steerway.guidance.mission_log import MissionLog
 from steerway.guidance.route import Route
 from steerway.guidance.waypoints import Mission, Passing, Phase

@@ -1,0 +1,1 @@
+"""Heading from compasses, a gyro and GNSS."""

@@ -1,0 +1,25 @@
+"""An alarm for a compass that no model in the box explains: its gain, as a scale state finds it, lies outside."""
+
+from functools import cache
+
+from steerway.estimation.heading.aided import AidedHeadingFilter
+from steerway.estimation.heading.model_bank import corners
+from steerway.sensors.tcm2 import TCM2
+
+SIGMAS = 3.0
+TRUSTED = 0.05
+"""The scale is known well enough to judge once its 1σ is below this."""
+
+
+@cache
+def gain_range(tolerance: float) -> tuple[float, float]:
+    """Least and largest gain, over the TCM2's own, within ± tolerance. It is monotone in each coefficient."""
+    gains = [each.gain / TCM2.gain for each in corners(tolerance)]
+    return min(gains), max(gains)
+
+
+def outside(estimator: AidedHeadingFilter, tolerance: float) -> bool:
+    """Whether the compass's gain lies outside the box by more than three of its standard deviations."""
+    low, high = gain_range(tolerance)
+    spread = estimator.scale_std
+    return spread < TRUSTED and not low - SIGMAS * spread <= estimator.scale <= high + SIGMAS * spread

@@ -1,0 +1,119 @@
+"""One heading out of bounds: inf + w (sup − inf), P4 (19), and a network that guesses w from what a filter shows.
+
+The network is P4's idea (§6): innovations of the nominal filter tell how wrong its compass is. Means of the last 1 to
+200 s and their sum go in, with the same of the heading, for a wrong gain shows with the heading it is applied to.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+import numpy as np
+
+from steerway.errors import InputError
+from steerway.estimation.heading.model_bank import ModelBank, corners
+
+SPANS = np.array([1.0, 5.0, 20.0, 60.0, 200.0])
+"""Time constants of the means, s."""
+WEIGHTS = {"weight": "weight.npz", "innovations": "weight_innovations.npz", "correction": "correction.npz"}
+"""Networks shipped: of the weight; of the weight from innovations alone; of a correction of the nominal heading."""
+
+
+def weighted(low: float, high: float, weight: float) -> float:
+    """P4 (19)."""
+    return low + weight * (high - low)
+
+
+def ideal_weight(low: float, high: float, ideal: float) -> float:
+    """P4 (20): the weight that gives the ideal estimate back, whatever the bounds; NaN where they coincide."""
+    return (ideal - low) / (high - low) if high > low else math.nan
+
+
+class Features:
+    """Running means of innovation (deg) and heading (deg): 5 means and a scaled sum of each, (12,)."""
+
+    def __init__(self):
+        self._kept = np.exp(-1.0 / SPANS)
+        self._means = np.zeros((2, len(SPANS)))
+        self._sums = np.zeros(2)
+
+    def step(self, innovation_deg: float, heading_deg: float) -> np.ndarray:
+        now = np.array([innovation_deg, heading_deg])
+        self._means = self._kept * self._means + (1.0 - self._kept) * now[:, None]
+        self._sums += now / SPANS[-1]
+        return np.concatenate([self._means[0], self._sums[:1], self._means[1], self._sums[1:]])
+
+
+@dataclass(frozen=True, eq=False)
+class Network:
+    """A perceptron: scaled inputs, tanh layers, a linear output."""
+
+    mean: np.ndarray
+    scale: np.ndarray
+    layers: tuple[tuple[np.ndarray, np.ndarray], ...]  # (weights (in, out), biases (out,)) each
+
+    def __call__(self, features: np.ndarray) -> float:
+        x = (features[: len(self.mean)] - self.mean) / self.scale
+        for weights, biases in self.layers[:-1]:
+            x = np.tanh(x @ weights + biases)
+        weights, biases = self.layers[-1]
+        return float((x @ weights + biases)[0])
+
+    def save(self, path):
+        """Write as .npz, single precision: what training is worth."""
+        layers = {
+            f"{kind}{i}": each for i, pair in enumerate(self.layers) for kind, each in zip("wb", pair, strict=True)
+        }
+        arrays = {"mean": self.mean, "scale": self.scale, **layers}
+        np.savez_compressed(path, **{name: np.asarray(value, dtype=np.float32) for name, value in arrays.items()})
+
+    @classmethod
+    def load(cls, path) -> "Network":
+        with np.load(path) as stored:
+            arrays = {name: stored[name].astype(np.float64) for name in stored.files}
+        n = sum(name.startswith("w") for name in arrays)
+        return cls(arrays["mean"], arrays["scale"], tuple((arrays[f"w{i}"], arrays[f"b{i}"]) for i in range(n)))
+
+
+@cache
+def shipped(name: str) -> Network:
+    """A network of this package by name; raises InputError with the names there are."""
+    if name not in WEIGHTS:
+        raise InputError(f"network {name!r} is unknown, expected one of {', '.join(WEIGHTS)}")
+    with files("steerway.estimation.heading.interval").joinpath(WEIGHTS[name]).open("rb") as stored:
+        return Network.load(stored)
+
+
+class LearnedHeading:
+    """Heading from the bounds of a bank of filters and a network; works for compasses within ± 1 % of the TCM2's.
+
+    name: "weight" or "innovations" weigh the bounds, "correction" corrects the nominal filter and needs no bounds.
+    """
+
+    def __init__(self, name: str = "weight", network: Network | None = None):
+        self._network = network or shipped(name)
+        self._corrects = name == "correction"
+        self.bank = ModelBank(corners(0.01))
+        self._features = Features()
+        self.heading = 0.0
+        self.weight = math.nan
+
+    @property
+    def low(self) -> float:
+        return self.bank.low
+
+    @property
+    def high(self) -> float:
+        return self.bank.high
+
+    def second(self, difference: float, readings) -> float:
+        """Take (40,) readings (rad) and go one second on with n_d (rad/s); returns the heading (rad)."""
+        self.bank.second(difference, readings)
+        said = self._network(self._features.step(self.bank.innovation, math.degrees(self.bank.nominal)))
+        if self._corrects:
+            self.heading = self.bank.nominal + math.radians(said)
+        else:
+            self.weight = min(max(said, 0.0), 1.0)
+            self.heading = weighted(self.low, self.high, self.weight)
+        return self.heading

@@ -1,5 +1,0 @@
-"""Intervals: arithmetic that never loses the true value, and Kalman filters on it."""
-
-from steerway.estimation.interval.filter import IntervalFilter
-
-__all__ = ["IntervalFilter"]

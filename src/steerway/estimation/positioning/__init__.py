@@ -1,0 +1,1 @@
+"""Estimators of a vessel whose forces are known: dynamic positioning."""

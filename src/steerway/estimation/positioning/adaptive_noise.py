@@ -1,0 +1,65 @@
+"""Measurement noise that a filter learns from its own innovations, by variational Bayes.
+
+S. Särkkä and A. Nummenmaa (2009), Recursive noise adaptive Kalman filtering by variational Bayesian approximations,
+IEEE Transactions on Automatic Control 54(3), algorithm 1: the variance of each direction is inverse-gamma; between
+fixes its evidence fades, at a fix state and variance are found in turn.
+"""
+
+import math
+
+import numpy as np
+
+from steerway.checks import positive
+from steerway.compiled import kernel
+from steerway.errors import InputError
+from steerway.estimation.position_update import correct, innovation
+from steerway.estimation.positioning.low_speed import WAVE, WITH_WAVES
+
+_ITERATIONS = 5
+
+
+@kernel
+def learn(x, p, north, east, shape, scale, fading):
+    """The two inverse-gamma densities (shape (2,), scale (2,)) after a fix, in place; x and P stay as they are."""
+    n = len(x)
+    wave = WAVE if n == WITH_WAVES else 0
+    x_after, p_after, work = np.empty(n), np.empty((n, n)), np.empty((4, n))
+    for i in range(2):
+        shape[i] = fading * shape[i] + 0.5
+        scale[i] *= fading
+    posterior = scale * 1.0
+    for _ in range(_ITERATIONS):
+        x_after[:], p_after[:] = x, p
+        variances = posterior / shape
+        nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, variances[0], variances[1], wave)
+        correct(x_after, p_after, work, nu_n, nu_e, s_nn, s_ne, s_ee, wave)
+        left_n, left_e, s_nn, _, s_ee = innovation(x_after, p_after, north, east, 0.0, 0.0, wave)
+        posterior[0] = scale[0] + 0.5 * (left_n * left_n + s_nn)
+        posterior[1] = scale[1] + 0.5 * (left_e * left_e + s_ee)
+    scale[:] = posterior
+
+
+class VariationalNoise:
+    """A `FixNoise` (see `vessel_filter`) that learns the variances of fixes, north and east apart.
+
+    `memory`: how many fixes back the evidence reaches; `confidence`: how many fixes the variance given at the start is
+    worth. Raises InputError for a memory that is not above 1.
+    """
+
+    def __init__(self, memory: float = 10.0, confidence: float = 2.0):
+        if not 1.0 < memory < math.inf:
+            raise InputError(f"variational_noise.memory is {memory} fixes, expected more than 1")
+        self._fading = 1.0 - 1.0 / memory
+        self._confidence = positive("variational_noise.confidence", confidence)
+
+    def start(self, variances) -> None:
+        """Begin from the variances (north, east) of `noise.position_std`."""
+        self._shape = np.full(2, 0.5 * self._confidence)
+        self._scale = self._shape * variances
+
+    def expected(self, x) -> tuple[float, float]:
+        return tuple(self._scale / self._shape)
+
+    def learned(self, x, p, north: float, east: float) -> tuple[float, float]:
+        learn(x, p, north, east, self._shape, self._scale, self._fading)
+        return tuple(self._scale / self._shape)

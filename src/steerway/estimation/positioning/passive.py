@@ -1,0 +1,258 @@
+"""The passive nonlinear observer with wave filter and force bias: what P2 compares itself with and does not print.
+
+T. I. Fossen and J. P. Strand (1999), Passive nonlinear observer design for ships using Lyapunov methods, Automatica
+35(1), with the wave filter's gains as in Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed.
+(2021), chapter 13:
+
+    ξ̇ = ŵ + K11 ỹ,  ŵ̇ = K12 ỹ − ω₀² ξ − 2λω₀ ŵ,  η̂̇ = R(ψ_y) ν̂ + ω_c ỹ,  b̂̇ = K3 ỹ − b̂/T_b,
+    M ν̂̇ = Rᵀ(ψ_y) (K4 ỹ + b̂) + τ − D ν̂,  ỹ = y − η̂ − ŵ,  K11 = −2(1 − λ) ω_c/ω₀,  K12 = 2ω₀ (1 − λ).
+
+It is made for measurements that never cease. With fixes a second apart three readings of it differ: "held" keeps the
+last measurement and compares it with the estimate as that moves on (with a measurement each step it is the continuous
+observer); "held innovation" keeps the innovation; "impulsive" gives at once, at the fix, what the gains would have
+given over the interval.
+"""
+
+import math
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+
+from steerway.angles import wrap
+from steerway.checks import not_negative, one_of, positive
+from steerway.compiled import kernel
+from steerway.errors import InputError
+from steerway.estimation.positioning.vessel_filter import VesselMotion
+
+CORRECTIONS = ("held", "held innovation", "impulsive")
+WAVE_INTEGRAL, WAVE, PLACE, FORCE, VELOCITY = 0, 3, 6, 9, 12
+STATES = 15
+
+
+@dataclass(frozen=True)
+class ObserverGains:
+    """Gains in north, east and yaw, kept diagonal.
+
+    `cutoff` ω_c 1/s; `force` K3 in N/(m·s), `velocity` K4 in N/m (N·m/rad in yaw); `force_time` T_b s.
+    `wave_frequency` ω₀ rad/s, 0 for no wave filter, `wave_damping` λ.
+    """
+
+    cutoff: tuple[float, float, float]
+    force: tuple[float, float, float]
+    velocity: tuple[float, float, float]
+    force_time: float = 100.0
+    wave_frequency: float = 0.0
+    wave_damping: float = 0.1
+
+    def __post_init__(self):
+        for name in ("cutoff", "force", "velocity"):
+            if len(getattr(self, name)) != 3:
+                raise InputError(f"observer.{name} is {getattr(self, name)}, expected three numbers")
+            for value in getattr(self, name):
+                not_negative(f"observer.{name}", value)
+        positive("observer.force_time", self.force_time)
+        not_negative("observer.wave_frequency", self.wave_frequency)
+        positive("observer.wave_damping", self.wave_damping)
+
+    def out_of_order(self) -> str:
+        """What breaks 1/T_b ≪ K3/K4 < ω₀ < ω_c, which makes the observer passive; empty where nothing does.
+
+        ≪ is taken for a fifth or less.
+        """
+        for axis, cutoff, force, velocity in zip(
+            ("north", "east", "yaw"), self.cutoff, self.force, self.velocity, strict=True
+        ):
+            ratio = force / velocity if velocity else math.inf
+            if not 5.0 / self.force_time <= ratio:
+                return f"{axis}: K3/K4 = {ratio:g} 1/s, expected well above 1/T_b = {1.0 / self.force_time:g}"
+            upper = self.wave_frequency or cutoff
+            if not ratio < upper:
+                return f"{axis}: K3/K4 = {ratio:g} 1/s, expected below {upper:g}"
+            if self.wave_frequency and not self.wave_frequency < cutoff:
+                return f"{axis}: ω_c = {cutoff:g} 1/s, expected above ω₀ = {self.wave_frequency:g}"
+        return ""
+
+    def table(self) -> np.ndarray:
+        """(6, 3): K11, K12, ω_c, K3, K4 and, in the last row, 1/T_b, ω₀², 2λω₀."""
+        cutoff = np.array(self.cutoff)
+        frequency, left = self.wave_frequency, 2.0 * (1.0 - self.wave_damping)
+        integral = -left * cutoff / frequency if frequency else np.zeros(3)
+        rest = (1.0 / self.force_time, frequency**2, 2.0 * self.wave_damping * frequency)
+        return np.array([integral, np.full(3, left * frequency), cutoff, self.force, self.velocity, rest])
+
+
+DEMO_GAINS = ObserverGains((1.04,) * 3, (0.1, 0.1, 0.01), (0.1, 0.1, 0.01), 100.0, 0.8, 0.1)
+"""Those of the public simulator of CyberShip II; they break the ordering, K3/K4 = 1 > ω₀."""
+
+
+@kernel
+def _innovation(x, measured, out):
+    for i in range(3):
+        out[i] = measured[i] - x[PLACE + i] - x[WAVE + i]
+    out[2] = wrap(out[2])
+
+
+@kernel
+def _correction(gains, inverse, c, s, error, out):
+    """out ← what the innovation `error` adds to the rates of all 15 states."""
+    for i in range(3):
+        out[WAVE_INTEGRAL + i] = gains[0, i] * error[i]
+        out[WAVE + i] = gains[1, i] * error[i]
+        out[PLACE + i] = gains[2, i] * error[i]
+        out[FORCE + i] = gains[3, i] * error[i]
+    north, east, yaw = gains[4, 0] * error[0], gains[4, 1] * error[1], gains[4, 2] * error[2]
+    ahead, abeam = c * north + s * east, c * east - s * north
+    for i in range(3):
+        out[VELOCITY + i] = inverse[i, 0] * ahead + inverse[i, 1] * abeam + inverse[i, 2] * yaw
+
+
+@kernel
+def _rates(x, heading, force, error, gains, inverse, damping, out):
+    """Right-hand side of the observer; `heading` is the measured one."""
+    c, s = math.cos(heading), math.sin(heading)
+    _correction(gains, inverse, c, s, error, out)
+    u, v, r = x[VELOCITY], x[VELOCITY + 1], x[VELOCITY + 2]
+    b_n, b_e = x[FORCE], x[FORCE + 1]
+    ahead, abeam, yaw = force[0] + c * b_n + s * b_e, force[1] + c * b_e - s * b_n, force[2] + x[FORCE + 2]
+    ahead -= damping[0, 0] * u + damping[0, 1] * v + damping[0, 2] * r
+    abeam -= damping[1, 0] * u + damping[1, 1] * v + damping[1, 2] * r
+    yaw -= damping[2, 0] * u + damping[2, 1] * v + damping[2, 2] * r
+    out[PLACE] += c * u - s * v
+    out[PLACE + 1] += s * u + c * v
+    out[PLACE + 2] += r
+    for i in range(3):
+        out[WAVE_INTEGRAL + i] += x[WAVE + i]
+        out[WAVE + i] -= gains[5, 1] * x[WAVE_INTEGRAL + i] + gains[5, 2] * x[WAVE + i]
+        out[FORCE + i] -= gains[5, 0] * x[FORCE + i]
+        out[VELOCITY + i] += inverse[i, 0] * ahead + inverse[i, 1] * abeam + inverse[i, 2] * yaw
+
+
+@kernel
+def _stage(x, measured, held, error, force, gains, inverse, damping, out):
+    """Rates at x: `held` compares the measurement with x itself, otherwise `error` (3,) is what corrects."""
+    if held:
+        _innovation(x, measured, error)
+    _rates(x, measured[2], force, error, gains, inverse, damping, out)
+
+
+@kernel
+def predict(x, measured, held, error, force, gains, inverse, damping, dt):
+    """x after dt by Runge and Kutta's fourth-order method, in place. No angle is wrapped."""
+    k1, k2, k3, k4 = np.empty(STATES), np.empty(STATES), np.empty(STATES), np.empty(STATES)
+    _stage(x, measured, held, error, force, gains, inverse, damping, k1)
+    _stage(x + 0.5 * dt * k1, measured, held, error, force, gains, inverse, damping, k2)
+    _stage(x + 0.5 * dt * k2, measured, held, error, force, gains, inverse, damping, k3)
+    _stage(x + dt * k3, measured, held, error, force, gains, inverse, damping, k4)
+    for i in range(STATES):
+        x[i] += dt / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])
+
+
+@kernel
+def strike(x, heading, error, gains, inverse, interval):
+    """x += `interval` times the correction by an innovation, at once."""
+    out = np.empty(STATES)
+    _correction(gains, inverse, math.cos(heading), math.sin(heading), error, out)
+    for i in range(STATES):
+        x[i] += interval * out[i]
+    x[PLACE + 2] = wrap(x[PLACE + 2])
+
+
+class PassiveObserver:
+    """The observer as an `Observer` (see `vessel_filter`).
+
+    Args:
+        inertia, damping: (3, 3) M and D of the vessel.
+        gains: see `ObserverGains`; a warning says where they break the ordering that makes the observer passive.
+        correction: "held", "held innovation" or "impulsive", see the module.
+        fix_interval, heading_interval: s from fix to fix and from compass reading to reading; None for no compass.
+        check: whether to refuse gains that diverge; without it they run, to be looked at.
+
+    Raises InputError for another correction, for intervals that are not positive, and when the observer would diverge
+    with these gains and intervals, before it runs.
+    """
+
+    def __init__(
+        self, inertia, damping, gains, correction="impulsive", fix_interval=1.0, heading_interval=0.1, check=True
+    ):
+        self._form = one_of("observer.correction", correction, CORRECTIONS)
+        self._fix_interval = positive("observer.fix_interval", fix_interval)
+        self._heading_interval = heading_interval and positive("observer.heading_interval", heading_interval)
+        self.gains = gains
+        self._gains = gains.table()
+        self._inverse, self._damping = np.linalg.inv(inertia), np.array(damping, dtype=np.float64)
+        self.state = np.zeros(STATES)
+        disorder = gains.out_of_order()
+        if disorder:
+            warnings.warn(f"observer gains are out of order, {disorder}", UserWarning, stacklevel=2)
+        self.spectral_radius = self._growth()
+        """By how much errors grow from fix to fix, heading north: below 1 the observer is stable."""
+        if check and self.spectral_radius >= 1.0:
+            raise InputError(
+                f"observer.gains diverge with {correction} corrections every {fix_interval:g} s: "
+                f"errors grow by {self.spectral_radius:.3g} from fix to fix, expected less than 1"
+            )
+        self.start(0.0, 0.0, 0.0)
+
+    def start(self, north: float, east: float, heading: float) -> None:
+        self.state[:] = 0.0
+        self.state[PLACE : PLACE + 3] = north, east, wrap(heading)
+        self._measured = self.state[PLACE : PLACE + 3].copy()
+        self._error = np.zeros(3)
+        self._known = np.zeros(3)  # 1 where there is a measurement to compare with
+
+    def predict(self, force, dt: float) -> None:
+        x = self.state
+        if not self._known[2]:
+            self._measured[2] = x[PLACE + 2]
+        force = np.asarray(force, dtype=np.float64)
+        held = self._form == "held"
+        gains = self._gains if self._known.all() else self._gains * [*[self._known] * 5, np.ones(3)]
+        predict(x, self._measured, held, self._error, force, gains, self._inverse, self._damping, dt)
+        x[PLACE + 2] = wrap(x[PLACE + 2])
+
+    def update(self, north: float, east: float) -> float:
+        self._measured[:2], self._known[:2] = (north, east), 1.0
+        x = self.state
+        error = np.array([north - x[PLACE] - x[WAVE], east - x[PLACE + 1] - x[WAVE + 1], 0.0])
+        self._take(slice(0, 2), error, self._fix_interval)
+        return math.nan
+
+    def update_heading(self, heading: float) -> None:
+        self._measured[2], self._known[2] = heading, 1.0
+        error = np.array([0.0, 0.0, wrap(heading - self.state[PLACE + 2] - self.state[WAVE + 2])])
+        self._take(slice(2, 3), error, self._heading_interval or self._fix_interval)
+
+    def _take(self, axes, error, interval):
+        if self._form == "impulsive":
+            strike(self.state, self._measured[2], error, self._gains, self._inverse, interval)
+        else:
+            self._error[axes] = error[axes]
+
+    @property
+    def motion(self) -> VesselMotion:
+        x = self.state.tolist()
+        return VesselMotion(*x[PLACE:FORCE], tuple(x[VELOCITY:]), tuple(x[FORCE:VELOCITY]))
+
+    def _growth(self) -> float:
+        small = 1e-3  # the observer is linear but for the wrapped heading
+        transition = np.empty((STATES, STATES))
+        for i in range(STATES):
+            self.start(0.0, 0.0, 0.0)
+            self.state[i] = small
+            self._one_interval()
+            transition[:, i] = self.state / small
+        own = [i for i in range(STATES) if (self.gains.wave_frequency or i >= PLACE)]
+        if not self._heading_interval:
+            own = [i for i in own if i % 3 != 2]
+        return float(np.abs(np.linalg.eigvals(transition[np.ix_(own, own)])).max())
+
+    def _one_interval(self):
+        """From just before a fix to just before the next, with measurements that say 0."""
+        still = np.zeros(3)
+        step = self._heading_interval or min(self._fix_interval, 0.1)
+        self.update(0.0, 0.0)
+        for _ in range(max(round(self._fix_interval / step), 1)):
+            if self._heading_interval:
+                self.update_heading(0.0)
+            self.predict(still, step)

@@ -1,0 +1,256 @@
+"""A Kalman filter that knows the vessel and the forces her actuators give: position, heading and velocity from fixes.
+
+The filter of P2 §II in the form of its errata, and what the product adds: the environment's force, waves, a gate,
+measurement noise that is learned, and a smoother (`vessel_smoother`). With 6 states it is P2's, with 9 the force is
+estimated, with 13 the waves too.
+"""
+
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from steerway.angles import wrap
+from steerway.checks import not_negative, positive
+from steerway.compiled import kernel
+from steerway.errors import InputError
+from steerway.estimation.aiding import correct_scalar
+from steerway.estimation.position_update import correct, innovation, normalised_square, place_by_fix
+from steerway.estimation.positioning.low_speed import (
+    BODY,
+    HEADING,
+    WAVE,
+    WITH_FORCE,
+    WITH_WAVES,
+    advance_mean,
+    pack,
+    spread,
+    transition,
+)
+
+GATE = 13.8
+"""χ² with two degrees of freedom at 0.1 %."""
+PATIENCE = 5
+"""So many fixes rejected in a row, and the position is taken anew."""
+
+
+class VesselMotion(NamedTuple):
+    """What an observer says: position, heading, velocity (surge, sway, yaw rate), force on her (north, east, yaw)."""
+
+    north: float
+    east: float
+    heading: float
+    velocity: tuple[float, float, float]
+    force: tuple[float, float, float]
+
+
+class Observer(Protocol):
+    """What closes a positioning loop: every filter and observer of vessel motion has these."""
+
+    def start(self, north: float, east: float, heading: float) -> None:
+        """Begin at rest at a place."""
+
+    def predict(self, force, dt: float) -> None:
+        """dt s on, under the actuators' force (surge N, sway N, yaw N·m)."""
+
+    def update(self, north: float, east: float) -> float:
+        """Take a fix (m). Returns its NIS, NaN where there is none."""
+
+    def update_heading(self, heading: float) -> None:
+        """Take a compass reading (rad)."""
+
+    @property
+    def motion(self) -> VesselMotion:
+        """What the vessel does now."""
+
+
+class FixNoise(Protocol):
+    """Noise of fixes that changes: `adaptive_noise` learns it, `time_varying` has it from the speed."""
+
+    def start(self, variances) -> None:
+        """Begin with the variances (north, east; m²) that the filter was given."""
+
+    def expected(self, x) -> tuple[float, float]:
+        """The variances to expect of a fix on a filter that stands at x."""
+
+    def learned(self, x, p, north: float, east: float) -> tuple[float, float]:
+        """The variances once the fix is known, for a filter that stands at x, P before it."""
+
+
+@dataclass(frozen=True)
+class VesselNoise:
+    """What a filter has to know of the world. All 1σ or spectral densities, SI.
+
+    `acceleration`: densities of the surge, sway and yaw acceleration, what the model does not know, m²/s³ (rad²/s³).
+    `force_std`, `force_time`: Gauss–Markov force in north, east, yaw (N, N, N·m; s). `wave_std`, `wave_frequency`,
+    `wave_damping`: what waves add to a fix in either direction, m, rad/s, relative.
+    `position_std` m of one fix, `heading_std` rad of one reading; `start_std` of each of the first six states.
+    """
+
+    acceleration: tuple[float, float, float] = (1e-6, 1e-6, 1e-7)
+    force_std: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    force_time: float = 50.0
+    wave_std: float = 0.0
+    wave_frequency: float = 0.8
+    wave_damping: float = 0.1
+    position_std: float = 0.1
+    heading_std: float = math.radians(0.5)
+    start_std: tuple[float, ...] = field(default=(0.01,) * 6)
+
+    def __post_init__(self):
+        for name in ("acceleration", "force_std", "start_std"):
+            for value in getattr(self, name):
+                not_negative(f"vessel_noise.{name}", value)
+        if len(self.acceleration) != 3 or len(self.force_std) != 3 or len(self.start_std) != 6:
+            raise InputError("vessel_noise needs 3 of acceleration, 3 of force_std and 6 of start_std")
+        not_negative("vessel_noise.wave_std", self.wave_std)
+        for name in ("force_time", "wave_frequency", "wave_damping", "position_std", "heading_std"):
+            positive(f"vessel_noise.{name}", getattr(self, name))
+
+    @property
+    def states(self) -> int:
+        """How many states a filter needs: 6, with a force 9, with waves 13."""
+        return WITH_WAVES if self.wave_std else WITH_FORCE if any(self.force_std) else BODY
+
+    def densities(self) -> np.ndarray:
+        """Spectral densities of all states: a process of 1σ σ with time constant T is driven by 2σ²/T."""
+        force = [2.0 * std**2 / self.force_time for std in self.force_std]
+        wave = 4.0 * self.wave_damping * self.wave_frequency * self.wave_std**2
+        return np.array([0.0, 0.0, 0.0, *self.acceleration, *force, 0.0, 0.0, wave, wave])[: self.states]
+
+    def start_variances(self) -> np.ndarray:
+        """The covariance's diagonal at the start: forces and waves stand at their stationary spread."""
+        wave = self.wave_std**2
+        still = wave / self.wave_frequency**2
+        return np.array([*np.square(self.start_std), *np.square(self.force_std), still, still, wave, wave])[
+            : self.states
+        ]
+
+
+@kernel
+def predict(x, p, force, noise, model, dt, work):
+    """State and covariance predictor over dt, in place: P2 (26)–(27) as the errata have them. work: (3, n, n)."""
+    n = len(x)
+    middle = np.empty(n)
+    advance_mean(x, force, model, dt, middle)
+    x[HEADING] = wrap(x[HEADING])
+    transition(middle, model, dt, work[0], work[1], work[2])
+    spread(p, work[0], noise, dt, work[1])
+
+
+@kernel
+def innovation_of(x, p, north, east, north_variance, east_variance):
+    """Innovation (north, east) and NIS of a fix that is not taken."""
+    wave = WAVE if len(x) == WITH_WAVES else 0
+    nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, north_variance, east_variance, wave)
+    return nu_n, nu_e, normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee)
+
+
+@kernel
+def take_fix(x, p, work, north, east, north_variance, east_variance, gate):
+    """Correct by a fix, P2 (23)–(25) with H = C. Returns (accepted, NIS)."""
+    wave = WAVE if len(x) == WITH_WAVES else 0
+    nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, north_variance, east_variance, wave)
+    nis = normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee)
+    if nis > gate:
+        return False, nis
+    correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, wave)
+    x[HEADING] = wrap(x[HEADING])
+    return True, nis
+
+
+@kernel
+def take_heading(x, p, work, heading, variance):
+    """Correct by a compass reading, unless the gate refuses it; P2 (13) has none."""
+    correct_scalar(x, p, work, HEADING, 0, 0.0, wrap(heading - x[HEADING]), variance)
+    x[HEADING] = wrap(x[HEADING])
+
+
+@kernel
+def retake(x, p, north, east, north_variance, east_variance):
+    """After unbroken rejections take the position anew and keep the motion."""
+    wave = WAVE if len(x) == WITH_WAVES else 0
+    x[0] = north - x[wave] if wave else north
+    x[1] = east - x[wave + 1] if wave else east
+    place_by_fix(p, north_variance, east_variance, wave)
+
+
+class VesselFilter:
+    """The filter as an `Observer`.
+
+    Args:
+        inertia, damping: (3, 3) M and D of the vessel, kg, kg·m, kg·m² and their like per second.
+        noise: what it has to know of the world.
+        gate: on the NIS of a fix; inf takes every fix.
+        fix_noise: a `FixNoise` in place of `noise.position_std`.
+        scheduled: densities of the acceleration from the estimated (surge, sway), see `time_varying`.
+
+    Raises InputError for matrices that are not (3, 3).
+    """
+
+    def __init__(self, inertia, damping, noise: VesselNoise, gate=GATE, fix_noise=None, scheduled=None):
+        inertia, damping = np.asarray(inertia, float), np.asarray(damping, float)
+        if inertia.shape != (3, 3) or damping.shape != (3, 3):
+            raise InputError(f"inertia is {inertia.shape} and damping {damping.shape}, expected (3, 3) both")
+        self.noise = noise
+        self.model = pack(inertia, damping, noise.force_time, noise.wave_frequency, noise.wave_damping)
+        self.densities = noise.densities()
+        self._fix_noise: FixNoise | None = fix_noise
+        self._scheduled = scheduled
+        self._gate = gate
+        n = noise.states
+        self._work = np.zeros((3, n, n))
+        self.state, self.covariance_upper = np.zeros(n), np.zeros((n, n))
+        self.start(0.0, 0.0, 0.0)
+
+    def start(self, north: float, east: float, heading: float) -> None:
+        self.state[:] = 0.0
+        self.state[:3] = north, east, wrap(heading)
+        self.covariance_upper[:] = np.diag(self.noise.start_variances())
+        self._variances = (self.noise.position_std**2,) * 2
+        if self._fix_noise is not None:
+            self._fix_noise.start(self._variances)
+        self._rejected = 0
+        self.retaken = False
+
+    def predict(self, force, dt: float) -> None:
+        if self._scheduled is not None:
+            self.densities[3:6] = self._scheduled(self.state[3], self.state[4])
+        force = np.asarray(force, dtype=np.float64)
+        predict(self.state, self.covariance_upper, force, self.densities, self.model, dt, self._work)
+
+    def update(self, north: float, east: float) -> float:
+        """Take a fix (m). Returns its NIS: above the gate it was rejected."""
+        x, p = self.state, self.covariance_upper
+        if self._fix_noise is not None:
+            self._variances = self._noise_of(north, east)
+        accepted, nis = take_fix(x, p, self._work[0], north, east, *self._variances, self._gate)
+        self._rejected = 0 if accepted else self._rejected + 1
+        self.retaken = self._rejected >= PATIENCE
+        if self.retaken:
+            retake(x, p, north, east, *self._variances)
+            self._rejected = 0
+        return nis
+
+    def _noise_of(self, north, east):
+        """A wild fix teaches no more than one at the gate: it counts little, a row of them counts for what it is."""
+        x, p = self.state, self.covariance_upper
+        nu_n, nu_e, nis = innovation_of(x, p, north, east, *self._fix_noise.expected(x))
+        share = 1.0 - math.sqrt(self._gate / nis) if nis > self._gate else 0.0
+        return self._fix_noise.learned(x, p, north - share * nu_n, east - share * nu_e)
+
+    def update_heading(self, heading: float) -> None:
+        take_heading(self.state, self.covariance_upper, self._work[0], heading, self.noise.heading_std**2)
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """(n, n) covariance of `state`."""
+        upper = np.triu(self.covariance_upper)
+        return upper + np.triu(upper, 1).T
+
+    @property
+    def motion(self) -> VesselMotion:
+        x = self.state.tolist()
+        force = tuple(x[6:9]) if len(x) > BODY else (0.0, 0.0, 0.0)
+        return VesselMotion(*x[:3], tuple(x[3:6]), force)

@@ -1,0 +1,76 @@
+"""A record of fixes and forces through a `VesselFilter` and back again: every row knows the whole record.
+
+Rauch, Tung and Striebel, AIAA Journal 3(8), 1965. As in `smoothing`, the backward pass predicts each row again.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.angles import wrap
+from steerway.compiled import kernel
+from steerway.estimation.positioning.low_speed import HEADING, advance_mean, spread, transition
+from steerway.estimation.positioning.vessel_filter import VesselFilter
+from steerway.estimation.smoothing import ignore, smoothing_step
+
+
+class VesselRecord(NamedTuple):
+    """States (rows, n) and covariances (rows, n, n), filtered and smoothed, and the NIS of every fix (rows,)."""
+
+    filtered: np.ndarray
+    filtered_covariance: np.ndarray
+    smoothed: np.ndarray
+    smoothed_covariance: np.ndarray
+    nis: np.ndarray
+
+
+def smooth(estimator: VesselFilter, forces, fixes, headings, dt: float) -> VesselRecord:
+    """Run `estimator` from where it stands over a record of rows `dt` s apart, and smooth it.
+
+    Args:
+        forces: (rows − 1, 3) what the actuators gave from each row to the next, surge N, sway N, yaw N·m.
+        fixes: (rows, 2) north and east (m), NaN in rows without a fix.
+        headings: (rows,) compass (rad), NaN in rows without one.
+    """
+    forces = np.ascontiguousarray(forces, dtype=np.float64)
+    rows, n = len(headings), len(estimator.state)
+    states, covariances = np.empty((rows, n)), np.empty((rows, n, n))
+    densities, anew, nis = np.empty((rows, n)), np.zeros(rows, dtype=np.bool_), np.full(rows, math.nan)
+    for k in range(rows):
+        if k:
+            estimator.predict(forces[k - 1], dt)
+        if math.isfinite(headings[k]):
+            estimator.update_heading(headings[k])
+        if math.isfinite(fixes[k][0]):
+            nis[k] = estimator.update(*fixes[k])
+            anew[k] = estimator.retaken
+        states[k], covariances[k], densities[k] = estimator.state, estimator.covariance, estimator.densities
+    back, back_covariances = states.copy(), covariances.copy()
+    _backward(back, back_covariances, forces, densities, anew, estimator.model, dt)
+    return VesselRecord(states, covariances, back, back_covariances, nis)
+
+
+@kernel
+def _backward(states, covariances, forces, densities, anew, model, dt):
+    rows, n = states.shape
+    work = np.empty((5, n, n))
+    middle, scale, excess, predicted = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    p_next, p_later = np.empty((n, n)), np.empty((n, n))
+    for k in range(rows - 2, -1, -1):
+        predicted[:], p_next[:] = states[k], covariances[k]
+        advance_mean(predicted, forces[k], model, dt, middle)
+        transition(middle, model, dt, work[0], work[1], work[2])
+        spread(p_next, work[0], densities[k + 1], dt, work[1])
+        excess[:], p_later[:] = states[k + 1], covariances[k + 1]
+        if anew[k + 1]:
+            ignore(0, excess, predicted, p_next)
+            ignore(1, excess, predicted, p_next)
+        for i in range(n):
+            excess[i] -= predicted[i]
+        excess[HEADING] = wrap(excess[HEADING])
+        smoothing_step(states[k], covariances[k], work[0], p_next, excess, p_later, work[1], work[2], work[3], scale)
+        states[k, HEADING] = wrap(states[k, HEADING])
+        for i in range(n):
+            for j in range(i):
+                covariances[k, i, j] = covariances[k, j, i]

@@ -1,0 +1,101 @@
+"""The profile that suits a log: vessel class and receiver quality, found from the fixes themselves.
+
+The built-in motions are tried on fixes at least a second apart (see `stages` for why), the likeliest is fitted from
+there, also as a vessel that holds her course and turns by turns, and then the receiver whose noise makes all fixes
+likeliest is added. Where that errs slowly, motion and receiver are fitted once more and together, since what the motion
+was found on took the receiver's wander for the vessel's. What a log cannot tell stays near what is usual. A log without
+way tells little more than the receiver, and nothing is fitted to it.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from steerway.estimation.profiles import BUILT_IN, Profile
+from steerway.estimation.replay import doubts
+from steerway.estimation.tuning.excerpts import moving, stretches, thinned
+from steerway.estimation.tuning.likelihood import cost
+from steerway.estimation.tuning.parameters import LASTING, MOTION, TURNS
+from steerway.estimation.tuning.search import Fit
+from steerway.estimation.tuning.stages import SPACING, Log, alternating, found, receiver, together, worthier
+from steerway.records import Fixes
+
+_STRETCHES, _STRETCH = 5, 1000
+_LEAST_SHARE = 0.1
+_FEWEST_FIXES = 60
+_WHITE = (0.005, 0.02, 0.05, 0.15, 0.5, 1.5, 5.0, 15.0)
+_SLOW = ((0.15, 4.0), (0.5, 20.0), (1.5, 100.0))
+_STEPS, _FEW_STEPS = 20, 8
+_MANY = 0.1
+"""Share of fixes in doubt from which they would pass for the rule; a few count as outliers, and gaps cost more."""
+
+
+def suited(fixes: Fixes) -> Profile:
+    """The profile under which `fixes` are most likely, starting from the built-in ones.
+
+    Reports of many vessels (AIS) have a profile of their own.
+    """
+    if fixes.mmsi is not None:
+        return BUILT_IN["ais"]
+    fixes = _undoubted(fixes.rows(fixes.has_position).in_order())
+    sample = stretches(fixes, _STRETCHES, _STRETCH)
+    under_way = moving(sample)
+    if under_way.sum() < max(_FEWEST_FIXES, _LEAST_SHARE * len(sample)):
+        return _at_rest(sample)
+    log, all_fixes = Log(sample, under_way), thinned(fixes.time, SPACING)
+    apart = stretches(fixes.rows(all_fixes), _STRETCHES, _STRETCH)
+    motion = _motion(Log(apart, moving(apart)))
+    received = receiver(log, motion.profile, len(fixes) / len(all_fixes), steps=_FEW_STEPS, slow_errors=1)
+    return _named(_reconciled(fixes, log, motion, received) if received.profile.error_std else received.profile)
+
+
+def _reconciled(fixes: Fixes, log: Log, motion: Fit, received: Fit) -> Profile:
+    """Motion and slow error fitted together: on the whole voyage, as densely as the number of fixes allows."""
+    under_way = moving(fixes)
+    spacing = min(SPACING, under_way.sum() / len(fixes) * np.ptp(fixes.time) / (_STRETCHES * _STRETCH))
+    chosen = thinned(fixes.time, spacing)
+    dense = stretches(fixes.rows(chosen), _STRETCHES, _STRETCH)
+    both = Log(dense, moving(dense))
+    best = worthier([received, together(both, motion, received)], both)
+    is_thinned = best is not received and len(chosen) < len(fixes)
+    return found(log, best.profile, ("position_std",), steps=_FEW_STEPS).profile if is_thinned else best.profile
+
+
+def _undoubted(fixes: Fixes) -> Fixes:
+    """The fixes that show the receiver as it is as a rule: not those it doubts itself, where these are many."""
+    doubted = doubts(fixes) > 1.0
+    many = len(doubted) > 0 and doubted.mean() > _MANY
+    return replace(fixes.rows(~doubted) if many else fixes, position_std=None)
+
+
+def _classes():
+    return [each for each in BUILT_IN.values() if each.name != "ais"]
+
+
+def _motion(log: Log) -> Fit:
+    """How the vessel moves, and white noise, from the likeliest class."""
+    update = {"error_std": 0.0}
+    candidates = [each.model_copy(update=update | {"position_std": white}) for each in _classes() for white in _WHITE]
+    start = min(candidates, key=log.cost)
+    names = MOTION + LASTING if start.acceleration_std else MOTION
+    one = found(log, start, names, steps=_STEPS)
+    two = found(log, min(alternating(one.profile), key=log.cost), (*names, *TURNS), steps=_STEPS)
+    return worthier([one, two], log)
+
+
+def _at_rest(sample: Fixes) -> Profile:
+    """A class and a receiver, as likely as any of the table."""
+    candidates = [
+        each.model_copy(update={"position_std": white, "error_std": slow, "error_time": time})
+        for each in _classes()
+        for white, slow, time in [*((white, 0.0, 60.0) for white in _WHITE), *((0.05, *each) for each in _SLOW)]
+    ]
+    return _named(min(candidates, key=lambda each: cost(each, sample)))
+
+
+def _named(profile: Profile) -> Profile:
+    p = profile
+    turns = f" that turns every {p.straight_time:.2g} s" if p.turn_time else ""
+    wander = f" and {p.error_std:.2g} m over {p.error_time:.2g} s" if p.error_std else ""
+    name = f"{p.name}{turns}, fixes with {p.position_std:.2g} m{wander} of noise"
+    return p.model_copy(update={"name": name})

@@ -1,0 +1,147 @@
+"""The steps of a fit, each from where the last one ended: manners of moving, the receiver's error, all together.
+
+The motion is fitted first, to fixes at least a second apart and white noise: a receiver's fixes a fraction of a second
+apart err alike, and taken as independent they would make every wobble of theirs a turn of the vessel. Then the
+receiver, white and slow error, to all fixes with the motion held. Fitted together from anywhere the two explain each
+other away; from where these two steps end they do not, and what was held too high or too low finds its place.
+
+A manner, an acceleration or a slow error is kept if it is worth its parameters.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from steerway.estimation.profiles import Profile
+from steerway.estimation.tuning.likelihood import surprises
+from steerway.estimation.tuning.parameters import BOUNDS, DRIFT, EXPECTED, LASTING, MOTION, SLOW_ERROR, TURNS
+from steerway.estimation.tuning.search import Fit, Search, minimise
+from steerway.records import Fixes
+
+SPACING = 1.0
+"""s between the fixes that tell of the motion."""
+_WORTH_A_PARAMETER = 2.0
+"""−log likelihood by which each further parameter has to better a fit."""
+_SEA = 0.9
+"""1/s: a course rate that decays faster is no turn."""
+_SHARES = (0.5, 1.0, 3.0)
+_ERROR_TIMES = (1.5, 5.0, 20.0, 100.0, 400.0)
+"""Where the search for a slow error begins: how large, of the white noise, and over how long (s)."""
+_ALTERNATIONS = ((40.0, 10.0, 100.0), (400.0, 100.0, 100.0), (100.0, 30.0, 1000.0))
+"""Where the search for two manners begins: how long a course is held, how long a turn lasts (s), and how much less the
+course rate is disturbed on a held course than in one manner for both."""
+
+
+@dataclass(frozen=True)
+class Log:
+    """Fixes to be explained, and which of them count, (n,) bool."""
+
+    fixes: Fixes
+    counted: np.ndarray
+
+    def surprises(self, profile: Profile) -> np.ndarray:
+        """(n,) −log likelihood of every row."""
+        return surprises(profile, self.fixes, self.counted)
+
+    def cost(self, profile: Profile) -> float:
+        """−log likelihood of all."""
+        return float(self.surprises(profile).sum())
+
+
+def found(log: Log, start: Profile, names, step=None, steps=40, expected=EXPECTED) -> Fit:
+    """The likeliest values of `names`, from those of a profile."""
+    search = Search(log.surprises, start, tuple(names), expected, BOUNDS, step or (lambda: None))
+    return minimise(search, start, steps)
+
+
+def worthier(fits, log: Log) -> Fit:
+    """The fit that explains a log best, where every parameter has to earn its place.
+
+    Turns are something that lasts: two manners that differ in how fast the course rate changes at random are a sea, not
+    a helm, and are left out.
+    """
+    sensible = [fit for fit in fits if not fit.profile.turn_time or fit.profile.turn_course_rate_decay < _SEA]
+    return min(sensible, key=lambda fit: log.cost(fit.profile) + _WORTH_A_PARAMETER * len(fit.search.names))
+
+
+def motion(log: Log, starts, step=None) -> Fit:
+    """Manners of moving, and white noise, from the best two of `starts`."""
+    find = partial(found, log, step=step)
+    best = sorted(starts, key=log.cost)[:2]
+    one = min((find(each, MOTION) for each in best), key=lambda fit: fit.cost)
+    lasting = one.profile.model_copy(update={"speed_noise": one.profile.speed_noise / 30.0, "acceleration_std": 0.2})
+    fits = [one, find(lasting, MOTION + LASTING)]
+    # With turns told apart she may need no acceleration after all.
+    bases = fits if worthier(fits, log) is fits[1] else fits[:1]
+    for base in bases:
+        paces = sorted(alternating(base.profile), key=log.cost)[:2]
+        fits = [*fits, *(find(each, base.search.names + TURNS) for each in paces)]
+    return worthier(fits, log)
+
+
+def alternating(one: Profile) -> list[Profile]:
+    """Two manners of moving on either side of one that was to serve for both, alternating at several paces."""
+    return [
+        one.model_copy(
+            update={
+                "straight_time": straight,
+                "turn_time": turn,
+                "speed_noise": one.speed_noise / 2.0,
+                "turn_speed_noise": one.speed_noise * 2.0,
+                "course_rate_noise": one.course_rate_noise / steadier,
+                "turn_course_rate_noise": one.course_rate_noise * 3.0,
+                "turn_course_rate_decay": one.course_rate_decay,
+            }
+        )
+        for straight, turn, steadier in _ALTERNATIONS
+    ]
+
+
+def spread_over(motion: Profile, crowding: float) -> Profile:
+    """White noise at a rate `crowding` times that of the fixes it was found on, which tells as much a second."""
+    return motion.model_copy(update={"position_std": motion.position_std * math.sqrt(crowding)})
+
+
+def receiver(log: Log, held: Profile, crowding: float, step=None, steps=40, slow_errors=2) -> Fit:
+    """The receiver's errors under a motion that was found at a rate of fixes `crowding` times less.
+
+    At most so many slow errors; each joins what is there already, in the likeliest of several sizes and times.
+    """
+    find = partial(found, log, step=step, steps=steps)
+    white = find(held, ("position_std",))
+    spread = spread_over(held, crowding)
+    fits = [white, find(spread, ("position_std",), steps=0)]
+    joined, names = white, white.search.names
+    for std, time in (SLOW_ERROR, DRIFT)[:slow_errors]:
+        size, names = joined.profile.position_std, (*names, std, time)
+        starts = [
+            joined.profile.model_copy(update={std: share * size, time: seconds})
+            for share in _SHARES
+            for seconds in _ERROR_TIMES
+        ]
+        best = sorted(starts, key=log.cost)[:2]
+        joined = min((find(each, names) for each in best), key=lambda fit: fit.cost)
+        fits.append(joined)
+    return worthier(fits, log)
+
+
+def together(log: Log, moving: Fit, received: Fit, step=None) -> Fit:
+    """All that was found, once more and at once; with the receiver known, two manners may come to light."""
+    names = tuple(dict.fromkeys((*moving.search.names, *received.search.names)))
+    starts = [received.profile]
+    if received.profile.error_std:
+        starts.append(_calmer(received.profile))
+    fits = [min((found(log, each, names, step) for each in starts), key=lambda fit: fit.cost)]
+    if not moving.profile.turn_time:
+        start = min(alternating(fits[0].profile), key=log.cost)
+        fits.append(found(log, start, (*names, *TURNS), step))
+    return worthier(fits, log)
+
+
+def _calmer(profile: Profile) -> Profile:
+    """More of what was seen laid to the receiver, and less to the vessel."""
+    shares = {name: 0.03 for name in type(profile).model_fields if name.endswith(("speed_noise", "course_rate_noise"))}
+    shares |= {"error_std": 2.0, "error_time": 4.0}
+    return profile.model_copy(update={name: share * getattr(profile, name) for name, share in shares.items()})

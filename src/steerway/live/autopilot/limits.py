@@ -1,0 +1,54 @@
+"""What a boat under way must keep: her speed, her distance from the leg, her fence."""
+
+import math
+
+from steerway.formats.nmea0183.writing import Leg
+from steerway.live.autopilot.fence import Fence
+from steerway.live.autopilot.mission import Limits
+from steerway.live.heard import Row
+
+LASTING = 0.5
+"""s for which speed or distance has to be beyond a limit: an estimate scatters."""
+GATHERING = 15.0
+"""s after the start within which the least speed is not asked for."""
+
+
+class LimitGuard:
+    """Judges each step; remembers for how long something has been wrong."""
+
+    def __init__(self, limits: Limits, fence: Fence | None = None):
+        self._fence = fence
+        self._low = limits.min_sog_mps or 0.0
+        self._high = limits.max_sog_mps or math.inf
+        self._wide = limits.cross_track or math.inf
+        self.start()
+
+    def start(self) -> None:
+        """The boat is set under way."""
+        self._under_way = 0.0
+        self._beyond = 0.0
+
+    def obstacle(self, row: Row, leg: Leg | None) -> str:
+        """Why not to start here, "" when there is nothing against it."""
+        return self._left(row) or self._beyond_limit(row, leg, 0.0)
+
+    def step(self, row: Row, leg: Leg | None, dt: float) -> str:
+        """Why to stop, "" while all limits are kept."""
+        self._under_way += dt
+        beyond = self._beyond_limit(row, leg, self._low if self._under_way > GATHERING else 0.0)
+        self._beyond = self._beyond + dt if beyond else 0.0
+        return self._left(row) or (beyond if self._beyond >= LASTING else "")
+
+    def _left(self, row):
+        if self._fence is None or not row.valid:
+            return ""
+        return self._fence.trouble(row.latitude, row.longitude, row.sog, row.cog)
+
+    def _beyond_limit(self, row, leg, low):
+        if row.sog > self._high:
+            return f"speed is {row.sog:.2f} m/s, the limit {self._high:g} m/s"
+        if row.sog < low:
+            return f"speed is {row.sog:.2f} m/s, the least {low:g} m/s"
+        if leg is not None and abs(leg.cross_track) > self._wide:
+            return f"the boat is {abs(leg.cross_track):.1f} m off the leg, the limit {self._wide:g} m"
+        return ""

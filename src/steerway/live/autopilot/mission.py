@@ -1,0 +1,181 @@
+"""The mission file: waypoints, how fast, where not, and how the boat answers; TOML, or the route of another program.
+
+TOML has `[[waypoint]]` with `lat_deg` and `lon_deg` and what the tables below list; a GPX route has its `rtept`; in
+GeoJSON the first LineString is the route and the first Polygon the fence. What a file does not say is as in `Settings`.
+"""
+
+import json
+import math
+import tomllib
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from steerway.errors import InputError
+from steerway.live.autopilot.fence import Fence
+from steerway.wording import refusal
+
+LOOKAHEAD = 20.0
+"""m, where a file says nothing: some ten lengths of a small boat."""
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Corner(_Table):
+    """A place."""
+
+    lat_deg: float = Field(ge=-89.0, le=89.0, allow_inf_nan=False, description="degrees, + north")
+    lon_deg: float = Field(ge=-180.0, le=180.0, allow_inf_nan=False, description="degrees, + east")
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """(latitude, longitude), rad."""
+        return math.radians(self.lat_deg), math.radians(self.lon_deg)
+
+
+class Waypoint(Corner):
+    """A place to sail to, with what differs from the rest of the route on the leg that leads there."""
+
+    speed_mps: float | None = Field(None, gt=0.0, allow_inf_nan=False)
+    acceptance: float | None = Field(None, gt=0.0, allow_inf_nan=False)  # m
+
+
+class Limits(_Table):
+    """Beyond these the autopilot stops. None: no limit."""
+
+    min_sog_mps: float | None = Field(None, gt=0.0, allow_inf_nan=False)
+    max_sog_mps: float | None = Field(None, gt=0.0, allow_inf_nan=False)
+    cross_track: float | None = Field(None, gt=0.0, allow_inf_nan=False)  # m to either side of the leg
+
+
+class Boat(_Table):
+    """How the boat answers orders; see `steerway.live.autopilot.steering`."""
+
+    max_yaw_rate_dps: float = Field(20.0, gt=0.0, allow_inf_nan=False)  # most that is asked for
+    yaw_time: float = Field(0.5, ge=0.0, allow_inf_nan=False)  # s in which she follows an asked yaw rate
+    full_yaw_rate_dps: float = Field(90.0, gt=0.0, allow_inf_nan=False)  # with one propeller ahead, the other astern
+    top_speed_mps: float = Field(3.0, gt=0.0, allow_inf_nan=False)  # at full thrust
+    surge_time: float = Field(1.5, gt=0.0, allow_inf_nan=False)  # s in which she follows a change of thrust
+    reverse: bool = False  # whether the propellers turn astern
+
+
+class Settings(_Table):
+    """All that a mission file may say beside its waypoints and fence."""
+
+    name: str = ""
+    lookahead: float = Field(LOOKAHEAD, gt=0.0, allow_inf_nan=False)  # m
+    acceptance: float = Field(10.0, gt=0.0, allow_inf_nan=False)  # m
+    speed_mps: float = Field(1.0, gt=0.0, allow_inf_nan=False)
+    safe: Literal["stop", "hand-back"] = "stop"
+    limits: Limits = Limits()
+    boat: Boat = Boat()
+
+
+class _File(Settings):
+    waypoint: list[Waypoint] = Field(description="[[waypoint]] tables with lat_deg and lon_deg")
+    fence: list[Corner] = []
+
+
+@dataclass(frozen=True, eq=False)
+class GeodeticRoute:
+    """Waypoints in latitude and longitude (n,), rad, in the order in which they are sailed.
+
+    lookahead:  Δ of the line of sight, m.
+    acceptance: radius within which a waypoint is reached, m, one or (n,).
+    speed:      asked for on the way to each waypoint, m/s, one or (n,).
+    fence:      what the boat must not leave.
+    limits, boat, safe: see `Limits`, `Boat`; `safe` "stop" (zero thrust, zero yaw rate) or "hand-back" (no order).
+    Raises InputError for a route that leaves its fence.
+    """
+
+    latitude: np.ndarray
+    longitude: np.ndarray
+    lookahead: float = LOOKAHEAD
+    acceptance: np.ndarray | float = 10.0
+    speed: np.ndarray | float = 1.0
+    fence: Fence | None = None
+    limits: Limits = field(default_factory=Limits)
+    boat: Boat = field(default_factory=Boat)
+    safe: str = "stop"
+
+    def __post_init__(self):
+        places = list(zip(self.latitude, self.longitude, strict=True))
+        if self.fence is None:
+            return
+        for k, place in enumerate(places):
+            if not self.fence.holds(*place):
+                raise InputError(f"waypoint {k} lies outside of the fence, expected a route inside of it")
+            if k and self.fence.leg_leaves(places[k - 1], place):
+                raise InputError(f"the leg to waypoint {k} crosses the fence, expected a route inside of it")
+
+    @classmethod
+    def load(cls, path: str | Path) -> "GeodeticRoute":
+        """A route from a file. Raises InputError that names the file and what is wrong with it."""
+        readers = {".toml": _from_toml, ".gpx": _from_gpx, ".geojson": _from_geojson, ".json": _from_geojson}
+        reader = readers.get(Path(path).suffix.lower())
+        if reader is None:
+            raise InputError(f"route {path} has an unknown ending, expected one of {', '.join(readers)}")
+        try:
+            said = _File(**reader(Path(path).read_text(encoding="utf-8")))
+        except OSError as error:
+            raise InputError(f"route {path} cannot be read: {error.strerror}") from None
+        except ValidationError as error:
+            raise refusal(f"route {path}", error, _File) from None
+        except (ValueError, KeyError, TypeError, AttributeError, ElementTree.ParseError) as error:
+            raise InputError(f"route {path} is malformed ({error}), expected waypoints in degrees") from None
+        if len(said.waypoint) < 2:
+            raise InputError(f"route {path} has {len(said.waypoint)} waypoints, expected at least 2")
+        try:
+            return cls.of(said.waypoint, said.fence, said)
+        except InputError as error:
+            raise InputError(f"route {path}: {error}") from None
+
+    @classmethod
+    def of(cls, waypoints: list[Waypoint], fence: list[Corner] = (), settings: Settings | None = None):
+        """A route from tables."""
+        said = settings or Settings()
+        latitude, longitude = np.array([each.place for each in waypoints]).T
+        return cls(
+            latitude,
+            longitude,
+            said.lookahead,
+            np.array([each.acceptance or said.acceptance for each in waypoints]),
+            np.array([each.speed_mps or said.speed_mps for each in waypoints]),
+            Fence([each.place for each in fence]) if fence else None,
+            said.limits,
+            said.boat,
+            said.safe,
+        )
+
+
+def _from_toml(text):
+    return tomllib.loads(text)
+
+
+def _from_gpx(text):
+    if "<!DOCTYPE" in text or "<!ENTITY" in text:
+        raise ValueError("a document type is declared")
+    points = [each for each in ElementTree.fromstring(text).iter() if each.tag.rpartition("}")[2] == "rtept"]
+    return {"waypoint": [{"lat_deg": each.attrib["lat"], "lon_deg": each.attrib["lon"]} for each in points]}
+
+
+def _from_geojson(text):
+    found = json.loads(text)
+    shapes = [each.get("geometry", each) for each in found.get("features", [found])]
+    lines = [each["coordinates"] for each in shapes if each["type"] == "LineString"]
+    rings = [each["coordinates"][0] for each in shapes if each["type"] == "Polygon"]
+    if any(len(each["coordinates"]) > 1 for each in shapes if each["type"] == "Polygon"):
+        raise ValueError("the fence has holes")
+    if not lines:
+        raise ValueError("it holds no LineString")
+    return {"waypoint": _places(lines[0]), "fence": _places(rings[0]) if rings else []}
+
+
+def _places(coordinates):
+    return [{"lat_deg": each[1], "lon_deg": each[0]} for each in coordinates]

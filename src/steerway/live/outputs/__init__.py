@@ -1,0 +1,1 @@
+"""What is said, in which form and when."""

@@ -1,0 +1,135 @@
+"""Signal K deltas: motion, the leg under way, what the autopilot does; SI and rad, null for unknown.
+
+Paths and states are those of the Signal K specification 1.5.1, groups navigation, steering and notifications.
+"""
+
+import json
+import math
+
+from steerway.formats.nmea0183.writing import Leg
+from steerway.live.autopilot.states import FIT, Order, State
+from steerway.live.heard import Row
+from steerway.live.links.speakers import Speaker
+from steerway.live.outputs.rhythm import Rhythm
+from steerway.timestamps import iso
+
+_STATES = {
+    State.IDLE: "standby",
+    State.READY: "standby",
+    State.RUNNING: "route",
+    State.DEGRADED: "route",
+    State.STOPPED: "alarm",
+}
+
+
+class Deltas:
+    """A delta at a fix once a period (s), the present where fixes stay away, and the autopilot's changes of state."""
+
+    def __init__(self, speaker: Speaker, period: float = 1.0):
+        self.speaker, self.period = speaker, period
+        self._rhythm = Rhythm(period)
+        self._said = -math.inf
+        self._leg: Leg | None = None
+        self._order: Order | None = None
+        self._on_route = False
+
+    def fix(self, row: Row) -> None:
+        """See Output."""
+        if self._rhythm.strikes(row.time):
+            self._say(row)
+
+    def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
+        """See Output."""
+        before, self._leg, self._order = self._order, leg, order
+        self._on_route |= leg is not None
+        is_news = order is not None and (before is None or before.state is not order.state)
+        if is_news or row.time - self._said >= 1.5 * self.period:
+            self._say(row, notification(order) if is_news and _alarms(before, order) else {})
+
+    def close(self) -> None:
+        """See Output."""
+        self.speaker.close()
+
+    def _say(self, row, more=None):
+        self._said = row.time
+        values = motion(row)
+        if self._on_route:
+            fit = self._order is None or self._order.state in FIT
+            values |= course(self._leg if fit and not math.isnan(row.cog) else None)
+        if self._order is not None:
+            values |= steering(self._order)
+        self.speaker.send(delta(row.time, values | (more or {})))
+
+
+def delta(time: float, values: dict) -> bytes:
+    """A delta of values by path at a time."""
+    update = {
+        "$source": "steerway",
+        "timestamp": iso(round(time, 3)),
+        "values": [{"path": path, "value": value} for path, value in values.items()],
+    }
+    return json.dumps({"context": "vessels.self", "updates": [update]}).encode()
+
+
+def motion(row: Row) -> dict:
+    """The motion of a row by path; course in [0, 2π)."""
+    return {
+        "navigation.position": _place(row.latitude, row.longitude),
+        "navigation.speedOverGround": _or_null(row.sog),
+        "navigation.courseOverGroundTrue": _angle(row.cog),
+        "navigation.rateOfTurn": _or_null(row.course_rate),
+    }
+
+
+def course(leg: Leg | None) -> dict:
+    """The leg by path, all of it null for none."""
+    leg = leg or Leg(*[math.nan] * 8)
+    return {
+        "navigation.courseGreatCircle.crossTrackError": _or_null(leg.cross_track),
+        "navigation.courseGreatCircle.bearingTrackTrue": _angle(leg.direction),
+        "navigation.courseGreatCircle.nextPoint.position": _place(leg.latitude, leg.longitude),
+        "navigation.courseGreatCircle.nextPoint.distance": _or_null(leg.distance),
+        "navigation.courseGreatCircle.nextPoint.bearingTrue": _angle(leg.bearing),
+        "navigation.courseGreatCircle.nextPoint.velocityMadeGood": _or_null(leg.closing_speed),
+    }
+
+
+def steering(order: Order) -> dict:
+    """What the autopilot does by path.
+
+    Signal K knows a target heading only; as in NMEA's APB, where the field is called so too, it is the course to steer.
+    """
+    return {
+        "steering.autopilot.state": _STATES[order.state],
+        "steering.autopilot.target.headingTrue": _angle(order.course),
+    }
+
+
+def notification(order: Order) -> dict:
+    """An alarm for an autopilot that has stopped, and the end of it for any other."""
+    stopped = order.state is State.STOPPED
+    value = {
+        "state": "alarm" if stopped else "normal",
+        "method": ["visual", "sound"] if stopped else [],
+        "message": f"Autopilot {order.state}" + (f": {order.reason}" if order.reason else ""),
+    }
+    return {"notifications.steering.autopilot": value}
+
+
+def _alarms(before, order):
+    """Whether an alarm begins or ends."""
+    return order.state is State.STOPPED or (before is not None and before.state is State.STOPPED)
+
+
+def _place(latitude, longitude):
+    if math.isnan(latitude) or math.isnan(longitude):
+        return None
+    return {"latitude": math.degrees(latitude), "longitude": math.degrees(longitude)}
+
+
+def _angle(value):
+    return _or_null(value % (2.0 * math.pi))
+
+
+def _or_null(value):
+    return value if math.isfinite(value) else None

@@ -1,0 +1,43 @@
+"""Sentences of NMEA 0183 for instruments and autopilots."""
+
+import math
+
+from steerway.formats.nmea0183.writing import Leg, apb, rmb, rmc, rot, vtg, xte
+from steerway.live.autopilot.states import FIT, Order
+from steerway.live.heard import Row
+from steerway.live.links.speakers import Speaker
+from steerway.live.outputs.rhythm import Rhythm
+
+
+class Sentences:
+    """RMC, VTG and ROT once a period (s), and APB, XTE and RMB on a route, as instruments and autopilots expect."""
+
+    def __init__(self, speaker: Speaker, period: float = 1.0):
+        self.speaker = speaker
+        self._rhythm = Rhythm(period)
+
+    def fix(self, row: Row) -> None:
+        """See Output."""
+
+    def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
+        """See Output."""
+        if self._rhythm.strikes(row.time):
+            self.speaker.send("".join(self.said(row, leg, order)).encode())
+
+    def close(self) -> None:
+        """See Output."""
+        self.speaker.close()
+
+    def said(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> list[str]:
+        """The sentences of a row. Where to steer is said only where course is known and the autopilot fit to steer."""
+        valid = row.valid and not math.isnan(row.sog)
+        steering = []
+        if leg is not None:
+            knows = row.valid and not math.isnan(row.cog) and (order is None or order.state in FIT)
+            steering = [sentence(leg, valid=knows) for sentence in (apb, xte, rmb)]
+        return [
+            rmc(row.time, row.latitude, row.longitude, row.sog, row.cog, valid=row.valid),
+            vtg(row.sog, row.cog, valid=valid),
+            rot(row.course_rate, valid=row.valid),
+            *steering,
+        ]
