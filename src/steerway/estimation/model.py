@@ -24,6 +24,7 @@ VELOCITY_NORTH, VELOCITY_EAST = SPEED, COURSE
     START_SPEED_VARIANCE,  # (m/s)²
     START_RATE_VARIANCE,  # (rad/s)²
     GATE,  # on the normalised innovation squared of a fix, χ² with 2 degrees of freedom
+    OUTLIER,  # −2 log of the density of an outlier, 1/m²: a fix that is likelier than one is taken whatever its NIS
     PATIENCE,  # s of unbroken rejections after which the position is taken anew
     SOG_VARIANCE,
     VELOCITY_VARIANCE,  # across the course, of the receiver's own velocity: (this / U²) is the variance of COG
@@ -45,7 +46,7 @@ VELOCITY_NORTH, VELOCITY_EAST = SPEED, COURSE
     AGEING,  # 1/s: how often it ages
     AGES_TO,  # … into which row
     EXTRAS,  # where the triples begin
-) = range(31)
+) = range(32)
 
 MODE, STRAY, RETRIES, LATITUDE, LONGITUDE = range(5)
 """Bookkeeping: one of the modes below; seconds since the first of unbroken rejections (−1: none); resets in a row; the

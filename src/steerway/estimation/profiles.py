@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from steerway.errors import InputError
 
 GATE = 13.8
+OUTLIER = 20.0
 """χ² with two degrees of freedom at 0.1 %."""
 TELLING = 10.0
 """A log whose 95 % interval of a number is wider than this factor cannot tell it."""
@@ -250,6 +251,7 @@ class Profile(BaseModel):
             _START_SPEED_STD**2,
             self.start_rate_std**2,
             GATE,
+            OUTLIER,
             _PATIENCE,
             self.sog_std**2,
             self.velocity_std**2,

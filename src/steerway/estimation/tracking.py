@@ -40,6 +40,7 @@ from steerway.estimation.model import (
     LOST_COURSE_VARIANCE,
     MODE,
     NORTH,
+    OUTLIER,
     PATIENCE,
     POSITION_VARIANCE,
     RATE,
@@ -58,6 +59,8 @@ from steerway.estimation.way import fold, judge, predict_adrift, start, take_pla
 from steerway.estimation.yawing import predict_underway
 from steerway.records import NO_COURSE, OK, PREDICTED, REJECTED
 from steerway.records import STARTING as STARTING_STATUS
+
+LOG_TWO_PI_SQUARED = 2.0 * math.log(2.0 * math.pi)
 
 
 @lean_kernel
@@ -120,7 +123,7 @@ def take_fix(memory, north, east, doubt, model):
     if memory.ndim == 3:
         if book[MODE] == UNDERWAY:
             nis, log_determinant = weigh_fix(memory, north, east, doubt, model)
-            accepted = nis <= parameters[GATE]
+            accepted = believed(nis, log_determinant, parameters)
             if accepted:
                 correct_modes(memory, north, east, doubt, model)
         else:
@@ -150,6 +153,12 @@ def mistimed(x, book, s_nn, s_ne, s_ee, model):
 
 
 @lean_kernel
+def believed(nis, log_determinant, model):
+    """Whether a fix is within what is usual of the vessel, or else likelier than an outlier."""
+    return nis <= model[GATE] or nis + log_determinant + LOG_TWO_PI_SQUARED <= model[OUTLIER]
+
+
+@lean_kernel
 def correct_whole(main, north, east, doubt, model):
     """Correct one filter by a fix unless the gate refuses it. Returns (accepted, NIS, log det S)."""
     n = main.shape[1]
@@ -159,10 +168,11 @@ def correct_whole(main, north, east, doubt, model):
     if model[TIME_VARIANCE] > 0.0:
         s_nn, s_ne, s_ee = mistimed(x, main[n + 1], s_nn, s_ne, s_ee, model)
     nis = normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee)
-    accepted = nis <= model[GATE]
+    log_determinant = math.log(s_nn * s_ee - s_ne * s_ne)
+    accepted = believed(nis, log_determinant, model)
     if accepted:
         correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g, pairs)
-    return accepted, nis, math.log(s_nn * s_ee - s_ne * s_ne)
+    return accepted, nis, log_determinant
 
 
 @lean_kernel

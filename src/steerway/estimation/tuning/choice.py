@@ -15,9 +15,9 @@ from steerway.estimation.profiles import BUILT_IN, Profile
 from steerway.estimation.replay import doubts
 from steerway.estimation.tuning.excerpts import moving, stretches, thinned
 from steerway.estimation.tuning.likelihood import cost
-from steerway.estimation.tuning.parameters import LASTING, MOTION, TURNS
+from steerway.estimation.tuning.parameters import LASTING, MOTION, TURNS, YAWING
 from steerway.estimation.tuning.search import Fit
-from steerway.estimation.tuning.stages import SPACING, Log, alternating, found, receiver, together, worthier
+from steerway.estimation.tuning.stages import SPACING, Log, alternating, found, receiver, swinging, together, worthier
 from steerway.records import Fixes
 
 _STRETCHES, _STRETCH = 5, 1000
@@ -80,7 +80,8 @@ def _motion(log: Log) -> Fit:
     names = MOTION + LASTING if start.acceleration_std else MOTION
     one = found(log, start, names, steps=_STEPS)
     two = found(log, min(alternating(one.profile), key=log.cost), (*names, *TURNS), steps=_STEPS)
-    return worthier([one, two], log)
+    swings = found(log, min(swinging(one.profile), key=log.cost), (*names, *YAWING), steps=_STEPS)
+    return worthier([one, two, swings], log)
 
 
 def _at_rest(sample: Fixes) -> Profile:
@@ -96,6 +97,7 @@ def _at_rest(sample: Fixes) -> Profile:
 def _named(profile: Profile) -> Profile:
     p = profile
     turns = f" that turns every {p.straight_time:.2g} s" if p.turn_time else ""
+    yaws = f" that swings every {p.yawing_period:.2g} s" if p.yawing_period else ""
     wander = f" and {p.error_std:.2g} m over {p.error_time:.2g} s" if p.error_std else ""
-    name = f"{p.name}{turns}, fixes with {p.position_std:.2g} m{wander} of noise"
+    name = f"{p.name}{turns}{yaws}, fixes with {p.position_std:.2g} m{wander} of noise"
     return p.model_copy(update={"name": name})

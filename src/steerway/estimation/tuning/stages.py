@@ -33,6 +33,10 @@ _ALTERNATIONS = ((40.0, 10.0, 100.0), (400.0, 100.0, 100.0), (100.0, 30.0, 1000.
 """Where the search for two manners begins: how long a course is held, how long a turn lasts (s), and how much less the
 course rate is disturbed on a held course than in one manner for both."""
 
+_PERIODS, _HOLDING_TIMES, _STEADIER = (5.0, 8.0, 12.0, 20.0, 35.0), (8.0, 30.0), (1.0, 0.2)
+"""Where the search for yawing begins: its period (s), for how long a course is held (s), and how much less the course
+rate is disturbed than if it came from nowhere."""
+
 
 @dataclass(frozen=True)
 class Log:
@@ -99,6 +103,18 @@ def alternating(one: Profile) -> list[Profile]:
     ]
 
 
+def swinging(one: Profile) -> list[Profile]:
+    """The same vessel steered back to a course she holds, with several periods."""
+    return [
+        one.model_copy(
+            update={"yawing_period": period, "yawing_time": time, "course_rate_noise": one.course_rate_noise * share}
+        )
+        for period in _PERIODS
+        for time in _HOLDING_TIMES
+        for share in _STEADIER
+    ]
+
+
 def spread_over(motion: Profile, crowding: float) -> Profile:
     """White noise at a rate `crowding` times that of the fixes it was found on, which tells as much a second."""
     return motion.model_copy(update={"position_std": motion.position_std * math.sqrt(crowding)})
@@ -134,7 +150,7 @@ def together(log: Log, moving: Fit, received: Fit, step=None) -> Fit:
     if received.profile.error_std:
         starts.append(_calmer(received.profile))
     fits = [min((found(log, each, names, step) for each in starts), key=lambda fit: fit.cost)]
-    if not moving.profile.turn_time:
+    if not (moving.profile.turn_time or moving.profile.yawing_period):
         start = min(alternating(fits[0].profile), key=log.cost)
         fits.append(found(log, start, (*names, *TURNS), step))
     return worthier(fits, log)
