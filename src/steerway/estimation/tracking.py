@@ -60,7 +60,7 @@ from steerway.estimation.yawing import predict_underway
 from steerway.records import NO_COURSE, OK, PREDICTED, REJECTED
 from steerway.records import STARTING as STARTING_STATUS
 
-LOG_TWO_PI_SQUARED = 2.0 * math.log(2.0 * math.pi)
+_OF_TWO_NORMALS = 2.0 * math.log(2.0 * math.pi)
 
 
 @lean_kernel
@@ -155,7 +155,7 @@ def mistimed(x, book, s_nn, s_ne, s_ee, model):
 @lean_kernel
 def believed(nis, log_determinant, model):
     """Whether a fix is within what is usual of the vessel, or else likelier than an outlier."""
-    return nis <= model[GATE] or nis + log_determinant + LOG_TWO_PI_SQUARED <= model[OUTLIER]
+    return nis <= model[GATE] or nis + log_determinant + _OF_TWO_NORMALS <= model[OUTLIER]
 
 
 @lean_kernel

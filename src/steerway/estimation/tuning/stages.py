@@ -16,7 +16,7 @@ import numpy as np
 
 from steerway.estimation.profiles import Profile
 from steerway.estimation.tuning.likelihood import surprises
-from steerway.estimation.tuning.parameters import BOUNDS, DRIFT, EXPECTED, LASTING, MOTION, SLOW_ERROR, TURNS
+from steerway.estimation.tuning.parameters import BOUNDS, DRIFT, EXPECTED, LASTING, MOTION, SLOW_ERROR, TURNS, YAWING
 from steerway.estimation.tuning.search import Fit, Search, minimise
 from steerway.records import Fixes
 
@@ -82,6 +82,7 @@ def motion(log: Log, starts, step=None) -> Fit:
     for base in bases:
         paces = sorted(alternating(base.profile), key=log.cost)[:2]
         fits = [*fits, *(find(each, base.search.names + TURNS) for each in paces)]
+        fits.append(find(min(swinging(base.profile), key=log.cost), base.search.names + YAWING))
     return worthier(fits, log)
 
 
