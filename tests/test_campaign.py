@@ -10,10 +10,10 @@ import pytest
 
 from steerway.errors import InputError
 from steerway.simulation.campaign import over_seeds
+from steerway.simulation.reading import parse_scenario
 from steerway.simulation.run import numbers_of_seed
-from steerway.simulation.scenario import Scenario
 
-SHORT = Scenario.parse(
+SHORT = parse_scenario(
     'duration = 15\n[route]\nat_end = "stop"\nwaypoints = [{ north = 0, east = 0 }, { north = 200, east = 0 }]'
 )
 

@@ -20,8 +20,8 @@ from steerway.pilot import Mode, Pilot
 from steerway.sensors.gnss import Gnss, low_cost
 from steerway.sensors.suite import Suite, Truth
 from steerway.simulation.loop import Start, sail
+from steerway.simulation.reading import parse_scenario
 from steerway.simulation.run import sail_scenario
-from steerway.simulation.scenario import Scenario
 from steerway.vessels import Nomoto, Otter
 from steerway.vessels.environment import Current, Environment
 
@@ -120,7 +120,7 @@ waypoints = [{ north = 0, east = 0 }, { north = 40, east = 0, stay = 120 }, { no
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_an_otter_holds_station_in_a_current_and_leaves_again_without_chatter(seed):
-    sailed = sail_scenario(Scenario.parse(STATION), seed)
+    sailed = sail_scenario(parse_scenario(STATION), seed)
     run = sailed.run
     holding = run["mode"] == Mode.HOLDING
     edges = np.flatnonzero(np.diff(holding.astype(int))) + 1
@@ -180,7 +180,7 @@ def test_the_damping_of_the_loop():
 
 
 def test_on_true_states_the_loop_needs_no_filter():
-    scenario = Scenario.parse(STATION.replace("[compass]", '[estimator]\nkind = "truth"'))
+    scenario = parse_scenario(STATION.replace("[compass]", '[estimator]\nkind = "truth"'))
     sailed = sail_scenario(scenario)
     assert isinstance(sailed.assembly.instruments, Truth)
     assert sailed.numbers["position_rms_m"] == 0.0 and sailed.numbers["waypoints_reached"] == 2.0

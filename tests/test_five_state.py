@@ -10,7 +10,8 @@ from steerway.angles import wrap
 from steerway.estimation.five_state import predict, set_step, turn_noise, turn_response
 from steerway.estimation.model import RATE_DECAY, SPEED_DECAY, empty_memory
 from steerway.estimation.position_update import correct, innovation
-from steerway.estimation.tracking import SPOKEN, track
+from steerway.estimation.replay import Run, outputs
+from steerway.estimation.tracking import track
 from steerway.estimation.way import fold
 from tests.five_state_by_matrices import ExactTurn, responses, update
 
@@ -126,12 +127,10 @@ def winding(n=1500, dt=0.2, seed=1):
 def tracked(north, east, time, profile=PROFILE):
     """Rows of what the filter says (n, SPOKEN), and their NIS."""
     model = profile.model()
-    n = len(time)
-    spoken, nis = np.empty((n, SPOKEN)), np.empty(n)
-    columns = (spoken, nis, np.empty(n), np.empty(n, np.uint8))
+    run = Run(len(time))
     rows = time, north, east, np.empty(0), np.empty((0, 5))
-    track(*rows, False, model, empty_memory(model), *columns, np.empty((0, 1, 1)))
-    return spoken, nis
+    track(*rows, False, model, empty_memory(model), *outputs(run), np.empty((0, 1, 1)))
+    return run.spoken, run.nis
 
 
 def test_the_filter_is_the_dense_filter():

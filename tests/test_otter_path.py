@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from steerway.studies import named, otter_path
-from steerway.studies.otter_path import LOOKAHEAD, Case, leg
+from steerway.studies import named, otter_path, otter_path_boat
+from steerway.studies.otter_path_boat import LOOKAHEAD, Case, leg
 
 
 @pytest.mark.parametrize(("noise", "most"), [(0.1, 0.2), (0.5, 0.55)])
@@ -40,5 +40,5 @@ def test_the_study_gives_the_numbers_it_is_asked_for(monkeypatch):
 
 
 def test_a_leg_that_was_never_sailed_is_a_miss(monkeypatch):
-    monkeypatch.setattr(otter_path, "JUDGED", (150.0, 5000.0))
+    monkeypatch.setattr(otter_path_boat, "JUDGED", (150.0, 5000.0))
     assert math.isnan(leg(Case(0.1, 1.2), 1).rms)

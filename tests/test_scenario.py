@@ -7,8 +7,8 @@ import pytest
 
 from steerway.errors import InputError
 from steerway.simulation.assembly import assemble, boat, pilot
+from steerway.simulation.reading import load_scenario, parse_scenario
 from steerway.simulation.run import advise
-from steerway.simulation.scenario import Scenario
 
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
 ROUTE = "[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 200, east = 0 }]\n"
@@ -16,16 +16,16 @@ ROUTE = "[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 200, east = 0 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_every_example_can_be_built(path):
-    assemble(Scenario.load(path))
+    assemble(load_scenario(path))
 
 
 def test_a_route_alone_is_a_scenario():
-    scenario = Scenario.parse(ROUTE)
+    scenario = parse_scenario(ROUTE)
     assert scenario.vessel.kind == "otter" and scenario.gnss.rate == 5.0 and boat(scenario).cruise == 1.2
 
 
 def test_two_pilots_of_one_scenario_share_nothing():
-    scenario = Scenario.parse(ROUTE)
+    scenario = parse_scenario(ROUTE)
     one, other = pilot(scenario), pilot(scenario)
     one.mission.step(1.0, 2.0, 0.1)
     assert one.mission.missions[0].log.time == 0.1 and other.mission.missions[0].log.time == 0.0
@@ -34,7 +34,7 @@ def test_two_pilots_of_one_scenario_share_nothing():
 
 def test_angles_are_degrees_in_the_file_and_radians_behind_it():
     blocks = assemble(
-        Scenario.parse(
+        parse_scenario(
             ROUTE + "[start]\nheading_deg = 90\n[environment.waves]\nroll_std_deg = 5\n[compass]\nstd_deg = 2"
         )
     )
@@ -45,7 +45,7 @@ def test_angles_are_degrees_in_the_file_and_radians_behind_it():
 
 def test_the_slowest_leg_is_what_the_autopilot_is_judged_by():
     slow = ROUTE.replace("north = 200, east = 0", "north = 200, east = 0, speed = 0.6")
-    assert "at 0.6 m/s" in advise(Scenario.parse(slow))[1] and "at 1.2 m/s" in advise(Scenario.parse(ROUTE))[1]
+    assert "at 0.6 m/s" in advise(parse_scenario(slow))[1] and "at 1.2 m/s" in advise(parse_scenario(ROUTE))[1]
 
 
 def test_waypoints_in_latitude_and_longitude():
@@ -54,7 +54,7 @@ def test_waypoints_in_latitude_and_longitude():
     [route]
     waypoints = [{ latitude_deg = 63.0, longitude_deg = 10.0 }, { latitude_deg = 63.001, longitude_deg = 10.0 }]
     """
-    (mission,) = pilot(Scenario.parse(text)).mission.missions
+    (mission,) = pilot(parse_scenario(text)).mission.missions
     assert mission.route.north[1] == pytest.approx(111.5, abs=0.1) and mission.route.east[1] == 0.0
 
 
@@ -115,7 +115,7 @@ WRONG = {
 @pytest.mark.parametrize("expected", WRONG)
 def test_what_is_wrong_is_one_sentence(expected):
     with pytest.raises(InputError) as caught:
-        Scenario.parse(WRONG[expected], "scenario test.toml")
+        parse_scenario(WRONG[expected], "scenario test.toml")
     sentence = str(caught.value)
     assert sentence.startswith("scenario test.toml") and expected in sentence.replace(".0,", ",")
     assert "\n" not in sentence and "pydantic" not in sentence
@@ -123,9 +123,9 @@ def test_what_is_wrong_is_one_sentence(expected):
 
 def test_a_file_that_is_not_there_and_a_profile_beside_the_scenario(tmp_path):
     with pytest.raises(InputError, match=r"scenario .*none\.toml cannot be read: No such file"):
-        Scenario.load(tmp_path / "none.toml")
+        load_scenario(tmp_path / "none.toml")
     from steerway.estimation.profiles import Profile
 
     Profile.named("otter").model_copy(update={"position_std": 0.123}).save(tmp_path / "mine.toml")
     (tmp_path / "scene.toml").write_text(ROUTE + '[estimator]\nprofile = "mine.toml"', encoding="utf-8")
-    assert pilot(Scenario.load(tmp_path / "scene.toml")).estimator.filter.profile.position_std == 0.123
+    assert pilot(load_scenario(tmp_path / "scene.toml")).estimator.filter.profile.position_std == 0.123

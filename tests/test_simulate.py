@@ -17,8 +17,8 @@ from steerway.simulation import outcome
 from steerway.simulation.assembly import begins
 from steerway.simulation.demo import SCENARIO, demo
 from steerway.simulation.loop import COLUMNS
+from steerway.simulation.reading import load_scenario, parse_scenario
 from steerway.simulation.run import advise, origin, sail_scenario, write
-from steerway.simulation.scenario import Scenario
 
 SHORT = """
 duration = 60.0
@@ -50,7 +50,7 @@ def short(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def written(short):
-    sailed = sail_scenario(Scenario.load(short))
+    sailed = sail_scenario(load_scenario(short))
     return sailed, write(sailed, short.parent / "out", nmea=True)
 
 
@@ -126,7 +126,7 @@ def test_many_seeds_are_a_row_each(short, tmp_path):
     assert result.exception is None, result.output
     frame = pl.read_parquet(tmp_path / "campaign.parquet")
     assert frame["seed"].to_list() == [7, 8]
-    assert frame["cog_rms_deg"][0] == sail_scenario(Scenario.load(short), 7).numbers["cog_rms_deg"]
+    assert frame["cog_rms_deg"][0] == sail_scenario(load_scenario(short), 7).numbers["cog_rms_deg"]
     medians = json.loads((tmp_path / "results.json").read_text())
     assert medians["seeds"] == 2 and medians["sog_rms_mps"] == pytest.approx(frame["sog_rms_mps"].mean())
 
@@ -169,7 +169,7 @@ def test_what_cannot_be_asked_together(short, tmp_path):
 
 def test_on_truth_and_by_compass_nothing_limits_the_autopilot():
     for change in ('[estimator]\nkind = "truth"\n', '[guidance]\nlaw = "integral-line-of-sight"\n'):
-        fits, _ = advise(Scenario.parse(HUNTING + change))
+        fits, _ = advise(parse_scenario(HUNTING + change))
         assert fits
 
 
@@ -180,4 +180,4 @@ def test_the_demo_sails_its_mission_and_tells_the_estimate_from_the_truth(tmp_pa
     assert float(told["speed over ground, estimated against true"].split()[0]) < 0.25
     assert float(told["course over ground, estimated against true"].split()[0]) < 15.0
     assert all(path.stat().st_size > 10_000 for path in files) and len(files) == 3
-    assert math.isfinite(begins(Scenario.parse(SCENARIO)))
+    assert math.isfinite(begins(parse_scenario(SCENARIO)))

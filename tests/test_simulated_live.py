@@ -29,7 +29,7 @@ from steerway.live.simulated.boat import SimulatedBoat
 from steerway.live.simulated.inner_loops import InnerLoops
 from steerway.live.simulated.propellers import Propellers
 from steerway.live.simulated.running import Running
-from steerway.simulation.scenario import Scenario
+from steerway.simulation.reading import load_scenario, parse_scenario
 from tests.test_live_links import free_port, until
 
 ROOT = Path(__file__).parent.parent
@@ -39,13 +39,13 @@ STOPPED = Order(State.STOPPED, "told to stop", engaged=True)
 
 
 def scenario(**changes):
-    return Scenario.load(SQUARE).model_copy(update=changes)
+    return load_scenario(SQUARE).model_copy(update=changes)
 
 
 def boat_of(kind, **keys):
     route = "waypoints = [{ north = 0.0, east = 0.0 }, { north = 900.0, east = 0.0 }]"
     lines = [f'kind = "{kind}"', *(f"{name} = {value}" for name, value in keys.items())]
-    return SimulatedBoat(Scenario.parse("\n".join(["[vessel]", *lines, "[route]", route])))
+    return SimulatedBoat(parse_scenario("\n".join(["[vessel]", *lines, "[route]", route])))
 
 
 def test_her_receiver_says_where_she_was():

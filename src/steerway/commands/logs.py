@@ -82,7 +82,7 @@ def estimate(
     fixes = on_time(read_logs(logs, source, start, stop), latency)
     if no_accuracy:
         fixes = replace(fixes, position_std=None)
-    chosen = choose_profile(fixes, profile)
+    chosen = choose_profile(fixes, profile, aids)
     estimator = FiveStateFilter(chosen, aids)
     motion = estimator.smooth(fixes, rate) if smooth else estimator.filter(fixes, rate)
     late = lateness(fixes, chosen)

@@ -67,13 +67,13 @@ def simulate(
         steerway simulate examples/otter-square.toml --live --mavlink udpout:127.0.0.1:14550
     """
     from steerway.simulation import run
-    from steerway.simulation.scenario import Scenario
+    from steerway.simulation.reading import load_scenario
 
     if seeds is None and dask is not None:
         raise InputError("--dask sails many seeds, expected --seeds N with it")
     if seeds is not None and nmea:
         raise InputError("--nmea writes one run's log, expected no --seeds with it")
-    chosen = Scenario.load(scenario)
+    chosen = load_scenario(scenario)
     if first_seed is not None:
         chosen = chosen.model_copy(update={"seed": first_seed})
     if live:
@@ -147,10 +147,10 @@ def advise(
     from steerway.control.bandwidth import advice, carried_bandwidth
     from steerway.estimation.profiles import Profile
     from steerway.simulation import run
-    from steerway.simulation.scenario import Scenario
+    from steerway.simulation.reading import load_scenario
 
     if _is_scenario(profile):
-        print(_warned(*run.advise(Scenario.load(profile)), strict, quiet=True))
+        print(_warned(*run.advise(load_scenario(profile)), strict, quiet=True))
         return
     tuning = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
     if speed is None:

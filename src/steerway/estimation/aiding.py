@@ -29,6 +29,9 @@ SOG, COG, HEADING, WATER_SPEED, YAW_RATE = range(5)
 
 SCALAR_GATE = 10.8
 """χ² with one degree of freedom at 0.1 %."""
+_LOG_2PI = math.log(2.0 * math.pi)
+_LARGEST_SURPRISE = 20.0
+"""−2 log of the density of an outlier: one measurement in ten thousand, anywhere between −1 and 1 (SI)."""
 
 
 @lean_kernel
@@ -96,12 +99,24 @@ def aided(which, value, x, model):
 
 
 @lean_kernel
+def surprise_at(squares_and_log_variance):
+    """−2 log of the density of a scalar measurement, of its NIS and the logarithm of its variance together.
+
+    One that the gate refuses surprises as much as if it were believed; none does more than an outlier.
+    """
+    return min(squares_and_log_variance + _LOG_2PI, _LARGEST_SURPRISE)
+
+
+@lean_kernel
 def aid_underway(x, p, work, aids, model):
-    """Every aid that is known (not NaN), in turn."""
+    """Every aid that is known (not NaN), in turn. Returns the sum of their surprises."""
+    surprise = 0.0
     for which in range(len(aids)):
         if math.isfinite(aids[which]):
             i, companion, sign, innovation, variance = aided(which, aids[which], x, model)
-            correct_scalar(x, p, work, i, companion, sign, innovation, variance)
+            s = scalar_innovation(p, work, i, companion, sign, variance)
+            surprise += surprise_at(take_scalar(x, p, work[0], work[1], s, innovation) + math.log(s))
+    return surprise
 
 
 @lean_kernel

@@ -27,15 +27,18 @@ def estimate(
 
     Raises InputError for an unknown profile, aid or rate.
     """
-    chosen = choose_profile(fixes, profile)
+    chosen = choose_profile(fixes, profile, aid)
     estimator = FiveStateFilter(chosen, aid)
     return estimator.smooth(fixes, rate) if smooth else estimator.filter(fixes, rate)
 
 
-def choose_profile(fixes: Fixes, profile: Profile | str | Path | None = None) -> Profile:
-    """The profile meant by `profile`; for None the built-in one, and the noise of the receiver, that fit best."""
+def choose_profile(fixes: Fixes, profile: Profile | str | Path | None = None, aid: tuple[str, ...] = ()) -> Profile:
+    """The profile meant by `profile`; for None the built-in one, and the noise of the receiver, that fit best.
+
+    Of what aids the estimate it is found how well it measures.
+    """
     if isinstance(profile, Profile):
         return profile
     if profile is not None:
         return Profile.load(profile) if str(profile).endswith(".toml") else Profile.named(str(profile))
-    return suited(fixes)
+    return suited(fixes, tuple(aid))

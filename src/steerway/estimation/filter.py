@@ -9,7 +9,7 @@ from steerway.errors import InputError
 from steerway.estimation.accuracy import doubt, doubts_of
 from steerway.estimation.model import COURSE, EMPTY, MODE, RATE, SPEED, STARTING, UNDERWAY, empty_memory, whole
 from steerway.estimation.profiles import AIDS, Profile
-from steerway.estimation.replay import Run, replay
+from steerway.estimation.replay import Run, outputs, replay
 from steerway.estimation.tracking import (
     SPOKEN,
     advance,
@@ -146,8 +146,7 @@ class FiveStateFilter:
         fixed = math.isfinite(latitude) and math.isfinite(longitude) and math.isfinite(position_std)
         doubted = doubts_of(self._usual, np.array([position_std])) if fixed else _NO_DOUBTS
         place = np.array([latitude]), np.array([longitude])
-        outputs = run.spoken, run.nis, run.log_determinant, run.status
-        track(_NOW, *place, doubted, table, True, self._model, self._memory, *outputs, _NONE_KEPT)
+        track(_NOW, *place, doubted, table, True, self._model, self._memory, *outputs(run), _NONE_KEPT)
         return run.spoken[0].tolist(), float(run.nis[0]), int(run.status[0])
 
     def meet_receiver(self) -> None:

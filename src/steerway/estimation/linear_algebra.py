@@ -73,3 +73,12 @@ def solve_rows(lower, scale, rows):
             row[i] = total / lower[i, i]
         for i in range(n):
             row[i] *= scale[i]
+
+
+@lean_kernel
+def square_root(a, scale, lower):
+    """Lower L with A = L Lᵀ, from A's upper triangle; A may have no more than some of its rank."""
+    factor(a, scale, lower)
+    for i in range(len(a)):
+        for j in range(i + 1):
+            lower[i, j] /= scale[i]

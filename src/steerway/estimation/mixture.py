@@ -18,7 +18,7 @@ import math
 
 from steerway.angles import wrap
 from steerway.compiled import lean_kernel
-from steerway.estimation.aiding import SCALAR_GATE, aided, correct_scalar, scalar_innovation
+from steerway.estimation.aiding import SCALAR_GATE, aided, correct_scalar, scalar_innovation, surprise_at
 from steerway.estimation.five_state import set_step
 from steerway.estimation.model import (
     AGEING,
@@ -40,9 +40,8 @@ _LEAST_PROBABILITY = 1e-6
 """No mode is ever ruled out."""
 _NEGLIGIBLE = 1e-7
 """Part that one mode has in another below which it is left out."""
-SURPRISE, PROBABILITY = range(2)
-"""Bookkeeping of a mode: −2 log of the density it gave the last measurement (less 2 log 2π for a fix); where memory is
-kept for the smoother, how likely it is."""
+SURPRISE = 0
+"""Bookkeeping of a mode: −2 log of the density it gave the last measurement (less 2 log 2π for a fix)."""
 
 
 @lean_kernel
@@ -181,25 +180,34 @@ def weigh_fix(memory, north, east, doubt, models):
     probability = memory[0, n + 9]
     g, pairs, variance = int(models[1, ERROR_STATE]), int(models[1, ERROR_PAIRS]), doubt * models[1, POSITION_VARIANCE]
     mean_n = mean_e = mean_nn = mean_ne = mean_ee = 0.0
-    least = math.inf
     for k in range(1, len(models)):
         p, x = memory[k, :n], memory[k, n]
         nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, variance, variance, g, pairs)
         surprise = normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee) + math.log(s_nn * s_ee - s_ne * s_ne)
         memory[k, n + 1, SURPRISE] = surprise
-        least = min(least, surprise)
         weight = probability[k - 1]
         mean_n += weight * nu_n
         mean_e += weight * nu_e
         mean_nn += weight * (s_nn + nu_n * nu_n)
         mean_ne += weight * (s_ne + nu_n * nu_e)
         mean_ee += weight * (s_ee + nu_e * nu_e)
-    density = 0.0
-    for k in range(1, len(models)):
-        density += probability[k - 1] * math.exp(0.5 * (least - memory[k, n + 1, SURPRISE]))
     spread = mean_nn - mean_n * mean_n, mean_ne - mean_n * mean_e, mean_ee - mean_e * mean_e
     nis = normalised_square(mean_n, mean_e, spread[0], spread[1], spread[2])
-    return nis, least - 2.0 * math.log(density) - nis
+    return nis, surprise_of_all(memory) - nis
+
+
+@lean_kernel
+def surprise_of_all(memory):
+    """−2 log of the density that all modes together gave the last measurement, each as likely as it is."""
+    n, m = memory.shape[2], (len(memory) - 1) // 2
+    probability = memory[0, n + 9]
+    least = math.inf
+    for k in range(m):
+        least = min(least, memory[1 + k, n + 1, SURPRISE])
+    density = 0.0
+    for k in range(m):
+        density += probability[k] * math.exp(0.5 * (least - memory[1 + k, n + 1, SURPRISE]))
+    return least - 2.0 * math.log(density)
 
 
 @lean_kernel
@@ -261,7 +269,7 @@ def rotate_pair(p, a, c, s):
 
 @lean_kernel
 def judge_modes(memory):
-    """Bayes' rule for the probabilities of the modes, by the surprise of each."""
+    """Bayes' rule for the probabilities of the modes, by the surprise of each. Returns `surprise_of_all` before it."""
     n, m = memory.shape[2], (len(memory) - 1) // 2
     probability = memory[0, n + 9]
     least = math.inf
@@ -273,12 +281,17 @@ def judge_modes(memory):
         total += probability[k]
     for k in range(m):
         probability[k] = probability[k] / total * (1.0 - m * _LEAST_PROBABILITY) + _LEAST_PROBABILITY
+    return least - 2.0 * math.log(total)
 
 
 @lean_kernel
 def aid_modes(memory, aids, models):
-    """Correct every mode by every aid that is known (not NaN) and that at least one of them can believe."""
+    """Correct every mode by every aid that is known (not NaN) and that at least one of them can believe.
+
+    Returns the sum of their surprises.
+    """
     n = memory.shape[2]
+    surprise = 0.0
     for which in range(len(aids)):
         if not math.isfinite(aids[which]):
             continue
@@ -290,12 +303,14 @@ def aid_modes(memory, aids, models):
             least = min(least, nu * nu / s)
             memory[k, n + 1, SURPRISE] = nu * nu / s + math.log(s)
         if least > SCALAR_GATE:
+            surprise += surprise_at(surprise_of_all(memory))
             continue
         for k in range(1, len(models)):
             p, x, work = memory[k, :n], memory[k, n], memory[k, n + 2 : n + 6]
             i, companion, sign, nu, variance = aided(which, aids[which], x, models[k])
             correct_scalar(x, p, work, i, companion, sign, nu, variance, math.inf)
-        judge_modes(memory)
+        surprise += surprise_at(judge_modes(memory))
+    return surprise
 
 
 @lean_kernel

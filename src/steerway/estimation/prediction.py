@@ -109,7 +109,7 @@ def predictor(fixes: Fixes, profile=None, aid=None) -> tuple[np.ndarray, np.ndar
     """
     if aid is None:
         aid = ("sog", "cog") if fixes.mmsi is not None else ()
-    chosen = choose_profile(fixes, profile)
+    chosen = choose_profile(fixes, profile, aid)
     return chosen.model(aid), chosen.on_average.model(aid), aid
 
 

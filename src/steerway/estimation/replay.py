@@ -7,11 +7,12 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from steerway.errors import InputError
-from steerway.estimation import smoothing, two_sided
+from steerway.estimation import smoothing
 from steerway.estimation.accuracy import doubts_of
 from steerway.estimation.model import LONGEST_GAP, STEP_SLACK, empty_memory, longest_step, whole
 from steerway.estimation.profiles import AIDS
 from steerway.estimation.tracking import SPOKEN, track, track_many
+from steerway.estimation.two_sided import smoother
 from steerway.records import Fixes, Motion
 
 _SMALLEST_SHARE = 20_000
@@ -22,14 +23,14 @@ def replay(model, aid, fixes: Fixes, rate: float | None = None, smoothed: bool =
     """The filter of a parameter vector over the fixes of any number of vessels; see `FiveStateFilter.filter`."""
     if rate is not None and not 0.0 < rate <= 1000.0:
         raise InputError(f"rate is {rate}, expected Hz between 0 and 1000")
-    fixes = _spoken_rows(fixes, aid)
+    fixes = spoken_rows(fixes, aid)
     if rate is None and not smoothed:
         return _filtered(model, aid, fixes)
     tracks = [_scheduled(model, aid, each, rate, smoothed) for _, each in fixes.tracks()]
     return _joined(tracks)
 
 
-def _spoken_rows(fixes: Fixes, aid) -> Fixes:
+def spoken_rows(fixes: Fixes, aid) -> Fixes:
     """Rows that say something to this filter, in order."""
     says = fixes.has_position
     for name in aid:
@@ -60,6 +61,7 @@ class Run:
         self.spoken = np.empty((n, SPOKEN))
         self.nis = np.empty(n)
         self.log_determinant = np.empty(n)
+        self.aid_surprise = np.empty(n)
         self.status = np.empty(n, np.uint8)
 
     def motion(self, time, mmsi, chosen) -> Motion:
@@ -76,8 +78,9 @@ class Run:
         )
 
 
-def _outputs(run, rows=slice(None)):
-    return run.spoken[rows], run.nis[rows], run.log_determinant[rows], run.status[rows]
+def outputs(run, rows=slice(None)):
+    """What `track` takes of it, of all rows or of some."""
+    return run.spoken[rows], run.nis[rows], run.log_determinant[rows], run.aid_surprise[rows], run.status[rows]
 
 
 def _filtered(model, aid, fixes: Fixes) -> Motion:
@@ -105,7 +108,7 @@ def run_rows(model, aid, fixes: Fixes) -> Run:
             aids[rows] if aid else aids,
             True,
             model,
-            *_outputs(run, rows),
+            *outputs(run, rows),
         )
 
     if shares <= 1:
@@ -119,11 +122,10 @@ def run_rows(model, aid, fixes: Fixes) -> Run:
 def memories(model, aid, fixes: Fixes, last: bool = False) -> np.ndarray:
     """(n, states + 2, states) covariance, state and bookkeeping after every row of one vessel, or after the last."""
     memory = empty_memory(model)
-    states = memory.shape[-1]
-    kept = np.empty((0 if last else len(fixes), states + 2, states))
+    kept = room_to_keep(memory, 0 if last else len(fixes))
     said = fixes.time, fixes.latitude, fixes.longitude, doubts(fixes), _aiding_table(fixes, aid)
-    track(*said, True, model, memory, *_outputs(Run(len(fixes))), kept)
-    return whole(memory)[None, : states + 2] if last else kept
+    track(*said, True, model, memory, *outputs(Run(len(fixes))), kept)
+    return whole(memory)[None, : kept.shape[1]] if last else kept
 
 
 def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
@@ -143,9 +145,10 @@ def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
     memory = empty_memory(model)
     kept = room_to_keep(memory, len(time) if smoothed else 0)
     run = Run(len(time))
-    track(time, first, second, doubtful, aids, True, model, memory, *_outputs(run), kept)
+    track(time, first, second, doubtful, aids, True, model, memory, *outputs(run), kept)
     if smoothed and model.ndim == 2:
-        two_sided.smooth_modes(time, first, second, doubtful, aids, True, model, kept, run.spoken)
+        record = (time, first, second, doubtful, aids, True, run.status)
+        smoother.smooth_modes(record, model, kept, run.spoken)
     elif smoothed:
         smoothing.smooth(time, True, model, kept, run.spoken)
     return run.motion(time, mmsi, wanted)
@@ -154,8 +157,7 @@ def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
 def room_to_keep(memory, rows) -> np.ndarray:
     """Where `track` keeps what the smoother needs of a filter with this memory."""
     states = memory.shape[-1]
-    modes = (1 + (len(memory) - 1) // 2,) if memory.ndim == 3 else ()
-    return np.empty((rows, *modes, states + 2, states))
+    return np.empty((rows, states + 2, states))
 
 
 def _schedule(fixes: Fixes, rate, longest):

@@ -12,7 +12,6 @@ from steerway.earth import displaced, displacement
 from steerway.estimation.aiding import COG, SOG, aid_adrift, aid_underway
 from steerway.estimation.five_state import set_step
 from steerway.estimation.mixture import (
-    PROBABILITY,
     aid_modes,
     correct_modes,
     course_is_lost,
@@ -195,18 +194,18 @@ def retake(memory, north, east, doubt, model):
 
 @lean_kernel
 def take_aids(memory, aids, model):
-    """Correct by the aids (5,) that are not NaN."""
+    """Correct by the aids (5,) that are not NaN. Returns −2 log of the density of what they say, under way."""
     main = memory if memory.ndim == 2 else memory[0]
     parameters = model if model.ndim == 1 else model[0]
     n = main.shape[1]
     p, x, book, work = main[:n], main[n], main[n + 1], main[n + 2 : n + 6]
     if book[MODE] == UNDERWAY:
         if memory.ndim == 3:
-            aid_modes(memory, aids, model)
-        else:
-            aid_underway(x, p, work, aids, model)
-    elif book[MODE] != EMPTY:
+            return aid_modes(memory, aids, model)
+        return aid_underway(x, p, work, aids, model)
+    if book[MODE] != EMPTY:
         aid_adrift(x, p, work, aids[SOG], aids[COG], parameters)
+    return 0.0
 
 
 @lean_kernel
@@ -300,24 +299,30 @@ SPOKEN = 9
 
 @lean_kernel
 def keep(memory, out):
-    """Copy covariance, state and bookkeeping: (n + 2, n), or of the mean and every mode (1 + modes, n + 2, n)."""
-    if out.ndim == 2:
-        main = memory if memory.ndim == 2 else memory[0]
-        for i in range(out.shape[0]):
-            for j in range(out.shape[1]):
-                out[i, j] = main[i, j]
-    else:
-        n = memory.shape[2]
-        for k in range(out.shape[0]):
-            for i in range(out.shape[1]):
-                for j in range(n):
-                    out[k, i, j] = memory[k, i, j]
-            if k:
-                out[k, n + 1, PROBABILITY] = memory[0, n + 9, k - 1]
+    """Copy covariance, state and bookkeeping of what the vessel is said to do into (n + 2, n)."""
+    main = memory if memory.ndim == 2 else memory[0]
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            out[i, j] = main[i, j]
 
 
 @kernel
-def track(time, first, second, doubts, aids, geodetic, model, memory, spoken, nis, log_determinant, status, kept):
+def track(
+    time,
+    first,
+    second,
+    doubts,
+    aids,
+    geodetic,
+    model,
+    memory,
+    spoken,
+    nis,
+    log_determinant,
+    aid_surprise,
+    status,
+    kept,
+):
     """Run over a record.
 
     Args:
@@ -325,9 +330,9 @@ def track(time, first, second, doubts, aids, geodetic, model, memory, spoken, ni
             east (m); NaN where a row is no fix. doubts: (n or 0,), see `take_fix`. aids: (n or 0, 5), NaN where
             nothing was said.
         model, memory: the filter; memory goes on from where it stands.
-        spoken: (n, SPOKEN), nis, log_determinant: (n,), status: (n,) uint8: filled.
-        kept: (n or 0, states + 2, states), for several modes (n or 0, 1 + modes, states + 2, states), receives
-            covariance, state and bookkeeping after every row, for the smoother.
+        spoken: (n, SPOKEN), nis, log_determinant, aid_surprise: (n,), status: (n,) uint8: filled. See `take_fix`,
+            `take_aids`.
+        kept: (n or 0, states + 2, states) receives covariance, state and bookkeeping after every row, for the smoother.
     """
     for k in range(len(time)):
         if k > 0:
@@ -335,12 +340,13 @@ def track(time, first, second, doubts, aids, geodetic, model, memory, spoken, ni
         fixed = math.isfinite(first[k]) and math.isfinite(second[k])
         accepted = False
         nis[k] = log_determinant[k] = math.nan
+        aid_surprise[k] = 0.0
         if fixed:
             accepted, nis[k], log_determinant[k] = take_position(
                 memory, first[k], second[k], geodetic, doubts[k] if len(doubts) else 1.0, model
             )
         if len(aids):
-            take_aids(memory, aids[k], model)
+            aid_surprise[k] = take_aids(memory, aids[k], model)
         if fixed or len(aids):
             settle(memory, model)
         else:
@@ -354,7 +360,9 @@ def track(time, first, second, doubts, aids, geodetic, model, memory, spoken, ni
 
 
 @kernel
-def track_many(bounds, time, first, second, doubts, aids, geodetic, model, spoken, nis, log_determinant, status):
+def track_many(
+    bounds, time, first, second, doubts, aids, geodetic, model, spoken, nis, log_determinant, aid_surprise, status
+):
     """`track` for each of many records that stand behind one another, record i in rows bounds[i] to bounds[i + 1]."""
     none_kept = np.empty((0, 1, 1))
     for i in range(len(bounds) - 1):
@@ -372,6 +380,7 @@ def track_many(bounds, time, first, second, doubts, aids, geodetic, model, spoke
             spoken[rows],
             nis[rows],
             log_determinant[rows],
+            aid_surprise[rows],
             status[rows],
             none_kept,
         )

@@ -23,6 +23,7 @@ def write_page(
     figures: Sequence[tuple[object, str]] = (),
     remarks: Sequence[str] = (),
     lead: str = "",
+    details: Sequence[tuple[str, Sequence[str], Sequence[Sequence]]] = (),
 ) -> None:
     """Write a page.
 
@@ -32,6 +33,7 @@ def write_page(
         figures: (matplotlib figure, caption) each.
         remarks: one paragraph each.
         lead: a sentence under the title.
+        details: further tables, at the end.
     """
     parts = [f"<h1>{html.escape(title)}</h1>"]
     if lead:
@@ -41,6 +43,7 @@ def write_page(
     if remarks:
         items = "".join(f"<li>{html.escape(remark)}</li>" for remark in remarks)
         parts.append(f"<h2>Remarks</h2><ul>{items}</ul>")
+    parts += [_table(*table) for table in details]
     page = (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'

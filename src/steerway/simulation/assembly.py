@@ -1,4 +1,4 @@
-"""From a scenario to the blocks: vessel, sea, instruments, pilot. What cannot be built or sailed is refused here."""
+"""From a scenario to the blocks: vessel, sea, instruments, pilot. What cannot be built is refused here."""
 
 import math
 from datetime import datetime
@@ -32,7 +32,7 @@ from steerway.sensors.inertial import gyro
 from steerway.sensors.instrument import Instrument
 from steerway.sensors.suite import Suite, Truth
 from steerway.simulation.loop import Start
-from steerway.simulation.scenario import MOST_STEPS, Scenario
+from steerway.simulation.scenario import Scenario
 from steerway.vessels import Mariner, Nomoto, Otter
 from steerway.vessels.actuators import Actuator
 from steerway.vessels.environment import Current, Environment, Waves, Wind
@@ -230,7 +230,7 @@ def shaper(scenario: Scenario):
 def voyage(scenario: Scenario, her: Boat) -> Voyage:
     """The route with its stays."""
     table = scenario.route
-    places = [_place(scenario, index) for index in range(len(table.waypoints))]
+    places = [place_of(scenario, index) for index in range(len(table.waypoints))]
     route = Route(
         np.array([north for north, _ in places]),
         np.array([east for _, east in places]),
@@ -242,7 +242,7 @@ def voyage(scenario: Scenario, her: Boat) -> Voyage:
     return Voyage(route, stays, Passing(rule=table.passing), at_end=table.at_end)
 
 
-def _place(scenario: Scenario, index: int) -> tuple[float, float]:
+def place_of(scenario: Scenario, index: int) -> tuple[float, float]:
     """North and east (m) of a waypoint, however it is given."""
     waypoint, place = scenario.route.waypoints[index], f"route.waypoints[{index}]"
     plane, globe = (waypoint.north, waypoint.east), (waypoint.latitude_deg, waypoint.longitude_deg)
@@ -270,15 +270,3 @@ def begins(scenario: Scenario) -> float:
     if time.tzinfo is None:
         raise InputError(f"begins is {scenario.begins!r}, expected a time with its zone, as 2026-06-01T12:00:00Z")
     return time.timestamp()
-
-
-def check(scenario: Scenario) -> None:
-    """Raise InputError for what no boat can sail; then build every block once, since each checks its own."""
-    from steerway.simulation.possible import check_possible
-
-    begins(scenario)
-    check_possible(scenario)
-    assemble(scenario)
-
-
-__all__ = ["MOST_STEPS", "STEERAGEWAY", "Assembly", "assemble", "begins", "boat", "check", "profile", "steer_by"]

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from steerway.simulation import run
+from steerway.simulation.reading import parse_scenario
 from steerway.simulation.run_page import comparison, summary
-from steerway.simulation.scenario import Scenario
 
 SCENARIO = """
 name = "An Otter on a survey in a crossing current"
@@ -43,7 +43,7 @@ def demo(directory: str | Path, progress=None) -> tuple[list[tuple[str, str]], l
     Returns (rows, files): (what, value) rows of the estimate held against the truth and of what the boat did, and what
     was written. Raises InputError for a directory that cannot be written.
     """
-    scenario = Scenario.parse(SCENARIO, "demo")
+    scenario = parse_scenario(SCENARIO, "demo")
     sailed = run.sail_scenario(scenario, progress=progress)
     written = run.write(sailed, Path(directory), nmea=True, remarks=[run.advise(scenario)[1]])
     rows = [(f"{what}, estimated against true", value) for what, value in comparison(sailed.numbers)]

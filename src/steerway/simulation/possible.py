@@ -5,7 +5,9 @@ import math
 from steerway.errors import InputError
 from steerway.guidance.route import LONGEST_LEG
 from steerway.simulation import assembly
-from steerway.simulation.scenario import MOST_STEPS, Scenario
+from steerway.simulation.scenario import Scenario
+
+MOST_STEPS = 20_000_000
 
 _OF_VESSEL = {
     "otter": ("payload_mass", "payload_position", "edition", "propeller_lag"),
@@ -14,10 +16,13 @@ _OF_VESSEL = {
 }
 
 
-def check_possible(scenario: Scenario) -> None:
-    """Raise InputError, one sentence with the key's path, for the first that is found."""
+def check(scenario: Scenario) -> None:
+    """Raise InputError, one sentence with the key's path, for the first that is found; then build every block once,
+    since each checks its own."""
+    assembly.begins(scenario)
     for rule in (_vessel_keys, _steps, _rates, _places, _speeds, _compass, _propulsion):
         rule(scenario)
+    assembly.assemble(scenario)
 
 
 def _vessel_keys(scenario):
@@ -55,7 +60,7 @@ def _rates(scenario):
 def _places(scenario):
     origin = (scenario.origin.latitude_deg, scenario.origin.longitude_deg)
     for index in range(len(scenario.route.waypoints)):
-        north, east = assembly._place(scenario, index)
+        north, east = assembly.place_of(scenario, index)
         if math.hypot(north, east) > LONGEST_LEG:
             raise InputError(
                 f"route.waypoints[{index}] is {math.hypot(north, east) / 1e3:.0f} km from the origin at "

@@ -1,20 +1,11 @@
-"""A scenario: everything a simulation needs, as one TOML file that is checked before anything sails.
+"""The keys of a scenario: everything a simulation needs.
 
-Keys are SI; angles are in degrees and their keys end in `_deg`. Whatever is left out has a default that works. What is
-not a key is refused, and so is what cannot be sailed: every refusal is one sentence with the key's path, the value and
-what was expected.
+Keys are SI; angles are in degrees and their keys end in `_deg`. Whatever is left out has a default that works.
 """
 
-import tomllib
-from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
-
-from steerway.errors import InputError
-from steerway.wording import refusal
-
-MOST_STEPS = 20_000_000
+from pydantic import BaseModel, ConfigDict, Field
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
@@ -234,7 +225,7 @@ class OriginTable(Table):
 
 
 class Scenario(Table):
-    """A scenario; `load` reads one, `assembly` makes a vessel, a sea, instruments and a pilot of it."""
+    """A scenario; `reading` reads one, `assembly` makes a vessel, a sea, instruments and a pilot of it."""
 
     name: str = "simulation"
     description: str = ""
@@ -257,33 +248,3 @@ class Scenario(Table):
     speed: SpeedTable = SpeedTable()
     station: StationTable = StationTable()
     route: RouteTable = Field(description="a table [route] with waypoints")
-
-    @classmethod
-    def load(cls, path: str | Path) -> Self:
-        """A scenario from a TOML file, checked down to the last block. Raises InputError, one sentence."""
-        try:
-            text = Path(path).read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise InputError(f"scenario {path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
-        return cls.parse(text, f"scenario {path}", Path(path).parent)
-
-    @classmethod
-    def parse(cls, text: str, place: str = "scenario", folder: Path | None = None) -> Self:
-        """A scenario from TOML text; `place` names it in errors, `folder` is where a profile's file is looked for."""
-        from steerway.simulation.assembly import check
-
-        try:
-            scenario = cls(**tomllib.loads(text))
-        except tomllib.TOMLDecodeError as error:
-            raise InputError(f"{place} is no TOML: {error}") from None
-        except ValidationError as error:
-            raise refusal(place, error, cls) from None
-        profile = scenario.estimator.profile
-        if folder is not None and profile is not None and profile.endswith(".toml") and not Path(profile).is_absolute():
-            found = scenario.estimator.model_copy(update={"profile": str(folder / profile)})
-            scenario = scenario.model_copy(update={"estimator": found})
-        try:
-            check(scenario)
-        except InputError as error:
-            raise InputError(f"{place}: {error}") from None
-        return scenario

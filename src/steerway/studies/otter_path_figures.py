@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from steerway.report.figures import BAD, OURS, QUIET, THEIRS
-from steerway.studies.otter_path import JUDGED, LEG, LOOKAHEAD, NOISES, Case, sailed
+from steerway.studies.otter_path_boat import JUDGED, LEG, LOOKAHEAD, NOISES, Case, sailed
 
 _GREEN = "#2e8b57"
 _EVERY = 10

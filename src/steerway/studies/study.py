@@ -18,6 +18,7 @@ class Comparison:
     target: str = ""  # what we set out to reach, in words ("≤ 0.06"), empty if nothing
     met: bool | None = None
     interval: tuple[float, float] | None = None  # 95 %, over the repetitions
+    section: str = ""  # the heading under which it is shown
 
 
 @dataclass
@@ -30,6 +31,7 @@ class Results:
     figures: dict[str, tuple[object, str]] = field(default_factory=dict)  # stem → (figure, caption)
     remarks: list[str] = field(default_factory=list)  # what was inferred, what was missed, said plainly
     tables: list[tuple] = field(default_factory=list)  # further ones of the page: (heading, column names, rows)
+    section: str = ""  # heading of the comparisons recorded from here on; a study of few has one
 
     def compare(self, key, value, what, unit="", published="", target="", met=None, interval=None) -> None:
         """Record a number and show it in the table of published against measured.
@@ -41,7 +43,7 @@ class Results:
         if interval is not None:
             interval = float(interval[0]), float(interval[1])
             self.numbers[f"{key}_low"], self.numbers[f"{key}_high"] = interval
-        self.comparisons.append(Comparison(what, key, unit, published, target, met, interval))
+        self.comparisons.append(Comparison(what, key, unit, published, target, met, interval, self.section))
 
     def measured(self, comparison: Comparison) -> str:
         """The measured number in words, with its interval if it has one."""
@@ -70,16 +72,43 @@ def write_results(results: Results, directory: Path) -> Path:
     for stem, (figure, _) in results.figures.items():
         figure.savefig(directory / f"{stem}.png", dpi=120)
     page = directory / "index.html"
-    verdict = {True: "met", False: "missed", None: ""}
-    rows = [
-        (each.what, each.published, results.measured(each), each.target, verdict[each.met])
-        for each in results.comparisons
-    ]
+    of_section = {}
+    for each in results.comparisons:
+        of_section.setdefault(each.section, []).append(each)
+    compared = [_table(results, heading, each) for heading, each in of_section.items()]
+    # A long study says in brief what came out, and why, before it shows every number.
+    verdict = [_verdict(results, of_section)] if len(of_section) > 1 else []
     write_page(
         page,
         title=results.title,
-        tables=[("Published beside measured", ("what", "published", "measured", "target", ""), rows), *results.tables],
+        tables=verdict or [*compared, *results.tables],
         figures=list(results.figures.values()),
         remarks=results.remarks,
+        details=[*compared, *results.tables] if verdict else (),
     )
     return page
+
+
+def _table(results, heading, comparisons) -> tuple:
+    words = {True: "met", False: "missed", None: ""}
+    rows = [(each.what, each.published, results.measured(each), each.target, words[each.met]) for each in comparisons]
+    return heading or "Published beside measured", ("what", "published", "measured", "target", ""), rows
+
+
+_NAMED_MISSES = 3
+
+
+def _verdict(results, of_section) -> tuple:
+    """Of every section that has targets how many are met, and the first that are not."""
+    rows = []
+    for heading, comparisons in of_section.items():
+        judged = [each for each in comparisons if each.met is not None]
+        missed = [each for each in judged if not each.met]
+        if not judged:
+            continue
+        named = [f"{each.what}: {results.measured(each)}, target {each.target}" for each in missed[:_NAMED_MISSES]]
+        if len(missed) > _NAMED_MISSES:
+            named.append(f"and {len(missed) - _NAMED_MISSES} more")
+        met = len(judged) - len(missed)
+        rows.append((heading, f"{met} of {len(judged)}", "missed" if missed else "met", "; ".join(named)))
+    return "Verdict", ("", "targets met", "", "which are not"), rows

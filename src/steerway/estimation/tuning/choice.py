@@ -5,19 +5,24 @@ there, also as a vessel that holds her course and turns by turns, and then the r
 likeliest is added. Where that errs slowly, motion and receiver are fitted once more and together, since what the motion
 was found on took the receiver's wander for the vessel's. What a log cannot tell stays near what is usual. A log without
 way tells little more than the receiver, and nothing is fitted to it.
+
+Instruments that are to aid the estimate have their say in how the vessel moves, and how well they measure is found
+with it. They have none in what the receiver errs by: those that are late, as most that filter, would lay it to the
+positions. Nor do positions that wander need to be reconciled with a motion that instruments tell.
 """
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from steerway.estimation.profiles import BUILT_IN, Profile
-from steerway.estimation.replay import doubts
-from steerway.estimation.tuning.excerpts import moving, stretches, thinned
+from steerway.estimation.replay import doubts, spoken_rows
+from steerway.estimation.tuning.excerpts import moving, spaced, stretches, thinned
 from steerway.estimation.tuning.likelihood import cost
-from steerway.estimation.tuning.parameters import LASTING, MOTION, TURNS, YAWING
+from steerway.estimation.tuning.parameters import INSTRUMENTS, LASTING, MOTION, TURNS, YAWING
 from steerway.estimation.tuning.search import Fit
-from steerway.estimation.tuning.stages import SPACING, Log, alternating, found, receiver, swinging, together, worthier
+from steerway.estimation.tuning.stages import SPACING, Log, alternating, found, receiver, together, worthier, yawing
 from steerway.records import Fixes
 
 _STRETCHES, _STRETCH = 5, 1000
@@ -25,28 +30,44 @@ _LEAST_SHARE = 0.1
 _FEWEST_FIXES = 60
 _WHITE = (0.005, 0.02, 0.05, 0.15, 0.5, 1.5, 5.0, 15.0)
 _SLOW = ((0.15, 4.0), (0.5, 20.0), (1.5, 100.0))
+_AIDS_SPACING = 0.2
+"""s between the rows that aids are heard in: oftener they tell hardly more."""
 _STEPS, _FEW_STEPS = 20, 8
+_FASTER = (1.0, 10.0, 100.0, 1000.0)
+"""By how much more an aided search for two manners may disturb the turns to begin with."""
 _MANY = 0.1
 """Share of fixes in doubt from which they would pass for the rule; a few count as outliers, and gaps cost more."""
 
 
-def suited(fixes: Fixes) -> Profile:
-    """The profile under which `fixes` are most likely, starting from the built-in ones.
+def suited(fixes: Fixes, aid: tuple[str, ...] = ()) -> Profile:
+    """The profile under which `fixes`, and what aids say, are most likely, starting from the built-in ones.
 
     Reports of many vessels (AIS) have a profile of their own.
     """
     if fixes.mmsi is not None:
         return BUILT_IN["ais"]
-    fixes = _undoubted(fixes.rows(fixes.has_position).in_order())
-    sample = stretches(fixes, _STRETCHES, _STRETCH)
+    aid = tuple(name for name in aid if name in INSTRUMENTS and np.isfinite(getattr(fixes, name)).any())
+    fixes = _undoubted(spoken_rows(fixes, aid))
+    positions = fixes.rows(fixes.has_position)
+    sample = stretches(positions, _STRETCHES, _STRETCH)
     under_way = moving(sample)
     if under_way.sum() < max(_FEWEST_FIXES, _LEAST_SHARE * len(sample)):
         return _at_rest(sample)
-    log, all_fixes = Log(sample, under_way), thinned(fixes.time, SPACING)
-    apart = stretches(fixes.rows(all_fixes), _STRETCHES, _STRETCH)
-    motion = _motion(Log(apart, moving(apart)))
-    received = receiver(log, motion.profile, len(fixes) / len(all_fixes), steps=_FEW_STEPS, slow_errors=1)
-    return _named(_reconciled(fixes, log, motion, received) if received.profile.error_std else received.profile)
+    log = Log(sample, under_way)
+    sparse = spaced(fixes, SPACING, _AIDS_SPACING if aid else SPACING)
+    apart = stretches(sparse, _STRETCHES, _STRETCH)
+    thin_log = Log(apart, moving(apart), aid)
+    motion = _motion(thin_log)
+    receive = partial(
+        receiver, log, crowding=len(positions) / sparse.has_position.sum(), steps=_FEW_STEPS, slow_errors=1
+    )
+    received = receive(motion.profile)
+    if aid:
+        return _named(received.profile)
+    if received.profile.error_std:
+        return _named(_reconciled(fixes, log, motion, received))
+    steered = motion if motion.profile.turn_time else _steered(thin_log, motion)
+    return _named(received.profile if steered is motion else receive(steered.profile).profile)
 
 
 def _reconciled(fixes: Fixes, log: Log, motion: Fit, received: Fit) -> Profile:
@@ -77,11 +98,31 @@ def _motion(log: Log) -> Fit:
     update = {"error_std": 0.0}
     candidates = [each.model_copy(update=update | {"position_std": white}) for each in _classes() for white in _WHITE]
     start = min(candidates, key=log.cost)
-    names = MOTION + LASTING if start.acceleration_std else MOTION
+    names = (*MOTION, *(LASTING if start.acceleration_std else ()), *log.instruments)
     one = found(log, start, names, steps=_STEPS)
-    two = found(log, min(alternating(one.profile), key=log.cost), (*names, *TURNS), steps=_STEPS)
-    swings = found(log, min(swinging(one.profile), key=log.cost), (*names, *YAWING), steps=_STEPS)
-    return worthier([one, two, swings], log)
+    two = found(log, min(_paces(one.profile, bool(log.aid)), key=log.cost), (*names, *TURNS), steps=_STEPS)
+    return worthier([one, two], log)
+
+
+def _steered(log: Log, motion: Fit) -> Fit:
+    """A vessel that is steered back to a course she holds, or a motion as it was.
+
+    Only where the receiver does not err slowly: at this stage its wander would pass for hers.
+    """
+    start = min(yawing(motion.profile), key=log.cost)
+    return worthier([motion, found(log, start, (*motion.search.names, *YAWING), steps=_STEPS)], log)
+
+
+def _paces(one: Profile, aided: bool) -> list[Profile]:
+    """Where the search for two manners begins.
+
+    To an instrument the turns of a log, if they are few, are outliers from the one manner: it says little of them.
+    """
+    return [
+        pace.model_copy(update={"turn_course_rate_noise": times * pace.turn_course_rate_noise})
+        for pace in alternating(one)
+        for times in (_FASTER if aided else _FASTER[:1])
+    ]
 
 
 def _at_rest(sample: Fixes) -> Profile:

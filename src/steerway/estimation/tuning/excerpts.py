@@ -13,6 +13,9 @@ LEAST_SPEED = 0.5
 
 def moving(fixes: Fixes, half_window=5.0) -> np.ndarray:
     """(n,) bool: displacement over ten seconds says the vessel is under way."""
+    placed = fixes.has_position
+    if not placed.all():
+        return moving(fixes.rows(placed), half_window)[np.maximum(np.cumsum(placed) - 1, 0)]
     time, latitude, longitude = fixes.time, fixes.latitude, fixes.longitude
     first = np.searchsorted(time, time - half_window)
     last = np.minimum(np.searchsorted(time, time + half_window), len(time) - 1)
@@ -33,6 +36,17 @@ def thinned(time, spacing):
             chosen.append(k)
             last = moment
     return np.array(chosen)
+
+
+def spaced(fixes: Fixes, spacing: float, aids_spacing: float) -> Fixes:
+    """Positions at least so far apart (s); between them what instruments say, so far apart, without a position."""
+    placed = np.flatnonzero(fixes.has_position)
+    kept = np.zeros(len(fixes), bool)
+    kept[placed[thinned(fixes.time[placed], spacing)]] = True
+    said = kept.copy()
+    said[thinned(fixes.time, aids_spacing)] = True
+    places = {name: np.where(kept, getattr(fixes, name), np.nan) for name in ("latitude", "longitude")}
+    return replace(fixes, **places).rows(said)
 
 
 def stretches(fixes: Fixes, count: int, length: int) -> Fixes:

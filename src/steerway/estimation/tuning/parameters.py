@@ -8,6 +8,16 @@ LASTING = ("acceleration_std",)
 YAWING = ("yawing_period", "yawing_time")
 SLOW_ERROR = ("error_std", "error_time")
 DRIFT = ("drift_std", "drift_time")
+INSTRUMENTS = {
+    "sog": ("sog_std",),
+    "cog": ("velocity_std",),
+    "yaw_rate": ("yaw_rate_std", "gyro_bias_time"),
+}
+"""How well an aid measures, of those that tell of the motion over ground.
+
+Heading and speed through the water do not: crab angle and stream, between them and it, wander by more than the
+instruments err.
+"""
 
 BOUNDS = {
     "position_std": (2e-3, 30.0),
@@ -26,6 +36,10 @@ BOUNDS = {
     "error_time": (1.0, 2e3),
     "drift_std": (3e-3, 30.0),
     "drift_time": (1.0, 1e4),
+    "sog_std": (0.05, 3.0),  # a receiver that wavers by less is filtered, and late
+    "velocity_std": (0.05, 3.0),
+    "yaw_rate_std": (1e-3, 0.2),
+    "gyro_bias_time": (100.0, 1e5),
 }
 """Least and largest value of every parameter that is fitted."""
 EXPECTED = {
@@ -45,5 +59,9 @@ EXPECTED = {
     "error_time": (100.0, 2.0),
     "drift_std": (1.0, 2.0),
     "drift_time": (300.0, 2.0),
+    "sog_std": (0.1, 1.0),
+    "velocity_std": (0.1, 1.0),
+    "yaw_rate_std": (3e-3, 1.0),
+    "gyro_bias_time": (3000.0, 1.5),
 }
 """Median and standard deviation of the logarithm: wide, so that only what a log cannot tell is held."""

@@ -16,7 +16,17 @@ import numpy as np
 
 from steerway.estimation.profiles import Profile
 from steerway.estimation.tuning.likelihood import surprises
-from steerway.estimation.tuning.parameters import BOUNDS, DRIFT, EXPECTED, LASTING, MOTION, SLOW_ERROR, TURNS, YAWING
+from steerway.estimation.tuning.parameters import (
+    BOUNDS,
+    DRIFT,
+    EXPECTED,
+    INSTRUMENTS,
+    LASTING,
+    MOTION,
+    SLOW_ERROR,
+    TURNS,
+    YAWING,
+)
 from steerway.estimation.tuning.search import Fit, Search, minimise
 from steerway.records import Fixes
 
@@ -40,14 +50,20 @@ rate is disturbed than if it came from nowhere."""
 
 @dataclass(frozen=True)
 class Log:
-    """Fixes to be explained, and which of them count, (n,) bool."""
+    """Rows to be explained, which of them count, (n,) bool, and by what beside positions."""
 
     fixes: Fixes
     counted: np.ndarray
+    aid: tuple[str, ...] = ()
 
     def surprises(self, profile: Profile) -> np.ndarray:
         """(n,) −log likelihood of every row."""
-        return surprises(profile, self.fixes, self.counted)
+        return surprises(profile, self.fixes, self.counted, self.aid)
+
+    @property
+    def instruments(self) -> tuple[str, ...]:
+        """What of a profile says how well the instruments measure."""
+        return tuple(name for each in self.aid for name in INSTRUMENTS[each])
 
     def cost(self, profile: Profile) -> float:
         """−log likelihood of all."""
@@ -64,10 +80,10 @@ def worthier(fits, log: Log) -> Fit:
     """The fit that explains a log best, where every parameter has to earn its place.
 
     Turns are something that lasts: two manners that differ in how fast the course rate changes at random are a sea, not
-    a helm, and are left out.
+    a helm, and are left out where there is anything else.
     """
     sensible = [fit for fit in fits if not fit.profile.turn_time or fit.profile.turn_course_rate_decay < _SEA]
-    return min(sensible, key=lambda fit: log.cost(fit.profile) + _WORTH_A_PARAMETER * len(fit.search.names))
+    return min(sensible or fits, key=lambda fit: log.cost(fit.profile) + _WORTH_A_PARAMETER * len(fit.search.names))
 
 
 def motion(log: Log, starts, step=None) -> Fit:
@@ -82,7 +98,6 @@ def motion(log: Log, starts, step=None) -> Fit:
     for base in bases:
         paces = sorted(alternating(base.profile), key=log.cost)[:2]
         fits = [*fits, *(find(each, base.search.names + TURNS) for each in paces)]
-        fits.append(find(min(swinging(base.profile), key=log.cost), base.search.names + YAWING))
     return worthier(fits, log)
 
 
@@ -104,7 +119,7 @@ def alternating(one: Profile) -> list[Profile]:
     ]
 
 
-def swinging(one: Profile) -> list[Profile]:
+def yawing(one: Profile) -> list[Profile]:
     """The same vessel steered back to a course she holds, with several periods."""
     return [
         one.model_copy(
@@ -145,15 +160,16 @@ def receiver(log: Log, held: Profile, crowding: float, step=None, steps=40, slow
 
 
 def together(log: Log, moving: Fit, received: Fit, step=None) -> Fit:
-    """All that was found, once more and at once; with the receiver known, two manners may come to light."""
+    """All that was found, once more and at once; with the receiver known, two manners or yawing may show."""
     names = tuple(dict.fromkeys((*moving.search.names, *received.search.names)))
     starts = [received.profile]
     if received.profile.error_std:
         starts.append(_calmer(received.profile))
     fits = [min((found(log, each, names, step) for each in starts), key=lambda fit: fit.cost)]
-    if not (moving.profile.turn_time or moving.profile.yawing_period):
-        start = min(alternating(fits[0].profile), key=log.cost)
-        fits.append(found(log, start, (*names, *TURNS), step))
+    if not moving.profile.turn_time:
+        for starts, further in ((alternating, TURNS), (yawing, YAWING)):
+            start = min(starts(fits[0].profile), key=log.cost)
+            fits.append(found(log, start, (*names, *further), step))
     return worthier(fits, log)
 
 

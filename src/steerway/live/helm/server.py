@@ -10,39 +10,13 @@ import os
 import socket
 import sys
 import traceback
-from collections.abc import Callable
 
 from steerway.live.helm.address import Address
-from steerway.live.helm.history import History
-from steerway.live.helm.view import View
+from steerway.live.helm.board import Board
 
 _NICE = 10  # where there is not enough computer for both, the boat comes first
 _LONGEST = 1 << 20  # bytes of a line, and of what a browser says at once
 _MOST = 200  # connections
-
-
-class Board:
-    """The newest view and what came before it, for every page that is open."""
-
-    def __init__(self, settings: dict, say: Callable[[dict], None]):
-        self.route = [tuple(place) for place in settings["route"]]
-        self.fence = [tuple(place) for place in settings["fence"]]
-        self.has_autopilot = bool(settings["has_autopilot"])
-        self.history = History()
-        self.view = View()
-        self.notice = ""
-        self.seq = 0
-        self._say = say
-
-    def take(self, message: dict) -> None:
-        """What the service says."""
-        self.view = View(**message["view"])
-        self.notice, self.seq = message["notice"], message["seq"]
-        self.history.add(self.view)
-
-    def order(self, what: str, who: str) -> None:
-        """Ask the service to start or stop."""
-        self._say({"do": what, "who": who})
 
 
 def main() -> None:

@@ -8,18 +8,20 @@ import numpy as np
 import steerway
 from steerway.estimation import choose_profile
 from steerway.estimation.tuning.tuned import tune
-from steerway.simulation.campaign import over_seeds
 from steerway.studies.estimator_limits.bound import filtering_bound, smoothing_bound
 from steerway.studies.estimator_limits.cells import (
     CELLS,
     EARLIER,
+    PLACES,
+    QUANTITIES,
     WHAT,
     WHERE,
     WORDS,
     bounded,
-    consistency,
     judged,
+    over_cells,
 )
+from steerway.studies.estimator_limits.consistency import coverage_row, covered, report_nees, scores
 from steerway.studies.estimator_limits.statistics import Interval, over_runs
 from steerway.studies.study import Results
 
@@ -46,17 +48,16 @@ SMOOTHED_TARGET = 1.1
 TUNED_RUNS = 30
 """Tuning takes longer than all the rest."""
 NIS_BAND = (1.9, 2.1)
-NEES_TURN = 1.5
 MANNERS = {"": "true parameters", "tuned_": "tuned from one earlier voyage", "default_": "as it comes"}
 KINDS = ("", "smoothed_", "tuned_", "default_", "default_smoothed_")
 
 
-def measure(name: str, seed: int, tuned: bool = True) -> dict[str, np.ndarray]:
+def measure(name: str, seed: int, tuned_below: float = math.inf) -> dict[str, np.ndarray]:
     """One voyage of a cell: sums of squared errors by kind of estimate, of the bounds, of NIS and NEES."""
     cell = CELLS[name]
     voyage, fixes = cell.sailed(seed)
     profiles = {"": cell.profile, "default_": choose_profile(fixes)}
-    if tuned:
+    if seed < tuned_below:
         _, earlier = cell.sailed(EARLIER + seed)
         profiles["tuned_"] = tune(earlier).profile
     found = {
@@ -64,35 +65,23 @@ def measure(name: str, seed: int, tuned: bool = True) -> dict[str, np.ndarray]:
         "smoothing_bound": bounded(smoothing_bound(voyage, cell.profile), voyage, cell.scenario),
     }
     for kind in KINDS:
-        if kind.startswith("tuned_") and not tuned:
+        profile = profiles.get(kind.removesuffix("smoothed_"))
+        if profile is None:
             continue
-        profile = profiles[kind.removesuffix("smoothed_")]
         motion = steerway.estimate(fixes, profile, smooth=kind.endswith("smoothed_"))
         found[kind] = judged(motion, voyage, cell.scenario)
+        found[f"{kind}covered"] = covered(motion, voyage, cell.scenario)
         if not kind.endswith("smoothed_"):
             settled = (voyage.time >= cell.scenario.settling) & np.isfinite(motion.nis)
             found[f"{kind}nis"] = np.array([motion.nis[settled].sum(), settled.sum()])
-    _, found["nees"] = consistency(voyage, fixes, cell.profile, cell.scenario)
+    _, found["nees"] = scores(voyage, fixes, cell.profile, cell.scenario)
     return found
 
 
 def measured(seeds, first_seed, progress) -> dict[str, dict[str, np.ndarray]]:
     """Cell → kind → sums, a row a run."""
-    cases = [
-        (name, first_seed + k, k < TUNED_RUNS)
-        for name, cell in CELLS.items()
-        for k in range(seeds or cell.scenario.runs)
-    ]
-    runs = over_seeds(partial(_nth, cases), range(len(cases)), progress=progress)
-    found = {}
-    for name in CELLS:
-        of_cell = [run for (cell, _, _), run in zip(cases, runs, strict=True) if cell == name]
-        found[name] = {kind: np.array([run[kind] for run in of_cell if kind in run]) for kind in of_cell[0]}
-    return found
-
-
-def _nth(cases, index):
-    return measure(*cases[index])
+    runs = {name: seeds or cell.scenario.runs for name, cell in CELLS.items()}
+    return over_cells(partial(measure, tuned_below=first_seed + TUNED_RUNS), runs, first_seed, progress)
 
 
 def ratio(sums, kind, bound, what, where) -> Interval:
@@ -103,13 +92,17 @@ def ratio(sums, kind, bound, what, where) -> Interval:
 
 def report(results: Results, found) -> None:
     """All of it into the results."""
+    results.section = "The bound"
     for name, sums in found.items():
         _bounds(results, name, sums)
     for kind in ("", "tuned_", "default_", "smoothed_", "default_smoothed_"):
+        results.section = f"Error over the bound, {_manner(kind)}"
         for name, sums in found.items():
             _ratios(results, name, sums, kind)
+    results.section = "Consistency"
     for name, sums in found.items():
         _consistency(results, name, sums)
+    _coverage(results, found)
 
 
 def _bounds(results, name, sums):
@@ -121,7 +114,7 @@ def _bounds(results, name, sums):
             results.compare(
                 f"{name}_{what}_{where}_bound_{UNITS[what]}",
                 value * scale,
-                f"{WORDS[name]}: bound of {_quantity(what)}, {_place(where)}",
+                f"{WORDS[name]}: bound of {QUANTITIES[what]}, {PLACES[where]}",
                 _unit(what),
                 f"{published:g}",
                 "within 2 %",
@@ -141,7 +134,7 @@ def _bounds(results, name, sums):
 
 def _ratios(results, name, sums, kind):
     smoothed = kind.endswith("smoothed_")
-    words = MANNERS[kind.removesuffix("smoothed_")] + (", smoothed" if smoothed else "")
+    words = _manner(kind)
     for what in WHAT:
         for where in WHERE:
             value = ratio(sums, kind, "smoothing_bound" if smoothed else "bound", what, where)
@@ -149,7 +142,7 @@ def _ratios(results, name, sums, kind):
             results.compare(
                 f"{kind}{name}_{what}_{where}_ratio",
                 value.value,
-                f"{WORDS[name]}, {words}: {_quantity(what)} over its bound, {_place(where)}",
+                f"{WORDS[name]}, {words}: {QUANTITIES[what]} over its bound, {PLACES[where]}",
                 "",
                 "",
                 f"≤ {aim:g}" if aim else "",
@@ -183,32 +176,21 @@ def _consistency(results, name, sums):
             held if kind == "" else None,
             nis[1:],
         )
-    nees = sums["nees"]
-    for k, where in enumerate((*WHERE, "all")):
-        runs = nees[:, k]
-        value = over_runs(runs[:, 0], runs[:, 1], root=False)
-        band = value.low <= 3.0 <= value.high
-        target, met = ("3 in its 95 % interval", band) if where != "turn" else ("≤ 4.5", value.value <= 3.0 * NEES_TURN)
-        words = {"straight": "straight", "turn": "in turns", "all": "all along"}[where]
-        results.compare(
-            f"{name}_nees_{where}",
-            value.value,
-            f"{WORDS[name]}, true parameters: mean NEES of (U, χ, ω), {words}",
-            "",
-            "3",
-            target,
-            met,
-            value[1:],
-        )
+    report_nees(results, name, f"{WORDS[name]}, true parameters", sums["nees"], judged=True)
 
 
-def _quantity(what):
-    return {"sog": "SOG", "cog": "COG", "rate": "course rate"}[what]
+def _coverage(results, found):
+    rows = []
+    for kind in KINDS:
+        for name, sums in found.items():
+            rows.append((_manner(kind), WORDS[name], *coverage_row(results, f"{kind}{name}", sums[f"{kind}covered"])))
+    heading = "Rows with the truth in the 95 % interval of the estimate (%): straight / in turns / all along"
+    results.tables.append((heading, ("parameters", "vessel and receiver", *QUANTITIES.values()), rows))
+
+
+def _manner(kind):
+    return MANNERS[kind.removesuffix("smoothed_")] + (", smoothed" if kind.endswith("smoothed_") else "")
 
 
 def _unit(what):
     return {"sog": "m/s", "cog": "°", "rate": "°/s"}[what]
-
-
-def _place(where):
-    return {"straight": "straight", "turn": "in turns"}[where]

@@ -11,7 +11,7 @@ from steerway.records import Fixes
 from steerway.sensors.gnss import Gnss
 from steerway.sensors.instrument import Instrument
 from steerway.simulation.campaign import over_seeds
-from steerway.studies.estimator_limits.cells import CELLS, WHERE, judged
+from steerway.studies.estimator_limits.cells import CELLS, PLACES, WHERE, judged
 from steerway.studies.estimator_limits.scenarios import sail
 from steerway.studies.estimator_limits.statistics import over_runs
 from steerway.studies.study import Results
@@ -90,17 +90,17 @@ def found_after(errors, limit) -> float:
 
 def report(results: Results, found) -> None:
     """COG by aid, and when the bias is found."""
+    results.section = "Aiding"
     for manner, who in (("", "true parameters"), ("default_", "as it comes")):
         for name in AIDS:
             runs = found[manner + name]
             for k, where in enumerate(WHERE):
                 value, low, high = np.degrees(over_runs(runs[:, k, 1], runs[:, k, 3]))
                 target = TARGETS[name][k]
-                place = "straight" if where == "straight" else "in turns"
                 results.compare(
                     f"{manner}aided_{name}_cog_{where}_deg",
                     value,
-                    f"O, 0.5 m, {who}, aided by {_WORDS[name]}: RMS of COG, {place}",
+                    f"O, 0.5 m, {who}, aided by {_WORDS[name]}: RMS of COG, {PLACES[where]}",
                     "°",
                     "" if manner else PUBLISHED[name][k],
                     f"≤ {target:g}",

@@ -1,17 +1,21 @@
 """The four cells of the comparison with the bound, two vessels by two receivers, and what one run gives."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from steerway.estimation.filter import FiveStateFilter
 from steerway.records import Fixes
 from steerway.sensors.gnss import white
+from steerway.simulation.campaign import over_seeds
 from steerway.studies.estimator_limits.scenarios import FAST, SLOW, Scenario, Voyage, cells, sail
-from steerway.studies.estimator_limits.statistics import error_squares, turned
+from steerway.studies.estimator_limits.statistics import error_squares
 
 WHAT = ("sog", "cog", "rate")
 WHERE = ("straight", "turn")
+PLACES = {"straight": "straight", "turn": "in turns", "all": "all along"}
+QUANTITIES = {"sog": "SOG", "cog": "COG", "rate": "course rate"}
+"""In words."""
 EARLIER = 100_000
 """Added to a seed: another voyage of the same vessel."""
 
@@ -58,26 +62,17 @@ def bounded(covariance, voyage, scenario) -> np.ndarray:
     return sums(np.diagonal(covariance, axis1=1, axis2=2)[:, 2:].T, cells(scenario, voyage))
 
 
-def consistency(voyage: Voyage, fixes: Fixes, profile, scenario) -> tuple[np.ndarray, np.ndarray]:
-    """Sum and rows (2,) of the NIS of fixes, and (3, 2) of the NEES of (U, χ, ω): straight, in turns, all along."""
-    estimator = FiveStateFilter(profile)
-    nis, nees = np.full(len(fixes), np.nan), np.full(len(fixes), np.nan)
-    truth = voyage.states
-    for k in range(len(fixes)):
-        if k:
-            estimator.predict(fixes.time[k] - fixes.time[k - 1])
-        nis[k] = estimator.update(fixes.latitude[k], fixes.longitude[k])
-        if estimator.underway:
-            error = estimator.state[2:5] - truth[k, 2:]
-            error[1] = turned(error[1])
-            nees[k] = error @ np.linalg.solve(estimator.covariance[2:5, 2:5], error)
-    settled = voyage.time >= scenario.settling
-    counted = settled & np.isfinite(nis)
-    return np.array([nis[counted].sum(), counted.sum()]), by_place(nees, voyage, scenario)
+def over_cells(measure, runs, first_seed, progress) -> dict[str, dict[str, np.ndarray]]:
+    """Cell → kind → what `measure(cell, seed)` gives, a row a run; `runs` is how many, for all or by cell."""
+    counts = runs if isinstance(runs, dict) else dict.fromkeys(CELLS, runs)
+    cases = [(name, first_seed + k) for name, count in counts.items() for k in range(count)]
+    measured = over_seeds(partial(_nth, measure, cases), range(len(cases)), progress=progress)
+    found = {}
+    for name in counts:
+        of_cell = [run for (cell, _), run in zip(cases, measured, strict=True) if cell == name]
+        found[name] = {kind: np.array([run[kind] for run in of_cell if kind in run]) for kind in of_cell[0]}
+    return found
 
 
-def by_place(nees, voyage, scenario) -> np.ndarray:
-    """(3, 2) sum and rows of what is known of (n,): straight, in turns, and all along."""
-    places = (*cells(scenario, voyage), voyage.time >= scenario.settling)
-    masks = [mask & np.isfinite(nees) for mask in places]
-    return np.array([[nees[mask].sum(), mask.sum()] for mask in masks])
+def _nth(measure, cases, index):
+    return measure(*cases[index])

@@ -14,10 +14,10 @@ from steerway.noise import markov_std
 from steerway.papers.ekf_5states import ekf_5states
 from steerway.sensors.gnss import low_cost
 from steerway.simulation.campaign import over_seeds
-from steerway.studies.estimator_limits.cells import WHERE, sums
+from steerway.studies.estimator_limits.cells import PLACES, WHERE, sums
 from steerway.studies.estimator_limits.particles import in_plane
 from steerway.studies.estimator_limits.scenarios import FAST, SLOW, Scenario, Voyage, cells, sail
-from steerway.studies.estimator_limits.statistics import error_squares, over_runs, turned
+from steerway.studies.estimator_limits.statistics import error_squares, errors, over_runs
 from steerway.studies.mariner_los_ship import (
     CORRELATION_TIME,
     PRINTED_NOISE,
@@ -95,9 +95,7 @@ def _printed(fixes, truth):
     north, east = in_plane(fixes).T
     start = np.array([north[0], east[0], truth.sog[0], truth.cog[0], 0.0])
     states = ekf_5states(north, east, STEP, 1, "NED", [1e-5, 1e-5], [0.1, 0.1], 1e-5, 0.2, x_init=start)
-    errors = states[:, 2:] - truth.states[:, 2:]
-    errors[:, 1] = turned(errors[:, 1])
-    return np.square(errors).T
+    return np.square(errors(*states[:, 2:].T, truth))
 
 
 def measured(seeds, first_seed, progress) -> dict[str, np.ndarray]:
@@ -123,6 +121,7 @@ _NIS_BAND = (1.8, 2.1)
 
 def report(results: Results, found) -> None:
     """COG, straight and in turns, and NIS of every receiver and filter."""
+    results.section = "Wandering receivers"
     for scene, words in WORDS.items():
         for manner, who in (("", "receiver known"), ("default_", "as it comes"), ("printed_filter_", "printed filter")):
             key = manner + scene
@@ -150,7 +149,7 @@ def _cog(results, key, words, runs):
         results.compare(
             f"{key}_cog_{where}_deg",
             value,
-            f"{words}: RMS of COG, {'straight' if where == 'straight' else 'in turns'}",
+            f"{words}: RMS of COG, {PLACES[where]}",
             "°",
             _PUBLISHED.get(key, ("", ""))[k],
             f"≤ {target:g}" if target else "",

@@ -90,6 +90,7 @@ def measured(seeds, first_seed, progress) -> dict[str, np.ndarray]:
 
 def report(results: Results, found) -> None:
     """A row a trouble, in two tables of the page."""
+    results.section = "Troubles"
     rows = []
     for name, (_, words, _) in TROUBLES.items():
         runs = found[name]

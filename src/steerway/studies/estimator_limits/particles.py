@@ -18,7 +18,7 @@ from steerway.estimation.mixture import turn_along
 from steerway.estimation.model import LEAVING, POSITION_VARIANCE, START_RATE_VARIANCE
 from steerway.estimation.position_update import correct, innovation, normalised_square
 
-_START_SPEED_VARIANCE, _START_COURSE_VARIANCE = 0.2**2, 0.2**2
+_START_SPEED_STD, _START_COURSE_STD = 0.2, 0.2
 
 
 def in_plane(fixes) -> np.ndarray:
@@ -27,10 +27,10 @@ def in_plane(fixes) -> np.ndarray:
     return np.column_stack([fixes.latitude * meridian, fixes.longitude * prime_vertical])
 
 
-def begun(voyage, models, seed) -> tuple[np.ndarray, np.ndarray]:
+def begun(voyage, models, seed, course_std=_START_COURSE_STD) -> tuple[np.ndarray, np.ndarray]:
     """State and covariance to begin from: the truth, give or take what the covariance says."""
-    variances = np.array([models[0, POSITION_VARIANCE]] * 2 + [_START_SPEED_VARIANCE, _START_COURSE_VARIANCE, 0.0])
-    variances[4] = models[0, START_RATE_VARIANCE]
+    place, rate = models[0, POSITION_VARIANCE], models[0, START_RATE_VARIANCE]
+    variances = np.array([place, place, _START_SPEED_STD**2, course_std**2, rate])
     draw = np.random.default_rng([seed, 8]).standard_normal(5)
     return voyage.states[0] + draw * np.sqrt(variances), np.diag(variances)
 
@@ -50,27 +50,29 @@ def _fill_step(step, dt, model):
 
 
 @kernel
-def go(x, p, step, model, fix, work):
-    """Predict and correct; returns the log density of the fix (less log 2π)."""
+def go(x, p, step, model, fix, work, invariant=True):
+    """Predict and correct, by the form of the product or by the textbook's; returns the log density of the fix (less
+    log 2π)."""
     predict(x, p, step, model)
     variance = model[POSITION_VARIANCE]
     work[4] = x
     nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, fix[0], fix[1], variance, variance, 0)
     correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, 0)
-    turn_along(x, p, work[4], 0, 0)
+    if invariant:
+        turn_along(x, p, work[4], 0, 0)
     return -0.5 * (normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee) + math.log(s_nn * s_ee - s_ne * s_ne))
 
 
-def particle_filter(places, start, models, dt, particles, seed) -> tuple[np.ndarray, np.ndarray]:
+def particle_filter(places, start, models, dt, particles, seed, invariant=True) -> tuple[np.ndarray, np.ndarray]:
     """(n, 5) means and (n, 5, 5) covariances after each fix, by so many histories at a time."""
     step, chances = steps(models, dt)
     means, spreads = np.zeros((len(places), 5)), np.zeros((len(places), 5, 5))
-    _particles(places, *start, models, step, chances, particles, np.random.default_rng(seed), means, spreads)
+    _particles(places, *start, models, step, chances, particles, np.random.default_rng(seed), invariant, means, spreads)
     return means, spreads
 
 
 @kernel
-def _particles(places, x0, p0, models, step, chances, particles, chance, means, spreads):
+def _particles(places, x0, p0, models, step, chances, particles, chance, invariant, means, spreads):
     x, p = np.empty((2, particles, 5)), np.empty((2, particles, 5, 5))
     mode, weight = np.zeros((2, particles), np.int64), np.full(particles, 1.0 / particles)
     work, d, log_weight = np.empty((5, 5)), np.empty(5), np.zeros(particles)
@@ -83,7 +85,7 @@ def _particles(places, x0, p0, models, step, chances, particles, chance, means, 
         for i in range(particles):
             m = mode[now, i]
             log_weight[i] = math.log(weight[i]) if weight[i] > 0.0 else -math.inf
-            log_weight[i] += go(x[now, i], p[now, i], step[m], models[m], places[k], work)
+            log_weight[i] += go(x[now, i], p[now, i], step[m], models[m], places[k], work, invariant)
             largest = max(largest, log_weight[i])
             if chance.random() < chances[m]:
                 mode[now, i] = 1 - m

@@ -40,9 +40,13 @@ def turned(angle):
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
+def errors(sog, cog, course_rate, voyage) -> np.ndarray:
+    """(3, n) errors of SOG, COG and course rate (n,)."""
+    return np.stack([sog - voyage.sog, turned(cog - voyage.cog), course_rate - voyage.course_rate])
+
+
 def error_squares(motion, voyage) -> np.ndarray:
-    """(3, n) squares of the errors of SOG, COG and course rate; NaN where there is no course."""
-    errors = motion.sog - voyage.sog, turned(motion.cog - voyage.cog), motion.course_rate - voyage.course_rate
-    squares = np.square(np.stack(errors))
+    """(3, n) squares of the errors of an estimate; NaN where there is no course."""
+    squares = np.square(errors(motion.sog, motion.cog, motion.course_rate, voyage))
     squares[:, ~np.isfinite(squares[1])] = np.nan
     return squares

@@ -4,17 +4,25 @@ The filter that weighs a thousand histories at a time, the smoother that walks o
 is told the true one, on the same voyages and fixes as the product.
 """
 
-from functools import partial
-
 import numpy as np
 
-from steerway.simulation.campaign import over_seeds
 from steerway.studies.estimator_limits.bound import filtering_bound, smoothing_bound
-from steerway.studies.estimator_limits.cells import CELLS, WHAT, WHERE, WORDS, bounded, by_place, sums
+from steerway.studies.estimator_limits.cells import (
+    CELLS,
+    PLACES,
+    QUANTITIES,
+    WHAT,
+    WHERE,
+    WORDS,
+    bounded,
+    over_cells,
+    sums,
+)
+from steerway.studies.estimator_limits.consistency import nees, report_nees
 from steerway.studies.estimator_limits.histories import all_histories, told_smoother
 from steerway.studies.estimator_limits.particles import begun, in_plane, particle_filter
 from steerway.studies.estimator_limits.scenarios import cells
-from steerway.studies.estimator_limits.statistics import over_runs, turned
+from steerway.studies.estimator_limits.statistics import errors, over_runs
 from steerway.studies.study import Results
 
 SEEDS = 30
@@ -25,9 +33,8 @@ SMOOTHED = ("o05", "o25")
 """In M the modes show so clearly that the product's smoother is within a tenth of the bound."""
 
 
-def one(case) -> dict[str, np.ndarray]:
+def one(name: str, seed: int) -> dict[str, np.ndarray]:
     """`sums` of each way to estimate a voyage of a cell, and of the NEES of (U, χ, ω)."""
-    name, seed = case
     cell = CELLS[name]
     voyage, fixes = cell.sailed(seed)
     models, places, dt = cell.profile.manners(), in_plane(fixes), 1.0 / cell.scenario.rate
@@ -35,43 +42,25 @@ def one(case) -> dict[str, np.ndarray]:
     masks = cells(cell.scenario, voyage)
 
     means, spreads = particle_filter(places, start, models, dt, PARTICLES[name], seed)
-    error = _errors(means, voyage)
-    nees = np.einsum("ki,kij,kj->k", error, np.linalg.inv(spreads[:, 2:, 2:]), error)
+    error = errors(*means[:, 2:].T, voyage)
     found = {
         "bound": bounded(filtering_bound(voyage, cell.profile), voyage, cell.scenario),
-        "particles": sums(np.square(error).T, masks),
-        "nees": by_place(nees, voyage, cell.scenario),
+        "particles": sums(np.square(error), masks),
+        "nees": nees(error, spreads[:, 2:, 2:], voyage, cell.scenario),
     }
     if name in SMOOTHED:
         told = told_smoother(places, start, voyage.turning, models, dt)
         found["smoothing_bound"] = bounded(smoothing_bound(voyage, cell.profile), voyage, cell.scenario)
-        found["told"] = sums(np.square(_errors(told, voyage)).T, masks)
+        found["told"] = sums(np.square(errors(*told[:, 2:].T, voyage)), masks)
         for key, guess in (("histories", voyage.turning), ("histories_blind", np.zeros(len(places), bool))):
             walked, _ = all_histories(places, start, guess, models, dt, SWEEPS, seed)
-            found[key] = sums(np.square(_errors(walked, voyage)).T, masks)
+            found[key] = sums(np.square(errors(*walked[:, 2:].T, voyage)), masks)
     return found
-
-
-def _errors(states, voyage):
-    """(n, 3) of SOG, COG and course rate."""
-    errors = states[:, 2:] - voyage.states[:, 2:]
-    errors[:, 1] = turned(errors[:, 1])
-    return errors
 
 
 def measured(seeds, first_seed, progress) -> dict[str, dict[str, np.ndarray]]:
     """Cell → kind → sums, a row a run."""
-    cases = [(name, seed) for name in CELLS for seed in range(first_seed, first_seed + (seeds or SEEDS))]
-    runs = over_seeds(partial(_nth, cases), range(len(cases)), progress=progress)
-    found = {}
-    for name in CELLS:
-        of_cell = [run for (cell, _), run in zip(cases, runs, strict=True) if cell == name]
-        found[name] = {kind: np.array([run[kind] for run in of_cell]) for kind in of_cell[0]}
-    return found
-
-
-def _nth(cases, index):
-    return one(cases[index])
+    return over_cells(one, seeds or SEEDS, first_seed, progress)
 
 
 KINDS = {
@@ -84,32 +73,23 @@ KINDS = {
 
 def report(results: Results, found) -> None:
     """Ratios as numbers, COG of them in the table; NEES of the filter of many histories."""
+    results.section = "What not knowing the modes costs"
     for name, kinds in found.items():
         for kind, (bound, words) in KINDS.items():
             if kind not in kinds:
                 continue
             for k, where in enumerate(WHERE):
-                place = "straight" if where == "straight" else "in turns"
                 for i, what in enumerate(WHAT):
                     key = f"{kind}_{name}_{what}_{where}_ratio"
                     value, low, high = over_runs(kinds[kind][:, k, i], kinds[bound][:, k, i])
                     if what == "sog":
                         results.numbers |= {key: value, f"{key}_low": low, f"{key}_high": high}
                         continue
-                    who, quantity = words.format(PARTICLES[name]), {"cog": "COG", "rate": "course rate"}[what]
-                    what_for = f"{WORDS[name]}, {who}: {quantity} over its bound, {place}"
+                    who = words.format(PARTICLES[name])
+                    what_for = f"{WORDS[name]}, {who}: {QUANTITIES[what]} over its bound, {PLACES[where]}"
                     published = {"o05": "2.5", "o25": "2.6"}.get(name, "") if key.endswith("cog_straight_ratio") else ""
                     results.compare(
                         key, value, what_for, "", published if kind == "particles" else "", interval=(low, high)
                     )
-        for k, where in enumerate((*WHERE, "all")):
-            value = over_runs(kinds["nees"][:, k, 0], kinds["nees"][:, k, 1], root=False)
-            place = {"straight": "straight", "turn": "in turns", "all": "all along"}[where]
-            results.compare(
-                f"particles_{name}_nees_{where}",
-                value.value,
-                f"{WORDS[name]}, filter of {PARTICLES[name]} histories: mean NEES of (U, χ, ω), {place}",
-                "",
-                "3",
-                interval=value[1:],
-            )
+        who = f"{WORDS[name]}, filter of {PARTICLES[name]} histories"
+        report_nees(results, f"particles_{name}", who, kinds["nees"], judged=False)

@@ -1,0 +1,1 @@
+"""Smoothing of a vessel of several manners of moving, by the histories that a record supports."""

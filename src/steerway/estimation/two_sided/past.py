@@ -1,0 +1,128 @@
+"""The bank that comes from the past: Kalman filters of deviations, one for each hypothesis."""
+
+import math
+
+import numpy as np
+
+from steerway.angles import wrap
+from steerway.compiled import kernel, lean_kernel
+from steerway.estimation.aiding import SCALAR_GATE, aided, correct_scalar, scalar_innovation
+from steerway.estimation.five_state import set_step
+from steerway.estimation.model import COURSE, DT, ERROR_PAIRS, ERROR_STATE, STARTS_IN
+from steerway.estimation.position_update import correct, innovation, normalised_square
+from steerway.estimation.two_sided.deviations import fix_of, linearise, lose_place
+from steerway.estimation.two_sided.hypotheses import (
+    HYPOTHESES,
+    LOG_WEIGHT,
+    MANNERS,
+    copy,
+    normalise,
+    part,
+    set_chances,
+)
+from steerway.estimation.way import forget_manoeuvre
+from steerway.estimation.yawing import predict_underway
+
+
+@lean_kernel
+def begin(bank, began, trajectory, manners):
+    """All hypotheses alike: what the filter knew, `began` (n + 2, n), when the vessel had gathered way."""
+    n = bank.shape[3]
+    for m in range(MANNERS):
+        for h in range(HYPOTHESES):
+            copy(began, bank[m, h])
+            d, book = bank[m, h, n], bank[m, h, n + 1]
+            forget_manoeuvre(d, bank[m, h, :n], manners[m])
+            for i in range(n):
+                d[i] -= trajectory[n, i]
+            d[COURSE] = wrap(d[COURSE])
+            book[LOG_WEIGHT] = math.log(manners[m, STARTS_IN] / HYPOTHESES)
+
+
+@kernel
+def go_on(record, kept, manners, bank, believed, first, last, stored):
+    """Take the bank from row `first` to row `last`, and copy it into `stored` (rows or 0, …) after every row.
+
+    Args:
+        believed: (rows or 0, aids) bool, of the whole record: receives which aids at least one hypothesis believed.
+    """
+    n = kept.shape[2]
+    time, aids, geodetic = record[0], record[4], record[5]
+    steps, chances = np.zeros((MANNERS, 3, n)), np.empty(MANNERS)
+    f, q, offset, work = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty((4, n))
+    if len(stored):
+        stored[0] = bank[:, :HYPOTHESES]
+    for k in range(first + 1, last + 1):
+        dt = time[k] - time[k - 1]
+        if k == first + 1 or dt != steps[0][DT]:
+            set_chances(chances, dt, manners)
+            for m in range(MANNERS):
+                set_step(steps[m], dt, manners[m])
+        for m in range(MANNERS):
+            linearise(kept, k - 1, geodetic, steps[m], manners[m], f, offset, q)
+            for h in range(HYPOTHESES):
+                predict(bank[m, h], kept, k - 1, steps[m], manners[m], f, offset, work)
+        take_fix(bank, fix_of(record, k, kept, manners[0]), manners[0], work)
+        if len(aids):
+            take_aids(bank, aids[k], kept[k, n], believed[k], manners[0], work)
+        normalise(bank)
+        part(bank, chances, False)
+        if len(stored):
+            stored[k - first] = bank[:, :HYPOTHESES]
+
+
+@lean_kernel
+def predict(one, kept, k, step, model, f, offset, work):
+    """Predict a hypothesis from row k to the next."""
+    n = one.shape[1]
+    p, d, x, turned = one[:n], one[n], work[0], work[1]
+    for i in range(n):
+        x[i] = kept[k, n, i]
+        turned[i] = offset[i]
+        for j in range(n):
+            turned[i] += f[i, j] * d[j]
+    predict_underway(x, p, step, model)
+    lose_place(kept, k, p)
+    for i in range(n):
+        d[i] = turned[i]
+
+
+@lean_kernel
+def take_fix(bank, fix, model, work):
+    """Correct every hypothesis and its weight by a fix (north, east, variance)."""
+    north, east, variance = fix
+    if variance == math.inf:
+        return
+    n = bank.shape[3]
+    g, pairs = int(model[ERROR_STATE]), int(model[ERROR_PAIRS])
+    for m in range(MANNERS):
+        for h in range(HYPOTHESES):
+            p, d = bank[m, h, :n], bank[m, h, n]
+            nu_n, nu_e, s_nn, s_ne, s_ee = innovation(d, p, north, east, variance, variance, g, pairs)
+            surprise = normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee) + math.log(s_nn * s_ee - s_ne * s_ne)
+            bank[m, h, n + 1, LOG_WEIGHT] -= 0.5 * surprise
+            correct(d, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g, pairs)
+
+
+@lean_kernel
+def take_aids(bank, aids, trajectory, believed, model, work):
+    """Correct every hypothesis and its weight by every aid that at least one of them can believe."""
+    n = bank.shape[3]
+    for which in range(len(aids)):
+        believed[which] = False
+        if not math.isfinite(aids[which]):
+            continue
+        i, companion, sign, seen, variance = aided(which, aids[which], trajectory, model)
+        for m in range(MANNERS):
+            for h in range(HYPOTHESES):
+                nu = seen - bank[m, h, n, i] - sign * bank[m, h, n, companion]
+                s = scalar_innovation(bank[m, h, :n], work, i, companion, sign, variance)
+                believed[which] |= nu * nu <= SCALAR_GATE * s
+        if not believed[which]:
+            continue
+        for m in range(MANNERS):
+            for h in range(HYPOTHESES):
+                nu = seen - bank[m, h, n, i] - sign * bank[m, h, n, companion]
+                s = scalar_innovation(bank[m, h, :n], work, i, companion, sign, variance)
+                bank[m, h, n + 1, LOG_WEIGHT] -= 0.5 * (nu * nu / s + math.log(s))
+                correct_scalar(bank[m, h, n], bank[m, h, :n], work, i, companion, sign, nu, variance, math.inf)

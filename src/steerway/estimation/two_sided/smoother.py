@@ -1,0 +1,113 @@
+"""Fixed-interval smoothing of a vessel that holds her course and turns by turns.
+
+First the plain smoother of `smoothing` runs over the record, as if she turned all along. Near what it finds her motion
+is linear but for the manner she is in; there, in every stretch in which she has a course, a bank of hypotheses that
+comes from the past meets one that comes from the future, row by row, and the mean of all pairs is the estimate. Two
+directions for several modes are those of R. E. Helmick, W. D. Blair and S. A. Hoffman, IEEE Trans. Information Theory
+41(6), 1995; where theirs merge all histories into one Gaussian a mode at every step, which cost a third of the
+accuracy of the course, these keep a handful (see `hypotheses`).
+"""
+
+import numpy as np
+
+from steerway.compiled import kernel
+from steerway.estimation.five_state import set_step
+from steerway.estimation.model import DT, MODE, STARTS_IN, UNDERWAY
+from steerway.estimation.smoothing import smooth
+from steerway.estimation.tracking import speak
+from steerway.estimation.two_sided.deviations import fix_of, linearise
+from steerway.estimation.two_sided.future import recede, see_aids, see_fix
+from steerway.estimation.two_sided.hypotheses import HYPOTHESES, MANNERS, empty_bank, part, set_chances
+from steerway.estimation.two_sided.meeting import SAID, meet
+from steerway.estimation.two_sided.past import begin, go_on
+from steerway.estimation.way import fold
+
+_BLOCK = 128
+"""Rows for which the bank of the past is kept at a time; it is kept at the beginning of each block, and goes anew."""
+
+
+@kernel
+def smooth_modes(record, models, kept, spoken):
+    """Backward pass over the record of `track`: smooths its `kept` in place and states `spoken` (n, SPOKEN) anew.
+
+    Args:
+        record: (time, first, second, doubts, aids, geodetic, status) of `track`.
+    """
+    rows, states = kept.shape[0], kept.shape[2]
+    stretches = stretches_of(kept)
+    began = np.empty((len(stretches), states + 2, states))
+    for i in range(len(stretches)):
+        began[i] = kept[stretches[i, 0]]
+    smooth(record[0], record[5], models[0], kept, spoken)
+    manners = models[models[:, STARTS_IN] > 0.0]
+    believed = np.zeros((rows if len(record[4]) else 0, record[4].shape[1]), np.bool_)
+    for i in range(len(stretches)):
+        first, last = stretches[i]
+        smooth_stretch(record, kept, began[i], manners, believed, first, last, spoken)
+
+
+@kernel
+def stretches_of(kept):
+    """(m, 2) first and last rows of the stretches in which she has a course."""
+    n = kept.shape[2]
+    ends = np.empty((len(kept), 2), np.int64)
+    m = 0
+    for k in range(len(kept)):
+        if kept[k, n + 1, MODE] == UNDERWAY:
+            if k == 0 or kept[k - 1, n + 1, MODE] != UNDERWAY:
+                ends[m, 0] = k
+                m += 1
+            ends[m - 1, 1] = k
+    return ends[:m].copy()
+
+
+@kernel
+def smooth_stretch(record, kept, began, manners, believed, first, last, spoken):
+    """State anew the rows from `first` to `last`; `began` (n + 2, n) is what the filter knew at the first."""
+    n = kept.shape[2]
+    blocks = (last - first) // _BLOCK + 1
+    marks = np.empty((blocks, MANNERS, HYPOTHESES + 1, n + 2, n))
+    stored = np.empty((_BLOCK, MANNERS, HYPOTHESES, n + 2, n))
+    past, future = empty_bank(n), empty_bank(n)
+    begin(past, began, kept[first], manners)
+    marks[0] = past
+    for i in range(1, blocks):
+        go_on(record, kept, manners, past, believed, first + (i - 1) * _BLOCK, first + i * _BLOCK, stored[:0])
+        marks[i] = past
+    for i in range(blocks - 1, -1, -1):
+        start, end = first + i * _BLOCK, min(first + (i + 1) * _BLOCK - 1, last)
+        go_on(record, kept, manners, marks[i], believed, start, end, stored)
+        go_back(record, kept, manners, future, believed, start, end, first, stored, spoken)
+
+
+@kernel
+def go_back(record, kept, manners, future, believed, start, end, first, stored, spoken):
+    """Meet the past, `stored`, in the rows from `end` to `start`, and take the bank of the future to the row before."""
+    n = kept.shape[2]
+    time, aids, geodetic = record[0], record[4], record[5]
+    steps, chances = np.zeros((MANNERS, 3, n)), np.empty(MANNERS)
+    f, q, offset, scale = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(n)
+    root, product, lower = np.empty((n, n)), np.empty((n, n)), np.empty((n, n))
+    roots, pairs = np.empty((MANNERS, HYPOTHESES, n, n)), np.empty((MANNERS, HYPOTHESES, HYPOTHESES))
+    room, said = np.empty((SAID + 3, n)), np.empty((SAID + 2, SAID))
+    for k in range(end, start - 1, -1):
+        meet(stored[k - start], future, pairs, said, scale, roots, product, lower, room)
+        for i in range(SAID):
+            said[SAID, i] += kept[k, n, i]
+            said[SAID + 1, i] = kept[k, n + 1, i]
+        fold(said[SAID], said[:SAID])
+        speak(said, geodetic, spoken[k])
+        if k == first:
+            return
+        dt = time[k] - time[k - 1]
+        if k == end or dt != steps[0][DT]:
+            set_chances(chances, dt, manners)
+            for m in range(MANNERS):
+                set_step(steps[m], dt, manners[m])
+        part(future, chances, True)
+        see_fix(future, fix_of(record, k, kept, manners[0]), manners[0], room[0])
+        if len(aids):
+            see_aids(future, aids[k], kept[k, n], believed[k], manners[0], room[0])
+        for m in range(MANNERS):
+            linearise(kept, k - 1, geodetic, steps[m], manners[m], f, offset, q)
+            recede(future[m], f, offset, q, scale, root, product, lower, room)
