@@ -57,7 +57,8 @@ def suited(fixes: Fixes, aid: tuple[str, ...] = ()) -> Profile:
     sparse = spaced(fixes, SPACING, _AIDS_SPACING if aid else SPACING)
     apart = stretches(sparse, _STRETCHES, _STRETCH)
     thin_log = Log(apart, moving(apart), aid)
-    motion = _motion(thin_log)
+    manners = _manners(thin_log)
+    motion = worthier(manners, thin_log)
     receive = partial(
         receiver, log, crowding=len(positions) / sparse.has_position.sum(), steps=_FEW_STEPS, slow_errors=1
     )
@@ -66,7 +67,7 @@ def suited(fixes: Fixes, aid: tuple[str, ...] = ()) -> Profile:
         return _named(received.profile)
     if received.profile.error_std:
         return _named(_reconciled(fixes, log, motion, received))
-    steered = motion if motion.profile.turn_time else _steered(thin_log, motion)
+    steered = worthier([motion, _steered(thin_log, manners[0])], thin_log)
     return _named(received.profile if steered is motion else receive(steered.profile).profile)
 
 
@@ -93,24 +94,24 @@ def _classes():
     return [each for each in BUILT_IN.values() if each.name != "ais"]
 
 
-def _motion(log: Log) -> Fit:
-    """How the vessel moves, and white noise, from the likeliest class."""
+def _manners(log: Log) -> list[Fit]:
+    """A vessel of one manner of moving and one of two, and white noise, from the likeliest class."""
     update = {"error_std": 0.0}
     candidates = [each.model_copy(update=update | {"position_std": white}) for each in _classes() for white in _WHITE]
     start = min(candidates, key=log.cost)
     names = (*MOTION, *(LASTING if start.acceleration_std else ()), *log.instruments)
     one = found(log, start, names, steps=_STEPS)
     two = found(log, min(_paces(one.profile, bool(log.aid)), key=log.cost), (*names, *TURNS), steps=_STEPS)
-    return worthier([one, two], log)
+    return [one, two]
 
 
-def _steered(log: Log, motion: Fit) -> Fit:
-    """A vessel that is steered back to a course she holds, or a motion as it was.
+def _steered(log: Log, one: Fit) -> Fit:
+    """The vessel of one manner of moving as one that is steered back to a course she holds.
 
-    Only where the receiver does not err slowly: at this stage its wander would pass for hers.
+    To be looked for only where the receiver does not err slowly: on a thin log its wander would pass for hers.
     """
-    start = min(yawing(motion.profile), key=log.cost)
-    return worthier([motion, found(log, start, (*motion.search.names, *YAWING), steps=_STEPS)], log)
+    start = min(yawing(one.profile), key=log.cost)
+    return found(log, start, (*one.search.names, *YAWING), steps=_STEPS)
 
 
 def _paces(one: Profile, aided: bool) -> list[Profile]:
