@@ -8,14 +8,16 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 
 import steerway
 from steerway.errors import InputError
-from steerway.estimation import Profile
+from steerway.estimation import Profile, choose_profile
 from steerway.estimation.five_state import set_step
 from steerway.estimation.forecast import forecast
-from steerway.estimation.model import YAWING_STATE, empty_memory
+from steerway.estimation.model import GATE, OUTLIER, YAWING_STATE, empty_memory
+from steerway.estimation.replay import run_rows
 from steerway.estimation.smoothing import transition
 from steerway.estimation.tuning.parameters import MOTION, YAWING
 from steerway.estimation.tuning.stages import Log, found
 from steerway.estimation.yawing import predict_underway
+from steerway.records import REJECTED
 from tests.scenes import Scene, angle_error, sailed
 
 SWELL = Profile(
@@ -93,11 +95,12 @@ def test_the_smoothers_transition_is_the_predictions_jacobian():
         np.testing.assert_allclose(f[:, j], (ahead - behind) / 2e-6, rtol=1e-5, atol=1e-6)
 
 
-def swinging(period=9.0, duration=600.0, seed=0, heave=0.0):
-    """A ship at 5 m/s that a sea swings about a course by some degrees, for a while and for a while, once a second."""
+def swinging(period=9.0, duration=600.0, seed=0, heave=0.0, blow=0.0):
+    """A ship at 5 m/s that a sea swings about a course by some degrees, once a second; at 250 s a blow to her rate."""
     chance = np.random.default_rng(seed)
     step = 0.05
     kick, rate, course = 0.02 * math.sqrt(step) * chance.normal(size=round(duration / step) + 1), 0.0, 0.0
+    kick[round(250.0 / step)] += blow
     courses = []
     for each in kick:
         rate += each - step * ((2.0 * math.pi / period) ** 2 * course + 0.1 * rate)
@@ -131,6 +134,35 @@ def test_the_period_is_found_from_the_log():
     fixes = swinging(period=12.0).fixes(0.01, 3)
     fit = found(Log(fixes, np.ones(len(fixes), bool)), SWELL, MOTION + YAWING)
     assert 9.0 < fit.profile.yawing_period < 15.0
+
+
+def test_the_choice_finds_who_swings_and_who_does_not():
+    assert 9.0 < choose_profile(swinging(period=11.0).fixes(0.01, 3)).yawing_period < 14.0
+    scene = once_a_second(np.full(6000, 5.0), 0.7 + np.cumsum(np.random.default_rng(2).normal(0.0, 1e-4, 6000)), 10.0)
+    assert choose_profile(scene.fixes(0.3, 3)).yawing_period == 0.0
+
+
+def test_a_wandering_receiver_is_not_taken_for_swings():
+    chance, wander = np.random.default_rng(4), np.zeros((900, 2))
+    for k in range(1, 900):
+        wander[k] = 0.9 * wander[k - 1] + 0.2 * chance.normal(size=2)
+    scene = once_a_second(np.full(9000, 5.0), np.linspace(0.0, 2.0, 9000), 10.0)
+    chosen = choose_profile(scene.fixes(0.05, 3, lambda time: wander[: len(time)].T))
+    assert chosen.yawing_period == 0.0
+    assert chosen.error_std > 0.1
+
+
+def test_a_rare_blow_is_hers_and_a_jump_is_not():
+    """Of the sea, which a gate of 13.8 takes for an outlier; and a fix ten metres off."""
+    profile = SWELL.model_copy(update={"position_std": 0.005})
+    struck = swinging(seed=5, blow=0.15).fixes(0.005, 5)
+    strict = profile.model()
+    strict[OUTLIER] = -math.inf
+    assert np.nanmax(run_rows(strict, (), struck).nis) > strict[GATE]
+    assert (steerway.estimate(struck, profile).status != REJECTED).all()
+    jumped = swinging(seed=5).fixes(0.005, 5, lambda t: (10.0 * (np.abs(t - 250.0) < 0.5), 0.0 * t))
+    assert (np.flatnonzero(steerway.estimate(jumped, profile).status == REJECTED) == [250]).all()
+    assert profile.model_copy(update={"yawing_period": 0.0}).model()[OUTLIER] == -math.inf
 
 
 def test_the_rate_of_output_changes_nothing():
