@@ -108,7 +108,7 @@ def _manners(log: Log) -> list[Fit]:
 def _steered(log: Log, one: Fit) -> Fit:
     """The vessel of one manner of moving as one that is steered back to a course she holds.
 
-    To be looked for only where the receiver does not err slowly: on a thin log its wander would pass for hers.
+    To be looked for only where the receiver does not err slowly: its wander would pass for hers.
     """
     start = min(yawing(one.profile), key=log.cost)
     return found(log, start, (*one.search.names, *YAWING), steps=_STEPS)

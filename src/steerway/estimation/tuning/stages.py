@@ -167,9 +167,12 @@ def together(log: Log, moving: Fit, received: Fit, step=None) -> Fit:
         starts.append(_calmer(received.profile))
     fits = [min((found(log, each, names, step) for each in starts), key=lambda fit: fit.cost)]
     if not moving.profile.turn_time:
-        for starts, further in ((alternating, TURNS), (yawing, YAWING)):
+        further = [(alternating, TURNS)]
+        if not received.profile.error_std:  # whose wander resembles her swings
+            further.append((yawing, YAWING))
+        for starts, more in further:
             start = min(starts(fits[0].profile), key=log.cost)
-            fits.append(found(log, start, (*names, *further), step))
+            fits.append(found(log, start, (*names, *more), step))
     return worthier(fits, log)
 
 
