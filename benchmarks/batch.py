@@ -10,6 +10,7 @@ from benchmarks.support import by_hand, ours
 from benchmarks.support.harness import Result, interleaved
 from benchmarks.support.record import winding
 from steerway.compiled import kernel
+from steerway.estimation.replay import Run, outputs
 from steerway.estimation.tracking import SPOKEN, track_many
 
 _TRACKS, _ROWS, _ROUNDS = 10_000, 100, 7
@@ -27,8 +28,7 @@ class Batch:
         self.bounds = np.arange(0, n + 1, _ROWS)
         self.time = np.tile(each.time, repeats)[:n]
         self.north, self.east = np.tile(each.north, repeats)[:n], np.tile(each.east, repeats)[:n]
-        self.spoken, self.nis = np.empty((n, SPOKEN)), np.empty(n)
-        self.log_determinant, self.status = np.empty(n), np.empty(n, np.uint8)
+        self.run = Run(n)
         self.said = np.empty((n, SPOKEN + 1))
         self.no_doubts, self.no_aids = np.empty(0), np.empty((0, 5))
 
@@ -44,10 +44,7 @@ class Batch:
             self.no_aids,
             False,
             ours.MODEL,
-            self.spoken[rows],
-            self.nis[rows],
-            self.log_determinant[rows],
-            self.status[rows],
+            *outputs(self.run, rows),
         )
 
     def all(self):
@@ -68,7 +65,7 @@ def run():
     for name, seconds in taken.items():
         yield Result(f"{name}, {_TRACKS:,} tracks of {_ROWS} rows", 1e9 * seconds / len(batch.time), "ns a row")
     if "C" in taken:
-        spoken = np.column_stack([batch.spoken, batch.nis])
+        spoken = np.column_stack([batch.run.spoken, batch.run.nis])
         assert np.array_equal(np.isnan(spoken), np.isnan(batch.said))
         yield Result("largest difference to C", float(np.nanmax(np.abs(spoken - batch.said))), "", at_most=1e-9)
         yield Result(

@@ -14,7 +14,7 @@ from steerway.studies.estimator_limits.bound import filtering_bound, smoothing_b
 from steerway.studies.estimator_limits.cells import CELLS, WHAT, WHERE, bounded, judged, sums
 from steerway.studies.estimator_limits.histories import all_histories, told_smoother
 from steerway.studies.estimator_limits.particles import begun, in_plane, particle_filter
-from steerway.studies.estimator_limits.scenarios import SLOW, cells, sail
+from steerway.studies.estimator_limits.scenarios import SLOW, sail, straight_and_turning
 from steerway.studies.estimator_limits.statistics import errors, over_runs, turned
 from steerway.studies.study import Results
 
@@ -161,8 +161,8 @@ def test_told_the_modes_a_smoother_attains_the_bound_and_untold_none_does():
         rows.append(
             [
                 bounded(smoothing_bound(voyage, cell.profile), voyage, cell.scenario),
-                sums(np.square(errors(*told[:, 2:].T, voyage)), cells(cell.scenario, voyage)),
-                sums(np.square(errors(*walked[:, 2:].T, voyage)), cells(cell.scenario, voyage)),
+                sums(np.square(errors(*told[:, 2:].T, voyage)), straight_and_turning(cell.scenario, voyage)),
+                sums(np.square(errors(*walked[:, 2:].T, voyage)), straight_and_turning(cell.scenario, voyage)),
                 judged(product, voyage, cell.scenario),
             ]
         )

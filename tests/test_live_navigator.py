@@ -82,6 +82,29 @@ def test_a_replay_of_a_recorded_log_is_the_estimate(shared_data, log, source, ra
     assert_equal(at_fixes if rate is None else at_ticks, estimate(read(path, source=source), "small-usv", rate=rate))
 
 
+@pytest.mark.parametrize("rate", [None, 10.0])
+def test_what_is_told_twice_is_taken_once(fixes, rate):
+    aided = Fixes(fixes.time, fixes.latitude, fixes.longitude, yaw_rate=np.full(len(fixes), 0.2))
+    twice = aided.rows(np.repeat(np.arange(len(fixes)), 2))
+    at_fixes, at_ticks = replayed({"GP": twice}, rate, aid=("yaw_rate",))
+    estimator = "small-usv", ("yaw_rate",), rate
+    assert_equal(at_fixes if rate is None else at_ticks, estimate(twice, *estimator))
+    once = replayed({"GP": aided}, rate, aid=("yaw_rate",))
+    np.testing.assert_allclose([row.cog for row in at_ticks], [row.cog for row in once[1]], rtol=1e-9, atol=1e-10)
+
+
+def test_what_is_told_again_late_changes_nothing(fixes):
+    told, heard = Navigator(), heard_of(fixes)
+    once = Navigator()
+    for k, each in enumerate(heard):
+        once.hear(each)
+        told.hear(each)
+        if k >= 5:
+            assert told.hear(heard[k - 5]) == []
+    assert told.last_fix[1:] == once.last_fix[1:]
+    assert told.counts["told twice"] == len(heard) - 5 and told.counts["late"] == 0
+
+
 def test_what_aids_is_taken_beside_positions(fixes):
     n = len(fixes)
     rates = np.where(np.arange(n) % 2 == 0, 0.5 / 2.0 * np.ones(n), np.nan)

@@ -12,13 +12,14 @@ from steerway.earth import displacement
 from steerway.estimation import Profile, choose_profile, tune
 from steerway.estimation.prediction import predict
 from steerway.estimation.tuning import stages
-from steerway.estimation.tuning.excerpts import moving, stretches
+from steerway.estimation.tuning.excerpts import moving, telling
 from steerway.estimation.tuning.intervals import _curvature, intervals
 from steerway.estimation.tuning.likelihood import cost
 from steerway.estimation.tuning.parameters import MOTION, TURNS
 from steerway.estimation.tuning.search import Search, minimise
 from steerway.sensors.gnss import Gnss
 from steerway.studies.estimator_limits.scenarios import FAST, SLOW, sail
+from steerway.studies.estimator_limits.troubles import BEGIN, standstill
 from tests.scenes import angle_error, sailed, turning
 from tests.test_cli import run
 
@@ -172,7 +173,27 @@ def test_stretches_are_those_under_way():
         name: np.concatenate([getattr(p.fixes(0.1, 1), name) for p in parts]) for name in ("latitude", "longitude")
     }
     fixes = steerway.Fixes(np.arange(5000) / 5.0, **columns)
-    assert moving(stretches(fixes, 2, 1000)).mean() > 0.95
+    log = stages.Log(fixes, moving(fixes)).excerpt(2, 1000)
+    assert log.counted.mean() > 0.95
+    assert [len(track) for _, track in log.fixes.tracks()] == [1000, 1000]
+
+
+def test_a_vessel_that_stops_is_known_to_stop():
+    """One who hardly changes her speed, but for once: the filter takes it from the log that she does."""
+    for seed in (0, 6, 8):
+        voyage = sail(SLOW, seed)
+        fixes = voyage.fixes(Gnss(rate=SLOW.rate, white=0.5), seed)
+        voyage, fixes = standstill(voyage, fixes, np.random.default_rng(seed))
+        motion = steerway.estimate(fixes)
+        resting = (motion.time > BEGIN + 10.0) & (motion.time < BEGIN + 100.0)
+        assert np.isnan(motion.cog[resting]).mean() > 0.95
+
+
+def test_what_tells_of_motion_is_ten_seconds_beyond_it():
+    fixes = sailed(np.r_[np.zeros(60), np.full(60, 2.0), np.zeros(60)], np.zeros(180), 1.0).fixes(0.01, 1)
+    under_way, tells = np.flatnonzero(moving(fixes)), np.flatnonzero(telling(fixes))
+    assert tells[0] == under_way[0] - 10 and tells[-1] == under_way[-1] + 10
+    assert (np.diff(tells) == 1).all()
 
 
 def test_the_choice_finds_turns_and_is_consistent():

@@ -5,8 +5,8 @@ import numpy as np
 from benchmarks.support.record import PROFILE, STEP, Record
 from steerway import FiveStateFilter
 from steerway.estimation.model import empty_memory
-from steerway.estimation.replay import room_to_keep
-from steerway.estimation.tracking import SPOKEN, track
+from steerway.estimation.replay import Run, outputs, room_to_keep
+from steerway.estimation.tracking import track
 
 MODEL = PROFILE.model()
 _NO_DOUBTS, _NO_AIDS = np.empty(0), np.empty((0, 5))
@@ -14,13 +14,11 @@ _NO_DOUBTS, _NO_AIDS = np.empty(0), np.empty((0, 5))
 
 def whole_record(record: Record, model=MODEL) -> tuple[np.ndarray, np.ndarray]:
     """What the filter says after every row (n, 9) in the record's own plane, and the NIS of its fixes (n,)."""
-    n = len(record)
-    spoken, nis, status = np.empty((n, SPOKEN)), np.empty(n), np.empty(n, np.uint8)
+    run = Run(len(record))
     memory = empty_memory(model)
-    columns = (spoken, nis, np.empty(n), status)
     rows = record.time, record.north, record.east, _NO_DOUBTS, _NO_AIDS
-    track(*rows, False, model, memory, *columns, room_to_keep(memory, 0))
-    return spoken, nis
+    track(*rows, False, model, memory, *outputs(run), room_to_keep(memory, 0))
+    return run.spoken, run.nis
 
 
 def started(record: Record, rows: int) -> FiveStateFilter:

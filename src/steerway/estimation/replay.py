@@ -24,6 +24,8 @@ def replay(model, aid, fixes: Fixes, rate: float | None = None, smoothed: bool =
     if rate is not None and not 0.0 < rate <= 1000.0:
         raise InputError(f"rate is {rate}, expected Hz between 0 and 1000")
     fixes = spoken_rows(fixes, aid)
+    if rate is not None:
+        fixes = _without_repeats(fixes, aid)
     if rate is None and not smoothed:
         return _filtered(model, aid, fixes)
     tracks = [_scheduled(model, aid, each, rate, smoothed) for _, each in fixes.tracks()]
@@ -36,6 +38,38 @@ def spoken_rows(fixes: Fixes, aid) -> Fixes:
     for name in aid:
         says |= np.isfinite(getattr(fixes, name))
     return fixes.rows(says).in_order()
+
+
+def _news(fixes: Fixes, aid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Latitude, longitude and aids of every row, NaN where the row before, of the same time and vessel, says the same.
+
+    What is told twice is one measurement, and is taken once; what two say of one time, or one of two, are two.
+    """
+    latitude, longitude, aids = fixes.latitude, fixes.longitude, _aiding_table(fixes, aid)
+    again = 1 + np.flatnonzero(fixes.time[1:] == fixes.time[:-1])
+    if fixes.mmsi is not None:
+        again = again[fixes.mmsi[again] == fixes.mmsi[again - 1]]
+    if len(again):
+        same = (latitude[again] == latitude[again - 1]) & (longitude[again] == longitude[again - 1])
+        latitude, longitude = latitude.copy(), longitude.copy()
+        latitude[again[same]] = longitude[again[same]] = np.nan
+    if len(again) and aid:
+        aids[again] = np.where(aids[again] == aids[again - 1], np.nan, aids[again])
+    return latitude, longitude, aids
+
+
+def _say_again(status, repeats) -> None:
+    """A fix told twice is worth what it was worth the first time."""
+    for k in np.flatnonzero(repeats):
+        status[k] = status[k - 1]
+
+
+def _without_repeats(fixes: Fixes, aid) -> Fixes:
+    latitude, _, aids = _news(fixes, aid)
+    new = np.isfinite(latitude)
+    if aid:
+        new |= np.isfinite(aids).any(axis=1)
+    return fixes if new.all() else fixes.rows(new)
 
 
 def _aiding_table(fixes: Fixes, aid) -> np.ndarray:
@@ -91,7 +125,7 @@ def run_rows(model, aid, fixes: Fixes) -> Run:
     """The filter over every row of every vessel in one pass, on as many threads as there is work for."""
     n = len(fixes)
     run = Run(n)
-    aids, doubtful = _aiding_table(fixes, aid), doubts(fixes)
+    (latitude, longitude, aids), doubtful = _news(fixes, aid), doubts(fixes)
     bounds = np.array([0, n]) if fixes.mmsi is None else np.r_[0, np.flatnonzero(np.diff(fixes.mmsi)) + 1, n]
     shares = min(len(bounds) - 1, os.cpu_count() or 1, n // _SMALLEST_SHARE + 1)
     cuts = np.linspace(0, len(bounds) - 1, max(shares, 1) + 1).astype(int)
@@ -102,8 +136,8 @@ def run_rows(model, aid, fixes: Fixes) -> Run:
         track_many(
             bounds[cuts[i] : cuts[i + 1] + 1] - first,
             fixes.time[rows],
-            fixes.latitude[rows],
-            fixes.longitude[rows],
+            latitude[rows],
+            longitude[rows],
             doubtful[rows] if len(doubtful) else doubtful,
             aids[rows] if aid else aids,
             True,
@@ -116,6 +150,8 @@ def run_rows(model, aid, fixes: Fixes) -> Run:
     else:
         with ThreadPoolExecutor(shares) as pool:
             list(pool.map(work, range(shares)))
+    if latitude is not fixes.latitude:
+        _say_again(run.status, fixes.has_position & np.isnan(latitude))
     return run
 
 
@@ -123,8 +159,8 @@ def memories(model, aid, fixes: Fixes, last: bool = False) -> np.ndarray:
     """(n, states + 2, states) covariance, state and bookkeeping after every row of one vessel, or after the last."""
     memory = empty_memory(model)
     kept = room_to_keep(memory, 0 if last else len(fixes))
-    said = fixes.time, fixes.latitude, fixes.longitude, doubts(fixes), _aiding_table(fixes, aid)
-    track(*said, True, model, memory, *outputs(Run(len(fixes))), kept)
+    first, second, aids = _news(fixes, aid)
+    track(fixes.time, first, second, doubts(fixes), aids, True, model, memory, *outputs(Run(len(fixes))), kept)
     return whole(memory)[None, : kept.shape[1]] if last else kept
 
 
@@ -134,9 +170,9 @@ def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
     time, origin, wanted = _schedule(fixes, rate, longest if smoothed else None)
     mmsi = None if fixes.mmsi is None else np.full(len(time), fixes.mmsi[0] if len(fixes) else 0)
     blank = origin < 0
-    first, second = fixes.latitude[origin], fixes.longitude[origin]
+    (first, second, aids), doubtful = _news(fixes, aid), doubts(fixes)
+    first, second = first[origin], second[origin]
     first[blank] = second[blank] = np.nan
-    aids, doubtful = _aiding_table(fixes, aid), doubts(fixes)
     if len(doubtful):
         doubtful = doubtful[origin]
     if aid:
@@ -147,10 +183,10 @@ def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
     run = Run(len(time))
     track(time, first, second, doubtful, aids, True, model, memory, *outputs(run), kept)
     if smoothed and model.ndim == 2:
-        record = (time, first, second, doubtful, aids, True, run.status)
-        smoother.smooth_modes(record, model, kept, run.spoken)
+        smoother.smooth_modes((time, first, second, doubtful, aids, True), model, kept, run.spoken)
     elif smoothed:
         smoothing.smooth(time, True, model, kept, run.spoken)
+    _say_again(run.status, fixes.has_position[origin] & ~blank & np.isnan(first))
     return run.motion(time, mmsi, wanted)
 
 

@@ -209,6 +209,15 @@ def take_aids(memory, aids, model):
 
 
 @lean_kernel
+def something_is_known(aids):
+    """Whether any of the aids (5,) is not NaN."""
+    for value in aids:
+        if math.isfinite(value):
+            return True
+    return False
+
+
+@lean_kernel
 def settle(memory, model):
     """After an update: fold the speed, wrap the course, gain or lose way."""
     main = memory if memory.ndim == 2 else memory[0]
@@ -345,9 +354,10 @@ def track(
             accepted, nis[k], log_determinant[k] = take_position(
                 memory, first[k], second[k], geodetic, doubts[k] if len(doubts) else 1.0, model
             )
-        if len(aids):
+        aided = len(aids) > 0 and something_is_known(aids[k])
+        if aided:
             aid_surprise[k] = take_aids(memory, aids[k], model)
-        if fixed or len(aids):
+        if fixed or aided:
             settle(memory, model)
         else:
             conclude(memory)

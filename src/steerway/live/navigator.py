@@ -57,7 +57,7 @@ class Navigator:
     When the receiver's clock steps, the motion goes on as if it had not, unless the position says otherwise.
 
     `counts` tells what became of rows: taken, late (taken at their own time), too late (dropped), stray (one time far
-    from all others), clock steps, other source.
+    from all others), clock steps, other source, told twice.
     """
 
     def __init__(
@@ -122,6 +122,13 @@ class Navigator:
         aids = self._aids(heard, now)
         if math.isnan(place[0]) and all(map(math.isnan, aids)):
             return []
+        news, aids = self._news(heard.time, place, aids)
+        if news != place and heard.time == self._time:
+            return self._again(heard.time, aids)
+        place = news
+        if math.isnan(place[0]) and all(map(math.isnan, aids)):
+            self.counts["told twice"] += 1
+            return []
         std = heard.position_std if self.accuracy else math.nan
         heard = heard._replace(latitude=place[0], longitude=place[1], position_std=std)
         return self._in_time(heard, aids, heard.time - present)
@@ -153,6 +160,21 @@ class Navigator:
             value if name in wanted and not math.isnan(value) and self.choice.gives(name, heard, now) else math.nan
             for name, value in ((name, getattr(heard, name)) for name in AIDS)
         )
+
+    def _again(self, time, aids):
+        """The row of a fix that has been taken already; new are at most aids that it comes with."""
+        self.counts["told twice"] += 1
+        return [self._step(time, math.nan, math.nan, math.nan, aids)._replace(status=self._row.status)]
+
+    def _news(self, time, place, aids):
+        """What of place and aids no row taken of the same time has said."""
+        for taken in reversed(self._taken):
+            if taken.time < time:
+                break
+            if taken.time == time:
+                place = (math.nan, math.nan) if place == (taken.latitude, taken.longitude) else place
+                aids = tuple(math.nan if a == b else a for a, b in zip(aids, taken.aids, strict=True))
+        return place, aids
 
     def _in_time(self, heard, aids, surplus):
         """Take a row where its time belongs: next, or back among those taken already, or nowhere."""

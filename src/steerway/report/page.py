@@ -33,16 +33,15 @@ def write_page(
         figures: (matplotlib figure, caption) each.
         remarks: one paragraph each.
         lead: a sentence under the title.
-        details: further tables, at the end.
+        details: further tables, at the end of a page that is long: there the remarks come before the figures.
     """
     parts = [f"<h1>{html.escape(title)}</h1>"]
     if lead:
         parts.append(f"<p>{html.escape(lead)}</p>")
     parts += [_table(*table) for table in tables]
-    parts += [_figure(figure, caption) for figure, caption in figures]
-    if remarks:
-        items = "".join(f"<li>{html.escape(remark)}</li>" for remark in remarks)
-        parts.append(f"<h2>Remarks</h2><ul>{items}</ul>")
+    shown = [_figure(figure, caption) for figure, caption in figures]
+    said = _remarks(remarks) if remarks else []
+    parts += [*said, *shown] if details else [*shown, *said]
     parts += [_table(*table) for table in details]
     page = (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
@@ -50,6 +49,11 @@ def write_page(
         f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head><body>{''.join(parts)}</body></html>\n"
     )
     Path(path).write_text(page, encoding="utf-8")
+
+
+def _remarks(remarks) -> list[str]:
+    items = "".join(f"<li>{html.escape(remark)}</li>" for remark in remarks)
+    return [f"<h2>Remarks</h2><ul>{items}</ul>"]
 
 
 def _table(heading, names, rows) -> str:

@@ -31,6 +31,7 @@ class Results:
     figures: dict[str, tuple[object, str]] = field(default_factory=dict)  # stem → (figure, caption)
     remarks: list[str] = field(default_factory=list)  # what was inferred, what was missed, said plainly
     tables: list[tuple] = field(default_factory=list)  # further ones of the page: (heading, column names, rows)
+    lead: str = ""  # a sentence or two under the title
     section: str = ""  # heading of the comparisons recorded from here on; a study of few has one
 
     def compare(self, key, value, what, unit="", published="", target="", met=None, interval=None) -> None:
@@ -84,6 +85,7 @@ def write_results(results: Results, directory: Path) -> Path:
         tables=verdict or [*compared, *results.tables],
         figures=list(results.figures.values()),
         remarks=results.remarks,
+        lead=results.lead,
         details=[*compared, *results.tables] if verdict else (),
     )
     return page
@@ -111,4 +113,4 @@ def _verdict(results, of_section) -> tuple:
             named.append(f"and {len(missed) - _NAMED_MISSES} more")
         met = len(judged) - len(missed)
         rows.append((heading, f"{met} of {len(judged)}", "missed" if missed else "met", "; ".join(named)))
-    return "Verdict", ("", "targets met", "", "which are not"), rows
+    return "Verdict", ("", "targets met", "", "what is missed"), rows

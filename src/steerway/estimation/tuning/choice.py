@@ -18,11 +18,22 @@ import numpy as np
 
 from steerway.estimation.profiles import BUILT_IN, Profile
 from steerway.estimation.replay import doubts, spoken_rows
-from steerway.estimation.tuning.excerpts import moving, spaced, stretches, thinned
+from steerway.estimation.tuning.excerpts import moving, telling
 from steerway.estimation.tuning.likelihood import cost
 from steerway.estimation.tuning.parameters import INSTRUMENTS, LASTING, MOTION, TURNS, YAWING
+from steerway.estimation.tuning.rounding import rounding_std
 from steerway.estimation.tuning.search import Fit
-from steerway.estimation.tuning.stages import SPACING, Log, alternating, found, receiver, together, worthier, yawing
+from steerway.estimation.tuning.stages import (
+    SPACING,
+    Log,
+    alternating,
+    cautious,
+    found,
+    receiver,
+    together,
+    worthier,
+    yawing,
+)
 from steerway.records import Fixes
 
 _STRETCHES, _STRETCH = 5, 1000
@@ -48,38 +59,33 @@ def suited(fixes: Fixes, aid: tuple[str, ...] = ()) -> Profile:
         return BUILT_IN["ais"]
     aid = tuple(name for name in aid if name in INSTRUMENTS and np.isfinite(getattr(fixes, name)).any())
     fixes = _undoubted(spoken_rows(fixes, aid))
-    positions = fixes.rows(fixes.has_position)
-    sample = stretches(positions, _STRETCHES, _STRETCH)
-    under_way = moving(sample)
-    if under_way.sum() < max(_FEWEST_FIXES, _LEAST_SHARE * len(sample)):
-        return _at_rest(sample)
-    log = Log(sample, under_way)
-    sparse = spaced(fixes, SPACING, _AIDS_SPACING if aid else SPACING)
-    apart = stretches(sparse, _STRETCHES, _STRETCH)
-    thin_log = Log(apart, moving(apart), aid)
-    manners = _manners(thin_log)
-    motion = worthier(manners, thin_log)
-    receive = partial(
-        receiver, log, crowding=len(positions) / sparse.has_position.sum(), steps=_FEW_STEPS, slow_errors=1
-    )
+    voyage = Log(fixes, telling(fixes), aid)
+    positions = voyage.of_positions()
+    log = positions.excerpt(_STRETCHES, _STRETCH)
+    if moving(log.fixes).sum() < max(_FEWEST_FIXES, _LEAST_SHARE * len(log)):
+        return _at_rest(log.fixes)
+    apart = voyage.apart(SPACING, _AIDS_SPACING if aid else SPACING)
+    thin = apart.excerpt(_STRETCHES, _STRETCH)
+    manners = _manners(thin)
+    motion = worthier(manners, thin)
+    crowding = len(positions) / apart.fixes.has_position.sum()
+    receive = partial(receiver, log, crowding=crowding, steps=_FEW_STEPS, slow_errors=1)
     received = receive(motion.profile)
     if aid:
         return _named(received.profile)
     if received.profile.error_std:
-        return _named(_reconciled(fixes, log, motion, received))
-    steered = worthier([motion, _steered(thin_log, manners[0])], thin_log)
-    return _named(received.profile if steered is motion else receive(steered.profile).profile)
+        return _named(cautious(log, _reconciled(positions, log, motion, received)))
+    steered = worthier([motion, _steered(thin, manners[0])], thin)
+    return _named(cautious(log, (received if steered is motion else receive(steered.profile)).profile))
 
 
-def _reconciled(fixes: Fixes, log: Log, motion: Fit, received: Fit) -> Profile:
+def _reconciled(voyage: Log, log: Log, motion: Fit, received: Fit) -> Profile:
     """Motion and slow error fitted together: on the whole voyage, as densely as the number of fixes allows."""
-    under_way = moving(fixes)
-    spacing = min(SPACING, under_way.sum() / len(fixes) * np.ptp(fixes.time) / (_STRETCHES * _STRETCH))
-    chosen = thinned(fixes.time, spacing)
-    dense = stretches(fixes.rows(chosen), _STRETCHES, _STRETCH)
-    both = Log(dense, moving(dense))
+    spacing = min(SPACING, voyage.counted.mean() * np.ptp(voyage.fixes.time) / (_STRETCHES * _STRETCH))
+    dense = voyage.apart(spacing)
+    both = dense.excerpt(_STRETCHES, _STRETCH)
     best = worthier([received, together(both, motion, received)], both)
-    is_thinned = best is not received and len(chosen) < len(fixes)
+    is_thinned = best is not received and len(dense) < len(voyage)
     return found(log, best.profile, ("position_std",), steps=_FEW_STEPS).profile if is_thinned else best.profile
 
 
@@ -128,8 +134,9 @@ def _paces(one: Profile, aided: bool) -> list[Profile]:
 
 def _at_rest(sample: Fixes) -> Profile:
     """A class and a receiver, as likely as any of the table."""
+    least = rounding_std(sample)
     candidates = [
-        each.model_copy(update={"position_std": white, "error_std": slow, "error_time": time})
+        each.model_copy(update={"position_std": max(white, least), "error_std": slow, "error_time": time})
         for each in _classes()
         for white, slow, time in [*((white, 0.0, 60.0) for white in _WHITE), *((0.05, *each) for each in _SLOW)]
     ]

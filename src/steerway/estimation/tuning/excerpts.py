@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from steerway.compiled import kernel
 from steerway.earth import displacement
 from steerway.records import Fixes
 
@@ -15,27 +16,45 @@ def moving(fixes: Fixes, half_window=5.0) -> np.ndarray:
     """(n,) bool: displacement over ten seconds says the vessel is under way."""
     placed = fixes.has_position
     if not placed.all():
-        return moving(fixes.rows(placed), half_window)[np.maximum(np.cumsum(placed) - 1, 0)]
-    time, latitude, longitude = fixes.time, fixes.latitude, fixes.longitude
-    first = np.searchsorted(time, time - half_window)
-    last = np.minimum(np.searchsorted(time, time + half_window), len(time) - 1)
-    speed = np.zeros(len(time))
-    for k in range(len(time)):
-        i, j = first[k], last[k]
-        if time[j] > time[i]:
-            north, east = displacement(latitude[j], longitude[j], latitude[i], longitude[i])
-            speed[k] = math.hypot(north, east) / (time[j] - time[i])
-    return speed > LEAST_SPEED
+        return np.r_[False, moving(fixes.rows(placed), half_window)][np.cumsum(placed)]
+    return _speeds(fixes.time, fixes.latitude, fixes.longitude, half_window) > LEAST_SPEED
 
 
+def telling(fixes: Fixes, reach=10.0) -> np.ndarray:
+    """(n,) bool: the vessel is under way, or that is at most `reach` (s) from there.
+
+    How she gathers way and loses it tells of her too; who stops all at once would else pass for one who never does.
+    """
+    time, before = fixes.time, np.r_[0, np.cumsum(moving(fixes))]
+    return before[np.searchsorted(time, time + reach, side="right")] > before[np.searchsorted(time, time - reach)]
+
+
+@kernel
+def _speeds(time, latitude, longitude, half_window):
+    """(n,) m/s from the first fix to the last within half a window (s) of each; `time` in order."""
+    n = len(time)
+    speed = np.zeros(n)
+    first = last = 0
+    for k in range(n):
+        while time[first] < time[k] - half_window:
+            first += 1
+        while last < n - 1 and time[last] < time[k] + half_window:
+            last += 1
+        if time[last] > time[first]:
+            north, east = displacement(latitude[last], longitude[last], latitude[first], longitude[first])
+            speed[k] = math.hypot(north, east) / (time[last] - time[first])
+    return speed
+
+
+@kernel
 def thinned(time, spacing):
     """Indices of rows at least `spacing` apart (give or take receiver jitter)."""
-    chosen, last = [], -np.inf
-    for k, moment in enumerate(time):
-        if moment - last >= 0.95 * spacing:
-            chosen.append(k)
-            last = moment
-    return np.array(chosen)
+    chosen, count, last = np.empty(len(time), np.int64), 0, -np.inf
+    for k in range(len(time)):
+        if time[k] - last >= 0.95 * spacing:
+            chosen[count], last = k, time[k]
+            count += 1
+    return chosen[:count]
 
 
 def spaced(fixes: Fixes, spacing: float, aids_spacing: float) -> Fixes:
@@ -49,14 +68,15 @@ def spaced(fixes: Fixes, spacing: float, aids_spacing: float) -> Fixes:
     return replace(fixes, **places).rows(said)
 
 
-def stretches(fixes: Fixes, count: int, length: int) -> Fixes:
-    """At most `count` stretches of so many rows from all over a record, those most under way, each a track."""
-    parts = len(fixes) // length
+def stretches(counted, count: int, length: int) -> np.ndarray:
+    """Rows (at most `count`, `length`) of stretches from all over a record, those that count most.
+
+    A record that is hardly longer than these is one stretch.
+    """
+    parts = len(counted) // length
     if parts <= count:
-        return fixes
-    sailed = moving(fixes)[: parts * length].reshape(parts, length).sum(axis=1)
-    busy = np.flatnonzero(sailed >= 0.5 * np.sort(sailed)[-count])
+        return np.arange(len(counted))[np.newaxis]
+    counting = counted[: parts * length].reshape(parts, length).sum(axis=1)
+    busy = np.flatnonzero(counting >= 0.5 * np.sort(counting)[-count])
     chosen = busy[np.linspace(0, len(busy) - 1, count).round().astype(int)]
-    rows = np.concatenate([np.arange(k * length, (k + 1) * length) for k in chosen])
-    sample = fixes.rows(rows)
-    return replace(sample, mmsi=np.repeat(np.arange(count), length))
+    return chosen[:, np.newaxis] * length + np.arange(length)

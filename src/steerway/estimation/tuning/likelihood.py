@@ -4,28 +4,34 @@ import math
 
 import numpy as np
 
-from steerway.estimation.model import OUTLIER
+from steerway.estimation.model import GATE
+from steerway.estimation.profiles import GATE as OWN_GATE
 from steerway.estimation.profiles import Profile
 from steerway.estimation.replay import run_rows
 from steerway.records import Fixes
 
 _OUTLIER_COST = 24.0
 """−log of the density of an outlier: one fix in ten thousand, anywhere within a kilometre."""
+OPEN_GATE = 70.0
+"""On the NIS, far wider than a filter's own. What follows a refusal is a step of the likelihood, where a search stops
+and takes noise for larger than it is."""
 
 
 def surprises(
-    profile: Profile, fixes: Fixes, counted: np.ndarray | None = None, aid: tuple[str, ...] = ()
+    profile: Profile,
+    fixes: Fixes,
+    counted: np.ndarray | None = None,
+    aid: tuple[str, ...] = (),
+    gate: float = OWN_GATE,
 ) -> np.ndarray:
     """(n,) −log likelihood of the innovations of every row; 0 where there is none, or where it is not `counted`.
 
     Of its position, and of what the instruments of `aid` say.
     No innovation surprises more than an outlier of a uniform density does. Those that the gate refuses cost what they
-    would have cost if believed: refusing good fixes costs likelihood, and the cost is continuous in the profile.
-    What a filter takes beyond its gate because an outlier is unlikelier (`OUTLIER`) is refused here, or a profile that
-    claims too much would go unpunished.
+    would have cost if believed: refusing good fixes costs likelihood.
     """
     model = profile.model(aid)
-    model[..., OUTLIER] = -math.inf
+    model[..., GATE] = gate
     run = run_rows(model, aid, fixes)
     gaussian = 0.5 * (run.log_determinant + run.nis) + math.log(2.0 * math.pi)
     surprise = np.where(np.isfinite(run.nis), np.minimum(gaussian, _OUTLIER_COST), 0.0) + 0.5 * run.aid_surprise

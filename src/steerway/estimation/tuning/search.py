@@ -3,7 +3,7 @@
 Scoring as E. K. Berndt, B. H. Hall, R. E. Hall and J. A. Hausman have it (Annals of Economic and Social Measurement
 3(4), 1974), damped after Levenberg and Marquardt. Innovations hardly depend on one another, so the sum of the outer
 products of their scores is how curved the likelihood is: first differences are all that a step takes, and a ridge,
-along which two parameters make up for each other, is followed and not searched.
+along which two parameters make up for each other, is followed and not searched. Differences to one side do.
 """
 
 import os
@@ -15,7 +15,8 @@ import numpy as np
 
 from steerway.estimation.profiles import Profile
 
-_DIFFERENCE = 0.03
+_DIFFERENCE, _SMALL_DIFFERENCE = 0.03, 1e-3
+"""Of a logarithm: to both sides of the bottom, which is broad, and to one side on the way there."""
 _LONGEST_STEP = 2.0
 _WORTH_A_STEP = 0.02
 """−log likelihood that a step has to promise."""
@@ -57,25 +58,35 @@ class Search:
         median, spread = np.array([self.expected[name] for name in self.names]).T
         return np.log(median), spread**2
 
+    def rows(self, logs) -> np.ndarray:
+        """(n,) surprises of the rows."""
+        self.step()
+        return self.surprises(self.profile(logs))
+
+    def total(self, rows, logs) -> float:
+        """What is minimised, from the surprises of the rows."""
+        mean, variance = self.prior
+        return float(rows.sum() + 0.5 * ((logs - mean) ** 2 / variance).sum())
+
     def value(self, logs) -> float:
         """What is minimised."""
-        self.step()
-        mean, variance = self.prior
-        return float(self.surprises(self.profile(logs)).sum() + 0.5 * ((logs - mean) ** 2 / variance).sum())
+        return self.total(self.rows(logs), logs)
 
     def values(self, points) -> np.ndarray:
         """(k,) the same at points (k, p), on all cores."""
         return np.array(_at_once(self.value, points))
 
-    def scores(self, logs) -> np.ndarray:
-        """(n, p) derivatives of the rows' surprise by each logarithm; the prior is not in them."""
-        shifts = np.concatenate([np.eye(len(logs)), -np.eye(len(logs))]) * _DIFFERENCE
+    def scores(self, logs, here=None) -> np.ndarray:
+        """(n, p) derivatives of the rows' surprise by each logarithm; the prior is not in them.
 
-        def shifted(shift):
-            self.step()
-            return self.surprises(self.profile(logs + shift))
-
-        ahead, behind = np.split(np.array(_at_once(shifted, shifts)), 2)
+        By differences to both sides, or, where the surprises (n,) `here` are given, to one side only.
+        """
+        directions = np.eye(len(logs))
+        if here is not None:
+            ahead = np.array(_at_once(self.rows, logs + _SMALL_DIFFERENCE * directions))
+            return (ahead - here).T / _SMALL_DIFFERENCE
+        shifts = _DIFFERENCE * np.concatenate([directions, -directions])
+        ahead, behind = np.split(np.array(_at_once(self.rows, logs + shifts)), 2)
         return (ahead - behind).T / (2.0 * _DIFFERENCE)
 
 
@@ -100,11 +111,12 @@ class Fit:
 
 def minimise(search: Search, start: Profile, steps: int = 40) -> Fit:
     """Follow the likelihood from the parameters of `start`, at most so many steps."""
-    logs = search.logs(start)
-    value, damping = search.value(logs), _DAMPING
+    logs, damping = search.logs(start), _DAMPING
+    rows = search.rows(logs)
+    value = search.total(rows, logs)
     (low, high), (mean, variance) = search.limits, search.prior
     for _ in range(steps):
-        scores = search.scores(logs)
+        scores = search.scores(logs, rows)
         slope = scores.sum(axis=0) + (logs - mean) / variance
         curvature = scores.T @ scores + np.diag(1.0 / variance)
         free = ~((logs <= low) & (slope > 0.0) | (logs >= high) & (slope < 0.0))
@@ -114,9 +126,9 @@ def minimise(search: Search, start: Profile, steps: int = 40) -> Fit:
             if -0.5 * slope @ change < _WORTH_A_STEP * min(damping, 1.0):
                 break
             trial = np.clip(logs + change, low, high)
-            tried = search.value(trial)
-            if tried < value:
-                logs, value, damping = trial, tried, max(damping / 5.0, 1e-4)
+            tried = search.rows(trial)
+            if search.total(tried, trial) < value:
+                logs, rows, value, damping = trial, tried, search.total(tried, trial), max(damping / 5.0, 1e-4)
                 break
             damping *= 5.0
         if before - value < _WORTH_A_STEP:

@@ -9,13 +9,15 @@ A manner, an acceleration or a slow error is kept if it is worth its parameters.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from typing import Self
 
 import numpy as np
 
-from steerway.estimation.profiles import Profile
-from steerway.estimation.tuning.likelihood import surprises
+from steerway.estimation.profiles import GATE, Profile
+from steerway.estimation.tuning.excerpts import spaced, stretches
+from steerway.estimation.tuning.likelihood import OPEN_GATE, surprises
 from steerway.estimation.tuning.parameters import (
     BOUNDS,
     DRIFT,
@@ -27,6 +29,7 @@ from steerway.estimation.tuning.parameters import (
     TURNS,
     YAWING,
 )
+from steerway.estimation.tuning.rounding import rounding_std
 from steerway.estimation.tuning.search import Fit, Search, minimise
 from steerway.records import Fixes
 
@@ -34,6 +37,9 @@ SPACING = 1.0
 """s between the fixes that tell of the motion."""
 _WORTH_A_PARAMETER = 2.0
 """−log likelihood by which each further parameter has to better a fit."""
+_CAUTION, _WORTH_CAUTION = tuple(1.05**k for k in range(1, 15)), 10.0
+"""Factors on standard deviations, and the −log likelihood that more noise has to gain."""
+_FIRST_STEPS = 5
 _SEA = 0.9
 """1/s: a course rate that decays faster is no turn."""
 _SHARES = (0.5, 1.0, 3.0)
@@ -50,15 +56,43 @@ rate is disturbed than if it came from nowhere."""
 
 @dataclass(frozen=True)
 class Log:
-    """Rows to be explained, which of them count, (n,) bool, and by what beside positions."""
+    """Rows to be explained, which of them count, (n,) bool, by what beside positions, and the gate that they pass."""
 
     fixes: Fixes
     counted: np.ndarray
     aid: tuple[str, ...] = ()
+    gate: float = OPEN_GATE
+
+    def __len__(self) -> int:
+        return len(self.fixes)
+
+    def of_positions(self) -> Self:
+        """Rows with a position, and what they say of it."""
+        placed = self.fixes.has_position
+        return replace(self, fixes=self.fixes.rows(placed), counted=self.counted[placed], aid=())
+
+    def apart(self, spacing: float, aids_spacing: float = math.inf) -> Self:
+        """Only positions at least so many seconds apart; see `spaced`."""
+        fixes = spaced(self.fixes, spacing, min(aids_spacing, spacing))
+        counted = self.counted[np.searchsorted(self.fixes.time, fixes.time)]
+        return replace(self, fixes=fixes, counted=counted)
+
+    def excerpt(self, count: int, length: int) -> Self:
+        """At most `count` stretches of so many rows, each a track; the whole log if it is hardly longer."""
+        rows = stretches(self.counted, count, length)
+        fixes, counted = self.fixes.rows(rows.ravel()), self.counted[rows.ravel()]
+        each = {"mmsi": np.repeat(np.arange(count), length)} if len(rows) > 1 else {}
+        return replace(self, fixes=replace(fixes, **each), counted=counted)
+
+    @property
+    def bounds(self) -> dict[str, tuple[float, float]]:
+        """Least and largest value of every parameter: no white noise is less than what positions are rounded to."""
+        least, largest = BOUNDS["position_std"]
+        return BOUNDS | {"position_std": (max(least, rounding_std(self.fixes)), largest)}
 
     def surprises(self, profile: Profile) -> np.ndarray:
         """(n,) −log likelihood of every row."""
-        return surprises(profile, self.fixes, self.counted, self.aid)
+        return surprises(profile, self.fixes, self.counted, self.aid, self.gate)
 
     @property
     def instruments(self) -> tuple[str, ...]:
@@ -72,8 +106,27 @@ class Log:
 
 def found(log: Log, start: Profile, names, step=None, steps=40, expected=EXPECTED) -> Fit:
     """The likeliest values of `names`, from those of a profile."""
-    search = Search(log.surprises, start, tuple(names), expected, BOUNDS, step or (lambda: None))
+    search = Search(log.surprises, start, tuple(names), expected, log.bounds, step or (lambda: None))
     return minimise(search, start, steps)
+
+
+def cautious(log: Log, profile: Profile) -> Profile:
+    """As much more noise of every kind as makes a log likeliest to a filter that refuses fixes.
+
+    Where outliers are not rare, a filter that is as sure of itself as most fixes allow refuses too many. More noise of
+    motion and receiver alike leaves its gains as they are.
+    """
+    filtering = replace(log, gate=GATE)
+    best = min((_noisier(profile, factor) for factor in _CAUTION), key=filtering.cost)
+    return best if filtering.cost(profile) - filtering.cost(best) > _WORTH_CAUTION else profile
+
+
+def _noisier(profile, factor) -> Profile:
+    densities = ("speed_noise", "course_rate_noise", "turn_speed_noise", "turn_course_rate_noise")
+    powers = dict.fromkeys(densities, 2) | dict.fromkeys(
+        ("position_std", "error_std", "drift_std", "acceleration_std"), 1
+    )
+    return profile.model_copy(update={name: getattr(profile, name) * factor**k for name, k in powers.items()})
 
 
 def worthier(fits, log: Log) -> Fit:
@@ -165,7 +218,7 @@ def together(log: Log, moving: Fit, received: Fit, step=None) -> Fit:
     starts = [received.profile]
     if received.profile.error_std:
         starts.append(_calmer(received.profile))
-    fits = [min((found(log, each, names, step) for each in starts), key=lambda fit: fit.cost)]
+    fits = [_best(log, starts, names, step)]
     if not moving.profile.turn_time:
         further = [(alternating, TURNS)]
         if not received.profile.error_std:  # whose wander resembles her swings
@@ -174,6 +227,12 @@ def together(log: Log, moving: Fit, received: Fit, step=None) -> Fit:
             start = min(starts(fits[0].profile), key=log.cost)
             fits.append(found(log, start, (*names, *more), step))
     return worthier(fits, log)
+
+
+def _best(log, starts, names, step) -> Fit:
+    """The fit from the start that has come down furthest after a few steps."""
+    begun = [found(log, each, names, step, steps=_FIRST_STEPS) for each in starts]
+    return found(log, min(begun, key=lambda fit: fit.cost).profile, names, step)
 
 
 def _calmer(profile: Profile) -> Profile:

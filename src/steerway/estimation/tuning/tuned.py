@@ -10,7 +10,7 @@ from steerway.errors import InputError
 from steerway.estimation.profiles import GATE, Profile
 from steerway.estimation.replay import run_rows
 from steerway.estimation.tuning import stages
-from steerway.estimation.tuning.excerpts import LEAST_SPEED, moving, stretches, thinned
+from steerway.estimation.tuning.excerpts import LEAST_SPEED, moving
 from steerway.estimation.tuning.intervals import intervals
 from steerway.estimation.tuning.parameters import DRIFT, LASTING, MOTION, SLOW_ERROR, TURNS, YAWING
 from steerway.records import Fixes
@@ -121,25 +121,24 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
     Raises InputError when there is too little motion to tell anything.
     """
     fixes = longest_track(fixes)
-    sample = stretches(fixes, _STRETCHES, _STRETCH)
-    under_way = _under_way(sample)
-    if under_way.sum() < _FEWEST_FIXES:
+    voyage = stages.Log(fixes, _under_way(fixes))
+    log = voyage.excerpt(_STRETCHES, _STRETCH)
+    under_way = log.counted.sum()
+    if under_way < _FEWEST_FIXES:
         raise InputError(
-            f"{under_way.sum()} of {len(sample)} fixes are under way (faster than {LEAST_SPEED} m/s), "
+            f"{under_way} of {len(log)} fixes are under way (faster than {LEAST_SPEED} m/s), "
             f"expected at least {_FEWEST_FIXES} to tune by"
         )
     report = _Progress(progress)
-    log = stages.Log(sample, under_way)
-    spaced = thinned(fixes.time, stages.SPACING)
-    apart = stretches(fixes.rows(spaced), _STRETCHES, _STRETCH_APART)
-    motion = stages.motion(stages.Log(apart, _under_way(apart)), _STARTS, report.step)
-    receiver = stages.receiver(log, motion.profile, len(fixes) / len(spaced), report.step)
+    apart = voyage.apart(stages.SPACING)
+    motion = stages.motion(apart.excerpt(_STRETCHES, _STRETCH_APART), _STARTS, report.step)
+    receiver = stages.receiver(log, motion.profile, len(voyage) / len(apart), report.step)
     fit = stages.together(log, motion, receiver, report.step)
     told = intervals(fit)
     report.done()
     rounded = {key: float(f"{getattr(fit.profile, key):.4g}") for key in fit.search.names}
     profile = fit.profile.model_copy(update=rounded | {"name": name, "intervals": told})
-    return _tuned(profile, fixes)
+    return _tuned(profile, voyage)
 
 
 def _under_way(fixes: Fixes) -> np.ndarray:
@@ -173,16 +172,15 @@ class _Progress:
             self._callback(1.0)
 
 
-def _tuned(profile: Profile, fixes: Fixes) -> Tuned:
-    log = stages.Log(fixes, _under_way(fixes))
-    nis = run_rows(profile.model(), (), fixes).nis
+def _tuned(profile: Profile, log: stages.Log) -> Tuned:
+    nis = run_rows(profile.model(), (), log.fixes).nis
     known = log.counted & np.isfinite(nis)
     good = known & (nis <= GATE)
     n = int(good.sum())
     half = 1.96 * 2.0 / math.sqrt(max(n, 1))
     return Tuned(
         profile=profile,
-        fixes=len(fixes),
+        fixes=len(log),
         moving=int(log.counted.sum()),
         rejected=int((known & ~good).sum()),
         nis_mean=float(nis[good].mean()) if n else math.nan,

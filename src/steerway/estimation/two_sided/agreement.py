@@ -22,30 +22,31 @@ def agreement(root, information, gradient, seen, lower, u):
     n = len(gradient)
     for i in range(n):
         for j in range(n):
-            total = 0.0
-            for k in range(j, n):
-                total += information[i, k] * root[k, j]
-            seen[i, j] = total
-    found = 0.0
-    volume = 1.0
-    for j in range(n):
-        for i in range(j, n):
-            total = 1.0 if i == j else 0.0
-            for k in range(i, n):
-                total += root[k, i] * seen[k, j]
-            for k in range(j):
-                total -= lower[i, k] * lower[j, k]
-            if i == j:
-                volume *= max(total, 1e-3)
-                lower[j, j] = math.sqrt(max(total, 1e-3))
-            else:
-                lower[i, j] = total / lower[j, j]
+            seen[i, j] = 0.0
+        for k in range(n):
+            for j in range(k + 1):
+                seen[i, j] += information[i, k] * root[k, j]
     for i in range(n):
-        total = 0.0
-        for k in range(i, n):
-            total += root[k, i] * gradient[k]
-        for k in range(i):
-            total -= lower[i, k] * u[k]
-        u[i] = total / lower[i, i]
-        found += u[i] * u[i]
+        u[i] = 0.0
+        for j in range(i):
+            lower[i, j] = 0.0
+        lower[i, i] = 1.0
+    for k in range(n):
+        for i in range(k + 1):
+            u[i] += root[k, i] * gradient[k]
+            for j in range(i + 1):
+                lower[i, j] += root[k, i] * seen[k, j]
+    volume, found = 1.0, 0.0
+    for j in range(n):
+        for k in range(j):
+            lower[j, j] -= lower[j, k] * lower[j, k]
+            u[j] -= lower[j, k] * u[k]
+        volume *= lower[j, j]
+        lower[j, j] = math.sqrt(lower[j, j])
+        u[j] /= lower[j, j]
+        found += u[j] * u[j]
+        for i in range(j + 1, n):
+            for k in range(j):
+                lower[i, j] -= lower[i, k] * lower[j, k]
+            lower[i, j] /= lower[j, j]
     return 0.5 * (found - math.log(volume))

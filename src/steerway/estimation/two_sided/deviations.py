@@ -23,10 +23,12 @@ from steerway.estimation.model import (
 )
 from steerway.estimation.smoothing import transition
 from steerway.estimation.yawing import predict_underway
-from steerway.records import REJECTED
 
+FIX, PLACE_LOST = 5, 6
+"""Columns of what was believed in a row, behind those of the aids: its fix; that the position began anew with it."""
+BELIEFS = 7
 _ANYWHERE = 1e8
-"""m²: of a way of which nothing is known."""
+"""m²: of a position of which nothing is known."""
 
 
 @lean_kernel
@@ -43,7 +45,6 @@ def linearise(kept, k, geodetic, step, model, f, offset, q):
         for j in range(n):
             q[i, j] = 0.0
     predict_underway(offset, q, step, model)
-    lose_place(kept, k, q)
     if geodetic:
         origin = kept[k + 1, n + 1]
         north, east = displacement(book[LATITUDE], book[LONGITUDE], origin[LATITUDE], origin[LONGITUDE])
@@ -55,11 +56,10 @@ def linearise(kept, k, geodetic, step, model, f, offset, q):
 
 
 @lean_kernel
-def lose_place(kept, k, p):
-    """Add to a covariance what becomes unknown after row k: the position, where it was taken anew."""
-    if taken_anew(kept, k + 1):
-        p[NORTH, NORTH] += _ANYWHERE
-        p[EAST, EAST] += _ANYWHERE
+def lose_place(p):
+    """Add to a covariance what is not known of the position where it is taken anew."""
+    p[NORTH, NORTH] += _ANYWHERE
+    p[EAST, EAST] += _ANYWHERE
 
 
 @lean_kernel
@@ -71,11 +71,9 @@ def taken_anew(kept, k):
 
 @lean_kernel
 def fix_of(record, k, kept, model):
-    """(north, east, variance) of the fix of row k as a deviation, m and m²; infinite where the filter took none."""
-    _, first, second, doubts, _, geodetic, status = record
+    """(north, east, variance) of the fix of row k as a deviation, m and m²; the variance of no fix is infinite."""
+    _, first, second, doubts, _, geodetic = record
     if not math.isfinite(first[k]) or not math.isfinite(second[k]):
-        return 0.0, 0.0, math.inf
-    if status[k] == REJECTED and not taken_anew(kept, k):
         return 0.0, 0.0, math.inf
     n = kept.shape[2]
     x, book = kept[k, n], kept[k, n + 1]

@@ -4,8 +4,6 @@ A likelihood carries no expectation of its own, so that nothing is counted twice
 a stretch it is one whatever the deviation, and Λ = 0.
 """
 
-import math
-
 from steerway.compiled import lean_kernel
 from steerway.estimation.aiding import aided
 from steerway.estimation.linear_algebra import square_root
@@ -18,8 +16,6 @@ from steerway.estimation.two_sided.hypotheses import HYPOTHESES, LOG_WEIGHT, MAN
 def see_fix(bank, fix, model, h):
     """Every hypothesis sees a fix (north, east, variance); h is workspace (n,)."""
     north, east, variance = fix
-    if variance == math.inf:
-        return
     g, pairs = int(model[ERROR_STATE]), int(model[ERROR_PAIRS])
     for axis in (NORTH, EAST):
         for i in range(len(h)):

@@ -8,9 +8,9 @@ from steerway.angles import wrap
 from steerway.compiled import kernel, lean_kernel
 from steerway.estimation.aiding import SCALAR_GATE, aided, correct_scalar, scalar_innovation
 from steerway.estimation.five_state import set_step
-from steerway.estimation.model import COURSE, DT, ERROR_PAIRS, ERROR_STATE, STARTS_IN
+from steerway.estimation.model import COURSE, DT, ERROR_PAIRS, ERROR_STATE, GATE, STARTS_IN
 from steerway.estimation.position_update import correct, innovation, normalised_square
-from steerway.estimation.two_sided.deviations import fix_of, linearise, lose_place
+from steerway.estimation.two_sided.deviations import FIX, PLACE_LOST, fix_of, linearise, lose_place, taken_anew
 from steerway.estimation.two_sided.hypotheses import (
     HYPOTHESES,
     LOG_WEIGHT,
@@ -44,7 +44,7 @@ def go_on(record, kept, manners, bank, believed, first, last, stored):
     """Take the bank from row `first` to row `last`, and copy it into `stored` (rows or 0, …) after every row.
 
     Args:
-        believed: (rows or 0, aids) bool, of the whole record: receives which aids at least one hypothesis believed.
+        believed: (rows, BELIEFS) bool, of the whole record: receives what at least one hypothesis believed.
     """
     n = kept.shape[2]
     time, aids, geodetic = record[0], record[4], record[5]
@@ -62,7 +62,7 @@ def go_on(record, kept, manners, bank, believed, first, last, stored):
             linearise(kept, k - 1, geodetic, steps[m], manners[m], f, offset, q)
             for h in range(HYPOTHESES):
                 predict(bank[m, h], kept, k - 1, steps[m], manners[m], f, offset, work)
-        take_fix(bank, fix_of(record, k, kept, manners[0]), manners[0], work)
+        take_fix(bank, fix_of(record, k, kept, manners[0]), taken_anew(kept, k), believed[k], manners[0], work)
         if len(aids):
             take_aids(bank, aids[k], kept[k, n], believed[k], manners[0], work)
         normalise(bank)
@@ -82,26 +82,52 @@ def predict(one, kept, k, step, model, f, offset, work):
         for j in range(n):
             turned[i] += f[i, j] * d[j]
     predict_underway(x, p, step, model)
-    lose_place(kept, k, p)
     for i in range(n):
         d[i] = turned[i]
 
 
 @lean_kernel
-def take_fix(bank, fix, model, work):
-    """Correct every hypothesis and its weight by a fix (north, east, variance)."""
-    north, east, variance = fix
-    if variance == math.inf:
+def take_fix(bank, fix, anew, believed, model, work):
+    """Correct every hypothesis and its weight by a fix (north, east, variance) that at least one of them can believe.
+
+    The filter believes with the mean of all, which an unlikely turn hardly widens. Where it took its position anew
+    (`anew`) and none of these believes the fix either, they lose theirs too.
+    """
+    believed[FIX] = believed[PLACE_LOST] = False
+    if fix[2] == math.inf:
         return
     n = bank.shape[3]
+    believed[FIX] = least_square(bank, fix, model) <= model[GATE]
+    if anew and not believed[FIX]:
+        believed[FIX] = believed[PLACE_LOST] = True
+        for m in range(MANNERS):
+            for h in range(HYPOTHESES):
+                lose_place(bank[m, h])
+    if not believed[FIX]:
+        return
     g, pairs = int(model[ERROR_STATE]), int(model[ERROR_PAIRS])
     for m in range(MANNERS):
         for h in range(HYPOTHESES):
             p, d = bank[m, h, :n], bank[m, h, n]
-            nu_n, nu_e, s_nn, s_ne, s_ee = innovation(d, p, north, east, variance, variance, g, pairs)
+            nu_n, nu_e, s_nn, s_ne, s_ee = innovation(d, p, fix[0], fix[1], fix[2], fix[2], g, pairs)
             surprise = normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee) + math.log(s_nn * s_ee - s_ne * s_ne)
             bank[m, h, n + 1, LOG_WEIGHT] -= 0.5 * surprise
             correct(d, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g, pairs)
+
+
+@lean_kernel
+def least_square(bank, fix, model):
+    """Least NIS that a hypothesis gives a fix."""
+    n = bank.shape[3]
+    g, pairs = int(model[ERROR_STATE]), int(model[ERROR_PAIRS])
+    least = math.inf
+    for m in range(MANNERS):
+        for h in range(HYPOTHESES):
+            nu_n, nu_e, s_nn, s_ne, s_ee = innovation(
+                bank[m, h, n], bank[m, h, :n], fix[0], fix[1], fix[2], fix[2], g, pairs
+            )
+            least = min(least, normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee))
+    return least
 
 
 @lean_kernel

@@ -15,7 +15,7 @@ from steerway.estimation.five_state import set_step
 from steerway.estimation.model import DT, MODE, STARTS_IN, UNDERWAY
 from steerway.estimation.smoothing import smooth
 from steerway.estimation.tracking import speak
-from steerway.estimation.two_sided.deviations import fix_of, linearise
+from steerway.estimation.two_sided.deviations import BELIEFS, FIX, PLACE_LOST, fix_of, linearise, lose_place
 from steerway.estimation.two_sided.future import recede, see_aids, see_fix
 from steerway.estimation.two_sided.hypotheses import HYPOTHESES, MANNERS, empty_bank, part, set_chances
 from steerway.estimation.two_sided.meeting import SAID, meet
@@ -31,16 +31,16 @@ def smooth_modes(record, models, kept, spoken):
     """Backward pass over the record of `track`: smooths its `kept` in place and states `spoken` (n, SPOKEN) anew.
 
     Args:
-        record: (time, first, second, doubts, aids, geodetic, status) of `track`.
+        record: (time, first, second, doubts, aids, geodetic) of `track`.
     """
-    rows, states = kept.shape[0], kept.shape[2]
+    states = kept.shape[2]
     stretches = stretches_of(kept)
     began = np.empty((len(stretches), states + 2, states))
     for i in range(len(stretches)):
         began[i] = kept[stretches[i, 0]]
     smooth(record[0], record[5], models[0], kept, spoken)
     manners = models[models[:, STARTS_IN] > 0.0]
-    believed = np.zeros((rows if len(record[4]) else 0, record[4].shape[1]), np.bool_)
+    believed = np.zeros((len(kept), BELIEFS), np.bool_)
     for i in range(len(stretches)):
         first, last = stretches[i]
         smooth_stretch(record, kept, began[i], manners, believed, first, last, spoken)
@@ -105,9 +105,12 @@ def go_back(record, kept, manners, future, believed, start, end, first, stored, 
             for m in range(MANNERS):
                 set_step(steps[m], dt, manners[m])
         part(future, chances, True)
-        see_fix(future, fix_of(record, k, kept, manners[0]), manners[0], room[0])
+        if believed[k, FIX]:
+            see_fix(future, fix_of(record, k, kept, manners[0]), manners[0], room[0])
         if len(aids):
             see_aids(future, aids[k], kept[k, n], believed[k], manners[0], room[0])
         for m in range(MANNERS):
             linearise(kept, k - 1, geodetic, steps[m], manners[m], f, offset, q)
+            if believed[k, PLACE_LOST]:
+                lose_place(q)
             recede(future[m], f, offset, q, scale, root, product, lower, room)

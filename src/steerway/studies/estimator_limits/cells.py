@@ -8,7 +8,7 @@ import numpy as np
 from steerway.records import Fixes
 from steerway.sensors.gnss import white
 from steerway.simulation.campaign import over_seeds
-from steerway.studies.estimator_limits.scenarios import FAST, SLOW, Scenario, Voyage, cells, sail
+from steerway.studies.estimator_limits.scenarios import FAST, SLOW, Scenario, Voyage, sail, straight_and_turning
 from steerway.studies.estimator_limits.statistics import error_squares
 
 WHAT = ("sog", "cog", "rate")
@@ -54,12 +54,12 @@ def sums(squares, masks) -> np.ndarray:
 
 def judged(motion, voyage, scenario) -> np.ndarray:
     """`sums` of the errors of an estimate."""
-    return sums(error_squares(motion, voyage), cells(scenario, voyage))
+    return sums(error_squares(motion, voyage), straight_and_turning(scenario, voyage))
 
 
 def bounded(covariance, voyage, scenario) -> np.ndarray:
     """`sums` of a bound (n, 5, 5)."""
-    return sums(np.diagonal(covariance, axis1=1, axis2=2)[:, 2:].T, cells(scenario, voyage))
+    return sums(np.diagonal(covariance, axis1=1, axis2=2)[:, 2:].T, straight_and_turning(scenario, voyage))
 
 
 def over_cells(measure, runs, first_seed, progress) -> dict[str, dict[str, np.ndarray]]:

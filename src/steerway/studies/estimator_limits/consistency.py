@@ -5,7 +5,7 @@ import numpy as np
 from steerway.estimation.filter import FiveStateFilter
 from steerway.records import Fixes
 from steerway.studies.estimator_limits.cells import PLACES, WHAT
-from steerway.studies.estimator_limits.scenarios import Scenario, Voyage, cells
+from steerway.studies.estimator_limits.scenarios import Scenario, Voyage, straight_and_turning
 from steerway.studies.estimator_limits.statistics import errors, over_runs
 from steerway.studies.study import Results
 
@@ -46,7 +46,7 @@ def covered(motion, voyage, scenario) -> np.ndarray:
 
 
 def _places(known, voyage: Voyage, scenario: Scenario):
-    straight, turning = cells(scenario, voyage)
+    straight, turning = straight_and_turning(scenario, voyage)
     return [known & rows for rows in (straight, turning, voyage.time >= scenario.settling)]
 
 

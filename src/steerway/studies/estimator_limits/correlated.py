@@ -16,7 +16,7 @@ from steerway.sensors.gnss import low_cost
 from steerway.simulation.campaign import over_seeds
 from steerway.studies.estimator_limits.cells import PLACES, WHERE, sums
 from steerway.studies.estimator_limits.particles import in_plane
-from steerway.studies.estimator_limits.scenarios import FAST, SLOW, Scenario, Voyage, cells, sail
+from steerway.studies.estimator_limits.scenarios import FAST, SLOW, Scenario, Voyage, sail, straight_and_turning
 from steerway.studies.estimator_limits.statistics import error_squares, errors, over_runs
 from steerway.studies.mariner_los_ship import (
     CORRELATION_TIME,
@@ -33,6 +33,8 @@ SEEDS = 30
 NOISES = {"printed_noise": PRINTED_NOISE, "stated_noise": STATED_NOISE}
 HELD_RATE = math.radians(1.0) / 60.0
 """A course that changes by less than 1° a minute is held."""
+OTHER_LIMITS = (1.2, 3.0, 6.0, 12.0)
+"""° a minute: what she errs by hangs on what counts as held."""
 SETTLED = 100.0
 WHITE = 0.005
 """m: P1's receiver has no white noise at all."""
@@ -74,13 +76,17 @@ def one(seed: int) -> dict[str, np.ndarray]:
         found[f"printed_filter_mariner_{label}"] = sums(_printed(fixes, truth), masks)
         for manner, profile in (("", ship_profile(noise)), ("default_", None)):
             motion = steerway.estimate(fixes, profile)
-            found[f"{manner}mariner_{label}"] = sums(error_squares(motion, truth), masks)
+            squares = error_squares(motion, truth)
+            found[f"{manner}mariner_{label}"] = sums(squares, masks)
             found[f"{manner}mariner_{label}_nis"] = _nis(motion, settled)
+            for limit in OTHER_LIMITS:
+                holding = np.abs(truth.course_rate) <= math.radians(limit) / 60.0
+                found[f"{manner}mariner_{label}_{limit:g}"] = sums(squares, (settled & holding, settled & ~holding))
     boat = sail(SMALL_BOAT, seed)
     fixes = boat.fixes(low_cost(), seed)
     for manner, profile in (("", boat_profile()), ("default_", None)):
         motion = steerway.estimate(fixes, profile)
-        found[f"{manner}ublox_like"] = sums(error_squares(motion, boat), cells(SMALL_BOAT, boat))
+        found[f"{manner}ublox_like"] = sums(error_squares(motion, boat), straight_and_turning(SMALL_BOAT, boat))
         found[f"{manner}ublox_like_nis"] = _nis(motion, boat.time > SMALL_BOAT.settling)
     return found
 
@@ -140,6 +146,23 @@ def report(results: Results, found) -> None:
                 _NIS_BAND[0] <= nis.value <= _NIS_BAND[1],
                 nis[1:],
             )
+    _limits(results, found)
+
+
+def _limits(results, found):
+    """COG of P1's ship, receiver known, were the course held up to another rate of change."""
+    rows = []
+    for limit in (math.degrees(HELD_RATE) * 60.0, *OTHER_LIMITS):
+        row = [f"{limit:g}"]
+        for label in NOISES:
+            key = f"mariner_{label}" if limit not in OTHER_LIMITS else f"mariner_{label}_{limit:g}"
+            values = [np.degrees(over_runs(found[key][:, k, 1], found[key][:, k, 3])[0]) for k in range(len(WHERE))]
+            row.append(" / ".join(f"{value:.2f}" for value in values))
+        rows.append(row)
+    names = ("held below (°/min)", *(WORDS[f"mariner_{label}"] for label in NOISES))
+    results.tables.append(
+        ("MARINER, receiver known: RMS of COG, straight / in turns, by what counts as held (°)", names, rows)
+    )
 
 
 def _cog(results, key, words, runs):

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from steerway.report.figures import BAD, OURS, QUIET, THEIRS
-from steerway.studies.estimator_limits.cells import CELLS, WHAT, WHERE, WORDS
+from steerway.studies.estimator_limits.cells import CELLS, PLACES, WHAT, WHERE, WORDS
 
 _GREEN = "#38761d"
 _QUANTITY = {"sog": "SOG", "cog": "COG", "rate": "rate"}
@@ -61,6 +61,13 @@ def ratios(numbers, kinds, targets) -> Figure:
     return figure
 
 
+_DOUBTERS = (
+    ("", "o", ""),
+    ("particles_", "x", "… of the filter of many histories, "),
+    ("told_filter_", "^", "… of the filter told the modes, "),
+)
+
+
 def consistency(numbers) -> Figure:
     """NIS and NEES of every cell with their intervals and bands."""
     figure = Figure(figsize=(13.0, 4.0), layout="constrained")
@@ -73,12 +80,10 @@ def consistency(numbers) -> Figure:
         for i, (kind, color, words) in enumerate(manners):
             _point(nis, x + 0.15 * (i - 1), numbers, f"{kind}{name}_nis", color, words if x == 0 else None)
         for i, (where, color) in enumerate((("straight", OURS), ("turn", BAD), ("all", "black"))):
-            label = {"straight": "straight", "turn": "in turns", "all": "all along"}[where] if x == 0 else None
-            _point(nees, x + 0.2 * (i - 1) - 0.05, numbers, f"{name}_nees_{where}", color, label)
-            key = f"particles_{name}_nees_{where}"
-            if key in numbers:
-                words = "… of the filter of many histories" if x == 0 and where == "straight" else None
-                _point(nees, x + 0.2 * (i - 1) + 0.05, numbers, key, color, words, "x")
+            for shift, (who, marker, words) in zip((-0.06, 0.0, 0.06), _DOUBTERS, strict=True):
+                label = f"{words}{PLACES[where]}" if x == 0 and (not who or where == "straight") else None
+                key = f"{who}{name}_nees_{where}"
+                _point(nees, x + 0.25 * (i - 1) + shift, numbers, key, color, label, marker)
     for axes, title in ((nis, "mean NIS"), (nees, "mean NEES of (U, χ, ω)")):
         axes.set_xticks(range(len(CELLS)), [WORDS[name] for name in CELLS])
         axes.set_ylabel(title)
@@ -104,6 +109,8 @@ def held(numbers, changes) -> Figure:
             x = np.arange(len(keys)) + 0.18 * (i - 1.5)
             color = (OURS, THEIRS, _GREEN, BAD)[i]
             axes.bar(x, [numbers[key] for key in keys], 0.17, color=color, label=words)
+            weighed = [numbers.get(key.replace("held_", "held_particles_", 1), np.nan) for key in keys]
+            axes.plot(x, weighed, "_", color="black", markersize=6, label="filter of 300 histories" if i == 3 else None)
         _groups(axes)
         axes.grid(alpha=0.25, axis="y")
     pair[0].set_ylabel("cost of parameters held (%)")

@@ -171,7 +171,7 @@ def _sail(normals, uniforms, steps, spreads, changes, states, turning):
         turning[k] = mode == 1
 
 
-def cells(scenario: Scenario, voyage: Voyage) -> tuple[np.ndarray, np.ndarray]:
+def straight_and_turning(scenario: Scenario, voyage: Voyage) -> tuple[np.ndarray, np.ndarray]:
     """(n,) bool each: rows in which she sails straight, and in which she turns."""
     since_turn = np.full(len(voyage.time), np.inf)
     rows = np.flatnonzero(voyage.turning)

@@ -11,10 +11,10 @@ import numpy as np
 
 from steerway.compiled import kernel
 from steerway.estimation.model import LEAVING
-from steerway.studies.estimator_limits.cells import CELLS, QUANTITIES, WHAT, WHERE, WORDS, over_cells, sums
+from steerway.studies.estimator_limits.cells import CELLS, PLACES, QUANTITIES, WHAT, WHERE, WORDS, over_cells, sums
 from steerway.studies.estimator_limits.consistency import nees, report_nees
 from steerway.studies.estimator_limits.particles import begun, go, in_plane, particle_filter, steps
-from steerway.studies.estimator_limits.scenarios import cells
+from steerway.studies.estimator_limits.scenarios import straight_and_turning
 from steerway.studies.estimator_limits.statistics import errors, over_runs
 from steerway.studies.study import Results
 
@@ -58,7 +58,7 @@ def one(name: str, seed: int) -> dict[str, np.ndarray]:
     average = models.copy()
     average[:, :LEAVING] = cell.profile.on_average.model()[:LEAVING]  # whichever mode she is said to be in
     start, poor = begun(voyage, models, seed), begun(voyage, models, seed, POOR_COURSE_STD)
-    places_sailed = cells(cell.scenario, voyage)
+    places_sailed = straight_and_turning(cell.scenario, voyage)
     early = [(voyage.time > 0.0) & (voyage.time <= EARLY)] * 2
     found = {}
     for form, invariant in FORMS.items():
@@ -86,32 +86,30 @@ def measured(seeds, first_seed, progress) -> dict[str, dict[str, np.ndarray]]:
 def report(results: Results, found) -> None:
     """NEES as comparisons; the cost of the textbook's form as a table of the page."""
     results.section = "Consistency, told the modes"
-    for name, kinds in found.items():
-        for form, who in (("invariant", "filter told the modes"), ("textbook", "… with the textbook's correction")):
-            key = "told_filter" if form == "invariant" else "told_filter_textbook"
-            report_nees(
-                results, f"{key}_{name}", f"{WORDS[name]}, {who}", kinds[f"{form}_nees"], judged=form == "invariant"
-            )
-    rows = [
-        _row(results, name, kind, kinds)
-        for kind in KINDS
-        for name, kinds in found.items()
-        if f"invariant_{kind}" in kinds
-    ]
+    for form, who in (("invariant", "filter told the modes"), ("textbook", "filter told the modes, textbook's form")):
+        product = form == "invariant"
+        for name, kinds in found.items():
+            key = f"told_filter_{name}" if product else f"told_filter_textbook_{name}"
+            report_nees(results, key, f"{WORDS[name]}, {who}", kinds[f"{form}_nees"], judged=product)
+    cases = [(name, kind) for kind in KINDS for name in found if f"invariant_{kind}" in found[name]]
+    rows = [_row(results, name, kind, found[name]) for name, kind in cases]
     results.tables.append((_TITLE, ("filter", "vessel and receiver", *_COLUMNS), rows))
 
 
 def _row(results, name, kind, kinds):
     row = [KINDS[kind], WORDS[name]]
     for i, what in enumerate(WHAT):
-        costs = []
         for k, where in enumerate(WHERE):
-            cost = over_runs(kinds[f"textbook_{kind}"][:, k, i], kinds[f"invariant_{kind}"][:, k, i]).value
-            results.numbers[f"textbook_{kind}_{name}_{what}_{where}_pct"] = 100.0 * (cost - 1.0)
-            costs.append(f"{100.0 * (cost - 1.0):+.1f}")
-        row.append(costs[0] if kind == "early" else " / ".join(costs))
+            cost = over_runs(kinds[f"textbook_{kind}"][:, k, i], kinds[f"invariant_{kind}"][:, k, i])
+            value, low, high = (100.0 * (each - 1.0) for each in cost)
+            key = f"textbook_{kind}_{name}_{what}_{where}_pct"
+            results.numbers |= {key: value, f"{key}_low": low, f"{key}_high": high}
+            if what in _SHOWN:
+                row.append("—" if kind == "early" and k else f"{value:z.1f} ({low:z.0f} to {high:z.0f})")
     return row
 
 
-_TITLE = "What the textbook's form of a correction costs beside the invariant one, % of the RMS error"
-_COLUMNS = tuple(f"{what}, straight / in turns" for what in QUANTITIES.values())
+_SHOWN = ("sog", "cog")
+"""Course rate is the same to a hundredth but for one cell."""
+_TITLE = "What the textbook's form of a correction costs beside the invariant one: % of the RMS error"
+_COLUMNS = tuple(f"{QUANTITIES[what]}, {PLACES[where]}" for what in _SHOWN for where in WHERE)

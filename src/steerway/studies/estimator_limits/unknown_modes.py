@@ -21,7 +21,7 @@ from steerway.studies.estimator_limits.cells import (
 from steerway.studies.estimator_limits.consistency import nees, report_nees
 from steerway.studies.estimator_limits.histories import all_histories, told_smoother
 from steerway.studies.estimator_limits.particles import begun, in_plane, particle_filter
-from steerway.studies.estimator_limits.scenarios import cells
+from steerway.studies.estimator_limits.scenarios import straight_and_turning
 from steerway.studies.estimator_limits.statistics import errors, over_runs
 from steerway.studies.study import Results
 
@@ -39,7 +39,7 @@ def one(name: str, seed: int) -> dict[str, np.ndarray]:
     voyage, fixes = cell.sailed(seed)
     models, places, dt = cell.profile.manners(), in_plane(fixes), 1.0 / cell.scenario.rate
     start = begun(voyage, models, seed)
-    masks = cells(cell.scenario, voyage)
+    masks = straight_and_turning(cell.scenario, voyage)
 
     means, spreads = particle_filter(places, start, models, dt, PARTICLES[name], seed)
     error = errors(*means[:, 2:].T, voyage)

@@ -1,0 +1,133 @@
+"""What every smoother owes, whatever is inside: it betters the filter, knows no direction of time, and agrees with the
+smoother of one manner of moving where there is but one.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+import steerway
+from steerway.estimation import Profile
+from steerway.records import Fixes
+from steerway.studies.estimator_limits.cells import CELLS
+from steerway.studies.estimator_limits.statistics import errors, turned
+from tests.scenes import straight, turning
+
+ENDS = 100
+"""Rows at both ends that count for nothing: there the filter from the past, or the one from the future, begins."""
+MIDDLE = slice(ENDS, -ENDS)
+PROFILES = {
+    "two manners": {},
+    "one manner": None,
+    "slow error of the receiver": {"error_std": 0.3, "error_time": 20.0},
+}
+
+
+def told(name, kind):
+    """The true parameters of a cell; those of the average; or with an error of the receiver that she does not have."""
+    profile = CELLS[name].profile
+    return profile.on_average if PROFILES[kind] is None else profile.model_copy(update=PROFILES[kind])
+
+
+def said(motion):
+    """(3, n) SOG, COG and course rate."""
+    return np.stack([motion.sog, motion.cog, motion.course_rate])
+
+
+def deviations(motion):
+    return np.stack([motion.sog_std, motion.cog_std, motion.course_rate_std])
+
+
+def apart(one, other):
+    """(3, n) difference of two estimates (3, n)."""
+    difference = one - other
+    difference[1] = turned(difference[1])
+    return difference
+
+
+def backwards(fixes: Fixes) -> Fixes:
+    """The same voyage as a film that runs backwards."""
+    time = fixes.time[0] + fixes.time[-1] - fixes.time[::-1]
+    return Fixes(time, fixes.latitude[::-1].copy(), fixes.longitude[::-1].copy())
+
+
+@pytest.mark.parametrize("kind", PROFILES)
+@pytest.mark.parametrize(("name", "runs"), [("o05", 6), ("o25", 6), ("m05", 3), ("m25", 3)])
+def test_smoothed_is_better_and_surer_than_causal(name, runs, kind):
+    profile = told(name, kind)
+    squares, variances = [], []
+    for seed in range(runs):
+        voyage, fixes = CELLS[name].sailed(seed)
+        both = [steerway.estimate(fixes, profile, smooth=smooth) for smooth in (False, True)]
+        found = [np.square(errors(*said(each), voyage))[:, MIDDLE] for each in both]
+        squares.append(np.nanmean(found, axis=2))
+        variances.append(np.nanmean([deviations(each)[:, MIDDLE] ** 2 for each in both], axis=2))
+    squares, variances = np.array(squares), np.array(variances)
+    causal, smoothed = np.sqrt(squares.mean(axis=0))
+    assert np.all(smoothed < 0.85 * causal)
+    assert np.all(squares[:, 1] < squares[:, 0]), "in every single voyage"
+    assert np.all(variances[:, 1] < variances[:, 0])
+
+
+@pytest.mark.parametrize(("density", "seed"), [(1e-4, 0), (2e-3, 1)])
+@pytest.mark.parametrize("name", ["small-usv", "otter", "swell", "sailing-yacht"])
+def test_smoothed_is_better_with_any_built_in_profile(name, density, seed):
+    """Tuned to the vessel or not."""
+    profile = Profile.named(name)
+    scene = turning(3.0, 0.7, 240.0, seed=seed, density=density)
+    rate = np.gradient(np.unwrap(scene.cog), scene.time)
+    fixes = scene.fixes(profile.position_std, seed)
+    causal, smoothed = (said(steerway.estimate(fixes, profile, smooth=smooth)) for smooth in (False, True))
+    truth = np.stack([scene.sog, scene.cog, rate])
+    causal, smoothed = (np.sqrt(np.nanmean(apart(each, truth)[:, MIDDLE] ** 2, axis=1)) for each in (causal, smoothed))
+    assert np.all(smoothed < causal)
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [(name, "one manner") for name in CELLS] + [("o05", "two manners"), ("o25", "two manners")],
+)
+def test_it_knows_no_direction_of_time(name, kind):
+    """Backwards she sails the opposite courses and turns the other way; RMS of the difference in deviations.
+
+    Not to the last digit: filters begin at one end, and a fix that seems wild from one side need not from the other.
+    Turns as slow as those of M have a direction: their rate grows from nothing and decays when they are over.
+    """
+    profile = told(name, kind)
+    for seed in range(2):
+        _, fixes = CELLS[name].sailed(seed)
+        there, back = (steerway.estimate(each, profile, smooth=True) for each in (fixes, backwards(fixes)))
+        mirrored = np.stack([back.sog, back.cog + math.pi, -back.course_rate])[:, ::-1]
+        difference = apart(said(there), mirrored) / deviations(there)
+        assert np.all(np.sqrt(np.nanmean(difference[:, MIDDLE] ** 2, axis=1)) < 0.3)
+
+
+ALIKE, ALIKE_DEVIATIONS = 0.03, 0.01
+"""How far apart estimates (in deviations) and deviations (as a part of them) may be that should be the same."""
+ONE_MANNER = Profile(speed_noise=1e-4, course_rate_noise=1e-6, course_rate_decay=0.2, position_std=0.14)
+SAME_TWICE = {
+    "turn_time": 20.0,
+    "straight_time": 50.0,
+    "turn_speed_noise": ONE_MANNER.speed_noise,
+    "turn_course_rate_noise": ONE_MANNER.course_rate_noise,
+    "turn_course_rate_decay": ONE_MANNER.course_rate_decay,
+}
+BUT_ONE = {
+    "both manners alike": SAME_TWICE,
+    "both alike, changing all the time": SAME_TWICE | {"turn_time": 1.0, "straight_time": 1.0},
+    "turns next to never": SAME_TWICE | {"turn_time": 1.0, "straight_time": 1e12, "turn_course_rate_noise": 1e-3},
+}
+
+
+@pytest.mark.parametrize("two", BUT_ONE)
+@pytest.mark.parametrize("scene", [straight(5.0, 0.7, 300.0), turning(5.0, 0.7, 300.0, decay=0.2, density=1e-6)])
+def test_where_there_is_one_manner_of_moving_it_is_the_smoother_of_one(two, scene):
+    """At a speed and with fixes at which the form of a correction does not matter, and with no fix near the gate."""
+    profile = ONE_MANNER.model_copy(update=BUT_ONE[two])
+    for seed in range(3):
+        fixes = scene.fixes(0.1, seed)
+        one, other = (steerway.estimate(fixes, each, smooth=True) for each in (ONE_MANNER, profile))
+        difference = apart(said(one), said(other)) / deviations(one)
+        assert np.max(np.abs(difference[:, MIDDLE])) < ALIKE
+        assert np.all(np.abs(deviations(other) / deviations(one) - 1.0)[:, MIDDLE] < ALIKE_DEVIATIONS)

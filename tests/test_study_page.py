@@ -1,0 +1,37 @@
+"""The page of a study: a long one says first what came out."""
+
+import json
+
+from steerway.studies.study import Results, write_results
+
+
+def long_study():
+    results = Results("T", lead="What it is about.")
+    results.section = "First"
+    results.compare("a", 1.0, "how near", "m", target="≤ 2", met=True)
+    results.section = "Second"
+    for k in range(5):
+        results.compare(f"b{k}", 3.0 + k, f"how far {k}", "m", target="≤ 3", met=k == 0, interval=(2.0, 9.0))
+    results.section = "Third"
+    results.compare("c", 7.0, "how odd")
+    results.remarks.append("Why.")
+    return results
+
+
+def test_a_study_of_many_sections_begins_with_a_verdict(tmp_path):
+    page = write_results(long_study(), tmp_path).read_text()
+    verdict, details = page.split("<h2>Remarks</h2>")
+    assert "What it is about." in verdict
+    assert "1 of 1" in verdict and "1 of 5" in verdict and "Third" not in verdict
+    assert "how far 1: 4 (2 to 9) m, target ≤ 3" in verdict and "and 1 more" in verdict and "how far 4" not in verdict
+    assert [details.index(f"<h2>{name}</h2>") for name in ("First", "Second", "Third")] == sorted(
+        details.index(f"<h2>{name}</h2>") for name in ("First", "Second", "Third")
+    )
+    assert json.loads((tmp_path / "results.json").read_text())["b4_high"] == 9.0
+
+
+def test_a_study_of_one_shows_its_comparisons_at_once(tmp_path):
+    results = Results("T")
+    results.compare("a", 1.0, "how near", "m", target="≤ 2", met=True)
+    page = write_results(results, tmp_path).read_text()
+    assert "Published beside measured" in page and "Verdict" not in page
