@@ -8,7 +8,7 @@ from scipy.linalg import expm
 
 import steerway
 from steerway.estimation import Profile, choose_profile, tune
-from steerway.estimation.acceleration import predict_underway
+from steerway.estimation.acceleration import predict_accelerating as predict_underway
 from steerway.estimation.five_state import set_step
 from steerway.estimation.model import empty_memory
 from steerway.estimation.smoothing import transition

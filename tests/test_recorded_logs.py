@@ -58,6 +58,13 @@ def test_ship_in_swell_against_her_inertial_system(tuned):
     assert math.degrees(found.cog_rms) <= 0.19
 
 
+def test_ship_in_swell_as_it_comes(shared_data):
+    fixes = steerway.read(shared_data / "data/palmer_seapath_truth/NBP1406_s330-2014-08-01")
+    found = compare(fixes, steerway.estimate(fixes))
+    assert found.sog_rms <= 0.05
+    assert math.degrees(found.cog_rms) <= 0.42
+
+
 def test_nine_hours_under_way_against_the_receiver(tuned):
     """What is likeliest takes part of the wobble that waves give the antenna, and the receiver's SOG, for noise."""
     fixes, causal, smoothed = tuned("rob_atlantic_1hz/kernevel_latrinite.nmea")

@@ -34,7 +34,7 @@ def shares(step, model):
 
 
 @lean_kernel
-def predict_underway(x, p, step, model):
+def predict_accelerating(x, p, step, model):
     """`five_state.predict`, with acceleration where the model has it."""
     a = int(model[ACCELERATION_STATE])
     c = s = rest = 0.0
@@ -42,7 +42,7 @@ def predict_underway(x, p, step, model):
         mean_course = x[COURSE] + step[LEAN] * x[RATE]
         c, s = math.cos(mean_course), math.sin(mean_course)
         lent, rest = shares(step, model)
-        give(x, p, a, lent)
+        give(x, p, SPEED, a, lent)
     predict(x, p, step, model)
     if a:
         settle_acceleration(x, p, a, rest, c, s, step, model)
@@ -54,7 +54,7 @@ def settle_acceleration(x, p, a, rest, c, s, step, model):
     decay_rate, density = model[EXTRAS + 3 * (a - 5)], model[EXTRAS + 3 * (a - 5) + 1]
     aa, ua, uu, la, lu, ll = turn_noise(decay_rate, step[DT])
     p[a, a] -= density * aa  # what came up during the step has its own way to the speed
-    give(x, p, a, rest)
+    give(x, p, SPEED, a, rest)
     p[a, a] += density * aa
     p[0, 0] += density * ll * c * c
     p[0, 1] += density * ll * c * s
@@ -68,12 +68,11 @@ def settle_acceleration(x, p, a, rest, c, s, step, model):
 
 
 @lean_kernel
-def give(x, p, a, share):
-    """U ← U + share · a, and what that does to the covariance (upper triangle)."""
-    n = len(x)
-    x[SPEED] += share * x[a]
-    p[SPEED, SPEED] += share * (2.0 * p[SPEED, a] + share * p[a, a])
-    for i in range(SPEED):
-        p[i, SPEED] += share * p[i, a]
-    for j in range(SPEED + 1, n):
-        p[SPEED, j] += share * p[min(a, j), max(a, j)]
+def give(x, p, to, a, share):
+    """x[to] ← x[to] + share · x[a], and what that does to the covariance (upper triangle)."""
+    x[to] += share * x[a]
+    p[to, to] += share * (2.0 * p[to, a] + share * p[a, a])
+    for i in range(to):
+        p[i, to] += share * p[i, a]
+    for j in range(to + 1, len(x)):
+        p[to, j] += share * p[min(a, j), max(a, j)]

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from steerway.compiled import kernel, lean_kernel
+from steerway.estimation.acceleration import give
 from steerway.estimation.five_state import decay, turn_response
 from steerway.estimation.model import (
     ACCELERATION_STATE,
@@ -28,6 +29,9 @@ from steerway.estimation.model import (
     UNDERWAY,
     VELOCITY_EAST,
     VELOCITY_NORTH,
+    YAWING_DECAY,
+    YAWING_STATE,
+    YAWING_STIFFNESS,
 )
 from steerway.estimation.way import GATHERED, velocity_to_course
 
@@ -53,7 +57,27 @@ def forecast(memory, model, horizon):
         x[RATE] = 0.0
         for i in range(RATE):
             p[i, RATE] = 0.0
+    if model[YAWING_STATE]:
+        model = _held_course(x, p, model)
     return _underway(x, p, model, horizon)
+
+
+@kernel
+def _held_course(x, p, model):
+    """Of a vessel that yaws the course she holds, in place, and a model under which it wanders as far in the long run.
+
+    Seen over more than a swing d is white noise, of the density of w2 over (κ + α2 β)², and the course held follows it.
+    """
+    d, follows, loss = int(model[YAWING_STATE]), model[YAWING_DECAY], model[RATE_DECAY]
+    give(x, p, COURSE, d, -1.0)
+    x[RATE] = 0.0
+    for i in range(RATE):
+        p[i, RATE] = 0.0
+    held = model.copy()
+    held[RATE_DECAY] = loss + follows
+    held[RATE_NOISE] *= (follows * (loss + follows) / (model[YAWING_STIFFNESS] + loss * follows)) ** 2
+    p[RATE, RATE] = 0.5 * held[RATE_NOISE] / held[RATE_DECAY]
+    return held
 
 
 @lean_kernel

@@ -18,7 +18,6 @@ import math
 
 from steerway.angles import wrap
 from steerway.compiled import lean_kernel
-from steerway.estimation.acceleration import predict_underway
 from steerway.estimation.aiding import SCALAR_GATE, aided, correct_scalar, scalar_innovation, surprise_at
 from steerway.estimation.five_state import set_step
 from steerway.estimation.model import (
@@ -35,6 +34,7 @@ from steerway.estimation.model import (
 )
 from steerway.estimation.position_update import correct, innovation, normalised_square
 from steerway.estimation.way import fold, forget_manoeuvre, take_place
+from steerway.estimation.yawing import predict_underway
 
 _LEAST_PROBABILITY = 1e-6
 """No mode is ever ruled out."""

@@ -7,7 +7,7 @@ the filter's bookkeeping, four rows of workspace, and the step last taken, which
 
 import numpy as np
 
-from steerway.compiled import kernel
+from steerway.compiled import kernel, lean_kernel
 
 NORTH, EAST, SPEED, COURSE, RATE = range(5)
 VELOCITY_NORTH, VELOCITY_EAST = SPEED, COURSE
@@ -24,6 +24,7 @@ VELOCITY_NORTH, VELOCITY_EAST = SPEED, COURSE
     START_SPEED_VARIANCE,  # (m/s)²
     START_RATE_VARIANCE,  # (rad/s)²
     GATE,  # on the normalised innovation squared of a fix, χ² with 2 degrees of freedom
+    OUTLIER,  # −2 log of the density of an outlier, 1/m²: a fix that is likelier than one is taken whatever its NIS
     PATIENCE,  # s of unbroken rejections after which the position is taken anew
     SOG_VARIANCE,
     VELOCITY_VARIANCE,  # across the course, of the receiver's own velocity: (this / U²) is the variance of COG
@@ -36,13 +37,16 @@ VELOCITY_NORTH, VELOCITY_EAST = SPEED, COURSE
     GYRO_STATE,  # … of the gyro's bias
     STREAM_STATE,  # … of the water's own speed along the course
     ACCELERATION_STATE,  # … of the acceleration along the course
+    YAWING_STATE,  # … of the course's deviation from the one held
+    YAWING_STIFFNESS,  # κ, 1/s²: how hard it is steered back
+    YAWING_DECAY,  # β, 1/s: how fast the course held follows it
     STARTS_IN,  # of a vessel of several modes: how likely this one is to begin with
     LEAVING,  # 1/s: how often she leaves it for the other manner of moving
     SWITCHES_TO,  # … and for which row of the models
     AGEING,  # 1/s: how often it ages
     AGES_TO,  # … into which row
     EXTRAS,  # where the triples begin
-) = range(28)
+) = range(32)
 
 MODE, STRAY, RETRIES, LATITUDE, LONGITUDE = range(5)
 """Bookkeeping: one of the modes below; seconds since the first of unbroken rejections (−1: none); resets in a row; the
@@ -72,10 +76,10 @@ LEFT, ADDED = range(2)
 EMPTY, FIRST, STARTING, ADRIFT, UNDERWAY = range(5)
 """No fix yet; one fix; velocity being found; velocity without direction; course."""
 
-LONGEST_STEP = 1.0
-"""A longer interval is predicted in equal parts of at most this (s)."""
+LONGEST_STEP, LONGEST_YAWING_STEP = 1.0, 0.5
+"""A longer interval is predicted in equal parts of at most this (s), of a vessel that yaws of at most the second."""
 STEP_SLACK = 1e-3
-"""Part of LONGEST_STEP by which clocks err: a fix 1.0000002 s after another is one step away."""
+"""Part of the longest step by which clocks err: a fix 1.0000002 s after another is one step away."""
 LONGEST_GAP = 1800.0
 """After so long (s) without a fix nothing of the motion is left: the filter starts anew."""
 LOST_COURSE_VARIANCE = 1.0
@@ -85,6 +89,12 @@ LOST_COURSE_VARIANCE = 1.0
 def whole(memory):
     """The memory of what the vessel is said to do: of several modes that of their mean, else all there is."""
     return memory if memory.ndim == 2 else memory[0]
+
+
+@lean_kernel
+def longest_step(model):
+    """The longest interval that is predicted at once, s."""
+    return LONGEST_YAWING_STEP if model[YAWING_STATE] else LONGEST_STEP
 
 
 @kernel

@@ -12,6 +12,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from steerway.errors import InputError
 
 GATE = 13.8
+OUTLIER = 20.0
+"""−2 log of the density of an outlier: one fix in a thousand is astray, by up to three metres. Of a vessel whose swings
+are foretold the gate is centimetres wide; what is likelier than an outlier is then her, however rare of her."""
 """χ² with two degrees of freedom at 0.1 %."""
 TELLING = 10.0
 """A log whose 95 % interval of a number is wider than this factor cannot tell it."""
@@ -26,6 +29,8 @@ AIDS = ("sog", "cog", "heading", "water_speed", "yaw_rate")
 _LONG_HELD, _YOUNG_COURSE, _TURN = 1, 2, 3
 _YOUNG = 0.8
 """Mean time for which a course just taken up counts as such, in mean turns: from 0.3 to 1 little changes."""
+_SHORTEST_YAWING = 3.0
+"""s: a shorter oscillation means nothing from steps of up to a second."""
 _MANNER = ("speed_noise", "course_rate_noise", "course_rate_decay")
 
 _positive = Field(gt=0.0, allow_inf_nan=False)
@@ -46,6 +51,8 @@ class Profile(BaseModel):
     course_rate_decay: float = Field(0.1, ge=0.0, allow_inf_nan=False)  # α2, 1/s
     acceleration_std: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # m/s², acceleration that lasts; 0: none
     acceleration_time: float = Field(5.0, gt=0.0, allow_inf_nan=False)  # s, for how long
+    yawing_period: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # s, of swinging about a course held; 0: none
+    yawing_time: float = Field(15.0, gt=0.0, allow_inf_nan=False)  # s in which the course held follows the vessel's
     steerageway: float = Field(0.3, gt=0.0, allow_inf_nan=False)  # m/s: below it course means nothing
 
     # A vessel that holds her course for a while, as above, and turns for a while, as below; with turn_time = 0 she
@@ -84,6 +91,14 @@ class Profile(BaseModel):
         if self.turn_time > 0.0 and not all(given.values()):
             missing = next(name for name, value in given.items() if not value)
             raise ValueError(f"turn_time is {self.turn_time}, which needs a positive {missing} too")
+        return self
+
+    @model_validator(mode="after")
+    def _yawing(self) -> Self:
+        if self.yawing_period > 0.0 and self.turn_time > 0.0:
+            raise ValueError("yawing_period and turn_time are both given, expected one of them")
+        if 0.0 < self.yawing_period < _SHORTEST_YAWING:
+            raise ValueError(f"yawing_period is {self.yawing_period}, expected 0 or at least {_SHORTEST_YAWING} s")
         return self
 
     @classmethod
@@ -162,10 +177,24 @@ class Profile(BaseModel):
     @property
     def start_rate_std(self) -> float:
         """Course rate of which a filter that knows none yet supposes the vessel capable, rad/s."""
+        if self.yawing_period > 0.0:
+            return min(math.sqrt(self._yawing_variances[0]), _LARGEST_START_RATE_STD)
         if self.course_rate_decay == 0.0:
             return _LARGEST_START_RATE_STD
         stationary = math.sqrt(self.course_rate_noise / (2.0 * self.course_rate_decay))
         return min(stationary, _LARGEST_START_RATE_STD)
+
+    @property
+    def _yawing_variances(self) -> tuple[float, float]:
+        """Stationary variances of course rate and of the deviation from the course held (`estimation.yawing`)."""
+        stiffness, follows, decay = self._yawing_stiffness, 1.0 / self.yawing_time, self.course_rate_decay
+        of_rate = stiffness + (decay + follows) * follows
+        deviation = self.course_rate_noise / (2.0 * (stiffness * follows + decay * of_rate))
+        return of_rate * deviation, deviation
+
+    @property
+    def _yawing_stiffness(self) -> float:
+        return (2.0 * math.pi / self.yawing_period) ** 2
 
     def model(self, aids: tuple[str, ...] = ()) -> np.ndarray:
         """The kernels' parameter vector (see `steerway.estimation.model`), with the states that these aids need.
@@ -209,6 +238,10 @@ class Profile(BaseModel):
         gyro = extra(self.gyro_bias_std, self.gyro_bias_time) if "yaw_rate" in aids and self.gyro_bias_std > 0.0 else 0
         stream = extra(self.stream_std, self.stream_time) if "water_speed" in aids and self.stream_std > 0.0 else 0
         lasting = extra(self.acceleration_std, self.acceleration_time) if self.acceleration_std > 0.0 else 0
+        yawing, steered_back = 0, (0.0, 0.0)
+        if self.yawing_period > 0.0:
+            extras.append((0.0, 0.0, self._yawing_variances[1]))
+            yawing, steered_back = 4 + len(extras), (self._yawing_stiffness, 1.0 / self.yawing_time)
         head = (
             self.speed_noise,
             self.course_rate_noise,
@@ -220,6 +253,7 @@ class Profile(BaseModel):
             _START_SPEED_STD**2,
             self.start_rate_std**2,
             GATE,
+            OUTLIER if self.yawing_period > 0.0 else -math.inf,
             _PATIENCE,
             self.sog_std**2,
             self.velocity_std**2,
@@ -232,6 +266,8 @@ class Profile(BaseModel):
             gyro,
             stream,
             lasting,
+            yawing,
+            *steered_back,
             starts_in,
             leaving,
             switches_to,

@@ -9,7 +9,7 @@ import numpy as np
 from steerway.errors import InputError
 from steerway.estimation import smoothing
 from steerway.estimation.accuracy import doubts_of
-from steerway.estimation.model import LONGEST_GAP, LONGEST_STEP, STEP_SLACK, empty_memory, whole
+from steerway.estimation.model import LONGEST_GAP, STEP_SLACK, empty_memory, longest_step, whole
 from steerway.estimation.profiles import AIDS
 from steerway.estimation.tracking import SPOKEN, track, track_many
 from steerway.estimation.two_sided import smoother
@@ -166,7 +166,8 @@ def memories(model, aid, fixes: Fixes, last: bool = False) -> np.ndarray:
 
 def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
     """One vessel with output times of its own or smoothed: rows without a fix are added where they are needed."""
-    time, origin, wanted = _schedule(fixes, rate, smoothed)
+    longest = longest_step(model if model.ndim == 1 else model[0])
+    time, origin, wanted = _schedule(fixes, rate, longest if smoothed else None)
     mmsi = None if fixes.mmsi is None else np.full(len(time), fixes.mmsi[0] if len(fixes) else 0)
     blank = origin < 0
     (first, second, aids), doubtful = _news(fixes, aid), doubts(fixes)
@@ -195,8 +196,11 @@ def room_to_keep(memory, rows) -> np.ndarray:
     return np.empty((rows, states + 2, states))
 
 
-def _schedule(fixes: Fixes, rate, smoothed):
-    """Times to visit, the row of `fixes` each comes from (−1: none), and which of them go out."""
+def _schedule(fixes: Fixes, rate, longest):
+    """Times to visit, the row of `fixes` each comes from (−1: none), and which of them go out.
+
+    Beside those of the fixes and of the rate there are as many as steps of at most `longest` take, unless it is None.
+    """
     time = fixes.time
     origin = np.arange(len(time))
     wanted = fixes.has_position
@@ -212,16 +216,16 @@ def _schedule(fixes: Fixes, rate, smoothed):
         wanted[after[meets_after]] = True
         grid = grid[~(meets_before | meets_after | in_long_gap)]
         time, origin, wanted = _merged(time, origin, wanted, grid, True)
-    if smoothed:
-        time, origin, wanted = _merged(time, origin, wanted, _fillers(time), False)
+    if longest is not None:
+        time, origin, wanted = _merged(time, origin, wanted, _fillers(time, longest), False)
     return time, origin, wanted
 
 
-def _fillers(time):
+def _fillers(time, longest):
     """Times that divide every interval the smoother can cross into steps it can take."""
     gaps = np.diff(time)
-    long = np.flatnonzero((gaps > LONGEST_STEP * (1.0 + STEP_SLACK)) & (gaps <= LONGEST_GAP))
-    pieces = [np.linspace(time[i], time[i + 1], math.ceil(gaps[i] / LONGEST_STEP - STEP_SLACK) + 1)[1:-1] for i in long]
+    long = np.flatnonzero((gaps > longest * (1.0 + STEP_SLACK)) & (gaps <= LONGEST_GAP))
+    pieces = [np.linspace(time[i], time[i + 1], math.ceil(gaps[i] / longest - STEP_SLACK) + 1)[1:-1] for i in long]
     return np.concatenate(pieces) if pieces else np.empty(0)
 
 

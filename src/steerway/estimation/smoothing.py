@@ -12,7 +12,7 @@ import numpy as np
 from steerway.angles import wrap
 from steerway.compiled import kernel, lean_kernel
 from steerway.earth import displacement
-from steerway.estimation.acceleration import predict_underway, shares
+from steerway.estimation.acceleration import shares
 from steerway.estimation.five_state import chord, set_step
 from steerway.estimation.linear_algebra import factor, fill_lower, multiply, multiply_transposed, solve_rows
 from steerway.estimation.model import (
@@ -35,9 +35,11 @@ from steerway.estimation.model import (
     SPEED_LEFT,
     TURN,
     UNDERWAY,
+    YAWING_STATE,
 )
 from steerway.estimation.tracking import speak
 from steerway.estimation.way import fold, mix_velocity, predict_adrift
+from steerway.estimation.yawing import predict_underway, pushes, yaw_transition
 
 
 @lean_kernel
@@ -55,7 +57,10 @@ def transition(x, underway, step, model, f):
         a = int(model[ACCELERATION_STATE])
         lent, rest = shares(step, model) if a else (0.0, 0.0)
         speed = x[SPEED] + lent * x[a] if a else x[SPEED]
-        _, _, north, east, north_u, east_u, north_w, east_w = chord(speed, x[COURSE], x[RATE], step)
+        d = int(model[YAWING_STATE])
+        push, left = pushes(step, model) if d else (0.0, 0.0)
+        rate = x[RATE] + push * x[d] if d else x[RATE]
+        _, _, north, east, north_u, east_u, north_w, east_w = chord(speed, x[COURSE], rate, step)
         f[0, 2], f[0, 3], f[0, 4] = north_u, -east, north_w
         f[1, 2], f[1, 3], f[1, 4] = east_u, north, east_w
         f[2, 2], f[3, 4], f[4, 4] = step[SPEED_LEFT], step[TURN], step[RATE_LEFT]
@@ -63,6 +68,8 @@ def transition(x, underway, step, model, f):
             for i in range(3):
                 f[i, a] += lent * f[i, 2]
             f[2, a] += rest * f[a, a]
+        if d:
+            yaw_transition(f, push, left, d)
     else:
         f[0, 2] = f[1, 3] = step[SPEED_INTEGRAL]
         f[2, 2] = f[3, 3] = step[SPEED_LEFT]
@@ -84,9 +91,9 @@ def carry_over(x, p, mode, x_predicted, p_predicted, predicted_mode, model):
         x[2], x[3] = speed * c, speed * s
         mix_velocity(p, c, -speed * s, s, speed * c)
     ignore(RATE, x, x_predicted, p_predicted)
-    a = int(model[ACCELERATION_STATE])
-    if a:
-        ignore(a, x, x_predicted, p_predicted)
+    for k in (int(model[ACCELERATION_STATE]), int(model[YAWING_STATE])):
+        if k:
+            ignore(k, x, x_predicted, p_predicted)
 
 
 @kernel
@@ -94,7 +101,7 @@ def smooth(time, geodetic, model, kept, spoken):
     """Backward pass: smooths `kept` in place and states `spoken` (n, SPOKEN) anew.
 
     Args:
-        time: (n,) s, spaced by no more than LONGEST_STEP except where the filter began anew.
+        time: (n,) s, spaced by no more than the longest step except where the filter began anew.
         kept: (n, states + 2, states) covariance, state and bookkeeping of the filter after every row.
     """
     n = kept.shape[2]

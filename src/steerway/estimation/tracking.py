@@ -9,7 +9,6 @@ import numpy as np
 
 from steerway.compiled import kernel, lean_kernel
 from steerway.earth import displaced, displacement
-from steerway.estimation.acceleration import predict_underway
 from steerway.estimation.aiding import COG, SOG, aid_adrift, aid_underway
 from steerway.estimation.five_state import set_step
 from steerway.estimation.mixture import (
@@ -36,11 +35,11 @@ from steerway.estimation.model import (
     GATE,
     LATITUDE,
     LONGEST_GAP,
-    LONGEST_STEP,
     LONGITUDE,
     LOST_COURSE_VARIANCE,
     MODE,
     NORTH,
+    OUTLIER,
     PATIENCE,
     POSITION_VARIANCE,
     RATE,
@@ -52,11 +51,15 @@ from steerway.estimation.model import (
     TIME_VARIANCE,
     UNDERWAY,
     empty_memory,
+    longest_step,
 )
 from steerway.estimation.position_update import correct, innovation, normalised_square
 from steerway.estimation.way import fold, judge, predict_adrift, start, take_place
+from steerway.estimation.yawing import predict_underway
 from steerway.records import NO_COURSE, OK, PREDICTED, REJECTED
 from steerway.records import STARTING as STARTING_STATUS
+
+_OF_TWO_NORMALS = 2.0 * math.log(2.0 * math.pi)
 
 
 @lean_kernel
@@ -73,7 +76,7 @@ def advance(memory, dt, model):
         return
     if book[STRAY] >= 0.0:
         book[STRAY] += dt
-    steps = max(math.ceil(dt / LONGEST_STEP - STEP_SLACK), 1)
+    steps = max(math.ceil(dt / longest_step(parameters) - STEP_SLACK), 1)
     if dt / steps != step[DT]:
         set_step(step, dt / steps, parameters)
         if memory.ndim == 3:
@@ -119,7 +122,7 @@ def take_fix(memory, north, east, doubt, model):
     if memory.ndim == 3:
         if book[MODE] == UNDERWAY:
             nis, log_determinant = weigh_fix(memory, north, east, doubt, model)
-            accepted = nis <= parameters[GATE]
+            accepted = believed(nis, log_determinant, parameters)
             if accepted:
                 correct_modes(memory, north, east, doubt, model)
         else:
@@ -149,6 +152,12 @@ def mistimed(x, book, s_nn, s_ne, s_ee, model):
 
 
 @lean_kernel
+def believed(nis, log_determinant, model):
+    """Whether a fix is within what is usual of the vessel, or else likelier than an outlier."""
+    return nis <= model[GATE] or nis + log_determinant + _OF_TWO_NORMALS <= model[OUTLIER]
+
+
+@lean_kernel
 def correct_whole(main, north, east, doubt, model):
     """Correct one filter by a fix unless the gate refuses it. Returns (accepted, NIS, log det S)."""
     n = main.shape[1]
@@ -158,10 +167,11 @@ def correct_whole(main, north, east, doubt, model):
     if model[TIME_VARIANCE] > 0.0:
         s_nn, s_ne, s_ee = mistimed(x, main[n + 1], s_nn, s_ne, s_ee, model)
     nis = normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee)
-    accepted = nis <= model[GATE]
+    log_determinant = math.log(s_nn * s_ee - s_ne * s_ne)
+    accepted = believed(nis, log_determinant, model)
     if accepted:
         correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g, pairs)
-    return accepted, nis, math.log(s_nn * s_ee - s_ne * s_ne)
+    return accepted, nis, log_determinant
 
 
 @lean_kernel

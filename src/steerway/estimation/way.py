@@ -36,6 +36,7 @@ from steerway.estimation.model import (
     UNDERWAY,
     VELOCITY_EAST,
     VELOCITY_NORTH,
+    YAWING_STATE,
 )
 from steerway.estimation.position_update import place_by_fix
 
@@ -140,21 +141,22 @@ def course_to_velocity(x, p):
 
 @lean_kernel
 def forget_manoeuvre(x, p, model):
-    """Course rate and acceleration are zero, give or take what a vessel does."""
-    x[RATE] = 0.0
-    for i in range(RATE):
-        p[i, RATE] = 0.0
-    for j in range(RATE + 1, len(x)):
-        p[RATE, j] = 0.0
-    p[RATE, RATE] = model[START_RATE_VARIANCE]
-    a = int(model[ACCELERATION_STATE])
-    if a:
-        x[a] = 0.0
-        for i in range(a):
-            p[i, a] = 0.0
-        for j in range(a + 1, len(x)):
-            p[a, j] = 0.0
-        p[a, a] = model[EXTRAS + 3 * (a - 5) + 2]
+    """Course rate, acceleration and yawing are zero, give or take what a vessel does."""
+    forget(x, p, RATE, model[START_RATE_VARIANCE])
+    for k in (int(model[ACCELERATION_STATE]), int(model[YAWING_STATE])):
+        if k:
+            forget(x, p, k, model[EXTRAS + 3 * (k - 5) + 2])
+
+
+@lean_kernel
+def forget(x, p, k, variance):
+    """State k is zero, give or take, and has nothing to do with the others."""
+    x[k] = 0.0
+    for i in range(k):
+        p[i, k] = 0.0
+    for j in range(k + 1, len(x)):
+        p[k, j] = 0.0
+    p[k, k] = variance
 
 
 @lean_kernel

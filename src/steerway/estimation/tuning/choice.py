@@ -12,6 +12,7 @@ positions. Nor do positions that wander need to be reconciled with a motion that
 """
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -19,10 +20,20 @@ from steerway.estimation.profiles import BUILT_IN, Profile
 from steerway.estimation.replay import doubts, spoken_rows
 from steerway.estimation.tuning.excerpts import moving, telling
 from steerway.estimation.tuning.likelihood import cost
-from steerway.estimation.tuning.parameters import INSTRUMENTS, LASTING, MOTION, TURNS
+from steerway.estimation.tuning.parameters import INSTRUMENTS, LASTING, MOTION, TURNS, YAWING
 from steerway.estimation.tuning.rounding import rounding_std
 from steerway.estimation.tuning.search import Fit
-from steerway.estimation.tuning.stages import SPACING, Log, alternating, cautious, found, receiver, together, worthier
+from steerway.estimation.tuning.stages import (
+    SPACING,
+    Log,
+    alternating,
+    cautious,
+    found,
+    receiver,
+    together,
+    worthier,
+    yawing,
+)
 from steerway.records import Fixes
 
 _STRETCHES, _STRETCH = 5, 1000
@@ -54,13 +65,18 @@ def suited(fixes: Fixes, aid: tuple[str, ...] = ()) -> Profile:
     if moving(log.fixes).sum() < max(_FEWEST_FIXES, _LEAST_SHARE * len(log)):
         return _at_rest(log.fixes)
     apart = voyage.apart(SPACING, _AIDS_SPACING if aid else SPACING)
-    motion = _motion(apart.excerpt(_STRETCHES, _STRETCH))
+    thin = apart.excerpt(_STRETCHES, _STRETCH)
+    manners = _manners(thin)
+    motion = worthier(manners, thin)
     crowding = len(positions) / apart.fixes.has_position.sum()
-    received = receiver(log, motion.profile, crowding, steps=_FEW_STEPS, slow_errors=1)
+    receive = partial(receiver, log, crowding=crowding, steps=_FEW_STEPS, slow_errors=1)
+    received = receive(motion.profile)
     if aid:
         return _named(received.profile)
-    profile = _reconciled(positions, log, motion, received) if received.profile.error_std else received.profile
-    return _named(cautious(log, profile))
+    if received.profile.error_std:
+        return _named(cautious(log, _reconciled(positions, log, motion, received)))
+    steered = worthier([motion, _steered(thin, manners[0])], thin)
+    return _named(cautious(log, (received if steered is motion else receive(steered.profile)).profile))
 
 
 def _reconciled(voyage: Log, log: Log, motion: Fit, received: Fit) -> Profile:
@@ -84,15 +100,24 @@ def _classes():
     return [each for each in BUILT_IN.values() if each.name != "ais"]
 
 
-def _motion(log: Log) -> Fit:
-    """How the vessel moves, and white noise, from the likeliest class."""
+def _manners(log: Log) -> list[Fit]:
+    """A vessel of one manner of moving and one of two, and white noise, from the likeliest class."""
     update = {"error_std": 0.0}
     candidates = [each.model_copy(update=update | {"position_std": white}) for each in _classes() for white in _WHITE]
     start = min(candidates, key=log.cost)
     names = (*MOTION, *(LASTING if start.acceleration_std else ()), *log.instruments)
     one = found(log, start, names, steps=_STEPS)
     two = found(log, min(_paces(one.profile, bool(log.aid)), key=log.cost), (*names, *TURNS), steps=_STEPS)
-    return worthier([one, two], log)
+    return [one, two]
+
+
+def _steered(log: Log, one: Fit) -> Fit:
+    """The vessel of one manner of moving as one that is steered back to a course she holds.
+
+    To be looked for only where the receiver does not err slowly: its wander would pass for hers.
+    """
+    start = min(yawing(one.profile), key=log.cost)
+    return found(log, start, (*one.search.names, *YAWING), steps=_STEPS)
 
 
 def _paces(one: Profile, aided: bool) -> list[Profile]:
@@ -121,6 +146,7 @@ def _at_rest(sample: Fixes) -> Profile:
 def _named(profile: Profile) -> Profile:
     p = profile
     turns = f" that turns every {p.straight_time:.2g} s" if p.turn_time else ""
+    yaws = f" that swings every {p.yawing_period:.2g} s" if p.yawing_period else ""
     wander = f" and {p.error_std:.2g} m over {p.error_time:.2g} s" if p.error_std else ""
-    name = f"{p.name}{turns}, fixes with {p.position_std:.2g} m{wander} of noise"
+    name = f"{p.name}{turns}{yaws}, fixes with {p.position_std:.2g} m{wander} of noise"
     return p.model_copy(update={"name": name})

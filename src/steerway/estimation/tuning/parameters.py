@@ -5,6 +5,7 @@ MOTION = ("position_std", "speed_noise", "course_rate_noise", "course_rate_decay
 TURNS = ("straight_time", "turn_time", "turn_speed_noise", "turn_course_rate_noise", "turn_course_rate_decay")
 """What a second manner of moving adds."""
 LASTING = ("acceleration_std",)
+YAWING = ("yawing_period", "yawing_time")
 SLOW_ERROR = ("error_std", "error_time")
 DRIFT = ("drift_std", "drift_time")
 INSTRUMENTS = {
@@ -29,6 +30,8 @@ BOUNDS = {
     "turn_course_rate_noise": (1e-8, 10.0),
     "turn_course_rate_decay": (5e-3, 1.0),
     "acceleration_std": (1e-3, 2.0),
+    "yawing_period": (3.0, 100.0),
+    "yawing_time": (1.0, 1e3),
     "error_std": (3e-3, 10.0),
     "error_time": (30.0, 2e3),
     "drift_std": (3e-3, 30.0),
@@ -50,6 +53,8 @@ EXPECTED = {
     "turn_course_rate_noise": (1e-3, 4.0),
     "turn_course_rate_decay": (0.2, 2.0),
     "acceleration_std": (0.1, 2.0),
+    "yawing_period": (10.0, 1.0),
+    "yawing_time": (15.0, 1.0),
     "error_std": (1.0, 2.0),
     "error_time": (300.0, 1.0),
     "drift_std": (1.0, 2.0),

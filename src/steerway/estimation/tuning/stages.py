@@ -27,6 +27,7 @@ from steerway.estimation.tuning.parameters import (
     MOTION,
     SLOW_ERROR,
     TURNS,
+    YAWING,
 )
 from steerway.estimation.tuning.rounding import rounding_std
 from steerway.estimation.tuning.search import Fit, Search, minimise
@@ -47,6 +48,10 @@ _ERROR_TIMES = (1.5, 5.0, 20.0, 100.0, 400.0)
 _ALTERNATIONS = ((40.0, 10.0, 100.0), (400.0, 100.0, 100.0), (100.0, 30.0, 1000.0))
 """Where the search for two manners begins: how long a course is held, how long a turn lasts (s), and how much less the
 course rate is disturbed on a held course than in one manner for both."""
+
+_PERIODS, _HOLDING_TIMES, _STEADIER = (5.0, 8.0, 12.0, 20.0, 35.0), (8.0, 30.0), (1.0, 0.2)
+"""Where the search for yawing begins: its period (s), for how long a course is held (s), and how much less the course
+rate is disturbed than if it came from nowhere."""
 
 
 @dataclass(frozen=True)
@@ -167,6 +172,18 @@ def alternating(one: Profile) -> list[Profile]:
     ]
 
 
+def yawing(one: Profile) -> list[Profile]:
+    """The same vessel steered back to a course she holds, with several periods."""
+    return [
+        one.model_copy(
+            update={"yawing_period": period, "yawing_time": time, "course_rate_noise": one.course_rate_noise * share}
+        )
+        for period in _PERIODS
+        for time in _HOLDING_TIMES
+        for share in _STEADIER
+    ]
+
+
 def spread_over(motion: Profile, crowding: float) -> Profile:
     """White noise at a rate `crowding` times that of the fixes it was found on, which tells as much a second."""
     return motion.model_copy(update={"position_std": motion.position_std * math.sqrt(crowding)})
@@ -196,15 +213,19 @@ def receiver(log: Log, held: Profile, crowding: float, step=None, steps=40, slow
 
 
 def together(log: Log, moving: Fit, received: Fit, step=None) -> Fit:
-    """All that was found, once more and at once; with the receiver known, two manners may come to light."""
+    """All that was found, once more and at once; with the receiver known, two manners or yawing may show."""
     names = tuple(dict.fromkeys((*moving.search.names, *received.search.names)))
     starts = [received.profile]
     if received.profile.error_std:
         starts.append(_calmer(received.profile))
     fits = [_best(log, starts, names, step)]
     if not moving.profile.turn_time:
-        start = min(alternating(fits[0].profile), key=log.cost)
-        fits.append(found(log, start, (*names, *TURNS), step))
+        further = [(alternating, TURNS)]
+        if not received.profile.error_std:  # whose wander resembles her swings
+            further.append((yawing, YAWING))
+        for starts, more in further:
+            start = min(starts(fits[0].profile), key=log.cost)
+            fits.append(found(log, start, (*names, *more), step))
     return worthier(fits, log)
 
 

@@ -12,7 +12,7 @@ from steerway.estimation.replay import run_rows
 from steerway.estimation.tuning import stages
 from steerway.estimation.tuning.excerpts import LEAST_SPEED, moving
 from steerway.estimation.tuning.intervals import intervals
-from steerway.estimation.tuning.parameters import DRIFT, LASTING, MOTION, SLOW_ERROR, TURNS
+from steerway.estimation.tuning.parameters import DRIFT, LASTING, MOTION, SLOW_ERROR, TURNS, YAWING
 from steerway.records import Fixes
 
 _SETTLING_FIXES = 5
@@ -33,6 +33,8 @@ _NAMED = {
     "course_rate_noise": ("course-rate noise S_ω", "rad²/s³"),
     "course_rate_decay": ("course-rate decay α2", "1/s"),
     "acceleration_std": ("acceleration that lasts", "m/s²"),
+    "yawing_period": ("swings about a course held every", "s"),
+    "yawing_time": ("… which follows the vessel's within", "s"),
     "straight_time": ("a course is held for", "s"),
     "turn_time": ("a turn lasts", "s"),
     "turn_speed_noise": ("S_U in a turn", "m²/s³"),
@@ -45,7 +47,13 @@ _NAMED = {
 }
 _WORDS = {name: words for name, (words, _) in _NAMED.items()}
 _UNITS = {name: unit for name, (_, unit) in _NAMED.items()}
-_MISSING = ("acceleration that lasts", "turns apart from held courses", "slow error of the receiver", "a slower one")
+_MISSING = (
+    "acceleration that lasts",
+    "yawing",
+    "turns apart from held courses",
+    "slow error of the receiver",
+    "a slower one",
+)
 
 
 @dataclass(frozen=True)
@@ -67,7 +75,7 @@ class Tuned:
 
     def as_dict(self) -> dict:
         """The numbers, flat, by their names in a profile; `intervals` and `cannot_tell` beside them."""
-        fitted = dict.fromkeys((*MOTION, *LASTING, *TURNS, *SLOW_ERROR, *DRIFT))
+        fitted = dict.fromkeys((*MOTION, *LASTING, *YAWING, *TURNS, *SLOW_ERROR, *DRIFT))
         numbers = {name: getattr(self.profile, name) for name in fitted}
         own = {name: getattr(self, name) for name in ("fixes", "moving", "rejected", "nis_mean", "log_likelihood")}
         intervals = {name: list(ends) for name, ends in self.profile.intervals.items()}
@@ -82,7 +90,7 @@ class Tuned:
             verdict = "consistent"
         else:
             verdict = "errors smaller than claimed" if self.nis_mean < low else "errors larger than claimed"
-        groups = [(MOTION, True), (LASTING, p.acceleration_std), (TURNS, p.turn_time)]
+        groups = [(MOTION, True), (LASTING, p.acceleration_std), (YAWING, p.yawing_period), (TURNS, p.turn_time)]
         groups += [(SLOW_ERROR, p.error_std), (DRIFT, p.drift_std)]
         shown = [name for names, there in groups if there for name in names]
         missing = [words for (_, there), words in zip(groups[1:], _MISSING, strict=True) if not there]

@@ -10,7 +10,6 @@ import math
 from steerway.angles import wrap
 from steerway.compiled import lean_kernel
 from steerway.earth import displacement
-from steerway.estimation.acceleration import predict_underway
 from steerway.estimation.model import (
     COURSE,
     EAST,
@@ -23,6 +22,7 @@ from steerway.estimation.model import (
     RETRIES,
 )
 from steerway.estimation.smoothing import transition
+from steerway.estimation.yawing import predict_underway
 
 FIX, PLACE_LOST = 5, 6
 """Columns of what was believed in a row, behind those of the aids: its fix; that the position began anew with it."""

@@ -6,7 +6,6 @@ import numpy as np
 
 from steerway.angles import wrap
 from steerway.compiled import kernel, lean_kernel
-from steerway.estimation.acceleration import predict_underway
 from steerway.estimation.aiding import SCALAR_GATE, aided, correct_scalar, scalar_innovation
 from steerway.estimation.five_state import set_step
 from steerway.estimation.model import COURSE, DT, ERROR_PAIRS, ERROR_STATE, GATE, STARTS_IN
@@ -22,6 +21,7 @@ from steerway.estimation.two_sided.hypotheses import (
     set_chances,
 )
 from steerway.estimation.way import forget_manoeuvre
+from steerway.estimation.yawing import predict_underway
 
 
 @lean_kernel
