@@ -18,6 +18,7 @@ are foretold the gate is centimetres wide; what is likelier than an outlier is t
 """χ² with two degrees of freedom at 0.1 %."""
 TELLING = 10.0
 """A log whose 95 % interval of a number is wider than this factor cannot tell it."""
+_NOISES = "speed_noise", "course_rate_noise"
 _LEAST_DECAY = 1e-3
 _PATIENCE = 2.0
 _START_SPEED_STD = 20.0
@@ -199,8 +200,9 @@ class Profile(BaseModel):
     def model(self, aids: tuple[str, ...] = ()) -> np.ndarray:
         """The kernels' parameter vector (see `steerway.estimation.model`), with the states that these aids need.
 
-        A vessel that holds her course and turns by turns has several, (1 + modes, m): for her while she has no way, on
-        a course long held, on one just taken up, and in a turn (see `steerway.estimation.mixture`).
+        A vessel that holds her course and turns by turns has several, (1 + modes, m): for her while her manner is
+        unknown or she has no way, on a course long held, on one just taken up, and in a turn (see
+        `steerway.estimation.mixture`).
         """
         turning = self.turning
         if turning is None:
@@ -208,8 +210,9 @@ class Profile(BaseModel):
         ends, begins = 1.0 / self.turn_time, 1.0 / self.straight_time
         turn_share = begins / (begins + ends)
         young = _YOUNG * self.turn_time
+        restless = {name: max(getattr(self, name), getattr(turning, name)) for name in _NOISES}
         rows = (
-            turning._vector(aids),
+            turning.model_copy(update=restless)._vector(aids),
             self._vector(aids, starts_in=1.0 - turn_share, leaving=begins, switches_to=_TURN),
             self._vector(aids, leaving=begins, switches_to=_TURN, ageing=1.0 / young, ages_to=_LONG_HELD),
             turning._vector(aids, starts_in=turn_share, leaving=ends, switches_to=_YOUNG_COURSE),
