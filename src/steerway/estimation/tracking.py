@@ -118,8 +118,8 @@ def take_fix(memory, north, east, doubt, model):
         return True, math.nan, math.nan
     if memory.ndim == 3:
         if book[MODE] == UNDERWAY:
-            nis, log_determinant = weigh_fix(memory, north, east, doubt, model)
-            accepted = nis <= parameters[GATE]
+            nis, log_determinant, least = weigh_fix(memory, north, east, doubt, model)
+            accepted = least <= parameters[GATE]
             if accepted:
                 correct_modes(memory, north, east, doubt, model)
         else:
