@@ -133,3 +133,19 @@ def test_where_fixes_are_far_apart_it_believes_those_at_the_beginning_of_a_turn(
             cog = np.array([wrap(d) for d in motion.cog - voyage.cog[seldom]])
             found.append(np.nanmean(np.square(cog[10:])))
     assert np.sqrt(np.mean(smoothed)) < 0.4 * np.sqrt(np.mean(causal))
+
+
+def test_of_a_vessel_that_comes_to_rest_it_knows_what_she_did_before():
+    """The last rows in which she has a course see those behind them, in which she has none; the filter does not."""
+    time = np.arange(0.0, 200.0, 0.2)
+    speed = 1.2 * np.clip(1.0 - (time - 100.0) / 5.0, 0.0, 1.0)
+    profile = O05.profile.model_copy(update={"speed_noise": 0.05, "turn_speed_noise": 0.05})
+    causal, smoothed = [], []
+    for seed in range(8):
+        fixes = Gnss(white=0.5).fixes(time, 0.2 * np.cumsum(speed), np.zeros(len(time)), seed)
+        for found, smooth in ((causal, False), (smoothed, True)):
+            motion = steerway.estimate(fixes, profile, smooth=smooth)
+            last = np.flatnonzero(np.isfinite(motion.cog))[-15:]
+            off = motion.sog[last] * np.exp(1j * motion.cog[last]) - speed[last]
+            found.append(np.mean(np.abs(off) ** 2))
+    assert np.sqrt(np.mean(smoothed)) < 0.4 * np.sqrt(np.mean(causal))

@@ -121,8 +121,8 @@ def take_fix(memory, north, east, doubt, model):
         return True, math.nan, math.nan
     if memory.ndim == 3:
         if book[MODE] == UNDERWAY:
-            nis, log_determinant = weigh_fix(memory, north, east, doubt, model)
-            accepted = believed(nis, log_determinant, parameters)
+            nis, log_determinant, least = weigh_fix(memory, north, east, doubt, model)
+            accepted = least <= parameters[GATE] or believed(nis, log_determinant, parameters)
             if accepted:
                 correct_modes(memory, north, east, doubt, model)
         else:

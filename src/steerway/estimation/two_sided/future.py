@@ -1,15 +1,54 @@
 """The bank that comes from the future: likelihoods of what is still to be seen, one for each hypothesis.
 
 A likelihood carries no expectation of its own, so that nothing is counted twice where it meets the past: at the end of
-a stretch it is one whatever the deviation, and Λ = 0.
+a record it is one whatever the deviation, and Λ = 0.
 """
 
-from steerway.compiled import lean_kernel
+import numpy as np
+
+from steerway.angles import wrap
+from steerway.compiled import kernel, lean_kernel
 from steerway.estimation.aiding import aided
-from steerway.estimation.linear_algebra import square_root
-from steerway.estimation.model import EAST, ERROR_PAIRS, ERROR_STATE, NORTH
+from steerway.estimation.linear_algebra import fill_lower, square_root
+from steerway.estimation.model import COURSE, EAST, ERROR_PAIRS, ERROR_STATE, NORTH
 from steerway.estimation.two_sided.agreement import agreement
 from steerway.estimation.two_sided.hypotheses import HYPOTHESES, LOG_WEIGHT, MANNERS
+
+_MADE_SURER = 1e-9
+"""Part of a variance that the future has to take away to have said anything, and not the rounding of a computer."""
+
+
+@kernel
+def foresee(bank, filtered, smoothed):
+    """All hypotheses alike: what rows adrift behind the stretch say of its last, by the plain smoother.
+
+    That is the information of `smoothed` (n + 2, n) less that of `filtered`, as far as the former has more: the courses
+    and speeds of a vessel that comes to rest are not as Gaussian as either says.
+    """
+    n = bank.shape[3]
+    root, lost, scale = np.empty((n, n)), np.empty(n), np.empty(n)
+    square_root(filtered[:n], scale, root)
+    whiten = np.linalg.inv(root)
+    covariance = smoothed[:n].copy()
+    fill_lower(covariance)
+    for i in range(n):
+        lost[i] = filtered[n, i] - smoothed[n, i]
+    lost[COURSE] = wrap(lost[COURSE])
+    left, axes = np.linalg.eigh(whiten @ covariance @ whiten.T)
+    axes = whiten.T @ axes
+    one = bank[0, 0]
+    for k in range(n):
+        if left[k] < 1.0 - _MADE_SURER:
+            axis = axes[:, k].copy()
+            gained = 1.0 / max(left[k], _MADE_SURER) - 1.0
+            shift = (lost * axis).sum()
+            for i in range(n):
+                one[n, i] -= shift * axis[i]
+                for j in range(n):
+                    one[i, j] += gained * axis[i] * axis[j]
+    for m in range(MANNERS):
+        for h in range(HYPOTHESES):
+            bank[m, h, : n + 1] = one[: n + 1]
 
 
 @lean_kernel

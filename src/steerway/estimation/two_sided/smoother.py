@@ -12,11 +12,11 @@ import numpy as np
 
 from steerway.compiled import kernel
 from steerway.estimation.five_state import set_step
-from steerway.estimation.model import DT, MODE, STARTS_IN, UNDERWAY
+from steerway.estimation.model import ADRIFT, DT, MODE, STARTS_IN, UNDERWAY
 from steerway.estimation.smoothing import smooth
 from steerway.estimation.tracking import speak
 from steerway.estimation.two_sided.deviations import BELIEFS, FIX, PLACE_LOST, fix_of, linearise, lose_place
-from steerway.estimation.two_sided.future import recede, see_aids, see_fix
+from steerway.estimation.two_sided.future import foresee, recede, see_aids, see_fix
 from steerway.estimation.two_sided.hypotheses import HYPOTHESES, MANNERS, empty_bank, part, set_chances
 from steerway.estimation.two_sided.meeting import SAID, meet
 from steerway.estimation.two_sided.past import begin, go_on
@@ -35,15 +35,15 @@ def smooth_modes(record, models, kept, spoken):
     """
     states = kept.shape[2]
     stretches = stretches_of(kept)
-    began = np.empty((len(stretches), states + 2, states))
+    filtered = np.empty((len(stretches), 2, states + 2, states))
     for i in range(len(stretches)):
-        began[i] = kept[stretches[i, 0]]
+        filtered[i, 0], filtered[i, 1] = kept[stretches[i, 0]], kept[stretches[i, 1]]
     smooth(record[0], record[5], models[0], kept, spoken)
     manners = models[models[:, STARTS_IN] > 0.0]
     believed = np.zeros((len(kept), BELIEFS), np.bool_)
     for i in range(len(stretches)):
         first, last = stretches[i]
-        smooth_stretch(record, kept, began[i], manners, believed, first, last, spoken)
+        smooth_stretch(record, kept, filtered[i], manners, believed, first, last, spoken)
 
 
 @kernel
@@ -62,14 +62,16 @@ def stretches_of(kept):
 
 
 @kernel
-def smooth_stretch(record, kept, began, manners, believed, first, last, spoken):
-    """State anew the rows from `first` to `last`; `began` (n + 2, n) is what the filter knew at the first."""
+def smooth_stretch(record, kept, filtered, manners, believed, first, last, spoken):
+    """State anew the rows from `first` to `last`; `filtered` (2, n + 2, n) is what the filter knew at either."""
     n = kept.shape[2]
     blocks = (last - first) // _BLOCK + 1
     marks = np.empty((blocks, MANNERS, HYPOTHESES + 1, n + 2, n))
     stored = np.empty((_BLOCK, MANNERS, HYPOTHESES, n + 2, n))
     past, future = empty_bank(n), empty_bank(n)
-    begin(past, began, kept[first], manners)
+    begin(past, filtered[0], kept[first], manners)
+    if last + 1 < len(kept) and kept[last + 1, n + 1, MODE] == ADRIFT:
+        foresee(future, filtered[1], kept[last])
     marks[0] = past
     for i in range(1, blocks):
         go_on(record, kept, manners, past, believed, first + (i - 1) * _BLOCK, first + i * _BLOCK, stored[:0])
