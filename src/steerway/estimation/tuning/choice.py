@@ -31,6 +31,7 @@ from steerway.estimation.tuning.stages import (
     found,
     receiver,
     together,
+    wandering,
     worthier,
     yawing,
 )
@@ -73,10 +74,13 @@ def suited(fixes: Fixes, aid: tuple[str, ...] = ()) -> Profile:
     received = receive(motion.profile)
     if aid:
         return _named(received.profile)
-    if received.profile.error_std:
-        return _named(cautious(log, _reconciled(positions, log, motion, received)))
-    steered = worthier([motion, _steered(thin, manners[0])], thin)
-    return _named(cautious(log, (received if steered is motion else receive(steered.profile)).profile))
+    if not received.profile.error_std:
+        astray = wandering(thin, motion.profile, motion.search.names, steps=_STEPS)
+        best = worthier([motion, astray, _steered(thin, manners[0])], thin)
+        if best is not motion:
+            received = astray if best is astray else receive(best.profile)
+    profile = _reconciled(positions, log, motion, received) if received.profile.error_std else received.profile
+    return _named(cautious(log, profile))
 
 
 def _reconciled(voyage: Log, log: Log, motion: Fit, received: Fit) -> Profile:

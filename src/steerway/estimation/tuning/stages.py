@@ -45,6 +45,8 @@ _SEA = 0.9
 _SHARES = (0.5, 1.0, 3.0)
 _ERROR_TIMES = (1.5, 5.0, 20.0, 100.0, 400.0)
 """Where the search for a slow error begins: how large, of the white noise, and over how long (s)."""
+_WANDER = 2.0, 50.0
+"""… and where no search has found any."""
 _ALTERNATIONS = ((40.0, 10.0, 100.0), (400.0, 100.0, 100.0), (100.0, 30.0, 1000.0))
 """Where the search for two manners begins: how long a course is held, how long a turn lasts (s), and how much less the
 course rate is disturbed on a held course than in one manner for both."""
@@ -215,18 +217,29 @@ def receiver(log: Log, held: Profile, crowding: float, step=None, steps=40, slow
 def together(log: Log, moving: Fit, received: Fit, step=None) -> Fit:
     """All that was found, once more and at once; with the receiver known, two manners or yawing may show."""
     names = tuple(dict.fromkeys((*moving.search.names, *received.search.names)))
-    starts = [received.profile]
     if received.profile.error_std:
-        starts.append(_calmer(received.profile))
-    fits = [_best(log, starts, names, step)]
+        fits = [_best(log, [received.profile, _calmer(received.profile)], names, step)]
+    else:
+        fits = [found(log, received.profile, names, step), wandering(log, received.profile, names, step)]
+    best = worthier(fits, log)
     if not moving.profile.turn_time:
         further = [(alternating, TURNS)]
-        if not received.profile.error_std:  # whose wander resembles her swings
+        if not best.profile.error_std:  # whose wander resembles her swings
             further.append((yawing, YAWING))
         for starts, more in further:
-            start = min(starts(fits[0].profile), key=log.cost)
-            fits.append(found(log, start, (*names, *more), step))
+            start = min(starts(best.profile), key=log.cost)
+            fits.append(found(log, start, (*best.search.names, *more), step))
     return worthier(fits, log)
+
+
+def wandering(log: Log, white: Profile, names, step=None, steps=40) -> Fit:
+    """What was found with a receiver that does not wander, as that of one that does and a calmer vessel.
+
+    Beside the motion that took its wander for the vessel's no search finds a slow error.
+    """
+    size, time = _WANDER
+    start = white.model_copy(update={"error_std": size * white.position_std, "error_time": time})
+    return found(log, _calmer(start), (*names, *SLOW_ERROR), step, steps)
 
 
 def _best(log, starts, names, step) -> Fit:
