@@ -7,6 +7,9 @@ import pytest
 
 import steerway
 from steerway.estimation import FiveStateFilter, Profile
+from steerway.records import REJECTED
+from steerway.studies.estimator_limits.cells import CELLS
+from steerway.studies.estimator_limits.statistics import turned
 from tests.scenes import angle_error, sailed, straight
 
 STEADY = {"speed_noise": 1e-4, "course_rate_noise": 1e-5, "course_rate_decay": 1.0, "position_std": 0.5}
@@ -44,6 +47,19 @@ def test_it_follows_turns():
             errors = angle_error(steerway.estimate(scene.fixes(0.5, seed), profile).cog, scene.cog)[100:]
             found.append(np.nanquantile(errors, 0.95))
     assert np.mean(kept) < 0.7 * np.mean(lost)
+
+
+def test_a_fix_that_a_turn_would_explain_is_believed_however_unlikely_the_turn():
+    """Ship of scenario M, a fix every 10 s: at the beginning of a turn she is not where a held course would lead."""
+    cell, squares, refused = CELLS["m05"], [], 0
+    for seed in range(10):
+        voyage, fixes = cell.sailed(seed)
+        seldom = np.arange(0, len(fixes), 50)
+        motion = steerway.estimate(fixes.rows(seldom), cell.profile)
+        squares.append(turned(motion.cog - voyage.cog[seldom])[5:] ** 2)
+        refused += np.sum(motion.status == REJECTED)
+    assert refused < 20
+    assert math.degrees(np.sqrt(np.nanmean(squares))) < 1.6
 
 
 def test_stream_wise_it_is_the_record():
