@@ -66,11 +66,11 @@ def test_ship_in_swell_as_it_comes(shared_data):
 
 
 def test_nine_hours_under_way_against_the_receiver(tuned):
-    """What is likeliest takes part of the wobble that waves give the antenna, and the receiver's SOG, for noise."""
+    """Waves swing the antenna, and the receiver's SOG says so; the likeliest profile takes it for noise of the fixes."""
     fixes, causal, smoothed = tuned("rob_atlantic_1hz/kernevel_latrinite.nmea")
     found = compare(fixes, smoothed)
-    assert found.sog_rms_aligned <= 0.11
-    assert math.degrees(found.cog_rms_aligned) <= 2.5
+    assert found.sog_rms_aligned <= 0.13
+    assert math.degrees(found.cog_rms_aligned) <= 2.9
     found = compare(fixes, causal)
     assert found.sog_rms <= 0.116
     assert math.degrees(found.cog_rms) <= 2.9
