@@ -12,7 +12,7 @@ from steerway.estimation.accuracy import doubts_of
 from steerway.estimation.model import LONGEST_GAP, STEP_SLACK, empty_memory, longest_step, whole
 from steerway.estimation.profiles import AIDS
 from steerway.estimation.tracking import SPOKEN, track, track_many
-from steerway.estimation.two_sided import smoother
+from steerway.estimation.two_sided import hypotheses, smoother
 from steerway.records import Fixes, Motion
 
 _SMALLEST_SHARE = 20_000
@@ -183,7 +183,9 @@ def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
     run = Run(len(time))
     track(time, first, second, doubtful, aids, True, model, memory, *outputs(run), kept)
     if smoothed and model.ndim == 2:
-        smoother.smooth_modes((time, first, second, doubtful, aids, True), model, kept, run.spoken)
+        smoother.smooth_modes(
+            (time, first, second, doubtful, aids, True), model, kept, run.spoken, hypotheses.HYPOTHESES
+        )
     elif smoothed:
         smoothing.smooth(time, True, model, kept, run.spoken)
     _say_again(run.status, fixes.has_position[origin] & ~blank & np.isnan(first))

@@ -12,7 +12,7 @@ from steerway.estimation.aiding import aided
 from steerway.estimation.linear_algebra import fill_lower, square_root
 from steerway.estimation.model import COURSE, EAST, ERROR_PAIRS, ERROR_STATE, NORTH
 from steerway.estimation.two_sided.agreement import agreement
-from steerway.estimation.two_sided.hypotheses import HYPOTHESES, LOG_WEIGHT, MANNERS
+from steerway.estimation.two_sided.hypotheses import LOG_WEIGHT, MANNERS
 
 _MADE_SURER = 1e-9
 """Part of a variance that the future has to take away to have said anything, and not the rounding of a computer."""
@@ -47,7 +47,7 @@ def foresee(bank, filtered, smoothed):
                 for j in range(n):
                     one[i, j] += gained * axis[i] * axis[j]
     for m in range(MANNERS):
-        for h in range(HYPOTHESES):
+        for h in range(bank.shape[1] - 1):
             bank[m, h, : n + 1] = one[: n + 1]
 
 
@@ -84,7 +84,7 @@ def see(bank, h, seen, variance):
     """Multiply every likelihood by that of hᵀd = `seen`, give or take the variance (but for a common factor)."""
     n = len(h)
     for m in range(MANNERS):
-        for which in range(HYPOTHESES):
+        for which in range(bank.shape[1] - 1):
             one = bank[m, which]
             for i in range(n):
                 if h[i] != 0.0:
@@ -95,14 +95,14 @@ def see(bank, h, seen, variance):
 
 @lean_kernel
 def recede(bank, f, offset, q, scale, root, product, lower, room):
-    """Take the hypotheses (HYPOTHESES + 1, n + 2, n) of one manner a step back, over what `linearise` says of it.
+    """Take the hypotheses (hypotheses + 1, n + 2, n) of one manner a step back, over what `linearise` says of it.
 
     The likelihood of d is the mean of that of f d + offset + w over the noise w. The last five are workspace.
     """
     n = len(offset)
     square_root(q, scale, root)
     gradient, u = room[0], room[1]
-    for h in range(HYPOTHESES):
+    for h in range(len(bank) - 1):
         one = bank[h]
         gained = 0.0
         for i in range(n):

@@ -5,7 +5,7 @@ every combination of moments. Few matter: those that part ways long ago agree by
 hypotheses of each manner, in the order in which they parted from the other one. After every row a new one parts, and of
 two neighbours that hardly differ the likelier inherits what the other is worth.
 
-A bank is (MANNERS, HYPOTHESES + 1, n + 2, n): for each hypothesis a matrix (n, n), a vector (n,) and its bookkeeping;
+A bank is (MANNERS, hypotheses + 1, n + 2, n): for each hypothesis a matrix (n, n), a vector (n,) and its bookkeeping;
 the last place of each manner is for the one that is born. What comes from the past is a covariance and a mean, what
 comes from the future is a likelihood exp(ηᵀx − ½ xᵀΛx), the matrix Λ and the vector η: see `past` and `future`.
 """
@@ -19,7 +19,7 @@ from steerway.estimation.model import LEAVING
 
 MANNERS = 2
 HYPOTHESES = 4
-"""Of each manner. With 3 the rate on a straight course is up to a tenth worse, with 6 little is better."""
+"""Of each manner. With 3 the rate on a straight course is up to a tenth worse, with 6 or 8 nothing is better."""
 LOG_WEIGHT, WORTH = range(2)
 """Bookkeeping of a hypothesis: the logarithm of its weight, and what part of all that is known speaks for it."""
 _LEAST_CHANCE = 1e-12
@@ -28,10 +28,10 @@ LEAST_WORTH = 1e-30
 
 
 @kernel
-def empty_bank(n):
+def empty_bank(n, hypotheses):
     """Room for a bank, all hypotheses of a manner alike."""
-    bank = np.zeros((MANNERS, HYPOTHESES + 1, n + 2, n))
-    bank[:, :, n + 1, LOG_WEIGHT] = -math.log(HYPOTHESES)
+    bank = np.zeros((MANNERS, hypotheses + 1, n + 2, n))
+    bank[:, :, n + 1, LOG_WEIGHT] = -math.log(hypotheses)
     return bank
 
 
@@ -49,14 +49,14 @@ def normalise(bank):
     n = bank.shape[3]
     largest, total = -math.inf, 0.0
     for m in range(MANNERS):
-        for h in range(HYPOTHESES):
+        for h in range(bank.shape[1] - 1):
             largest = max(largest, bank[m, h, n + 1, LOG_WEIGHT])
     for m in range(MANNERS):
-        for h in range(HYPOTHESES):
+        for h in range(bank.shape[1] - 1):
             total += math.exp(bank[m, h, n + 1, LOG_WEIGHT] - largest)
     largest += math.log(total)
     for m in range(MANNERS):
-        for h in range(HYPOTHESES):
+        for h in range(bank.shape[1] - 1):
             book = bank[m, h, n + 1]
             book[LOG_WEIGHT] -= largest
             book[WORTH] = max(math.exp(book[LOG_WEIGHT]), LEAST_WORTH)
@@ -72,18 +72,18 @@ def part(bank, chances, backwards):
     n = bank.shape[3]
     for m in range(MANNERS):
         best, worth = 0, 0.0
-        for h in range(HYPOTHESES):
+        for h in range(bank.shape[1] - 1):
             worth += bank[1 - m, h, n + 1, WORTH]
             if bank[1 - m, h, n + 1, WORTH] > bank[1 - m, best, n + 1, WORTH]:
                 best = h
-        copy(bank[1 - m, best], bank[m, HYPOTHESES])
+        copy(bank[1 - m, best], bank[m, -1])
         chance = chances[m] if backwards else chances[1 - m]
-        book = bank[m, HYPOTHESES, n + 1]
+        book = bank[m, -1, n + 1]
         book[LOG_WEIGHT] += math.log(worth / book[WORTH] * chance)
         book[WORTH] = max(worth * chance, LEAST_WORTH)
     for m in range(MANNERS):
         stays = 1.0 - chances[m]
-        for h in range(HYPOTHESES):
+        for h in range(bank.shape[1] - 1):
             bank[m, h, n + 1, LOG_WEIGHT] += math.log(stays)
             bank[m, h, n + 1, WORTH] *= stays
         settle_estate(bank[m])
@@ -91,10 +91,10 @@ def part(bank, chances, backwards):
 
 @lean_kernel
 def settle_estate(bank):
-    """Of two neighbours (HYPOTHESES + 1, n + 2, n) the likelier inherits; the last place is free again."""
+    """Of two neighbours (hypotheses + 1, n + 2, n) the likelier inherits; the last place is free again."""
     n = bank.shape[2]
     at, least = 0, math.inf
-    for h in range(HYPOTHESES):
+    for h in range(len(bank) - 1):
         loss = loss_of_joining(bank[h], bank[h + 1])
         if loss < least:
             at, least = h, loss
@@ -102,7 +102,7 @@ def settle_estate(bank):
     heir = at if ours > theirs else at + 1
     bank[heir, n + 1, LOG_WEIGHT] += math.log((ours + theirs) / bank[heir, n + 1, WORTH])
     bank[heir, n + 1, WORTH] = ours + theirs
-    for h in range(at if heir > at else at + 1, HYPOTHESES):
+    for h in range(at if heir > at else at + 1, len(bank) - 1):
         copy(bank[h + 1], bank[h])
 
 

@@ -6,7 +6,7 @@ from steerway.compiled import lean_kernel
 from steerway.estimation.linear_algebra import square_root
 from steerway.estimation.model import RATE
 from steerway.estimation.two_sided.agreement import agreement
-from steerway.estimation.two_sided.hypotheses import HYPOTHESES, LEAST_WORTH, LOG_WEIGHT, MANNERS, WORTH
+from steerway.estimation.two_sided.hypotheses import LEAST_WORTH, LOG_WEIGHT, MANNERS, WORTH
 
 SAID = RATE + 1
 """The vessel's own states, of which the mean is taken."""
@@ -18,15 +18,15 @@ _NEGLIGIBLE = 1e-3
 def meet(past, future, pairs, mean, scale, roots, product, lower, room):
     """Fill `mean` (SAID + 2, SAID), covariance and mean of the deviation, and what the future's hypotheses are worth.
 
-    That is how well they agree with the past, if she is then in their manner. pairs (MANNERS, HYPOTHESES, HYPOTHESES),
-    roots (MANNERS, HYPOTHESES, n, n), scale (n,), product, lower (n, n) and room (2, n): workspace.
+    That is how well they agree with the past, if she is then in their manner. pairs (MANNERS, hypotheses, hypotheses),
+    roots (MANNERS, hypotheses, n, n), scale (n,), product, lower (n, n) and room (2, n): workspace.
     """
     n = past.shape[3]
     largest = -math.inf
     for m in range(MANNERS):
-        for i in range(HYPOTHESES):
+        for i in range(past.shape[1]):
             square_root(past[m, i, :n], scale, roots[m, i])
-            for j in range(HYPOTHESES):
+            for j in range(past.shape[1]):
                 pairs[m, i, j] = confront(past[m, i], future[m, j], roots[m, i], product, lower, room)
                 largest = max(largest, pairs[m, i, j])
     for i in range(SAID + 1):
@@ -35,20 +35,20 @@ def meet(past, future, pairs, mean, scale, roots, product, lower, room):
     total = 0.0
     for m in range(MANNERS):
         known = 0.0
-        for i in range(HYPOTHESES):
+        for i in range(past.shape[1]):
             known += past[m, i, n + 1, WORTH]
-        for j in range(HYPOTHESES):
+        for j in range(past.shape[1]):
             future[m, j, n + 1, WORTH] = 0.0
             future[m, j, n + 1, LOG_WEIGHT] -= largest
-        for i in range(HYPOTHESES):
-            for j in range(HYPOTHESES):
+        for i in range(past.shape[1]):
+            for j in range(past.shape[1]):
                 weight = math.exp(pairs[m, i, j] - largest)
                 future[m, j, n + 1, WORTH] += weight / known
                 if weight > _NEGLIGIBLE:
                     total += weight
                     confront(past[m, i], future[m, j], roots[m, i], product, lower, room)
                     add(past[m, i], roots[m, i], lower, room, weight, mean)
-        for j in range(HYPOTHESES):
+        for j in range(past.shape[1]):
             future[m, j, n + 1, WORTH] = max(future[m, j, n + 1, WORTH], LEAST_WORTH)
     for i in range(SAID):
         mean[SAID, i] /= total

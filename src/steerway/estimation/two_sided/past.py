@@ -12,7 +12,6 @@ from steerway.estimation.model import COURSE, DT, ERROR_PAIRS, ERROR_STATE, GATE
 from steerway.estimation.position_update import correct, innovation, normalised_square
 from steerway.estimation.two_sided.deviations import FIX, PLACE_LOST, fix_of, linearise, lose_place, taken_anew
 from steerway.estimation.two_sided.hypotheses import (
-    HYPOTHESES,
     LOG_WEIGHT,
     MANNERS,
     copy,
@@ -29,14 +28,14 @@ def begin(bank, began, trajectory, manners):
     """All hypotheses alike: what the filter knew, `began` (n + 2, n), when the vessel had gathered way."""
     n = bank.shape[3]
     for m in range(MANNERS):
-        for h in range(HYPOTHESES):
+        for h in range(bank.shape[1] - 1):
             copy(began, bank[m, h])
             d, book = bank[m, h, n], bank[m, h, n + 1]
             forget_manoeuvre(d, bank[m, h, :n], manners[m])
             for i in range(n):
                 d[i] -= trajectory[n, i]
             d[COURSE] = wrap(d[COURSE])
-            book[LOG_WEIGHT] = math.log(manners[m, STARTS_IN] / HYPOTHESES)
+            book[LOG_WEIGHT] = math.log(manners[m, STARTS_IN] / (bank.shape[1] - 1))
 
 
 @kernel
@@ -51,7 +50,7 @@ def go_on(record, kept, manners, bank, believed, first, last, stored):
     steps, chances = np.zeros((MANNERS, 3, n)), np.empty(MANNERS)
     f, q, offset, work = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty((4, n))
     if len(stored):
-        stored[0] = bank[:, :HYPOTHESES]
+        stored[0] = bank[:, :-1]
     for k in range(first + 1, last + 1):
         dt = time[k] - time[k - 1]
         if k == first + 1 or dt != steps[0][DT]:
@@ -60,7 +59,7 @@ def go_on(record, kept, manners, bank, believed, first, last, stored):
                 set_step(steps[m], dt, manners[m])
         for m in range(MANNERS):
             linearise(kept, k - 1, geodetic, steps[m], manners[m], f, offset, q)
-            for h in range(HYPOTHESES):
+            for h in range(bank.shape[1] - 1):
                 predict(bank[m, h], kept, k - 1, steps[m], manners[m], f, offset, work)
         take_fix(bank, fix_of(record, k, kept, manners[0]), taken_anew(kept, k), believed[k], manners[0], work)
         if len(aids):
@@ -69,7 +68,7 @@ def go_on(record, kept, manners, bank, believed, first, last, stored):
         if dt > 0.0:
             part(bank, chances, False)
         if len(stored):
-            stored[k - first] = bank[:, :HYPOTHESES]
+            stored[k - first] = bank[:, :-1]
 
 
 @lean_kernel
@@ -102,13 +101,13 @@ def take_fix(bank, fix, anew, believed, model, work):
     if anew and not believed[FIX]:
         believed[FIX] = believed[PLACE_LOST] = True
         for m in range(MANNERS):
-            for h in range(HYPOTHESES):
+            for h in range(bank.shape[1] - 1):
                 lose_place(bank[m, h])
     if not believed[FIX]:
         return
     g, pairs = int(model[ERROR_STATE]), int(model[ERROR_PAIRS])
     for m in range(MANNERS):
-        for h in range(HYPOTHESES):
+        for h in range(bank.shape[1] - 1):
             p, d = bank[m, h, :n], bank[m, h, n]
             nu_n, nu_e, s_nn, s_ne, s_ee = innovation(d, p, fix[0], fix[1], fix[2], fix[2], g, pairs)
             surprise = normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee) + math.log(s_nn * s_ee - s_ne * s_ne)
@@ -123,7 +122,7 @@ def least_square(bank, fix, model):
     g, pairs = int(model[ERROR_STATE]), int(model[ERROR_PAIRS])
     least = math.inf
     for m in range(MANNERS):
-        for h in range(HYPOTHESES):
+        for h in range(bank.shape[1] - 1):
             nu_n, nu_e, s_nn, s_ne, s_ee = innovation(
                 bank[m, h, n], bank[m, h, :n], fix[0], fix[1], fix[2], fix[2], g, pairs
             )
@@ -141,14 +140,14 @@ def take_aids(bank, aids, trajectory, believed, model, work):
             continue
         i, companion, sign, seen, variance = aided(which, aids[which], trajectory, model)
         for m in range(MANNERS):
-            for h in range(HYPOTHESES):
+            for h in range(bank.shape[1] - 1):
                 nu = seen - bank[m, h, n, i] - sign * bank[m, h, n, companion]
                 s = scalar_innovation(bank[m, h, :n], work, i, companion, sign, variance)
                 believed[which] |= nu * nu <= SCALAR_GATE * s
         if not believed[which]:
             continue
         for m in range(MANNERS):
-            for h in range(HYPOTHESES):
+            for h in range(bank.shape[1] - 1):
                 nu = seen - bank[m, h, n, i] - sign * bank[m, h, n, companion]
                 s = scalar_innovation(bank[m, h, :n], work, i, companion, sign, variance)
                 bank[m, h, n + 1, LOG_WEIGHT] -= 0.5 * (nu * nu / s + math.log(s))

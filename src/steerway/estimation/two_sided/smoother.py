@@ -17,7 +17,7 @@ from steerway.estimation.smoothing import smooth
 from steerway.estimation.tracking import speak
 from steerway.estimation.two_sided.deviations import BELIEFS, FIX, PLACE_LOST, fix_of, linearise, lose_place
 from steerway.estimation.two_sided.future import foresee, recede, see_aids, see_fix
-from steerway.estimation.two_sided.hypotheses import HYPOTHESES, MANNERS, empty_bank, part, set_chances
+from steerway.estimation.two_sided.hypotheses import MANNERS, empty_bank, part, set_chances
 from steerway.estimation.two_sided.meeting import SAID, meet
 from steerway.estimation.two_sided.past import begin, go_on
 from steerway.estimation.way import fold
@@ -27,11 +27,12 @@ _BLOCK = 128
 
 
 @kernel
-def smooth_modes(record, models, kept, spoken):
+def smooth_modes(record, models, kept, spoken, hypotheses):
     """State `spoken` (n, SPOKEN) of the record of `track` anew; its `kept` becomes what the plain smoother finds.
 
     Args:
         record: (time, first, second, doubts, aids, geodetic) of `track`.
+        hypotheses: how many of each manner, `HYPOTHESES`.
     """
     states = kept.shape[2]
     stretches = stretches_of(kept)
@@ -43,7 +44,7 @@ def smooth_modes(record, models, kept, spoken):
     believed = np.zeros((len(kept), BELIEFS), np.bool_)
     for i in range(len(stretches)):
         first, last = stretches[i]
-        smooth_stretch(record, kept, filtered[i], manners, believed, first, last, spoken)
+        smooth_stretch(record, kept, filtered[i], manners, hypotheses, believed, first, last, spoken)
 
 
 @kernel
@@ -62,13 +63,13 @@ def stretches_of(kept):
 
 
 @kernel
-def smooth_stretch(record, kept, filtered, manners, believed, first, last, spoken):
+def smooth_stretch(record, kept, filtered, manners, hypotheses, believed, first, last, spoken):
     """State anew the rows from `first` to `last`; `filtered` (2, n + 2, n) is what the filter knew at either."""
     n = kept.shape[2]
     blocks = (last - first) // _BLOCK + 1
-    marks = np.empty((blocks, MANNERS, HYPOTHESES + 1, n + 2, n))
-    stored = np.empty((_BLOCK, MANNERS, HYPOTHESES, n + 2, n))
-    past, future = empty_bank(n), empty_bank(n)
+    marks = np.empty((blocks, MANNERS, hypotheses + 1, n + 2, n))
+    stored = np.empty((_BLOCK, MANNERS, hypotheses, n + 2, n))
+    past, future = empty_bank(n, hypotheses), empty_bank(n, hypotheses)
     begin(past, filtered[0], kept[first], manners)
     if last + 1 < len(kept) and kept[last + 1, n + 1, MODE] == ADRIFT:
         foresee(future, filtered[1], kept[last])
@@ -90,7 +91,8 @@ def go_back(record, kept, manners, future, believed, start, end, first, stored, 
     steps, chances = np.zeros((MANNERS, 3, n)), np.empty(MANNERS)
     f, q, offset, scale = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(n)
     root, product, lower = np.empty((n, n)), np.empty((n, n)), np.empty((n, n))
-    roots, pairs = np.empty((MANNERS, HYPOTHESES, n, n)), np.empty((MANNERS, HYPOTHESES, HYPOTHESES))
+    hypotheses = stored.shape[2]
+    roots, pairs = np.empty((MANNERS, hypotheses, n, n)), np.empty((MANNERS, hypotheses, hypotheses))
     room, said = np.empty((SAID + 3, n)), np.empty((SAID + 2, SAID))
     for k in range(end, start - 1, -1):
         meet(stored[k - start], future, pairs, said, scale, roots, product, lower, room)
