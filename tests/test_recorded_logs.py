@@ -66,7 +66,7 @@ def test_ship_in_swell_as_it_comes(shared_data):
 
 
 def test_nine_hours_under_way_against_the_receiver(tuned):
-    """Waves swing the antenna, and the receiver's SOG says so; the likeliest profile takes it for noise of the fixes."""
+    """Waves swing the antenna, and the receiver's SOG says so; the likeliest profile lays that to the fixes."""
     fixes, causal, smoothed = tuned("rob_atlantic_1hz/kernevel_latrinite.nmea")
     found = compare(fixes, smoothed)
     assert found.sog_rms_aligned <= 0.13
