@@ -26,7 +26,7 @@ def test_independent_truth_on_recorded_logs(field):
     assert n["figure8_rate_rms_smoothed_dps"] <= 0.36
     assert n["figure8_rate_rms_aligned_dps"] <= 0.335
     assert n["figure8_rate_rms_smoothed_aligned_dps"] <= 0.21
-    assert 2.4 < n["figure8_receiver_lag_s"] < 3.0
+    assert 2.4 < n["figure8_receiver_lag_s"] < 3.2  # the error is flat from 2.5 to 3.2 s
     assert n["s330_sog_rms_mps"] <= 0.035
     assert n["s330_cog_rms_deg"] <= 0.45
     assert n["seap_sog_rms_mps"] <= 0.05 and n["seap_cog_rms_deg"] <= 0.5
