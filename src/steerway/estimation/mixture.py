@@ -275,7 +275,7 @@ def rotate_pair(p, a, c, s):
 
 @lean_kernel
 def judge_modes(memory):
-    """Bayes' rule for the probabilities of the modes, by the surprise of each. Returns `surprise_of_all` before it."""
+    """Bayes' rule for the probabilities of the modes, by the surprise of each."""
     n, m = memory.shape[2], (len(memory) - 1) // 2
     probability = memory[0, n + 9]
     least = math.inf
@@ -287,7 +287,6 @@ def judge_modes(memory):
         total += probability[k]
     for k in range(m):
         probability[k] = probability[k] / total * (1.0 - m * _LEAST_PROBABILITY) + _LEAST_PROBABILITY
-    return least - 2.0 * math.log(total)
 
 
 @lean_kernel
@@ -308,14 +307,14 @@ def aid_modes(memory, aids, models):
             s = scalar_innovation(p, work, i, companion, sign, variance)
             least = min(least, nu * nu / s)
             memory[k, n + 1, SURPRISE] = nu * nu / s + math.log(s)
+        surprise += surprise_at(surprise_of_all(memory))
         if least > SCALAR_GATE:
-            surprise += surprise_at(surprise_of_all(memory))
             continue
         for k in range(1, len(models)):
             p, x, work = memory[k, :n], memory[k, n], memory[k, n + 2 : n + 6]
             i, companion, sign, nu, variance = aided(which, aids[which], x, models[k])
             correct_scalar(x, p, work, i, companion, sign, nu, variance, math.inf)
-        surprise += surprise_at(judge_modes(memory))
+        judge_modes(memory)
     return surprise
 
 

@@ -1,11 +1,11 @@
 """Fixed-interval smoothing of a vessel that holds her course and turns by turns.
 
-First the plain smoother of `smoothing` runs over the record, as if she turned all along. Near what it finds her motion
-is linear but for the manner she is in; there, in every stretch in which she has a course, a bank of hypotheses that
-comes from the past meets one that comes from the future, row by row, and the mean of all pairs is the estimate. Two
-directions for several modes are those of R. E. Helmick, W. D. Blair and S. A. Hoffman, IEEE Trans. Information Theory
-41(6), 1995; where theirs merge all histories into one Gaussian a mode at every step, which cost a third of the
-accuracy of the course, these keep a handful (see `hypotheses`).
+First the plain smoother of `smoothing` runs over the record, as if she were as lively as in either manner all along.
+Near what it finds her motion is linear but for the manner she is in; there, in every stretch in which she has a course,
+a bank of hypotheses that comes from the past meets one that comes from the future, row by row, and the mean of all
+pairs is the estimate. Two directions for several modes are those of R. E. Helmick, W. D. Blair and S. A. Hoffman, IEEE
+Trans. Information Theory 41(6), 1995; where theirs merge all histories into one Gaussian a mode at every step, which
+cost a third of the accuracy of the course, these keep a handful (see `hypotheses`).
 """
 
 import numpy as np
