@@ -1,8 +1,8 @@
-# make demo | test | install | bench | soak | faults | lint — each creates .venv from the lock file by itself.
+# make demo | test | install | bench | soak | faults | reference | lint — each creates .venv from the lock file by itself.
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: install demo test bench soak faults lint lock
+.PHONY: install demo test bench soak faults reference lint lock
 
 install: .venv/.installed
 
@@ -30,6 +30,10 @@ soak: install
 
 faults: install
 	$(BIN)/python -m tests.faults
+
+# What every estimator, law and study returns on generated input; ONLY=WORD for some of the cases.
+reference: install
+	$(BIN)/python -m tests.reference_outputs $(ONLY)
 
 lint: install
 	$(BIN)/ruff check src tests benchmarks
