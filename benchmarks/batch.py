@@ -9,9 +9,9 @@ import numpy as np
 from benchmarks.support import by_hand, ours
 from benchmarks.support.harness import Result, interleaved
 from benchmarks.support.record import winding
-from steerway.compiled import kernel
-from steerway.estimation.replay import Run, outputs
-from steerway.estimation.tracking import SPOKEN, track_many
+from steerway.core.compiled import kernel
+from steerway.estimation.course.replay import Run, outputs
+from steerway.estimation.course.tracking import SPOKEN, track_many
 
 _TRACKS, _ROWS, _ROUNDS = 10_000, 100, 7
 _SPINS = 20_000_000

@@ -7,8 +7,8 @@ import numpy as np
 
 from benchmarks.support.harness import Result, interleaved
 from steerway.control.boats import OTTER
-from steerway.estimation.filter import FiveStateFilter
-from steerway.estimation.onboard import FilterEstimator
+from steerway.estimation.course.filter import FiveStateFilter
+from steerway.estimation.course.onboard import FilterEstimator
 from steerway.guidance.line_of_sight import LineOfSight
 from steerway.guidance.reference import TrackingFilter
 from steerway.guidance.route import Route

@@ -13,8 +13,8 @@ from steerway.estimation.heading.composite import START_VARIANCE, composite_mode
 from steerway.estimation.heading.interval import literal
 from steerway.estimation.heading.interval.filter import IntervalFilter, box_of
 from steerway.sensors.tcm2 import TRUE_TCM2, DynamicCompass
-from steerway.studies.springer_mission.navigators import WeightedBounds, interval_box
-from steerway.studies.springer_mission.world import World, paper_mpc, sail
+from steerway_studies.springer_mission.navigators import WeightedBounds, interval_box
+from steerway_studies.springer_mission.world import World, paper_mpc, sail
 
 _STEPS, _ROUNDS = 200, 7
 _PROGRAM = Path(__file__).parent / "support" / "codac_step.py"

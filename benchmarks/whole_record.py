@@ -6,7 +6,7 @@ from benchmarks.support import by_hand, ours
 from benchmarks.support.harness import Result, interleaved
 from benchmarks.support.record import PROFILE, STEPS_A_FIX, winding
 from steerway import FiveStateFilter, Fixes
-from steerway.earth import radii
+from steerway.core.earth import radii
 
 _ROWS, _ROUNDS = 100_000, 15
 

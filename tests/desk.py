@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from steerway.control.allocation import OTTER_PROPELLERS
-from steerway.earth import displaced
+from steerway.core.earth import displaced
 from steerway.live.autopilot.mission import Boat, Corner, GeodeticRoute, Limits, Settings, Waypoint
 from steerway.live.autopilot.route import Guide
 from steerway.live.autopilot.states import Autopilot, State

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.earth import displaced, radii
-from steerway.records import Fixes
+from steerway.core.earth import displaced, radii
+from steerway.core.records import Fixes
 
 EPOCH = 1_700_000_000.0
 HOME = (math.radians(63.43), math.radians(10.40))

@@ -7,13 +7,13 @@ import pytest
 from scipy.linalg import expm
 
 import steerway
+from steerway.core.records import Fixes
 from steerway.estimation import Profile, choose_profile, tune
-from steerway.estimation.acceleration import predict_accelerating as predict_underway
-from steerway.estimation.five_state import set_step
-from steerway.estimation.model import empty_memory
-from steerway.estimation.smoothing import transition
-from steerway.estimation.way import forget_manoeuvre
-from steerway.records import Fixes
+from steerway.estimation.course.acceleration import predict_accelerating as predict_underway
+from steerway.estimation.course.five_state import set_step
+from steerway.estimation.course.model import empty_memory
+from steerway.estimation.course.smoothing import transition
+from steerway.estimation.course.way import forget_manoeuvre
 from tests.scenes import angle_error, sailed, straight
 
 SWELL = Profile(

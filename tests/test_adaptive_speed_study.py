@@ -6,11 +6,11 @@ import math
 import numpy as np
 import pytest
 
-from steerway import studies
+import steerway_studies as studies
 from steerway.simulation import campaign
-from steerway.studies.adaptive_speed import judge, theory
-from steerway.studies.adaptive_speed.cases import Job, run
-from steerway.studies.study import write_results
+from steerway_studies.adaptive_speed import judge, theory
+from steerway_studies.adaptive_speed.cases import Job, run
+from steerway_studies.study import write_results
 
 TIME = np.arange(0.0, 200.05, 0.1)
 

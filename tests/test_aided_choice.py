@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from steerway.angles import wrap
+from steerway.core.angles import wrap
 from steerway.estimation import FiveStateFilter, choose_profile
-from steerway.estimation.model import GYRO_STATE
-from steerway.estimation.replay import run_rows
-from steerway.estimation.tuning.excerpts import moving, spaced
-from steerway.studies.estimator_limits.aided import GYRO_BIAS, GYRO_STD, PROFILE, VELOCITY_STD, aided_fixes
-from steerway.studies.estimator_limits.cells import judged
-from steerway.studies.estimator_limits.scenarios import SLOW, sail
+from steerway.estimation.course.model import GYRO_STATE
+from steerway.estimation.course.replay import run_rows
+from steerway.estimation.selection.excerpts import moving, spaced
+from steerway_studies.estimator_limits.aided import GYRO_BIAS, GYRO_STD, PROFILE, VELOCITY_STD, aided_fixes
+from steerway_studies.estimator_limits.cells import judged
+from steerway_studies.estimator_limits.scenarios import SLOW, sail
 
 ALL = ("sog", "cog", "yaw_rate")
 ONE = PROFILE.turning

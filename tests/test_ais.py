@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from pyais import encode_dict
 from pyais.stream import IterMessages
 
-from steerway.earth import KNOT
+from steerway.core.earth import KNOT
 from steerway.formats import ais
 
 MIDNIGHT = 1565222400  # 2019-08-08 00:00:00

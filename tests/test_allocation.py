@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from steerway.control.allocation import OTTER_PROPELLERS, thrust
-from steerway.errors import InputError
-from steerway.papers import otter_allocation as printed
+from steerway.core.errors import InputError
+from steerway_studies.papers import otter_allocation as printed
 
 
 def given_by(propellers, port, starboard):

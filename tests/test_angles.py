@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from steerway.angles import smallest_difference, wrap
+from steerway.core.angles import smallest_difference, wrap
 from tests.golden import assert_golden, golden
 
 

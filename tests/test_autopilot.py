@@ -9,17 +9,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from steerway.control.bandwidth import COMFORTABLE, yaw_rate_gain
-from steerway.errors import InputError
+from steerway.core.errors import InputError
+from steerway.core.leg import track_errors
+from steerway.core.records import OK, STATUSES
 from steerway.estimation.profiles import Profile
 from steerway.formats.nmea0183.writing import Leg
-from steerway.guidance.leg import track_errors
 from steerway.live.autopilot.mission import Limits
 from steerway.live.autopilot.route import Guide
 from steerway.live.autopilot.states import UNDER_WAY, Autopilot, State
 from steerway.live.autopilot.steering import Steering
 from steerway.live.autopilot.watch import Watch
 from steerway.live.heard import Row, lost
-from steerway.records import OK, STATUSES
 from tests.desk import HOME, NOON, OTTER, SQUARE, TICK, Desk, dock_all, square
 
 FENCE = ((-40.0, -10.0), (70.0, -10.0), (70.0, 70.0), (-40.0, 70.0))

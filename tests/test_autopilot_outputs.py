@@ -6,7 +6,7 @@ import math
 import polars as pl
 import pytest
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.live import addresses
 from steerway.live.autopilot.fence import Fence
 from steerway.live.autopilot.mission import GeodeticRoute

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import solve_continuous_are
 
 from steerway.control.bandwidth import advice, carried_bandwidth
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 
 
 @pytest.mark.parametrize("case", [(1.3, 7.8e-3, 0.5, 0.2), (7.7, 4.4e-6, 2.5, 1.0)])

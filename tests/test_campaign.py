@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.simulation.campaign import over_seeds
 from steerway.simulation.reading import parse_scenario
 from steerway.simulation.run import numbers_of_seed

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from steerway.angles import wrap
 from steerway.control.bandwidth import advice, loop_damping
 from steerway.control.boats import OTTER
 from steerway.control.rudder import Rudder
-from steerway.estimation.filter import FiveStateFilter
-from steerway.estimation.onboard import FilterEstimator
+from steerway.core.angles import wrap
+from steerway.estimation.course.filter import FiveStateFilter
+from steerway.estimation.course.onboard import FilterEstimator
 from steerway.estimation.profiles import Profile
 from steerway.guidance.line_of_sight import LineOfSight
 from steerway.guidance.reference import TrackingFilter

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.estimation.heading.aided import PRODUCT, SCALE_ONLY, AidedHeadingFilter, HeadingTuning
 from steerway.estimation.heading.composite import CompositeFilter, composite_model
 from steerway.estimation.heading.h_infinity import HInfinityFilter, exists, largest_theta

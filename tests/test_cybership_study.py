@@ -5,9 +5,9 @@ import math
 
 import pytest
 
-from steerway.studies import named
-from steerway.studies.cybership_observers import trials, tuning
-from steerway.studies.study import write_results
+from steerway_studies import named
+from steerway_studies.cybership_observers import trials, tuning
+from steerway_studies.study import write_results
 
 TUNED = {
     (world, form): [{"constant": -3.1, "inverse square": -4.6}.get(form, -4.1), -2.0] for world, form in tuning.CASES
@@ -21,7 +21,7 @@ def results():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(tuning, "tuned_cases", lambda seeds, progress: TUNED)
         patch.setattr(
-            "steerway.studies.cybership_observers.study.over_seeds",
+            "steerway_studies.cybership_observers.study.over_seeds",
             lambda run, seeds, progress: [run(seed) for seed in seeds],
         )
         return named("cybership-observers").run(8, 0, None)
@@ -58,7 +58,7 @@ def test_one_seed_is_one_truth():
 
 
 def test_tuning_finds_a_better_noise_than_it_starts_from():
-    from steerway.studies.cybership_observers import scenario
+    from steerway_studies.cybership_observers import scenario
 
     found = tuning.tune(1, tuning.CASES.index(("S*", "one factor")))
     record = scenario.sail(scenario.drawn(tuning.FIRST_TUNING_SEED))

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from steerway.earth import radii
-from steerway.papers import ekf_5states
-from steerway.papers.ekf_5states import Ekf5States
+from steerway.core.earth import radii
+from steerway_studies.papers import ekf_5states
+from steerway_studies.papers.ekf_5states import Ekf5States
 
 SPEED = 7.72
 

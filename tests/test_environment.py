@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from steerway import InputError
-from steerway.noise import oscillator
+from steerway.core.noise import oscillator
 from steerway.vessels import Nomoto, Otter
 from steerway.vessels.environment import AIR_DENSITY, Current, Environment, Waves, Wind
 

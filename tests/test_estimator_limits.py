@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway import studies
+import steerway_studies as studies
 from steerway.sensors.gnss import white
-from steerway.studies.estimator_limits import accuracy, aided, consistency, correlated, held, told, unknown_modes
-from steerway.studies.estimator_limits.bound import filtering_bound, smoothing_bound
-from steerway.studies.estimator_limits.cells import CELLS, WHAT, WHERE, bounded, judged, sums
-from steerway.studies.estimator_limits.histories import all_histories, told_smoother
-from steerway.studies.estimator_limits.particles import begun, in_plane, particle_filter
-from steerway.studies.estimator_limits.scenarios import SLOW, sail, straight_and_turning
-from steerway.studies.estimator_limits.statistics import errors, over_runs, turned
-from steerway.studies.study import Results
+from steerway_studies.estimator_limits import accuracy, aided, consistency, correlated, held, told, unknown_modes
+from steerway_studies.estimator_limits.bound import filtering_bound, smoothing_bound
+from steerway_studies.estimator_limits.cells import CELLS, WHAT, WHERE, bounded, judged, sums
+from steerway_studies.estimator_limits.histories import all_histories, told_smoother
+from steerway_studies.estimator_limits.particles import begun, in_plane, particle_filter
+from steerway_studies.estimator_limits.scenarios import SLOW, sail, straight_and_turning
+from steerway_studies.estimator_limits.statistics import errors, over_runs, turned
+from steerway_studies.study import Results
 
 
 @pytest.mark.parametrize("name", CELLS)
@@ -105,8 +105,8 @@ def restless():
 
 def written_out(places, start, models, dt):
     """Every history's probability given the record, its smoothed states and its last filtered one."""
-    from steerway.studies.estimator_limits.histories import _forward
-    from steerway.studies.estimator_limits.particles import steps
+    from steerway_studies.estimator_limits.histories import _forward
+    from steerway_studies.estimator_limits.particles import steps
 
     step, chances = steps(models, dt)
     n = len(places)

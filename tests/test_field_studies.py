@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway import studies
+import steerway_studies as studies
 from steerway.estimation import choose_profile
-from steerway.studies import low_speed
-from steerway.studies.study import write_results
+from steerway_studies import low_speed
+from steerway_studies.study import write_results
 from tests.scenes import angle_error, straight, turning
 
 

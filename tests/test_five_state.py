@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from steerway import FiveStateFilter, Fixes, Profile
-from steerway.angles import wrap
-from steerway.estimation.five_state import predict, set_step, turn_noise, turn_response
-from steerway.estimation.model import RATE_DECAY, SPEED_DECAY, empty_memory
-from steerway.estimation.position_update import correct, innovation
-from steerway.estimation.replay import Run, outputs
-from steerway.estimation.tracking import track
-from steerway.estimation.way import fold
+from steerway.core.angles import wrap
+from steerway.estimation.course.five_state import predict, set_step, turn_noise, turn_response
+from steerway.estimation.course.model import RATE_DECAY, SPEED_DECAY, empty_memory
+from steerway.estimation.course.position_update import correct, innovation
+from steerway.estimation.course.replay import Run, outputs
+from steerway.estimation.course.tracking import track
+from steerway.estimation.course.way import fold
 from tests.five_state_by_matrices import ExactTurn, responses, update
 
 PROFILE = Profile(speed_noise=2e-2, course_rate_noise=3e-3, course_rate_decay=0.3, position_std=0.2)
@@ -326,7 +326,7 @@ def test_a_moved_scene_gives_a_moved_estimate():
 
 def on_earth(latitude_deg, longitude_deg):
     """The winding boat around a place, through latitude and longitude: its motion."""
-    from steerway.earth import displaced
+    from steerway.core.earth import displaced
 
     time, north, east = winding()
     origin = math.radians(latitude_deg), math.radians(longitude_deg)

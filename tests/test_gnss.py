@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from steerway import InputError, noise
-from steerway.earth import displacement
+from steerway import InputError
+from steerway.core import noise
+from steerway.core.earth import displacement
 from steerway.sensors import gnss
 from steerway.sensors.faults import Fault
 from steerway.sensors.gnss import Gnss

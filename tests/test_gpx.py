@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.formats import gpx
 
 POINT = '<trkpt lat="{0}.5" lon="2.25"><ele>1</ele><time>2023-01-01T00:00:0{0}Z</time>{1}</trkpt>\n'

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
+from steerway.core.leg import LegState, leg_direction, nearest_point, track_errors
 from steerway.guidance.adaptive_line_of_sight import AdaptiveLineOfSight
 from steerway.guidance.integral_line_of_sight import IntegralLineOfSight
-from steerway.guidance.leg import LegState, leg_direction, nearest_point, track_errors
 from steerway.guidance.line_of_sight import LineOfSight, PurePursuit
 from steerway.guidance.route import Route
 from steerway.guidance.vector_field import VectorField

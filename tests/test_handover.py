@@ -11,7 +11,7 @@ from steerway.control.course import AnglePID, place_poles
 from steerway.control.handover import HandOver, Helm, Steerageway
 from steerway.control.speed_pi import SpeedPI, SpeedPIGains
 from steerway.control.station import StationGains, StationKeeper
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.guidance.line_of_sight import LineOfSight
 from steerway.guidance.reference import ReferenceModel
 from steerway.guidance.route import Route

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.identification.heading import binary_sequence, identify_heading
 from steerway.vessels.springer import RPM, Springer
 from steerway.vessels.vessel import conditions

@@ -8,11 +8,11 @@ from scipy.optimize import nnls
 
 from steerway.control.heading_lqg import HeadingLqg
 from steerway.control.heading_mpc import BiasObserver, HeadingMpc, InputLimits, LinearPlant, prediction
-from steerway.errors import InputError
-from steerway.papers.range_rate import OutputCorrectedMpc
-from steerway.studies.springer_mission.world import autopilot_parts, paper_mpc
+from steerway.core.errors import InputError
 from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, RPM, Springer
 from steerway.vessels.vessel import conditions
+from steerway_studies.papers.range_rate import OutputCorrectedMpc
+from steerway_studies.springer_mission.world import autopilot_parts, paper_mpc
 
 pytest.importorskip("daqp")
 CALM = conditions()

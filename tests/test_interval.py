@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.estimation.heading.composite import CompositeFilter, composite_model
 from steerway.estimation.heading.interval import arithmetic
 from steerway.estimation.heading.interval.filter import IntervalFilter, box_of, sub_boxes
 from steerway.estimation.heading.interval.weighting import Features, Network, ideal_weight, weighted
 from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, random_compass
-from steerway.studies.springer_mission.rigour import exact_headings, rigour
 from steerway.vessels.springer import PAPER_YAW
+from steerway_studies.springer_mission.rigour import exact_headings, rigour
 from tests.weaving import record
 
 NUMBERS = st.floats(-1e9, 1e9).filter(lambda x: x == 0.0 or abs(x) > 1e-9)

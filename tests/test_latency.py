@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 import steerway
 from steerway import Fixes, InputError, Profile
 from steerway.cli import app
-from steerway.estimation.latency import lateness, on_time
+from steerway.estimation.course.latency import lateness, on_time
 from tests.scenes import angle_error, turning
 
 SMALL = Profile(speed_noise=1e-2, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.1)

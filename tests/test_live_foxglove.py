@@ -7,12 +7,12 @@ import struct
 
 import pytest
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
+from steerway.core.records import OK
 from steerway.live import addresses
 from steerway.live.heard import Row, lost
 from steerway.live.links import foxglove as link
 from steerway.live.outputs.json_lines import json_line
-from steerway.records import OK
 from tests.test_live_links import free_port
 
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed: pip install steerway[foxglove]")

@@ -15,8 +15,9 @@ import httpx
 import numpy as np
 import pytest
 
-from steerway.earth import KNOT
-from steerway.errors import InputError
+from steerway.core.earth import KNOT
+from steerway.core.errors import InputError
+from steerway.core.records import LOST, OK, PREDICTED, REJECTED
 from steerway.formats.nmea0183.writing import Leg
 from steerway.live.autopilot.route import GeodeticRoute
 from steerway.live.autopilot.states import Order, State
@@ -31,7 +32,6 @@ from steerway.live.helm.view import View
 from steerway.live.helm.words import UNKNOWN, tone, words
 from steerway.live.navigator import Navigator
 from steerway.live.service import Service
-from steerway.records import LOST, OK, PREDICTED, REJECTED
 
 NOON = 1_719_835_200.0
 PLACE = (math.radians(54.0), math.radians(10.0))

@@ -10,7 +10,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
+from steerway.core.records import NO_COURSE, OK
+from steerway.core.timestamps import iso
 from steerway.estimation import estimate
 from steerway.formats import nmea0183, ubx
 from steerway.live import addresses, uri
@@ -23,8 +25,6 @@ from steerway.live.outputs.json_lines import JsonLines, json_line
 from steerway.live.outputs.rhythm import Rhythm
 from steerway.live.outputs.sentences import Sentences
 from steerway.live.service import Service
-from steerway.records import NO_COURSE, OK
-from steerway.timestamps import iso
 from tests.said import Said
 from tests.sentences import START, gga, gll, pvt, rmc, sealed, sortie, track
 from tests.test_live_navigator import Kept, assert_equal

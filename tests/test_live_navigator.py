@@ -6,7 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
+from steerway.core.records import LOST, OK, REJECTED, Fixes
 from steerway.estimation import estimate
 from steerway.formats.reading import read, survey
 from steerway.live.choice import SourceChoice
@@ -15,7 +16,6 @@ from steerway.live.heard import Heard, Row, rows_of
 from steerway.live.navigator import Navigator
 from steerway.live.outputs.table import TableFile
 from steerway.live.service import Service
-from steerway.records import LOST, OK, REJECTED, Fixes
 from tests.scenes import turning
 
 

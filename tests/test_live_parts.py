@@ -15,13 +15,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from steerway.core.timestamps import iso
 from steerway.estimation import estimate
 from steerway.formats import nmea0183, ubx
 from steerway.live import addresses
 from steerway.live.links.signalk import connected
 from steerway.live.navigator import Navigator
 from steerway.live.service import Service
-from steerway.timestamps import iso
 from tests.sentences import START, gga, pvt, rmc, sortie, track
 from tests.test_live_links import free_port, until
 from tests.test_live_navigator import Kept, assert_equal

@@ -4,14 +4,14 @@ import math
 
 import pytest
 
-from steerway.earth import NAUTICAL_MILE, displaced
-from steerway.errors import InputError
+from steerway.core.earth import NAUTICAL_MILE, displaced
+from steerway.core.errors import InputError
+from steerway.core.records import OK
 from steerway.formats.nmea0183.writing import Leg, apb, rmb, sealed, xte
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.route import Guide
 from steerway.live.heard import Row, lost
 from steerway.live.outputs.sentences import Sentences
-from steerway.records import OK
 
 HOME = (math.radians(54.0), math.radians(10.0))
 NOON = 1_719_835_200.0

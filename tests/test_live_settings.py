@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from steerway.cli import main
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.formats.nmea0183.writing import gga, rmc
 from steerway.live import launch as launching
 from steerway.live.autopilot.mission import GeodeticRoute

@@ -9,9 +9,9 @@ from steerway.control.allocation import OTTER_PROPELLERS
 from steerway.control.course import AnglePID, place_poles
 from steerway.control.handover import Helm
 from steerway.control.speed_pi import SpeedPI, SpeedPIGains
-from steerway.errors import InputError
-from steerway.estimation.filter import FiveStateFilter
-from steerway.estimation.onboard import FilterEstimator
+from steerway.core.errors import InputError
+from steerway.estimation.course.filter import FiveStateFilter
+from steerway.estimation.course.onboard import FilterEstimator
 from steerway.guidance.line_of_sight import LineOfSight
 from steerway.guidance.reference import ReferenceModel
 from steerway.guidance.route import Route

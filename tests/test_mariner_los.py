@@ -6,12 +6,12 @@ import math
 import numpy as np
 import pytest
 
-from steerway.studies import mariner_los, named
-from steerway.studies.mariner_los import measured
-from steerway.studies.mariner_los_lyapunov import LOOKAHEAD, approaches, promised
-from steerway.studies.mariner_los_ship import PRINTED_NOISE, STATED_NOISE, Case, cross_track, receiver, straight, voyage
-from steerway.studies.study import write_results
 from steerway.vessels.mariner import CRUISE_SPEED
+from steerway_studies import mariner_los, named
+from steerway_studies.mariner_los import measured
+from steerway_studies.mariner_los_lyapunov import LOOKAHEAD, approaches, promised
+from steerway_studies.mariner_los_ship import PRINTED_NOISE, STATED_NOISE, Case, cross_track, receiver, straight, voyage
+from steerway_studies.study import write_results
 
 
 @pytest.fixture(scope="module")

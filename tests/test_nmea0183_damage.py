@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.formats import nmea0183
 from steerway.formats.reading import read
 from tests.sentences import sortie

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from steerway.angles import wrap
-from steerway.estimation.filter import FiveStateFilter
-from steerway.estimation.onboard import SILENCE, AtFaceValue, FilterEstimator, HeadingTracker, Readings
+from steerway.core.angles import wrap
+from steerway.core.estimate import SILENCE, Readings
+from steerway.estimation.course.filter import FiveStateFilter
+from steerway.estimation.course.onboard import AtFaceValue, FilterEstimator, HeadingTracker
 
 
 def turned(tracker, rate, seconds, gyro=False, noise=0.0, every=5, dt=0.02):

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from steerway.identification.yaw import identify_yaw_from_fixes
-from steerway.papers.course_autopilot import OTTER_PRINTED_GAINS
-from steerway.studies import named, otter_course, otter_logs
-from steerway.studies.otter_course import noisy_numbers
-from steerway.studies.otter_course_boat import COMMAND, as_published, zigzag
-from steerway.studies.otter_logs import LOGS, as_printed
-from steerway.studies.study import write_results
-from steerway.studies.unwinding import turned
+from steerway_studies import named, otter_course, otter_logs
+from steerway_studies.otter_course import noisy_numbers
+from steerway_studies.otter_course_boat import COMMAND, as_published, zigzag
+from steerway_studies.otter_logs import LOGS, as_printed
+from steerway_studies.papers.course_autopilot import OTTER_PRINTED_GAINS
+from steerway_studies.study import write_results
+from steerway_studies.unwinding import turned
 
 
 @pytest.fixture(scope="module")

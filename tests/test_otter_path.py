@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from steerway.studies import named, otter_path, otter_path_boat
-from steerway.studies.otter_path_boat import LOOKAHEAD, Case, leg
+from steerway_studies import named, otter_path, otter_path_boat
+from steerway_studies.otter_path_boat import LOOKAHEAD, Case, leg
 
 
 @pytest.mark.parametrize(("noise", "most"), [(0.1, 0.2), (0.5, 0.55)])

@@ -1,5 +1,6 @@
 """The front door: public names are there when they are asked for, and nothing heavy before."""
 
+import importlib
 import subprocess
 import sys
 
@@ -24,3 +25,15 @@ def test_the_door_alone_is_light():
     asked_for = "import steerway, sys; print('numba' in sys.modules); steerway.read; print(steerway.Fixes.__name__)"
     told = subprocess.run([sys.executable, "-c", asked_for], capture_output=True, text=True, check=True)
     assert told.stdout.split() == ["False", "Fixes"]
+
+
+def test_modules_that_moved_are_found_by_their_old_names():
+    with pytest.warns(FutureWarning, match="steerway.guidance.leg is now steerway.core.leg"):
+        old = importlib.import_module("steerway.guidance.leg")
+    assert old is importlib.import_module("steerway.core.leg")
+    assert old.__spec__.name == "steerway.core.leg"
+    with pytest.warns(FutureWarning, match="steerway.papers is now steerway_studies.papers"):
+        from steerway.papers.ekf_5states import ekf_5states
+    assert steerway.papers.ekf_5states is ekf_5states
+    with pytest.raises(ModuleNotFoundError):
+        importlib.import_module("steerway.guidance.legs")

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from steerway import InputError
-from steerway.angles import wrap
+from steerway.core.angles import wrap
 from steerway.estimation.positioning.passive import DEMO_GAINS, ObserverGains, PassiveObserver
-from steerway.studies.cybership_observers import scenario
-from steerway.studies.cybership_observers.contestants import TUNED_GAINS
 from steerway.vessels import CALM, CyberShip2
 from steerway.vessels.cybership2 import DAMPING, INERTIA
+from steerway_studies.cybership_observers import scenario
+from steerway_studies.cybership_observers.contestants import TUNED_GAINS
 from tests.golden import assert_golden, columns, golden
 from tests.test_cybership2 import public_forces
 

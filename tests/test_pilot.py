@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from steerway.control.boats import OTTER
-from steerway.errors import InputError
-from steerway.estimation.onboard import AtFaceValue, Readings
+from steerway.core.errors import InputError
+from steerway.core.estimate import Readings
+from steerway.estimation.course.onboard import AtFaceValue
 from steerway.guidance.line_of_sight import LineOfSight
 from steerway.guidance.reference import TrackingFilter
 from steerway.guidance.route import Route

@@ -7,10 +7,10 @@ import pytest
 
 from steerway import InputError
 from steerway.control.positioning import PositioningGains, PositionPID, by_bandwidth
-from steerway.papers.positioning import PrintedPositionPID, saturation
-from steerway.studies.cybership_observers import positioning, scenario
 from steerway.vessels import CALM, CyberShip2
 from steerway.vessels.cybership2 import INERTIA
+from steerway_studies.cybership_observers import positioning, scenario
+from steerway_studies.papers.positioning import PrintedPositionPID, saturation
 
 
 def unlimited():

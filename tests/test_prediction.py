@@ -8,12 +8,12 @@ import polars as pl
 import pytest
 
 import steerway
-from steerway.earth import displacement
+from steerway.core.earth import displacement
+from steerway.core.records import Fixes
 from steerway.estimation import Profile
-from steerway.estimation.forecast import forecast
-from steerway.estimation.model import ADRIFT, MODE, UNDERWAY, empty_memory
-from steerway.estimation.prediction import Prediction, predict
-from steerway.records import Fixes
+from steerway.estimation.course.forecast import forecast
+from steerway.estimation.course.model import ADRIFT, MODE, UNDERWAY, empty_memory
+from steerway.estimation.course.prediction import Prediction, predict
 from tests.scenes import EPOCH, sailed, straight, turning
 from tests.test_cli import run
 
@@ -219,7 +219,7 @@ def test_profiles_are_listed_shown_and_made(tmp_path):
 
 def test_the_solent(shared_data):
     """Better than dead reckoning on what is transmitted, and inside the ellipse as often as it says."""
-    from steerway.studies.ais_prediction import CHI_SQUARE, LOG, hindcast
+    from steerway_studies.ais_prediction import CHI_SQUARE, LOG, hindcast
 
     found = hindcast(steerway.read(shared_data / "data" / LOG), horizons=(30.0, 120.0, 300.0, 600.0))
     moving = found[(found[:, 1] >= 0.5) & np.isfinite(found[:, 3])]

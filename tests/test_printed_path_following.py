@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from steerway.guidance.leg import leg_direction, track_errors
+from steerway.core.leg import leg_direction, track_errors
 from steerway.guidance.line_of_sight import line_of_sight
 from steerway.guidance.route import Route
 from steerway.guidance.waypoints import Mission
-from steerway.papers import path_following as printed
+from steerway_studies.papers import path_following as printed
 
 P1_WAYPOINTS = ([0.0, 2000.0, 5000.0, 3000.0, 6000.0, 10000.0], [0.0, 0.0, 5000.0, 8000.0, 12000.0, 12000.0])
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.formats import ais, gpx, nmea2000, table, ubx
 from tests.test_ais import sentences, tagged
 from tests.test_gpx import WHOLE

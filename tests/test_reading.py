@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.formats.reading import read, survey
 from tests.sentences import START, gga, place, rmc, sealed, sortie, track
 

@@ -7,8 +7,8 @@ import polars as pl
 import pytest
 
 import steerway
-from steerway.estimation.comparison import compare
-from steerway.estimation.tuning.choice import suited
+from steerway.estimation.course.comparison import compare
+from steerway.estimation.selection.choice import suited
 
 ALL_LOGS = (
     "ais_misc/*.nm4",

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.simulation.assembly import assemble, boat, pilot
 from steerway.simulation.reading import load_scenario, parse_scenario
 from steerway.simulation.run import advise

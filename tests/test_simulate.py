@@ -10,8 +10,8 @@ import typer
 from typer.testing import CliRunner
 
 from steerway.commands import sailing as commands
-from steerway.errors import InputError
-from steerway.estimation.filter import FiveStateFilter
+from steerway.core.errors import InputError
+from steerway.estimation.course.filter import FiveStateFilter
 from steerway.formats import nmea0183
 from steerway.simulation import outcome
 from steerway.simulation.assembly import begins

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from steerway.cli import main
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.formats import nmea0183
 from steerway.live import addresses
 from steerway.live.autopilot.states import Order, State

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import steerway
+from steerway.core.records import Fixes
 from steerway.estimation import Profile
-from steerway.records import Fixes
-from steerway.studies.estimator_limits.cells import CELLS
-from steerway.studies.estimator_limits.statistics import errors, turned
+from steerway_studies.estimator_limits.cells import CELLS
+from steerway_studies.estimator_limits.statistics import errors, turned
 from tests.scenes import straight, turning
 
 ENDS = 100

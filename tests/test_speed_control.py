@@ -7,9 +7,9 @@ import pytest
 
 from steerway import InputError
 from steerway.control.speed import AdaptiveSpeed, AdaptiveSpeedGains
-from steerway.papers.speed_mrac import PrintedMrac
-from steerway.studies.adaptive_speed import judge, plants, printed
 from steerway.vessels import Surge
+from steerway_studies.adaptive_speed import judge, plants, printed
+from steerway_studies.papers.speed_mrac import PrintedMrac
 
 
 def respond(name, setpoint, control=None, duration=120.0, control_step=0.05):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.sensors.compass import deviation
 from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, DynamicCompass, random_compass, stability_limit
 from steerway.vessels.springer import PAPER_YAW, RPM, SPEED, Springer

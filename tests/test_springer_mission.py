@@ -8,19 +8,19 @@ import pytest
 
 pytest.importorskip("daqp")
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
+from steerway.core.leg import LegState
 from steerway.estimation.heading.compass_alarm import gain_range
 from steerway.estimation.heading.interval.filter import IntervalFilter
 from steerway.estimation.heading.interval.weighting import LearnedHeading, shipped
-from steerway.guidance.leg import LegState
-from steerway.papers.range_rate import RangeRatePassing
 from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, random_compass
-from steerway.studies import named
-from steerway.studies.springer_mission.missions import alarm_mission, real_mission, unseen_mission
-from steerway.studies.springer_mission.navigators import WeightedBounds, ideal, interval_box, nominal
-from steerway.studies.springer_mission.world import PAPER_CIRCUIT, World, random_circuit, replayed, sail
-from steerway.studies.study import write_results
 from steerway.vessels.springer import RPM
+from steerway_studies import named
+from steerway_studies.papers.range_rate import RangeRatePassing
+from steerway_studies.springer_mission.missions import alarm_mission, real_mission, unseen_mission
+from steerway_studies.springer_mission.navigators import WeightedBounds, ideal, interval_box, nominal
+from steerway_studies.springer_mission.world import PAPER_CIRCUIT, World, random_circuit, replayed, sail
+from steerway_studies.study import write_results
 
 
 @pytest.fixture(scope="module")
@@ -120,7 +120,7 @@ def test_shipped_networks():
 @pytest.mark.filterwarnings("ignore:Stochastic Optimizer")
 def test_training_learns_a_weight_from_little():
     pytest.importorskip("sklearn")
-    from steerway.studies.springer_mission.training import lesson, train
+    from steerway_studies.springer_mission.training import lesson, train
 
     notes = np.concatenate([lesson(2_000_000 + k) for k in range(6)])[::10]
     network = train(notes, "weight", iterations=200)

@@ -7,10 +7,10 @@ import struct
 import numpy as np
 import pytest
 
+from steerway.core.timestamps import iso
 from steerway.formats import gpx, nmea0183, nmea2000, table
 from steerway.formats.dilution import deviation
 from steerway.live.decoding import GpsdDecoder, SignalKDecoder
-from steerway.timestamps import iso
 from tests.sentences import START, clock, place, rmc, sealed
 from tests.test_gpx import POINT, document
 from tests.test_nmea2000 import gnss, line, position

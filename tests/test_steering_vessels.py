@@ -10,10 +10,10 @@ from steerway.guidance.line_of_sight import LineOfSight
 from steerway.guidance.reference import LowPass
 from steerway.guidance.route import Route
 from steerway.guidance.waypoints import Mission, Phase
-from steerway.papers.course_autopilot import MARINER_NOMOTO
 from steerway.vessels import otter
 from steerway.vessels.mariner import RUDDER, Mariner
 from steerway.vessels.vessel import CALM
+from steerway_studies.papers.course_autopilot import MARINER_NOMOTO
 
 
 def test_a_mariner_ship_on_p1s_route():

@@ -2,7 +2,7 @@
 
 import json
 
-from steerway.studies.study import Results, write_results
+from steerway_studies.study import Results, write_results
 
 
 def long_study():

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from steerway import InputError
-from steerway.estimation.aiding import SCALAR_GATE
+from steerway.estimation.course.aiding import SCALAR_GATE
 from steerway.estimation.speed.surge import BIAS, CURRENT, LEAK, SPEED, SurgeFilter, SurgeTuning
-from steerway.papers.speed_ekf import SENSOR_STDS, PrintedSpeedEkf
-from steerway.studies.adaptive_speed import judge, plants, printed
-from steerway.studies.adaptive_speed.cases import Job, run
+from steerway_studies.adaptive_speed import judge, plants, printed
+from steerway_studies.adaptive_speed.cases import Job, run
+from steerway_studies.papers.speed_ekf import SENSOR_STDS, PrintedSpeedEkf
 
 TUNING = SurgeTuning(current_walk=0.01)
 ROWS = {

@@ -7,7 +7,7 @@ import pytest
 
 from steerway.estimation.speed.fault_vote import FaultVote
 from steerway.estimation.speed.fusion import FaultEvent, SurgeFusion
-from steerway.studies.adaptive_speed.cases import FAULTS, Job, run
+from steerway_studies.adaptive_speed.cases import FAULTS, Job, run
 
 STEP = 0.02
 

@@ -8,8 +8,8 @@ import pytest
 from steerway import InputError
 from steerway.formats.surge_log import read_surge_log
 from steerway.identification import SurgeModel, identify_surge
-from steerway.studies.adaptive_speed import plants
 from steerway.vessels import CALM, Propeller, Surge
+from steerway_studies.adaptive_speed import plants
 
 STEPS = (5.0, 9.0, 14.0, 9.0, 5.0)
 

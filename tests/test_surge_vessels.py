@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from steerway import InputError
-from steerway.studies.adaptive_speed import theory
 from steerway.vessels import CALM, Actuator, Caldas, Propeller, Surge, conditions
 from steerway.vessels.actuators import follow
 from steerway.vessels.propeller import thrust, thrust_coefficient
 from steerway.vessels.surge import CALDAS_MASS, published_surrogate
+from steerway_studies.adaptive_speed import theory
 
 CURVE = Propeller().curve()
 

@@ -7,10 +7,10 @@ import polars as pl
 import pytest
 from numpy.testing import assert_allclose
 
-from steerway.earth import KNOT
-from steerway.errors import InputError
+from steerway.core.earth import KNOT
+from steerway.core.errors import InputError
+from steerway.core.timestamps import iso, unix_times
 from steerway.formats import table
-from steerway.timestamps import iso, unix_times
 
 T = 1672531201.0  # 2023-01-01 00:00:01
 

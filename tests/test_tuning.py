@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.earth import displacement
+from steerway.core.earth import displacement
 from steerway.estimation import Profile, choose_profile, tune
-from steerway.estimation.prediction import predict
-from steerway.estimation.tuning import stages
-from steerway.estimation.tuning.excerpts import moving, telling
-from steerway.estimation.tuning.intervals import _curvature, intervals
-from steerway.estimation.tuning.likelihood import cost
-from steerway.estimation.tuning.parameters import MOTION, TURNS
-from steerway.estimation.tuning.rounding import rounding_std
-from steerway.estimation.tuning.search import Search, minimise
+from steerway.estimation.course.prediction import predict
+from steerway.estimation.selection import stages
+from steerway.estimation.selection.excerpts import moving, telling
+from steerway.estimation.selection.intervals import _curvature, intervals
+from steerway.estimation.selection.likelihood import cost
+from steerway.estimation.selection.parameters import MOTION, TURNS
+from steerway.estimation.selection.rounding import rounding_std
+from steerway.estimation.selection.search import Search, minimise
 from steerway.sensors.gnss import Gnss
-from steerway.studies.estimator_limits.scenarios import FAST, SLOW, sail
-from steerway.studies.estimator_limits.troubles import BEGIN, standstill
+from steerway_studies.estimator_limits.scenarios import FAST, SLOW, sail
+from steerway_studies.estimator_limits.troubles import BEGIN, standstill
 from tests.scenes import angle_error, sailed, turning
 from tests.test_cli import run
 

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.angles import wrap
-from steerway.estimation.filter import FiveStateFilter
+from steerway.core.angles import wrap
+from steerway.core.records import Fixes
+from steerway.estimation.course.filter import FiveStateFilter
+from steerway.estimation.course.two_sided.agreement import agreement
 from steerway.estimation.profiles import Profile
-from steerway.estimation.two_sided.agreement import agreement
-from steerway.records import Fixes
 from steerway.sensors.gnss import Gnss
-from steerway.studies.estimator_limits.bound import smoothing_bound
-from steerway.studies.estimator_limits.cells import CELLS, bounded, judged
-from steerway.studies.estimator_limits.statistics import over_runs
-from steerway.studies.estimator_limits.troubles import TROUBLES
+from steerway_studies.estimator_limits.bound import smoothing_bound
+from steerway_studies.estimator_limits.cells import CELLS, bounded, judged
+from steerway_studies.estimator_limits.statistics import over_runs
+from steerway_studies.estimator_limits.troubles import TROUBLES
 
 O05 = CELLS["o05"]
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.guidance.route import Route
 from steerway.guidance.voyage import Voyage
 from steerway.guidance.waypoints import Mission, Phase

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.guidance.line_of_sight import LineOfSight
 from steerway.guidance.route import Route
 from steerway.guidance.waypoints import Mission, Passing, Phase
-from steerway.papers.path_following import RangeRateTest
+from steerway_studies.papers.path_following import RangeRateTest
 from tests.boats import Nomoto
 
 SQUARE = Route([0.0, 100.0, 100.0, 0.0], [0.0, 0.0, 100.0, 100.0])

@@ -8,9 +8,9 @@ import polars as pl
 import pytest
 from numpy.testing import assert_allclose
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
+from steerway.core.records import Fixes, Motion
 from steerway.formats import gpx, table, writing
-from steerway.records import Fixes, Motion
 
 RNG = np.random.default_rng(7)
 N = 300

@@ -7,17 +7,17 @@ import pytest
 from scipy.linalg import expm, solve_continuous_lyapunov
 
 import steerway
-from steerway.errors import InputError
+from steerway.core.errors import InputError
+from steerway.core.records import REJECTED
 from steerway.estimation import Profile, choose_profile
-from steerway.estimation.five_state import set_step
-from steerway.estimation.forecast import forecast
-from steerway.estimation.model import GATE, OUTLIER, YAWING_STATE, empty_memory
-from steerway.estimation.replay import run_rows
-from steerway.estimation.smoothing import transition
-from steerway.estimation.tuning.parameters import MOTION, YAWING
-from steerway.estimation.tuning.stages import Log, found
-from steerway.estimation.yawing import predict_underway
-from steerway.records import REJECTED
+from steerway.estimation.course.five_state import set_step
+from steerway.estimation.course.forecast import forecast
+from steerway.estimation.course.model import GATE, OUTLIER, YAWING_STATE, empty_memory
+from steerway.estimation.course.replay import run_rows
+from steerway.estimation.course.smoothing import transition
+from steerway.estimation.course.yawing import predict_underway
+from steerway.estimation.selection.parameters import MOTION, YAWING
+from steerway.estimation.selection.stages import Log, found
 from tests.scenes import Scene, angle_error, sailed
 
 SWELL = Profile(

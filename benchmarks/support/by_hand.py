@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.support.ours import MODEL
 from benchmarks.support.record import Record
-from steerway.estimation import model
+from steerway.estimation.course import model
 
 FLAGS = ("-O3", "-march=native")
 _PLACES = (

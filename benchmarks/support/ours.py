@@ -4,9 +4,9 @@ import numpy as np
 
 from benchmarks.support.record import PROFILE, STEP, Record
 from steerway import FiveStateFilter
-from steerway.estimation.model import empty_memory
-from steerway.estimation.replay import Run, outputs, room_to_keep
-from steerway.estimation.tracking import track
+from steerway.estimation.course.model import empty_memory
+from steerway.estimation.course.replay import Run, outputs, room_to_keep
+from steerway.estimation.course.tracking import track
 
 MODEL = PROFILE.model()
 _NO_DOUBTS, _NO_AIDS = np.empty(0), np.empty((0, 5))

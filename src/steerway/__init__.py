@@ -11,21 +11,26 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
+from steerway.core.moved import redirect_moved_modules
+
 if TYPE_CHECKING:
-    from steerway.errors import InputError
+    from steerway.core.errors import InputError
+    from steerway.core.records import Fixes, Motion
     from steerway.estimation import FiveStateFilter, Profile, estimate, tune
     from steerway.formats.reading import read, survey
     from steerway.formats.writing import write
-    from steerway.records import Fixes, Motion
 
 __all__ = ["FiveStateFilter", "Fixes", "InputError", "Motion", "Profile", "estimate", "read", "survey", "tune", "write"]
 _HOMES = {
-    "errors": ("InputError",),
+    "core.errors": ("InputError",),
     "estimation": ("FiveStateFilter", "Profile", "estimate", "tune"),
     "formats.reading": ("read", "survey"),
     "formats.writing": ("write",),
-    "records": ("Fixes", "Motion"),
+    "core.records": ("Fixes", "Motion"),
 }
+
+
+redirect_moved_modules()
 
 
 def __getattr__(name):

@@ -5,7 +5,7 @@ import sys
 import typer
 
 from steerway.commands import identify, logs, profile, sailing, study
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.live.commands import LiveCommand, live, warm
 
 app = typer.Typer(

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple, Protocol
 
-from steerway.checks import one_of, positive
 from steerway.control.handover import Helm
 from steerway.control.station import StationKeeper
-from steerway.estimation.onboard import Estimate, Estimator, Readings
-from steerway.guidance.leg import LegState
+from steerway.core.checks import one_of, positive
+from steerway.core.estimate import Estimate, Estimator, Readings
+from steerway.core.leg import LegState
 from steerway.guidance.line_of_sight import GuidanceLaw
 from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase

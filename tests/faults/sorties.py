@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from steerway.angles import wrap
-from steerway.earth import displaced
+from steerway.core.angles import wrap
+from steerway.core.earth import displaced
 from steerway.formats.nmea0183.epochs import ROLLOVER
 from tests.sentences import KNOT, clock, place, sealed
 

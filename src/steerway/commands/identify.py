@@ -74,7 +74,7 @@ def heading(
 
         steerway identify heading weave.csv --steering rpm_difference
     """
-    from steerway.errors import InputError
+    from steerway.core.errors import InputError
     from steerway.formats.steering import read_steering
     from steerway.identification import identify_heading
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from steerway.commands.terminal import print_json, print_pairs, print_table, progress_line
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 
 
 def _hertz(text: str) -> float:
@@ -66,8 +66,8 @@ def estimate(
         cat ais.txt | steerway estimate - -o vessels.parquet
     """
     from steerway.estimation import FiveStateFilter, choose_profile
-    from steerway.estimation.latency import lateness, on_time
-    from steerway.estimation.replay import doubts
+    from steerway.estimation.course.latency import lateness, on_time
+    from steerway.estimation.course.replay import doubts
     from steerway.formats.writing import write, writer
     from steerway.report.summary import summarise
 
@@ -169,7 +169,7 @@ def compare(
         steerway compare sortie.nmea --smooth
     """
     from steerway.estimation import estimate as run
-    from steerway.estimation.comparison import compare as agreement
+    from steerway.estimation.course.comparison import compare as agreement
 
     fixes = read_logs(logs, source, start, stop)
     motion = run(fixes, profile, smooth=smooth)
@@ -203,7 +203,7 @@ def predict(
 
         steerway predict sortie.nmea --horizon 60 --horizon 120 -o where.csv
     """
-    from steerway.estimation.prediction import predict as forecast
+    from steerway.estimation.course.prediction import predict as forecast
 
     if out is not None:
         refuse_overwriting(out, logs)
@@ -224,7 +224,7 @@ def predict(
 
 
 def _print_predictions(frame):
-    from steerway.timestamps import iso
+    from steerway.core.timestamps import iso
 
     vessel = ("mmsi",) if "mmsi" in frame.columns else ()
     rows = [
@@ -264,7 +264,7 @@ def read_logs(logs, source, start, stop):
 
 
 def _moment(option, text) -> float | None:
-    from steerway.timestamps import unix_times
+    from steerway.core.timestamps import unix_times
 
     if text is None:
         return None
@@ -315,7 +315,7 @@ def _log_as_dict(log):
 
 
 def _print_log(log):
-    from steerway.timestamps import iso
+    from steerway.core.timestamps import iso
 
     recording = log.recording
     columns = ("source", "fixes", "rate", "gaps", "longest", "last digit", "from", "until", "says besides")

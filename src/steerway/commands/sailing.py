@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from steerway.commands.terminal import print_pairs, print_table, progress_line
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 
 
 def simulate(

@@ -20,8 +20,8 @@ def study(
 
         steerway study otter-course -o otter
     """
-    from steerway import studies
-    from steerway.studies.study import write_results
+    import steerway_studies as studies
+    from steerway_studies.study import write_results
 
     if name is None:
         print_pairs([(each, studies.named(each).summary) for each in studies.MODULES])

@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from steerway.checks import positive
-from steerway.compiled import kernel
-from steerway.errors import InputError
+from steerway.core.checks import positive
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 
 
 class Propulsion(NamedTuple):

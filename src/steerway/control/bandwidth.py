@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from steerway.checks import not_negative, positive
 from steerway.control.course import place_poles
+from steerway.core.checks import not_negative, positive
 
 COMFORTABLE = 0.2
 """Relative damping of the slowest-dying swing above which a loop is called calm."""

@@ -7,10 +7,10 @@ What it commands, a rudder angle in rad or a yaw moment in N·m, is the input of
 import math
 from dataclasses import dataclass
 
-from steerway.angles import wrap
-from steerway.checks import not_negative, positive, positive_or_unlimited
-from steerway.compiled import kernel
-from steerway.errors import InputError
+from steerway.core.angles import wrap
+from steerway.core.checks import not_negative, positive, positive_or_unlimited
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
-from steerway.angles import wrap
-from steerway.checks import not_negative, positive
 from steerway.control.course import AnglePID
-from steerway.errors import InputError
+from steerway.core.angles import wrap
+from steerway.core.checks import not_negative, positive
+from steerway.core.errors import InputError
 
 
 @dataclass(frozen=True)

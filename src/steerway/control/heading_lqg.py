@@ -5,8 +5,8 @@ import math
 import numpy as np
 from scipy.linalg import solve_discrete_are
 
-from steerway.checks import positive
 from steerway.control.heading_mpc import BiasObserver, InputLimits, LinearPlant
+from steerway.core.checks import positive
 
 
 class HeadingLqg:

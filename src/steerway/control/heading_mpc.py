@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.checks import positive
-from steerway.compiled import kernel
-from steerway.errors import InputError
-from steerway.estimation.linear_algebra import multiply, multiply_transposed
+from steerway.core.checks import positive
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
+from steerway.core.linear_algebra import multiply, multiply_transposed
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.angles import wrap
-from steerway.checks import not_negative, positive
-from steerway.compiled import kernel
-from steerway.errors import InputError
+from steerway.core.angles import wrap
+from steerway.core.checks import not_negative, positive
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 
 
 @dataclass(frozen=True)

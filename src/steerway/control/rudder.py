@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from steerway.checks import positive
+from steerway.core.checks import positive
 
 
 class Steering(NamedTuple):

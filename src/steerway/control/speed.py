@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.checks import not_negative, positive
-from steerway.compiled import kernel
-from steerway.errors import InputError
+from steerway.core.checks import not_negative, positive
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 
 PROJECTION = ((0.0, 120.0), (-60.0, 20.0), (-10.0, 20.0))
 """Where the parameters â_s, â_u, â_u|u| may be, in (rev/s)² per (m/s), per (m/s) and per (m/s)²."""

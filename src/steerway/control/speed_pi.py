@@ -3,9 +3,9 @@
 import math
 from dataclasses import dataclass
 
-from steerway.checks import not_negative, positive, positive_or_unlimited
-from steerway.compiled import kernel
 from steerway.control.course import beyond
+from steerway.core.checks import not_negative, positive, positive_or_unlimited
+from steerway.core.compiled import kernel
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ In a current the integral becomes the drag, so that she lies with her bow into t
 import math
 from dataclasses import dataclass
 
-from steerway.angles import wrap
-from steerway.checks import positive
+from steerway.core.angles import wrap
+from steerway.core.checks import positive
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 
 GATE = 13.8
 OUTLIER = 20.0
@@ -198,11 +198,11 @@ class Profile(BaseModel):
         return (2.0 * math.pi / self.yawing_period) ** 2
 
     def model(self, aids: tuple[str, ...] = ()) -> np.ndarray:
-        """The kernels' parameter vector (see `steerway.estimation.model`), with the states that these aids need.
+        """The kernels' parameter vector (see `steerway.estimation.course.model`), with the states that these aids need.
 
         A vessel that holds her course and turns by turns has several, (1 + modes, m): for her while her manner is
         unknown or she has no way, on a course long held, on one just taken up, and in a turn (see
-        `steerway.estimation.mixture`).
+        `steerway.estimation.course.mixture`).
         """
         turning = self.turning
         if turning is None:

@@ -17,11 +17,11 @@ import numpy as np
 from pyais.exceptions import AISBaseException
 from pyais.messages import AISSentence, NMEASentenceFactory, TurnRate
 
-from steerway.earth import KNOT
+from steerway.core.earth import KNOT
+from steerway.core.records import Fixes
+from steerway.core.timestamps import unix_times
 from steerway.formats.places import places
 from steerway.formats.recording import Recording
-from steerway.records import Fixes
-from steerway.timestamps import unix_times
 
 _SENTENCE = re.compile(rb"([^\r\n!]*)(![A-Za-z]{2}VD[MO],[^\r\n!\\]*)")
 _BODY = re.compile(rb"![A-Z]{2}VD[MO],\d,\d,\d?,[^,]*,[0-W`-w]+,[0-5](?:,[^*,]*)?\*[0-9A-Fa-f]{2}")

@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass
 
-from steerway.earth import KNOT
+from steerway.core.earth import KNOT
 from steerway.formats.dilution import ALONE, RANGE_ERROR
 
 DEGREE = 0.017453292519943295

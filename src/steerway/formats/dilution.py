@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from steerway.compiled import kernel
+from steerway.core.compiled import kernel
 
 RANGE_ERROR = np.array([np.nan, 3.0, 1.0, 1.0, 0.02, 0.3, 10.0, np.nan, np.nan])
 """m, by the quality of GGA and the method of PGN 129029: no fix, alone, differential, precise, RTK fixed, RTK float,

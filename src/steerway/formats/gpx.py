@@ -12,12 +12,12 @@ from collections import Counter
 
 import numpy as np
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
+from steerway.core.records import Fixes
+from steerway.core.timestamps import iso, unix_times
 from steerway.formats import dilution
 from steerway.formats.places import places
 from steerway.formats.recording import Recording
-from steerway.records import Fixes
-from steerway.timestamps import iso, unix_times
 
 _ROOT = re.compile(rb"<gpx[\s>]")
 _POINT = re.compile(rb"<(?:\w+:)?trkpt[\s>]")

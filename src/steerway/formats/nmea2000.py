@@ -11,11 +11,11 @@ from collections import Counter
 
 import numpy as np
 
+from steerway.core.records import Fixes
+from steerway.core.timestamps import unix_times
 from steerway.formats import dilution
 from steerway.formats.places import places
 from steerway.formats.recording import Recording
-from steerway.records import Fixes
-from steerway.timestamps import unix_times
 
 _LINE = re.compile(
     rb"(\d{4}-\d\d-\d\d[T Z_-]\d\d:\d\d:\d\d(?:[.,]\d{1,9})?)Z?,\d,(\d{5,6}),(\d{1,3}),\d{1,3},"

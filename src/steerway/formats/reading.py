@@ -12,11 +12,11 @@ from os import PathLike
 from pathlib import Path
 from typing import BinaryIO
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
+from steerway.core.records import Fixes
 from steerway.formats import ais, gpx, nmea0183, nmea2000, table, ubx
 from steerway.formats.recording import Recording
 from steerway.formats.sources import Quality, choose, described, gather, quality, with_instruments
-from steerway.records import Fixes
 
 FORMATS = {
     "NMEA 0183": nmea0183,

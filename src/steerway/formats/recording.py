@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from steerway.records import Fixes
+from steerway.core.records import Fixes
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from steerway.earth import radii
-from steerway.errors import InputError
-from steerway.records import SAID, Fixes
+from steerway.core.earth import radii
+from steerway.core.errors import InputError
+from steerway.core.records import SAID, Fixes
 
 INSTRUMENTS = ("heading", "water_speed", "yaw_rate")
 

@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
+from steerway.core.records import Fixes
+from steerway.core.timestamps import unix_times
 from steerway.formats import table
 from steerway.formats.columns import DEGREE, plain_name, understood
-from steerway.records import Fixes
-from steerway.timestamps import unix_times
 
 _RUDDERS = ("rudder", "rudder_angle", "rudder_command", "command_rudder", "yaw_moment", "moment", "yaw")
 _UNITS = {"_deg": DEGREE, "_rad": 1.0, "_nm": 1.0}

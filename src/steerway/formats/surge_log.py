@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 
 COLUMNS = ("time_s", "speed_mps", "shaft_rps")
 

@@ -10,13 +10,13 @@ from collections import Counter
 import numpy as np
 import polars as pl
 
-from steerway.earth import KNOT
-from steerway.errors import InputError
+from steerway.core.earth import KNOT
+from steerway.core.errors import InputError
+from steerway.core.records import SAID, Fixes
+from steerway.core.timestamps import unix_times
 from steerway.formats.columns import EXPECTED, Column, understood
 from steerway.formats.places import places
 from steerway.formats.recording import Recording
-from steerway.records import SAID, Fixes
-from steerway.timestamps import unix_times
 
 _DELIMITERS = (",", ";", "\t", "|")
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "unknown")

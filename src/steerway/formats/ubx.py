@@ -15,9 +15,9 @@ import numpy as np
 from pyubx2 import UBXReader
 from pyubx2.exceptions import UBXMessageError, UBXParseError, UBXStreamError, UBXTypeError
 
+from steerway.core.records import Fixes
 from steerway.formats.places import places
 from steerway.formats.recording import Recording
-from steerway.records import Fixes
 
 _NAMES = {
     0x02: "NAV-POSLLH",

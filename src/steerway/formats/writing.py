@@ -5,9 +5,9 @@ import gzip
 import os
 from pathlib import Path
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
+from steerway.core.records import Fixes, Motion
 from steerway.formats import geojson, gpx
-from steerway.records import Fixes, Motion
 
 
 def _csv(record, file):

@@ -7,10 +7,10 @@ Transactions on Control Systems Technology 31(6), 2023.
 import math
 from dataclasses import dataclass
 
-from steerway.angles import wrap
-from steerway.checks import not_negative, positive
-from steerway.compiled import kernel
-from steerway.guidance.leg import LegState
+from steerway.core.angles import wrap
+from steerway.core.checks import not_negative, positive
+from steerway.core.compiled import kernel
+from steerway.core.leg import LegState
 from steerway.guidance.line_of_sight import cross_track_rate
 from steerway.guidance.reference import Reference
 

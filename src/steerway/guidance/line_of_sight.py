@@ -8,10 +8,10 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
-from steerway.angles import wrap
-from steerway.checks import positive
-from steerway.compiled import kernel
-from steerway.guidance.leg import LegState
+from steerway.core.angles import wrap
+from steerway.core.checks import positive
+from steerway.core.compiled import kernel
+from steerway.core.leg import LegState
 from steerway.guidance.reference import Reference
 
 

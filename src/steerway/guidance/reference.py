@@ -7,9 +7,9 @@ All three work on angles, go the short way round and give angles in [−π, π).
 import math
 from typing import NamedTuple
 
-from steerway.angles import wrap
-from steerway.checks import positive, positive_or_unlimited
-from steerway.compiled import kernel
+from steerway.core.angles import wrap
+from steerway.core.checks import positive, positive_or_unlimited
+from steerway.core.compiled import kernel
 
 
 class Reference(NamedTuple):

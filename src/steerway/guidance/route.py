@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.checks import positive
-from steerway.errors import InputError
+from steerway.core.checks import positive
+from steerway.core.errors import InputError
 
 LONGEST_LEG = 500e3
 """A leg beyond this (m) is no straight line in one tangent plane, and most often a slip of unit."""

@@ -7,11 +7,11 @@ Robotics 23(3), 2007: the field of its straight line. Its sliding-mode course lo
 import math
 from dataclasses import dataclass
 
-from steerway.angles import wrap
-from steerway.checks import positive
-from steerway.compiled import kernel
-from steerway.errors import InputError
-from steerway.guidance.leg import LegState
+from steerway.core.angles import wrap
+from steerway.core.checks import positive
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
+from steerway.core.leg import LegState
 from steerway.guidance.line_of_sight import cross_track_rate
 from steerway.guidance.reference import Reference
 

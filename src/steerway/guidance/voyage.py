@@ -3,9 +3,9 @@
 import math
 from collections.abc import Sequence
 
-from steerway.checks import not_negative
-from steerway.errors import InputError
-from steerway.guidance.leg import LegState
+from steerway.core.checks import not_negative
+from steerway.core.errors import InputError
+from steerway.core.leg import LegState
 from steerway.guidance.mission_log import Passage
 from steerway.guidance.route import Route
 from steerway.guidance.waypoints import Mission, Passing, Phase

@@ -8,8 +8,8 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from steerway.checks import not_negative, one_of, positive
-from steerway.guidance.leg import LegState, leg_direction, seen_from_leg
+from steerway.core.checks import not_negative, one_of, positive
+from steerway.core.leg import LegState, leg_direction, seen_from_leg
 from steerway.guidance.mission_log import MissionLog, Passage
 from steerway.guidance.route import Route
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from steerway.compiled import kernel
-from steerway.errors import InputError
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 from steerway.vessels.springer import HeadingModel
 
 LEAST_SAMPLES = 50

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from steerway.checks import positive
-from steerway.compiled import kernel
-from steerway.errors import InputError
+from steerway.core.checks import positive
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 from steerway.vessels.actuators import Actuator, follow
 from steerway.vessels.propeller import Propeller
 from steerway.vessels.surge import surge_step

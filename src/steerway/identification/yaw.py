@@ -14,15 +14,15 @@ import numpy as np
 from scipy.optimize import minimize
 
 from steerway.control.course import AnglePIDGains, place_poles
-from steerway.earth import displacement
-from steerway.errors import InputError
-from steerway.estimation.estimate import choose_profile
-from steerway.estimation.filter import FiveStateFilter
-from steerway.estimation.model import GATE, MODE, POSITION_VARIANCE, STRAY, UNDERWAY, empty_memory
+from steerway.core.earth import displacement
+from steerway.core.errors import InputError
+from steerway.core.records import REJECTED, Fixes
+from steerway.estimation.course.estimate import choose_profile
+from steerway.estimation.course.filter import FiveStateFilter
+from steerway.estimation.course.model import GATE, MODE, POSITION_VARIANCE, STRAY, UNDERWAY, empty_memory
 from steerway.estimation.profiles import Profile
 from steerway.identification.interval import Interval, covariance
 from steerway.identification.yaw_likelihood import angle_innovations, positions_cost
-from steerway.records import REJECTED, Fixes
 
 _FEWEST = 30
 _LEAST_TURN = math.radians(3.0)

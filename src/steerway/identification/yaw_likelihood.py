@@ -8,10 +8,10 @@ import math
 
 import numpy as np
 
-from steerway.compiled import kernel
-from steerway.estimation.five_state import turn_noise, turn_response
-from steerway.estimation.model import COURSE, MODE, RATE, UNDERWAY
-from steerway.estimation.tracking import advance, settle, take_fix
+from steerway.core.compiled import kernel
+from steerway.estimation.course.five_state import turn_noise, turn_response
+from steerway.estimation.course.model import COURSE, MODE, RATE, UNDERWAY
+from steerway.estimation.course.tracking import advance, settle, take_fix
 
 _OUTLIER_COST = 24.0
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.live import uri
 from steerway.live.links import listeners, speakers
 from steerway.live.links.foxglove import FoxgloveServer, require_foxglove

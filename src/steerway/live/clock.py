@@ -7,7 +7,7 @@ time; what differs from fix to fix is the delay, and the least delayed fix is th
 import math
 from collections import deque
 
-from steerway.checks import not_negative
+from steerway.core.checks import not_negative
 
 WINDOW = 30.0
 """s after which a fix no longer tells the offset, so that clocks may drift."""

@@ -124,10 +124,11 @@ def warm() -> None:
 
         steerway warm
     """
-    from steerway.compiled import CACHE_DIRECTORY
+    from steerway.core.compiled import cache_directory
     from steerway.live import warming
 
     begun = time.monotonic()
     warming.warm()
-    where = f"kept in {CACHE_DIRECTORY}" if CACHE_DIRECTORY else "not kept: no directory for it can be written"
+    directory = cache_directory("steerway")
+    where = f"kept in {directory}" if directory else "not kept: no directory for it can be written"
     print(f"compiled in {time.monotonic() - begun:.1f} s, {where}")

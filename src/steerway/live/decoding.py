@@ -10,11 +10,11 @@ import time
 from collections.abc import Mapping
 from typing import Protocol
 
+from steerway.core.timestamps import unix_times
 from steerway.formats import nmea0183, ubx
 from steerway.formats.dilution import deviation
 from steerway.formats.nmea0183.epochs import NEAR, ROLLOVER
 from steerway.live.heard import Heard, rows_of
-from steerway.timestamps import unix_times
 
 _DAY = 86400.0
 _UNDATED = 1e8  # Unix time below which no date was known

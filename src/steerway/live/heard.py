@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from steerway.records import LOST, Fixes
+from steerway.core.records import LOST, Fixes
 
 
 class Heard(NamedTuple):

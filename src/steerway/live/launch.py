@@ -3,7 +3,7 @@
 import gc
 import math
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.estimation.profiles import Profile
 from steerway.live import addresses
 from steerway.live.autopilot.mission import GeodeticRoute

@@ -10,13 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.checks import not_negative, positive
-from steerway.estimation.filter import FiveStateFilter
-from steerway.estimation.model import LONGEST_GAP
+from steerway.core.checks import not_negative, positive
+from steerway.core.records import REJECTED
+from steerway.estimation.course.filter import FiveStateFilter
+from steerway.estimation.course.model import LONGEST_GAP
 from steerway.estimation.profiles import AIDS, Profile
 from steerway.live.choice import SourceChoice
 from steerway.live.heard import Heard, Row, lost
-from steerway.records import REJECTED
 
 STEP = 60.0
 """s: a time so far from the last one, forward or back, is believed when a second one confirms it."""

@@ -10,8 +10,8 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
-from steerway.checks import positive
-from steerway.estimation.model import LONGEST_GAP
+from steerway.core.checks import positive
+from steerway.estimation.course.model import LONGEST_GAP
 from steerway.formats.nmea0183.writing import Leg
 from steerway.live.autopilot.route import Guide
 from steerway.live.autopilot.states import Autopilot, Order, State

@@ -10,9 +10,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
+from steerway.core.validation import refusal
 from steerway.live.helm.address import DEFAULT
-from steerway.wording import refusal
 
 
 def _several(value):

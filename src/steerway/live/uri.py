@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from urllib.parse import parse_qsl, urlsplit
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 
 
 @dataclass(frozen=True)

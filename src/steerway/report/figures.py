@@ -7,8 +7,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num
 from matplotlib.figure import Figure
 
-from steerway.earth import radii
-from steerway.records import NO_COURSE, REJECTED, STARTING, Fixes, Motion
+from steerway.core.earth import radii
+from steerway.core.records import NO_COURSE, REJECTED, STARTING, Fixes, Motion
 from steerway.report.summary import gaps
 
 OURS, THEIRS, BAD, QUIET = "#0b5394", "#e69138", "#c0392b", "#9aa5b1"

@@ -3,8 +3,8 @@
 import math
 from pathlib import Path
 
-from steerway.errors import InputError
-from steerway.records import Fixes, Motion
+from steerway.core.errors import InputError
+from steerway.core.records import Fixes, Motion
 from steerway.report.figures import signals_figure, track_figure
 from steerway.report.page import write_page
 from steerway.report.summary import sentences

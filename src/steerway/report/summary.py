@@ -5,9 +5,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from steerway.earth import KNOT, NAUTICAL_MILE, displacement
-from steerway.records import OK, STATUSES, Fixes, Motion
-from steerway.timestamps import iso
+from steerway.core.earth import KNOT, NAUTICAL_MILE, displacement
+from steerway.core.records import OK, STATUSES, Fixes, Motion
+from steerway.core.timestamps import iso
 
 _GAP_INTERVALS = 3.0
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 
 SLACK = 1e-3  # of a period: clocks that count in tenths do not land on their tenths
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.angles import wrap
-from steerway.compiled import kernel
+from steerway.core.angles import wrap
+from steerway.core.compiled import kernel
 from steerway.sensors.instrument import Instrument
 
 HALF_A_DEGREE = Instrument(white=math.radians(0.5))

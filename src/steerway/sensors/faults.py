@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.compiled import kernel
-from steerway.errors import InputError
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 
 DROPOUT, JUMP, BURST, STEP, FROZEN = range(5)
 KINDS = ("dropout", "jump", "burst", "step", "frozen")

@@ -16,10 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.compiled import kernel
-from steerway.earth import displaced_all
-from steerway.errors import InputError
-from steerway.records import Fixes
+from steerway.core.compiled import kernel
+from steerway.core.earth import displaced_all
+from steerway.core.errors import InputError
+from steerway.core.records import Fixes
 from steerway.sensors.clock import SLACK, Clock, epochs
 from steerway.sensors.faults import GOOD, HELD, LOST, Fault
 from steerway.sensors.gnss_errors import Errors

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from steerway.compiled import kernel
-from steerway.noise import markov_decay, markov_step
+from steerway.core.compiled import kernel
+from steerway.core.noise import markov_decay, markov_step
 from steerway.sensors.faults import happen, table
 
 

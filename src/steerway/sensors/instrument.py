@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.compiled import kernel
-from steerway.errors import InputError
-from steerway.noise import markov_decay, markov_step
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
+from steerway.core.noise import markov_decay, markov_step
 from steerway.sensors.clock import Clock, epochs
 
 _BLOCK = 128  # readings drawn at once in a loop; the numbers do not depend on it

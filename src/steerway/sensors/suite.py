@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.estimation.onboard import SILENCE, Readings
+from steerway.core.estimate import SILENCE, Readings
 from steerway.sensors.compass import Compass
 from steerway.sensors.doppler import DopplerLog
 from steerway.sensors.gnss import Gnss

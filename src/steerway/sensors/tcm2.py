@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.angles import wrap
-from steerway.compiled import kernel
-from steerway.errors import InputError
+from steerway.core.angles import wrap
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 from steerway.sensors.compass import deviation
 
 TICK = 0.025

@@ -10,10 +10,10 @@ from steerway.control import boats
 from steerway.control.boats import Boat
 from steerway.control.handover import Steerageway
 from steerway.control.rudder import Rudder
-from steerway.earth import displacement
-from steerway.errors import InputError
-from steerway.estimation.filter import FiveStateFilter
-from steerway.estimation.onboard import AtFaceValue, FilterEstimator
+from steerway.core.earth import displacement
+from steerway.core.errors import InputError
+from steerway.estimation.course.filter import FiveStateFilter
+from steerway.estimation.course.onboard import AtFaceValue, FilterEstimator
 from steerway.estimation.profiles import Profile
 from steerway.guidance.adaptive_line_of_sight import AdaptiveLineOfSight
 from steerway.guidance.integral_line_of_sight import IntegralLineOfSight

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 
 CONNECTING = 10.0
 """s to wait for a cluster's scheduler."""

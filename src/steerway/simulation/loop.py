@@ -11,10 +11,10 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from steerway.checks import positive
-from steerway.errors import InputError
-from steerway.estimation.onboard import Estimate, Readings
-from steerway.guidance.leg import LegState
+from steerway.core.checks import positive
+from steerway.core.errors import InputError
+from steerway.core.estimate import Estimate, Readings
+from steerway.core.leg import LegState
 from steerway.pilot import Orders, Pilot
 from steerway.vessels.environment import Environment, WaveMotion
 from steerway.vessels.kinematics import GroundMotion

@@ -2,7 +2,7 @@
 
 import math
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.guidance.route import LONGEST_LEG
 from steerway.simulation import assembly
 from steerway.simulation.scenario import Scenario

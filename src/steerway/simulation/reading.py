@@ -9,10 +9,10 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
+from steerway.core.validation import refusal
 from steerway.simulation.possible import check
 from steerway.simulation.scenario import Scenario
-from steerway.wording import refusal
 
 
 def load_scenario(path: str | Path) -> Scenario:

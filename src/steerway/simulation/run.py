@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from steerway.control.bandwidth import advice
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.simulation import assembly, outcome
 from steerway.simulation.assembly import Assembly, assemble
 from steerway.simulation.loop import Run, sail

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from steerway.earth import displaced_all
+from steerway.core.earth import displaced_all
 from steerway.formats.nmea0183.writing import gga, hdt, rmc
 from steerway.simulation import outcome
 from steerway.simulation.loop import COLUMNS, Run

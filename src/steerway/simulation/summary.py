@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 
 
 def gathered(results: list[dict[str, float]]) -> dict[str, np.ndarray]:

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from steerway.compiled import kernel
+from steerway.core.compiled import kernel
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from steerway.compiled import kernel
+from steerway.core.compiled import kernel
 from steerway.vessels.actuators import Actuator, follow
 from steerway.vessels.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
 from steerway.vessels.propeller import Propeller, thrust

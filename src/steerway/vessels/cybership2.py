@@ -10,8 +10,8 @@ State N E ψ u v r: position in m, heading in rad, surge and sway through the wa
 
 import numpy as np
 
-from steerway.checks import one_of
-from steerway.compiled import kernel
+from steerway.core.checks import one_of
+from steerway.core.compiled import kernel
 from steerway.vessels.actuators import Actuator
 from steerway.vessels.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT, checked_method

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.compiled import kernel
-from steerway.errors import InputError
-from steerway.noise import markov_decay, markov_step, oscillator, oscillator_step
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
+from steerway.core.noise import markov_decay, markov_step, oscillator, oscillator_step
 from steerway.vessels.kinematics import GroundMotion
 
 AIR_DENSITY = 1.225

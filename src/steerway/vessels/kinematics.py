@@ -6,8 +6,8 @@ Angles in rad, course and heading from true north, sideslip and crab positive to
 import math
 from typing import NamedTuple
 
-from steerway.angles import wrap
-from steerway.compiled import kernel
+from steerway.core.angles import wrap
+from steerway.core.compiled import kernel
 
 
 class GroundMotion(NamedTuple):

@@ -13,8 +13,8 @@ import math
 
 import numpy as np
 
-from steerway.compiled import kernel
-from steerway.errors import InputError
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 from steerway.vessels.actuators import Actuator
 from steerway.vessels.kinematics import SHORTLY, GroundMotion, over_ground, turning_rate
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT, checked_method

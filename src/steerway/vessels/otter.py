@@ -12,8 +12,8 @@ import math
 
 import numpy as np
 
-from steerway.compiled import kernel
-from steerway.errors import InputError
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 from steerway.vessels.actuators import Actuator
 from steerway.vessels.kinematics import SHORTLY, GroundMotion, in_body, turning_rate
 from steerway.vessels.otter_hull import (

@@ -20,7 +20,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 
 GRAVITY = 9.81
 WATER_DENSITY = 1025.0

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.checks import not_negative, positive
-from steerway.compiled import kernel
-from steerway.errors import InputError
+from steerway.core.checks import not_negative, positive
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 
 FARTHEST_ADVANCE = 3.0
 _GAIN, _REACH, _CURVE = range(3)

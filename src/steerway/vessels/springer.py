@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.checks import not_negative, one_of
-from steerway.compiled import kernel
-from steerway.errors import InputError
+from steerway.core.checks import not_negative, one_of
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 from steerway.vessels.actuators import Actuator
 from steerway.vessels.kinematics import GroundMotion, over_ground, turning_rate
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH

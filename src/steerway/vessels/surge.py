@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from steerway.checks import not_negative, positive
-from steerway.compiled import kernel
+from steerway.core.checks import not_negative, positive
+from steerway.core.compiled import kernel
 from steerway.vessels.actuators import Actuator, follow
 from steerway.vessels.kinematics import GroundMotion, in_body, over_ground
 from steerway.vessels.propeller import Propeller, thrust

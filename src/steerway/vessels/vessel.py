@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.vessels.actuators import Actuator
 from steerway.vessels.kinematics import GroundMotion
 

@@ -15,9 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.checks import not_negative, positive
-from steerway.compiled import kernel
-from steerway.estimation.aiding import take_scalar
+from steerway.core.checks import not_negative, positive
+from steerway.core.compiled import kernel
+from steerway.core.linear_algebra import fill_lower
+from steerway.estimation.course.aiding import take_scalar
 from steerway.estimation.heading.composite import (
     A1,
     A2,
@@ -34,7 +35,6 @@ from steerway.estimation.heading.composite import (
     heading_deg,
     heading_variance_deg2,
 )
-from steerway.estimation.linear_algebra import fill_lower
 from steerway.sensors.tcm2 import STATE_VARIANCE, TCM2, TICKS, CompassModel
 from steerway.vessels.springer import PHYSICAL_YAW, RPM, SPEED, HeadingModel
 

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from steerway.compiled import kernel
+from steerway.core.compiled import kernel
 from steerway.sensors.tcm2 import READING_VARIANCE_DEG2, STATE_VARIANCE, TCM2, TICKS, CompassModel
 from steerway.vessels.springer import PAPER_YAW, HeadingModel
 

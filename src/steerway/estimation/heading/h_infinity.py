@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from steerway.compiled import kernel
-from steerway.errors import InputError
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 from steerway.estimation.heading import composite
 from steerway.estimation.heading.composite import OUTPUT_1, START_VARIANCE, heading_deg, start_covariance
 from steerway.sensors.tcm2 import TICKS

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from steerway.compiled import kernel
+from steerway.core.compiled import kernel
 from steerway.estimation.heading import composite
 from steerway.estimation.heading.composite import START_VARIANCE, composite_model, heading_deg, start_covariance
 from steerway.sensors.tcm2 import TCM2, TICKS, CompassModel

@@ -9,10 +9,10 @@ import math
 
 import numpy as np
 
-from steerway.checks import positive
-from steerway.compiled import kernel
-from steerway.errors import InputError
-from steerway.estimation.position_update import correct, innovation
+from steerway.core.checks import positive
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
+from steerway.estimation.course.position_update import correct, innovation
 from steerway.estimation.positioning.low_speed import WAVE, WITH_WAVES
 
 _ITERATIONS = 5

@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
-from steerway.compiled import kernel
-from steerway.estimation.linear_algebra import multiply
+from steerway.core.compiled import kernel
+from steerway.core.linear_algebra import multiply
 
 HEADING = 2
 FORCE = 6

@@ -19,10 +19,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.angles import wrap
-from steerway.checks import not_negative, one_of, positive
-from steerway.compiled import kernel
-from steerway.errors import InputError
+from steerway.core.angles import wrap
+from steerway.core.checks import not_negative, one_of, positive
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 from steerway.estimation.positioning.vessel_filter import VesselMotion
 
 CORRECTIONS = ("held", "held innovation", "impulsive")

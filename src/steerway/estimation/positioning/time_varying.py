@@ -3,9 +3,9 @@
 import math
 from dataclasses import dataclass
 
-from steerway.checks import not_negative, positive
-from steerway.compiled import kernel
-from steerway.errors import InputError
+from steerway.core.checks import not_negative, positive
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 
 
 @kernel

@@ -11,12 +11,12 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from steerway.angles import wrap
-from steerway.checks import not_negative, positive
-from steerway.compiled import kernel
-from steerway.errors import InputError
-from steerway.estimation.aiding import correct_scalar
-from steerway.estimation.position_update import correct, innovation, normalised_square, place_by_fix
+from steerway.core.angles import wrap
+from steerway.core.checks import not_negative, positive
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
+from steerway.estimation.course.aiding import correct_scalar
+from steerway.estimation.course.position_update import correct, innovation, normalised_square, place_by_fix
 from steerway.estimation.positioning.low_speed import (
     BODY,
     HEADING,

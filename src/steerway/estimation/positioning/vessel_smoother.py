@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.angles import wrap
-from steerway.compiled import kernel
+from steerway.core.angles import wrap
+from steerway.core.compiled import kernel
+from steerway.estimation.course.smoothing import ignore, smoothing_step
 from steerway.estimation.positioning.low_speed import HEADING, advance_mean, spread, transition
 from steerway.estimation.positioning.vessel_filter import VesselFilter
-from steerway.estimation.smoothing import ignore, smoothing_step
 
 
 class VesselRecord(NamedTuple):

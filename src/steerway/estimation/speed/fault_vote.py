@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from steerway.compiled import kernel
+from steerway.core.compiled import kernel
 
 CONFLICT = 5.2
 """Standard deviations of a mean difference that call for a vote: one false call in some 10⁶ readings."""

@@ -8,7 +8,7 @@ been refused for `PATIENCE` while those two agree; the current, when only what m
 import math
 from dataclasses import dataclass
 
-from steerway.estimation.aiding import SCALAR_GATE
+from steerway.estimation.course.aiding import SCALAR_GATE
 from steerway.estimation.speed.fault_vote import FaultVote
 from steerway.estimation.speed.surge import BIAS, CURRENT, LEAK, SPEED, SurgeFilter, SurgeTuning
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from steerway.checks import not_negative, positive
-from steerway.compiled import kernel
-from steerway.estimation.aiding import correct_scalar
-from steerway.estimation.five_state import decay
+from steerway.core.checks import not_negative, positive
+from steerway.core.compiled import kernel
+from steerway.estimation.course.aiding import correct_scalar
+from steerway.estimation.course.five_state import decay
 
 SPEED, BIAS, LEAK, CURRENT = range(4)
 

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from steerway.angles import wrap
-from steerway.compiled import kernel
+from steerway.core.angles import wrap
+from steerway.core.compiled import kernel
 from steerway.formats.nmea0183 import fields as said
 from steerway.formats.nmea0183.fields import GST, HDT, LAST_POSITION, RMC, THS, VALUES
 from steerway.formats.nmea0183.scan import TALKERS

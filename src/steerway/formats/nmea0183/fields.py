@@ -6,8 +6,8 @@ be in its format and range. Formatters and fields: NMEA 0183 version 4.11, as re
 
 import math
 
-from steerway.compiled import kernel
-from steerway.earth import KNOT
+from steerway.core.compiled import kernel
+from steerway.core.earth import KNOT
 from steerway.formats import dilution
 from steerway.formats.nmea0183.text import day_number, digits, is_digit, number
 

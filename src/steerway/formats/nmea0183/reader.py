@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway import magnetic
+from steerway.core import magnetic
+from steerway.core.records import Fixes
 from steerway.formats.nmea0183 import epochs
 from steerway.formats.nmea0183.fields import REASONS, VALUES
 from steerway.formats.nmea0183.repair import mended_times, streams
 from steerway.formats.nmea0183.scan import SHORTEST, TALKERS, scan, talker_name
 from steerway.formats.recording import Recording
-from steerway.records import Fixes
 
 _CHUNK = 1 << 20
 _SENTENCE = re.compile(rb"\$(?:[A-Z][A-Z0-9][A-Z]{3}|P[A-Z][A-Z0-9]{2,6}),[ -~]*[\r\n*]")

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from steerway.compiled import kernel
+from steerway.core.compiled import kernel
 from steerway.formats.nmea0183.fields import (
     CHECKSUM,
     CUT,

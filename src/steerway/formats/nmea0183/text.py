@@ -2,7 +2,7 @@
 
 import math
 
-from steerway.compiled import kernel
+from steerway.core.compiled import kernel
 
 _DASH, _PLUS, _DOT, _ZERO, _NINE = b"-+.09"
 

@@ -9,7 +9,7 @@ import math
 from datetime import UTC, datetime
 from typing import NamedTuple
 
-from steerway.earth import KNOT, NAUTICAL_MILE
+from steerway.core.earth import KNOT, NAUTICAL_MILE
 
 TALKER = "SW"
 """This project's own talker, so that a listener can tell its sentences from those of the receiver they came from."""

@@ -3,8 +3,8 @@
 import math
 from collections.abc import Sequence
 
-from steerway.earth import displacement
-from steerway.errors import InputError
+from steerway.core.earth import displacement
+from steerway.core.errors import InputError
 
 AHEAD = 3.0
 """s: a boat that would be outside so far ahead on her course is about to leave."""

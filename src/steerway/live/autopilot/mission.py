@@ -15,9 +15,9 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
+from steerway.core.validation import refusal
 from steerway.live.autopilot.fence import Fence
-from steerway.wording import refusal
 
 LOOKAHEAD = 20.0
 """m, where a file says nothing: some ten lengths of a small boat."""

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from steerway.angles import wrap
-from steerway.earth import displaced, displacement
+from steerway.core.angles import wrap
+from steerway.core.earth import displaced, displacement
 from steerway.formats.nmea0183.writing import Leg
 from steerway.guidance.line_of_sight import LineOfSight
 from steerway.guidance.route import Route

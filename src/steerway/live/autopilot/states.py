@@ -8,7 +8,7 @@ import math
 from enum import StrEnum
 from typing import NamedTuple
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.estimation.profiles import Profile
 from steerway.formats.nmea0183.writing import Leg
 from steerway.live.autopilot.limits import LimitGuard

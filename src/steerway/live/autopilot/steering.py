@@ -8,10 +8,10 @@ propellers do, the order is the same.
 import math
 from typing import NamedTuple
 
-from steerway.angles import wrap
 from steerway.control.allocation import TwoPropellers
 from steerway.control.bandwidth import carried_bandwidth, yaw_rate_gain
 from steerway.control.speed_pi import SpeedPI, SpeedPIGains
+from steerway.core.angles import wrap
 from steerway.estimation.profiles import Profile
 from steerway.formats.nmea0183.writing import Leg
 from steerway.guidance.reference import Reference, ReferenceModel

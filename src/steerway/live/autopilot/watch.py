@@ -4,10 +4,10 @@ import math
 from collections import deque
 from itertools import pairwise
 
-from steerway.checks import positive
+from steerway.core.checks import positive
+from steerway.core.records import STATUSES
 from steerway.live.clock import FixClock
 from steerway.live.heard import Row
-from steerway.records import STATUSES
 
 LATE_TICK = 0.5
 """s between two steps above which the service does not keep time."""

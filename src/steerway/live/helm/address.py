@@ -6,7 +6,7 @@ import re
 from typing import NamedTuple
 from urllib.parse import urlsplit
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 
 DEFAULT = "127.0.0.1:8080"
 TOKEN_VARIABLE = "STEERWAY_HELM_TOKEN"

@@ -10,7 +10,7 @@ import json
 import logging
 import sys
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.helm.address import Address
 from steerway.live.helm.seeing import Plane, Seen, view

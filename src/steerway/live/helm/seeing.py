@@ -8,13 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.earth import KNOT, displacement
+from steerway.core.earth import KNOT, displacement
+from steerway.core.records import PREDICTED, STATUSES
 from steerway.formats.nmea0183.writing import Leg
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.states import Order
 from steerway.live.heard import Row
 from steerway.live.helm.view import View
-from steerway.records import PREDICTED, STATUSES
 
 _TWO_SIDED = 1.959964  # standard normal, 95 % within
 _ELLIPSE = math.sqrt(5.991465)  # χ² of 2 degrees of freedom, 95 %

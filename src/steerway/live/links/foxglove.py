@@ -9,7 +9,8 @@ import importlib.util
 import json
 import math
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
+from steerway.core.records import MOTION_COLUMNS
 from steerway.formats.nmea0183.writing import Leg
 from steerway.live.autopilot.states import Order
 from steerway.live.heard import Row
@@ -17,7 +18,6 @@ from steerway.live.links.listening import kept_open
 from steerway.live.outputs.json_lines import json_line
 from steerway.live.outputs.rhythm import Rhythm
 from steerway.live.uri import Uri
-from steerway.records import MOTION_COLUMNS
 
 POSITION, ESTIMATE = "/position", "/estimate"
 """Topics."""

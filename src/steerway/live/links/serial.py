@@ -4,7 +4,7 @@ import os
 import termios
 import tty
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.live.uri import Uri
 
 _SPEEDS = {int(name[1:]): value for name, value in vars(termios).items() if name[0] == "B" and name[1:].isdigit()}

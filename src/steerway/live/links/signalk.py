@@ -2,7 +2,7 @@
 
 from contextlib import asynccontextmanager
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.live.uri import Uri
 
 

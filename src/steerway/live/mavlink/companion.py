@@ -4,7 +4,7 @@ import asyncio
 import time
 from typing import Protocol
 
-from steerway.checks import positive
+from steerway.core.checks import positive
 from steerway.live.autopilot.states import Order, State
 from steerway.live.heard import Row
 from steerway.live.links.listening import Hear

@@ -10,7 +10,7 @@ the vehicle's start, whose Unix time SYSTEM_TIME tells.
 import math
 import time
 
-from steerway.angles import wrap
+from steerway.core.angles import wrap
 from steerway.live.heard import Heard
 
 _UNIX_USEC = 10**15  # times above are Unix time: it passed this in 2001, a vehicle never runs for so long

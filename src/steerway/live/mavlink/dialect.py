@@ -2,7 +2,7 @@
 
 from enum import IntEnum
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 
 
 class RoverMode(IntEnum):

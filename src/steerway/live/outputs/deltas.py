@@ -6,12 +6,12 @@ Paths and states are those of the Signal K specification 1.5.1, groups navigatio
 import json
 import math
 
+from steerway.core.timestamps import iso
 from steerway.formats.nmea0183.writing import Leg
 from steerway.live.autopilot.states import FIT, Order, State
 from steerway.live.heard import Row
 from steerway.live.links.speakers import Speaker
 from steerway.live.outputs.rhythm import Rhythm
-from steerway.timestamps import iso
 
 _STATES = {
     State.IDLE: "standby",

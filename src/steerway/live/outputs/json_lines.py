@@ -3,11 +3,11 @@
 import json
 import math
 
+from steerway.core.records import MOTION_COLUMNS, STATUSES
 from steerway.formats.nmea0183.writing import Leg
 from steerway.live.autopilot.states import Order
 from steerway.live.heard import Row
 from steerway.live.links.speakers import Speaker
-from steerway.records import MOTION_COLUMNS, STATUSES
 
 
 class JsonLines:

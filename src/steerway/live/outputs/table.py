@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
+from steerway.core.records import Motion
 from steerway.formats.nmea0183.writing import Leg
 from steerway.formats.writing import write, writer
 from steerway.live.autopilot.states import Order, State
 from steerway.live.heard import Row
 from steerway.live.links.speakers import FileSpeaker
-from steerway.records import Motion
 
 _REASON = 160  # bytes kept of a reason
 _ROW = struct.Struct(f"={len(Row._fields)}db{_REASON}s")

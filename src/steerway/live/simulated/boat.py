@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.earth import displaced
-from steerway.errors import InputError
+from steerway.core.earth import displaced
+from steerway.core.errors import InputError
 from steerway.simulation import assembly
 from steerway.simulation.run import origin
 from steerway.simulation.scenario import EstimatorTable, Scenario

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.live import addresses
 from steerway.live.process import log_to_stderr, until_stopped
 from steerway.live.simulated.boat import SimulatedBoat

@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Sequence
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.live.links.listening import kept_open
 from steerway.live.uri import Uri
 from steerway.vessels.actuators import Actuator

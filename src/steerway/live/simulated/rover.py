@@ -7,7 +7,7 @@ as a share of a speed (CRUISE_SPEED), drops a target after 3 s, and counts its m
 import math
 from typing import NamedTuple
 
-from steerway.checks import positive
+from steerway.core.checks import positive
 from steerway.live.mavlink.dialect import RoverMode
 from steerway.live.simulated.boat import Seen
 from steerway.vessels.kinematics import GroundMotion

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from steerway.checks import positive
+from steerway.core.checks import positive
 from steerway.formats.nmea0183.writing import gga, hdt, rmc
 from steerway.live.links.mavlink import MavlinkLink
 from steerway.live.links.speakers import Speaker

@@ -2,7 +2,7 @@
 
 import math
 
-from steerway.angles import wrap
+from steerway.core.angles import wrap
 from steerway.live.simulated.rover import Target
 from steerway.vessels.kinematics import GroundMotion
 

@@ -10,7 +10,7 @@ The operations are those of Moore, Kearfott and Cloud, Introduction to Interval 
 
 import math
 
-from steerway.compiled import kernel
+from steerway.core.compiled import kernel
 
 GIVE = 2.3e-16
 TINY = 1e-300

@@ -7,9 +7,9 @@ import math
 
 import numpy as np
 
-from steerway.checks import one_of
-from steerway.compiled import kernel
-from steerway.errors import InputError
+from steerway.core.checks import one_of
+from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 from steerway.estimation.heading.composite import A1, A2, SHIFT, START_VARIANCE, B, K
 from steerway.estimation.heading.interval import literal, sharpened
 from steerway.estimation.heading.interval.arithmetic import multiply, sound

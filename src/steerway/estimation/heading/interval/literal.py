@@ -5,7 +5,7 @@ so its bounds run away within seconds; see `sharpened`.
 
 import numpy as np
 
-from steerway.compiled import kernel
+from steerway.core.compiled import kernel
 from steerway.estimation.heading.composite import (
     A1,
     A2,

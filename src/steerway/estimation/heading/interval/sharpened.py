@@ -17,7 +17,7 @@ import math
 
 import numpy as np
 
-from steerway.compiled import kernel
+from steerway.core.compiled import kernel
 from steerway.estimation.heading.composite import (
     A1,
     A2,

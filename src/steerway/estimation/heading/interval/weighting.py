@@ -11,7 +11,7 @@ from importlib.resources import files
 
 import numpy as np
 
-from steerway.errors import InputError
+from steerway.core.errors import InputError
 from steerway.estimation.heading.model_bank import ModelBank, corners
 
 SPANS = np.array([1.0, 5.0, 20.0, 60.0, 200.0])

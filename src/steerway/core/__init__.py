@@ -1,0 +1,1 @@
+"""What every other room stands on: records, angles, the earth, checks, compilation."""

@@ -1,0 +1,22 @@
+"""Angles: wrapping to one turn and the smallest signed difference."""
+
+import math
+
+from steerway.core.compiled import kernel
+
+TURN = 2.0 * math.pi
+
+
+@kernel
+def wrap(angle):
+    """The same direction in [−π, π); P0's ssa under (54). Scalar, rad."""
+    if -math.pi <= angle < math.pi:
+        return angle
+    wrapped = (angle + math.pi) % TURN - math.pi
+    return -math.pi if wrapped >= math.pi else wrapped  # in this order NaN stays NaN
+
+
+@kernel
+def smallest_difference(angle, reference):
+    """The smallest signed angle that leads from `reference` to `angle`, in [−π, π). Scalars, rad."""
+    return wrap(angle - reference)

@@ -1,0 +1,78 @@
+"""The one way this package compiles: `@kernel` is numba's njit with a file cache that knows the whole package.
+
+numba's own cache looks at the file of the compiled function only and would go on running the old code of a kernel it
+calls in another file. Here the cache directory is keyed to every file that holds kernels, in this package and in the
+one that the kernel belongs to, so that a change anywhere compiles anew. `STEERWAY_CACHE` moves the directory.
+"""
+
+import functools
+import hashlib
+import os
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+import numba
+from numba.core import config
+
+_KEPT_CACHES = 8
+_OWN_FOLDER = Path(__file__).parents[1]
+
+
+def _kernel_source_digest(folders) -> str:
+    digest = hashlib.sha256()
+    for folder in folders:
+        for path in sorted(Path(folder).rglob("*.py")):
+            source = path.read_bytes()
+            if b"kernel" in source:
+                digest.update(source)
+    return digest.hexdigest()[:16]
+
+
+@functools.cache
+def cache_directory(package: str) -> Path | None:
+    """Where the kernels of a top-level package are kept, or None where nothing can be written."""
+    home = os.environ.get("STEERWAY_CACHE") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    root = Path(home) / "steerway"
+    folders = {str(_OWN_FOLDER): None}  # in order, each once
+    folders |= dict.fromkeys(getattr(sys.modules.get(package), "__path__", ()))
+    directory = root / f"kernels-{_kernel_source_digest(folders)}"
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=directory):
+            os.utime(directory)
+    except OSError:
+        return None
+    older = sorted(root.glob("kernels-*"), key=lambda each: each.stat().st_mtime, reverse=True)[_KEPT_CACHES:]
+    for stale in older:
+        shutil.rmtree(stale, ignore_errors=True)
+    return directory
+
+
+def kernel(function):
+    """Compile `function` on first call, releasing the interpreter lock while it runs."""
+    return _compiled(function, nogil=True)
+
+
+def lean_kernel(function):
+    """A `kernel` for the innermost loops, that neither makes nor returns an array.
+
+    It does not count references to the arrays it is given and is laid open into its callers: in a chain of calls that
+    pass small arrays on, both cost more than the arithmetic. A product and a sum may round once. Called from Python it
+    keeps the interpreter lock: it is done sooner than the lock is released.
+    """
+    return _compiled(function, _nrt=False, forceinline=True, fastmath={"contract"})
+
+
+def _compiled(function, **options):
+    options |= {"error_model": "numpy"}
+    directory = cache_directory(function.__module__.partition(".")[0])
+    if directory is None:
+        return numba.njit(**options)(function)
+    users_directory = config.CACHE_DIR
+    config.CACHE_DIR = str(directory)
+    try:
+        return numba.njit(cache=True, **options)(function)
+    finally:
+        config.CACHE_DIR = users_directory

@@ -1,0 +1,43 @@
+"""What crosses the loop at one step: the readings of instruments, and the estimate made of them."""
+
+import math
+from typing import NamedTuple, Protocol
+
+
+class Readings(NamedTuple):
+    """What instruments say at one step; NaN where they say nothing. Position in m in the plane of the route."""
+
+    north: float = math.nan
+    east: float = math.nan
+    sog: float = math.nan
+    cog: float = math.nan
+    course_rate: float = math.nan  # only a simulation that shows the truth knows it
+    heading: float = math.nan
+    yaw_rate: float = math.nan
+    water_speed: float = math.nan
+
+
+SILENCE = Readings()
+
+
+class Estimate(NamedTuple):
+    """What guidance and control go by; SI, rad, NaN for unknown. The deviations are the estimator's own."""
+
+    north: float
+    east: float
+    sog: float
+    cog: float
+    course_rate: float
+    sog_std: float
+    cog_std: float
+    course_rate_std: float
+    position_std: float
+    heading: float
+    yaw_rate: float
+
+
+class Estimator(Protocol):
+    """What makes an estimate of readings."""
+
+    def step(self, readings: Readings, dt: float) -> Estimate:
+        """The estimate now, dt after the step before, knowing the readings of now."""

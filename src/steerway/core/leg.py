@@ -1,0 +1,48 @@
+"""Where a boat is with respect to one straight leg between two waypoints."""
+
+import math
+from typing import NamedTuple
+
+from steerway.core.compiled import kernel
+
+
+class LegState(NamedTuple):
+    """A position seen from a leg: all that guidance needs of the route. SI, rad; unknown is NaN."""
+
+    target: int  # index of the waypoint the leg leads to
+    direction: float  # π_p, the leg's course from true north
+    along_track: float  # x_e, from the leg's beginning, negative behind it
+    cross_track: float  # y_e, + to starboard of the leg
+    remaining: float  # along the leg to its end, negative beyond it
+    distance: float  # straight to the waypoint
+    bearing: float  # straight to the waypoint
+    speed: float  # what the route asks for; NaN where it does not say
+
+
+@kernel
+def leg_direction(north_0, east_0, north_1, east_1):
+    """Course π_p of the leg from point 0 to point 1, rad in [−π, π]; metres in."""
+    return math.atan2(east_1 - east_0, north_1 - north_0)
+
+
+@kernel
+def track_errors(north, east, north_0, east_0, direction):
+    """Along-track and cross-track error (x_e, y_e), m, from a leg through point 0; P1 (46) corrected and (36)."""
+    c, s = math.cos(direction), math.sin(direction)
+    dn, de = north - north_0, east - east_0
+    return dn * c + de * s, de * c - dn * s
+
+
+@kernel
+def nearest_point(north, east, north_0, east_0, direction):
+    """The point (north, east), m, of the leg's endless line that is nearest to a position."""
+    along, _ = track_errors(north, east, north_0, east_0, direction)
+    return north_0 + along * math.cos(direction), east_0 + along * math.sin(direction)
+
+
+@kernel
+def seen_from_leg(north, east, north_0, east_0, north_1, east_1, direction, length):
+    """(along, cross, remaining, distance, bearing) of a position on the leg from point 0 to point 1; m, rad."""
+    along, cross = track_errors(north, east, north_0, east_0, direction)
+    dn, de = north_1 - north, east_1 - east
+    return along, cross, length - along, math.hypot(dn, de), math.atan2(de, dn)

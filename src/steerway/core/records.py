@@ -1,0 +1,181 @@
+"""The two tables everything speaks in: Fixes (what receivers said) and Motion (what we say).
+
+Both are frozen and hold one-dimensional NumPy arrays of equal length, SI and radians, NaN for unknown. Degrees stand
+only in the frames of `to_frame`, whose column names carry their units.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+from itertools import pairwise
+from typing import Self
+
+import numpy as np
+
+from steerway.core.errors import InputError
+
+OK, PREDICTED, REJECTED, NO_COURSE, STARTING, LOST = range(6)
+STATUSES = ("ok", "predicted", "rejected", "no_course", "starting", "lost")
+"""What a row is worth. "lost" is said live only: nothing was heard for so long that nothing is said."""
+
+SAID = ("position_std", "sog", "cog", "heading", "water_speed", "yaw_rate")
+"""What a receiver or instrument may say beside time and position."""
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Equal-length columns, selected and sorted by row."""
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """The arrays of this table by field name."""
+        pairs = ((field.name, getattr(self, field.name)) for field in fields(self))
+        return {name: value for name, value in pairs if isinstance(value, np.ndarray)}
+
+    @property
+    def has_position(self) -> np.ndarray:
+        """(n,) bool: the rows that say where."""
+        return np.isfinite(self.latitude) & np.isfinite(self.longitude)
+
+    def rows(self, chosen) -> Self:
+        """The same table with the rows of a slice, mask or index array."""
+        return replace(self, **{name: column[chosen] for name, column in self.columns().items()})
+
+    def between(self, start: float | None = None, stop: float | None = None) -> Self:
+        """The rows with start ≤ time < stop (Unix s); None leaves an end open."""
+        low = -np.inf if start is None else start
+        high = np.inf if stop is None else stop
+        return self.rows((self.time >= low) & (self.time < high))
+
+    def tracks(self) -> Iterator[tuple[int | None, Self]]:
+        """Each vessel's rows as (mmsi, table); a table without mmsi is one track. Rows of a vessel stand together."""
+        if self.mmsi is None or len(self) == 0:
+            yield None, self
+            return
+        edges = np.flatnonzero(np.diff(self.mmsi)) + 1
+        bounds = [0, *edges.tolist(), len(self)]
+        for first, last in pairwise(bounds):
+            yield int(self.mmsi[first]), self.rows(slice(first, last))
+
+
+@dataclass(frozen=True, eq=False)
+class Fixes(Table):
+    """What receivers said: one row an epoch, in time order (by vessel, then time, where `mmsi` is given).
+
+    A row may lack its position (a compass between two fixes); such a row aids the estimate and gets no row of its own
+    in Motion.
+
+    Shapes: every array (n,). Raises InputError when lengths differ.
+    """
+
+    time: np.ndarray  # Unix UTC
+    latitude: np.ndarray  # rad
+    longitude: np.ndarray  # rad, [−π, π)
+    position_std: np.ndarray | None = None  # the receiver's own 1σ of north and of east
+    sog: np.ndarray | None = None
+    cog: np.ndarray | None = None  # true, rad
+    heading: np.ndarray | None = None  # true, rad
+    water_speed: np.ndarray | None = None  # along the hull
+    yaw_rate: np.ndarray | None = None  # + starboard, rad/s
+    mmsi: np.ndarray | None = None  # int64
+    source: str = ""
+    notes: tuple[str, ...] = ()  # what the reader left out or corrected, and why, one sentence each
+
+    def __post_init__(self):
+        n = len(self.time)
+        for name in ("time", "latitude", "longitude", *SAID):
+            given = getattr(self, name)
+            column = np.full(n, np.nan) if given is None else np.ascontiguousarray(given, dtype=np.float64)
+            if column.shape != (n,):
+                raise InputError(f"Fixes.{name} has shape {column.shape}, expected ({n},) as time has")
+            object.__setattr__(self, name, column)
+        if self.mmsi is not None:
+            object.__setattr__(self, "mmsi", np.ascontiguousarray(self.mmsi, dtype=np.int64))
+
+    def in_order(self) -> Self:
+        """The same rows sorted by vessel and time; rows of equal time keep their order."""
+        keys = (self.time,) if self.mmsi is None else (self.time, self.mmsi)
+        return self.rows(np.lexsort(keys))
+
+    def to_frame(self):
+        """A polars DataFrame: time_s, lat_deg, lon_deg, then whatever was said; unknown is null."""
+        return _frame(self, _FIXES_COLUMNS, optional=True)
+
+
+@dataclass(frozen=True, eq=False)
+class Motion(Table):
+    """What we say: position, SOG, COG and course rate with their standard deviations, one row a fix or output time.
+
+    Shapes: every array (n,). `cog`, `course_rate` and their deviations are NaN where course is not defined.
+    """
+
+    time: np.ndarray  # Unix UTC
+    latitude: np.ndarray  # rad
+    longitude: np.ndarray  # rad, [−π, π)
+    sog: np.ndarray
+    cog: np.ndarray  # rad, [−π, π)
+    course_rate: np.ndarray  # + starboard, rad/s
+    sog_std: np.ndarray
+    cog_std: np.ndarray
+    course_rate_std: np.ndarray
+    nis: np.ndarray  # normalised innovation squared of the position, 2 degrees of freedom
+    status: np.ndarray  # uint8 index into STATUSES
+    position_std: np.ndarray  # √((σ_N² + σ_E²)/2)
+    mmsi: np.ndarray | None = None
+
+    def to_frame(self):
+        """A polars DataFrame of the output columns, degrees where a name says so, null where unknown."""
+        import polars as pl
+
+        return _frame(self, MOTION_COLUMNS).with_columns(pl.Series("status", np.array(STATUSES)[self.status]))
+
+
+def _degrees(radians):
+    return np.degrees(radians)
+
+
+def _compass_degrees(radians):
+    """Degrees in [0, 360)."""
+    turned = np.mod(np.degrees(radians), 360.0)
+    return np.where(turned >= 360.0, 0.0, turned)
+
+
+def _as_is(values):
+    return values
+
+
+_POSITION_COLUMNS = {
+    "time_s": ("time", _as_is),
+    "lat_deg": ("latitude", _degrees),
+    "lon_deg": ("longitude", _degrees),
+}
+_FIXES_COLUMNS = _POSITION_COLUMNS | {
+    "position_std_m": ("position_std", _as_is),
+    "sog_mps": ("sog", _as_is),
+    "cog_deg": ("cog", _compass_degrees),
+    "heading_deg": ("heading", _compass_degrees),
+    "water_speed_mps": ("water_speed", _as_is),
+    "yaw_rate_dps": ("yaw_rate", _degrees),
+}
+MOTION_COLUMNS = _POSITION_COLUMNS | {
+    "sog_mps": ("sog", _as_is),
+    "cog_deg": ("cog", _compass_degrees),
+    "course_rate_dps": ("course_rate", _degrees),
+    "sog_std_mps": ("sog_std", _as_is),
+    "cog_std_deg": ("cog_std", _degrees),
+    "course_rate_std_dps": ("course_rate_std", _degrees),
+    "nis": ("nis", _as_is),
+}
+
+
+def _frame(table, columns, optional=False):
+    """The table under its outward column names; with `optional`, columns that hold nothing are left out."""
+    import polars as pl
+
+    series = [] if table.mmsi is None else [pl.Series("mmsi", table.mmsi)]
+    for name, (field, convert) in columns.items():
+        values = convert(getattr(table, field))
+        if not optional or name in _POSITION_COLUMNS or np.isfinite(values).any():
+            series.append(pl.Series(name, values, nan_to_null=True))
+    return pl.DataFrame(series)

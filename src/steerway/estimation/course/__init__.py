@@ -1,0 +1,1 @@
+"""Speed over ground, course over ground and course rate from positions."""

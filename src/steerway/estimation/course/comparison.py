@@ -1,0 +1,161 @@
+"""Our estimate against the receiver's own SOG and COG, which are filtered, late and frozen at rest: not truth."""
+
+import math
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from steerway.core.angles import TURN
+from steerway.core.records import Fixes, Motion
+
+STANDSTILL = 0.3
+"""m/s of the receiver's SOG below which it is at rest."""
+UNDERWAY = 1.0
+"""m/s of the receiver's SOG above which its COG means something."""
+LONGEST_LAG = 5.0
+"""s to either side within which a lag is looked for."""
+_LAGS = np.round(np.arange(-LONGEST_LAG, LONGEST_LAG + 0.05, 0.1), 1)
+_NEAR = 2.0
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Differences, ours minus the receiver's, as it comes and after the lag that makes them smallest.
+
+    A positive lag: the receiver speaks later than we do. Robust deviations are 1.4826 times the median absolute one.
+    """
+
+    compared: int  # rows of the receiver above `UNDERWAY` that meet an estimate
+    sog_rms: float
+    sog_robust: float
+    sog_lag: float
+    sog_rms_aligned: float
+    cog_rms: float
+    cog_robust: float
+    cog_lag: float
+    cog_rms_aligned: float
+    standstill: int  # rows of the receiver below `STANDSTILL`
+    standstill_sog_median: float  # ours
+    standstill_receiver_sog_median: float
+    standstill_undefined: float  # share of them in which we call the course undefined
+
+    def as_dict(self) -> dict[str, float]:
+        """The numbers by name, with their units."""
+        return {_with_unit(name): _outward(name, value) for name, value in asdict(self).items()}
+
+    def sentences(self) -> list[tuple[str, str]]:
+        """The agreement as (what, value) pairs for people."""
+        d = self.as_dict()
+        return [
+            ("rows compared", f"{self.compared} with the receiver above {UNDERWAY} m/s"),
+            ("SOG", f"{d['sog_rms_mps']:.3f} m/s RMS, {d['sog_robust_mps']:.3f} robust"),
+            ("  aligned", f"{d['sog_rms_aligned_mps']:.3f} m/s RMS; the receiver is {_late(self.sog_lag)}"),
+            ("COG", f"{d['cog_rms_deg']:.2f}° RMS, {d['cog_robust_deg']:.2f}° robust"),
+            ("  aligned", f"{d['cog_rms_aligned_deg']:.2f}° RMS; the receiver is {_late(self.cog_lag)}"),
+            ("at standstill", f"{self.standstill} rows with the receiver below {STANDSTILL} m/s"),
+            (
+                "  SOG median",
+                f"{self.standstill_sog_median:.3f} m/s ours, {self.standstill_receiver_sog_median:.3f} the receiver's",
+            ),
+            ("  course undefined", f"{100.0 * self.standstill_undefined:.1f} % of them"),
+        ]
+
+
+def _with_unit(name):
+    if name.endswith("lag"):
+        return f"{name}_s"
+    if name.startswith("cog"):
+        return f"{name}_deg"
+    if "sog" in name:
+        return f"{name}_mps"
+    return {"standstill_undefined": "standstill_undefined_pct"}.get(name, name)
+
+
+def _outward(name, value):
+    if name == "standstill_undefined":
+        return 100.0 * value
+    return math.degrees(value) if name.startswith("cog") and not name.endswith("lag") else value
+
+
+def _late(lag):
+    return f"{abs(lag):.1f} s {'late' if lag >= 0.0 else 'early'} against us"
+
+
+def compare(fixes: Fixes, motion: Motion) -> Agreement:
+    """Agreement of an estimate with the SOG and COG that stand in the fixes it was made from (all vessels together)."""
+    pairs = [_met(said, ours) for (_, said), (_, ours) in zip(fixes.tracks(), motion.tracks(), strict=True)]
+    sog, cog, rest = (np.concatenate([pair[k] for pair in pairs], axis=1) for k in range(3))
+    sog_rms, sog_robust, sog_lag, sog_aligned = _difference(sog)
+    cog_rms, cog_robust, cog_lag, cog_aligned = _difference(cog, turn=TURN)
+    return Agreement(
+        compared=sog.shape[1],
+        sog_rms=sog_rms,
+        sog_robust=sog_robust,
+        sog_lag=sog_lag,
+        sog_rms_aligned=sog_aligned,
+        cog_rms=cog_rms,
+        cog_robust=cog_robust,
+        cog_lag=cog_lag,
+        cog_rms_aligned=cog_aligned,
+        standstill=rest.shape[1],
+        standstill_sog_median=_median(rest[0]),
+        standstill_receiver_sog_median=_median(rest[1]),
+        standstill_undefined=float(np.isnan(rest[2]).mean()) if rest.shape[1] else math.nan,
+    )
+
+
+def _met(fixes: Fixes, motion: Motion):
+    """SOG and COG (1 + lags, k): the receiver's, then ours at every lag; at rest (3, r): our SOG, its, our COG."""
+    nearest = _nearest(motion.time, fixes.time)
+    near = np.abs(motion.time[nearest] - fixes.time) < _NEAR if len(motion) else np.zeros(len(fixes), bool)
+    fast = near & (fixes.sog > UNDERWAY)
+    sog = _shifted(motion.time, motion.sog, fixes.time[fast])
+    course = fast & np.isfinite(fixes.cog)
+    known = np.isfinite(motion.cog)
+    cog = _shifted(motion.time[known], np.unwrap(motion.cog[known]), fixes.time[course])
+    slow = near & (fixes.sog < STANDSTILL)
+    rest = np.stack([motion.sog[nearest[slow]], fixes.sog[slow], motion.cog[nearest[slow]]])
+    return np.vstack([fixes.sog[fast], sog]), np.vstack([fixes.cog[course], cog]), rest
+
+
+def _nearest(time, moments):
+    if not len(time):
+        return np.zeros(len(moments), int)
+    after = np.clip(np.searchsorted(time, moments), 1, max(len(time) - 1, 1))
+    before = after - 1
+    after = np.minimum(after, len(time) - 1)
+    return np.where(moments - time[before] <= time[after] - moments, before, after)
+
+
+def _shifted(time, values, moments):
+    """(lags, k) values at moments − lag; NaN beyond the ends."""
+    if not len(time):
+        return np.full((len(_LAGS), len(moments)), np.nan)
+    return np.stack([np.interp(moments - lag, time, values, left=np.nan, right=np.nan) for lag in _LAGS])
+
+
+def _difference(table, turn=None):
+    """RMS and robust deviation at no lag, the best lag and the RMS there."""
+    if table.shape[1] == 0:
+        return math.nan, math.nan, math.nan, math.nan
+    differences = table[1:] - table[0]
+    if turn is not None:
+        differences = (differences + turn / 2.0) % turn - turn / 2.0
+    known = np.isfinite(differences)
+    counts = known.sum(axis=1)
+    squares = np.where(known, differences, 0.0) ** 2
+    rms = np.sqrt(squares.sum(axis=1) / np.maximum(counts, 1))
+    rms[counts < 0.9 * counts.max()] = np.inf
+    best = int(np.argmin(rms))
+    now = differences[len(_LAGS) // 2]
+    return (
+        float(rms[len(_LAGS) // 2]),
+        1.4826 * _median(np.abs(now - _median(now))),
+        float(_LAGS[best]),
+        float(rms[best]),
+    )
+
+
+def _median(values) -> float:
+    values = values[np.isfinite(values)]
+    return float(np.median(values)) if len(values) else math.nan

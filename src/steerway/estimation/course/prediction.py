@@ -1,0 +1,123 @@
+"""`predict`: where every vessel of a record will be, and how sure that is (motion prediction from AIS, P0 §1)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from steerway.core.compiled import kernel
+from steerway.core.earth import displaced
+from steerway.core.errors import InputError
+from steerway.core.records import Fixes, Table
+from steerway.estimation.course.estimate import choose_profile
+from steerway.estimation.course.forecast import forecast
+from steerway.estimation.course.model import EAST, EMPTY, LATITUDE, LONGEST_GAP, LONGITUDE, MODE, NORTH
+from steerway.estimation.course.replay import memories
+from steerway.estimation.profiles import Profile
+
+LONGEST_HORIZON = 3600.0
+"""s"""
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction(Table):
+    """Positions to come: one row a vessel and horizon. Shapes: every array (n,); mmsi None for one's own boat."""
+
+    time: np.ndarray  # Unix UTC, of the predicted position
+    latitude: np.ndarray  # rad
+    longitude: np.ndarray  # rad, [−π, π)
+    horizon: np.ndarray  # s since the vessel's last report
+    variance_north: np.ndarray  # m²
+    variance_east: np.ndarray  # m²
+    covariance: np.ndarray  # of north and east, m²
+    mmsi: np.ndarray | None = None
+
+    @property
+    def ellipse(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Half axes of the 95 % ellipse (m, the longer first) and the direction of the longer one (rad from north)."""
+        mean, half = 0.5 * (self.variance_north + self.variance_east), 0.5 * (self.variance_north - self.variance_east)
+        spread = np.hypot(half, self.covariance)
+        chi_square = -2.0 * np.log(0.05)  # two degrees of freedom, 95 %
+        axes = (np.sqrt(chi_square * (mean + spread)), np.sqrt(chi_square * np.maximum(mean - spread, 0.0)))
+        return *axes, 0.5 * np.arctan2(self.covariance, half)
+
+    def to_frame(self):
+        """A polars DataFrame: mmsi, time_s, horizon_s, lat_deg, lon_deg, deviations, correlation, the 95 % ellipse."""
+        import polars as pl
+
+        longer, shorter, direction = self.ellipse
+        north, east = np.sqrt(self.variance_north), np.sqrt(self.variance_east)
+        columns = {} if self.mmsi is None else {"mmsi": self.mmsi}
+        return pl.DataFrame(
+            columns
+            | {
+                "time_s": self.time,
+                "horizon_s": self.horizon,
+                "lat_deg": np.degrees(self.latitude),
+                "lon_deg": np.degrees(self.longitude),
+                "north_std_m": north,
+                "east_std_m": east,
+                "north_east_correlation": self.covariance / (north * east),
+                "ellipse95_longer_m": longer,
+                "ellipse95_shorter_m": shorter,
+                "ellipse95_direction_deg": np.mod(np.degrees(direction), 180.0),
+            }
+        )
+
+
+def predict(
+    fixes: Fixes,
+    horizons: float | Sequence[float] = 600.0,
+    profile: Profile | str | Path | None = None,
+    aid: tuple[str, ...] | None = None,
+) -> Prediction:
+    """Position and covariance of every vessel, `horizons` seconds after the end of the record.
+
+    Vessels that have been silent for longer than `LONGEST_GAP` by then are left out.
+
+    Args:
+        fixes: what receivers said, up to now.
+        horizons: 0 to 3600 s.
+        profile: as for `estimate`.
+        aid: as for `estimate`; None takes the SOG and COG that AIS reports transmit, and positions alone otherwise.
+
+    Raises InputError for a horizon out of range and as `estimate` does.
+    """
+    horizons = np.atleast_1d(np.asarray(horizons, float))
+    wrong = horizons[~((horizons > 0.0) & (horizons <= LONGEST_HORIZON))]
+    if len(wrong):
+        raise InputError(f"horizon is {wrong[0]:g}, expected more than 0 and at most {LONGEST_HORIZON:g} s")
+    model, outlook, aid = predictor(fixes, profile, aid)
+    now = fixes.time[fixes.has_position].max()
+    rows, vessels = [], []
+    for mmsi, track in fixes.rows(fixes.has_position).in_order().tracks():
+        silent = now - track.time[-1]
+        memory = memories(model, aid, track, last=True)[0]
+        if silent <= LONGEST_GAP and memory[-1, MODE] != EMPTY:
+            rows += [(now + horizon, *ahead(memory, outlook, silent + horizon)) for horizon in horizons]
+            vessels += [mmsi] * len(horizons)
+    columns = np.array(rows, float).reshape(-1, 7).T
+    mmsi = None if fixes.mmsi is None else np.array(vessels, np.int64)
+    return Prediction(*columns, mmsi=mmsi)
+
+
+def predictor(fixes: Fixes, profile=None, aid=None) -> tuple[np.ndarray, np.ndarray, tuple[str, ...]]:
+    """What `predict` works with: the model that finds where a vessel is, the one by which she goes on, the aids.
+
+    Which turns she will make nobody knows: a vessel of several manners of moving goes on as she does on average.
+    """
+    if aid is None:
+        aid = ("sog", "cog") if fixes.mmsi is not None else ()
+    chosen = choose_profile(fixes, profile, aid)
+    return chosen.model(aid), chosen.on_average.model(aid), aid
+
+
+@kernel
+def ahead(memory, model, horizon):
+    """(latitude, longitude, horizon, Σ_NN, Σ_EE, Σ_NE) `horizon` seconds after what the memory knows."""
+    north, east, nn, ne, ee = forecast(memory, model, horizon)
+    n = memory.shape[1]
+    x, book = memory[n], memory[n + 1]
+    latitude, longitude = displaced(book[LATITUDE], book[LONGITUDE], x[NORTH] + north, x[EAST] + east)
+    return latitude, longitude, horizon, nn, ee, ne

@@ -1,5 +1,0 @@
-"""The papers' forms exactly as printed, labelled: for studies and tests, never for the product."""
-
-from steerway.papers.ekf_5states import ekf_5states
-
-__all__ = ["ekf_5states"]

@@ -1,0 +1,197 @@
+"""One voyage of one kind with one seed, judged: module-level functions, for the cores of this machine."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.control.speed_pi import SpeedPI, SpeedPIGains
+from steerway.identification.surge import identify_surge
+from steerway.vessels import conditions
+from steerway_studies.adaptive_speed import judge, plants, printed
+from steerway_studies.adaptive_speed.loop import sail
+
+STAIRCASE = ((0.0, 3.0), (100.0, 6.0), (200.0, 9.0), (300.0, 6.0), (400.0, 3.0))
+FAULT_AT = 100.0
+FAULTS = {"dvl": "log step", "dvl_ramp": "log ramp", "gps": "gps step", "imu": "accelerometer step"}
+WIND_ARRIVES, CURRENT_ARRIVES = 140.0, 90.0
+
+
+class Job(NamedTuple):
+    kind: str
+    seed: int
+    setpoint: int = 3
+    plant: str = "a"
+
+
+def run(job: Job) -> dict[str, float]:
+    """The judgement of one voyage."""
+    return KINDS[job.kind](job)
+
+
+def ours(job):
+    """MRAC+ with fused feedback; the estimate is judged too."""
+    speed = job.setpoint
+    voyage = sail(plants.plant(job.plant), plants.controller(job.plant), ((0.0, speed),), job.seed)
+    return judge.response(voyage.time, voyage.speed, voyage.shaft, speed) | judge.estimate(voyage, speed)
+
+
+class PiShaft:
+    """PI with anti-windup as a shaft-speed controller: its force, a mass of 1, by the guessed constant thrust g0."""
+
+    def __init__(self):
+        self.thrust = 0.0049
+        limit = self.thrust * 17.5**2
+        drag = {"linear_drag": 0.0015, "quadratic_drag": 0.01}
+        self._pi = SpeedPI(SpeedPIGains(mass=1.0, bandwidth=0.12, limit=limit, **drag))
+        self.model, self.parameters = math.nan, (math.nan,) * 3
+
+    def step(self, setpoint, speed, dt, shaft=math.nan):
+        return math.sqrt(self._pi.step(setpoint, speed, dt) / self.thrust)
+
+
+def baseline(job):
+    """PI with anti-windup, the same sensors."""
+    voyage = sail(plants.plant(job.plant), PiShaft(), ((0.0, job.setpoint),), job.seed)
+    return judge.response(voyage.time, voyage.speed, voyage.shaft, job.setpoint)
+
+
+def chance(job):
+    """A random boat; a current arrives at 90 s and wind at 140 s."""
+    signs = np.random.default_rng([job.seed, 1]).choice((-1.0, 1.0), 2)
+    boat = plants.random_plant(job.seed)
+    sea = _weather(*signs)
+    voyage = sail(boat, plants.controller("a"), ((0.0, job.setpoint),), job.seed, sea=sea, propeller=plants.NOMINAL)
+    calm = voyage.time < CURRENT_ARRIVES
+    error = np.abs(voyage.speed - job.setpoint)[~calm]
+    return {
+        "settling_s": judge.settling(voyage.time[calm], voyage.speed[calm], job.setpoint),
+        "overshoot_pct": judge.overshoot_pct(voyage.speed[calm], job.setpoint),
+        "tail_pct": judge.tail_pct(voyage.time, voyage.speed, job.setpoint),
+        "peak_pct": 100.0 * float(error.max()) / job.setpoint,
+        "exclusions": judge.estimate(voyage, job.setpoint)["exclusions"],
+    }
+
+
+def _weather(current, wind):
+    with_current = conditions(current=(0.5 * current, 0.0))
+    with_both = conditions(current=(0.5 * current, 0.0), force=(1000.0 * wind, 0.0))
+    return ((0.0, conditions()), (CURRENT_ARRIVES, with_current), (WIND_ARRIVES, with_both))
+
+
+def faultless(job):
+    """Plant T in current and wind, everything sound: nothing may be left out."""
+    signs = np.random.default_rng([job.seed, 2]).choice((-1.0, 1.0), 2)
+    boat, control = plants.plant("a"), plants.controller("a")
+    voyage = sail(boat, control, ((0.0, job.setpoint),), job.seed, sea=_weather(*signs), propeller=plants.NOMINAL)
+    return judge.estimate(voyage, job.setpoint) | {"doubts": float(len(voyage.events))}
+
+
+def staircase(job):
+    """3-6-9-6-3 m/s: the settling of every step, and what the log tells about the boat."""
+    voyage = sail(plants.plant(job.plant), plants.controller(job.plant), STAIRCASE, job.seed, duration=500.0)
+    ends = [*[since for since, _ in STAIRCASE[1:]], math.inf]
+    found = {}
+    for i, ((since, speed), end) in enumerate(zip(STAIRCASE, ends, strict=True)):
+        rows = (voyage.time >= since) & (voyage.time < end)
+        found[f"step_{i + 1}_s"] = judge.settling(voyage.time[rows], voyage.speed[rows], speed)
+    return found | (_identified(voyage, job.seed) if job.plant == "a" else {})
+
+
+def _identified(voyage, seed):
+    """Identification from what a boat has: her log's speed and her shaft's, at 10 Hz; and from one speed alone."""
+    rows = np.flatnonzero(np.isfinite(voyage.log))
+    logged = voyage.time[rows], voyage.log[rows], voyage.shaft[rows]
+    found = identify_surge(*logged)
+    steady = (logged[0] > 150.0) & (logged[0] < 199.0)
+    constant = identify_surge(*(column[steady] for column in logged))
+    truth = plants.NOMINAL
+    return {
+        "drag_linear_pct": 100.0 * abs(found.model.linear_drag / truth.linear_drag - 1.0),
+        "drag_quadratic_pct": 100.0 * abs(found.model.quadratic_drag / truth.quadratic_drag - 1.0),
+        "thrust_pct": 100.0 * abs(found.model.thrust / truth.thrust - 1.0),
+        "identified": float(found.identified),
+        "constant_identified": float(constant.identified),
+        "linear_drag": found.model.linear_drag,
+        "quadratic_drag": found.model.quadratic_drag,
+        "thrust": found.model.thrust,
+    }
+
+
+def gps_only(job):
+    """GPS and accelerometer, no log."""
+    return _estimated(job, log=None)
+
+
+def _estimated(job, **how):
+    voyage = sail(plants.plant("a"), plants.controller("a"), ((0.0, job.setpoint),), job.seed, **how)
+    return judge.estimate(voyage, job.setpoint)
+
+
+def water_track(job):
+    """The log sees the water only, which runs at 0.5 m/s; the current must be found from GPS against log."""
+    sea = ((0.0, conditions(current=(0.5, 0.0))),)
+    voyage = sail(plants.plant("a"), plants.controller("a"), ((0.0, job.setpoint),), job.seed, sea=sea, log="water")
+    wrong = np.flatnonzero(np.abs(voyage.current - 0.5) > 0.05)
+    return judge.estimate(voyage, job.setpoint) | {"current_found_s": float(voyage.time[wrong[-1]]) + 0.005}
+
+
+def fault(job):
+    """An instrument goes wrong at 100 s; `plant` names which. Control sees the estimate."""
+    voyage = sail(
+        plants.plant("a"),
+        plants.controller("a"),
+        ((0.0, job.setpoint),),
+        job.seed,
+        propeller=plants.NOMINAL,
+        fault=(FAULTS[job.plant], FAULT_AT),
+    )
+    late = voyage.time > FAULT_AT
+    error = 100.0 * np.abs(voyage.estimate - voyage.speed)[late] / job.setpoint
+    bad = np.flatnonzero(error > 1.0)
+    events = [event for event in voyage.events if event.what != "readmitted"]
+    guilty = {"dvl": "bottom_speed", "dvl_ramp": "bottom_speed", "gps": "sog", "imu": "acceleration"}[job.plant]
+    right = bool(events) and events[0].instrument == guilty and len({event.instrument for event in events}) == 1
+    return {
+        "max_pct": float(error.max()),
+        "recovered_s": float(voyage.time[late][bad[-1]] - FAULT_AT) if len(bad) else 0.0,
+        "named_s": events[0].time - FAULT_AT if right else math.inf,
+    }
+
+
+def outage(job):
+    """GPS and log fall silent from 90 to 150 s; at 100 s the boat is to go from 3 to 6 m/s. The model is identified."""
+    from steerway.identification.surge import SurgeModel
+
+    steps = sail(plants.plant("a"), plants.controller("a"), STAIRCASE, job.seed, duration=500.0)
+    found = _identified(steps, job.seed)
+    model = SurgeModel(found["linear_drag"], found["quadratic_drag"], found["thrust"])
+    voyage = sail(
+        plants.plant("a"),
+        plants.controller("a"),
+        ((0.0, 3.0), (100.0, 6.0)),
+        job.seed + 100_000,
+        propeller=model,
+        aid_by_propeller=True,
+        outage=(90.0, 150.0),
+    )
+    rows = (voyage.time > 90.0) & (voyage.time <= 150.0)
+    error = (voyage.estimate - voyage.speed)[rows]
+    return {
+        "max_pct": 100.0 * float(np.abs(error).max()) / 6.0,
+        "rms_pct": 100.0 * float(np.sqrt(np.mean(error**2))) / 6.0,
+    }
+
+
+KINDS = {
+    "ours": ours,
+    "baseline": baseline,
+    "chance": chance,
+    "faultless": faultless,
+    "staircase": staircase,
+    "gps_only": gps_only,
+    "water_track": water_track,
+    "fault": fault,
+    "outage": outage,
+    "printed_filter": printed.filter_errors,
+}

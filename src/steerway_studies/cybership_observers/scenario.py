@@ -1,0 +1,225 @@
+"""Scenario S*: CyberShip II goes 10 m north, 10 m east and 45° in a disturbance, under P2's PID.
+
+P2 prints neither noise nor disturbance nor steps. What is used here: Runge–Kutta steps of 0.1 s over 100 s; GNSS at
+1 Hz with white noise of 0.098 m; a compass at 10 Hz with 0.5°; a Gauss–Markov force in NED of (0.29 N, 0.29 N,
+0.029 N·m) over 50 s, clipped at 2.5σ, unless it is switched off.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from steerway.control.positioning import PositioningGains, PositionPID
+from steerway.core.angles import wrap
+from steerway.core.noise import markov_decay, markov_step, oscillator, oscillator_step
+from steerway.vessels import CyberShip2, conditions
+from steerway.vessels.cybership2 import THRUST
+
+STEP, STEPS = 0.1, 1000
+PER_FIX = 10
+ROWS = STEPS + 1
+TIME = STEP * np.arange(ROWS)
+FIX_STD, HEADING_STD = 0.098, math.radians(0.5)
+FORCE_STD, FORCE_TIME, FORCE_CLIP = np.array([0.29, 0.29, 0.029]), 50.0, 2.5
+WAVE_STD, WAVE_FREQUENCY, WAVE_DAMPING = 0.283, 0.8, 0.1
+SWELL_DAMPING = 0.01
+CHANGE = 10.0
+GOAL = (10.0, 10.0, math.radians(45.0))
+
+PRINTED_GAINS = PositioningGains(
+    proportional=[[0.5160, 0.0, 0.0], [0.0, 0.6760, 0.0202], [0.0, 0.0202, 0.0552]],
+    integral=[[0.0026, 0.0, 0.0], [0.0, 0.0034, 0.0001], [0.0, 0.0001, 0.0003]],
+    derivative=[[4.1280, 0.0, 0.0], [0.0, 5.4080, 0.1618], [0.0, 0.1618, 0.4416]],
+    limit=tuple(each.high for each in THRUST),
+)
+"""P2 (36)–(38)."""
+
+
+def desired(row: int):
+    """The setpoint of P2 §III at a row."""
+    return GOAL if row * STEP >= CHANGE - 1e-9 else (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Draws:
+    """What chance does in one run, the same for every observer: standard normal, the `lots` uniform in [0, 1)."""
+
+    force: np.ndarray  # (rows, 3)
+    fix: np.ndarray  # (fixes, 2)
+    heading: np.ndarray  # (rows,)
+    other_fix: np.ndarray  # (fixes, 2)
+    wave: np.ndarray  # (fixes + 1, 2, 2)
+    lots: np.ndarray  # (fixes, 3)
+
+
+def drawn(seed: int) -> Draws:
+    """The draws of a seed."""
+    chance = np.random.default_rng(seed)
+    fixes = STEPS // PER_FIX + 1
+    normal = chance.standard_normal
+    return Draws(
+        normal((ROWS, 3)), normal((fixes, 2)), normal(ROWS), normal((fixes, 2)), normal((fixes + 1, 2, 2)),
+        chance.random((fixes, 3)),
+    )  # fmt: skip
+
+
+def disturbance(draws: Draws) -> np.ndarray:
+    """(rows, 3) the force in north, east and yaw, from its stationary spread on."""
+    decay = markov_decay(FORCE_TIME, STEP)
+    force = np.empty((ROWS, 3))
+    force[0] = FORCE_STD * draws.force[0]
+    for k in range(1, ROWS):
+        for i in range(3):
+            force[k, i] = markov_step(force[k - 1, i], decay, FORCE_STD[i], draws.force[k, i])
+    return np.clip(force, -FORCE_CLIP * FORCE_STD, FORCE_CLIP * FORCE_STD)
+
+
+@dataclass(frozen=True)
+class Record:
+    """One run: rows 0.1 s apart.
+
+    `states` (rows, 6), `forces` (rows − 1, 3) of the actuators, `pushes` (rows, 3) of the sea, `fixes` (rows, 2), NaN
+    between, and `headings` (rows,).
+    """
+
+    states: np.ndarray
+    forces: np.ndarray
+    pushes: np.ndarray
+    fixes: np.ndarray
+    headings: np.ndarray
+
+
+def sail(
+    draws: Draws,
+    disturbed: bool = True,
+    observer=None,
+    compass: bool = True,
+    fix_noise: Callable | None = None,
+    identification: str = "linear",
+    controller=None,
+) -> Record:
+    """One run. With an `observer` its estimate steers her, else the truth does."""
+    vessel = CyberShip2(identification)
+    controller = controller or PositionPID(PRINTED_GAINS, anti_windup=False)
+    pushes = disturbance(draws) if disturbed else np.zeros((ROWS, 3))
+    noise = (fix_noise or white)(draws)
+    states, forces = np.empty((ROWS, 6)), np.empty((STEPS, 3))
+    fixes, headings = np.full((ROWS, 2), math.nan), np.empty(ROWS)
+    state = vessel.start()
+    if observer is not None:
+        observer.start(0.0, 0.0, 0.0)
+    for k in range(ROWS):
+        if k:
+            state = vessel.step(state, forces[k - 1], conditions((0.0, 0.0), pushes[k - 1, :2], pushes[k - 1, 2]), STEP)
+        states[k] = state
+        headings[k] = wrap(state[2] + HEADING_STD * draws.heading[k])
+        if k % PER_FIX == 0:
+            fixes[k] = state[:2] + noise(k // PER_FIX, math.hypot(state[3], state[4]))
+        if observer is None:
+            place, velocity = state[:3], state[3:]
+        else:
+            if k:
+                hear(observer, forces[k - 1], fixes[k], headings[k] if compass else math.nan)
+            place, velocity = observer.motion[:3], observer.motion.velocity
+        if k < STEPS:
+            forces[k] = controller.step(desired(k), *place, velocity, STEP)
+    return Record(states, forces, pushes, fixes, headings)
+
+
+def hear(observer, force, fix, heading) -> float:
+    """One step of an observer: predict, then what was measured. Returns the NIS of a fix, NaN without one."""
+    observer.predict(force, STEP)
+    if math.isfinite(heading):
+        observer.update_heading(heading)
+    return observer.update(*fix) if math.isfinite(fix[0]) else math.nan
+
+
+def white(draws: Draws, std: float = FIX_STD):
+    """Noise of fixes: white."""
+    return lambda i, speed: std * draws.fix[i]
+
+
+def with_outliers(draws: Draws):
+    """White noise; one fix in twenty is 1 to 5 m off, in any direction."""
+    lots = draws.lots
+    size = np.where(lots[:, 0] < 0.05, 1.0 + 4.0 * lots[:, 1], 0.0)
+    bearing = 2.0 * math.pi * lots[:, 2]
+    off = np.column_stack([size * np.cos(bearing), size * np.sin(bearing)])
+    return lambda i, speed: FIX_STD * draws.fix[i] + off[i]
+
+
+QUIET, LOUD, LOUD_FROM = 0.1, 0.5, 75
+"""1σ of fixes before and after the second at which it steps up."""
+
+
+def stepping(draws: Draws):
+    """White noise that steps up in the last quarter."""
+    return lambda i, speed: (LOUD if i >= LOUD_FROM else QUIET) * draws.fix[i]
+
+
+DOUBLING = 0.25
+"""m/s at which the noise of a fix is twice that at rest, where it grows with the speed."""
+
+
+def growing(draws: Draws):
+    """White noise that grows with the vessel's speed."""
+    return lambda i, speed: FIX_STD * (1.0 + speed / DOUBLING) * draws.fix[i]
+
+
+def with_waves(draws: Draws, damping: float = WAVE_DAMPING):
+    """White noise on top of waves: what a fix sees of them, north and east apart."""
+    model = oscillator(WAVE_FREQUENCY, damping, STEP * PER_FIX)
+    swings = draws.wave[0] / (WAVE_FREQUENCY, 1.0)
+    waves = np.empty((len(draws.fix), 2))
+    for k in range(len(waves)):
+        waves[k] = WAVE_STD * swings[:, 1]
+        for i in range(2):
+            swings[i] = oscillator_step(model, *swings[i], *draws.wave[k + 1, i])
+    return lambda i, speed: FIX_STD * draws.fix[i] + waves[i]
+
+
+@dataclass(frozen=True)
+class Run:
+    """An observer on a record: `errors` (rows, 2) north and east (m), `heading_errors` (rows,) rad, mean `nis`."""
+
+    errors: np.ndarray
+    heading_errors: np.ndarray
+    nis: float
+    places: np.ndarray
+
+    @property
+    def mae(self) -> float:
+        """Mean |error| over north and east at all times, m."""
+        return float(np.abs(self.errors).mean())
+
+    @property
+    def mae_at_fixes(self) -> float:
+        """The same at fixes only, after they are taken."""
+        return float(np.abs(self.errors[PER_FIX::PER_FIX]).mean())
+
+    @property
+    def heading_mae(self) -> float:
+        """Mean |heading error|, rad."""
+        return float(np.abs(self.heading_errors).mean())
+
+
+def watch(observer, record: Record, compass: bool = True) -> Run:
+    """Let an observer see a record, from zero error on."""
+    observer.start(0.0, 0.0, 0.0)
+    places, nis = np.zeros((ROWS, 3)), []
+    for k in range(1, ROWS):
+        heading = record.headings[k] if compass else math.nan
+        nis.append(hear(observer, record.forces[k - 1], record.fixes[k], heading))
+        places[k] = observer.motion[:3]
+    off = places - record.states[:, :3]
+    heading = np.array([wrap(each) for each in off[:, 2]])
+    known = [value for value in nis if math.isfinite(value)]
+    return Run(off[:, :2], heading, float(np.mean(known)) if known else math.nan, places)
+
+
+def held_fixes(record: Record) -> np.ndarray:
+    """(rows, 2) errors of an observer that repeats the last fix."""
+    last = record.fixes[(np.arange(ROWS) // PER_FIX) * PER_FIX]
+    return last - record.states[:, :2]

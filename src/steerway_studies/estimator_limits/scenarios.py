@@ -1,0 +1,182 @@
+"""Truth for the limits of course estimation: a vessel that holds her course for a while and turns for a while.
+
+Which of the two she does is a Markov jump process in continuous time; speed and course rate follow P0 (13) and (15)
+with the noise densities and the decay of the mode she is in. Both are sampled exactly as the filter's model has them,
+so that a filter told the numbers below errs by nothing but what it cannot know.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from steerway.core.compiled import kernel
+from steerway.core.records import Fixes
+from steerway.estimation.course.five_state import chord, set_step
+from steerway.estimation.course.model import (
+    LEAVING,
+    Q_LL,
+    Q_LU,
+    Q_UU,
+    Q_WW,
+    Q_XW,
+    Q_XX,
+    Q_YW,
+    Q_YX,
+    Q_YY,
+    RATE_LEFT,
+    SPEED_LEFT,
+    TURN,
+)
+from steerway.estimation.profiles import Profile
+from steerway.sensors.gnss import Gnss
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A vessel, how long she is watched, and how long after a turn she still does not count as sailing straight."""
+
+    profile: Profile  # the truth about her; of the receiver it says nothing yet
+    speed: float
+    duration: float
+    runs: int
+    recovery: float
+    settling: float  # s at the beginning that count for nothing
+    rate: float = 5.0  # fixes a second
+
+    def known(self, position_std: float) -> Profile:
+        """The true parameters with those of a receiver of white noise (m), as a filter is told them."""
+        return self.profile.model_copy(update={"position_std": position_std})
+
+
+SLOW = Scenario(
+    profile=Profile(
+        name="O",
+        position_std=0.5,
+        speed_noise=1e-4,
+        course_rate_noise=1e-5,
+        course_rate_decay=1.0,
+        straight_time=40.0,
+        turn_time=10.0,
+        turn_speed_noise=1e-4,
+        turn_course_rate_noise=7.8e-3,
+        turn_course_rate_decay=0.2,
+    ),
+    speed=1.3,
+    duration=300.0,
+    runs=60,
+    recovery=10.0,
+    settling=30.0,
+)
+"""Scenario O: a small craft at 1.3 m/s that winds her way."""
+
+FAST = Scenario(
+    profile=Profile(
+        name="M",
+        position_std=0.5,
+        speed_noise=1e-5,
+        course_rate_noise=1e-8,
+        course_rate_decay=0.05,
+        straight_time=400.0,
+        turn_time=100.0,
+        turn_speed_noise=5e-3,
+        turn_course_rate_noise=4.4e-6,
+        turn_course_rate_decay=0.02,
+    ),
+    speed=7.7,
+    duration=2500.0,
+    runs=30,
+    recovery=50.0,
+    settling=100.0,
+)
+"""Scenario M: a ship at 7.7 m/s with long legs and slow turns."""
+
+
+@dataclass(frozen=True)
+class Voyage:
+    """What truly happened: arrays (n,) at the times of the fixes, SI and radians in a tangent plane."""
+
+    time: np.ndarray
+    north: np.ndarray
+    east: np.ndarray
+    sog: np.ndarray
+    cog: np.ndarray
+    course_rate: np.ndarray
+    turning: np.ndarray  # bool: the mode from this row to the next
+
+    @property
+    def states(self) -> np.ndarray:
+        """(n, 5) [x^n y^n U χ ω_χ]."""
+        return np.column_stack([self.north, self.east, self.sog, self.cog, self.course_rate])
+
+    def fixes(self, gnss: Gnss, seed) -> Fixes:
+        """What a receiver says; the plane touches the equator, where north and east become degrees without error."""
+        return gnss.fixes(self.time, self.north, self.east, seed)
+
+
+def sail(scenario: Scenario, seed: int) -> Voyage:
+    """One voyage."""
+    chance = np.random.default_rng([seed, 0])
+    n = round(scenario.duration * scenario.rate) + 1
+    models = scenario.profile.manners()
+    steps = np.zeros((2, 3, 5))
+    spreads = np.zeros((2, 5, 5))
+    for k, model in enumerate(models):
+        _fill_step(steps[k], 1.0 / scenario.rate, model)
+        spreads[k] = _spread(steps[k])
+    # In continuous time: in one step she may leave a mode and come back.
+    leaving = models[:, LEAVING]
+    turned = (1.0 - math.exp(-leaving.sum() / scenario.rate)) / leaving.sum()
+    states, turning = np.empty((n, 5)), np.empty(n, np.bool_)
+    states[0] = 0.0, 0.0, scenario.speed, chance.uniform(-math.pi, math.pi), 0.0
+    _sail(chance.standard_normal((n, 5)), chance.random(n), steps, spreads, leaving * turned, states, turning)
+    return Voyage(np.arange(n) / scenario.rate, *states.T.copy(), turning)
+
+
+@kernel
+def _fill_step(step, dt, model):
+    set_step(step, dt, model)
+
+
+def _spread(step) -> np.ndarray:
+    """Factor of what one step adds to (way, speed) and (way across for each m/s, course, course rate)."""
+    along = np.array([[step[Q_LL], step[Q_LU]], [step[Q_LU], step[Q_UU]]])
+    across = np.array(
+        [
+            [step[Q_YY], step[Q_YX], step[Q_YW]],
+            [step[Q_YX], step[Q_XX], step[Q_XW]],
+            [step[Q_YW], step[Q_XW], step[Q_WW]],
+        ]
+    )
+    spread = np.zeros((5, 5))
+    spread[:2, :2], spread[2:, 2:] = np.linalg.cholesky(along), np.linalg.cholesky(across)
+    return spread
+
+
+@kernel
+def _sail(normals, uniforms, steps, spreads, changes, states, turning):
+    mode = 0
+    turning[0] = False
+    for k in range(1, len(states)):
+        step, noise = steps[mode], spreads[mode] @ normals[k]
+        north, east, u, course, rate = states[k - 1]
+        c, s, north_way, east_way, _, _, _, _ = chord(u, course, rate, step)
+        states[k, 0] = north + north_way + c * noise[0] - s * u * noise[2]
+        states[k, 1] = east + east_way + s * noise[0] + c * u * noise[2]
+        states[k, 2] = u * step[SPEED_LEFT] + noise[1]
+        states[k, 3] = course + step[TURN] * rate + noise[3]
+        states[k, 4] = rate * step[RATE_LEFT] + noise[4]
+        if uniforms[k] < changes[mode]:
+            mode = 1 - mode
+        turning[k] = mode == 1
+
+
+def straight_and_turning(scenario: Scenario, voyage: Voyage) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) bool each: rows in which she sails straight, and in which she turns."""
+    since_turn = np.full(len(voyage.time), np.inf)
+    rows = np.flatnonzero(voyage.turning)
+    if len(rows):
+        last = np.searchsorted(rows, np.arange(len(voyage.time)), side="right") - 1
+        since_turn = np.where(last >= 0, voyage.time - voyage.time[rows[last]], np.inf)
+    settled = voyage.time >= scenario.settling
+    return settled & (since_turn > scenario.recovery), settled & voyage.turning

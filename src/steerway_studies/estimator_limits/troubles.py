@@ -1,0 +1,135 @@
+"""What befalls a log: faults of its fixes, standstill, odd clocks and odd places.
+
+Every trouble takes (voyage, fixes, generator) and returns both anew; it begins at `BEGIN` and is over at the time it is
+listed with.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from steerway.core.earth import radii
+from steerway.core.records import Fixes
+from steerway_studies.estimator_limits.scenarios import Voyage
+from steerway_studies.estimator_limits.statistics import turned
+
+BEGIN = 150.0
+_POLAR_RADIUS = 6_399_593.6
+"""m: of curvature at the pole, WGS-84."""
+_FROM_POLE = 1000.0
+
+
+def _moved(fixes: Fixes, north, east) -> Fixes:
+    meridian, prime_vertical = radii(0.0)
+    return replace(fixes, latitude=fixes.latitude + north / meridian, longitude=fixes.longitude + east / prime_vertical)
+
+
+def _rows(voyage: Voyage, fixes: Fixes, chosen) -> tuple[Voyage, Fixes]:
+    columns = {name: getattr(voyage, name)[chosen] for name in voyage.__dataclass_fields__}
+    return Voyage(**columns), fixes.rows(chosen)
+
+
+def nothing(voyage, fixes, chance):
+    return voyage, fixes
+
+
+def late_start(voyage, fixes, chance):
+    """The log begins under way, in whatever she does just then."""
+    return _rows(voyage, fixes, voyage.time >= BEGIN)
+
+
+def standstill(voyage, fixes, chance):
+    """She lies still for 100 s and goes on as she came."""
+    k = int(np.searchsorted(voyage.time, BEGIN))
+    still = round(100.0 / (voyage.time[1] - voyage.time[0]))
+    source = np.r_[np.arange(k + 1), np.full(still, k), np.arange(k + 1, len(voyage.time))]
+    columns = {name: getattr(voyage, name)[source] for name in voyage.__dataclass_fields__}
+    columns["time"] = np.arange(len(source)) * (voyage.time[1] - voyage.time[0])
+    columns["sog"][k + 1 : k + 1 + still] = 0.0
+    columns["course_rate"][k + 1 : k + 1 + still] = 0.0
+    meridian, prime_vertical = radii(0.0)
+    errors = fixes.latitude * meridian - voyage.north, fixes.longitude * prime_vertical - voyage.east
+    drawn = np.r_[np.arange(k + 1), chance.integers(0, len(voyage.time), still), np.arange(k + 1, len(voyage.time))]
+    again = [each[drawn] for each in errors]
+    longer = Voyage(**columns)
+    fixes = Fixes(longer.time, (longer.north + again[0]) / meridian, (longer.east + again[1]) / prime_vertical)
+    return longer, fixes
+
+
+def dropout(voyage, fixes, chance):
+    """No fixes for 30 s."""
+    return _rows(voyage, fixes, (voyage.time < BEGIN) | (voyage.time >= BEGIN + 30.0))
+
+
+def jump(voyage, fixes, chance):
+    """One fix 50 m off."""
+    return voyage, _displaced(voyage, fixes, chance, 50.0, 0.1)
+
+
+def burst(voyage, fixes, chance):
+    """Fixes 50 m off for 5 s."""
+    return voyage, _displaced(voyage, fixes, chance, 50.0, 5.0)
+
+
+def step(voyage, fixes, chance):
+    """Every later fix 10 m off."""
+    return voyage, _displaced(voyage, fixes, chance, 10.0, math.inf)
+
+
+def _displaced(voyage, fixes, chance, by, duration):
+    direction = chance.uniform(-math.pi, math.pi)
+    during = (voyage.time >= BEGIN) & (voyage.time < BEGIN + duration)
+    return _moved(fixes, during * by * math.cos(direction), during * by * math.sin(direction))
+
+
+def stale(voyage, fixes, chance):
+    """The same position said anew for 5 s."""
+    during = (voyage.time >= BEGIN) & (voyage.time < BEGIN + 5.0)
+    source = np.where(during, np.flatnonzero(during)[0] - 1, np.arange(len(fixes)))
+    return voyage, replace(fixes, latitude=fixes.latitude[source], longitude=fixes.longitude[source])
+
+
+def jitter(voyage, fixes, chance):
+    """The clock of the fixes errs by 50 ms."""
+    return voyage, replace(fixes, time=fixes.time + chance.normal(0.0, 0.05, len(fixes))).in_order()
+
+
+def wrong_rate(voyage, fixes, chance):
+    """Fixes come at 1 Hz where 5 Hz were meant."""
+    return _rows(voyage, fixes, np.arange(len(fixes)) % 5 == 0)
+
+
+def antimeridian(voyage, fixes, chance):
+    """Where 180° E meets 180° W."""
+    return voyage, replace(fixes, longitude=turned(fixes.longitude + math.pi - fixes.longitude[len(fixes) // 2]))
+
+
+def pole(voyage, fixes, chance):
+    """A kilometre from the North Pole, where north itself turns."""
+    meridian, prime_vertical = radii(0.0)
+    away, aside = _FROM_POLE - fixes.latitude * meridian, fixes.longitude * prime_vertical
+    there = replace(
+        fixes, latitude=math.pi / 2.0 - np.hypot(away, aside) / _POLAR_RADIUS, longitude=np.arctan2(aside, away)
+    )
+    north_turned = np.unwrap(np.arctan2(voyage.east, _FROM_POLE - voyage.north))
+    return replace(voyage, cog=voyage.cog + north_turned), there
+
+
+TROUBLES = {
+    "none": (nothing, "no trouble", BEGIN),
+    "start": (late_start, "the log begins under way", BEGIN),
+    "standstill": (standstill, "at rest for 100 s", BEGIN + 100.0),
+    "dropout": (dropout, "no fixes for 30 s", BEGIN + 30.0),
+    "jump": (jump, "one fix 50 m off", BEGIN),
+    "burst": (burst, "fixes 50 m off for 5 s", BEGIN + 5.0),
+    "step": (step, "every later fix 10 m off", BEGIN),
+    "stale": (stale, "the same position for 5 s", BEGIN + 5.0),
+    "jitter": (jitter, "times err by 50 ms", BEGIN),
+    "wrong_rate": (wrong_rate, "1 Hz where 5 Hz were meant", BEGIN),
+    "antimeridian": (antimeridian, "across 180°", BEGIN),
+    "pole": (pole, "1 km from the North Pole", BEGIN),
+}
+"""Key → (trouble, in words, when it is over)."""
+LASTING = ("none", "jitter", "wrong_rate", "antimeridian", "pole")
+"""Those that are never over."""

@@ -1,0 +1,132 @@
+"""P0 Appendix A exactly as printed, over a whole record. Labelled: nothing is folded or wrapped, the process noise is
+h² Q_d and so changes with the rate, and the "LL" state is in radians. The product is `steerway.FiveStateFilter`.
+"""
+
+from functools import partial
+
+import numpy as np
+
+from steerway.core.earth import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS, radii
+from steerway.core.errors import InputError
+
+
+def ekf_5states(pos1, pos2, h, z, frame, q_d, r_d, alpha_1=0.01, alpha_2=0.1, x_init=None, return_covariance=False):
+    """The five-state EKF of P0 Table 1 as Appendix A runs it: corrected state at every z-th row, the prior between.
+
+    Args:
+        pos1, pos2: (n,) north and east in m ("NED") or latitude and longitude in rad ("LL"), one row a step; rows
+            0, z, 2z, … are used.
+        h: sampling time, s.
+        z: steps from one measurement to the next.
+        frame: "NED" or "LL".
+        q_d: (2, 2) covariance of the speed and course-rate noise, or its diagonal.
+        r_d: (2, 2) covariance of the measurement, or its diagonal.
+        alpha_1, alpha_2: Singer constants of (13) and (15), 1/s.
+        x_init: (5,) first prior; [pos1[0], pos2[0], 0, 0, 0] if None.
+
+    Returns:
+        (n, 5) array of [x y U χ ω], and with `return_covariance` also (n, 5, 5). Raises InputError for another frame.
+    """
+    pos1, pos2 = np.asarray(pos1, float), np.asarray(pos2, float)
+    ekf = Ekf5States(h, z, frame, q_d, r_d, alpha_1, alpha_2, x_init)
+    states = np.empty((len(pos1), 5))
+    covariances = np.empty((len(pos1), 5, 5))
+    for k in range(len(pos1)):
+        states[k] = ekf.step(pos1[k], pos2[k])
+        covariances[k] = ekf.covariance
+    return (states, covariances) if return_covariance else states
+
+
+class Ekf5States:
+    """The same filter step by step, for a loop: what one call of Appendix A's function does. Parameters as there.
+
+    With z = None a position is read whenever one is given, for records whose fixes are not evenly spaced.
+
+    Two forms that the text prints and Appendix A does not use, each wrong, for tests: `by_jacobian`, the predictor
+    A_d x̂ of P0 Table 1 and (42), P1 Table 1 and (22); `radius_34`, the meridian radius of P0 (34).
+    """
+
+    def __init__(
+        self, h, z, frame, q_d, r_d, alpha_1=0.01, alpha_2=0.1, x_init=None, by_jacobian=False, radius_34=False
+    ):
+        if frame not in ("NED", "LL"):
+            raise InputError(f"frame is {frame!r}, expected 'NED' or 'LL'")
+        self._h, self._z, self._frame = h, z, frame
+        self._alphas = (alpha_1, alpha_2)
+        self._by_jacobian = by_jacobian
+        if frame == "NED":
+            self._model = _north_east
+        else:
+            self._model = partial(_latitude_longitude, meridian_of=_printed_meridian if radius_34 else _meridian)
+        q_d, self._r_d = (m if m.ndim == 2 else np.diag(m) for m in (np.asarray(q_d, float), np.asarray(r_d, float)))
+        self._identity = np.eye(5)
+        self._c_d = self._identity[:2]
+        e_d = h * self._identity[:, [2, 4]]
+        self._process_noise = e_d @ q_d @ e_d.T
+        self._prior = None if x_init is None else np.array(x_init, float)
+        self._prior_covariance = self._identity
+        self._count = 0
+        self.covariance = self._identity
+
+    def step(self, pos1=np.nan, pos2=np.nan) -> np.ndarray:
+        """(5,) corrected state where a position was read, the prior elsewhere; `covariance` is its (5, 5)."""
+        x, p = self._prior, self._prior_covariance
+        if x is None:
+            x = np.array([pos1, pos2, 0.0, 0.0, 0.0])
+        if self._count % self._z == 0 if self._z else pos1 == pos1:
+            x, p = self._corrected(x, p, np.array([pos1, pos2]))
+        self._count += 1
+        rate, jacobian = self._model(x, *self._alphas)
+        a_d = self._identity + self._h * jacobian
+        self._prior = a_d @ x if self._by_jacobian else x + self._h * rate
+        self._prior_covariance = a_d @ p @ a_d.T + self._process_noise
+        self.covariance = p
+        return x
+
+    def _corrected(self, x, p, measured):
+        c_d, r_d = self._c_d, self._r_d
+        gain = p @ c_d.T @ np.linalg.inv(c_d @ p @ c_d.T + r_d)
+        innovation = measured - x[:2]
+        if self._frame == "LL":
+            innovation = _ssa(innovation)
+        kept = self._identity - gain @ c_d
+        return x + gain @ innovation, kept @ p @ kept.T + gain @ r_d @ gain.T
+
+
+def _ssa(angle):
+    """The mapping under (54), whose rounding to 4e-16 rad the published results contain; `angles.wrap` has none."""
+    return np.mod(angle + np.pi, 2.0 * np.pi) - np.pi
+
+
+def _north_east(x, alpha_1, alpha_2):
+    """Right-hand side and Jacobian of (11)–(15)."""
+    _, _, u, chi, omega = x
+    cos, sin = np.cos(chi), np.sin(chi)
+    rate = np.array([u * cos, u * sin, -alpha_1 * u, omega, -alpha_2 * omega])
+    jacobian = np.zeros((5, 5))
+    jacobian[0, 2:4] = cos, -u * sin
+    jacobian[1, 2:4] = sin, u * cos
+    jacobian[2, 2], jacobian[3, 4], jacobian[4, 4] = -alpha_1, 1.0, -alpha_2
+    return rate, jacobian
+
+
+def _latitude_longitude(x, alpha_1, alpha_2, meridian_of):
+    """Right-hand side and Jacobian of (35)–(36), (13)–(15); the radii at the current latitude, as Appendix A has it."""
+    parallel = radii(x[0])[1] * np.cos(x[0])
+    meridian = meridian_of(x[0])
+    rate, jacobian = _north_east(x, alpha_1, alpha_2)
+    rate[:2] /= meridian, parallel
+    jacobian[0] /= meridian
+    jacobian[1] /= parallel
+    jacobian[1, 0] = np.tan(x[0]) * rate[1]
+    return rate, jacobian
+
+
+def _meridian(latitude):
+    return radii(latitude)[0]
+
+
+def _printed_meridian(latitude):
+    """R_M of (34), with the square root that does not belong there: 0.27 % too short at 63.4°."""
+    _, prime_vertical = radii(latitude)
+    return prime_vertical * (1.0 - ECCENTRICITY_SQUARED) * prime_vertical / SEMI_MAJOR_AXIS

@@ -1,0 +1,44 @@
+"""P4's printed missed-waypoint test and, for comparison, an MPC made offset-free as textbooks print it. Labelled."""
+
+import math
+
+from steerway.core.leg import LegState
+
+
+class RangeRatePassing:
+    """Reached inside the circle of acceptance, P4 (22); missed when the distance, having fallen, rises.
+
+    Beside a waypoint that is what is meant; a boat that turns round after switching triggers it too. Stands in for
+    `Passing` in one mission.
+    """
+
+    time_factor = None
+    time_margin = 0.0
+
+    def __init__(self):
+        self._target, self._last, self._fell = -1, math.inf, False
+
+    def verdict(self, leg: LegState, acceptance: float) -> tuple[bool, str] | None:
+        if leg.target != self._target:
+            self._target, self._last, self._fell = leg.target, math.inf, False
+        rises, self._last = leg.distance > self._last, leg.distance
+        if leg.distance <= acceptance:
+            return True, "circle"
+        missed = self._fell and rises
+        self._fell = self._fell or not rises
+        return (False, "range rate") if missed else None
+
+
+class OutputCorrectedMpc:
+    """A HeadingMpc whose plant states run free: the last output error is added to the prediction (step-response MPC).
+
+    On a plant that is not asymptotically stable the free states drift off, and with them the prediction.
+    """
+
+    def __init__(self, mpc):
+        self._mpc = mpc
+        self._output = mpc.observer._output
+
+    def step(self, wanted: float, estimated: float) -> float:
+        error = estimated - float(self._output @ self._mpc.observer.state)
+        return self._mpc.step(wanted - error, math.nan)

@@ -1,0 +1,48 @@
+"""P3's adaptive speed controller as printed: one γ for three unlike parameters, no limit, no feedback but adaptation.
+
+L. H. S. Caldas, Speed control and sensor fusion implementation for an autonomous surface vessel using adaptive control
+and extended Kalman filter: P3. (15) is read with the last term as â_u|u| u|u|, and a negative radicand as 0. For
+studies and tests, never for a boat: see `steerway.control.speed`.
+"""
+
+import math
+
+import numpy as np
+
+from steerway.core.compiled import kernel
+
+PRINTED_GUESS = (0.0015, 0.01, 0.0049)
+"""d0 in 1/s, b0 in 1/m, g0 in m/rev²: section V."""
+
+
+class PrintedMrac:
+    """P3 (14)–(18). `step` gives the shaft speed, rev/s.
+
+    `adaptation` is γ; 0 holds the parameters at the guess, as the published figures seem to have them. `sign` is
+    sgn(g). `adapt_first` lets the parameters of a step use its own error; otherwise the output comes first. `high`
+    limits n.
+    """
+
+    def __init__(self, adaptation=0.5, model_rate=0.1, sign=1.0, adapt_first=True, high=math.inf):
+        d0, b0, g0 = PRINTED_GUESS
+        self.parameters = np.array([model_rate, d0 - model_rate, b0]) / g0
+        self.model = 0.0
+        self._constants = (adaptation * sign, model_rate, adapt_first, high)
+
+    def step(self, setpoint: float, speed: float, dt: float, shaft: float = math.nan) -> float:
+        self.model, command = _printed_step(self.parameters, self.model, float(setpoint), speed, dt, *self._constants)
+        return command
+
+
+@kernel
+def _printed_step(a, model, setpoint, speed, dt, adaptation, model_rate, adapt_first, high):
+    model += dt * model_rate * (setpoint - model)
+    z = speed - model
+    regressor = (setpoint, speed, speed * abs(speed))
+    for order in range(2):
+        if (order == 0) == adapt_first:
+            for i in range(3):
+                a[i] -= adaptation * z * regressor[i] * dt
+        else:
+            command = math.sqrt(max(0.0, a[0] * regressor[0] + a[1] * regressor[1] + a[2] * regressor[2]))
+    return model, min(command, high)

@@ -1,0 +1,204 @@
+"""The paper's mission, random circuits, unseen compasses and worlds as they are; each a function of seeds."""
+
+import math
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from steerway.control.heading_lqg import HeadingLqg
+from steerway.estimation.heading.aided import SCALE_ONLY, AidedHeadingFilter
+from steerway.estimation.heading.compass_alarm import outside
+from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, CompassModel, random_compass
+from steerway.simulation.campaign import over_seeds
+from steerway.vessels.springer import PAPER_YAW, RPM
+from steerway_studies.papers.range_rate import RangeRatePassing
+from steerway_studies.springer_mission.navigators import (
+    RIVALS,
+    GnssAlone,
+    ideal,
+    nominal,
+    physical_nominal,
+    product,
+    scale_state,
+)
+from steerway_studies.springer_mission.world import (
+    PAPER_CIRCUIT,
+    World,
+    autopilot_parts,
+    random_circuit,
+    replayed,
+    sail,
+    turnless_deg,
+)
+
+LEARNED = ("weight_net", "innovations_net", "correction_net")
+PAPER_TABLE = {
+    "ideal": {
+        "reached": "7/7",
+        "distance_m": "1338",
+        "deviation_m": "21",
+        "energy_rps2": "5.4",
+        "time_s": "840 (14 min)",
+    },
+    "nominal": {
+        "reached": "3/7",
+        "distance_m": "1540",
+        "deviation_m": "32",
+        "energy_rps2": "6.6",
+        "time_s": "1020 (17 min)",
+    },
+}
+"""P4's Table 1; its "wIKF" is the ideal filter, see the weighted estimate."""
+
+
+@dataclass(frozen=True)
+class Sailed:
+    """What one mission came to."""
+
+    reached: int
+    legs: int
+    time_s: float
+    distance_m: float
+    deviation_m: float
+    cross_track_rms_m: float
+    energy_rps2: float
+    heading_rms_deg: float
+    heading_median_deg: float
+
+    @classmethod
+    def of(cls, voyage) -> "Sailed":
+        log = voyage.log
+        return cls(
+            voyage.reached,
+            len(voyage.circuit),
+            float(len(voyage.heading)),
+            log.distance,
+            voyage.deviation,
+            log.cross_track_rms,
+            log.mean_effort,
+            voyage.heading_rms_deg,
+            voyage.heading_median_deg,
+        )
+
+    @property
+    def all(self) -> bool:
+        return self.reached == self.legs
+
+
+def lqg() -> HeadingLqg:
+    """P4's autopilot without horizon."""
+    parts = autopilot_parts(PAPER_YAW)
+    return HeadingLqg(*parts, output_weight=math.degrees(1.0) ** 2, change_weight=0.1 / RPM**2)
+
+
+def paper_mission(seed: int) -> dict[str, Sailed]:
+    """P4's mission: ideal and nominal filter by either missed-waypoint test, and under LQG."""
+    world = World()
+    return {
+        "ideal": Sailed.of(sail(world, ideal(TRUE_TCM2), seed)),
+        "nominal": Sailed.of(sail(world, nominal(), seed)),
+        "ideal_printed_test": Sailed.of(sail(world, ideal(TRUE_TCM2), seed, passing=RangeRatePassing())),
+        "nominal_printed_test": Sailed.of(sail(world, nominal(), seed, passing=RangeRatePassing())),
+        "ideal_lqg": Sailed.of(sail(world, ideal(TRUE_TCM2), seed, autopilot=lqg())),
+        "scale_state": Sailed.of(sail(world, scale_state(), seed)),
+        **{name: Sailed.of(sail(world, RIVALS[name](), seed)) for name in ("half_bank", "mmae", "h_infinity")},
+    }
+
+
+def random_mission(seed: int) -> dict[str, Sailed]:
+    """A random circuit with the paper's compass."""
+    circuit = random_circuit(np.random.default_rng(seed))
+    world = World()
+    return {
+        name: Sailed.of(sail(world, make, seed, circuit))
+        for name, make in (("ideal", ideal(TRUE_TCM2)), ("nominal", nominal()))
+    }
+
+
+def unseen_mission(seed: int) -> dict[str, tuple[Sailed, float]]:
+    """A random compass on a random circuit: for each rival its own mission, and its RMS (°) replayed on the ideal's."""
+    rng = np.random.default_rng(seed)
+    compass = random_compass(rng)
+    circuit, world = random_circuit(rng), World(compass=compass)
+    reference = sail(world, ideal(compass), seed, circuit)
+    out = {"ideal": (Sailed.of(reference), reference.heading_rms_deg)}
+    for name, make in RIVALS.items():
+        told = replayed(reference, make())
+        rms = float(np.sqrt(np.mean(np.degrees(told - reference.heading) ** 2)))
+        out[name] = Sailed.of(sail(world, make(), seed, circuit)), rms
+    return out
+
+
+CURRENTS = {"c": (0.05, 900.0), "d": (0.08, 600.0)}
+"""What of the current varies: 1σ in m/s and time constant in s."""
+
+
+def real_world(kind: str, seed: int) -> World:
+    """A harder world: (a) propellers off, (b) a deviation card too, (c) a current that varies instead, (d) more so."""
+    rng = np.random.default_rng((seed, 4))
+    card = (0.0,) * 5
+    effectiveness, bias = rng.uniform(0.85, 1.15), rng.uniform(-15.0, 15.0) * RPM
+    compass = random_compass(rng)
+    if kind == "b":
+        card = tuple(np.radians(rng.standard_normal(5) * (1.0, 3.0, 3.0, 1.0, 0.5)).tolist())
+    std, time_constant = CURRENTS.get(kind, (0.0, 600.0))
+    return World(
+        compass,
+        "physical",
+        effectiveness,
+        bias,
+        card,
+        waves=1e-4,
+        current_std=std,
+        current_time=time_constant,
+    )
+
+
+def real_mission(kind: str, seed: int) -> dict[str, object]:
+    """One harder world: product and nominal in the loop; product and GNSS alone on the product's own voyage."""
+    world, circuit = real_world(kind, seed), PAPER_CIRCUIT
+    voyage = sail(world, product(), seed, circuit)
+    alone = np.abs(turnless_deg(replayed(voyage, GnssAlone()), voyage.heading))
+    return {
+        "product": Sailed.of(voyage),
+        "nominal": Sailed.of(sail(world, physical_nominal(), seed, circuit)),
+        "gnss": Sailed.of(sail(world, GnssAlone(), seed, circuit)),
+        "errors": np.abs(turnless_deg(voyage.estimate, voyage.heading)),
+        "gnss_median": float(np.median(alone)),
+    }
+
+
+def alarm_mission(seed: int) -> tuple[bool, bool, bool]:
+    """Whether the alarm was raised at any time: for a compass in the box, 2 % below it, 1.2 % above it."""
+    rng = np.random.default_rng((seed, 8))
+    compasses = (random_compass(rng), TCM2.scaled(0.98), TCM2.scaled(1.012))
+    circuit = random_circuit(rng)
+    return tuple(_alarmed(compass, circuit, seed) for compass in compasses)
+
+
+def _alarmed(compass: CompassModel, circuit, seed) -> bool:
+    estimator, raised = AidedHeadingFilter(SCALE_ONLY, TCM2, PAPER_YAW), []
+
+    class Watched:
+        heading = property(lambda self: estimator.heading)
+
+        def second(self, difference, readings, velocity):
+            told = estimator.second(difference, readings)
+            raised.append(outside(estimator, 0.01))
+            return told
+
+    sail(World(compass=compass), Watched(), seed, circuit)
+    # An alarm that stands for a minute: a single second may err.
+    steady = np.convolve(raised, np.ones(60), "valid")
+    return bool(len(steady) and steady.max() >= 60)
+
+
+def many(run, seeds, progress=None) -> dict[str, list] | list:
+    """Results of many seeds, gathered by name where each is a dict."""
+    out = over_seeds(run, seeds, progress=progress)
+    return {name: [each[name] for each in out] for name in out[0]} if isinstance(out[0], dict) else out
+
+
+def real_missions(kind: str, seeds, progress=None):
+    return many(partial(real_mission, kind), seeds, progress)

@@ -1,0 +1,109 @@
+"""Who can tell Springer's heading, by name: the paper's filters, its weighted bounds, the rivals and the product."""
+
+import math
+
+from steerway.estimation.heading.aided import SCALE_ONLY, AidedHeadingFilter
+from steerway.estimation.heading.composite import CompositeFilter, composite_model
+from steerway.estimation.heading.h_infinity import HInfinityFilter, largest_theta
+from steerway.estimation.heading.interval.filter import IntervalFilter, box_of
+from steerway.estimation.heading.interval.weighting import LearnedHeading, ideal_weight, weighted
+from steerway.estimation.heading.model_bank import ModelBank, corners, grid
+from steerway.sensors.tcm2 import TCM2, CompassModel
+from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, HeadingModel
+from steerway_studies.springer_mission.world import Blind, Navigator
+
+
+def ideal(compass: CompassModel, yaw: HeadingModel = PAPER_YAW) -> Blind:
+    """The filter that knows the true compass."""
+    return Blind(CompositeFilter(composite_model(compass, yaw)))
+
+
+def nominal(yaw: HeadingModel = PAPER_YAW) -> Blind:
+    """The filter of P4 (7)."""
+    return Blind(CompositeFilter(composite_model(TCM2, yaw)))
+
+
+class WeightedBounds:
+    """P4's estimate: bounds of an interval filter and a weight, from the ideal filter (20) or fixed.
+
+    Once the bounds are lost so is the estimate: NaN, which the autopilot predicts over.
+    """
+
+    def __init__(self, bounds: IntervalFilter, compass: CompassModel | None = None, weight: float = 0.5):
+        self.bounds = bounds
+        self.ideal = None if compass is None else CompositeFilter(composite_model(compass))
+        self._fixed = weight
+        self.heading = 0.0
+        self.told = []
+
+    def second(self, difference, readings, velocity) -> float:
+        low, high = self.bounds.second(difference, readings)
+        weight, truth = self._fixed, math.nan
+        if self.ideal is not None:
+            truth = self.ideal.second(difference, readings)
+            weight = ideal_weight(low, high, truth)
+        self.heading = weighted(low, high, weight)
+        self.told.append((low, high, weight, truth))
+        return self.heading
+
+
+class HalfBank(Blind):
+    """The middle of the hull of a bank."""
+
+    def __init__(self):
+        super().__init__(ModelBank(corners(0.01)))
+
+    @property
+    def heading(self) -> float:
+        return 0.5 * (self.estimator.low + self.estimator.high)
+
+
+def interval_box(tolerance: float, shift_too: bool = False):
+    return box_of(composite_model(), tolerance, shift_too)
+
+
+def h_infinity() -> Blind:
+    """With half the largest θ a filter exists for."""
+    model = composite_model()
+    return Blind(HInfinityFilter(model, 0.5 * largest_theta(model)))
+
+
+def scale_state() -> Blind:
+    """The aided filter with the compass's scale for its one unknown, and no GNSS velocity."""
+    return Blind(AidedHeadingFilter(SCALE_ONLY, TCM2, PAPER_YAW))
+
+
+class GnssAlone:
+    """The product filter without its compass."""
+
+    def __init__(self):
+        self.estimator = AidedHeadingFilter()
+
+    @property
+    def heading(self) -> float:
+        return self.estimator.heading
+
+    def second(self, difference, readings, velocity) -> float:
+        return self.estimator.second(difference, None, velocity)
+
+
+def product() -> Navigator:
+    """The aided filter with all its states."""
+    return AidedHeadingFilter()
+
+
+def physical_nominal() -> Blind:
+    return nominal(PHYSICAL_YAW)
+
+
+RIVALS = {
+    "nominal": nominal,
+    "weight_net": lambda: Blind(LearnedHeading("weight")),
+    "innovations_net": lambda: Blind(LearnedHeading("innovations")),
+    "correction_net": lambda: Blind(LearnedHeading("correction")),
+    "half_bank": HalfBank,
+    "mmae": lambda: Blind(ModelBank(grid(0.01))),
+    "h_infinity": h_infinity,
+    "scale_state": scale_state,
+}
+"""Estimators that know the box but not the compass in it, by the prefix of their keys."""

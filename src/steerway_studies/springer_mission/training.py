@@ -1,0 +1,114 @@
+"""Train the networks of `estimation.heading.interval.weighting` on simulated compasses:
+
+    python -m steerway_studies.springer_mission.training -o DIRECTORY
+
+Compasses within ± 1 % of the TCM2's, random circuits, seeds that no study uses. Half of the voyages are steered by the
+true compass's filter, half by a blend with the nominal one, so that the networks have seen the turns that their own
+errors make. Takes a few minutes; needs scikit-learn (`pip install steerway[training]`).
+"""
+
+import argparse
+import math
+from pathlib import Path
+
+import numpy as np
+
+from steerway.core.errors import InputError
+from steerway.estimation.heading.composite import CompositeFilter, composite_model
+from steerway.estimation.heading.interval.weighting import WEIGHTS, Features, Network
+from steerway.estimation.heading.model_bank import ModelBank, corners
+from steerway.sensors.tcm2 import random_compass
+from steerway.simulation.campaign import over_seeds
+from steerway_studies.springer_mission.world import World, random_circuit, sail
+
+FIRST_SEED = 1_000_000
+"""Studies and tests stay below."""
+VOYAGES = 400
+STRIDE = 3
+"""Seconds from one note that is learned from to the next: neighbours tell the same."""
+INNOVATIONS_ONLY = 6
+"""The first features are the innovation's."""
+
+
+class _Teacher:
+    """Steers by the ideal filter mixed with the nominal one, and takes notes: features, bounds, nominal, ideal (°)."""
+
+    def __init__(self, compass, mixed: float):
+        self.bank, self.ideal = ModelBank(corners(0.01)), CompositeFilter(composite_model(compass))
+        self._features, self._mixed = Features(), mixed
+        self.notes = []
+
+    @property
+    def heading(self) -> float:
+        return (1.0 - self._mixed) * self.ideal.heading + self._mixed * self.bank.nominal
+
+    def second(self, difference, readings, velocity) -> float:
+        self.bank.second(difference, readings)
+        self.ideal.second(difference, readings)
+        nominal = math.degrees(self.bank.nominal)
+        features = self._features.step(self.bank.innovation, nominal)
+        told = [math.degrees(each) for each in (self.bank.low, self.bank.high, self.ideal.heading)]
+        self.notes.append([*features, told[0], told[1], nominal, told[2]])
+        return self.heading
+
+
+def lesson(seed: int) -> np.ndarray:
+    """(n, 16) notes of one voyage: 12 features, low, high, nominal and ideal heading in degrees."""
+    rng = np.random.default_rng(seed)
+    compass = random_compass(rng)
+    teacher = _Teacher(compass, 0.0 if seed % 2 else rng.uniform(0.0, 0.3))
+    sail(World(compass=compass), teacher, rng.spawn(1)[0], random_circuit(rng))
+    return np.array(teacher.notes)
+
+
+def train(notes: np.ndarray, name: str, iterations: int = 60) -> Network:
+    """A 24–24 tanh network from notes (n, 16): squared errors of the heading in degrees² are what it minimises."""
+    try:
+        from sklearn.neural_network import MLPRegressor
+    except ImportError:
+        raise InputError("training needs scikit-learn, expected `pip install steerway[training]`") from None
+    inputs = notes[:, : INNOVATIONS_ONLY if name == "innovations" else 12]
+    low, high, nominal, ideal = notes[:, 12:].T
+    width = high - low
+    if name == "correction":
+        target, worth = ideal - nominal, np.ones(len(notes))
+    else:
+        target, worth = (ideal - low) / np.maximum(width, 1e-9), width**2
+    used = width > 1e-3
+    mean, scale = inputs[used].mean(axis=0), inputs[used].std(axis=0)
+    unit = float(np.std(target[used]))
+    learner = MLPRegressor(
+        hidden_layer_sizes=(24, 24),
+        activation="tanh",
+        alpha=1e-6,
+        batch_size=500,
+        learning_rate_init=5e-3,
+        random_state=0,
+        max_iter=1,
+    )
+    scaled, aim = (inputs[used] - mean) / scale, target[used] / unit
+    worth = worth[used] / worth[used].mean()
+    learner.set_params(warm_start=True)
+    for i in range(iterations):
+        learner.set_params(learning_rate_init=5e-3 * 0.5 * (1.0 + math.cos(math.pi * i / iterations)) + 1e-5)
+        learner.fit(scaled, aim, sample_weight=worth)
+    layers = list(zip(learner.coefs_, learner.intercepts_, strict=True))
+    layers[-1] = (layers[-1][0] * unit, layers[-1][1] * unit)
+    return Network(mean, scale, tuple(layers))
+
+
+def main(directory: Path, voyages: int = VOYAGES, workers: int | None = None):
+    """Sail, train, write."""
+    directory.mkdir(parents=True, exist_ok=True)
+    notes = np.concatenate(over_seeds(lesson, range(FIRST_SEED, FIRST_SEED + voyages), workers))[::STRIDE]
+    for name, file in WEIGHTS.items():
+        train(notes, name).save(directory / file)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description="Train the networks and write them to a directory.")
+    parser.add_argument("-o", "--output", type=Path, required=True)
+    parser.add_argument("--voyages", type=int, default=VOYAGES)
+    parser.add_argument("--workers", type=int)
+    given = parser.parse_args()
+    main(given.output, given.voyages, given.workers)

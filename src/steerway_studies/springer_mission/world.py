@@ -1,0 +1,220 @@
+"""Springer's mission of P4 §6 as a loop of blocks: world, navigator, autopilot, and what came of it.
+
+Axes. The paper's x (east) and y (north), with angles from x to y, are north and east here, with headings from north to
+east: a mirror image, in which every number stays. Its current along y is an east current here. Position is known, as in
+the paper.
+"""
+
+import math
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from steerway.control.heading_mpc import BiasObserver, HeadingMpc, InputLimits, LinearPlant
+from steerway.core.noise import markov_decay, markov_step
+from steerway.estimation.heading.composite import WAVES
+from steerway.guidance.mission_log import MissionLog
+from steerway.guidance.route import Route
+from steerway.guidance.waypoints import Mission, Passing, Phase
+from steerway.sensors.tcm2 import TRUE_TCM2, CompassModel, DynamicCompass
+from steerway.vessels.springer import (
+    MAX_CHANGE_RPM,
+    MAX_DIFFERENCE_RPM,
+    PAPER_YAW,
+    PHYSICAL_YAW,
+    RPM,
+    SPEED,
+    HeadingModel,
+    Springer,
+)
+from steerway.vessels.vessel import conditions
+
+PAPER_CIRCUIT = np.array([(170, 10), (310, 120), (340, 290), (220, 410), (50, 400), (-50, 230), (0, 0)], dtype=float)
+"""Read from figure 7a: 1294 m from (0, 0), heading 0."""
+ACCEPTANCE = 4.0
+CURRENT = (0.0, 0.1 * SPEED)
+LONGEST = 1800
+"""Seconds after which a mission is given up."""
+
+
+class Navigator(Protocol):
+    """Who tells the autopilot the heading."""
+
+    @property
+    def heading(self) -> float:
+        """rad, for the second that begins."""
+
+    def second(self, difference: float, readings: np.ndarray, velocity: tuple[float, float]) -> float:
+        """Take what the second brought."""
+
+
+class Blind:
+    """A navigator that is given no GNSS velocity."""
+
+    def __init__(self, estimator):
+        self.estimator = estimator
+
+    @property
+    def heading(self) -> float:
+        return self.estimator.heading
+
+    def second(self, difference, readings, velocity) -> float:
+        return self.estimator.second(difference, readings)
+
+
+@dataclass(frozen=True)
+class World:
+    """What is really there. current_std and current_time: a Gauss–Markov part of the current, m/s and s."""
+
+    compass: CompassModel = TRUE_TCM2
+    plant: str = "paper"
+    effectiveness: float = 1.0
+    bias: float = 0.0  # rad/s
+    card: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    waves: float = math.sqrt(WAVES)  # 1σ of each yaw state a second
+    current: tuple[float, float] = CURRENT
+    current_std: float = 0.0
+    current_time: float = 600.0
+    velocity_std: float = 0.1
+
+
+@dataclass
+class Voyage:
+    """One mission: a row a second, angles in rad unwrapped, and the log."""
+
+    position: np.ndarray
+    heading: np.ndarray
+    estimate: np.ndarray
+    wanted: np.ndarray
+    difference: np.ndarray  # rad/s
+    cross_track: np.ndarray  # m from the leg under way
+    log: MissionLog
+    readings: np.ndarray  # (n, 40)
+    velocity: np.ndarray  # (n, 2)
+    finished: bool = True
+    circuit: np.ndarray = field(default_factory=lambda: PAPER_CIRCUIT)
+
+    @property
+    def error_deg(self) -> np.ndarray:
+        """Estimate less truth: with what a full turn would be left in it, as the paper's unwrapped angles have it."""
+        return np.degrees(self.estimate - self.heading)
+
+    @property
+    def heading_rms_deg(self) -> float:
+        return float(np.sqrt(np.mean(self.error_deg**2)))
+
+    @property
+    def heading_median_deg(self) -> float:
+        """Median of the absolute error, a full turn left out: what steering feels."""
+        return float(np.median(np.abs(turnless_deg(self.estimate, self.heading))))
+
+    @property
+    def deviation(self) -> float:
+        """Mean distance from the legs, m."""
+        return float(np.mean(np.abs(self.cross_track)))
+
+    @property
+    def reached(self) -> int:
+        return len(self.log.reached)
+
+
+def turnless_deg(estimate, heading) -> np.ndarray:
+    """Smallest signed differences, degrees."""
+    return np.degrees(np.remainder(estimate - heading + math.pi, 2.0 * math.pi) - math.pi)
+
+
+def paper_mpc(yaw: HeadingModel = PAPER_YAW) -> HeadingMpc:
+    """P4's autopilot: H_p 10, H_c 2, Q 1 per degree², R 0.1 per rpm²; (25)–(27)."""
+    return HeadingMpc(*autopilot_parts(yaw), output_weight=math.degrees(1.0) ** 2, change_weight=0.1 / RPM**2)
+
+
+def autopilot_parts(yaw: HeadingModel) -> tuple[LinearPlant, InputLimits, BiasObserver]:
+    """What MPC and LQG share."""
+    plant = LinearPlant(*yaw.matrices())
+    observer = BiasObserver(plant, 1e-12, 0.01 * RPM**2, 0.05 * math.radians(1.0) ** 2, (20.0 * RPM) ** 2)
+    return plant, InputLimits(MAX_DIFFERENCE_RPM * RPM, MAX_CHANGE_RPM * RPM), observer
+
+
+def sail(world: World, navigator: Navigator, seed, circuit=PAPER_CIRCUIT, passing=None, autopilot=None) -> Voyage:
+    """Sail a circuit from (0, 0), heading 0. seed: waves, compass, current and GNSS; passing None: the plane."""
+    rng = np.random.default_rng(seed)
+    vessel = Springer(world.plant, world.effectiveness, world.bias)
+    compass = DynamicCompass(world.compass, world.card).start(0.0, rng.spawn(1)[0])
+    mission = Mission(
+        Route(circuit[:, 0], circuit[:, 1], ACCEPTANCE, SPEED), passing or Passing("circle"), start="point"
+    )
+    pilot = autopilot or paper_mpc(PAPER_YAW if world.plant == "paper" else PHYSICAL_YAW)
+    state, flow = vessel.start(), _Flow(world, rng.spawn(1)[0])
+    draws, rows, read, velocities = rng.spawn(1)[0], [], [], []
+    effort = 0.0
+    while mission.phase is Phase.UNDER_WAY and len(rows) < LONGEST:
+        heading, estimate, around = vessel.heading(state), navigator.heading, flow.step()
+        passed = len(mission.log.passages)
+        leg = mission.step(state[0], state[1], 1.0 if rows else 0.0, effort)
+        if len(mission.log.passages) > passed:
+            leg = mission.step(state[0], state[1], 0.0)  # P4 turns to the next waypoint in the same second
+        wanted = estimate + math.remainder(leg.bearing - estimate, 2.0 * math.pi)
+        difference = pilot.step(wanted, estimate)
+        effort = (difference / RPM / 60.0) ** 2
+        motion = vessel.motion(state, around)
+        noise = draws.standard_normal(4)
+        velocity = (
+            motion.north_velocity + world.velocity_std * noise[0],
+            motion.east_velocity + world.velocity_std * noise[1],
+        )
+        readings = compass.second(heading)
+        rows.append((state[0], state[1], heading, estimate, wanted, difference, leg.cross_track))
+        read.append(readings)
+        velocities.append(velocity)
+        navigator.second(difference, readings, velocity)
+        state = vessel.step(state, (difference,), around, 1.0)
+        state[2:4] += world.waves * noise[2:]
+    table = np.array(rows)
+    finished = mission.phase is not Phase.UNDER_WAY
+    return Voyage(table[:, :2], *table[:, 2:].T, mission.log, np.array(read), np.array(velocities), finished, circuit)
+
+
+class _Flow:
+    """The current: a constant and a slowly varying part."""
+
+    def __init__(self, world: World, rng):
+        self._world, self._rng = world, rng
+        self._decay = markov_decay(world.current_time, 1.0)
+        self._part = world.current_std * rng.standard_normal(2)
+
+    def step(self) -> np.ndarray:
+        north, east = self._world.current
+        now = conditions((north + self._part[0], east + self._part[1]))
+        std = self._world.current_std
+        self._part = np.array([markov_step(p, self._decay, std, self._rng.standard_normal()) for p in self._part])
+        return now
+
+
+def replayed(voyage: Voyage, navigator: Navigator) -> np.ndarray:
+    """(n,) headings (rad) that another navigator would have told on the same voyage."""
+    told = np.empty(len(voyage.heading))
+    for k in range(len(told)):
+        told[k] = navigator.heading
+        navigator.second(voyage.difference[k], voyage.readings[k], tuple(voyage.velocity[k]))
+    return told
+
+
+def random_circuit(rng: np.random.Generator, corners: int = 7) -> np.ndarray:
+    """A closed circuit of some 1.3 km through (0, 0) that begins ahead of a boat at (0, 0) with heading 0; either hand.
+
+    Corners at uneven bearings around a centre, at 0.75 to 1.25 of 210 m; no leg shorter than 90 m, no turn over 110°.
+    """
+    while True:
+        angles = (np.arange(corners) + rng.uniform(-0.3, 0.3, corners)) * 2.0 * math.pi / corners
+        radii = 210.0 * rng.uniform(0.75, 1.25, corners)
+        points = np.stack([radii * np.cos(angles), radii * np.sin(angles)], axis=1)
+        points -= points[-1]
+        first = math.atan2(points[0, 1], points[0, 0]) + math.radians(rng.uniform(-15.0, 15.0))
+        c, s = math.cos(first), math.sin(first)
+        points = points @ np.array([[c, -s], [s, c]])
+        legs = np.diff(points, axis=0, prepend=[[0.0, 0.0]])
+        courses = np.arctan2(legs[:, 1], legs[:, 0])
+        turns = np.abs(np.remainder(np.diff(courses) + math.pi, 2.0 * math.pi) - math.pi)
+        if np.hypot(*legs.T).min() >= 90.0 and turns.max() <= math.radians(110.0):
+            return points * (1.0, rng.choice((-1.0, 1.0)))
