@@ -10,8 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from steerway.estimation import Profile, choose_profile
-from steerway.estimation import estimate
+from steerway.estimation import Profile, choose_profile, estimate
 from steerway.sensors.gnss import Gnss, low_cost, white
 from steerway.simulation.campaign import over_seeds
 from steerway_studies.study import Results, Study

@@ -13,8 +13,7 @@ import polars as pl
 
 from steerway.core.errors import InputError
 from steerway.core.records import OK, REJECTED, Fixes, Motion
-from steerway.estimation import choose_profile, tune
-from steerway.estimation import estimate
+from steerway.estimation import choose_profile, estimate, tune
 from steerway.estimation.course.comparison import Agreement, compare
 from steerway.estimation.profiles import Profile
 from steerway.formats.reading import read
