@@ -1,4 +1,4 @@
-"""A vessel of two manners of moving by a receiver with two slow errors: a whole record at its fixes, on one core."""
+"""A vessel of two modes of moving by a receiver with two slow errors: a whole record at its fixes, on one core."""
 
 import numpy as np
 
@@ -22,12 +22,12 @@ def run():
     rows = winding(_FIXES * STEPS_A_FIX)
     record = Record(rows.time[::STEPS_A_FIX], rows.north[::STEPS_A_FIX], rows.east[::STEPS_A_FIX])
     models = {
-        "five states": PROFILE.model(),
+        "five states": PROFILE.parameters(),
         "five states, two slow errors": _with(_SLOW),
-        "two manners": _with(_TURNS),
-        "two manners, two slow errors": _with(_SLOW | _TURNS),
+        "two modes": _with(_TURNS),
+        "two modes, two slow errors": _with(_SLOW | _TURNS),
     }
-    targets = {"two manners, two slow errors": 3000.0}
+    targets = {"two modes, two slow errors": 3000.0}
     taken = interleaved(
         {name: lambda model=model: ours.whole_record(record, model) for name, model in models.items()}, _ROUNDS
     )
@@ -36,4 +36,4 @@ def run():
 
 
 def _with(update) -> np.ndarray:
-    return Profile(**(PROFILE.model_dump() | update)).model()
+    return Profile(**(PROFILE.model_dump() | update)).parameters()

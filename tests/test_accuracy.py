@@ -8,7 +8,7 @@ import pytest
 
 import steerway
 from steerway import FiveStateFilter, Fixes, Profile
-from steerway.estimation.course.accuracy import doubts_of
+from steerway.estimation.course.update.reported_accuracy import doubts_of
 from steerway.live.heard import rows_of
 from steerway.live.navigator import Navigator
 from tests.scenes import angle_error, turning

@@ -13,9 +13,9 @@ import numpy as np
 from steerway.core.angles import wrap
 from steerway.core.earth import displacement
 from steerway.core.records import Fixes
-from steerway.estimation.course.model import POSITION_VARIANCE, TIME_VARIANCE
-from steerway.estimation.course.prediction import ahead, predictor
-from steerway.estimation.course.replay import memories
+from steerway.estimation.course.motion.layout import POSITION_VARIANCE, TIME_VARIANCE
+from steerway.estimation.course.replay import kept_rows
+from steerway.estimation.prediction import ahead, predictor
 from steerway.formats.reading import read
 from steerway_studies.recorded import logs_folder
 from steerway_studies.study import Results, Study
@@ -34,10 +34,10 @@ def hindcast(fixes: Fixes, profile=None, aid=None, horizons=HORIZONS) -> np.ndar
     Returns (n, 6): horizon, SOG transmitted at the time, error (m), error of dead reckoning (m; NaN where no course is
     transmitted), squared error in units of its covariance, area of the 95 % ellipse (m²).
     """
-    model, outlook, aid = predictor(fixes, profile, aid)
+    parameters, outlook, aid = predictor(fixes, profile, aid)
     rows = []
     for _, track in fixes.rows(fixes.has_position).in_order().tracks():
-        kept = memories(model, aid, track)
+        kept = kept_rows(parameters, aid, track)
         for k in _spaced(track.time, SPACING):
             for horizon in horizons:
                 if (there := _reported(track, track.time[k] + horizon)) is not None:
@@ -178,7 +178,7 @@ def _map(fixes):
     from matplotlib.figure import Figure
     from matplotlib.patches import Ellipse
 
-    from steerway.estimation.course.prediction import predict
+    from steerway.estimation.prediction import predict
     from steerway.report.figures import OURS, QUIET
 
     figure = Figure(figsize=(12.0, 4.5), layout="constrained")

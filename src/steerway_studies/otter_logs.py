@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from steerway.core.angles import wrap
 from steerway.core.records import OK, Fixes, Motion
 from steerway.estimation.course.comparison import compare
-from steerway.estimation.course.estimate import choose_profile
 from steerway.estimation.course.filter import FiveStateFilter
+from steerway.estimation.estimate import choose_profile
 from steerway.formats.reading import read
 from steerway.report.figures import BAD, OURS, THEIRS, track_figure
 from steerway_studies.papers.ekf_5states import Ekf5States

@@ -7,7 +7,7 @@ import numpy as np
 import steerway
 from steerway.core.records import Fixes
 from steerway.estimation.course.filter import FiveStateFilter
-from steerway.estimation.course.model import GYRO_STATE
+from steerway.estimation.course.update.aids import companion_of
 from steerway.sensors.gnss import Gnss
 from steerway.sensors.instrument import Instrument
 from steerway.simulation.campaign import over_seeds
@@ -64,7 +64,7 @@ def one(seed: int) -> dict[str, np.ndarray]:
 def bias_found(fixes: Fixes) -> np.ndarray:
     """(n,) the bias of the gyro as the filter has it after each row, rad/s."""
     estimator = FiveStateFilter(PROFILE, AIDS["gyro"])
-    state = int(PROFILE.model(AIDS["gyro"])[0, GYRO_STATE])
+    state = companion_of(PROFILE.parameters(AIDS["gyro"])[0], "yaw_rate")
     bias = np.empty(len(fixes))
     for k in range(len(fixes)):
         if k:

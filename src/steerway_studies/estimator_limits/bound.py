@@ -9,23 +9,24 @@ import numpy as np
 
 from steerway.core.compiled import kernel
 from steerway.core.linear_algebra import fill_lower
-from steerway.estimation.course.five_state import predict, set_step
-from steerway.estimation.course.model import POSITION_VARIANCE, START_RATE_VARIANCE, START_SPEED_VARIANCE
-from steerway.estimation.course.position_update import correct
-from steerway.estimation.course.smoothing import smoothing_step, transition
+from steerway.estimation.course.motion.five_state import predict, set_step
+from steerway.estimation.course.motion.layout import POSITION_VARIANCE, START_RATE_VARIANCE, START_SPEED_VARIANCE
+from steerway.estimation.course.motion.models import transition
+from steerway.estimation.course.smoothing.rauch_tung_striebel import smoothing_step
+from steerway.estimation.course.update.position import correct
 
 
 def filtering_bound(voyage, profile) -> np.ndarray:
     """(n, 5, 5) covariance of [x^n y^n U χ ω_χ] after each fix that no causal estimator betters on this voyage."""
     covariance = np.empty((len(voyage.time), 5, 5))
-    _riccati(voyage.time, voyage.states, voyage.turning, profile.manners(), covariance)
+    _riccati(voyage.time, voyage.states, voyage.turning, profile.modes(), covariance)
     return covariance
 
 
 def smoothing_bound(voyage, profile) -> np.ndarray:
     """(n, 5, 5) covariance that no estimator betters that knows the whole record."""
     covariance = filtering_bound(voyage, profile)
-    _smooth(voyage.time, voyage.states, voyage.turning, profile.manners(), covariance)
+    _smooth(voyage.time, voyage.states, voyage.turning, profile.modes(), covariance)
     return covariance
 
 

@@ -13,10 +13,11 @@ import numpy as np
 from steerway.core.angles import wrap
 from steerway.core.compiled import kernel
 from steerway.core.linear_algebra import fill_lower
-from steerway.estimation.course.five_state import predict
-from steerway.estimation.course.model import POSITION_VARIANCE
-from steerway.estimation.course.position_update import correct, innovation
-from steerway.estimation.course.smoothing import smoothing_step, transition
+from steerway.estimation.course.motion.five_state import predict
+from steerway.estimation.course.motion.layout import POSITION_VARIANCE
+from steerway.estimation.course.motion.models import transition
+from steerway.estimation.course.smoothing.rauch_tung_striebel import smoothing_step
+from steerway.estimation.course.update.position import correct, innovation
 from steerway_studies.estimator_limits.particles import go, steps
 
 _ROUNDS = 4

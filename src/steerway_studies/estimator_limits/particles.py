@@ -13,10 +13,10 @@ import numpy as np
 from steerway.core.angles import wrap
 from steerway.core.compiled import kernel
 from steerway.core.earth import radii
-from steerway.estimation.course.five_state import predict, set_step
-from steerway.estimation.course.mixture import turn_along
-from steerway.estimation.course.model import LEAVING, POSITION_VARIANCE, START_RATE_VARIANCE
-from steerway.estimation.course.position_update import correct, innovation, normalised_square
+from steerway.estimation.course.motion.five_state import predict, set_step
+from steerway.estimation.course.motion.layout import LEAVING, POSITION_VARIANCE, START_RATE_VARIANCE
+from steerway.estimation.course.update.invariant import rotate_correction
+from steerway.estimation.course.update.position import correct, innovation, normalised_square
 
 _START_SPEED_STD, _START_COURSE_STD = 0.2, 0.2
 
@@ -59,7 +59,7 @@ def go(x, p, step, model, fix, work, invariant=True):
     nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, fix[0], fix[1], variance, variance, 0)
     correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, 0)
     if invariant:
-        turn_along(x, p, work[4], 0, 0)
+        rotate_correction(x, p, work[4], 0, 0)
     return -0.5 * (normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee) + math.log(s_nn * s_ee - s_ne * s_ne))
 
 

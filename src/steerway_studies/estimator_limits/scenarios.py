@@ -12,8 +12,8 @@ import numpy as np
 
 from steerway.core.compiled import kernel
 from steerway.core.records import Fixes
-from steerway.estimation.course.five_state import chord, set_step
-from steerway.estimation.course.model import (
+from steerway.estimation.course.motion.five_state import chord, set_step
+from steerway.estimation.course.motion.layout import (
     LEAVING,
     Q_LL,
     Q_LU,
@@ -118,7 +118,7 @@ def sail(scenario: Scenario, seed: int) -> Voyage:
     """One voyage."""
     chance = np.random.default_rng([seed, 0])
     n = round(scenario.duration * scenario.rate) + 1
-    models = scenario.profile.manners()
+    models = scenario.profile.modes()
     steps = np.zeros((2, 3, 5))
     spreads = np.zeros((2, 5, 5))
     for k, model in enumerate(models):

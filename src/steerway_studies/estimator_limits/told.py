@@ -1,7 +1,7 @@
 """Is the filter's arithmetic right, and what is the form of its correction worth: filters that are told the modes.
 
 The filter that is told when turns begin and end has nothing to find out: its doubts have to be right, straight and in
-turns. The form of a correction is that of a pose in the plane (`mixture.turn_along`) or the textbook's, which adds a
+turns. The form of a correction is that of a pose in the plane (`update.invariant`) or the textbook's, which adds a
 gain times the innovation to every state.
 """
 
@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from steerway.core.compiled import kernel
-from steerway.estimation.course.model import LEAVING
+from steerway.estimation.course.motion.layout import LEAVING
 from steerway_studies.estimator_limits.cells import CELLS, PLACES, QUANTITIES, WHAT, WHERE, WORDS, over_cells, sums
 from steerway_studies.estimator_limits.consistency import nees, report_nees
 from steerway_studies.estimator_limits.particles import begun, go, in_plane, particle_filter, steps
@@ -54,9 +54,9 @@ def one(name: str, seed: int) -> dict[str, np.ndarray]:
     """`sums` by form and kind of filter on one voyage of a cell, and the NEES of the filter that is told."""
     cell = CELLS[name]
     voyage, fixes = cell.sailed(seed)
-    models, places, dt = cell.profile.manners(), in_plane(fixes), 1.0 / cell.scenario.rate
+    models, places, dt = cell.profile.modes(), in_plane(fixes), 1.0 / cell.scenario.rate
     average = models.copy()
-    average[:, :LEAVING] = cell.profile.on_average.model()[:LEAVING]  # whichever mode she is said to be in
+    average[:, :LEAVING] = cell.profile.on_average.parameters()[0, :LEAVING]  # whichever mode she is said to be in
     start, poor = begun(voyage, models, seed), begun(voyage, models, seed, POOR_COURSE_STD)
     places_sailed = straight_and_turning(cell.scenario, voyage)
     early = [(voyage.time > 0.0) & (voyage.time <= EARLY)] * 2
