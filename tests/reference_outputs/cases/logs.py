@@ -6,6 +6,7 @@ import numpy as np
 
 import steerway
 from steerway import Profile
+from tests.reference_outputs.cases.course_fitting import tuned
 from tests.reference_outputs.sorties import EARTH_RADIUS, FAR, table_of, wrapped
 from tests.reference_outputs.tables import case
 
@@ -79,11 +80,7 @@ TUNED = {
     "furuno_scx20_n2k/furuno-130842-wide-turn.raw": 3000,
     "rob_atlantic_1hz/gx_to_gavres.nmea": 1500,
 }
-FITTED = (
-    "speed_noise course_rate_noise course_rate_decay position_std acceleration_std yawing_period yawing_time turn_time "
-    "straight_time turn_speed_noise turn_course_rate_noise turn_course_rate_decay error_std error_time drift_std "
-    "drift_time"
-).split()
+"""Logs that a profile is fitted to, and how many of their first rows."""
 ANGLES = ("cog", "heading", "longitude")
 SAID = ("position_std", "sog", "cog", "heading", "water_speed", "yaw_rate")
 
@@ -138,16 +135,12 @@ def estimated(data, log):
     )
 
 
-def tuned(data, log):
-    found = steerway.tune(steerway.read(data / "data" / log).rows(slice(TUNED[log])))
-    counts = {name: getattr(found, name) for name in ("fixes", "moving", "rejected", "nis_mean", "log_likelihood")}
-    return {name: getattr(found.profile, name) for name in FITTED} | counts
-
-
 for log in LOGS:
     case(f"log-{short_name(log)}-read", recorded=True)(
         lambda data, log=log: read_numbers(steerway.read(data / "data" / log)),
     )
     case(f"log-{short_name(log)}-motion", recorded=True)(lambda data, log=log: estimated(data, log))
 for log in TUNED:
-    case(f"log-{short_name(log)}-tuned", rtol=1e-3, recorded=True)(lambda data, log=log: tuned(data, log))
+    case(f"log-{short_name(log)}-tuned", rtol=1e-3, recorded=True)(
+        lambda data, log=log: tuned(steerway.read(data / "data" / log).rows(slice(TUNED[log])))
+    )
