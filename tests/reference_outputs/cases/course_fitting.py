@@ -99,7 +99,7 @@ for log in (short_sailing, short_wander):
     case(f"course-tuned-intervals-{name}", rtol=0.1)(lambda log=log: interval_ends(steerway.tune(log()).profile))
     case(f"course-tuned-{name}", rtol=1e-3)(lambda log=log: tuned(log()))
     case(f"course-chosen-{name}", rtol=1e-3)(lambda log=log: fitted(choose_profile(log())))
-# A flat minimum: where kernels are compiled anew, rounding alone moves the course-rate noise by 2e-3.
+# Loose: runs of all cases with kernels not compiled before gave a course-rate noise 1.6e-3 off; why is not known.
 case("course-chosen-aided", rtol=2e-2)(lambda: fitted(choose_profile(instruments(), aid=("sog", "yaw_rate"))))
 case("course-chosen-at-rest", rtol=1e-3)(
     lambda: fitted(choose_profile(straight(0.0, 0.0, 80.0, rate=1.0).fixes(0.4, 3)))
