@@ -17,8 +17,8 @@ RTOL, ATOL = 1e-9, 1e-12
 class Case:
     """One reference output: a name, a function that computes its columns, and how closely they must agree.
 
-    `recorded` cases take the folder of recorded logs (STEERWAY_DATA) as their only argument. A `text` case gives a text,
-    which must agree exactly.
+    `recorded` cases take the folder of recorded logs (STEERWAY_DATA) as their only argument. A `text` case gives a
+    text, which must agree exactly.
     """
 
     name: str

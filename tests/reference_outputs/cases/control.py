@@ -28,8 +28,14 @@ def placed():
             for damping in (0.7, 1.0):
                 gains = place_poles(gain, time, max(bandwidth, 0.51 / (damping * time)), damping, 20.0)
                 rows.append(
-                    (gains.proportional, gains.integral_time, gains.derivative_time)
-                    + (gains.rate_feedforward, gains.acceleration_feedforward, gains.limit)
+                    (
+                        gains.proportional,
+                        gains.integral_time,
+                        gains.derivative_time,
+                        gains.rate_feedforward,
+                        gains.acceleration_feedforward,
+                        gains.limit,
+                    )
                 )
     return columns("proportional integral_time derivative_time rate acceleration limit", rows)
 
@@ -200,7 +206,19 @@ def boats():
     for boat in (OTTER, OTTER_GENTLY, MARINER):
         pilot = boat.helm(TrackingFilter(1.0)).pilot.gains
         rows.append(
-            (boat.nomoto_gain, boat.nomoto_time, boat.yaw_limit, boat.bandwidth, boat.lookahead, boat.acceptance)
-            + (boat.cruise, boat.top_speed, boat.damping, pilot.proportional, pilot.integral_time, pilot.limit)
+            (
+                boat.nomoto_gain,
+                boat.nomoto_time,
+                boat.yaw_limit,
+                boat.bandwidth,
+                boat.lookahead,
+                boat.acceptance,
+                boat.cruise,
+                boat.top_speed,
+                boat.damping,
+                pilot.proportional,
+                pilot.integral_time,
+                pilot.limit,
+            )
         )
     return columns("K T limit bandwidth lookahead acceptance cruise top damping proportional integral_time of", rows)

@@ -101,9 +101,12 @@ def leg():
         direction = leg_direction(north_0, east_0, north_1, east_1)
         length = math.hypot(north_1 - north_0, east_1 - east_0)
         rows.append(
-            (direction, track_errors(north, east, north_0, east_0, direction))
-            + (nearest_point(north, east, north_0, east_0, direction),)
-            + (seen_from_leg(north, east, north_0, east_0, north_1, east_1, direction, length),)
+            (
+                direction,
+                track_errors(north, east, north_0, east_0, direction),
+                nearest_point(north, east, north_0, east_0, direction),
+                seen_from_leg(north, east, north_0, east_0, north_1, east_1, direction, length),
+            )
         )
     return columns("direction along cross north east seen_along seen_cross remaining distance bearing", rows)
 

@@ -63,8 +63,16 @@ def aided(tuning, rows, yaw):
         silent = 60 <= k < 70
         estimator.second(difference, None if silent else readings, (math.nan, math.nan) if k % 7 == 3 else velocity)
         found.append(
-            (estimator.heading, estimator.heading_std, estimator.scale, estimator.scale_std, estimator.bias)
-            + (*estimator.deviation, *estimator.current, outside(estimator, 0.01))
+            (
+                estimator.heading,
+                estimator.heading_std,
+                estimator.scale,
+                estimator.scale_std,
+                estimator.bias,
+                *estimator.deviation,
+                *estimator.current,
+                outside(estimator, 0.01),
+            )
         )
     names = "heading std scale scale_std bias sine cosine current_north current_east outside"
     return columns(names, found)
@@ -171,9 +179,18 @@ def interval_arithmetic():
     for _ in range(40):
         a, b = (tuple(sorted(3.0 * chance.standard_normal(2))) for _ in range(2))
         rows.append(
-            (arithmetic.add(a, b), arithmetic.subtract(a, b), arithmetic.multiply(a, b), arithmetic.divide(a, b))
-            + (arithmetic.square(a), arithmetic.scale(-1.3, b), arithmetic.root((abs(a[0]), abs(a[0]) + 1.0)))
-            + (arithmetic.outward(*a), arithmetic.intersect(a, b), arithmetic.width(a))
+            (
+                arithmetic.add(a, b),
+                arithmetic.subtract(a, b),
+                arithmetic.multiply(a, b),
+                arithmetic.divide(a, b),
+                arithmetic.square(a),
+                arithmetic.scale(-1.3, b),
+                arithmetic.root((abs(a[0]), abs(a[0]) + 1.0)),
+                arithmetic.outward(*a),
+                arithmetic.intersect(a, b),
+                arithmetic.width(a),
+            )
         )
     names = " ".join(f"{what}_low {what}_high" for what in _OPERATIONS) + " width"
     return columns(names, rows)
