@@ -215,12 +215,12 @@ def sentences():
 
 
 def rounded(value):
-    """JSON with nine digits a number."""
+    """JSON with seven decimals a number."""
     if isinstance(value, dict):
         return {key: rounded(each) for key, each in value.items()}
     if isinstance(value, list):
         return [rounded(each) for each in value]
-    return float(f"{value:.9g}") + 0.0 if isinstance(value, float) else value
+    return round(value, 7) + 0.0 if isinstance(value, float) else value
 
 
 def lines(name, every):
@@ -276,7 +276,7 @@ def watch():
             guard.astray()
         if k in (250, 270):
             guard.link("rover", k == 270)
-        words = guard.step(here, 0.1), guard.doubt(here), guard.obstacle(here), f"{guard.interval:.9g}"
+        words = guard.step(here, 0.1), guard.doubt(here), guard.obstacle(here), f"{guard.interval:.6g}"
         if k == 0 or words != said[-1][1:]:
             said.append((k, *words))
     return "".join(f"{' | '.join(map(str, each))}\n" for each in said)
