@@ -113,7 +113,7 @@ def leg():
 
 @case("guidance_passages")
 def passages():
-    """The log of missions under both rules, one with a leg given up, one skipped, and of a voyage."""
+    """The log of missions under both rules, one with a leg given up, one with a waypoint skipped."""
     missions = [
         Mission(Route(NORTH, EAST, 5.0, 1.2)),
         Mission(Route(NORTH, EAST, 0.5, 1.2), Passing("circle"), start="point"),
@@ -136,6 +136,17 @@ def passages():
             )
     names = "mission waypoint reached time sailed distance closest total distance_total energy rms max effort"
     return columns(names, rows)
+
+
+@case("guidance_voyage_passages")
+def voyage_passages():
+    voyage = Voyage(Route(NORTH, EAST, 4.0, 1.2), [0, 6, 0, 9, 0])
+    for leg in range(4):
+        for k in range(60):
+            share = min(k / 50.0, 1.0)
+            voyage.step(*(each[leg] + share * (each[leg + 1] - each[leg]) for each in (NORTH, EAST)), 1.5)
+    rows = [(each.waypoint, each.reached, each.time, each.sailed, each.distance) for each in voyage.passages]
+    return columns("waypoint reached time sailed distance", rows)
 
 
 def shaped(shaper):
