@@ -1,6 +1,7 @@
 """FiveStateFilter: the filter as an object, fix by fix or over a whole record."""
 
 import math
+import warnings
 
 import numpy as np
 
@@ -209,6 +210,16 @@ class FiveStateFilter:
     def output(self) -> list[float]:
         """All at the price of one property: position, SOG, COG, course rate, 1σ of these three and of position."""
         return _output(self._combined, self._geodetic).tolist()
+
+    def said(self) -> list[float]:
+        """Old name of `output`."""
+        warnings.warn("FiveStateFilter.said is now FiveStateFilter.output", FutureWarning, stacklevel=2)
+        return self.output()
+
+    def meet_receiver(self) -> None:
+        """Old name of `change_receiver`."""
+        warnings.warn("FiveStateFilter.meet_receiver is now .change_receiver", FutureWarning, stacklevel=2)
+        self.change_receiver()
 
     @property
     def state(self) -> np.ndarray:
