@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.core.estimate import SILENCE, Readings
+from steerway.core.estimate import NO_MEASUREMENTS, Measurements
 from steerway.sensors.compass import Compass
 from steerway.sensors.doppler import DopplerLog
 from steerway.sensors.gnss import Gnss
@@ -38,8 +38,8 @@ class SuiteStream:
         self._gyro = suite.gyro and suite.gyro.start(seeds[2])
         self._log = suite.log and suite.log.start(seeds[3])
 
-    def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Readings:
-        """Readings of a vessel that moves so; the antenna swings with the waves."""
+    def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Measurements:
+        """Measurements of a vessel that moves so; the antenna swings with the waves."""
         fix = self._gnss.step(
             time,
             motion.north + waves.north,
@@ -54,9 +54,9 @@ class SuiteStream:
         yaw_rate = self._gyro and self._gyro.step(time, motion.yaw_rate)
         along = self._log and self._log.step(time, motion.surge, motion.sway)
         if fix is None and heading is None and yaw_rate is None and along is None:
-            return SILENCE
+            return NO_MEASUREMENTS
         _, north, east, sog, cog = fix or (math.nan,) * 5
-        return Readings(
+        return Measurements(
             north,
             east,
             sog,
@@ -74,9 +74,9 @@ class Truth:
         """Nothing is drawn."""
         return self
 
-    def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Readings:
+    def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Measurements:
         """The truth, over ground and through the water."""
-        return Readings(
+        return Measurements(
             motion.north,
             motion.east,
             motion.sog,

@@ -13,7 +13,7 @@ import numpy as np
 
 from steerway.core.checks import positive
 from steerway.core.errors import InputError
-from steerway.core.estimate import Estimate, Readings
+from steerway.core.estimate import Estimate, Measurements
 from steerway.core.leg import LegState
 from steerway.pilot import Orders, Pilot
 from steerway.vessels.environment import Environment, WaveMotion
@@ -22,7 +22,7 @@ from steerway.vessels.vessel import Vessel
 
 COLUMNS = (
     *(f"true_{name}" for name in GroundMotion._fields),
-    *(f"read_{name}" for name in Readings._fields),
+    *(f"read_{name}" for name in Measurements._fields),
     *(f"estimated_{name}" for name in Estimate._fields),
     *(f"leg_{name}" for name in LegState._fields),
     *("desired_angle", "desired_rate", "desired_acceleration"),
@@ -42,7 +42,7 @@ class Instruments(Protocol):
 class Switched(Protocol):
     """Instruments that are switched on."""
 
-    def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Readings: ...
+    def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Measurements: ...
 
 
 class Start(NamedTuple):
@@ -117,9 +117,9 @@ def sail(
     told = max(1, n // 200)
     for k in range(n):
         motion = vessel.motion(state, sea.conditions)
-        readings = senses.step(k * step, motion, sea.waves)
-        orders = pilot.step(readings, step)
-        rows.append(_row(motion, readings, orders, sea.conditions))
+        measurements = senses.step(k * step, motion, sea.waves)
+        orders = pilot.step(measurements, step)
+        rows.append(_row(motion, measurements, orders, sea.conditions))
         commands.append(orders.command)
         states.append(state)
         if until(pilot):
@@ -137,6 +137,6 @@ def sail(
     return Run(np.arange(len(rows)) * step, np.array(rows), np.array(commands), np.array(states))
 
 
-def _row(motion: GroundMotion, readings: Readings, orders: Orders, conditions):
+def _row(motion: GroundMotion, measurements: Measurements, orders: Orders, conditions):
     _, estimate, leg, desired, reference, *rest = orders
-    return (*motion, *readings, *estimate, *leg, *desired, *reference, *rest, *conditions.tolist())
+    return (*motion, *measurements, *estimate, *leg, *desired, *reference, *rest, *conditions.tolist())
