@@ -19,7 +19,7 @@ MODULES = {
 
 def named(name: str):
     """The study of this name. Raises InputError with the names there are."""
-    from steerway.core.errors import InputError
+    from steerway.core import InputError
 
     if name not in MODULES:
         raise InputError(f"study {name!r} is unknown, expected one of {', '.join(MODULES)}")

@@ -11,8 +11,8 @@ from functools import partial
 import numpy as np
 
 from steerway.estimation import Profile, choose_profile, estimate
-from steerway.sensors.gnss import Gnss, low_cost, white
-from steerway.simulation.campaign import over_seeds
+from steerway.sensors import Gnss, low_cost, white
+from steerway.simulation import over_seeds
 from steerway_studies.study import Results, Study
 
 SPEEDS = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0)
@@ -146,7 +146,7 @@ _CAPTION = (
 def _figure(curves):
     from matplotlib.figure import Figure
 
-    from steerway.report.figures import OURS, QUIET, THEIRS
+    from steerway.report import OURS, QUIET, THEIRS
 
     figure = Figure(figsize=(12.0, 4.5), layout="constrained")
     cog_axes, sog_axes, share_axes = figure.subplots(1, 3)

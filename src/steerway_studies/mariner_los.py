@@ -9,9 +9,9 @@ from functools import partial
 
 import numpy as np
 
-from steerway.control.course import place_poles
-from steerway.simulation.campaign import over_seeds
-from steerway.vessels.mariner import RUDDER
+from steerway.control import place_poles
+from steerway.simulation import over_seeds
+from steerway.vessels import MARINER_RUDDER as RUDDER
 from steerway_studies import mariner_los_figures as figures
 from steerway_studies.mariner_los_lyapunov import approaches
 from steerway_studies.mariner_los_ship import (

@@ -3,8 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from steerway.report.figures import BAD, OURS, QUIET, THEIRS
-from steerway.vessels.mariner import RUDDER
+from steerway.report import BAD, OURS, QUIET, THEIRS
+from steerway.vessels import MARINER_RUDDER as RUDDER
 from steerway_studies.mariner_los_ship import SWITCH_RADIUS, asked_rudder_rate, route, rudder
 
 _COLOURS = {"true states": QUIET, "printed filter": THEIRS, "product filter": OURS}

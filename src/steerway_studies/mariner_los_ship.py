@@ -5,23 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.control.course import AnglePID, place_poles
-from steerway.control.handover import Helm
-from steerway.control.rudder import Rudder
-from steerway.core.leg import leg_direction, track_errors
-from steerway.core.noise import markov_std
-from steerway.estimation.course.filter import FiveStateFilter
-from steerway.estimation.course.onboard import AtFaceValue, FilterEstimator
-from steerway.estimation.profiles import Profile
-from steerway.guidance.line_of_sight import LineOfSight
-from steerway.guidance.reference import LowPass
-from steerway.guidance.route import Route
-from steerway.guidance.waypoints import Mission
+from steerway.control import AnglePID, Helm, Rudder, place_poles
+from steerway.core import leg_direction, markov_std, track_errors
+from steerway.estimation import FiveStateFilter, Profile
+from steerway.estimation.course import AtFaceValue, FilterEstimator
+from steerway.guidance import LineOfSight, LowPass, Mission, Route
 from steerway.pilot import Pilot
-from steerway.sensors.gnss import Gnss
-from steerway.sensors.suite import Suite, Truth
-from steerway.simulation.loop import Run, sail
-from steerway.vessels.mariner import CRUISE_SPEED, RUDDER, Mariner
+from steerway.sensors import Gnss, Suite, Truth
+from steerway.simulation import Run, sail
+from steerway.vessels import MARINER_CRUISE_SPEED as CRUISE_SPEED
+from steerway.vessels import MARINER_RUDDER as RUDDER
+from steerway.vessels import Mariner
 from steerway_studies.papers.aboard import AlwaysByCourse, PrintedEstimator
 from steerway_studies.papers.course_autopilot import MARINER_NOMOTO
 from steerway_studies.papers.ekf_5states import Ekf5States

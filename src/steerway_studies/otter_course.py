@@ -8,9 +8,8 @@ import math
 
 import numpy as np
 
-from steerway.control.bandwidth import carried_bandwidth
-from steerway.control.course import place_poles
-from steerway.simulation.campaign import over_seeds
+from steerway.control import carried_bandwidth, place_poles
+from steerway.simulation import over_seeds
 from steerway_studies import otter_course_figures as figures
 from steerway_studies.otter_course_boat import (
     BACK_AT,

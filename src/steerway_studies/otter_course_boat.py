@@ -5,23 +5,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from steerway.control.allocation import OTTER_PROPELLERS
-from steerway.control.course import AnglePID, AnglePIDGains, place_poles
-from steerway.control.handover import Helm
-from steerway.core.angles import wrap
-from steerway.estimation.course.filter import FiveStateFilter
-from steerway.estimation.course.onboard import FilterEstimator
-from steerway.estimation.profiles import Profile
-from steerway.guidance.reference import Reference, ReferenceModel
-from steerway.guidance.route import Route
-from steerway.guidance.waypoints import Mission
-from steerway.identification.yaw import YawModel, identify_yaw_from_fixes
+from steerway.control import OTTER_PROPELLERS, AnglePID, AnglePIDGains, Helm, place_poles
+from steerway.core import wrap
+from steerway.estimation import FiveStateFilter, Profile
+from steerway.estimation.course import FilterEstimator
+from steerway.guidance import Mission, Reference, ReferenceModel, Route
+from steerway.identification import YawModel, identify_yaw_from_fixes
 from steerway.pilot import Pilot, SteadyForce
-from steerway.sensors.gnss import white
-from steerway.sensors.suite import Suite
-from steerway.simulation.loop import Run, sail
-from steerway.vessels.otter import Otter
-from steerway.vessels.vessel import CALM
+from steerway.sensors import Suite, white
+from steerway.simulation import Run, sail
+from steerway.vessels import CALM, Otter
 from steerway_studies.papers.course_autopilot import OTTER_NOMOTO, OTTER_PRINTED_GAINS
 from steerway_studies.papers.ekf_5states import Ekf5States
 from steerway_studies.papers.otter_allocation import propeller_speeds

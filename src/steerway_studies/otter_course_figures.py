@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from steerway.report.figures import BAD, OURS, QUIET, THEIRS
+from steerway.report import BAD, OURS, QUIET, THEIRS
 from steerway_studies.otter_course_boat import BACK_AT, RUN_IN, commanded
 
 _ZOOM = (6.0, 7.0)  # s: the estimate of the turn, fix by fix

@@ -13,13 +13,11 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from steerway.core.angles import wrap
-from steerway.core.records import OK, Fixes, Motion
-from steerway.estimation.course.comparison import compare
-from steerway.estimation.course.estimate import choose_profile
-from steerway.estimation.course.filter import FiveStateFilter
-from steerway.formats.reading import read
-from steerway.report.figures import BAD, OURS, THEIRS, track_figure
+from steerway import read
+from steerway.core import OK, Fixes, Motion, wrap
+from steerway.estimation import FiveStateFilter, choose_profile
+from steerway.estimation.course import compare
+from steerway.report import BAD, OURS, THEIRS, track_figure
 from steerway_studies.papers.ekf_5states import Ekf5States
 
 STEP = 0.02

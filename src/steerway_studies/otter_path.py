@@ -9,9 +9,8 @@ import math
 
 import numpy as np
 
-from steerway.control.bandwidth import carried_bandwidth
-from steerway.control.boats import OTTER_GENTLY
-from steerway.simulation.campaign import over_seeds
+from steerway.control import OTTER_GENTLY, carried_bandwidth
+from steerway.simulation import over_seeds
 from steerway_studies.otter_path_boat import CASES, FILTER, LOOKAHEAD, NOISES, RATE, Case, leg, rms
 from steerway_studies.otter_path_figures import figures
 from steerway_studies.study import Results, Study

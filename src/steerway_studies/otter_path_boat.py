@@ -5,24 +5,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.control.boats import OTTER_GENTLY
-from steerway.core.angles import wrap
-from steerway.estimation.course.filter import FiveStateFilter
-from steerway.estimation.course.onboard import FilterEstimator
-from steerway.estimation.profiles import Profile
-from steerway.guidance.adaptive_line_of_sight import AdaptiveLineOfSight
-from steerway.guidance.integral_line_of_sight import IntegralLineOfSight
-from steerway.guidance.line_of_sight import LineOfSight
-from steerway.guidance.reference import TrackingFilter
-from steerway.guidance.route import Route
-from steerway.guidance.waypoints import Mission
+from steerway.control import OTTER_GENTLY
+from steerway.core import wrap
+from steerway.estimation import FiveStateFilter, Profile
+from steerway.estimation.course import FilterEstimator
+from steerway.guidance import AdaptiveLineOfSight, IntegralLineOfSight, LineOfSight, Mission, Route, TrackingFilter
 from steerway.pilot import Pilot
-from steerway.sensors.compass import Compass
-from steerway.sensors.gnss import white
-from steerway.sensors.suite import Suite
-from steerway.simulation.loop import Run, Start, sail
-from steerway.vessels import Otter
-from steerway.vessels.environment import Current, Environment
+from steerway.sensors import Compass, Suite, white
+from steerway.simulation import Run, Start, sail
+from steerway.vessels import Current, Environment, Otter
 
 LEG, JUDGED = 400.0, (150.0, 380.0)
 SEA = Environment(Current(0.3, math.pi / 2.0), force=(0.0, 5.0))

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from steerway.report.figures import BAD, OURS, QUIET, THEIRS
+from steerway.report import BAD, OURS, QUIET, THEIRS
 from steerway_studies.otter_path_boat import JUDGED, LEG, LOOKAHEAD, NOISES, Case, sailed
 
 _GREEN = "#2e8b57"

@@ -11,12 +11,10 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from steerway.core.errors import InputError
-from steerway.core.records import OK, REJECTED, Fixes, Motion
-from steerway.estimation import choose_profile, estimate, tune
-from steerway.estimation.course.comparison import Agreement, compare
-from steerway.estimation.profiles import Profile
-from steerway.formats.reading import read
+from steerway import read
+from steerway.core import OK, REJECTED, Fixes, InputError, Motion
+from steerway.estimation import Profile, choose_profile, estimate, tune
+from steerway.estimation.course import Agreement, compare
 from steerway_studies.recorded import logs_folder
 from steerway_studies.study import Results, Study
 
@@ -224,7 +222,7 @@ _SHIP = "The ship in swell: SOG and COG from her 1 Hz positions, causal, beside 
 def _turns_figure(panels):
     from matplotlib.figure import Figure
 
-    from steerway.report.figures import OURS, QUIET, THEIRS
+    from steerway.report import OURS, QUIET, THEIRS
 
     figure = Figure(figsize=(11.0, 7.0), layout="constrained")
     for axes, (key, time, rate, causal, smoothed, lag) in zip(figure.subplots(len(panels), 1), panels, strict=True):
@@ -244,7 +242,7 @@ def _turns_figure(panels):
 def _ship_figure(inertial):
     from matplotlib.figure import Figure
 
-    from steerway.report.figures import OURS, THEIRS
+    from steerway.report import OURS, THEIRS
 
     truth, motion = inertial.fixes, inertial.estimate()
     figure = Figure(figsize=(11.0, 6.0), layout="constrained")

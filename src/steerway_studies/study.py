@@ -65,7 +65,7 @@ class Study:
 
 def write_results(results: Results, directory: Path) -> Path:
     """results.json, the figures as PNG and the page that shows them; returns the page's path."""
-    from steerway.report.page import write_page
+    from steerway.report import write_page
 
     directory.mkdir(parents=True, exist_ok=True)
     numbers = {key: value if math.isfinite(value) else None for key, value in results.numbers.items()}

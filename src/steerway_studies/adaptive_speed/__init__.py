@@ -33,7 +33,7 @@ def voyages(seeds: int | None, first: int) -> list[Job]:
 
 def run(seeds=None, first_seed=0, progress=None) -> Results:
     """The whole study: under three minutes on four idle cores. `seeds` sets every repetition count."""
-    from steerway.simulation.campaign import over_seeds
+    from steerway.simulation import over_seeds
 
     def tell(share):
         if progress:

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.control.speed_pi import SpeedPI, SpeedPIGains
-from steerway.identification.surge import identify_surge
+from steerway.control import SpeedPI, SpeedPIGains
+from steerway.identification import identify_surge
 from steerway.vessels import conditions
 from steerway_studies.adaptive_speed import judge, plants, printed
 from steerway_studies.adaptive_speed.loop import sail
@@ -161,7 +161,7 @@ def fault(job):
 
 def outage(job):
     """GPS and log fall silent from 90 to 150 s; at 100 s the boat is to go from 3 to 6 m/s. The model is identified."""
-    from steerway.identification.surge import SurgeModel
+    from steerway.identification import SurgeModel
 
     steps = sail(plants.plant("a"), plants.controller("a"), STAIRCASE, job.seed, duration=500.0)
     found = _identified(steps, job.seed)

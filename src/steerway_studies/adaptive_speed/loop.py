@@ -5,11 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.estimation.speed.fusion import SurgeFusion
-from steerway.sensors.inertial import accelerometer
-from steerway.sensors.instrument import Instrument
-from steerway.vessels import CALM
-from steerway.vessels.vessel import CURRENT_NORTH
+from steerway.estimation.speed import SurgeFusion
+from steerway.sensors import Instrument, accelerometer
+from steerway.vessels import CALM, CURRENT_NORTH
 
 STEP = 0.005
 _AID, _CONTROL = 20, 10  # steps from one to the next; GPS and log take turns

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-from steerway.estimation.positioning.passive import DEMO_GAINS
-from steerway.estimation.positioning.time_varying import saturated
+from steerway.estimation.positioning import DEMO_GAINS, saturated
 from steerway_studies.cybership_observers import contestants, positioning, trials
 from steerway_studies.papers import positioning as printed
 

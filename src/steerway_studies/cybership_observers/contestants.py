@@ -6,11 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from steerway.estimation.positioning.adaptive_noise import VariationalNoise
-from steerway.estimation.positioning.passive import DEMO_GAINS, ObserverGains, PassiveObserver
-from steerway.estimation.positioning.time_varying import SpeedDependentFixNoise, TimeVaryingNoise
-from steerway.estimation.positioning.vessel_filter import VesselFilter, VesselNoise
-from steerway.vessels.cybership2 import DAMPING, INERTIA
+from steerway.estimation.positioning import (
+    DEMO_GAINS,
+    ObserverGains,
+    PassiveObserver,
+    SpeedDependentFixNoise,
+    TimeVaryingNoise,
+    VariationalNoise,
+    VesselFilter,
+    VesselNoise,
+)
+from steerway.vessels import CYBERSHIP2_DAMPING as DAMPING
+from steerway.vessels import CYBERSHIP2_INERTIA as INERTIA
 from steerway_studies.cybership_observers import scenario
 
 BASE = VesselNoise(position_std=scenario.FIX_STD, heading_std=scenario.HEADING_STD)

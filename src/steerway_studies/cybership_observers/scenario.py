@@ -11,11 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.control.positioning import PositioningGains, PositionPID
-from steerway.core.angles import wrap
-from steerway.core.noise import markov_decay, markov_step, oscillator, oscillator_step
+from steerway.control import PositioningGains, PositionPID
+from steerway.core import markov_decay, markov_step, oscillator, oscillator_step, wrap
+from steerway.vessels import CYBERSHIP2_THRUST as THRUST
 from steerway.vessels import CyberShip2, conditions
-from steerway.vessels.cybership2 import THRUST
 
 STEP, STEPS = 0.1, 1000
 PER_FIX = 10

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from steerway.simulation.campaign import over_seeds
+from steerway.simulation import over_seeds
 from steerway_studies.cybership_observers import figures, trials, tuning
 from steerway_studies.cybership_observers.comparisons import compare_all
 from steerway_studies.study import Results, Study

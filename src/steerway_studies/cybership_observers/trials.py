@@ -6,9 +6,8 @@ from functools import partial
 
 import numpy as np
 
-from steerway.core.angles import wrap
-from steerway.estimation.positioning.time_varying import TimeVaryingNoise
-from steerway.estimation.positioning.vessel_smoother import smooth
+from steerway.core import wrap
+from steerway.estimation.positioning import TimeVaryingNoise, smooth
 from steerway_studies.cybership_observers import contestants, scenario, tuning
 from steerway_studies.cybership_observers.scenario import drawn, sail, watch
 

@@ -6,8 +6,7 @@ from functools import partial
 import numpy as np
 
 import steerway
-from steerway.estimation import choose_profile
-from steerway.estimation.selection.tuned import tune
+from steerway.estimation import choose_profile, tune
 from steerway_studies.estimator_limits.bound import filtering_bound, smoothing_bound
 from steerway_studies.estimator_limits.cells import (
     CELLS,

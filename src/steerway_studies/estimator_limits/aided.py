@@ -5,12 +5,10 @@ import math
 import numpy as np
 
 import steerway
-from steerway.core.records import Fixes
-from steerway.estimation.course.filter import FiveStateFilter
-from steerway.estimation.course.model import GYRO_STATE
-from steerway.sensors.gnss import Gnss
-from steerway.sensors.instrument import Instrument
-from steerway.simulation.campaign import over_seeds
+from steerway.core import Fixes
+from steerway.estimation import FiveStateFilter
+from steerway.sensors import Gnss, Instrument
+from steerway.simulation import over_seeds
 from steerway_studies.estimator_limits.cells import CELLS, PLACES, WHERE, judged
 from steerway_studies.estimator_limits.scenarios import sail
 from steerway_studies.estimator_limits.statistics import over_runs
@@ -64,14 +62,13 @@ def one(seed: int) -> dict[str, np.ndarray]:
 def bias_found(fixes: Fixes) -> np.ndarray:
     """(n,) the bias of the gyro as the filter has it after each row, rad/s."""
     estimator = FiveStateFilter(PROFILE, AIDS["gyro"])
-    state = int(PROFILE.model(AIDS["gyro"])[0, GYRO_STATE])
     bias = np.empty(len(fixes))
     for k in range(len(fixes)):
         if k:
             estimator.predict(fixes.time[k] - fixes.time[k - 1])
         estimator.update(fixes.latitude[k], fixes.longitude[k])
         estimator.aid_by(yaw_rate=fixes.yaw_rate[k])
-        bias[k] = estimator.state[state]
+        bias[k] = estimator.gyro_bias
     return bias
 
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from steerway.core.records import Fixes
-from steerway.estimation.course.filter import FiveStateFilter
+from steerway.core import Fixes
+from steerway.estimation import FiveStateFilter
 from steerway_studies.estimator_limits.cells import PLACES, WHAT
 from steerway_studies.estimator_limits.scenarios import Scenario, Voyage, straight_and_turning
 from steerway_studies.estimator_limits.statistics import errors, over_runs

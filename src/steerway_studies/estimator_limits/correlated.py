@@ -10,9 +10,9 @@ from functools import cache
 import numpy as np
 
 import steerway
-from steerway.core.noise import markov_std
-from steerway.sensors.gnss import low_cost
-from steerway.simulation.campaign import over_seeds
+from steerway.core import markov_std
+from steerway.sensors import low_cost
+from steerway.simulation import over_seeds
 from steerway_studies.estimator_limits.cells import PLACES, WHERE, sums
 from steerway_studies.estimator_limits.particles import in_plane
 from steerway_studies.estimator_limits.scenarios import FAST, SLOW, Scenario, Voyage, sail, straight_and_turning

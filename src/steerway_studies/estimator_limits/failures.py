@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 import steerway
-from steerway.sensors.gnss import Gnss
-from steerway.simulation.campaign import over_seeds
+from steerway.sensors import Gnss
+from steerway.simulation import over_seeds
 from steerway_studies.estimator_limits.cells import CELLS
 from steerway_studies.estimator_limits.scenarios import FAST, sail
 from steerway_studies.estimator_limits.statistics import over_runs, turned

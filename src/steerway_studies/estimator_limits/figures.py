@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from steerway.report.figures import BAD, OURS, QUIET, THEIRS
+from steerway.report import BAD, OURS, QUIET, THEIRS
 from steerway_studies.estimator_limits.cells import CELLS, PLACES, WHAT, WHERE, WORDS
 
 _GREEN = "#38761d"

@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 import steerway
-from steerway.sensors.gnss import white
-from steerway.simulation.campaign import over_seeds
+from steerway.sensors import white
+from steerway.simulation import over_seeds
 from steerway_studies.estimator_limits.cells import CELLS, PLACES, QUANTITIES, WHAT, WORDS, judged, sums
 from steerway_studies.estimator_limits.particles import begun, in_plane, particle_filter
 from steerway_studies.estimator_limits.scenarios import sail, straight_and_turning

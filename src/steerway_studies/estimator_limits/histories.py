@@ -10,13 +10,9 @@ import math
 
 import numpy as np
 
-from steerway.core.angles import wrap
-from steerway.core.compiled import kernel
-from steerway.core.linear_algebra import fill_lower
-from steerway.estimation.course.five_state import predict
-from steerway.estimation.course.model import POSITION_VARIANCE
-from steerway.estimation.course.position_update import correct, innovation
-from steerway.estimation.course.smoothing import smoothing_step, transition
+from steerway.core import fill_lower, kernel, wrap
+from steerway.estimation.course import POSITION_VARIANCE, correct, innovation, smoothing_step, transition
+from steerway.estimation.course import predict_five_state as predict
 from steerway_studies.estimator_limits.particles import go, steps
 
 _ROUNDS = 4

@@ -10,13 +10,18 @@ import math
 
 import numpy as np
 
-from steerway.core.angles import wrap
-from steerway.core.compiled import kernel
-from steerway.core.earth import radii
-from steerway.estimation.course.five_state import predict, set_step
-from steerway.estimation.course.mixture import turn_along
-from steerway.estimation.course.model import LEAVING, POSITION_VARIANCE, START_RATE_VARIANCE
-from steerway.estimation.course.position_update import correct, innovation, normalised_square
+from steerway.core import kernel, radii, wrap
+from steerway.estimation.course import (
+    LEAVING,
+    POSITION_VARIANCE,
+    START_RATE_VARIANCE,
+    correct,
+    innovation,
+    normalised_square,
+    set_step,
+    turn_along,
+)
+from steerway.estimation.course import predict_five_state as predict
 
 _START_SPEED_STD, _START_COURSE_STD = 0.2, 0.2
 

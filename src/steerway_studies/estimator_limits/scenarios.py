@@ -10,10 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.core.compiled import kernel
-from steerway.core.records import Fixes
-from steerway.estimation.course.five_state import chord, set_step
-from steerway.estimation.course.model import (
+from steerway.core import Fixes, kernel
+from steerway.estimation import Profile
+from steerway.estimation.course import (
     LEAVING,
     Q_LL,
     Q_LU,
@@ -27,9 +26,10 @@ from steerway.estimation.course.model import (
     RATE_LEFT,
     SPEED_LEFT,
     TURN,
+    chord,
+    set_step,
 )
-from steerway.estimation.profiles import Profile
-from steerway.sensors.gnss import Gnss
+from steerway.sensors import Gnss
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from steerway.core.compiled import kernel
-from steerway.estimation.course.model import LEAVING
+from steerway.core import kernel
+from steerway.estimation.course import LEAVING
 from steerway_studies.estimator_limits.cells import CELLS, PLACES, QUANTITIES, WHAT, WHERE, WORDS, over_cells, sums
 from steerway_studies.estimator_limits.consistency import nees, report_nees
 from steerway_studies.estimator_limits.particles import begun, go, in_plane, particle_filter, steps

@@ -9,8 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from steerway.core.earth import radii
-from steerway.core.records import Fixes
+from steerway.core import Fixes, radii
 from steerway_studies.estimator_limits.scenarios import Voyage
 from steerway_studies.estimator_limits.statistics import turned
 

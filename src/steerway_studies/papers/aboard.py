@@ -2,8 +2,7 @@
 
 import math
 
-from steerway.core.angles import wrap
-from steerway.core.estimate import Estimate, Measurements
+from steerway.core import Estimate, Measurements, wrap
 from steerway_studies.papers.ekf_5states import Ekf5States
 
 _UNSAID = (math.nan,) * 6

@@ -2,7 +2,7 @@
 
 import math
 
-from steerway.core.leg import LegState
+from steerway.core import LegState
 
 
 class RangeRatePassing:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from steerway.sensors.tcm2 import TRUE_TCM2
+from steerway.sensors import TRUE_TCM2
 from steerway_studies.springer_mission import bounds, figures, missions
 from steerway_studies.springer_mission.navigators import nominal
 from steerway_studies.springer_mission.world import World, sail

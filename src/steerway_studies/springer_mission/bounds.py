@@ -5,11 +5,10 @@ import time
 
 import numpy as np
 
-from steerway.estimation.heading.interval.filter import IntervalFilter
-from steerway.estimation.heading.model_bank import ModelBank, corners
-from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, random_compass, stability_limit
-from steerway.vessels.springer import PAPER_YAW, RPM, Springer
-from steerway.vessels.vessel import CALM
+from steerway.estimation.heading import IntervalFilter, ModelBank, corners
+from steerway.sensors import TCM2, TRUE_TCM2, random_compass, stability_limit
+from steerway.vessels import CALM, RPM, Springer
+from steerway.vessels import SPRINGER_PAPER_YAW as PAPER_YAW
 from steerway_studies.papers.range_rate import OutputCorrectedMpc
 from steerway_studies.springer_mission.navigators import WeightedBounds, ideal, interval_box
 from steerway_studies.springer_mission.rigour import rigour

@@ -3,8 +3,9 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from steerway.estimation.heading.interval.weighting import LearnedHeading
-from steerway.vessels.springer import MAX_DIFFERENCE_RPM, RPM
+from steerway.estimation.heading import LearnedHeading
+from steerway.vessels import RPM
+from steerway.vessels import SPRINGER_MAX_DIFFERENCE_RPM as MAX_DIFFERENCE_RPM
 from steerway_studies.springer_mission.missions import Sailed
 from steerway_studies.springer_mission.navigators import RIVALS, WeightedBounds, nominal
 from steerway_studies.springer_mission.world import ACCEPTANCE, Voyage, replayed

@@ -6,12 +6,12 @@ from functools import partial
 
 import numpy as np
 
-from steerway.control.heading_lqg import HeadingLqg
-from steerway.estimation.heading.aided import SCALE_ONLY, AidedHeadingFilter
-from steerway.estimation.heading.compass_alarm import outside
-from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, CompassModel, random_compass
-from steerway.simulation.campaign import over_seeds
-from steerway.vessels.springer import PAPER_YAW, RPM
+from steerway.control import HeadingLqg
+from steerway.estimation.heading import SCALE_ONLY, AidedHeadingFilter, outside
+from steerway.sensors import TCM2, TRUE_TCM2, CompassModel, random_compass
+from steerway.simulation import over_seeds
+from steerway.vessels import RPM
+from steerway.vessels import SPRINGER_PAPER_YAW as PAPER_YAW
 from steerway_studies.papers.range_rate import RangeRatePassing
 from steerway_studies.springer_mission.navigators import (
     RIVALS,

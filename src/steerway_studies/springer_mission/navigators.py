@@ -2,14 +2,26 @@
 
 import math
 
-from steerway.estimation.heading.aided import SCALE_ONLY, AidedHeadingFilter
-from steerway.estimation.heading.composite import CompositeFilter, composite_model
-from steerway.estimation.heading.h_infinity import HInfinityFilter, largest_theta
-from steerway.estimation.heading.interval.filter import IntervalFilter, box_of
-from steerway.estimation.heading.interval.weighting import LearnedHeading, ideal_weight, weighted
-from steerway.estimation.heading.model_bank import ModelBank, corners, grid
-from steerway.sensors.tcm2 import TCM2, CompassModel
-from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, HeadingModel
+from steerway.estimation.heading import (
+    SCALE_ONLY,
+    AidedHeadingFilter,
+    CompositeFilter,
+    HInfinityFilter,
+    IntervalFilter,
+    LearnedHeading,
+    ModelBank,
+    box_of,
+    composite_model,
+    corners,
+    grid,
+    ideal_weight,
+    largest_theta,
+    weighted,
+)
+from steerway.sensors import TCM2, CompassModel
+from steerway.vessels import SPRINGER_PAPER_YAW as PAPER_YAW
+from steerway.vessels import SPRINGER_PHYSICAL_YAW as PHYSICAL_YAW
+from steerway.vessels import HeadingModel
 from steerway_studies.springer_mission.world import Blind, Navigator
 
 

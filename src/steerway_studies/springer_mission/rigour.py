@@ -5,9 +5,8 @@ from decimal import Context, Decimal, localcontext
 
 import numpy as np
 
-from steerway.estimation.heading.composite import START_VARIANCE, CompositeFilter, composite_model
-from steerway.estimation.heading.interval.filter import IntervalFilter, box_of
-from steerway.sensors.tcm2 import TCM2
+from steerway.estimation.heading import START_VARIANCE, CompositeFilter, IntervalFilter, box_of, composite_model
+from steerway.sensors import TCM2
 
 PRECISION = Context(prec=125)
 """Decimal digits: 415 bits."""

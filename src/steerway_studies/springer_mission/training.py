@@ -13,12 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from steerway.core.errors import InputError
-from steerway.estimation.heading.composite import CompositeFilter, composite_model
-from steerway.estimation.heading.interval.weighting import WEIGHTS, Features, Network
-from steerway.estimation.heading.model_bank import ModelBank, corners
-from steerway.sensors.tcm2 import random_compass
-from steerway.simulation.campaign import over_seeds
+from steerway.core import InputError
+from steerway.estimation.heading import WEIGHTS, CompositeFilter, Features, ModelBank, Network, composite_model, corners
+from steerway.sensors import random_compass
+from steerway.simulation import over_seeds
 from steerway_studies.springer_mission.world import World, random_circuit, sail
 
 FIRST_SEED = 1_000_000

@@ -11,24 +11,17 @@ from typing import Protocol
 
 import numpy as np
 
-from steerway.control.heading_mpc import BiasObserver, HeadingMpc, InputLimits, LinearPlant
-from steerway.core.noise import markov_decay, markov_step
-from steerway.estimation.heading.composite import WAVES
-from steerway.guidance.mission_log import MissionLog
-from steerway.guidance.route import Route
-from steerway.guidance.waypoints import Mission, Passing, Phase
-from steerway.sensors.tcm2 import TRUE_TCM2, CompassModel, DynamicCompass
-from steerway.vessels.springer import (
-    MAX_CHANGE_RPM,
-    MAX_DIFFERENCE_RPM,
-    PAPER_YAW,
-    PHYSICAL_YAW,
-    RPM,
-    SPEED,
-    HeadingModel,
-    Springer,
-)
-from steerway.vessels.vessel import conditions
+from steerway.control import BiasObserver, HeadingMpc, InputLimits, LinearPlant
+from steerway.core import markov_decay, markov_step
+from steerway.estimation.heading import WAVES
+from steerway.guidance import Mission, MissionLog, Passing, Phase, Route
+from steerway.sensors import TRUE_TCM2, CompassModel, DynamicCompass
+from steerway.vessels import RPM, HeadingModel, Springer, conditions
+from steerway.vessels import SPRINGER_MAX_CHANGE_RPM as MAX_CHANGE_RPM
+from steerway.vessels import SPRINGER_MAX_DIFFERENCE_RPM as MAX_DIFFERENCE_RPM
+from steerway.vessels import SPRINGER_PAPER_YAW as PAPER_YAW
+from steerway.vessels import SPRINGER_PHYSICAL_YAW as PHYSICAL_YAW
+from steerway.vessels import SPRINGER_SPEED as SPEED
 
 PAPER_CIRCUIT = np.array([(170, 10), (310, 120), (340, 290), (220, 410), (50, 400), (-50, 230), (0, 0)], dtype=float)
 """Read from figure 7a: 1294 m from (0, 0), heading 0."""
