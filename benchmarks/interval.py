@@ -26,7 +26,7 @@ def run():
     box = box_of(composite_model(), 0.01)
 
     bounds = IntervalFilter(box)
-    second = _best(lambda: bounds.second(0.0, readings[:40]))
+    second = _best(lambda: bounds.step(0.0, readings[:40]))
     yield Result("sharpened interval step, 4 states", 1e6 * second / 40, "µs", at_most=15.0)
     mpc = paper_mpc()
     mpc.step(0.1, 0.0)
@@ -69,7 +69,7 @@ def _literal(box, readings_deg):
     x, p, work = np.zeros((4, 2)), np.empty((4, 4, 2)), literal.workspace()
     literal.start(p, START_VARIANCE, 1.0)
     for reading in readings_deg:
-        literal.tick(x, p, box, reading, work)
+        literal.tick(x, p, box, reading, 1.0, work)
     return x
 
 

@@ -60,14 +60,14 @@ def test_outward_rounding_holds_the_exact_filter_and_plain_doubles_do_not(form):
     assert held == 100.0 and plain < 20.0
     bounds = IntervalFilter(box_of(composite_model(), 0.0), form)
     for u, z in zip(differences, readings, strict=True):
-        bounds.second(u, z)
+        bounds.step(u, z)
     assert form == "literal" or bounds.width < 1e-6
 
 
 def test_the_exact_filter_is_the_ordinary_one():
     differences, readings, _, _ = record(5)
     estimator = CompositeFilter(composite_model())
-    told = [estimator.second(u, z) for u, z in zip(differences, readings, strict=True)]
+    told = [estimator.step(u, z) for u, z in zip(differences, readings, strict=True)]
     exact = [float(each) for each in exact_headings(composite_model(), differences, readings)]
     np.testing.assert_allclose(told, exact, rtol=1e-9, atol=1e-15)
 
@@ -88,8 +88,8 @@ def test_every_model_in_the_box_is_included(tolerance, seconds):
     members = [CompositeFilter(composite_model(random_compass(rng, tolerance))) for _ in range(60)]
     members += [CompositeFilter(composite_model(TCM2.scaled(1.0 + s * tolerance))) for s in (-1, 1)]
     for u, z in zip(differences, readings, strict=True):
-        low, high = bounds.second(u, z)
-        told = [each.second(u, z) for each in members]
+        low, high = bounds.step(u, z)
+        told = [each.step(u, z) for each in members]
         assert low <= min(told) and max(told) <= high
     assert not bounds.diverged
     spread = max(told) - min(told)
@@ -108,11 +108,11 @@ def test_included_with_sub_boxes_and_a_shift_that_is_uncertain():
     true = CompositeFilter(composite_model(TRUE_TCM2))
     for u, z in zip(differences, readings, strict=True):
         for each in (whole, parts, shifted):
-            each.second(u, z)
-        told = [each.second(u, z) for each in members]
+            each.step(u, z)
+        told = [each.step(u, z) for each in members]
         assert parts.low <= min(told) and max(told) <= parts.high
         if not shifted.diverged:
-            assert shifted.low <= true.second(u, z) <= shifted.high
+            assert shifted.low <= true.step(u, z) <= shifted.high
     assert parts.width < 0.5 * whole.width
 
 
@@ -124,9 +124,9 @@ def test_literal_holds_until_it_reports_divergence():
     )
     own, lost = CompositeFilter(composite_model(TCM2.scaled(1.005))), None
     for k, (u, z) in enumerate(zip(differences, readings, strict=True)):
-        literal.second(u, z)
-        sharp.second(u, z)
-        truth = own.second(u, z)
+        literal.step(u, z)
+        sharp.step(u, z)
+        truth = own.step(u, z)
         if literal.diverged:
             lost = lost or k
             assert math.isnan(literal.low) and math.isnan(literal.width)
@@ -141,7 +141,7 @@ def test_erratum_ten_per_cent_diverges_at_once():
     for form in ("sharpened", "literal"):
         bounds = IntervalFilter(box_of(composite_model(), 0.1, shift_too=True), form)
         for u, z in zip(differences, readings, strict=True):
-            bounds.second(u, z)
+            bounds.step(u, z)
         assert bounds.diverged
 
 
@@ -155,8 +155,8 @@ def test_any_coordinates_are_sound(monkeypatch):
         bounds = IntervalFilter(box_of(composite_model(), 0.005))
         members = [CompositeFilter(composite_model(TCM2.scaled(f))) for f in (0.995, 1.0, 1.005)]
         for u, z in zip(differences, readings, strict=True):
-            low, high = bounds.second(u, z)
-            assert bounds.diverged or all(low <= each.second(u, z) <= high for each in members)
+            low, high = bounds.step(u, z)
+            assert bounds.diverged or all(low <= each.step(u, z) <= high for each in members)
 
 
 def test_sub_boxes_are_the_box():

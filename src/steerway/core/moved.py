@@ -1,10 +1,16 @@
-"""Old module names: an import of one gives the module under its present name, with one line of warning."""
+"""Old names of modules and methods: each gives what it became, with one line of warning."""
 
+import functools
 import sys
 import warnings
+from collections.abc import Callable
 from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
+from typing import ParamSpec, TypeVar
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 _COURSE = (
     "acceleration accuracy aiding comparison filter five_state forecast latency onboard position_update prediction "
@@ -59,3 +65,14 @@ def redirect_moved_modules() -> None:
     """Make the old names importable."""
     if not any(isinstance(finder, _MovedModules) for finder in sys.meta_path):
         sys.meta_path.insert(0, _MovedModules())
+
+
+def formerly(old: str, function: Callable[P, R]) -> Callable[P, R]:
+    """A method under an old name: the same, with one line of warning."""
+
+    @functools.wraps(function)
+    def renamed(*args: P.args, **kwargs: P.kwargs) -> R:
+        warnings.warn(f"{old} is now {function.__qualname__}", FutureWarning, stacklevel=2)
+        return function(*args, **kwargs)
+
+    return renamed

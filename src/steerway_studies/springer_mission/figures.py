@@ -160,7 +160,7 @@ def weights(navigator: WeightedBounds, reference: Voyage) -> Figure:
     learned, told = LearnedHeading(), []
     ideal_of_bank, answer = [], []
     for k in range(len(reference.heading)):
-        learned.second(reference.difference[k], reference.readings[k])
+        learned.step(reference.difference[k], reference.readings[k])
         told.append(learned.weight)
         answer.append(learned.heading)
         low, high = learned.low, learned.high

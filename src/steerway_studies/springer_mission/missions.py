@@ -183,8 +183,8 @@ def _alarmed(compass: CompassModel, circuit, seed) -> bool:
     class Watched:
         heading = property(lambda self: estimator.heading)
 
-        def second(self, difference, readings, velocity):
-            told = estimator.second(difference, readings)
+        def step(self, difference, readings, velocity):
+            told = estimator.step(difference, readings)
             raised.append(outside(estimator, 0.01))
             return told
 

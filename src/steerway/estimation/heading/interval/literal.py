@@ -1,6 +1,6 @@
 """The interval Kalman filter as printed, P4 (11)–(15) after Chen, Wang and Shieh (1997): the matrices of the ordinary
-filter with every product and quotient taken on intervals. Labelled: it forgets that one coefficient is one number, and
-so its bounds run away within seconds; see `sharpened`.
+filter with every product and quotient taken on intervals. A number that occurs twice counts as two, so that the bounds
+diverge within seconds; see `sharpened`.
 """
 
 import numpy as np
@@ -69,20 +69,24 @@ def disturb(p, i, variance):
 
 
 @kernel
-def tick(x, p, box, reading_deg, work):
-    """One tick: predict the compass, correct by a reading. x (4, 2), P (4, 4, 2), box (14, 2), work WORKSPACE."""
+def tick(x, p, box, reading_deg, number, work):
+    """One tick: predict the compass, correct by the mean of `number` readings, 0 for none.
+
+    x (4, 2), P (4, 4, 2), box (14, 2), work WORKSPACE.
+    """
     compass_transition(box, work[0])
     transform(x, p, work[0], work)
     disturb(p, 2, entry(box, COMPASS_NOISE))
     disturb(p, 3, entry(box, COMPASS_NOISE))
-    correct(x, p, box, reading_deg, work)
+    if number > 0.0:
+        correct(x, p, box, reading_deg, number, work)
 
 
 @kernel
-def correct(x, p, box, reading_deg, work):
+def correct(x, p, box, reading_deg, number, work):
     """K = P Cᵀ (C P Cᵀ + R)⁻¹ (13), x ← x + K (z − C x) (14), P ← (I − K C) P (15)."""
     k = entry(box, K)
-    s = add(multiply(multiply(k, at(p, 2, 2)), k), entry(box, READING_NOISE))
+    s = add(multiply(multiply(k, at(p, 2, 2)), k), mean_noise(box, number))
     innovation = subtract(point(reading_deg), multiply(k, entry(x, 2)))
     left = work[0]
     left[:] = 0.0
@@ -97,8 +101,15 @@ def correct(x, p, box, reading_deg, work):
 
 
 @kernel
+def mean_noise(box, number):
+    """Variance of the mean of so many readings."""
+    noise = entry(box, READING_NOISE)
+    return noise if number == 1.0 else divide(noise, point(number))
+
+
+@kernel
 def predict_vehicle(x, p, box, difference, work):
-    """One second of the vehicle, P4 (2)."""
+    """One step of the vehicle, P4 (2)."""
     move = work[0]
     move[:] = 0.0
     for i in range(4):

@@ -1,16 +1,16 @@
-"""The interval Kalman filter, sharpened: sums arranged so that a number occurs once where that can be, several
-arrangements intersected where it cannot (P4 §3.2), in coordinates in which the measurement's pull back is seen.
+"""The interval Kalman filter, sharpened: sums arranged so that a number occurs once where that is possible, several
+arrangements intersected where it is not (P4 §3.2), in coordinates in which a reading contracts the bounds.
 
-The compass follows the heading, and a filter corrects the heading by the compass. Intervals of the two know nothing of
-each other: the correction looks like one more uncertainty, and the bounds grow. So the states here are
+The compass follows the heading, and a filter corrects the heading by the compass. Intervals hold no correlation of the
+two: the correction counts as one more uncertainty, and the bounds grow. So the states here are
     y = [h1, h2, e1, e2],  h = o v (so that ψ = h1 + h2),  c = γ ψ + R e
-with plain numbers γ and R: what the corrected compass makes of a standing ψ, and the eigenvectors of its own motion,
-in the middle of the box. It is an exact change of variables, after which a reading pulls ψ back to itself and e1, e2
-hardly touch each other. Angles in degrees. y is (4, 2).
+with plain numbers γ and R: the corrected compass's response to a constant ψ, and the eigenvectors of its own dynamics,
+in the middle of the box. It is an exact change of variables, after which the correction of ψ contracts and e1, e2 are
+nearly decoupled. Angles in degrees. y is (4, 2).
 
-The covariances P (4, 4, 2), symmetric, are kept in the mixture that contracts: of h with h, of h with e, of c with c.
-What every covariance obeys is used too: variances are positive and do not grow by a reading, a covariance is at most
-the geometric mean of its two variances.
+The covariances P (4, 4, 2), symmetric, are kept in the combination that contracts: of h with h, of h with e, of c with
+c. Properties of every covariance are used too: variances are positive and do not grow by a reading, a covariance is at
+most the geometric mean of its two variances.
 """
 
 import math
@@ -47,6 +47,7 @@ from steerway.estimation.heading.interval.arithmetic import (
     square,
     subtract,
 )
+from steerway.estimation.heading.interval.literal import mean_noise
 
 H1, H2, FIRST, SECOND = range(4)
 """The heading's two parts, the compass's two states."""
@@ -158,13 +159,16 @@ def with_second(p, i, frame):
 
 
 @kernel
-def tick(y, p, box, frame, reading_deg):
-    """One tick, prediction and correction in one: so a number that both of them use is taken once.
+def tick(y, p, box, frame, reading_deg, number):
+    """One tick, with the mean of `number` readings, 0 for none.
+
+    Prediction and correction are one, so that a number that both of them use is taken once.
 
     With c1⁻ = b ψ + a1 c1 + a2 c2, α = cov(·, c1⁻), D = var(c1⁻) + R/k² and, for d = R e, shares σ = cov(d, c1⁻)/D:
         h ← h + α/D (z/k − c1⁻)
         d1 ← (1 − σ1) c1⁻ + σ1 z/k − γ1 ψ
         d2 ← s c1 − γ2 ψ + σ2 (z/k − c1⁻).
+    Without a reading α/D and σ are 0.
     """
     a1, a2, shift, k = entry(box, A1), entry(box, A2), entry(box, SHIFT), entry(box, K)
     g = add(entry(box, B), add(scale(frame[GAMMA_1], a1), scale(frame[GAMMA_2], a2)))
@@ -172,14 +176,26 @@ def tick(y, p, box, frame, reading_deg):
     alpha = (with_next(p, H1, by_slow, by_fast, g), with_next(p, H2, by_slow, by_fast, g))
     predict_compass(p, box, frame, add(alpha[0], alpha[1]))
     alpha = (within(alpha[0], p, H1, FIRST), within(alpha[1], p, H2, FIRST))
-    variance, extra = at(p, FIRST, FIRST), divide(entry(box, READING_NOISE), square(k))
+    if not number > 0.0:
+        follow(y, p, by_slow, by_fast, g, shift, frame)
+        return
+    variance, extra = at(p, FIRST, FIRST), divide(mean_noise(box, number), square(k))
     d = add(variance, extra)
     # 1 − var/D holds each uncertain number once as 1/(1 + var k²/R).
     kept = reciprocal(add(point(1.0), divide(variance, extra)))
     gain_psi = divide(add(alpha[0], alpha[1]), d)
     first = add(kept, scale(frame[GAMMA_1], gain_psi))
     second = subtract(divide(at(p, FIRST, SECOND), d), scale(frame[GAMMA_2], gain_psi))
-    moves = (
+    moves = moves_of(first, second, by_slow, by_fast, g, shift, frame)
+    correct_state(y, moves, by_slow, by_fast, g, alpha, d, divide(point(reading_deg), k))
+    correct_covariance(p, moves, extra, d, kept, alpha)
+
+
+@kernel
+def moves_of(first, second, by_slow, by_fast, g, shift, frame):
+    """(slow, fast) parts of e after a tick that e1, e2, ψ and z/k each give a unit of; `first` is 1 − σ1, `second` σ2
+    of `tick`."""
+    return (
         to_eigen(multiply(first, by_slow), subtract(scale(frame[SLOW], shift), multiply(second, by_slow)), frame),
         to_eigen(multiply(first, by_fast), subtract(scale(frame[FAST], shift), multiply(second, by_fast)), frame),
         to_eigen(
@@ -189,8 +205,25 @@ def tick(y, p, box, frame, reading_deg):
         ),
         to_eigen(subtract(point(1.0), first), second, frame),
     )
-    correct_state(y, moves, by_slow, by_fast, g, alpha, d, divide(point(reading_deg), k))
-    correct_covariance(p, moves, extra, d, kept, alpha)
+
+
+@kernel
+def follow(y, p, by_slow, by_fast, g, shift, frame):
+    """A tick without a reading: h stands, e and its covariance with h go by the model; var(c) is predicted already."""
+    moves = moves_of(point(1.0), point(0.0), by_slow, by_fast, g, shift, frame)
+    slow, fast, psi = entry(y, FIRST), entry(y, SECOND), heading(y)
+    for i in (0, 1):
+        put_entry(y, FIRST + i, three(moves[0][i], slow, moves[1][i], fast, moves[2][i], psi))
+    move_with_heading(p, moves)
+
+
+@kernel
+def move_with_heading(p, moves):
+    """cov(h, e) after a tick."""
+    for i in (H1, H2):
+        slow, fast, psi = at(p, i, FIRST), at(p, i, SECOND), with_heading(p, i)
+        put_both(p, i, FIRST, three(moves[0][0], slow, moves[1][0], fast, moves[2][0], psi))
+        put_both(p, i, SECOND, three(moves[0][1], slow, moves[1][1], fast, moves[2][1], psi))
 
 
 @kernel
@@ -241,10 +274,7 @@ def pulled(x, gain, factor, rest):
 @kernel
 def correct_covariance(p, moves, extra, d, kept, alpha):
     """P ← P − α αᵀ/D."""
-    for i in (H1, H2):
-        slow, fast, psi = at(p, i, FIRST), at(p, i, SECOND), with_heading(p, i)
-        put_both(p, i, FIRST, three(moves[0][0], slow, moves[1][0], fast, moves[2][0], psi))
-        put_both(p, i, SECOND, three(moves[0][1], slow, moves[1][1], fast, moves[2][1], psi))
+    move_with_heading(p, moves)
     for i in (H1, H2):
         less = subtract(at(p, i, i), divide(square(alpha[i]), d))
         put(p, i, i, intersect(less, (0.0, p[i, i, 1])))
@@ -259,7 +289,7 @@ def correct_covariance(p, moves, extra, d, kept, alpha):
 
 @kernel
 def predict_vehicle(y, p, box, frame, difference):
-    """One second of the vehicle, P4 (2): h_i ← p_i h_i + o_i B_i n_d; c is held, so d moves by −γ times the turn."""
+    """One step of the vehicle, P4 (2): h_i ← p_i h_i + o_i B_i n_d; c is held, so d moves by −γ times the turn."""
     moved = point(0.0)
     for i in (H1, H2):
         pole, h = entry(box, POLE_1 + i), entry(y, i)
