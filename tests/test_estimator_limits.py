@@ -8,6 +8,7 @@ import pytest
 
 import steerway
 import steerway_studies as studies
+from steerway.core import wrap_array
 from steerway.sensors.gnss import white
 from steerway_studies.estimator_limits import accuracy, aided, consistency, correlated, held, told, unknown_modes
 from steerway_studies.estimator_limits.bound import filtering_bound, smoothing_bound
@@ -15,7 +16,7 @@ from steerway_studies.estimator_limits.cells import CELLS, WHAT, WHERE, bounded,
 from steerway_studies.estimator_limits.histories import all_histories, told_smoother
 from steerway_studies.estimator_limits.particles import begun, in_plane, particle_filter
 from steerway_studies.estimator_limits.scenarios import SLOW, sail, straight_and_turning
-from steerway_studies.estimator_limits.statistics import errors, over_runs, turned
+from steerway_studies.estimator_limits.statistics import errors, over_runs
 from steerway_studies.study import Results
 
 
@@ -246,4 +247,4 @@ def test_white_fixes_in_the_plane_are_where_they_were():
     voyage = sail(SLOW, 3)
     places = in_plane(voyage.fixes(white(0.5), 3))
     assert np.std(places - voyage.states[:, :2]) == pytest.approx(0.5, rel=0.05)
-    assert turned(3.0 * math.pi) == pytest.approx(-math.pi)
+    assert wrap_array(3.0 * math.pi) == pytest.approx(-math.pi)

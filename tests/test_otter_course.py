@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from steerway.identification.yaw import identify_yaw_from_fixes
-from steerway_studies import named, otter_course, otter_logs
-from steerway_studies.otter_course import noisy_numbers
-from steerway_studies.otter_course_boat import COMMAND, as_published, zigzag
-from steerway_studies.otter_logs import LOGS, as_printed
+from steerway_studies import named, otter_course
+from steerway_studies.otter_course import logs as otter_logs
+from steerway_studies.otter_course.boat import COMMAND, as_published, zigzag
+from steerway_studies.otter_course.comparisons import noisy_numbers
+from steerway_studies.otter_course.logs import LOGS, as_printed
+from steerway_studies.otter_course.unwinding import turned
 from steerway_studies.papers.course_autopilot import OTTER_PRINTED_GAINS
-from steerway_studies.study import write_results
-from steerway_studies.unwinding import turned
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +106,7 @@ def _unwrapped(course):
 
 
 def test_the_study_writes_what_it_promises(results, tmp_path):
-    write_results(results, tmp_path)
+    results.write(tmp_path)
     numbers = json.loads((tmp_path / "results.json").read_text())
     keys = ("sog_rms_mps", "cog_rms_deg", "rate_rms_dps", "overshoot_pct", "settling_s")
     for key in [f"verbatim_{each}" for each in keys] + ["noisy_0p1_course_rms_deg", "noisy_0p5_course_rms_deg"]:

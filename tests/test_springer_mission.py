@@ -20,7 +20,6 @@ from steerway_studies.papers.range_rate import RangeRatePassing
 from steerway_studies.springer_mission.missions import alarm_mission, real_mission, unseen_mission
 from steerway_studies.springer_mission.navigators import WeightedBounds, ideal, interval_box, nominal
 from steerway_studies.springer_mission.world import PAPER_CIRCUIT, World, random_circuit, replayed, sail
-from steerway_studies.study import write_results
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +154,7 @@ product_s2_heading_median_deg interval_inclusion_pct""".split()
 def test_study_writes_its_keys_and_figures(tmp_path):
     heard = []
     results = named("springer-mission").run(1, 0, lambda share, what: heard.append(share))
-    page = write_results(results, tmp_path)
+    page = results.write(tmp_path)
     numbers = json.loads((tmp_path / "results.json").read_text())
     assert set(KEYS) <= set(numbers) and heard == sorted(heard) and heard[-1] == 1.0
     assert numbers["ideal_reached"] == 7.0 and numbers["interval_inclusion_pct"] == 100.0

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.core.angles import wrap
+    from steerway.core.angles import wrap, wrap_array
     from steerway.core.compiled import kernel
     from steerway.core.earth import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS, displacement, radii
     from steerway.core.errors import InputError
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from steerway.core.linear_algebra import fill_lower
     from steerway.core.noise import markov_decay, markov_std, markov_step, oscillator, oscillator_step
     from steerway.core.records import OK, REJECTED, Fixes, Motion
+    from steerway.core.statistics import rms
 
 __all__ = [
     "ECCENTRICITY_SQUARED",
@@ -37,7 +38,9 @@ __all__ = [
     "oscillator",
     "oscillator_step",
     "radii",
+    "rms",
     "track_errors",
     "wrap",
+    "wrap_array",
 ]
 __getattr__, __dir__ = on_demand(__name__)

@@ -17,7 +17,7 @@ from steerway_studies.estimator_limits.cells import PLACES, WHERE, sums
 from steerway_studies.estimator_limits.particles import in_plane
 from steerway_studies.estimator_limits.scenarios import FAST, SLOW, Scenario, Voyage, sail, straight_and_turning
 from steerway_studies.estimator_limits.statistics import error_squares, errors, over_runs
-from steerway_studies.mariner_los_ship import (
+from steerway_studies.mariner_los.ship import (
     CORRELATION_TIME,
     PRINTED_NOISE,
     STATED_NOISE,

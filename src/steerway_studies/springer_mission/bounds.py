@@ -9,6 +9,7 @@ from steerway.estimation.heading import IntervalFilter, ModelBank, corners
 from steerway.sensors import TCM2, TRUE_TCM2, random_compass, stability_limit
 from steerway.vessels import CALM, RPM, Springer
 from steerway.vessels import SPRINGER_PAPER_YAW as PAPER_YAW
+from steerway_studies.papers.interval_filter import PrintedIntervalFilter
 from steerway_studies.papers.range_rate import OutputCorrectedMpc
 from steerway_studies.springer_mission.navigators import WeightedBounds, ideal, interval_box
 from steerway_studies.springer_mission.rigour import rigour
@@ -138,7 +139,7 @@ def widths(results, voyage) -> dict[str, np.ndarray]:
         ("literal_1pct_diverged_s", 0.01, False, 15),
         ("literal_10pct_diverged_s", 0.1, True, 10),
     ):
-        bounds, second = IntervalFilter(interval_box(tolerance, shift_too), "literal"), 0
+        bounds, second = PrintedIntervalFilter(interval_box(tolerance, shift_too)), 0
         while not bounds.diverged and second < SECONDS:
             bounds.second(voyage.difference[second], voyage.readings[second])
             second += 1

@@ -4,17 +4,16 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from steerway.estimation.heading import LearnedHeading
+from steerway.report import BAD, OURS, QUIET, THEIRS
 from steerway.vessels import RPM
 from steerway.vessels import SPRINGER_MAX_DIFFERENCE_RPM as MAX_DIFFERENCE_RPM
 from steerway_studies.springer_mission.missions import Sailed
 from steerway_studies.springer_mission.navigators import RIVALS, WeightedBounds, nominal
 from steerway_studies.springer_mission.world import ACCEPTANCE, Voyage, replayed
 
-OURS, THEIRS, BAD, QUIET = "#0b5394", "#e69138", "#c0392b", "#9aa5b1"
 
-
-def all_of(lost, weighted, navigator, reference, traces, circuits, unseen, worlds) -> dict[str, tuple[Figure, str]]:
-    """Every figure by file stem."""
+def all_figures(lost, weighted, navigator, reference, traces, circuits, unseen, worlds) -> dict:
+    """(figure, caption) by stem."""
     return {
         "figure02_bounds": (
             bounds(navigator),

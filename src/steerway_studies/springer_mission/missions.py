@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from steerway.control import HeadingLqg
+from steerway.core import rms
 from steerway.estimation.heading import SCALE_ONLY, AidedHeadingFilter, outside
 from steerway.sensors import TCM2, TRUE_TCM2, CompassModel, random_compass
 from steerway.simulation import over_seeds
@@ -125,8 +126,8 @@ def unseen_mission(seed: int) -> dict[str, tuple[Sailed, float]]:
     out = {"ideal": (Sailed.of(reference), reference.heading_rms_deg)}
     for name, make in RIVALS.items():
         told = replayed(reference, make())
-        rms = float(np.sqrt(np.mean(np.degrees(told - reference.heading) ** 2)))
-        out[name] = Sailed.of(sail(world, make(), seed, circuit)), rms
+        error = rms(np.degrees(told - reference.heading))
+        out[name] = Sailed.of(sail(world, make(), seed, circuit)), error
     return out
 
 

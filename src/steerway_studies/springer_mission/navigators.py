@@ -6,7 +6,6 @@ from steerway.estimation.heading import (
     SCALE_ONLY,
     AidedHeadingFilter,
     CompositeFilter,
-    HInfinityFilter,
     IntervalFilter,
     LearnedHeading,
     ModelBank,
@@ -15,13 +14,13 @@ from steerway.estimation.heading import (
     corners,
     grid,
     ideal_weight,
-    largest_theta,
     weighted,
 )
 from steerway.sensors import TCM2, CompassModel
 from steerway.vessels import SPRINGER_PAPER_YAW as PAPER_YAW
 from steerway.vessels import SPRINGER_PHYSICAL_YAW as PHYSICAL_YAW
 from steerway.vessels import HeadingModel
+from steerway_studies.springer_mission.h_infinity import HInfinityFilter, largest_theta
 from steerway_studies.springer_mission.world import Blind, Navigator
 
 

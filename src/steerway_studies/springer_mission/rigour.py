@@ -52,11 +52,11 @@ def _exact(model, differences, readings):
     return told
 
 
-def rigour(differences, readings, form: str = "sharpened") -> tuple[float, float]:
+def rigour(differences, readings, interval_filter=IntervalFilter) -> tuple[float, float]:
     """Share (%) of seconds in which bounds with outward rounding hold the exact estimate, and in which bounds without
     any, which for a point model are the ordinary filter's double, do."""
     model = composite_model(TCM2)
-    bounds, naive = IntervalFilter(box_of(model, 0.0), form), CompositeFilter(model)
+    bounds, naive = interval_filter(box_of(model, 0.0)), CompositeFilter(model)
     held = plain = 0
     exact = exact_headings(model, differences, readings)
     for difference, second, truth in zip(differences, readings, exact, strict=True):

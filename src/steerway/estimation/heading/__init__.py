@@ -8,7 +8,6 @@ if TYPE_CHECKING:
     from steerway.estimation.heading.aided import SCALE_ONLY, AidedHeadingFilter, HeadingTuning
     from steerway.estimation.heading.compass_alarm import outside
     from steerway.estimation.heading.composite import START_VARIANCE, WAVES, CompositeFilter, composite_model
-    from steerway.estimation.heading.h_infinity import HInfinityFilter, largest_theta
     from steerway.estimation.heading.interval.filter import IntervalFilter, box_of
     from steerway.estimation.heading.interval.weighting import (
         WEIGHTS,
@@ -28,7 +27,6 @@ __all__ = [
     "AidedHeadingFilter",
     "CompositeFilter",
     "Features",
-    "HInfinityFilter",
     "HeadingTuning",
     "IntervalFilter",
     "LearnedHeading",
@@ -39,7 +37,6 @@ __all__ = [
     "corners",
     "grid",
     "ideal_weight",
-    "largest_theta",
     "outside",
     "weighted",
 ]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.control import OTTER_GENTLY
-from steerway.core import wrap
+from steerway.core import rms, wrap, wrap_array
 from steerway.estimation import FiveStateFilter, Profile
 from steerway.estimation.course import FilterEstimator
 from steerway.guidance import AdaptiveLineOfSight, IntegralLineOfSight, LineOfSight, Mission, Route, TrackingFilter
@@ -85,12 +85,8 @@ def leg(case: Case, seed: int) -> Leg:
         return Leg(*[math.nan] * 5)
     east = run["true_east"][rows]
     turn = run["estimated_cog"] - run.true_cog
-    error = np.mod(turn[rows] + np.pi, 2.0 * np.pi) - np.pi
+    error = wrap_array(turn[rows])
     return Leg(rms(east), float(east.mean()), _crab(run.rows(rows)), rms(error), rms(run["yaw"][rows]))
-
-
-def rms(values) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def _crab(run) -> float:

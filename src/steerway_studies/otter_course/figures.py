@@ -4,9 +4,19 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from steerway.report import BAD, OURS, QUIET, THEIRS
-from steerway_studies.otter_course_boat import BACK_AT, RUN_IN, commanded
+from steerway_studies.otter_course.boat import BACK_AT, RUN_IN, commanded
 
 _ZOOM = (6.0, 7.0)  # s: the estimate of the turn, fix by fix
+
+
+def all_figures(published, failing, runs) -> dict:
+    """(figure, caption) by stem: the published run, the one with 1 cm of noise, and the product's by name."""
+    return {
+        "figure_4_positions": positions(published),
+        "figure_5_propellers": propellers(published),
+        "figure_6_states": states(published),
+        "noise": noise(failing, runs),
+    }
 
 
 def positions(record):

@@ -13,7 +13,7 @@ STEADY = {3: 5.975, 6: 10.529, 9: 15.093}
 REQUIREMENT = "< 40 s, no overshoot, 1 %"
 
 
-def record(results, judged, tracks) -> None:
+def compare_all(results, judged, tracks) -> None:
     """Every number of the study into `results`, in the order in which it is read."""
     _plant(results)
     _published(results, tracks["published"])
