@@ -50,11 +50,11 @@ def test_a_centimetre_of_noise_undoes_the_published_tuning():
     assert np.abs(noisy.cog - noisy.desired)[noisy.time > 5.0].max() > math.radians(45.0)
 
 
-def test_the_boat_turns_the_way_she_is_told():
+def test_the_boat_turns_towards_the_commanded_course():
     record = as_published(duration=15.0)
     assert record.cog[-1] == pytest.approx(COMMAND, abs=math.radians(1.0))
     assert record.east[-1] > 2.0
-    assert np.all(record.told[50:100, 0] > record.told[50:100, 1])
+    assert np.all(record.commanded[50:100, 0] > record.commanded[50:100, 1])
 
 
 def test_the_product_steers_through_noise():

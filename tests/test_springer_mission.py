@@ -52,7 +52,7 @@ def test_nominal_filter_overestimates_as_published(reached_all):
 def test_erratum_the_weighted_estimate_is_the_ideal_one(reached_all):
     navigator = WeightedBounds(IntervalFilter(interval_box(0.01)), TRUE_TCM2)
     voyage = sail(World(), navigator, 3)
-    low, high, weight, truth = np.array(navigator.told).T
+    low, high, weight, truth = np.array(navigator.record).T
     allowed = np.maximum(1e-6, 1e-12 * np.degrees(high - low))
     assert np.all(np.degrees(np.abs(low + weight * (high - low) - truth)) <= allowed)
     assert 0.0 <= weight.min() and weight.max() <= 1.0
@@ -124,8 +124,8 @@ def test_training_learns_a_weight_from_little():
     notes = np.concatenate([lesson(2_000_000 + k) for k in range(6)])[::10]
     network = train(notes, "weight", iterations=200)
     low, high, nominal_deg, truth = notes[:, 12:].T
-    told = np.array([low[k] + network(notes[k]) * (high[k] - low[k]) for k in range(len(notes))])
-    assert np.sqrt(np.mean((told - truth) ** 2)) < 0.5 * np.sqrt(np.mean((nominal_deg - truth) ** 2))
+    estimate = np.array([low[k] + network(notes[k]) * (high[k] - low[k]) for k in range(len(notes))])
+    assert np.sqrt(np.mean((estimate - truth) ** 2)) < 0.5 * np.sqrt(np.mean((nominal_deg - truth) ** 2))
 
 
 @pytest.mark.parametrize("kind", "abc")

@@ -231,7 +231,7 @@ def _trouble(results):
     _below(results, "r_100_small_adaptive_mae", "… learned", "m", 0.165)
     for key, what in (
         ("noise_step_fixed_mae", "Noise stepping from 0.1 to 0.5 m at 75 s: fixed R"),
-        ("noise_step_oracle_mae", "… told"),
+        ("noise_step_oracle_mae", "Noise stepping from 0.1 to 0.5 m at 75 s: the step known"),
     ):
         results.compare(key, numbers[key], what, "m")
     _below(results, "noise_step_adaptive_mae", "… learned", "m", 0.090)

@@ -116,9 +116,9 @@ def report(results: Results, found) -> None:
     for interval in INTERVALS:
         runs = found[f"ais_{interval:g}"]
         row = [f"{interval:g}"]
-        for k, manner in enumerate(("", "_with_transmitted")):
+        for k, variant in enumerate(("", "_with_transmitted")):
             rms, low, high = np.degrees(over_runs(runs[:, k, 0], runs[:, k, 1]))
-            results.numbers[f"failure_ais_{interval:g}s{manner}_cog_rms_deg"] = rms
+            results.numbers[f"failure_ais_{interval:g}s{variant}_cog_rms_deg"] = rms
             row += [f"{rms:.1f} ({low:.1f} to {high:.1f})", int(runs[:, k, 2].sum())]
         rows.append(row)
     results.tables.append(

@@ -119,9 +119,9 @@ def _estimates(results, found):
     for label, noise in NOISES.items():
         for feedback in ("printed", "product"):
             for key, what, unit in _ESTIMATED:
-                told = f"{feedback} filter, {noise:g} m a step: {what}"
+                label = f"{feedback} filter, {noise:g} m a step: {what}"
                 value = _mean(found, key, feedback, noise)
-                results.compare(f"{feedback}_{label}_{key}", value, told, unit)
+                results.compare(f"{feedback}_{label}_{key}", value, label, unit)
 
 
 def _saturation(results, found):
@@ -176,8 +176,8 @@ REMARKS = [
     "of the time. At the noise that gives the stated 4.7 m, and with the product's filter at either noise, a limit is "
     "met for about 1 % of the time with T_lp of 100 to 200 s, and for 2 to 10 % with 20 to 40 s; strictly it is not "
     "avoided there either.",
-    "At the smaller noise the product's filter is the better estimate, but no calmer for the rudder than the printed "
-    "one: its gain is the ship's and the receiver's, not a trade against rudder. The calmer way is a slower autopilot.",
+    "At the smaller noise the product's filter is the better estimate, but moves the rudder no less than the printed "
+    "one: its gain is the ship's and the receiver's, not a trade against rudder. A slower autopilot moves it less.",
     "P1 (42)–(43) drive the receiver's error with 0.21 m a step; at the printed step of 0.1 s that is 15.6 m in the "
     "long run, not the 4.7 m stated. 0.0634 m a step gives 4.7 m. Both are run.",
     "Corrections (see the errata): plus signs in (29), 1/K in (30), signed x_e in (45) and sine and cosine put right "

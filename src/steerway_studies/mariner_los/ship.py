@@ -66,7 +66,7 @@ def receiver(noise: float) -> Gnss:
 
 
 def product_profile(noise: float) -> Profile:
-    """The product's filter told what it is up against: the receiver's error as it is, the ship's motion as in P1.
+    """The product's filter with the true model of the receiver's error, and the ship's motion as in P1.
 
     S_ω is P1's h Q_d of 1e-6 rad²/s³; speed noise and α2 = 0.05 1/s suit a ship that turns for minutes.
     """

@@ -45,8 +45,8 @@ def published_set_up(results, record):
         ("rate_rms_dps", rate, "RMS of course rate", "°/s", "≤ 0.15", 0.15),
         ("overshoot_pct", 100.0 * overshoot, "overshoot of the course", "%", "≤ 4", 4.0),
     ):
-        told = f"published set-up, no noise: {what}"
-        results.compare(f"verbatim_{key}", value, told, unit, "“quite accurately”", target, value <= met)
+        label = f"published set-up, no noise: {what}"
+        results.compare(f"verbatim_{key}", value, label, unit, "“quite accurately”", target, value <= met)
     what = "published set-up, no noise: settling to ± 1° of each step, the later"
     met = abs(settling - 9.7) <= 0.5
     results.compare("verbatim_settling_s", settling, what, "s", target="9.7 ± 0.5", met=met)
@@ -122,17 +122,17 @@ def product_with_noise(results, found):
         key = f"{stem}_course_rms_deg"
         what = f"product filter, {where}: RMS of true course minus desired course"
         results.compare(key, mean[key], what, "°", target=f"≤ {target}", met=mean[key] <= target)
-        results.compare(f"{key}_worst", worst[key], "the same, worst seed", "°")
+        results.compare(f"{key}_worst", worst[key], f"{what}, worst seed", "°")
         key = f"{stem}_cold_rms_deg"
-        results.compare(key, mean[key], "the same, told 20° at the first fix", "°")
+        results.compare(key, mean[key], f"{where}: the same, commanded 20° at the first fix", "°")
         key = f"{stem}_paper_feedforward_rms_deg"
         results.compare(key, mean[key], f"{where}: the same, feedforward of the paper's K and T", "°")
         for key, what, unit, published in (
             ("identified_gain", "K of the course", "rad/s per N·m", f"{OTTER_NOMOTO[0]}"),
             ("identified_time_s", "T of the course", "s", f"{OTTER_NOMOTO[1]}"),
         ):
-            told = f"{what}, identified from a zigzag with {noise:g} m of noise"
-            results.compare(f"{stem}_{key}", mean[f"{stem}_{key}"], told, unit, published)
+            text = f"{what}, identified from a zigzag with {noise:g} m of noise"
+            results.compare(f"{stem}_{key}", mean[f"{stem}_{key}"], text, unit, published)
         carried = carried_bandwidth(CRUISE, density, noise, STEP * FIX_EVERY)
         what = f"bandwidth that the estimate carries with {noise:g} m of noise"
         results.compare(f"{stem}_carried_bandwidth_radps", carried, what, "rad/s")
@@ -154,9 +154,9 @@ REMARKS = [
     f"{PRODUCT_MOTION['course_rate_noise']:g} rad²/s³, α2 = {PRODUCT_MOTION['course_rate_decay']:g} 1/s and the "
     "fixes' own σ; feedback gains by (57)–(59) from T/K = 41.4 at the stated ω_n; feedforward (55) from K and T of "
     "the course, identified from the positions of a zigzag with the same noise. The boat is under way for "
-    f"{RUN_IN:.0f} s before she is told 20°. Told at the first fix, while speed and course are still being found, "
-    "she errs about twice as much in these 40 s: the helm steers by no course that it does not know, and with "
-    "0.5 m of noise it takes 2 to 4 s to know one at 1 m/s, and then not well.",
+    f"{RUN_IN:.0f} s before the command of 20°. Commanded at the first fix, while the estimate of speed and course "
+    "converges, its error in these 40 s is about twice as large: the autopilot waits until the course is known, which "
+    "takes 2 to 4 s at 1 m/s with 0.5 m of noise, and then it is not known well.",
     "The paper's K and T are those of the yaw moment of inertia. The course of this model answers more slowly: "
     "propellers lag, and a hull without linear damping in sway drifts through the turn. With their feedforward the "
     "course falls behind its reference even on true states (RMS 2.8° at ω_n = 1 and 7.0° at 0.5 rad/s).",

@@ -26,7 +26,7 @@ def positions(record):
     axes.plot(record.estimated_east, record.estimated_north, color=OURS, linewidth=2.5, alpha=0.5, label="estimated")
     axes.plot(record.east, record.north, color="black", linewidth=1.0, label="true")
     turn = np.searchsorted(record.time, BACK_AT)
-    axes.plot(record.east[turn], record.north[turn], "o", color=BAD, markersize=6, label="told back to 0°")
+    axes.plot(record.east[turn], record.north[turn], "o", color=BAD, markersize=6, label="command back to 0°")
     axes.set_xlabel("east (m)")
     axes.set_ylabel("north (m)")
     axes.set_aspect("equal", adjustable="datalim")
@@ -40,7 +40,7 @@ def propellers(record):
     figure = Figure(figsize=(9.0, 5.5), layout="constrained")
     panels = figure.subplots(2, 1, sharex=True)
     for k, (axes, name) in enumerate(zip(panels, ("n₁, left", "n₂, right"), strict=True)):
-        axes.plot(record.time, record.told[:, k], color=QUIET, linewidth=0.8, label="command")
+        axes.plot(record.time, record.commanded[:, k], color=QUIET, linewidth=0.8, label="command")
         axes.plot(record.time, record.turning[:, k], color=OURS, linewidth=1.4, label="propeller")
         axes.set_ylabel(f"{name} (rad/s)")
         _finish(axes)

@@ -21,7 +21,7 @@ LOOKAHEAD = {0.7: 10.0, 1.2: 15.0}
 NOISES = (0.1, 0.5)
 RATE, STEP = 5.0, 0.02
 FILTER = {"speed_noise": 1e-3, "course_rate_noise": 4e-3, "course_rate_decay": 0.3}
-"""The spectral densities of the filter in the loop, for every noise and speed; it is told the fixes' 1σ."""
+"""The spectral densities of the filter in the loop, for every noise and speed; the 1σ of the fixes is known to it."""
 
 
 class Case(NamedTuple):

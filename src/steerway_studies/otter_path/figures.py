@@ -32,7 +32,7 @@ def all_figures(seed: int) -> dict:
         "crab": (
             _crab(course),
             "Course guidance, fixes of 0.1 m: the bow points into current and wind so that the course lies on the leg. "
-            "Nobody told the pilot the crab angle.",
+            "The pilot is not given the crab angle.",
         ),
     }
 

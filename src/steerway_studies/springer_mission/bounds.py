@@ -99,8 +99,8 @@ def inclusion(results, voyage, models: int, seed: int):
         for difference, readings in zip(voyage.difference[:SECONDS], voyage.readings[:SECONDS], strict=True):
             bounds.second(difference, readings)
             bank.second(difference, readings)
-            told = bank.headings
-            inside += int(np.sum((bounds.low <= told) & (told <= bounds.high)))
+            headings = bank.headings
+            inside += int(np.sum((bounds.low <= headings) & (headings <= bounds.high)))
         shares.append(100.0 * inside / (models * min(SECONDS, len(voyage.difference))))
         results.numbers[f"interval_inclusion_{_tenths(tolerance)}_pct"] = shares[-1]
     name = f"estimates of {models} models in the box inside the bounds, worst of three boxes"
@@ -153,7 +153,7 @@ def tautology(results, seed):
     """The weighted estimate with the ideal weight, in the loop; returns its voyage and what the bounds said (rad)."""
     navigator = WeightedBounds(IntervalFilter(interval_box(0.01, shift_too=False)), TRUE_TCM2)
     voyage = sail(World(), navigator, seed)
-    low, high, weight, truth = np.array(navigator.told).T
+    low, high, weight, truth = np.array(navigator.record).T
     gap = np.degrees(np.abs(weighted_of(low, high, weight) - truth))
     allowed = np.maximum(1e-6, 1e-12 * np.degrees(high - low))
     results.compare(

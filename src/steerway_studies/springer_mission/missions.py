@@ -125,8 +125,8 @@ def unseen_mission(seed: int) -> dict[str, tuple[Sailed, float]]:
     reference = sail(world, ideal(compass), seed, circuit)
     out = {"ideal": (Sailed.of(reference), reference.heading_rms_deg)}
     for name, make in RIVALS.items():
-        told = replayed(reference, make())
-        error = rms(np.degrees(told - reference.heading))
+        headings = replayed(reference, make())
+        error = rms(np.degrees(headings - reference.heading))
         out[name] = Sailed.of(sail(world, make(), seed, circuit)), error
     return out
 
@@ -185,9 +185,9 @@ def _alarmed(compass: CompassModel, circuit, seed) -> bool:
         heading = property(lambda self: estimator.heading)
 
         def second(self, difference, readings, velocity):
-            told = estimator.second(difference, readings)
+            heading = estimator.second(difference, readings)
             raised.append(outside(estimator, 0.01))
-            return told
+            return heading
 
     sail(World(compass=compass), Watched(), seed, circuit)
     # An alarm that stands for a minute: a single second may err.

@@ -1,4 +1,4 @@
-"""Who can tell Springer's heading, by name: the paper's filters, its weighted bounds, the rivals and the product."""
+"""Estimators of Springer's heading, by name: the paper's filters, its weighted bounds, the rivals and the product."""
 
 import math
 
@@ -45,7 +45,7 @@ class WeightedBounds:
         self.ideal = None if compass is None else CompositeFilter(composite_model(compass))
         self._fixed = weight
         self.heading = 0.0
-        self.told = []
+        self.record = []
 
     def second(self, difference, readings, velocity) -> float:
         low, high = self.bounds.second(difference, readings)
@@ -54,7 +54,7 @@ class WeightedBounds:
             truth = self.ideal.second(difference, readings)
             weight = ideal_weight(low, high, truth)
         self.heading = weighted(low, high, weight)
-        self.told.append((low, high, weight, truth))
+        self.record.append((low, high, weight, truth))
         return self.heading
 
 

@@ -23,7 +23,7 @@ FIRST_SEED = 1_000_000
 """Studies and tests stay below."""
 VOYAGES = 400
 STRIDE = 3
-"""Seconds from one note that is learned from to the next: neighbours tell the same."""
+"""Seconds from one note that is learned from to the next: neighbours carry the same information."""
 INNOVATIONS_ONLY = 6
 """The first features are the innovation's."""
 
@@ -45,8 +45,8 @@ class _Teacher:
         self.ideal.second(difference, readings)
         nominal = math.degrees(self.bank.nominal)
         features = self._features.step(self.bank.innovation, nominal)
-        told = [math.degrees(each) for each in (self.bank.low, self.bank.high, self.ideal.heading)]
-        self.notes.append([*features, told[0], told[1], nominal, told[2]])
+        angles = [math.degrees(each) for each in (self.bank.low, self.bank.high, self.ideal.heading)]
+        self.notes.append([*features, angles[0], angles[1], nominal, angles[2]])
         return self.heading
 
 

@@ -32,7 +32,7 @@ LONGEST = 1800
 
 
 class Navigator(Protocol):
-    """Who tells the autopilot the heading."""
+    """What gives the autopilot the heading."""
 
     @property
     def heading(self) -> float:
@@ -185,12 +185,12 @@ class _Flow:
 
 
 def replayed(voyage: Voyage, navigator: Navigator) -> np.ndarray:
-    """(n,) headings (rad) that another navigator would have told on the same voyage."""
-    told = np.empty(len(voyage.heading))
-    for k in range(len(told)):
-        told[k] = navigator.heading
+    """(n,) headings (rad) that another navigator would have given on the same voyage."""
+    headings = np.empty(len(voyage.heading))
+    for k in range(len(headings)):
+        headings[k] = navigator.heading
         navigator.second(voyage.difference[k], voyage.readings[k], tuple(voyage.velocity[k]))
-    return told
+    return headings
 
 
 def random_circuit(rng: np.random.Generator, corners: int = 7) -> np.ndarray:
