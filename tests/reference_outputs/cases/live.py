@@ -6,8 +6,9 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-
 from steerway.earth import displaced, displacement
+from steerway.records import OK
+
 from steerway.estimation import Profile
 from steerway.formats.nmea0183 import writing
 from steerway.live.autopilot.fence import Fence
@@ -27,7 +28,6 @@ from steerway.live.outputs.propellers import Propellers
 from steerway.live.outputs.sentences import Sentences
 from steerway.live.simulated.boat import SimulatedBoat
 from steerway.live.simulated.inner_loops import InnerLoops
-from steerway.records import OK
 from steerway.simulation.reading import load_scenario
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case

@@ -3,13 +3,16 @@
 import math
 
 import numpy as np
-
 from steerway.estimation.onboard import Readings
+
 from steerway.guidance.route import Route
 from steerway.guidance.waypoints import Mission
-from steerway.papers import ekf_5states
-from steerway.papers.aboard import AlwaysByCourse, PrintedEstimator
-from steerway.papers.course_autopilot import (
+from steerway.vessels import CALM, Surge
+from steerway.vessels.springer import Springer
+from steerway_studies.cybership_observers.scenario import PRINTED_GAINS
+from steerway_studies.papers import ekf_5states
+from steerway_studies.papers.aboard import AlwaysByCourse, PrintedEstimator
+from steerway_studies.papers.course_autopilot import (
     MARINER_NOMOTO,
     OTTER_NOMOTO,
     OTTER_PRINTED_GAINS,
@@ -17,18 +20,15 @@ from steerway.papers.course_autopilot import (
     feedforward,
     rudder,
 )
-from steerway.papers.ekf_5states import Ekf5States
-from steerway.papers.otter_allocation import propeller_speeds
-from steerway.papers.path_following import RangeRateTest, along_track, switches
-from steerway.papers.positioning import PrintedPositionPID, saturation
-from steerway.papers.range_rate import OutputCorrectedMpc, RangeRatePassing
-from steerway.papers.references import los_observer, reference_model
-from steerway.papers.speed_ekf import PrintedSpeedEkf
-from steerway.papers.speed_mrac import PrintedMrac
-from steerway.studies.cybership_observers.scenario import PRINTED_GAINS
-from steerway.studies.springer_mission.world import paper_mpc
-from steerway.vessels import CALM, Surge
-from steerway.vessels.springer import Springer
+from steerway_studies.papers.ekf_5states import Ekf5States
+from steerway_studies.papers.otter_allocation import propeller_speeds
+from steerway_studies.papers.path_following import RangeRateTest, along_track, switches
+from steerway_studies.papers.positioning import PrintedPositionPID, saturation
+from steerway_studies.papers.range_rate import OutputCorrectedMpc, RangeRatePassing
+from steerway_studies.papers.references import los_observer, reference_model
+from steerway_studies.papers.speed_ekf import PrintedSpeedEkf
+from steerway_studies.papers.speed_mrac import PrintedMrac
+from steerway_studies.springer_mission.world import paper_mpc
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case
 
