@@ -135,7 +135,7 @@ _COLUMNS = (
     f"RMS of COG from {AFTER:g} s after it (°)",
     "largest error of COG in it and 10 s after (median, °)",
     "as good as without it after (median, s)",
-    "… in 95 % of runs (s)",
+    "recovered in 95 % of runs (s)",
     "runs lost",
 )
 _AIS_COLUMNS = (

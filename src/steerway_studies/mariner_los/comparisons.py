@@ -62,7 +62,7 @@ def _truth(results, numbers):
         results.compare(f"truth_switch_s_{waypoint}", value, what, "s", target=f"{expected} ± 2", met=met)
     for key, what, unit, expected, slack, published in (
         ("rudder_max_deg", "true states: largest rudder", "°", 31.3, 1.0, ""),
-        ("rudder_rate_max_dps", "true states: largest rudder rate asked for", "°/s", 3.76, 0.2, "< 5"),
+        ("rudder_rate_max_dps", "true states: largest rudder rate commanded", "°/s", 3.76, 0.2, "< 5"),
         ("cross_track_max_m", "true states: largest cross-track error", "m", 427.0, 10.0, ""),
     ):
         met = abs(numbers[key] - expected) <= slack
@@ -78,10 +78,13 @@ def _rotations(results, found):
     what = "route finished, scene turned in steps of 15°: product filter, no speed given"
     results.compare("rotations_finished_pct", every, what, "%", target="100", met=every == 100.0)
     results.compare(
-        "rotations_finished_printed_pct", share("printed", lambda angle: True), "the same, printed filter", "%"
+        "rotations_finished_printed_pct",
+        share("printed", lambda angle: True),
+        "route finished, scene turned in steps of 15°: printed filter",
+        "%",
     )
     beyond = share("printed", lambda angle: math.cos(angle) < math.cos(math.radians(120.0)) - 1e-9)
-    what = "the same, printed filter, turned by more than 120°"
+    what = "route finished, scene turned by more than 120°: printed filter"
     results.compare("rotations_finished_printed_beyond_120_pct", beyond, what, "%", target="0", met=beyond == 0.0)
 
 
@@ -100,7 +103,7 @@ _ESTIMATED = (
     ("rate_rms_dps", "RMS of course rate", "°/s"),
     ("cross_track_max_m", "largest cross-track error", "m"),
     ("cross_track_rms_m", "RMS of cross-track error", "m"),
-    ("straight_rudder_rate_rms_dps", "rudder-rate RMS on straight legs, asked of the machine", "°/s"),
+    ("straight_rudder_rate_rms_dps", "rudder-rate RMS on straight legs, commanded", "°/s"),
     ("straight_achieved_rudder_rate_rms_dps", "rudder-rate RMS on straight legs, achieved", "°/s"),
 )
 
@@ -112,16 +115,17 @@ def _estimates(results, found):
         printed, product = (_mean(found, key, feedback, PRINTED_NOISE) for feedback in ("printed", "product"))
         ratios[key] = printed / product
     ratio = ratios["straight_rudder_rate_rms_dps"]
-    what = "rudder-rate RMS on straight legs, asked of the machine at the printed noise: printed over product"
+    what = "rudder-rate RMS on straight legs, commanded at the printed noise: printed over product"
     results.compare("rudder_rate_ratio", ratio, what, "", target="≥ 2", met=ratio >= 2.0)
     achieved = ratios["straight_achieved_rudder_rate_rms_dps"]
-    results.compare("rudder_rate_ratio_achieved", achieved, "the same of the rudder's own rate, limited to 5 °/s")
+    what = "rudder-rate RMS on straight legs, achieved within 5 °/s at the printed noise: printed over product"
+    results.compare("rudder_rate_ratio_achieved", achieved, what)
     for label, noise in NOISES.items():
         for feedback in ("printed", "product"):
             for key, what, unit in _ESTIMATED:
-                label = f"{feedback} filter, {noise:g} m a step: {what}"
+                description = f"{feedback} filter, {noise:g} m a step: {what}"
                 value = _mean(found, key, feedback, noise)
-                results.compare(f"{feedback}_{label}_{key}", value, label, unit)
+                results.compare(f"{feedback}_{label}_{key}", value, description, unit)
 
 
 def _saturation(results, found):

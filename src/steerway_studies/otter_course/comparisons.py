@@ -124,9 +124,19 @@ def product_with_noise(results, found):
         results.compare(key, mean[key], what, "°", target=f"≤ {target}", met=mean[key] <= target)
         results.compare(f"{key}_worst", worst[key], f"{what}, worst seed", "°")
         key = f"{stem}_cold_rms_deg"
-        results.compare(key, mean[key], f"{where}: the same, commanded 20° at the first fix", "°")
+        results.compare(
+            key,
+            mean[key],
+            f"product filter, {where}, commanded 20° at the first fix: RMS of true minus desired course",
+            "°",
+        )
         key = f"{stem}_paper_feedforward_rms_deg"
-        results.compare(key, mean[key], f"{where}: the same, feedforward of the paper's K and T", "°")
+        results.compare(
+            key,
+            mean[key],
+            f"product filter, {where}, feedforward of the paper's K and T: RMS of true minus desired course",
+            "°",
+        )
         for key, what, unit, published in (
             ("identified_gain", "K of the course", "rad/s per N·m", f"{OTTER_NOMOTO[0]}"),
             ("identified_time_s", "T of the course", "s", f"{OTTER_NOMOTO[1]}"),
@@ -134,10 +144,12 @@ def product_with_noise(results, found):
             text = f"{what}, identified from a zigzag with {noise:g} m of noise"
             results.compare(f"{stem}_{key}", mean[f"{stem}_{key}"], text, unit, published)
         carried = carried_bandwidth(CRUISE, density, noise, STEP * FIX_EVERY)
-        what = f"bandwidth that the estimate carries with {noise:g} m of noise"
+        what = f"bandwidth that the estimate supports with {noise:g} m of noise"
         results.compare(f"{stem}_carried_bandwidth_radps", carried, what, "rad/s")
     key = "noisy_0p5_at_1p5_rms_deg"
-    what = "0.5 m of noise at the paper's ω_n = 1.5 rad/s, beyond what the estimate carries: the same RMS"
+    what = (
+        "0.5 m of noise at the paper's ω_n = 1.5 rad/s, beyond the bandwidth that the estimate supports: RMS of course"
+    )
     results.compare(key, mean[key], what, "°")
 
 

@@ -134,7 +134,7 @@ def widths(results, voyage) -> dict[str, np.ndarray]:
         met = None if target is None else width <= target
         aim = "" if target is None else f"≤ {target:g}"
         results.compare(key, width, f"width of the bounds at {SECONDS} s, {label}", "°", "", aim, met)
-        results.compare(key.replace("width", "hull"), hull, "— hull of a bank of 17 filters over the same box", "°")
+        results.compare(key.replace("width", "hull"), hull, f"hull of 17 filters at {SECONDS} s, {label}", "°")
     for key, tolerance, shift_too, latest in (
         ("literal_1pct_diverged_s", 0.01, False, 15),
         ("literal_10pct_diverged_s", 0.1, True, 10),

@@ -79,7 +79,11 @@ def circuits(results, circuits):
     name = "random circuits, cross-track RMS of nominal over ideal"
     results.compare("circuits_cross_track_ratio", ratio, name, "", "", "≥ 1.3", ratio >= 1.3)
     each_ratio = [n.cross_track_rms_m / i.cross_track_rms_m for i, n in zip(ideal, lost, strict=True)]
-    results.compare("circuits_cross_track_ratio_median", np.median(each_ratio), "— median of the circuits' own ratios")
+    results.compare(
+        "circuits_cross_track_ratio_median",
+        np.median(each_ratio),
+        "random circuits, cross-track RMS of nominal over ideal, median of the circuits",
+    )
     for field, what in (("distance_m", "distance"), ("time_s", "time")):
         saved = np.array(
             [100.0 * (1.0 - getattr(i, field) / getattr(n, field)) for i, n in zip(ideal, lost, strict=True)]
@@ -87,7 +91,10 @@ def circuits(results, circuits):
         key = f"circuits_saved_{what}"
         results.compare(f"{key}_pct", saved.mean(), f"random circuits, {what} saved by the ideal filter", "%")
         results.compare(
-            f"{key}_positive_pct", 100.0 * np.mean(saved > 0), f"— circuits where {what} is saved at all", "%"
+            f"{key}_positive_pct",
+            100.0 * np.mean(saved > 0),
+            f"random circuits on which the ideal filter saves {what}",
+            "%",
         )
 
 
@@ -119,7 +126,15 @@ def unseen(results, unseen):
         runs = [own for own, _ in unseen[name]]
         share = 100.0 * np.mean([each.all for each in runs])
         target, met = ("≥ 95", share >= 95.0) if name == "weight_net" else ("", None)
-        results.compare(f"{prefix}_reached_all_pct", share, f"— all reached, {label}", "%", "", target, met)
+        results.compare(
+            f"{prefix}_reached_all_pct",
+            share,
+            f"unseen compasses, all waypoints reached, {label}",
+            "%",
+            "",
+            target,
+            met,
+        )
         results.numbers[f"{prefix}_replayed_rms_deg"] = math.sqrt(np.mean([again**2 for _, again in unseen[name]]))
     ratio = rms["weight_net"] / rms["nominal"]
     results.compare(
