@@ -11,12 +11,13 @@ from hypothesis.extra.numpy import arrays
 from steerway.core.errors import InputError
 from steerway.estimation.heading.aided import AidedHeadingFilter
 from steerway.estimation.heading.composite import CompositeFilter, composite_model
-from steerway.estimation.heading.h_infinity import HInfinityFilter
 from steerway.estimation.heading.interval.filter import IntervalFilter, box_of
 from steerway.estimation.heading.interval.weighting import LearnedHeading
 from steerway.estimation.heading.model_bank import ModelBank, corners
 from steerway.estimation.heading.readings import Ticks
 from steerway.sensors.tcm2 import TCM2, random_compass
+from steerway_studies.papers.interval_filter import PrintedIntervalFilter
+from steerway_studies.springer_mission.h_infinity import HInfinityFilter
 from tests.weaving import record
 
 MODEL = composite_model()
@@ -26,8 +27,7 @@ FILTERS = {
     "h_infinity": lambda: HInfinityFilter(MODEL, 1e-3),
     "aided": AidedHeadingFilter,
     "learned": LearnedHeading,
-    "sharpened": lambda: IntervalFilter(box_of(MODEL, 0.005)),
-    "literal": lambda: IntervalFilter(box_of(MODEL, 0.005), "literal"),
+    "interval": lambda: IntervalFilter(box_of(MODEL, 0.005)),
 }
 ANYTHING = st.floats(allow_nan=True, allow_infinity=True)
 PLAUSIBLE = st.one_of(st.floats(-20.0, 20.0), st.just(math.nan))
@@ -152,16 +152,15 @@ def test_without_input_any_split_of_time_gives_one_covariance():
     assert split.heading_std == pytest.approx(whole.heading_std, rel=2e-3)
 
 
-@pytest.mark.parametrize("form", ["sharpened", "literal"])
-def test_with_a_point_for_a_box_gaps_leave_the_ordinary_filter(form):
+def test_with_a_point_for_a_box_gaps_leave_the_ordinary_filter():
     rng = np.random.default_rng(3)
     differences, readings, _, _ = record(10)
-    bounds, own = IntervalFilter(box_of(MODEL, 0.0), form), CompositeFilter(MODEL)
+    bounds, own = IntervalFilter(box_of(MODEL, 0.0)), CompositeFilter(MODEL)
     for u, z in zip(differences, readings, strict=True):
         z = np.where(rng.random(40) < 0.3, z, np.nan)
         low, high = bounds.step(u, z)
         assert low <= own.step(u, z) + 1e-15 and own.heading - 1e-15 <= high
-    assert form == "literal" or bounds.width < 1e-9
+    assert bounds.width < 1e-9
 
 
 def test_bounds_hold_every_filter_at_any_rate_and_step():
@@ -202,6 +201,7 @@ def test_a_long_gap_of_readings_widens_every_deviation():
         lambda: IntervalFilter(box_of(MODEL, 0.01)[:, ::-1]),
         lambda: IntervalFilter(np.stack([MODEL - 1e-6, MODEL + 1e-6], axis=1)),
         lambda: IntervalFilter(box_of(MODEL, 0.01), parts=0),
+        lambda: PrintedIntervalFilter(box_of(MODEL, 0.01)).step(0.0, np.zeros(39)),
         lambda: AidedHeadingFilter().step(0.0, velocity=(1.0,)),
     ],
 )

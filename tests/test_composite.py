@@ -8,10 +8,10 @@ import pytest
 from steerway.core.errors import InputError
 from steerway.estimation.heading.aided import PRODUCT, SCALE_ONLY, AidedHeadingFilter, HeadingTuning
 from steerway.estimation.heading.composite import CompositeFilter, composite_model
-from steerway.estimation.heading.h_infinity import HInfinityFilter, exists, largest_theta
 from steerway.estimation.heading.model_bank import ModelBank, corners, grid
 from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, random_compass
 from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, RPM
+from steerway_studies.springer_mission.h_infinity import HInfinityFilter, exists, largest_theta
 from tests.weaving import record
 
 
@@ -99,7 +99,7 @@ def test_h_infinity_is_the_kalman_filter_at_theta_zero_and_ends_somewhere():
 
 def test_h_infinity_step_is_the_information_form():
     """P ← (P⁻¹ − θ CᵀC)⁻¹."""
-    from steerway.estimation.heading.h_infinity import _inflate
+    from steerway_studies.springer_mission.h_infinity import _inflate
 
     model, rng = composite_model(), np.random.default_rng(0)
     root = rng.standard_normal((4, 4)) * [1e-6, 1e-6, 1.0, 1.0]

@@ -1,4 +1,4 @@
-"""Public names: what the `__all__` of `steerway`, of a package in it, or of `steerway.pilot` lists. The studies need no
+"""Public names: what the `__all__` of `steerway`, of a package in it or of a public module lists. The studies need no
 others, which shows that they suffice."""
 
 import ast
@@ -14,14 +14,16 @@ import pytest
 import steerway
 import steerway_studies
 
-ROOMS = [
-    "steerway.pilot",
+PACKAGES = [
     *(
         f"steerway.{room}"
         for room in "core control guidance sensors vessels simulation report identification estimation".split()
     ),
-    *(f"steerway.estimation.{room}" for room in "course heading speed positioning".split()),
+    *(f"steerway.estimation.{room}" for room in "course heading heading.interval speed positioning".split()),
 ]
+MODULES = ["steerway.pilot", "steerway.estimation.heading.composite"]
+"""That are public themselves."""
+PUBLIC = ["steerway", *PACKAGES, *MODULES]
 
 
 def unlisted(source: str) -> list[str]:
@@ -29,9 +31,7 @@ def unlisted(source: str) -> list[str]:
     found = []
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "steerway":
-            public = (
-                set(getattr(import_module(node.module), "__all__", ())) if node.module in ["steerway", *ROOMS] else ()
-            )
+            public = import_module(node.module).__all__ if node.module in PUBLIC else ()
             found += [f"{node.module}.{each.name}" for each in node.names if each.name not in public]
         elif isinstance(node, ast.Import):
             found += [each.name for each in node.names if each.name.startswith("steerway.")]
@@ -54,7 +54,7 @@ def test_studies_use_public_names_only(path):
     assert unlisted(path.read_text(encoding="utf-8")) == []
 
 
-@pytest.mark.parametrize("room", ROOMS)
+@pytest.mark.parametrize("room", PACKAGES + MODULES)
 def test_every_public_name_loads_and_is_documented(room):
     package = import_module(room)
     modules = {each.name for each in pkgutil.iter_modules(getattr(package, "__path__", ()))}
@@ -64,14 +64,13 @@ def test_every_public_name_loads_and_is_documented(room):
         value = getattr(package, name)
         described = inspect.isclass(value) or inspect.isroutine(value) or hasattr(value, "py_func")
         assert not described or inspect.getdoc(getattr(value, "py_func", value)), f"{room}.{name} has no docstring"
-    if room != "steerway.pilot":
+    if room in PACKAGES:
         assert dir(package) == sorted(package.__all__)
         with pytest.raises(AttributeError, match="has no attribute 'no_such_name'"):
             _ = package.no_such_name
 
 
 def test_importing_a_room_loads_none_of_its_modules():
-    rooms = [room for room in ROOMS if room != "steerway.pilot"]
     heavy = "numba", "scipy", "polars", "pydantic", "matplotlib"
-    code = f"import sys, steerway, {', '.join(rooms)}; print([each for each in {heavy} if each in sys.modules])"
+    code = f"import sys, steerway, {', '.join(PACKAGES)}; print([each for each in {heavy} if each in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"

@@ -95,7 +95,10 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
         results.compare(f"dead_reckoning_median_{key}_m", reckoned, f"{name}: dead reckoning, median error", "m")
         results.compare(f"error_q90_{key}_m", np.quantile(rows[:, 2], 0.9), f"{name}: error not exceeded by 90 %", "m")
         results.compare(
-            f"dead_reckoning_q90_{key}_m", np.quantile(rows[:, 3], 0.9), f"{name}: the same, dead reckoning", "m"
+            f"dead_reckoning_q90_{key}_m",
+            np.quantile(rows[:, 3], 0.9),
+            f"{name}: error of dead reckoning not exceeded by 90 %",
+            "m",
         )
         results.compare(
             f"coverage_{key}_pct",
@@ -108,7 +111,7 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
         results.compare(
             f"coverage_all_{key}_pct",
             100.0 * np.mean(everyone[:, 4] < CHI_SQUARE),
-            f"{name}: the same with moored vessels, {len(everyone)} predictions",
+            f"{name}: inside the 95 % ellipse, moored vessels included, {len(everyone)} predictions",
             "%",
         )
         results.compare(

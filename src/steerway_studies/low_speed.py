@@ -10,6 +10,7 @@ from functools import partial
 
 import numpy as np
 
+from steerway.core import wrap_array
 from steerway.estimation import Profile, choose_profile, estimate
 from steerway.sensors import Gnss, low_cost, white
 from steerway.simulation import over_seeds
@@ -56,7 +57,7 @@ def one(seed: int, receiver: str) -> np.ndarray:
         for k, each in enumerate((profile, profile.model_copy(update={"steerageway": NO_LIMIT}))):
             motion = estimate(fixes, each)
             settled = motion.time >= SETTLING
-            error = (motion.cog - course + math.pi)[settled] % (2.0 * math.pi) - math.pi
+            error = wrap_array(motion.cog - course)[settled]
             known = np.isfinite(error)
             squares = np.mean(error[known] ** 2) if known.any() else math.nan
             wrong = np.mean(np.abs(error[known]) > math.pi / 2.0) if known.any() else math.nan

@@ -12,7 +12,7 @@ import numpy as np
 import polars as pl
 
 from steerway import read
-from steerway.core import OK, REJECTED, Fixes, InputError, Motion
+from steerway.core import OK, REJECTED, Fixes, InputError, Motion, rms, wrap_array
 from steerway.estimation import Profile, choose_profile, estimate, tune
 from steerway.estimation.course import Agreement, compare
 from steerway_studies.recorded import logs_folder
@@ -113,18 +113,15 @@ def _agreement(found: Agreement) -> dict:
 def _mirrored(fixes: Fixes, motion: Motion) -> float:
     """Share of rows in runs of ten seconds and more that run against the receiver's course, where it has way."""
     said = fixes.rows(fixes.has_position)
-    wrong = (said.sog > 1.0) & (np.abs(_turned(motion.cog - said.cog)) > MIRRORED)
+    wrong = (said.sog > 1.0) & (np.abs(wrap_array(motion.cog - said.cog)) > MIRRORED)
     edges = np.flatnonzero(np.diff(np.r_[False, wrong, False]))
     runs = [(i, j) for i, j in zip(edges[::2], edges[1::2], strict=True) if said.time[j - 1] - said.time[i] >= 10.0]
     return sum(j - i for i, j in runs) / max(int((said.sog > 1.0).sum()), 1)
 
 
-def _turned(angle):
-    return (angle + math.pi) % (2.0 * math.pi) - math.pi
-
-
-def _rms(values) -> float:
-    return float(np.sqrt(np.nanmean(np.square(values))))
+def _known_rms(values) -> float:
+    """RMS of the values that are known."""
+    return rms(values[np.isfinite(values)])
 
 
 def _turns(results: Results, folder, seen) -> None:
@@ -137,7 +134,7 @@ def _turns(results: Results, folder, seen) -> None:
         time, rate = table["t"].to_numpy(), table["p9_rot_dps_1s"].to_numpy()
 
         def error(motion, lag, time=time, rate=rate):
-            return _rms(np.degrees(motion.course_rate) - np.interp(motion.time - lag, time, rate))
+            return _known_rms(np.degrees(motion.course_rate) - np.interp(motion.time - lag, time, rate))
 
         causal, smoothed = (log.estimate(smooth) for smooth in (False, True))
         tuned = Log(log.fixes, tune(log.fixes).profile)
@@ -193,7 +190,7 @@ def _against(truth: Fixes, motion: Motion):
     known = np.isfinite(truth.sog) & np.isfinite(truth.cog)
     sog = np.interp(motion.time, truth.time[known], truth.sog[known])
     cog = np.interp(motion.time, truth.time[known], np.unwrap(truth.cog[known]))
-    return _rms(motion.sog - sog), math.degrees(_rms(_turned(motion.cog - cog)))
+    return _known_rms(motion.sog - sog), math.degrees(_known_rms(wrap_array(motion.cog - cog)))
 
 
 def _moored(results: Results, seen) -> None:

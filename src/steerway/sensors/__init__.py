@@ -11,10 +11,21 @@ if TYPE_CHECKING:
     from steerway.sensors.inertial import accelerometer, gyro
     from steerway.sensors.instrument import Instrument
     from steerway.sensors.suite import Suite, Truth
-    from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, CompassModel, DynamicCompass, random_compass, stability_limit
+    from steerway.sensors.tcm2 import (
+        STATE_VARIANCE,
+        TCM2,
+        TICKS,
+        TRUE_TCM2,
+        CompassModel,
+        DynamicCompass,
+        random_compass,
+        stability_limit,
+    )
 
 __all__ = [
+    "STATE_VARIANCE",
     "TCM2",
+    "TICKS",
     "TRUE_TCM2",
     "Compass",
     "CompassModel",

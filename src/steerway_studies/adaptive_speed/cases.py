@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.control import SpeedPI, SpeedPIGains
+from steerway.core import rms
 from steerway.identification import identify_surge
 from steerway.vessels import conditions
 from steerway_studies.adaptive_speed import judge, plants, printed
@@ -179,7 +180,7 @@ def outage(job):
     error = (voyage.estimate - voyage.speed)[rows]
     return {
         "max_pct": 100.0 * float(np.abs(error).max()) / 6.0,
-        "rms_pct": 100.0 * float(np.sqrt(np.mean(error**2))) / 6.0,
+        "rms_pct": 100.0 * rms(error) / 6.0,
     }
 
 

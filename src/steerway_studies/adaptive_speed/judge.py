@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from steerway.core import rms
+
 BAND = 0.02
 TAIL = 20.0
 TRANSIENT = 10.0
@@ -42,7 +44,7 @@ def estimate(voyage, setpoint: float, since: float = TRANSIENT) -> dict[str, flo
     late = voyage.time > since
     error = (voyage.estimate - voyage.speed)[late]
     return {
-        "rms_pct": 100.0 * float(np.sqrt(np.mean(error**2))) / setpoint,
+        "rms_pct": 100.0 * rms(error) / setpoint,
         "max_pct": 100.0 * float(np.abs(error).max()) / setpoint,
         "nis": float(voyage.nis.mean()) if len(voyage.nis) else float("nan"),
         "coverage": float(np.mean(np.abs(error) < 1.96 * voyage.std[late])),

@@ -62,7 +62,7 @@ def product(noise=PRODUCT, gate=13.8, learns=False) -> VesselFilter:
 
 
 def stepping_oracle() -> VesselFilter:
-    """The nine-state filter, told when the noise of fixes steps up."""
+    """The nine-state filter that knows when the noise of fixes steps up."""
     return VesselFilter(INERTIA, DAMPING, replace(PRODUCT, position_std=scenario.QUIET), 13.8, _KnownStep())
 
 

@@ -120,14 +120,14 @@ def sail(
             place, velocity = state[:3], state[3:]
         else:
             if k:
-                hear(observer, forces[k - 1], fixes[k], headings[k] if compass else math.nan)
+                correct(observer, forces[k - 1], fixes[k], headings[k] if compass else math.nan)
             place, velocity = observer.motion[:3], observer.motion.velocity
         if k < STEPS:
             forces[k] = controller.step(desired(k), *place, velocity, STEP)
     return Record(states, forces, pushes, fixes, headings)
 
 
-def hear(observer, force, fix, heading) -> float:
+def correct(observer, force, fix, heading) -> float:
     """One step of an observer: predict, then what was measured. Returns the NIS of a fix, NaN without one."""
     observer.predict(force, STEP)
     if math.isfinite(heading):
@@ -210,7 +210,7 @@ def watch(observer, record: Record, compass: bool = True) -> Run:
     places, nis = np.zeros((ROWS, 3)), []
     for k in range(1, ROWS):
         heading = record.headings[k] if compass else math.nan
-        nis.append(hear(observer, record.forces[k - 1], record.fixes[k], heading))
+        nis.append(correct(observer, record.forces[k - 1], record.fixes[k], heading))
         places[k] = observer.motion[:3]
     off = places - record.states[:, :3]
     heading = np.array([wrap(each) for each in off[:, 2]])

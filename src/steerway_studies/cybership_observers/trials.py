@@ -13,7 +13,7 @@ from steerway_studies.cybership_observers.scenario import drawn, sail, watch
 
 RECIPE_B = TimeVaryingNoise(scale=contestants.RECIPE_B, yaw=contestants.RECIPE_B)
 SETTLED = 10
-"""Rows at the start, where the estimate is as good as told, that NEES leaves out."""
+"""Rows at the start, where the estimate is still near its given start, which NEES leaves out."""
 
 
 def trial(tuned: dict, seed: int) -> dict[str, float]:

@@ -1,8 +1,8 @@
 """Study estimator-limits: error against what the information allows, consistency, and what troubles do.
 
-The bound is that of an estimator told when turns begin and end. Ratios to it for a filter with the true parameters,
-with tuned ones, and as it comes; smoothed; with receivers whose error wanders; aided; told wrong; in trouble; and the
-cost of a fix.
+The bound is that of an estimator that knows when turns begin and end. Ratios to it for a filter with the true
+parameters, with tuned ones and with the default; smoothed; with correlated receiver errors; aided; with wrong
+parameters; with faults; and the time that a fix takes.
 """
 
 from functools import partial
@@ -15,7 +15,7 @@ from steerway_studies.estimator_limits import (
     failures,
     figures,
     held,
-    told,
+    known_modes,
     unknown_modes,
 )
 from steerway_studies.estimator_limits.remarks import LEAD, remarks
@@ -44,7 +44,7 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
 
 _SECTIONS = (
     (accuracy, 0.3, "error against the bound"),
-    (told, 0.04, "told the modes"),
+    (known_modes, 0.04, "known modes"),
     (unknown_modes, 0.36, "what not knowing the modes costs"),
     (correlated, 0.08, "wandering receivers"),
     (aided, 0.05, "aiding"),
@@ -79,7 +79,7 @@ def _figures(results: Results, found) -> None:
             {
                 "smoothed_": ("smoothed, true parameters", "o"),
                 "histories_": ("smoother by all histories of modes", "s"),
-                "told_": ("smoother told the modes", "^"),
+                "told_": ("smoother with known modes", "^"),
             },
             lambda name, what, where: accuracy.SMOOTHED_TARGET,
         ),

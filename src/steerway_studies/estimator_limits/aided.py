@@ -52,9 +52,9 @@ def one(seed: int) -> dict[str, np.ndarray]:
     bias = GYRO_BIAS if seed % 2 else -GYRO_BIAS
     fixes = aided_fixes(voyage, seed, bias)
     for name, aid in AIDS.items():
-        for manner, profile in (("", PROFILE), ("default_", None)):
+        for variant, profile in (("", PROFILE), ("default_", None)):
             motion = steerway.estimate(fixes, profile, aid=aid)
-            found[manner + name] = judged(motion, voyage, CELL.scenario)
+            found[variant + name] = judged(motion, voyage, CELL.scenario)
     found["bias"] = bias_found(fixes) - bias
     return found
 
@@ -88,18 +88,18 @@ def found_after(errors, limit) -> float:
 def report(results: Results, found) -> None:
     """COG by aid, and when the bias is found."""
     results.section = "Aiding"
-    for manner, who in (("", "true parameters"), ("default_", "as it comes")):
+    for variant, who in (("", "true parameters"), ("default_", "as it comes")):
         for name in AIDS:
-            runs = found[manner + name]
+            runs = found[variant + name]
             for k, where in enumerate(WHERE):
                 value, low, high = np.degrees(over_runs(runs[:, k, 1], runs[:, k, 3]))
                 target = TARGETS[name][k]
                 results.compare(
-                    f"{manner}aided_{name}_cog_{where}_deg",
+                    f"{variant}aided_{name}_cog_{where}_deg",
                     value,
                     f"O, 0.5 m, {who}, aided by {_WORDS[name]}: RMS of COG, {PLACES[where]}",
                     "°",
-                    "" if manner else PUBLISHED[name][k],
+                    "" if variant else PUBLISHED[name][k],
                     f"≤ {target:g}",
                     value <= target,
                     (low, high),

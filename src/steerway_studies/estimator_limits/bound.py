@@ -1,7 +1,7 @@
 """What no estimator can do better than: the Riccati recursion at the true trajectory with the mode of motion known.
 
 The Cramér–Rao bound of P. Tichavský, C. H. Muravchik and A. Nehorai, IEEE Trans. Signal Processing 46(5), 1998, for a
-vessel whose states are those of P0 (11)–(15): the covariance of the filter that is linearised at the truth and told
+vessel whose states are those of P0 (11)–(15): the covariance of the filter that is linearised at the truth and knows
 when a turn begins and ends.
 """
 

@@ -64,7 +64,7 @@ def ratios(numbers, kinds, targets) -> Figure:
 _DOUBTERS = (
     ("", "o", ""),
     ("particles_", "x", "… of the filter of many histories, "),
-    ("told_filter_", "^", "… of the filter told the modes, "),
+    ("told_filter_", "^", "… of the filter with known modes, "),
 )
 
 
@@ -75,9 +75,9 @@ def consistency(numbers) -> Figure:
     nis.axhspan(1.9, 2.1, color=QUIET, alpha=0.3, linewidth=0)
     nees.axhline(3.0, color=QUIET, linewidth=1.0)
     nees.axhline(4.5, color="black", linewidth=1.0, linestyle="--")
-    manners = (("", OURS, "true parameters"), ("tuned_", THEIRS, "tuned"), ("default_", _GREEN, "as it comes"))
+    variants = (("", OURS, "true parameters"), ("tuned_", THEIRS, "tuned"), ("default_", _GREEN, "as it comes"))
     for x, name in enumerate(CELLS):
-        for i, (kind, color, words) in enumerate(manners):
+        for i, (kind, color, words) in enumerate(variants):
             _point(nis, x + 0.15 * (i - 1), numbers, f"{kind}{name}_nis", color, words if x == 0 else None)
         for i, (where, color) in enumerate((("straight", OURS), ("turn", BAD), ("all", "black"))):
             for shift, (who, marker, words) in zip((-0.06, 0.0, 0.06), _DOUBTERS, strict=True):
@@ -129,8 +129,8 @@ def correlated(numbers, scenes) -> Figure:
     )
     for axes, where, title in zip(pair, WHERE, ("straight", "in turns"), strict=True):
         for x, scene in enumerate(scenes):
-            for i, (manner, color, words) in enumerate(who):
-                key = f"{manner}{scene}_cog_{where}_deg"
+            for i, (variant, color, words) in enumerate(who):
+                key = f"{variant}{scene}_cog_{where}_deg"
                 if key in numbers:
                     _point(axes, x + 0.15 * (i - 1), numbers, key, color, words if x == 0 else None)
         axes.set_title(title, fontsize=10)

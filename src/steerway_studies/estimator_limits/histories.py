@@ -2,7 +2,7 @@
 
 A Markov chain walks over the histories: it moves a change of mode, inserts a stretch of the other mode or removes one
 (reversible jumps, P. J. Green, Biometrika 82(4), 1995), as likely as the record and the dwell times make it. Every
-history that is kept is smoothed as if it were known, and the mean is what nobody betters who is not told the modes. Too
+history that is kept is smoothed as if it were known, and the mean is the optimum for unknown modes. Too
 slow for a product; it says how much is left to gain.
 """
 
@@ -21,8 +21,8 @@ _TYPICAL_SHIFT = 8.0
 """Steps by which a change of mode is moved in the mean."""
 
 
-def told_smoother(places, start, turning, models, dt) -> np.ndarray:
-    """(n, 5) smoothed states of an estimator that is told the history of modes (n,)."""
+def known_mode_smoother(places, start, turning, models, dt) -> np.ndarray:
+    """(n, 5) smoothed states of an estimator that knows the history of modes (n,)."""
     step, _ = steps(models, dt)
     n = len(places)
     x, p, density = np.empty((n, 5)), np.empty((n, 5, 5)), np.zeros(n)

@@ -1,7 +1,7 @@
 """Filtering by thousands of histories of modes at a time, where the product mixes three filters.
 
-A filter told the history of modes is an extended Kalman filter, and as good as the bound; one that is not told has to
-weigh histories. This is the Rao–Blackwellised particle filter of A. Doucet, N. de Freitas, K. Murphy and S. Russell,
+A filter that knows the history of modes is an extended Kalman filter, and as good as the bound; one that does not has
+to weigh histories. This is the Rao–Blackwellised particle filter of A. Doucet, N. de Freitas, K. Murphy and S. Russell,
 Proc. 16th Conf. Uncertainty in Artificial Intelligence, 2000: a particle is a history with its Kalman filter. Too slow
 for a product; it says how much is left to gain, and what an honest covariance is worth while the mode is unknown.
 """

@@ -2,7 +2,7 @@
 
 Which of the two she does is a Markov jump process in continuous time; speed and course rate follow P0 (13) and (15)
 with the noise densities and the decay of the mode she is in. Both are sampled exactly as the filter's model has them,
-so that a filter told the numbers below errs by nothing but what it cannot know.
+so that a filter with the parameters below errs by nothing but what it cannot know.
 """
 
 import math
@@ -45,7 +45,7 @@ class Scenario:
     rate: float = 5.0  # fixes a second
 
     def known(self, position_std: float) -> Profile:
-        """The true parameters with those of a receiver of white noise (m), as a filter is told them."""
+        """The true parameters with those of a receiver of white noise (m), as given to a filter."""
         return self.profile.model_copy(update={"position_std": position_std})
 
 

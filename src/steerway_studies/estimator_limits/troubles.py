@@ -9,9 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from steerway.core import Fixes, radii
+from steerway.core import Fixes, radii, wrap_array
 from steerway_studies.estimator_limits.scenarios import Voyage
-from steerway_studies.estimator_limits.statistics import turned
 
 BEGIN = 150.0
 _POLAR_RADIUS = 6_399_593.6
@@ -101,7 +100,7 @@ def wrong_rate(voyage, fixes, chance):
 
 def antimeridian(voyage, fixes, chance):
     """Where 180° E meets 180° W."""
-    return voyage, replace(fixes, longitude=turned(fixes.longitude + math.pi - fixes.longitude[len(fixes) // 2]))
+    return voyage, replace(fixes, longitude=wrap_array(fixes.longitude + math.pi - fixes.longitude[len(fixes) // 2]))
 
 
 def pole(voyage, fixes, chance):

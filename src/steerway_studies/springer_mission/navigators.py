@@ -1,4 +1,4 @@
-"""Who can tell Springer's heading, by name: the paper's filters, its weighted bounds, the rivals and the product."""
+"""Estimators of Springer's heading, by name: the paper's filters, its weighted bounds, the rivals and the product."""
 
 import math
 
@@ -6,7 +6,6 @@ from steerway.estimation.heading import (
     SCALE_ONLY,
     AidedHeadingFilter,
     CompositeFilter,
-    HInfinityFilter,
     IntervalFilter,
     LearnedHeading,
     ModelBank,
@@ -15,13 +14,13 @@ from steerway.estimation.heading import (
     corners,
     grid,
     ideal_weight,
-    largest_theta,
     weighted,
 )
 from steerway.sensors import TCM2, CompassModel
 from steerway.vessels import SPRINGER_PAPER_YAW as PAPER_YAW
 from steerway.vessels import SPRINGER_PHYSICAL_YAW as PHYSICAL_YAW
 from steerway.vessels import HeadingModel
+from steerway_studies.springer_mission.h_infinity import HInfinityFilter, largest_theta
 from steerway_studies.springer_mission.world import Blind, Navigator
 
 
@@ -46,7 +45,7 @@ class WeightedBounds:
         self.ideal = None if compass is None else CompositeFilter(composite_model(compass))
         self._fixed = weight
         self.heading = 0.0
-        self.told = []
+        self.record = []
 
     def step(self, difference, readings, velocity) -> float:
         low, high = self.bounds.step(difference, readings)
@@ -55,7 +54,7 @@ class WeightedBounds:
             truth = self.ideal.step(difference, readings)
             weight = ideal_weight(low, high, truth)
         self.heading = weighted(low, high, weight)
-        self.told.append((low, high, weight, truth))
+        self.record.append((low, high, weight, truth))
         return self.heading
 
 

@@ -4,7 +4,7 @@
 
 Compasses within ± 1 % of the TCM2's, random circuits, seeds that no study uses. Half of the voyages are steered by the
 true compass's filter, half by a blend with the nominal one, so that the networks have seen the turns that their own
-errors make. Takes a few minutes; needs scikit-learn (`pip install steerway[training]`).
+errors make. Takes a few minutes; needs scikit-learn (`pip install 'steerway[studies]'`).
 """
 
 import argparse
@@ -23,7 +23,7 @@ FIRST_SEED = 1_000_000
 """Studies and tests stay below."""
 VOYAGES = 400
 STRIDE = 3
-"""Seconds from one note that is learned from to the next: neighbours tell the same."""
+"""Seconds from one note that is learned from to the next: neighbours carry the same information."""
 INNOVATIONS_ONLY = 6
 """The first features are the innovation's."""
 
@@ -45,8 +45,8 @@ class _Teacher:
         self.ideal.step(difference, readings)
         nominal = math.degrees(self.bank.nominal)
         features = self._features.step(self.bank.innovation, nominal)
-        told = [math.degrees(each) for each in (self.bank.low, self.bank.high, self.ideal.heading)]
-        self.notes.append([*features, told[0], told[1], nominal, told[2]])
+        angles = [math.degrees(each) for each in (self.bank.low, self.bank.high, self.ideal.heading)]
+        self.notes.append([*features, angles[0], angles[1], nominal, angles[2]])
         return self.heading
 
 
@@ -64,7 +64,7 @@ def train(notes: np.ndarray, name: str, iterations: int = 60) -> Network:
     try:
         from sklearn.neural_network import MLPRegressor
     except ImportError:
-        raise InputError("training needs scikit-learn, expected `pip install steerway[training]`") from None
+        raise InputError("training needs scikit-learn, expected pip install 'steerway[studies]'") from None
     inputs = notes[:, : INNOVATIONS_ONLY if name == "innovations" else 12]
     low, high, nominal, ideal = notes[:, 12:].T
     width = high - low

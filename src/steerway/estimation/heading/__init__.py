@@ -8,7 +8,6 @@ if TYPE_CHECKING:
     from steerway.estimation.heading.aided import SCALE_ONLY, AidedHeadingFilter, HeadingTuning
     from steerway.estimation.heading.compass_alarm import outside
     from steerway.estimation.heading.composite import START_VARIANCE, WAVES, CompositeFilter, composite_model
-    from steerway.estimation.heading.h_infinity import HInfinityFilter, largest_theta
     from steerway.estimation.heading.interval.filter import IntervalFilter, box_of
     from steerway.estimation.heading.interval.weighting import (
         WEIGHTS,
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
         weighted,
     )
     from steerway.estimation.heading.model_bank import ModelBank, corners, grid
+    from steerway.estimation.heading.readings import Ticks, checked_difference
 
 __all__ = [
     "SCALE_ONLY",
@@ -28,18 +28,18 @@ __all__ = [
     "AidedHeadingFilter",
     "CompositeFilter",
     "Features",
-    "HInfinityFilter",
     "HeadingTuning",
     "IntervalFilter",
     "LearnedHeading",
     "ModelBank",
     "Network",
+    "Ticks",
     "box_of",
+    "checked_difference",
     "composite_model",
     "corners",
     "grid",
     "ideal_weight",
-    "largest_theta",
     "outside",
     "weighted",
 ]

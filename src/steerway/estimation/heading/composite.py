@@ -19,6 +19,37 @@ from steerway.estimation.heading.readings import Floats, Ticks, checked_differen
 from steerway.sensors.tcm2 import READING_VARIANCE_DEG2, STATE_VARIANCE, TCM2, CompassModel
 from steerway.vessels.springer import PAPER_YAW, HeadingModel, held
 
+__all__ = [
+    "A1",
+    "A2",
+    "COMPASS_NOISE",
+    "INPUT_1",
+    "INPUT_2",
+    "OUTPUT_1",
+    "OUTPUT_2",
+    "POLE_1",
+    "POLE_2",
+    "READING_NOISE",
+    "SHIFT",
+    "START_VARIANCE",
+    "VEHICLE_NOISE",
+    "WAVES",
+    "B",
+    "CompositeFilter",
+    "K",
+    "advance",
+    "checked_model",
+    "composite_model",
+    "correct",
+    "heading_deg",
+    "heading_variance_deg2",
+    "predict_compass",
+    "predict_vehicle",
+    "start_covariance",
+    "stepped",
+]
+"""Public, kernels and places in `model` too: another filter of the same model is built of them."""
+
 (
     POLE_1,
     POLE_2,
@@ -124,7 +155,7 @@ class CompositeFilter:
 
 @kernel
 def heading_deg(x: Floats, model: Floats) -> float:
-    """C v."""
+    """Heading (deg) of a state (4,): C v of P4 (2)."""
     return model[OUTPUT_1] * x[0] + model[OUTPUT_2] * x[1]
 
 

@@ -8,7 +8,6 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from steerway.core.checks import one_of
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.moved import formerly
@@ -25,12 +24,11 @@ from steerway.estimation.heading.composite import (
     checked_model,
     stepped,
 )
-from steerway.estimation.heading.interval import literal, sharpened
-from steerway.estimation.heading.interval.arithmetic import multiply, sound
+from steerway.estimation.heading.interval import sharpened
+from steerway.estimation.heading.interval.arithmetic import outward_radians, sound
 from steerway.estimation.heading.readings import Floats, Ticks, checked_difference
 from steerway.sensors.tcm2 import STATE_VARIANCE
 
-FORMS = ("sharpened", "literal")
 WIDEST = 1e6
 """Degrees: bounds further apart count as diverged."""
 
@@ -62,29 +60,23 @@ class IntervalFilter:
 
     Args:
         box: (14, 2) from `box_of`.
-        form: "sharpened", or "literal" as printed.
         parts: cut a1 and a2 into so many parts each; the bounds are the hull over all sub-boxes.
         vehicle_variance: of each vehicle state at first.
 
     `low`, `high` bound the heading at the end of the last step. After `diverged` they are NaN, never clipped. Raises
-    InputError for an unknown form, parts below 1 and a box of another shape or whose vehicle is not exact.
+    InputError for parts below 1 and a box of another shape or whose vehicle is not exact.
     """
 
-    def __init__(
-        self, box: ArrayLike, form: str = "sharpened", parts: int = 1, vehicle_variance: float = START_VARIANCE
-    ) -> None:
-        one_of("interval.form", form, FORMS)
+    def __init__(self, box: ArrayLike, *, parts: int = 1, vehicle_variance: float = START_VARIANCE) -> None:
         if parts < 1:
             raise InputError(f"interval.parts is {parts}, expected 1 or more")
         box = _checked_box(box)
-        self._literal = form == "literal"
         self._boxes = sub_boxes(box, parts) if parts > 1 else box[None].copy()
         n = len(self._boxes)
         self._states = np.zeros((n, 4, 2))
         self._covariances = np.empty((n, 4, 4, 2))
         self._frames = np.array([sharpened.coordinates(each) for each in self._boxes])
-        start(self._covariances, self._boxes, self._frames, vehicle_variance, STATE_VARIANCE, self._literal)
-        self._work = literal.workspace()
+        start(self._covariances, self._boxes, self._frames, vehicle_variance, STATE_VARIANCE)
         self.low = self.high = 0.0
         self.diverged = False
         self._ticks = Ticks()
@@ -108,9 +100,7 @@ class IntervalFilter:
 
     def _advance(self, difference: float, part: float, table: Floats) -> None:
         boxes = self._boxes if part == 1.0 else np.array([_stepped_box(box, part) for box in self._boxes])
-        low, high = advance(
-            self._states, self._covariances, boxes, self._frames, difference, table, self._literal, self._work
-        )
+        low, high = advance(self._states, self._covariances, boxes, self._frames, difference, table)
         self.diverged = not (high - low <= WIDEST)
         self.low, self.high = (math.nan, math.nan) if self.diverged else outward_radians(low, high)
 
@@ -131,38 +121,24 @@ def _stepped_box(box: Floats, step: float) -> Floats:
 
 
 @kernel
-def outward_radians(low, high):
-    return multiply((low, high), (math.pi / 180.0, math.pi / 180.0))
-
-
-@kernel
-def start(covariances, boxes, frames, vehicle_variance, compass_variance, by_literal):
+def start(covariances, boxes, frames, vehicle_variance, compass_variance):
     for n in range(len(boxes)):
-        if by_literal:
-            literal.start(covariances[n], vehicle_variance, compass_variance)
-        else:
-            sharpened.start(covariances[n], boxes[n], frames[n], vehicle_variance, compass_variance)
+        sharpened.start(covariances[n], boxes[n], frames[n], vehicle_variance, compass_variance)
 
 
 @kernel
-def advance(states, covariances, boxes, frames, difference, readings, by_literal, work):
+def advance(states, covariances, boxes, frames, difference, readings):
     """A step of every sub-box by a table of readings (2, ticks); (low, high) of the heading in degrees, NaN once one of
     them has lost its bounds."""
     low, high = math.inf, -math.inf
     for n in range(len(boxes)):
         x, p, box = states[n], covariances[n], boxes[n]
         for k in range(readings.shape[1]):
-            if by_literal:
-                literal.tick(x, p, box, readings[0, k], readings[1, k], work)
-            else:
-                sharpened.tick(x, p, box, frames[n], readings[0, k], readings[1, k])
+            sharpened.tick(x, p, box, frames[n], readings[0, k], readings[1, k])
             if not holds(x, p):
                 return math.nan, math.nan
-        if by_literal:
-            literal.predict_vehicle(x, p, box, difference, work)
-        else:
-            sharpened.predict_vehicle(x, p, box, frames[n], difference)
-        own = literal.heading(x, box) if by_literal else sharpened.heading(x)
+        sharpened.predict_vehicle(x, p, box, frames[n], difference)
+        own = sharpened.heading(x)
         low, high = min(low, own[0]), max(high, own[1])
     return low, high
 

@@ -47,7 +47,6 @@ from steerway.estimation.heading.interval.arithmetic import (
     square,
     subtract,
 )
-from steerway.estimation.heading.interval.literal import mean_noise
 
 H1, H2, FIRST, SECOND = range(4)
 """The heading's two parts, the compass's two states."""
@@ -189,6 +188,13 @@ def tick(y, p, box, frame, reading_deg, number):
     moves = moves_of(first, second, by_slow, by_fast, g, shift, frame)
     correct_state(y, moves, by_slow, by_fast, g, alpha, d, divide(point(reading_deg), k))
     correct_covariance(p, moves, extra, d, kept, alpha)
+
+
+@kernel
+def mean_noise(box, number):
+    """Variance of the mean of so many readings."""
+    noise = entry(box, READING_NOISE)
+    return noise if number == 1.0 else divide(noise, point(number))
 
 
 @kernel

@@ -15,7 +15,7 @@ from steerway.simulation import sail
 from steerway.vessels import MARINER_CRUISE_SPEED as CRUISE_SPEED
 from steerway.vessels import MARINER_RUDDER as RUDDER
 from steerway.vessels import Mariner
-from steerway_studies.mariner_los_ship import BANDWIDTH, LOOKAHEAD, LOW_PASS, STEP
+from steerway_studies.mariner_los.ship import BANDWIDTH, LOOKAHEAD, LOW_PASS, STEP
 from steerway_studies.papers.course_autopilot import MARINER_NOMOTO
 
 OFFSET = 600.0

@@ -8,23 +8,25 @@ disturbance at 1/θ; θ = 0 is the Kalman filter, and beyond a largest θ there 
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from steerway.core.compiled import kernel
-from steerway.core.errors import InputError
-from steerway.core.moved import formerly
-from steerway.estimation.heading import composite
+from steerway.core import InputError, kernel
+from steerway.estimation.heading import Ticks, checked_difference
 from steerway.estimation.heading.composite import (
     OUTPUT_1,
     START_VARIANCE,
     checked_model,
+    correct,
     heading_deg,
     heading_variance_deg2,
+    predict_compass,
+    predict_vehicle,
     start_covariance,
     stepped,
 )
-from steerway.estimation.heading.readings import Floats, Ticks, checked_difference
-from steerway.sensors.tcm2 import TICKS
+from steerway.sensors import TICKS
+
+Floats = NDArray[np.float64]
 
 
 class HInfinityFilter:
@@ -65,8 +67,6 @@ class HInfinityFilter:
         self._state, self._covariance = x, p
         return self.heading
 
-    second = formerly("second", step)
-
 
 def exists(model: Floats, theta: float, vehicle_variance: float = START_VARIANCE, horizon: int = 900) -> bool:
     """Whether the filter keeps a positive P through `horizon` seconds of 40 readings."""
@@ -101,12 +101,12 @@ def _inflate(p: Floats, model: Floats, theta: float) -> bool:
 @kernel
 def _advance(x: Floats, p: Floats, model: Floats, theta: float, difference: float, readings: Floats) -> bool:
     for k in range(readings.shape[1]):
-        composite.predict_compass(x, p, model)
+        predict_compass(x, p, model)
         if readings[1, k] > 0.0:
             if not _inflate(p, model, theta):
                 return False
-            composite.correct(x, p, model, readings[0, k], readings[1, k])
-    composite.predict_vehicle(x, p, model, difference)
+            correct(x, p, model, readings[0, k], readings[1, k])
+    predict_vehicle(x, p, model, difference)
     return True
 
 

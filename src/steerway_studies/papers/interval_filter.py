@@ -1,11 +1,13 @@
 """The interval Kalman filter as printed, P4 (11)–(15) after Chen, Wang and Shieh (1997): the matrices of the ordinary
 filter with every product and quotient taken on intervals. A number that occurs twice counts as two, so that the bounds
-diverge within seconds; see `sharpened`.
+diverge within seconds; the product has `steerway.estimation.heading.IntervalFilter`.
 """
+
+import math
 
 import numpy as np
 
-from steerway.core.compiled import kernel
+from steerway.core import InputError, kernel
 from steerway.estimation.heading.composite import (
     A1,
     A2,
@@ -15,11 +17,12 @@ from steerway.estimation.heading.composite import (
     POLE_1,
     READING_NOISE,
     SHIFT,
+    START_VARIANCE,
     VEHICLE_NOISE,
     B,
     K,
 )
-from steerway.estimation.heading.interval.arithmetic import (
+from steerway.estimation.heading.interval import (
     add,
     at,
     divide,
@@ -27,14 +30,64 @@ from steerway.estimation.heading.interval.arithmetic import (
     matrix_multiply,
     matrix_multiply_transposed,
     multiply,
+    outward_radians,
     point,
     put,
     put_entry,
     scale,
+    sound,
     subtract,
 )
+from steerway.sensors import STATE_VARIANCE, TICKS
 
+WIDEST = 1e6
+"""Degrees: bounds further apart count as diverged."""
 WORKSPACE = (6, 4, 4, 2)
+
+
+class PrintedIntervalFilter:
+    """Bounds of the heading (rad) over a box of compasses, (14, 2) from `box_of`, second by second.
+
+    `low`, `high` bound the heading for the second that begins. `diverged`: bounds are lost, they are NaN from then on.
+    """
+
+    def __init__(self, box: np.ndarray):
+        self._box, self._work = box, workspace()
+        self._state, self._covariance = np.zeros((4, 2)), np.empty((4, 4, 2))
+        start(self._covariance, START_VARIANCE, STATE_VARIANCE)
+        self.low = self.high = 0.0
+        self.diverged = False
+
+    @property
+    def width(self) -> float:
+        """rad; NaN once diverged."""
+        return self.high - self.low
+
+    def step(self, difference: float, readings) -> tuple[float, float]:
+        """Take (40,) readings (rad) and advance a second by n_d (rad/s); returns (low, high), rad.
+
+        Raises InputError for another number of readings: the printed filter has no other.
+        """
+        degrees = np.degrees(readings)
+        if degrees.shape != (TICKS,):
+            raise InputError(f"interval.readings has shape {degrees.shape}, expected ({TICKS},)")
+        if not self.diverged:
+            low, high = second(self._state, self._covariance, self._box, difference, degrees, self._work)
+            self.diverged = not (high - low <= WIDEST)
+            self.low, self.high = (math.nan, math.nan) if self.diverged else outward_radians(low, high)
+        return self.low, self.high
+
+
+@kernel
+def second(x, p, box, difference, readings_deg, work):
+    """A tick a reading, then the vehicle; (low, high) of the heading in degrees, NaN once a bound is no number any more."""
+    for k in range(len(readings_deg)):
+        tick(x, p, box, readings_deg[k], work)
+        for i in range(4):
+            if not sound(entry(x, i)) or not sound(at(p, i, i)):
+                return math.nan, math.nan
+    predict_vehicle(x, p, box, difference, work)
+    return heading(x, box)
 
 
 @kernel
@@ -69,24 +122,20 @@ def disturb(p, i, variance):
 
 
 @kernel
-def tick(x, p, box, reading_deg, number, work):
-    """One tick: predict the compass, correct by the mean of `number` readings, 0 for none.
-
-    x (4, 2), P (4, 4, 2), box (14, 2), work WORKSPACE.
-    """
+def tick(x, p, box, reading_deg, work):
+    """One tick: predict the compass, correct by a reading. x (4, 2), P (4, 4, 2), box (14, 2), work WORKSPACE."""
     compass_transition(box, work[0])
     transform(x, p, work[0], work)
     disturb(p, 2, entry(box, COMPASS_NOISE))
     disturb(p, 3, entry(box, COMPASS_NOISE))
-    if number > 0.0:
-        correct(x, p, box, reading_deg, number, work)
+    correct(x, p, box, reading_deg, work)
 
 
 @kernel
-def correct(x, p, box, reading_deg, number, work):
+def correct(x, p, box, reading_deg, work):
     """K = P Cᵀ (C P Cᵀ + R)⁻¹ (13), x ← x + K (z − C x) (14), P ← (I − K C) P (15)."""
     k = entry(box, K)
-    s = add(multiply(multiply(k, at(p, 2, 2)), k), mean_noise(box, number))
+    s = add(multiply(multiply(k, at(p, 2, 2)), k), entry(box, READING_NOISE))
     innovation = subtract(point(reading_deg), multiply(k, entry(x, 2)))
     left = work[0]
     left[:] = 0.0
@@ -101,15 +150,8 @@ def correct(x, p, box, reading_deg, number, work):
 
 
 @kernel
-def mean_noise(box, number):
-    """Variance of the mean of so many readings."""
-    noise = entry(box, READING_NOISE)
-    return noise if number == 1.0 else divide(noise, point(number))
-
-
-@kernel
 def predict_vehicle(x, p, box, difference, work):
-    """One step of the vehicle, P4 (2)."""
+    """One second of the vehicle, P4 (2)."""
     move = work[0]
     move[:] = 0.0
     for i in range(4):

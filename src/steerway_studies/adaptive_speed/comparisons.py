@@ -13,7 +13,7 @@ STEADY = {3: 5.975, 6: 10.529, 9: 15.093}
 REQUIREMENT = "< 40 s, no overshoot, 1 %"
 
 
-def record(results, judged, tracks) -> None:
+def compare_all(results, judged, tracks) -> None:
     """Every number of the study into `results`, in the order in which it is read."""
     _plant(results)
     _published(results, tracks["published"])
@@ -297,5 +297,5 @@ def _remarks(numbers) -> list[str]:
         "not follow it waits or can name the wrong one.",
         "Estimates are judged after 10 s, as the paper's figures 13–15 are drawn. GPS 0.03 m/s and log 0.002 m/s "
         "at 10 Hz, white; accelerometer at 200 Hz with 5 mg at switching on, 5 µg in the run, 60 µg/√Hz and a "
-        "gravity leak of 0.0034 m/s² over 5 s. The filter is told these sizes.",
+        "gravity leak of 0.0034 m/s² over 5 s. The filter is given these sizes.",
     ]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.control import OTTER_GENTLY
-from steerway.core import wrap
+from steerway.core import rms, wrap, wrap_array
 from steerway.estimation import FiveStateFilter, Profile
 from steerway.estimation.course import FilterEstimator
 from steerway.guidance import AdaptiveLineOfSight, IntegralLineOfSight, LineOfSight, Mission, Route, TrackingFilter
@@ -21,7 +21,7 @@ LOOKAHEAD = {0.7: 10.0, 1.2: 15.0}
 NOISES = (0.1, 0.5)
 RATE, STEP = 5.0, 0.02
 FILTER = {"speed_noise": 1e-3, "course_rate_noise": 4e-3, "course_rate_decay": 0.3}
-"""The spectral densities of the filter in the loop, for every noise and speed; it is told the fixes' 1σ."""
+"""The spectral densities of the filter in the loop, for every noise and speed; the 1σ of the fixes is known to it."""
 
 
 class Case(NamedTuple):
@@ -85,12 +85,8 @@ def leg(case: Case, seed: int) -> Leg:
         return Leg(*[math.nan] * 5)
     east = run["true_east"][rows]
     turn = run["estimated_cog"] - run.true_cog
-    error = np.mod(turn[rows] + np.pi, 2.0 * np.pi) - np.pi
+    error = wrap_array(turn[rows])
     return Leg(rms(east), float(east.mean()), _crab(run.rows(rows)), rms(error), rms(run["yaw"][rows]))
-
-
-def rms(values) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def _crab(run) -> float:
