@@ -80,7 +80,7 @@ class PrintedIntervalFilter:
 
 @kernel
 def second(x, p, box, difference, readings_deg, work):
-    """A tick a reading, then the vehicle; (low, high) of the heading in degrees, NaN once a bound is no number any more."""
+    """A tick a reading, then the vehicle; (low, high) of the heading in degrees, NaN once a bound is not a number."""
     for k in range(len(readings_deg)):
         tick(x, p, box, readings_deg[k], work)
         for i in range(4):
