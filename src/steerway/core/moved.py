@@ -3,10 +3,11 @@
 import functools
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
+from types import ModuleType
 from typing import ParamSpec, TypeVar
 
 P = ParamSpec("P")
@@ -44,11 +45,13 @@ def present_name(name: str) -> str | None:
 class _MovedModules(MetaPathFinder, Loader):
     """Finds a module by its old name and loads the one it became."""
 
-    def find_spec(self, fullname, path=None, target=None):
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
         return None if present_name(fullname) is None else ModuleSpec(fullname, self)
 
-    def create_module(self, spec):
-        new = present_name(spec.name)
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        new = present_name(spec.name) or spec.name
         warnings.warn(f"{spec.name} is now {new}", FutureWarning, stacklevel=2)
         module = import_module(new)
         for name in [each for each in sys.modules if each.startswith(f"{new}.")]:
@@ -56,9 +59,9 @@ class _MovedModules(MetaPathFinder, Loader):
         spec.loader_state = module.__spec__
         return module
 
-    def exec_module(self, module):
+    def exec_module(self, module: ModuleType) -> None:
         """Nothing runs a second time; the import system has replaced the module's own specification."""
-        module.__spec__ = module.__spec__.loader_state
+        module.__spec__ = module.__spec__.loader_state if module.__spec__ else None
 
 
 def redirect_moved_modules() -> None:

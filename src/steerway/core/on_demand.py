@@ -1,6 +1,7 @@
 """Public names of a package, loaded when first asked for: importing the package loads none of its modules."""
 
 import ast
+import pkgutil
 import sys
 from collections.abc import Callable
 from functools import cache
@@ -32,6 +33,9 @@ def on_demand(package: str) -> tuple[Callable[[str], object], Callable[[], list[
 @cache
 def _homes(package: str) -> dict[str, tuple[str, str]]:
     """Public name → its module and its name there, from the source of the package's `__init__`."""
-    source = sys.modules[package].__spec__.loader.get_source(package)
-    guarded = [each for block in ast.parse(source).body if isinstance(block, ast.If) for each in block.body]
-    return {alias.asname or alias.name: (each.module, alias.name) for each in guarded for alias in each.names}
+    homes: dict[str, tuple[str, str]] = {}
+    for block in ast.parse(pkgutil.get_data(package, "__init__.py") or b"").body:
+        for line in block.body if isinstance(block, ast.If) else ():
+            if isinstance(line, ast.ImportFrom) and line.module:
+                homes |= {alias.asname or alias.name: (line.module, alias.name) for alias in line.names}
+    return homes

@@ -6,6 +6,7 @@ from pydantic import BaseModel, ValidationError
 
 from steerway.core.errors import InputError
 
+Location = tuple[str | int, ...]
 _EXPECTED = {
     "greater_than": "expected more than {gt}",
     "greater_than_equal": "expected at least {ge}",
@@ -56,7 +57,7 @@ def refusal(place: str, error: ValidationError, model: type[BaseModel]) -> Input
     return InputError(f"{place}: {path} is {problem['input']!r}, {expected}")
 
 
-def _path(location) -> str:
+def _path(location: Location) -> str:
     """`route.waypoints[2].north` from pydantic's location."""
     text = ""
     for part in location:
@@ -64,7 +65,7 @@ def _path(location) -> str:
     return text
 
 
-def _keys(location, model) -> str:
+def _keys(location: Location, model: type[BaseModel]) -> str:
     """The keys there are beside the wrong one, the nearest first if it is near."""
     fields = _model_at(location[:-1], model).model_fields
     names = [field.alias or name for name, field in fields.items()]
@@ -72,13 +73,13 @@ def _keys(location, model) -> str:
     return f"perhaps {near[0]}" if near else "one of " + ", ".join(names)
 
 
-def _what(location, model) -> str:
+def _what(location: Location, model: type[BaseModel]) -> str:
     holder = _model_at(location[:-1], model)
     field = holder.model_fields.get(str(location[-1])) if holder else None
     return field.description if field is not None and field.description else "a value"
 
 
-def _model_at(location, model):
+def _model_at(location: Location, model: type[BaseModel]) -> type[BaseModel]:
     """The model that holds a location's last key."""
     for part in location:
         if isinstance(part, int) or part not in model.model_fields:
@@ -87,7 +88,7 @@ def _model_at(location, model):
     return model
 
 
-def _first_model(annotation):
+def _first_model(annotation: object) -> type[BaseModel] | None:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
     for inner in getattr(annotation, "__args__", ()):

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
@@ -39,7 +40,7 @@ from steerway.estimation.heading.composite import (
     heading_variance_deg2,
     stepped,
 )
-from steerway.estimation.heading.readings import Floats, Ticks, checked_difference
+from steerway.estimation.heading.readings import Ticks, checked_difference
 from steerway.sensors.tcm2 import STATE_VARIANCE, TCM2, CompassModel
 from steerway.vessels.springer import PHYSICAL_YAW, RPM, SPEED, HeadingModel
 

@@ -12,10 +12,11 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.moved import formerly
-from steerway.estimation.heading.readings import Floats, Ticks, checked_difference
+from steerway.estimation.heading.readings import Ticks, checked_difference
 from steerway.sensors.tcm2 import READING_VARIANCE_DEG2, STATE_VARIANCE, TCM2, CompassModel
 from steerway.vessels.springer import PAPER_YAW, HeadingModel, held
 

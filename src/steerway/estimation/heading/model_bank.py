@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.moved import formerly
@@ -19,7 +20,7 @@ from steerway.estimation.heading.composite import (
     start_covariance,
     stepped,
 )
-from steerway.estimation.heading.readings import Floats, Ticks, checked_difference
+from steerway.estimation.heading.readings import Ticks, checked_difference
 from steerway.sensors.tcm2 import TCM2, CompassModel
 from steerway.vessels.springer import PAPER_YAW, HeadingModel
 

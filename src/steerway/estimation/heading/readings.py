@@ -11,12 +11,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from steerway.core.arrays import Floats
 from steerway.core.checks import positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.sensors.tcm2 import TICK
-
-Floats = NDArray[np.float64]
 
 LARGEST_READING = 1e6
 """rad; a reading beyond is no heading, however many turns it counts."""

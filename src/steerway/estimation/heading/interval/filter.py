@@ -8,6 +8,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.moved import formerly
@@ -26,7 +27,7 @@ from steerway.estimation.heading.composite import (
 )
 from steerway.estimation.heading.interval import sharpened
 from steerway.estimation.heading.interval.arithmetic import outward_radians, sound
-from steerway.estimation.heading.readings import Floats, Ticks, checked_difference
+from steerway.estimation.heading.readings import Ticks, checked_difference
 from steerway.sensors.tcm2 import STATE_VARIANCE
 
 WIDEST = 1e6
@@ -47,7 +48,7 @@ def box_of(model: ArrayLike, tolerance: float, shift_too: bool = False) -> Float
 
 def sub_boxes(box: Floats, parts: int) -> Floats:
     """(parts², 14, 2): the box cut along a1 and a2, which the bounds depend on most; together they are the box."""
-    cuts = [np.linspace(*box[i], parts + 1) for i in (A1, A2)]
+    cuts = [np.linspace(box[i, 0], box[i, 1], parts + 1) for i in (A1, A2)]
     boxes = np.repeat(box[None], parts * parts, axis=0)
     for n in range(parts * parts):
         for i, cut, part in zip((A1, A2), cuts, divmod(n, parts), strict=True):
@@ -121,13 +122,15 @@ def _stepped_box(box: Floats, step: float) -> Floats:
 
 
 @kernel
-def start(covariances, boxes, frames, vehicle_variance, compass_variance):
+def start(covariances: Floats, boxes: Floats, frames: Floats, vehicle_variance: float, compass_variance: float) -> None:
     for n in range(len(boxes)):
         sharpened.start(covariances[n], boxes[n], frames[n], vehicle_variance, compass_variance)
 
 
 @kernel
-def advance(states, covariances, boxes, frames, difference, readings):
+def advance(
+    states: Floats, covariances: Floats, boxes: Floats, frames: Floats, difference: float, readings: Floats
+) -> tuple[float, float]:
     """A step of every sub-box by a table of readings (2, ticks); (low, high) of the heading in degrees, NaN once one of
     them has lost its bounds."""
     low, high = math.inf, -math.inf
@@ -144,7 +147,7 @@ def advance(states, covariances, boxes, frames, difference, readings):
 
 
 @kernel
-def holds(x, p):
+def holds(x: Floats, p: Floats) -> bool:
     """Whether every bound is a number: quotients by intervals that hold 0 are not."""
     for i in range(4):
         if not sound((x[i, 0], x[i, 1])) or not sound((p[i, i, 0], p[i, i, 1])):

@@ -17,6 +17,7 @@ import math
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.estimation.heading.composite import (
     A1,
@@ -32,6 +33,7 @@ from steerway.estimation.heading.composite import (
     K,
 )
 from steerway.estimation.heading.interval.arithmetic import (
+    Pair,
     add,
     at,
     divide,
@@ -48,6 +50,7 @@ from steerway.estimation.heading.interval.arithmetic import (
     subtract,
 )
 
+Moves = tuple[tuple[Pair, Pair], tuple[Pair, Pair], tuple[Pair, Pair], tuple[Pair, Pair]]
 H1, H2, FIRST, SECOND = range(4)
 """The heading's two parts, the compass's two states."""
 GAMMA_1, GAMMA_2, SLOW, FAST = range(4)
@@ -57,7 +60,7 @@ SETTLING = 400
 
 
 @kernel
-def coordinates(box):
+def coordinates(box: Floats) -> Floats:
     """(4,) coordinates for a box, from its middle's Kalman filter. Any numbers are sound; these keep bounds close."""
     a1, a2, shift, b, k = box[A1].mean(), box[A2].mean(), box[SHIFT].mean(), box[B].mean(), box[K].mean()
     noise, extra = box[COMPASS_NOISE].mean(), box[READING_NOISE].mean() / k**2
@@ -80,7 +83,7 @@ def coordinates(box):
 
 
 @kernel
-def to_eigen(first, second, frame):
+def to_eigen(first: Pair, second: Pair, frame: Floats) -> tuple[Pair, Pair]:
     """e of d = R e."""
     apart = subtract(point(frame[SLOW]), point(frame[FAST]))
     slow = divide(subtract(first, scale(frame[FAST], second)), apart)
@@ -88,7 +91,7 @@ def to_eigen(first, second, frame):
 
 
 @kernel
-def start(p, box, frame, vehicle_variance, compass_variance):
+def start(p: Floats, box: Floats, frame: Floats, vehicle_variance: float, compass_variance: float) -> None:
     """P at rest, from the variances of v1, v2 and of c1, c2."""
     p[:] = 0.0
     for i in (FIRST, SECOND):
@@ -97,7 +100,7 @@ def start(p, box, frame, vehicle_variance, compass_variance):
 
 
 @kernel
-def add_vehicle_noise(p, box, frame, variance):
+def add_vehicle_noise(p: Floats, box: Floats, frame: Floats, variance: Pair) -> None:
     """What a variance of v1 and v2 adds in these coordinates."""
     for i in (H1, H2):
         own = multiply(variance, square(entry(box, OUTPUT_1 + i)))
@@ -106,7 +109,7 @@ def add_vehicle_noise(p, box, frame, variance):
 
 
 @kernel
-def add_turn(p, i, turned, frame):
+def add_turn(p: Floats, i: int, turned: Pair, frame: Floats) -> None:
     """cov(h_i, ψ) grew by so much while c stood still: cov(h_i, d) falls by γ times that."""
     slow, fast = to_eigen(scale(frame[GAMMA_1], turned), scale(frame[GAMMA_2], turned), frame)
     put_both(p, i, FIRST, subtract(at(p, i, FIRST), slow))
@@ -114,51 +117,51 @@ def add_turn(p, i, turned, frame):
 
 
 @kernel
-def put_both(p, i, j, a):
+def put_both(p: Floats, i: int, j: int, a: Pair) -> None:
     put(p, i, j, a)
     put(p, j, i, a)
 
 
 @kernel
-def three(a, x, b, y, c, z):
+def three(a: Pair, x: Pair, b: Pair, y: Pair, c: Pair, z: Pair) -> Pair:
     """a x + b y + c z."""
     return add(multiply(a, x), add(multiply(b, y), multiply(c, z)))
 
 
 @kernel
-def within(covariance, p, i, j):
+def within(covariance: Pair, p: Floats, i: int, j: int) -> Pair:
     """A covariance of two states whose variances are known: |P_ij| ≤ √(P_ii P_jj)."""
     most = root(multiply((0.0, max(p[i, i, 1], 0.0)), (0.0, max(p[j, j, 1], 0.0))))[1]
     return intersect(covariance, (-most, most))
 
 
 @kernel
-def with_heading(p, i):
+def with_heading(p: Floats, i: int) -> Pair:
     """cov(h_i, ψ)."""
     return add(at(p, i, H1), at(p, i, H2))
 
 
 @kernel
-def heading(y):
+def heading(y: Floats) -> Pair:
     return add(entry(y, H1), entry(y, H2))
 
 
 @kernel
-def with_first(p, i, frame):
+def with_first(p: Floats, i: int, frame: Floats) -> Pair:
     """cov(h_i, c1)."""
     of_e = add(scale(frame[SLOW], at(p, i, FIRST)), scale(frame[FAST], at(p, i, SECOND)))
     return within(add(of_e, scale(frame[GAMMA_1], with_heading(p, i))), p, i, FIRST)
 
 
 @kernel
-def with_second(p, i, frame):
+def with_second(p: Floats, i: int, frame: Floats) -> Pair:
     """cov(h_i, c2)."""
     of_e = add(at(p, i, FIRST), at(p, i, SECOND))
     return within(add(of_e, scale(frame[GAMMA_2], with_heading(p, i))), p, i, SECOND)
 
 
 @kernel
-def tick(y, p, box, frame, reading_deg, number):
+def tick(y: Floats, p: Floats, box: Floats, frame: Floats, reading_deg: float, number: float) -> None:
     """One tick, with the mean of `number` readings, 0 for none.
 
     Prediction and correction are one, so that a number that both of them use is taken once.
@@ -191,14 +194,14 @@ def tick(y, p, box, frame, reading_deg, number):
 
 
 @kernel
-def mean_noise(box, number):
+def mean_noise(box: Floats, number: float) -> Pair:
     """Variance of the mean of so many readings."""
     noise = entry(box, READING_NOISE)
     return noise if number == 1.0 else divide(noise, point(number))
 
 
 @kernel
-def moves_of(first, second, by_slow, by_fast, g, shift, frame):
+def moves_of(first: Pair, second: Pair, by_slow: Pair, by_fast: Pair, g: Pair, shift: Pair, frame: Floats) -> Moves:
     """(slow, fast) parts of e after a tick that e1, e2, ψ and z/k each give a unit of; `first` is 1 − σ1, `second` σ2
     of `tick`."""
     return (
@@ -214,7 +217,7 @@ def moves_of(first, second, by_slow, by_fast, g, shift, frame):
 
 
 @kernel
-def follow(y, p, by_slow, by_fast, g, shift, frame):
+def follow(y: Floats, p: Floats, by_slow: Pair, by_fast: Pair, g: Pair, shift: Pair, frame: Floats) -> None:
     """A tick without a reading: h stands, e and its covariance with h go by the model; var(c) is predicted already."""
     moves = moves_of(point(1.0), point(0.0), by_slow, by_fast, g, shift, frame)
     slow, fast, psi = entry(y, FIRST), entry(y, SECOND), heading(y)
@@ -224,7 +227,7 @@ def follow(y, p, by_slow, by_fast, g, shift, frame):
 
 
 @kernel
-def move_with_heading(p, moves):
+def move_with_heading(p: Floats, moves: Moves) -> None:
     """cov(h, e) after a tick."""
     for i in (H1, H2):
         slow, fast, psi = at(p, i, FIRST), at(p, i, SECOND), with_heading(p, i)
@@ -233,13 +236,13 @@ def move_with_heading(p, moves):
 
 
 @kernel
-def with_next(p, i, by_slow, by_fast, g):
+def with_next(p: Floats, i: int, by_slow: Pair, by_fast: Pair, g: Pair) -> Pair:
     """cov(h_i, c1⁻)."""
     return three(g, with_heading(p, i), by_slow, at(p, i, FIRST), by_fast, at(p, i, SECOND))
 
 
 @kernel
-def predict_compass(p, box, frame, next_psi):
+def predict_compass(p: Floats, box: Floats, frame: Floats, next_psi: Pair) -> None:
     """The block of c: var(c1⁻) = b cov(ψ, c1⁻) + a1 cov(c1, c1⁻) + a2 cov(c2, c1⁻) + noise."""
     a1, a2, b, shift = entry(box, A1), entry(box, A2), entry(box, B), entry(box, SHIFT)
     noise = entry(box, COMPASS_NOISE)
@@ -259,7 +262,9 @@ def predict_compass(p, box, frame, next_psi):
 
 
 @kernel
-def correct_state(y, moves, by_slow, by_fast, g, alpha, d, z):
+def correct_state(
+    y: Floats, moves: Moves, by_slow: Pair, by_fast: Pair, g: Pair, alpha: tuple[Pair, Pair], d: Pair, z: Pair
+) -> None:
     h1, h2, slow, fast = entry(y, H1), entry(y, H2), entry(y, FIRST), entry(y, SECOND)
     psi = add(h1, h2)
     rest = subtract(z, add(multiply(by_slow, slow), multiply(by_fast, fast)))
@@ -271,14 +276,14 @@ def correct_state(y, moves, by_slow, by_fast, g, alpha, d, z):
 
 
 @kernel
-def pulled(x, gain, factor, rest):
+def pulled(x: Pair, gain: Pair, factor: Pair, rest: Pair) -> Pair:
     """x + gain (rest − factor x), x taken once or as it stands."""
     once = add(multiply(subtract(point(1.0), multiply(factor, gain)), x), multiply(gain, rest))
     return intersect(once, add(x, multiply(gain, subtract(rest, multiply(factor, x)))))
 
 
 @kernel
-def correct_covariance(p, moves, extra, d, kept, alpha):
+def correct_covariance(p: Floats, moves: Moves, extra: Pair, d: Pair, kept: Pair, alpha: tuple[Pair, Pair]) -> None:
     """P ← P − α αᵀ/D."""
     move_with_heading(p, moves)
     for i in (H1, H2):
@@ -294,7 +299,7 @@ def correct_covariance(p, moves, extra, d, kept, alpha):
 
 
 @kernel
-def predict_vehicle(y, p, box, frame, difference):
+def predict_vehicle(y: Floats, p: Floats, box: Floats, frame: Floats, difference: float) -> None:
     """One step of the vehicle, P4 (2): h_i ← p_i h_i + o_i B_i n_d; c is held, so d moves by −γ times the turn."""
     moved = point(0.0)
     for i in (H1, H2):

@@ -9,15 +9,15 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
 from steerway.core.moved import formerly
 from steerway.estimation.heading.model_bank import ModelBank, corners
-from steerway.estimation.heading.readings import Floats
 
 SPANS = np.array([1.0, 5.0, 20.0, 60.0, 200.0])
 """Time constants of the means, s."""
@@ -71,8 +71,8 @@ class Network:
         layers = {
             f"{kind}{i}": each for i, pair in enumerate(self.layers) for kind, each in zip("wb", pair, strict=True)
         }
-        arrays = {"mean": self.mean, "scale": self.scale, **layers}
-        np.savez_compressed(path, **{name: np.asarray(value, dtype=np.float32) for name, value in arrays.items()})
+        arrays: dict[str, Any] = {"mean": self.mean, "scale": self.scale, **layers}
+        np.savez_compressed(path, **{name: value.astype(np.float32) for name, value in arrays.items()})
 
     @classmethod
     def load(cls, path: str | Path | IO[bytes]) -> "Network":
