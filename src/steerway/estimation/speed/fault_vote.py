@@ -129,7 +129,7 @@ def _moved(rows: Floats, last: int, time: float, window: float, std: float) -> f
 
 @kernel
 def _wrong(kept: Floats, last: NDArray[np.int64], time: float, window: float, std: float, other_std: float) -> int:
-    """The instrument whose offset to the third has clearly moved further, NONE where that cannot be told."""
+    """The instrument whose offset to the third has clearly moved further, NONE where that is not clear."""
     lead = _moved(kept[0], last[0], time, window, std) - _moved(kept[1], last[1], time, window, other_std)
     if not abs(lead) > CLEAR:
         return NONE
