@@ -2,7 +2,7 @@
 
 A boat sails five minutes at one speed on a gently wandering course; the profile is found from the fixes as `estimate`
 does it. Estimated twice: as it comes, and with the speed below which course is withheld set next to zero, so that only
-the filter's own doubt (four standard deviations of the velocity) withholds it.
+the filter's own criterion (four standard deviations of the velocity) withholds it.
 """
 
 import math
@@ -117,13 +117,13 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
         default,
         "the default below which course is withheld",
         "m/s",
-        target=f"where a low-cost receiver begins to tell a course, {needed:.2f}, to the tenth",
+        target=f"where a low-cost receiver begins to have a course, {needed:.2f}, to the tenth",
         met=abs(default - needed) <= 0.1,
     )
     results.figures["error_against_speed"] = (_figure(curves), _CAPTION)
     results.remarks.append(
-        "The default stands where the filter, left to its own doubt, begins to have a course from a low-cost receiver. "
-        "Below, such a receiver's wandering error is taken for way now and then, and what course is given errs by 20°; "
+        "The default stands where the filter, by its own criterion, begins to have a course from a low-cost receiver. "
+        "Below, such a receiver's wandering error is at times taken for motion, and the course has an error of 20°; "
         "a better receiver has a course there too: set `steerageway` in its profile."
     )
     return results
@@ -140,7 +140,7 @@ def _half_way(share) -> float:
 
 _CAPTION = (
     "RMS error of COG, where there is one, and of SOG, and the share of time with a course, against true speed. "
-    "Solid: as it comes. Dotted: with no lower limit but the filter's own doubt. Grey: the default steerageway."
+    "Solid: as it comes. Dotted: with no lower limit but the filter's own criterion. Grey: the default steerageway."
 )
 
 

@@ -102,7 +102,7 @@ def _figures(results: Results, found) -> None:
     results.figures["held"] = (
         figures.held(numbers, held.WORDS_OF_CHANGES),
         "Cost of a vessel that dwells three times longer or shorter, or is three times more or less restless, than "
-        "the filter takes her to. Dashed: the target. Black: what it costs a filter of 300 histories of modes.",
+        "the filter supposes. Dashed: the target. Black: what it costs a filter of 300 histories of modes.",
     )
 
 

@@ -39,10 +39,10 @@ def aided_fixes(voyage, seed: int, bias: float = GYRO_BIAS) -> Fixes:
     """Fixes with the receiver's own velocity and a gyro's rate beside them."""
     gnss = Gnss(rate=CELL.scenario.rate, white=CELL.position_std, velocity_std=VELOCITY_STD)
     velocity = {"north_velocity": voyage.sog * np.cos(voyage.cog), "east_velocity": voyage.sog * np.sin(voyage.cog)}
-    said = gnss.fixes(voyage.time, voyage.north, voyage.east, seed, **velocity)
+    fixes = gnss.fixes(voyage.time, voyage.north, voyage.east, seed, **velocity)
     gyro = Instrument(rate=CELL.scenario.rate, white=GYRO_STD, bias=bias)
     _, rate = gyro.measured(voyage.time, voyage.course_rate, [seed, 3])
-    return Fixes(said.time, said.latitude, said.longitude, sog=said.sog, cog=said.cog, yaw_rate=rate)
+    return Fixes(fixes.time, fixes.latitude, fixes.longitude, sog=fixes.sog, cog=fixes.cog, yaw_rate=rate)
 
 
 def one(seed: int) -> dict[str, np.ndarray]:

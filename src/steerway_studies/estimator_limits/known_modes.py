@@ -56,7 +56,7 @@ def one(name: str, seed: int) -> dict[str, np.ndarray]:
     voyage, fixes = cell.sailed(seed)
     models, places, dt = cell.profile.manners(), in_plane(fixes), 1.0 / cell.scenario.rate
     average = models.copy()
-    average[:, :LEAVING] = cell.profile.on_average.model()[:LEAVING]  # whichever mode she is said to be in
+    average[:, :LEAVING] = cell.profile.on_average.model()[:LEAVING]  # the same motion model in both modes
     start, poor = begun(voyage, models, seed), begun(voyage, models, seed, POOR_COURSE_STD)
     places_sailed = straight_and_turning(cell.scenario, voyage)
     early = [(voyage.time > 0.0) & (voyage.time <= EARLY)] * 2

@@ -1,4 +1,4 @@
-"""P1's ship on her route: the set-up of section 4, sailed on true states, the printed filter or the product's."""
+"""P1's ship on its route: the set-up of section 4, sailed on true states, the printed filter or the product's."""
 
 import math
 from dataclasses import dataclass
@@ -82,7 +82,7 @@ def product_profile(noise: float) -> Profile:
 
 
 def printed_filter() -> Ekf5States:
-    """P1 §4's tuning, started where nothing is said of speed and course: at zero."""
+    """P1 §4's tuning, started at zero speed and course, which the paper leaves open."""
     return Ekf5States(STEP, 1, "NED", [1e-5, 1e-5], [0.1, 0.1], alpha_1=1e-5, alpha_2=0.2)
 
 

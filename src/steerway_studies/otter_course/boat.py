@@ -35,7 +35,7 @@ PRINTED_DERIVATIVE = 0.889  # s; (68) rounds it
 PRODUCT_MOTION = {"speed_noise": 1e-2, "course_rate_noise": 1e-2, "course_rate_decay": 0.1}
 """What the product's filter supposes of the boat: α2 as in P0, densities such that it carries 1 rad/s at 0.1 m."""
 RUN_IN = 60.0
-"""s on course 0 before the command: a boat that knows her course gets it."""
+"""s on course 0 before the command: by then the course is known."""
 
 
 def boat() -> Otter:

@@ -41,7 +41,7 @@ from steerway.estimation.heading.interval import (
 from steerway.sensors import STATE_VARIANCE, TICKS
 
 WIDEST = 1e6
-"""Degrees: bounds further apart say nothing and count as diverged."""
+"""Degrees: bounds further apart count as diverged."""
 WORKSPACE = (6, 4, 4, 2)
 
 
