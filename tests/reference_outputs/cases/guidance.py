@@ -5,6 +5,7 @@ import math
 import numpy as np
 from steerway.guidance.leg import LegState, leg_direction, nearest_point, seen_from_leg, track_errors
 
+from steerway.core.leg import LegState, leg_direction, nearest_point, seen_from_leg, track_errors
 from steerway.guidance.adaptive_line_of_sight import AdaptiveLineOfSight
 from steerway.guidance.integral_line_of_sight import IntegralLineOfSight
 from steerway.guidance.line_of_sight import LineOfSight, PurePursuit

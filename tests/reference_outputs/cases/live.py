@@ -6,9 +6,9 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from steerway.earth import displaced, displacement
-from steerway.records import OK
 
+from steerway.core.earth import displaced, displacement
+from steerway.core.records import OK
 from steerway.estimation import Profile
 from steerway.formats.nmea0183 import writing
 from steerway.live.autopilot.fence import Fence

@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from steerway.estimation.onboard import Readings
 
+from steerway.estimation.course.onboard import Readings
 from steerway.guidance.route import Route
 from steerway.guidance.waypoints import Mission
 from steerway.vessels import CALM, Surge
