@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from steerway.guidance.leg import LegState, leg_direction, nearest_point, seen_from_leg, track_errors
 
 from steerway.core.leg import LegState, leg_direction, nearest_point, seen_from_leg, track_errors
 from steerway.guidance.adaptive_line_of_sight import AdaptiveLineOfSight
