@@ -14,7 +14,7 @@ from steerway.core import wrap_array
 from steerway.estimation import Profile, choose_profile, estimate
 from steerway.sensors import Gnss, low_cost, white
 from steerway.simulation import over_seeds
-from steerway_studies.study import Results, Study
+from steerway_studies.study import Results, Study, seeds_from, stage
 
 SPEEDS = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0)
 RECEIVERS = {"low_cost": low_cost(), "white_half_metre": white(0.5), "centimetres": Gnss(white=0.02)}
@@ -67,11 +67,11 @@ def one(seed: int, receiver: str) -> np.ndarray:
 
 def run(seeds=None, first_seed=0, progress=None) -> Results:
     """The study; `seeds` sorties a speed and receiver, by default 30."""
-    chosen = range(first_seed, first_seed + (seeds or SEEDS))
+    chosen = seeds_from(first_seed, seeds, SEEDS)
     results = Results("Error against speed, and where course ends")
     curves = {}
     for i, receiver in enumerate(RECEIVERS):
-        step = (lambda share, i=i, what=receiver: progress((i + share) / len(RECEIVERS), what)) if progress else None
+        step = stage(progress, i / len(RECEIVERS), 1.0 / len(RECEIVERS), WORDS[receiver])
         table = np.array(over_seeds(partial(one, receiver=receiver), chosen, progress=step))
         with np.errstate(invalid="ignore"):
             share = np.mean(table[..., 2], axis=0)

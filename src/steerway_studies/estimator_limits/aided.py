@@ -12,7 +12,7 @@ from steerway.simulation import over_seeds
 from steerway_studies.estimator_limits.cells import CELLS, PLACES, WHERE, judged
 from steerway_studies.estimator_limits.scenarios import sail
 from steerway_studies.estimator_limits.statistics import over_runs
-from steerway_studies.study import Results
+from steerway_studies.study import Results, seeds_from
 
 SEEDS = 30
 CELL = CELLS["o05"]
@@ -74,7 +74,7 @@ def bias_found(fixes: Fixes) -> np.ndarray:
 
 def measured(seeds, first_seed, progress) -> dict[str, np.ndarray]:
     """Kind → sums or histories, a row a run."""
-    runs = over_seeds(one, range(first_seed, first_seed + (seeds or SEEDS)), progress=progress)
+    runs = over_seeds(one, seeds_from(first_seed, seeds, SEEDS), progress=progress)
     return {key: np.array([run[key] for run in runs]) for key in runs[0]}
 
 

@@ -27,7 +27,7 @@ from steerway_studies.mariner_los.ship import (
     voyage,
 )
 from steerway_studies.papers.ekf_5states import ekf_5states
-from steerway_studies.study import Results
+from steerway_studies.study import Results, seeds_from
 
 SEEDS = 30
 NOISES = {"printed_noise": PRINTED_NOISE, "stated_noise": STATED_NOISE}
@@ -106,7 +106,7 @@ def _printed(fixes, truth):
 
 def measured(seeds, first_seed, progress) -> dict[str, np.ndarray]:
     """Kind → sums, a row a run."""
-    runs = over_seeds(one, range(first_seed, first_seed + (seeds or SEEDS)), progress=progress)
+    runs = over_seeds(one, seeds_from(first_seed, seeds, SEEDS), progress=progress)
     return {key: np.array([run[key] for run in runs]) for key in runs[0]}
 
 
