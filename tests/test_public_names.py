@@ -39,7 +39,9 @@ def unlisted(source: str) -> list[str]:
             found += [each.name for each in node.names if each.name.startswith("steerway.")]
         elif isinstance(node, ast.Attribute):
             owner = ast.unparse(node.value)
-            private = node.attr.startswith("_") and owner not in ("self", "cls", "super()") and node.attr not in OF_TUPLES
+            private = (
+                node.attr.startswith("_") and owner not in ("self", "cls", "super()") and node.attr not in OF_TUPLES
+            )
             if private or (owner == "steerway" and node.attr not in steerway.__all__):
                 found.append(f"{owner}.{node.attr}")
     return found
