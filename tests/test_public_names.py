@@ -23,7 +23,7 @@ PACKAGES = [
 ]
 MODULES = ["steerway.pilot", "steerway.estimation.heading.composite"]
 """That are public themselves."""
-OF_TUPLES = "__dataclass_fields__", "_fields", "_replace"
+OF_CLASSES = "__dataclass_fields__", "_fields", "_replace"
 """What the standard library makes of a class and documents."""
 PUBLIC = ["steerway", *PACKAGES, *MODULES]
 
