@@ -39,9 +39,8 @@ def unlisted(source: str) -> list[str]:
             found += [each.name for each in node.names if each.name.startswith("steerway.")]
         elif isinstance(node, ast.Attribute):
             owner = ast.unparse(node.value)
-            private = (
-                node.attr.startswith("_") and owner not in ("self", "cls", "super()") and node.attr not in OF_TUPLES
-            )
+            own = owner in ("self", "cls", "super()") or node.attr in OF_CLASSES
+            private = node.attr.startswith("_") and not own
             if private or (owner == "steerway" and node.attr not in steerway.__all__):
                 found.append(f"{owner}.{node.attr}")
     return found
