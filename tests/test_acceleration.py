@@ -5,15 +5,15 @@ import math
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from steerway.estimation.course.acceleration import predict_accelerating as predict_underway
+from steerway.estimation.course.way import forget_manoeuvre
 
 import steerway
 from steerway.core.records import Fixes
 from steerway.estimation import Profile, choose_profile, tune
-from steerway.estimation.course.acceleration import predict_accelerating as predict_underway
-from steerway.estimation.course.five_state import set_step
-from steerway.estimation.course.model import empty_memory
+from steerway.estimation.course.motion.five_state import set_step
+from steerway.estimation.course.motion.layout import empty_memory
 from steerway.estimation.course.smoothing import transition
-from steerway.estimation.course.way import forget_manoeuvre
 from tests.scenes import angle_error, sailed, straight
 
 SWELL = Profile(

@@ -8,7 +8,7 @@ import pytest
 
 import steerway
 from steerway import FiveStateFilter, Fixes, Profile
-from steerway.estimation.course.accuracy import doubts_of
+from steerway.estimation.course.update.reported_accuracy import doubts_of
 from steerway.live.heard import rows_of
 from steerway.live.navigator import Navigator
 from tests.scenes import angle_error, turning
@@ -124,7 +124,7 @@ def test_streaming_is_the_record(profile):
             estimator.update(fixes.latitude[k], fixes.longitude[k])
         else:
             estimator.update(fixes.latitude[k], fixes.longitude[k], said[k])
-        rows.append(estimator.said())
+        rows.append(estimator.output())
     ours = np.array(rows).T
     for name, column in zip(("latitude", "longitude", "sog", "cog", "course_rate"), ours, strict=False):
         np.testing.assert_allclose(column, getattr(record, name), rtol=1e-9, atol=1e-10, err_msg=name)

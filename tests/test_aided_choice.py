@@ -8,7 +8,7 @@ import pytest
 
 from steerway.core.angles import wrap
 from steerway.estimation import FiveStateFilter, choose_profile
-from steerway.estimation.course.model import GYRO_STATE
+from steerway.estimation.course.motion.layout import GYRO_STATE
 from steerway.estimation.course.replay import run_rows
 from steerway.estimation.selection.excerpts import moving, spaced
 from steerway_studies.estimator_limits.aided import GYRO_BIAS, GYRO_STD, PROFILE, VELOCITY_STD, aided_fixes

@@ -4,15 +4,15 @@ import math
 
 import numpy as np
 import pytest
+from steerway.estimation.course.way import fold
 
 from steerway import FiveStateFilter, Fixes, Profile
 from steerway.core.angles import wrap
-from steerway.estimation.course.five_state import predict, set_step, turn_noise, turn_response
-from steerway.estimation.course.model import RATE_DECAY, SPEED_DECAY, empty_memory
-from steerway.estimation.course.position_update import correct, innovation
+from steerway.estimation.course.motion.five_state import predict, set_step, turn_noise, turn_response
+from steerway.estimation.course.motion.layout import RATE_DECAY, SPEED_DECAY, empty_memory
 from steerway.estimation.course.replay import Run, outputs
 from steerway.estimation.course.tracking import track
-from steerway.estimation.course.way import fold
+from steerway.estimation.course.update.position import correct, innovation
 from tests.five_state_by_matrices import ExactTurn, responses, update
 
 PROFILE = Profile(speed_noise=2e-2, course_rate_noise=3e-3, course_rate_decay=0.3, position_std=0.2)

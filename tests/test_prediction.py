@@ -12,8 +12,8 @@ from steerway.core.earth import displacement
 from steerway.core.records import Fixes
 from steerway.estimation import Profile
 from steerway.estimation.course.forecast import forecast
-from steerway.estimation.course.model import ADRIFT, MODE, UNDERWAY, empty_memory
-from steerway.estimation.course.prediction import Prediction, predict
+from steerway.estimation.course.motion.layout import ADRIFT, MODE, UNDERWAY, empty_memory
+from steerway.estimation.prediction import Prediction, predict
 from tests.scenes import EPOCH, sailed, straight, turning
 from tests.test_cli import run
 

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import polars as pl
 import pytest
+from steerway.estimation.selection.choice import suited
 
 import steerway
 from steerway.estimation.course.comparison import compare
-from steerway.estimation.selection.choice import suited
 
 ALL_LOGS = (
     "ais_misc/*.nm4",

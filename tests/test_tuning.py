@@ -10,7 +10,7 @@ import pytest
 import steerway
 from steerway.core.earth import displacement
 from steerway.estimation import Profile, choose_profile, tune
-from steerway.estimation.course.prediction import predict
+from steerway.estimation.prediction import predict
 from steerway.estimation.selection import stages
 from steerway.estimation.selection.excerpts import moving, telling
 from steerway.estimation.selection.intervals import _curvature, intervals

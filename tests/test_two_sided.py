@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from steerway.estimation.course.two_sided.agreement import agreement
 
 import steerway
 from steerway.core.angles import wrap
 from steerway.core.records import Fixes
 from steerway.estimation.course.filter import FiveStateFilter
-from steerway.estimation.course.two_sided.agreement import agreement
 from steerway.estimation.profiles import Profile
 from steerway.sensors.gnss import Gnss
 from steerway_studies.estimator_limits.bound import smoothing_bound

@@ -5,17 +5,17 @@ import math
 import numpy as np
 import pytest
 from scipy.linalg import expm, solve_continuous_lyapunov
+from steerway.estimation.course.yawing import predict_underway
 
 import steerway
 from steerway.core.errors import InputError
 from steerway.core.records import REJECTED
 from steerway.estimation import Profile, choose_profile
-from steerway.estimation.course.five_state import set_step
 from steerway.estimation.course.forecast import forecast
-from steerway.estimation.course.model import GATE, OUTLIER, YAWING_STATE, empty_memory
+from steerway.estimation.course.motion.five_state import set_step
+from steerway.estimation.course.motion.layout import GATE, OUTLIER, YAWING_STATE, empty_memory
 from steerway.estimation.course.replay import run_rows
 from steerway.estimation.course.smoothing import transition
-from steerway.estimation.course.yawing import predict_underway
 from steerway.estimation.selection.parameters import MOTION, YAWING
 from steerway.estimation.selection.stages import Log, found
 from tests.scenes import Scene, angle_error, sailed

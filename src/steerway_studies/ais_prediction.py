@@ -12,8 +12,7 @@ import numpy as np
 
 from steerway import read
 from steerway.core import Fixes, displacement, wrap
-from steerway.estimation import choose_profile
-from steerway.estimation.course import hindcast
+from steerway.estimation import choose_profile, hindcast
 from steerway_studies.recorded import logs_folder
 from steerway_studies.study import Results, Study
 
@@ -170,7 +169,7 @@ def _map(fixes):
     from matplotlib.figure import Figure
     from matplotlib.patches import Ellipse
 
-    from steerway.estimation.course import predict
+    from steerway.estimation import predict
     from steerway.report import OURS, QUIET
 
     figure = Figure(figsize=(12.0, 4.5), layout="constrained")

@@ -67,7 +67,7 @@ def estimate(
     """
     from steerway.estimation import FiveStateFilter, choose_profile
     from steerway.estimation.course.latency import lateness, on_time
-    from steerway.estimation.course.replay import doubts
+    from steerway.estimation.course.replay import variance_scales
     from steerway.formats.writing import write, writer
     from steerway.report.summary import summarise
 
@@ -86,7 +86,7 @@ def estimate(
     estimator = FiveStateFilter(chosen, aids)
     motion = estimator.smooth(fixes, rate) if smooth else estimator.filter(fixes, rate)
     late = lateness(fixes, chosen)
-    summary = summarise(fixes, motion, chosen.name, int((doubts(fixes) > 1.0).sum()), late.sog, late.cog)
+    summary = summarise(fixes, motion, chosen.name, int((variance_scales(fixes) > 1.0).sum()), late.sog, late.cog)
     if out is not None:
         write(motion, out)
     if report is not None:
@@ -203,7 +203,7 @@ def predict(
 
         steerway predict sortie.nmea --horizon 60 --horizon 120 -o where.csv
     """
-    from steerway.estimation.course.prediction import predict as forecast
+    from steerway.estimation.prediction import predict as forecast
 
     if out is not None:
         refuse_overwriting(out, logs)

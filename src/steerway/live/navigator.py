@@ -13,7 +13,7 @@ import numpy as np
 from steerway.core.checks import not_negative, positive
 from steerway.core.records import REJECTED
 from steerway.estimation.course.filter import FiveStateFilter
-from steerway.estimation.course.model import LONGEST_GAP
+from steerway.estimation.course.motion.layout import LONGEST_GAP
 from steerway.estimation.profiles import AIDS, Profile
 from steerway.live.choice import SourceChoice
 from steerway.live.heard import Heard, Row, lost
@@ -236,7 +236,7 @@ class Navigator:
 
     def _take(self, heard, aids):
         if heard.has_position and heard.source != self._receiver:
-            self.filter.meet_receiver()
+            self.filter.change_receiver()
             self._receiver = heard.source
         row = self._step(heard.time, heard.latitude, heard.longitude, heard.position_std, aids)
         while self._taken and self._taken[0].time < heard.time - self.recall:

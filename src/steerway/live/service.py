@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from steerway.core.checks import positive
-from steerway.estimation.course.model import LONGEST_GAP
+from steerway.estimation.course.motion.layout import LONGEST_GAP
 from steerway.formats.nmea0183.writing import Leg
 from steerway.live.autopilot.route import Guide
 from steerway.live.autopilot.states import Autopilot, Order, State

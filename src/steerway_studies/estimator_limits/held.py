@@ -63,7 +63,7 @@ def changed(scenario, change):
 
 
 def _weighed(voyage, fixes, profile, scenario, histories, seed):
-    models = profile.manners()
+    models = profile.modes()
     start = begun(voyage, models, seed)
     means, _ = particle_filter(in_plane(fixes), start, models, 1.0 / scenario.rate, histories, seed)
     return sums(np.square(errors(*means[:, 2:].T, voyage)), straight_and_turning(scenario, voyage))

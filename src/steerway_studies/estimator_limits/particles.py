@@ -18,8 +18,8 @@ from steerway.estimation.course import (
     correct,
     innovation,
     normalised_square,
+    rotate_correction,
     set_step,
-    turn_along,
 )
 from steerway.estimation.course import predict_five_state as predict
 
@@ -64,7 +64,7 @@ def go(x, p, step, model, fix, work, invariant=True):
     nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, fix[0], fix[1], variance, variance, 0)
     correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, 0)
     if invariant:
-        turn_along(x, p, work[4], 0, 0)
+        rotate_correction(x, p, work[4], 0, 0)
     return -0.5 * (normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee) + math.log(s_nn * s_ee - s_ne * s_ne))
 
 

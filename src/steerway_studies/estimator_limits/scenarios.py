@@ -118,7 +118,7 @@ def sail(scenario: Scenario, seed: int) -> Voyage:
     """One voyage."""
     chance = np.random.default_rng([seed, 0])
     n = round(scenario.duration * scenario.rate) + 1
-    models = scenario.profile.manners()
+    models = scenario.profile.modes()
     steps = np.zeros((2, 3, 5))
     spreads = np.zeros((2, 5, 5))
     for k, model in enumerate(models):

@@ -18,7 +18,7 @@ import numpy as np
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.linear_algebra import fill_lower
-from steerway.estimation.course.aiding import take_scalar
+from steerway.estimation.course.update.aids import take_scalar
 from steerway.estimation.heading.composite import (
     A1,
     A2,

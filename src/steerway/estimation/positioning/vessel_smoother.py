@@ -10,7 +10,7 @@ import numpy as np
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import kernel
-from steerway.estimation.course.smoothing import ignore, smoothing_step
+from steerway.estimation.course.smoothing.rauch_tung_striebel import ignore, smoothing_step
 from steerway.estimation.positioning.low_speed import HEADING, advance_mean, spread, transition
 from steerway.estimation.positioning.vessel_filter import VesselFilter
 

@@ -1,4 +1,4 @@
-"""How finely a receiver's positions are written down: what is rounded away is an error of which no receiver is free."""
+"""Rounding of a receiver's positions: an error that every record has."""
 
 import math
 
@@ -12,6 +12,7 @@ _STEPS = np.sort(np.radians([10.0**-k / 60.0 for k in range(2, 9)] + [10.0**-k f
 _TOLERANCE = 1e-3
 """Of a step: far more than arithmetic errs by, far less than chance would have on many fixes."""
 _MANY = 1000
+"""Rows looked at: chance agreement with a wrong step is excluded after ten."""
 
 
 def rounding_std(fixes: Fixes) -> float:

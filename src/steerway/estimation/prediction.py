@@ -10,10 +10,10 @@ from steerway.core.compiled import kernel
 from steerway.core.earth import displaced
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Table
-from steerway.estimation.course.estimate import choose_profile
 from steerway.estimation.course.forecast import forecast
-from steerway.estimation.course.model import EAST, EMPTY, LATITUDE, LONGEST_GAP, LONGITUDE, MODE, NORTH
-from steerway.estimation.course.replay import memories
+from steerway.estimation.course.motion.layout import EAST, EMPTY, LATITUDE, LONGEST_GAP, LONGITUDE, NORTH, PHASE
+from steerway.estimation.course.replay import kept_rows
+from steerway.estimation.log_estimate import choose_profile
 from steerway.estimation.profiles import Profile
 
 LONGEST_HORIZON = 3600.0
@@ -74,10 +74,10 @@ def predict(
 ) -> Prediction:
     """Position and covariance of every vessel, `horizons` seconds after the end of the record.
 
-    Vessels that have been silent for longer than `LONGEST_GAP` by then are left out.
+    Vessels without a report for longer than `LONGEST_GAP` are left out.
 
     Args:
-        fixes: what receivers said, up to now.
+        fixes: reports up to now.
         horizons: 0 to 3600 s.
         profile: as for `estimate`.
         aid: as for `estimate`; None takes the SOG and COG that AIS reports transmit, and positions alone otherwise.
@@ -88,14 +88,14 @@ def predict(
     wrong = horizons[~((horizons > 0.0) & (horizons <= LONGEST_HORIZON))]
     if len(wrong):
         raise InputError(f"horizon is {wrong[0]:g}, expected more than 0 and at most {LONGEST_HORIZON:g} s")
-    model, outlook, aid = predictor(fixes, profile, aid)
+    parameters, outlook, aid = predictor(fixes, profile, aid)
     now = fixes.time[fixes.has_position].max()
     rows, vessels = [], []
     for mmsi, track in fixes.rows(fixes.has_position).in_order().tracks():
         silent = now - track.time[-1]
-        memory = memories(model, aid, track, last=True)[0]
-        if silent <= LONGEST_GAP and memory[-1, MODE] != EMPTY:
-            rows += [(now + horizon, *ahead(memory, outlook, silent + horizon)) for horizon in horizons]
+        block = kept_rows(parameters, aid, track, last=True)[0]
+        if silent <= LONGEST_GAP and block[-1, PHASE] != EMPTY:
+            rows += [(now + horizon, *ahead(block, outlook, silent + horizon)) for horizon in horizons]
             vessels += [mmsi] * len(horizons)
     columns = np.array(rows, float).reshape(-1, 7).T
     mmsi = None if fixes.mmsi is None else np.array(vessels, np.int64)
@@ -120,8 +120,8 @@ def hindcast(
     Returns the rows (n,) and the predictions from them, n times as many as horizons, horizons within rows.
     Raises InputError as `estimate` does.
     """
-    model, outlook, aid = predictor(track, profile, aid)
-    kept, rows, last = memories(model, aid, track), [], -np.inf
+    parameters, outlook, aid = predictor(track, profile, aid)
+    kept, rows, last = kept_rows(parameters, aid, track), [], -np.inf
     for row, moment in enumerate(track.time):
         if moment - last >= spacing:
             rows, last = [*rows, row], moment
@@ -131,21 +131,21 @@ def hindcast(
 
 
 def predictor(fixes: Fixes, profile=None, aid=None) -> tuple[np.ndarray, np.ndarray, tuple[str, ...]]:
-    """What `predict` works with: the model that finds where a vessel is, the one by which she goes on, the aids.
+    """Of `predict`: the parameters of the filter (modes, k), those of the forecast (k,), and the aids.
 
-    Which turns she will make nobody knows: a vessel of several manners of moving goes on as she does on average.
+    Future changes of mode are unknown: the forecast follows the one model that disperses as far in the long run.
     """
     if aid is None:
         aid = ("sog", "cog") if fixes.mmsi is not None else ()
     chosen = choose_profile(fixes, profile, aid)
-    return chosen.model(aid), chosen.on_average.model(aid), aid
+    return chosen.parameters(aid), chosen.on_average.parameters(aid)[0], aid
 
 
 @kernel
-def ahead(memory, model, horizon):
-    """(latitude, longitude, horizon, Σ_NN, Σ_EE, Σ_NE) `horizon` seconds after what the memory knows."""
-    north, east, nn, ne, ee = forecast(memory, model, horizon)
-    n = memory.shape[1]
-    x, book = memory[n], memory[n + 1]
-    latitude, longitude = displaced(book[LATITUDE], book[LONGITUDE], x[NORTH] + north, x[EAST] + east)
+def ahead(block, parameters, horizon):
+    """(latitude, longitude, horizon, Σ_NN, Σ_EE, Σ_NE) `horizon` seconds after the filter state `block`."""
+    north, east, nn, ne, ee = forecast(block, parameters, horizon)
+    n = block.shape[1]
+    x, flags = block[n], block[n + 1]
+    latitude, longitude = displaced(flags[LATITUDE], flags[LONGITUDE], x[NORTH] + north, x[EAST] + east)
     return latitude, longitude, horizon, nn, ee, ne

@@ -1,4 +1,4 @@
-"""How well a Gaussian agrees with a likelihood: the one integral of smoothing in two directions.
+"""Mean of a likelihood over a Gaussian: the one integral of smoothing in two directions.
 
 After D. C. Fraser and J. E. Potter, IEEE Trans. Automatic Control 14(4), 1969, with the square root of the covariance,
 so that neither it nor the information need have an inverse.
@@ -10,22 +10,22 @@ from steerway.core.compiled import lean_kernel
 
 
 @lean_kernel
-def agreement(root, information, gradient, seen, lower, u):
+def log_mean_likelihood(root, information, gradient, product, lower, u):
     """Logarithm of the mean of exp(gᵀw − ½ wᵀΛw) where w is N(0, L Lᵀ).
 
     Args:
         root: L (n, n), lower. information, gradient: Λ (n, n), whole, and g (n,).
 
-    Fills seen = ΛL, lower = C with C Cᵀ = I + Lᵀ Λ L, and u = C⁻¹ Lᵀ g. Then the mean of w, weighed, is L C⁻ᵀ u, and
+    Fills product = ΛL, lower = C with C Cᵀ = I + Lᵀ Λ L, and u = C⁻¹ Lᵀ g. Then the mean of w, weighed, is L C⁻ᵀ u, and
     its covariance L C⁻ᵀ C⁻¹ Lᵀ.
     """
     n = len(gradient)
     for i in range(n):
         for j in range(n):
-            seen[i, j] = 0.0
+            product[i, j] = 0.0
         for k in range(n):
             for j in range(k + 1):
-                seen[i, j] += information[i, k] * root[k, j]
+                product[i, j] += information[i, k] * root[k, j]
     for i in range(n):
         u[i] = 0.0
         for j in range(i):
@@ -35,7 +35,7 @@ def agreement(root, information, gradient, seen, lower, u):
         for i in range(k + 1):
             u[i] += root[k, i] * gradient[k]
             for j in range(i + 1):
-                lower[i, j] += root[k, i] * seen[k, j]
+                lower[i, j] += root[k, i] * product[k, j]
     volume, found = 1.0, 0.0
     for j in range(n):
         for k in range(j):

@@ -1,7 +1,7 @@
-"""What a fix does to a filter whose first two states are north and east: innovation, correction, and beginning from it.
+"""Position update of a filter whose first two states are north and east: innovation, correction, reset.
 
 Every filter of this package that takes positions uses these kernels. Beside white noise a fix may carry errors that
-pairs of states (north, east) follow, one pair behind the other from state g on: of the receiver, or of waves. Of a
+are pairs of states (north, east), one pair behind the other from state g on: of the receiver, or of waves. Of a
 covariance only the upper triangle is kept and read.
 """
 
@@ -39,7 +39,10 @@ def normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee):
 
 @lean_kernel
 def correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g, pairs=1):
-    """Gain, state and covariance corrector of P0 Table 1 in place, in Joseph's form: P − K(CP) − (CP)ᵀKᵀ + K S Kᵀ."""
+    """Gain, state and covariance corrector of Table 1 (S. Fossen and T. I. Fossen, Sensors 21, 2021, 7910) in place.
+
+    Joseph's form: P − K(CP) − (CP)ᵀKᵀ + K S Kᵀ.
+    """
     n = len(x)
     determinant = s_nn * s_ee - s_ne * s_ne
     i_nn, i_ne, i_ee = s_ee / determinant, -s_ne / determinant, s_nn / determinant
@@ -63,10 +66,10 @@ def correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g, pairs=1):
 
 @lean_kernel
 def place_by_fix(p, north_variance, east_variance, g, pairs=1):
-    """Covariance of a position that one fix alone has given: what the receiver errs by, in the other direction.
+    """Covariance of a position that is set to a fix less the error states (from g on, unless g is 0).
 
-    The pairs of states from g on, unless g is 0, are what the receiver errs by beside white noise. The position goes
-    along with every other state as far as they do; else P would be no covariance any more.
+    Its error is that of the fix less that of the error states, so that its covariance with every other state is minus
+    theirs; else P would not be positive semidefinite.
     """
     n = p.shape[1]
     for k in range(2):

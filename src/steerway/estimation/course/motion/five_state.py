@@ -1,15 +1,15 @@
-"""The five-state extended Kalman filter of P0 Table 1, states [x^n y^n U χ ω_χ] of (11)–(15).
+"""Motion of the five-state extended Kalman filter, states [x^n y^n U χ ω_χ].
 
-Where the paper steps by Euler's method and adds h² Q_d, this integrates the turn exactly (constant turn rate over a
-step) and takes spectral densities, so that the rate at which it runs changes nothing. States beyond the five (errors
-of the receiver, biases of aids) are first-order Gauss–Markov and ride along; without them their loops are empty.
-Of a covariance only the upper triangle is kept and read.
+S. Fossen and T. I. Fossen, Sensors 21, 2021, 7910, (11)–(15) and Table 1. Where the paper steps by Euler's
+method and adds h² Q_d, this integrates the turn exactly (constant turn rate over a step) and takes spectral densities,
+so that the rate at which it runs changes nothing. States beyond the five (errors of the receiver, biases of aids) are
+first-order Gauss–Markov; without them their loops are empty. Of a covariance only the upper triangle is kept and read.
 """
 
 import math
 
 from steerway.core.compiled import lean_kernel
-from steerway.estimation.course.model import (
+from steerway.estimation.course.motion.layout import (
     ADDED,
     COURSE,
     DT,
@@ -17,6 +17,7 @@ from steerway.estimation.course.model import (
     EXTRAS,
     LEAN,
     LEFT,
+    LONGEST_STEP,
     NORTH,
     Q_LL,
     Q_LU,
@@ -36,8 +37,31 @@ from steerway.estimation.course.model import (
     SPEED_INTEGRAL,
     SPEED_LEFT,
     SPEED_NOISE,
+    START_RATE_VARIANCE,
     TURN,
 )
+
+LARGEST_START_RATE_STD = math.radians(20.0)
+"""rad/s of course rate at the start: a small craft in a hard turn; a stationary value may be infinite."""
+_LONGEST_STEP = 1.0
+"""s: with a course rate of up to a third of a radian a second the turn of a step stays well below a radian."""
+
+
+def pack(profile, row, add_state) -> bool:
+    """Fill a row of parameters."""
+    row[SPEED_NOISE], row[SPEED_DECAY] = profile.speed_noise, profile.speed_decay
+    row[RATE_NOISE], row[RATE_DECAY] = profile.course_rate_noise, profile.course_rate_decay
+    row[LONGEST_STEP] = _LONGEST_STEP
+    stationary = math.inf
+    if profile.course_rate_decay > 0.0:
+        stationary = math.sqrt(profile.course_rate_noise / (2.0 * profile.course_rate_decay))
+    row[START_RATE_VARIANCE] = min(stationary, LARGEST_START_RATE_STD) ** 2
+    return True
+
+
+def gauss_markov(std, time) -> tuple[float, float, float]:
+    """Decay rate, noise density and stationary variance of a first-order process."""
+    return 1.0 / time, 2.0 * std**2 / time, std**2
 
 
 @lean_kernel
@@ -75,7 +99,7 @@ def sinc(angle):
 
 @lean_kernel
 def chord(speed, course, rate, step):
-    """The way over ground and its partial derivatives by U and ω_χ; by χ it turns: dN/dχ = −dE, dE/dχ = dN.
+    """Displacement over ground and its derivatives by U and ω_χ; by χ it rotates: dN/dχ = −dE, dE/dχ = dN.
 
     Returns (c, s, dN, dE, dN/dU, dE/dU, dN/dω, dE/dω), with (c, s) the direction of the mean course.
     """
@@ -123,29 +147,30 @@ _CENTRE_WEIGHT, _SIDE_WEIGHT = 4.0 / 9.0, 5.0 / 18.0
 
 
 @lean_kernel
-def set_step(step, dt, model):
+def set_step(step, dt, parameters):
     """Fill `step` (3, n) with what a prediction over dt ≥ 0 seconds needs that depends on dt alone."""
-    speed_noise, rate_noise = model[SPEED_NOISE], model[RATE_NOISE]
+    speed_noise, rate_noise = parameters[SPEED_NOISE], parameters[RATE_NOISE]
     step[DT] = dt
-    step[SPEED_LEFT], step[SPEED_INTEGRAL] = decay(model[SPEED_DECAY], dt)
-    step[RATE_LEFT], step[TURN], area = turn_response(model[RATE_DECAY], dt)
+    step[SPEED_LEFT], step[SPEED_INTEGRAL] = decay(parameters[SPEED_DECAY], dt)
+    step[RATE_LEFT], step[TURN], area = turn_response(parameters[RATE_DECAY], dt)
     step[LEAN] = area / dt if dt > 0.0 else 0.0
     step[Q_UU] = speed_noise * dt
     step[Q_LU] = 0.5 * speed_noise * dt * dt
     step[Q_LL] = speed_noise * dt**3 / 3.0
-    ww, xw, xx, yw, yx, yy = turn_noise(model[RATE_DECAY], dt)
+    ww, xw, xx, yw, yx, yy = turn_noise(parameters[RATE_DECAY], dt)
     step[Q_WW], step[Q_XW], step[Q_XX] = rate_noise * ww, rate_noise * xw, rate_noise * xx
     step[Q_YW], step[Q_YX], step[Q_YY] = rate_noise * yw, rate_noise * yx, rate_noise * yy
     for j in range(5, step.shape[1]):
-        rate, density = model[EXTRAS + 3 * (j - 5)], model[EXTRAS + 3 * (j - 5) + 1]
+        rate, density = parameters[EXTRAS + 3 * (j - 5)], parameters[EXTRAS + 3 * (j - 5) + 1]
         left, integral = decay(rate, dt)
         step[LEFT, j], step[ADDED, j] = left, 0.5 * density * integral * (1.0 + left)
 
 
 @lean_kernel
-def predict(x, p, step, model):
+def predict(x, p, step, parameters):
     """State and covariance predictor of Table 1 over a step, in place: x ← f(x), P ← F P Fᵀ + Q.
 
+    p: (n, n) or wider; columns beyond n are multiplied by F alone (see `motion.models`).
     Q follows from S_U through speed to position along the course, from S_ω through rate and course to position across.
     """
     u, w = x[SPEED], x[RATE]
@@ -187,7 +212,7 @@ def predict(x, p, step, model):
     p[3, 3] = x3 + turn * x4 + step[Q_XX]
     p[3, 4] = x4 * rate_left + step[Q_XW]
     p[4, 4] = ww * rate_left**2 + step[Q_WW]
-    for j in range(5, len(x)):
+    for j in range(5, p.shape[1]):
         p[0, j] += north_u * p[2, j] - east * p[3, j] + north_w * p[4, j]
         p[1, j] += east_u * p[2, j] + north * p[3, j] + east_w * p[4, j]
         p[2, j] *= speed_left
@@ -205,6 +230,6 @@ def predict_extras(x, p, step):
         x[j] *= left
         for i in range(j + 1):
             p[i, j] *= left
-        for i in range(j, n):
+        for i in range(j, p.shape[1]):
             p[j, i] *= left
         p[j, j] += step[ADDED, j]

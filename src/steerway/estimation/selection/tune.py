@@ -1,4 +1,4 @@
-"""Tuning by maximum likelihood on the innovations of a log, and how well the log tells each number."""
+"""Tuning by maximum likelihood on the innovations of a log, with an interval of every number."""
 
 import math
 from collections.abc import Callable
@@ -7,18 +7,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from steerway.core.errors import InputError
+from steerway.core.profile_fields import fitting_of
 from steerway.core.records import Fixes
 from steerway.estimation.course.replay import run_rows
-from steerway.estimation.profiles import GATE, Profile
+from steerway.estimation.course.update.outliers import FIX_GATE
+from steerway.estimation.profiles import Profile
 from steerway.estimation.selection import stages
 from steerway.estimation.selection.excerpts import LEAST_SPEED, moving
 from steerway.estimation.selection.intervals import intervals
-from steerway.estimation.selection.parameters import DRIFT, LASTING, MOTION, SLOW_ERROR, TURNS, YAWING
+from steerway.estimation.selection.parameters import ACCELERATION, DRIFT, MOTION, OSCILLATION, SLOW_ERROR, TURNS
 
 _SETTLING_FIXES = 5
+"""Left out at the start, where the likelihood is that of the diffuse prior."""
 _FEWEST_FIXES = 60
+"""Under way; with fewer no number of the motion is determined."""
 _STRETCHES, _STRETCH, _STRETCH_APART = 10, 1200, 1000
-"""A longer log is judged by stretches from all over it."""
+"""Rows used of a longer log, in stretches from all over it."""
 _STARTS = [
     Profile(position_std=white, speed_noise=speed, course_rate_noise=rate, course_rate_decay=decay)
     for white in (0.005, 0.02, 0.05, 0.15, 0.5, 1.5, 5.0)
@@ -27,30 +31,13 @@ _STARTS = [
 ]
 
 
-_NAMED = {
-    "position_std": ("white noise of a fix", "m"),
-    "speed_noise": ("speed noise S_U", "m²/s³"),
-    "course_rate_noise": ("course-rate noise S_ω", "rad²/s³"),
-    "course_rate_decay": ("course-rate decay α2", "1/s"),
-    "acceleration_std": ("acceleration that lasts", "m/s²"),
-    "yawing_period": ("swings about a course held every", "s"),
-    "yawing_time": ("… which follows the vessel's within", "s"),
-    "straight_time": ("a course is held for", "s"),
-    "turn_time": ("a turn lasts", "s"),
-    "turn_speed_noise": ("S_U in a turn", "m²/s³"),
-    "turn_course_rate_noise": ("S_ω in a turn", "rad²/s³"),
-    "turn_course_rate_decay": ("α2 in a turn", "1/s"),
-    "error_std": ("slow error of the receiver", "m"),
-    "error_time": ("… and its correlation time", "s"),
-    "drift_std": ("slower error of the receiver", "m"),
-    "drift_time": ("… and its correlation time", "s"),
-}
-_WORDS = {name: words for name, (words, _) in _NAMED.items()}
-_UNITS = {name: unit for name, (_, unit) in _NAMED.items()}
+_NAMES = fitting_of(Profile.model_fields, "words")
+_WORDS = {name: words for name, (words, _) in _NAMES.items()}
+_UNITS = {name: unit for name, (_, unit) in _NAMES.items()}
 _MISSING = (
-    "acceleration that lasts",
-    "yawing",
-    "turns apart from held courses",
+    "persistent acceleration",
+    "wave-induced yaw",
+    "turns as a mode of their own",
     "slow error of the receiver",
     "a slower one",
 )
@@ -64,33 +51,38 @@ class Tuned:
     fixes: int
     moving: int
     rejected: int
-    nis_mean: float  # over accepted fixes under way; 2 when the filter's own idea of its errors is right
-    nis_band: tuple[float, float]  # 95 % band of that mean if it is
+    nis_mean: float  # over accepted fixes under way; 2 when the filter is consistent
+    nis_band: tuple[float, float]  # 95 % band of that mean then
     log_likelihood: float
 
     @property
     def cannot_tell(self) -> tuple[str, ...]:
-        """Names of the parameters of which this log says too little: see `Profile.told`."""
-        return tuple(name for name in self.profile.intervals if not self.profile.told(name))
+        """Names of the parameters that this log does not determine: see `Profile.is_determined`."""
+        return tuple(name for name in self.profile.intervals if not self.profile.is_determined(name))
 
     def as_dict(self) -> dict:
         """The numbers, flat, by their names in a profile; `intervals` and `cannot_tell` beside them."""
-        fitted = dict.fromkeys((*MOTION, *LASTING, *YAWING, *TURNS, *SLOW_ERROR, *DRIFT))
+        fitted = dict.fromkeys((*MOTION, *ACCELERATION, *OSCILLATION, *TURNS, *SLOW_ERROR, *DRIFT))
         numbers = {name: getattr(self.profile, name) for name in fitted}
         own = {name: getattr(self, name) for name in ("fixes", "moving", "rejected", "nis_mean", "log_likelihood")}
         intervals = {name: list(ends) for name, ends in self.profile.intervals.items()}
-        told = {"intervals": intervals, "cannot_tell": list(self.cannot_tell)}
-        return numbers | own | {"nis_band": list(self.nis_band)} | told
+        determined = {"intervals": intervals, "cannot_tell": list(self.cannot_tell)}
+        return numbers | own | {"nis_band": list(self.nis_band)} | determined
 
     def sentences(self) -> list[tuple[str, str]]:
-        """The fit as (what, value) pairs for people."""
+        """The fit as (what, value) pairs of text."""
         p = self.profile
         low, high = self.nis_band
         if low <= self.nis_mean <= high:
             verdict = "consistent"
         else:
             verdict = "errors smaller than claimed" if self.nis_mean < low else "errors larger than claimed"
-        groups = [(MOTION, True), (LASTING, p.acceleration_std), (YAWING, p.yawing_period), (TURNS, p.turn_time)]
+        groups = [
+            (MOTION, True),
+            (ACCELERATION, p.acceleration_std),
+            (OSCILLATION, p.yawing_period),
+            (TURNS, p.turn_time),
+        ]
         groups += [(SLOW_ERROR, p.error_std), (DRIFT, p.drift_std)]
         shown = [name for names, there in groups if there for name in names]
         missing = [words for (_, there), words in zip(groups[1:], _MISSING, strict=True) if not there]
@@ -98,7 +90,7 @@ class Tuned:
             ("fixes", f"{self.fixes}, {self.moving} under way, {self.rejected} rejected"),
             *((_WORDS[name], self._value(name)) for name in shown),
             *([("not found", ", ".join(missing))] if missing else []),
-            *([("this log cannot tell", ", ".join(map(_WORDS.get, self.cannot_tell)))] if self.cannot_tell else []),
+            *([("not determined", ", ".join(map(_WORDS.get, self.cannot_tell)))] if self.cannot_tell else []),
             ("mean NIS", f"{self.nis_mean:.2f}, 95 % band {low:.2f} to {high:.2f}: {verdict}"),
         ]
 
@@ -107,7 +99,7 @@ class Tuned:
         if name not in self.profile.intervals:
             return value
         ends = "{:g} to {:g}".format(*self.profile.intervals[name])
-        return f"{value}  ({ends})" if self.profile.told(name) else f"{value}  ({ends}: cannot tell)"
+        return f"{value}  ({ends})" if self.profile.is_determined(name) else f"{value}  ({ends}: not determined)"
 
 
 def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | None = None) -> Tuned:
@@ -118,11 +110,11 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
         name: of the profile.
         progress: called with the share of the work done, 0 to 1.
 
-    Raises InputError when there is too little motion to tell anything.
+    Raises InputError when there is too little motion to fit anything.
     """
     fixes = longest_track(fixes)
-    voyage = stages.Log(fixes, _under_way(fixes))
-    log = voyage.excerpt(_STRETCHES, _STRETCH)
+    whole = stages.Evidence(fixes, _under_way(fixes))
+    log = whole.excerpt(_STRETCHES, _STRETCH)
     under_way = log.counted.sum()
     if under_way < _FEWEST_FIXES:
         raise InputError(
@@ -130,15 +122,15 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
             f"expected at least {_FEWEST_FIXES} to tune by"
         )
     report = _Progress(progress)
-    apart = voyage.apart(stages.SPACING)
+    apart = whole.apart(stages.SPACING)
     motion = stages.motion(apart.excerpt(_STRETCHES, _STRETCH_APART), _STARTS, report.step)
-    receiver = stages.receiver(log, motion.profile, len(voyage) / len(apart), report.step)
+    receiver = stages.receiver(log, motion.profile, len(whole) / len(apart), report.step)
     fit = stages.together(log, motion, receiver, report.step)
-    told = intervals(fit)
+    determined = intervals(fit)
     report.done()
     rounded = {key: float(f"{getattr(fit.profile, key):.4g}") for key in fit.search.names}
-    profile = fit.profile.model_copy(update=rounded | {"name": name, "intervals": told})
-    return _tuned(profile, voyage)
+    profile = fit.profile.model_copy(update=rounded | {"name": name, "intervals": determined})
+    return _tuned(profile, whole)
 
 
 def _under_way(fixes: Fixes) -> np.ndarray:
@@ -172,10 +164,10 @@ class _Progress:
             self._callback(1.0)
 
 
-def _tuned(profile: Profile, log: stages.Log) -> Tuned:
-    nis = run_rows(profile.model(), (), log.fixes).nis
+def _tuned(profile: Profile, log: stages.Evidence) -> Tuned:
+    nis = run_rows(profile.parameters(), (), log.fixes).nis
     known = log.counted & np.isfinite(nis)
-    good = known & (nis <= GATE)
+    good = known & (nis <= FIX_GATE)
     n = int(good.sum())
     half = 1.96 * 2.0 / math.sqrt(max(n, 1))
     return Tuned(

@@ -5,7 +5,7 @@ from pathlib import Path
 from steerway.core.records import Fixes, Motion
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.profiles import Profile
-from steerway.estimation.selection.choice import suited
+from steerway.estimation.selection.select_profile import select_profile
 
 
 def estimate(
@@ -18,12 +18,12 @@ def estimate(
     """SOG, COG and course rate of every vessel in `fixes`.
 
     Args:
-        fixes: what receivers said.
+        fixes: measurements of receivers and instruments.
         profile: a Profile, the name of a built-in one or a .toml file; None takes the built-in one, and the noise of
-            fixes, under which these are most likely.
-        aid: what to take beside positions, of "sog", "cog", "heading", "water_speed", "yaw_rate".
+            fixes, of highest likelihood.
+        aid: what to use beside positions, of "sog", "cog", "heading", "water_speed", "yaw_rate".
         rate: rows a second in the result (Hz); None gives a row a fix.
-        smooth: let every row know the whole record (Rauch–Tung–Striebel).
+        smooth: use the whole record for every row (fixed-interval smoothing).
 
     Raises InputError for an unknown profile, aid or rate.
     """
@@ -35,10 +35,10 @@ def estimate(
 def choose_profile(fixes: Fixes, profile: Profile | str | Path | None = None, aid: tuple[str, ...] = ()) -> Profile:
     """The profile meant by `profile`; for None the built-in one, and the noise of the receiver, that fit best.
 
-    Of what aids the estimate it is found how well it measures.
+    The noise of the aids in use is fitted with it.
     """
     if isinstance(profile, Profile):
         return profile
     if profile is not None:
         return Profile.load(profile) if str(profile).endswith(".toml") else Profile.named(str(profile))
-    return suited(fixes, tuple(aid))
+    return select_profile(fixes, tuple(aid))
