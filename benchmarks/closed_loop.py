@@ -6,7 +6,7 @@ import time
 import numpy as np
 
 from benchmarks.support.harness import Result, interleaved
-from steerway.control.boats import OTTER
+from steerway.vessels.otter import BOAT as OTTER
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.course.onboard import FilterEstimator
 from steerway.guidance.line_of_sight import LineOfSight

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from steerway.control.bandwidth import advice, loop_damping
-from steerway.control.boats import OTTER
+from steerway.vessels.otter import BOAT as OTTER
 from steerway.control.rudder import Rudder
 from steerway.core.angles import wrap
 from steerway.estimation.course.filter import FiveStateFilter

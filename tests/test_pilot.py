@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from steerway.control.boats import OTTER
+from steerway.vessels.otter import BOAT as OTTER
 from steerway.core.errors import InputError
 from steerway.core.estimate import Readings
 from steerway.estimation.course.onboard import AtFaceValue

@@ -10,15 +10,16 @@ import typer
 from typer.testing import CliRunner
 
 from steerway.commands import sailing as commands
+from steerway.commands.demo import SCENARIO, simulate_demo
 from steerway.core.errors import InputError
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.formats import nmea0183
+from steerway.report.runs.writing import write
 from steerway.simulation import outcome
 from steerway.simulation.assembly import begins
-from steerway.simulation.demo import SCENARIO, demo
 from steerway.simulation.loop import COLUMNS
 from steerway.simulation.reading import load_scenario, parse_scenario
-from steerway.simulation.run import advise, origin, sail_scenario, write
+from steerway.simulation.run import advise, origin, sail_scenario
 
 SHORT = """
 duration = 60.0
@@ -174,7 +175,7 @@ def test_on_truth_and_by_compass_nothing_limits_the_autopilot():
 
 
 def test_the_demo_sails_its_mission_and_tells_the_estimate_from_the_truth(tmp_path):
-    rows, files = demo(tmp_path)
+    rows, files = simulate_demo(tmp_path)
     told = dict(rows)
     assert told["waypoints"] == "5 reached, 0 missed"
     assert float(told["speed over ground, estimated against true"].split()[0]) < 0.25

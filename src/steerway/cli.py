@@ -4,7 +4,7 @@ import sys
 
 import typer
 
-from steerway.commands import identify, logs, profile, sailing, study
+from steerway.commands import demo, identify, logs, profile, sailing, study
 from steerway.core.errors import InputError
 from steerway.live.commands import LiveCommand, live, warm
 
@@ -23,7 +23,7 @@ for command in (
     logs.tune,
     logs.compare,
     logs.predict,
-    sailing.demo,
+    demo.demo,
     sailing.simulate,
     sailing.advise,
     study.study,

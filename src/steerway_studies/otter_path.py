@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from steerway.control.bandwidth import carried_bandwidth
-from steerway.control.boats import OTTER_GENTLY
+from steerway.vessels.otter import BOAT_FOR_SMALL_MOMENTS
 from steerway.simulation.campaign import over_seeds
 from steerway_studies.otter_path_boat import CASES, FILTER, LOOKAHEAD, NOISES, RATE, Case, leg, rms
 from steerway_studies.otter_path_figures import figures
@@ -95,7 +95,7 @@ def _others(results, legs):
 
 
 def _remarks(results, n):
-    boat = OTTER_GENTLY
+    boat = BOAT_FOR_SMALL_MOMENTS
     carried = {
         (noise, speed): carried_bandwidth(speed, FILTER["course_rate_noise"], noise, 1.0 / RATE)
         for noise in NOISES

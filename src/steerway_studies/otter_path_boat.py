@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.control.boats import OTTER_GENTLY
+from steerway.vessels.otter import BOAT_FOR_SMALL_MOMENTS
 from steerway.core.angles import wrap
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.course.onboard import FilterEstimator
@@ -49,7 +49,7 @@ CASES = (
 
 def sailed(case: Case, seed: int) -> Run:
     """One leg."""
-    boat = OTTER_GENTLY
+    boat = BOAT_FOR_SMALL_MOMENTS
     pilot = Pilot(
         FilterEstimator(FiveStateFilter(Profile(position_std=case.noise, **FILTER))),
         Mission(Route([0.0, LEG], [0.0, 0.0], 1.0)),

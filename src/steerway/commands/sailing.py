@@ -66,6 +66,7 @@ def simulate(
 
         steerway simulate examples/otter-square.toml --live --mavlink udpout:127.0.0.1:14550
     """
+    from steerway.report.runs.writing import write
     from steerway.simulation import run
     from steerway.simulation.reading import load_scenario
 
@@ -92,7 +93,7 @@ def simulate(
         return
     with progress_line(f"sailing {chosen.name}") as told:
         sailed = run.sail_scenario(chosen, progress=told)
-    written = run.write(sailed, out, nmea, [sentence])
+    written = write(sailed, out, nmea, [sentence])
     print_run(sailed.numbers, chosen.name)
     for path in written:
         print(f"wrote {path}")
@@ -107,7 +108,7 @@ def _refuse_with_live(**options) -> None:
 def _campaign(scenario, n, dask, out, sentence):
     from steerway.simulation.campaign import over_seeds
     from steerway.simulation.run import numbers_of_seed
-    from steerway.simulation.summary import SPREAD_COLUMNS, spread, write_campaign
+    from steerway.report.runs.campaign import SPREAD_COLUMNS, spread, write_campaign
 
     seeds = range(scenario.seed, scenario.seed + n)
     with progress_line(f"sailing {n} seeds of {scenario.name}") as told:
@@ -205,29 +206,9 @@ def _warned(fits: bool, sentence: str, strict: bool, quiet: bool = False) -> str
     return sentence
 
 
-def demo(
-    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Directory for the log and the page.")] = Path(
-        "demo"
-    ),
-) -> None:
-    """Sail an Otter on a survey, steered by the estimate; write her log and a page; hold the estimate against truth.
-
-    Example:
-
-        steerway demo -o demo && steerway estimate demo/run.nmea --report demo/estimate.html
-    """
-    from steerway.simulation.demo import demo as sail
-
-    with progress_line("sailing the demo") as told:
-        rows, written = sail(out, progress=told)
-    print_pairs(rows)
-    for path in written:
-        print(f"wrote {path}")
-
-
 def print_run(numbers: dict[str, float], title: str) -> None:
     """A run's numbers as tables for people."""
-    from steerway.simulation.run_page import comparison, summary
+    from steerway.report.runs.page import comparison, summary
 
     print_table(f"{title}: estimated against true", ("", "RMS error"), comparison(numbers))
     print_table("what the boat did", ("", ""), summary(numbers))

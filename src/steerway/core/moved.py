@@ -20,6 +20,11 @@ MOVED = (
         "steerway.estimation.linear_algebra": "steerway.core.linear_algebra",
         "steerway.estimation.tuning": "steerway.estimation.selection",
         "steerway.guidance.leg": "steerway.core.leg",
+        "steerway.simulation.demo": "steerway.commands.demo",
+        "steerway.simulation.run_figures": "steerway.report.runs.figures",
+        "steerway.simulation.run_files": "steerway.report.runs.files",
+        "steerway.simulation.run_page": "steerway.report.runs.page",
+        "steerway.simulation.summary": "steerway.report.runs.campaign",
         "steerway.papers": "steerway_studies.papers",
         "steerway.studies": "steerway_studies",
     }

@@ -6,11 +6,13 @@ run.
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.schema import NotNegative, Number, Table, in_radians
 
 DROPOUT, JUMP, BURST, STEP, FROZEN = range(5)
 KINDS = ("dropout", "jump", "burst", "step", "frozen")
@@ -100,3 +102,17 @@ def happen(faults, state, epoch, uniforms, normals, error):
             error[0] += state[i, 1]
             error[1] += state[i, 2]
     return outcome
+
+
+class FaultTable(Table):
+    """The keys of a fault in a scenario, at `start` s or `per_hour` times."""
+
+    kind: Literal[*KINDS]
+    start: NotNegative | None = None
+    per_hour: NotNegative | None = None
+    duration: NotNegative | None = None
+    size: NotNegative = 0.0
+    direction_deg: Number | None = None
+
+    def build(self) -> Fault:
+        return Fault(**in_radians(self))

@@ -12,16 +12,18 @@ long scene put the origin on the equator, where that term vanishes.
 import math
 from collections import deque
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
+from pydantic import Field
 
 from steerway.core.compiled import kernel
 from steerway.core.earth import displaced_all
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes
+from steerway.core.schema import NotNegative, Positive, Rate, Table, Triple
 from steerway.sensors.clock import SLACK, Clock, epochs
-from steerway.sensors.faults import GOOD, HELD, LOST, Fault
+from steerway.sensors.faults import GOOD, HELD, LOST, Fault, FaultTable
 from steerway.sensors.gnss_errors import Errors
 
 _BLOCK = 128  # epochs drawn at once in a loop; the numbers do not depend on it
@@ -238,3 +240,23 @@ def _level_all(forward, starboard, down, roll, pitch, heading):
 
 def _velocity(north_velocity, east_velocity):
     return np.hypot(north_velocity, east_velocity), np.arctan2(east_velocity, north_velocity)
+
+
+class GnssTable(Table):
+    """The keys of the receiver in a scenario: `white` and `markov` ([1σ in m, time constant in s] each) as in `Gnss`.
+
+    By default the errors of a small receiver: 1.5 m over 300 s, 0.25 m over 5 s and 0.05 m white.
+    """
+
+    rate: Rate = 5.0
+    white: NotNegative = 0.05
+    markov: tuple[tuple[NotNegative, Positive], ...] = ((1.5, 300.0), (0.25, 5.0))
+    settled: bool = True
+    latency: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
+    lever_arm: Triple = (0.0, 0.0, 0.0)
+    velocity_std: NotNegative | None = None
+    faults: tuple[FaultTable, ...] = ()
+
+    def build(self) -> Gnss:
+        values = self.model_dump(exclude={"faults"})
+        return Gnss(**values, faults=tuple(fault.build() for fault in self.faults))

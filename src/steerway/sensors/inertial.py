@@ -1,8 +1,11 @@
 """Gyro and accelerometer as their data sheets speak: noise density, bias at turn-on, bias in the run."""
 
 import math
+from typing import ClassVar
 
+from steerway.core.schema import NotNegative, Rate
 from steerway.sensors.instrument import Instrument
+from steerway.sensors.table import InstrumentTable
 
 STANDARD_GRAVITY = 9.80665
 
@@ -40,3 +43,20 @@ def accelerometer(
         turn_on_std=turn_on_milli_g * 1e-3 * STANDARD_GRAVITY,
         wander=(in_run_micro_g * 1e-6 * STANDARD_GRAVITY, in_run_time),
     )
+
+
+class GyroTable(InstrumentTable):
+    """The keys of a yaw-rate gyro in a scenario."""
+
+    measures: ClassVar[str] = "yaw_rate"
+    rate: Rate = 50.0
+    noise_density_deg: NotNegative = 0.005
+    turn_on_deg: NotNegative = 0.5
+    in_run_deg_hour: NotNegative = 10.0
+
+    def build(self) -> Instrument:
+        return gyro(**self.model_dump())
+
+    @staticmethod
+    def read(stream, time, motion) -> float | None:
+        return stream.step(time, motion.yaw_rate)

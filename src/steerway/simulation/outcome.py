@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from steerway.core.statistics import rms
 from steerway.pilot import Mode
 from steerway.simulation.loop import Run
 
@@ -46,14 +47,14 @@ def numbers(run: Run, passages=()) -> dict[str, float]:
         "duration_s": float(run.time[-1]),
         "waypoints_reached": float(sum(each.reached for each in passages)),
         "waypoints_missed": float(sum(not each.reached for each in passages)),
-        "sog_rms_mps": _rms(said["sog"][rows]),
-        "cog_rms_deg": math.degrees(_rms(said["cog"][rows])),
-        "course_rate_rms_dps": math.degrees(_rms(said["course_rate"][rows])),
-        "position_rms_m": _rms(said["position"][rows]),
+        "sog_rms_mps": rms(said["sog"][rows]),
+        "cog_rms_deg": math.degrees(rms(said["cog"][rows])),
+        "course_rate_rms_dps": math.degrees(rms(said["course_rate"][rows])),
+        "position_rms_m": rms(said["position"][rows]),
         "cog_within_2sigma_pct": 100.0 * float(within[known].mean()) if known.any() else math.nan,
-        "cross_track_rms_m": _rms(true_cross[rows]),
+        "cross_track_rms_m": rms(true_cross[rows]),
         "cross_track_max_m": float(np.max(np.abs(true_cross[rows]), initial=0.0)),
-        "estimated_cross_track_rms_m": _rms(cross[rows]),
+        "estimated_cross_track_rms_m": rms(cross[rows]),
         "crab_angle_max_deg": math.degrees(np.max(np.abs(crab_angle(run)[rows]), initial=0.0)),
         "hand_overs": float(np.abs(np.diff(run["by_course"])).sum()),
         "finished": float(run["mode"][-1] == Mode.STOPPED),
@@ -66,8 +67,3 @@ def true_cross_track(run):
     east = run["estimated_east"] - run["true_east"]
     direction = run["leg_direction"]
     return run["leg_cross_track"] - (east * np.cos(direction) - north * np.sin(direction))
-
-
-def _rms(values) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(known * known))) if len(known) else math.nan

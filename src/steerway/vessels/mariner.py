@@ -10,13 +10,18 @@ amidships she turns by herself, as a single-screw ship does.
 """
 
 import math
+from typing import Literal
 
 import numpy as np
 
+from steerway.control.boats import Boat
+from steerway.control.rudder import Rudder
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.schema import Positive
 from steerway.vessels.actuators import Actuator
 from steerway.vessels.kinematics import SHORTLY, GroundMotion, over_ground, turning_rate
+from steerway.vessels.table import VesselTable
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT, checked_method
 
 LENGTH = 160.93
@@ -150,3 +155,31 @@ def _motion(state, cruise_speed, conditions):
         0.0,
         0.0,
     )
+
+
+BOAT = Boat(
+    nomoto_gain=0.185,
+    nomoto_time=107.3,
+    yaw_limit=RUDDER.high,
+    bandwidth=0.05,
+    propulsion=Rudder(RUDDER.high),
+    lookahead=800.0,
+    acceptance=50.0,
+    cruise=CRUISE_SPEED,
+    top_speed=10.0,
+    profile="ship",
+)
+"""For the controllers: K in 1/s and T in s of P1 §4, a mid-range fit."""
+
+
+class MarinerTable(VesselTable):
+    """The keys of a Mariner-class ship in a scenario."""
+
+    kind: Literal["mariner"] = "mariner"
+    cruise_speed: Positive = CRUISE_SPEED
+
+    def build(self) -> Mariner:
+        return Mariner(self.cruise_speed, self.method)
+
+    def boat(self) -> Boat:
+        return BOAT.but(cruise=self.cruise_speed)

@@ -9,11 +9,18 @@ loop by the two propeller speeds (rad/s).
 """
 
 import math
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
+from pydantic import Field
 
+from steerway.control.allocation import OTTER_PROPELLERS
+from steerway.control.boats import Boat
+from steerway.control.speed_pi import SpeedPIGains
+from steerway.control.station import StationGains
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.schema import NotNegative, Triple
 from steerway.vessels.actuators import Actuator
 from steerway.vessels.kinematics import SHORTLY, GroundMotion, in_body, turning_rate
 from steerway.vessels.otter_hull import (
@@ -41,6 +48,7 @@ from steerway.vessels.otter_hull import (
     WEIGHT,
     loaded,
 )
+from steerway.vessels.table import VesselTable
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT, checked_method
 
 _STATION = LENGTH / (STRIPS - 1)
@@ -277,3 +285,43 @@ def _motion(state, hull, conditions):
         state[9],
         state[10],
     )
+
+
+BOAT = Boat(
+    nomoto_gain=0.0242,
+    nomoto_time=1.0,
+    yaw_limit=OTTER_PROPELLERS.max_moment,
+    bandwidth=0.5,
+    propulsion=OTTER_PROPELLERS,
+    lookahead=12.0,
+    acceptance=4.0,
+    cruise=1.2,
+    top_speed=3.0,
+    profile="otter",
+    speed=SpeedPIGains(mass=85.0, linear_drag=77.5, bandwidth=0.4, limit=200.0, acceleration=0.15),
+    station=StationGains(mass=85.0, limit=200.0, limit_astern=100.0),
+)
+"""For the controllers, with 25 kg of payload. K and T are P0's (64)–(65), valid for yaw moments of about 4 N·m.
+
+For small moments at 1.3 m/s both are larger (`BOAT_FOR_SMALL_MOMENTS`), with the same K/T.
+"""
+
+BOAT_FOR_SMALL_MOMENTS = BOAT.but(nomoto_gain=0.05, nomoto_time=2.5, bandwidth=0.35)
+"""For poor fixes on long legs: K and T of small moments allow a lower bandwidth. Turns are wide."""
+
+
+class OtterTable(VesselTable):
+    """The keys of an Otter in a scenario."""
+
+    kind: Literal["otter"] = "otter"
+    payload_mass: Annotated[float, Field(ge=0.0, le=45.0)] = 25.0
+    payload_position: Triple = (0.05, 0.0, -0.35)
+    edition: Literal["today", "2021"] = "today"
+    propeller_lag: NotNegative = 0.1
+    reference: ClassVar[str] = "tracking"
+
+    def build(self) -> Otter:
+        return Otter(self.payload_mass, self.payload_position, self.edition, self.propeller_lag, self.method)
+
+    def boat(self) -> Boat:
+        return BOAT

@@ -33,14 +33,15 @@ class SimulatedBoat:
 
     def __init__(self, scenario: Scenario, seed: int | None = None):
         aboard = scenario.model_copy(update={"estimator": EstimatorTable()})
-        self.vessel, self.known = assembly.vessel(aboard), assembly.boat(aboard)
+        self.vessel, self.known = aboard.vessel.build(), assembly.boat(aboard)
         self.origin, self.step_length = origin(aboard), aboard.step
         self.receiver_rate = aboard.gnss.rate
         sea_seed, receiver_seed, compass_seed = np.random.default_rng(scenario.seed if seed is None else seed).spawn(3)
-        self._sea = assembly.environment(aboard).start(sea_seed, aboard.step)
+        self._sea = aboard.environment.build().start(sea_seed, aboard.step)
         suite = assembly.instruments(aboard)
         self._gnss = suite.gnss.start(receiver_seed)
-        self._compass = suite.compass and suite.compass.start(compass_seed)
+        compass = suite.aboard.get("compass")
+        self._compass = compass and compass.start(compass_seed)
         self._state = self.vessel.start(*(each for each in assembly.start(aboard) if each is not None))
         self._steps = 0
         self.heading = math.nan

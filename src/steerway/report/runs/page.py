@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from steerway.report.page import write_page
-from steerway.simulation.run_figures import actuators_figure, errors_figure, steering_figure, track_figure
+from steerway.report.runs.figures import actuators_figure, errors_figure, steering_figure, track_figure
 
 _TRACK = "Route with its circles of acceptance, true and estimated track, and the fixes that the receiver gave."
 _ERRORS = (
