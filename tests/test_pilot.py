@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from steerway.vessels.otter import BOAT as OTTER
 from steerway.core.errors import InputError
 from steerway.core.estimate import Readings
+from steerway.core.kinematics import GroundMotion, WaveMotion
 from steerway.estimation.course.onboard import AtFaceValue
 from steerway.guidance.line_of_sight import LineOfSight
 from steerway.guidance.reference import TrackingFilter
@@ -16,8 +16,7 @@ from steerway.guidance.waypoints import Mission
 from steerway.pilot import Mode, Pilot, SteadyForce
 from steerway.sensors.gnss import Gnss
 from steerway.sensors.suite import Suite
-from steerway.vessels.environment import WaveMotion
-from steerway.vessels.kinematics import GroundMotion
+from steerway.vessels.otter import BOAT as OTTER
 
 UNDER_WAY = Readings(0.0, 5.0, sog=0.8, cog=0.3, course_rate=0.0, heading=0.3, yaw_rate=0.0)
 

@@ -98,7 +98,7 @@ WRONG = {
     ),
     'route.at_end is "hold", expected a table [compass]: at rest only a compass measures heading': ROUTE
     + 'at_end = "hold"',
-    "route needs station keeping, which a vessel of kind mariner has not, expected one of otter": (
+    "route needs station keeping, of which a vessel of kind mariner is not capable, expected one of otter": (
         ROUTE + 'at_end = "hold"\nacceptance = 50\n[vessel]\nkind = "mariner"\n[compass]'
     ),
     "autopilot.bandwidth is 0.1 rad/s, expected at least 0.5 rad/s": ROUTE + "[autopilot]\nbandwidth = 0.1",

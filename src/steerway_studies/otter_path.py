@@ -10,8 +10,8 @@ import math
 import numpy as np
 
 from steerway.control.bandwidth import carried_bandwidth
-from steerway.vessels.otter import BOAT_FOR_SMALL_MOMENTS
 from steerway.simulation.campaign import over_seeds
+from steerway.vessels.otter import BOAT_FOR_SMALL_MOMENTS
 from steerway_studies.otter_path_boat import CASES, FILTER, LOOKAHEAD, NOISES, RATE, Case, leg, rms
 from steerway_studies.otter_path_figures import figures
 from steerway_studies.study import Results, Study

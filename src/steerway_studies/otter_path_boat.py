@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.vessels.otter import BOAT_FOR_SMALL_MOMENTS
 from steerway.core.angles import wrap
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.course.onboard import FilterEstimator
@@ -23,6 +22,7 @@ from steerway.sensors.suite import Suite
 from steerway.simulation.loop import Run, Start, sail
 from steerway.vessels import Otter
 from steerway.vessels.environment import Current, Environment
+from steerway.vessels.otter import BOAT_FOR_SMALL_MOMENTS
 
 LEG, JUDGED = 400.0, (150.0, 380.0)
 SEA = Environment(Current(0.3, math.pi / 2.0), force=(0.0, 5.0))

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from steerway.commands.terminal import print_pairs, print_table, progress_line
+from steerway.commands.terminal import print_table, progress_line
 from steerway.core.errors import InputError
 
 
@@ -106,9 +106,9 @@ def _refuse_with_live(**options) -> None:
 
 
 def _campaign(scenario, n, dask, out, sentence):
+    from steerway.report.runs.campaign import SPREAD_COLUMNS, spread, write_campaign
     from steerway.simulation.campaign import over_seeds
     from steerway.simulation.run import numbers_of_seed
-    from steerway.report.runs.campaign import SPREAD_COLUMNS, spread, write_campaign
 
     seeds = range(scenario.seed, scenario.seed + n)
     with progress_line(f"sailing {n} seeds of {scenario.name}") as told:

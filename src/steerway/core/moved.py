@@ -20,6 +20,7 @@ MOVED = (
         "steerway.estimation.linear_algebra": "steerway.core.linear_algebra",
         "steerway.estimation.tuning": "steerway.estimation.selection",
         "steerway.guidance.leg": "steerway.core.leg",
+        "steerway.vessels.kinematics": "steerway.core.kinematics",
         "steerway.simulation.demo": "steerway.commands.demo",
         "steerway.simulation.run_figures": "steerway.report.runs.figures",
         "steerway.simulation.run_files": "steerway.report.runs.files",

@@ -1,4 +1,4 @@
-"""What files of settings are made of: tables that refuse unknown keys, types of numbers, tables chosen by their kind."""
+"""The schema of files of settings: tables that refuse unknown keys, types of numbers, tables selected by their kind."""
 
 import math
 from typing import Annotated, Any, Union
@@ -41,4 +41,5 @@ def one_of_kinds(tables: tuple[type[Table], ...]) -> Any:
         return value.get("kind", default) if isinstance(value, dict) else getattr(value, "kind", default)
 
     tagged = tuple(Annotated[table, Tag(kind_of(table))] for table in tables)
-    return Annotated[Union[tagged], Discriminator(chosen)]  # noqa: UP007: the members are known at run time only
+    # The members are known only at run time, so that they cannot be joined by |.
+    return Annotated[Union[tagged], Discriminator(chosen)]  # noqa: UP007

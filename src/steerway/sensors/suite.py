@@ -6,10 +6,9 @@ import numpy as np
 
 from steerway.core.checks import one_of
 from steerway.core.estimate import SILENCE, Readings
+from steerway.core.kinematics import GroundMotion, WaveMotion
 from steerway.sensors.gnss import Gnss
 from steerway.sensors.kinds import INSTRUMENTS
-from steerway.vessels.environment import WaveMotion
-from steerway.vessels.kinematics import GroundMotion
 
 
 class Suite:

@@ -2,8 +2,8 @@
 
 from typing import Any, ClassVar
 
+from steerway.core.kinematics import GroundMotion
 from steerway.core.schema import Rate, Table
-from steerway.vessels.kinematics import GroundMotion
 
 
 class InstrumentTable(Table):

@@ -14,10 +14,10 @@ import numpy as np
 from steerway.core.checks import positive
 from steerway.core.errors import InputError
 from steerway.core.estimate import Estimate, Readings
+from steerway.core.kinematics import GroundMotion
 from steerway.core.leg import LegState
 from steerway.pilot import Orders, Pilot
 from steerway.vessels.environment import Environment, WaveMotion
-from steerway.vessels.kinematics import GroundMotion
 from steerway.vessels.vessel import Vessel
 
 COLUMNS = (

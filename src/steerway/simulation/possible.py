@@ -102,5 +102,6 @@ def _propulsion(scenario):
     if holds and scenario.vessel.boat().station is None:
         able = ", ".join(kind_of(each) for each in TABLES if each().boat().station is not None)
         raise InputError(
-            f"route needs station keeping, which a vessel of kind {scenario.vessel.kind} has not, expected one of {able}"
+            f"route needs station keeping, of which a vessel of kind {scenario.vessel.kind} is not capable, "
+            f"expected one of {able}"
         )

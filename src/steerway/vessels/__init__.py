@@ -1,9 +1,9 @@
 """Vessels: one a file, each with her `derivatives` and an object that the loop can step."""
 
+from steerway.core.kinematics import GroundMotion
 from steerway.vessels.actuators import Actuator
 from steerway.vessels.caldas import Caldas
 from steerway.vessels.cybership2 import CyberShip2
-from steerway.vessels.kinematics import GroundMotion
 from steerway.vessels.mariner import Mariner
 from steerway.vessels.nomoto import Nomoto
 from steerway.vessels.otter import Otter

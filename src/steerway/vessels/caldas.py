@@ -12,8 +12,8 @@ import math
 import numpy as np
 
 from steerway.core.compiled import kernel
+from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
 from steerway.vessels.actuators import Actuator, follow
-from steerway.vessels.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
 from steerway.vessels.propeller import Propeller, thrust
 from steerway.vessels.surge import CALDAS_LINEAR_DRAG, CALDAS_MASS, CALDAS_QUADRATIC_DRAG, SHAFT
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT

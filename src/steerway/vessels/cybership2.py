@@ -12,8 +12,8 @@ import numpy as np
 
 from steerway.core.checks import one_of
 from steerway.core.compiled import kernel
+from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
 from steerway.vessels.actuators import Actuator
-from steerway.vessels.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT, checked_method
 
 LENGTH = 1.255

@@ -7,27 +7,17 @@ the current's and the waves' towards which they go, the wind's from which it blo
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.kinematics import GroundMotion, WaveMotion
 from steerway.core.noise import markov_decay, markov_step, oscillator, oscillator_step
-from steerway.vessels.kinematics import GroundMotion
 
 AIR_DENSITY = 1.225
 _BLOCK = 512  # steps drawn at once; the numbers do not depend on it
 _DRAWS = 11
-
-
-class WaveMotion(NamedTuple):
-    """What waves add to a vessel's mean motion: displacement north and east (m), roll and pitch (rad)."""
-
-    north: float = 0.0
-    east: float = 0.0
-    roll: float = 0.0
-    pitch: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ from steerway.control.boats import Boat
 from steerway.control.rudder import Rudder
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
 from steerway.core.schema import Positive
 from steerway.vessels.actuators import Actuator
-from steerway.vessels.kinematics import GroundMotion, over_ground, turning_rate
 from steerway.vessels.table import VesselTable
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, checked_method
 

@@ -20,9 +20,9 @@ from steerway.control.speed_pi import SpeedPIGains
 from steerway.control.station import StationGains
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, turning_rate
 from steerway.core.schema import NotNegative, Triple
 from steerway.vessels.actuators import Actuator
-from steerway.vessels.kinematics import SHORTLY, GroundMotion, in_body, turning_rate
 from steerway.vessels.otter_hull import (
     ADDED,
     CENTRE,

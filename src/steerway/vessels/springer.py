@@ -16,8 +16,8 @@ import numpy as np
 from steerway.core.checks import not_negative, one_of
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
 from steerway.vessels.actuators import Actuator
-from steerway.vessels.kinematics import GroundMotion, over_ground, turning_rate
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH
 
 RPM = 2.0 * math.pi / 60.0

@@ -10,8 +10,8 @@ import numpy as np
 
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
+from steerway.core.kinematics import GroundMotion, in_body, over_ground
 from steerway.vessels.actuators import Actuator, follow
-from steerway.vessels.kinematics import GroundMotion, in_body, over_ground
 from steerway.vessels.propeller import Propeller, thrust
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH
 

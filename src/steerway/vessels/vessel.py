@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 
 from steerway.core.errors import InputError
+from steerway.core.kinematics import GroundMotion
 from steerway.vessels.actuators import Actuator
-from steerway.vessels.kinematics import GroundMotion
 
 CURRENT_NORTH, CURRENT_EAST, FORCE_NORTH, FORCE_EAST, MOMENT = range(5)
 """Places in the conditions: current (m/s), forces besides the actuators' (N), their moment in yaw (N·m); NED."""

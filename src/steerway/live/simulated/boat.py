@@ -7,10 +7,10 @@ import numpy as np
 
 from steerway.core.earth import displaced
 from steerway.core.errors import InputError
+from steerway.core.kinematics import GroundMotion
 from steerway.simulation import assembly
 from steerway.simulation.run import origin
 from steerway.simulation.scenario import EstimatorTable, Scenario
-from steerway.vessels.kinematics import GroundMotion
 
 
 class Seen(NamedTuple):
