@@ -7,7 +7,7 @@ import numpy as np
 
 from steerway.core.earth import radii
 from steerway.core.errors import InputError
-from steerway.core.records import SAID, Fixes
+from steerway.core.records import REPORTED, Fixes
 
 INSTRUMENTS = ("heading", "water_speed", "yaw_rate")
 
@@ -41,7 +41,7 @@ class Quality:
 
 def quality(fixes: Fixes, span: float | None = None) -> Quality:
     """The quality of a source, its continuity taken over `span` (s) or, without one, over its own length."""
-    said = tuple(name for name in SAID if np.isfinite(getattr(fixes, name)).any())
+    said = tuple(name for name in REPORTED if np.isfinite(getattr(fixes, name)).any())
     ends = (float(fixes.time.min()), float(fixes.time.max())) if len(fixes) else (np.nan, np.nan)
     placed = fixes.rows(fixes.has_position)
     vessels = 0 if fixes.mmsi is None else len(np.unique(fixes.mmsi))

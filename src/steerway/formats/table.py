@@ -12,7 +12,7 @@ import polars as pl
 
 from steerway.core.earth import KNOT
 from steerway.core.errors import InputError
-from steerway.core.records import SAID, Fixes
+from steerway.core.records import REPORTED, Fixes
 from steerway.core.timestamps import unix_times
 from steerway.formats.columns import EXPECTED, Column, understood
 from steerway.formats.places import places
@@ -218,7 +218,9 @@ def _recording(kind, frame, columns, names, first_line, delimiter, skipped):
         place[1] = np.where((place[1] > 180.0) & (place[1] <= 360.0), place[1] - 360.0, place[1])
     latitude, longitude = places(*place)
     mmsi = reader.numbers(columns["mmsi"]) if is_ais else None
-    said = {name: _said(name, reader.numbers(columns[name]), columns[name], is_ais) for name in SAID if name in columns}
+    said = {
+        name: _said(name, reader.numbers(columns[name]), columns[name], is_ais) for name in REPORTED if name in columns
+    }
     empty = np.isnan(place[0]) & np.isnan(place[1])
     useful = np.isfinite(latitude) | (empty & np.any([np.isfinite(values) for values in said.values()], axis=0))
     useful = np.broadcast_to(useful, len(time))

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from steerway.core.checks import one_of
-from steerway.core.estimate import SILENCE, Readings
+from steerway.core.estimate import NO_MEASUREMENTS, Measurements
 from steerway.core.kinematics import GroundMotion, WaveMotion
 from steerway.sensors.gnss import Gnss
 from steerway.sensors.kinds import INSTRUMENTS
@@ -40,7 +40,7 @@ class SuiteStream:
             if name in suite.aboard
         ]
 
-    def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Readings:
+    def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Measurements:
         """The measurements of a vessel that moves so; waves move the antenna."""
         fix = self._gnss.step(
             time,
@@ -58,9 +58,9 @@ class SuiteStream:
             if value is not None:
                 measured[quantity] = value
         if fix is None and not measured:
-            return SILENCE
+            return NO_MEASUREMENTS
         _, north, east, sog, cog = fix or (math.nan,) * 5
-        return Readings(north, east, sog, cog, **measured)
+        return Measurements(north, east, sog, cog, **measured)
 
 
 class Truth:
@@ -70,9 +70,9 @@ class Truth:
         """Nothing is drawn."""
         return self
 
-    def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Readings:
+    def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Measurements:
         """The truth, over ground and through the water."""
-        return Readings(
+        return Measurements(
             motion.north,
             motion.east,
             motion.sog,

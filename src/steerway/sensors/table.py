@@ -9,7 +9,7 @@ from steerway.core.schema import Rate, Table
 class InstrumentTable(Table):
     """A scenario's table of an instrument, under its name in `kinds.INSTRUMENTS`.
 
-    `measures` is the field of `core.estimate.Readings` that it gives, which is also the name of the aid.
+    `measures` is the field of `core.estimate.Measurements` that it gives, which is also the name of the aid.
     """
 
     measures: ClassVar[str]

@@ -13,7 +13,7 @@ import numpy as np
 
 from steerway.core.checks import positive
 from steerway.core.errors import InputError
-from steerway.core.estimate import Estimate, Readings
+from steerway.core.estimate import Estimate, Measurements
 from steerway.core.kinematics import GroundMotion
 from steerway.core.leg import LegState
 from steerway.pilot import Orders, Pilot
@@ -22,7 +22,7 @@ from steerway.vessels.vessel import Vessel
 
 COLUMNS = (
     *(f"true_{name}" for name in GroundMotion._fields),
-    *(f"read_{name}" for name in Readings._fields),
+    *(f"read_{name}" for name in Measurements._fields),
     *(f"estimated_{name}" for name in Estimate._fields),
     *(f"leg_{name}" for name in LegState._fields),
     *("desired_angle", "desired_rate", "desired_acceleration"),
@@ -42,7 +42,7 @@ class Instruments(Protocol):
 class Switched(Protocol):
     """Instruments that are switched on."""
 
-    def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Readings: ...
+    def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Measurements: ...
 
 
 class Start(NamedTuple):
@@ -137,6 +137,6 @@ def sail(
     return Run(np.arange(len(rows)) * step, np.array(rows), np.array(commands), np.array(states))
 
 
-def _row(motion: GroundMotion, readings: Readings, orders: Orders, conditions):
+def _row(motion: GroundMotion, readings: Measurements, orders: Orders, conditions):
     _, estimate, leg, desired, reference, *rest = orders
     return (*motion, *readings, *estimate, *leg, *desired, *reference, *rest, *conditions.tolist())
