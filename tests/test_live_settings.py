@@ -65,7 +65,7 @@ def test_the_command_line_goes_first(tmp_path):
         ("from = 7", "from is 7, expected a list"),
         ("helm = 8080", "helm is 8080, expected a text"),
         ("[boat]", "unknown key boat"),
-        ("rate 10", "is no TOML"),
+        ("rate 10", "is not valid TOML"),
     ],
 )
 def test_what_is_wrong_is_said_in_words(tmp_path, text, words):

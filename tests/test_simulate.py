@@ -160,8 +160,8 @@ def test_advise_by_profile():
 
 def test_what_cannot_be_asked_together(short, tmp_path):
     for words, sentence in (
-        (("--dask", "here:1"), "--dask sails many seeds"),
-        (("--seeds", 2, "--nmea"), "--nmea writes one run's log"),
+        (("--dask", "here:1"), "--dask needs many seeds"),
+        (("--seeds", 2, "--nmea"), "--nmea writes the log of one run"),
     ):
         assert sentence in str(called("simulate", short, "-o", tmp_path, *words).exception)
     (tmp_path / "file").touch()

@@ -2,7 +2,6 @@
 
 import json
 import math
-import tomllib
 from pathlib import Path
 from typing import Self
 
@@ -10,6 +9,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from steerway.core.errors import InputError
+from steerway.core.toml import read_toml
 
 GATE = 13.8
 OUTLIER = 20.0
@@ -113,9 +113,7 @@ class Profile(BaseModel):
     def load(cls, path: str | Path) -> Self:
         """A profile from a TOML file. Raises InputError naming the file and the key that is wrong."""
         try:
-            return cls(**tomllib.loads(Path(path).read_text(encoding="utf-8")))
-        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-            raise InputError(f"profile {path} cannot be read as TOML: {error}") from None
+            return cls(**read_toml(path, "profile"))
         except ValidationError as error:
             first = error.errors()[0]
             key = ".".join(map(str, first["loc"]))

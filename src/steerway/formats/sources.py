@@ -8,6 +8,7 @@ import numpy as np
 from steerway.core.earth import radii
 from steerway.core.errors import InputError
 from steerway.core.records import REPORTED, Fixes
+from steerway.core.rounding import written_step
 
 INSTRUMENTS = ("heading", "water_speed", "yaw_rate")
 
@@ -86,11 +87,7 @@ def _resolution(placed):
     some = placed.rows(slice(None, None, max(1, len(placed) // _SAMPLE)))
     degrees = np.degrees(np.concatenate([some.latitude, some.longitude]))
     meridian, _ = radii(float(placed.latitude[0]))
-    for quantum_deg in _QUANTA_DEG:
-        written = degrees / quantum_deg
-        if np.mean(np.abs(written - np.round(written)) < _ROUNDED) > 0.98:
-            return float(np.radians(quantum_deg) * meridian)
-    return np.nan
+    return float(np.radians(written_step(degrees, _QUANTA_DEG, _ROUNDED, share=0.98)) * meridian)
 
 
 def _roughness(placed, usual):

@@ -1,6 +1,7 @@
 """The page (or picture) of one estimate."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 from steerway.core.errors import InputError
@@ -25,27 +26,15 @@ def write_report(path: Path, title: str, fixes: Fixes, motion: Motion, summary: 
 
     Raises InputError for another ending.
     """
-    path = Path(path)
     figures = [(track_figure(motion), _TRACK)]
     if motion.mmsi is None:
         figures.append((signals_figure(fixes, motion), _SIGNALS))
-    if path.suffix.lower() == ".html":
-        rows = sentences(summary)
-        vessels = [] if motion.mmsi is None else [_vessels(motion)]
-        write_page(
-            path,
-            title=title,
-            tables=[("Summary", ("", ""), rows), *vessels, *tables],
-            figures=figures,
-            remarks=summary["notes"],
-        )
-    elif path.suffix.lower() == ".png":
-        _picture(figures, path)
-    else:
-        raise InputError(f"report {path} ends in {path.suffix or 'nothing'!r}, expected .html or .png")
+    vessels = [] if motion.mmsi is None else [_vessels(motion)]
+    tables = [("Summary", ("", ""), sentences(summary)), *vessels, *tables]
+    report_writer(path)(Path(path), title, tables, figures, summary["notes"])
 
 
-def _picture(figures, path):
+def _picture(path, title, tables, figures, remarks):
     """The figures below one another in one PNG."""
     import io
 
@@ -63,6 +52,18 @@ def _picture(figures, path):
         sheet.paste(image, ((width - image.width) // 2, top))
         top += image.height
     sheet.save(path)
+
+
+WRITERS = {".html": write_page, ".png": _picture}
+"""The kinds of report by their endings."""
+
+
+def report_writer(path: str | Path) -> Callable:
+    """The writer for the ending of `path`. Raises InputError for an unknown one."""
+    ending = Path(path).suffix.lower()
+    if ending not in WRITERS:
+        raise InputError(f"report {path} ends in {ending or 'nothing'!r}, expected {' or '.join(WRITERS)}")
+    return WRITERS[ending]
 
 
 def _vessels(motion: Motion):
