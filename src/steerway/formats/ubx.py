@@ -32,7 +32,7 @@ _LONGEST = 128  # bytes; none of these messages is longer
 _FRAME = 8  # bytes around the payload
 _HEAD = 6  # … and of them before it
 _ERRORS = (UBXMessageError, UBXParseError, UBXStreamError, UBXTypeError)
-_NO_FIX, _SURVEYED = 0, 5  # fixType; the latter solves for time only, at the antenna position it was told or surveyed
+_NO_FIX, _SURVEYED = 0, 5  # fixType; the latter solves for time only, at a given or surveyed antenna position
 
 
 def recognises(head: bytes) -> bool:
@@ -65,7 +65,7 @@ class Reader:
         self._read(bytes(chunk), False)
 
     def finish(self) -> None:
-        """The stream has ended: what was not told whole is damaged."""
+        """The stream has ended: incomplete frames count as damaged."""
         self._read(b"", True)
 
     def holds(self, settled: bool = True) -> bool:
@@ -104,13 +104,13 @@ class Reader:
 
     def _add(self, name, message):
         self.counts[name] += 1
-        told = next(iter(self._epoch.values()), message)
-        if message.iTOW != told.iTOW or name in self._epoch:
+        epoch = next(iter(self._epoch.values()), message)
+        if message.iTOW != epoch.iTOW or name in self._epoch:
             self._close()
         self._epoch[name] = message
 
     def _close(self):
-        """The newest epoch is told."""
+        """The newest epoch is complete."""
         epoch, self._epoch = self._epoch, {}
         row = _row(epoch, self.skipped) if epoch else None
         if row is not None:

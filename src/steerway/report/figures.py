@@ -1,4 +1,4 @@
-"""Figures of an estimate: the track, and what the vessel did over time."""
+"""Figures of an estimate: the track, and its quantities over time."""
 
 from datetime import UTC, datetime
 
@@ -62,17 +62,17 @@ def signals_figure(fixes: Fixes, motion: Motion) -> Figure:
     figure = Figure(figsize=(11.0, 11.0), layout="constrained")
     sog, cog, rate, nis = figure.subplots(4, 1, sharex=True)
     shown = _thinned(motion)
-    said = fixes.rows(np.isfinite(fixes.sog) | np.isfinite(fixes.cog))
-    said = _thinned(said)
-    time, said_time = _dates(shown.time), _dates(said.time)
+    reported = fixes.rows(np.isfinite(fixes.sog) | np.isfinite(fixes.cog))
+    reported = _thinned(reported)
+    time, reported_time = _dates(shown.time), _dates(reported.time)
 
-    _receiver(sog, said_time, said.sog, "receiver's SOG")
+    _receiver(sog, reported_time, reported.sog, "receiver's SOG")
     _banded(sog, time, shown.sog, shown.sog_std, "SOG ± 2σ")
-    sog.set_ylim(bottom=0.0, top=_top(shown.sog, said.sog))
+    sog.set_ylim(bottom=0.0, top=_top(shown.sog, reported.sog))
     sog.set_ylabel("SOG (m/s)")
 
-    moving = np.where(said.sog > 0.3, said.cog, np.nan) if len(said) else said.cog
-    _receiver(cog, said_time, _compass(moving), "receiver's COG above 0.3 m/s")
+    moving = np.where(reported.sog > 0.3, reported.cog, np.nan) if len(reported) else reported.cog
+    _receiver(cog, reported_time, _compass(moving), "receiver's COG above 0.3 m/s")
     _banded(cog, time, _broken(_compass(shown.cog)), np.degrees(shown.cog_std), "COG ± 2σ")
     cog.set_ylim(0.0, 360.0)
     cog.set_yticks(range(0, 361, 90))

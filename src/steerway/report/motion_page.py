@@ -10,11 +10,11 @@ from steerway.report.figures import signals_figure, track_figure
 from steerway.report.page import write_page
 from steerway.report.summary import sentences
 
-_TRACK = "Track, coloured by speed over ground; grey where the vessel has no steerageway and course is not defined."
+_TRACK = "Track, coloured by speed over ground; grey below steerageway, where course is undefined."
 _SIGNALS = (
-    "Estimate with its ±2σ band; the receiver's own values, where the log has them, are drawn as dots and are no "
-    "truth: receivers filter and delay them. Below, the size of each innovation against what the filter expected "
-    "(1 is as expected), with the gate beyond which a fix is rejected."
+    "Estimate with its ±2σ band. Dots: values reported by the receiver, which filters and delays them: no reference. "
+    "Below: the innovation of each fix relative to its predicted standard deviation (1 expected), with "
+    "the gate beyond which a fix is rejected."
 )
 
 

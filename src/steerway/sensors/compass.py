@@ -52,7 +52,7 @@ class CompassStream:
 
 @kernel
 def deviation(heading, a, b, c, d, e):
-    """What a deviation card says for a heading, or an array of them; rad."""
+    """The deviation for a heading, or an array of them, by a deviation card; rad."""
     return a + b * np.sin(heading) + c * np.cos(heading) + d * np.sin(2.0 * heading) + e * np.cos(2.0 * heading)
 
 

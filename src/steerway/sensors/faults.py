@@ -1,4 +1,4 @@
-"""What goes wrong with fixes: dropouts, jumps, bursts, steps and frozen positions, at a set time or at random.
+"""Faults of fixes: dropouts, jumps, bursts, steps and frozen positions, at a set time or at random.
 
 One row of random numbers an epoch, whether anything happens or not, so that a run in blocks of any length is the same
 run.
@@ -25,12 +25,12 @@ _FOREVER = 1 << 60
 
 @dataclass(frozen=True)
 class Fault:
-    """One kind of trouble: from when or how often, for how long, how much.
+    """One kind of fault: its start or rate, duration and size.
 
-    `kind`: "dropout" no fix; "jump" a displacement that goes again (one fix unless `duration` says more); "burst"
-    white noise of 1σ `size` beside the usual; "step" a displacement that stays (for `duration`, else to the end);
+    `kind`: "dropout" no fix; "jump" a transient displacement (one fix unless `duration` is given); "burst"
+    white noise of 1σ `size` in addition; "step" a displacement that stays (for `duration`, else to the end);
     "frozen" the last position repeated with new times.
-    `start` is in s after the first epoch; or the fault comes `per_hour` times at random, never twice at once. A
+    `start` is in s after the first epoch; or the fault comes `per_hour` times at random, never overlapping itself. A
     displacement of `size` m points in `direction` (rad from true north), in a random one if None.
 
     Raises InputError for an unknown kind, when not exactly one of `start` and `per_hour` is given, and for a negative

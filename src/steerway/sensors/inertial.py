@@ -1,4 +1,4 @@
-"""Gyro and accelerometer as their data sheets speak: noise density, bias at turn-on, bias in the run."""
+"""Gyro and accelerometer by the terms of data sheets: noise density, turn-on bias, in-run bias."""
 
 import math
 from typing import ClassVar
@@ -17,7 +17,7 @@ def gyro(
     in_run_deg_hour: float = 10.0,
     in_run_time: float = 300.0,
 ) -> Instrument:
-    """A yaw-rate gyro in rad/s: °/s/√Hz, °/s, °/h and the time constant (s) of its wandering bias."""
+    """A yaw-rate gyro in rad/s: °/s/√Hz, °/s, °/h and the time constant (s) of its Gauss–Markov bias."""
     return Instrument(
         rate=rate,
         white=math.radians(noise_density_deg) * math.sqrt(rate),
@@ -33,9 +33,9 @@ def accelerometer(
     in_run_micro_g: float = 5.0,
     in_run_time: float = 300.0,
 ) -> Instrument:
-    """An accelerometer in m/s²: µg/√Hz, mg, µg and the time constant (s) of its wandering bias.
+    """An accelerometer in m/s²: µg/√Hz, mg, µg and the time constant (s) of its Gauss–Markov bias.
 
-    It is given what it would feel without error: where the hull pitches or rolls, gravity's part too.
+    Its input is the specific force, which contains gravity where the hull pitches or rolls.
     """
     return Instrument(
         rate=rate,

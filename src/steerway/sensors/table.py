@@ -1,4 +1,4 @@
-"""What an instrument declares to be fitted by a scenario: its keys, how it is built, and what it measures."""
+"""The declaration of an instrument for scenarios: its keys, how it is built, and what it measures."""
 
 from typing import Any, ClassVar
 

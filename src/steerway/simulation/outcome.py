@@ -1,4 +1,4 @@
-"""What a run amounts to: numbers, and the estimate held against the truth."""
+"""The numbers of a run, and the errors of its estimate."""
 
 import math
 
@@ -9,7 +9,7 @@ from steerway.pilot import Mode
 from steerway.simulation.loop import Run
 
 SETTLING = 30.0
-"""s at the beginning that do not count: the filter starts, the boat gathers way."""
+"""s at the beginning that are excluded: the filter converges, the boat accelerates."""
 
 
 def errors(run: Run) -> dict[str, np.ndarray]:
@@ -30,27 +30,27 @@ def crab_angle(run: Run) -> np.ndarray:
     return np.mod(run.true_cog - run["true_heading"] + np.pi, 2.0 * np.pi) - np.pi
 
 
-def judged(run: Run) -> np.ndarray:
-    """(n,) bool: the rows that count, under way and settled."""
+def evaluated(run: Run) -> np.ndarray:
+    """(n,) bool: the evaluated rows, under way and after the transient."""
     return (run["mode"] == Mode.UNDER_WAY) & (run.time > min(SETTLING, 0.2 * run.time[-1]))
 
 
 def numbers(run: Run, passages=()) -> dict[str, float]:
-    """The run in flat, named numbers; NaN where there is nothing to judge."""
-    rows = judged(run)
-    said = errors(run)
+    """The run in flat, named numbers; NaN where no row can be evaluated."""
+    rows = evaluated(run)
+    error = errors(run)
     cross = run["leg_cross_track"]
     true_cross = true_cross_track(run)
-    within = np.abs(said["cog"][rows]) <= 2.0 * run["estimated_cog_std"][rows]
-    known = np.isfinite(said["cog"][rows])
+    within = np.abs(error["cog"][rows]) <= 2.0 * run["estimated_cog_std"][rows]
+    known = np.isfinite(error["cog"][rows])
     return {
         "duration_s": float(run.time[-1]),
         "waypoints_reached": float(sum(each.reached for each in passages)),
         "waypoints_missed": float(sum(not each.reached for each in passages)),
-        "sog_rms_mps": rms(said["sog"][rows]),
-        "cog_rms_deg": math.degrees(rms(said["cog"][rows])),
-        "course_rate_rms_dps": math.degrees(rms(said["course_rate"][rows])),
-        "position_rms_m": rms(said["position"][rows]),
+        "sog_rms_mps": rms(error["sog"][rows]),
+        "cog_rms_deg": math.degrees(rms(error["cog"][rows])),
+        "course_rate_rms_dps": math.degrees(rms(error["course_rate"][rows])),
+        "position_rms_m": rms(error["position"][rows]),
         "cog_within_2sigma_pct": 100.0 * float(within[known].mean()) if known.any() else math.nan,
         "cross_track_rms_m": rms(true_cross[rows]),
         "cross_track_max_m": float(np.max(np.abs(true_cross[rows]), initial=0.0)),

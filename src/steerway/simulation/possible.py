@@ -15,7 +15,7 @@ MOST_STEPS = 20_000_000
 
 def check(scenario: Scenario) -> None:
     """Raise InputError, one sentence with the key's path, for the first that is found; then build every block once,
-    since each checks its own."""
+    which checks the rest."""
     assembly.begins(scenario)
     for rule in (_steps, _rates, _places, _speeds, _instruments, _propulsion):
         rule(scenario)

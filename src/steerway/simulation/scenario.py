@@ -28,7 +28,7 @@ class StartTable(Table):
 
 
 class CurrentTable(Table):
-    """Towards `direction_deg`; `std` of its wandering over `time_constant`."""
+    """Towards `direction_deg`; `std` of its Gauss–Markov variation with `time_constant`."""
 
     speed: Annotated[float, Field(ge=0.0, le=10.0)] = 0.0
     direction_deg: Number = 0.0
@@ -94,7 +94,7 @@ class AutopilotTable(Table):
 
 
 class SpeedTable(Table):
-    """Speed over ground to sail at where the waypoints do not say, and the bandwidth of its loop."""
+    """Speed over ground where a waypoint gives none, and the bandwidth of its control loop."""
 
     cruise: NotNegative | None = None
     bandwidth: Positive | None = None
@@ -120,7 +120,7 @@ class WaypointTable(Table):
 
 
 class RouteTable(Table):
-    """The waypoints, and what happens at the end."""
+    """The waypoints, the rule for passing them, and the behaviour at the end."""
 
     waypoints: tuple[WaypointTable, ...] = Field(min_length=2, description="at least 2 waypoints")
     at_end: Literal["stop", "hold", "continue"] = "stop"

@@ -1,4 +1,4 @@
-"""Vessels: one a file, each with her `derivatives` and an object that the loop can step."""
+"""Vessels, one per file, each with its `derivatives` and a class that the loop can step."""
 
 from steerway.core.kinematics import GroundMotion
 from steerway.vessels.actuators import Actuator

@@ -47,7 +47,7 @@ def derivatives(state, force, identification="linear", conditions=None) -> np.nd
 
 
 class CyberShip2:
-    """CyberShip II for the loop. Command: (surge force N, sway force N, yaw moment N·m), held to what she can give.
+    """CyberShip II for the loop. Command: (surge force N, sway force N, yaw moment N·m), limited by its actuators.
 
     `identification` is "linear" or "nonlinear", see the module. The velocities are through the water, which a current
     carries along. Raises InputError for another identification and an unknown method.

@@ -1,8 +1,8 @@
-"""Sea and air around a vessel: current, wind and waves, simple and repeatable.
+"""Current, wind and waves, simple and repeatable.
 
-An `Environment` says what there is; `start` makes a running `Sea` of it, which tells at every step the conditions
-(current and forces, see `vessel`) and the wave motion that antenna and compass feel. Directions in rad from true north:
-the current's and the waves' towards which they go, the wind's from which it blows, as sailors say.
+An `Environment` has the parameters; `start` makes a `Sea` of it, which has at every step the conditions (current and
+forces, see `vessel`) and the wave motion of the antenna. Directions in rad from true north: of current and waves
+towards which they go, of wind from which it blows.
 """
 
 import math
@@ -133,7 +133,7 @@ class Sea:
         self._tell(None)
 
     def advance(self, motion: GroundMotion | None = None) -> None:
-        """One step on. `motion` is the vessel's, for the wind she meets; without it she lies still, heading north."""
+        """One step on. `motion` of the vessel gives the relative wind; None: at rest, heading north."""
         if self._varies:
             _advance(self._wander, self._decays, self._swings, self._oscillator, self._next_row())
         if self._varies or self._met:

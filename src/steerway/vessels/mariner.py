@@ -6,7 +6,7 @@ about the cruise speed in lengths and speeds of the ship (prime system). The coe
 
 State u v r x y ψ δ: u, v, r are perturbations about the cruise speed (m/s, m/s, rad/s), position in m, heading and
 rudder in rad. A positive rudder command turns to starboard; the state δ carries the opposite sign. With the rudder
-amidships she turns by herself, as a single-screw ship does.
+amidships the ship turns slowly, as single-screw ships do.
 """
 
 import math

@@ -38,7 +38,7 @@ _CALM = np.zeros(5)
 class Nomoto:
     """A Nomoto vessel for the loop. Command: the rudder, or moment. State (5,): see `derivatives`.
 
-    `actuator` holds the rudder's limits, rate and lag; without a lag the rudder is where it is told to be. Raises
+    `actuator` holds the rudder's limits, rate and lag; without a lag the rudder equals its command. Raises
     InputError when gain, time constant, speed, bias or method cannot be used.
     """
 
@@ -60,7 +60,7 @@ class Nomoto:
         """The state at rest in yaw; a `speed` other than the vessel's own raises InputError."""
         own = self._parameters[2]
         if speed is not None and speed != own:
-            raise InputError(f"nomoto: start at {speed} m/s, expected her one speed of {own} m/s")
+            raise InputError(f"nomoto: start at {speed} m/s, expected its one speed of {own} m/s")
         return np.array([north, east, heading, 0.0, 0.0], dtype=np.float64)
 
     def step(self, state, command, conditions, step) -> np.ndarray:

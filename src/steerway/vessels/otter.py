@@ -1,4 +1,4 @@
-"""The Otter in six degrees of freedom, driven by two propellers.
+"""The Otter in six degrees of freedom, with two propellers.
 
 Newton and Euler about the centre of gravity for the rigid body, Kirchhoff for the water that moves with it, damping,
 cross-flow drag by strips, buoyancy. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021):
@@ -69,7 +69,7 @@ def derivatives(
     `payload_position` (forward, starboard, down) m; the current flows at `current_speed` m/s towards
     `current_direction` rad from true north. Editions: see `otter_hull`. Source: FH (3.42), (6.1), (6.61), (6.86).
 
-    Raises InputError for a load that she cannot carry and an unknown edition.
+    Raises InputError for a load beyond the limit and an unknown edition.
     """
     left, right = propeller_speeds
     hull = loaded(payload_mass, payload_position, edition)
@@ -198,7 +198,7 @@ def _derivatives(state, left, right, hull, current_speed, current_direction):
 
 
 class Otter:
-    """An Otter for the loop: her load, her edition, her propellers' lag (s) and how she is integrated.
+    """An Otter for the loop: its load, edition, propeller lag (s) and integration method.
 
     Command: propeller speeds left and right, rad/s. State (14,): the twelve of `derivatives` and the two propeller
     speeds, which follow their command with a first-order lag. Raises InputError as `derivatives` does, and for a
@@ -237,7 +237,7 @@ class Otter:
 
 @kernel
 def _sailing_rates(state, left, right, lag, hull, conditions):
-    """The 14 rates: the hull's, and the propellers' towards what they are told."""
+    """The 14 rates: those of the hull, and of the propellers towards their commands."""
     out = np.zeros(14)
     north, east, moment = conditions[CURRENT_NORTH], conditions[CURRENT_EAST], conditions[MOMENT]
     force_north, force_east = conditions[FORCE_NORTH], conditions[FORCE_EAST]

@@ -1,4 +1,4 @@
-"""The Otter's particulars, and everything about her that depends on the load only, computed once.
+"""The Otter's particulars, and all that depends on the load only, computed once.
 
 Maritime Robotics' Otter: catamaran of 2.0 m and 55 kg with a fixed propeller in each pontoon. Particulars and the
 editions follow T. I. Fossen's public Marine Systems Simulator; the relations are those of his Handbook of Marine Craft

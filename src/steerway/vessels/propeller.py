@@ -67,7 +67,7 @@ def thrust_coefficient(advance, curve):
 
 @kernel
 def thrust(speed, shaft, curve):
-    """Thrust (N, or what the curve's gain says) at a speed through the water (m/s) and a shaft speed (rev/s)."""
+    """Thrust (N, or in the unit of the curve's gain) at a speed through the water (m/s) and a shaft speed (rev/s)."""
     if shaft == 0.0:
         return 0.0
     return curve[_GAIN] * thrust_coefficient(curve[_REACH] * speed / shaft, curve) * shaft * abs(shaft)

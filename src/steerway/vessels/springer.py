@@ -1,10 +1,10 @@
 """Springer: a 4.2 m catamaran USV steered by the difference of two propellers, as identified on the water; P4 §2.1.
 
-Her yaw is a discrete model, x(k+1) = A x(k) + B n_d(k), ψ(k) = C x(k), at 1 s, with n_d = (n1 − n2)/2 in rpm and ψ in
-rad; her surge is a constant speed at n_c = (n1 + n2)/2 = 900 rpm. Any other step uses the same poles, exactly for a
+Yaw is a discrete model, x(k+1) = A x(k) + B n_d(k), ψ(k) = C x(k), at 1 s, with n_d = (n1 − n2)/2 in rpm and ψ in
+rad; surge is a constant speed at n_c = (n1 + n2)/2 = 900 rpm. Any other step uses the same poles, exactly for a
 held n_d.
 
-Two plants: the printed one has a pole of 1.002, so that her turning depends on the heading itself and even a straight
+Two plants: the printed one has a pole of 1.002, so that the turn depends on the heading itself and even a straight
 course at 57° takes −8 rpm; the physical one has 1 there, and heading is an integral like everywhere else.
 """
 
@@ -43,7 +43,7 @@ class HeadingModel(NamedTuple):
         return np.diag(self.poles), np.array(self.inputs) / RPM, np.array(self.outputs)
 
     def scaled(self, effectiveness: float) -> "HeadingModel":
-        """The same vessel with propellers that turn her `effectiveness` times as much."""
+        """The same vessel with `effectiveness` times the yaw moment of its propellers."""
         return self._replace(inputs=tuple(effectiveness * each for each in self.inputs))
 
 
@@ -73,7 +73,7 @@ class Springer:
         """The state at rest in yaw; a `speed` other than the vessel's own raises InputError."""
         own = self._parameters[7]
         if speed is not None and speed != own:
-            raise InputError(f"springer: start at {speed} m/s, expected her one speed of {own} m/s")
+            raise InputError(f"springer: start at {speed} m/s, expected its one speed of {own} m/s")
         return np.array([north, east, heading / self.yaw.outputs[0], 0.0, 0.0, 0.0])
 
     def step(self, state, command, conditions, step) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What a vessel declares to be sailed from a scenario: its keys, how it is built, and what its pilot has to know."""
+"""The declaration of a vessel for scenarios: its keys, how it is built, and the numbers its controllers use."""
 
 from typing import ClassVar, Literal
 

@@ -1,7 +1,7 @@
 """NMEA 0183 sentences out: RMC, GGA, VTG, ROT and HDT; APB, XTE and RMB of a leg. Each with checksum and line end.
 
 SI and radians in; unknown (NaN or None) becomes an empty field. Every number is rounded once, as a whole number of its
-last digit, so that no field says 60 minutes, 60 seconds or 360 degrees. Fields: NMEA 0183 version 4.11, as receiver
+last digit, so that no field has 60 minutes, 60 seconds or 360 degrees. Fields: NMEA 0183 version 4.11, as receiver
 manuals reprint them.
 """
 
@@ -12,7 +12,7 @@ from typing import NamedTuple
 from steerway.core.earth import KNOT, NAUTICAL_MILE
 
 TALKER = "SW"
-"""This project's own talker, so that a listener can tell its sentences from those of the receiver they came from."""
+"""This project's own talker identifier, which distinguishes its sentences from those of a receiver."""
 
 _DECIMALS = 7  # of minutes of arc: 0.2 mm
 
@@ -26,12 +26,12 @@ def sealed(body: str) -> str:
 
 
 def rmc(time, latitude, longitude, sog=math.nan, cog=math.nan, valid=True, talker=TALKER) -> str:
-    """Position, SOG, COG and date. Without `valid` or a position: status V, mode N, and nothing else is said."""
+    """Position, SOG, COG and date. Without `valid` or a position: status V, mode N, all other fields empty."""
     hour, date = _clock(time)
     if not valid or not _known(latitude, longitude):
         return sealed(f"{talker}RMC,{hour},V,,,,,,,{date},,,N")
-    said = f"{_fixed(sog, 1.0 / KNOT, 3)},{_course(cog)}"
-    return sealed(f"{talker}RMC,{hour},A,{_place(latitude, longitude)},{said},{date},,,A")
+    velocity = f"{_fixed(sog, 1.0 / KNOT, 3)},{_course(cog)}"
+    return sealed(f"{talker}RMC,{hour},A,{_place(latitude, longitude)},{velocity},{date},,,A")
 
 
 def gga(time, latitude, longitude, satellites=8, hdop=1.0, valid=True, talker=TALKER) -> str:

@@ -9,7 +9,7 @@ from steerway.simulation.assembly import begins
 from steerway.simulation.run import Sailed
 
 
-def write(sailed: Sailed, directory: Path, nmea: bool = False, remarks=()) -> list[Path]:
+def write(simulated: Sailed, directory: Path, nmea: bool = False, remarks=()) -> list[Path]:
     """run.parquet, index.html and, on request, run.nmea in `directory`; returns what was written.
 
     Raises InputError for a directory that cannot be written.
@@ -18,10 +18,10 @@ def write(sailed: Sailed, directory: Path, nmea: bool = False, remarks=()) -> li
     table, page, log = directory / "run.parquet", directory / "index.html", directory / "run.nmea"
     try:
         directory.mkdir(parents=True, exist_ok=True)
-        write_table(sailed.run, table, sailed.assembly.vessel.actuators, sailed.origin)
+        write_table(simulated.run, table, simulated.assembly.vessel.actuators, simulated.origin)
         if nmea:
-            write_log(sailed.run, log, begins(sailed.scenario), sailed.origin)
-        write_run_page(sailed, page, remarks)
+            write_log(simulated.run, log, begins(simulated.scenario), simulated.origin)
+        write_run_page(simulated, page, remarks)
     except OSError as error:
         raise InputError(f"cannot write {str(directory)!r}: {error.strerror or error}") from None
     return [table, page, *([log] if nmea else [])]
