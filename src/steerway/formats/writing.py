@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 from steerway.core.errors import InputError
-from steerway.core.records import Fixes, Motion
+from steerway.core.records import Fixes, Motion, Table
 from steerway.formats import geojson, gpx
 
 
@@ -65,8 +65,8 @@ def writer(path, tracks: bool = True) -> tuple[Writer, bool]:
     raise InputError(f"{str(path)!r} has an unknown ending, expected one of {', '.join(endings(tracks))}")
 
 
-def write(record, path: str | os.PathLike) -> None:
-    """Write `Fixes`, `Motion` or `Predictions` as CSV, Parquet, GeoJSON or GPX 1.0, by the ending of `path`.
+def write(record: Table, path: str | os.PathLike) -> None:
+    """Write fixes, an estimate or predictions as CSV, Parquet, GeoJSON or GPX 1.0, by the ending of `path`.
 
     A further ending `.gz` compresses. The file is written under another name in the same directory and then renamed,
     so that it is complete or absent. Columns are those of `to_frame`; numbers have the fewest digits that read back

@@ -12,16 +12,23 @@ from steerway.sensors.kinds import INSTRUMENTS
 
 
 class Suite:
-    """A receiver, and further instruments by their names in `kinds.INSTRUMENTS`; None is not aboard.
+    """A receiver, and further instruments by their names, or in the order, of `kinds.INSTRUMENTS`; None is not aboard.
 
-    Attributes: gnss; aboard, the further instruments by name. Raises InputError for an unknown name.
+    Attributes: `gnss`; `aboard`, the further instruments by name; each of them by its name, None where not aboard.
+    Raises InputError for an unknown name.
     """
 
-    def __init__(self, gnss: Gnss, **further):
-        for name in further:
+    def __init__(self, gnss: Gnss, *in_order, **named):
+        for name in named:
             one_of("instrument", name, tuple(INSTRUMENTS))
+        given = dict(zip(INSTRUMENTS, in_order, strict=False)) | named
         self.gnss = gnss
-        self.aboard = {name: further[name] for name in INSTRUMENTS if further.get(name) is not None}
+        self.aboard = {name: given[name] for name in INSTRUMENTS if given.get(name) is not None}
+
+    def __getattr__(self, name):
+        if name not in INSTRUMENTS:
+            raise AttributeError(f"a suite has no attribute {name!r}")
+        return self.aboard.get(name)
 
     def start(self, seed) -> "SuiteStream":
         """Everything switched on. `seed`: an int or a numpy Generator; each instrument draws numbers of its own."""

@@ -40,8 +40,7 @@ class SimulatedBoat:
         self._sea = aboard.environment.build().start(sea_seed, aboard.step)
         suite = assembly.instruments(aboard)
         self._gnss = suite.gnss.start(receiver_seed)
-        compass = suite.aboard.get("compass")
-        self._compass = compass and compass.start(compass_seed)
+        self._compass = suite.compass and suite.compass.start(compass_seed)
         self._state = self.vessel.start(*(each for each in assembly.start(aboard) if each is not None))
         self._steps = 0
         self.heading = math.nan
