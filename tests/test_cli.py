@@ -87,7 +87,7 @@ def test_an_input_is_never_overwritten(log):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["estimate", "missing.nmea"], "missing.nmea: cannot be read (no such file)"),
         (["estimate", "LOG", "-o", "track.xls"], ".parquet"),
@@ -106,10 +106,10 @@ def test_an_input_is_never_overwritten(log):
         (["sail"], "No such command"),
     ],
 )
-def test_mistakes_end_in_one_sentence_and_2(log, arguments, told):
+def test_mistakes_end_in_one_sentence_and_2(log, arguments, message):
     code, out, err = run(*(str(log) if each == "LOG" else each for each in arguments))
     assert code == 2
-    assert told in err and err.startswith("steerway: ") and err.count("\n") == 1, err
+    assert message in err and err.startswith("steerway: ") and err.count("\n") == 1, err
     assert "Traceback" not in err and out == ""
 
 

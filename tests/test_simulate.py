@@ -85,7 +85,7 @@ def test_the_log_is_what_the_receiver_read_and_the_estimate_comes_back_from_it(w
     assert np.allclose(placed.sog, run["read_sog"][read], atol=3e-4)
     assert np.allclose(placed.heading, run["read_heading"][read], atol=2e-4)
     again = FiveStateFilter("otter").filter(placed)
-    # The same filter on the log says what it said in the loop, where it ran at 50 Hz.
+    # The same filter on the log gives the estimate of the loop, where it ran at 50 Hz.
     there = run["estimated_sog"][read]
     known = np.isfinite(there) & np.isfinite(again.sog)
     assert known.sum() > 280 and np.max(np.abs(again.sog - there)[known][10:]) < 0.01
@@ -97,10 +97,10 @@ def test_errors_are_estimate_minus_truth_and_the_cross_track_error_is_the_true_p
     leg[0] = False
     true = track_errors_of(run["true_north"][leg], run["true_east"][leg], math.atan2(20.0, 30.0))
     assert np.allclose(outcome.true_cross_track(run)[leg], true, atol=1e-9)
-    said = outcome.errors(run)
-    assert np.nanmean(run["estimated_sog"] - run.true_sog) == pytest.approx(np.nanmean(said["sog"]))
+    errors = outcome.errors(run)
+    assert np.nanmean(run["estimated_sog"] - run.true_sog) == pytest.approx(np.nanmean(errors["sog"]))
     turn = np.angle(np.exp(1j * (run["estimated_cog"] - run.true_cog)))
-    assert np.allclose(said["cog"], turn, equal_nan=True)
+    assert np.allclose(errors["cog"], turn, equal_nan=True)
 
 
 def track_errors_of(north, east, direction):
@@ -145,10 +145,10 @@ def test_an_autopilot_that_will_hunt_is_warned_of_and_with_strict_refused(tmp_pa
 
 
 def test_advise_by_profile():
-    told = called("advise", "otter", "--speed", 1.2, "--bandwidth", 0.3, "--position-std", 0.5)
-    assert "An autopilot of 0.3 rad/s fits: the course estimate carries 0.81 rad/s at 1.2 m/s" in told.output
-    told = called("advise", "otter", "--speed", 1.2, "--nomoto-time", 1.0)
-    assert "carries 0.81 rad/s" in told.output and "autopilots up to 0.5" in told.output
+    result = called("advise", "otter", "--speed", 1.2, "--bandwidth", 0.3, "--position-std", 0.5)
+    assert "An autopilot of 0.3 rad/s fits: the course estimate carries 0.81 rad/s at 1.2 m/s" in result.output
+    result = called("advise", "otter", "--speed", 1.2, "--nomoto-time", 1.0)
+    assert "carries 0.81 rad/s" in result.output and "autopilots up to 0.5" in result.output
     for words, sentence in (
         (("advise", "otter"), "--speed is missing"),
         (("advise", "oter", "--speed", 1), "profile 'oter' is unknown"),
@@ -176,9 +176,9 @@ def test_on_truth_and_by_compass_nothing_limits_the_autopilot():
 
 def test_the_demo_sails_its_mission_and_tells_the_estimate_from_the_truth(tmp_path):
     rows, files = simulate_demo(tmp_path)
-    told = dict(rows)
-    assert told["waypoints"] == "5 reached, 0 missed"
-    assert float(told["speed over ground, estimated against true"].split()[0]) < 0.25
-    assert float(told["course over ground, estimated against true"].split()[0]) < 15.0
+    result = dict(rows)
+    assert result["waypoints"] == "5 reached, 0 missed"
+    assert float(result["speed over ground, estimated against true"].split()[0]) < 0.25
+    assert float(result["course over ground, estimated against true"].split()[0]) < 15.0
     assert all(path.stat().st_size > 10_000 for path in files) and len(files) == 3
     assert math.isfinite(begins(parse_scenario(SCENARIO)))

@@ -1,7 +1,7 @@
 """The accuracy of a fix from its dilution of precision, for receivers that report nothing better.
 
-HDOP times what a range errs by makes the horizontal error, a radius. What a range errs by depends on how the fix was
-made; the numbers here are orders of magnitude, sufficient to distinguish a fix of centimetres from one of metres.
+HDOP times the range error is the horizontal error, a radius. The range error depends on the kind of fix; the numbers
+here are orders of magnitude, sufficient to distinguish a fix of centimetres from one of metres.
 """
 
 import math

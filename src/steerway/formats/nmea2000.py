@@ -86,7 +86,7 @@ def read(data: bytes) -> Recording:
 
 
 def _messages(data, skipped):
-    """(stamp, pgn, source, bytes) of every whole message the reader has a use for."""
+    """(stamp, pgn, source, bytes) of every whole message that is read."""
     found, parts = [], {}
     lines = 0
     for match in _LINE.finditer(data):
@@ -169,7 +169,7 @@ class _Decoded:
 
 
 class _Variation:
-    """The magnetic variation (rad, + east) that the bus announced last."""
+    """The magnetic variation (rad, + east) last sent on the bus."""
 
     def __init__(self, table):
         value = table.value("variation", _ANGLE)
@@ -184,7 +184,7 @@ class _Variation:
 
 
 def _correct_clock(tables, notes):
-    """Set the logger's clock by GNSS where it is wrong by more than messages are late."""
+    """Set the logger's clock by GNSS where its error exceeds the delay of messages."""
     own = _gnss_time(tables[129029])
     late = own - tables[129029].time
     if not np.isfinite(late).any():

@@ -150,7 +150,7 @@ def _std(place):
 
 
 def _has_fix(epoch):
-    """Whether the receiver vouches for the position (gnssFixOK), which it does within its own accuracy limits."""
+    """Whether the receiver flags the position as valid (gnssFixOK), within its own accuracy limits."""
     pvt, status = epoch.get("NAV-PVT"), epoch.get("NAV-STATUS")
     if pvt is not None:
         return bool(pvt.gnssFixOk) and pvt.fixType != _NO_FIX and not getattr(pvt, "invalidLlh", 0)
@@ -164,7 +164,7 @@ def _is_surveyed(epoch):
 
 
 def _time(epoch):
-    """Unix time to the nanosecond fields; NaN where the receiver does not vouch for it."""
+    """Unix time to the nanosecond fields; NaN where the receiver does not flag it as valid."""
     clock = epoch.get("NAV-PVT")
     if clock is not None:
         valid, second = clock.validDate and clock.validTime, clock.second

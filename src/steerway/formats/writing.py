@@ -29,7 +29,7 @@ def _gpx(record, file):
 
 
 class Writer(NamedTuple):
-    """How a record is written: `write(record, file)`. `tracks`: tables with columns of a track only."""
+    """How a record is written: `write(record, file)`. `tracks`: for fixes and estimates only."""
 
     write: Callable[[Any, BinaryIO], None]
     compresses: bool = True
@@ -47,7 +47,7 @@ WRITERS = {
 
 
 def endings(tracks: bool = True) -> tuple[str, ...]:
-    """The endings `write` knows; without those that only tracks can be written to when `tracks` is False."""
+    """The supported endings; with `tracks` False only those for any table."""
     known = {ending: each for ending, each in WRITERS.items() if tracks or not each.tracks}
     return (*known, *(f"{ending}.gz" for ending, each in known.items() if each.compresses))
 

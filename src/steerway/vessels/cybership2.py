@@ -31,7 +31,7 @@ THRUST = (
     Actuator("sway force", -1.5, 1.5),
     Actuator("yaw moment", -1.5, 1.5),
 )
-"""What propellers, rudders and bow thruster together can give: N, N, N·m."""
+"""Limits of propellers, rudders and bow thruster together: N, N, N·m."""
 _LIMITS = np.array([each.high for each in THRUST])
 
 IDENTIFICATIONS = ("linear", "nonlinear")

@@ -22,7 +22,7 @@ _DRAWS = 11
 
 @dataclass(frozen=True)
 class Current:
-    """`speed` m/s towards `direction`; north and east parts wander with 1σ `std` over `time_constant` s."""
+    """`speed` m/s towards `direction`; Gauss–Markov variation of each component: 1σ `std`, `time_constant` s."""
 
     speed: float = 0.0
     direction: float = 0.0
@@ -48,7 +48,7 @@ class Wind:
 
 @dataclass(frozen=True)
 class Waves:
-    """Motion to and fro along `direction` in a band about `frequency` rad/s, and a slow drift force.
+    """Oscillation along `direction` in a band about `frequency` rad/s, and a slow drift force.
 
     `displacement_std` m, `roll_std` and `pitch_std` rad are the 1σ of oscillators with relative damping `damping`,
     independent of one another. `drift` N pushes along `direction`, with 1σ `drift_std` over `drift_time` s. The motion
@@ -102,7 +102,7 @@ class Environment:
 
 
 class Sea:
-    """A running environment: `conditions` (5,) and `waves` are now's, `advance` goes one step on."""
+    """A running environment: `conditions` (5,) and `waves` of the present step; `advance` computes the next."""
 
     def __init__(self, environment: Environment, seed, step: float):
         current, wind, waves = environment.current, environment.wind, environment.waves

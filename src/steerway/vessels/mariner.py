@@ -29,7 +29,7 @@ CRUISE_SPEED = 7.7175  # 15 knots
 WATER_DENSITY = 1025.0
 RUDDER = Actuator("rudder", math.radians(-40.0), math.radians(40.0), rate=math.radians(5.0), lag=1.0)
 
-# Mass, inertia and centre of gravity, less the accelerations' coefficients.
+# Mass, inertia and centre of gravity, minus the acceleration coefficients.
 _PER_MASS = 1e-5
 _SURGE_MASS = 798.0 + 42.0
 _SWAY_MASS = 798.0 + 748.0
@@ -68,7 +68,7 @@ def _forces(u, v, r, d):
 
 @kernel
 def _rudder_rate(rudder, delta):
-    """What the steering engine does about the state δ; the command has the opposite sign."""
+    """The rate of the state δ by the steering engine; the command has the opposite sign."""
     wanted = -min(max(rudder, _LOW), _HIGH)
     return min(max((wanted - delta) / _LAG, -_FASTEST), _FASTEST)
 

@@ -48,14 +48,14 @@ class HeadingModel(NamedTuple):
 
 
 PAPER_YAW = HeadingModel((1.002, 0.9945), (6.354e-6, -4.699e-6), (34.13, 15.11))
-"""P4 (4), its scrambled matrices decoded: any other order of the digits gives a vessel that cannot fly the mission."""
+"""P4 (4), its scrambled matrices decoded: with any other order of the digits the mission fails."""
 PHYSICAL_YAW = PAPER_YAW._replace(poles=(1.0, 0.9945))
 
 
 class Springer:
     """Springer for the loop. Command: (n_d,) in rad/s. State (6,): x y (m), the two states of yaw, n_d (rad/s), ψ̇.
 
-    plant: "paper" or "physical". effectiveness: factor on B. bias: what n_d is off by, rad/s. speed: through the water.
+    plant: "paper" or "physical". effectiveness: factor on B. bias: error of n_d, rad/s. speed: through the water.
     Raises InputError for what cannot be used.
     """
 

@@ -1,4 +1,4 @@
-"""Epochs out of sentences: the clock that gives each sentence its time, and the rows where those of one time meet.
+"""Epochs out of sentences: the clock that gives each sentence its time, and the rows that join those of one time.
 
 The clock is one for the whole log, whichever talker set it: a date comes with RMC and ZDA only, and is carried from
 there, over midnight too, by taking the day that brings a time of day nearest to the clock (or to the receive time).
@@ -18,7 +18,7 @@ from steerway.formats.nmea0183.scan import TALKERS
 COLUMNS = 14
 TIME, LAT, LON, STD, SOG, COG, HEADING, WATER, YAW, MAGNETIC, QUANTUM, RECEIVED, UNDATED, GIVEN = range(COLUMNS)
 
-# What the assembler remembers between calls.
+# The state of the assembler between calls.
 MEMORY = 9
 CLOCK, EPOCH, IS_UNDATED, SHIFT, LAST_VARIATION, FIRST_VARIATION, ROLLOVERS, OWN_VARIATION, RMC_VARIATION = range(
     MEMORY
@@ -42,7 +42,7 @@ _COLUMN_OF = np.array([STD, SOG, COG, HEADING, WATER, YAW])
 
 
 def new_memory() -> np.ndarray:
-    """The assembler's memory before the first sentence."""
+    """The initial state of the assembler."""
     memory = np.full(MEMORY, np.nan)
     memory[[IS_UNDATED, SHIFT, ROLLOVERS, OWN_VARIATION, RMC_VARIATION]] = 0.0
     return memory
@@ -153,7 +153,7 @@ def _says_nothing(value):
 
 @kernel
 def _row_of_timed(rows, n, seen, value, kind, time, undated, newest):
-    """The open row a timed sentence meets, or a new one."""
+    """The open row of a timed sentence, or a new one."""
     for k in range(OPEN):
         at = newest[k]
         if at >= 0 and _meets(rows[at], value, kind, seen[at], time):
@@ -196,7 +196,7 @@ def _row_of_untimed(rows, n, seen, value, kind, memory, latest, newest):
 
 @kernel
 def _date_all(rows, memory, latest):
-    """The first date has come: move what was counted from 1970 until now."""
+    """At the first date: shift the times counted from 1970 until now."""
     for k in range(len(rows)):
         rows[k, TIME] += memory[SHIFT] * rows[k, UNDATED]
         rows[k, UNDATED] = 0.0

@@ -19,7 +19,7 @@ from steerway.formats.nmea0183.epochs import (
 from steerway.formats.nmea0183.fields import FORMATTERS, LAST_POSITION
 
 _HALF_DAY = 0.5 * DAY
-_STRAY = 16  # rows that one damaged date can lead astray before the next date comes
+_STRAY = 16  # rows that one damaged date can affect before the next date
 _POSITIONS = (2 << LAST_POSITION) - 1  # the bits of `seen` of sentences with a position
 _FEW = 4  # rows: fewer, as they come from a live link, show no two streams
 _TWO_STREAMS = 0.3  # of the epochs with two positions: below, they are accidents
@@ -50,7 +50,7 @@ def mended_times(rows: np.ndarray, memory: np.ndarray) -> tuple[np.ndarray, list
 
 
 def _mend_strays(time):
-    """Bring short runs of rows on a foreign day back, in place; how many rows."""
+    """Correct short runs of rows with another date, in place; returns their number."""
     jumps = np.flatnonzero(np.abs(np.diff(time)) > _HALF_DAY)
     mended = 0
     for before, last in pairwise(jumps):

@@ -62,7 +62,7 @@ def hdt(heading=math.nan, talker=TALKER) -> str:
 
 
 class Leg(NamedTuple):
-    """What autopilots want to know of the leg under way: m, rad, true; NaN for unknown."""
+    """The present leg as autopilots need it: m, rad, true; NaN for unknown."""
 
     cross_track: float  # + when the boat is to starboard of the leg
     direction: float  # from origin to destination
@@ -76,7 +76,7 @@ class Leg(NamedTuple):
     destination: str = ""
     is_arrived: bool = False  # within the circle of acceptance
     is_passed: bool = False  # beyond the line through the destination across the leg
-    speed: float = math.nan  # asked for, m/s
+    speed: float = math.nan  # commanded, m/s
 
 
 def xte(leg: Leg, valid=True, talker=TALKER) -> str:
@@ -99,7 +99,7 @@ def apb(leg: Leg, valid=True, talker=TALKER) -> str:
 
 
 def rmb(leg: Leg, valid=True, talker=TALKER) -> str:
-    """Where the destination lies; the cross-track error is at most 9.99 nautical miles, the distance 999.9."""
+    """Bearing and distance of the destination, at most 999.9 nautical miles; cross-track error, at most 9.99."""
     status, error = _status(leg, valid), _cross_track(leg, valid, 9.99)
     place = _place(leg.latitude, leg.longitude) if _known(leg.latitude, leg.longitude) else ",,,"
     distance, bearing, closing = "", "", ""
