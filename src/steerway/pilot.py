@@ -18,6 +18,8 @@ from steerway.guidance.line_of_sight import GuidanceLaw
 from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
 
+__all__ = ["Mission", "Mode", "Orders", "Pilot", "Propulsion", "SpeedLoop", "SteadyForce"]
+
 
 class Mode(IntEnum):
     """What the pilot is doing."""

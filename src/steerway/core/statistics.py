@@ -1,12 +1,9 @@
-"""Statistics of samples of which some are unknown."""
-
-import math
+"""Figures of merit that several rooms use."""
 
 import numpy as np
 
 
 def rms(values) -> float:
-    """Root mean square of the finite values; NaN where there are none."""
-    known = np.asarray(values, dtype=np.float64)
-    known = known[np.isfinite(known)]
-    return float(np.sqrt(np.mean(known * known))) if len(known) else math.nan
+    """Root mean square of an array of any shape, in its unit; NaN if a value is NaN, or if there is none."""
+    values = np.asarray(values, float)
+    return float(np.sqrt(np.mean(np.square(values)))) if values.size else float("nan")

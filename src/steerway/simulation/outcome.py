@@ -47,18 +47,22 @@ def numbers(run: Run, passages=()) -> dict[str, float]:
         "duration_s": float(run.time[-1]),
         "waypoints_reached": float(sum(each.reached for each in passages)),
         "waypoints_missed": float(sum(not each.reached for each in passages)),
-        "sog_rms_mps": rms(error["sog"][rows]),
-        "cog_rms_deg": math.degrees(rms(error["cog"][rows])),
-        "course_rate_rms_dps": math.degrees(rms(error["course_rate"][rows])),
-        "position_rms_m": rms(error["position"][rows]),
+        "sog_rms_mps": _known_rms(error["sog"][rows]),
+        "cog_rms_deg": math.degrees(_known_rms(error["cog"][rows])),
+        "course_rate_rms_dps": math.degrees(_known_rms(error["course_rate"][rows])),
+        "position_rms_m": _known_rms(error["position"][rows]),
         "cog_within_2sigma_pct": 100.0 * float(within[known].mean()) if known.any() else math.nan,
-        "cross_track_rms_m": rms(true_cross[rows]),
+        "cross_track_rms_m": _known_rms(true_cross[rows]),
         "cross_track_max_m": float(np.max(np.abs(true_cross[rows]), initial=0.0)),
-        "estimated_cross_track_rms_m": rms(cross[rows]),
+        "estimated_cross_track_rms_m": _known_rms(cross[rows]),
         "crab_angle_max_deg": math.degrees(np.max(np.abs(crab_angle(run)[rows]), initial=0.0)),
         "hand_overs": float(np.abs(np.diff(run["by_course"])).sum()),
         "finished": float(run["mode"][-1] == Mode.STOPPED),
     }
+
+
+def _known_rms(values) -> float:
+    return rms(values[np.isfinite(values)])
 
 
 def true_cross_track(run):

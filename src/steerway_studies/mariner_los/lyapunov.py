@@ -5,20 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.control.course import AnglePID, place_poles
-from steerway.control.handover import Helm
-from steerway.control.rudder import Rudder
-from steerway.core.angles import wrap
-from steerway.estimation.course.onboard import AtFaceValue
-from steerway.guidance.line_of_sight import LineOfSight, line_of_sight
-from steerway.guidance.reference import LowPass
-from steerway.guidance.route import Route
-from steerway.guidance.waypoints import Mission
+from steerway.control import AnglePID, Helm, Rudder, place_poles
+from steerway.core import LegState
+from steerway.estimation.course import AtFaceValue
+from steerway.guidance import LineOfSight, LowPass, Mission, Route
 from steerway.pilot import Pilot
-from steerway.sensors.suite import Truth
-from steerway.simulation.loop import sail
-from steerway.vessels.mariner import CRUISE_SPEED, RUDDER, Mariner
-from steerway_studies.mariner_los_ship import BANDWIDTH, LOOKAHEAD, LOW_PASS, STEP
+from steerway.sensors import Truth
+from steerway.simulation import sail
+from steerway.vessels import MARINER_CRUISE_SPEED as CRUISE_SPEED
+from steerway.vessels import MARINER_RUDDER as RUDDER
+from steerway.vessels import Mariner
+from steerway_studies.mariner_los.ship import BANDWIDTH, LOOKAHEAD, LOW_PASS, STEP
 from steerway_studies.papers.course_autopilot import MARINER_NOMOTO
 
 OFFSET = 600.0
@@ -79,8 +76,13 @@ def _ideal(duration=1500.0):
     return Approach(time, cross_track, promised(cross_track, CRUISE_SPEED))
 
 
+_NORTHWARD = LegState(
+    1, direction=0.0, along_track=0.0, cross_track=0.0, remaining=0.0, distance=0.0, bearing=0.0, speed=0.0
+)
+
+
 def _desired(error):
-    return wrap(line_of_sight(0.0, error, 0.0, LOOKAHEAD)[0])
+    return LineOfSight(LOOKAHEAD).step(_NORTHWARD._replace(cross_track=error), math.nan, math.nan, STEP).angle
 
 
 def _ship(duration=1500.0):

@@ -3,12 +3,35 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from steerway.report.figures import BAD, OURS, QUIET, THEIRS
-from steerway.vessels.mariner import RUDDER
-from steerway_studies.mariner_los_ship import SWITCH_RADIUS, asked_rudder_rate, route, rudder
+from steerway.report import BAD, OURS, QUIET, THEIRS
+from steerway.vessels import MARINER_RUDDER as RUDDER
+from steerway_studies.mariner_los.ship import (
+    STATED_NOISE,
+    SWITCH_RADIUS,
+    Case,
+    asked_rudder_rate,
+    route,
+    rudder,
+    voyage,
+)
 
 _COLOURS = {"true states": QUIET, "printed filter": THEIRS, "product filter": OURS}
 _NOISE = "noise of 0.0634 m a step, 4.7 m in the long run; T_lp = 40 s"
+
+
+def all_figures(seed: int) -> dict:
+    """Figures 5 to 8, (figure, caption) by stem, of one seed."""
+    runs = {
+        "true states": voyage(Case("truth"))[0],
+        "printed filter": voyage(Case("printed", STATED_NOISE, seed=seed))[0],
+        "product filter": voyage(Case("product", STATED_NOISE, seed=seed))[0],
+    }
+    return {
+        "figure_5_track": track(runs),
+        "figure_6_course": course(runs),
+        "figure_7_speed": speed(runs),
+        "figure_8_rudder": rudder_angle(runs),
+    }
 
 
 def track(runs):

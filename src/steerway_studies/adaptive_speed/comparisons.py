@@ -1,4 +1,4 @@
-"""From judged voyages to named numbers: the worst of seeds and plants beside what the paper says and asks."""
+"""From judged voyages to named numbers: the worst of seeds and plants, compared with the paper's claims."""
 
 import math
 
@@ -13,7 +13,7 @@ STEADY = {3: 5.975, 6: 10.529, 9: 15.093}
 REQUIREMENT = "< 40 s, no overshoot, 1 %"
 
 
-def record(results, judged, tracks) -> None:
+def compare_all(results, judged, tracks) -> None:
     """Every number of the study into `results`, in the order in which it is read."""
     _plant(results)
     _published(results, tracks["published"])
@@ -282,7 +282,7 @@ def _remarks(numbers) -> list[str]:
         "away.",
         "The Lyapunov argument holds for constant g, which no propeller has: with g(u, n) of Table II V rises on "
         "its way.",
-        "As printed the boat cannot go straight by herself: the slightest yaw grows as e^(0.139 u t), so that v = "
+        "As printed the boat is directionally unstable: the slightest yaw grows as e^(0.139 u t), so that v = "
         "r = 0 of section II-B needs a heading loop.",
         "Plant T: Tables I and II with D = 0.8 m, η = 0.8, ρ = 1.025 t/m³, two propellers, n in rev/s up to 17.5, "
         "which the paper leaves out. Plant P: a surrogate fitted to the published curves. MRAC+ runs on plants a "
@@ -297,5 +297,5 @@ def _remarks(numbers) -> list[str]:
         "not follow it waits or can name the wrong one.",
         "Estimates are judged after 10 s, as the paper's figures 13–15 are drawn. GPS 0.03 m/s and log 0.002 m/s "
         "at 10 Hz, white; accelerometer at 200 Hz with 5 mg at switching on, 5 µg in the run, 60 µg/√Hz and a "
-        "gravity leak of 0.0034 m/s² over 5 s. The filter is told these sizes.",
+        "gravity leak of 0.0034 m/s² over 5 s. The filter is given these sizes.",
     ]

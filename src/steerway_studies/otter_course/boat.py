@@ -1,27 +1,20 @@
-"""P0 section 5: the Otter told 20° and back, steered as published and by the product's blocks."""
+"""P0 section 5: the Otter on course commands of 20° and 0°, steered as published and by the product's blocks."""
 
 import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from steerway.control.allocation import OTTER_PROPELLERS
-from steerway.control.course import AnglePID, AnglePIDGains, place_poles
-from steerway.control.handover import Helm
-from steerway.core.angles import wrap
-from steerway.estimation.course.filter import FiveStateFilter
-from steerway.estimation.course.onboard import FilterEstimator
-from steerway.estimation.profiles import Profile
-from steerway.guidance.reference import Reference, ReferenceModel
-from steerway.guidance.route import Route
-from steerway.guidance.waypoints import Mission
-from steerway.identification.yaw import YawModel, identify_yaw_from_fixes
+from steerway.control import OTTER_PROPELLERS, AnglePID, AnglePIDGains, Helm, place_poles
+from steerway.core import wrap
+from steerway.estimation import FiveStateFilter, Profile
+from steerway.estimation.course import FilterEstimator
+from steerway.guidance import Mission, Reference, ReferenceModel, Route
+from steerway.identification import YawModel, identify_yaw_from_fixes
 from steerway.pilot import Pilot, SteadyForce
-from steerway.sensors.gnss import white
-from steerway.sensors.suite import Suite
-from steerway.simulation.loop import Run, sail
-from steerway.vessels.otter import Otter
-from steerway.vessels.vessel import CALM
+from steerway.sensors import Suite, white
+from steerway.simulation import Run, sail
+from steerway.vessels import CALM, Otter
 from steerway_studies.papers.course_autopilot import OTTER_NOMOTO, OTTER_PRINTED_GAINS
 from steerway_studies.papers.ekf_5states import Ekf5States
 from steerway_studies.papers.otter_allocation import propeller_speeds
@@ -42,7 +35,7 @@ PRINTED_DERIVATIVE = 0.889  # s; (68) rounds it
 PRODUCT_MOTION = {"speed_noise": 1e-2, "course_rate_noise": 1e-2, "course_rate_decay": 0.1}
 """What the product's filter supposes of the boat: α2 as in P0, densities such that it carries 1 rad/s at 0.1 m."""
 RUN_IN = 60.0
-"""s on course 0 before the command: a boat that knows her course gets it."""
+"""s on course 0 before the command: by then the course is known."""
 
 
 def boat() -> Otter:
@@ -51,13 +44,13 @@ def boat() -> Otter:
 
 
 def commanded(time: float) -> float:
-    """The course told, rad: 20° from 0 s, 0 again from 20 s on."""
+    """The commanded course, rad: 20° from 0 s, 0 again from 20 s on."""
     return COMMAND if 0.0 <= time < BACK_AT else 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """A published run, arrays (n,); SI, rad. `told` and `turning` (n, 2) are propeller speeds left and right, rad/s."""
+    """A published run, arrays (n,); SI, rad. Propeller speeds `commanded` and `turning` (n, 2): left, right."""
 
     time: np.ndarray
     north: np.ndarray
@@ -71,7 +64,7 @@ class Record:
     estimated_cog: np.ndarray
     estimated_rate: np.ndarray
     desired: np.ndarray
-    told: np.ndarray
+    commanded: np.ndarray
     turning: np.ndarray
 
 
@@ -92,10 +85,10 @@ def as_published(noise: float = 0.0, seed: int = 0, duration: float = DURATION) 
         error, rate_error = wrap(estimate[3] - desired[0]), estimate[4] - desired[1]
         forward = PRINTED_INERTIA * (desired[2] + desired[1])
         moment = forward - proportional * (error + integral / integral_time + PRINTED_DERIVATIVE * rate_error)
-        told = propeller_speeds(FORCE, moment)
+        speeds = propeller_speeds(FORCE, moment)
         true = motion.north, motion.east, motion.sog, motion.cog, motion.course_rate
-        rows.append((k * STEP, *true, *estimate, desired[0], *told, *state[12:]))
-        state = ship.step(state, told, CALM, STEP)
+        rows.append((k * STEP, *true, *estimate, desired[0], *speeds, *state[12:]))
+        state = ship.step(state, speeds, CALM, STEP)
         desired = reference_model(*desired, commanded(k * STEP), REFERENCE_BANDWIDTH, 1.0, math.inf, STEP)
         integral += STEP * error
     columns = np.array(rows)
@@ -165,11 +158,11 @@ def zigzag(noise: float, seed: int, moment: float = 5.0, turn: float = math.radi
             filter.update_north_east(fix.north, fix.east)
         if side * filter.cog > turn:  # an unknown course compares false
             side = -side
-        told = side * moment if filter.underway else 0.0
-        rows.append((k * STEP, told, motion.north, motion.east))
-        state = ship.step(state, OTTER_PROPELLERS.step(FORCE, told)[:2], CALM, STEP)
-    time, told, north, east = np.array(rows).T
-    return time, told, receiver.fixes(time, north, east, seed)
+        command = side * moment if filter.underway else 0.0
+        rows.append((k * STEP, command, motion.north, motion.east))
+        state = ship.step(state, OTTER_PROPELLERS.step(FORCE, command)[:2], CALM, STEP)
+    time, moments, north, east = np.array(rows).T
+    return time, moments, receiver.fixes(time, north, east, seed)
 
 
 def identified(noise: float, seed: int) -> YawModel:

@@ -1,6 +1,6 @@
 """Unwinding: what P0 (54) spares a boat by wrapping the course error, on the Nomoto model that its gains come from."""
 
-from steerway.core.angles import wrap
+from steerway.core import wrap
 from steerway_studies.papers.course_autopilot import OTTER_NOMOTO, rudder
 
 _STEP = 0.02

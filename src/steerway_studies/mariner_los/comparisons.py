@@ -1,42 +1,15 @@
-"""mariner-los: P1 section 4, a MARINER-class ship path following on an estimated course, published beside measured.
-
-Fossen, "Line-of-sight path-following control utilizing an extended Kalman filter for estimation of speed and course
-over ground from GNSS positions", Journal of Marine Science and Technology, 2022.
-"""
+"""What the study of path following compares: gains, true states, a rotated scene, filters, saturation, Lyapunov."""
 
 import math
 from functools import partial
 
 import numpy as np
 
-from steerway.control.course import place_poles
-from steerway.simulation.campaign import over_seeds
-from steerway.vessels.mariner import RUDDER
-from steerway_studies import mariner_los_figures as figures
-from steerway_studies.mariner_los_lyapunov import approaches
-from steerway_studies.mariner_los_ship import (
-    BANDWIDTH,
-    LOW_PASS,
-    PRINTED_NOISE,
-    STATED_NOISE,
-    STEP,
-    Case,
-    asked_rudder_rate,
-    cross_track,
-    rudder,
-    straight,
-    voyage,
-)
+from steerway.control import place_poles
+from steerway_studies.mariner_los import figures
+from steerway_studies.mariner_los.lyapunov import approaches
+from steerway_studies.mariner_los.ship import BANDWIDTH, LOW_PASS, NOISES, PRINTED_NOISE, SETTLED, Case
 from steerway_studies.papers.course_autopilot import MARINER_NOMOTO, closed_loop_poles
-from steerway_studies.study import Results, Study
-
-SEEDS = 4
-ROTATION_SEEDS = 1
-ROTATIONS = tuple(range(0, 360, 15))
-LOW_PASSES = (20.0, 40.0, 100.0, 200.0)
-SETTLED = 100.0
-"""s after which an estimate's error counts."""
-NOISES = {"0p21": PRINTED_NOISE, "0p0634": STATED_NOISE}
 
 CIRCUMSTANCES = [("truth", PRINTED_NOISE, "truth")] + [
     (feedback, noise, f"{feedback}_{label}") for feedback in ("printed", "product") for label, noise in NOISES.items()
@@ -46,67 +19,14 @@ PUBLISHED_GAINS = {"K_p": 1.45, "T_d": 36.3, "T_i": 200.0}
 TRUTH_SWITCHES = (252.7, 1063.3, 1596.6, 2329.3)
 
 
-def measured(case: Case) -> dict[str, float]:
-    """What one run amounts to; errors of the estimate against the truth, angles in degrees."""
-    run, mission = voyage(case)
-    counted = (run.time > SETTLED) & np.isfinite(run["estimated_cog"])
-    leg = straight(run)
-    asked = asked_rudder_rate(run)
-    achieved = np.gradient(rudder(run), STEP)
-    limited = (np.abs(run.command[:, 0]) > RUDDER.high - 1e-6) | (np.abs(asked) > RUDDER.rate)
-    numbers = {
-        "finished": float(len(mission.log.reached) == 5),
-        "duration_s": run.time[-1],
-        "cog_rms_deg": math.degrees(_rms(_turned(run["estimated_cog"] - run.true_cog)[counted])),
-        "sog_rms_mps": _rms((run["estimated_sog"] - run.true_sog)[counted]),
-        "rate_rms_dps": math.degrees(_rms((run["estimated_course_rate"] - run["true_course_rate"])[counted])),
-        "cross_track_rms_m": _rms(cross_track(run, case.turned)),
-        "cross_track_max_m": float(np.abs(cross_track(run, case.turned)).max()),
-        "rudder_max_deg": math.degrees(np.abs(rudder(run)).max()),
-        "rudder_rate_max_dps": math.degrees(np.abs(asked).max()),
-        "straight_rudder_rate_rms_dps": math.degrees(_rms(asked[leg])),
-        "straight_achieved_rudder_rate_rms_dps": math.degrees(_rms(achieved[leg])),
-        "saturated_pct": 100.0 * float(np.mean(limited)),
-    }
-    return numbers | {f"switch_s_{each.waypoint}": each.time for each in mission.log.passages}
-
-
-def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results:
-    """See Study."""
-    results = Results("mariner-los: path following of a MARINER-class ship on an estimated course (P1 §4)")
-    chosen = range(first_seed, first_seed + (seeds or SEEDS))
-    turned_seeds = range(first_seed, first_seed + (seeds or ROTATION_SEEDS))
-    truths = [Case("truth", low_pass=low_pass) for low_pass in LOW_PASSES]
-    noisy = [
-        Case(feedback, noise, low_pass, seed=seed)
-        for feedback in ("printed", "product")
-        for noise in NOISES.values()
-        for low_pass in LOW_PASSES
-        for seed in chosen
-    ]
-    rotated = [
-        Case(feedback, turned=math.radians(angle), seed=seed)
-        for feedback in ("printed", "product")
-        for angle in ROTATIONS
-        for seed in turned_seeds
-    ]
-    cases = truths + noisy + rotated
-    told = progress and (lambda part: progress(0.95 * part, f"{len(cases)} voyages"))
-    found = dict(zip(cases, over_seeds(partial(_nth, cases), range(len(cases)), progress=told), strict=True))
-
+def compare_all(results, truths, noisy, rotated) -> None:
+    """Case → `measured` numbers: on true states, on the filters, and on the filters with the scene rotated."""
     _gains(results)
-    _truth(results, found[Case("truth", low_pass=LOW_PASS)])
-    _rotations(results, {case: found[case] for case in rotated})
-    _estimates(results, {case: found[case] for case in noisy})
-    _saturation(results, {case: found[case] for case in truths + noisy})
-    _lyapunov(results)
-    _figures(results, first_seed)
-    results.remarks += REMARKS
-    return results
-
-
-def _nth(cases, index):
-    return measured(cases[index])
+    _truth(results, truths[Case("truth", low_pass=LOW_PASS)])
+    _rotations(results, rotated)
+    _estimates(results, noisy)
+    results.figures["saturation"] = figures.saturation(_saturation(results, truths | noisy))
+    results.figures["lyapunov"] = figures.lyapunov(*_lyapunov(results))
 
 
 def _gains(results):
@@ -142,7 +62,7 @@ def _truth(results, numbers):
         results.compare(f"truth_switch_s_{waypoint}", value, what, "s", target=f"{expected} ± 2", met=met)
     for key, what, unit, expected, slack, published in (
         ("rudder_max_deg", "true states: largest rudder", "°", 31.3, 1.0, ""),
-        ("rudder_rate_max_dps", "true states: largest rudder rate asked for", "°/s", 3.76, 0.2, "< 5"),
+        ("rudder_rate_max_dps", "true states: largest rudder rate commanded", "°/s", 3.76, 0.2, "< 5"),
         ("cross_track_max_m", "true states: largest cross-track error", "m", 427.0, 10.0, ""),
     ):
         met = abs(numbers[key] - expected) <= slack
@@ -158,10 +78,13 @@ def _rotations(results, found):
     what = "route finished, scene turned in steps of 15°: product filter, no speed given"
     results.compare("rotations_finished_pct", every, what, "%", target="100", met=every == 100.0)
     results.compare(
-        "rotations_finished_printed_pct", share("printed", lambda angle: True), "the same, printed filter", "%"
+        "rotations_finished_printed_pct",
+        share("printed", lambda angle: True),
+        "route finished, scene turned in steps of 15°: printed filter",
+        "%",
     )
     beyond = share("printed", lambda angle: math.cos(angle) < math.cos(math.radians(120.0)) - 1e-9)
-    what = "the same, printed filter, turned by more than 120°"
+    what = "route finished, scene turned by more than 120°: printed filter"
     results.compare("rotations_finished_printed_beyond_120_pct", beyond, what, "%", target="0", met=beyond == 0.0)
 
 
@@ -180,7 +103,7 @@ _ESTIMATED = (
     ("rate_rms_dps", "RMS of course rate", "°/s"),
     ("cross_track_max_m", "largest cross-track error", "m"),
     ("cross_track_rms_m", "RMS of cross-track error", "m"),
-    ("straight_rudder_rate_rms_dps", "rudder-rate RMS on straight legs, asked of the machine", "°/s"),
+    ("straight_rudder_rate_rms_dps", "rudder-rate RMS on straight legs, commanded", "°/s"),
     ("straight_achieved_rudder_rate_rms_dps", "rudder-rate RMS on straight legs, achieved", "°/s"),
 )
 
@@ -192,36 +115,37 @@ def _estimates(results, found):
         printed, product = (_mean(found, key, feedback, PRINTED_NOISE) for feedback in ("printed", "product"))
         ratios[key] = printed / product
     ratio = ratios["straight_rudder_rate_rms_dps"]
-    what = "rudder-rate RMS on straight legs, asked of the machine at the printed noise: printed over product"
+    what = "rudder-rate RMS on straight legs, commanded at the printed noise: printed over product"
     results.compare("rudder_rate_ratio", ratio, what, "", target="≥ 2", met=ratio >= 2.0)
     achieved = ratios["straight_achieved_rudder_rate_rms_dps"]
-    results.compare("rudder_rate_ratio_achieved", achieved, "the same of the rudder's own rate, limited to 5 °/s")
+    what = "rudder-rate RMS on straight legs, achieved within 5 °/s at the printed noise: printed over product"
+    results.compare("rudder_rate_ratio_achieved", achieved, what)
     for label, noise in NOISES.items():
         for feedback in ("printed", "product"):
             for key, what, unit in _ESTIMATED:
-                told = f"{feedback} filter, {noise:g} m a step: {what}"
+                description = f"{feedback} filter, {noise:g} m a step: {what}"
                 value = _mean(found, key, feedback, noise)
-                results.compare(f"{feedback}_{label}_{key}", value, told, unit)
+                results.compare(f"{feedback}_{label}_{key}", value, description, unit)
 
 
 def _saturation(results, found):
     """The claim that saturation is avoided: rudder, time beyond a limit and deviation, for each T_lp."""
-    table = {}
+    table, low_passes = {}, sorted({case.low_pass for case in found})
     for feedback, noise, label in CIRCUMSTANCES:
         where = "true states" if feedback == "truth" else f"{feedback} filter, {noise:g} m a step"
         table[where] = rows = []
-        for low_pass in LOW_PASSES:
+        for low_pass in low_passes:
             mean = partial(_mean, found, feedback=feedback, noise=noise, low_pass=low_pass)
             row = {key: mean(key) for key in ("rudder_max_deg", "saturated_pct", "cross_track_max_m")}
             results.numbers |= {f"{label}_tlp_{low_pass:.0f}_{key}": value for key, value in row.items()}
             rows.append((low_pass, *row.values()))
-    for low_pass in LOW_PASSES:
+    for low_pass in low_passes:
         for label, where in (("truth", "true states"), ("printed_0p21", "printed filter and noise")):
             key = f"{label}_tlp_{low_pass:.0f}_saturated_pct"
             what = f"{where}, T_lp {low_pass:.0f} s: time with the rudder or its rate at a limit"
             published = "0" if low_pass >= 100.0 else ""
             results.compare(key, results.numbers[key], what, "%", published)
-    results.figures["saturation"] = figures.saturation(table)
+    return table
 
 
 def _lyapunov(results):
@@ -231,7 +155,7 @@ def _lyapunov(results):
     results.compare(
         "lyapunov_ideal_difference", ideal.relative_error, what, "", "0", "≤ 0.001", ideal.relative_error <= 1e-3
     )
-    for key, approach, where in (("ideal", ideal, "on the desired course"), ("ship", ship, "of the ship herself")):
+    for key, approach, where in (("ideal", ideal, "on the desired course"), ("ship", ship, "of the ship")):
         value = approach.falling_pct
         what = f"part of the approach {where} on which V falls, to 1 m from the path"
         results.compare(
@@ -243,30 +167,7 @@ def _lyapunov(results):
             "100" if key == "ideal" else "",
             value == 100.0 if key == "ideal" else None,
         )
-    results.figures["lyapunov"] = figures.lyapunov(ideal, ship)
-
-
-def _figures(results, seed):
-    runs = {
-        "true states": voyage(Case("truth"))[0],
-        "printed filter": voyage(Case("printed", STATED_NOISE, seed=seed))[0],
-        "product filter": voyage(Case("product", STATED_NOISE, seed=seed))[0],
-    }
-    for stem, draw in (
-        ("figure_5_track", figures.track),
-        ("figure_6_course", figures.course),
-        ("figure_7_speed", figures.speed),
-        ("figure_8_rudder", figures.rudder_angle),
-    ):
-        results.figures[stem] = draw(runs)
-
-
-def _rms(values) -> float:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else math.nan
-
-
-def _turned(angle):
-    return np.mod(angle + np.pi, 2.0 * np.pi) - np.pi
+    return ideal, ship
 
 
 REMARKS = [
@@ -279,8 +180,8 @@ REMARKS = [
     "of the time. At the noise that gives the stated 4.7 m, and with the product's filter at either noise, a limit is "
     "met for about 1 % of the time with T_lp of 100 to 200 s, and for 2 to 10 % with 20 to 40 s; strictly it is not "
     "avoided there either.",
-    "At the smaller noise the product's filter is the better estimate, but no calmer for the rudder than the printed "
-    "one: its gain is the ship's and the receiver's, not a trade against rudder. The calmer way is a slower autopilot.",
+    "At the smaller noise the product's filter is the better estimate, but moves the rudder no less than the printed "
+    "one: its gain is the ship's and the receiver's, not a trade against rudder. A slower autopilot moves it less.",
     "P1 (42)–(43) drive the receiver's error with 0.21 m a step; at the printed step of 0.1 s that is 15.6 m in the "
     "long run, not the 4.7 m stated. 0.0634 m a step gives 4.7 m. Both are run.",
     "Corrections (see the errata): plus signs in (29), 1/K in (30), signed x_e in (45) and sine and cosine put right "
@@ -293,6 +194,3 @@ REMARKS = [
     f"{SETTLED:.0f} s on. The product's filter carries the receiver's slow error as two states of its own, with the "
     "true 1σ and time constant.",
 ]
-
-
-STUDY = Study("mariner-los", "P1 §4: path following of a MARINER-class ship on an estimated course", run)

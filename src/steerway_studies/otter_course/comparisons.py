@@ -1,18 +1,12 @@
-"""otter-course: P0 sections 5–7, an Otter told 20° and back, and estimates on real logs, published beside measured.
-
-Fossen and Fossen, "Five-state extended Kalman filter for estimation of speed over ground (SOG), course over ground
-(COG) and course rate of unmanned surface vehicles (USVs): experimental results", Sensors 21, 2021, 7910.
-"""
+"""What the study of the Otter compares: the published set-up, its gains, and the product with noise."""
 
 import math
 
 import numpy as np
 
-from steerway.control.bandwidth import carried_bandwidth
-from steerway.control.course import place_poles
-from steerway.simulation.campaign import over_seeds
-from steerway_studies import otter_course_figures as figures
-from steerway_studies.otter_course_boat import (
+from steerway.control import carried_bandwidth, place_poles
+from steerway.core import rms, wrap_array
+from steerway_studies.otter_course.boat import (
     BACK_AT,
     COMMAND,
     FIX_EVERY,
@@ -20,16 +14,12 @@ from steerway_studies.otter_course_boat import (
     PRODUCT_MOTION,
     RUN_IN,
     STEP,
-    as_published,
     identified,
     steered_by_product,
 )
-from steerway_studies.otter_logs import add_logs
+from steerway_studies.otter_course.unwinding import turned
 from steerway_studies.papers.course_autopilot import OTTER_NOMOTO, closed_loop_poles
-from steerway_studies.study import Results, Study
-from steerway_studies.unwinding import turned
 
-SEEDS = 20
 COUNTED = 5.0
 """s after which errors count."""
 BAND = math.radians(1.0)
@@ -39,39 +29,7 @@ CRUISE = 1.3
 """m/s that 100 N make in the end."""
 
 
-def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results:
-    """See Study."""
-    results = Results("otter-course: an Otter told 20° and back, and real logs (P0 §5–7)")
-    published = as_published()
-    _verbatim(results, published)
-    _gains(results)
-    failing = as_published(0.01, first_seed)
-    what = "published tuning with 1 cm of noise: RMS of the estimated COG"
-    error = math.degrees(_rms(_turned(failing.estimated_cog - failing.cog)[failing.time >= COUNTED]))
-    results.compare("verbatim_1cm_cog_rms_deg", error, what, "°", target="fails", met=error > 20.0)
-
-    chosen = range(first_seed, first_seed + (seeds or SEEDS))
-    told = progress and (lambda part: progress(0.8 * part, f"{len(chosen)} seeds with noise"))
-    _noisy(results, over_seeds(noisy_numbers, chosen, progress=told))
-
-    runs = {
-        f"product filter, {noise:g} m of noise, ω_n = {bandwidth:g} rad/s": steered_by_product(
-            noise, bandwidth, identified(noise, first_seed), first_seed
-        )
-        for noise, bandwidth, _ in NOISY.values()
-    }
-    results.figures["figure_4_positions"] = figures.positions(published)
-    results.figures["figure_5_propellers"] = figures.propellers(published)
-    results.figures["figure_6_states"] = figures.states(published)
-    results.figures["noise"] = figures.noise(failing, runs)
-    if progress:
-        progress(0.85, "real logs")
-    results.remarks += REMARKS
-    add_logs(results)
-    return results
-
-
-def _verbatim(results, record):
+def published_set_up(results, record):
     late = record.time >= COUNTED
     up = record.time < BACK_AT
     overshoot = max((record.cog[up].max() - COMMAND) / COMMAND, -record.cog[~up].min() / COMMAND)
@@ -79,19 +37,26 @@ def _verbatim(results, record):
         _settled(record.time[up], record.cog[up] - COMMAND),
         _settled(record.time[~up], record.cog[~up]) - BACK_AT,
     )
-    course = math.degrees(_rms(_turned(record.estimated_cog - record.cog)[late]))
-    rate = math.degrees(_rms((record.estimated_rate - record.course_rate)[late]))
+    course = math.degrees(rms(wrap_array(record.estimated_cog - record.cog)[late]))
+    rate = math.degrees(rms((record.estimated_rate - record.course_rate)[late]))
     for key, value, what, unit, target, met in (
-        ("sog_rms_mps", _rms((record.estimated_sog - record.sog)[late]), "RMS of SOG", "m/s", "≤ 0.006", 0.006),
+        ("sog_rms_mps", rms((record.estimated_sog - record.sog)[late]), "RMS of SOG", "m/s", "≤ 0.006", 0.006),
         ("cog_rms_deg", course, "RMS of COG", "°", "≤ 0.06", 0.06),
         ("rate_rms_dps", rate, "RMS of course rate", "°/s", "≤ 0.15", 0.15),
         ("overshoot_pct", 100.0 * overshoot, "overshoot of the course", "%", "≤ 4", 4.0),
     ):
-        told = f"published set-up, no noise: {what}"
-        results.compare(f"verbatim_{key}", value, told, unit, "“quite accurately”", target, value <= met)
+        label = f"published set-up, no noise: {what}"
+        results.compare(f"verbatim_{key}", value, label, unit, "“quite accurately”", target, value <= met)
     what = "published set-up, no noise: settling to ± 1° of each step, the later"
     met = abs(settling - 9.7) <= 0.5
     results.compare("verbatim_settling_s", settling, what, "s", target="9.7 ± 0.5", met=met)
+
+
+def published_with_noise(results, record):
+    """The published tuning, which supposes none, with fixes of 1 cm."""
+    error = math.degrees(rms(wrap_array(record.estimated_cog - record.cog)[record.time >= COUNTED]))
+    what = "published tuning with 1 cm of noise: RMS of the estimated COG"
+    results.compare("verbatim_1cm_cog_rms_deg", error, what, "°", target="> 20: fails", met=error > 20.0)
 
 
 def _settled(time, error):
@@ -100,7 +65,7 @@ def _settled(time, error):
     return time[outside[-1] + 1] if len(outside) and outside[-1] + 1 < len(time) else time[0]
 
 
-def _gains(results):
+def gains(results):
     """(57)–(59) from both readings of T and K; poles of (56); unwinding."""
     placed = place_poles(*OTTER_NOMOTO, bandwidth=1.5)
     by_ratio = place_poles(1.0 / PRINTED_INERTIA, 1.0, bandwidth=1.5)
@@ -143,12 +108,12 @@ def noisy_numbers(seed: int) -> dict[str, float]:
 
 def _course_rms(run, run_in=RUN_IN):
     """RMS (°) of true course minus desired course, while one is desired."""
-    error = _turned(run.true_cog - run["reference_angle"])
+    error = wrap_array(run.true_cog - run["reference_angle"])
     counted = (run.time >= run_in + COUNTED) & np.isfinite(error)
-    return math.degrees(_rms(error[counted]))
+    return math.degrees(rms(error[counted]))
 
 
-def _noisy(results, found):
+def product_with_noise(results, found):
     mean = {key: float(np.mean([numbers[key] for numbers in found])) for key in found[0]}
     worst = {key: float(np.max([numbers[key] for numbers in found])) for key in found[0]}
     density = PRODUCT_MOTION["course_rate_noise"]
@@ -157,31 +122,35 @@ def _noisy(results, found):
         key = f"{stem}_course_rms_deg"
         what = f"product filter, {where}: RMS of true course minus desired course"
         results.compare(key, mean[key], what, "°", target=f"≤ {target}", met=mean[key] <= target)
-        results.compare(f"{key}_worst", worst[key], "the same, worst seed", "°")
+        results.compare(f"{key}_worst", worst[key], f"{what}, worst seed", "°")
         key = f"{stem}_cold_rms_deg"
-        results.compare(key, mean[key], "the same, told 20° at the first fix", "°")
+        results.compare(
+            key,
+            mean[key],
+            f"product filter, {where}, commanded 20° at the first fix: RMS of true minus desired course",
+            "°",
+        )
         key = f"{stem}_paper_feedforward_rms_deg"
-        results.compare(key, mean[key], f"{where}: the same, feedforward of the paper's K and T", "°")
+        results.compare(
+            key,
+            mean[key],
+            f"product filter, {where}, feedforward of the paper's K and T: RMS of true minus desired course",
+            "°",
+        )
         for key, what, unit, published in (
             ("identified_gain", "K of the course", "rad/s per N·m", f"{OTTER_NOMOTO[0]}"),
             ("identified_time_s", "T of the course", "s", f"{OTTER_NOMOTO[1]}"),
         ):
-            told = f"{what}, identified from a zigzag with {noise:g} m of noise"
-            results.compare(f"{stem}_{key}", mean[f"{stem}_{key}"], told, unit, published)
+            text = f"{what}, identified from a zigzag with {noise:g} m of noise"
+            results.compare(f"{stem}_{key}", mean[f"{stem}_{key}"], text, unit, published)
         carried = carried_bandwidth(CRUISE, density, noise, STEP * FIX_EVERY)
-        what = f"bandwidth that the estimate carries with {noise:g} m of noise"
+        what = f"bandwidth that the estimate supports with {noise:g} m of noise"
         results.compare(f"{stem}_carried_bandwidth_radps", carried, what, "rad/s")
     key = "noisy_0p5_at_1p5_rms_deg"
-    what = "0.5 m of noise at the paper's ω_n = 1.5 rad/s, beyond what the estimate carries: the same RMS"
+    what = (
+        "0.5 m of noise at the paper's ω_n = 1.5 rad/s, beyond the bandwidth that the estimate supports: RMS of course"
+    )
     results.compare(key, mean[key], what, "°")
-
-
-def _rms(values) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
-def _turned(angle):
-    return np.mod(angle + np.pi, 2.0 * np.pi) - np.pi
 
 
 REMARKS = [
@@ -197,9 +166,9 @@ REMARKS = [
     f"{PRODUCT_MOTION['course_rate_noise']:g} rad²/s³, α2 = {PRODUCT_MOTION['course_rate_decay']:g} 1/s and the "
     "fixes' own σ; feedback gains by (57)–(59) from T/K = 41.4 at the stated ω_n; feedforward (55) from K and T of "
     "the course, identified from the positions of a zigzag with the same noise. The boat is under way for "
-    f"{RUN_IN:.0f} s before she is told 20°. Told at the first fix, while speed and course are still being found, "
-    "she errs about twice as much in these 40 s: the helm steers by no course that it does not know, and with "
-    "0.5 m of noise it takes 2 to 4 s to know one at 1 m/s, and then not well.",
+    f"{RUN_IN:.0f} s before the command of 20°. Commanded at the first fix, while the estimate of speed and course "
+    "converges, its error in these 40 s is about twice as large: the autopilot waits until the course is known, which "
+    "takes 2 to 4 s at 1 m/s with 0.5 m of noise, and then it is not known well.",
     "The paper's K and T are those of the yaw moment of inertia. The course of this model answers more slowly: "
     "propellers lag, and a hull without linear damping in sway drifts through the turn. With their feedforward the "
     "course falls behind its reference even on true states (RMS 2.8° at ω_n = 1 and 7.0° at 0.5 rad/s).",
@@ -207,8 +176,5 @@ REMARKS = [
     "the pair from −ω_n to −0.59 and −1.28 ω_n. Unwinding: the error of (54) is wrapped, so that no turn is longer "
     "than 180°; at 180° itself the moment jumps, which is why stability is not global.",
     "On the real logs the printed filter's numbers hold its start, from U = 0 and χ = 0, and its spikes where fixes "
-    "are missing; in between it says what the receiver says, as the figures show.",
+    "are missing; in between it agrees with the receiver, as the figures show.",
 ]
-
-
-STUDY = Study("otter-course", "P0 §5–7: an Otter told 20° and back, and the estimate on real logs", run)

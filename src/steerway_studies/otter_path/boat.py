@@ -5,24 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.core.angles import wrap
-from steerway.estimation.course.filter import FiveStateFilter
-from steerway.estimation.course.onboard import FilterEstimator
-from steerway.estimation.profiles import Profile
-from steerway.guidance.adaptive_line_of_sight import AdaptiveLineOfSight
-from steerway.guidance.integral_line_of_sight import IntegralLineOfSight
-from steerway.guidance.line_of_sight import LineOfSight
-from steerway.guidance.reference import TrackingFilter
-from steerway.guidance.route import Route
-from steerway.guidance.waypoints import Mission
+from steerway.core import rms, wrap, wrap_array
+from steerway.estimation import FiveStateFilter, Profile
+from steerway.estimation.course import FilterEstimator
+from steerway.guidance import AdaptiveLineOfSight, IntegralLineOfSight, LineOfSight, Mission, Route, TrackingFilter
 from steerway.pilot import Pilot
-from steerway.sensors.compass import Compass
-from steerway.sensors.gnss import white
-from steerway.sensors.suite import Suite
-from steerway.simulation.loop import Run, Start, sail
-from steerway.vessels import Otter
-from steerway.vessels.environment import Current, Environment
-from steerway.vessels.otter import BOAT_FOR_SMALL_MOMENTS
+from steerway.sensors import Compass, Suite, white
+from steerway.simulation import Run, Start, sail
+from steerway.vessels import OTTER_BOAT_FOR_SMALL_MOMENTS, Current, Environment, Otter
 
 LEG, JUDGED = 400.0, (150.0, 380.0)
 SEA = Environment(Current(0.3, math.pi / 2.0), force=(0.0, 5.0))
@@ -30,7 +20,7 @@ LOOKAHEAD = {0.7: 10.0, 1.2: 15.0}
 NOISES = (0.1, 0.5)
 RATE, STEP = 5.0, 0.02
 FILTER = {"speed_noise": 1e-3, "course_rate_noise": 4e-3, "course_rate_decay": 0.3}
-"""The spectral densities of the filter in the loop, for every noise and speed; it is told the fixes' 1σ."""
+"""The spectral densities of the filter in the loop, for every noise and speed; the 1σ of the fixes is known to it."""
 
 
 class Case(NamedTuple):
@@ -49,7 +39,7 @@ CASES = (
 
 def sailed(case: Case, seed: int) -> Run:
     """One leg."""
-    boat = BOAT_FOR_SMALL_MOMENTS
+    boat = OTTER_BOAT_FOR_SMALL_MOMENTS
     pilot = Pilot(
         FilterEstimator(FiveStateFilter(Profile(position_std=case.noise, **FILTER))),
         Mission(Route([0.0, LEG], [0.0, 0.0], 1.0)),
@@ -94,12 +84,8 @@ def leg(case: Case, seed: int) -> Leg:
         return Leg(*[math.nan] * 5)
     east = run["true_east"][rows]
     turn = run["estimated_cog"] - run.true_cog
-    error = np.mod(turn[rows] + np.pi, 2.0 * np.pi) - np.pi
+    error = wrap_array(turn[rows])
     return Leg(rms(east), float(east.mean()), _crab(run.rows(rows)), rms(error), rms(run["yaw"][rows]))
-
-
-def rms(values) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def _crab(run) -> float:

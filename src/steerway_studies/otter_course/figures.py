@@ -3,10 +3,20 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from steerway.report.figures import BAD, OURS, QUIET, THEIRS
-from steerway_studies.otter_course_boat import BACK_AT, RUN_IN, commanded
+from steerway.report import BAD, OURS, QUIET, THEIRS
+from steerway_studies.otter_course.boat import BACK_AT, RUN_IN, commanded
 
 _ZOOM = (6.0, 7.0)  # s: the estimate of the turn, fix by fix
+
+
+def all_figures(published, failing, runs) -> dict:
+    """(figure, caption) by stem: the published run, the one with 1 cm of noise, and the product's by name."""
+    return {
+        "figure_4_positions": positions(published),
+        "figure_5_propellers": propellers(published),
+        "figure_6_states": states(published),
+        "noise": noise(failing, runs),
+    }
 
 
 def positions(record):
@@ -16,7 +26,7 @@ def positions(record):
     axes.plot(record.estimated_east, record.estimated_north, color=OURS, linewidth=2.5, alpha=0.5, label="estimated")
     axes.plot(record.east, record.north, color="black", linewidth=1.0, label="true")
     turn = np.searchsorted(record.time, BACK_AT)
-    axes.plot(record.east[turn], record.north[turn], "o", color=BAD, markersize=6, label="told back to 0°")
+    axes.plot(record.east[turn], record.north[turn], "o", color=BAD, markersize=6, label="command back to 0°")
     axes.set_xlabel("east (m)")
     axes.set_ylabel("north (m)")
     axes.set_aspect("equal", adjustable="datalim")
@@ -30,7 +40,7 @@ def propellers(record):
     figure = Figure(figsize=(9.0, 5.5), layout="constrained")
     panels = figure.subplots(2, 1, sharex=True)
     for k, (axes, name) in enumerate(zip(panels, ("n₁, left", "n₂, right"), strict=True)):
-        axes.plot(record.time, record.told[:, k], color=QUIET, linewidth=0.8, label="command")
+        axes.plot(record.time, record.commanded[:, k], color=QUIET, linewidth=0.8, label="command")
         axes.plot(record.time, record.turning[:, k], color=OURS, linewidth=1.4, label="propeller")
         axes.set_ylabel(f"{name} (rad/s)")
         _finish(axes)

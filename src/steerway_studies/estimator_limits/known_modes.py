@@ -1,6 +1,6 @@
-"""Is the filter's arithmetic right, and what is the form of its correction worth: filters that are told the modes.
+"""Whether the filter is consistent, and what the form of its correction gains: filters with known modes.
 
-The filter that is told when turns begin and end has nothing to find out: its doubts have to be right, straight and in
+The filter that knows when turns begin and end has nothing to find out: its NEES has to be right, straight and in
 turns. The form of a correction is that of a pose in the plane (`mixture.turn_along`) or the textbook's, which adds a
 gain times the innovation to every state.
 """
@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from steerway.core.compiled import kernel
-from steerway.estimation.course.model import LEAVING
+from steerway.core import kernel
+from steerway.estimation.course import LEAVING
 from steerway_studies.estimator_limits.cells import CELLS, PLACES, QUANTITIES, WHAT, WHERE, WORDS, over_cells, sums
 from steerway_studies.estimator_limits.consistency import nees, report_nees
 from steerway_studies.estimator_limits.particles import begun, go, in_plane, particle_filter, steps
@@ -25,24 +25,24 @@ POOR_COURSE_STD, EARLY = math.radians(60.0), 60.0
 """A course all but unknown to begin with, and for how long it tells (s)."""
 FORMS = {"invariant": True, "textbook": False}
 KINDS = {
-    "told": "told the modes",
-    "early": f"told the modes, course known to {math.degrees(POOR_COURSE_STD):.0f}° at first, first minute",
+    "told": "known modes",
+    "early": f"known modes, course known to {math.degrees(POOR_COURSE_STD):.0f}° at first, first minute",
     "weighing": "weighing 300 histories of modes",
-    "one_manner": "one manner of moving, that of the average",
+    "one_manner": "one motion model, that of the average",
 }
 
 
-def told_filter(places, start, turning, models, dt, invariant=True) -> tuple[np.ndarray, np.ndarray]:
+def known_mode_filter(places, start, turning, models, dt, invariant=True) -> tuple[np.ndarray, np.ndarray]:
     """(n, 5) states and (n, 5, 5) covariances of an extended Kalman filter that knows the mode (n,) of every step."""
     step, _ = steps(models, dt)
     x, p = np.empty((len(places), 5)), np.empty((len(places), 5, 5))
     x[0], p[0] = start
-    _told(places, turning.astype(np.int64), models, step, invariant, x, p)
+    _known(places, turning.astype(np.int64), models, step, invariant, x, p)
     return x, np.triu(p) + np.swapaxes(np.triu(p, 1), 1, 2)
 
 
 @kernel
-def _told(places, mode, models, step, invariant, x, p):
+def _known(places, mode, models, step, invariant, x, p):
     work = np.empty((5, 5))
     for k in range(1, len(places)):
         m = mode[k - 1]
@@ -51,22 +51,22 @@ def _told(places, mode, models, step, invariant, x, p):
 
 
 def one(name: str, seed: int) -> dict[str, np.ndarray]:
-    """`sums` by form and kind of filter on one voyage of a cell, and the NEES of the filter that is told."""
+    """`sums` by form and kind of filter on one voyage of a cell, and the NEES of the filter with known modes."""
     cell = CELLS[name]
     voyage, fixes = cell.sailed(seed)
     models, places, dt = cell.profile.manners(), in_plane(fixes), 1.0 / cell.scenario.rate
     average = models.copy()
-    average[:, :LEAVING] = cell.profile.on_average.model()[:LEAVING]  # whichever mode she is said to be in
+    average[:, :LEAVING] = cell.profile.on_average.model()[:LEAVING]  # the same motion model in both modes
     start, poor = begun(voyage, models, seed), begun(voyage, models, seed, POOR_COURSE_STD)
     places_sailed = straight_and_turning(cell.scenario, voyage)
     early = [(voyage.time > 0.0) & (voyage.time <= EARLY)] * 2
     found = {}
     for form, invariant in FORMS.items():
-        states, covariance = told_filter(places, start, voyage.turning, models, dt, invariant)
+        states, covariance = known_mode_filter(places, start, voyage.turning, models, dt, invariant)
         estimates = {
             "told": (states, places_sailed),
-            "early": (told_filter(places, poor, voyage.turning, models, dt, invariant)[0], early),
-            "one_manner": (told_filter(places, start, voyage.turning, average, dt, invariant)[0], places_sailed),
+            "early": (known_mode_filter(places, poor, voyage.turning, models, dt, invariant)[0], early),
+            "one_manner": (known_mode_filter(places, start, voyage.turning, average, dt, invariant)[0], places_sailed),
         }
         if name in HISTORIES:
             weighed, _ = particle_filter(places, start, models, dt, HISTORIES[name], seed, invariant)
@@ -85,8 +85,11 @@ def measured(seeds, first_seed, progress) -> dict[str, dict[str, np.ndarray]]:
 
 def report(results: Results, found) -> None:
     """NEES as comparisons; the cost of the textbook's form as a table of the page."""
-    results.section = "Consistency, told the modes"
-    for form, who in (("invariant", "filter told the modes"), ("textbook", "filter told the modes, textbook's form")):
+    results.section = "Consistency, known modes"
+    for form, who in (
+        ("invariant", "filter with known modes"),
+        ("textbook", "filter with known modes, textbook form"),
+    ):
         product = form == "invariant"
         for name, kinds in found.items():
             key = f"told_filter_{name}" if product else f"told_filter_textbook_{name}"

@@ -3,14 +3,14 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from steerway.report.figures import BAD, OURS, QUIET, THEIRS
-from steerway_studies.otter_path_boat import JUDGED, LEG, LOOKAHEAD, NOISES, Case, sailed
+from steerway.report import BAD, OURS, QUIET, THEIRS
+from steerway_studies.otter_path.boat import JUDGED, LEG, LOOKAHEAD, NOISES, Case, sailed
 
 _GREEN = "#2e8b57"
 _EVERY = 10
 
 
-def figures(seed: int) -> dict:
+def all_figures(seed: int) -> dict:
     """The figures by stem, with their captions, of one seed."""
     laws = ("course", "heading", "integral", "adaptive")
     runs = {(law, speed): _thinned(sailed(Case(0.1, speed, law), seed)) for law in laws for speed in LOOKAHEAD}
@@ -32,7 +32,7 @@ def figures(seed: int) -> dict:
         "crab": (
             _crab(course),
             "Course guidance, fixes of 0.1 m: the bow points into current and wind so that the course lies on the leg. "
-            "Nobody told the pilot the crab angle.",
+            "The pilot is not given the crab angle.",
         ),
     }
 

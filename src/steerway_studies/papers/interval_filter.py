@@ -1,11 +1,13 @@
 """The interval Kalman filter as printed, P4 (11)–(15) after Chen, Wang and Shieh (1997): the matrices of the ordinary
 filter with every product and quotient taken on intervals. Labelled: it forgets that one coefficient is one number, and
-so its bounds run away within seconds; see `sharpened`.
+so its bounds run away within seconds; the product has `steerway.estimation.heading.IntervalFilter`.
 """
+
+import math
 
 import numpy as np
 
-from steerway.core.compiled import kernel
+from steerway.core import kernel
 from steerway.estimation.heading.composite import (
     A1,
     A2,
@@ -15,11 +17,12 @@ from steerway.estimation.heading.composite import (
     POLE_1,
     READING_NOISE,
     SHIFT,
+    START_VARIANCE,
     VEHICLE_NOISE,
     B,
     K,
 )
-from steerway.estimation.heading.interval.arithmetic import (
+from steerway.estimation.heading.interval import (
     add,
     at,
     divide,
@@ -27,14 +30,59 @@ from steerway.estimation.heading.interval.arithmetic import (
     matrix_multiply,
     matrix_multiply_transposed,
     multiply,
+    outward_radians,
     point,
     put,
     put_entry,
     scale,
+    sound,
     subtract,
 )
+from steerway.sensors import STATE_VARIANCE, TICKS
 
+WIDEST = 1e6
+"""Degrees: bounds further apart count as diverged."""
 WORKSPACE = (6, 4, 4, 2)
+
+
+class PrintedIntervalFilter:
+    """Bounds of the heading (rad) over a box of compasses, (14, 2) from `box_of`, second by second.
+
+    `low`, `high` bound the heading for the second that begins. `diverged`: bounds are lost, they are NaN from then on.
+    """
+
+    def __init__(self, box: np.ndarray):
+        self._box, self._work = box, workspace()
+        self._state, self._covariance = np.zeros((4, 2)), np.empty((4, 4, 2))
+        start(self._covariance, START_VARIANCE, STATE_VARIANCE)
+        self.low = self.high = 0.0
+        self.diverged = False
+
+    @property
+    def width(self) -> float:
+        """rad; NaN once diverged."""
+        return self.high - self.low
+
+    def second(self, difference: float, readings) -> tuple[float, float]:
+        """Take (40,) readings (rad) and go one second on with n_d (rad/s); returns (low, high), rad."""
+        if not self.diverged:
+            degrees = np.degrees(readings)
+            low, high = second(self._state, self._covariance, self._box, difference, degrees, self._work)
+            self.diverged = not (high - low <= WIDEST)
+            self.low, self.high = (math.nan, math.nan) if self.diverged else outward_radians(low, high)
+        return self.low, self.high
+
+
+@kernel
+def second(x, p, box, difference, readings_deg, work):
+    """40 ticks, then the vehicle; (low, high) of the heading in degrees, NaN once a bound is no number any more."""
+    for k in range(TICKS):
+        tick(x, p, box, readings_deg[k], work)
+        for i in range(4):
+            if not sound(entry(x, i)) or not sound(at(p, i, i)):
+                return math.nan, math.nan
+    predict_vehicle(x, p, box, difference, work)
+    return heading(x, box)
 
 
 @kernel

@@ -9,11 +9,17 @@ import math
 
 import numpy as np
 
-from steerway.core.compiled import kernel
-from steerway.core.errors import InputError
-from steerway.estimation.heading import composite
-from steerway.estimation.heading.composite import OUTPUT_1, START_VARIANCE, heading_deg, start_covariance
-from steerway.sensors.tcm2 import TICKS
+from steerway.core import InputError, kernel
+from steerway.estimation.heading.composite import (
+    OUTPUT_1,
+    START_VARIANCE,
+    correct,
+    heading_deg,
+    predict_compass,
+    predict_vehicle,
+    start_covariance,
+)
+from steerway.sensors import TICKS
 
 
 class HInfinityFilter:
@@ -70,11 +76,11 @@ def _inflate(p, model, theta):
 @kernel
 def _second(x, p, model, theta, difference, readings_deg):
     for k in range(TICKS):
-        composite.predict_compass(x, p, model)
+        predict_compass(x, p, model)
         if not _inflate(p, model, theta):
             return False
-        composite.correct(x, p, model, readings_deg[k])
-    composite.predict_vehicle(x, p, model, difference)
+        correct(x, p, model, readings_deg[k])
+    predict_vehicle(x, p, model, difference)
     return True
 
 
