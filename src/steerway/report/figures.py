@@ -7,6 +7,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num
 from matplotlib.figure import Figure
 
+from steerway.core.angles import wrap_array
 from steerway.core.earth import radii
 from steerway.core.records import NO_COURSE, REJECTED, STARTING, Fixes, Motion
 from steerway.report.summary import gaps
@@ -30,7 +31,7 @@ def track_figure(motion: Motion) -> Figure:
             continue
         track = _thinned(track)
         north = (track.latitude - latitude) * meridian
-        turned = np.mod(track.longitude - longitude + np.pi, 2.0 * np.pi) - np.pi
+        turned = wrap_array(track.longitude - longitude)
         east = turned * prime_vertical * np.cos(latitude)
         points = np.column_stack([east, north])
         segments = np.stack([points[:-1], points[1:]], axis=1)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core import magnetic
+from steerway.core.angles import wrap_array
 from steerway.core.records import Fixes
 from steerway.formats.nmea0183 import epochs
 from steerway.formats.nmea0183.fields import REASONS, VALUES
@@ -233,7 +234,7 @@ class Reader:
             notes.append(f"{own} magnetic headings made true by the variation in their own sentence")
         if by_rmc:
             notes.append(f"{by_rmc} magnetic headings made true by the variation in RMC")
-        return (heading + np.pi) % (2.0 * np.pi) - np.pi, notes, homeless
+        return wrap_array(heading), notes, homeless
 
 
 def _by_model(rows, time, waiting):
