@@ -146,7 +146,7 @@ def test_a_mission_file(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "why"),
     [
-        ("[boat]", "[boats]", "boats is no key, expected perhaps boat"),
+        ("[boat]", "[boats]", "unknown key boats, expected perhaps boat"),
         ('"hand-back"', '"drop"', "safe is 'drop', expected one of stop, hand-back"),
         ("max_sog_mps = 2.0", "max_sog_mps = -2.0", "limits.max_sog_mps is -2.0, expected more than 0"),
         ("speed_mps = 0.8", "speed_mps = nan", r"waypoint\[1\].speed_mps is nan, expected a finite number"),

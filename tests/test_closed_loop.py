@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from steerway.control.bandwidth import advice, loop_damping
-from steerway.control.boats import OTTER
 from steerway.control.rudder import Rudder
 from steerway.core.angles import wrap
 from steerway.estimation.course.filter import FiveStateFilter
@@ -24,6 +23,7 @@ from steerway.simulation.reading import parse_scenario
 from steerway.simulation.run import sail_scenario
 from steerway.vessels import Nomoto, Otter
 from steerway.vessels.environment import Current, Environment
+from steerway.vessels.otter import BOAT as OTTER
 
 STEP = 0.02
 NORTH, EAST = np.array([0.0, 60.0, 60.0]), np.array([0.0, 0.0, 50.0])

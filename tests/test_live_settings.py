@@ -52,8 +52,8 @@ def test_the_command_line_goes_first(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("rates = 10", "rates is no key, expected perhaps rate"),
-        ('form = "udp://:1"', "form is no key, expected perhaps from"),
+        ("rates = 10", "unknown key rates, expected perhaps rate"),
+        ('form = "udp://:1"', "unknown key form, expected perhaps from"),
         ("rate = -1", "rate is -1, expected more than 0"),
         ('rate = "quick"', "rate is 'quick', expected a number"),
         ("rate = true", "rate is True, expected a number"),
@@ -64,8 +64,8 @@ def test_the_command_line_goes_first(tmp_path):
         ("to = []", "to is [], expected at least 1 entries"),
         ("from = 7", "from is 7, expected a list"),
         ("helm = 8080", "helm is 8080, expected a text"),
-        ("[boat]", "boat is no key"),
-        ("rate 10", "is no TOML"),
+        ("[boat]", "unknown key boat"),
+        ("rate 10", "is not valid TOML"),
     ],
 )
 def test_what_is_wrong_is_said_in_words(tmp_path, text, words):

@@ -5,12 +5,12 @@ import random
 
 import pytest
 
+from steerway.core.kinematics import GroundMotion
 from steerway.live.autopilot.states import Order, State
 from steerway.live.mavlink.dialect import RoverMode, mode_name
 from steerway.live.mavlink.guided import Guided, Phase
 from steerway.live.simulated.boat import Seen
 from steerway.live.simulated.rover import Rover
-from steerway.vessels.kinematics import GroundMotion
 
 messages = pytest.importorskip("pymavlink.dialects.v20.ardupilotmega", reason="pymavlink is not installed")
 

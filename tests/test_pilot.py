@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from steerway.control.boats import OTTER
 from steerway.core.errors import InputError
-from steerway.core.estimate import Readings
+from steerway.core.estimate import Measurements
+from steerway.core.kinematics import GroundMotion, WaveMotion
 from steerway.estimation.course.onboard import AtFaceValue
 from steerway.guidance.line_of_sight import LineOfSight
 from steerway.guidance.reference import TrackingFilter
@@ -16,10 +16,9 @@ from steerway.guidance.waypoints import Mission
 from steerway.pilot import Mode, Pilot, SteadyForce
 from steerway.sensors.gnss import Gnss
 from steerway.sensors.suite import Suite
-from steerway.vessels.environment import WaveMotion
-from steerway.vessels.kinematics import GroundMotion
+from steerway.vessels.otter import BOAT as OTTER
 
-UNDER_WAY = Readings(0.0, 5.0, sog=0.8, cog=0.3, course_rate=0.0, heading=0.3, yaw_rate=0.0)
+UNDER_WAY = Measurements(0.0, 5.0, sog=0.8, cog=0.3, course_rate=0.0, heading=0.3, yaw_rate=0.0)
 
 
 class Dead:
@@ -57,7 +56,7 @@ def test_after_a_blind_spell_the_helm_begins_with_the_boats_own_course():
     for _ in range(100):
         here.step(UNDER_WAY, 0.02)
     for _ in range(150):
-        orders = here.step(Readings(), 0.02)
+        orders = here.step(Measurements(), 0.02)
     assert orders.mode is Mode.BLIND and orders.command == (0.0, 0.0) and not orders.by_course
     turned = UNDER_WAY._replace(cog=2.5, heading=2.5)
     orders = here.step(turned, 0.02)

@@ -191,7 +191,7 @@ def test_the_command(tmp_path):
     ("arguments", "told"),
     [
         (["predict", "LOG", "--horizon", "-1"], "horizon is -1"),
-        (["predict", "LOG", "-o", "where.gpx"], "expected .csv or .parquet"),
+        (["predict", "LOG", "-o", "where.gpx"], "expected one of .csv, .parquet"),
         (["profile", "show", "otterr"], "expected one of otter"),
         (["profile", "make", "LOG", "-o", "mine.yaml"], "expected .toml"),
     ],

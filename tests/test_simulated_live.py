@@ -133,7 +133,7 @@ def test_sentences_of_a_boat_under_way_and_the_truth_at_the_end(tmp_path):
         (["--live"], "tells nobody"),
         (["--live", "--mavlink", "udp:1"], "names no link"),
         (["--live", "--to", "gpsd://localhost"], "no address known here"),
-        (["--live", "--seeds", "3", "--to", "stdout:"], "none of --live"),
+        (["--live", "--seeds", "3", "--to", "stdout:"], "cannot be combined with --live"),
         (["--to", "stdout:"], "expected --live"),
         ([], "-o is missing"),
         (["--live", "--to", "stdout:", "-o", str(SQUARE)], "cannot write"),

@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 from steerway.control.handover import Helm
 from steerway.control.station import StationKeeper
 from steerway.core.checks import one_of, positive
-from steerway.core.estimate import Estimate, Estimator, Readings
+from steerway.core.estimate import Estimate, Estimator, Measurements
 from steerway.core.leg import LegState
 from steerway.guidance.line_of_sight import GuidanceLaw
 from steerway.guidance.reference import Reference
@@ -97,7 +97,7 @@ UNKNOWN = Reference(math.nan, 0.0, 0.0)
 class Pilot:
     """Steers a boat along a mission by what it is told.
 
-    estimator:  readings → estimate.
+    estimator:  measurements → estimate.
     mission:    position → leg under way; may be exchanged at any time.
     law:        leg → course to steer, or heading.
     helm:       course or heading → yaw moment or rudder angle.
@@ -136,11 +136,11 @@ class Pilot:
         """Whether the route is done and the engines are off."""
         return self._was is Mode.STOPPED
 
-    def step(self, readings: Readings, dt: float) -> Orders:
+    def step(self, measurements: Measurements, dt: float) -> Orders:
         """What to do now, dt s after the step before."""
-        estimate = self.estimator.step(readings, dt)
+        estimate = self.estimator.step(measurements, dt)
         leg = self.mission.step(estimate.north, estimate.east, dt)
-        mode = self._supervise(readings, estimate, dt)
+        mode = self._supervise(measurements, estimate, dt)
         if mode is Mode.UNDER_WAY:
             desired, asked, force, yaw = self._sail(leg, estimate, dt)
         elif mode is Mode.HOLDING:
@@ -155,9 +155,9 @@ class Pilot:
         by_course = self.helm.by_course
         return Orders(tuple(command), estimate, leg, desired, reference, asked, force, yaw, mode, by_course)
 
-    def _supervise(self, readings, estimate, dt):
+    def _supervise(self, measurements, estimate, dt):
         """What the pilot may do, by what it knows and by where the mission is."""
-        self._blind = 0.0 if not math.isnan(readings.north) else self._blind + dt
+        self._blind = 0.0 if not math.isnan(measurements.north) else self._blind + dt
         if math.isnan(estimate.north):
             mode = Mode.WAITING
         elif self._blind > self.patience:

@@ -7,7 +7,6 @@ from steerway.core.on_demand import on_demand
 if TYPE_CHECKING:
     from steerway.control.allocation import OTTER_PROPELLERS, TwoPropellers
     from steerway.control.bandwidth import carried_bandwidth
-    from steerway.control.boats import OTTER_GENTLY
     from steerway.control.course import AnglePID, AnglePIDGains, place_poles
     from steerway.control.handover import Helm
     from steerway.control.heading_lqg import HeadingLqg
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
     from steerway.control.station import StationGains, StationKeeper
 
 __all__ = [
-    "OTTER_GENTLY",
     "OTTER_PROPELLERS",
     "AdaptiveSpeed",
     "AdaptiveSpeedGains",

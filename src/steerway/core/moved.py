@@ -32,6 +32,12 @@ MOVED = (
         "steerway.estimation.heading.interval.literal": "steerway_studies.papers.interval_filter",
         "steerway.estimation.tuning": "steerway.estimation.selection",
         "steerway.guidance.leg": "steerway.core.leg",
+        "steerway.vessels.kinematics": "steerway.core.kinematics",
+        "steerway.simulation.demo": "steerway.commands.demo",
+        "steerway.simulation.run_figures": "steerway.report.runs.figures",
+        "steerway.simulation.run_files": "steerway.report.runs.files",
+        "steerway.simulation.run_page": "steerway.report.runs.page",
+        "steerway.simulation.summary": "steerway.report.runs.campaign",
         "steerway.papers": "steerway_studies.papers",
         "steerway.studies": "steerway_studies",
     }

@@ -17,7 +17,7 @@ OK, PREDICTED, REJECTED, NO_COURSE, STARTING, LOST = range(6)
 STATUSES = ("ok", "predicted", "rejected", "no_course", "starting", "lost")
 """What a row is worth. "lost" is said live only: nothing was heard for so long that nothing is said."""
 
-SAID = ("position_std", "sog", "cog", "heading", "water_speed", "yaw_rate")
+REPORTED = ("position_std", "sog", "cog", "heading", "water_speed", "yaw_rate")
 """What a receiver or instrument may say beside time and position."""
 
 
@@ -84,7 +84,7 @@ class Fixes(Table):
 
     def __post_init__(self):
         n = len(self.time)
-        for name in ("time", "latitude", "longitude", *SAID):
+        for name in ("time", "latitude", "longitude", *REPORTED):
             given = getattr(self, name)
             column = np.full(n, np.nan) if given is None else np.ascontiguousarray(given, dtype=np.float64)
             if column.shape != (n,):

@@ -4,13 +4,12 @@ Keys are the command's options, with `_` for `-`; what stands on the command lin
 Files that the file names lie beside it, wherever the command is run.
 """
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from steerway.core.errors import InputError
+from steerway.core.toml import read_toml
 from steerway.core.validation import refusal
 from steerway.live.helm.address import DEFAULT
 
@@ -51,17 +50,10 @@ class Settings(BaseModel):
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """Settings from a TOML file. Raises InputError that names file, key, value and what was expected."""
-        place = f"settings {path}"
         try:
-            table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError) as error:
-            raise InputError(f"{place} cannot be read: {getattr(error, 'strerror', None) or error}") from None
-        except tomllib.TOMLDecodeError as error:
-            raise InputError(f"{place} is no TOML: {error}") from None
-        try:
-            return cls(**table)._beside(Path(path).parent)
+            return cls(**read_toml(path, "settings"))._beside(Path(path).parent)
         except ValidationError as error:
-            raise refusal(place, error, cls) from None
+            raise refusal(f"settings {path}", error, cls) from None
 
     def overridden(self, **given) -> Self:
         """The same with what was given in place of what is here; None was not given."""

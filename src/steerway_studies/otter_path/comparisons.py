@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 
-from steerway.control import OTTER_GENTLY, carried_bandwidth
+from steerway.control import carried_bandwidth
 from steerway.core import rms
+from steerway.vessels import OTTER_BOAT_FOR_SMALL_MOMENTS
 from steerway_studies.otter_path.boat import FILTER, LOOKAHEAD, NOISES, RATE, Case
 
 
@@ -78,7 +79,7 @@ def _others(results, legs):
 
 
 def _remarks(results, n):
-    boat = OTTER_GENTLY
+    boat = OTTER_BOAT_FOR_SMALL_MOMENTS
     carried = {
         (noise, speed): carried_bandwidth(speed, FILTER["course_rate_noise"], noise, 1.0 / RATE)
         for noise in NOISES

@@ -6,7 +6,6 @@ import numpy as np
 
 from steerway.control.allocation import OTTER_PROPELLERS, TwoPropellers, shaft_speed, thrust
 from steerway.control.bandwidth import advice, carried_bandwidth, loop_damping, yaw_rate_gain
-from steerway.control.boats import MARINER, OTTER, OTTER_GENTLY
 from steerway.control.course import AnglePID, place_poles
 from steerway.control.handover import HandOver, Helm, Steerageway
 from steerway.control.positioning import PositionPID, by_bandwidth
@@ -16,6 +15,9 @@ from steerway.estimation.profiles import Profile
 from steerway.guidance.reference import Reference, ReferenceModel, TrackingFilter
 from steerway.vessels import CyberShip2, conditions
 from steerway.vessels.cybership2 import INERTIA
+from steerway.vessels.mariner import BOAT as MARINER
+from steerway.vessels.otter import BOAT as OTTER
+from steerway.vessels.otter import BOAT_FOR_SMALL_MOMENTS as OTTER_GENTLY
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case
 

@@ -7,10 +7,10 @@ import numpy as np
 
 from steerway.core.earth import displaced
 from steerway.core.errors import InputError
+from steerway.core.kinematics import GroundMotion
 from steerway.simulation import assembly
 from steerway.simulation.run import origin
 from steerway.simulation.scenario import EstimatorTable, Scenario
-from steerway.vessels.kinematics import GroundMotion
 
 
 class Seen(NamedTuple):
@@ -33,11 +33,11 @@ class SimulatedBoat:
 
     def __init__(self, scenario: Scenario, seed: int | None = None):
         aboard = scenario.model_copy(update={"estimator": EstimatorTable()})
-        self.vessel, self.known = assembly.vessel(aboard), assembly.boat(aboard)
+        self.vessel, self.known = aboard.vessel.build(), assembly.boat(aboard)
         self.origin, self.step_length = origin(aboard), aboard.step
         self.receiver_rate = aboard.gnss.rate
         sea_seed, receiver_seed, compass_seed = np.random.default_rng(scenario.seed if seed is None else seed).spawn(3)
-        self._sea = assembly.environment(aboard).start(sea_seed, aboard.step)
+        self._sea = aboard.environment.build().start(sea_seed, aboard.step)
         suite = assembly.instruments(aboard)
         self._gnss = suite.gnss.start(receiver_seed)
         self._compass = suite.compass and suite.compass.start(compass_seed)

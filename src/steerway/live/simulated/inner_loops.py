@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from steerway.control.boats import Boat
 from steerway.control.speed_pi import SpeedPI
-from steerway.vessels.kinematics import GroundMotion
+from steerway.core.kinematics import GroundMotion
 
 
 class InnerLoops:

@@ -8,9 +8,9 @@ import math
 from typing import NamedTuple
 
 from steerway.core.checks import positive
+from steerway.core.kinematics import GroundMotion
 from steerway.live.mavlink.dialect import RoverMode
 from steerway.live.simulated.boat import Seen
-from steerway.vessels.kinematics import GroundMotion
 
 TIMEOUT = 3.0
 """s without a target after which a vehicle in GUIDED stops."""

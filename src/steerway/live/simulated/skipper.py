@@ -3,8 +3,8 @@
 import math
 
 from steerway.core.angles import wrap
+from steerway.core.kinematics import GroundMotion
 from steerway.live.simulated.rover import Target
-from steerway.vessels.kinematics import GroundMotion
 
 SPEED = 1.0
 """m/s"""

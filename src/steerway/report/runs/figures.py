@@ -49,9 +49,9 @@ def _circle(east, north, radius):
 
 
 def errors_figure(run: Run) -> Figure:
-    """What the estimate is off by, in SOG, COG, course rate and position, with its own ± 2σ."""
+    """Errors of the estimate in SOG, COG, course rate and position, with the ± 2σ of the estimator."""
     run = _thinned(run)
-    said = outcome.errors(run)
+    errors = outcome.errors(run)
     figure = Figure(figsize=(11.0, 9.5), layout="constrained")
     axes = figure.subplots(4, 1, sharex=True)
     for each, (name, label, scale) in zip(
@@ -67,12 +67,12 @@ def errors_figure(run: Run) -> Figure:
         band = 2.0 * scale * run[f"estimated_{name}_std"]
         low = -band if name != "position" else np.zeros(len(run))
         each.fill_between(run.time, low, band, color=OURS, alpha=0.18, linewidth=0, label="± 2σ of the estimator")
-        each.plot(run.time, scale * said[name], color=OURS, linewidth=0.9, label="estimated − true")
+        each.plot(run.time, scale * errors[name], color=OURS, linewidth=0.9, label="estimated − true")
         each.set_ylabel(label)
         settled = run.time > outcome.SETTLING
         reach = (
-            np.nanquantile(np.abs(np.concatenate([scale * said[name][settled], band[settled]])), 0.995)
-            if (np.isfinite(said[name][settled]).any())
+            np.nanquantile(np.abs(np.concatenate([scale * errors[name][settled], band[settled]])), 0.995)
+            if (np.isfinite(errors[name][settled]).any())
             else 1.0
         )
         each.set_ylim(-1.25 * reach if name != "position" else 0.0, 1.25 * reach + 1e-9)
@@ -81,17 +81,17 @@ def errors_figure(run: Run) -> Figure:
 
 
 def steering_figure(run: Run) -> Figure:
-    """Course made good against course asked for, speed, cross-track error and crab angle."""
+    """Course made good and commanded course, speed, cross-track error and crab angle."""
     run = _thinned(run)
     figure = Figure(figsize=(11.0, 9.5), layout="constrained")
     course, speed, cross, crab = axes = figure.subplots(4, 1, sharex=True)
-    course.plot(run.time, _compass(run["desired_angle"]), color=THEIRS, linewidth=1.0, label="asked for")
+    course.plot(run.time, _compass(run["desired_angle"]), color=THEIRS, linewidth=1.0, label="commanded")
     course.plot(run.time, _compass(run.true_cog), color=TRUE, linewidth=1.0, label="true course")
     course.plot(run.time, _compass(run["true_heading"]), color=QUIET, linewidth=1.0, label="true heading")
     course.set_ylim(0.0, 360.0)
     course.set_yticks(range(0, 361, 90))
     course.set_ylabel("course, heading (°)")
-    speed.plot(run.time, _known_speed(run), color=THEIRS, linewidth=1.0, label="asked for")
+    speed.plot(run.time, _known_speed(run), color=THEIRS, linewidth=1.0, label="commanded")
     speed.plot(run.time, run.true_sog, color=TRUE, linewidth=1.0, label="true SOG")
     speed.set_ylim(bottom=0.0)
     speed.set_ylabel("SOG (m/s)")
@@ -107,7 +107,7 @@ def steering_figure(run: Run) -> Figure:
 
 
 def actuators_figure(run: Run, actuators) -> Figure:
-    """What the actuators were told."""
+    """The commands of the actuators."""
     run = _thinned(run)
     figure = Figure(figsize=(11.0, 2.0 + 2.0 * len(actuators)), layout="constrained")
     axes = np.atleast_1d(figure.subplots(len(actuators), 1, sharex=True))
@@ -145,5 +145,5 @@ def _compass(radians):
 
 
 def _lifted(degrees):
-    """The line lifted where it jumps by more than half a turn."""
+    """The line interrupted where it jumps by more than half a turn."""
     return np.where(np.abs(np.diff(degrees, prepend=degrees[:1])) > 180.0, np.nan, degrees)

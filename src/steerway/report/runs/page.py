@@ -6,18 +6,18 @@ from pathlib import Path
 import numpy as np
 
 from steerway.report.page import write_page
-from steerway.simulation.run_figures import actuators_figure, errors_figure, steering_figure, track_figure
+from steerway.report.runs.figures import actuators_figure, errors_figure, steering_figure, track_figure
 
-_TRACK = "Route with its circles of acceptance, true and estimated track, and the fixes that the receiver gave."
+_TRACK = "Route with acceptance circles, true and estimated track, and the fixes of the receiver."
 _ERRORS = (
-    "Estimate less truth, with the ± 2σ that the estimator itself states. Slow errors of a receiver cannot be told "
-    "from the boat's own motion by positions alone: the position is off by them, SOG and COG hardly."
+    "Error of the estimate, with the ± 2σ of the estimator. Slow errors of a receiver are not distinguishable from "
+    "motion of the boat by positions alone: they appear in the position, hardly in SOG and COG."
 )
 _STEERING = (
-    "Course asked for by guidance, course made good and heading; speed; distance from the leg. The crab angle, from "
-    "the bow to the course made good, is what current and wind make of it: course control finds it without being told."
+    "Commanded course, course made good and heading; speed; cross-track error. The crab angle, from the bow to the "
+    "course made good, is caused by current and wind; course control compensates it without measuring it."
 )
-_ACTUATORS = "What the actuators were told, within their limits."
+_ACTUATORS = "Commands of the actuators, with their limits."
 
 
 def write_run_page(sailed, path: Path, remarks=()) -> None:
@@ -55,30 +55,30 @@ def route_of(sailed) -> tuple[np.ndarray, np.ndarray]:
 
 
 def comparison(numbers: dict[str, float]) -> list[tuple[str, str]]:
-    """Estimated against true, for people; the first 30 s do not count."""
+    """Errors of the estimate as (what, value) pairs; the first 30 s are excluded."""
     return [
-        ("speed over ground", _said(numbers["sog_rms_mps"], "m/s", 3)),
-        ("course over ground", _said(numbers["cog_rms_deg"], "°", 2)),
-        ("course rate", _said(numbers["course_rate_rms_dps"], "°/s", 2)),
-        ("position", _said(numbers["position_rms_m"], "m", 2)),
-        ("course within its own ± 2σ", _said(numbers["cog_within_2sigma_pct"], "% of the time (95 expected)", 1)),
+        ("speed over ground", _with_unit(numbers["sog_rms_mps"], "m/s", 3)),
+        ("course over ground", _with_unit(numbers["cog_rms_deg"], "°", 2)),
+        ("course rate", _with_unit(numbers["course_rate_rms_dps"], "°/s", 2)),
+        ("position", _with_unit(numbers["position_rms_m"], "m", 2)),
+        ("course within its own ± 2σ", _with_unit(numbers["cog_within_2sigma_pct"], "% of the time (95 expected)", 1)),
     ]
 
 
 def summary(numbers: dict[str, float]) -> list[tuple[str, str]]:
-    """What the boat did, for people."""
+    """The run as (what, value) pairs."""
     return [
-        ("time", _said(numbers["duration_s"], "s", 1)),
+        ("time", _with_unit(numbers["duration_s"], "s", 1)),
         ("waypoints", f"{numbers['waypoints_reached']:.0f} reached, {numbers['waypoints_missed']:.0f} missed"),
         (
             "cross-track error, true",
-            f"RMS {numbers['cross_track_rms_m']:.2f} m, most {numbers['cross_track_max_m']:.1f} m",
+            f"RMS {numbers['cross_track_rms_m']:.2f} m, maximum {numbers['cross_track_max_m']:.1f} m",
         ),
-        ("cross-track error, as estimated", _said(numbers["estimated_cross_track_rms_m"], "m RMS", 2)),
-        ("largest crab angle", _said(numbers["crab_angle_max_deg"], "°", 1)),
-        ("hand-overs between course and heading", f"{numbers['hand_overs']:.0f}"),
+        ("cross-track error, as estimated", _with_unit(numbers["estimated_cross_track_rms_m"], "m RMS", 2)),
+        ("largest crab angle", _with_unit(numbers["crab_angle_max_deg"], "°", 1)),
+        ("switches between course and heading control", f"{numbers['hand_overs']:.0f}"),
     ]
 
 
-def _said(value, unit, decimals) -> str:
+def _with_unit(value, unit, decimals) -> str:
     return "unknown" if math.isnan(value) else f"{value:.{decimals}f} {unit}"

@@ -15,7 +15,7 @@ def gathered(results: list[dict[str, float]]) -> dict[str, np.ndarray]:
 
 
 def spread(results: list[dict[str, float]]) -> list[tuple[str, str, str, str, str]]:
-    """(name, median, 5 %, 95 %, unknown in) of every number, for people."""
+    """(name, median, 5 %, 95 %, number of seeds without) of every number."""
     rows = []
     for name, values in gathered(results).items():
         known = values[np.isfinite(values)]
@@ -49,7 +49,7 @@ def write_campaign(seeds, results, directory: Path, title: str, remarks=()) -> l
             page,
             title,
             tables=[(f"{len(results)} seeds", SPREAD_COLUMNS, spread(results))],
-            figures=[(_figure(columns), "How the seeds spread: each curve is the share of seeds up to a value.")],
+            figures=[(_figure(columns), "Cumulative distribution of each number over the seeds.")],
             remarks=remarks,
         )
     except OSError as error:

@@ -1,4 +1,4 @@
-"""A run as files: a table with units in its column names, and the log that the receiver aboard would have written."""
+"""A run as files: a table with units in its column names, and the log of its receiver."""
 
 import math
 from pathlib import Path
@@ -92,8 +92,8 @@ def write_table(run: Run, path: Path, actuators=(), origin=(0.0, 0.0)) -> None:
 def write_log(run: Run, path: Path, begins: float, origin) -> int:
     """What the instruments read, as an NMEA 0183 log from Unix time `begins`; returns the number of fixes.
 
-    RMC and GGA for every fix, with the receiver's own SOG and COG where it says them, and HDT with the newest compass
-    reading since the fix before: HDT has no time of its own, a reader gives it that of the fix beside it.
+    RMC and GGA for every fix, with the receiver's SOG and COG where it reports them, and HDT with the latest compass
+    reading since the previous fix: HDT has no time field, readers give it the time of the fix next to it.
     `origin` is the (latitude, longitude) of north = east = 0 in rad.
     """
     read = {name: run[f"read_{name}"] for name in ("north", "east", "sog", "cog", "heading")}

@@ -11,7 +11,7 @@ from steerway.core.compiled import kernel
 
 
 class GroundMotion(NamedTuple):
-    """A vessel's true motion over ground: what sensors see and estimates are held against."""
+    """A vessel's true motion over ground: the input of sensors, and the reference of estimates."""
 
     north: float
     east: float
@@ -49,6 +49,15 @@ class GroundMotion(NamedTuple):
     def water_speed(self) -> float:
         """Speed through the water, P1 (9)."""
         return math.hypot(self.surge, self.sway)
+
+
+class WaveMotion(NamedTuple):
+    """What waves add to a vessel's mean motion: displacement north and east (m), roll and pitch (rad)."""
+
+    north: float = 0.0
+    east: float = 0.0
+    roll: float = 0.0
+    pitch: float = 0.0
 
 
 SHORTLY = 1e-4
