@@ -26,7 +26,7 @@ def run():
     box = box_of(composite_model(), 0.01)
 
     bounds = IntervalFilter(box)
-    second = _best(lambda: bounds.second(0.0, readings[:40]))
+    second = _best(lambda: bounds.step(0.0, readings[:40]))
     yield Result("sharpened interval step, 4 states", 1e6 * second / 40, "µs", at_most=15.0)
     mpc = paper_mpc()
     mpc.step(0.1, 0.0)

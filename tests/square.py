@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.test_live_links import free_port
+from tests.ports import free_port
 
 ROOT = Path(__file__).parent.parent
 SQUARE = ROOT / "examples" / "otter-square.toml"

@@ -2,23 +2,14 @@
 
 import gzip
 import json
-import subprocess
-import sys
 
 import polars as pl
 import pytest
 
 import steerway
 from steerway.estimation import Profile
+from tests.command_line import run
 from tests.scenes import turning
-
-STEERWAY = [sys.executable, "-c", "from steerway.cli import main; main()"]
-
-
-def run(*arguments, stdin=None):
-    """(exit code, standard output, standard error) of a command."""
-    done = subprocess.run([*STEERWAY, *map(str, arguments)], input=stdin, capture_output=True)
-    return done.returncode, done.stdout.decode(), done.stderr.decode()
 
 
 @pytest.fixture(scope="module")

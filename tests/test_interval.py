@@ -61,14 +61,14 @@ def test_outward_rounding_holds_the_exact_filter_and_plain_doubles_do_not(interv
     assert held == 100.0 and plain < 20.0
     bounds = interval_filter(box_of(composite_model(), 0.0))
     for u, z in zip(differences, readings, strict=True):
-        bounds.second(u, z)
+        bounds.step(u, z)
     assert interval_filter is PrintedIntervalFilter or bounds.width < 1e-6
 
 
 def test_the_exact_filter_is_the_ordinary_one():
     differences, readings, _, _ = record(5)
     estimator = CompositeFilter(composite_model())
-    headings = [estimator.second(u, z) for u, z in zip(differences, readings, strict=True)]
+    headings = [estimator.step(u, z) for u, z in zip(differences, readings, strict=True)]
     exact = [float(each) for each in exact_headings(composite_model(), differences, readings)]
     np.testing.assert_allclose(headings, exact, rtol=1e-9, atol=1e-15)
 
@@ -89,8 +89,8 @@ def test_every_model_in_the_box_is_included(tolerance, seconds):
     members = [CompositeFilter(composite_model(random_compass(rng, tolerance))) for _ in range(60)]
     members += [CompositeFilter(composite_model(TCM2.scaled(1.0 + s * tolerance))) for s in (-1, 1)]
     for u, z in zip(differences, readings, strict=True):
-        low, high = bounds.second(u, z)
-        headings = [each.second(u, z) for each in members]
+        low, high = bounds.step(u, z)
+        headings = [each.step(u, z) for each in members]
         assert low <= min(headings) and max(headings) <= high
     assert not bounds.diverged
     spread = max(headings) - min(headings)
@@ -109,11 +109,11 @@ def test_included_with_sub_boxes_and_a_shift_that_is_uncertain():
     true = CompositeFilter(composite_model(TRUE_TCM2))
     for u, z in zip(differences, readings, strict=True):
         for each in (whole, parts, shifted):
-            each.second(u, z)
-        headings = [each.second(u, z) for each in members]
+            each.step(u, z)
+        headings = [each.step(u, z) for each in members]
         assert parts.low <= min(headings) and max(headings) <= parts.high
         if not shifted.diverged:
-            assert shifted.low <= true.second(u, z) <= shifted.high
+            assert shifted.low <= true.step(u, z) <= shifted.high
     assert parts.width < 0.5 * whole.width
 
 
@@ -125,9 +125,9 @@ def test_the_printed_filter_holds_until_it_reports_divergence():
     )
     own, lost = CompositeFilter(composite_model(TCM2.scaled(1.005))), None
     for k, (u, z) in enumerate(zip(differences, readings, strict=True)):
-        printed.second(u, z)
-        sharp.second(u, z)
-        truth = own.second(u, z)
+        printed.step(u, z)
+        sharp.step(u, z)
+        truth = own.step(u, z)
         if printed.diverged:
             lost = lost or k
             assert math.isnan(printed.low) and math.isnan(printed.width)
@@ -142,7 +142,7 @@ def test_erratum_ten_per_cent_diverges_at_once():
     for interval_filter in (IntervalFilter, PrintedIntervalFilter):
         bounds = interval_filter(box_of(composite_model(), 0.1, shift_too=True))
         for u, z in zip(differences, readings, strict=True):
-            bounds.second(u, z)
+            bounds.step(u, z)
         assert bounds.diverged
 
 
@@ -156,8 +156,8 @@ def test_any_coordinates_are_sound(monkeypatch):
         bounds = IntervalFilter(box_of(composite_model(), 0.005))
         members = [CompositeFilter(composite_model(TCM2.scaled(f))) for f in (0.995, 1.0, 1.005)]
         for u, z in zip(differences, readings, strict=True):
-            low, high = bounds.second(u, z)
-            assert bounds.diverged or all(low <= each.second(u, z) <= high for each in members)
+            low, high = bounds.step(u, z)
+            assert bounds.diverged or all(low <= each.step(u, z) <= high for each in members)
 
 
 def test_sub_boxes_are_the_box():

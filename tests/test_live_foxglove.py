@@ -13,7 +13,7 @@ from steerway.live import addresses
 from steerway.live.heard import Row, lost
 from steerway.live.links import foxglove as link
 from steerway.live.outputs.json_lines import json_line
-from tests.test_live_links import free_port
+from tests.ports import free_port
 
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed: pip install steerway[foxglove]")
 connect = pytest.importorskip("websockets.asyncio.client", reason="websockets is not installed").connect

@@ -25,9 +25,10 @@ from steerway.live.outputs.json_lines import JsonLines, json_line
 from steerway.live.outputs.rhythm import Rhythm
 from steerway.live.outputs.sentences import Sentences
 from steerway.live.service import Service
+from tests.kept_outputs import Kept, assert_equal
+from tests.ports import free_port, until
 from tests.said import Said
 from tests.sentences import START, gga, gll, pvt, rmc, sealed, sortie, track
-from tests.test_live_navigator import Kept, assert_equal
 
 NOON = 1_719_835_200.0
 PLACE = (math.radians(54.0), math.radians(10.0))
@@ -222,21 +223,6 @@ def test_addresses_as_users_write_them():
     assert addresses.sources(["file:a?speed=max"])[1] == math.inf
     with pytest.raises(InputError, match="beside a live link"):
         addresses.sources(["file:a", "udp://:5"])
-
-
-async def until(condition, patience=5.0):
-    """Wait for something to become true."""
-    for _ in range(int(patience / 0.01)):
-        if condition():
-            return
-        await asyncio.sleep(0.01)
-    raise AssertionError("it never came true")
-
-
-def free_port(kind=socket.SOCK_STREAM):
-    with socket.socket(socket.AF_INET, kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 async def listened(text, feed, n, to=(), source="GP"):

@@ -12,27 +12,12 @@ from steerway.estimation import estimate
 from steerway.formats.reading import read, survey
 from steerway.live.choice import SourceChoice
 from steerway.live.clock import FixClock
-from steerway.live.heard import Heard, Row, rows_of
+from steerway.live.heard import Heard, rows_of
 from steerway.live.navigator import Navigator
 from steerway.live.outputs.table import TableFile
 from steerway.live.service import Service
+from tests.kept_outputs import Kept, assert_equal
 from tests.scenes import turning
-
-
-class Kept:
-    """An output that remembers."""
-
-    def __init__(self):
-        self.fixes, self.ticks = [], []
-
-    def fix(self, row):
-        self.fixes.append(row)
-
-    def tick(self, row, leg=None, order=None):
-        self.ticks.append(row)
-
-    def close(self):
-        pass
 
 
 def replayed(recorded, rate=None, **settings):
@@ -41,13 +26,6 @@ def replayed(recorded, rate=None, **settings):
     service = Service(Navigator("small-usv", rate=rate, **settings), [kept], rate or 50.0)
     asyncio.run(service.replay(rows_of(recorded)))
     return kept.fixes, kept.ticks
-
-
-def assert_equal(rows, motion):
-    assert len(rows) == len(motion)
-    columns = np.array(rows, dtype=float).reshape(-1, len(Row._fields)).T
-    for name, column in zip(Row._fields, columns, strict=True):
-        np.testing.assert_allclose(column, getattr(motion, name), rtol=1e-9, atol=1e-10, err_msg=name)
 
 
 @pytest.fixture(scope="module")

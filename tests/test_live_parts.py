@@ -22,9 +22,9 @@ from steerway.live import addresses
 from steerway.live.links.signalk import connected
 from steerway.live.navigator import Navigator
 from steerway.live.service import Service
+from tests.kept_outputs import Kept, assert_equal
+from tests.ports import free_port, until
 from tests.sentences import START, gga, pvt, rmc, sortie, track
-from tests.test_live_links import free_port, until
-from tests.test_live_navigator import Kept, assert_equal
 
 LOOPBACK = """
 const { Server } = require('net')

@@ -11,27 +11,14 @@ from steerway.live.mavlink.dialect import RoverMode, mode_name
 from steerway.live.mavlink.guided import Guided, Phase
 from steerway.live.simulated.boat import Seen
 from steerway.live.simulated.rover import Rover
+from tests.mavlink_wire import NOON, Wire, messages
 
-messages = pytest.importorskip("pymavlink.dialects.v20.ardupilotmega", reason="pymavlink is not installed")
-
-NOON = 1_780_000_000.0
 AT_REST = GroundMotion(*[0.0] * 11)
 PLACE = (math.radians(63.44), math.radians(10.4))
 RUNNING = Order(State.RUNNING, engaged=True, yaw_rate=0.2, thrust=0.5)
 STOPPED = Order(State.STOPPED, "told to stop", engaged=True)
 HANDED_BACK = Order(State.STOPPED, "told to stop", engaged=False)
 READY = Order(State.READY)
-
-
-class Wire:
-    """Packs what one says and hands it to the other."""
-
-    def __init__(self, system, component):
-        self.codec = messages.MAVLink(None, system, component)
-        self.other = messages.MAVLink(None)
-
-    def carry(self, said):
-        return [each for message in said for each in self.other.parse_buffer(message.pack(self.codec))]
 
 
 class Pair:

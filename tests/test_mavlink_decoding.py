@@ -6,7 +6,7 @@ import time
 import pytest
 
 from steerway.live.mavlink.decoding import BootClock, MavlinkDecoder
-from tests.test_mavlink import NOON, Wire
+from tests.mavlink_wire import NOON, Wire
 
 messages = pytest.importorskip("pymavlink.dialects.v20.ardupilotmega", reason="pymavlink is not installed")
 

@@ -14,8 +14,8 @@ from steerway.estimation import Profile
 from steerway.estimation.course.forecast import forecast
 from steerway.estimation.course.motion.layout import ADRIFT, MODE, UNDERWAY, empty_memory
 from steerway.estimation.prediction import Prediction, predict
+from tests.command_line import run
 from tests.scenes import EPOCH, sailed, straight, turning
-from tests.test_cli import run
 
 WANDERING = Profile(
     speed_noise=5e-3,

@@ -30,7 +30,7 @@ from steerway.live.simulated.inner_loops import InnerLoops
 from steerway.live.simulated.propellers import Propellers
 from steerway.live.simulated.running import Running
 from steerway.simulation.reading import load_scenario, parse_scenario
-from tests.test_live_links import free_port, until
+from tests.ports import free_port, until
 
 ROOT = Path(__file__).parent.parent
 SQUARE = ROOT / "examples" / "otter-square.toml"

@@ -112,7 +112,7 @@ def test_shipped_networks():
         shipped("none")
     learned = LearnedHeading()
     for _ in range(5):
-        learned.second(0.0, np.zeros(40))
+        learned.step(0.0, np.zeros(40))
         assert learned.low <= learned.heading <= learned.high and 0.0 <= learned.weight <= 1.0
 
 

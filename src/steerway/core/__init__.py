@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from steerway.core.compiled import kernel
     from steerway.core.earth import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS, displacement, radii
     from steerway.core.errors import InputError
-    from steerway.core.estimate import Estimate, Estimator, Measurements
+    from steerway.core.estimate import NO_MEASUREMENTS, Estimate, Estimator, Measurements
     from steerway.core.leg import LegState, leg_direction, track_errors
     from steerway.core.linear_algebra import fill_lower
     from steerway.core.noise import markov_decay, markov_std, markov_step, oscillator, oscillator_step
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ECCENTRICITY_SQUARED",
+    "NO_MEASUREMENTS",
     "OK",
     "REJECTED",
     "SEMI_MAJOR_AXIS",

@@ -20,13 +20,13 @@ class LegState(NamedTuple):
 
 
 @kernel
-def leg_direction(north_0, east_0, north_1, east_1):
+def leg_direction(north_0: float, east_0: float, north_1: float, east_1: float) -> float:
     """Course π_p of the leg from point 0 to point 1, rad in [−π, π]; metres in."""
     return math.atan2(east_1 - east_0, north_1 - north_0)
 
 
 @kernel
-def track_errors(north, east, north_0, east_0, direction):
+def track_errors(north: float, east: float, north_0: float, east_0: float, direction: float) -> tuple[float, float]:
     """Along-track and cross-track error (x_e, y_e), m, from a leg through point 0; P1 (46) corrected and (36)."""
     c, s = math.cos(direction), math.sin(direction)
     dn, de = north - north_0, east - east_0
@@ -34,14 +34,23 @@ def track_errors(north, east, north_0, east_0, direction):
 
 
 @kernel
-def nearest_point(north, east, north_0, east_0, direction):
+def nearest_point(north: float, east: float, north_0: float, east_0: float, direction: float) -> tuple[float, float]:
     """The point (north, east), m, of the leg's endless line that is nearest to a position."""
     along, _ = track_errors(north, east, north_0, east_0, direction)
     return north_0 + along * math.cos(direction), east_0 + along * math.sin(direction)
 
 
 @kernel
-def seen_from_leg(north, east, north_0, east_0, north_1, east_1, direction, length):
+def seen_from_leg(
+    north: float,
+    east: float,
+    north_0: float,
+    east_0: float,
+    north_1: float,
+    east_1: float,
+    direction: float,
+    length: float,
+) -> tuple[float, float, float, float, float]:
     """(along, cross, remaining, distance, bearing) of a position on the leg from point 0 to point 1; m, rad."""
     along, cross = track_errors(north, east, north_0, east_0, direction)
     dn, de = north_1 - north, east_1 - east

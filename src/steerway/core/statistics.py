@@ -1,9 +1,13 @@
-"""Figures of merit that several rooms use."""
+"""Statistics of samples of which some are unknown."""
+
+import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 
-def rms(values) -> float:
-    """Root mean square of an array of any shape, in its unit; NaN if a value is NaN, or if there is none."""
-    values = np.asarray(values, float)
-    return float(np.sqrt(np.mean(np.square(values)))) if values.size else float("nan")
+def rms(values: ArrayLike) -> float:
+    """Root mean square of the known values of an array of any shape, in its unit; NaN where none is known."""
+    values = np.asarray(values, dtype=np.float64)
+    known = values[~np.isnan(values)]
+    return float(np.sqrt(np.mean(np.square(known)))) if known.size else math.nan

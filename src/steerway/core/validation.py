@@ -6,6 +6,7 @@ from pydantic import BaseModel, ValidationError
 
 from steerway.core.errors import InputError
 
+Location = tuple[str | int, ...]
 _EXPECTED = {
     "greater_than": "expected more than {gt}",
     "greater_than_equal": "expected at least {ge}",
@@ -58,7 +59,7 @@ def refusal(place: str, error: ValidationError, model: type[BaseModel]) -> Input
     return InputError(f"{place}: {path} is {problem['input']!r}, {expected}")
 
 
-def _path(location) -> str:
+def _path(location: Location) -> str:
     """`route.waypoints[2].north` from pydantic's location."""
     text = ""
     for part in location:

@@ -1,13 +1,13 @@
 """The interval Kalman filter as printed, P4 (11)–(15) after Chen, Wang and Shieh (1997): the matrices of the ordinary
-filter with every product and quotient taken on intervals. Labelled: it forgets that one coefficient is one number, and
-so its bounds run away within seconds; the product has `steerway.estimation.heading.IntervalFilter`.
+filter with every product and quotient taken on intervals. A number that occurs twice counts as two, so that the bounds
+diverge within seconds; the product has `steerway.estimation.heading.IntervalFilter`.
 """
 
 import math
 
 import numpy as np
 
-from steerway.core import kernel
+from steerway.core import InputError, kernel
 from steerway.estimation.heading.composite import (
     A1,
     A2,
@@ -63,10 +63,15 @@ class PrintedIntervalFilter:
         """rad; NaN once diverged."""
         return self.high - self.low
 
-    def second(self, difference: float, readings) -> tuple[float, float]:
-        """Take (40,) readings (rad) and go one second on with n_d (rad/s); returns (low, high), rad."""
+    def step(self, difference: float, readings) -> tuple[float, float]:
+        """Take (40,) readings (rad) and advance a second by n_d (rad/s); returns (low, high), rad.
+
+        Raises InputError for another number of readings: the printed filter has no other.
+        """
+        degrees = np.degrees(readings)
+        if degrees.shape != (TICKS,):
+            raise InputError(f"interval.readings has shape {degrees.shape}, expected ({TICKS},)")
         if not self.diverged:
-            degrees = np.degrees(readings)
             low, high = second(self._state, self._covariance, self._box, difference, degrees, self._work)
             self.diverged = not (high - low <= WIDEST)
             self.low, self.high = (math.nan, math.nan) if self.diverged else outward_radians(low, high)
@@ -75,8 +80,8 @@ class PrintedIntervalFilter:
 
 @kernel
 def second(x, p, box, difference, readings_deg, work):
-    """40 ticks, then the vehicle; (low, high) of the heading in degrees, NaN once a bound is no number any more."""
-    for k in range(TICKS):
+    """A tick a reading, then the vehicle; (low, high) of the heading in degrees, NaN once a bound is not a number."""
+    for k in range(len(readings_deg)):
         tick(x, p, box, readings_deg[k], work)
         for i in range(4):
             if not sound(entry(x, i)) or not sound(at(p, i, i)):

@@ -97,8 +97,8 @@ def inclusion(results, voyage, models: int, seed: int):
         bank = ModelBank([random_compass(rng, tolerance) for _ in range(models)])
         bounds, inside = IntervalFilter(interval_box(tolerance)), 0
         for difference, readings in zip(voyage.difference[:SECONDS], voyage.readings[:SECONDS], strict=True):
-            bounds.second(difference, readings)
-            bank.second(difference, readings)
+            bounds.step(difference, readings)
+            bank.step(difference, readings)
             headings = bank.headings
             inside += int(np.sum((bounds.low <= headings) & (headings <= bounds.high)))
         shares.append(100.0 * inside / (models * min(SECONDS, len(voyage.difference))))
@@ -126,8 +126,8 @@ def widths(results, voyage) -> dict[str, np.ndarray]:
         bounds, bank = IntervalFilter(interval_box(tolerance), parts=parts), ModelBank(corners(tolerance))
         trace = []
         for difference, readings in zip(voyage.difference[:SECONDS], voyage.readings[:SECONDS], strict=True):
-            bounds.second(difference, readings)
-            bank.second(difference, readings)
+            bounds.step(difference, readings)
+            bank.step(difference, readings)
             trace.append((bounds.width, bank.high - bank.low))
         traces[key] = np.degrees(trace)
         width, hull = traces[key][-1]
@@ -141,7 +141,7 @@ def widths(results, voyage) -> dict[str, np.ndarray]:
     ):
         bounds, second = PrintedIntervalFilter(interval_box(tolerance, shift_too)), 0
         while not bounds.diverged and second < SECONDS:
-            bounds.second(voyage.difference[second], voyage.readings[second])
+            bounds.step(voyage.difference[second], voyage.readings[second])
             second += 1
         name = f"literal interval filter reports divergence, ± {100 * tolerance:g} %"
         printed = "bounds shown to the end" if shift_too else ""
@@ -180,8 +180,8 @@ def weighted_of(low, high, weight):
 def speeds(results, voyage):
     """Microseconds a step on this machine, best of several runs."""
     bounds = IntervalFilter(interval_box(0.01))
-    bounds.second(0.0, voyage.readings[0])
-    step = min(_timed(lambda: bounds.second(0.0, voyage.readings[0])) for _ in range(100)) / 40.0
+    bounds.step(0.0, voyage.readings[0])
+    step = min(_timed(lambda: bounds.step(0.0, voyage.readings[0])) for _ in range(100)) / 40.0
     results.compare("interval_step_us", 1e6 * step, "sharpened interval step", "µs", "", "≤ 15", step <= 15e-6)
     mpc, times = paper_mpc(), []
     for k in range(300):

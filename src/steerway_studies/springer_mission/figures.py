@@ -159,7 +159,7 @@ def weights(navigator: WeightedBounds, reference: Voyage) -> Figure:
     learned, learned_weights = LearnedHeading(), []
     ideal_of_bank, answer = [], []
     for k in range(len(reference.heading)):
-        learned.second(reference.difference[k], reference.readings[k])
+        learned.step(reference.difference[k], reference.readings[k])
         learned_weights.append(learned.weight)
         answer.append(learned.heading)
         low, high = learned.low, learned.high

@@ -184,8 +184,8 @@ def _alarmed(compass: CompassModel, circuit, seed) -> bool:
     class Watched:
         heading = property(lambda self: estimator.heading)
 
-        def second(self, difference, readings, velocity):
-            heading = estimator.second(difference, readings)
+        def step(self, difference, readings, velocity):
+            heading = estimator.step(difference, readings)
             raised.append(outside(estimator, 0.01))
             return heading
 

@@ -47,11 +47,11 @@ class WeightedBounds:
         self.heading = 0.0
         self.record = []
 
-    def second(self, difference, readings, velocity) -> float:
-        low, high = self.bounds.second(difference, readings)
+    def step(self, difference, readings, velocity) -> float:
+        low, high = self.bounds.step(difference, readings)
         weight, truth = self._fixed, math.nan
         if self.ideal is not None:
-            truth = self.ideal.second(difference, readings)
+            truth = self.ideal.step(difference, readings)
             weight = ideal_weight(low, high, truth)
         self.heading = weighted(low, high, weight)
         self.record.append((low, high, weight, truth))
@@ -94,8 +94,8 @@ class GnssAlone:
     def heading(self) -> float:
         return self.estimator.heading
 
-    def second(self, difference, readings, velocity) -> float:
-        return self.estimator.second(difference, None, velocity)
+    def step(self, difference, readings, velocity) -> float:
+        return self.estimator.step(difference, None, velocity)
 
 
 def product() -> Navigator:

@@ -60,7 +60,7 @@ def rigour(differences, readings, interval_filter=IntervalFilter) -> tuple[float
     held = plain = 0
     exact = exact_headings(model, differences, readings)
     for difference, second, truth in zip(differences, readings, exact, strict=True):
-        low, high = bounds.second(difference, second)
+        low, high = bounds.step(difference, second)
         held += not math.isnan(low) and Decimal(low) <= truth <= Decimal(high)
-        plain += Decimal(naive.second(difference, second)) == truth
+        plain += Decimal(naive.step(difference, second)) == truth
     return 100.0 * held / len(exact), 100.0 * plain / len(exact)

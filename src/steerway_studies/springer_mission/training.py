@@ -40,9 +40,9 @@ class _Teacher:
     def heading(self) -> float:
         return (1.0 - self._mixed) * self.ideal.heading + self._mixed * self.bank.nominal
 
-    def second(self, difference, readings, velocity) -> float:
-        self.bank.second(difference, readings)
-        self.ideal.second(difference, readings)
+    def step(self, difference, readings, velocity) -> float:
+        self.bank.step(difference, readings)
+        self.ideal.step(difference, readings)
         nominal = math.degrees(self.bank.nominal)
         features = self._features.step(self.bank.innovation, nominal)
         angles = [math.degrees(each) for each in (self.bank.low, self.bank.high, self.ideal.heading)]

@@ -52,8 +52,8 @@ class Blind:
     def heading(self) -> float:
         return self.estimator.heading
 
-    def second(self, difference, readings, velocity) -> float:
-        return self.estimator.second(difference, readings)
+    def step(self, difference, readings, velocity) -> float:
+        return self.estimator.step(difference, readings)
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ def sail(world: World, navigator: Navigator, seed, circuit=PAPER_CIRCUIT, passin
         rows.append((state[0], state[1], heading, estimate, wanted, difference, leg.cross_track))
         read.append(readings)
         velocities.append(velocity)
-        navigator.second(difference, readings, velocity)
+        navigator.step(difference, readings, velocity)
         state = vessel.step(state, (difference,), around, 1.0)
         state[2:4] += world.waves * noise[2:]
     table = np.array(rows)
@@ -189,7 +189,7 @@ def replayed(voyage: Voyage, navigator: Navigator) -> np.ndarray:
     headings = np.empty(len(voyage.heading))
     for k in range(len(headings)):
         headings[k] = navigator.heading
-        navigator.second(voyage.difference[k], voyage.readings[k], tuple(voyage.velocity[k]))
+        navigator.step(voyage.difference[k], voyage.readings[k], tuple(voyage.velocity[k]))
     return headings
 
 

@@ -43,7 +43,7 @@ def said(estimator, rows, read):
     """`read(estimator)` after every second."""
     found = []
     for difference, readings, _ in rows:
-        estimator.second(difference, readings)
+        estimator.step(difference, readings)
         found.append(read(estimator))
     return found
 
@@ -62,7 +62,7 @@ def aided(tuning, rows, yaw):
     estimator, found = AidedHeadingFilter(tuning, yaw=yaw), []
     for k, (difference, readings, velocity) in enumerate(rows):
         silent = 60 <= k < 70
-        estimator.second(difference, None if silent else readings, (math.nan, math.nan) if k % 7 == 3 else velocity)
+        estimator.step(difference, None if silent else readings, (math.nan, math.nan) if k % 7 == 3 else velocity)
         found.append(
             (
                 estimator.heading,
@@ -133,7 +133,7 @@ def h_infinity():
 def bounds(tolerance, filter_type=IntervalFilter, shift_too=False, seconds=60, **options):
     filter, rows = filter_type(box_of(composite_model(TCM2), tolerance, shift_too), **options), []
     for difference, readings, _ in weave()[:seconds]:
-        rows.append((*filter.second(difference, readings), filter.width, filter.diverged))
+        rows.append((*filter.step(difference, readings), filter.width, filter.diverged))
     return columns("low high width diverged", rows)
 
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from steerway.estimation.course.onboard import Measurements
+from steerway.core.estimate import Measurements
 from steerway.guidance.route import Route
 from steerway.guidance.waypoints import Mission
 from steerway.vessels import CALM, Surge

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         weighted,
     )
     from steerway.estimation.heading.model_bank import ModelBank, corners, grid
+    from steerway.estimation.heading.readings import Ticks, checked_difference
 
 __all__ = [
     "SCALE_ONLY",
@@ -32,7 +33,9 @@ __all__ = [
     "LearnedHeading",
     "ModelBank",
     "Network",
+    "Ticks",
     "box_of",
+    "checked_difference",
     "composite_model",
     "corners",
     "grid",
