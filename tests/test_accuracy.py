@@ -8,7 +8,7 @@ import pytest
 
 import steerway
 from steerway import FiveStateFilter, Fixes, Profile
-from steerway.estimation.course.update.reported_accuracy import doubts_of
+from steerway.estimation.course.update.reported_accuracy import variance_scales_of
 from steerway.live.heard import rows_of
 from steerway.live.navigator import Navigator
 from tests.scenes import angle_error, turning
@@ -22,7 +22,7 @@ GOOD, BAD = 0.5, 5.0
 
 
 def doubted(said):
-    return doubts_of(np.zeros(2), np.asarray(said, float))
+    return variance_scales_of(np.zeros(2), np.asarray(said, float))
 
 
 def troubled(seed, duration=300.0, exaggerated=2.0):

@@ -26,7 +26,7 @@ def start_backward(bank, filtered, smoothed):
     and speeds of a vessel that comes to rest are not as Gaussian as either says.
     """
     n = bank.shape[3]
-    root, lost, scale = np.empty((n, n)), np.empty(n), np.empty(n)
+    root, lost, scale = np.zeros((n, n)), np.empty(n), np.empty(n)  # the upper triangle stays zero
     square_root(filtered[:n], scale, root)
     whiten = np.linalg.inv(root)
     covariance = smoothed[:n].copy()

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 from scipy.linalg import expm, solve_continuous_lyapunov
-from steerway.estimation.course.yawing import predict_underway
 
 import steerway
 from steerway.core.errors import InputError
@@ -13,11 +12,19 @@ from steerway.core.records import REJECTED
 from steerway.estimation import Profile, choose_profile
 from steerway.estimation.course.forecast import forecast
 from steerway.estimation.course.motion.five_state import set_step
-from steerway.estimation.course.motion.layout import GATE, OUTLIER, YAWING_STATE, empty_memory
+from steerway.estimation.course.motion.layout import (
+    EXTRAS,
+    GATE,
+    OSCILLATION_STATE,
+    OUTLIER_NLL,
+    PHASE,
+    STATES,
+    UNDER_WAY,
+    empty_bank,
+)
 from steerway.estimation.course.replay import run_rows
-from steerway.estimation.course.smoothing import transition
-from steerway.estimation.selection.parameters import MOTION, YAWING
-from steerway.estimation.selection.stages import Log, found
+from steerway.estimation.selection.parameters import MOTION, OSCILLATION
+from steerway.estimation.selection.stages import Evidence, fitted
 from tests.scenes import Scene, angle_error, sailed
 
 SWELL = Profile(
@@ -35,12 +42,12 @@ CHOSEN = np.array([3, 4, 5])
 
 
 def predicted(x, p, dt, steps=1, profile=SWELL):
-    model = profile.model()
-    step = np.empty((3, empty_memory(model).shape[1]))
-    set_step(step, dt / steps, model)
+    parameters = profile.parameters()[0]
+    step = np.empty((3, int(parameters[STATES])))
+    set_step(step, dt / steps, parameters)
     x, p = x.copy(), np.triu(p)
     for _ in range(steps):
-        predict_underway(x, p, step, model)
+        predict(x, p, step, parameters)
     return x, np.triu(p) + np.triu(p, 1).T
 
 
@@ -72,11 +79,11 @@ def test_it_swings_with_its_period_whatever_the_step():
 
 
 def test_noise_keeps_the_variances_from_which_it_begins():
-    model = SWELL.model()
+    parameters = SWELL.parameters()[0]
     stationary = solve_continuous_lyapunov(DYNAMICS[1:, 1:], -np.diag([4e-4, 0.0]))
-    d = int(model[YAWING_STATE])
+    d = int(parameters[OSCILLATION_STATE])
     assert d == 5 and SWELL.start_rate_std == pytest.approx(math.sqrt(stationary[0, 0]))
-    assert model[-1] == pytest.approx(stationary[1, 1])
+    assert parameters[EXTRAS + 2] == pytest.approx(stationary[1, 1])
     p = np.zeros((6, 6))
     p[4:, 4:] = stationary
     _, later = predicted(np.zeros(6), p, 100.0, 1000)
@@ -86,9 +93,9 @@ def test_noise_keeps_the_variances_from_which_it_begins():
 def test_the_smoothers_transition_is_the_predictions_jacobian():
     profile = SWELL.model_copy(update={"acceleration_std": 0.3})
     x = np.array([0.0, 0.0, 4.0, 0.7, 0.05, 0.2, 0.1])
-    model, step, f = profile.model(), np.empty((3, 7)), np.empty((7, 7))
-    set_step(step, 0.5, model)
-    transition(x, True, step, model, f)
+    parameters, step, f = profile.parameters()[0], np.empty((3, 7)), np.empty((7, 7))
+    set_step(step, 0.5, parameters)
+    transition(x, True, step, parameters, f)
     for j in range(7):
         nudge = 1e-6 * np.eye(7)[j]
         ahead, behind = (predicted(x + sign * nudge, np.eye(7), 0.5, 1, profile)[0] for sign in (1.0, -1.0))
@@ -132,7 +139,7 @@ def test_in_a_sea_the_course_is_known_better():
 
 def test_the_period_is_found_from_the_log():
     fixes = swinging(period=12.0).fixes(0.01, 3)
-    fit = found(Log(fixes, np.ones(len(fixes), bool)), SWELL, MOTION + YAWING)
+    fit = fitted(Evidence(fixes, np.ones(len(fixes), bool)), SWELL, MOTION + OSCILLATION)
     assert 9.0 < fit.profile.yawing_period < 15.0
 
 
@@ -152,17 +159,17 @@ def test_a_wandering_receiver_is_not_taken_for_swings():
     assert chosen.error_std > 0.1
 
 
-def test_a_rare_blow_is_hers_and_a_jump_is_not():
-    """Of the sea, which a gate of 13.8 takes for an outlier; and a fix ten metres off."""
+def test_an_irregular_wave_is_accepted_and_a_jump_is_not():
+    """A wave beyond the gate of 13.8; and a fix ten metres off."""
     profile = SWELL.model_copy(update={"position_std": 0.005})
     struck = swinging(seed=5, blow=0.15).fixes(0.005, 5)
-    strict = profile.model()
-    strict[OUTLIER] = -math.inf
-    assert np.nanmax(run_rows(strict, (), struck).nis) > strict[GATE]
+    strict = profile.parameters()
+    strict[0, OUTLIER_NLL] = -math.inf
+    assert np.nanmax(run_rows(strict, (), struck).nis) > strict[0, GATE]
     assert (steerway.estimate(struck, profile).status != REJECTED).all()
     jumped = swinging(seed=5).fixes(0.005, 5, lambda t: (10.0 * (np.abs(t - 250.0) < 0.5), 0.0 * t))
     assert (np.flatnonzero(steerway.estimate(jumped, profile).status == REJECTED) == [250]).all()
-    assert profile.model_copy(update={"yawing_period": 0.0}).model()[OUTLIER] == -math.inf
+    assert profile.model_copy(update={"yawing_period": 0.0}).parameters()[0, OUTLIER_NLL] == -math.inf
 
 
 def test_the_rate_of_output_changes_nothing():
@@ -188,13 +195,13 @@ def test_it_is_forgotten_at_rest():
 
 
 def test_a_forecast_goes_on_along_the_course_held():
-    model = SWELL.model()
-    memory = empty_memory(model)
-    n = memory.shape[1]
-    memory[n, 2:6] = 5.0, 0.7, 0.02, 0.1
-    memory[:n] = np.diag([1e-2, 1e-2, 1e-3, 1e-4, 1e-4, 1e-4])
-    memory[n + 1, 0] = 4.0
-    north, east, nn, _, ee = forecast(memory, model, 60.0)
+    parameters = SWELL.parameters()
+    block = empty_bank(parameters)[0]
+    n = block.shape[1]
+    block[n, 2:6] = 5.0, 0.7, 0.02, 0.1
+    block[:n] = np.diag([1e-2, 1e-2, 1e-3, 1e-4, 1e-4, 1e-4])
+    block[n + 1, PHASE] = UNDER_WAY
+    north, east, nn, _, ee = forecast(block, parameters[0], 60.0)
     assert math.atan2(east, north) == pytest.approx(0.6, abs=1e-3)
     # Monte Carlo of the linear model: how far the course leads her astray across in a minute
     chance = np.random.default_rng(5)

@@ -1,4 +1,4 @@
-"""What aids say counts in the choice of a profile: the likelihood of it, and what is found by it."""
+"""Aids in the selection of a profile: their likelihood, and what is fitted with them."""
 
 import math
 from dataclasses import replace
@@ -8,8 +8,8 @@ import pytest
 
 from steerway.core.angles import wrap
 from steerway.estimation import FiveStateFilter, choose_profile
-from steerway.estimation.course.motion.layout import GYRO_STATE
 from steerway.estimation.course.replay import run_rows
+from steerway.estimation.course.update.aids import companion_of
 from steerway.estimation.selection.excerpts import moving, spaced
 from steerway_studies.estimator_limits.aided import GYRO_BIAS, GYRO_STD, PROFILE, VELOCITY_STD, aided_fixes
 from steerway_studies.estimator_limits.cells import judged
@@ -19,12 +19,12 @@ ALL = ("sog", "cog", "yaw_rate")
 ONE = PROFILE.turning
 
 
-def surprise_of(value, mean, variance) -> float:
-    return (value - mean) ** 2 / variance + math.log(2.0 * math.pi * variance)
+def nll_of(value, mean, variance) -> float:
+    return 0.5 * ((value - mean) ** 2 / variance + math.log(2.0 * math.pi * variance))
 
 
-def foretold(x, p, profile, gyro) -> dict:
-    """Mean and variance of what each aid says, by state (n,) and covariance (n, n)."""
+def predicted(x, p, profile, gyro) -> dict:
+    """Mean and variance of each aid, by state (n,) and covariance (n, n)."""
     h = np.zeros(len(x))
     h[4] = h[gyro] = 1.0
     return {
@@ -35,14 +35,14 @@ def foretold(x, p, profile, gyro) -> dict:
 
 
 @pytest.mark.parametrize("aid", ALL)
-@pytest.mark.parametrize("profile", [ONE, PROFILE], ids=["one manner", "two"])
-def test_the_surprise_is_that_of_the_density_an_aid_was_given(aid, profile):
+@pytest.mark.parametrize("profile", [ONE, PROFILE], ids=["one mode", "two"])
+def test_the_nll_is_that_of_the_predicted_density_of_an_aid(aid, profile):
     fixes = between(aided_fixes(voyage_of(3, 60.0), 3), 2)
-    model = profile.model((aid, "yaw_rate"))
-    gyro = int(model[..., GYRO_STATE].flat[0])
+    parameters = profile.parameters((aid, "yaw_rate"))
+    gyro = companion_of(parameters[0], "yaw_rate")
     alone = np.where(fixes.has_position, np.nan, getattr(fixes, aid))
     fixes = replace(fixes, **{other: alone if other == aid else None for other in ALL})
-    found = run_rows(model, (aid, "yaw_rate"), fixes).aid_surprise
+    found = run_rows(parameters, (aid, "yaw_rate"), fixes).aid_nll
     estimator = FiveStateFilter(profile, (aid, "yaw_rate"))
     compared = 0
     for k in range(len(fixes)):
@@ -55,17 +55,16 @@ def test_the_surprise_is_that_of_the_density_an_aid_was_given(aid, profile):
         if not estimator.underway:
             estimator.aid_by(**{aid: value})
             continue
-        memory = estimator._memory
-        n = memory.shape[-1]
-        modes = [(1.0, memory)] if memory.ndim == 2 else list(zip(memory[0, n + 9], memory[1:], strict=False))
-        modes = modes[: 1 if memory.ndim == 2 else len(model) - 1]
+        bank, n = estimator._bank, estimator._bank.shape[-1]
+        count = max(len(parameters) - 1, 1)
+        modes = [(1.0, bank[0])] if count == 1 else list(zip(bank[0, n + 9, :count], bank[1:], strict=False))
         density = 0.0
         for probability, mode in modes:
             upper = np.triu(mode[:n])
-            mean, variance = foretold(mode[n], upper + np.triu(upper, 1).T, profile, gyro)[aid]
+            mean, variance = predicted(mode[n], upper + np.triu(upper, 1).T, profile, gyro)[aid]
             error = wrap(value - mean) if aid == "cog" else value - mean
-            density += probability * math.exp(-0.5 * surprise_of(error, 0.0, variance))
-        assert found[k] == pytest.approx(min(-2.0 * math.log(density), 20.0), rel=1e-9, abs=1e-9)
+            density += probability * math.exp(-nll_of(error, 0.0, variance))
+        assert found[k] == pytest.approx(min(-math.log(density), 10.0), rel=1e-9, abs=1e-9)
         compared += 1
         estimator.aid_by(**{aid: value})
     assert compared > 120
@@ -76,9 +75,9 @@ def voyage_of(seed, duration):
     return sail(replace(SLOW, duration=duration), seed)
 
 
-def test_without_aids_nothing_is_surprising_but_the_fixes():
+def test_without_aids_the_likelihood_is_of_the_fixes_alone():
     fixes = aided_fixes(voyage_of(1, 30.0), 1)
-    assert not run_rows(PROFILE.model(), (), fixes).aid_surprise.any()
+    assert not run_rows(PROFILE.parameters(), (), fixes).aid_nll.any()
 
 
 @pytest.mark.parametrize("seed", [0, 6, 11])

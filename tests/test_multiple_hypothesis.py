@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from steerway.estimation.course.two_sided.agreement import agreement
 
 import steerway
 from steerway.core.angles import wrap
 from steerway.core.records import Fixes
 from steerway.estimation.course.filter import FiveStateFilter
+from steerway.estimation.course.smoothing.overlap import log_mean_likelihood
 from steerway.estimation.profiles import Profile
 from steerway.sensors.gnss import Gnss
 from steerway_studies.estimator_limits.bound import smoothing_bound
@@ -42,7 +42,7 @@ def test_agreement_is_the_integral_it_says(n):
     root, half = np.tril(chance.standard_normal((n, n))), chance.standard_normal((n, n))
     information, gradient = half @ half.T, chance.standard_normal(n)
     seen, lower, u = np.empty((n, n)), np.zeros((n, n)), np.empty(n)
-    found = agreement(root, information, gradient, seen, lower, u)
+    found = log_mean_likelihood(root, information, gradient, seen, lower, u)
     posterior = np.linalg.inv(np.linalg.inv(root @ root.T) + information)
     volume = np.linalg.slogdet(np.eye(n) + root @ root.T @ information)[1]
     assert found == pytest.approx(0.5 * (gradient @ posterior @ gradient - volume), rel=1e-7)
