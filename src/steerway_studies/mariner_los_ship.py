@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from steerway.control.course import AnglePID, place_poles
-from steerway.control.handover import Helm
+from steerway.control.handover import Autopilot
 from steerway.control.rudder import Rudder
 from steerway.core.leg import leg_direction, track_errors
 from steerway.core.noise import markov_std
@@ -93,10 +93,10 @@ def voyage(case: Case) -> tuple[Run, Mission]:
     mission = Mission(route(case.turned))
     autopilot = AnglePID(place_poles(*MARINER_NOMOTO, bandwidth=BANDWIDTH, limit=RUDDER.high))
     if case.feedback == "printed":
-        helm = Helm(autopilot, LowPass(case.low_pass), AlwaysByCourse())
+        helm = Autopilot(autopilot, LowPass(case.low_pass), AlwaysByCourse())
         estimator = PrintedEstimator(printed_filter())
     else:
-        helm = Helm(autopilot, LowPass(case.low_pass))
+        helm = Autopilot(autopilot, LowPass(case.low_pass))
         filtered = case.feedback == "product"
         estimator = FilterEstimator(FiveStateFilter(product_profile(case.noise))) if filtered else AtFaceValue()
     instruments = Truth() if case.feedback == "truth" else Suite(receiver(case.noise))

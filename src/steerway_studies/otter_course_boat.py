@@ -7,7 +7,7 @@ import numpy as np
 
 from steerway.control.allocation import OTTER_PROPELLERS
 from steerway.control.course import AnglePID, AnglePIDGains, place_poles
-from steerway.control.handover import Helm
+from steerway.control.handover import Autopilot
 from steerway.core.angles import wrap
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.course.onboard import FilterEstimator
@@ -133,7 +133,7 @@ def steered_by_product(noise: float, bandwidth: float, yaw: YawModel | None, see
         FilterEstimator(FiveStateFilter(product_profile(noise))),
         Mission(Route([0.0, 10e3], [0.0, 0.0])),
         Ordered(run_in),
-        Helm(AnglePID(gains), ReferenceModel(REFERENCE_BANDWIDTH)),
+        Autopilot(AnglePID(gains), ReferenceModel(REFERENCE_BANDWIDTH)),
         OTTER_PROPELLERS,
         SteadyForce(FORCE),
         cruise=SPEED,

@@ -15,12 +15,9 @@ from steerway.core.errors import InputError
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.course.onboard import AtFaceValue, FilterEstimator
 from steerway.estimation.profiles import Profile
-from steerway.guidance.adaptive_line_of_sight import AdaptiveLineOfSight
-from steerway.guidance.integral_line_of_sight import IntegralLineOfSight
-from steerway.guidance.line_of_sight import LineOfSight, PurePursuit
+from steerway.guidance import laws
 from steerway.guidance.reference import LowPass, ReferenceModel, TrackingFilter
 from steerway.guidance.route import Route
-from steerway.guidance.vector_field import VectorField
 from steerway.guidance.voyage import Voyage
 from steerway.guidance.waypoints import Passing
 from steerway.pilot import Pilot
@@ -39,7 +36,6 @@ from steerway.vessels.environment import Current, Environment, Waves, Wind
 from steerway.vessels.vessel import Vessel
 
 STEERAGEWAY = Steerageway()
-_HEADING_LAWS = ("integral-line-of-sight", "adaptive-line-of-sight")
 
 
 class Assembly(NamedTuple):
@@ -180,7 +176,7 @@ def pilot(scenario: Scenario) -> Pilot:
         AtFaceValue() if truth else FilterEstimator(filtering),
         voyage(scenario, her),
         law(scenario, her),
-        her.helm(shaper(scenario), STEERAGEWAY),
+        her.autopilot(shaper(scenario), STEERAGEWAY),
         her.propulsion,
         her.speed_loop(),
         her.station_keeper(),
@@ -192,28 +188,13 @@ def pilot(scenario: Scenario) -> Pilot:
 def steer_by(scenario: Scenario) -> str:
     """Whether the law gives a course or a heading."""
     guidance = scenario.guidance
-    return guidance.steer_by or ("heading" if guidance.law in _HEADING_LAWS else "course")
+    return guidance.steer_by or laws.LAWS[guidance.law].steers_by
 
 
 def law(scenario: Scenario, her: Boat):
-    """The guidance law. Gains left out make both poles of the path error U/(2Δ): no overshoot in a steady current."""
+    """The guidance law."""
     table = scenario.guidance
-    match table.law:
-        case "line-of-sight":
-            return LineOfSight(her.lookahead)
-        case "pure-pursuit":
-            return PurePursuit()
-        case "vector-field":
-            return VectorField(1.0 / her.lookahead, math.radians(table.approach_deg))
-        case "integral-line-of-sight":
-            return IntegralLineOfSight(her.lookahead, _given(table.integral_gain, her.cruise / 4.0))
-        case _:
-            gain = _given(table.adaptive_gain, her.cruise / (2.0 * her.lookahead) ** 2)
-            return AdaptiveLineOfSight(her.lookahead, gain)
-
-
-def _given(value, otherwise):
-    return otherwise if value is None else value
+    return laws.law(table.law, her.lookahead, her.cruise, _radians(table))
 
 
 def shaper(scenario: Scenario):

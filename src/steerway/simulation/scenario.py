@@ -7,10 +7,11 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from steerway.guidance.laws import LAWS
+
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 Number = Annotated[float, Field(allow_inf_nan=False)]
-Law = Literal["line-of-sight", "pure-pursuit", "vector-field", "integral-line-of-sight", "adaptive-line-of-sight"]
 Triple = tuple[Number, Number, Number]
 
 
@@ -153,9 +154,7 @@ class EstimatorTable(Table):
 class GuidanceTable(Table):
     """The law; the integral and the adaptive one steer by heading, the others by `steer_by`."""
 
-    law: Literal[
-        "line-of-sight", "pure-pursuit", "vector-field", "integral-line-of-sight", "adaptive-line-of-sight"
-    ] = "line-of-sight"
+    law: Literal[*LAWS] = "line-of-sight"  # type: ignore[valid-type]
     steer_by: Literal["course", "heading"] | None = None
     lookahead: Positive | None = None
     integral_gain: NotNegative | None = None
