@@ -67,7 +67,7 @@ def test_what_is_unknown_or_unwanted_gives_up_at_once():
         HandOver(Steerageway(take=0.2))
 
 
-def test_the_helm_passes_over_without_a_jump():
+def test_the_hand_over_is_without_a_jump():
     """Heading 20°, course 35°, in a turn with an error and a trim: the moment goes on where it was."""
     autopilot = Autopilot(AnglePID(YAW), ReferenceModel(0.5), HandOver(Steerageway(dwell=0.0)))
     heading, course = math.radians(20.0), math.radians(35.0)
@@ -78,7 +78,7 @@ def test_the_helm_passes_over_without_a_jump():
         moments.append(autopilot.step(command, course, 0.03, heading, 0.02, speed, H))
         errors.append((course if autopilot.by_course else heading) - autopilot.shaper.reference[0])
         if step == 199:
-            trim = autopilot.pilot.integral
+            trim = autopilot.controller.integral
     jumps = np.abs(np.diff(moments))
     assert np.max(jumps[[199, 299]]) < 1.5 * np.max(jumps[150:199]) + 0.3
     assert np.max(jumps[[199, 299]]) < 0.02 * np.max(np.abs(moments))
@@ -87,10 +87,10 @@ def test_the_helm_passes_over_without_a_jump():
         assert abs(errors[step]) > 0.05 and errors[step + 1] == pytest.approx(errors[step], abs=0.01)
 
 
-def test_without_a_compass_the_helm_waits_for_steerageway():
+def test_without_a_compass_the_autopilot_waits_for_steerageway():
     autopilot = Autopilot(AnglePID(YAW), ReferenceModel(0.5), HandOver(Steerageway(dwell=0.0)))
     command = (2.0, 0.0, 0.0)
-    autopilot.pilot.integral = 3.0
+    autopilot.controller.integral = 3.0
 
     def steer(speed, course):
         return autopilot.step(command, course, 0.0, math.nan, math.nan, speed, H)
@@ -100,11 +100,11 @@ def test_without_a_compass_the_helm_waits_for_steerageway():
     for _ in range(200):
         turning = steer(0.8, 0.5)
     assert turning > 10.0
-    trim = autopilot.pilot.integral
+    trim = autopilot.controller.integral
     assert steer(0.1, 0.6) == pytest.approx(trim) and steer(0.1, 0.6) == pytest.approx(trim)
     assert abs(steer(0.8, -1.0) - trim) < 0.4
     damped = autopilot.step(command, math.nan, math.nan, math.nan, 0.2, 0.1, H)
-    assert damped == pytest.approx(autopilot.pilot.integral - YAW.proportional * YAW.derivative_time * 0.2)
+    assert damped == pytest.approx(autopilot.controller.integral - YAW.proportional * YAW.derivative_time * 0.2)
 
 
 def keep(distance, bearing, course=0.0, speed=0.0, heading=0.0, **more):
@@ -135,7 +135,7 @@ def test_a_station_keeper_learns_the_current_only_where_thrust_can_answer_it():
 
 
 class Otter:
-    """A hull, its propellers, a speed loop, a station keeper, and a helm: the blocks of a mission at 50 Hz."""
+    """A hull, its propellers, a speed loop, a station keeper, and an autopilot: the blocks of a mission at 50 Hz."""
 
     def __init__(self, hull, noise=0.0, seed=1):
         self.hull, self.noise, self.rng = hull, noise, random.Random(seed)

@@ -30,15 +30,15 @@ def test_what_a_file_says(tmp_path):
         'from = "udp://:10110"\nto = ["stdout:", "file:run.csv"]\nprofile = "mine.toml"\nsource = "GP"\n'
         'aid = ["yaw-rate"]\nrate = 10\nmission = "m.toml"\nengage = true\npatience = 5\nlatency = 0.1\nhelm = true\n',
     )
-    assert settings.listen_to == ("udp://:10110",) and settings.say_to == ("stdout:", f"file:{tmp_path}/run.csv")
+    assert settings.inputs == ("udp://:10110",) and settings.outputs == ("stdout:", f"file:{tmp_path}/run.csv")
     assert settings.profile == str(tmp_path / "mine.toml") and settings.mission == str(tmp_path / "m.toml")
     assert (settings.source, settings.aid, settings.rate, settings.engage) == (("GP",), ("yaw-rate",), 10.0, True)
-    assert (settings.patience, settings.latency, settings.helm) == (5.0, 0.1, "127.0.0.1:8080")
+    assert (settings.max_dead_reckoning, settings.latency, settings.helm) == (5.0, 0.1, "127.0.0.1:8080")
 
 
 def test_what_it_does_not_say_is_as_on_the_command_line():
     settings = Settings()
-    assert settings.say_to == ("stdout:",) and settings.profile == "small-usv" and settings.patience == 10.0
+    assert settings.outputs == ("stdout:",) and settings.profile == "small-usv" and settings.max_dead_reckoning == 10.0
     assert (settings.rate, settings.mission, settings.helm, settings.engage) == (None, None, None, False)
 
 
@@ -46,7 +46,7 @@ def test_the_command_line_goes_first(tmp_path):
     settings = said(tmp_path, 'from = "udp://:1"\nrate = 10\nengage = true\nhelm = false\n')
     other = settings.overridden(rate=2.0, engage=False, profile=None, helm="127.0.0.1:9000")
     assert (other.rate, other.engage, other.profile, other.helm) == (2.0, False, "small-usv", "127.0.0.1:9000")
-    assert other.listen_to == settings.listen_to
+    assert settings.inputs == settings.inputs
 
 
 @pytest.mark.parametrize(

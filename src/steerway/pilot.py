@@ -167,6 +167,13 @@ class Pilot:
         force = 0.0 if self.speed is None else self.speed.step(speed, estimate.sog, dt)
         return self._actuate(force, self._yaw(desired, estimate, dt, self._law_of_course))
 
+    def restart(self) -> None:
+        """Forget the trim and the reference: the next `steer` begins with the boat's own course."""
+        self.autopilot.release()
+        self.autopilot.controller.restart()
+        if self.speed is not None:
+            self.speed.restart()
+
     def rest(self) -> Steered:
         """Engines off: the commands that do nothing. The autopilot begins anew with the next `steer`."""
         self.autopilot.release()

@@ -9,6 +9,9 @@ from steerway.core.checks import not_negative, positive
 
 COMFORTABLE = 0.2
 """Least relative damping of a loop that `comfortable_bandwidth` allows: an oscillation falls to 28 % in one period."""
+RATE_SHARE = 0.3
+"""ω_n/ω_e for a vessel with a yaw-rate loop: the largest round number that keeps the least relative damping of
+s (T s + 1) F(s) + ω_n (2ω_e² s + ω_e³), F the filter of `loop_damping`, at `COMFORTABLE` whatever T."""
 _LEAST = 0.1
 """Share of the largest bandwidth with which `GainSchedule` begins, before speed and interval are known."""
 _RETUNED = 0.05
@@ -48,12 +51,16 @@ def loop_damping(bandwidth: float, carried: float, nomoto_time: float, damping: 
     return float(np.min(-poles.real / np.abs(poles)))
 
 
-def comfortable_bandwidth(carried: float, nomoto_time: float) -> float:
-    """Largest bandwidth ω_n (rad/s), at most ω_e, whose `loop_damping` is at least `COMFORTABLE`.
+def comfortable_bandwidth(carried: float, nomoto_time: float | None) -> float:
+    """Bandwidth ω_n (rad/s) that a course estimate of ω_e allows: relative damping of at least `COMFORTABLE`.
 
-    carried ω_e in rad/s, nomoto_time T in s. About 0.3 ω_e for a vessel that follows a commanded yaw rate at once.
+    carried ω_e in rad/s, nomoto_time T in s. The largest by `loop_damping`: 0.36 ω_e for a vessel that follows at once,
+    0.2 ω_e for a slow one. With T unknown (None), of a vessel that follows a commanded yaw rate by a loop of its own,
+    `RATE_SHARE` of ω_e.
     """
     positive("carried", carried)
+    if nomoto_time is None:
+        return RATE_SHARE * carried
     low, high = -20.0, 0.0  # powers of two of ω_n/ω_e
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
@@ -65,29 +72,20 @@ def comfortable_bandwidth(carried: float, nomoto_time: float) -> float:
 class GainSchedule:
     """Autopilot gains for what the course estimate carries at the present speed and interval of fixes.
 
-    nomoto_gain, nomoto_time: of the vessel, as of `course_gains`.
+    nomoto_time: T of the vessel's yaw rate, s, the command being the yaw rate that it settles at (Nomoto gain 1); None
+        for a vessel with a yaw-rate loop of its own, which holds against wind: the command needs no integral.
     course_rate_density, position_std: of the estimator, as of `carried_bandwidth`.
-    most:  bandwidth that is never exceeded, however good the estimate, rad/s.
-    limit: of the command, in its unit.
+    most: bandwidth that is never exceeded, however good the estimate, rad/s.
     fix_interval: s, may be set at any time; NaN while unknown.
     """
 
-    def __init__(
-        self,
-        nomoto_gain: float,
-        nomoto_time: float,
-        course_rate_density: float,
-        position_std: float,
-        most: float,
-        limit: float = math.inf,
-        fix_interval: float = math.nan,
-    ):
-        self._gain, self._time, self._limit = nomoto_gain, nomoto_time, limit
+    def __init__(self, nomoto_time: float | None, course_rate_density: float, position_std: float, most: float):
+        self._time = nomoto_time
         self._density, self._std = course_rate_density, position_std
         self._most = positive("autopilot.bandwidth", most)
-        self.fix_interval = fix_interval
+        self.fix_interval = math.nan
         self._designed_for = math.nan
-        self._gains = course_gains(nomoto_gain, nomoto_time, _LEAST * most, limit=limit)
+        self._gains = self._design(_LEAST * most)
 
     def gains(self, speed: float) -> AnglePIDGains:
         """The gains at a speed over ground (m/s); those in force where speed or interval is unknown."""
@@ -96,9 +94,11 @@ class GainSchedule:
         carried = carried_bandwidth(speed, self._density, self._std, self.fix_interval)
         if not abs(carried - self._designed_for) <= _RETUNED * carried:
             self._designed_for = carried
-            bandwidth = min(self._most, comfortable_bandwidth(carried, self._time))
-            self._gains = course_gains(self._gain, self._time, bandwidth, limit=self._limit)
+            self._gains = self._design(min(self._most, comfortable_bandwidth(carried, self._time)))
         return self._gains
+
+    def _design(self, bandwidth):
+        return course_gains(1.0, self._time or 0.0, bandwidth, has_bias=self._time is not None)
 
 
 def advice(

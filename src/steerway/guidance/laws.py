@@ -38,9 +38,7 @@ LAWS = {
     ),
     "integral-line-of-sight": LawKind(
         "heading",
-        lambda lookahead, speed, options: IntegralLineOfSight(
-            lookahead, _given(options, "integral_gain", speed / 4.0)
-        ),
+        lambda lookahead, speed, options: IntegralLineOfSight(lookahead, _given(options, "integral_gain", speed / 4.0)),
     ),
     "adaptive-line-of-sight": LawKind(
         "heading",
