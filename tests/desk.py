@@ -14,9 +14,9 @@ from steerway.live.autopilot.mission import BoatTable, Corner, GeodeticRoute, Li
 from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE
 from steerway.live.autopilot.route import Guide
 from steerway.live.autopilot.supervisor import Supervisor
+from steerway.live.base.orders import State
+from steerway.live.base.rows import InputRow
 from steerway.live.navigator import Navigator
-from steerway.live.orders import State
-from steerway.live.rows import InputRow
 from steerway.live.service import Service
 from steerway.vessels import Otter, conditions
 from tests.faults.hastened import HastenedLoop

@@ -9,8 +9,8 @@ import pytest
 import steerway
 from steerway import FiveStateFilter, Fixes, Profile
 from steerway.estimation.course.accuracy import doubts_of
+from steerway.live.base.rows import rows_of
 from steerway.live.navigator import Navigator
-from steerway.live.rows import rows_of
 from tests.scenes import angle_error, turning
 
 ONE = Profile(speed_noise=1e-3, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.5)

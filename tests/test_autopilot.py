@@ -18,8 +18,8 @@ from steerway.live.autopilot.mission import Limits
 from steerway.live.autopilot.route import Guide
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.autopilot.watch import Watch
-from steerway.live.orders import UNDER_WAY, State
-from steerway.live.rows import Row, lost
+from steerway.live.base.orders import UNDER_WAY, State
+from steerway.live.base.rows import Row, lost
 from tests.desk import HOME, NOON, OTTER, SQUARE, TICK, Desk, dock_all, square
 
 FENCE = ((-40.0, -10.0), (70.0, -10.0), (70.0, 70.0), (-40.0, 70.0))

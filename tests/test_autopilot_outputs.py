@@ -11,7 +11,7 @@ from steerway.live import addresses
 from steerway.live.autopilot.fence import Fence
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.route import Guide
-from steerway.live.orders import Order, State
+from steerway.live.base.orders import Order, State
 from steerway.live.outputs.deltas import Deltas
 from steerway.live.outputs.json_lines import JsonLines
 from steerway.live.outputs.propellers import PropellerCommands

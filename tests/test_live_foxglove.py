@@ -10,9 +10,9 @@ import pytest
 from steerway.core.errors import InputError
 from steerway.core.records import OK
 from steerway.live import addresses
+from steerway.live.base.rows import Row, lost
 from steerway.live.outputs import foxglove as link
 from steerway.live.outputs.json_lines import json_line
-from steerway.live.rows import Row, lost
 from tests.test_live_links import free_port
 
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed: pip install steerway[foxglove]")

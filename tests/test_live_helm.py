@@ -20,6 +20,8 @@ from steerway.core.errors import InputError
 from steerway.core.leg import Leg
 from steerway.core.records import LOST, OK, PREDICTED, REJECTED
 from steerway.live.autopilot.route import GeodeticRoute
+from steerway.live.base.orders import Order, State
+from steerway.live.base.rows import InputRow, Row, lost
 from steerway.live.helm import chart, strips
 from steerway.live.helm.address import Address, address, checked, token_of
 from steerway.live.helm.bridge import HelmPage
@@ -29,8 +31,6 @@ from steerway.live.helm.seeing import Plane, Seen, ellipse, view
 from steerway.live.helm.view import View
 from steerway.live.helm.words import UNKNOWN, tone, words
 from steerway.live.navigator import Navigator
-from steerway.live.orders import Order, State
-from steerway.live.rows import InputRow, Row, lost
 from steerway.live.service import Service
 
 NOON = 1_719_835_200.0

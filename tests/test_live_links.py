@@ -15,15 +15,18 @@ from steerway.core.records import NO_COURSE, OK
 from steerway.core.timestamps import iso
 from steerway.estimation import estimate
 from steerway.formats import nmea0183, ubx
-from steerway.live import addresses, uri
-from steerway.live.links.decoding import GpsdDecoder, ReceiverDecoder, SignalKDecoder
+from steerway.live import addresses
+from steerway.live.base import uri
+from steerway.live.base.rows import Row, lost
+from steerway.live.links.decoding import ReceiverDecoder
 from steerway.live.links.file import FileSink
+from steerway.live.links.gpsd import GpsdDecoder
+from steerway.live.links.signalk import SignalKDecoder
 from steerway.live.navigator import Navigator
 from steerway.live.outputs.deltas import Deltas, delta, motion
 from steerway.live.outputs.json_lines import JsonLines, json_line
 from steerway.live.outputs.rhythm import Rhythm
 from steerway.live.outputs.sentences import Sentences
-from steerway.live.rows import Row, lost
 from steerway.live.service import Service
 from tests.said import Said
 from tests.sentences import START, gga, gll, pvt, rmc, sealed, sortie, track

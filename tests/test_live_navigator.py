@@ -10,11 +10,11 @@ from steerway.core.errors import InputError
 from steerway.core.records import LOST, OK, REJECTED, Fixes
 from steerway.estimation import estimate
 from steerway.formats.reading import read, survey
+from steerway.live.base.clock import FixClock
+from steerway.live.base.rows import InputRow, Row, rows_of
 from steerway.live.choice import SourceChoice
-from steerway.live.clock import FixClock
 from steerway.live.navigator import Navigator
 from steerway.live.outputs.table import TableFile
-from steerway.live.rows import InputRow, Row, rows_of
 from steerway.live.service import Service
 from tests.scenes import turning
 

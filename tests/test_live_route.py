@@ -11,8 +11,8 @@ from steerway.core.records import OK
 from steerway.formats.nmea0183.writing import apb, rmb, sealed, xte
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.route import Guide
+from steerway.live.base.rows import Row, lost
 from steerway.live.outputs.sentences import Sentences
-from steerway.live.rows import Row, lost
 
 HOME = (math.radians(54.0), math.radians(10.0))
 NOON = 1_719_835_200.0

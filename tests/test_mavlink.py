@@ -5,9 +5,9 @@ import random
 
 import pytest
 
+from steerway.live.base.orders import Order, State
 from steerway.live.mavlink.dialect import RoverMode, mode_name
 from steerway.live.mavlink.guided import Guided, Phase
-from steerway.live.orders import Order, State
 from steerway.live.simulated.boat import Seen
 from steerway.live.simulated.rover import Rover
 from steerway.vessels.kinematics import GroundMotion

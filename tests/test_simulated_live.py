@@ -16,15 +16,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from steerway.live.links.mavlink import MavlinkLink
 
 from steerway.cli import main
 from steerway.core.errors import InputError
 from steerway.formats import nmea0183
 from steerway.live import addresses
+from steerway.live.base.orders import Order, State
 from steerway.live.mavlink.companion import Companion
 from steerway.live.mavlink.dialect import RoverMode
-from steerway.live.orders import Order, State
+from steerway.live.mavlink.link import MavlinkLink
 from steerway.live.schemes import Context
 from steerway.live.simulated.boat import SimulatedBoat
 from steerway.live.simulated.inner_loops import InnerLoops

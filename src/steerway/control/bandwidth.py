@@ -120,7 +120,11 @@ def advice(
     left = None if nomoto_time is None or carried == 0.0 else loop_damping(bandwidth, carried, nomoto_time, damping)
     if bandwidth <= carried and (left is None or left > 0.0):
         calm = "" if left is None else f" with a damping of {left:.2g} in the loop"
-        warning = "; she will swing, a lower bandwidth is calmer" if left is not None and left < COMFORTABLE else ""
+        warning = (
+            "; the course will oscillate, a lower bandwidth damps it better"
+            if left is not None and left < COMFORTABLE
+            else ""
+        )
         return True, (
             f"An autopilot of {bandwidth:.2g} rad/s fits{calm}: the course estimate carries {carried:.2g} rad/s "
             f"{circumstances}{warning}."

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 from steerway.core.checks import positive
 from steerway.core.errors import InputError
-from steerway.live import uri
+from steerway.live.base import uri
+from steerway.live.base.uri import Uri
 from steerway.live.links.link import Input, Sink
 from steerway.live.mavlink.companion import Companion
 from steerway.live.outputs.formats import FORMATS
 from steerway.live.outputs.output import Output
 from steerway.live.schemes import INPUTS, LOG, OUTPUTS, PORTS, SCHEMES, Context
-from steerway.live.uri import Uri
 
 
 def sources(texts: Sequence[str]) -> tuple[list[Uri], float]:

@@ -7,7 +7,7 @@ import math
 from collections import deque
 from itertools import pairwise
 
-from steerway.live.rows import InputRow
+from steerway.live.base.rows import InputRow
 
 _KEPT = 20  # positions of a source over which its interval is taken
 _SILENT = 3.0  # intervals after which a source counts as silent

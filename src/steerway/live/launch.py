@@ -69,7 +69,7 @@ def _rows_of_logs(paths):
     """The rows of all logs in time order. Raises InputError as `read` does."""
     from steerway.formats.reading import survey
     from steerway.formats.sources import gather
-    from steerway.live.rows import rows_of
+    from steerway.live.base.rows import rows_of
 
     logs = survey(*paths)
     return list(rows_of(gather([(log.name, log.recording.sources) for log in logs])))

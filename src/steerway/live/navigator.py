@@ -15,8 +15,8 @@ from steerway.core.records import REJECTED
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.course.model import LONGEST_GAP
 from steerway.estimation.profiles import AIDS, Profile
+from steerway.live.base.rows import InputRow, Row, lost
 from steerway.live.choice import SourceChoice
-from steerway.live.rows import InputRow, Row, lost
 
 STEP = 60.0
 """s: a time so far from the last one, forward or back, is accepted when a second one confirms it."""

@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 from steerway.core.checks import positive
 from steerway.core.errors import InputError
-from steerway.live import uri
+from steerway.live.base import uri
+from steerway.live.base.uri import Uri
 from steerway.live.links.file import StdoutSink
 from steerway.live.links.gpsd import GpsdInput
 from steerway.live.links.link import Input, Sink
@@ -21,7 +22,6 @@ from steerway.live.mavlink.companion import CARRIERS, Commanded, Companion
 from steerway.live.outputs.foxglove import FoxgloveServer, require_foxglove
 from steerway.live.outputs.output import Output
 from steerway.live.outputs.table import TableFile
-from steerway.live.uri import Uri
 
 
 class Context(NamedTuple):

@@ -15,14 +15,14 @@ from steerway.core.leg import Leg
 from steerway.estimation.course.model import LONGEST_GAP
 from steerway.live.autopilot.route import Guide
 from steerway.live.autopilot.supervisor import Supervisor
-from steerway.live.clock import FixClock
+from steerway.live.base.clock import FixClock
+from steerway.live.base.orders import Order, State
+from steerway.live.base.rows import InputRow, Row, lost
 from steerway.live.links.link import Input, Sink
 from steerway.live.navigator import MEETS, Navigator
-from steerway.live.orders import Order, State
 from steerway.live.outputs.output import Output
 from steerway.live.outputs.rhythm import SLACK
 from steerway.live.pulse import Pulse
-from steerway.live.rows import InputRow, Row, lost
 
 LOG = logging.getLogger("steerway.live")
 RATE = 50.0  # Hz

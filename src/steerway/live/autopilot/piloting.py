@@ -23,7 +23,7 @@ from steerway.guidance.reference import ReferenceModel
 from steerway.guidance.route import Route
 from steerway.guidance.waypoints import Mission, Passing
 from steerway.live.autopilot.mission import BoatTable, GeodeticRoute
-from steerway.live.rows import Row
+from steerway.live.base.rows import Row
 from steerway.pilot import Pilot
 
 YAW_RATE, PROPELLERS = ACTUATIONS = ("yaw-rate", "propellers")

@@ -7,7 +7,7 @@ from steerway.core.leg import UNKNOWN_LEG, Leg
 from steerway.guidance.waypoints import Phase
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.piloting import pilot_of
-from steerway.live.rows import Row
+from steerway.live.base.rows import Row
 from steerway.pilot import Pilot
 
 _BRAKING = 0.1

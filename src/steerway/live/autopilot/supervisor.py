@@ -15,8 +15,8 @@ from steerway.live.autopilot.limits import LimitGuard
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.piloting import YAW_RATE, pilot_of
 from steerway.live.autopilot.watch import Watch
-from steerway.live.orders import UNDER_WAY, Order, State
-from steerway.live.rows import Row
+from steerway.live.base.orders import UNDER_WAY, Order, State
+from steerway.live.base.rows import Row
 
 _SLOWEST = 1.5
 """Of the profile's steerageway: the least speed that is demanded."""

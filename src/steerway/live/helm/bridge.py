@@ -9,13 +9,13 @@ import importlib.util
 import json
 import logging
 import sys
+from typing import Protocol
 
 from steerway.core.errors import InputError
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.helm.address import Address
 from steerway.live.helm.seeing import Plane, Seen, view
 from steerway.live.links.link import RETRY, kept_open
-from steerway.live.service import Service
 
 LOG = logging.getLogger("steerway.live")
 RATE = 5.0
@@ -24,13 +24,21 @@ _BACKLOG = 1 << 16  # bytes that may wait for the page
 _LEAVING = 2.0  # s the page has to end
 
 
+class Running(Protocol):
+    """What the page shows and commands: `live.service.Service`."""
+
+    navigator: object
+    supervisor: object
+    latest: object
+
+
 class HelmPage:
     """The page of a service; runs beside it like a link. `route` is drawn on the chart.
 
     Raises InputError without the package that draws it.
     """
 
-    def __init__(self, service: Service, address: Address, route: GeodeticRoute | None = None):
+    def __init__(self, service: Running, address: Address, route: GeodeticRoute | None = None):
         if importlib.util.find_spec("nicegui") is None:
             raise InputError("the helm page needs the package nicegui, expected pip install steerway[helm]")
         self.service, self.address = service, address
@@ -111,7 +119,7 @@ class HelmPage:
             LOG.info("helm page: refused: %s", error)
 
 
-def seen(service: Service) -> Seen:
+def seen(service: Running) -> Seen:
     """What is known now."""
     navigator, latest = service.navigator, service.latest
     return Seen(

@@ -12,9 +12,9 @@ from steerway.core.earth import KNOT, displacement
 from steerway.core.leg import Leg
 from steerway.core.records import PREDICTED, STATUSES
 from steerway.live.autopilot.mission import GeodeticRoute
+from steerway.live.base.orders import Order
+from steerway.live.base.rows import Row
 from steerway.live.helm.view import View
-from steerway.live.orders import Order
-from steerway.live.rows import Row
 
 _TWO_SIDED = 1.959964  # standard normal, 95 % within
 _ELLIPSE = math.sqrt(5.991465)  # χ² of 2 degrees of freedom, 95 %

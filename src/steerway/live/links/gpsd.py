@@ -2,9 +2,9 @@
 
 import math
 
+from steerway.live.base.rows import InputRow
 from steerway.live.links.decoding import JsonDecoder, angle, moment
 from steerway.live.links.tcp import TcpInput
-from steerway.live.rows import InputRow
 
 
 class GpsdInput(TcpInput):

@@ -5,8 +5,8 @@ import logging
 import math
 from collections.abc import Awaitable, Callable
 
+from steerway.live.base.uri import Uri
 from steerway.live.links.decoding import Decoder, ReceiverDecoder
-from steerway.live.uri import Uri
 
 LOG = logging.getLogger("steerway.live")
 SILENCE = 0.05

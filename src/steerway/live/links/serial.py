@@ -6,8 +6,8 @@ import termios
 import tty
 
 from steerway.core.errors import InputError
+from steerway.live.base.uri import Uri
 from steerway.live.links.link import PIECE, Input, StreamSink, kept_open
-from steerway.live.uri import Uri
 
 _SPEEDS = {int(name[1:]): value for name, value in vars(termios).items() if name[0] == "B" and name[1:].isdigit()}
 

@@ -3,8 +3,8 @@
 import asyncio
 import socket
 
+from steerway.live.base.uri import Uri
 from steerway.live.links.link import Input, Sink
-from steerway.live.uri import Uri
 
 
 class UdpInput(Input):

@@ -5,13 +5,13 @@ import time
 from typing import Protocol
 
 from steerway.core.checks import positive
+from steerway.live.base.orders import Order, State
+from steerway.live.base.rows import Row
+from steerway.live.base.uri import Uri
 from steerway.live.links.link import Deliver
 from steerway.live.mavlink.decoding import MavlinkDecoder
 from steerway.live.mavlink.guided import SYSTEM, Guided
 from steerway.live.mavlink.link import MavlinkLink
-from steerway.live.orders import Order, State
-from steerway.live.rows import Row
-from steerway.live.uri import Uri
 
 CARRIERS = ("udpin", "udpout", "tcp")
 """What carries MAVLink, beside a serial line."""

@@ -11,7 +11,7 @@ import math
 import time
 
 from steerway.core.angles import wrap
-from steerway.live.rows import InputRow
+from steerway.live.base.rows import InputRow
 
 _UNIX_USEC = 10**15  # times above are Unix time, which passed this in 2001; below, time since the start
 _WAIT = 3.0  # s for SYSTEM_TIME, and without GPS_RAW_INT before the vehicle's estimate is used

@@ -7,8 +7,8 @@ runs, and given back when it stops. A mode that is set from elsewhere is not ove
 import math
 from enum import Enum
 
+from steerway.live.base.orders import Order, State
 from steerway.live.mavlink.dialect import RoverMode, mode_name
-from steerway.live.orders import Order, State
 
 SYSTEM = 1  # before the vehicle is known; then its own, as is usual for companion computers
 HEARTBEAT_LOST = 2.5  # s; the vehicle sends one a second

@@ -5,10 +5,10 @@ import contextlib
 import os
 from collections.abc import Callable
 
+from steerway.live.base.uri import Uri
 from steerway.live.links.link import PIECE, kept_open
 from steerway.live.links.serial import opened
 from steerway.live.mavlink.dialect import dialect
-from steerway.live.uri import Uri
 
 _BACKLOG = 1 << 14  # bytes that may wait for a TCP peer
 

@@ -8,10 +8,10 @@ import math
 
 from steerway.core.leg import Leg
 from steerway.core.timestamps import iso
+from steerway.live.base.orders import FIT, Order, State
+from steerway.live.base.rows import Row
 from steerway.live.links.link import Sink
-from steerway.live.orders import FIT, Order, State
 from steerway.live.outputs.rhythm import Rhythm
-from steerway.live.rows import Row
 
 _STATES = {
     State.IDLE: "standby",

@@ -12,12 +12,12 @@ import math
 from steerway.core.errors import InputError
 from steerway.core.leg import Leg
 from steerway.core.records import MOTION_COLUMNS
+from steerway.live.base.orders import Order
+from steerway.live.base.rows import Row
+from steerway.live.base.uri import Uri
 from steerway.live.links.link import kept_open
-from steerway.live.orders import Order
 from steerway.live.outputs.json_lines import json_line
 from steerway.live.outputs.rhythm import Rhythm
-from steerway.live.rows import Row
-from steerway.live.uri import Uri
 
 POSITION, ESTIMATE = "/position", "/estimate"
 """Topics."""

@@ -5,9 +5,9 @@ import math
 
 from steerway.core.leg import Leg
 from steerway.core.records import MOTION_COLUMNS, STATUSES
+from steerway.live.base.orders import Order
+from steerway.live.base.rows import Row
 from steerway.live.links.link import Sink
-from steerway.live.orders import Order
-from steerway.live.rows import Row
 
 
 class JsonLines:

@@ -6,8 +6,8 @@ Unknown values are sent as unknown: status V, null. No row is sent twice.
 from typing import Protocol
 
 from steerway.core.leg import Leg
-from steerway.live.orders import Order
-from steerway.live.rows import Row
+from steerway.live.base.orders import Order
+from steerway.live.base.rows import Row
 
 
 class Output(Protocol):

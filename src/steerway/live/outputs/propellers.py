@@ -7,10 +7,10 @@ square of the speed; null: no command. The driver has to stop by itself when no 
 import json
 
 from steerway.core.leg import Leg
+from steerway.live.base.orders import Order
+from steerway.live.base.rows import Row
 from steerway.live.links.link import Sink
-from steerway.live.orders import Order
 from steerway.live.outputs.rhythm import Rhythm
-from steerway.live.rows import Row
 
 PERIOD = 0.1
 """s between two commands."""

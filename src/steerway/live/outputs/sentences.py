@@ -3,10 +3,10 @@
 import math
 
 from steerway.formats.nmea0183.writing import Leg, apb, rmb, rmc, rot, vtg, xte
+from steerway.live.base.orders import FIT, Order
+from steerway.live.base.rows import Row
 from steerway.live.links.link import Sink
-from steerway.live.orders import FIT, Order
 from steerway.live.outputs.rhythm import Rhythm
-from steerway.live.rows import Row
 
 
 class Sentences:

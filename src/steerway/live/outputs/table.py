@@ -12,9 +12,9 @@ from steerway.core.errors import InputError
 from steerway.core.leg import Leg
 from steerway.core.records import Motion
 from steerway.formats.writing import write, writer
+from steerway.live.base.orders import Order, State
+from steerway.live.base.rows import Row
 from steerway.live.links.file import FileSink
-from steerway.live.orders import Order, State
-from steerway.live.rows import Row
 
 _REASON = 160  # bytes stored of a reason
 _ROW = struct.Struct(f"={len(Row._fields)}db{_REASON}s")

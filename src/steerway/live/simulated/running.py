@@ -11,6 +11,7 @@ import numpy as np
 
 from steerway.core.checks import positive
 from steerway.formats.nmea0183.writing import gga, hdt, rmc
+from steerway.live.base.uri import Uri
 from steerway.live.links.link import Sink
 from steerway.live.mavlink.dialect import RoverMode
 from steerway.live.mavlink.link import MavlinkLink
@@ -19,7 +20,6 @@ from steerway.live.simulated.inner_loops import InnerLoops
 from steerway.live.simulated.propellers import PropellerReceiver
 from steerway.live.simulated.rover import Rover, Target
 from steerway.live.simulated.skipper import Skipper
-from steerway.live.uri import Uri
 
 LOG = logging.getLogger("steerway.live")
 _BEHIND = 1.0  # s by which steps may be late before they are skipped
