@@ -115,6 +115,9 @@ def test_addresses_of_propellers(tmp_path):
     assert isinstance(output, PropellerCommands)
     assert isinstance(addresses.output("stdout:?say=propellers")[0], PropellerCommands)
     assert isinstance(addresses.output("stdout:")[0], JsonLines)
+    assert isinstance(addresses.output("udp://127.0.0.1:1234?format=json")[0], JsonLines)
+    with pytest.raises(InputError, match="option 'period' is unknown, expected format"):
+        addresses.output("udp://127.0.0.1:1234?format=json&period=1")
     with pytest.raises(InputError, match="format is 'hello', expected one of nmea, json, propellers"):
         addresses.output("udp://127.0.0.1:1234?format=hello")
 

@@ -138,7 +138,7 @@ def test_sentences_once_a_second_and_never_a_stale_one():
 
 
 def test_a_boat_without_course_says_none():
-    rmc_, vtg_, rot_ = Sentences(Said()).said(DRIFTING)
+    rmc_, vtg_, rot_ = Sentences(Said()).sentences(DRIFTING)
     assert rmc_.split(",")[2] == "A" and rmc_.split(",")[8] == ""
     assert vtg_.startswith("$SWVTG,,T,,M,3.888") and rot_.startswith("$SWROT,,V")
 
@@ -187,7 +187,7 @@ def test_json_lines_carry_the_columns_of_estimate():
     assert list(line) == frame.columns
     assert line["course_rate_dps"] == pytest.approx(1.0) and line["cog_deg"] is None and line["status"] == "no_course"
     file = io.BytesIO()
-    output = JsonLines(FileSink(file, patient=True))
+    output = JsonLines(FileSink(file, lossless=True))
     for _ in range(2000):
         output.fix(SAILING)
         output.tick(SAILING)

@@ -7,8 +7,8 @@ import pytest
 
 from steerway.live.base.orders import Order, State
 from steerway.live.mavlink.dialect import RoverMode, mode_name
-from steerway.live.mavlink.guided import Guided, Phase
-from steerway.live.simulated.boat import Seen
+from steerway.live.mavlink.guided import Guided, Takeover
+from steerway.live.simulated.boat import ReceiverFix
 from steerway.live.simulated.rover import Rover
 from steerway.vessels.kinematics import GroundMotion
 
@@ -53,7 +53,7 @@ class Pair:
         return self
 
     def step(self):
-        self.rover.see(Seen(self.time, self.time, *PLACE, math.nan, math.nan))
+        self.rover.see(ReceiverFix(self.time, self.time, *PLACE, math.nan, math.nan))
         answers = self.rover.due(self.time, AT_REST, PLACE)
         for message in self.up.carry(self.guided.due(self.time, self.order)):
             if self.connected:
@@ -81,7 +81,7 @@ def test_an_order_is_carried_out_in_guided_ten_times_a_second():
     pair.order = RUNNING
     begun = pair.time
     pair.run(2.0)
-    assert pair.rover.mode is RoverMode.GUIDED and pair.guided.phase is Phase.STEERING
+    assert pair.rover.mode is RoverMode.GUIDED and pair.guided.phase is Takeover.STEERING
     targets = pair.said("SET_ATTITUDE_TARGET", begun + 1.0)
     assert 9 <= len(targets) <= 11
     for each in targets:
@@ -105,14 +105,14 @@ def test_stopping_gives_her_back(order, mode):
     else:
         assert target is None and pair.rover.mode is RoverMode.MANUAL
     pair.run(5.0)
-    assert pair.rover.mode is mode and pair.guided.phase is Phase.FREE and pair.rover.target(pair.time) is None
+    assert pair.rover.mode is mode and pair.guided.phase is Takeover.FREE and pair.rover.target(pair.time) is None
     assert all(each.thrust == 0.0 for each in pair.said("SET_ATTITUDE_TARGET", stopped))
     pair.rover.mode = RoverMode.GUIDED  # by another ground station: not ours to steer, nor to stop
     quiet = pair.time
     pair.run(5.0)
     assert pair.rover.mode is RoverMode.GUIDED and not pair.said("SET_ATTITUDE_TARGET", quiet)
     pair.order = RUNNING
-    assert pair.run(1.0).guided.phase is Phase.STEERING
+    assert pair.run(1.0).guided.phase is Takeover.STEERING
 
 
 def test_who_takes_her_out_of_guided_has_her():
@@ -241,7 +241,7 @@ def test_taken_by_the_skipper_while_she_is_being_given_back_she_is_his(order):
     pair.order = order
     pair.step()
     pair.rover.mode = RoverMode.LOITER
-    assert pair.run(6.0).rover.mode is RoverMode.LOITER and pair.guided.phase is Phase.FREE
+    assert pair.run(6.0).rover.mode is RoverMode.LOITER and pair.guided.phase is Takeover.FREE
 
 
 def test_a_request_for_guided_that_is_carried_out_late_is_taken_back():
@@ -267,7 +267,7 @@ def test_requests_come_twice_a_second_and_end():
     pair.order, stopped = STOPPED, pair.time
     pair.run(15.0)
     asked = [each for each in pair.said("COMMAND_LONG", stopped) if each.command == messages.MAV_CMD_DO_SET_MODE]
-    assert 14 <= len(asked) <= 17 and pair.guided.phase is Phase.FREE
+    assert 14 <= len(asked) <= 17 and pair.guided.phase is Takeover.FREE
     quiet = pair.time
     assert not pair.run(5.0).said("COMMAND_LONG", quiet) and not pair.said("SET_ATTITUDE_TARGET", quiet)
 

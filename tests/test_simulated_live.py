@@ -131,9 +131,9 @@ def test_sentences_of_a_boat_under_way_and_the_truth_at_the_end(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "why"),
     [
-        (["--live"], "tells nobody"),
+        (["--live"], "has no output"),
         (["--live", "--mavlink", "udp:1"], "names no link"),
-        (["--live", "--to", "gpsd://localhost"], "no address known here"),
+        (["--live", "--to", "gpsd://localhost"], "no known address"),
         (["--live", "--seeds", "3", "--to", "stdout:"], "none of --live"),
         (["--to", "stdout:"], "expected --live"),
         ([], "-o is missing"),
