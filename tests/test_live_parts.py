@@ -303,7 +303,7 @@ def test_the_command_from_end_to_end(tmp_path):
         f"file:{tmp_path}/run.csv",
     ]
     done = subprocess.run([*command, *arguments], capture_output=True, text=True)
-    assert done.returncode == 0 and "30 taken" in done.stderr
+    assert done.returncode == 0 and "30 used" in done.stderr
     lines = [json.loads(line) for line in done.stdout.splitlines()]
     motion = estimate(nmea0183.read(log.read_bytes()).sources["GP"], "small-usv").to_frame()
     assert lines == motion.to_dicts()

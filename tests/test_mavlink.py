@@ -220,7 +220,7 @@ def test_another_vehicle_and_a_ground_station_are_not_listened_to():
     beat = messages.MAVLink_heartbeat_message(messages.MAV_TYPE_GCS, messages.MAV_AUTOPILOT_INVALID, 0, 0, 4, 3)
     assert not guided.receive(*station.carry([beat]), 0.0) and guided.due(0.0, RUNNING)[0].get_type() == "HEARTBEAT"
     rover = Rover(messages, 2.0, NOON)
-    assert not Guided(messages, system=1).hear(*other.carry([rover._heartbeat(0.0, AT_REST, PLACE)]), 0.0)
+    assert not Guided(messages, system=1).receive(*other.carry([rover._heartbeat(0.0, AT_REST, PLACE)]), 0.0)
     assert guided.receive(*other.carry([rover._heartbeat(0.0, AT_REST, PLACE)]), 0.0) and guided.vehicle == (7, 1)
     assert not guided.receive(*Wire(1, 1).carry([rover._heartbeat(0.0, AT_REST, PLACE)]), 0.0)
 
