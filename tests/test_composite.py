@@ -8,10 +8,10 @@ import pytest
 from steerway.core.errors import InputError
 from steerway.estimation.heading.aided import PRODUCT, SCALE_ONLY, AidedHeadingFilter, HeadingTuning
 from steerway.estimation.heading.composite import CompositeFilter, composite_model
-from steerway.estimation.heading.h_infinity import HInfinityFilter, exists, largest_theta
 from steerway.estimation.heading.model_bank import ModelBank, corners, grid
 from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, random_compass
 from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, RPM
+from steerway_studies.springer_mission.h_infinity import HInfinityFilter, exists, largest_theta
 from tests.weaving import record
 
 
@@ -24,7 +24,7 @@ def by_matrices(compass, yaw, differences, readings, vehicle_noise=1e-14, start=
     second[:2, :2] = a
     h = np.array([0.0, 0.0, compass.k, 0.0])
     x, p = np.zeros(4), np.diag([start, start, 1.0, 1.0])
-    told = []
+    headings = []
     for u, zs in zip(differences, readings, strict=True):
         for z in np.degrees(zs):
             x, p = tick @ x, tick @ p @ tick.T + np.diag([0.0, 0.0, 1.0, 1.0])
@@ -32,8 +32,8 @@ def by_matrices(compass, yaw, differences, readings, vehicle_noise=1e-14, start=
             x, p = x + gain * (z - h @ x), p - np.outer(gain, h @ p)
         x = second @ x + np.array([*b, 0.0, 0.0]) * u
         p = second @ p @ second.T + np.diag([vehicle_noise, vehicle_noise, 0.0, 0.0])
-        told.append(c @ x[:2])
-    return np.array(told), x, p
+        headings.append(c @ x[:2])
+    return np.array(headings), x, p
 
 
 def test_innovation_is_reading_less_prediction():
@@ -49,9 +49,9 @@ def test_innovation_is_reading_less_prediction():
 def test_composite_is_the_kalman_filter(compass, yaw):
     differences, readings, _, _ = record()
     estimator = CompositeFilter(composite_model(compass, yaw))
-    told = [estimator.second(u, z) for u, z in zip(differences, readings, strict=True)]
+    headings = [estimator.second(u, z) for u, z in zip(differences, readings, strict=True)]
     expected, x, p = by_matrices(compass, yaw, differences, readings)
-    np.testing.assert_allclose(told, expected, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(headings, expected, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(estimator._state, x, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(estimator._covariance, p, rtol=1e-8, atol=1e-20)
 
@@ -99,7 +99,7 @@ def test_h_infinity_is_the_kalman_filter_at_theta_zero_and_ends_somewhere():
 
 def test_h_infinity_step_is_the_information_form():
     """P ← (P⁻¹ − θ CᵀC)⁻¹."""
-    from steerway.estimation.heading.h_infinity import _inflate
+    from steerway_studies.springer_mission.h_infinity import _inflate
 
     model, rng = composite_model(), np.random.default_rng(0)
     root = rng.standard_normal((4, 4)) * [1e-6, 1e-6, 1.0, 1.0]

@@ -219,9 +219,9 @@ def test_profiles_are_listed_shown_and_made(tmp_path):
 
 def test_the_solent(shared_data):
     """Better than dead reckoning on what is transmitted, and inside the ellipse as often as it says."""
-    from steerway_studies.ais_prediction import CHI_SQUARE, LOG, hindcast
+    from steerway_studies.ais_prediction import CHI_SQUARE, LOG, judged_predictions
 
-    found = hindcast(steerway.read(shared_data / "data" / LOG), horizons=(30.0, 120.0, 300.0, 600.0))
+    found = judged_predictions(steerway.read(shared_data / "data" / LOG), horizons=(30.0, 120.0, 300.0, 600.0))
     moving = found[(found[:, 1] >= 0.5) & np.isfinite(found[:, 3])]
     for horizon in (30.0, 120.0, 300.0, 600.0):
         rows = moving[moving[:, 0] == horizon]

@@ -51,7 +51,7 @@ class Soak(NamedTuple):
     rows: int
     states: pl.DataFrame  # of the autopilot, from the table
     used: int
-    sent: int
+    reported: int
     consumers: list[Consumer]
     code: int
     log: str
@@ -144,8 +144,8 @@ def results(done: Soak):
     """The table of a run."""
     boat, idle = done.boat, done.idle
     yield Result("outputs", float(len(done.consumers)), note=", ".join(each.name for each in done.consumers))
-    heard = ", ".join(f"{each.name} {each.heard:,} bytes" for each in done.consumers if each.heard)
-    yield Result("ticks", boat.ticks, note=heard)
+    received = ", ".join(f"{each.name} {each.received:,} bytes" for each in done.consumers if each.received)
+    yield Result("ticks", boat.ticks, note=received)
     yield Result("start to the first row", done.first_row, "s", at_most=3.0)
     yield Result("a tick, median", boat.own, "ms")
     yield Result("a tick, 99.9 %", boat.own_999, "ms", at_most=2.0)
@@ -163,13 +163,13 @@ def results(done: Soak):
     yield Result("memory at the end", done.memory[-1][1] / 1e6, "MB")
     yield Result("… more than when it had settled", done.growth / 1e6, "MB", at_most=5.0)
     yield Result(
-        "valid fixes sent and not used, or not yet sent",
-        abs(done.sent - done.used),
+        "valid fixes reported and not used, or not yet reported",
+        abs(done.reported - done.used),
         at_most=1.0,
-        note=f"of {done.sent}",
+        note=f"of {done.reported}",
     )
     yield Result(
-        "rows said and not in the table", abs(done.rows - done.states.height), at_most=0.0, note=f"of {done.rows}"
+        "rows put out and not in the table", abs(done.rows - done.states.height), at_most=0.0, note=f"of {done.rows}"
     )
     last = done.states.row(-1) if done.states.height else ("", "")
     yield Result("autopilot running", 100.0 * done.steered, "%", at_least=50.0, note=" ".join(map(str, last)))

@@ -19,6 +19,8 @@ from steerway.guidance.line_of_sight import GuidanceLaw
 from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
 
+__all__ = ["Actuation", "Mission", "Mode", "Orders", "Pilot", "SpeedLoop", "SteadyForce", "Steered"]
+
 
 class Mode(IntEnum):
     """What the pilot does."""

@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from steerway.core.compiled import kernel
 
 TURN = 2.0 * math.pi
@@ -20,3 +22,10 @@ def wrap(angle):
 def smallest_difference(angle, reference):
     """The smallest signed angle that leads from `reference` to `angle`, in [−π, π). Scalars, rad."""
     return wrap(angle - reference)
+
+
+def wrap_array(angles) -> np.ndarray:
+    """The same directions in [−π, π), rad; `wrap` for an array of any shape. NaN stays NaN."""
+    wrapped = np.mod(angles + np.pi, TURN) - np.pi
+    kept = (angles >= -np.pi) & (angles < np.pi)
+    return np.where(kept, angles, np.where(wrapped >= np.pi, -np.pi, wrapped))

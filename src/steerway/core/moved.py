@@ -18,6 +18,8 @@ MOVED = (
     | {f"steerway.estimation.{name}": f"steerway.estimation.course.{name}" for name in _COURSE.split()}
     | {
         "steerway.estimation.linear_algebra": "steerway.core.linear_algebra",
+        "steerway.estimation.heading.h_infinity": "steerway_studies.springer_mission.h_infinity",
+        "steerway.estimation.heading.interval.literal": "steerway_studies.papers.interval_filter",
         "steerway.estimation.tuning": "steerway.estimation.selection",
         "steerway.guidance.leg": "steerway.core.leg",
         "steerway.papers": "steerway_studies.papers",

@@ -2,8 +2,7 @@
 
 import math
 
-from steerway.core.angles import wrap
-from steerway.core.estimate import Estimate, Readings
+from steerway.core import Estimate, Readings, wrap
 from steerway_studies.papers.ekf_5states import Ekf5States
 
 _UNSAID = (math.nan,) * 6

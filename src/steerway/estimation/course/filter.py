@@ -8,7 +8,18 @@ from steerway.core.compiled import kernel, lean_kernel
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Motion
 from steerway.estimation.course.accuracy import doubt, doubts_of
-from steerway.estimation.course.model import COURSE, EMPTY, MODE, RATE, SPEED, STARTING, UNDERWAY, empty_memory, whole
+from steerway.estimation.course.model import (
+    COURSE,
+    EMPTY,
+    GYRO_STATE,
+    MODE,
+    RATE,
+    SPEED,
+    STARTING,
+    UNDERWAY,
+    empty_memory,
+    whole,
+)
 from steerway.estimation.course.replay import Run, outputs, replay
 from steerway.estimation.course.tracking import (
     SPOKEN,
@@ -211,6 +222,12 @@ class FiveStateFilter:
         """(n, n) covariance of `state`."""
         upper = np.triu(self._main[: self._states])
         return upper + np.triu(upper, 1).T
+
+    @property
+    def gyro_bias(self) -> float:
+        """Estimated bias of the yaw gyro, rad/s; NaN where the profile or the aids have no such state."""
+        index = int(self._model.reshape(-1, self._model.shape[-1])[0, GYRO_STATE])
+        return self._state_of(index) if index else math.nan
 
     def _state_of(self, index) -> float:
         return self._main.item(self._states, index)

@@ -102,6 +102,34 @@ def predict(
     return Prediction(*columns, mmsi=mmsi)
 
 
+def hindcast(
+    track: Fixes,
+    horizons: Sequence[float],
+    spacing: float = 0.0,
+    profile: Profile | str | Path | None = None,
+    aid: tuple[str, ...] | None = None,
+) -> tuple[np.ndarray, Prediction]:
+    """What `predict` would have given at earlier rows of the record of one vessel, each from the rows up to it.
+
+    Args:
+        track: rows with positions of one vessel, in order of time.
+        horizons: s after each of the rows.
+        spacing: least time between two of the rows, s.
+        profile, aid: as for `predict`; a profile that is None is chosen from the whole record.
+
+    Returns the rows (n,) and the predictions from them, n times as many as horizons, horizons within rows.
+    Raises InputError as `estimate` does.
+    """
+    model, outlook, aid = predictor(track, profile, aid)
+    kept, rows, last = memories(model, aid, track), [], -np.inf
+    for row, moment in enumerate(track.time):
+        if moment - last >= spacing:
+            rows, last = [*rows, row], moment
+    columns = [(track.time[row] + each, *ahead(kept[row], outlook, each)) for row in rows for each in horizons]
+    mmsi = None if track.mmsi is None else np.full(len(columns), track.mmsi[0])
+    return np.array(rows, int), Prediction(*np.array(columns, float).reshape(-1, 7).T, mmsi=mmsi)
+
+
 def predictor(fixes: Fixes, profile=None, aid=None) -> tuple[np.ndarray, np.ndarray, tuple[str, ...]]:
     """What `predict` works with: the model that finds where a vessel is, the one by which she goes on, the aids.
 

@@ -15,6 +15,34 @@ from steerway.core.compiled import kernel
 from steerway.sensors.tcm2 import READING_VARIANCE_DEG2, STATE_VARIANCE, TCM2, TICKS, CompassModel
 from steerway.vessels.springer import PAPER_YAW, HeadingModel
 
+__all__ = [
+    "A1",
+    "A2",
+    "COMPASS_NOISE",
+    "INPUT_1",
+    "INPUT_2",
+    "OUTPUT_1",
+    "OUTPUT_2",
+    "POLE_1",
+    "POLE_2",
+    "READING_NOISE",
+    "SHIFT",
+    "START_VARIANCE",
+    "VEHICLE_NOISE",
+    "WAVES",
+    "B",
+    "CompositeFilter",
+    "K",
+    "composite_model",
+    "correct",
+    "heading_deg",
+    "predict_compass",
+    "predict_vehicle",
+    "second",
+    "start_covariance",
+]
+"""Public, kernels and places in `model` too: another filter of the same model is built of them."""
+
 (
     POLE_1,
     POLE_2,
@@ -82,6 +110,7 @@ class CompositeFilter:
 
 @kernel
 def heading_deg(x, model):
+    """Heading (deg) of a state (4,): C v of P4 (2)."""
     return model[OUTPUT_1] * x[0] + model[OUTPUT_2] * x[1]
 
 

@@ -24,16 +24,19 @@ def outward(low, high):
 
 @kernel
 def add(a, b):
+    """a + b."""
     return outward(a[0] + b[0], a[1] + b[1])
 
 
 @kernel
 def subtract(a, b):
+    """a − b."""
     return outward(a[0] - b[1], a[1] - b[0])
 
 
 @kernel
 def multiply(a, b):
+    """a b."""
     w, x, y, z = a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]
     return outward(min(w, x, y, z), max(w, x, y, z))
 
@@ -86,6 +89,7 @@ def intersect(a, b):
 
 @kernel
 def point(x):
+    """The interval of one number."""
     return x, x
 
 
@@ -108,6 +112,7 @@ def at(m, i, j):
 
 @kernel
 def put(m, i, j, a):
+    """Write entry of an interval matrix (n, m, 2)."""
     m[i, j, 0], m[i, j, 1] = a[0], a[1]
 
 
@@ -119,6 +124,7 @@ def entry(x, i):
 
 @kernel
 def put_entry(x, i, a):
+    """Write entry of an interval vector (n, 2)."""
     x[i, 0], x[i, 1] = a[0], a[1]
 
 
@@ -142,3 +148,9 @@ def matrix_multiply_transposed(a, b, out):
             for k in range(a.shape[1]):
                 total = add(total, multiply(at(a, i, k), at(b, j, k)))
             put(out, i, j, total)
+
+
+@kernel
+def outward_radians(low, high):
+    """Bounds in degrees as bounds in radians."""
+    return multiply((low, high), (math.pi / 180.0, math.pi / 180.0))

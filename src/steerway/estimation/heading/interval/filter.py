@@ -7,15 +7,13 @@ import math
 
 import numpy as np
 
-from steerway.core.checks import one_of
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.estimation.heading.composite import A1, A2, SHIFT, START_VARIANCE, B, K
-from steerway.estimation.heading.interval import literal, sharpened
-from steerway.estimation.heading.interval.arithmetic import multiply, sound
+from steerway.estimation.heading.interval import sharpened
+from steerway.estimation.heading.interval.arithmetic import outward_radians, sound
 from steerway.sensors.tcm2 import STATE_VARIANCE, TICKS
 
-FORMS = ("sharpened", "literal")
 WIDEST = 1e6
 """Degrees: bounds further apart say nothing and count as diverged."""
 
@@ -46,24 +44,20 @@ class IntervalFilter:
 
     Args:
         box: (14, 2) from `box_of`.
-        form: "sharpened", or "literal" as printed.
         parts: cut a1 and a2 into so many parts each; the bounds are the hull over all sub-boxes.
         vehicle_variance: of each vehicle state at first.
 
     `low`, `high` bound the heading for the second that begins. `diverged` tells that bounds are lost: they are NaN from
-    then on, never clipped. Raises InputError for an unknown form.
+    then on, never clipped.
     """
 
-    def __init__(self, box: np.ndarray, form="sharpened", parts: int = 1, vehicle_variance: float = START_VARIANCE):
-        one_of("interval.form", form, FORMS)
-        self._literal = form == "literal"
+    def __init__(self, box: np.ndarray, *, parts: int = 1, vehicle_variance: float = START_VARIANCE):
         self._boxes = sub_boxes(box, parts) if parts > 1 else box[None].copy()
         n = len(self._boxes)
         self._states = np.zeros((n, 4, 2))
         self._covariances = np.empty((n, 4, 4, 2))
         self._frames = np.array([sharpened.coordinates(each) for each in self._boxes])
-        start(self._covariances, self._boxes, self._frames, vehicle_variance, STATE_VARIANCE, self._literal)
-        self._work = literal.workspace()
+        start(self._covariances, self._boxes, self._frames, vehicle_variance, STATE_VARIANCE)
         self.low = self.high = 0.0
         self.diverged = False
 
@@ -83,8 +77,6 @@ class IntervalFilter:
                 self._frames,
                 difference,
                 degrees,
-                self._literal,
-                self._work,
             )
             self.diverged = not (high - low <= WIDEST)
             self.low, self.high = (math.nan, math.nan) if self.diverged else outward_radians(low, high)
@@ -92,37 +84,23 @@ class IntervalFilter:
 
 
 @kernel
-def outward_radians(low, high):
-    return multiply((low, high), (math.pi / 180.0, math.pi / 180.0))
-
-
-@kernel
-def start(covariances, boxes, frames, vehicle_variance, compass_variance, by_literal):
+def start(covariances, boxes, frames, vehicle_variance, compass_variance):
     for n in range(len(boxes)):
-        if by_literal:
-            literal.start(covariances[n], vehicle_variance, compass_variance)
-        else:
-            sharpened.start(covariances[n], boxes[n], frames[n], vehicle_variance, compass_variance)
+        sharpened.start(covariances[n], boxes[n], frames[n], vehicle_variance, compass_variance)
 
 
 @kernel
-def second(states, covariances, boxes, frames, difference, readings_deg, by_literal, work):
+def second(states, covariances, boxes, frames, difference, readings_deg):
     """A second of every sub-box; (low, high) of the heading in degrees, NaN once one of them has lost its bounds."""
     low, high = math.inf, -math.inf
     for n in range(len(boxes)):
         x, p, box = states[n], covariances[n], boxes[n]
         for k in range(TICKS):
-            if by_literal:
-                literal.tick(x, p, box, readings_deg[k], work)
-            else:
-                sharpened.tick(x, p, box, frames[n], readings_deg[k])
+            sharpened.tick(x, p, box, frames[n], readings_deg[k])
             if not holds(x, p):
                 return math.nan, math.nan
-        if by_literal:
-            literal.predict_vehicle(x, p, box, difference, work)
-        else:
-            sharpened.predict_vehicle(x, p, box, frames[n], difference)
-        own = literal.heading(x, box) if by_literal else sharpened.heading(x)
+        sharpened.predict_vehicle(x, p, box, frames[n], difference)
+        own = sharpened.heading(x)
         low, high = min(low, own[0]), max(high, own[1])
     return low, high
 
