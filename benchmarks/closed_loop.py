@@ -31,7 +31,7 @@ def mission(seed: int) -> float:
         FilterEstimator(FiveStateFilter("otter")),
         Mission(Route([0.0, 150.0, 150.0, 0.0, 0.0], [0.0, 0.0, 100.0, 100.0, 900.0], 4.0), at_end="continue"),
         LineOfSight(12.0),
-        OTTER.helm(TrackingFilter(1.0)),
+        OTTER.autopilot(TrackingFilter(1.0)),
         OTTER.propulsion,
         OTTER.speed_loop(),
         cruise=1.2,

@@ -69,7 +69,7 @@ def mission(scene):
         FilterEstimator(FiveStateFilter("otter")),
         Mission(Route(*route, 5.0)),
         LineOfSight(12.0),
-        OTTER.helm(TrackingFilter(1.0)),
+        OTTER.autopilot(TrackingFilter(1.0)),
         OTTER.propulsion,
         OTTER.speed_loop(),
         cruise=1.2,
@@ -151,7 +151,7 @@ def hunting(bandwidth, density, std, nomoto_time, speed=2.0, seed=4):
         FilterEstimator(FiveStateFilter(profile)),
         Mission(Route([0.0, 5000.0], [0.0, 0.0], 5.0)),
         LineOfSight(2000.0),
-        boat.helm(TrackingFilter(0.05)),
+        boat.autopilot(TrackingFilter(0.05)),
         boat.propulsion,
     )
     instruments = Suite(Gnss(rate=5.0, white=0.02 * std))

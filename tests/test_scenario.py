@@ -29,7 +29,10 @@ def test_two_pilots_of_one_scenario_share_nothing():
     one, other = pilot(scenario), pilot(scenario)
     one.mission.step(1.0, 2.0, 0.1)
     assert one.mission.missions[0].log.time == 0.1 and other.mission.missions[0].log.time == 0.0
-    assert one.estimator.filter is not other.estimator.filter and one.helm.pilot is not other.helm.pilot
+    assert (
+        one.estimator.filter is not other.estimator.filter
+        and one.autopilot.controller is not other.autopilot.controller
+    )
 
 
 def test_angles_are_degrees_in_the_file_and_radians_behind_it():

@@ -20,7 +20,7 @@ def test_a_quarter_of_a_minute_with_every_output_open():
     table = "\n".join(str(each) for each in results(done))
     assert done.code == 0 and "Traceback" not in done.log, done.log
     assert done.boat.ticks > 0.8 * 50.0 * (SECONDS - done.first_row)
-    assert done.reported > 20 and abs(done.taken - done.reported) <= 1, "nothing valid is lost on a damaged line"
+    assert done.reported > 20 and abs(done.used - done.reported) <= 1, "nothing valid is lost on a damaged line"
     assert done.rows == done.states.height > 400
     assert done.growth < 5e6
     received = {each.name: each.received for each in done.consumers}

@@ -190,7 +190,7 @@ def consumers(table: str, route: str) -> list[Consumer]:
     return [
         Instrument(),
         Datagrams("udp", "udp://127.0.0.1:{port}?period=0.1"),
-        Datagrams("propellers", "udp://127.0.0.1:{port}?say=propellers"),
+        Datagrams("propellers", "udp://127.0.0.1:{port}?format=propellers"),
         Vehicle(),
         SignalK(),
         Foxglove(),

@@ -22,7 +22,7 @@ _SPREAD = rf"{_NUMBER} ms \(99\.9 %: {_NUMBER}, at most {_NUMBER}\)"
 _PULSE = re.compile(
     rf"{_NUMBER} ticks, each {_SPREAD}, with all else {_SPREAD}, late by {_SPREAD}, {_NUMBER} later than"
 )
-_TAKEN = re.compile(rf"{_NUMBER} taken")
+_USED = re.compile(rf"{_NUMBER} used")
 
 
 class Rhythm(NamedTuple):
@@ -50,7 +50,7 @@ class Soak(NamedTuple):
     memory: list[tuple[float, int]]  # s since the start, resident bytes
     rows: int
     states: pl.DataFrame  # of the autopilot, from the table
-    taken: int
+    used: int
     reported: int
     consumers: list[Consumer]
     code: int
@@ -97,8 +97,8 @@ async def soak(seconds: float) -> Soak:
         log = log.decode()
         rows += rest.count(b"\n")
         states = pl.read_parquet(table, columns=["state", "reason"]) if table.exists() else pl.DataFrame()
-    taken = _TAKEN.search(log)
-    account = int(taken[1]) if taken else 0, receiver.positions()
+    used = _USED.search(log)
+    account = int(used[1]) if used else 0, receiver.positions()
     receiver.close()
     rhythms = _rhythm(log), _rhythm(said.decode())
     return Soak(first_row, *rhythms, memory, rows, states, *account, listeners, boat.returncode, log)
@@ -163,8 +163,8 @@ def results(done: Soak):
     yield Result("memory at the end", done.memory[-1][1] / 1e6, "MB")
     yield Result("… more than when it had settled", done.growth / 1e6, "MB", at_most=5.0)
     yield Result(
-        "valid fixes reported and not taken, or not yet reported",
-        abs(done.reported - done.taken),
+        "valid fixes reported and not used, or not yet reported",
+        abs(done.reported - done.used),
         at_most=1.0,
         note=f"of {done.reported}",
     )

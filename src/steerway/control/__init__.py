@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from steerway.control.allocation import OTTER_PROPELLERS, TwoPropellers
     from steerway.control.bandwidth import carried_bandwidth
     from steerway.control.course import AnglePID, AnglePIDGains, place_poles
-    from steerway.control.handover import Helm
+    from steerway.control.handover import Autopilot
     from steerway.control.heading_lqg import HeadingLqg
     from steerway.control.heading_mpc import BiasObserver, HeadingMpc, InputLimits, LinearPlant
     from steerway.control.positioning import PositioningGains, PositionPID
@@ -23,10 +23,10 @@ __all__ = [
     "AdaptiveSpeedGains",
     "AnglePID",
     "AnglePIDGains",
+    "Autopilot",
     "BiasObserver",
     "HeadingLqg",
     "HeadingMpc",
-    "Helm",
     "InputLimits",
     "LinearPlant",
     "PositionPID",

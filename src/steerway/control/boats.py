@@ -1,7 +1,7 @@
-"""What a pilot has to know of a boat: how it answers the helm, its mass and its propulsion.
+"""What the controllers need to know of a boat: its yaw response, its mass and drag, its actuators.
 
-No vessel model: a handful of numbers that an afternoon's trials give for any boat. `steerway.vessels` declares them for
-the vessels that a scenario can name.
+No vessel model: a handful of numbers that an afternoon of trials gives for any boat. `steerway.vessels` declares them
+for the vessels that a scenario can name.
 """
 
 import warnings
@@ -9,18 +9,18 @@ from dataclasses import dataclass, replace
 from importlib import import_module
 
 from steerway.control.course import AnglePID, place_poles
-from steerway.control.handover import HandOver, Helm, Steerageway
+from steerway.control.handover import Autopilot, HandOver, Steerageway
 from steerway.control.speed_pi import SpeedPI, SpeedPIGains
 from steerway.control.station import StationGains, StationKeeper
 
 
 @dataclass(frozen=True)
 class Boat:
-    """A boat as her pilot sees her, with defaults for her controllers.
+    """A boat as its controllers see it, with defaults for them.
 
     nomoto_gain K and nomoto_time T as in T ω̇ + ω = K u, u being the autopilot's output (N·m, or rad of rudder);
     yaw_limit of |u|; bandwidth ω_n of the autopilot, rad/s; lookahead Δ and acceptance, m; cruise and top_speed, m/s;
-    speed and station None for a boat whose thrust is not the pilot's business.
+    speed and station None for a boat whose thrust is not controlled.
     """
 
     nomoto_gain: float
@@ -37,17 +37,22 @@ class Boat:
     speed: SpeedPIGains | None = None
     station: StationGains | None = None
 
-    def helm(self, shaper, steerageway: Steerageway | None = None) -> Helm:
-        """Her autopilot behind a shaper of references."""
+    def autopilot(self, shaper, steerageway: Steerageway | None = None) -> Autopilot:
+        """An autopilot behind a shaper of references."""
         gains = place_poles(self.nomoto_gain, self.nomoto_time, self.bandwidth, self.damping, self.yaw_limit)
-        return Helm(AnglePID(gains), shaper, HandOver(steerageway))
+        return Autopilot(AnglePID(gains), shaper, HandOver(steerageway))
+
+    def helm(self, shaper, steerageway: Steerageway | None = None) -> Autopilot:
+        """The old name of `autopilot`."""
+        warnings.warn("Boat.helm is now Boat.autopilot", FutureWarning, stacklevel=2)
+        return self.autopilot(shaper, steerageway)
 
     def speed_loop(self) -> SpeedPI | None:
-        """Her speed loop, where she has one."""
+        """A speed loop, None for a boat without one."""
         return SpeedPI(self.speed) if self.speed else None
 
     def station_keeper(self) -> StationKeeper | None:
-        """Her station keeper, where she can."""
+        """A station keeper, None for a boat that cannot keep station."""
         return StationKeeper(self.station) if self.station else None
 
     def but(self, **changes) -> "Boat":

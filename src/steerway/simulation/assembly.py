@@ -14,7 +14,6 @@ from steerway.core.errors import InputError
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.course.onboard import AtFaceValue, FilterEstimator
 from steerway.estimation.profiles import Profile
-from steerway.guidance.laws import LAWS
 from steerway.guidance.route import Route
 from steerway.guidance.shapers import SHAPERS
 from steerway.guidance.voyage import Voyage
@@ -91,8 +90,8 @@ def pilot(scenario: Scenario) -> Pilot:
     return Pilot(
         AtFaceValue() if truth else FilterEstimator(filtering),
         voyage(scenario, known),
-        LAWS[guidance.law].build(guidance, known.lookahead, known.cruise),
-        known.helm(shaper(scenario.reference), STEERAGEWAY),
+        guidance.design(known.lookahead, known.cruise),
+        known.autopilot(shaper(scenario.reference), STEERAGEWAY),
         known.propulsion,
         known.speed_loop(),
         known.station_keeper(),

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.control import AnglePID, Helm, Rudder, place_poles
+from steerway.control import AnglePID, Autopilot, Rudder, place_poles
 from steerway.core import leg_direction, markov_std, rms, track_errors, wrap_array
 from steerway.estimation import FiveStateFilter, Profile
 from steerway.estimation.course import AtFaceValue, FilterEstimator
@@ -91,10 +91,10 @@ def voyage(case: Case) -> tuple[Run, Mission]:
     mission = Mission(route(case.turned))
     autopilot = AnglePID(place_poles(*MARINER_NOMOTO, bandwidth=BANDWIDTH, limit=RUDDER.high))
     if case.feedback == "printed":
-        helm = Helm(autopilot, LowPass(case.low_pass), AlwaysByCourse())
+        helm = Autopilot(autopilot, LowPass(case.low_pass), AlwaysByCourse())
         estimator = PrintedEstimator(printed_filter())
     else:
-        helm = Helm(autopilot, LowPass(case.low_pass))
+        helm = Autopilot(autopilot, LowPass(case.low_pass))
         filtered = case.feedback == "product"
         estimator = FilterEstimator(FiveStateFilter(product_profile(case.noise))) if filtered else AtFaceValue()
     instruments = Truth() if case.feedback == "truth" else Suite(receiver(case.noise))

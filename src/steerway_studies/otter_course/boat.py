@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from steerway.control import OTTER_PROPELLERS, AnglePID, AnglePIDGains, Helm, place_poles
+from steerway.control import OTTER_PROPELLERS, AnglePID, AnglePIDGains, Autopilot, place_poles
 from steerway.core import wrap
 from steerway.estimation import FiveStateFilter, Profile
 from steerway.estimation.course import FilterEstimator
@@ -126,7 +126,7 @@ def steered_by_product(noise: float, bandwidth: float, yaw: YawModel | None, see
         FilterEstimator(FiveStateFilter(product_profile(noise))),
         Mission(Route([0.0, 10e3], [0.0, 0.0])),
         Ordered(run_in),
-        Helm(AnglePID(gains), ReferenceModel(REFERENCE_BANDWIDTH)),
+        Autopilot(AnglePID(gains), ReferenceModel(REFERENCE_BANDWIDTH)),
         OTTER_PROPELLERS,
         SteadyForce(FORCE),
         cruise=SPEED,

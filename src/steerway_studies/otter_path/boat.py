@@ -44,7 +44,7 @@ def sailed(case: Case, seed: int) -> Run:
         FilterEstimator(FiveStateFilter(Profile(position_std=case.noise, **FILTER))),
         Mission(Route([0.0, LEG], [0.0, 0.0], 1.0)),
         _law(case),
-        boat.helm(TrackingFilter(2.0)),
+        boat.autopilot(TrackingFilter(2.0)),
         boat.propulsion,
         boat.speed_loop(),
         cruise=case.speed,

@@ -7,9 +7,9 @@ manuals reprint them.
 
 import math
 from datetime import UTC, datetime
-from typing import NamedTuple
 
 from steerway.core.earth import KNOT, NAUTICAL_MILE
+from steerway.core.leg import Leg
 
 TALKER = "SW"
 """This project's own talker identifier, which distinguishes its sentences from those of a receiver."""
@@ -59,24 +59,6 @@ def rot(rate=math.nan, valid=True, talker=TALKER) -> str:
 def hdt(heading=math.nan, talker=TALKER) -> str:
     """True heading."""
     return sealed(f"{talker}HDT,{_course(heading)},T")
-
-
-class Leg(NamedTuple):
-    """The present leg as autopilots need it: m, rad, true; NaN for unknown."""
-
-    cross_track: float  # + when the boat is to starboard of the leg
-    direction: float  # from origin to destination
-    bearing: float  # from the boat to the destination
-    distance: float  # to the destination
-    course_to_steer: float
-    closing_speed: float  # towards the destination, m/s
-    latitude: float  # of the destination
-    longitude: float
-    origin: str = ""
-    destination: str = ""
-    is_arrived: bool = False  # within the circle of acceptance
-    is_passed: bool = False  # beyond the line through the destination across the leg
-    speed: float = math.nan  # commanded, m/s
 
 
 def xte(leg: Leg, valid=True, talker=TALKER) -> str:

@@ -1,4 +1,4 @@
-"""A scenario's vessel in her sea with her receiver, one step at a time: no pilot, no clock, no I/O."""
+"""A scenario's vessel, environment and receiver, one step at a time: no pilot, no clock, no I/O."""
 
 import math
 from typing import NamedTuple
@@ -13,8 +13,8 @@ from steerway.simulation.run import origin
 from steerway.simulation.scenario import EstimatorTable, Scenario
 
 
-class Seen(NamedTuple):
-    """What her receiver says: time since the start of its epoch and of its delivery, s; rad, m/s, NaN for unsaid."""
+class ReceiverFix(NamedTuple):
+    """A fix of the receiver: times of its epoch and its delivery since the start, s; rad, m/s, NaN for not reported."""
 
     epoch: float
     delivered: float
@@ -25,10 +25,10 @@ class Seen(NamedTuple):
 
 
 class SimulatedBoat:
-    """She carries out commands, one an actuator, and knows where she is.
+    """Carries out commands, one an actuator.
 
-    `time` s since her start; `motion` is the truth; `heading` what her compass said last, NaN without one. `seed` in
-    place of the scenario's.
+    `time` since the start, s; `motion` is the truth; `heading` the last reading of the compass, NaN without one. `seed`
+    replaces the scenario's.
     """
 
     def __init__(self, scenario: Scenario, seed: int | None = None):
@@ -48,17 +48,17 @@ class SimulatedBoat:
 
     @property
     def time(self) -> float:
-        """Since her start, s."""
+        """Since the start, s."""
         return self._steps * self.step_length
 
     def position(self) -> tuple[float, float]:
         """True latitude and longitude, rad."""
         return displaced(*self.origin, self.motion.north, self.motion.east)
 
-    def step(self, command) -> Seen | None:
-        """One step under a command; what her receiver says at its end, if anything.
+    def step(self, command) -> ReceiverFix | None:
+        """One step under a command; the fix that the receiver delivers at its end, None without one.
 
-        Raises InputError when her state is no longer finite.
+        Raises InputError when the state is no longer finite.
         """
         self._state = self.vessel.step(self._state, command, self._sea.conditions, self.step_length)
         self._sea.advance(self.motion)
@@ -88,4 +88,4 @@ class SimulatedBoat:
         )
         if fix is None:
             return None
-        return Seen(fix.time, self.time, *displaced(*self.origin, fix.north, fix.east), fix.sog, fix.cog)
+        return ReceiverFix(fix.time, self.time, *displaced(*self.origin, fix.north, fix.east), fix.sog, fix.cog)

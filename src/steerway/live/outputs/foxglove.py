@@ -1,7 +1,7 @@
-"""A WebSocket server for Foxglove: where the boat is on its map, and all that is estimated for its plots.
+"""A WebSocket server for Foxglove: the position for its map, and the whole estimate for its plots.
 
-The server has threads of its own in another language; a message costs the service some microseconds. Nothing can be
-said to it: it offers no capability.
+The server has native threads of its own; a message costs the service some microseconds. It accepts nothing from its
+clients: it offers no capability.
 """
 
 import asyncio
@@ -10,14 +10,14 @@ import json
 import math
 
 from steerway.core.errors import InputError
+from steerway.core.leg import Leg
 from steerway.core.records import MOTION_COLUMNS
-from steerway.formats.nmea0183.writing import Leg
-from steerway.live.autopilot.states import Order
-from steerway.live.heard import Row
-from steerway.live.links.listening import kept_open
+from steerway.live.base.orders import Order
+from steerway.live.base.rows import Row
+from steerway.live.base.uri import Uri
+from steerway.live.links.link import kept_open
 from steerway.live.outputs.json_lines import json_line
 from steerway.live.outputs.rhythm import Rhythm
-from steerway.live.uri import Uri
 
 POSITION, ESTIMATE = "/position", "/estimate"
 """Topics."""
@@ -59,7 +59,7 @@ class FoxgloveServer:
 
     def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
         """See Output."""
-        if not self._rhythm.strikes(row.time):
+        if not self._rhythm.is_due(row.time):
             return
         moment = round(row.time * 1e9)
         if row.valid:
@@ -86,7 +86,7 @@ class FoxgloveServer:
 
 
 def _location(row, moment):
-    """The position as Foxglove's map wants it; height is unknown."""
+    """The position in Foxglove's form; the height is unknown."""
     from foxglove.messages import LocationFix, LocationFixPositionCovarianceType, Timestamp, Vector3
 
     variance = row.position_std**2

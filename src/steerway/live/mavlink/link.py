@@ -1,29 +1,28 @@
-"""A link that carries MAVLink both ways: UDP, TCP or a serial line. Packets in, packets out; nobody is waited for."""
+"""A link that carries MAVLink both ways: UDP, TCP or a serial line. Sending never waits for the peer."""
 
 import asyncio
 import contextlib
 import os
 from collections.abc import Callable
 
-from steerway.live.links.listening import kept_open
+from steerway.live.base.uri import Uri
+from steerway.live.links.link import PIECE, kept_open
 from steerway.live.links.serial import opened
 from steerway.live.mavlink.dialect import dialect
-from steerway.live.uri import Uri
 
-_PIECE = 4096
 _BACKLOG = 1 << 14  # bytes that may wait for a TCP peer
 
 
 class MavlinkLink:
-    """One link and the codec on it. `system` and `component` are the sender's in what is said.
+    """One link and the codec on it. `system` and `component` are the sender's in what is sent.
 
-    `udpin` waits for packets and answers whoever was last listened to, `udpout` speaks first. `hear` is called with
-    every message and says whether it is listened to; what is no message is counted in `broken`, what could not be sent
+    `udpin` waits for packets and answers the sender of the last accepted one, `udpout` sends first. `receive` gets
+    every message and returns whether it is accepted; what is no message is counted in `broken`, what could not be sent
     in `lost`.
     """
 
-    def __init__(self, uri: Uri, hear: Callable[[object], bool], system: int = 1, component: int = 1):
-        self.uri, self.hear = uri, hear
+    def __init__(self, uri: Uri, receive: Callable[[object], bool], system: int = 1, component: int = 1):
+        self.uri, self.receive = uri, receive
         self.messages = dialect(uri.text)
         self._codec = self.messages.MAVLink(None, system, component)
         self._codec.robust_parsing = True
@@ -41,7 +40,7 @@ class MavlinkLink:
         self._codec.srcSystem = number
 
     def send(self, messages) -> None:
-        """Say messages of the dialect, or lose them."""
+        """Send messages of the dialect, or lose them."""
         for message in messages:
             packet = message.pack(self._codec)
             self._codec.seq = (self._codec.seq + 1) % 256
@@ -62,27 +61,27 @@ class MavlinkLink:
             self._write = None
 
     def _feed(self, data):
-        """Whether any of the messages in a piece is listened to."""
-        listens = False
+        """Whether any of the messages in a piece is accepted."""
+        accepted = False
         for message in self._codec.parse_buffer(data) or ():
             if message.get_type() == "BAD_DATA":
                 self.broken += 1
             else:
-                listens |= self.hear(message)
-        return listens
+                accepted |= self.receive(message)
+        return accepted
 
     async def _udp(self):
-        link, speaks_first = self, self.uri.via == "udpout"
+        link, sends_first = self, self.uri.via == "udpout"
 
         class Datagrams(asyncio.DatagramProtocol):
             def datagram_received(self, data, addr):
-                if link._feed(data) and not speaks_first:
+                if link._feed(data) and not sends_first:
                     link._write = lambda packet: transport.sendto(packet, addr)
 
         there = (self.uri.host or "127.0.0.1", self.uri.port)
-        ends = {"remote_addr": there} if speaks_first else {"local_addr": there}
+        ends = {"remote_addr": there} if sends_first else {"local_addr": there}
         transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(Datagrams, **ends)
-        if speaks_first:
+        if sends_first:
             self._write = transport.sendto
         await self._until_gone(asyncio.Event().wait(), transport)
 
@@ -95,7 +94,7 @@ class MavlinkLink:
             writer.write(packet)
 
         async def read():
-            while data := await reader.read(_PIECE):
+            while data := await reader.read(PIECE):
                 self._feed(data)
 
         self._write = write
@@ -108,7 +107,7 @@ class MavlinkLink:
 
             def read():
                 try:
-                    data = os.read(file, _PIECE)
+                    data = os.read(file, PIECE)
                 except BlockingIOError:
                     return
                 except OSError as error:

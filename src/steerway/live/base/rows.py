@@ -1,4 +1,4 @@
-"""What one instrument said at one moment, and what is said of the boat at one moment."""
+"""One row from an input, and one row of the estimate."""
 
 import math
 from collections.abc import Iterator
@@ -7,11 +7,11 @@ from typing import NamedTuple
 from steerway.core.records import LOST, Fixes
 
 
-class Heard(NamedTuple):
-    """A row of Fixes on its way: SI, rad, NaN for what was not said."""
+class InputRow(NamedTuple):
+    """One measurement of one source, as a row of Fixes: SI, rad, NaN for what it does not report."""
 
     source: str
-    time: float  # Unix UTC, as the instrument says
+    time: float  # Unix UTC, by the instrument
     latitude: float = math.nan
     longitude: float = math.nan
     position_std: float = math.nan
@@ -23,12 +23,12 @@ class Heard(NamedTuple):
 
     @property
     def has_position(self) -> bool:
-        """Whether it says where."""
+        """Whether it reports a position."""
         return not (math.isnan(self.latitude) or math.isnan(self.longitude))
 
 
 class Row(NamedTuple):
-    """A row of Motion on its way: SI, rad, NaN for unknown, `status` an index into `records.STATUSES`."""
+    """One estimate, as a row of Motion: SI, rad, NaN for unknown, `status` an index into `records.STATUSES`."""
 
     time: float
     latitude: float
@@ -45,20 +45,20 @@ class Row(NamedTuple):
 
     @property
     def valid(self) -> bool:
-        """Whether there is a position to go by."""
+        """Whether the position is known."""
         return not math.isnan(self.latitude)
 
 
 def lost(time: float) -> Row:
-    """Nothing is known."""
+    """The row of an unknown state."""
     return Row(time, *[math.nan] * 10, LOST)
 
 
-def rows_of(sources: dict[str, Fixes]) -> Iterator[Heard]:
-    """The rows of all sources in time order; vessels that AIS reports are not aboard and left out."""
+def rows_of(sources: dict[str, Fixes]) -> Iterator[InputRow]:
+    """The rows of all sources in time order, without vessels reported by AIS, which are not aboard."""
     rows = []
     for name, fixes in sources.items():
         if fixes.mmsi is None:
-            columns = [getattr(fixes, field).tolist() for field in Heard._fields[1:]]
-            rows += [Heard(name, *values) for values in zip(*columns, strict=True)]
+            columns = [getattr(fixes, field).tolist() for field in InputRow._fields[1:]]
+            rows += [InputRow(name, *values) for values in zip(*columns, strict=True)]
     yield from sorted(rows, key=lambda row: row.time)

@@ -1,9 +1,9 @@
-"""Where to listen and where to speak: `scheme:…` with options behind a question mark.
+"""Addresses of links: `scheme:…` with options behind a question mark.
 
 A scheme that is no link itself names the one that carries it: `mavlink:udpin:host:port`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from urllib.parse import parse_qsl, urlsplit
 
@@ -12,7 +12,7 @@ from steerway.core.errors import InputError
 
 @dataclass(frozen=True)
 class Uri:
-    """One address. `host` "" and `port` 0 where not said; `via` is what carries it, where it is not said by scheme."""
+    """One address. `host` "" and `port` 0 where it has none; `via` is the carrier, where the scheme is not the link."""
 
     text: str
     scheme: str
@@ -24,22 +24,21 @@ class Uri:
 
     @property
     def place(self) -> tuple[str, str, str, int, str]:
-        """What of it tells one link from another."""
+        """What distinguishes one link from another."""
         return self.scheme, self.via, self.host, self.port, self.path
 
     def number(self, name: str, default: float) -> float:
-        """A numeric option."""
+        """A numeric option. Raises InputError for anything else."""
         try:
             return float(self.options.get(name, default))
         except ValueError:
             raise InputError(f"{self.text}: {name} is {self.options[name]!r}, expected a number") from None
 
 
-def parse(text: str, schemes: Mapping[str, tuple[str, ...]], default_ports: Mapping[str, int]) -> Uri:
-    """The address a text means.
+def parse(text: str, schemes: Collection[str], default_ports: Mapping[str, int]) -> Uri:
+    """The address that a text means; its options are not checked yet.
 
-    `schemes` maps those that are known here to the options they have. Raises InputError for any other scheme or option,
-    and where host, port or path is missing.
+    Raises InputError for a scheme that is not among `schemes`, and for a malformed host or port.
     """
     try:
         parts = urlsplit(text, allow_fragments=False)
@@ -47,17 +46,22 @@ def parse(text: str, schemes: Mapping[str, tuple[str, ...]], default_ports: Mapp
     except ValueError as error:
         raise InputError(f"{text}: {error}, expected scheme://host:port") from None
     if parts.scheme not in schemes:
-        raise InputError(f"{text!r} is no address known here, expected one beginning with {', '.join(schemes)}")
+        raise InputError(f"{text!r} is no known address, expected one beginning with {', '.join(schemes)}")
     options = dict(parse_qsl(parts.query, keep_blank_values=True))
-    for name in options:
-        if name not in schemes[parts.scheme]:
-            known = ", ".join(schemes[parts.scheme]) or "none"
-            raise InputError(f"{text}: option {name!r} is unknown, expected {known}")
     return Uri(text, parts.scheme, host, port, parts.path, options)
 
 
+def with_options(uri: Uri, known: Collection[str]) -> Uri:
+    """The address itself when all its options are known. Raises InputError that names the first other one."""
+    for name in uri.options:
+        if name not in known:
+            expected = ", ".join(known) or "none"
+            raise InputError(f"{uri.text}: option {name!r} is unknown, expected {expected}")
+    return uri
+
+
 def carried(uri: Uri, carriers: tuple[str, ...]) -> Uri:
-    """The address with host and port of what carries it; one of a path stays as it is.
+    """The address with host and port of its carrier; one of a path stays as it is.
 
     Raises InputError for what is neither one of `carriers` with host and port nor a path.
     """
