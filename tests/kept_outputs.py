@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from steerway.live.heard import Row
+from steerway.live.base.rows import Row
 
 
 class Kept:

@@ -24,7 +24,7 @@ def by_matrices(compass, yaw, differences, readings, vehicle_noise=1e-14, start=
     second[:2, :2] = a
     h = np.array([0.0, 0.0, compass.k, 0.0])
     x, p = np.zeros(4), np.diag([start, start, 1.0, 1.0])
-    told = []
+    headings = []
     for u, zs in zip(differences, readings, strict=True):
         for z in np.degrees(zs):
             x, p = tick @ x, tick @ p @ tick.T + np.diag([0.0, 0.0, 1.0, 1.0])
@@ -32,8 +32,8 @@ def by_matrices(compass, yaw, differences, readings, vehicle_noise=1e-14, start=
             x, p = x + gain * (z - h @ x), p - np.outer(gain, h @ p)
         x = second @ x + np.array([*b, 0.0, 0.0]) * u
         p = second @ p @ second.T + np.diag([vehicle_noise, vehicle_noise, 0.0, 0.0])
-        told.append(c @ x[:2])
-    return np.array(told), x, p
+        headings.append(c @ x[:2])
+    return np.array(headings), x, p
 
 
 def test_innovation_is_reading_less_prediction():
@@ -49,9 +49,9 @@ def test_innovation_is_reading_less_prediction():
 def test_composite_is_the_kalman_filter(compass, yaw):
     differences, readings, _, _ = record()
     estimator = CompositeFilter(composite_model(compass, yaw))
-    told = [estimator.step(u, z) for u, z in zip(differences, readings, strict=True)]
+    headings = [estimator.step(u, z) for u, z in zip(differences, readings, strict=True)]
     expected, x, p = by_matrices(compass, yaw, differences, readings)
-    np.testing.assert_allclose(told, expected, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(headings, expected, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(estimator._state, x, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(estimator._covariance, p, rtol=1e-8, atol=1e-20)
 

@@ -94,7 +94,7 @@ def restless():
     profile = SLOW.profile.model_copy(
         update={"straight_time": 0.3, "turn_time": 0.3, "turn_course_rate_noise": 0.5, "position_std": 0.05}
     )
-    models, dt = profile.manners(), 0.2
+    models, dt = profile.modes(), 0.2
     time = dt * np.arange(11)
     rate = np.where(time > 0.7, 1.0, 0.0)
     course = np.cumsum(rate) * dt
@@ -154,7 +154,7 @@ def test_with_known_modes_a_smoother_attains_the_bound_and_with_unknown_ones_non
     rows = []
     for seed in range(6):
         voyage, fixes = cell.sailed(seed)
-        models, places = cell.profile.manners(), in_plane(fixes)
+        models, places = cell.profile.modes(), in_plane(fixes)
         start = begun(voyage, models, seed)
         known = known_mode_smoother(places, start, voyage.turning, models, 0.2)
         walked, _ = all_histories(places, start, np.zeros(len(places), bool), models, 0.2, 8, seed, kept=30)

@@ -68,9 +68,9 @@ def test_outward_rounding_holds_the_exact_filter_and_plain_doubles_do_not(interv
 def test_the_exact_filter_is_the_ordinary_one():
     differences, readings, _, _ = record(5)
     estimator = CompositeFilter(composite_model())
-    told = [estimator.step(u, z) for u, z in zip(differences, readings, strict=True)]
+    headings = [estimator.step(u, z) for u, z in zip(differences, readings, strict=True)]
     exact = [float(each) for each in exact_headings(composite_model(), differences, readings)]
-    np.testing.assert_allclose(told, exact, rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(headings, exact, rtol=1e-9, atol=1e-15)
 
 
 def test_outward_rounding_is_what_holds_a_tenth_and_two():
@@ -90,10 +90,10 @@ def test_every_model_in_the_box_is_included(tolerance, seconds):
     members += [CompositeFilter(composite_model(TCM2.scaled(1.0 + s * tolerance))) for s in (-1, 1)]
     for u, z in zip(differences, readings, strict=True):
         low, high = bounds.step(u, z)
-        told = [each.step(u, z) for each in members]
-        assert low <= min(told) and max(told) <= high
+        headings = [each.step(u, z) for each in members]
+        assert low <= min(headings) and max(headings) <= high
     assert not bounds.diverged
-    spread = max(told) - min(told)
+    spread = max(headings) - min(headings)
     assert spread < bounds.width < 60.0 * spread
 
 
@@ -110,8 +110,8 @@ def test_included_with_sub_boxes_and_a_shift_that_is_uncertain():
     for u, z in zip(differences, readings, strict=True):
         for each in (whole, parts, shifted):
             each.step(u, z)
-        told = [each.step(u, z) for each in members]
-        assert parts.low <= min(told) and max(told) <= parts.high
+        headings = [each.step(u, z) for each in members]
+        assert parts.low <= min(headings) and max(headings) <= parts.high
         if not shifted.diverged:
             assert shifted.low <= true.step(u, z) <= shifted.high
     assert parts.width < 0.5 * whole.width

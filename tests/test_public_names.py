@@ -23,11 +23,13 @@ PACKAGES = [
 ]
 MODULES = ["steerway.pilot", "steerway.estimation.heading.composite"]
 """That are public themselves."""
+OF_CLASSES = "__dataclass_fields__", "_fields", "_replace"
+"""What the standard library makes of a class and documents."""
 PUBLIC = ["steerway", *PACKAGES, *MODULES]
 
 
 def unlisted(source: str) -> list[str]:
-    """Names of steerway that this source uses and no `__all__` of a package lists."""
+    """Names of steerway that this source uses and no `__all__` lists, and private attributes of other objects."""
     found = []
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "steerway":
@@ -35,8 +37,12 @@ def unlisted(source: str) -> list[str]:
             found += [f"{node.module}.{each.name}" for each in node.names if each.name not in public]
         elif isinstance(node, ast.Import):
             found += [each.name for each in node.names if each.name.startswith("steerway.")]
-        elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "steerway":
-            found += [f"steerway.{node.attr}"] * (node.attr not in steerway.__all__)
+        elif isinstance(node, ast.Attribute):
+            owner = ast.unparse(node.value)
+            own = owner in ("self", "cls", "super()") or node.attr in OF_CLASSES
+            private = node.attr.startswith("_") and not own
+            if private or (owner == "steerway" and node.attr not in steerway.__all__):
+                found.append(f"{owner}.{node.attr}")
     return found
 
 
@@ -44,6 +50,7 @@ def test_the_walk_finds_what_is_not_public():
     assert unlisted("from steerway.control.course import AnglePID") == ["steerway.control.course.AnglePID"]
     assert unlisted("from steerway.control import AnglePID, course") == ["steerway.control.course"]
     assert unlisted("def f():\n    import steerway.core.angles") == ["steerway.core.angles"]
+    assert unlisted("self._a = mpc.observer._output") == ["mpc.observer._output"]
     assert unlisted("import steerway\nsteerway.estimate\nsteerway.cli") == ["steerway.cli"]
 
 

@@ -152,11 +152,11 @@ product_s2_heading_median_deg interval_inclusion_pct""".split()
 
 
 def test_study_writes_its_keys_and_figures(tmp_path):
-    heard = []
-    results = named("springer-mission").run(1, 0, lambda share, what: heard.append(share))
+    shares = []
+    results = named("springer-mission").run(1, 0, lambda share, what: shares.append(share))
     page = results.write(tmp_path)
     numbers = json.loads((tmp_path / "results.json").read_text())
-    assert set(KEYS) <= set(numbers) and heard == sorted(heard) and heard[-1] == 1.0
+    assert set(KEYS) <= set(numbers) and shares == sorted(shares) and shares[-1] == 1.0
     assert numbers["ideal_reached"] == 7.0 and numbers["interval_inclusion_pct"] == 100.0
     assert numbers["rigour_outward_pct"] == 100.0 and numbers["rigour_naive_pct"] < 20.0
     assert numbers["interval_width_1pct_deg"] <= 6500.0 and numbers["interval_width_05pct_deg"] <= 400.0

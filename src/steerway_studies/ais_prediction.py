@@ -1,7 +1,7 @@
 """Study ais-prediction: where vessels will be, on the Solent log, against dead reckoning on what they transmit.
 
-Every half minute of every vessel's record is made the present: the filter knows what was reported so far, and says
-where she will be. The report that arrives then, interpolated between neighbours no more than 20 s apart, is what it is
+Every half minute of every vessel's record is made the present: the filter knows what was reported so far, and predicts
+the position. The report that arrives then, interpolated between neighbours no more than 20 s apart, is what it is
 judged by; its own error (position and moment) is added to the predicted covariance. Dead reckoning goes on from the
 last report on its SOG and COG.
 """
@@ -12,8 +12,7 @@ import numpy as np
 
 from steerway import read
 from steerway.core import Fixes, displacement, wrap
-from steerway.estimation import choose_profile
-from steerway.estimation.course import hindcast
+from steerway.estimation import choose_profile, hindcast
 from steerway_studies.recorded import logs_folder
 from steerway_studies.study import Results, Study
 
@@ -126,8 +125,8 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
         "The numbers of the profile `ais` were chosen on this log, the only one with tracks that we have.",
         "Half of what is sailed here are ferries and pilots, whose next turn no past foretells; ships are covered more "
         "often than 95 %, ferries less: one profile serves both.",
-        "A moored vessel that casts off within the horizon lies outside her ellipse: predictions are of vessels that "
-        "go on as they do.",
+        "A moored vessel that casts off within the horizon lies outside its ellipse: predictions are of vessels that "
+        "keep their motion.",
     ]
     return results
 
@@ -170,7 +169,7 @@ def _map(fixes):
     from matplotlib.figure import Figure
     from matplotlib.patches import Ellipse
 
-    from steerway.estimation.course import predict
+    from steerway.estimation import predict
     from steerway.report import OURS, QUIET
 
     figure = Figure(figsize=(12.0, 4.5), layout="constrained")

@@ -1,7 +1,7 @@
 """Study real-logs: every recorded log, defaults only, against the receiver's own SOG and COG and independent truth.
 
 The receiver's own values are filtered and late: agreement with them is shown, not aimed at. Independent are the yaw
-rate of a compass on the boat whose GNSS positions sail a figure of eight, and the inertial system of a ship (for her
+rate of a compass on the boat whose GNSS positions sail a figure of eight, and the inertial system of a ship (for its
 other receivers; for its own positions it is at least another instrument).
 """
 
@@ -112,11 +112,13 @@ def _agreement(found: Agreement) -> dict:
 
 def _mirrored(fixes: Fixes, motion: Motion) -> float:
     """Share of rows in runs of ten seconds and more that run against the receiver's course, where it has way."""
-    said = fixes.rows(fixes.has_position)
-    wrong = (said.sog > 1.0) & (np.abs(wrap_array(motion.cog - said.cog)) > MIRRORED)
+    reports = fixes.rows(fixes.has_position)
+    wrong = (reports.sog > 1.0) & (np.abs(wrap_array(motion.cog - reports.cog)) > MIRRORED)
     edges = np.flatnonzero(np.diff(np.r_[False, wrong, False]))
-    runs = [(i, j) for i, j in zip(edges[::2], edges[1::2], strict=True) if said.time[j - 1] - said.time[i] >= 10.0]
-    return sum(j - i for i, j in runs) / max(int((said.sog > 1.0).sum()), 1)
+    runs = [
+        (i, j) for i, j in zip(edges[::2], edges[1::2], strict=True) if reports.time[j - 1] - reports.time[i] >= 10.0
+    ]
+    return sum(j - i for i, j in runs) / max(int((reports.sog > 1.0).sum()), 1)
 
 
 def _known_rms(values) -> float:
@@ -161,7 +163,7 @@ def _turns(results: Results, folder, seen) -> None:
 
 
 def _ship(results: Results, seen) -> None:
-    """The ship's receivers against her inertial system, all on the clock that they state."""
+    """The ship's receivers against its inertial system, all on the clock that they state."""
     inertial = seen[SHIP.format("s330")]
     truth = inertial.fixes
     for receiver in ("s330", "seap", "gp02", "pcod"):
@@ -213,7 +215,7 @@ _TURNS = (
     "Course rate from positions alone beside the compass's yaw rate averaged over one second, the compass moved by "
     "the lag of the receiver. Above the figure of eight, below the wide turn."
 )
-_SHIP = "The ship in swell: SOG and COG from her 1 Hz positions, causal, beside her inertial system, for two minutes."
+_SHIP = "The ship in swell: SOG and COG from 1 Hz positions, causal, and of its inertial system, for two minutes."
 
 
 def _turns_figure(panels):
@@ -247,12 +249,12 @@ def _ship_figure(inertial):
     start = truth.time[0] + 300.0
     there = np.abs(motion.time - start - 60.0) < 60.0
     elapsed = motion.time[there] - start
-    said = np.abs(truth.time - start - 60.0) < 60.0
+    shown = np.abs(truth.time - start - 60.0) < 60.0
     for axes, ours, theirs in (
         (sog, motion.sog, truth.sog),
         (cog, np.mod(np.degrees(motion.cog), 360.0), np.mod(np.degrees(truth.cog), 360.0)),
     ):
-        axes.plot(truth.time[said] - start, theirs[said], "o", color=THEIRS, markersize=4, label="inertial system")
+        axes.plot(truth.time[shown] - start, theirs[shown], "o", color=THEIRS, markersize=4, label="inertial system")
         axes.plot(elapsed, ours[there], color=OURS, linewidth=1.3, label="from positions, causal")
         axes.grid(alpha=0.25)
     sog.set_ylabel("SOG (m/s)")

@@ -15,12 +15,12 @@ GROUP = "steerway.studies"
 
 
 def study(
-    name: Annotated[str | None, typer.Argument(help="The study; without a name they are listed.")] = None,
-    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Where to write.")] = Path("study"),
-    seeds: Annotated[int | None, typer.Option(min=1, help="Repetitions; by default those the study names.")] = None,
-    first_seed: Annotated[int, typer.Option(min=0, help="The first of the seeds.")] = 0,
+    name: Annotated[str | None, typer.Argument(help="The study; without a name, list the studies.")] = None,
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Output directory.")] = Path("study"),
+    seeds: Annotated[int | None, typer.Option(min=1, help="Number of seeds; by default the study's own.")] = None,
+    first_seed: Annotated[int, typer.Option(min=0, help="The first seed.")] = 0,
 ) -> None:
-    """Run a study: published numbers compared with measured ones, with figures.
+    """Run a study: compare published with measured numbers, with figures.
 
     Example:
 

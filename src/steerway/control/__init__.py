@@ -7,9 +7,8 @@ from steerway.core.on_demand import on_demand
 if TYPE_CHECKING:
     from steerway.control.allocation import OTTER_PROPELLERS, TwoPropellers
     from steerway.control.bandwidth import carried_bandwidth
-    from steerway.control.boats import OTTER_GENTLY
     from steerway.control.course import AnglePID, AnglePIDGains, place_poles
-    from steerway.control.handover import Helm
+    from steerway.control.handover import Autopilot
     from steerway.control.heading_lqg import HeadingLqg
     from steerway.control.heading_mpc import BiasObserver, HeadingMpc, InputLimits, LinearPlant
     from steerway.control.positioning import PositioningGains, PositionPID
@@ -19,16 +18,15 @@ if TYPE_CHECKING:
     from steerway.control.station import StationGains, StationKeeper
 
 __all__ = [
-    "OTTER_GENTLY",
     "OTTER_PROPELLERS",
     "AdaptiveSpeed",
     "AdaptiveSpeedGains",
     "AnglePID",
     "AnglePIDGains",
+    "Autopilot",
     "BiasObserver",
     "HeadingLqg",
     "HeadingMpc",
-    "Helm",
     "InputLimits",
     "LinearPlant",
     "PositionPID",

@@ -1,4 +1,4 @@
-"""Where a boat is with respect to one straight leg between two waypoints."""
+"""Where a boat is with respect to one straight leg between two waypoints: in a plane, and on the Earth for outputs."""
 
 import math
 from typing import NamedTuple
@@ -17,6 +17,27 @@ class LegState(NamedTuple):
     distance: float  # straight to the waypoint
     bearing: float  # straight to the waypoint
     speed: float  # what the route asks for; NaN where it does not say
+
+
+class Leg(NamedTuple):
+    """The leg under way for displays and other autopilots: m, rad, true; NaN for unknown."""
+
+    cross_track: float  # + when the boat is to starboard of the leg
+    direction: float  # from origin to destination
+    bearing: float  # from the boat to the destination
+    distance: float  # to the destination
+    course_to_steer: float
+    closing_speed: float  # towards the destination, m/s
+    latitude: float  # of the destination
+    longitude: float
+    origin: str = ""
+    destination: str = ""
+    is_arrived: bool = False  # within the circle of acceptance
+    is_passed: bool = False  # beyond the line through the destination across the leg
+    speed: float = math.nan  # desired, m/s
+
+
+UNKNOWN_LEG = Leg(*[math.nan] * 8)
 
 
 @kernel

@@ -13,20 +13,38 @@ from typing import ParamSpec, TypeVar
 P = ParamSpec("P")
 R = TypeVar("R")
 
-_COURSE = (
-    "acceleration accuracy aiding comparison filter five_state forecast latency onboard position_update prediction "
-    "replay smoothing tracking"
-)
+_COURSE = "comparison filter forecast latency onboard replay tracking"
+_RENAMED = {
+    "acceleration": "motion.acceleration",
+    "accuracy": "update.reported_accuracy",
+    "aiding": "update.aids",
+    "five_state": "motion.five_state",
+    "mixture": "imm",
+    "model": "motion.layout",
+    "position_update": "update.position",
+    "smoothing": "smoothing.rauch_tung_striebel",
+    "way": "steerageway",
+    "yawing": "motion.oscillation",
+}
 MOVED = (
     {
         f"steerway.{name}": f"steerway.core.{name}"
         for name in "angles checks compiled earth errors magnetic noise records timestamps".split()
     }
     | {f"steerway.estimation.{name}": f"steerway.estimation.course.{name}" for name in _COURSE.split()}
+    | {f"steerway.estimation.{old}": f"steerway.estimation.course.{new}" for old, new in _RENAMED.items()}
     | {
         "steerway.estimation.linear_algebra": "steerway.core.linear_algebra",
+        "steerway.estimation.heading.h_infinity": "steerway_studies.springer_mission.h_infinity",
+        "steerway.estimation.heading.interval.literal": "steerway_studies.papers.interval_filter",
         "steerway.estimation.tuning": "steerway.estimation.selection",
         "steerway.guidance.leg": "steerway.core.leg",
+        "steerway.vessels.kinematics": "steerway.core.kinematics",
+        "steerway.simulation.demo": "steerway.commands.demo",
+        "steerway.simulation.run_figures": "steerway.report.runs.figures",
+        "steerway.simulation.run_files": "steerway.report.runs.files",
+        "steerway.simulation.run_page": "steerway.report.runs.page",
+        "steerway.simulation.summary": "steerway.report.runs.campaign",
         "steerway.papers": "steerway_studies.papers",
         "steerway.studies": "steerway_studies",
     }

@@ -5,16 +5,20 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.estimation.course.estimate import choose_profile, estimate
     from steerway.estimation.course.filter import FiveStateFilter
+    from steerway.estimation.log_estimate import choose_profile, estimate
+    from steerway.estimation.prediction import Prediction, hindcast, predict
     from steerway.estimation.profiles import Profile
-    from steerway.estimation.selection.tuned import tune
+    from steerway.estimation.selection.tune import tune
 
 __all__ = [
     "FiveStateFilter",
+    "Prediction",
     "Profile",
     "choose_profile",
     "estimate",
+    "hindcast",
+    "predict",
     "tune",
 ]
 __getattr__, __dir__ = on_demand(__name__)

@@ -21,9 +21,16 @@ from steerway.core.checks import array_of
 from steerway.core.earth import displacement
 from steerway.core.errors import InputError
 from steerway.core.records import REJECTED, Fixes, Motion
-from steerway.estimation.course.estimate import choose_profile
 from steerway.estimation.course.filter import FiveStateFilter
-from steerway.estimation.course.model import GATE, MODE, POSITION_VARIANCE, STRAY, UNDERWAY, empty_memory
+from steerway.estimation.course.motion.layout import (
+    GATE,
+    PHASE,
+    POSITION_VARIANCE,
+    REJECTED_FOR,
+    UNDER_WAY,
+    empty_bank,
+)
+from steerway.estimation.log_estimate import choose_profile
 from steerway.estimation.profiles import Profile
 from steerway.identification.interval import Interval, covariance
 from steerway.identification.yaw_likelihood import angle_innovations, positions_cost
@@ -129,10 +136,11 @@ def identify_yaw_from_fixes(fixes: Fixes, time: ArrayLike, rudder: ArrayLike) ->
         loosely = 0.5 * float(np.sum(((point[1:4] - _EXPECTED) / _EXPECTED_STD) ** 2))
         decay = math.exp(-point[0])
         rate_noise, speed_noise, std = np.exp(point[1:4]).tolist()
-        model = _profile(rate_noise, speed_noise, std, decay).model()
-        model[GATE] = math.inf  # what is refused must not depend on the parameters
-        memory = _under_way(model, north, east, motion)
-        return loosely + positions_cost(moments, held, north, east, point[4], point[5], 1.0 / decay, model, memory)
+        profile = _profile(rate_noise, speed_noise, std, decay)
+        tuning = profile.parameters()
+        tuning[:, GATE] = math.inf  # which fixes are rejected must not depend on the parameters
+        bank = _under_way(tuning, north, east, motion)
+        return loosely + positions_cost(moments, held, north, east, point[4], point[5], 1.0 / decay, tuning, bank)
 
     gain, push = start.gain.value * scale, start.gain.value * start.rudder_bias.value
     starts = [
@@ -214,15 +222,15 @@ def _smoothed(fixes: Fixes) -> Motion:
     return motion.rows(known)
 
 
-def _under_way(model: Floats, north: Floats, east: Floats, motion: Motion) -> Floats:
+def _under_way(tuning: Floats, north: Floats, east: Floats, motion: Motion) -> Floats:
     """The state of a filter that starts at the first place, with the smoothed speed and course."""
-    memory = empty_memory(model)
-    n = memory.shape[1]
+    bank = empty_bank(tuning)
+    n, position = bank.shape[2], tuning[0, POSITION_VARIANCE]
     speed = motion.sog[0]
-    memory[:n] = np.diag([model[POSITION_VARIANCE], model[POSITION_VARIANCE], (0.3 * speed) ** 2, 0.1, 0.1])
-    memory[n] = north[0], east[0], speed, motion.cog[0], 0.0
-    memory[n + 1, MODE], memory[n + 1, STRAY] = UNDERWAY, -1.0
-    return memory
+    bank[0, :n] = np.diag([position, position, (0.3 * speed) ** 2, 0.1, 0.1])
+    bank[0, n] = north[0], east[0], speed, motion.cog[0], 0.0
+    bank[0, n + 1, PHASE], bank[0, n + 1, REJECTED_FOR] = UNDER_WAY, -1.0
+    return bank
 
 
 def _merged(fixes: Fixes, time: Floats, rudder: Floats) -> tuple[Floats, Floats, Floats, Floats]:

@@ -1,10 +1,11 @@
-"""Vessels: one a file, each with its `derivatives` and an object that the loop can step."""
+"""Vessels, one per file, each with its `derivatives` and a class that the loop can step."""
 
 from typing import TYPE_CHECKING
 
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from steerway.core.kinematics import GroundMotion
     from steerway.vessels.actuators import Actuator
     from steerway.vessels.caldas import Caldas
     from steerway.vessels.cybership2 import (
@@ -20,11 +21,13 @@ if TYPE_CHECKING:
         CyberShip2,
     )
     from steerway.vessels.environment import Current, Environment
-    from steerway.vessels.kinematics import GroundMotion
+    from steerway.vessels.mariner import BOAT as MARINER_BOAT
     from steerway.vessels.mariner import CRUISE_SPEED as MARINER_CRUISE_SPEED
     from steerway.vessels.mariner import RUDDER as MARINER_RUDDER
     from steerway.vessels.mariner import Mariner
     from steerway.vessels.nomoto import Nomoto
+    from steerway.vessels.otter import BOAT as OTTER_BOAT
+    from steerway.vessels.otter import BOAT_FOR_SMALL_MOMENTS as OTTER_BOAT_FOR_SMALL_MOMENTS
     from steerway.vessels.otter import Otter
     from steerway.vessels.propeller import Propeller
     from steerway.vessels.propeller import thrust as propeller_thrust
@@ -70,8 +73,11 @@ __all__ = [
     "CYBERSHIP2_DAMPING",
     "CYBERSHIP2_INERTIA",
     "CYBERSHIP2_THRUST",
+    "MARINER_BOAT",
     "MARINER_CRUISE_SPEED",
     "MARINER_RUDDER",
+    "OTTER_BOAT",
+    "OTTER_BOAT_FOR_SMALL_MOMENTS",
     "RPM",
     "SPRINGER_MAX_CHANGE_RPM",
     "SPRINGER_MAX_DIFFERENCE_RPM",

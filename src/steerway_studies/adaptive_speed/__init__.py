@@ -48,6 +48,8 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     if progress:
         progress(0.95, "drawing")
     results.figures |= all_figures(judged, tracks, first_seed)
+    if progress:
+        progress(1.0, "done")
     return results
 
 

@@ -100,7 +100,7 @@ def staircase(job):
 
 
 def _identified(voyage, seed):
-    """Identification from what a boat has: her log's speed and her shaft's, at 10 Hz; and from one speed alone."""
+    """Identification from the speeds of the log and of the shaft at 10 Hz; and from one speed alone."""
     rows = np.flatnonzero(np.isfinite(voyage.log))
     logged = voyage.time[rows], voyage.log[rows], voyage.shaft[rows]
     found = identify_surge(*logged)

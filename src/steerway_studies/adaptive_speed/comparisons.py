@@ -1,4 +1,4 @@
-"""From judged voyages to named numbers: the worst of seeds and plants beside what the paper says and asks."""
+"""From judged voyages to named numbers: the worst of seeds and plants, compared with the paper's claims."""
 
 import math
 
@@ -282,7 +282,7 @@ def _remarks(numbers) -> list[str]:
         "away.",
         "The Lyapunov argument holds for constant g, which no propeller has: with g(u, n) of Table II V rises on "
         "its way.",
-        "As printed the boat cannot go straight by herself: the slightest yaw grows as e^(0.139 u t), so that v = "
+        "As printed the boat is directionally unstable: the slightest yaw grows as e^(0.139 u t), so that v = "
         "r = 0 of section II-B needs a heading loop.",
         "Plant T: Tables I and II with D = 0.8 m, η = 0.8, ρ = 1.025 t/m³, two propellers, n in rev/s up to 17.5, "
         "which the paper leaves out. Plant P: a surrogate fitted to the published curves. MRAC+ runs on plants a "

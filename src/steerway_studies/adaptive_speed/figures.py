@@ -232,4 +232,4 @@ def _heading():
             axes.plot(course.time, np.degrees(course.heading), style, color=colour, label=label)
     axes.set(xlabel="time, s", ylabel="heading, °", xlim=(0.0, 200.0), ylim=(-45.0, 45.0))
     axes.legend(loc="lower left", frameon=False)
-    return figure, "Three degrees of freedom, from rest and 5° off north: without a heading loop she turns away."
+    return figure, "Three degrees of freedom, from rest and 5° off north: without a heading loop the boat turns away."

@@ -40,7 +40,7 @@ def response(time, speed, shaft, setpoint: float) -> dict[str, float]:
 
 
 def estimate(voyage, setpoint: float, since: float = TRANSIENT) -> dict[str, float]:
-    """RMS and largest error in % of the set-point, and how honest the filter was about it."""
+    """RMS and largest error in % of the set-point, NIS, and coverage of the 95 % interval."""
     late = voyage.time > since
     error = (voyage.estimate - voyage.speed)[late]
     return {

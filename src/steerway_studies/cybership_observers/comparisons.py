@@ -1,4 +1,4 @@
-"""Published beside measured: what the study sets out to reach, what it reached, and what a number says."""
+"""Published numbers, targets and measured numbers."""
 
 import math
 

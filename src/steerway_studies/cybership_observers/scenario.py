@@ -99,7 +99,7 @@ def sail(
     identification: str = "linear",
     controller=None,
 ) -> Record:
-    """One run. With an `observer` its estimate steers her, else the truth does."""
+    """One run. Steered by the estimate of an `observer`, without one by the truth."""
     vessel = CyberShip2(identification)
     controller = controller or PositionPID(PRINTED_GAINS, anti_windup=False)
     pushes = disturbance(draws) if disturbed else np.zeros((ROWS, 3))

@@ -12,7 +12,7 @@ from steerway.simulation import over_seeds
 from steerway_studies.estimator_limits.cells import CELLS, PLACES, WHERE, judged
 from steerway_studies.estimator_limits.scenarios import sail
 from steerway_studies.estimator_limits.statistics import over_runs
-from steerway_studies.study import Results
+from steerway_studies.study import Results, seeds_from
 
 SEEDS = 30
 CELL = CELLS["o05"]
@@ -39,10 +39,10 @@ def aided_fixes(voyage, seed: int, bias: float = GYRO_BIAS) -> Fixes:
     """Fixes with the receiver's own velocity and a gyro's rate beside them."""
     gnss = Gnss(rate=CELL.scenario.rate, white=CELL.position_std, velocity_std=VELOCITY_STD)
     velocity = {"north_velocity": voyage.sog * np.cos(voyage.cog), "east_velocity": voyage.sog * np.sin(voyage.cog)}
-    said = gnss.fixes(voyage.time, voyage.north, voyage.east, seed, **velocity)
+    fixes = gnss.fixes(voyage.time, voyage.north, voyage.east, seed, **velocity)
     gyro = Instrument(rate=CELL.scenario.rate, white=GYRO_STD, bias=bias)
     _, rate = gyro.measured(voyage.time, voyage.course_rate, [seed, 3])
-    return Fixes(said.time, said.latitude, said.longitude, sog=said.sog, cog=said.cog, yaw_rate=rate)
+    return Fixes(fixes.time, fixes.latitude, fixes.longitude, sog=fixes.sog, cog=fixes.cog, yaw_rate=rate)
 
 
 def one(seed: int) -> dict[str, np.ndarray]:
@@ -74,7 +74,7 @@ def bias_found(fixes: Fixes) -> np.ndarray:
 
 def measured(seeds, first_seed, progress) -> dict[str, np.ndarray]:
     """Kind → sums or histories, a row a run."""
-    runs = over_seeds(one, range(first_seed, first_seed + (seeds or SEEDS)), progress=progress)
+    runs = over_seeds(one, seeds_from(first_seed, seeds, SEEDS), progress=progress)
     return {key: np.array([run[key] for run in runs]) for key in runs[0]}
 
 

@@ -23,14 +23,14 @@ from steerway.estimation.course import predict_five_state as predict
 def filtering_bound(voyage, profile) -> np.ndarray:
     """(n, 5, 5) covariance of [x^n y^n U χ ω_χ] after each fix that no causal estimator betters on this voyage."""
     covariance = np.empty((len(voyage.time), 5, 5))
-    _riccati(voyage.time, voyage.states, voyage.turning, profile.manners(), covariance)
+    _riccati(voyage.time, voyage.states, voyage.turning, profile.modes(), covariance)
     return covariance
 
 
 def smoothing_bound(voyage, profile) -> np.ndarray:
     """(n, 5, 5) covariance that no estimator betters that knows the whole record."""
     covariance = filtering_bound(voyage, profile)
-    _smooth(voyage.time, voyage.states, voyage.turning, profile.manners(), covariance)
+    _smooth(voyage.time, voyage.states, voyage.turning, profile.modes(), covariance)
     return covariance
 
 

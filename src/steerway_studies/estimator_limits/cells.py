@@ -32,7 +32,7 @@ class Cell:
         return self.scenario.known(self.position_std)
 
     def sailed(self, seed: int) -> tuple[Voyage, Fixes]:
-        """One voyage and what the receiver says of it."""
+        """One voyage and its fixes."""
         voyage = sail(self.scenario, seed)
         return voyage, voyage.fixes(white(self.position_std, self.scenario.rate), seed)
 

@@ -1,4 +1,4 @@
-"""Is an estimate as good as it says: NIS, NEES of (U, χ, ω), and how often the truth lies in its 95 % intervals."""
+"""Consistency of an estimate: NIS, NEES of (U, χ, ω), and how often the truth lies in its 95 % intervals."""
 
 import numpy as np
 

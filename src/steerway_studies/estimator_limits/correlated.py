@@ -1,6 +1,6 @@
 """Receivers whose error wanders: P1's ship with its printed noise, and a small boat with a low-cost one.
 
-The ship sails P1's route on her true states, so that every receiver and filter sees the same voyage. The filter knows
+The ship sails P1's route on true states, so that every receiver and filter sees the same voyage. The filter knows
 what the receiver errs by; its motion model is that of scenario M.
 """
 
@@ -27,14 +27,14 @@ from steerway_studies.mariner_los.ship import (
     voyage,
 )
 from steerway_studies.papers.ekf_5states import ekf_5states
-from steerway_studies.study import Results
+from steerway_studies.study import Results, seeds_from
 
 SEEDS = 30
 NOISES = {"printed_noise": PRINTED_NOISE, "stated_noise": STATED_NOISE}
 HELD_RATE = math.radians(1.0) / 60.0
 """A course that changes by less than 1° a minute is held."""
 OTHER_LIMITS = (1.2, 3.0, 6.0, 12.0)
-"""° a minute: what she errs by hangs on what counts as held."""
+"""° a minute: the error depends on what counts as a straight leg."""
 SETTLED = 100.0
 WHITE = 0.005
 """m: P1's receiver has no white noise at all."""
@@ -58,7 +58,7 @@ def boat_profile():
 
 @cache
 def ship() -> Voyage:
-    """P1's ship on her route, on true states; `turning` where her course is not held."""
+    """P1's ship on its route, on true states; `turning` where the course is not held."""
     run, _ = voyage(Case("truth"))
     rate = run["true_course_rate"]
     place = run["true_north"], run["true_east"]
@@ -106,7 +106,7 @@ def _printed(fixes, truth):
 
 def measured(seeds, first_seed, progress) -> dict[str, np.ndarray]:
     """Kind → sums, a row a run."""
-    runs = over_seeds(one, range(first_seed, first_seed + (seeds or SEEDS)), progress=progress)
+    runs = over_seeds(one, seeds_from(first_seed, seeds, SEEDS), progress=progress)
     return {key: np.array([run[key] for run in runs]) for key in runs[0]}
 
 

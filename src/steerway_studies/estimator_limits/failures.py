@@ -13,7 +13,7 @@ from steerway_studies.estimator_limits.cells import CELLS
 from steerway_studies.estimator_limits.scenarios import FAST, sail
 from steerway_studies.estimator_limits.statistics import over_runs
 from steerway_studies.estimator_limits.troubles import BEGIN, LASTING, TROUBLES
-from steerway_studies.study import Results
+from steerway_studies.study import Results, seeds_from
 
 SEEDS = 30
 AFTER = 30.0
@@ -35,8 +35,8 @@ def one(seed: int) -> dict[str, np.ndarray]:
     calm = steerway.estimate(fixes)
     found = {}
     for number, (name, (trouble, _, over)) in enumerate(TROUBLES.items()):
-        truth, said = trouble(voyage, fixes, np.random.default_rng([seed, number]))
-        motion = steerway.estimate(said)
+        truth, reports = trouble(voyage, fixes, np.random.default_rng([seed, number]))
+        motion = steerway.estimate(reports)
         shift = truth.time[-1] - voyage.time[-1] if name == "standstill" else 0.0
         since = truth.time - shift
         usual = np.interp(since, calm.time, np.nan_to_num(np.abs(wrap_array(calm.cog - voyage.cog)), nan=math.pi))
@@ -71,13 +71,13 @@ def _reported(seed, interval) -> np.ndarray:
     voyage = sail(FAST, seed)
     gnss = Gnss(rate=1.0 / interval, white=_AIS_NOISE, velocity_std=_AIS_VELOCITY)
     velocity = {"north_velocity": voyage.sog * np.cos(voyage.cog), "east_velocity": voyage.sog * np.sin(voyage.cog)}
-    said = gnss.fixes(voyage.time, voyage.north, voyage.east, seed, **velocity)
-    said = replace(said, mmsi=np.full(len(said), 211_000_000))
-    true = np.interp(said.time, voyage.time, np.unwrap(voyage.cog))
+    reports = gnss.fixes(voyage.time, voyage.north, voyage.east, seed, **velocity)
+    reports = replace(reports, mmsi=np.full(len(reports), 211_000_000))
+    true = np.interp(reports.time, voyage.time, np.unwrap(voyage.cog))
     found = np.empty((2, 3))
     for k, aid in enumerate(((), ("sog", "cog"))):
-        motion = steerway.estimate(said, aid=aid)
-        error = wrap_array(motion.cog - true)[said.time > FAST.settling]
+        motion = steerway.estimate(reports, aid=aid)
+        error = wrap_array(motion.cog - true)[reports.time > FAST.settling]
         known = np.isfinite(error)
         found[k] = np.sum(error[known] ** 2), known.sum(), np.mean(np.abs(error[known]) > math.pi / 2.0) > 0.2
     return found
@@ -85,7 +85,7 @@ def _reported(seed, interval) -> np.ndarray:
 
 def measured(seeds, first_seed, progress) -> dict[str, np.ndarray]:
     """Key → (runs, …)."""
-    runs = over_seeds(one, range(first_seed, first_seed + (seeds or SEEDS)), progress=progress)
+    runs = over_seeds(one, seeds_from(first_seed, seeds, SEEDS), progress=progress)
     return {key: np.array([run[key] for run in runs]) for key in runs[0]}
 
 

@@ -16,7 +16,7 @@ from steerway_studies.estimator_limits.cells import CELLS, PLACES, QUANTITIES, W
 from steerway_studies.estimator_limits.particles import begun, in_plane, particle_filter
 from steerway_studies.estimator_limits.scenarios import sail, straight_and_turning
 from steerway_studies.estimator_limits.statistics import errors, over_runs
-from steerway_studies.study import Results
+from steerway_studies.study import Results, seeds_from
 
 SEEDS = 30
 HISTORIES = {"o05": 300, "o25": 300}
@@ -63,7 +63,7 @@ def changed(scenario, change):
 
 
 def _weighed(voyage, fixes, profile, scenario, histories, seed):
-    models = profile.manners()
+    models = profile.modes()
     start = begun(voyage, models, seed)
     means, _ = particle_filter(in_plane(fixes), start, models, 1.0 / scenario.rate, histories, seed)
     return sums(np.square(errors(*means[:, 2:].T, voyage)), straight_and_turning(scenario, voyage))
@@ -71,7 +71,7 @@ def _weighed(voyage, fixes, profile, scenario, histories, seed):
 
 def measured(seeds, first_seed, progress) -> dict[str, np.ndarray]:
     """Cell and change → (runs, 2, 2, 5)."""
-    runs = over_seeds(one, range(first_seed, first_seed + (seeds or SEEDS)), progress=progress)
+    runs = over_seeds(one, seeds_from(first_seed, seeds, SEEDS), progress=progress)
     return {key: np.array([run[key] for run in runs]) for key in runs[0]}
 
 

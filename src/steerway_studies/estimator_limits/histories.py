@@ -3,7 +3,7 @@
 A Markov chain walks over the histories: it moves a change of mode, inserts a stretch of the other mode or removes one
 (reversible jumps, P. J. Green, Biometrika 82(4), 1995), as likely as the record and the dwell times make it. Every
 history that is kept is smoothed as if it were known, and the mean is the optimum for unknown modes. Too
-slow for a product; it says how much is left to gain.
+slow for a product; it shows how much is left to gain.
 """
 
 import math

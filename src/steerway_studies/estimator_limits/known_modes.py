@@ -1,7 +1,7 @@
 """Whether the filter is consistent, and what the form of its correction gains: filters with known modes.
 
 The filter that knows when turns begin and end has nothing to find out: its NEES has to be right, straight and in
-turns. The form of a correction is that of a pose in the plane (`mixture.turn_along`) or the textbook's, which adds a
+turns. The form of a correction is that of a pose in the plane (`rotate_correction`) or the textbook's, which adds a
 gain times the innovation to every state.
 """
 
@@ -54,9 +54,9 @@ def one(name: str, seed: int) -> dict[str, np.ndarray]:
     """`sums` by form and kind of filter on one voyage of a cell, and the NEES of the filter with known modes."""
     cell = CELLS[name]
     voyage, fixes = cell.sailed(seed)
-    models, places, dt = cell.profile.manners(), in_plane(fixes), 1.0 / cell.scenario.rate
+    models, places, dt = cell.profile.modes(), in_plane(fixes), 1.0 / cell.scenario.rate
     average = models.copy()
-    average[:, :LEAVING] = cell.profile.on_average.model()[:LEAVING]  # whichever mode she is said to be in
+    average[:, :LEAVING] = cell.profile.on_average.parameters()[0, :LEAVING]  # the same motion model in both modes
     start, poor = begun(voyage, models, seed), begun(voyage, models, seed, POOR_COURSE_STD)
     places_sailed = straight_and_turning(cell.scenario, voyage)
     early = [(voyage.time > 0.0) & (voyage.time <= EARLY)] * 2

@@ -1,4 +1,4 @@
-"""What the numbers say, in words."""
+"""Conclusions from the numbers."""
 
 from steerway_studies.estimator_limits.cells import CELLS, WHAT
 from steerway_studies.estimator_limits.held import CHANGES
@@ -85,7 +85,7 @@ def _form(numbers):
 
 _SLOW = ("o05", "o25")
 _PLAIN = [
-    "P1's ship counts as straight while her course changes by less than 1° a minute; a table has other limits. The "
+    "P1's ship counts as straight while its course changes by less than 1° a minute; a table has other limits. The "
     "printed filter has P1's tuning (α1 = 1e-5, α2 = 0.2 1/s). P1's receiver has no white noise but a random walk; as "
     "it comes, motion and receiver are fitted together to the voyage itself.",
     "Intervals are over runs, since the rows of a run err alike.",

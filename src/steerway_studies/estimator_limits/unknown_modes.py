@@ -37,7 +37,7 @@ def one(name: str, seed: int) -> dict[str, np.ndarray]:
     """`sums` of each way to estimate a voyage of a cell, and of the NEES of (U, χ, ω)."""
     cell = CELLS[name]
     voyage, fixes = cell.sailed(seed)
-    models, places, dt = cell.profile.manners(), in_plane(fixes), 1.0 / cell.scenario.rate
+    models, places, dt = cell.profile.modes(), in_plane(fixes), 1.0 / cell.scenario.rate
     start = begun(voyage, models, seed)
     masks = straight_and_turning(cell.scenario, voyage)
 

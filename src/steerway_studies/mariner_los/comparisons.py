@@ -155,7 +155,7 @@ def _lyapunov(results):
     results.compare(
         "lyapunov_ideal_difference", ideal.relative_error, what, "", "0", "≤ 0.001", ideal.relative_error <= 1e-3
     )
-    for key, approach, where in (("ideal", ideal, "on the desired course"), ("ship", ship, "of the ship herself")):
+    for key, approach, where in (("ideal", ideal, "on the desired course"), ("ship", ship, "of the ship")):
         value = approach.falling_pct
         what = f"part of the approach {where} on which V falls, to 1 m from the path"
         results.compare(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.control import AnglePID, Helm, Rudder, place_poles
+from steerway.control import AnglePID, Autopilot, Rudder, place_poles
 from steerway.core import LegState
 from steerway.estimation.course import AtFaceValue
 from steerway.guidance import LineOfSight, LowPass, Mission, Route
@@ -86,7 +86,7 @@ def _desired(error):
 
 
 def _ship(duration=1500.0):
-    helm = Helm(AnglePID(place_poles(*MARINER_NOMOTO, bandwidth=BANDWIDTH, limit=RUDDER.high)), LowPass(LOW_PASS))
+    helm = Autopilot(AnglePID(place_poles(*MARINER_NOMOTO, bandwidth=BANDWIDTH, limit=RUDDER.high)), LowPass(LOW_PASS))
     mission = Mission(Route([0.0, 50e3], [0.0, 0.0]))
     pilot = Pilot(AtFaceValue(), mission, LineOfSight(LOOKAHEAD), helm, Rudder(RUDDER.high), cruise=CRUISE_SPEED)
     run = sail(Mariner(), pilot, Truth(), duration, STEP, start=(0.0, OFFSET, 0.0))

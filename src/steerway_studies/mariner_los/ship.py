@@ -1,11 +1,11 @@
-"""P1's ship on her route: the set-up of section 4, sailed on true states, the printed filter or the product's."""
+"""P1's ship on its route: the set-up of section 4, sailed on true states, the printed filter or the product's."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.control import AnglePID, Helm, Rudder, place_poles
+from steerway.control import AnglePID, Autopilot, Rudder, place_poles
 from steerway.core import leg_direction, markov_std, rms, track_errors, wrap_array
 from steerway.estimation import FiveStateFilter, Profile
 from steerway.estimation.course import AtFaceValue, FilterEstimator
@@ -82,7 +82,7 @@ def product_profile(noise: float) -> Profile:
 
 
 def printed_filter() -> Ekf5States:
-    """P1 §4's tuning, started where nothing is said of speed and course: at zero."""
+    """P1 §4's tuning, started at zero speed and course, which the paper leaves open."""
     return Ekf5States(STEP, 1, "NED", [1e-5, 1e-5], [0.1, 0.1], alpha_1=1e-5, alpha_2=0.2)
 
 
@@ -91,10 +91,10 @@ def voyage(case: Case) -> tuple[Run, Mission]:
     mission = Mission(route(case.turned))
     autopilot = AnglePID(place_poles(*MARINER_NOMOTO, bandwidth=BANDWIDTH, limit=RUDDER.high))
     if case.feedback == "printed":
-        helm = Helm(autopilot, LowPass(case.low_pass), AlwaysByCourse())
+        helm = Autopilot(autopilot, LowPass(case.low_pass), AlwaysByCourse())
         estimator = PrintedEstimator(printed_filter())
     else:
-        helm = Helm(autopilot, LowPass(case.low_pass))
+        helm = Autopilot(autopilot, LowPass(case.low_pass))
         filtered = case.feedback == "product"
         estimator = FilterEstimator(FiveStateFilter(product_profile(case.noise))) if filtered else AtFaceValue()
     instruments = Truth() if case.feedback == "truth" else Suite(receiver(case.noise))

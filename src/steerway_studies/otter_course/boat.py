@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from steerway.control import OTTER_PROPELLERS, AnglePID, AnglePIDGains, Helm, place_poles
+from steerway.control import OTTER_PROPELLERS, AnglePID, AnglePIDGains, Autopilot, place_poles
 from steerway.core import wrap
 from steerway.estimation import FiveStateFilter, Profile
 from steerway.estimation.course import FilterEstimator
@@ -35,7 +35,7 @@ PRINTED_DERIVATIVE = 0.889  # s; (68) rounds it
 PRODUCT_MOTION = {"speed_noise": 1e-2, "course_rate_noise": 1e-2, "course_rate_decay": 0.1}
 """What the product's filter supposes of the boat: α2 as in P0, densities such that it carries 1 rad/s at 0.1 m."""
 RUN_IN = 60.0
-"""s on course 0 before the command: a boat that knows her course gets it."""
+"""s on course 0 before the command: by then the course is known."""
 
 
 def boat() -> Otter:
@@ -126,7 +126,7 @@ def steered_by_product(noise: float, bandwidth: float, yaw: YawModel | None, see
         FilterEstimator(FiveStateFilter(product_profile(noise))),
         Mission(Route([0.0, 10e3], [0.0, 0.0])),
         Ordered(run_in),
-        Helm(AnglePID(gains), ReferenceModel(REFERENCE_BANDWIDTH)),
+        Autopilot(AnglePID(gains), ReferenceModel(REFERENCE_BANDWIDTH)),
         OTTER_PROPELLERS,
         SteadyForce(FORCE),
         cruise=SPEED,

@@ -176,5 +176,5 @@ REMARKS = [
     "the pair from −ω_n to −0.59 and −1.28 ω_n. Unwinding: the error of (54) is wrapped, so that no turn is longer "
     "than 180°; at 180° itself the moment jumps, which is why stability is not global.",
     "On the real logs the printed filter's numbers hold its start, from U = 0 and χ = 0, and its spikes where fixes "
-    "are missing; in between it says what the receiver says, as the figures show.",
+    "are missing; in between it agrees with the receiver, as the figures show.",
 ]

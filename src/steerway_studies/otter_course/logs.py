@@ -1,8 +1,8 @@
-"""P0 sections 6–7 on real logs: estimates beside what the receiver says, drawn like figures 7–11.
+"""P0 sections 6–7 on real logs: estimates compared with the receiver, drawn like figures 7–11.
 
 The papers' own logs are not public. These are three of other boats: a motor boat turning at 4 m/s with 5 Hz fixes in
-place of the Mariner USV, a sailing boat and a kayak at the Otter's speed. What receivers say is filtered and
-late: it is no truth, as the paper says of its own.
+place of the Mariner USV, a sailing boat and a kayak at the Otter's speed. SOG and COG of receivers are filtered and
+late: they are no truth, as the paper notes of its own.
 """
 
 import math
@@ -119,14 +119,14 @@ def _add(results, log, fixes):
         _signals(fixes, ours, printed),
         caption
         + f"Speed and course over ground by the product's filter (profile {profile.name}), by the printed one with "
-        "the paper's tuning, and by the receiver. At rest course is not defined: the product says nothing there.",
+        "the paper's tuning, and by the receiver. At rest course is not defined: the product gives none.",
     )
 
 
 def as_printed(fixes: Fixes, process_noise) -> Motion:
     """P0 Appendix A in latitude and longitude, predicting at 50 Hz, over a log; one row a fix.
 
-    Folded to U ≥ 0 for the comparison only: where the filter has taken the mirrored solution, it says the same motion.
+    Folded to U ≥ 0 for the comparison only: the mirrored solution that the filter may take is the same motion.
     """
     fixes = fixes.rows(fixes.has_position)
     ekf = Ekf5States(STEP, None, "LL", process_noise, [1e-8, 1e-8])
@@ -160,12 +160,12 @@ def _signals(fixes, ours, printed):
     figure = Figure(figsize=(11.0, 6.5), layout="constrained")
     speed, course = figure.subplots(2, 1, sharex=True)
     began = ours.time[0]
-    said = fixes.rows(np.isfinite(fixes.sog) | np.isfinite(fixes.cog))
+    reports = fixes.rows(np.isfinite(fixes.sog) | np.isfinite(fixes.cog))
     for motion, name, colour, width in ((printed, "printed filter", BAD, 0.8), (ours, "product filter", OURS, 1.4)):
         speed.plot(motion.time - began, motion.sog, color=colour, linewidth=width, label=name)
         course.plot(motion.time - began, _lifted(motion.cog), color=colour, linewidth=width, label=name)
-    speed.plot(said.time - began, said.sog, ".", color=THEIRS, markersize=2.5, label="receiver")
-    course.plot(said.time - began, np.degrees(np.mod(said.cog, 2 * np.pi)), ".", color=THEIRS, markersize=2.5)
+    speed.plot(reports.time - began, reports.sog, ".", color=THEIRS, markersize=2.5, label="receiver")
+    course.plot(reports.time - began, np.degrees(np.mod(reports.cog, 2 * np.pi)), ".", color=THEIRS, markersize=2.5)
     speed.set_ylabel("SOG (m/s)")
     speed.set_ylim(0.0, 1.5 * np.nanquantile(ours.sog, 0.99))
     course.set_ylabel("COG (°)")

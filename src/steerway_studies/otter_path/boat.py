@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.control import OTTER_GENTLY
 from steerway.core import rms, wrap, wrap_array
 from steerway.estimation import FiveStateFilter, Profile
 from steerway.estimation.course import FilterEstimator
@@ -13,7 +12,7 @@ from steerway.guidance import AdaptiveLineOfSight, IntegralLineOfSight, LineOfSi
 from steerway.pilot import Pilot
 from steerway.sensors import Compass, Suite, white
 from steerway.simulation import Run, Start, sail
-from steerway.vessels import Current, Environment, Otter
+from steerway.vessels import OTTER_BOAT_FOR_SMALL_MOMENTS, Current, Environment, Otter
 
 LEG, JUDGED = 400.0, (150.0, 380.0)
 SEA = Environment(Current(0.3, math.pi / 2.0), force=(0.0, 5.0))
@@ -40,12 +39,12 @@ CASES = (
 
 def sailed(case: Case, seed: int) -> Run:
     """One leg."""
-    boat = OTTER_GENTLY
+    boat = OTTER_BOAT_FOR_SMALL_MOMENTS
     pilot = Pilot(
         FilterEstimator(FiveStateFilter(Profile(position_std=case.noise, **FILTER))),
         Mission(Route([0.0, LEG], [0.0, 0.0], 1.0)),
         _law(case),
-        boat.helm(TrackingFilter(2.0)),
+        boat.autopilot(TrackingFilter(2.0)),
         boat.propulsion,
         boat.speed_loop(),
         cruise=case.speed,

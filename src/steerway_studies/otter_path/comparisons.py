@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 
-from steerway.control import OTTER_GENTLY, carried_bandwidth
+from steerway.control import carried_bandwidth
 from steerway.core import rms
+from steerway.vessels import OTTER_BOAT_FOR_SMALL_MOMENTS
 from steerway_studies.otter_path.boat import FILTER, LOOKAHEAD, NOISES, RATE, Case
 
 
@@ -78,7 +79,7 @@ def _others(results, legs):
 
 
 def _remarks(results, n):
-    boat = OTTER_GENTLY
+    boat = OTTER_BOAT_FOR_SMALL_MOMENTS
     carried = {
         (noise, speed): carried_bandwidth(speed, FILTER["course_rate_noise"], noise, 1.0 / RATE)
         for noise in NOISES
@@ -87,11 +88,11 @@ def _remarks(results, n):
     slowest = min(carried, key=carried.get)
     results.remarks += [
         f"{n} noise seeds a case. One filter tuning and one autopilot serve all of them: ω_n = {boat.bandwidth:g} "
-        f"rad/s on K = {boat.nomoto_gain:g}, T = {boat.nomoto_time:g} s, what small moments do to her at 1.3 m/s. "
+        f"rad/s on K = {boat.nomoto_gain:g}, T = {boat.nomoto_time:g} s, as identified with small moments at 1.3 m/s. "
         f"In the worst case ({slowest[0]:g} m, {slowest[1]:g} m/s) the estimate carries {carried[slowest]:.2f} rad/s.",
         "With the published K = 0.0242, T = 1 s the lowest bandwidth that pole placement allows is 0.5 rad/s; the boat "
         "then swings with fixes of 0.5 m (RMS 0.3 to 0.7 m).",
-        "She starts on the leg at her speed, heading along it: the crab angle has to be found. Heading, integral and "
+        "The boat starts on the leg at speed, heading along it: the crab angle has to be found. Heading, integral and "
         "adaptive guidance have a compass of 0.5° at 10 Hz; course guidance has none.",
         "The speed is held over ground; the error is that of the true position.",
     ]

@@ -14,9 +14,9 @@ class PrintedEstimator:
     def __init__(self, ekf: Ekf5States):
         self.ekf = ekf
 
-    def step(self, measurements: Measurements, dt: float) -> Estimate:
+    def step(self, readings: Measurements, dt: float) -> Estimate:
         """The filter's state; `dt` is the h that it was made with. The speed may be negative, as the paper lets it."""
-        north, east, speed, course, rate = self.ekf.step(measurements.north, measurements.east).tolist()
+        north, east, speed, course, rate = self.ekf.step(readings.north, readings.east).tolist()
         return Estimate(north, east, speed, wrap(course), rate, *_UNSAID)
 
 

@@ -38,6 +38,7 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     lost = sail(World(compass=TRUE_TCM2), nominal(), first_seed)
     results.figures |= figures.all_figures(lost, weighted, navigator, reference, traces, circuits, unseen, worlds)
     results.remarks += comparisons.REMARKS
+    step(1.0, "done")
     return results
 
 

@@ -20,7 +20,7 @@ SECONDS = 860
 
 
 def decoding(results):
-    """What the decoded matrices say."""
+    """Gains, limits and offsets of the decoded matrices."""
     for key, model, published, target in (
         ("dc_gain_nominal", TCM2, "1", 0.99997),
         ("dc_gain_true_shift_exact", TCM2.scaled(1.005), "", 1.2778),
@@ -150,7 +150,7 @@ def widths(results, voyage) -> dict[str, np.ndarray]:
 
 
 def tautology(results, seed):
-    """The weighted estimate with the ideal weight, in the loop; returns its voyage and what the bounds said (rad)."""
+    """The weighted estimate with the ideal weight, in the loop; returns its voyage and the bounds (rad)."""
     navigator = WeightedBounds(IntervalFilter(interval_box(0.01, shift_too=False)), TRUE_TCM2)
     voyage = sail(World(), navigator, seed)
     low, high, weight, truth = np.array(navigator.record).T

@@ -67,7 +67,7 @@ def rows_of_the_filter():
         if k == 50:
             filter.restore(kept)
         if k == 70:
-            filter.meet_receiver()
+            filter.change_receiver()
         said, nis, status = filter.row(
             dt, fixes.latitude[k], fixes.longitude[k], aids if k % 3 else None, 1.0 if k % 5 else 6.0
         )

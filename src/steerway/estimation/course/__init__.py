@@ -7,10 +7,9 @@ from steerway.core.on_demand import on_demand
 if TYPE_CHECKING:
     from steerway.estimation.course.comparison import Agreement, compare
     from steerway.estimation.course.filter import FiveStateFilter
-    from steerway.estimation.course.five_state import chord, set_step
-    from steerway.estimation.course.five_state import predict as predict_five_state
-    from steerway.estimation.course.mixture import turn_along
-    from steerway.estimation.course.model import (
+    from steerway.estimation.course.motion.five_state import chord, set_step
+    from steerway.estimation.course.motion.five_state import predict as predict_five_state
+    from steerway.estimation.course.motion.layout import (
         LEAVING,
         POSITION_VARIANCE,
         Q_LL,
@@ -28,10 +27,11 @@ if TYPE_CHECKING:
         START_SPEED_VARIANCE,
         TURN,
     )
+    from steerway.estimation.course.motion.models import transition
     from steerway.estimation.course.onboard import AtFaceValue, FilterEstimator
-    from steerway.estimation.course.position_update import correct, innovation, normalised_square
-    from steerway.estimation.course.prediction import Prediction, hindcast, predict
-    from steerway.estimation.course.smoothing import smoothing_step, transition
+    from steerway.estimation.course.smoothing.rauch_tung_striebel import smoothing_step
+    from steerway.estimation.course.update.invariant import rotate_correction
+    from steerway.estimation.course.update.position import correct, innovation, normalised_square
 
 __all__ = [
     "LEAVING",
@@ -54,18 +54,15 @@ __all__ = [
     "AtFaceValue",
     "FilterEstimator",
     "FiveStateFilter",
-    "Prediction",
     "chord",
     "compare",
     "correct",
-    "hindcast",
     "innovation",
     "normalised_square",
-    "predict",
     "predict_five_state",
+    "rotate_correction",
     "set_step",
     "smoothing_step",
     "transition",
-    "turn_along",
 ]
 __getattr__, __dir__ = on_demand(__name__)

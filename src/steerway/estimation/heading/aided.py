@@ -22,7 +22,7 @@ from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.linear_algebra import fill_lower
 from steerway.core.moved import formerly
-from steerway.estimation.course.aiding import take_scalar
+from steerway.estimation.course.update.aids import take_scalar
 from steerway.estimation.heading.composite import (
     A1,
     A2,

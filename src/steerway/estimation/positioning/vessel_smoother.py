@@ -13,7 +13,7 @@ from steerway.core.angles import wrap
 from steerway.core.arrays import Floats
 from steerway.core.checks import array_of
 from steerway.core.compiled import kernel
-from steerway.estimation.course.smoothing import ignore, smoothing_step
+from steerway.estimation.course.smoothing.rauch_tung_striebel import ignore, smoothing_step
 from steerway.estimation.positioning.low_speed import HEADING, advance_mean, spread, transition
 from steerway.estimation.positioning.vessel_filter import VesselFilter
 

@@ -8,7 +8,7 @@ from shaft speed as third instrument; the accelerometer is faulty when the best 
 import math
 from dataclasses import dataclass
 
-from steerway.estimation.course.aiding import SCALAR_GATE
+from steerway.estimation.course.update.outliers import AID_GATE
 from steerway.estimation.speed.fault_vote import FaultVote
 from steerway.estimation.speed.surge import BIAS, CURRENT, LEAK, SPEED, SurgeFilter, SurgeTuning
 
@@ -118,7 +118,7 @@ class SurgeFusion:
             if math.isnan(nis):
                 continue
             self._measured_at[which] = self._time
-            if nis <= SCALAR_GATE:
+            if nis <= AID_GATE:
                 self._refused[which] = math.nan
             elif math.isnan(self._refused[which]):
                 self._refused[which] = self._time

@@ -16,8 +16,8 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.estimation.course.aiding import correct_scalar
-from steerway.estimation.course.five_state import decay
+from steerway.estimation.course.motion.five_state import decay
+from steerway.estimation.course.update.aids import correct_scalar
 
 SPEED, BIAS, LEAK, CURRENT = range(4)
 STATES = 4
