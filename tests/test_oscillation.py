@@ -22,6 +22,7 @@ from steerway.estimation.course.motion.layout import (
     UNDER_WAY,
     empty_bank,
 )
+from steerway.estimation.course.motion.models import predict, transition
 from steerway.estimation.course.replay import run_rows
 from steerway.estimation.selection.parameters import MOTION, OSCILLATION
 from steerway.estimation.selection.stages import Evidence, fitted

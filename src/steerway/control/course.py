@@ -150,13 +150,13 @@ class AnglePID:
             gains.acceleration_feedforward,
         )
 
-    def restart(self):
+    def restart(self) -> None:
         """Forget the trim."""
         self.integral = 0.0
         self.command = 0.0
         self._excess = 0.0
 
-    def start(self, command: float, reference, angle: float, rate: float):
+    def start(self, command: float, reference: tuple[float, float, float], angle: float, rate: float) -> None:
         """Set the trim so that the first step on this reference and boat gives `command`, as far as limits allow."""
         self.command = command
         self.integral = 0.0
@@ -164,7 +164,7 @@ class AnglePID:
         self.integral = _within(command - free, self.gains.limit)
         self._excess = 0.0
 
-    def step(self, reference, angle: float, rate: float, dt: float) -> float:
+    def step(self, reference: tuple[float, float, float], angle: float, rate: float, dt: float) -> float:
         """Command for a boat at `angle` turning at `rate` (rad, rad/s); reference: (angle, rate, acceleration)."""
         gains = self._gains
         wanted, error = angle_pid(*reference, angle, rate, self.integral, *self._constants)
@@ -177,7 +177,7 @@ class AnglePID:
         self._excess = 0.0
         return self.command
 
-    def limited_to(self, achieved: float):
+    def limited_to(self, achieved: float) -> None:
         """What the actuators made of the last command; call it after `step` where something else limits."""
         self._excess = beyond(self.command, achieved)
 

@@ -73,7 +73,7 @@ class Shaper(Protocol):
 
     def start(self, angle: float, rate: float = 0.0, acceleration: float = 0.0): ...
 
-    def step(self, command, dt: float) -> tuple[float, float, float]: ...
+    def step(self, command: tuple[float, float, float], dt: float) -> tuple[float, float, float]: ...
 
 
 class Autopilot:
@@ -104,7 +104,7 @@ class Autopilot:
 
     def step(
         self,
-        command,
+        command: tuple[float, float, float],
         course: float,
         course_rate: float,
         heading: float,
@@ -132,11 +132,11 @@ class Autopilot:
         self._last = (angle, known_rate)
         return self.controller.step(self.shaper.step(command, dt), angle, rate, dt)
 
-    def limited_to(self, achieved: float):
+    def limited_to(self, achieved: float) -> None:
         """What the actuators achieved of the last output."""
         self.controller.limited_to(achieved)
 
-    def release(self):
+    def release(self) -> None:
         """Stop steering; the next step begins at the boat's own angle, with the trim learned so far."""
         self.hand_over.by_course = False
         self._steered_by = None

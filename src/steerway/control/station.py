@@ -38,7 +38,7 @@ class StationKeeper:
         self.gains = gains
         self.restart()
 
-    def restart(self):
+    def restart(self) -> None:
         """Reset the integral and the desired heading."""
         self.integral = (0.0, 0.0)
         self.heading = math.nan

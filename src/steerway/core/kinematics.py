@@ -65,21 +65,21 @@ SHORTLY = 1e-4
 
 
 @kernel
-def over_ground(surge, sway, heading):
+def over_ground(surge: float, sway: float, heading: float) -> tuple[float, float]:
     """North and east velocity of body velocities; P1 (1)–(2)."""
     c, s = math.cos(heading), math.sin(heading)
     return surge * c - sway * s, surge * s + sway * c
 
 
 @kernel
-def in_body(north_velocity, east_velocity, heading):
+def in_body(north_velocity: float, east_velocity: float, heading: float) -> tuple[float, float]:
     """Surge and sway of north and east velocities, of the current's for one: the inverse of P1 (1)–(2)."""
     c, s = math.cos(heading), math.sin(heading)
     return north_velocity * c + east_velocity * s, east_velocity * c - north_velocity * s
 
 
 @kernel
-def drift_angle(surge, sway):
+def drift_angle(surge: float, sway: float) -> float:
     """Crab angle of velocities over ground, P1 (7), or sideslip of those through the water, (10), in [−π, π).
 
     By atan2: the printed atan and asin are right ahead only.
@@ -88,7 +88,9 @@ def drift_angle(surge, sway):
 
 
 @kernel
-def turning_rate(north_velocity, east_velocity, north_acceleration, east_acceleration):
+def turning_rate(
+    north_velocity: float, east_velocity: float, north_acceleration: float, east_acceleration: float
+) -> float:
     """Course rate (rad/s) of a point over ground, P1 (28) without a detour over the crab angle; NaN at rest."""
     squared = north_velocity * north_velocity + east_velocity * east_velocity
     if squared == 0.0:

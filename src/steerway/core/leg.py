@@ -37,7 +37,7 @@ class Leg(NamedTuple):
     speed: float = math.nan  # desired, m/s
 
 
-UNKNOWN_LEG = Leg(*[math.nan] * 8)
+UNKNOWN_LEG = Leg(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
 
 
 @kernel

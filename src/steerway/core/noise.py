@@ -1,11 +1,15 @@
 """Random processes that instruments and the sea share, exact at any step: first-order Gauss–Markov and oscillator."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
+
+Seed = int | Sequence[int] | np.random.Generator | None
+"""What a random generator is made from; None for another one each time."""
 
 
 def markov_decay(time_constant: float, step: float) -> float:

@@ -25,6 +25,9 @@ STATUSES = ("ok", "predicted", "rejected", "no_course", "starting", "lost")
 REPORTED = ("position_std", "sog", "cog", "heading", "water_speed", "yaw_rate")
 """Columns that a receiver or instrument may report beside time and position."""
 
+Rows = slice | NDArray[np.bool_] | NDArray[np.integer]
+"""Chosen rows of a table: a slice, a mask or indices."""
+
 
 @dataclass(frozen=True, eq=False)
 class Table:
@@ -47,7 +50,7 @@ class Table:
         """(n,) bool: the rows with a position."""
         return np.isfinite(self.latitude) & np.isfinite(self.longitude)
 
-    def rows(self, chosen: slice | NDArray[np.bool_] | NDArray[np.integer]) -> Self:
+    def rows(self, chosen: Rows) -> Self:
         """The same table with the rows of a slice, mask or index array."""
         return replace(self, **{name: column[chosen] for name, column in self.columns().items()})
 

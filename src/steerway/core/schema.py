@@ -37,7 +37,7 @@ def one_of_kinds(tables: tuple[type[Table], ...]) -> Any:
     """The type of a field that holds one of several tables, selected by its key `kind`; the first is the default."""
     default = kind_of(tables[0])
 
-    def chosen(value) -> str:
+    def chosen(value: object) -> str:
         return value.get("kind", default) if isinstance(value, dict) else getattr(value, "kind", default)
 
     tagged = tuple(Annotated[table, Tag(kind_of(table))] for table in tables)

@@ -1,12 +1,13 @@
 """One sentence for what is wrong in a file of settings: the key's path, the value, and what was expected."""
 
 import difflib
+from collections.abc import Iterator, Sequence
 
 from pydantic import BaseModel, ValidationError
 
 from steerway.core.errors import InputError
 
-Location = tuple[str | int, ...]
+Location = Sequence[str | int]
 _EXPECTED = {
     "greater_than": "expected more than {gt}",
     "greater_than_equal": "expected at least {ge}",
@@ -67,24 +68,26 @@ def _path(location: Location) -> str:
     return text
 
 
-def _keys(wrong, holder) -> str:
+def _keys(wrong: str | int, holder: type[BaseModel]) -> str:
     """The keys there are in place of the wrong one, the nearest alone if it is near."""
     names = [field.alias or name for name, field in holder.model_fields.items()]
     near = difflib.get_close_matches(str(wrong), names, 1, 0.6)
     return f"perhaps {near[0]}" if near else "one of " + ", ".join(names)
 
 
-def _what(key, holder) -> str:
+def _what(key: str | int, holder: type[BaseModel]) -> str:
     field = holder.model_fields.get(str(key))
     return field.description if field is not None and field.description else "a value"
 
 
-def _located(location, model):
+def _located(location: Location, model: type[BaseModel]) -> tuple[list[str | int], type[BaseModel], str | int | None]:
     """The keys of pydantic's location, the model that holds the last of them, and the kind that selected this model.
 
     Where a field holds one of several models, the location has the kind as one more part.
     """
-    keys, holder, options, chosen = [], model, [model], None
+    keys: list[str | int] = []
+    holder, options = model, [model]
+    chosen: str | int | None = None
     for part in location:
         of_kind = [
             each for each in options if "kind" in each.model_fields and each.model_fields["kind"].default == part
@@ -103,7 +106,7 @@ def _located(location, model):
     return keys, holder, chosen
 
 
-def _models(annotation):
+def _models(annotation: object) -> Iterator[type[BaseModel]]:
     """The models in a type, however deep."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation

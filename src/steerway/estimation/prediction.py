@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from steerway.estimation.course.motion.layout import EAST, EMPTY, LATITUDE, LONG
 from steerway.estimation.course.replay import kept_rows
 from steerway.estimation.log_estimate import choose_profile
 from steerway.estimation.profiles import Profile
+
+if TYPE_CHECKING:
+    import polars as pl
 
 LONGEST_HORIZON = 3600.0
 """s"""
@@ -42,7 +46,7 @@ class Prediction(Table):
         axes = (np.sqrt(chi_square * (mean + spread)), np.sqrt(chi_square * np.maximum(mean - spread, 0.0)))
         return *axes, 0.5 * np.arctan2(self.covariance, half)
 
-    def to_frame(self):
+    def to_frame(self) -> "pl.DataFrame":
         """A polars DataFrame: mmsi, time_s, horizon_s, lat_deg, lon_deg, deviations, correlation, the 95 % ellipse."""
         import polars as pl
 

@@ -5,9 +5,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import kernel
+from steerway.core.noise import Seed
 from steerway.core.schema import NotNegative, Number, Rate
 from steerway.sensors.instrument import Instrument
 from steerway.sensors.table import InstrumentTable
@@ -26,11 +28,11 @@ class Compass:
     instrument: Instrument = HALF_A_DEGREE
     deviation: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
-    def start(self, seed) -> "CompassStream":
+    def start(self, seed: Seed) -> "CompassStream":
         """The compass switched on. `seed`: an int or a numpy Generator."""
         return CompassStream(self, seed)
 
-    def measured(self, time, heading, seed) -> tuple[np.ndarray, np.ndarray]:
+    def measured(self, time: ArrayLike, heading: ArrayLike, seed: Seed) -> tuple[np.ndarray, np.ndarray]:
         """Times and headings in [−π, π) of a whole record of true headings (n,)."""
         heading = np.asarray(heading, dtype=np.float64)
         read = heading + deviation(heading, *self.deviation)

@@ -4,7 +4,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from steerway.core.noise import Seed
 from steerway.core.schema import NotNegative, Number, Rate
 from steerway.sensors.instrument import Instrument
 from steerway.sensors.table import InstrumentTable
@@ -22,11 +24,13 @@ class DopplerLog:
 
     instrument: Instrument = FIVE_CENTIMETRES
 
-    def start(self, seed) -> "DopplerStream":
+    def start(self, seed: Seed) -> "DopplerStream":
         """The log switched on. `seed`: an int or a numpy Generator."""
         return DopplerStream(self, seed)
 
-    def measured(self, time, surge, sway, seed) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def measured(
+        self, time: ArrayLike, surge: ArrayLike, sway: ArrayLike, seed: Seed
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Times, surge and sway of a whole record of true velocities (n,)."""
         along, across = np.random.default_rng(seed).spawn(2)
         time_read, surge = self.instrument.measured(time, surge, along)

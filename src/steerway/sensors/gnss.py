@@ -15,11 +15,14 @@ from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.earth import displaced_all
 from steerway.core.errors import InputError
+from steerway.core.noise import Seed
 from steerway.core.records import Fixes
 from steerway.core.schema import NotNegative, Positive, Rate, Table, Triple
 from steerway.sensors.clock import SLACK, Clock, epochs
@@ -77,24 +80,24 @@ class Gnss:
         if len(self.lever_arm) != 3:
             raise InputError(f"gnss.lever_arm is {self.lever_arm}, expected (forward, starboard, down) in m")
 
-    def start(self, seed) -> "GnssStream":
+    def start(self, seed: Seed) -> "GnssStream":
         """The receiver as a stream, step by step. `seed`: an int or a numpy Generator."""
         return GnssStream(self, seed)
 
     def fixes(
         self,
-        time,
-        north,
-        east,
-        seed,
+        time: Floats,
+        north: Floats,
+        east: Floats,
+        seed: Seed,
         *,
-        roll=0.0,
-        pitch=0.0,
-        heading=0.0,
-        north_velocity=np.nan,
-        east_velocity=np.nan,
-        origin=(0.0, 0.0),
-        source="simulated GNSS",
+        roll: ArrayLike = 0.0,
+        pitch: ArrayLike = 0.0,
+        heading: ArrayLike = 0.0,
+        north_velocity: ArrayLike = np.nan,
+        east_velocity: ArrayLike = np.nan,
+        origin: tuple[float, float] = (0.0, 0.0),
+        source: str = "simulated GNSS",
     ) -> Fixes:
         """The fixes of a whole record of true motion: arrays (n,) or scalars in, SI and radians.
 

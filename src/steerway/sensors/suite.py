@@ -1,12 +1,14 @@
 """The instruments aboard as one: true motion in, measurements out."""
 
 import math
+from typing import Any
 
 import numpy as np
 
 from steerway.core.checks import one_of
 from steerway.core.estimate import NO_MEASUREMENTS, Measurements
 from steerway.core.kinematics import GroundMotion, WaveMotion
+from steerway.core.noise import Seed
 from steerway.sensors.gnss import Gnss
 from steerway.sensors.kinds import INSTRUMENTS
 
@@ -18,7 +20,7 @@ class Suite:
     Raises InputError for an unknown name.
     """
 
-    def __init__(self, gnss: Gnss, *in_order, **named):
+    def __init__(self, gnss: Gnss, *in_order: Any, **named: Any):
         for name in named:
             one_of("instrument", name, tuple(INSTRUMENTS))
         given = dict(zip(INSTRUMENTS, in_order, strict=False)) | named
@@ -30,7 +32,7 @@ class Suite:
             raise AttributeError(f"a suite has no attribute {name!r}")
         return self.aboard.get(name)
 
-    def start(self, seed) -> "SuiteStream":
+    def start(self, seed: Seed) -> "SuiteStream":
         """Everything switched on. `seed`: an int or a numpy Generator; each instrument draws numbers of its own."""
         return SuiteStream(self, seed)
 
@@ -73,7 +75,7 @@ class SuiteStream:
 class Truth:
     """Instruments that show the true motion at every step: for control on true states."""
 
-    def start(self, seed) -> "Truth":
+    def start(self, seed: Seed) -> "Truth":
         """Nothing is drawn."""
         return self
 

@@ -16,6 +16,8 @@ from steerway.core.errors import InputError
 from steerway.core.estimate import Estimate, Measurements
 from steerway.core.kinematics import GroundMotion
 from steerway.core.leg import LegState
+from steerway.core.noise import Seed
+from steerway.core.records import Rows
 from steerway.pilot import Orders, Pilot
 from steerway.vessels.environment import Environment, WaveMotion
 from steerway.vessels.vessel import Vessel
@@ -83,7 +85,7 @@ class Run:
         """(n,) course over ground, rad in [−π, π]."""
         return np.arctan2(self["true_east_velocity"], self["true_north_velocity"])
 
-    def rows(self, chosen) -> "Run":
+    def rows(self, chosen: Rows) -> "Run":
         """The same run with the rows of a slice, mask or index array."""
         return Run(self.time[chosen], self.values[chosen], self.command[chosen], self.state[chosen])
 
@@ -97,7 +99,7 @@ def sail(
     *,
     start: Start | tuple = Start(),  # noqa: B008
     environment: Environment = Environment(),  # noqa: B008
-    seed=0,
+    seed: Seed = 0,
     until: Callable[[Pilot], bool] = lambda pilot: pilot.finished,
     progress: Callable[[float], None] | None = None,
 ) -> Run:

@@ -8,9 +8,11 @@ State x y ψ u v r n (m, m, rad, m/s, m/s, rad/s, rev/s); u and v over ground al
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
 from steerway.vessels.actuators import Actuator, follow
@@ -38,17 +40,17 @@ class Caldas:
         self._machine = np.array([shaft.low, shaft.high, shaft.rate, shaft.lag, moment_limit])
         self._curve = (propeller or Propeller()).curve()
 
-    def start(self, north=0.0, east=0.0, heading=0.0, speed=0.0) -> np.ndarray:
+    def start(self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float = 0.0) -> np.ndarray:
         return np.array([north, east, heading, speed, 0.0, 0.0, 0.0], dtype=np.float64)
 
-    def step(self, state, command, conditions, step) -> np.ndarray:
+    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
         shaft, moment = command
         return _step(state, shaft, moment, self._machine, self._curve, conditions, step)
 
-    def motion(self, state, conditions) -> GroundMotion:
+    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
         return _motion(state, self._curve, conditions)
 
-    def rates(self, state, moment, conditions) -> np.ndarray:
+    def rates(self, state: Floats, moment: float, conditions: Floats) -> np.ndarray:
         """(7,) time derivative of the state for a yaw moment (N·m), the shaft held."""
         return _rates(np.asarray(state, dtype=np.float64), state[6], moment, self._curve, conditions)
 

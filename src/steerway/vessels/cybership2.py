@@ -8,8 +8,11 @@ ship in a marine control laboratory, Automatica 41(2).
 State N E ψ u v r: position in m, heading in rad, surge and sway through the water in m/s, yaw rate in rad/s.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.checks import one_of
 from steerway.core.compiled import kernel
 from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
@@ -55,18 +58,18 @@ class CyberShip2:
 
     actuators = THRUST
 
-    def __init__(self, identification="linear", method="rk4"):
+    def __init__(self, identification: str = "linear", method: str = "rk4"):
         self._nonlinear = one_of("cybership2.identification", identification, IDENTIFICATIONS) == "nonlinear"
         self._runge_kutta = checked_method(method)
 
-    def start(self, north=0.0, east=0.0, heading=0.0, speed=0.0) -> np.ndarray:
+    def start(self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float = 0.0) -> np.ndarray:
         return np.array([north, east, heading, speed, 0.0, 0.0], dtype=np.float64)
 
-    def step(self, state, command, conditions, step) -> np.ndarray:
+    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
         surge, sway, yaw = command
         return _step(state, surge, sway, yaw, self._nonlinear, conditions, step, self._runge_kutta)
 
-    def motion(self, state, conditions) -> GroundMotion:
+    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
         return _motion(state, self._nonlinear, conditions)
 
 

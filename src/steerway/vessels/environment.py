@@ -13,7 +13,7 @@ import numpy as np
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion, WaveMotion
-from steerway.core.noise import markov_decay, markov_step, oscillator, oscillator_step
+from steerway.core.noise import Seed, markov_decay, markov_step, oscillator, oscillator_step
 
 AIR_DENSITY = 1.225
 _BLOCK = 512  # steps drawn at once; the numbers do not depend on it
@@ -96,7 +96,7 @@ class Environment:
         if self.waves.damping >= 1.0:
             raise InputError(f"environment.waves.damping is {self.waves.damping}, expected less than 1")
 
-    def start(self, seed, step: float) -> "Sea":
+    def start(self, seed: Seed, step: float) -> "Sea":
         """The running sea, in steps of `step` s. `seed`: an int or a numpy Generator."""
         return Sea(self, seed, step)
 

@@ -10,12 +10,14 @@ amidships the ship turns slowly, as single-screw ships do.
 """
 
 import math
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
 
 from steerway.control.boats import Boat
 from steerway.control.rudder import Rudder
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import SHORTLY, GroundMotion, over_ground, turning_rate
@@ -105,23 +107,25 @@ class Mariner:
 
     actuators = (RUDDER,)
 
-    def __init__(self, cruise_speed=CRUISE_SPEED, method="rk4"):
+    def __init__(self, cruise_speed: float = CRUISE_SPEED, method: str = "rk4"):
         if not 0.0 < cruise_speed < math.inf:
             raise InputError(f"mariner.cruise_speed is {cruise_speed} m/s, expected more than 0")
         self.cruise_speed = float(cruise_speed)
         self._runge_kutta = checked_method(method)
 
-    def start(self, north=0.0, east=0.0, heading=0.0, speed=None) -> np.ndarray:
+    def start(
+        self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float | None = None
+    ) -> np.ndarray:
         state = np.zeros(7)
         state[0] = 0.0 if speed is None else speed - self.cruise_speed
         state[3], state[4], state[5] = north, east, heading
         return state
 
-    def step(self, state, command, conditions, step) -> np.ndarray:
+    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
         (rudder,) = command
         return _step(state, rudder, self.cruise_speed, conditions, step, self._runge_kutta)
 
-    def motion(self, state, conditions) -> GroundMotion:
+    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
         return _motion(state, self.cruise_speed, conditions)
 
 

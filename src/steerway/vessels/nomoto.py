@@ -4,6 +4,7 @@ State x y ψ r δ (m, m, rad, rad/s, the actuator's unit). δ is a rudder angle 
 """
 
 import math
+from collections.abc import Sequence
 from typing import Annotated, Literal
 
 import numpy as np
@@ -11,6 +12,7 @@ from pydantic import Field
 
 from steerway.control.boats import Boat
 from steerway.control.rudder import Rudder
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
@@ -42,7 +44,15 @@ class Nomoto:
     InputError when gain, time constant, speed, bias or method cannot be used.
     """
 
-    def __init__(self, gain, time_constant, speed, bias=0.0, actuator=IDEAL, method="rk4"):
+    def __init__(
+        self,
+        gain: float,
+        time_constant: float,
+        speed: float,
+        bias: float = 0.0,
+        actuator: Actuator = IDEAL,
+        method: str = "rk4",
+    ):
         if not (math.isfinite(gain) and gain != 0.0):
             raise InputError(f"nomoto.gain is {gain}, expected a number other than 0")
         if not 0.0 < time_constant < math.inf:
@@ -56,18 +66,20 @@ class Nomoto:
         self._parameters = np.array([gain, time_constant, speed, bias, *machine], dtype=np.float64)
         self._runge_kutta = checked_method(method)
 
-    def start(self, north=0.0, east=0.0, heading=0.0, speed=None) -> np.ndarray:
+    def start(
+        self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float | None = None
+    ) -> np.ndarray:
         """The state at rest in yaw; a `speed` other than the vessel's own raises InputError."""
         own = self._parameters[2]
         if speed is not None and speed != own:
             raise InputError(f"nomoto: start at {speed} m/s, expected its one speed of {own} m/s")
         return np.array([north, east, heading, 0.0, 0.0], dtype=np.float64)
 
-    def step(self, state, command, conditions, step) -> np.ndarray:
+    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
         (rudder,) = command
         return _step(state, rudder, self._parameters, conditions, step, self._runge_kutta)
 
-    def motion(self, state, conditions) -> GroundMotion:
+    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
         return _motion(state, self._parameters, conditions)
 
 

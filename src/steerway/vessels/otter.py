@@ -9,6 +9,7 @@ loop by the two propeller speeds (rad/s).
 """
 
 import math
+from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -18,6 +19,7 @@ from steerway.control.allocation import OTTER_PROPELLERS
 from steerway.control.boats import Boat
 from steerway.control.speed_pi import SpeedPIGains
 from steerway.control.station import StationGains
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, turning_rate
@@ -207,11 +209,11 @@ class Otter:
 
     def __init__(
         self,
-        payload_mass=0.0,
-        payload_position=(0.0, 0.0, 0.0),
-        edition="today",
-        propeller_lag=0.1,
-        method="rk4",
+        payload_mass: float = 0.0,
+        payload_position: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        edition: str = "today",
+        propeller_lag: float = 0.1,
+        method: str = "rk4",
     ):
         if not 0.0 <= propeller_lag < math.inf:
             raise InputError(f"otter.propeller_lag is {propeller_lag} s, expected 0 or more")
@@ -222,16 +224,16 @@ class Otter:
         self._lag = propeller_lag
         self._runge_kutta = checked_method(method)
 
-    def start(self, north=0.0, east=0.0, heading=0.0, speed=0.0) -> np.ndarray:
+    def start(self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float = 0.0) -> np.ndarray:
         state = np.zeros(14)
         state[0], state[6], state[7], state[11] = speed, north, east, heading
         return state
 
-    def step(self, state, command, conditions, step) -> np.ndarray:
+    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
         left, right = command
         return _step(state, left, right, self._lag, self._hull, conditions, step, self._runge_kutta)
 
-    def motion(self, state, conditions) -> GroundMotion:
+    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
         return _motion(state, self._hull, conditions)
 
 

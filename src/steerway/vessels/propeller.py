@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
@@ -66,7 +67,7 @@ def thrust_coefficient(advance, curve):
 
 
 @kernel
-def thrust(speed, shaft, curve):
+def thrust(speed: float, shaft: float, curve: Floats) -> float:
     """Thrust (N, or in the unit of the curve's gain) at a speed through the water (m/s) and a shaft speed (rev/s)."""
     if shaft == 0.0:
         return 0.0

@@ -9,10 +9,12 @@ course at 57° takes −8 rpm; the physical one has 1 there, and heading is an i
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, one_of
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
@@ -59,7 +61,7 @@ class Springer:
     Raises InputError for what cannot be used.
     """
 
-    def __init__(self, plant="physical", effectiveness=1.0, bias=0.0, speed=SPEED):
+    def __init__(self, plant: str = "physical", effectiveness: float = 1.0, bias: float = 0.0, speed: float = SPEED):
         one_of("springer.plant", plant, PLANTS)
         if not math.isfinite(effectiveness) or not math.isfinite(bias):
             raise InputError(f"springer: effectiveness {effectiveness} and bias {bias}, expected numbers")
@@ -69,25 +71,27 @@ class Springer:
         self.actuators = (Actuator("propeller difference", -limit, limit, rate),)
         self._parameters = np.array([*self.yaw.poles, *self.yaw.inputs, *self.yaw.outputs, bias, speed, limit, rate])
 
-    def start(self, north=0.0, east=0.0, heading=0.0, speed=None) -> np.ndarray:
+    def start(
+        self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float | None = None
+    ) -> np.ndarray:
         """The state at rest in yaw; a `speed` other than the vessel's own raises InputError."""
         own = self._parameters[7]
         if speed is not None and speed != own:
             raise InputError(f"springer: start at {speed} m/s, expected its one speed of {own} m/s")
         return np.array([north, east, heading / self.yaw.outputs[0], 0.0, 0.0, 0.0])
 
-    def step(self, state, command, conditions, step) -> np.ndarray:
+    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
         (difference,) = command
         return _step(state, difference, self._parameters, conditions, step)
 
-    def motion(self, state, conditions) -> GroundMotion:
+    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
         heading, speed = self.heading(state), self._parameters[7]
         north, east = over_ground(speed, 0.0, heading)
         velocity = (north + conditions[CURRENT_NORTH], east + conditions[CURRENT_EAST])
         course_rate = turning_rate(*velocity, -east * state[5], north * state[5])
         return GroundMotion(state[0], state[1], heading, *velocity, state[5], course_rate, speed, 0.0, 0.0, 0.0)
 
-    def heading(self, state) -> float:
+    def heading(self, state: Floats) -> float:
         """Heading (rad), unwrapped: it counts the turns made."""
         return self.yaw.outputs[0] * state[2] + self.yaw.outputs[1] * state[3]
 

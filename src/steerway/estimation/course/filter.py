@@ -2,9 +2,11 @@
 
 import math
 import warnings
+from collections.abc import Sequence
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel, lean_kernel
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Motion
@@ -135,7 +137,12 @@ class FiveStateFilter:
         _aid(self._bank, measured, self._parameters)
 
     def row(
-        self, dt: float, latitude=math.nan, longitude=math.nan, aids=None, position_std=math.nan
+        self,
+        dt: float,
+        latitude: float = math.nan,
+        longitude: float = math.nan,
+        aids: Sequence[float] | Floats | None = None,
+        position_std: float = math.nan,
     ) -> tuple[list[float], float, int]:
         """One row of `filter`, streaming: advance by dt, then take the measurements of that time.
 

@@ -6,6 +6,7 @@ the speed. Error states of the receiver rotate too, so that their sum with the p
 
 import math
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import lean_kernel
 from steerway.estimation.course.motion.layout import COURSE
 
@@ -14,7 +15,7 @@ _SMALL_ANGLE = 1e-6
 
 
 @lean_kernel
-def rotate_correction(x, p, before, g, pairs):
+def rotate_correction(x: Floats, p: Floats, before: Floats, g: int, pairs: int) -> None:
     """Turn a linear correction of the state `before` into x and P into one of a pose in the plane."""
     angle = x[COURSE] - before[COURSE]
     c, s = math.cos(angle), math.sin(angle)
