@@ -8,6 +8,7 @@ import pytest
 
 from steerway import InputError
 from steerway.control.course import place_poles
+from steerway.core.angles import wrap_array
 from steerway.formats.steering import read_steering
 from steerway.identification.interval import Interval, covariance
 from steerway.identification.yaw import YawModel, identify_yaw, identify_yaw_from_fixes
@@ -37,7 +38,7 @@ def manoeuvre(plant, kind="zigzag", sea=0.0, seed=0):
 def compass(heading, seed=1):
     """What a compass of 1° says, wrapped."""
     noisy = heading + math.radians(1.0) * np.random.default_rng(seed).standard_normal(len(heading))
-    return np.mod(noisy + math.pi, 2.0 * math.pi) - math.pi
+    return wrap_array(noisy)
 
 
 def assert_known(model, plant, within=0.05):

@@ -15,6 +15,7 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import array_of, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.statistics import rms
 from steerway.vessels.actuators import Actuator, follow
 from steerway.vessels.propeller import Propeller
 from steerway.vessels.surge import surge_step
@@ -122,7 +123,7 @@ def identify_surge(
     model = SurgeModel(linear_drag, quadratic_drag, thrust, propeller)
     std = _deviations(fit.jac, fit.fun)
     identified, verdict = _verdict(model, std, speed)
-    return SurgeIdentification(model, std, float(np.sqrt(np.mean(fit.fun**2))), identified, verdict)
+    return SurgeIdentification(model, std, rms(fit.fun), identified, verdict)
 
 
 def _checked(time: ArrayLike, speed: ArrayLike, shaft: ArrayLike) -> tuple[Floats, Floats, Floats]:
