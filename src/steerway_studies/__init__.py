@@ -13,6 +13,7 @@ MODULES = {
     "estimator-limits": "estimator_limits",
     "real-logs": "real_logs",
     "springer-mission": "springer_mission",
+    "unseen-logs": "unseen_logs",
 }
 """Study name → the module of this package whose STUDY it is; imported only when asked for."""
 
