@@ -9,8 +9,8 @@ import numpy as np
 from steerway_studies.unseen_logs.reference import Integral, Reference
 
 LAGS = np.arange(-80, 121) * 0.05  # s
-_SPAN = 2.0  # s
-_HALF_TURN = 1.0  # s of each of the displacements that a turn is told by
+_SPAN = 5.0  # s
+_HALF_TURN = 2.0  # s of each of the displacements that a turn is told by
 _WAY = 0.6  # m/s
 _LEAST_GAIN = 0.01
 _CLIP = 3.0
@@ -18,7 +18,7 @@ _FEWEST = 30
 
 
 def velocity_lag(reference: Reference, time, places) -> float:
-    """s by which the velocity is late, by displacements over two seconds or two fixes; 0 where it is not found.
+    """s by which the velocity is late, by displacements over five seconds or two fixes; 0 where it is not found.
 
     `reference` with its lag at 0; time: (n,) s; places: (n, 2) m. Without a course the ways are compared.
     """
@@ -40,7 +40,7 @@ def velocity_lag(reference: Reference, time, places) -> float:
 
 
 def rate_lag(reference: Reference, time, places) -> float:
-    """The same of its rate, by the turn from the displacement before a fix to the one behind it, a second each."""
+    """The same of its rate, by the turn from the displacement before a fix to the one behind it, two seconds each."""
     back = np.searchsorted(time, time - _HALF_TURN - 1e-6)
     ahead = np.searchsorted(time, time + _HALF_TURN - 1e-6)
     rows = np.flatnonzero((ahead < len(time)) & (time - time[back] < 1.5 * _HALF_TURN) & (back > 0))

@@ -7,6 +7,7 @@ import numpy as np
 
 from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, Said
 from steerway_studies.unseen_logs.recordings import Recording
+from steerway_studies.unseen_logs.reference import turned
 
 SETTLING = 20.0  # s, and
 SETTLING_FIXES = 10
@@ -82,11 +83,6 @@ def verdict(recording: Recording, said: Said, rows) -> Verdict:
 def rms(error) -> float:
     """NaN for fewer than 100 rows."""
     return float(np.sqrt(np.mean(error**2))) if len(error) >= FEWEST else math.nan
-
-
-def turned(angle):
-    """The angle in [−π, π)."""
-    return (angle + np.pi) % (2.0 * np.pi) - np.pi
 
 
 def right_refused(recording: Recording, refused) -> tuple[int, int]:

@@ -10,7 +10,7 @@ LEAD = (
     "Logs from public repositories, judged by the receiver's Doppler velocity or by a better instrument. The develop "
     "half may be looked at and tuned on; the report half only judges, and the numbers without a prefix are its own. "
     "The reference's lag is the one that brings the integral of its velocity closest to the displacements of the "
-    "positions over 2 s, without any filter's help, and is taken out for all contestants alike. Spikes of it "
+    "positions over 5 s, without any filter's help, and is taken out for all contestants alike. Spikes of it "
     "(above 30 m/s², or a stated accuracy above 1.5 m/s) are left out by the reference alone. Coverage counts the "
     "reference's white noise, from its third differences. COG and rate are judged above 0.6 m/s."
 )

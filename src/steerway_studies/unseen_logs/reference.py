@@ -76,8 +76,7 @@ class Reference:
         smaller than rounding makes it. An error that lasts over several rows is not in it: the true one is larger.
         """
         fast = np.where(self.sog > _WAY, self.sog, np.nan)
-        turn = (np.diff(self.cog) + np.pi) % (2.0 * np.pi) - np.pi
-        changes = np.diff(self.sog), turn * fast[1:], np.diff(self.rate)
+        changes = np.diff(self.sog), turned(np.diff(self.cog)) * fast[1:], np.diff(self.rate)
         return tuple(_white_noise(self.time, each) for each in changes)
 
 
@@ -100,6 +99,11 @@ class Integral:
         known = (begin >= time[0]) & (end <= time[-1]) & (self._holes[first] == self._holes[last])
         growth = np.interp(end, time, self._total) - np.interp(begin, time, self._total)
         return np.where(known, growth, np.nan)
+
+
+def turned(angle) -> np.ndarray:
+    """Angles of an array in [−π, π)."""
+    return (angle + np.pi) % (2.0 * np.pi) - np.pi
 
 
 def near(time, moments, reach) -> np.ndarray:
