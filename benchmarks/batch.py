@@ -10,8 +10,10 @@ from benchmarks.support import by_hand, ours
 from benchmarks.support.harness import Result, interleaved
 from benchmarks.support.record import winding
 from steerway.core.compiled import kernel
-from steerway.estimation.course.replay import Run, outputs
-from steerway.estimation.course.tracking import SPOKEN, track_many
+from steerway.estimation.course.motion.layout import empty_bank
+from steerway.estimation.course.replay import TrackOutput, run_track
+from steerway.estimation.course.tracking import OUTPUTS
+from steerway.estimation.course.update.aids import NO_AIDS
 
 _TRACKS, _ROWS, _ROUNDS = 10_000, 100, 7
 _SPINS = 20_000_000
@@ -19,7 +21,7 @@ _NUMBERS = (100, 1_000, 10_000, 100_000)
 
 
 class Batch:
-    """Tracks behind one another, and room for what is said of them."""
+    """Tracks behind one another, and room for their estimates."""
 
     def __init__(self, tracks):
         each = winding(_ROWS * 50)  # fifty tracks that start at different places, again and again
@@ -28,24 +30,16 @@ class Batch:
         self.bounds = np.arange(0, n + 1, _ROWS)
         self.time = np.tile(each.time, repeats)[:n]
         self.north, self.east = np.tile(each.north, repeats)[:n], np.tile(each.east, repeats)[:n]
-        self.run = Run(n)
-        self.said = np.empty((n, SPOKEN + 1))
-        self.no_doubts, self.no_aids = np.empty(0), np.empty((0, 5))
+        self.found = TrackOutput(n)
+        self.outputs = np.empty((n, OUTPUTS + 1))
+        self.no_scales = np.empty(0)
 
     def share(self, first, last):
         """Run tracks first to last."""
         rows = slice(self.bounds[first], self.bounds[last])
-        track_many(
-            self.bounds[first : last + 1] - self.bounds[first],
-            self.time[rows],
-            self.north[rows],
-            self.east[rows],
-            self.no_doubts,
-            self.no_aids,
-            False,
-            ours.MODEL,
-            *outputs(self.run, rows),
-        )
+        record = self.time[rows], self.north[rows], self.east[rows], self.no_scales, NO_AIDS, False
+        bounds = self.bounds[first : last + 1] - self.bounds[first]
+        run_track(bounds, record, ours.MODEL, empty_bank(ours.MODEL), self.found.arrays(rows))
 
     def all(self):
         self.share(0, len(self.bounds) - 1)
@@ -60,14 +54,14 @@ def run():
     contenders = {"ours": batch.all}
     if by_hand.Library.available():
         library = by_hand.Library()
-        contenders["C"] = lambda: library.tracks(batch.bounds, batch.time, batch.north, batch.east, batch.said)
+        contenders["C"] = lambda: library.tracks(batch.bounds, batch.time, batch.north, batch.east, batch.outputs)
     taken = interleaved(contenders, _ROUNDS)
     for name, seconds in taken.items():
         yield Result(f"{name}, {_TRACKS:,} tracks of {_ROWS} rows", 1e9 * seconds / len(batch.time), "ns a row")
     if "C" in taken:
-        spoken = np.column_stack([batch.run.spoken, batch.run.nis])
-        assert np.array_equal(np.isnan(spoken), np.isnan(batch.said))
-        yield Result("largest difference to C", float(np.nanmax(np.abs(spoken - batch.said))), "", at_most=1e-9)
+        rows = np.column_stack([batch.found.estimate, batch.found.nis])
+        assert np.array_equal(np.isnan(rows), np.isnan(batch.outputs))
+        yield Result("largest difference to C", float(np.nanmax(np.abs(rows - batch.outputs))), "", at_most=1e-9)
         yield Result(
             "ours / C (0.5 would take vectors across tracks)", taken["ours"] / taken["C"], "times", at_most=1.5
         )

@@ -1,4 +1,4 @@
-"""A vessel of two manners of moving by a receiver with two slow errors: a whole record at its fixes, on one core."""
+"""A vessel with two motion models and a receiver with two slow errors: a whole record at its fixes, on one core."""
 
 import numpy as np
 
@@ -24,10 +24,10 @@ def run():
     models = {
         "five states": PROFILE.model(),
         "five states, two slow errors": _with(_SLOW),
-        "two manners": _with(_TURNS),
-        "two manners, two slow errors": _with(_SLOW | _TURNS),
+        "two modes": _with(_TURNS),
+        "two modes, two slow errors": _with(_SLOW | _TURNS),
     }
-    targets = {"two manners, two slow errors": 3000.0}
+    targets = {"two modes, two slow errors": 3000.0}
     taken = interleaved(
         {name: lambda model=model: ours.whole_record(record, model) for name, model in models.items()}, _ROUNDS
     )

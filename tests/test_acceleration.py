@@ -9,11 +9,10 @@ from scipy.linalg import expm
 import steerway
 from steerway.core.records import Fixes
 from steerway.estimation import Profile, choose_profile, tune
-from steerway.estimation.course.acceleration import predict_accelerating as predict_underway
-from steerway.estimation.course.five_state import set_step
-from steerway.estimation.course.model import empty_memory
-from steerway.estimation.course.smoothing import transition
-from steerway.estimation.course.way import forget_manoeuvre
+from steerway.estimation.course.motion.five_state import set_step
+from steerway.estimation.course.motion.layout import STATES
+from steerway.estimation.course.motion.models import predict, transition
+from steerway.estimation.course.steerageway import reset_manoeuvre
 from tests.scenes import angle_error, sailed, straight
 
 SWELL = Profile(
@@ -27,11 +26,11 @@ SWELL = Profile(
 
 
 def predicted(x, p, dt, profile=SWELL):
-    model = profile.model()
-    step = np.empty((3, empty_memory(model).shape[1]))
-    set_step(step, dt, model)
+    parameters = profile.parameters()[0]
+    step = np.empty((3, int(parameters[STATES])))
+    set_step(step, dt, parameters)
     x, p = x.copy(), np.triu(p)
-    predict_underway(x, p, step, model)
+    predict(x, p, step, parameters)
     return x, np.triu(p) + np.triu(p, 1).T
 
 
@@ -67,9 +66,9 @@ def test_two_half_steps_are_one_step():
 
 def test_the_smoothers_transition_is_the_predictions_jacobian():
     x = np.array([0.0, 0.0, 4.0, 0.7, 0.05, 0.2])
-    model, step, f = SWELL.model(), np.empty((3, 6)), np.empty((6, 6))
-    set_step(step, 0.5, model)
-    transition(x, True, step, model, f)
+    parameters, step, f = SWELL.parameters()[0], np.empty((3, 6)), np.empty((6, 6))
+    set_step(step, 0.5, parameters)
+    transition(x, True, step, parameters, f)
     for j in range(6):
         nudge = 1e-6 * np.eye(6)[j]
         slope = (predicted(x + nudge, np.eye(6), 0.5)[0] - predicted(x - nudge, np.eye(6), 0.5)[0]) / 2e-6
@@ -130,10 +129,10 @@ def test_a_fix_of_uncertain_moment_is_believed_less_along_the_way_only(course):
     assert np.nanmean(steerway.estimate(sideways, unsure).nis[10:]) > 6.0
 
 
-def test_a_manoeuvre_is_forgotten_whole():
-    model = SWELL.model()
+def test_a_reset_leaves_no_correlation_of_the_manoeuvre():
+    parameters = SWELL.parameters()[0]
     x, p = np.ones(6), np.triu(np.ones((6, 6)))
-    forget_manoeuvre(x, p, model)
+    reset_manoeuvre(x, p, parameters)
     assert x[4] == x[5] == 0.0
     assert p[5, 5] == pytest.approx(0.3**2) and p[4, 4] == pytest.approx(SWELL.start_rate_std**2)
     assert (p[:4, 4:] == 0.0).all() and p[4, 5] == 0.0 and (p[:4, :4] == np.triu(np.ones((4, 4)))).all()

@@ -8,8 +8,8 @@ import pytest
 
 import steerway
 from steerway import FiveStateFilter, Fixes, Profile
-from steerway.estimation.course.accuracy import doubts_of
-from steerway.live.heard import rows_of
+from steerway.estimation.course.update.reported_accuracy import variance_scales_of
+from steerway.live.base.rows import rows_of
 from steerway.live.navigator import Navigator
 from tests.scenes import angle_error, turning
 
@@ -22,7 +22,7 @@ GOOD, BAD = 0.5, 5.0
 
 
 def doubted(said):
-    return doubts_of(np.zeros(2), np.asarray(said, float))
+    return variance_scales_of(np.zeros(2), np.asarray(said, float))
 
 
 def troubled(seed, duration=300.0, exaggerated=2.0):
@@ -124,7 +124,7 @@ def test_streaming_is_the_record(profile):
             estimator.update(fixes.latitude[k], fixes.longitude[k])
         else:
             estimator.update(fixes.latitude[k], fixes.longitude[k], said[k])
-        rows.append(estimator.said())
+        rows.append(estimator.output())
     ours = np.array(rows).T
     for name, column in zip(("latitude", "longitude", "sog", "cog", "course_rate"), ours, strict=False):
         np.testing.assert_allclose(column, getattr(record, name), rtol=1e-9, atol=1e-10, err_msg=name)
@@ -136,7 +136,7 @@ def heard(fixes, order=None, source="GP"):
 
 
 def sailed_by(navigator, rows):
-    return [said for row in rows for said in navigator.hear(row)]
+    return [said for row in rows for said in navigator.add(row)]
 
 
 @pytest.mark.parametrize("rate", [None, 20.0])

@@ -7,12 +7,12 @@ import pytest
 
 from steerway import FiveStateFilter, Fixes, Profile
 from steerway.core.angles import wrap
-from steerway.estimation.course.five_state import predict, set_step, turn_noise, turn_response
-from steerway.estimation.course.model import RATE_DECAY, SPEED_DECAY, empty_memory
-from steerway.estimation.course.position_update import correct, innovation
-from steerway.estimation.course.replay import Run, outputs
-from steerway.estimation.course.tracking import track
-from steerway.estimation.course.way import fold
+from steerway.estimation.course.motion.five_state import predict, set_step, turn_noise, turn_response
+from steerway.estimation.course.motion.layout import RATE_DECAY, SPEED_DECAY, empty_bank
+from steerway.estimation.course.replay import TrackOutput, run_track
+from steerway.estimation.course.steerageway import fold
+from steerway.estimation.course.update.aids import NO_AIDS
+from steerway.estimation.course.update.position import correct, innovation
 from tests.five_state_by_matrices import ExactTurn, responses, update
 
 PROFILE = Profile(speed_noise=2e-2, course_rate_noise=3e-3, course_rate_decay=0.3, position_std=0.2)
@@ -53,14 +53,14 @@ def test_a_prediction_is_dense_f_p_f_plus_q(dt, decays):
     for seed in range(5):
         x, p = some_state(seed)
         moved, f, q = dense(profile, dt).step(x)
-        x, p_after = predicted(x, p, dt, profile.model())
+        x, p_after = predicted(x, p, dt, profile.parameters()[0])
         np.testing.assert_allclose(x, moved, rtol=1e-12, atol=1e-12)
         np.testing.assert_allclose(p_after, f @ p @ f.T + q, rtol=1e-9, atol=1e-9 * np.abs(p_after).max())
 
 
 @pytest.mark.parametrize("dt", STEPS)
 def test_extra_states_decay_beside_the_five(dt):
-    model = RECEIVER_ERRS.model()
+    model = RECEIVER_ERRS.parameters()[0]
     left = math.exp(-dt / RECEIVER_ERRS.error_time)
     for seed in range(5):
         x, p = some_state(seed, 7)
@@ -91,7 +91,7 @@ def test_a_step_follows_the_arc():
     for _ in range(n):
         rates = [x[2] * math.cos(x[3]), x[2] * math.sin(x[3]), -0.05 * x[2], x[4], -profile.course_rate_decay * x[4]]
         x += dt / n * np.array(rates)
-    after, _ = predicted(start, np.eye(5), dt, profile.model())
+    after, _ = predicted(start, np.eye(5), dt, profile.parameters()[0])
     np.testing.assert_allclose(after, x, atol=2e-4)  # the chord takes the rate as constant: 1e-4 m here
 
 
@@ -125,12 +125,11 @@ def winding(n=1500, dt=0.2, seed=1):
 
 
 def tracked(north, east, time, profile=PROFILE):
-    """Rows of what the filter says (n, SPOKEN), and their NIS."""
-    model = profile.model()
-    run = Run(len(time))
-    rows = time, north, east, np.empty(0), np.empty((0, 5))
-    track(*rows, False, model, empty_memory(model), *outputs(run), np.empty((0, 1, 1)))
-    return run.spoken, run.nis
+    """Rows of the estimate (n, OUTPUTS), and their NIS."""
+    parameters, found = profile.parameters(), TrackOutput(len(time))
+    record = time, north, east, np.empty(0), NO_AIDS, False
+    run_track(np.array([0, len(time)]), record, parameters, empty_bank(parameters), found.arrays())
+    return found.estimate, found.nis
 
 
 def test_the_filter_is_the_dense_filter():
@@ -179,9 +178,9 @@ def test_rate_changes_nothing_on_a_straight(parts):
     x, p = some_state(3)
     x[RATE], p[RATE, :], p[:, RATE] = 0.0, 0.0, 0.0
     profile = PROFILE.model_copy(update={"course_rate_noise": 1e-30})
-    once = predicted(x, p, 1.0, profile.model())
+    once = predicted(x, p, 1.0, profile.parameters()[0])
     for _ in range(parts):
-        x, p = predicted(x, p, 1.0 / parts, profile.model())
+        x, p = predicted(x, p, 1.0 / parts, profile.parameters()[0])
     np.testing.assert_allclose(x, once[0], rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(p, once[1], rtol=1e-9, atol=1e-9)
 
@@ -195,9 +194,9 @@ def test_rate_changes_little_in_a_turn(parts):
     x, p = some_state(4)
     x[RATE] = 0.3
     p *= 1e-2
-    once = predicted(x, p, 0.2, PROFILE.model())
+    once = predicted(x, p, 0.2, PROFILE.parameters()[0])
     for _ in range(parts):
-        x, p = predicted(x, p, 0.2 / parts, PROFILE.model())
+        x, p = predicted(x, p, 0.2 / parts, PROFILE.parameters()[0])
     np.testing.assert_allclose(x, once[0], rtol=0.0, atol=1e-5)
     scale = np.sqrt(np.outer(np.diag(p), np.diag(p)))
     assert np.abs((p - once[1]) / scale).max() < 1e-3
@@ -241,7 +240,7 @@ def test_process_noise_is_positive_semidefinite(decay, decay_dt):
     dt = decay_dt / decay if decay else decay_dt
     profile = PROFILE.model_copy(update={"course_rate_decay": decay})
     for course in np.linspace(-3.0, 3.0, 7):
-        _, q = predicted(np.array([0.0, 0.0, 5.0, course, 0.1]), np.zeros((5, 5)), dt, profile.model())
+        _, q = predicted(np.array([0.0, 0.0, 5.0, course, 0.1]), np.zeros((5, 5)), dt, profile.parameters()[0])
         scale = np.sqrt(np.diag(q))
         assert np.linalg.eigvalsh(q / np.outer(scale, scale)).min() > -1e-9
 
@@ -266,7 +265,7 @@ def test_the_response_to_a_course_rate(decay_dt):
 def test_series_and_closed_form_meet():
     """On either side of the limit between them nothing jumps: of the decay of course rate, and of the half-turn."""
     x, p = some_state(8)
-    model = PROFILE.model()
+    model = PROFILE.parameters()[0]
     limit = 0.02 / PROFILE.course_rate_decay
     below, above = (predicted(x, p, limit * (1.0 + side), model) for side in (-1e-9, 1e-9))
     for one, other in zip(below, above, strict=True):
@@ -379,6 +378,6 @@ def test_a_turn_to_starboard_is_positive():
     assert said[-1, SPEED] == pytest.approx(3.0, rel=0.01)
 
 
-def test_the_model_has_the_decays_where_the_kernels_read_them():
-    model = PROFILE.model_copy(update={"speed_decay": 0.07}).model()
+def test_the_parameters_have_the_decays_where_the_kernels_read_them():
+    model = PROFILE.model_copy(update={"speed_decay": 0.07}).parameters()[0]
     assert (model[SPEED_DECAY], model[RATE_DECAY]) == (0.07, PROFILE.course_rate_decay)

@@ -12,10 +12,10 @@ from steerway.core.earth import displacement
 from steerway.core.records import Fixes
 from steerway.estimation import Profile
 from steerway.estimation.course.forecast import forecast
-from steerway.estimation.course.model import ADRIFT, MODE, UNDERWAY, empty_memory
-from steerway.estimation.course.prediction import Prediction, predict
+from steerway.estimation.course.motion.layout import LOW_SPEED, PHASE, UNDER_WAY, empty_bank
+from steerway.estimation.prediction import Prediction, predict
+from tests.command_line import run
 from tests.scenes import EPOCH, sailed, straight, turning
-from tests.test_cli import run
 
 WANDERING = Profile(
     speed_noise=5e-3,
@@ -27,13 +27,13 @@ WANDERING = Profile(
 )
 
 
-def remembered(profile, states, covariance, mode=UNDERWAY):
-    """Memory of a filter that knows this, and the model."""
-    model = profile.model()
-    memory = empty_memory(model)
-    n = memory.shape[1]
-    memory[:n], memory[n], memory[n + 1, MODE] = covariance, states, mode
-    return memory, model
+def filter_state(profile, states, covariance, phase=UNDER_WAY):
+    """State of a filter, and its parameters."""
+    parameters = profile.parameters()
+    block = empty_bank(parameters)[0]
+    n = block.shape[1]
+    block[:n], block[n], block[n + 1, PHASE] = covariance, states, phase
+    return block, parameters[0]
 
 
 @pytest.mark.parametrize("acceleration", [0.0, 0.04])
@@ -47,7 +47,7 @@ def test_mean_and_covariance_are_those_of_many_voyages(horizon, acceleration):
     covariance[1, 3] = covariance[3, 1] = 0.07
     covariance[0, 3] = covariance[3, 0] = -0.07
     covariance[3, 4] = covariance[4, 3] = 5e-5
-    north, east, nn, ne, ee = forecast(*remembered(profile, mean, covariance), horizon)
+    north, east, nn, ne, ee = forecast(*filter_state(profile, mean, covariance), horizon)
 
     rng = np.random.default_rng(0)
     x = np.zeros((8000, 6))
@@ -76,14 +76,14 @@ def test_predictions_turn_with_the_scene():
     ways = []
     for course in (0.3, 0.3 + math.pi / 2.0):
         mean = np.array([0.0, 0.0, 6.0, course, 0.01, 0.02])
-        ways.append(forecast(*remembered(WANDERING, mean, covariance), 200.0))
+        ways.append(forecast(*filter_state(WANDERING, mean, covariance), 200.0))
     (n1, e1, nn1, ne1, ee1), (n2, e2, nn2, ne2, ee2) = ways
     np.testing.assert_allclose([n2, e2, nn2, ne2, ee2], [-e1, n1, ee1, -ne1, nn1], rtol=1e-9)
 
 
 def test_a_vessel_without_way_stays_about():
     mean, covariance = np.zeros(6), np.diag([9.0, 9.0, 0.01, 0.01, 1e-5, 1e-3])
-    north, east, nn, ne, ee = forecast(*remembered(WANDERING, mean, covariance, ADRIFT), 600.0)
+    north, east, nn, ne, ee = forecast(*filter_state(WANDERING, mean, covariance, LOW_SPEED), 600.0)
     assert (north, east, ne) == (0.0, 0.0, 0.0)
     assert 20.0 < math.sqrt(nn) < 150.0 and nn == ee
 
@@ -191,7 +191,7 @@ def test_the_command(tmp_path):
     ("arguments", "told"),
     [
         (["predict", "LOG", "--horizon", "-1"], "horizon is -1"),
-        (["predict", "LOG", "-o", "where.gpx"], "expected .csv or .parquet"),
+        (["predict", "LOG", "-o", "where.gpx"], "expected one of .csv, .parquet"),
         (["profile", "show", "otterr"], "expected one of otter"),
         (["profile", "make", "LOG", "-o", "mine.yaml"], "expected .toml"),
     ],
@@ -219,9 +219,9 @@ def test_profiles_are_listed_shown_and_made(tmp_path):
 
 def test_the_solent(shared_data):
     """Better than dead reckoning on what is transmitted, and inside the ellipse as often as it says."""
-    from steerway_studies.ais_prediction import CHI_SQUARE, LOG, hindcast
+    from steerway_studies.ais_prediction import CHI_SQUARE, LOG, judged_predictions
 
-    found = hindcast(steerway.read(shared_data / "data" / LOG), horizons=(30.0, 120.0, 300.0, 600.0))
+    found = judged_predictions(steerway.read(shared_data / "data" / LOG), horizons=(30.0, 120.0, 300.0, 600.0))
     moving = found[(found[:, 1] >= 0.5) & np.isfinite(found[:, 3])]
     for horizon in (30.0, 120.0, 300.0, 600.0):
         rows = moving[moving[:, 0] == horizon]

@@ -8,7 +8,7 @@ import pytest
 
 import steerway
 from steerway.estimation.course.comparison import compare
-from steerway.estimation.selection.choice import suited
+from steerway.estimation.selection.select_profile import select_profile
 
 ALL_LOGS = (
     "ais_misc/*.nm4",
@@ -103,7 +103,7 @@ def test_every_log_runs_through(shared_data):
                 steerway.read(path)
             continue
         fixes = steerway.read(path)
-        profile = suited(fixes)
+        profile = select_profile(fixes)
         for smooth in (False, True):
             motion = steerway.estimate(fixes, profile, smooth=smooth)
             assert len(motion) == fixes.has_position.sum(), path.name

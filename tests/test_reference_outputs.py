@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from tests.reference_outputs.tables import Case, differences, flat_columns, load_cases, read_table
+from tests.reference_outputs.tables import Case, differences, load_cases
 
 
 @pytest.mark.parametrize("case", load_cases().values(), ids=lambda case: case.name)
 def test_output_is_as_accepted(case, request):
     arguments = [request.getfixturevalue("shared_data")] if case.recorded else []
-    changes = differences(case, flat_columns(case.compute(*arguments)), read_table(case.path))
+    changes = differences(case, case.output(*arguments), case.accepted())
     assert not changes, "\n".join(["", *changes, f"accept with: make reference ONLY={case.name}"])
 
 
@@ -22,3 +22,9 @@ def test_differences_name_column_row_and_size():
     )
     assert "column is gone" in differences(case, {"sog": old["sog"]}, old)[0]
     assert differences(case, {**old, "sog": np.array([1.0, 2.0, 3.0])}, old)
+
+
+def test_differences_of_a_text_are_a_diff():
+    case = Case("any", str, text=True)
+    assert differences(case, "one\ntwo\n", "one\ntwo\n") == []
+    assert differences(case, "one\nthree\n", "one\ntwo\n")[-2:] == ["-two", "+three"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from steerway import InputError
-from steerway.estimation.course.aiding import SCALAR_GATE
+from steerway.estimation.course.update.outliers import AID_GATE
 from steerway.estimation.speed.surge import BIAS, CURRENT, LEAK, SPEED, SurgeFilter, SurgeTuning
 from steerway_studies.adaptive_speed import judge, plants, printed
 from steerway_studies.adaptive_speed.cases import Job, run
@@ -68,7 +68,7 @@ class ByMatrices:
             h = np.array(ROWS[name], dtype=float)
             s = h @ self.p @ h + STDS[name] ** 2
             innovation = reading - h @ self.x
-            if innovation**2 > SCALAR_GATE * s:
+            if innovation**2 > AID_GATE * s:
                 continue
             gain = self.p @ h / s
             self.x = self.x + gain * innovation
@@ -102,7 +102,7 @@ def test_silence_is_not_a_reading_and_a_wild_one_is_refused():
     estimator.aid_by(bottom_speed=3.0)
     before = estimator.state
     nis = estimator.aid_by(sog=5.0)
-    assert nis[0] > SCALAR_GATE and math.isnan(nis[1])
+    assert nis[0] > AID_GATE and math.isnan(nis[1])
     np.testing.assert_array_equal(estimator.state, before)
 
 

@@ -1,4 +1,4 @@
-"""The tuner: manners of moving and receivers that are known are found, with intervals that hold them."""
+"""The tuner: known motion and receivers are found, with intervals that hold them."""
 
 import json
 import math
@@ -10,9 +10,9 @@ import pytest
 import steerway
 from steerway.core.earth import displacement
 from steerway.estimation import Profile, choose_profile, tune
-from steerway.estimation.course.prediction import predict
+from steerway.estimation.prediction import predict
 from steerway.estimation.selection import stages
-from steerway.estimation.selection.excerpts import moving, telling
+from steerway.estimation.selection.excerpts import informative, moving
 from steerway.estimation.selection.intervals import _curvature, intervals
 from steerway.estimation.selection.likelihood import cost
 from steerway.estimation.selection.parameters import MOTION, TURNS
@@ -21,8 +21,8 @@ from steerway.estimation.selection.search import Search, minimise
 from steerway.sensors.gnss import Gnss
 from steerway_studies.estimator_limits.scenarios import FAST, SLOW, sail
 from steerway_studies.estimator_limits.troubles import BEGIN, standstill
+from tests.command_line import run
 from tests.scenes import angle_error, sailed, turning
-from tests.test_cli import run
 
 SHIP = replace(FAST, rate=1.0)
 ONE = Profile(speed_noise=1e-3, course_rate_noise=1e-3, course_rate_decay=0.3, position_std=0.3)
@@ -33,7 +33,7 @@ def logged(scenario, seed, **receiver):
     return sail(scenario, seed).fixes(Gnss(rate=scenario.rate, **receiver), seed)
 
 
-def one_manner(seed, duration=600.0):
+def one_mode(seed, duration=600.0):
     """A sortie whose speed and course rate wander as ONE has it, with its receiver."""
     never = {"turn_time": 1.0, "straight_time": 1e9, "turn_speed_noise": 1.0, "turn_course_rate_noise": 1.0}
     scenario = replace(FAST, profile=ONE.model_copy(update=never), duration=duration, rate=2.0, speed=4.0)
@@ -45,18 +45,18 @@ def ship():
     return tune(logged(SHIP, 4, white=0.5), name="ship")
 
 
-def test_two_manners_are_found_with_their_numbers(ship):
+def test_two_modes_are_found_with_their_numbers(ship):
     known = SHIP.known(0.5)
     assert set(ship.profile.intervals) == {*MOTION, *TURNS}
     missed = [name for name, (low, high) in ship.profile.intervals.items() if not low <= getattr(known, name) <= high]
     assert len(missed) <= 1
-    assert ship.profile.told("position_std") and ship.profile.told("course_rate_noise")
+    assert ship.profile.is_determined("position_std") and ship.profile.is_determined("course_rate_noise")
     assert ship.nis_band[0] - 0.1 < ship.nis_mean < ship.nis_band[1] + 0.1
     assert ship.rejected < 15
 
 
-def test_one_manner_stays_one():
-    assert tune(one_manner(3)).profile.turn_time == 0.0
+def test_one_mode_stays_one():
+    assert tune(one_mode(3)).profile.turn_time == 0.0
 
 
 def test_a_slow_error_of_the_receiver_is_found_and_not_taken_for_motion():
@@ -71,7 +71,7 @@ def test_intervals_hold_the_truth_and_shrink_with_the_log():
     held, widths = [], {}
     for duration in (200.0, 800.0):
         for seed in range(6):
-            found = tune(one_manner(seed, duration)).profile.intervals
+            found = tune(one_mode(seed, duration)).profile.intervals
             held += [found[name][0] <= getattr(ONE, name) <= found[name][1] for name in MOTION]
             width = [math.log(found[name][1] / found[name][0]) for name in MOTION]
             widths.setdefault(duration, []).append(width)
@@ -87,7 +87,7 @@ def test_a_log_without_turns_cannot_tell_them(tmp_path):
     lines = tuned.profile.toml().splitlines()
     for name in tuned.profile.intervals:
         line = next(each for each in lines if each.startswith(f"{name} = "))
-        assert ("cannot tell" in line) == (name in tuned.cannot_tell)
+        assert ("not determined" in line) == (name in tuned.cannot_tell)
     told = dict(tuned.sentences())
     assert "this log cannot tell" in told
     assert set(tuned.as_dict()["cannot_tell"]) == set(tuned.cannot_tell)
@@ -97,7 +97,7 @@ def test_a_log_without_turns_cannot_tell_them(tmp_path):
 
 def test_the_command_line_shows_intervals(tmp_path):
     log, made = tmp_path / "sortie.csv", tmp_path / "made.toml"
-    steerway.write(one_manner(5, 300.0), log)
+    steerway.write(one_mode(5, 300.0), log)
     code, out, _ = run("profile", "make", log, "-o", made)
     assert code == 0 and " to " in out
     assert "[intervals]" in run("profile", "show", made)[1]
@@ -107,15 +107,15 @@ def test_the_command_line_shows_intervals(tmp_path):
 
 
 def search_for(target, rows=400, weight=1.0):
-    """Rows that are least surprised where log position_std and log speed_noise are at `target` (rows, 2)."""
+    """Rows of least −log likelihood where log position_std and log speed_noise are at `target` (rows, 2)."""
 
-    def surprises(profile):
+    def row_nll(profile):
         logs = np.log([profile.position_std, profile.speed_noise])
         return 0.5 * weight * ((logs - target) ** 2).sum(axis=1)
 
     wide = {"position_std": (1.0, 100.0), "speed_noise": (1.0, 100.0)}
     limits = {"position_std": (1e-3, 1e3), "speed_noise": (1e-3, 1e3)}
-    return Search(surprises, ONE, ("position_std", "speed_noise"), wide, limits)
+    return Search(row_nll, ONE, ("position_std", "speed_noise"), wide, limits)
 
 
 def test_the_search_finds_the_least_and_the_interval_its_width():
@@ -129,11 +129,11 @@ def test_the_search_finds_the_least_and_the_interval_its_width():
 def test_the_curvature_is_that_of_a_parabola_with_a_ridge():
     slant = np.array([[1.0, 0.9], [0.0, 0.4]])
 
-    def surprises(profile):
+    def row_nll(profile):
         logs = slant @ np.log([profile.position_std, profile.speed_noise])
         return np.full(100, 0.5 * logs @ logs)
 
-    search = replace(search_for(np.zeros((1, 2))), surprises=surprises)
+    search = replace(search_for(np.zeros((1, 2))), row_nll=row_nll)
     fit = minimise(search, ONE)
     assert _curvature(fit) == pytest.approx(100.0 * slant.T @ slant + np.diag(1.0 / search.prior[1]), rel=1e-6)
 
@@ -174,7 +174,7 @@ def test_stretches_are_those_under_way():
         name: np.concatenate([getattr(p.fixes(0.1, 1), name) for p in parts]) for name in ("latitude", "longitude")
     }
     fixes = steerway.Fixes(np.arange(5000) / 5.0, **columns)
-    log = stages.Log(fixes, moving(fixes)).excerpt(2, 1000)
+    log = stages.Evidence(fixes, moving(fixes)).excerpt(2, 1000)
     assert log.counted.mean() > 0.95
     assert [len(track) for _, track in log.fixes.tracks()] == [1000, 1000]
 
@@ -192,7 +192,7 @@ def test_a_vessel_that_stops_is_known_to_stop():
 
 def test_what_tells_of_motion_is_ten_seconds_beyond_it():
     fixes = sailed(np.r_[np.zeros(60), np.full(60, 2.0), np.zeros(60)], np.zeros(180), 1.0).fixes(0.01, 1)
-    under_way, tells = np.flatnonzero(moving(fixes)), np.flatnonzero(telling(fixes))
+    under_way, tells = np.flatnonzero(moving(fixes)), np.flatnonzero(informative(fixes))
     assert tells[0] == under_way[0] - 10 and tells[-1] == under_way[-1] + 10
     assert (np.diff(tells) == 1).all()
 
@@ -212,7 +212,7 @@ def test_the_choice_finds_turns_and_is_consistent():
     assert 1.9 < np.mean(scores) < 2.1
 
 
-def test_a_vessel_of_two_manners_is_forecast_by_her_average():
+def test_a_vessel_of_two_modes_is_forecast_by_her_average():
     known = SLOW.known(0.5)
     average = known.on_average
     assert average.turn_time == 0.0 and average.position_std == 0.5
@@ -244,22 +244,22 @@ def test_smoothing_begins_at_rest_with_a_slow_error():
 
 
 def test_motion_needs_to_earn_its_second_manner():
-    fixes = one_manner(7)
-    log = stages.Log(fixes, np.ones(len(fixes), bool))
-    one = stages.found(log, ONE, MOTION)
-    two = stages.found(log, stages.alternating(one.profile)[0], MOTION + TURNS)
-    assert stages.worthier([one, two], log) is one
+    fixes = one_mode(7)
+    log = stages.Evidence(fixes, np.ones(len(fixes), bool))
+    one = stages.fitted(log, ONE, MOTION)
+    two = stages.fitted(log, stages.two_mode_starts(one.profile)[0], MOTION + TURNS)
+    assert stages.best_model([one, two], log) is one
 
 
 def test_what_does_not_last_is_a_sea_and_no_turn():
     """Two manners that explain a log better are left out where the course rate is gone within a second."""
     fixes = logged(replace(SLOW, duration=200.0), 3, white=0.1)
-    log = stages.Log(fixes, np.ones(len(fixes), bool))
-    one, two = (stages.found(log, SLOW.known(0.1), MOTION, steps=0) for _ in range(2))
+    log = stages.Evidence(fixes, np.ones(len(fixes), bool))
+    one, two = (stages.fitted(log, SLOW.known(0.1), MOTION, steps=0) for _ in range(2))
     one = replace(one, profile=one.profile.model_copy(update={"turn_time": 0.0}))
-    assert stages.worthier([one, two], log) is two
+    assert stages.best_model([one, two], log) is two
     sea = replace(two, profile=two.profile.model_copy(update={"turn_course_rate_decay": 0.95}))
-    assert stages.worthier([one, sea], log) is one
+    assert stages.best_model([one, sea], log) is one
 
 
 def test_white_noise_is_not_less_than_what_positions_are_rounded_to():
@@ -271,7 +271,7 @@ def test_white_noise_is_not_less_than_what_positions_are_rounded_to():
     rounded = replace(fixes, **written)
     across = math.hypot(1.0, math.cos(fixes.latitude[0])) / math.sqrt(2.0)
     assert rounding_std(rounded) == pytest.approx(0.1853 * across / math.sqrt(12.0), rel=0.01)
-    assert stages.Log(rounded, moving(rounded)).bounds["position_std"][0] == rounding_std(rounded)
+    assert stages.Evidence(rounded, moving(rounded)).bounds["position_std"][0] == rounding_std(rounded)
 
 
 def test_way_is_made_where_ten_seconds_displace():
@@ -284,8 +284,8 @@ def test_way_is_made_where_ten_seconds_displace():
 
 
 def test_a_filter_that_refuses_too_many_fixes_is_made_less_sure():
-    fixes = one_manner(5)
-    log = stages.Log(fixes, np.ones(len(fixes), bool))
-    assert stages.cautious(log, ONE) is ONE, "no outliers, no caution"
-    sure = stages.cautious(log, ONE.model_copy(update={"position_std": 0.2, "speed_noise": 5e-4}))
+    fixes = one_mode(5)
+    log = stages.Evidence(fixes, np.ones(len(fixes), bool))
+    assert stages.inflate_noise(log, ONE) is ONE, "no outliers, no inflation"
+    sure = stages.inflate_noise(log, ONE.model_copy(update={"position_std": 0.2, "speed_noise": 5e-4}))
     assert sure.position_std > 0.22 and sure.speed_noise / 5e-4 == pytest.approx((sure.position_std / 0.2) ** 2)

@@ -10,7 +10,6 @@ import pytest
 import steerway
 import steerway_studies as studies
 from steerway.core.earth import displaced_all
-from steerway_studies.study import write_results
 from steerway_studies.unseen_logs import catalogue, plain_ekf, prediction, summarise
 from steerway_studies.unseen_logs.alignment import rate_lag, velocity_lag
 from steerway_studies.unseen_logs.contestants import difference
@@ -78,7 +77,7 @@ def study(tmp_path_factory, weaving):
         patch.setenv("STEERWAY_LOGS", str(folder))
         patch.delenv("STEERWAY_DATA", raising=False)
         results = studies.named("unseen-logs").run(None, 0, None)
-    page = write_results(results, folder / "out").read_text(encoding="utf-8")
+    page = results.write(folder / "out").read_text(encoding="utf-8")
     return results, page, report, develop
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.support.ours import MODEL
 from benchmarks.support.record import Record
-from steerway.estimation.course import model
+from steerway.estimation.course.motion import layout
 
 FLAGS = ("-O3", "-march=native")
 _PLACES = (
@@ -24,7 +24,7 @@ _PLACES = (
     "START_RATE_VARIANCE",
     "GATE",
 )
-_LAYOUT = tuple(f"-D{name}={getattr(model, name)}" for name in _PLACES)
+_LAYOUT = tuple(f"-D{name}={getattr(layout, name)}" for name in _PLACES)
 _SOURCE = Path(__file__).with_name("five_state.c")
 _SAID = 10
 

@@ -4,21 +4,20 @@ import numpy as np
 
 from benchmarks.support.record import PROFILE, STEP, Record
 from steerway import FiveStateFilter
-from steerway.estimation.course.model import empty_memory
-from steerway.estimation.course.replay import Run, outputs, room_to_keep
-from steerway.estimation.course.tracking import track
+from steerway.estimation.course.motion.layout import empty_bank
+from steerway.estimation.course.replay import TrackOutput, run_track
+from steerway.estimation.course.update.aids import NO_AIDS
 
-MODEL = PROFILE.model()
-_NO_DOUBTS, _NO_AIDS = np.empty(0), np.empty((0, 5))
+MODEL = PROFILE.parameters()
+_NO_SCALES = np.empty(0)
 
 
 def whole_record(record: Record, model=MODEL) -> tuple[np.ndarray, np.ndarray]:
     """What the filter says after every row (n, 9) in the record's own plane, and the NIS of its fixes (n,)."""
-    run = Run(len(record))
-    memory = empty_memory(model)
-    rows = record.time, record.north, record.east, _NO_DOUBTS, _NO_AIDS
-    track(*rows, False, model, memory, *outputs(run), room_to_keep(memory, 0))
-    return run.spoken, run.nis
+    found, bounds = TrackOutput(len(record)), np.array([0, len(record)])
+    rows = record.time, record.north, record.east, _NO_SCALES, NO_AIDS, False
+    run_track(bounds, rows, model, empty_bank(model), found.arrays())
+    return found.estimate, found.nis
 
 
 def started(record: Record, rows: int) -> FiveStateFilter:

@@ -4,7 +4,7 @@ import os
 import sys
 from pathlib import Path
 
-from tests.reference_outputs.tables import FILES, differences, flat_columns, load_cases, read_table, write_table
+from tests.reference_outputs.tables import FILES, differences, load_cases
 
 FILES.mkdir(exist_ok=True)
 data = os.environ.get("STEERWAY_DATA")
@@ -14,9 +14,9 @@ for name, case in load_cases().items():
     if case.recorded and not data:
         print(f"{name}: left as it is, STEERWAY_DATA is not set")
         continue
-    columns = flat_columns(case.compute(*([Path(data)] if case.recorded else [])))
-    changes = differences(case, columns, read_table(case.path)) if case.path.exists() else ["new"]
+    output = case.output(*([Path(data)] if case.recorded else []))
+    changes = differences(case, output, case.accepted()) if case.path.exists() else ["new"]
     if changes:
-        write_table(case.path, columns)
+        case.accept(output)
     for line in changes or ["unchanged"]:
         print(f"{name}: {line}")

@@ -1,7 +1,8 @@
-"""Cases and their tables: registration, reading, writing, comparison."""
+"""Cases and their tables or texts: registration, reading, writing, comparison."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from difflib import unified_diff
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
@@ -16,33 +17,52 @@ RTOL, ATOL = 1e-9, 1e-12
 class Case:
     """One reference output: a name, a function that computes its columns, and how closely they must agree.
 
-    `recorded` cases take the folder of recorded logs (STEERWAY_DATA) as their only argument.
+    `recorded` cases take the folder of recorded logs (STEERWAY_DATA) as their only argument. A `text` case gives a
+    text, which must agree exactly.
     """
 
     name: str
-    compute: Callable[..., dict[str, np.ndarray]]
+    compute: Callable[..., dict[str, np.ndarray] | str]
     rtol: float = RTOL
     atol: float = ATOL
     recorded: bool = False
+    text: bool = False
 
     @property
     def path(self) -> Path:
-        return FILES / f"{self.name}.csv"
+        return FILES / f"{self.name}.{'txt' if self.text else 'csv'}"
+
+    def output(self, *arguments) -> dict[str, np.ndarray] | str:
+        """What the code gives now."""
+        computed = self.compute(*arguments)
+        return computed if self.text else flat_columns(computed)
+
+    def accepted(self) -> dict[str, np.ndarray] | str:
+        """What was accepted last."""
+        return self.path.read_text(encoding="utf-8") if self.text else read_table(self.path)
+
+    def accept(self, output) -> None:
+        """Make this output the accepted one."""
+        if self.text:
+            self.path.write_text(output, encoding="utf-8")
+        else:
+            write_table(self.path, output)
 
 
 CASES: dict[str, Case] = {}
 
 
-def case(name: str, rtol: float = RTOL, atol: float = ATOL, recorded: bool = False):
+def case(name: str, rtol: float = RTOL, atol: float = ATOL, recorded: bool = False, text: bool = False):
     """Register a function that returns columns {name: (n,) or (n, m) numbers} as the case `name`.
 
-    A dictionary of plain numbers {name: value} is a case of one row. (n, m) columns become name_0 … name_{m−1}.
+    A dictionary of plain numbers {name: value} is a case of one row. (n, m) columns become name_0 … name_{m−1}. With
+    `text` the function returns a str.
     """
 
     def register(function):
         if name in CASES:
             raise ValueError(f"two reference outputs are called {name!r}")
-        CASES[name] = Case(name, function, rtol, atol, recorded)
+        CASES[name] = Case(name, function, rtol, atol, recorded, text)
         return function
 
     return register
@@ -86,8 +106,10 @@ def read_table(path: Path) -> dict[str, np.ndarray]:
     return dict(zip(header.split(","), values.T, strict=True))
 
 
-def differences(case: Case, computed: dict[str, np.ndarray], accepted: dict[str, np.ndarray]) -> list[str]:
-    """One line a column that changed: how many rows, from which row on, by how much at most."""
+def differences(case: Case, computed, accepted) -> list[str]:
+    """One line a column that changed: how many rows, from which row on, by how much at most. Of a text, a diff."""
+    if case.text:
+        return list(unified_diff(accepted.splitlines(), computed.splitlines(), "accepted", "now", lineterm=""))
     lines = [f"{name}: column is new" for name in computed.keys() - accepted.keys()]
     lines += [f"{name}: column is gone" for name in accepted.keys() - computed.keys()]
     for name in sorted(computed.keys() & accepted.keys()):

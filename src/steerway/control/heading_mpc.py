@@ -80,6 +80,11 @@ class BiasObserver:
         """The unknown part of the input."""
         return float(self.state[-1])
 
+    @property
+    def output(self) -> float:
+        """The output that belongs to the states, c x."""
+        return float(self._output @ self.state)
+
     def correct(self, output: float):
         """Take one output; NaN for unknown."""
         _correct(self.state, self._covariance, self._output, output, self._variance, self._turn)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 
 
@@ -22,7 +23,7 @@ def markov_std(driving_std: float, time_constant: float, step: float) -> float:
 
 
 @kernel
-def markov_step(value, decay, std, normal):
+def markov_step(value: float, decay: float, std: float, normal: float) -> float:
     """The next value of a sequence with stationary 1σ `std`; `normal` is a standard normal draw."""
     return decay * value + math.sqrt(1.0 - decay * decay) * std * normal
 
@@ -48,7 +49,7 @@ def oscillator(frequency: float, damping: float, step: float) -> np.ndarray:
 
 
 @kernel
-def oscillator_step(model, integral, value, normal, other):
+def oscillator_step(model: Floats, integral: float, value: float, normal: float, other: float) -> tuple[float, float]:
     """The next (integral, value) of an `oscillator`; `normal` and `other` are standard normal draws."""
     return (
         model[0] * integral + model[1] * value + model[4] * normal,

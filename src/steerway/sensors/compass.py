@@ -2,12 +2,15 @@
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import kernel
+from steerway.core.schema import NotNegative, Number, Rate
 from steerway.sensors.instrument import Instrument
+from steerway.sensors.table import InstrumentTable
 
 HALF_A_DEGREE = Instrument(white=math.radians(0.5))
 
@@ -49,7 +52,7 @@ class CompassStream:
 
 @kernel
 def deviation(heading, a, b, c, d, e):
-    """What a deviation card says for a heading, or an array of them; rad."""
+    """The deviation for a heading, or an array of them, by a deviation card; rad."""
     return a + b * np.sin(heading) + c * np.cos(heading) + d * np.sin(2.0 * heading) + e * np.cos(2.0 * heading)
 
 
@@ -58,3 +61,21 @@ def _wrapped(angles):
     for k in range(len(angles)):
         angles[k] = wrap(angles[k])
     return angles
+
+
+class CompassTable(InstrumentTable):
+    """The keys of a compass in a scenario; `deviation_deg` are the coefficients A to E of its deviation card."""
+
+    measures: ClassVar[str] = "heading"
+    rate: Rate = 10.0
+    std_deg: NotNegative = 0.5
+    bias_deg: Number = 0.0
+    deviation_deg: tuple[Number, Number, Number, Number, Number] = (0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def build(self) -> Compass:
+        instrument = Instrument(self.rate, white=math.radians(self.std_deg), bias=math.radians(self.bias_deg))
+        return Compass(instrument, tuple(map(math.radians, self.deviation_deg)))
+
+    @staticmethod
+    def read(stream, time, motion) -> float | None:
+        return stream.step(time, motion.heading)

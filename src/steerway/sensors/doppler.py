@@ -1,10 +1,13 @@
 """A Doppler log: velocity along and across the hull, through the water or over the ground."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
+from steerway.core.schema import NotNegative, Number, Rate
 from steerway.sensors.instrument import Instrument
+from steerway.sensors.table import InstrumentTable
 
 FIVE_CENTIMETRES = Instrument(rate=5.0, white=0.05)
 
@@ -40,3 +43,20 @@ class DopplerStream:
     def step(self, time: float, surge: float, sway: float) -> tuple[float, float] | None:
         along, across = self._along.step(time, surge), self._across.step(time, sway)
         return None if along is None else (along, across)
+
+
+class LogTable(InstrumentTable):
+    """The keys of a log of the speed through the water in a scenario."""
+
+    measures: ClassVar[str] = "water_speed"
+    rate: Rate = 5.0
+    std: NotNegative = 0.05
+    bias: Number = 0.0
+
+    def build(self) -> DopplerLog:
+        return DopplerLog(Instrument(self.rate, white=self.std, bias=self.bias))
+
+    @staticmethod
+    def read(stream, time, motion) -> float | None:
+        velocity = stream.step(time, motion.surge, motion.sway)
+        return None if velocity is None else velocity[0]

@@ -1,6 +1,6 @@
-"""An instrument that reads one number: rate, scale, bias that wanders, white noise. The others are made of it.
+"""An instrument that reads one number: rate, scale, Gauss–Markov bias, white noise. Other instruments are built on it.
 
-As with the GNSS receiver, a whole record (`measured`) and a loop that asks step by step (`start`) draw the same numbers
+As with the GNSS receiver, a whole record (`measured`) and a loop with single steps (`start`) draw the same numbers
 in the same order.
 """
 
@@ -20,7 +20,7 @@ _BLOCK = 128  # readings drawn at once in a loop; the numbers do not depend on i
 
 @dataclass(frozen=True)
 class Instrument:
-    """What an instrument does to a true value: `scale` times it, plus a constant `bias`, a wandering one, and noise.
+    """The error model of an instrument: the true value times `scale`, a constant and a Gauss–Markov bias, and noise.
 
     `rate` Hz; `turn_on_std` 1σ of a bias drawn once; `wander` (1σ, time constant s) of a Gauss–Markov bias;
     `white` 1σ of one reading. Units are the value's. Raises InputError for a rate that is not positive and for negative

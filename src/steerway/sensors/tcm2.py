@@ -33,7 +33,7 @@ class CompassModel(NamedTuple):
     shift: float = 1.0  # the "1" of A
 
     def scaled(self, factor: float, shift_too: bool = False) -> "CompassModel":
-        """All coefficients times a factor; the shift entry stays exact unless asked for."""
+        """All coefficients times a factor; the shift entry stays exact by default."""
         shift = self.shift * factor if shift_too else self.shift
         return CompassModel(*(factor * each for each in self[:4]), shift)
 

@@ -1,8 +1,8 @@
 """P3's hypothetical USV of 15 m in three degrees of freedom, Table I: two propellers on one speed and a yaw moment.
 
-M ν̇ + C(ν)ν + D ν + B ν|ν| = τ, P3 (3)–(8), with ν through the water. As printed she has no yaw stability: about a
-straight run at u she has the eigenvalue +u √(m11 (m22 − m11)/(m22 m33)) = +0.139 u, and a heading loop with more than
-m11 (m22 − m11)/m22 u² = 6.41 u² kN·m/rad holds her.
+M ν̇ + C(ν)ν + D ν + B ν|ν| = τ, P3 (3)–(8), with ν through the water. As printed the model has no yaw stability: about a
+straight run at u it has the eigenvalue +u √(m11 (m22 − m11)/(m22 m33)) = +0.139 u, and a heading loop with more than
+m11 (m22 − m11)/m22 u² = 6.41 u² kN·m/rad stabilizes it.
 
 State x y ψ u v r n (m, m, rad, m/s, m/s, rad/s, rev/s); u and v over ground along the hull's axes.
 """
@@ -12,8 +12,8 @@ import math
 import numpy as np
 
 from steerway.core.compiled import kernel
+from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
 from steerway.vessels.actuators import Actuator, follow
-from steerway.vessels.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
 from steerway.vessels.propeller import Propeller, thrust
 from steerway.vessels.surge import CALDAS_LINEAR_DRAG, CALDAS_MASS, CALDAS_QUADRATIC_DRAG, SHAFT
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT

@@ -12,8 +12,8 @@ import numpy as np
 
 from steerway.core.checks import one_of
 from steerway.core.compiled import kernel
+from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
 from steerway.vessels.actuators import Actuator
-from steerway.vessels.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT, checked_method
 
 LENGTH = 1.255
@@ -31,7 +31,7 @@ THRUST = (
     Actuator("sway force", -1.5, 1.5),
     Actuator("yaw moment", -1.5, 1.5),
 )
-"""What propellers, rudders and bow thruster together can give: N, N, N·m."""
+"""Limits of propellers, rudders and bow thruster together: N, N, N·m."""
 _LIMITS = np.array([each.high for each in THRUST])
 
 IDENTIFICATIONS = ("linear", "nonlinear")
@@ -47,7 +47,7 @@ def derivatives(state, force, identification="linear", conditions=None) -> np.nd
 
 
 class CyberShip2:
-    """CyberShip II for the loop. Command: (surge force N, sway force N, yaw moment N·m), held to what she can give.
+    """CyberShip II for the loop. Command: (surge force N, sway force N, yaw moment N·m), limited by its actuators.
 
     `identification` is "linear" or "nonlinear", see the module. The velocities are through the water, which a current
     carries along. Raises InputError for another identification and an unknown method.

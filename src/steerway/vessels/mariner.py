@@ -6,17 +6,22 @@ about the cruise speed in lengths and speeds of the ship (prime system). The coe
 
 State u v r x y ψ δ: u, v, r are perturbations about the cruise speed (m/s, m/s, rad/s), position in m, heading and
 rudder in rad. A positive rudder command turns to starboard; the state δ carries the opposite sign. With the rudder
-amidships she turns by herself, as a single-screw ship does.
+amidships the ship turns slowly, as single-screw ships do.
 """
 
 import math
+from typing import Literal
 
 import numpy as np
 
+from steerway.control.boats import Boat
+from steerway.control.rudder import Rudder
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.kinematics import SHORTLY, GroundMotion, over_ground, turning_rate
+from steerway.core.schema import Positive
 from steerway.vessels.actuators import Actuator
-from steerway.vessels.kinematics import SHORTLY, GroundMotion, over_ground, turning_rate
+from steerway.vessels.table import VesselTable
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT, checked_method
 
 LENGTH = 160.93
@@ -24,7 +29,7 @@ CRUISE_SPEED = 7.7175  # 15 knots
 WATER_DENSITY = 1025.0
 RUDDER = Actuator("rudder", math.radians(-40.0), math.radians(40.0), rate=math.radians(5.0), lag=1.0)
 
-# Mass, inertia and centre of gravity, less the accelerations' coefficients.
+# Mass, inertia and centre of gravity, minus the acceleration coefficients.
 _PER_MASS = 1e-5
 _SURGE_MASS = 798.0 + 42.0
 _SWAY_MASS = 798.0 + 748.0
@@ -63,7 +68,7 @@ def _forces(u, v, r, d):
 
 @kernel
 def _rudder_rate(rudder, delta):
-    """What the steering engine does about the state δ; the command has the opposite sign."""
+    """The rate of the state δ by the steering engine; the command has the opposite sign."""
     wanted = -min(max(rudder, _LOW), _HIGH)
     return min(max((wanted - delta) / _LAG, -_FASTEST), _FASTEST)
 
@@ -150,3 +155,31 @@ def _motion(state, cruise_speed, conditions):
         0.0,
         0.0,
     )
+
+
+BOAT = Boat(
+    nomoto_gain=0.185,
+    nomoto_time=107.3,
+    yaw_limit=RUDDER.high,
+    bandwidth=0.05,
+    propulsion=Rudder(RUDDER.high),
+    lookahead=800.0,
+    acceptance=50.0,
+    cruise=CRUISE_SPEED,
+    top_speed=10.0,
+    profile="ship",
+)
+"""For the controllers: K in 1/s and T in s of P1 §4, a mid-range fit."""
+
+
+class MarinerTable(VesselTable):
+    """The keys of a Mariner-class ship in a scenario."""
+
+    kind: Literal["mariner"] = "mariner"
+    cruise_speed: Positive = CRUISE_SPEED
+
+    def build(self) -> Mariner:
+        return Mariner(self.cruise_speed, self.method)
+
+    def boat(self) -> Boat:
+        return BOAT.but(cruise=self.cruise_speed)

@@ -1,7 +1,7 @@
 """A boat that only goes ahead: u̇ = −d u_r − b u_r|u_r| + T(u_r, n)/m + F/m; P3 (12)–(13).
 
 u is the speed over ground along the hull, u_r = u − current the speed through the water, n the shaft speed in rev/s.
-State x y ψ u n (m, m, rad, m/s, rev/s). She keeps her heading; a current across carries her sideways.
+State x y ψ u n (m, m, rad, m/s, rev/s). The heading is constant; a current across moves the boat sideways.
 """
 
 import math
@@ -10,8 +10,8 @@ import numpy as np
 
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
+from steerway.core.kinematics import GroundMotion, in_body, over_ground
 from steerway.vessels.actuators import Actuator, follow
-from steerway.vessels.kinematics import GroundMotion, in_body, over_ground
 from steerway.vessels.propeller import Propeller, thrust
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH
 

@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from functools import partial
 
 import steerway
-from steerway.simulation.campaign import over_seeds
+from steerway.simulation import over_seeds
 from steerway_studies.study import Results, Study
 from steerway_studies.unseen_logs import page
 from steerway_studies.unseen_logs.catalogue import DEVELOP, KNOWN, REPORT, KnownLog, PublicLog, public_logs

@@ -25,7 +25,7 @@ WORDS = {
 
 
 @dataclass(frozen=True, eq=False)
-class Said:
+class Reported:
     """What a contestant says at every fix: (n,) each, NaN where nothing. `refused` are the fixes it did not believe."""
 
     sog: np.ndarray
@@ -37,7 +37,7 @@ class Said:
     refused: np.ndarray
 
 
-def contestants(recording: Recording) -> dict[str, Said]:
+def contestants(recording: Recording) -> dict[str, Reported]:
     """All of them by name. `tuned` is missing where the log has too little motion to tune by."""
     fixes, places = recording.fixes, recording.places
     found = {}
@@ -51,30 +51,30 @@ def contestants(recording: Recording) -> dict[str, Said]:
             label = {False: name, True: SMOOTHED if name == DEFAULT else TUNED_SMOOTHED}[smooth]
             found[label] = of_motion(fixes.time, steerway.estimate(fixes, profile, smooth=smooth))
     said = plain_ekf.fitted(fixes.time, places).T
-    found[EKF] = Said(said[0], said[1], said[2], said[3], said[4], said[5], np.zeros(len(fixes), dtype=bool))
+    found[EKF] = Reported(said[0], said[1], said[2], said[3], said[4], said[5], np.zeros(len(fixes), dtype=bool))
     found |= {name: difference(fixes.time, places, span) for name, span in DIFFERENCES.items()}
     own = receivers_own(recording)
     return found | ({RECEIVER: own} if own else {})
 
 
-def receivers_own(recording: Recording) -> Said | None:
+def receivers_own(recording: Recording) -> Reported | None:
     """The receiver's velocity when it says it, its lag left in; None where the log does not hold it."""
     fixes, reference = recording.fixes, recording.reference
     sog, cog, _ = replace(reference, lag=0.0).at(fixes.time) if reference.own else (fixes.sog, fixes.cog, None)
     unknown = np.full(len(fixes), np.nan)
-    own = Said(sog, cog, unknown, unknown, unknown, unknown, np.zeros(len(fixes), dtype=bool))
+    own = Reported(sog, cog, unknown, unknown, unknown, unknown, np.zeros(len(fixes), dtype=bool))
     return own if np.isfinite(sog).any() else None
 
 
-def of_motion(time, motion: steerway.Motion) -> Said:
+def of_motion(time, motion: steerway.Motion) -> Reported:
     """A Motion at the times of the fixes (n,)."""
     row = np.searchsorted(motion.time, time - 1e-4).clip(0, len(motion) - 1)
     refused = motion.to_frame()["status"].to_numpy() == "rejected"
     stds = motion.sog_std, motion.cog_std, motion.course_rate_std
-    return Said(*(each[row] for each in (motion.sog, motion.cog, motion.course_rate, *stds, refused)))
+    return Reported(*(each[row] for each in (motion.sog, motion.cog, motion.course_rate, *stds, refused)))
 
 
-def difference(time, places, span) -> Said:
+def difference(time, places, span) -> Reported:
     """Velocity from a fix at least `span` s before; NaN where the one there is, is older than twice that."""
     longest = 2.0 * max(span, float(np.median(np.diff(time))))
     before = np.searchsorted(time, time - span + 1e-3, side="right") - 1
@@ -84,4 +84,4 @@ def difference(time, places, span) -> Said:
     moved = (places - places[before]) / elapsed[:, None]
     unknown = np.full(len(time), np.nan)
     course = np.arctan2(moved[:, 1], moved[:, 0])
-    return Said(np.hypot(*moved.T), course, unknown, unknown, unknown, unknown, np.zeros(len(time), dtype=bool))
+    return Reported(np.hypot(*moved.T), course, unknown, unknown, unknown, unknown, np.zeros(len(time), dtype=bool))

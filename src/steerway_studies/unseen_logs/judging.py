@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, Said
+from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, Reported
 from steerway_studies.unseen_logs.recordings import Recording
 from steerway_studies.unseen_logs.reference import turned
 
@@ -36,7 +36,7 @@ class Verdict:
     refused_right: int
 
 
-def judged_rows(recording: Recording, said: dict[str, Said]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def judged_rows(recording: Recording, said: dict[str, Reported]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(n,) bool each, the same for every contestant: rows judged for SOG, for COG and for the rate.
 
     After 20 s and ten fixes, where the reference is known and default and plain EKF both answer.
@@ -50,7 +50,7 @@ def judged_rows(recording: Recording, said: dict[str, Said]) -> tuple[np.ndarray
     return both & np.isfinite(sog), moving & np.isfinite(sog) & np.isfinite(cog), moving & np.isfinite(rate)
 
 
-def verdict(recording: Recording, said: Said, rows) -> Verdict:
+def verdict(recording: Recording, said: Reported, rows) -> Verdict:
     """One contestant on one log; `rows` as `judged_rows` gives them."""
     reference, time = recording.reference, recording.fixes.time
     sog, cog, rate = reference.at(time)

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from scipy.optimize import minimize
 
-from steerway.core.compiled import kernel
+from steerway.core import kernel
 
 _LONGEST_STEP = 1.0
 _START_SPAN = 5.0  # s of the straight line that starts it

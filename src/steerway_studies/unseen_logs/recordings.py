@@ -8,7 +8,7 @@ import numpy as np
 import polars as pl
 
 import steerway
-from steerway.core.earth import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS
+from steerway.core import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS
 from steerway_studies.recorded import logs_folder
 from steerway_studies.unseen_logs.alignment import rate_lag, velocity_lag
 from steerway_studies.unseen_logs.catalogue import RATE_COLUMN, KnownLog, PublicLog

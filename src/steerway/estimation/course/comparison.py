@@ -1,4 +1,4 @@
-"""Our estimate against the receiver's own SOG and COG, which are filtered, late and frozen at rest: not truth."""
+"""Comparison with the receiver's own SOG and COG, which are filtered, late and frozen at rest: not truth."""
 
 import math
 from dataclasses import asdict, dataclass
@@ -9,23 +9,24 @@ from steerway.core.angles import TURN
 from steerway.core.records import Fixes, Motion
 
 STANDSTILL = 0.3
-"""m/s of the receiver's SOG below which it is at rest."""
-UNDERWAY = 1.0
-"""m/s of the receiver's SOG above which its COG means something."""
+"""m/s of the receiver's SOG below which it is at rest: twice the noise that receivers here report at a quay."""
+LEAST_SPEED = 1.0
+"""m/s of the receiver's SOG above which its COG is defined: the receivers here freeze it below some 0.5."""
 LONGEST_LAG = 5.0
-"""s to either side within which a lag is looked for."""
+"""s to either side within which a lag is searched: receivers here are late by 0.15 to 4 s."""
 _LAGS = np.round(np.arange(-LONGEST_LAG, LONGEST_LAG + 0.05, 0.1), 1)
 _NEAR = 2.0
+"""s between a row and the estimate it is compared with, at most: two rows at 1 Hz."""
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """Differences, ours minus the receiver's, as it comes and after the lag that makes them smallest.
+    """Differences, estimate minus receiver, without and with the lag that makes them smallest.
 
-    A positive lag: the receiver speaks later than we do. Robust deviations are 1.4826 times the median absolute one.
+    A positive lag: the receiver is later than the estimate. Robust deviations are 1.4826 times the median absolute one.
     """
 
-    compared: int  # rows of the receiver above `UNDERWAY` that meet an estimate
+    compared: int  # rows of the receiver above `LEAST_SPEED` with an estimate near
     sog_rms: float
     sog_robust: float
     sog_lag: float
@@ -41,13 +42,13 @@ class Agreement:
 
     def as_dict(self) -> dict[str, float]:
         """The numbers by name, with their units."""
-        return {_with_unit(name): _outward(name, value) for name, value in asdict(self).items()}
+        return {_with_unit(name): _in_units(name, value) for name, value in asdict(self).items()}
 
     def sentences(self) -> list[tuple[str, str]]:
-        """The agreement as (what, value) pairs for people."""
+        """The agreement as (what, value) pairs of text."""
         d = self.as_dict()
         return [
-            ("rows compared", f"{self.compared} with the receiver above {UNDERWAY} m/s"),
+            ("rows compared", f"{self.compared} with the receiver above {LEAST_SPEED} m/s"),
             ("SOG", f"{d['sog_rms_mps']:.3f} m/s RMS, {d['sog_robust_mps']:.3f} robust"),
             ("  aligned", f"{d['sog_rms_aligned_mps']:.3f} m/s RMS; the receiver is {_late(self.sog_lag)}"),
             ("COG", f"{d['cog_rms_deg']:.2f}° RMS, {d['cog_robust_deg']:.2f}° robust"),
@@ -71,7 +72,7 @@ def _with_unit(name):
     return {"standstill_undefined": "standstill_undefined_pct"}.get(name, name)
 
 
-def _outward(name, value):
+def _in_units(name, value):
     if name == "standstill_undefined":
         return 100.0 * value
     return math.degrees(value) if name.startswith("cog") and not name.endswith("lag") else value
@@ -82,8 +83,8 @@ def _late(lag):
 
 
 def compare(fixes: Fixes, motion: Motion) -> Agreement:
-    """Agreement of an estimate with the SOG and COG that stand in the fixes it was made from (all vessels together)."""
-    pairs = [_met(said, ours) for (_, said), (_, ours) in zip(fixes.tracks(), motion.tracks(), strict=True)]
+    """Agreement of an estimate with the SOG and COG in the fixes it was made from (all vessels together)."""
+    pairs = [_paired(theirs, ours) for (_, theirs), (_, ours) in zip(fixes.tracks(), motion.tracks(), strict=True)]
     sog, cog, rest = (np.concatenate([pair[k] for pair in pairs], axis=1) for k in range(3))
     sog_rms, sog_robust, sog_lag, sog_aligned = _difference(sog)
     cog_rms, cog_robust, cog_lag, cog_aligned = _difference(cog, turn=TURN)
@@ -104,11 +105,11 @@ def compare(fixes: Fixes, motion: Motion) -> Agreement:
     )
 
 
-def _met(fixes: Fixes, motion: Motion):
+def _paired(fixes: Fixes, motion: Motion):
     """SOG and COG (1 + lags, k): the receiver's, then ours at every lag; at rest (3, r): our SOG, its, our COG."""
     nearest = _nearest(motion.time, fixes.time)
     near = np.abs(motion.time[nearest] - fixes.time) < _NEAR if len(motion) else np.zeros(len(fixes), bool)
-    fast = near & (fixes.sog > UNDERWAY)
+    fast = near & (fixes.sog > LEAST_SPEED)
     sog = _shifted(motion.time, motion.sog, fixes.time[fast])
     course = fast & np.isfinite(fixes.cog)
     known = np.isfinite(motion.cog)

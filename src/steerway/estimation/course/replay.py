@@ -8,42 +8,43 @@ import numpy as np
 
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Motion
-from steerway.estimation.course import smoothing
-from steerway.estimation.course.accuracy import doubts_of
-from steerway.estimation.course.model import LONGEST_GAP, STEP_SLACK, empty_memory, longest_step, whole
-from steerway.estimation.course.tracking import SPOKEN, track, track_many
-from steerway.estimation.course.two_sided import hypotheses, smoother
-from steerway.estimation.profiles import AIDS
+from steerway.estimation.course.motion.layout import LONGEST_GAP, LONGEST_STEP, STEP_SLACK, empty_bank
+from steerway.estimation.course.smoothing.hypotheses import HYPOTHESES
+from steerway.estimation.course.smoothing.multiple_hypothesis import smooth_modes
+from steerway.estimation.course.smoothing.rauch_tung_striebel import smooth
+from steerway.estimation.course.tracking import OUTPUTS, track
+from steerway.estimation.course.update.aids import AIDS, NO_AIDS
+from steerway.estimation.course.update.reported_accuracy import variance_scales_of
 
 _SMALLEST_SHARE = 20_000
-"""Rows below which a second thread costs more than it saves."""
+"""Rows below which a second thread costs more than it saves: some 3 ms of filtering."""
 
 
-def replay(model, aid, fixes: Fixes, rate: float | None = None, smoothed: bool = False) -> Motion:
-    """The filter of a parameter vector over the fixes of any number of vessels; see `FiveStateFilter.filter`."""
+def replay(parameters, aid, fixes: Fixes, rate: float | None = None, smoothed: bool = False) -> Motion:
+    """The filter of `parameters` over the fixes of any number of vessels; see `FiveStateFilter.filter`."""
     if rate is not None and not 0.0 < rate <= 1000.0:
         raise InputError(f"rate is {rate}, expected Hz between 0 and 1000")
-    fixes = spoken_rows(fixes, aid)
+    fixes = measured_rows(fixes, aid)
     if rate is not None:
-        fixes = _without_repeats(fixes, aid)
+        fixes = _distinct_rows(fixes, aid)
     if rate is None and not smoothed:
-        return _filtered(model, aid, fixes)
-    tracks = [_scheduled(model, aid, each, rate, smoothed) for _, each in fixes.tracks()]
+        return run_rows(parameters, aid, fixes).motion(fixes.time, fixes.mmsi, fixes.has_position)
+    tracks = [_scheduled(parameters, aid, each, rate, smoothed) for _, each in fixes.tracks()]
     return _joined(tracks)
 
 
-def spoken_rows(fixes: Fixes, aid) -> Fixes:
-    """Rows that say something to this filter, in order."""
-    says = fixes.has_position
+def measured_rows(fixes: Fixes, aid) -> Fixes:
+    """Rows that hold a measurement for this filter, in order."""
+    measured = fixes.has_position
     for name in aid:
-        says |= np.isfinite(getattr(fixes, name))
-    return fixes.rows(says).in_order()
+        measured |= np.isfinite(getattr(fixes, name))
+    return fixes.rows(measured).in_order()
 
 
-def _news(fixes: Fixes, aid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Latitude, longitude and aids of every row, NaN where the row before, of the same time and vessel, says the same.
+def _without_duplicates(fixes: Fixes, aid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Latitude, longitude and aids of every row, NaN where the row before, of the same time and vessel, is equal.
 
-    What is told twice is one measurement, and is taken once; what two say of one time, or one of two, are two.
+    A value reported twice for one time is one measurement; two values, or two times, are two.
     """
     latitude, longitude, aids = fixes.latitude, fixes.longitude, _aiding_table(fixes, aid)
     again = 1 + np.flatnonzero(fixes.time[1:] == fixes.time[:-1])
@@ -58,14 +59,14 @@ def _news(fixes: Fixes, aid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return latitude, longitude, aids
 
 
-def _say_again(status, repeats) -> None:
-    """A fix told twice is worth what it was worth the first time."""
+def _repeat_status(status, repeats) -> None:
+    """A duplicate has the status of the row before."""
     for k in np.flatnonzero(repeats):
         status[k] = status[k - 1]
 
 
-def _without_repeats(fixes: Fixes, aid) -> Fixes:
-    latitude, _, aids = _news(fixes, aid)
+def _distinct_rows(fixes: Fixes, aid) -> Fixes:
+    latitude, _, aids = _without_duplicates(fixes, aid)
     new = np.isfinite(latitude)
     if aid:
         new |= np.isfinite(aids).any(axis=1)
@@ -74,37 +75,41 @@ def _without_repeats(fixes: Fixes, aid) -> Fixes:
 
 def _aiding_table(fixes: Fixes, aid) -> np.ndarray:
     if not aid:
-        return np.empty((0, len(AIDS)))
-    silent = np.full(len(fixes), np.nan)
-    return np.column_stack([getattr(fixes, name) if name in aid else silent for name in AIDS])
+        return NO_AIDS
+    unknown = np.full(len(fixes), np.nan)
+    return np.column_stack([getattr(fixes, name) if name in aid else unknown for name in AIDS])
 
 
-def doubts(fixes: Fixes) -> np.ndarray:
-    """How far to doubt every row (see `accuracy`), each vessel for herself; empty where nothing was said of it."""
+def variance_scales(fixes: Fixes) -> np.ndarray:
+    """(n,) of every row (see `update.reported_accuracy`), each vessel by itself; empty without reported accuracy."""
     if not np.isfinite(fixes.position_std).any():
         return np.empty(0)
     tracks = (each for _, each in fixes.tracks())
-    told = [np.where(each.has_position, each.position_std, np.nan) for each in tracks]
-    return np.concatenate([doubts_of(np.zeros(2), each) for each in told])
+    reported = [np.where(each.has_position, each.position_std, np.nan) for each in tracks]
+    return np.concatenate([variance_scales_of(np.zeros(2), each) for each in reported])
 
 
-class Run:
-    """What `track` fills."""
+class TrackOutput:
+    """What `track` fills, n rows."""
 
     def __init__(self, n):
-        self.spoken = np.empty((n, SPOKEN))
+        self.estimate = np.empty((n, OUTPUTS))
         self.nis = np.empty(n)
-        self.log_determinant = np.empty(n)
-        self.aid_surprise = np.empty(n)
+        self.nll = np.empty(n)
+        self.aid_nll = np.empty(n)
         self.status = np.empty(n, np.uint8)
 
+    def arrays(self, rows=slice(None)) -> tuple[np.ndarray, ...]:
+        """All as `track` takes it, or some rows."""
+        return self.estimate[rows], self.nis[rows], self.nll[rows], self.aid_nll[rows], self.status[rows]
+
     def motion(self, time, mmsi, chosen) -> Motion:
-        columns = self.spoken[chosen].T
+        """The rows `chosen`."""
+        columns = self.estimate[chosen].T
         names = ("latitude", "longitude", "sog", "cog", "course_rate", "sog_std", "cog_std", "course_rate_std")
-        said = dict(zip(names, columns, strict=False))
         return Motion(
             time=time[chosen],
-            **said,
+            **dict(zip(names, columns, strict=False)),
             nis=self.nis[chosen],
             status=self.status[chosen],
             position_std=columns[8],
@@ -112,37 +117,23 @@ class Run:
         )
 
 
-def outputs(run, rows=slice(None)):
-    """What `track` takes of it, of all rows or of some."""
-    return run.spoken[rows], run.nis[rows], run.log_determinant[rows], run.aid_surprise[rows], run.status[rows]
-
-
-def _filtered(model, aid, fixes: Fixes) -> Motion:
-    return run_rows(model, aid, fixes).motion(fixes.time, fixes.mmsi, fixes.has_position)
-
-
-def run_rows(model, aid, fixes: Fixes) -> Run:
+def run_rows(parameters, aid, fixes: Fixes) -> TrackOutput:
     """The filter over every row of every vessel in one pass, on as many threads as there is work for."""
     n = len(fixes)
-    run = Run(n)
-    (latitude, longitude, aids), doubtful = _news(fixes, aid), doubts(fixes)
+    output = TrackOutput(n)
+    (latitude, longitude, aids), scales = _without_duplicates(fixes, aid), variance_scales(fixes)
     bounds = np.array([0, n]) if fixes.mmsi is None else np.r_[0, np.flatnonzero(np.diff(fixes.mmsi)) + 1, n]
     shares = min(len(bounds) - 1, os.cpu_count() or 1, n // _SMALLEST_SHARE + 1)
     cuts = np.linspace(0, len(bounds) - 1, max(shares, 1) + 1).astype(int)
 
     def work(i):
-        first, last = bounds[cuts[i]], bounds[cuts[i + 1]]
-        rows = slice(first, last)
-        track_many(
-            bounds[cuts[i] : cuts[i + 1] + 1] - first,
-            fixes.time[rows],
-            latitude[rows],
-            longitude[rows],
-            doubtful[rows] if len(doubtful) else doubtful,
-            aids[rows] if aid else aids,
-            True,
-            model,
-            *outputs(run, rows),
+        rows = slice(bounds[cuts[i]], bounds[cuts[i + 1]])
+        run_track(
+            bounds[cuts[i] : cuts[i + 1] + 1] - rows.start,
+            (fixes.time[rows], latitude[rows], longitude[rows], scales[rows], aids[rows], True),
+            parameters,
+            empty_bank(parameters),
+            output.arrays(rows),
         )
 
     if shares <= 1:
@@ -151,50 +142,55 @@ def run_rows(model, aid, fixes: Fixes) -> Run:
         with ThreadPoolExecutor(shares) as pool:
             list(pool.map(work, range(shares)))
     if latitude is not fixes.latitude:
-        _say_again(run.status, fixes.has_position & np.isnan(latitude))
-    return run
+        _repeat_status(output.status, fixes.has_position & np.isnan(latitude))
+    return output
 
 
-def memories(model, aid, fixes: Fixes, last: bool = False) -> np.ndarray:
-    """(n, states + 2, states) covariance, state and bookkeeping after every row of one vessel, or after the last."""
-    memory = empty_memory(model)
-    kept = room_to_keep(memory, 0 if last else len(fixes))
-    first, second, aids = _news(fixes, aid)
-    track(fixes.time, first, second, doubts(fixes), aids, True, model, memory, *outputs(Run(len(fixes))), kept)
-    return whole(memory)[None, : kept.shape[1]] if last else kept
+def run_track(bounds, record, parameters, bank, arrays, kept=None) -> None:
+    """`track` on a record (time, first, second, variance_scales, aids, geodetic); `kept` None keeps nothing."""
+    track(bounds, *record, parameters, bank, *arrays, room_to_keep(bank, 0) if kept is None else kept)
 
 
-def _scheduled(model, aid, fixes: Fixes, rate, smoothed) -> Motion:
+def kept_rows(parameters, aid, fixes: Fixes, last: bool = False) -> np.ndarray:
+    """(n, states + 2, states) covariance, state and flags after every row of one vessel, or after the last."""
+    bank, n = empty_bank(parameters), len(fixes)
+    kept = room_to_keep(bank, 0 if last else n)
+    latitude, longitude, aids = _without_duplicates(fixes, aid)
+    record = (fixes.time, latitude, longitude, variance_scales(fixes), aids, True)
+    run_track(np.array([0, n]), record, parameters, bank, TrackOutput(n).arrays(), kept)
+    return bank[:1, : kept.shape[1]] if last else kept
+
+
+def _scheduled(parameters, aid, fixes: Fixes, rate, smoothed) -> Motion:
     """One vessel with output times of its own or smoothed: rows without a fix are added where they are needed."""
-    longest = longest_step(model if model.ndim == 1 else model[0])
+    longest = parameters[0, LONGEST_STEP]
     time, origin, wanted = _schedule(fixes, rate, longest if smoothed else None)
     mmsi = None if fixes.mmsi is None else np.full(len(time), fixes.mmsi[0] if len(fixes) else 0)
     blank = origin < 0
-    (first, second, aids), doubtful = _news(fixes, aid), doubts(fixes)
+    (first, second, aids), scales = _without_duplicates(fixes, aid), variance_scales(fixes)
     first, second = first[origin], second[origin]
     first[blank] = second[blank] = np.nan
-    if len(doubtful):
-        doubtful = doubtful[origin]
+    if len(scales):
+        scales = scales[origin]
     if aid:
         aids = aids[origin]
         aids[blank] = np.nan
-    memory = empty_memory(model)
-    kept = room_to_keep(memory, len(time) if smoothed else 0)
-    run = Run(len(time))
-    track(time, first, second, doubtful, aids, True, model, memory, *outputs(run), kept)
-    if smoothed and model.ndim == 2:
-        smoother.smooth_modes(
-            (time, first, second, doubtful, aids, True), model, kept, run.spoken, hypotheses.HYPOTHESES
-        )
+    record = (time, first, second, scales, aids, True)
+    bank = empty_bank(parameters)
+    kept = room_to_keep(bank, len(time) if smoothed else 0)
+    output = TrackOutput(len(time))
+    run_track(np.array([0, len(time)]), record, parameters, bank, output.arrays(), kept)
+    if smoothed and len(parameters) > 1:
+        smooth_modes(record, parameters, kept, output.estimate, HYPOTHESES)
     elif smoothed:
-        smoothing.smooth(time, True, model, kept, run.spoken)
-    _say_again(run.status, fixes.has_position[origin] & ~blank & np.isnan(first))
-    return run.motion(time, mmsi, wanted)
+        smooth(time, True, parameters[0], kept, output.estimate)
+    _repeat_status(output.status, fixes.has_position[origin] & ~blank & np.isnan(first))
+    return output.motion(time, mmsi, wanted)
 
 
-def room_to_keep(memory, rows) -> np.ndarray:
-    """Where `track` keeps what the smoother needs of a filter with this memory."""
-    states = memory.shape[-1]
+def room_to_keep(bank, rows) -> np.ndarray:
+    """Where `track` keeps what the smoother needs of a filter."""
+    states = bank.shape[-1]
     return np.empty((rows, states + 2, states))
 
 

@@ -1,396 +1,416 @@
-"""One filter over time: predict to a moment, take what was said there, judge what it means.
+"""The recursion: predict to a time, correct by what was measured then, update the phase.
 
-The same two kernels, `advance` and `take`, serve the streaming filter, the record and the batch of records.
+The same kernels serve the streaming filter, the record and the batch of records.
 """
 
 import math
-
-import numpy as np
 
 from steerway.core.compiled import kernel, lean_kernel
 from steerway.core.earth import displaced, displacement
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED
 from steerway.core.records import STARTING as STARTING_STATUS
-from steerway.estimation.course.aiding import COG, SOG, aid_adrift, aid_underway
-from steerway.estimation.course.five_state import set_step
-from steerway.estimation.course.mixture import (
-    aid_modes,
-    correct_modes,
+from steerway.estimation.course.imm import (
+    combine,
     course_is_lost,
     fold_modes,
-    join,
-    part_ways,
+    mixture_nll,
     predict_modes,
     set_steps,
-    shift_modes,
-    take_place_modes,
-    weigh_fix,
+    split,
+    update_probabilities,
 )
-from steerway.estimation.course.model import (
-    ADRIFT,
+from steerway.estimation.course.motion.layout import (
     COURSE,
     DT,
     EAST,
     EMPTY,
     ERROR_PAIRS,
     ERROR_STATE,
-    GATE,
     LATITUDE,
     LONGEST_GAP,
+    LONGEST_REJECTION,
+    LONGEST_STEP,
     LONGITUDE,
-    LOST_COURSE_VARIANCE,
-    MODE,
+    LOW_SPEED,
+    NLL,
     NORTH,
-    OUTLIER,
-    PATIENCE,
+    PHASE,
     POSITION_VARIANCE,
     RATE,
-    RETRIES,
+    REJECTED_FOR,
+    RESETS,
     SPEED,
     STARTING,
     STEP_SLACK,
-    STRAY,
     TIME_VARIANCE,
-    UNDERWAY,
-    empty_memory,
-    longest_step,
+    UNDER_WAY,
+    VELOCITY_EAST,
+    VELOCITY_NORTH,
+    first_mode,
+    mode_count,
 )
-from steerway.estimation.course.position_update import correct, innovation, normalised_square
-from steerway.estimation.course.way import fold, judge, predict_adrift, start, take_place
-from steerway.estimation.course.yawing import predict_underway
-
-_OF_TWO_NORMALS = 2.0 * math.log(2.0 * math.pi)
+from steerway.estimation.course.motion.low_speed import predict as predict_low_speed
+from steerway.estimation.course.steerageway import set_position, start, update_phase
+from steerway.estimation.course.update.aids import (
+    COG,
+    SOG,
+    aid_low_speed,
+    any_known,
+    correct_scalar,
+    measured,
+    scalar_innovation,
+)
+from steerway.estimation.course.update.invariant import rotate_correction
+from steerway.estimation.course.update.outliers import (
+    AID_GATE,
+    AID_OUTLIER_NLL,
+    aid_nll,
+    fix_is_accepted,
+    fix_nll,
+)
+from steerway.estimation.course.update.position import correct, innovation, normalised_square
 
 
 @lean_kernel
-def advance(memory, dt, model):
-    """Predict by dt ≥ 0 seconds. Before the filter speaks without a further fix, `conclude`."""
-    main = memory if memory.ndim == 2 else memory[0]
-    parameters = model if model.ndim == 1 else model[0]
-    n = main.shape[1]
-    p, x, book, step = main[:n], main[n], main[n + 1], main[n + 6 : n + 9]
-    if book[MODE] == EMPTY or not dt > 0.0:
+def advance(bank, dt, parameters):
+    """Predict by dt ≥ 0 seconds. Before output without a further measurement, `combine`."""
+    n = bank.shape[2]
+    p, x, flags, step = bank[0, :n], bank[0, n], bank[0, n + 1], bank[0, n + 6 : n + 9]
+    if flags[PHASE] == EMPTY or not dt > 0.0:
         return
     if dt > LONGEST_GAP:
-        book[MODE] = EMPTY
+        flags[PHASE] = EMPTY
         return
-    if book[STRAY] >= 0.0:
-        book[STRAY] += dt
-    steps = max(math.ceil(dt / longest_step(parameters) - STEP_SLACK), 1)
+    if flags[REJECTED_FOR] >= 0.0:
+        flags[REJECTED_FOR] += dt
+    steps = max(math.ceil(dt / parameters[0, LONGEST_STEP] - STEP_SLACK), 1)
     if dt / steps != step[DT]:
-        set_step(step, dt / steps, parameters)
-        if memory.ndim == 3:
-            set_steps(memory, dt / steps, model)
+        set_steps(bank, dt / steps, parameters)
     for _ in range(steps):
-        if book[MODE] == UNDERWAY:
-            if memory.ndim == 3:
-                predict_modes(memory, model)
-                lost = course_is_lost(memory)
-            else:
-                predict_underway(x, p, step, parameters)
-                lost = p[COURSE, COURSE] > LOST_COURSE_VARIANCE
-            if lost:
-                judge(x, p, book, parameters)
+        if flags[PHASE] == UNDER_WAY:
+            predict_modes(bank, parameters)
+            if course_is_lost(bank):
+                update_phase(x, p, flags, parameters[0])
         else:
-            predict_adrift(x, p, step, parameters)
+            predict_low_speed(x, p, step, parameters[0])
 
 
 @lean_kernel
-def conclude(memory):
-    """Bring what the vessel is said to do up to date with the modes she may be in; one mode always is."""
-    if memory.ndim == 3:
-        if memory[0, memory.shape[2] + 1, MODE] == UNDERWAY:
-            join(memory)
+def conclude(bank):
+    """Combine the modes after a prediction."""
+    if bank[0, bank.shape[2] + 1, PHASE] == UNDER_WAY:
+        combine(bank)
 
 
 @lean_kernel
-def take_fix(memory, north, east, doubt, model):
-    """Correct by a fix in the present tangent plane. Returns (accepted, NIS, log det S).
+def take_fix(bank, north, east, variance_scale, parameters):
+    """Correct by a fix in the present tangent plane. Returns (accepted, NIS, nll).
 
-    `doubt` is how many times its usual variance the white noise of this fix has.
-
-    Of several modes the last is what with the NIS makes −2 log of the density of the fix, as log det S does for one.
+    `variance_scale` is how many times its usual variance the white noise of this fix has.
     """
-    main = memory if memory.ndim == 2 else memory[0]
-    parameters = model if model.ndim == 1 else model[0]
-    n = main.shape[1]
-    p, x, book = main[:n], main[n], main[n + 1]
-    if book[MODE] == EMPTY:
-        start(x, p, book, north, east, doubt, parameters)
-        book[STRAY], book[RETRIES] = -1.0, 0.0
+    n = bank.shape[2]
+    p, x, flags = bank[0, :n], bank[0, n], bank[0, n + 1]
+    if flags[PHASE] == EMPTY:
+        start(x, p, flags, north, east, variance_scale, parameters[0])
+        flags[REJECTED_FOR], flags[RESETS] = -1.0, 0.0
         return True, math.nan, math.nan
-    if memory.ndim == 3:
-        if book[MODE] == UNDERWAY:
-            nis, log_determinant, least = weigh_fix(memory, north, east, doubt, model)
-            accepted = least <= parameters[GATE] or believed(nis, log_determinant, parameters)
-            if accepted:
-                correct_modes(memory, north, east, doubt, model)
-        else:
-            accepted, nis, log_determinant = correct_whole(main, north, east, doubt, parameters)
-    else:
-        accepted, nis, log_determinant = correct_whole(main, north, east, doubt, parameters)
+    first, count = modes_in_use(bank)
+    nis, nll, least = weigh_fix(bank, first, count, north, east, variance_scale, parameters)
+    accepted = fix_is_accepted(least, nll, parameters[0])
     if accepted:
-        if book[STRAY] < 0.0:
-            book[RETRIES] = 0.0
-        book[STRAY] = -1.0
-    elif book[STRAY] < 0.0:
-        book[STRAY] = 0.0
-    elif book[STRAY] >= parameters[PATIENCE] - 1e-6:
-        retake(memory, north, east, doubt, model)
-    return accepted, nis, log_determinant
+        correct_modes(bank, first, count, parameters)
+        if flags[REJECTED_FOR] < 0.0:
+            flags[RESETS] = 0.0
+        flags[REJECTED_FOR] = -1.0
+    elif flags[REJECTED_FOR] < 0.0:
+        flags[REJECTED_FOR] = 0.0
+    elif flags[REJECTED_FOR] >= parameters[0, LONGEST_REJECTION] - 1e-6:
+        reset_position(bank, north, east, variance_scale, parameters)
+    return accepted, nis, nll
 
 
 @lean_kernel
-def mistimed(x, book, s_nn, s_ne, s_ee, model):
-    """Covariance of an innovation with what the vessel may have sailed before or after the moment the fix claims."""
-    if book[MODE] == UNDERWAY:
-        north, east = x[SPEED] * math.cos(x[COURSE]), x[SPEED] * math.sin(x[COURSE])
-    else:
-        north, east = x[2], x[3]
-    variance = model[TIME_VARIANCE]
-    return s_nn + variance * north * north, s_ne + variance * north * east, s_ee + variance * east * east
+def modes_in_use(bank):
+    """Block of the first, and how many: all modes under way, else the combined estimate alone."""
+    if bank[0, bank.shape[2] + 1, PHASE] == UNDER_WAY:
+        return first_mode(bank), mode_count(bank)
+    return 0, 1
 
 
 @lean_kernel
-def believed(nis, log_determinant, model):
-    """Whether a fix is within what is usual of the vessel, or else likelier than an outlier."""
-    return nis <= model[GATE] or nis + log_determinant + _OF_TWO_NORMALS <= model[OUTLIER]
+def weigh_fix(bank, first, count, north, east, variance_scale, parameters):
+    """NIS of a fix against the mixture of all modes, its nll, and the least NIS, of the mixture or of a mode.
+
+    An improbable turn hardly widens the mixture, and yet predicts the position where one begins. The innovation of
+    every mode (ν_N, ν_E, S_NN, S_NE, S_EE) stays in its first row of workspace.
+    """
+    n = bank.shape[2]
+    under_way = bank[0, n + 1, PHASE] == UNDER_WAY
+    for k in range(first, first + count):
+        fix_innovation(bank[k], north, east, variance_scale, under_way, parameters[k])
+    if count == 1:
+        nu = bank[first, n + 2]
+        nis = normalised_square(nu[0], nu[1], nu[2], nu[3], nu[4])
+        nll = bank[first, n + 9, NLL]
+        return nis, nll, nis
+    probability = bank[0, n + 9]
+    mean_n = mean_e = s_nn = s_ne = s_ee = 0.0
+    least = math.inf
+    for k in range(count):
+        nu = bank[first + k, n + 2]
+        mean_n += probability[k] * nu[0]
+        mean_e += probability[k] * nu[1]
+        least = min(least, normalised_square(nu[0], nu[1], nu[2], nu[3], nu[4]))
+    for k in range(count):
+        nu = bank[first + k, n + 2]
+        apart_n, apart_e = nu[0] - mean_n, nu[1] - mean_e
+        s_nn += probability[k] * (nu[2] + apart_n * apart_n)
+        s_ne += probability[k] * (nu[3] + apart_n * apart_e)
+        s_ee += probability[k] * (nu[4] + apart_e * apart_e)
+    nis = normalised_square(mean_n, mean_e, s_nn, s_ne, s_ee)
+    return nis, mixture_nll(bank), min(nis, least)
 
 
 @lean_kernel
-def correct_whole(main, north, east, doubt, model):
-    """Correct one filter by a fix unless the gate refuses it. Returns (accepted, NIS, log det S)."""
-    n = main.shape[1]
-    p, x, work = main[:n], main[n], main[n + 2 : n + 6]
-    g, pairs, variance = int(model[ERROR_STATE]), int(model[ERROR_PAIRS]), doubt * model[POSITION_VARIANCE]
+def fix_innovation(mode, north, east, variance_scale, under_way, parameters):
+    """Fill the workspace of a mode with its innovation, and set its nll.
+
+    With a variance of the time of a fix, what the vessel sails in that time is part of the innovation's covariance.
+    """
+    n = mode.shape[1]
+    p, x, nu = mode[:n], mode[n], mode[n + 2]
+    g, pairs, variance = int(parameters[ERROR_STATE]), int(parameters[ERROR_PAIRS]), parameters[POSITION_VARIANCE]
+    variance *= variance_scale
     nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, variance, variance, g, pairs)
-    if model[TIME_VARIANCE] > 0.0:
-        s_nn, s_ne, s_ee = mistimed(x, main[n + 1], s_nn, s_ne, s_ee, model)
-    nis = normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee)
-    log_determinant = math.log(s_nn * s_ee - s_ne * s_ne)
-    accepted = believed(nis, log_determinant, model)
-    if accepted:
-        correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g, pairs)
-    return accepted, nis, log_determinant
+    time_variance = parameters[TIME_VARIANCE]
+    if time_variance > 0.0:
+        v_n, v_e = x[VELOCITY_NORTH], x[VELOCITY_EAST]
+        if under_way:
+            v_n, v_e = x[SPEED] * math.cos(x[COURSE]), x[SPEED] * math.sin(x[COURSE])
+        s_nn += time_variance * v_n * v_n
+        s_ne += time_variance * v_n * v_e
+        s_ee += time_variance * v_e * v_e
+    nu[0], nu[1], nu[2], nu[3], nu[4] = nu_n, nu_e, s_nn, s_ne, s_ee
+    mode[n + 9, NLL] = fix_nll(normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee), s_nn * s_ee - s_ne * s_ne)
 
 
 @lean_kernel
-def retake(memory, north, east, doubt, model):
-    """After unbroken rejections take the position anew and keep the motion; if that did not help, begin anew."""
-    main = memory if memory.ndim == 2 else memory[0]
-    parameters = model if model.ndim == 1 else model[0]
-    n = main.shape[1]
-    p, x, book = main[:n], main[n], main[n + 1]
-    if book[RETRIES] > 0.0:
-        start(x, p, book, north, east, doubt, parameters)
-        book[RETRIES] = 0.0
+def correct_modes(bank, first, count, parameters):
+    """Correct every mode by a fix that has been weighed, and their probabilities."""
+    n = bank.shape[2]
+    g, pairs = int(parameters[0, ERROR_STATE]), int(parameters[0, ERROR_PAIRS])
+    for k in range(first, first + count):
+        p, x, work, nu = bank[k, :n], bank[k, n], bank[k, n + 2 : n + 6], bank[k, n + 2]
+        nu_n, nu_e, s_nn, s_ne, s_ee = nu[0], nu[1], nu[2], nu[3], nu[4]
+        if count == 1:  # as Table 1 of the paper has it; the rotation matters where modes disagree on the course
+            correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g, pairs)
+        else:
+            before = bank[count + k, n]
+            for i in range(n):
+                before[i] = x[i]
+            correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g, pairs)
+            rotate_correction(x, p, before, g, pairs)
+    if count > 1:
+        update_probabilities(bank)
+
+
+@lean_kernel
+def reset_position(bank, north, east, variance_scale, parameters):
+    """After unbroken rejections set the position to the fix and keep the motion; if that did not help, start anew."""
+    n = bank.shape[2]
+    flags = bank[0, n + 1]
+    if flags[RESETS] > 0.0:
+        start(bank[0, n], bank[0, :n], flags, north, east, variance_scale, parameters[0])
+        flags[RESETS] = 0.0
     else:
-        take_place(x, p, north, east, doubt, parameters)
-        if memory.ndim == 3:
-            take_place_modes(memory, north, east, doubt, model)
-        book[RETRIES] = 1.0
-    book[STRAY] = -1.0
+        for k in range(len(parameters)):
+            set_position(bank[k, n], bank[k, :n], north, east, variance_scale, parameters[k])
+        flags[RESETS] = 1.0
+    flags[REJECTED_FOR] = -1.0
 
 
 @lean_kernel
-def take_aids(memory, aids, model):
-    """Correct by the aids (5,) that are not NaN. Returns −2 log of the density of what they say, under way."""
-    main = memory if memory.ndim == 2 else memory[0]
-    parameters = model if model.ndim == 1 else model[0]
-    n = main.shape[1]
-    p, x, book, work = main[:n], main[n], main[n + 1], main[n + 2 : n + 6]
-    if book[MODE] == UNDERWAY:
-        if memory.ndim == 3:
-            return aid_modes(memory, aids, model)
-        return aid_underway(x, p, work, aids, model)
-    if book[MODE] != EMPTY:
-        aid_adrift(x, p, work, aids[SOG], aids[COG], parameters)
+def take_aids(bank, aids, parameters):
+    """Correct by every aid that is known (not NaN) and within the gate of at least one mode. Returns their nll.
+
+    At low speed they are no part of the likelihood: 0.
+    """
+    n = bank.shape[2]
+    phase = bank[0, n + 1, PHASE]
+    if phase == UNDER_WAY:
+        nll = 0.0
+        for which in range(len(aids)):
+            if math.isfinite(aids[which]):
+                nll += take_aid(bank, which, aids[which], parameters)
+        return nll
+    if phase != EMPTY:
+        aid_low_speed(bank[0, n], bank[0, :n], bank[0, n + 2 : n + 6], aids[SOG], aids[COG], parameters[0])
     return 0.0
 
 
 @lean_kernel
-def something_is_known(aids):
-    """Whether any of the aids (5,) is not NaN."""
-    for value in aids:
-        if math.isfinite(value):
-            return True
-    return False
+def take_aid(bank, which, value, parameters):
+    """Correct by one aid. Returns its nll, at most that of an outlier whether it is used or not."""
+    n, first, count = bank.shape[2], first_mode(bank), mode_count(bank)
+    least = math.inf
+    for k in range(first, first + count):
+        p, x, work = bank[k, :n], bank[k, n], bank[k, n + 2 : n + 6]
+        i, companion, sign, nu, variance = measured(which, value, x, parameters[k])
+        s = scalar_innovation(p, work, i, companion, sign, variance)
+        least = min(least, nu * nu / s)
+        bank[k, n + 9, NLL] = aid_nll(nu * nu / s, s)
+    nll = min(mixture_nll(bank), AID_OUTLIER_NLL)
+    if least > AID_GATE:
+        return nll
+    for k in range(first, first + count):
+        p, x, work = bank[k, :n], bank[k, n], bank[k, n + 2 : n + 6]
+        i, companion, sign, nu, variance = measured(which, value, x, parameters[k])
+        correct_scalar(x, p, work, i, companion, sign, nu, variance, math.inf)
+    update_probabilities(bank)
+    return nll
 
 
 @lean_kernel
-def settle(memory, model):
-    """After an update: fold the speed, wrap the course, gain or lose way."""
-    main = memory if memory.ndim == 2 else memory[0]
-    parameters = model if model.ndim == 1 else model[0]
-    n = main.shape[1]
-    p, x, book = main[:n], main[n], main[n + 1]
-    had_way = book[MODE] == UNDERWAY
-    if had_way:
-        if memory.ndim == 3:
-            fold_modes(memory)
-            join(memory)
-        else:
-            fold(x, p)
-    if book[MODE] != EMPTY:
-        judge(x, p, book, parameters)
-    if memory.ndim == 3:
-        if book[MODE] == UNDERWAY and not had_way:
-            part_ways(memory, model)
+def settle(bank, parameters):
+    """After an update: fold the speed, wrap the course, combine the modes, update the phase."""
+    n = bank.shape[2]
+    flags = bank[0, n + 1]
+    was_under_way = flags[PHASE] == UNDER_WAY
+    if was_under_way:
+        fold_modes(bank)
+        combine(bank)
+    if flags[PHASE] != EMPTY:
+        update_phase(bank[0, n], bank[0, :n], flags, parameters[0])
+    if flags[PHASE] == UNDER_WAY and not was_under_way:
+        split(bank, parameters)
 
 
 @lean_kernel
-def take_position(memory, first, second, geodetic, doubt, model):
+def take_position(bank, first, second, geodetic, variance_scale, parameters):
     """Correct by a fix given as latitude and longitude (rad) or as north and east (m): `take_fix` for either."""
-    if not geodetic:
-        return take_fix(memory, first, second, doubt, model)
-    main = memory if memory.ndim == 2 else memory[0]
-    book = main[main.shape[1] + 1]
-    if book[MODE] == EMPTY:
-        book[LATITUDE], book[LONGITUDE] = first, second
-    north, east = displacement(first, second, book[LATITUDE], book[LONGITUDE])
-    return take_fix(memory, north, east, doubt, model)
+    flags = bank[0, bank.shape[2] + 1]
+    north, east = first, second
+    if geodetic:
+        if flags[PHASE] == EMPTY:
+            flags[LATITUDE], flags[LONGITUDE] = first, second
+        north, east = displacement(first, second, flags[LATITUDE], flags[LONGITUDE])
+    return take_fix(bank, north, east, variance_scale, parameters)
 
 
 @lean_kernel
-def recentre(memory):
-    """Lay the tangent plane around the present estimate: the position moves into the plane's origin."""
-    main = memory if memory.ndim == 2 else memory[0]
-    n = main.shape[1]
-    x, book = main[n], main[n + 1]
-    book[LATITUDE], book[LONGITUDE] = displaced(book[LATITUDE], book[LONGITUDE], x[NORTH], x[EAST])
-    if memory.ndim == 3:
-        shift_modes(memory, x[NORTH], x[EAST])
+def recentre(bank):
+    """Move the origin of the tangent plane to the present estimate."""
+    n = bank.shape[2]
+    x, flags = bank[0, n], bank[0, n + 1]
+    north, east = x[NORTH], x[EAST]
+    flags[LATITUDE], flags[LONGITUDE] = displaced(flags[LATITUDE], flags[LONGITUDE], north, east)
     x[NORTH] = x[EAST] = 0.0
+    if len(bank) > 1:
+        for k in range(1, 1 + mode_count(bank)):
+            bank[k, n, NORTH] -= north
+            bank[k, n, EAST] -= east
 
 
 @lean_kernel
-def status_of(memory, fixed, accepted):
-    """What the row is worth, as a code of records.STATUSES."""
-    main = memory if memory.ndim == 2 else memory[0]
-    mode = main[main.shape[1] + 1, MODE]
-    if mode <= STARTING:
+def status_of(bank, fixed, accepted):
+    """Status of a row, as a code of records.STATUSES."""
+    phase = bank[0, bank.shape[2] + 1, PHASE]
+    if phase <= STARTING:
         return STARTING_STATUS
     if fixed and not accepted:
         return REJECTED
-    if mode == ADRIFT:
+    if phase == LOW_SPEED:
         return NO_COURSE
     return OK if fixed else PREDICTED
 
 
+OUTPUTS = 9
+"""Columns of `write_output`."""
+
+
 @lean_kernel
-def speak(memory, geodetic, out):
-    """Write what the filter says now.
+def write_output(block, geodetic, out):
+    """Write the estimate in a block (n + 2, n) or longer.
 
     Latitude and longitude (or north and east), SOG, COG, course rate, the deviations of these three, of the position.
     """
-    main = memory if memory.ndim == 2 else memory[0]
-    n = main.shape[1]
-    p, x, book = main[:n], main[n], main[n + 1]
-    mode = book[MODE]
+    n = block.shape[1]
+    p, x, flags = block[:n], block[n], block[n + 1]
+    phase = flags[PHASE]
     out[:] = math.nan
-    if mode == EMPTY:
+    if phase == EMPTY:
         return
     out[0], out[1] = x[NORTH], x[EAST]
     if geodetic:
-        out[0], out[1] = displaced(book[LATITUDE], book[LONGITUDE], x[NORTH], x[EAST])
+        out[0], out[1] = displaced(flags[LATITUDE], flags[LONGITUDE], x[NORTH], x[EAST])
     out[8] = math.sqrt(0.5 * (p[0, 0] + p[1, 1]))
-    if mode == UNDERWAY:
+    if phase == UNDER_WAY:
         out[2], out[3], out[4] = x[SPEED], x[COURSE], x[RATE]
         out[5], out[6], out[7] = math.sqrt(p[2, 2]), math.sqrt(p[3, 3]), math.sqrt(p[4, 4])
-    elif mode == ADRIFT:
-        out[2] = math.hypot(x[2], x[3])
+    elif phase == LOW_SPEED:
+        out[2] = math.hypot(x[VELOCITY_NORTH], x[VELOCITY_EAST])
         out[5] = math.sqrt(0.5 * (p[2, 2] + p[3, 3]))
 
 
-SPOKEN = 9
-"""Columns of `speak`."""
-
-
 @lean_kernel
-def keep(memory, out):
-    """Copy covariance, state and bookkeeping of what the vessel is said to do into (n + 2, n)."""
-    main = memory if memory.ndim == 2 else memory[0]
+def copy_block(block, out):
+    """Copy covariance, state and flags into (n + 2, n)."""
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
-            out[i, j] = main[i, j]
+            out[i, j] = block[i, j]
 
 
 @kernel
 def track(
+    bounds,
     time,
     first,
     second,
-    doubts,
+    variance_scales,
     aids,
     geodetic,
-    model,
-    memory,
-    spoken,
+    parameters,
+    bank,
+    output,
     nis,
-    log_determinant,
-    aid_surprise,
+    nll,
+    aid_nlls,
     status,
     kept,
 ):
-    """Run over a record.
+    """Run over records that stand behind one another, record i in rows bounds[i] to bounds[i + 1].
 
     Args:
-        time: (n,) s, not decreasing. first, second: (n,) latitude and longitude (rad) if `geodetic`, else north and
-            east (m); NaN where a row is no fix. doubts: (n or 0,), see `take_fix`. aids: (n or 0, 5), NaN where
-            nothing was said.
-        model, memory: the filter; memory goes on from where it stands.
-        spoken: (n, SPOKEN), nis, log_determinant, aid_surprise: (n,), status: (n,) uint8: filled. See `take_fix`,
-            `take_aids`.
-        kept: (n or 0, states + 2, states) receives covariance, state and bookkeeping after every row, for the smoother.
+        time: (n,) s, not decreasing in a record. first, second: (n,) latitude and longitude (rad) if `geodetic`, else
+            north and east (m); NaN where a row is no fix. variance_scales: (n or 0,), see `take_fix`. aids: (n or 0,
+            aids), NaN where nothing was measured.
+        parameters, bank: the filter; the first record goes on from the state of the bank, each further one starts anew.
+        output: (n, OUTPUTS), nis, nll, aid_nlls: (n,), status: (n,) uint8: filled. See `take_fix`, `take_aids`.
+        kept: (n or 0, states + 2, states) receives covariance, state and flags after every row, for the smoother.
     """
-    for k in range(len(time)):
-        if k > 0:
-            advance(memory, time[k] - time[k - 1], model)
-        fixed = math.isfinite(first[k]) and math.isfinite(second[k])
-        accepted = False
-        nis[k] = log_determinant[k] = math.nan
-        aid_surprise[k] = 0.0
-        if fixed:
-            accepted, nis[k], log_determinant[k] = take_position(
-                memory, first[k], second[k], geodetic, doubts[k] if len(doubts) else 1.0, model
-            )
-        aided = len(aids) > 0 and something_is_known(aids[k])
-        if aided:
-            aid_surprise[k] = take_aids(memory, aids[k], model)
-        if fixed or aided:
-            settle(memory, model)
-        else:
-            conclude(memory)
-        if geodetic and fixed:
-            recentre(memory)
-        status[k] = status_of(memory, fixed, accepted)
-        speak(memory, geodetic, spoken[k])
-        if len(kept):
-            keep(memory, kept[k])
-
-
-@kernel
-def track_many(
-    bounds, time, first, second, doubts, aids, geodetic, model, spoken, nis, log_determinant, aid_surprise, status
-):
-    """`track` for each of many records that stand behind one another, record i in rows bounds[i] to bounds[i + 1]."""
-    none_kept = np.empty((0, 1, 1))
     for i in range(len(bounds) - 1):
-        rows = slice(bounds[i], bounds[i + 1])
-        their_aids = aids[rows] if len(aids) else aids
-        track(
-            time[rows],
-            first[rows],
-            second[rows],
-            doubts[rows] if len(doubts) else doubts,
-            their_aids,
-            geodetic,
-            model,
-            empty_memory(model),
-            spoken[rows],
-            nis[rows],
-            log_determinant[rows],
-            aid_surprise[rows],
-            status[rows],
-            none_kept,
-        )
+        if i > 0:
+            bank[:] = 0.0
+        for k in range(bounds[i], bounds[i + 1]):
+            if k > bounds[i]:
+                advance(bank, time[k] - time[k - 1], parameters)
+            fixed = math.isfinite(first[k]) and math.isfinite(second[k])
+            accepted = False
+            nis[k] = nll[k] = math.nan
+            aid_nlls[k] = 0.0
+            if fixed:
+                scale = variance_scales[k] if len(variance_scales) else 1.0
+                accepted, nis[k], nll[k] = take_position(bank, first[k], second[k], geodetic, scale, parameters)
+            aided = len(aids) > 0 and any_known(aids[k])
+            if aided:
+                aid_nlls[k] = take_aids(bank, aids[k], parameters)
+            if fixed or aided:
+                settle(bank, parameters)
+            else:
+                conclude(bank)
+            if geodetic and fixed:
+                recentre(bank)
+            status[k] = status_of(bank, fixed, accepted)
+            write_output(bank[0], geodetic, output[k])
+            if len(kept):
+                copy_block(bank[0], kept[k])

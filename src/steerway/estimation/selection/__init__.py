@@ -1,1 +1,1 @@
-"""Profiles from logs: `tuned` in a minute with all that can be told, `choice` in a second."""
+"""Profiles from logs: `tune` in a minute with intervals, `select_profile` in a second."""

@@ -1,4 +1,4 @@
-"""Which rows of a log tell of motion, and excerpts of those too long to be fitted whole."""
+"""Rows of a log that are informative of motion, and excerpts of logs too long to be fitted whole."""
 
 import math
 from dataclasses import replace
@@ -10,20 +10,21 @@ from steerway.core.earth import displacement
 from steerway.core.records import Fixes
 
 LEAST_SPEED = 0.5
+"""m/s over ten seconds: five metres, beyond the wander of a receiver at rest in that time."""
 
 
 def moving(fixes: Fixes, half_window=5.0) -> np.ndarray:
-    """(n,) bool: displacement over ten seconds says the vessel is under way."""
+    """(n,) bool: under way by the displacement over ten seconds."""
     placed = fixes.has_position
     if not placed.all():
         return np.r_[False, moving(fixes.rows(placed), half_window)][np.cumsum(placed)]
     return _speeds(fixes.time, fixes.latitude, fixes.longitude, half_window) > LEAST_SPEED
 
 
-def telling(fixes: Fixes, reach=10.0) -> np.ndarray:
-    """(n,) bool: the vessel is under way, or that is at most `reach` (s) from there.
+def informative(fixes: Fixes, reach=10.0) -> np.ndarray:
+    """(n,) bool: the vessel is under way, or is so within `reach` (s).
 
-    How she gathers way and loses it tells of her too; who stops all at once would else pass for one who never does.
+    Starts and stops are informative too: without them the acceleration would be underestimated.
     """
     time, before = fixes.time, np.r_[0, np.cumsum(moving(fixes))]
     return before[np.searchsorted(time, time + reach, side="right")] > before[np.searchsorted(time, time - reach)]
@@ -58,14 +59,14 @@ def thinned(time, spacing):
 
 
 def spaced(fixes: Fixes, spacing: float, aids_spacing: float) -> Fixes:
-    """Positions at least so far apart (s); between them what instruments say, so far apart, without a position."""
+    """Positions at least so far apart (s); between them aids, so far apart, in rows without a position."""
     placed = np.flatnonzero(fixes.has_position)
     kept = np.zeros(len(fixes), bool)
     kept[placed[thinned(fixes.time[placed], spacing)]] = True
-    said = kept.copy()
-    said[thinned(fixes.time, aids_spacing)] = True
+    chosen = kept.copy()
+    chosen[thinned(fixes.time, aids_spacing)] = True
     places = {name: np.where(kept, getattr(fixes, name), np.nan) for name in ("latitude", "longitude")}
-    return replace(fixes, **places).rows(said)
+    return replace(fixes, **places).rows(chosen)
 
 
 def stretches(counted, count: int, length: int) -> np.ndarray:

@@ -1,6 +1,6 @@
-"""How well a log tells what was fitted to it: 95 % intervals of every parameter.
+"""95 % intervals of every parameter that is fitted to a log.
 
-At the likeliest profile the likelihood falls off as its curvature says, if the model is the truth. Where it is not, the
+At the maximum the likelihood falls off as its curvature says, if the model is the truth. Where it is not, the
 scores of neighbouring rows depend on one another, and stretches of the log disagree more than they should: the spread
 of their scores takes the place of the curvature's own (the sandwich of P. J. Huber, Proc. 5th Berkeley Symposium, 1967;
 H. White, Econometrica 50(1), 1982). The wider of the two is given.
@@ -11,9 +11,11 @@ import numpy as np
 from steerway.estimation.selection.search import Fit
 
 _STRETCHES = 20
+"""Parts whose scores are taken as independent: each longer than the errors of a receiver, in logs of an hour."""
 _QUANTILE = 2.09
 """Of Student's t with 19 degrees of freedom, for 95 %."""
 _DIFFERENCE = 0.1
+"""Of a logarithm, for second differences: wide enough for the steps of the likelihood at rejections."""
 _LEAST_FREEDOM = 0.1
 """Of χ²: less than a waiting time has no upper end."""
 

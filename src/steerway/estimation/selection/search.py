@@ -1,4 +1,4 @@
-"""The likeliest profile, and how well a log tells it.
+"""Maximum likelihood, or a posteriori, over the parameters of a profile.
 
 Scoring as E. K. Berndt, B. H. Hall, R. E. Hall and J. A. Hausman have it (Annals of Economic and Social Measurement
 3(4), 1974), damped after Levenberg and Marquardt. Innovations hardly depend on one another, so the sum of the outer
@@ -18,20 +18,22 @@ from steerway.estimation.profiles import Profile
 _DIFFERENCE, _SMALL_DIFFERENCE = 0.03, 1e-3
 """Of a logarithm: to both sides of the bottom, which is broad, and to one side on the way there."""
 _LONGEST_STEP = 2.0
-_WORTH_A_STEP = 0.02
-"""−log likelihood that a step has to promise."""
+"""Of a logarithm in a step: a factor of seven."""
+_LEAST_GAIN = 0.02
+"""−log likelihood that a step has to gain: far below the 2 at which models differ."""
 _DAMPING, _HOPELESS = 1e-2, 1e4
+"""Of Levenberg and Marquardt: at the start, and where no step helps any more."""
 
 
 @dataclass(frozen=True)
 class Search:
     """Parameters of a profile to be found, in logarithms: what is minimised is −log likelihood plus that of a prior.
 
-    `surprises` gives (n,) −log likelihoods of rows under a profile; `expected` the prior's median and its deviation of
+    `row_nll` gives (n,) −log likelihoods of rows under a profile; `expected` the prior's median and its deviation of
     the logarithm by name, `bounds` the least and the largest value.
     """
 
-    surprises: Callable[[Profile], np.ndarray]
+    row_nll: Callable[[Profile], np.ndarray]
     base: Profile
     names: tuple[str, ...]
     expected: dict[str, tuple[float, float]]
@@ -59,12 +61,12 @@ class Search:
         return np.log(median), spread**2
 
     def rows(self, logs) -> np.ndarray:
-        """(n,) surprises of the rows."""
+        """(n,) −log likelihoods of the rows."""
         self.step()
-        return self.surprises(self.profile(logs))
+        return self.row_nll(self.profile(logs))
 
     def total(self, rows, logs) -> float:
-        """What is minimised, from the surprises of the rows."""
+        """What is minimised, from the −log likelihoods of the rows."""
         mean, variance = self.prior
         return float(rows.sum() + 0.5 * ((logs - mean) ** 2 / variance).sum())
 
@@ -77,9 +79,9 @@ class Search:
         return np.array(_at_once(self.value, points))
 
     def scores(self, logs, here=None) -> np.ndarray:
-        """(n, p) derivatives of the rows' surprise by each logarithm; the prior is not in them.
+        """(n, p) derivatives of the rows' −log likelihood by each logarithm; the prior is not in them.
 
-        By differences to both sides, or, where the surprises (n,) `here` are given, to one side only.
+        By differences to both sides, or, where the −log likelihoods (n,) `here` are given, to one side only.
         """
         directions = np.eye(len(logs))
         if here is not None:
@@ -123,7 +125,7 @@ def minimise(search: Search, start: Profile, steps: int = 40) -> Fit:
         before = value
         while damping < _HOPELESS:
             change = _damped(slope, curvature, free, damping)
-            if -0.5 * slope @ change < _WORTH_A_STEP * min(damping, 1.0):
+            if -0.5 * slope @ change < _LEAST_GAIN * min(damping, 1.0):
                 break
             trial = np.clip(logs + change, low, high)
             tried = search.rows(trial)
@@ -131,7 +133,7 @@ def minimise(search: Search, start: Profile, steps: int = 40) -> Fit:
                 logs, rows, value, damping = trial, tried, search.total(tried, trial), max(damping / 5.0, 1e-4)
                 break
             damping *= 5.0
-        if before - value < _WORTH_A_STEP:
+        if before - value < _LEAST_GAIN:
             break
     return Fit(search.profile(logs), value, search)
 

@@ -1,0 +1,33 @@
+"""Numbers of a profile: limits for every user, and the range and prior of those that are fitted to a log."""
+
+from typing import Any
+
+from pydantic import Field
+from pydantic.fields import FieldInfo
+
+
+def positive_number(
+    default: float | None = None,
+    *,
+    or_zero: bool = False,
+    bounds: tuple[float, float] | None = None,
+    prior: tuple[float, float] | None = None,
+    words: tuple[str, str] | None = None,
+) -> Any:
+    """A finite number above zero, or `or_zero`; without a default it is required.
+
+    Args:
+        bounds: least and largest value that a fit tries.
+        prior: median, and standard deviation of the logarithm, before a log is seen.
+        words: what it is called in a report, and its unit.
+    """
+    limit = {"ge": 0.0} if or_zero else {"gt": 0.0}
+    fitting = {"bounds": bounds, "prior": prior, "words": words}
+    given = {} if default is None else {"default": default}
+    return Field(**given, **limit, allow_inf_nan=False, json_schema_extra=fitting)
+
+
+def fitting_of(fields: dict[str, FieldInfo], what: str) -> dict[str, tuple]:
+    """`bounds`, `prior` or `words` of the fields that have them, by name."""
+    found = {name: (field.json_schema_extra or {}).get(what) for name, field in fields.items()}
+    return {name: value for name, value in found.items() if value is not None}

@@ -1,0 +1,1 @@
+"""Measurement updates: positions, aids, and the likelihood by which outliers are refused."""

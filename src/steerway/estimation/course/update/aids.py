@@ -1,0 +1,179 @@
+"""Aids: scalar measurements beside positions, each declared once in `TABLE`.
+
+An aid measures a state of the filter plus, where the profile gives it a standard deviation, one slowly varying
+companion state (first-order Gauss–Markov): heading = χ − crab angle, speed through water = U − the water's own speed
+along the course, yaw rate = ω_χ + the bias of the gyro.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from pydantic import BaseModel
+
+from steerway.core.angles import wrap
+from steerway.core.compiled import lean_kernel
+from steerway.core.profile_fields import positive_number
+from steerway.estimation.course.motion.layout import (
+    COURSE,
+    EXTRAS,
+    RATE,
+    SPEED,
+    STATES,
+    VELOCITY_EAST,
+    VELOCITY_NORTH,
+    VELOCITY_VARIANCE,
+)
+from steerway.estimation.course.update.outliers import AID_GATE
+
+
+class Aid(NamedTuple):
+    """Declaration of an aid."""
+
+    name: str  # of the column in a record and of the argument
+    state: int  # that it measures
+    noise: str  # key of a profile: standard deviation; of `across_course`, of a velocity across the course (m/s)
+    companion: tuple[str, str] | None = None  # keys of a profile: standard deviation and time constant
+    sign: float = 0.0  # of the companion
+    is_angle: bool = False
+    across_course: bool = False
+    fitted: tuple[str, ...] = ()  # keys that a log determines, when a profile is selected
+
+
+TABLE = (
+    Aid("sog", SPEED, "sog_std", fitted=("sog_std",)),
+    Aid("cog", COURSE, "velocity_std", is_angle=True, across_course=True, fitted=("velocity_std",)),
+    Aid("heading", COURSE, "heading_std", ("crab_std", "crab_time"), sign=-1.0, is_angle=True),
+    Aid("water_speed", SPEED, "water_speed_std", ("stream_std", "stream_time"), sign=-1.0),
+    Aid(
+        "yaw_rate",
+        RATE,
+        "yaw_rate_std",
+        ("gyro_bias_std", "gyro_bias_time"),
+        sign=1.0,
+        fitted=("yaw_rate_std", "gyro_bias_time"),
+    ),
+)
+
+
+class AidNoise(BaseModel):
+    """What a profile says of the aids; defaults are those of usual instruments."""
+
+    # Receivers that filter less than 0.05 m/s are late, so that a fit does not go below it.
+    sog_std: float = positive_number(0.1, bounds=(0.05, 3.0), prior=(0.1, 1.0))  # m/s, receiver's own SOG
+    velocity_std: float = positive_number(0.1, bounds=(0.05, 3.0), prior=(0.1, 1.0))  # m/s across the course, for COG
+    heading_std: float = positive_number(math.radians(1.0))  # rad
+    crab_std: float = positive_number(math.radians(10.0), or_zero=True)  # rad, crab angle and compass bias
+    crab_time: float = positive_number(60.0)  # s
+    water_speed_std: float = positive_number(0.1)  # m/s
+    stream_std: float = positive_number(0.5, or_zero=True)  # m/s, water's speed along the course, and the log's bias
+    stream_time: float = positive_number(300.0)  # s
+    yaw_rate_std: float = positive_number(math.radians(0.2), bounds=(1e-3, 0.2), prior=(3e-3, 1.0))  # rad/s
+    gyro_bias_std: float = positive_number(math.radians(0.5), or_zero=True)  # rad/s
+    gyro_bias_time: float = positive_number(1000.0, bounds=(100.0, 1e5), prior=(3000.0, 1.5))  # s
+
+
+AIDS = tuple(aid.name for aid in TABLE)
+"""Names of the aids, in the order of the kernels' aiding table."""
+NO_AIDS = np.empty((0, len(AIDS)))
+SOG, COG = AIDS.index("sog"), AIDS.index("cog")
+_COUNT = len(TABLE)
+_STATE = np.array([aid.state for aid in TABLE])
+_SIGN = np.array([aid.sign for aid in TABLE])
+_IS_ANGLE = np.array([aid.is_angle for aid in TABLE])
+_ACROSS_COURSE = np.array([aid.across_course for aid in TABLE])
+_LEAST_SPEED_SQUARED = 1e-4
+"""(m/s)²: a centimetre a second, below which a velocity has no direction whatever its noise."""
+
+
+def companion_states(profile, aids) -> tuple[dict[str, int], list[tuple[float, float]]]:
+    """Of the aids in use: for each name the place of its companion state (from 0 on), and (std, time) of each."""
+    keys = sorted((aid.companion, aid.name) for aid in TABLE if aid.companion and aid.name in aids)
+    present = [(name, getattr(profile, std), getattr(profile, time)) for (std, time), name in keys]
+    present = [each for each in present if each[1] > 0.0]
+    return {name: k for k, (name, _, _) in enumerate(present)}, [(std, time) for _, std, time in present]
+
+
+def packed(profile, states: dict[str, int]) -> list[float]:
+    """The end of a row of parameters: of every aid its variance and the index of its companion state, 0 for none."""
+    return [number for aid in TABLE for number in (getattr(profile, aid.noise) ** 2, states.get(aid.name, 0))]
+
+
+def companion_of(parameters, name: str) -> int:
+    """Index of the companion state of an aid in a row of parameters (k,), 0 for none."""
+    return int(parameters[len(parameters) - 2 * _COUNT + 2 * AIDS.index(name) + 1])
+
+
+@lean_kernel
+def measured(which, value, x, parameters):
+    """What an aid measures: (state, its companion or 0, the companion's sign, innovation, variance)."""
+    at = EXTRAS + 3 * (int(parameters[STATES]) - 5) + 2 * which
+    i, variance, companion = _STATE[which], parameters[at], int(parameters[at + 1])
+    expected = x[i] + _SIGN[which] * x[companion] if companion else x[i]
+    innovation = wrap(value - expected) if _IS_ANGLE[which] else value - expected
+    if _ACROSS_COURSE[which]:
+        variance /= max(x[SPEED] ** 2, _LEAST_SPEED_SQUARED)
+    return i, companion, _SIGN[which], innovation, variance
+
+
+@lean_kernel
+def scalar_innovation(p, work, i, companion, sign, variance):
+    """Variance of the innovation of a measurement of x[i] + sign · x[companion] (companion 0: none).
+
+    Leaves in work[0] (n,) the covariance of the state with what is measured.
+    """
+    pc = work[0]
+    for j in range(len(pc)):
+        pc[j] = p[min(i, j), max(i, j)]
+        if companion:
+            pc[j] += sign * p[min(companion, j), max(companion, j)]
+    return pc[i] + variance + sign * pc[companion] if companion else pc[i] + variance
+
+
+@lean_kernel
+def correct_scalar(x, p, work, i, companion, sign, innovation, variance, gate=AID_GATE):
+    """Correct by a measurement of x[i] + sign · x[companion] (companion 0: none) unless the gate refuses it.
+
+    Joseph's form for a scalar. Returns the NIS: above the gate the measurement was not used.
+    """
+    pc, k = work[0], work[1]
+    s = scalar_innovation(p, work, i, companion, sign, variance)
+    return take_scalar(x, p, pc, k, s, innovation, gate)
+
+
+@lean_kernel
+def take_scalar(x, p, pc, k, s, innovation, gate=AID_GATE):
+    """Correct by a scalar with covariances pc = P hᵀ (n,) and variance s, unless the gate refuses it; k is workspace.
+
+    Reads and writes the upper triangle of P. Returns the NIS: above the gate the measurement was not used.
+    """
+    n = len(x)
+    nis = innovation * innovation / s
+    if nis > gate:
+        return nis
+    for j in range(n):
+        k[j] = pc[j] / s
+        x[j] += k[j] * innovation
+    for a in range(n):
+        for b in range(a, n):
+            p[a, b] += k[a] * k[b] * s - k[a] * pc[b] - pc[a] * k[b]
+    return nis
+
+
+@lean_kernel
+def aid_low_speed(x, p, work, sog, cog, parameters):
+    """Without a course only the receiver's whole velocity is a measurement of the state."""
+    if math.isfinite(sog) and math.isfinite(cog):
+        north, east = sog * math.cos(cog), sog * math.sin(cog)
+        variance = parameters[VELOCITY_VARIANCE]
+        correct_scalar(x, p, work, VELOCITY_NORTH, 0, 0.0, north - x[VELOCITY_NORTH], variance, AID_GATE)
+        correct_scalar(x, p, work, VELOCITY_EAST, 0, 0.0, east - x[VELOCITY_EAST], variance, AID_GATE)
+
+
+@lean_kernel
+def any_known(aids):
+    """Whether any of the aids is not NaN."""
+    for value in aids:
+        if math.isfinite(value):
+            return True
+    return False

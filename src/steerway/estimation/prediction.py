@@ -1,0 +1,151 @@
+"""`predict`: where every vessel of a record will be, and how sure that is (motion prediction from AIS, P0 §1)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from steerway.core.compiled import kernel
+from steerway.core.earth import displaced
+from steerway.core.errors import InputError
+from steerway.core.records import Fixes, Table
+from steerway.estimation.course.forecast import forecast
+from steerway.estimation.course.motion.layout import EAST, EMPTY, LATITUDE, LONGEST_GAP, LONGITUDE, NORTH, PHASE
+from steerway.estimation.course.replay import kept_rows
+from steerway.estimation.log_estimate import choose_profile
+from steerway.estimation.profiles import Profile
+
+LONGEST_HORIZON = 3600.0
+"""s"""
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction(Table):
+    """Positions to come: one row a vessel and horizon. Shapes: every array (n,); mmsi None for one's own boat."""
+
+    time: np.ndarray  # Unix UTC, of the predicted position
+    latitude: np.ndarray  # rad
+    longitude: np.ndarray  # rad, [−π, π)
+    horizon: np.ndarray  # s since the vessel's last report
+    variance_north: np.ndarray  # m²
+    variance_east: np.ndarray  # m²
+    covariance: np.ndarray  # of north and east, m²
+    mmsi: np.ndarray | None = None
+
+    @property
+    def ellipse(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Half axes of the 95 % ellipse (m, the longer first) and the direction of the longer one (rad from north)."""
+        mean, half = 0.5 * (self.variance_north + self.variance_east), 0.5 * (self.variance_north - self.variance_east)
+        spread = np.hypot(half, self.covariance)
+        chi_square = -2.0 * np.log(0.05)  # two degrees of freedom, 95 %
+        axes = (np.sqrt(chi_square * (mean + spread)), np.sqrt(chi_square * np.maximum(mean - spread, 0.0)))
+        return *axes, 0.5 * np.arctan2(self.covariance, half)
+
+    def to_frame(self):
+        """A polars DataFrame: mmsi, time_s, horizon_s, lat_deg, lon_deg, deviations, correlation, the 95 % ellipse."""
+        import polars as pl
+
+        longer, shorter, direction = self.ellipse
+        north, east = np.sqrt(self.variance_north), np.sqrt(self.variance_east)
+        columns = {} if self.mmsi is None else {"mmsi": self.mmsi}
+        return pl.DataFrame(
+            columns
+            | {
+                "time_s": self.time,
+                "horizon_s": self.horizon,
+                "lat_deg": np.degrees(self.latitude),
+                "lon_deg": np.degrees(self.longitude),
+                "north_std_m": north,
+                "east_std_m": east,
+                "north_east_correlation": self.covariance / (north * east),
+                "ellipse95_longer_m": longer,
+                "ellipse95_shorter_m": shorter,
+                "ellipse95_direction_deg": np.mod(np.degrees(direction), 180.0),
+            }
+        )
+
+
+def predict(
+    fixes: Fixes,
+    horizons: float | Sequence[float] = 600.0,
+    profile: Profile | str | Path | None = None,
+    aid: tuple[str, ...] | None = None,
+) -> Prediction:
+    """Position and covariance of every vessel, `horizons` seconds after the end of the record.
+
+    Vessels without a report for longer than `LONGEST_GAP` are left out.
+
+    Args:
+        fixes: reports up to now.
+        horizons: 0 to 3600 s.
+        profile: as for `estimate`.
+        aid: as for `estimate`; None takes the SOG and COG that AIS reports transmit, and positions alone otherwise.
+
+    Raises InputError for a horizon out of range and as `estimate` does.
+    """
+    horizons = np.atleast_1d(np.asarray(horizons, float))
+    wrong = horizons[~((horizons > 0.0) & (horizons <= LONGEST_HORIZON))]
+    if len(wrong):
+        raise InputError(f"horizon is {wrong[0]:g}, expected more than 0 and at most {LONGEST_HORIZON:g} s")
+    parameters, outlook, aid = predictor(fixes, profile, aid)
+    now = fixes.time[fixes.has_position].max()
+    rows, vessels = [], []
+    for mmsi, track in fixes.rows(fixes.has_position).in_order().tracks():
+        silent = now - track.time[-1]
+        block = kept_rows(parameters, aid, track, last=True)[0]
+        if silent <= LONGEST_GAP and block[-1, PHASE] != EMPTY:
+            rows += [(now + horizon, *ahead(block, outlook, silent + horizon)) for horizon in horizons]
+            vessels += [mmsi] * len(horizons)
+    columns = np.array(rows, float).reshape(-1, 7).T
+    mmsi = None if fixes.mmsi is None else np.array(vessels, np.int64)
+    return Prediction(*columns, mmsi=mmsi)
+
+
+def hindcast(
+    track: Fixes,
+    horizons: Sequence[float],
+    spacing: float = 0.0,
+    profile: Profile | str | Path | None = None,
+    aid: tuple[str, ...] | None = None,
+) -> tuple[np.ndarray, Prediction]:
+    """What `predict` would have given at earlier rows of the record of one vessel, each from the rows up to it.
+
+    Args:
+        track: rows with positions of one vessel, in order of time.
+        horizons: s after each of the rows.
+        spacing: least time between two of the rows, s.
+        profile, aid: as for `predict`; a profile that is None is chosen from the whole record.
+
+    Returns the rows (n,) and the predictions from them, n times as many as horizons, horizons within rows.
+    Raises InputError as `estimate` does.
+    """
+    parameters, outlook, aid = predictor(track, profile, aid)
+    kept, rows, last = kept_rows(parameters, aid, track), [], -np.inf
+    for row, moment in enumerate(track.time):
+        if moment - last >= spacing:
+            rows, last = [*rows, row], moment
+    columns = [(track.time[row] + each, *ahead(kept[row], outlook, each)) for row in rows for each in horizons]
+    mmsi = None if track.mmsi is None else np.full(len(columns), track.mmsi[0])
+    return np.array(rows, int), Prediction(*np.array(columns, float).reshape(-1, 7).T, mmsi=mmsi)
+
+
+def predictor(fixes: Fixes, profile=None, aid=None) -> tuple[np.ndarray, np.ndarray, tuple[str, ...]]:
+    """Of `predict`: the parameters of the filter (modes, k), those of the forecast (k,), and the aids.
+
+    Future changes of mode are unknown: the forecast follows the one model that disperses as far in the long run.
+    """
+    if aid is None:
+        aid = ("sog", "cog") if fixes.mmsi is not None else ()
+    chosen = choose_profile(fixes, profile, aid)
+    return chosen.parameters(aid), chosen.on_average.parameters(aid)[0], aid
+
+
+@kernel
+def ahead(block, parameters, horizon):
+    """(latitude, longitude, horizon, Σ_NN, Σ_EE, Σ_NE) `horizon` seconds after the filter state `block`."""
+    north, east, nn, ne, ee = forecast(block, parameters, horizon)
+    n = block.shape[1]
+    x, flags = block[n], block[n + 1]
+    latitude, longitude = displaced(flags[LATITUDE], flags[LONGITUDE], x[NORTH] + north, x[EAST] + east)
+    return latitude, longitude, horizon, nn, ee, ne

@@ -1,0 +1,209 @@
+"""Profiles: the vessel and its receiver as named, validated numbers in a TOML file."""
+
+import json
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from steerway.core.errors import InputError
+from steerway.core.profile_fields import positive_number
+from steerway.core.toml import read_toml
+from steerway.estimation.course.motion.oscillation import SHORTEST_PERIOD
+from steerway.estimation.course.update.aids import AidNoise
+from steerway.estimation.profiles import packing
+
+WIDEST_INTERVAL = 10.0
+"""Ratio of the ends of a 95 % interval above which a log does not determine a number: not even its order."""
+_LEAST_DECAY = 1e-3
+"""1/s: below it a course rate lasts longer than any forecast, and the long run is never reached."""
+_OF_A_MODE = ("speed_noise", "course_rate_noise", "course_rate_decay")
+
+
+class MotionNoise(BaseModel):
+    """How a vessel moves. Noise is a spectral density: it does not depend on the filter's rate.
+
+    With `turn_time` there are two modes, a course held and a turn; without it one.
+    """
+
+    speed_noise: float = positive_number(bounds=(1e-7, 10.0), prior=(1e-2, 4.0), words=("speed noise S_U", "m²/s³"))
+    course_rate_noise: float = positive_number(
+        bounds=(1e-10, 10.0), prior=(1e-3, 4.0), words=("course-rate noise S_ω", "rad²/s³")
+    )
+    speed_decay: float = positive_number(0.0, or_zero=True)  # α1, 1/s
+    course_rate_decay: float = positive_number(
+        0.1, or_zero=True, bounds=(5e-3, 2.0), prior=(0.2, 2.0), words=("course-rate decay α2", "1/s")
+    )
+    # Acceleration along the course that persists; 0: none.
+    acceleration_std: float = positive_number(
+        0.0, or_zero=True, bounds=(1e-3, 2.0), prior=(0.1, 2.0), words=("persistent acceleration", "m/s²")
+    )
+    acceleration_time: float = positive_number(5.0)  # s, its time constant
+    # Wave-induced yaw about a mean course; 0: none.
+    yawing_period: float = positive_number(
+        0.0, or_zero=True, bounds=(3.0, 100.0), prior=(10.0, 1.0), words=("period of wave-induced yaw", "s")
+    )
+    yawing_time: float = positive_number(
+        15.0, bounds=(1.0, 1e3), prior=(15.0, 1.0), words=("… and time constant of the mean course", "s")
+    )
+    steerageway: float = positive_number(0.3)  # m/s: below it course is not defined
+    turn_time: float = positive_number(
+        0.0, or_zero=True, bounds=(2.0, 3e3), prior=(20.0, 2.0), words=("mean duration of a turn", "s")
+    )
+    straight_time: float = positive_number(
+        0.0, or_zero=True, bounds=(20.0, 1e4), prior=(100.0, 2.0), words=("mean duration of a held course", "s")
+    )
+    turn_speed_noise: float = positive_number(
+        0.0, or_zero=True, bounds=(1e-7, 10.0), prior=(1e-2, 4.0), words=("S_U in a turn", "m²/s³")
+    )
+    turn_course_rate_noise: float = positive_number(
+        0.0, or_zero=True, bounds=(1e-8, 10.0), prior=(1e-3, 4.0), words=("S_ω in a turn", "rad²/s³")
+    )
+    turn_course_rate_decay: float = positive_number(
+        0.0, or_zero=True, bounds=(5e-3, 1.0), prior=(0.2, 2.0), words=("α2 in a turn", "1/s")
+    )
+
+
+class ReceiverNoise(BaseModel):
+    """Errors of fixes, north and east: white noise, and up to two first-order Gauss–Markov errors.
+
+    How long a slow error lasts is hardly determined by a log: a walk that turns back after half a minute or after five
+    makes a log as likely, within one in a thousand. Errors of multipath and atmosphere last minutes, whence the prior;
+    one that is gone within seconds would be a model of waves.
+    """
+
+    position_std: float = positive_number(bounds=(2e-3, 30.0), prior=(0.5, 2.0), words=("white noise of a fix", "m"))
+    time_std: float = positive_number(0.0, or_zero=True)  # s, of the time of a fix
+    error_std: float = positive_number(
+        0.0, or_zero=True, bounds=(3e-3, 10.0), prior=(1.0, 2.0), words=("slow error of the receiver", "m")
+    )
+    error_time: float = positive_number(
+        60.0, bounds=(30.0, 2e3), prior=(300.0, 1.0), words=("… and its correlation time", "s")
+    )
+    drift_std: float = positive_number(
+        0.0, or_zero=True, bounds=(3e-3, 30.0), prior=(1.0, 2.0), words=("slower error of the receiver", "m")
+    )
+    drift_time: float = positive_number(
+        600.0, bounds=(1.0, 1e4), prior=(300.0, 2.0), words=("… and its correlation time", "s")
+    )
+
+
+class _Named(BaseModel):
+    name: str = "custom"
+    description: str = ""
+
+
+class Profile(AidNoise, ReceiverNoise, MotionNoise, _Named):
+    """Tuning of the filter."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    intervals: dict[str, tuple[float, float]] = Field(default_factory=dict)
+    """95 % intervals of the numbers that were fitted to a log, by name."""
+
+    @model_validator(mode="after")
+    def _whole_turn(self) -> Self:
+        given = {name: getattr(self, name) for name in ("straight_time", "turn_speed_noise", "turn_course_rate_noise")}
+        if self.turn_time > 0.0 and not all(given.values()):
+            missing = next(name for name, value in given.items() if not value)
+            raise ValueError(f"turn_time is {self.turn_time}, which needs a positive {missing} too")
+        return self
+
+    @model_validator(mode="after")
+    def _oscillation_alone(self) -> Self:
+        if self.yawing_period > 0.0 and self.turn_time > 0.0:
+            raise ValueError("yawing_period and turn_time are both given, expected one of them")
+        if 0.0 < self.yawing_period < SHORTEST_PERIOD:
+            raise ValueError(f"yawing_period is {self.yawing_period}, expected 0 or at least {SHORTEST_PERIOD} s")
+        return self
+
+    @classmethod
+    def named(cls, name: str) -> Self:
+        """A built-in profile. Raises InputError with the names there are."""
+        from steerway.estimation.profiles.presets import BUILT_IN  # which is made of this class
+
+        if name not in BUILT_IN:
+            raise InputError(f"profile {name!r} is unknown, expected one of {', '.join(BUILT_IN)} or a .toml file")
+        return BUILT_IN[name]
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """A profile from a TOML file. Raises InputError naming the file and the key that is wrong."""
+        try:
+            return cls(**read_toml(path, "profile"))
+        except ValidationError as error:
+            first = error.errors()[0]
+            key = ".".join(map(str, first["loc"]))
+            raise InputError(f"profile {path}: {key} is {first['input']!r}, expected: {first['msg']}") from None
+
+    def save(self, path: str | Path) -> None:
+        """Write the profile as a TOML file that `load` reads."""
+        Path(path).write_text(self.toml(), encoding="utf-8")
+
+    def toml(self) -> str:
+        """The text of such a file."""
+        values = self.model_dump(exclude={"intervals"}).items()
+        text = "".join(f"{key} = {_toml(value)}{self._comment(key)}\n" for key, value in values)
+        if not self.intervals:
+            return text
+        ends = "".join(f"{name} = [{low!r}, {high!r}]\n" for name, (low, high) in self.intervals.items())
+        return f"{text}\n[intervals]  # 95 %, from the log that it was tuned on\n{ends}"
+
+    def _comment(self, name) -> str:
+        if name not in self.intervals:
+            return ""
+        words = "" if self.is_determined(name) else "not determined by this log: "
+        return "  # {}{:g} to {:g}".format(words, *self.intervals[name])
+
+    def is_determined(self, name: str) -> bool:
+        """Whether the log that it was tuned on determines this number; True of one that was not fitted."""
+        low, high = self.intervals.get(name, (1.0, 1.0))
+        return high <= WIDEST_INTERVAL * low
+
+    @property
+    def turning(self) -> Self | None:
+        """The mode of a turn as a profile of one mode; None for a profile that has one mode."""
+        if self.turn_time == 0.0:
+            return None
+        update = {name: getattr(self, f"turn_{name}") for name in _OF_A_MODE} | {"turn_time": 0.0}
+        return self.model_copy(update=update)
+
+    @property
+    def agility(self) -> float:
+        """Spectral density of the course-rate noise in a turn, rad²/s³."""
+        return self.turn_course_rate_noise if self.turn_time > 0.0 else self.course_rate_noise
+
+    @property
+    def on_average(self) -> Self:
+        """The profile of one mode whose speed and course disperse as far in the long run."""
+        turning = self.turning
+        if turning is None:
+            return self
+        share = self.turn_time / (self.turn_time + self.straight_time)
+
+        def dispersion(profile):
+            return profile.course_rate_noise / max(profile.course_rate_decay, _LEAST_DECAY) ** 2
+
+        speed = share * turning.speed_noise + (1.0 - share) * self.speed_noise
+        course = share * dispersion(turning) + (1.0 - share) * dispersion(self)
+        decay = max(turning.course_rate_decay, _LEAST_DECAY)
+        update = {"speed_noise": speed, "course_rate_noise": course * decay**2, "course_rate_decay": decay}
+        return turning.model_copy(update=update)
+
+    @property
+    def start_rate_std(self) -> float:
+        """Standard deviation of the course rate at the start, rad/s: the stationary one, within limits."""
+        return packing.start_rate_std(self)
+
+    def parameters(self, aids: tuple[str, ...] = ()) -> np.ndarray:
+        """(modes, k) parameters of the kernels, with the states that these aids need: see `packing`."""
+        return packing.pack(self, aids)
+
+    def modes(self) -> np.ndarray:
+        """(2, k): the parameters of a held course and of a turn, with the rates (1/s) at which they end."""
+        return packing.pack_two_modes(self)
+
+
+def _toml(value) -> str:
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(float(value))

@@ -1,0 +1,134 @@
+"""Course estimation over records: every kind of profile, every aid, every trouble, causal and smoothed."""
+
+from functools import partial
+
+from steerway import FiveStateFilter, Profile
+from steerway.estimation.prediction import predict
+from tests.reference_outputs.sorties import (
+    AIDS,
+    KINDS,
+    MODES,
+    MOTION,
+    ONE,
+    TWO,
+    TWO_MODES,
+    alternating_fixes,
+    burst,
+    far_east,
+    fast_start,
+    fixes_of,
+    gaps,
+    instruments,
+    joined,
+    motion_columns,
+    outliers,
+    placed,
+    repeats,
+    reported,
+    standstill,
+    step,
+    traffic,
+    weaving_fixes,
+)
+from tests.reference_outputs.tables import case
+
+SMOOTHED_ROWS = 40
+
+
+def run(profile, fixes, smooth, aid=(), rate=None, rows=None):
+    filter = FiveStateFilter(profile, aid)
+    return motion_columns(filter.smooth(fixes, rate) if smooth else filter.filter(fixes, rate), rows)
+
+
+def register(name, profile, fixes, rows=None, **options):
+    """The case causal, and smoothed in fewer rows, each of which knows all; `fixes` is a function of nothing."""
+    for how, smooth, shown in (("causal", False, rows), ("smoothed", True, SMOOTHED_ROWS)):
+        case(f"course-{name}-{how}")(
+            lambda smooth=smooth, shown=shown: run(profile, fixes(), smooth, rows=shown, **options)
+        )
+
+
+for kind, parameters in KINDS.items():
+    register(f"kind-{kind}", Profile(**parameters), partial(fixes_of, Profile(**parameters)), rows=60)
+
+for built_in in ("otter", "mariner-usv", "small-usv", "sailing-yacht", "swell", "ship", "ais"):
+    register(f"built-in-{built_in}", Profile.named(built_in), weaving_fixes, rows=50)
+
+
+@case("course-time-std-two-modes")
+def time_std_two_modes():
+    """Known fault: under way a vessel of two modes has no use of time_std.
+
+    Both differ in how they start and come together from there on; of one mode (`kind-time-std`) they never do.
+    """
+    with_it = Profile(**TWO_MODES, time_std=0.4)
+    return joined(
+        {
+            name: motion_columns(FiveStateFilter(profile).filter(alternating_fixes()), 60)
+            for name, profile in (("with", with_it), ("without", TWO))
+        }
+    )
+
+
+@case("course-time-std-two-modes-smoothed")
+def time_std_two_modes_smoothed():
+    return run(Profile(**TWO_MODES, time_std=0.4), alternating_fixes(), smooth=True, rows=60)
+
+
+for modes, profile in MODES.items():
+    for aid in AIDS:
+        case(f"course-aid-{aid.replace('_', '-')}-{modes}")(
+            lambda profile=profile, aid=aid: run(profile, instruments(), smooth=False, aid=(aid,), rows=60)
+        )
+    register(f"aid-all-{modes}", profile, instruments, rows=60, aid=AIDS)
+    register(f"aid-sog-cog-{modes}", profile, instruments, rows=40, aid=("sog", "cog"))
+
+register("aid-all-errors", Profile(**KINDS["acceleration-errors"]), instruments, rows=60, aid=AIDS)
+register("aid-all-two-modes-errors", Profile(**KINDS["two-modes-errors"]), instruments, rows=60, aid=AIDS)
+register("aid-all-yawing", Profile(**KINDS["yawing"]), instruments, rows=60, aid=AIDS)
+WITHOUT_BIAS = Profile(**MOTION, crab_std=0.0, stream_std=0.0, gyro_bias_std=0.0)
+register("aid-without-bias", WITHOUT_BIAS, instruments, rows=60, aid=AIDS)
+
+
+for trouble in (outliers, burst, step, gaps, standstill, fast_start, repeats, far_east):
+    for modes, profile in MODES.items():
+        register(f"trouble-{trouble.__name__.replace('_', '-')}-{modes}", profile, trouble)
+for trouble in (burst, gaps, standstill):
+    for kind in ("two-errors", "acceleration", "yawing", "two-modes-error"):
+        register(f"trouble-{trouble.__name__}-{kind}", Profile(**KINDS[kind]), trouble, rows=60)
+
+
+for modes, profile in MODES.items():
+    register(f"reported-accuracy-{modes}", profile, reported, rows=80)
+    register(f"rate-higher-{modes}", profile, lambda: alternating_fixes().rows(slice(40)), rows=80, rate=4.0)
+    register(f"rate-lower-{modes}", profile, gaps, rate=0.7, rows=60)
+register("rate-aided", TWO, instruments, rows=60, rate=3.0, aid=("heading", "yaw_rate"))
+register("rate-errors-yawing", Profile(**KINDS["yawing-error-acceleration"]), weaving_fixes, rows=60, rate=5.0)
+
+
+register("many-vessels", Profile.named("ais"), traffic)
+register("many-vessels-aided", Profile.named("ais"), traffic, aid=("sog", "cog"))
+register("many-vessels-two-modes", TWO, traffic, rate=0.3, rows=100)
+
+
+def predicted(fixes, profile, aid=None):
+    found = predict(fixes, (10.0, 60.0, 300.0, 1500.0), profile, aid)
+    longer, shorter, _ = found.ellipse
+    return placed(found.columns()) | {"longer": longer, "shorter": shorter}
+
+
+case("course-prediction-many-vessels")(lambda: predicted(traffic(), None))
+for kind in ("white", "no-rate-decay", "speed-decay", "two-errors", "acceleration", "yawing", "two-modes"):
+    profile = Profile(**KINDS[kind])
+    case(f"course-prediction-{kind}")(lambda profile=profile: predicted(fixes_of(profile), profile))
+case("course-prediction-adrift")(lambda: predicted(standstill().rows(slice(70)), ONE))
+case("course-prediction-starting")(lambda: predicted(fast_start().rows(slice(2)), ONE))
+case("course-prediction-aided")(lambda: predicted(instruments(), TWO, AIDS))
+
+
+@case("course-prediction-ellipse")
+def ellipse():
+    """With its direction, which means nothing of a circle."""
+    return dict(
+        zip(("longer", "shorter", "direction"), predict(weaving_fixes(), (5.0, 20.0, 60.0), ONE).ellipse, strict=True)
+    )

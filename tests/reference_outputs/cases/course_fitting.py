@@ -1,0 +1,107 @@
+"""Comparison with a receiver, its lateness, and profiles fitted to short records."""
+
+from dataclasses import asdict, replace
+from functools import cache
+
+import numpy as np
+
+import steerway
+from steerway import FiveStateFilter, Fixes
+from steerway.estimation.course.comparison import compare
+from steerway.estimation.course.latency import lateness, on_time
+from steerway.estimation.log_estimate import choose_profile
+from tests.reference_outputs.sorties import (
+    AIDS,
+    ONE,
+    instruments,
+    motion_columns,
+    standstill,
+    traffic,
+    weaving,
+    weaving_fixes,
+    wrapped,
+)
+from tests.reference_outputs.tables import case
+from tests.scenes import sailed, straight, turning
+
+
+@cache
+def late_receiver() -> Fixes:
+    """Own SOG and COG come 1.2 s late."""
+    scene = weaving()
+    then = scene.time - 1.2
+    noise = np.random.default_rng(14).standard_normal((2, len(then)))
+    sog = np.interp(then, scene.time, scene.sog) + 0.02 * noise[0]
+    cog = wrapped(np.interp(then, scene.time, np.unwrap(scene.cog)) + 0.01 * noise[1])
+    return replace(weaving_fixes(), sog=sog, cog=cog)
+
+
+def agreement(fixes, motion):
+    return asdict(compare(fixes, motion))
+
+
+case("course-comparison-late-receiver")(
+    lambda: agreement(late_receiver(), FiveStateFilter(ONE).smooth(late_receiver()))
+)
+case("course-comparison-many-vessels")(lambda: agreement(traffic(), FiveStateFilter("ais").filter(traffic())))
+case("course-comparison-standstill")(
+    lambda: agreement(
+        replace(standstill(), sog=np.zeros(96), cog=np.zeros(96)), FiveStateFilter(ONE).filter(standstill())
+    )
+)
+case("course-lateness")(lambda: asdict(lateness(late_receiver(), ONE)))
+case("course-latency-taken-out")(
+    lambda: motion_columns(FiveStateFilter(ONE, AIDS).filter(on_time(instruments(), 0.3)), 60)
+)
+
+
+@cache
+def short_sailing() -> Fixes:
+    """A minute and a half at 2 Hz: turns, and a receiver with white noise."""
+    return sailed(np.full(180, 2.0), 0.4 + np.cumsum(np.tile(np.r_[np.zeros(40), np.full(20, 0.06)], 3)), 2.0).fixes(
+        0.2, 31
+    )
+
+
+@cache
+def short_wander() -> Fixes:
+    """Two minutes at 1 Hz of a receiver that errs slowly."""
+    walk = np.cumsum(np.random.default_rng(33).normal(0.0, 0.15, (2, 120)), axis=1)
+    return turning(3.0, 1.0, 119.0, rate=1.0, seed=6).fixes(0.05, 32, lambda time: walk)
+
+
+FITTED = (
+    "speed_noise course_rate_noise course_rate_decay position_std acceleration_std yawing_period yawing_time turn_time "
+    "straight_time turn_speed_noise turn_course_rate_noise turn_course_rate_decay error_std error_time drift_std "
+    "drift_time sog_std velocity_std heading_std crab_std water_speed_std stream_std yaw_rate_std gyro_bias_std"
+).split()
+
+
+def fitted(profile) -> dict[str, float]:
+    return {name: getattr(profile, name) for name in FITTED}
+
+
+def interval_ends(profile) -> dict[str, float]:
+    ends = {}
+    for name, (low, high) in profile.intervals.items():
+        ends |= {f"{name}_low": low, f"{name}_high": high}
+    return ends
+
+
+def tuned(fixes) -> dict[str, float]:
+    found = steerway.tune(fixes)
+    counts = {name: getattr(found, name) for name in ("fixes", "moving", "rejected", "nis_mean", "log_likelihood")}
+    return fitted(found.profile) | counts
+
+
+for log in (short_sailing, short_wander):
+    name = log.__name__.replace("_", "-")
+    case(f"course-tuned-intervals-{name}", rtol=0.1)(lambda log=log: interval_ends(steerway.tune(log()).profile))
+    case(f"course-tuned-{name}", rtol=1e-3)(lambda log=log: tuned(log()))
+    case(f"course-chosen-{name}", rtol=1e-3)(lambda log=log: fitted(choose_profile(log())))
+# Loose: runs of all cases with kernels not compiled before gave a course-rate noise 1.6e-3 off; why is not known.
+case("course-chosen-aided", rtol=2e-2)(lambda: fitted(choose_profile(instruments(), aid=("sog", "yaw_rate"))))
+case("course-chosen-at-rest", rtol=1e-3)(
+    lambda: fitted(choose_profile(straight(0.0, 0.0, 80.0, rate=1.0).fixes(0.4, 3)))
+)
+case("course-estimate-without-profile", rtol=1e-3)(lambda: motion_columns(steerway.estimate(short_sailing()), 50))

@@ -1,0 +1,180 @@
+"""Guidance: every law on a leg and on a route, waypoints, voyages, and what shapes references."""
+
+import math
+
+import numpy as np
+
+from steerway.core.leg import LegState, leg_direction, nearest_point, seen_from_leg, track_errors
+from steerway.guidance.adaptive_line_of_sight import AdaptiveLineOfSight
+from steerway.guidance.integral_line_of_sight import IntegralLineOfSight
+from steerway.guidance.line_of_sight import LineOfSight, PurePursuit
+from steerway.guidance.reference import LowPass, Reference, ReferenceModel, TrackingFilter
+from steerway.guidance.route import Route
+from steerway.guidance.vector_field import VectorField
+from steerway.guidance.voyage import Voyage
+from steerway.guidance.waypoints import Mission, Passing, Phase
+from tests.reference_outputs.generated import columns
+from tests.reference_outputs.tables import case
+
+LAWS = {
+    "line_of_sight": lambda: LineOfSight(12.0),
+    "pure_pursuit": PurePursuit,
+    "vector_field": lambda: VectorField(0.08),
+    "vector_field_flat": lambda: VectorField(0.1, 1.0),
+    "integral": lambda: IntegralLineOfSight(12.0, 0.3, integral=2.0),
+    "adaptive": lambda: AdaptiveLineOfSight(12.0, 2e-3, crab_angle=0.1),
+}
+NORTH, EAST = [0.0, 80.0, 80.0, 20.0, 60.0], [0.0, 0.0, 60.0, 90.0, 150.0]
+PHASES = list(Phase)
+
+
+def sailed(law, mission, current=(0.0, 0.25), rate=0.4, north=-5.0, east=12.0):
+    """A point that turns towards what is asked for at most at `rate`, 1.2 m/s through the water, 1 s a step."""
+    course, rows = 0.3, []
+    for k in range(240):
+        leg = mission.step(math.nan if k in (50, 51) else north, east, 1.0, 0.5)
+        velocity = 1.2 * math.cos(course) + current[0], 1.2 * math.sin(course) + current[1]
+        over_ground = math.atan2(velocity[1], velocity[0])
+        asked = law.step(leg, over_ground if k % 40 else math.nan, math.hypot(*velocity), 1.0)
+        rows.append((north, east, *asked, *leg, PHASES.index(mission.phase)))
+        if math.isfinite(asked.angle):
+            course += max(-rate, min(rate, math.remainder(asked.angle - course, 2.0 * math.pi)))
+        north, east = north + velocity[0], east + velocity[1]
+    names = "north east angle rate acceleration target direction along cross remaining distance bearing speed phase"
+    return columns(names, rows, 4)
+
+
+@case("guidance_line_of_sight")
+def line_of_sight():
+    return sailed(LAWS["line_of_sight"](), Mission(Route(NORTH, EAST, 5.0, 1.2)))
+
+
+@case("guidance_pure_pursuit")
+def pure_pursuit():
+    return sailed(PurePursuit(), Mission(Route(NORTH, EAST, 5.0), Passing("circle"), start="point", at_end="hold"))
+
+
+@case("guidance_vector_field")
+def vector_field():
+    return sailed(LAWS["vector_field"](), Mission(Route(NORTH, EAST, [1, 2, 3, 4, 5]), at_end="continue"))
+
+
+@case("guidance_integral")
+def integral():
+    return sailed(LAWS["integral"](), Mission(Route(NORTH, EAST, 5.0, [1.0, 1.1, 1.2, 1.3, 1.4])))
+
+
+@case("guidance_adaptive")
+def adaptive():
+    return sailed(LAWS["adaptive"](), Mission(Route(NORTH, EAST), Passing("circle")))
+
+
+@case("guidance_voyage_with_stays")
+def voyage():
+    return sailed(LAWS["line_of_sight"](), Voyage(Route(NORTH, EAST, 6.0, 1.2), [0, 20, 0, 15, 0], at_end="hold"))
+
+
+@case("guidance_laws_on_a_leg")
+def laws():
+    """Every law, two steps of it, beside a leg at many distances, courses and speeds."""
+    chance, rows = np.random.default_rng(9), []
+    for _ in range(60):
+        direction, course = chance.uniform(-math.pi, math.pi, 2)
+        cross, along, speed = 40.0 * chance.standard_normal(), chance.uniform(-20.0, 90.0), chance.uniform(0.0, 4.0)
+        left = 80.0 - along
+        bearing = math.remainder(direction - math.atan2(cross, left), 2.0 * math.pi)
+        leg = LegState(1, direction, along, cross, left, math.hypot(left, cross), bearing, 1.0)
+        row = [cross, course]
+        for make in LAWS.values():
+            law = make()
+            row += [law.step(leg, course, speed, 0.5), law.step(leg, course, speed, 0.5)]
+        rows.append(row)
+    parts = [f"{law}_{part}_{k}" for law in LAWS for k in (1, 2) for part in ("angle", "rate", "acceleration")]
+    return columns("cross course " + " ".join(parts), rows)
+
+
+@case("guidance_leg")
+def leg():
+    chance, rows = np.random.default_rng(10), []
+    for _ in range(40):
+        north, east, north_0, east_0, north_1, east_1 = 100.0 * chance.standard_normal(6)
+        direction = leg_direction(north_0, east_0, north_1, east_1)
+        length = math.hypot(north_1 - north_0, east_1 - east_0)
+        rows.append(
+            (
+                direction,
+                track_errors(north, east, north_0, east_0, direction),
+                nearest_point(north, east, north_0, east_0, direction),
+                seen_from_leg(north, east, north_0, east_0, north_1, east_1, direction, length),
+            )
+        )
+    return columns("direction along cross north east seen_along seen_cross remaining distance bearing", rows)
+
+
+@case("guidance_passages")
+def passages():
+    """The log of missions under both rules, one with a leg given up, one with a waypoint skipped."""
+    missions = [
+        Mission(Route(NORTH, EAST, 5.0, 1.2)),
+        Mission(Route(NORTH, EAST, 0.5, 1.2), Passing("circle"), start="point"),
+        Mission(Route(NORTH, EAST, 0.5, 1.2), Passing("circle", by_plane=False, time_factor=0.5, time_margin=3.0)),
+    ]
+    rows = []
+    for number, mission in enumerate(missions):
+        for k in range(230):
+            share = k / 50.0
+            leg, part = min(int(share), 3), share - min(int(share), 3)
+            place = [each[leg] + part * (each[leg + 1] - each[leg]) for each in (NORTH, EAST)]
+            mission.step(place[0] + 1.0, place[1] - 0.7, 1.5, 0.1 * k)
+            if number == 0 and k == 70:
+                mission.skip()
+        log = mission.log
+        total = log.time, log.distance, log.energy, log.cross_track_rms, log.cross_track_max, log.mean_effort
+        for each in log.passages:
+            rows.append(
+                (number, each.waypoint, each.reached, each.time, each.sailed, each.distance, each.closest, total)
+            )
+    names = "mission waypoint reached time sailed distance closest total distance_total energy rms max effort"
+    return columns(names, rows)
+
+
+@case("guidance_voyage_passages")
+def voyage_passages():
+    voyage = Voyage(Route(NORTH, EAST, 4.0, 1.2), [0, 6, 0, 9, 0])
+    for leg in range(4):
+        for k in range(60):
+            share = min(k / 50.0, 1.0)
+            voyage.step(*(each[leg] + share * (each[leg + 1] - each[leg]) for each in (NORTH, EAST)), 1.5)
+    rows = [(each.waypoint, each.reached, each.time, each.sailed, each.distance) for each in voyage.passages]
+    return columns("waypoint reached time sailed distance", rows)
+
+
+def shaped(shaper):
+    rows = []
+    shaper.start(0.2, 0.01)
+    for k in range(160):
+        if k == 100:
+            shaper.start(-1.0)
+        angle = math.nan if k in (70, 71) else 1.5 if k < 60 else -2.8
+        rows.append(shaper.step(Reference(angle, 0.02 if k < 30 else 0.0, 0.0), 0.25))
+    return columns("angle rate acceleration", rows, 2)
+
+
+@case("guidance_low_pass")
+def low_pass():
+    return shaped(LowPass(4.0))
+
+
+@case("guidance_tracking_filter")
+def tracking():
+    return shaped(TrackingFilter(0.8, 0.9))
+
+
+@case("guidance_reference_model")
+def reference_model():
+    return shaped(ReferenceModel(0.7, 1.0, 0.2, 0.15))
+
+
+@case("guidance_reference_model_free")
+def reference_model_free():
+    return shaped(ReferenceModel(0.7, 0.8))

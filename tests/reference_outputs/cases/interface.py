@@ -1,0 +1,65 @@
+"""What users meet: every command with its arguments and options, and the signatures of the public names."""
+
+import inspect
+import re
+
+import typer
+
+import steerway
+from steerway.cli import app
+from tests.reference_outputs.tables import case
+
+
+def commands(command, name):
+    """Lines of a command and of those below it."""
+    lines = [f"## {name}", inspect.cleandoc(command.help or "")]
+    for each in command.params:
+        names = " ".join([*each.opts, *each.secondary_opts])
+        lines.append(f"- {names} | {getattr(each, 'metavar', None)} | {getattr(each, 'help', None)}")
+        lines.append(f"  {type(each).__name__} default {each.default!r} required {each.required}")
+    lines.append("")
+    for below, of_below in getattr(command, "commands", {}).items():
+        lines += commands(of_below, f"{name} {below}")
+    return lines
+
+
+@case("interface_commands", text=True)
+def command_line():
+    return "\n".join(commands(typer.main.get_command(app), "steerway"))
+
+
+def signature(function):
+    """Parameters and result, without the modules that types live in."""
+    try:
+        said = str(inspect.signature(function))
+    except (TypeError, ValueError):
+        return ""
+    return re.sub(r"\bsteerway\.(\w+\.)*|0x[0-9a-f]+", "", said)
+
+
+def described(name, thing):
+    """Lines of a public name: what it is called with; of a class, its fields, properties and methods."""
+    lines = [f"## {name}{signature(thing)}", (inspect.getdoc(thing) or "").partition("\n")[0]]
+    if inspect.isclass(thing):
+        members = {}
+        for each in reversed(thing.__mro__):
+            if each.__module__.startswith("steerway"):
+                members |= dict.fromkeys(inspect.get_annotations(each), "field") | vars(each)
+        for member, value in sorted(members.items()):
+            if member.startswith("_") or member == "model_config":
+                continue
+            kind = "property" if isinstance(value, property) else "field"
+            if isinstance(value, classmethod | staticmethod):
+                kind = f"{type(value).__name__}{signature(value.__func__)}"
+            elif inspect.isfunction(value):
+                kind = f"method{signature(value)}"
+            lines.append(f"- {member}: {kind}")
+    return [*lines, ""]
+
+
+@case("interface_names", text=True)
+def names():
+    lines = [f"steerway: {' '.join(sorted(steerway.__all__))}", ""]
+    for name in sorted(steerway.__all__):
+        lines += described(name, getattr(steerway, name))
+    return "\n".join(lines)

@@ -1,0 +1,349 @@
+"""Live: the navigator, autopilot, watch and outputs on generated fixes; decoders; the simulated boat."""
+
+import json
+import math
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from steerway.core.earth import displaced, displacement
+from steerway.core.records import OK
+from steerway.estimation import Profile
+from steerway.formats.nmea0183 import writing
+from steerway.guidance.reference import Reference
+from steerway.live.autopilot.fence import Fence
+from steerway.live.autopilot.mission import BoatTable, Corner, GeodeticRoute, Limits, MissionTable, Waypoint
+from steerway.live.autopilot.piloting import pilot_of
+from steerway.live.autopilot.route import Guide
+from steerway.live.autopilot.supervisor import Supervisor
+from steerway.live.autopilot.watch import Watch
+from steerway.live.base.clock import FixClock
+from steerway.live.base.orders import State
+from steerway.live.base.rows import InputRow, Row
+from steerway.live.choice import SourceChoice
+from steerway.live.links.decoding import ReceiverDecoder
+from steerway.live.links.gpsd import GpsdDecoder
+from steerway.live.links.signalk import SignalKDecoder
+from steerway.live.navigator import Navigator
+from steerway.live.outputs.deltas import Deltas
+from steerway.live.outputs.json_lines import JsonLines
+from steerway.live.outputs.propellers import PropellerCommands
+from steerway.live.outputs.sentences import Sentences
+from steerway.live.simulated.boat import SimulatedBoat
+from steerway.live.simulated.inner_loops import InnerLoops
+from steerway.simulation.reading import load_scenario
+from tests.reference_outputs.generated import columns
+from tests.reference_outputs.tables import case
+
+NOON = 1_719_835_200.0
+HOME = (math.radians(54.0), math.radians(10.0))
+TICK = 0.1
+ROW = " ".join(Row._fields)
+
+
+def place(north, east):
+    return displaced(*HOME, north, east)
+
+
+def corner(north, east, kind=Corner, **more):
+    latitude, longitude = place(north, east)
+    return kind(lat_deg=math.degrees(latitude), lon_deg=math.degrees(longitude), **more)
+
+
+def square(safe="stop"):
+    corners = ((0.0, 0.0), (40.0, 0.0), (40.0, 30.0), (0.0, 30.0))
+    fence = ((-60.0, -30.0), (70.0, -30.0), (70.0, 60.0), (-60.0, 60.0))
+    boat = BoatTable(full_yaw_rate_dps=60.0, max_yaw_rate_dps=15.0, yaw_time=1.5, surge_time=1.1, reverse=True)
+    settings = MissionTable(
+        lookahead=8.0,
+        acceptance=4.0,
+        speed_mps=1.2,
+        safe=safe,
+        limits=Limits(cross_track=30.0, max_sog_mps=3.0),
+        boat=boat,
+    )
+    return GeodeticRoute.of([corner(*each, Waypoint) for each in corners], [corner(*each) for each in fence], settings)
+
+
+def heard(rows=300, source="gps"):
+    """A weaving boat's fixes at 5 Hz with SOG, COG and heading: one is late, one far off, some are missing."""
+    chance, fixes = np.random.default_rng(24), []
+    north, east = 0.0, 0.0
+    for k in range(rows):
+        course = 0.8 * math.sin(k / 40.0)
+        north, east = north + 0.3 * math.cos(course), east + 0.3 * math.sin(course)
+        noise = chance.standard_normal(5) * (0.3, 0.3, 0.05, 0.03, 0.01)
+        far = 60.0 if k == 150 else 0.0
+        if 200 <= k < 215:
+            continue
+        fixes.append(
+            InputRow(
+                source,
+                NOON + 0.2 * k,
+                *place(north + noise[0] + far, east + noise[1]),
+                0.4 if k % 2 else math.nan,
+                1.5 + noise[2],
+                course + noise[3],
+                course + 0.1 + noise[4],
+            )
+        )
+    fixes[20], fixes[22] = fixes[22], fixes[20]
+    return fixes
+
+
+def navigated(fixes, **settings):
+    navigator, rows = Navigator("small-usv", **settings), []
+    for k, each in enumerate(fixes):
+        rows += navigator.add(each)
+        if k % 10 == 0:
+            rows.append(navigator.at(each.time + 0.13))
+    rows += navigator.finish()
+    return columns(ROW, rows, 3)
+
+
+@case("live_navigator")
+def navigator():
+    return navigated(heard())
+
+
+@case("live_navigator_aided")
+def navigator_aided():
+    return navigated(heard(), aid=("sog", "cog", "heading"), rate=4.0)
+
+
+@case("live_navigator_two_sources")
+def navigator_two_sources():
+    other = [each._replace(time=each.time + 0.05, position_std=math.nan) for each in heard(source="spare")]
+    both = sorted(heard()[:120] + other, key=lambda each: each.time)
+    return navigated(both, accuracy=False)
+
+
+@case("live_source_choice")
+def source_choice():
+    choice, rows = SourceChoice(("first", "second")), []
+    for k in range(200):
+        source = ("first", "second", "third")[k % 3]
+        if source == "first" and 60 < k < 120:
+            continue
+        each = InputRow(source, NOON + 0.1 * k, *HOME, sog=1.0)
+        rows.append(
+            (k, choice.takes(each, each.time), choice.gives("sog", each, each.time), choice.interval, choice.silence)
+        )
+    return columns("k takes gives interval silence", rows, 2)
+
+
+@case("live_fix_clock")
+def fix_clock():
+    clock, rows = FixClock(0.2), []
+    for k in range(60):
+        clock.add(NOON + 0.2 * k, 100.0 + 0.2 * k + 0.05 * math.sin(k) + (0.5 if k == 30 else 0.0))
+        rows.append(clock.now(100.1 + 0.2 * k) - NOON)
+    return {"now": np.array(rows)}
+
+
+class Told:
+    """A speaker that remembers."""
+
+    def __init__(self):
+        self.messages = []
+
+    def send(self, message):
+        self.messages.append(message)
+
+    def close(self):
+        pass
+
+
+@cache
+def sortie(safe="stop"):
+    """(rows of numbers, {output: messages}) of the autopilot on the square, in a loop with a boat that obeys it.
+
+    She is engaged as soon as possible, has no fixes for 4 s, and is pushed over the fence at the end.
+    """
+    route, chance = square(safe), np.random.default_rng(25)
+    navigator, autopilot = Navigator("otter"), Supervisor(route, "otter", engage=True)
+    guide = Guide(route, autopilot.pilot)
+    told = {name: Told() for name in ("propellers", "sentences", "deltas", "json")}
+    outputs = [
+        PropellerCommands(told["propellers"]),
+        Sentences(told["sentences"]),
+        Deltas(told["deltas"]),
+        JsonLines(told["json"], every_tick=True),
+    ]
+    north, east, heading, rate, speed, rows = -15.0, 6.0, 0.2, 0.0, 1.0, []
+    for k in range(1300):
+        time = NOON + TICK * k
+        if k % 2 == 0 and not 500 <= k < 540:
+            for row in navigator.add(InputRow("gps", time, *place(*(north, east) + 0.3 * chance.standard_normal(2)))):
+                autopilot.fix(row)
+                for output in outputs:
+                    output.fix(row)
+        row = navigator.at(time)
+        if autopilot.begins:
+            guide.restart()
+        leg = guide.step(row)
+        order = autopilot.step(row, leg, TICK if k else 0.0)
+        for output in outputs:
+            output.tick(row, leg, order)
+        guided = (math.nan,) * 3 if leg is None else (leg.cross_track, leg.course_to_steer, leg.distance)
+        state = list(State).index(order.state)
+        rows.append((north, east, row.sog, row.cog, *guided, state, order.engaged, *order[3:]))
+        rate += TICK * (order.yaw_rate - rate) / 1.5
+        speed += TICK * ((3.0 * order.thrust if order.engaged else 1.0) - speed) / 1.1
+        heading += TICK * rate
+        north += TICK * (speed * math.cos(heading) + 0.1)
+        east += TICK * (speed * math.sin(heading) + (0.05 if k < 1000 else 2.0))
+    return rows, {name: [bytes(each).decode() for each in speaker.messages] for name, speaker in told.items()}
+
+
+ORDER = "yaw_rate thrust port starboard asked_course asked_speed"
+
+
+@case("live_autopilot")
+def autopilot():
+    return columns(f"north east sog cog cross_track course_to_steer distance state engaged {ORDER}", sortie()[0], 13)
+
+
+@case("live_autopilot_hands_back")
+def hands_back():
+    return columns(
+        f"north east sog cog cross_track course_to_steer distance state engaged {ORDER}",
+        sortie("hand-back")[0][900:],
+        8,
+    )
+
+
+@case("live_sentences", text=True)
+def sentences():
+    return "".join("".join(sortie()[1]["sentences"]).replace("\r\n", "\n").splitlines(keepends=True)[:400])
+
+
+def rounded(value):
+    """JSON with seven decimals a number."""
+    if isinstance(value, dict):
+        return {key: rounded(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [rounded(each) for each in value]
+    return round(value, 7) + 0.0 if isinstance(value, float) else value
+
+
+def lines(name, every):
+    return "".join(json.dumps(rounded(json.loads(each))) + "\n" for each in sortie()[1][name][::every])
+
+
+@case("live_deltas", text=True)
+def deltas():
+    return lines("deltas", 4)
+
+
+@case("live_json_lines", text=True)
+def json_lines():
+    return lines("json", 20)
+
+
+@case("live_propellers", text=True)
+def propellers():
+    return lines("propellers", 10)
+
+
+def row(time, north=0.0, east=0.0, sog=1.2, cog=0.0, rate=0.0, cog_std=0.05, status=OK):
+    return Row(time, *place(north, east), sog, cog, rate, 0.1, cog_std, 0.05, 0.4, 1.0, status)
+
+
+@case("live_steering")
+def steering():
+    """The law alone: a boat beside the line, slow fixes and fast, the course unknown for a while."""
+    route = square()
+    pilot, rows = pilot_of(route, Profile.named("otter")), []
+    guide, schedule = Guide(route, pilot), pilot.autopilot.schedule
+    for k in range(240):
+        here = row(
+            NOON + 0.1 * k, 0.1 * k, 8.0 * math.cos(k / 30.0), 1.0 + 0.5 * math.sin(k / 20.0),
+            math.nan if 100 <= k < 110 else 0.6 * math.sin(k / 12.0), 0.05 * math.cos(k / 12.0),
+        )  # fmt: skip
+        interval = 0.2 if k < 120 else 1.0
+        schedule.fix_interval = interval
+        desired, speed = guide.step(here).course_to_steer, 1.2
+        steered = pilot.steer(Reference(desired, 0.0, 0.0), speed, pilot.estimator.step(here, 0.1), 0.1)
+        rows.append((*steered.command, desired, speed, pilot.autopilot.controller.gains.proportional))
+    return columns(f"{ORDER} gain", rows, 3)
+
+
+@case("live_watch", text=True)
+def watch():
+    """What the watch says as fixes stop, doubts grow, the time jumps and a link is lost."""
+    guard, said = Watch(3.0), []
+    for k in range(400):
+        time = NOON + 0.1 * k
+        here = row(time, cog_std=0.05 if k < 150 else 1.2 if k < 180 else 0.1)
+        if k % 2 == 0 and not 60 <= k < 110:
+            guard.fix(here)
+        if k in (200, 201, 202):
+            guard.untimely()
+        if k in (250, 270):
+            guard.link("rover", k == 270)
+        words = guard.step(here, 0.1), guard.degradation(here), guard.obstacle(here), f"{guard.interval:.6g}"
+        if k == 0 or words != said[-1][1:]:
+            said.append((k, *words))
+    return "".join(f"{' | '.join(map(str, each))}\n" for each in said)
+
+
+@case("live_fence")
+def fence():
+    corners = ((-10.0, -10.0), (50.0, -10.0), (20.0, 20.0), (50.0, 60.0), (-10.0, 40.0))
+    inside, rows = Fence([place(*each) for each in corners]), []
+    for north in np.linspace(-20.0, 60.0, 9):
+        for east in np.linspace(-20.0, 70.0, 8):
+            here = place(north, east)
+            rows.append(
+                (
+                    north,
+                    east,
+                    inside.holds(*here),
+                    inside.leg_leaves(here, place(0.0, 0.0)),
+                    bool(inside.trouble(*here, 2.0, 0.3)),
+                    inside.is_crossed(north, east, 5.0, 5.0),
+                )
+            )
+    return columns("north east holds leaves trouble crossed", rows)
+
+
+@case("live_decoders")
+def decoders():
+    """The same fixes as sentences, from gpsd and from Signal K."""
+    rows = []
+    receiver, gpsd, signalk = ReceiverDecoder(), GpsdDecoder(), SignalKDecoder()
+    for each in heard(30):
+        latitude, longitude = each.latitude, each.longitude
+        said = writing.rmc(each.time, latitude, longitude, each.sog, each.cog) + writing.hdt(each.heading)
+        said += writing.gga(each.time, latitude, longitude, 9, 0.8) + writing.rot(0.1) + writing.vtg(each.sog, each.cog)
+        rows += [(0, *row[1:]) for row in receiver.feed(said.encode())]
+        stamp = f"2024-07-01T12:00:{each.time - NOON:06.3f}Z"
+        tpv = {"class": "TPV", "device": "/dev/gps", "mode": 3, "time": stamp, "lat": math.degrees(latitude)}
+        tpv |= {"lon": math.degrees(longitude), "speed": each.sog, "track": math.degrees(each.cog) % 360.0, "eph": 1.5}
+        rows += [(1, *row[1:]) for row in gpsd.feed((json.dumps(tpv) + "\n").encode())]
+        values = {
+            "navigation.position": {"latitude": math.degrees(latitude), "longitude": math.degrees(longitude)},
+            "navigation.speedOverGround": each.sog,
+            "navigation.courseOverGroundTrue": each.cog % (2.0 * math.pi),
+            "navigation.headingTrue": each.heading % (2.0 * math.pi),
+        }
+        update = {"$source": "gps.1", "timestamp": stamp}
+        update["values"] = [{"path": path, "value": value} for path, value in values.items()]
+        delta = {"context": "vessels.self", "updates": [update]}
+        rows += [(2, *row[1:]) for row in signalk.feed((json.dumps(delta) + "\n").encode())]
+    for number, decoder in enumerate((receiver, gpsd, signalk)):
+        rows += [(number, *row[1:]) for row in decoder.settle()]
+    return columns("decoder " + " ".join(InputRow._fields[1:]), rows)
+
+
+@case("live_simulated_boat")
+def simulated_boat():
+    boat = SimulatedBoat(load_scenario(Path(__file__).parents[3] / "examples" / "station-keeping.toml"), seed=26)
+    loops, rows = InnerLoops(boat.known), []
+    for k in range(2000):
+        command = loops.step(0.1 * math.sin(k / 300.0), 1.0, boat.motion, boat.step_length)
+        if seen := boat.step(command):
+            rows.append((*seen[:2], *displacement(*seen[2:4], *boat.origin), *seen[4:], boat.heading, *command))
+    return columns("epoch delivered north east sog cog heading port starboard", rows, 2)

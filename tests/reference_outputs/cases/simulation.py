@@ -1,0 +1,151 @@
+"""Closed loops: the example scenarios and their variants for a minute, thinned; a campaign; the files of a run."""
+
+import tempfile
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from steerway.commands.demo import SCENARIO
+from steerway.report.runs.campaign import gathered
+from steerway.report.runs.writing import write
+from steerway.simulation.campaign import over_seeds
+from steerway.simulation.loop import COLUMNS
+from steerway.simulation.outcome import errors
+from steerway.simulation.reading import load_scenario, parse_scenario
+from steerway.simulation.run import numbers_of_seed, sail_scenario
+from tests.reference_outputs.generated import numbers
+from tests.reference_outputs.tables import case
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+KEPT = (
+    "true_north", "true_east", "true_heading", "true_north_velocity", "true_east_velocity", "read_north", "read_east",
+    "estimated_sog", "estimated_cog", "estimated_course_rate", "estimated_cog_std", "leg_target", "reference_angle",
+    "yaw", "mode", "by_course",
+)  # fmt: skip
+
+
+def example(name, **changes):
+    return load_scenario(EXAMPLES / f"{name}.toml").model_copy(update=changes)
+
+
+def track(scenario, rows=60):
+    """State, estimate and orders at so many rows."""
+    run = sail_scenario(scenario).run
+    chosen = np.linspace(0, len(run) - 1, rows).astype(int)
+    found = {name: run[name][chosen] for name in KEPT}
+    return found | {"time": run.time[chosen], "command": run.command[chosen], "state": run.state[chosen]}
+
+
+@case("simulate_otter_square")
+def otter_square():
+    return track(example("otter-square", duration=80.0))
+
+
+@case("simulate_otter_mission")
+def otter_mission():
+    return track(example("otter-mission", duration=80.0))
+
+
+@case("simulate_mariner_route")
+def mariner_route():
+    return track(example("mariner-route", duration=800.0))
+
+
+@case("simulate_station_keeping")
+def station_keeping():
+    return track(example("station-keeping", duration=150.0))
+
+
+_ROUTE = """
+[route]
+acceptance = 4.0
+at_end = "continue"
+passing = "circle"
+waypoints = [{ north = 0.0, east = 0.0 }, { north = 40.0, east = 0.0, speed = 1.0 }, { north = 40.0, east = 60.0 }]
+"""
+
+
+def variant(text, duration=70.0):
+    return track(parse_scenario(f"duration = {duration}\n{text}\n{_ROUTE}", "variant"))
+
+
+_SENSORS = "[compass]\nbias_deg = 1.0\n[gyro]\n[log]\nbias = 0.02\n"
+
+
+@case("simulate_pure_pursuit_by_truth")
+def by_truth():
+    return variant('[estimator]\nkind = "truth"\n[guidance]\nlaw = "pure-pursuit"\n[reference]\nkind = "model"\n')
+
+
+@case("simulate_vector_field_in_weather")
+def in_weather():
+    return variant(
+        '[guidance]\nlaw = "vector-field"\napproach_deg = 60.0\n[environment.wind]\nspeed = 6.0\ngust_std = 1.0\n'
+        "[environment.waves]\ndisplacement_std = 0.2\nroll_std_deg = 2.0\ndrift = 5.0\n"
+        '[gnss]\nlatency = 0.2\nfaults = [{ kind = "dropout", start = 20.0, duration = 15.0 }]\n'
+    )
+
+
+@case("simulate_integral_by_heading")
+def integral_by_heading():
+    return variant(_SENSORS + '[guidance]\nlaw = "integral-line-of-sight"\n[environment.current]\nspeed = 0.3\n')
+
+
+@case("simulate_adaptive_aided")
+def adaptive_aided():
+    return variant(
+        _SENSORS + '[gnss]\nvelocity_std = 0.1\n[guidance]\nlaw = "adaptive-line-of-sight"\n'
+        '[estimator]\naid = ["sog", "cog", "heading", "yaw_rate"]\n'
+    )
+
+
+@case("simulate_nomoto")
+def nomoto():
+    return variant(
+        'step = 0.1\n[vessel]\nkind = "nomoto"\ngain = 0.3\ntime_constant = 5.0\n[start]\nspeed = 2.0\n'
+        '[reference]\nkind = "low-pass"\ntime_constant = 5.0\n'
+    )
+
+
+@case("simulate_numbers")
+def of_runs():
+    """What is said of whole runs: the demo, and an example."""
+    demo = sail_scenario(parse_scenario(SCENARIO, "demo").model_copy(update={"duration": 200.0})).numbers
+    square = sail_scenario(example("otter-square", duration=150.0)).numbers
+    return numbers({f"demo_{key}": each for key, each in demo.items()} | {f"square_{k}": v for k, v in square.items()})
+
+
+@case("simulate_campaign")
+def campaign():
+    scenario = example("otter-square", duration=60.0)
+    return gathered(over_seeds(partial(numbers_of_seed, scenario), (3, 4), workers=1))
+
+
+@case("simulate_every_column")
+def every_column():
+    """One row in a hundred of everything that a run keeps, and the errors of the estimate."""
+    run = sail_scenario(example("station-keeping", duration=40.0)).run
+    found = {name: run[name][::100] for name in COLUMNS}
+    return found | {f"error_{name}": values[::100] for name, values in errors(run).items()}
+
+
+@case("simulate_table_file")
+def table_file():
+    """The table that is written of a run: names and units."""
+    sailed = sail_scenario(example("otter-square", duration=20.0))
+    with tempfile.TemporaryDirectory() as folder:
+        written = write(sailed, Path(folder), nmea=True)
+        frame = pl.concat([pl.read_parquet(path) for path in written if path.suffix == ".parquet"])
+    return {name: frame[name].cast(pl.Float64, strict=False).to_numpy()[::40] for name in frame.columns}
+
+
+@case("simulate_sentences", text=True)
+def sentences():
+    """The receiver's sentences of a run, and what is written."""
+    sailed = sail_scenario(example("otter-square", duration=12.0))
+    with tempfile.TemporaryDirectory() as folder:
+        written = write(sailed, Path(folder), nmea=True)
+        texts = [path.read_text(encoding="utf-8") for path in written if path.suffix == ".nmea"]
+    return "\n".join(sorted(path.name for path in written)) + "\n" + "".join(texts).replace("\r\n", "\n")
