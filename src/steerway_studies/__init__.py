@@ -17,6 +17,7 @@ STUDIES = {
     "estimator-limits": "steerway_studies.estimator_limits",
     "real-logs": "steerway_studies.real_logs",
     "springer-mission": "steerway_studies.springer_mission",
+    "unseen-logs": "steerway_studies.unseen_logs",
 }
 """Study name → module. The entry point `steerway.studies` names this table; other packages may name theirs."""
 
