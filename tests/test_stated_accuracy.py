@@ -10,7 +10,8 @@ import pytest
 from steerway.core.timestamps import iso
 from steerway.formats import gpx, nmea0183, nmea2000, table
 from steerway.formats.dilution import deviation
-from steerway.live.links.decoding import GpsdDecoder, SignalKDecoder
+from steerway.live.links.gpsd import GpsdDecoder
+from steerway.live.links.signalk import SignalKDecoder
 from tests.canboat_lines import gnss, line, position
 from tests.gpx_documents import POINT, document
 from tests.sentences import START, clock, place, rmc, sealed
