@@ -31,7 +31,7 @@ class Batch:
         self.time = np.tile(each.time, repeats)[:n]
         self.north, self.east = np.tile(each.north, repeats)[:n], np.tile(each.east, repeats)[:n]
         self.found = TrackOutput(n)
-        self.said = np.empty((n, OUTPUTS + 1))
+        self.outputs = np.empty((n, OUTPUTS + 1))
         self.no_scales = np.empty(0)
 
     def share(self, first, last):
@@ -54,14 +54,14 @@ def run():
     contenders = {"ours": batch.all}
     if by_hand.Library.available():
         library = by_hand.Library()
-        contenders["C"] = lambda: library.tracks(batch.bounds, batch.time, batch.north, batch.east, batch.said)
+        contenders["C"] = lambda: library.tracks(batch.bounds, batch.time, batch.north, batch.east, batch.outputs)
     taken = interleaved(contenders, _ROUNDS)
     for name, seconds in taken.items():
         yield Result(f"{name}, {_TRACKS:,} tracks of {_ROWS} rows", 1e9 * seconds / len(batch.time), "ns a row")
     if "C" in taken:
-        spoken = np.column_stack([batch.found.estimate, batch.found.nis])
-        assert np.array_equal(np.isnan(spoken), np.isnan(batch.said))
-        yield Result("largest difference to C", float(np.nanmax(np.abs(spoken - batch.said))), "", at_most=1e-9)
+        rows = np.column_stack([batch.found.estimate, batch.found.nis])
+        assert np.array_equal(np.isnan(rows), np.isnan(batch.outputs))
+        yield Result("largest difference to C", float(np.nanmax(np.abs(rows - batch.outputs))), "", at_most=1e-9)
         yield Result(
             "ours / C (0.5 would take vectors across tracks)", taken["ours"] / taken["C"], "times", at_most=1.5
         )

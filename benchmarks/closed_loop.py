@@ -6,7 +6,6 @@ import time
 import numpy as np
 
 from benchmarks.support.harness import Result, interleaved
-from steerway.control.boats import OTTER
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.course.onboard import FilterEstimator
 from steerway.guidance.line_of_sight import LineOfSight
@@ -20,6 +19,7 @@ from steerway.simulation.campaign import over_seeds
 from steerway.simulation.loop import sail
 from steerway.vessels import Otter, otter
 from steerway.vessels.environment import Current, Environment
+from steerway.vessels.otter import BOAT as OTTER
 
 _DURATION, _STEP, _ROUNDS, _SEEDS = 600.0, 0.02, 5, 1000
 _PEER_US = 324.0  # a call of PythonVehicleSimulator's Otter where it was first measured
@@ -31,7 +31,7 @@ def mission(seed: int) -> float:
         FilterEstimator(FiveStateFilter("otter")),
         Mission(Route([0.0, 150.0, 150.0, 0.0, 0.0], [0.0, 0.0, 100.0, 100.0, 900.0], 4.0), at_end="continue"),
         LineOfSight(12.0),
-        OTTER.helm(TrackingFilter(1.0)),
+        OTTER.autopilot(TrackingFilter(1.0)),
         OTTER.propulsion,
         OTTER.speed_loop(),
         cruise=1.2,

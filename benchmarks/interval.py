@@ -1,4 +1,4 @@
-"""Interval Kalman filters and the heading MPC; the literal step beside codac's, in a process of its own."""
+"""Interval Kalman filters and the heading MPC; the printed step compared with codac's, in a process of its own."""
 
 import json
 import subprocess
@@ -10,9 +10,9 @@ import numpy as np
 
 from benchmarks.support.harness import Result
 from steerway.estimation.heading.composite import START_VARIANCE, composite_model
-from steerway.estimation.heading.interval import literal
 from steerway.estimation.heading.interval.filter import IntervalFilter, box_of
 from steerway.sensors.tcm2 import TRUE_TCM2, DynamicCompass
+from steerway_studies.papers import interval_filter as printed
 from steerway_studies.springer_mission.navigators import WeightedBounds, interval_box
 from steerway_studies.springer_mission.world import World, paper_mpc, sail
 
@@ -26,7 +26,7 @@ def run():
     box = box_of(composite_model(), 0.01)
 
     bounds = IntervalFilter(box)
-    second = _best(lambda: bounds.second(0.0, readings[:40]))
+    second = _best(lambda: bounds.step(0.0, readings[:40]))
     yield Result("sharpened interval step, 4 states", 1e6 * second / 40, "µs", at_most=15.0)
     mpc = paper_mpc()
     mpc.step(0.1, 0.0)
@@ -35,8 +35,8 @@ def run():
     yield Result("mission of 870 s, interval filter at 40 Hz", taken, "s", at_most=1.0)
 
     degrees = np.degrees(readings)
-    ours = _best(lambda: _literal(box, degrees)) / len(degrees)
-    yield Result("literal interval step", 1e6 * ours, "µs")
+    ours = _best(lambda: _printed(box, degrees)) / len(degrees)
+    yield Result("printed interval step", 1e6 * ours, "µs")
     theirs = _codac(box, degrees)
     if theirs is None:
         yield Result("codac / ours", None, "times", at_least=20.0, note="codac is not installed")
@@ -44,7 +44,7 @@ def run():
     yield Result(
         "codac / ours", theirs["seconds"] / ours, "times", at_least=20.0, note=f"{1e6 * theirs['seconds']:.0f} µs"
     )
-    bounds, state = np.array(theirs["state"]), _literal(box, degrees)
+    bounds, state = np.array(theirs["state"]), _printed(box, degrees)
     yield Result(
         "largest relative difference of the bounds", float(np.max(np.abs(bounds / state - 1.0))), "", at_most=1e-9
     )
@@ -65,11 +65,11 @@ def _steer(mpc, steps):
         mpc.step(0.3, 1e-3 * k)
 
 
-def _literal(box, readings_deg):
-    x, p, work = np.zeros((4, 2)), np.empty((4, 4, 2)), literal.workspace()
-    literal.start(p, START_VARIANCE, 1.0)
+def _printed(box, readings_deg):
+    x, p, work = np.zeros((4, 2)), np.empty((4, 4, 2)), printed.workspace()
+    printed.start(p, START_VARIANCE, 1.0)
     for reading in readings_deg:
-        literal.tick(x, p, box, reading, work)
+        printed.tick(x, p, box, reading, work)
     return x
 
 

@@ -2,6 +2,11 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# How long an example takes depends on what numba compiles first and on what else the machine does.
+settings.register_profile("steerway", deadline=None)
+settings.load_profile("steerway")
 
 
 @pytest.fixture(scope="session")

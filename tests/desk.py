@@ -10,10 +10,12 @@ import numpy as np
 
 from steerway.control.allocation import OTTER_PROPELLERS
 from steerway.core.earth import displaced
-from steerway.live.autopilot.mission import Boat, Corner, GeodeticRoute, Limits, Settings, Waypoint
+from steerway.live.autopilot.mission import BoatTable, Corner, GeodeticRoute, Limits, MissionTable, Waypoint
+from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE
 from steerway.live.autopilot.route import Guide
-from steerway.live.autopilot.states import Autopilot, State
-from steerway.live.heard import Heard
+from steerway.live.autopilot.supervisor import Supervisor
+from steerway.live.base.orders import State
+from steerway.live.base.rows import InputRow
 from steerway.live.navigator import Navigator
 from steerway.live.service import Service
 from steerway.vessels import Otter, conditions
@@ -32,11 +34,11 @@ def corner(north, east, kind=Corner, **more):
 
 
 def square(corners=SQUARE, fence=(), limits=None, safe="stop", **settings):
-    table = Settings(lookahead=8.0, acceptance=4.0, speed_mps=1.2, safe=safe, limits=limits or Limits(), **settings)
+    table = MissionTable(lookahead=8.0, acceptance=4.0, speed_mps=1.2, safe=safe, limits=limits or Limits(), **settings)
     return GeodeticRoute.of([corner(*each, Waypoint) for each in corners], [corner(*each) for each in fence], table)
 
 
-OTTER = Boat(
+OTTER = BoatTable(
     full_yaw_rate_dps=60.0, max_yaw_rate_dps=15.0, yaw_time=1.5, top_speed_mps=3.0, surge_time=1.1, reverse=True
 )
 
@@ -52,19 +54,21 @@ class Desk:
     def __init__(
         self, route, by="yaw-rate", current=0.2, noise=0.5, rate=5.0, seed=1, profile="otter", outputs=(), **autopilot
     ):
-        self.navigator = Navigator(profile, patience=autopilot.get("patience", 10.0))
-        self.autopilot = Autopilot(route, profile, **autopilot)
-        self.service = Service(self.navigator, [self, *outputs], 1.0 / TICK, 0.0, Guide(route), self.autopilot)
+        self.navigator = Navigator(profile, max_dead_reckoning=autopilot.get("max_dead_reckoning", 10.0))
+        takes = PROPELLERS if by == "propellers" else YAW_RATE
+        self.autopilot = Supervisor(route, profile, takes=takes, **autopilot)
+        guide = Guide(route, self.autopilot.pilot)
+        self.service = Service(self.navigator, [self, *outputs], 1.0 / TICK, 0.0, guide, self.autopilot)
         self.by, self.noise, self.every = by, noise, round(1.0 / rate / TICK)
         self.random = np.random.default_rng(seed)
         self.boat = Otter(25.0, (0.05, 0.0, -0.35))
         self.sea = conditions((current * math.cos(0.7), current * math.sin(0.7)))
         self.state = self.boat.start(-30.0, 0.0, 0.0, 1.0)
         self.trim = 0.0
-        self.fixes = lambda time, north, east: [Heard("gps", NOON + time, *displaced(*HOME, north, east))]
+        self.fixes = lambda time, north, east: [InputRow("gps", NOON + time, *displaced(*HOME, north, east))]
         self.said, self.rows = [], []
         self.loop = HastenedLoop()
-        self.running = self.loop.create_task(self.service.listen([SimpleNamespace(run=self._float)]))
+        self.running = self.loop.create_task(self.service.run([SimpleNamespace(run=self._float)]))
         self.afloat.append(self)
 
     @property

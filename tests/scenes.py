@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from steerway.core.angles import wrap_array
 from steerway.core.earth import displaced, radii
 from steerway.core.records import Fixes
 
@@ -79,4 +80,4 @@ def turning(speed, start, duration, rate=5.0, seed=0, decay=0.3, density=2e-3, h
 
 def angle_error(estimated, true) -> np.ndarray:
     """Absolute smallest difference, rad."""
-    return np.abs((np.asarray(estimated) - true + math.pi) % (2.0 * math.pi) - math.pi)
+    return np.abs(wrap_array(np.asarray(estimated) - true))

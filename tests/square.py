@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.test_live_links import free_port
+from tests.ports import free_port
 
 ROOT = Path(__file__).parent.parent
 SQUARE = ROOT / "examples" / "otter-square.toml"
@@ -77,7 +77,7 @@ def desk(directory, factor, by="mavlink"):
         ends = f"mavlink:udpin:{here}", f"mavlink:udpin:{here}"
     else:
         links = "--to", f"udp://{here}", "--propellers", f"udp://{there}"
-        ends = f"udp://{here}", f"udp://{there}?say=propellers"
+        ends = f"udp://{here}", f"udp://{there}?format=propellers"
     boat = Program(factor, directory, "simulate", SQUARE, "--live", *links, "-o", directory)
     route = "--mission", MISSION, "--profile", "otter", "--engage"
     computer = Program(factor, directory, "live", "--from", ends[0], "--to", ends[1], *route)

@@ -9,7 +9,7 @@ import pytest
 import steerway
 from steerway import FiveStateFilter, Fixes, Profile
 from steerway.estimation.course.update.reported_accuracy import variance_scales_of
-from steerway.live.heard import rows_of
+from steerway.live.base.rows import rows_of
 from steerway.live.navigator import Navigator
 from tests.scenes import angle_error, turning
 
@@ -136,7 +136,7 @@ def heard(fixes, order=None, source="GP"):
 
 
 def sailed_by(navigator, rows):
-    return [said for row in rows for said in navigator.hear(row)]
+    return [said for row in rows for said in navigator.add(row)]
 
 
 @pytest.mark.parametrize("rate", [None, 20.0])

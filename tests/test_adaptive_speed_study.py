@@ -10,7 +10,6 @@ import steerway_studies as studies
 from steerway.simulation import campaign
 from steerway_studies.adaptive_speed import judge, theory
 from steerway_studies.adaptive_speed.cases import Job, run
-from steerway_studies.study import write_results
 
 TIME = np.arange(0.0, 200.05, 0.1)
 
@@ -65,12 +64,12 @@ def test_every_step_of_the_staircase_settles_and_the_log_identifies():
 
 def test_the_whole_study_with_one_seed(tmp_path, monkeypatch):
     monkeypatch.setattr(campaign.os, "cpu_count", lambda: 1)
-    told = []
-    results = studies.named("adaptive-speed").run(1, 0, lambda share, what: told.append(share))
-    assert told[-1] == 1.0 and told == sorted(told)
+    shares = []
+    results = studies.named("adaptive-speed").run(1, 0, lambda share, what: shares.append(share))
+    assert shares[-1] == 1.0 and shares == sorted(shares)
     assert [each.what for each in results.comparisons if each.met is False] == []
     assert [int(stem[3:5]) for stem in results.figures if stem.startswith("fig")] == list(range(1, 16))
-    page = write_results(results, tmp_path)
+    page = results.write(tmp_path)
     numbers = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
     for key in ("mracplus_settling_s_3", "mracplus_overshoot_pct_9", "printed_mrac_settling_s_6", "fusion_rms_pct_9"):
         assert numbers[key] > 0.0

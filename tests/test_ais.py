@@ -1,8 +1,5 @@
 """AIS: sentences made by pyais's encoder, and recorded logs counted by its own reader."""
 
-import functools
-import operator
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -11,28 +8,9 @@ from pyais.stream import IterMessages
 
 from steerway.core.earth import KNOT
 from steerway.formats import ais
+from tests.ais_sentences import checksum, sentences, tagged
 
 MIDNIGHT = 1565222400  # 2019-08-08 00:00:00
-REPORT = {
-    "type": 1,
-    "mmsi": 257591700,
-    "lat": 63.5,
-    "lon": 7.25,
-    "speed": 12.5,
-    "course": 181.5,
-    "heading": 180,
-    "second": 10,
-    "turn": 0,
-}
-
-
-def sentences(**changes):
-    return [each.encode() for each in encode_dict(REPORT | changes, talker_id="AI", radio_channel="A")]
-
-
-def checksum(body):
-    """The two digits behind the asterisk."""
-    return b"%02X" % functools.reduce(operator.xor, body)
 
 
 def halves(line):
@@ -40,11 +18,6 @@ def halves(line):
     payload = line.split(b",")[5]
     bodies = [b"AIVDM,2,1,7,A,%s,0" % payload[:28], b"AIVDM,2,2,7,A,%s,0" % payload[28:]]
     return [b"!%s*%s" % (body, checksum(body)) for body in bodies]
-
-
-def tagged(clock, *lines):
-    tag = b"c:%d" % clock
-    return b"".join(b"\\%s*%s\\%s\r\n" % (tag, checksum(tag), line) for line in lines)
 
 
 def read(clock=MIDNIGHT + 12, **changes):

@@ -11,10 +11,10 @@ from steerway.live import addresses
 from steerway.live.autopilot.fence import Fence
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.route import Guide
-from steerway.live.autopilot.states import Order, State
+from steerway.live.base.orders import Order, State
 from steerway.live.outputs.deltas import Deltas
 from steerway.live.outputs.json_lines import JsonLines
-from steerway.live.outputs.propellers import Propellers
+from steerway.live.outputs.propellers import PropellerCommands
 from steerway.live.outputs.sentences import Sentences
 from steerway.live.outputs.table import TableFile
 from tests.desk import HOME, NOON, OTTER, SQUARE, Desk, corner, dock_all, square
@@ -27,7 +27,7 @@ def voyage(tmp_path_factory):
     path = tmp_path_factory.mktemp("voyage") / "run.parquet"
     said = {name: Said() for name in ("propellers", "sentences", "deltas", "json")}
     outputs = [
-        Propellers(said["propellers"]),
+        PropellerCommands(said["propellers"]),
         Sentences(said["sentences"]),
         Deltas(said["deltas"]),
         JsonLines(said["json"]),
@@ -55,7 +55,7 @@ def test_propeller_commands(voyage):
 
 def test_a_boat_handed_back_is_commanded_nothing():
     said = Said()
-    Propellers(said).tick(at_home(), None, Order(State.STOPPED, "enough", False))
+    PropellerCommands(said).tick(at_home(), None, Order(State.STOPPED, "enough", False))
     assert said.lines()[0]["port"] is None
 
 
@@ -71,7 +71,7 @@ def test_steering_sentences_are_valid_while_it_is_fit_to_steer():
     leg = Guide(square()).step(row)
     for state in State:
         valid = state not in (State.IDLE, State.STOPPED)
-        apb, xte, rmb = Sentences(None).said(row, leg, Order(state))[3:]
+        apb, xte, rmb = Sentences(None).sentences(row, leg, Order(state))[3:]
         assert (apb.startswith("$SWAPB,A,A,"), xte.startswith("$SWXTE,A,A,"), rmb[:8]) == (
             (True, True, "$SWRMB,A") if valid else (False, False, "$SWRMB,V")
         )
@@ -107,16 +107,19 @@ def test_rows_and_tables_tell_the_state(voyage):
             "idle", "ready", "running", "stopped",
         ]  # fmt: skip
         assert reasons[states.index("running") + 2] is None
-    assert frame.height == len(lines) == desk.navigator.counts["taken"]
+    assert frame.height == len(lines) == desk.navigator.counts["used"]
 
 
 def test_addresses_of_propellers(tmp_path):
-    output, _ = addresses.output("udp://127.0.0.1:1234?say=propellers", None, False)
-    assert isinstance(output, Propellers)
-    assert isinstance(addresses.output("stdout:?say=propellers", None, False)[0], Propellers)
-    assert isinstance(addresses.output("stdout:", None, False)[0], JsonLines)
-    with pytest.raises(InputError, match="say is 'hello', expected propellers"):
-        addresses.output("udp://127.0.0.1:1234?say=hello", None, False)
+    output, _ = addresses.output("udp://127.0.0.1:1234?format=propellers")
+    assert isinstance(output, PropellerCommands)
+    assert isinstance(addresses.output("stdout:?say=propellers")[0], PropellerCommands)
+    assert isinstance(addresses.output("stdout:")[0], JsonLines)
+    assert isinstance(addresses.output("udp://127.0.0.1:1234?format=json")[0], JsonLines)
+    with pytest.raises(InputError, match="option 'period' is unknown, expected format"):
+        addresses.output("udp://127.0.0.1:1234?format=json&period=1")
+    with pytest.raises(InputError, match="format is 'hello', expected one of nmea, json, propellers"):
+        addresses.output("udp://127.0.0.1:1234?format=hello")
 
 
 MISSION = """
@@ -146,7 +149,7 @@ def test_a_mission_file(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "why"),
     [
-        ("[boat]", "[boats]", "boats is no key, expected perhaps boat"),
+        ("[boat]", "[boats]", "unknown key boats, expected perhaps boat"),
         ('"hand-back"', '"drop"', "safe is 'drop', expected one of stop, hand-back"),
         ("max_sog_mps = 2.0", "max_sog_mps = -2.0", "limits.max_sog_mps is -2.0, expected more than 0"),
         ("speed_mps = 0.8", "speed_mps = nan", r"waypoint\[1\].speed_mps is nan, expected a finite number"),

@@ -40,9 +40,9 @@ def test_a_seed_is_the_same_run_wherever_it_is_sailed(cluster):
     run = partial(numbers_of_seed, SHORT)
     here = over_seeds(run, range(3), workers=1)
     assert over_seeds(run, range(3), workers=2) == here
-    told = []
-    assert over_seeds(run, range(3), dask=cluster.scheduler_address, progress=told.append) == here
-    assert told == [1 / 3, 2 / 3, 1.0]
+    progress = []
+    assert over_seeds(run, range(3), dask=cluster.scheduler_address, progress=progress.append) == here
+    assert progress == [1 / 3, 2 / 3, 1.0]
     assert here[0] != here[1]
 
 
@@ -56,15 +56,15 @@ def test_no_seed_is_lost_or_counted_twice_when_a_worker_is_killed(cluster, tmp_p
             killed.append(victim)
 
     seeds = range(100, 140)
-    told = []
+    progress = []
     results = over_seeds(
         partial(slowly, tmp_path),
         seeds,
         dask=cluster.scheduler_address,
-        progress=lambda part: (told.append(part), kill_one(part)),
+        progress=lambda part: (progress.append(part), kill_one(part)),
     )
     assert killed and results == [(seed, seed * seed) for seed in seeds]
-    assert told == [k / 40 for k in range(1, 41)]  # each once
+    assert progress == [k / 40 for k in range(1, 41)]  # each once
     begun = [int(path.name.split("-")[1]) for path in tmp_path.iterdir()]
     assert victim in begun and len(set(begun)) >= 2  # the dead one had really worked
     assert len(begun) > len(seeds)  # and what it was at was begun anew
@@ -83,5 +83,5 @@ def test_a_cluster_that_is_not_there(monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr("steerway.simulation.campaign.CONNECTING", 0.5)
     for address in ("127.0.0.1:9", "nonsense"):
-        with pytest.raises(InputError, match=f"no Dask scheduler answers at '{address}'"):
+        with pytest.raises(InputError, match=f"no Dask scheduler responds at '{address}'"):
             over_seeds(divide, [1], dask=address)

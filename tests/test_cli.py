@@ -2,23 +2,14 @@
 
 import gzip
 import json
-import subprocess
-import sys
 
 import polars as pl
 import pytest
 
 import steerway
 from steerway.estimation import Profile
+from tests.command_line import run
 from tests.scenes import turning
-
-STEERWAY = [sys.executable, "-c", "from steerway.cli import main; main()"]
-
-
-def run(*arguments, stdin=None):
-    """(exit code, standard output, standard error) of a command."""
-    done = subprocess.run([*STEERWAY, *map(str, arguments)], input=stdin, capture_output=True)
-    return done.returncode, done.stdout.decode(), done.stderr.decode()
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +78,7 @@ def test_an_input_is_never_overwritten(log):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["estimate", "missing.nmea"], "missing.nmea: cannot be read (no such file)"),
         (["estimate", "LOG", "-o", "track.xls"], ".parquet"),
@@ -96,8 +87,8 @@ def test_an_input_is_never_overwritten(log):
         (["estimate", "LOG", "--profile", "gone.toml"], "gone.toml cannot be read"),
         (["estimate", "LOG", "--aid", "sextant"], "aid 'sextant' is unknown"),
         (["estimate", "LOG", "--rate", "0"], "rate is 0.0"),
-        (["estimate", "LOG", "--rate", "fast"], "--rate 'fast' is no number"),
-        (["estimate", "LOG", "--from", "yesterday"], "--from 'yesterday' is no time"),
+        (["estimate", "LOG", "--rate", "fast"], "--rate is 'fast', expected a number in Hz"),
+        (["estimate", "LOG", "--from", "yesterday"], "--from is 'yesterday', expected a time"),
         (["estimate", "LOG", "--from", "2040-01-01T00:00:00Z"], "no position of"),
         (["estimate", "LOG", "--source", "GP"], "GP"),
         (["estimate", "LOG", "--loud"], "No such option"),
@@ -106,10 +97,10 @@ def test_an_input_is_never_overwritten(log):
         (["sail"], "No such command"),
     ],
 )
-def test_mistakes_end_in_one_sentence_and_2(log, arguments, told):
+def test_mistakes_end_in_one_sentence_and_2(log, arguments, message):
     code, out, err = run(*(str(log) if each == "LOG" else each for each in arguments))
     assert code == 2
-    assert told in err and err.startswith("steerway: ") and err.count("\n") == 1, err
+    assert message in err and err.startswith("steerway: ") and err.count("\n") == 1, err
     assert "Traceback" not in err and out == ""
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from steerway.control.bandwidth import advice, loop_damping
-from steerway.control.boats import OTTER
 from steerway.control.rudder import Rudder
 from steerway.core.angles import wrap
 from steerway.estimation.course.filter import FiveStateFilter
@@ -24,6 +23,7 @@ from steerway.simulation.reading import parse_scenario
 from steerway.simulation.run import sail_scenario
 from steerway.vessels import Nomoto, Otter
 from steerway.vessels.environment import Current, Environment
+from steerway.vessels.otter import BOAT as OTTER
 
 STEP = 0.02
 NORTH, EAST = np.array([0.0, 60.0, 60.0]), np.array([0.0, 0.0, 50.0])
@@ -69,7 +69,7 @@ def mission(scene):
         FilterEstimator(FiveStateFilter("otter")),
         Mission(Route(*route, 5.0)),
         LineOfSight(12.0),
-        OTTER.helm(TrackingFilter(1.0)),
+        OTTER.autopilot(TrackingFilter(1.0)),
         OTTER.propulsion,
         OTTER.speed_loop(),
         cruise=1.2,
@@ -151,7 +151,7 @@ def hunting(bandwidth, density, std, nomoto_time, speed=2.0, seed=4):
         FilterEstimator(FiveStateFilter(profile)),
         Mission(Route([0.0, 5000.0], [0.0, 0.0], 5.0)),
         LineOfSight(2000.0),
-        boat.helm(TrackingFilter(0.05)),
+        boat.autopilot(TrackingFilter(0.05)),
         boat.propulsion,
     )
     instruments = Suite(Gnss(rate=5.0, white=0.02 * std))

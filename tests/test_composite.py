@@ -8,10 +8,10 @@ import pytest
 from steerway.core.errors import InputError
 from steerway.estimation.heading.aided import PRODUCT, SCALE_ONLY, AidedHeadingFilter, HeadingTuning
 from steerway.estimation.heading.composite import CompositeFilter, composite_model
-from steerway.estimation.heading.h_infinity import HInfinityFilter, exists, largest_theta
 from steerway.estimation.heading.model_bank import ModelBank, corners, grid
 from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, random_compass
 from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, RPM
+from steerway_studies.springer_mission.h_infinity import HInfinityFilter, exists, largest_theta
 from tests.weaving import record
 
 
@@ -24,7 +24,7 @@ def by_matrices(compass, yaw, differences, readings, vehicle_noise=1e-14, start=
     second[:2, :2] = a
     h = np.array([0.0, 0.0, compass.k, 0.0])
     x, p = np.zeros(4), np.diag([start, start, 1.0, 1.0])
-    told = []
+    headings = []
     for u, zs in zip(differences, readings, strict=True):
         for z in np.degrees(zs):
             x, p = tick @ x, tick @ p @ tick.T + np.diag([0.0, 0.0, 1.0, 1.0])
@@ -32,14 +32,14 @@ def by_matrices(compass, yaw, differences, readings, vehicle_noise=1e-14, start=
             x, p = x + gain * (z - h @ x), p - np.outer(gain, h @ p)
         x = second @ x + np.array([*b, 0.0, 0.0]) * u
         p = second @ p @ second.T + np.diag([vehicle_noise, vehicle_noise, 0.0, 0.0])
-        told.append(c @ x[:2])
-    return np.array(told), x, p
+        headings.append(c @ x[:2])
+    return np.array(headings), x, p
 
 
 def test_innovation_is_reading_less_prediction():
     estimator, bank = CompositeFilter(composite_model()), ModelBank(corners(0.01))
     for each in (estimator, bank):
-        each.second(0.0, np.full(40, 0.1))
+        each.step(0.0, np.full(40, 0.1))
         assert 0.0 < each.innovation < np.degrees(0.1)
     assert estimator.innovation == pytest.approx(bank.innovation)
 
@@ -49,9 +49,9 @@ def test_innovation_is_reading_less_prediction():
 def test_composite_is_the_kalman_filter(compass, yaw):
     differences, readings, _, _ = record()
     estimator = CompositeFilter(composite_model(compass, yaw))
-    told = [estimator.second(u, z) for u, z in zip(differences, readings, strict=True)]
+    headings = [estimator.step(u, z) for u, z in zip(differences, readings, strict=True)]
     expected, x, p = by_matrices(compass, yaw, differences, readings)
-    np.testing.assert_allclose(told, expected, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(headings, expected, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(estimator._state, x, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(estimator._covariance, p, rtol=1e-8, atol=1e-20)
 
@@ -63,7 +63,7 @@ def test_true_model_is_consistent_and_nominal_is_not():
         estimator, values, wrong = CompositeFilter(composite_model(compass)), [], []
         for u, z, heading in zip(differences, readings, headings, strict=True):
             wrong.append(estimator.heading - heading)
-            estimator.second(u, z)
+            estimator.step(u, z)
             values.append(estimator.nis)
         nis[name], errors[name] = np.mean(values), np.degrees(np.sqrt(np.mean(np.square(wrong))))
     assert nis["true"] == pytest.approx(1.0, abs=0.02)
@@ -76,8 +76,8 @@ def test_bank_holds_its_members_and_blends_towards_the_true_one():
     differences, readings, _, _ = record(200, truth)
     bank, own = ModelBank(compasses), CompositeFilter(composite_model(truth))
     for u, z in zip(differences, readings, strict=True):
-        bank.second(u, z)
-        own.second(u, z)
+        bank.step(u, z)
+        own.step(u, z)
         assert bank.low <= own.heading <= bank.high
     assert bank.headings[3] == pytest.approx(own.heading, rel=1e-12)
     assert bank.weights.argmax() == 3
@@ -90,7 +90,7 @@ def test_h_infinity_is_the_kalman_filter_at_theta_zero_and_ends_somewhere():
     differences, readings, _, _ = record()
     one, other = HInfinityFilter(model, 0.0), CompositeFilter(model)
     for u, z in zip(differences, readings, strict=True):
-        assert one.second(u, z) == pytest.approx(other.second(u, z), rel=1e-12, abs=1e-15)
+        assert one.step(u, z) == pytest.approx(other.step(u, z), rel=1e-12, abs=1e-15)
     largest = largest_theta(model, horizon=100)
     assert exists(model, largest, horizon=100) and not exists(model, 1.05 * largest, horizon=100)
     with pytest.raises(InputError, match="theta"):
@@ -99,7 +99,7 @@ def test_h_infinity_is_the_kalman_filter_at_theta_zero_and_ends_somewhere():
 
 def test_h_infinity_step_is_the_information_form():
     """P ← (P⁻¹ − θ CᵀC)⁻¹."""
-    from steerway.estimation.heading.h_infinity import _inflate
+    from steerway_studies.springer_mission.h_infinity import _inflate
 
     model, rng = composite_model(), np.random.default_rng(0)
     root = rng.standard_normal((4, 4)) * [1e-6, 1e-6, 1.0, 1.0]
@@ -116,7 +116,7 @@ def test_scale_state_finds_the_gain():
     estimator, errors = AidedHeadingFilter(SCALE_ONLY, TCM2, PAPER_YAW), []
     for u, z, heading in zip(differences, readings, headings, strict=True):
         errors.append(estimator.heading - heading)
-        estimator.second(u, z)
+        estimator.step(u, z)
     assert estimator.scale == pytest.approx(TRUE_TCM2.gain, abs=4.0 * estimator.scale_std + 0.005)
     assert np.degrees(np.sqrt(np.mean(np.square(errors)))) < 0.05
 
@@ -127,7 +127,7 @@ def test_without_unknowns_the_aided_filter_is_the_composite_one():
     one, other = AidedHeadingFilter(known, TCM2, PAPER_YAW), CompositeFilter(composite_model())
     for u, z in zip(differences, readings, strict=True):
         # The gate of the aided filter refuses a reading in a thousand: with the true compass the heading hardly moves.
-        assert one.second(u, z) == pytest.approx(other.second(u, z), abs=2e-6)
+        assert one.step(u, z) == pytest.approx(other.step(u, z), abs=2e-6)
 
 
 def derivative(function, x, steps):
@@ -199,7 +199,7 @@ def test_product_filter_finds_bias_scale_and_current(seed):
     estimator, errors = AidedHeadingFilter(PRODUCT), []
     for u, z, heading, velocity in zip(*data, strict=True):
         errors.append(estimator.heading - heading)
-        estimator.second(u, z, velocity)
+        estimator.step(u, z, velocity)
     assert np.degrees(np.median(np.abs(errors[100:]))) < 2.0
     assert estimator.bias == pytest.approx(10.0 * RPM, abs=4.0 * RPM)
     assert estimator.scale == pytest.approx(compass.gain / TCM2.gain, abs=0.1)
@@ -211,8 +211,8 @@ def test_readings_may_be_wrapped_unknown_or_missing():
     one, other, blind = (AidedHeadingFilter() for _ in range(3))
     for k, (u, z, velocity) in enumerate(zip(differences, readings, velocities, strict=True)):
         turned = z + (k % 3 - 1) * 2.0 * np.pi
-        assert one.second(u, z, velocity) == pytest.approx(other.second(u, turned, velocity), abs=1e-9)
-        blind.second(u, None if k % 2 else np.full(40, np.nan), velocity)
+        assert one.step(u, z, velocity) == pytest.approx(other.step(u, turned, velocity), abs=1e-9)
+        blind.step(u, None if k % 2 else np.full(40, np.nan), velocity)
     assert math.isfinite(blind.heading) and blind.scale == pytest.approx(1.0)
     assert blind.heading_std > one.heading_std
 

@@ -8,15 +8,11 @@ import pytest
 from steerway import InputError
 from steerway.vessels import CALM, CyberShip2, conditions
 from steerway.vessels.cybership2 import DAMPING, INERTIA, derivatives
+from tests.cybership_forces import public_forces
 from tests.golden import assert_golden, columns, golden
 
 STATE = np.array([3.0, -2.0, 0.7, 0.3, -0.15, 0.2])
 FORCE = np.array([0.8, -0.4, 0.1])
-
-
-def public_forces(time):
-    """The forces of the public simulator's run, held over each of its steps."""
-    return 0.5 + 1.2 * math.sin(0.1 * time), 0.8 * math.cos(0.07 * time), 0.15 * math.sin(0.05 * time)
 
 
 def rotation(heading):

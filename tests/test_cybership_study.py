@@ -7,7 +7,6 @@ import pytest
 
 from steerway_studies import named
 from steerway_studies.cybership_observers import trials, tuning
-from steerway_studies.study import write_results
 
 TUNED = {
     (world, form): [{"constant": -3.1, "inverse square": -4.6}.get(form, -4.1), -2.0] for world, form in tuning.CASES
@@ -21,7 +20,7 @@ def results():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(tuning, "tuned_cases", lambda seeds, progress: TUNED)
         patch.setattr(
-            "steerway_studies.cybership_observers.study.over_seeds",
+            "steerway_studies.cybership_observers.over_seeds",
             lambda run, seeds, progress: [run(seed) for seed in seeds],
         )
         return named("cybership-observers").run(8, 0, None)
@@ -46,7 +45,7 @@ def test_every_comparison_has_its_number_and_every_mean_its_interval(results):
 
 
 def test_the_page_is_written(results, tmp_path):
-    page = write_results(results, tmp_path)
+    page = results.write(tmp_path)
     written = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
     assert all(isinstance(written[key], float) for key in KEYS)
     assert {"figure3.png", "figure4.png", "figure5.png"} <= {each.name for each in tmp_path.iterdir()}

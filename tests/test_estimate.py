@@ -187,7 +187,7 @@ def test_profiles_survive_a_file(tmp_path):
     [
         ("position_std = -1\nspeed_noise = 1\ncourse_rate_noise = 1", "position_std is -1"),
         ("speed_nois = 1", "speed_nois"),
-        ("position_std = ", "cannot be read as TOML"),
+        ("position_std = ", "is not valid TOML"),
         ("position_std = inf\nspeed_noise = 1\ncourse_rate_noise = 1", "position_std is inf"),
     ],
 )

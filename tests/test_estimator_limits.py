@@ -8,14 +8,15 @@ import pytest
 
 import steerway
 import steerway_studies as studies
+from steerway.core import wrap_array
 from steerway.sensors.gnss import white
-from steerway_studies.estimator_limits import accuracy, aided, consistency, correlated, held, told, unknown_modes
+from steerway_studies.estimator_limits import accuracy, aided, consistency, correlated, held, known_modes, unknown_modes
 from steerway_studies.estimator_limits.bound import filtering_bound, smoothing_bound
 from steerway_studies.estimator_limits.cells import CELLS, WHAT, WHERE, bounded, judged, sums
-from steerway_studies.estimator_limits.histories import all_histories, told_smoother
+from steerway_studies.estimator_limits.histories import all_histories, known_mode_smoother
 from steerway_studies.estimator_limits.particles import begun, in_plane, particle_filter
 from steerway_studies.estimator_limits.scenarios import SLOW, sail, straight_and_turning
-from steerway_studies.estimator_limits.statistics import errors, over_runs, turned
+from steerway_studies.estimator_limits.statistics import errors, over_runs
 from steerway_studies.study import Results
 
 
@@ -54,7 +55,7 @@ def test_filter_and_smoother_against_the_bound(name, runs):
 
 
 def test_innovations_are_consistent_and_so_is_the_whole_state():
-    """NEES is 3 over the whole voyage; more in turns, less straight, since the filter is not told which it is in."""
+    """NEES is 3 over the whole voyage; more in turns, less straight, since the filter does not know the mode."""
     cell = CELLS["o05"]
     both = [consistency.scores(*cell.sailed(seed), cell.profile, cell.scenario) for seed in range(12)]
     nis, nees = (np.array(each) for each in zip(*both, strict=True))
@@ -64,9 +65,9 @@ def test_innovations_are_consistent_and_so_is_the_whole_state():
     assert 2.5 < all_along < 3.5
 
 
-def test_told_the_modes_the_filter_doubts_as_it_errs():
+def test_with_known_modes_the_filter_is_consistent():
     """NEES of 3 straight and in turns; the textbook's correction takes an error of the course for one of the speed."""
-    runs = [told.one("o05", seed) for seed in range(12)]
+    runs = [known_modes.one("o05", seed) for seed in range(12)]
     nees = np.sum([run["invariant_nees"] for run in runs], axis=0)
     assert np.all(np.abs(nees[:, 0] / nees[:, 1] - 3.0) < 0.5)
     textbook, invariant = (np.sum([run[f"{form}_told"] for run in runs], axis=0) for form in ("textbook", "invariant"))
@@ -119,7 +120,7 @@ def written_out(places, start, models, dt):
         change = mode[1:] != mode[:-1]
         chance = chances[mode[:-1]]
         logs.append(density.sum() + np.log(np.where(change, chance, 1.0 - chance)).sum())
-        smoothed.append(told_smoother(places, start, mode.astype(bool), models, dt))
+        smoothed.append(known_mode_smoother(places, start, mode.astype(bool), models, dt))
         last.append(x[-1])
     weights = np.exp(np.array(logs) - max(logs))
     weights /= weights.sum()
@@ -147,7 +148,7 @@ def test_the_filter_of_many_histories_finds_what_writing_them_out_gives():
     assert np.all(np.diag(spreads[-1]) > 0.8 * spread**2)
 
 
-def test_told_the_modes_a_smoother_attains_the_bound_and_untold_none_does():
+def test_with_known_modes_a_smoother_attains_the_bound_and_with_unknown_ones_none_does():
     """The reason why: what is missing to the bound is not knowing the modes, and part of that is the product's."""
     cell = CELLS["o05"]
     rows = []
@@ -155,21 +156,21 @@ def test_told_the_modes_a_smoother_attains_the_bound_and_untold_none_does():
         voyage, fixes = cell.sailed(seed)
         models, places = cell.profile.modes(), in_plane(fixes)
         start = begun(voyage, models, seed)
-        told = told_smoother(places, start, voyage.turning, models, 0.2)
+        known = known_mode_smoother(places, start, voyage.turning, models, 0.2)
         walked, _ = all_histories(places, start, np.zeros(len(places), bool), models, 0.2, 8, seed, kept=30)
         product = steerway.estimate(fixes, cell.profile, smooth=True)
         rows.append(
             [
                 bounded(smoothing_bound(voyage, cell.profile), voyage, cell.scenario),
-                sums(np.square(errors(*told[:, 2:].T, voyage)), straight_and_turning(cell.scenario, voyage)),
+                sums(np.square(errors(*known[:, 2:].T, voyage)), straight_and_turning(cell.scenario, voyage)),
                 sums(np.square(errors(*walked[:, 2:].T, voyage)), straight_and_turning(cell.scenario, voyage)),
                 judged(product, voyage, cell.scenario),
             ]
         )
     rows = np.array(rows)
-    told, walked, product = (over_runs(rows[:, j, 0, 1], rows[:, 0, 0, 1]).value for j in (1, 2, 3))
-    assert 0.8 < told < 1.15
-    assert told < walked < 1.6
+    known, walked, product = (over_runs(rows[:, j, 0, 1], rows[:, 0, 0, 1]).value for j in (1, 2, 3))
+    assert 0.8 < known < 1.15
+    assert known < walked < 1.6
     assert product > 0.95 * walked, "no smoother betters all histories: the yardstick is wrong"
 
 
@@ -246,4 +247,4 @@ def test_white_fixes_in_the_plane_are_where_they_were():
     voyage = sail(SLOW, 3)
     places = in_plane(voyage.fixes(white(0.5), 3))
     assert np.std(places - voyage.states[:, :2]) == pytest.approx(0.5, rel=0.05)
-    assert turned(3.0 * math.pi) == pytest.approx(-math.pi)
+    assert wrap_array(3.0 * math.pi) == pytest.approx(-math.pi)

@@ -10,7 +10,6 @@ import steerway
 import steerway_studies as studies
 from steerway.estimation import choose_profile
 from steerway_studies import low_speed
-from steerway_studies.study import write_results
 from tests.scenes import angle_error, straight, turning
 
 
@@ -55,7 +54,7 @@ def test_the_choice_is_as_good_as_tuning(field):
 
 
 def test_results_are_written(field, tmp_path):
-    write_results(field, tmp_path)
+    field.write(tmp_path)
     written = json.loads((tmp_path / "results.json").read_text())
     assert {"figure8_rate_rms_dps", "s330_sog_rms_mps", "standstill_undefined_pct"} <= written.keys()
     assert (tmp_path / "turns.png").exists() and (tmp_path / "ship.png").exists()

@@ -6,15 +6,9 @@ from numpy.testing import assert_allclose
 
 from steerway.core.errors import InputError
 from steerway.formats import gpx
+from tests.gpx_documents import HEAD, POINT, POINTS, WHOLE, document
 
-POINT = '<trkpt lat="{0}.5" lon="2.25"><ele>1</ele><time>2023-01-01T00:00:0{0}Z</time>{1}</trkpt>\n'
-HEAD = '<?xml version="1.0"?>\n<gpx version="1.0" xmlns="http://www.topografix.com/GPX/1/0">'
-TAIL = "</trkseg></trk></gpx>\n"
 T = 1672531200.0
-
-
-def document(*points, head=HEAD, name=""):
-    return f"{head}<trk>{name}<trkseg>{''.join(points)}{TAIL}".encode()
 
 
 def only(recording):
@@ -56,8 +50,6 @@ def test_tracks_named_by_mmsi_are_vessels():
     assert only(gpx.read(document(POINT.format(1, ""), name="<name>Sunday</name>"))).mmsi is None
 
 
-POINTS = [POINT.format(second, "") for second in range(1, 8)]
-WHOLE = document(*POINTS)
 AT = WHOLE.index(POINTS[3].encode()) + 20
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from steerway.control.allocation import OTTER_PROPELLERS
 from steerway.control.course import AnglePID, place_poles
-from steerway.control.handover import HandOver, Helm, Steerageway
+from steerway.control.handover import Autopilot, HandOver, Steerageway
 from steerway.control.speed_pi import SpeedPI, SpeedPIGains
 from steerway.control.station import StationGains, StationKeeper
 from steerway.core.errors import InputError
@@ -67,44 +67,44 @@ def test_what_is_unknown_or_unwanted_gives_up_at_once():
         HandOver(Steerageway(take=0.2))
 
 
-def test_the_helm_passes_over_without_a_jump():
+def test_the_hand_over_is_without_a_jump():
     """Heading 20°, course 35°, in a turn with an error and a trim: the moment goes on where it was."""
-    helm = Helm(AnglePID(YAW), ReferenceModel(0.5), HandOver(Steerageway(dwell=0.0)))
+    autopilot = Autopilot(AnglePID(YAW), ReferenceModel(0.5), HandOver(Steerageway(dwell=0.0)))
     heading, course = math.radians(20.0), math.radians(35.0)
     command = (math.radians(60.0), 0.0, 0.0)
     moments, errors = [], []
     for step in range(400):
         speed = 0.2 if step < 200 else 0.8 if step < 300 else 0.1
-        moments.append(helm.step(command, course, 0.03, heading, 0.02, speed, H))
-        errors.append((course if helm.by_course else heading) - helm.shaper.reference[0])
+        moments.append(autopilot.step(command, course, 0.03, heading, 0.02, speed, H))
+        errors.append((course if autopilot.by_course else heading) - autopilot.shaper.reference[0])
         if step == 199:
-            trim = helm.pilot.integral
+            trim = autopilot.controller.integral
     jumps = np.abs(np.diff(moments))
     assert np.max(jumps[[199, 299]]) < 1.5 * np.max(jumps[150:199]) + 0.3
     assert np.max(jumps[[199, 299]]) < 0.02 * np.max(np.abs(moments))
-    assert abs(trim) > 0.0 and not helm.by_course
+    assert abs(trim) > 0.0 and not autopilot.by_course
     for step in (199, 299):  # the error to the reference is the same, seen from the other angle
         assert abs(errors[step]) > 0.05 and errors[step + 1] == pytest.approx(errors[step], abs=0.01)
 
 
-def test_without_a_compass_the_helm_waits_for_steerageway():
-    helm = Helm(AnglePID(YAW), ReferenceModel(0.5), HandOver(Steerageway(dwell=0.0)))
+def test_without_a_compass_the_autopilot_waits_for_steerageway():
+    autopilot = Autopilot(AnglePID(YAW), ReferenceModel(0.5), HandOver(Steerageway(dwell=0.0)))
     command = (2.0, 0.0, 0.0)
-    helm.pilot.integral = 3.0
+    autopilot.controller.integral = 3.0
 
     def steer(speed, course):
-        return helm.step(command, course, 0.0, math.nan, math.nan, speed, H)
+        return autopilot.step(command, course, 0.0, math.nan, math.nan, speed, H)
 
     assert [steer(0.1, math.nan) for _ in range(100)] == [3.0] * 100
     assert abs(steer(0.8, 0.5) - 3.0) < 0.3  # from the course she has, whatever was wanted meanwhile
     for _ in range(200):
         turning = steer(0.8, 0.5)
     assert turning > 10.0
-    trim = helm.pilot.integral
+    trim = autopilot.controller.integral
     assert steer(0.1, 0.6) == pytest.approx(trim) and steer(0.1, 0.6) == pytest.approx(trim)
     assert abs(steer(0.8, -1.0) - trim) < 0.4
-    damped = helm.step(command, math.nan, math.nan, math.nan, 0.2, 0.1, H)
-    assert damped == pytest.approx(helm.pilot.integral - YAW.proportional * YAW.derivative_time * 0.2)
+    damped = autopilot.step(command, math.nan, math.nan, math.nan, 0.2, 0.1, H)
+    assert damped == pytest.approx(autopilot.controller.integral - YAW.proportional * YAW.derivative_time * 0.2)
 
 
 def keep(distance, bearing, course=0.0, speed=0.0, heading=0.0, **more):
@@ -135,18 +135,18 @@ def test_a_station_keeper_learns_the_current_only_where_thrust_can_answer_it():
 
 
 class Otter:
-    """A hull, its propellers, a speed loop, a station keeper, and a helm: the blocks of a mission at 50 Hz."""
+    """A hull, its propellers, a speed loop, a station keeper, and an autopilot: the blocks of a mission at 50 Hz."""
 
     def __init__(self, hull, noise=0.0, seed=1):
         self.hull, self.noise, self.rng = hull, noise, random.Random(seed)
-        self.helm = Helm(AnglePID(YAW), ReferenceModel(0.5, max_rate=math.radians(15.0)))
+        self.autopilot = Autopilot(AnglePID(YAW), ReferenceModel(0.5, max_rate=math.radians(15.0)))
         self.speed = SpeedPI(SpeedPIGains(mass=85.0, linear_drag=77.0, limit=200.0))
         self.station = StationKeeper(StationGains(mass=85.0, limit=200.0, limit_astern=100.0))
         self.law = LineOfSight(10.0)
         self.changes, self.moments = 0, []
 
     def step(self, mission):
-        hull, before = self.hull, self.helm.by_course
+        hull, before = self.hull, self.autopilot.by_course
         course = hull.course + self.rng.gauss(0.0, self.noise) / max(hull.sog, 0.05)
         sog = abs(hull.sog + self.rng.gauss(0.0, self.noise))
         leg = mission.step(hull.north, hull.east, H)
@@ -156,12 +156,12 @@ class Otter:
         else:
             command = self.law.step(leg, course, sog, H)
             force = self.speed.step(leg.speed, sog, H)
-        moment = self.helm.step(command, course, hull.yaw_rate, hull.heading, hull.yaw_rate, sog, H, not holding)
+        moment = self.autopilot.step(command, course, hull.yaw_rate, hull.heading, hull.yaw_rate, sog, H, not holding)
         out = OTTER_PROPELLERS.step(force, moment)
-        self.helm.limited_to(out.yaw_moment)
+        self.autopilot.limited_to(out.yaw_moment)
         self.speed.limited_to(out.surge_force)
         hull.step(out.surge_force, out.yaw_moment, H)
-        self.changes += self.helm.by_course is not before
+        self.changes += self.autopilot.by_course is not before
         self.moments.append(moment)
         return leg
 
@@ -188,7 +188,7 @@ def test_an_otter_holds_station_in_a_current_and_leaves_again(towards, strength,
     away = Mission(Route([80.0, 160.0], [0.0, 60.0], acceptance=3.0, speed=1.0), at_end="stop")
     moments = len(boat.moments)
     cross_track = [boat.step(away).cross_track for _ in range(round(95.0 / H))]
-    assert boat.changes == 3 and boat.helm.by_course
+    assert boat.changes == 3 and boat.autopilot.by_course
     assert abs(cross_track[-1]) < 0.6
     if not noise:
         assert np.max(np.abs(np.diff(boat.moments[moments + 1 :]))) < 6.0

@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 
 from steerway.identification import SurgeModel
-from tests.test_cli import run
+from tests.command_line import run
 
 
 def zigzag(path, gain=0.2, time_constant=2.0, bias_deg=1.0):

@@ -8,6 +8,7 @@ import pytest
 
 from steerway import InputError
 from steerway.control.course import place_poles
+from steerway.core.angles import wrap_array
 from steerway.formats.steering import read_steering
 from steerway.identification.interval import Interval, covariance
 from steerway.identification.yaw import YawModel, identify_yaw, identify_yaw_from_fixes
@@ -37,7 +38,7 @@ def manoeuvre(plant, kind="zigzag", sea=0.0, seed=0):
 def compass(heading, seed=1):
     """What a compass of 1° says, wrapped."""
     noisy = heading + math.radians(1.0) * np.random.default_rng(seed).standard_normal(len(heading))
-    return np.mod(noisy + math.pi, 2.0 * math.pi) - math.pi
+    return wrap_array(noisy)
 
 
 def assert_known(model, plant, within=0.05):
@@ -111,7 +112,7 @@ def test_the_model_feeds_pole_placement():
     model = YawModel(Interval(0.2, 0.19, 0.21), Interval(8.0, 7.5, 8.5), Interval(0.0, -0.1, 0.1), 100, "angle")
     assert model.gains(0.5, limit=0.6) == place_poles(0.2, 8.0, 0.5, limit=0.6)
     to_port = YawModel(Interval(-0.2, -0.21, -0.19), model.time_constant, model.rudder_bias, 100, "angle")
-    with pytest.raises(InputError, match="turned her to port"):
+    with pytest.raises(InputError, match="turns to port"):
         to_port.gains(0.5)
 
 
@@ -136,7 +137,7 @@ def test_the_covariance_is_that_of_a_known_normal():
         (lambda t, r, a: (t, np.full_like(r, 0.1), a), "the rudder stays at 0.1"),
         (lambda t, r, a: (t, np.where(t > 50.0, np.nan, r), a), "rudder is unknown"),
         (lambda t, r, a: (t, r, np.full_like(a, np.nan)), "0 angles were measured"),
-        (lambda t, r, a: (t, r, 0.01 * np.sin(t)), "she turned by 1.1°"),
+        (lambda t, r, a: (t, r, 0.01 * np.sin(t)), "the vessel turned by 1.1°"),
     ],
 )
 def test_a_manoeuvre_that_cannot_tell_is_refused(change, says):

@@ -16,7 +16,7 @@ TIME = 1.7e9 + 0.02 * np.arange(20_001)
 WOBBLY = Instrument(rate=7.0, white=0.1, bias=0.3, turn_on_std=0.2, wander=(0.1, 20.0), scale=1.1)
 
 
-def heard(stream, *truth):
+def streamed(stream, *truth):
     """Times and readings of an instrument asked at every step."""
     rows = zip(TIME.tolist(), *(column.tolist() for column in truth), strict=True)
     readings = [(row[0], stream.step(*row)) for row in rows]
@@ -26,7 +26,7 @@ def heard(stream, *truth):
 def test_an_instrument_is_the_same_in_a_record_and_in_the_loop():
     value = np.sin(0.01 * TIME)
     time, reading = WOBBLY.measured(TIME, value, 3)
-    np.testing.assert_array_equal((time, reading), heard(WOBBLY.start(3), value))
+    np.testing.assert_array_equal((time, reading), streamed(WOBBLY.start(3), value))
     assert len(time) == 1 + math.floor(400.0 * 7.0)
 
 
@@ -34,14 +34,14 @@ def test_a_compass_is_the_same_in_a_record_and_in_the_loop():
     compass = Compass(WOBBLY, deviation=(0.1, 0.2, 0.3, 0.04, 0.05))
     heading = np.linspace(-6.0, 6.0, len(TIME))
     time, reading = compass.measured(TIME, heading, 3)
-    np.testing.assert_array_equal((time, reading), heard(compass.start(3), heading))
+    np.testing.assert_array_equal((time, reading), streamed(compass.start(3), heading))
     assert reading.min() >= -math.pi and reading.max() < math.pi
 
 
 def test_a_log_is_the_same_in_a_record_and_in_the_loop():
     log = DopplerLog(WOBBLY)
     time, surge, sway = log.measured(TIME, np.cos(TIME), np.sin(TIME), 3)
-    times, readings = heard(log.start(3), np.cos(TIME), np.sin(TIME))
+    times, readings = streamed(log.start(3), np.cos(TIME), np.sin(TIME))
     np.testing.assert_array_equal((time, surge, sway), (times, *zip(*readings, strict=True)))
     assert abs(np.corrcoef(surge - np.cos(time), sway - np.sin(time))[0, 1]) < 0.9
 
@@ -83,13 +83,13 @@ def test_data_sheets_are_read_in_their_units():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "sentence"),
     [
         ({"rate": 0.0}, "rate is 0.0"),
         ({"white": -1.0}, "white is -1.0"),
         ({"wander": (1.0, 0.0)}, "time constant of 0"),
     ],
 )
-def test_bad_input_is_named(arguments, says):
-    with pytest.raises(InputError, match=says):
+def test_bad_input_is_named(arguments, sentence):
+    with pytest.raises(InputError, match=sentence):
         Instrument(**arguments)

@@ -15,6 +15,7 @@ from steerway.estimation.heading.interval.filter import IntervalFilter, box_of, 
 from steerway.estimation.heading.interval.weighting import Features, Network, ideal_weight, weighted
 from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, random_compass
 from steerway.vessels.springer import PAPER_YAW
+from steerway_studies.papers.interval_filter import PrintedIntervalFilter
 from steerway_studies.springer_mission.rigour import exact_headings, rigour
 from tests.weaving import record
 
@@ -52,24 +53,24 @@ def test_division_by_what_holds_zero_says_nothing():
     assert not arithmetic.sound(arithmetic.intersect((0.0, 1.0), (2.0, 3.0)))
 
 
-@pytest.mark.parametrize("form", ["sharpened", "literal"])
-def test_outward_rounding_holds_the_exact_filter_and_plain_doubles_do_not(form):
+@pytest.mark.parametrize("interval_filter", [IntervalFilter, PrintedIntervalFilter])
+def test_outward_rounding_holds_the_exact_filter_and_plain_doubles_do_not(interval_filter):
     """With a point for a box all width is rounding. Doubles without outward rounding are a point beside the truth."""
     differences, readings, _, _ = record(25)
-    held, plain = rigour(differences, readings, form)
+    held, plain = rigour(differences, readings, interval_filter)
     assert held == 100.0 and plain < 20.0
-    bounds = IntervalFilter(box_of(composite_model(), 0.0), form)
+    bounds = interval_filter(box_of(composite_model(), 0.0))
     for u, z in zip(differences, readings, strict=True):
-        bounds.second(u, z)
-    assert form == "literal" or bounds.width < 1e-6
+        bounds.step(u, z)
+    assert interval_filter is PrintedIntervalFilter or bounds.width < 1e-6
 
 
 def test_the_exact_filter_is_the_ordinary_one():
     differences, readings, _, _ = record(5)
     estimator = CompositeFilter(composite_model())
-    told = [estimator.second(u, z) for u, z in zip(differences, readings, strict=True)]
+    headings = [estimator.step(u, z) for u, z in zip(differences, readings, strict=True)]
     exact = [float(each) for each in exact_headings(composite_model(), differences, readings)]
-    np.testing.assert_allclose(told, exact, rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(headings, exact, rtol=1e-9, atol=1e-15)
 
 
 def test_outward_rounding_is_what_holds_a_tenth_and_two():
@@ -88,11 +89,11 @@ def test_every_model_in_the_box_is_included(tolerance, seconds):
     members = [CompositeFilter(composite_model(random_compass(rng, tolerance))) for _ in range(60)]
     members += [CompositeFilter(composite_model(TCM2.scaled(1.0 + s * tolerance))) for s in (-1, 1)]
     for u, z in zip(differences, readings, strict=True):
-        low, high = bounds.second(u, z)
-        told = [each.second(u, z) for each in members]
-        assert low <= min(told) and max(told) <= high
+        low, high = bounds.step(u, z)
+        headings = [each.step(u, z) for each in members]
+        assert low <= min(headings) and max(headings) <= high
     assert not bounds.diverged
-    spread = max(told) - min(told)
+    spread = max(headings) - min(headings)
     assert spread < bounds.width < 60.0 * spread
 
 
@@ -108,40 +109,40 @@ def test_included_with_sub_boxes_and_a_shift_that_is_uncertain():
     true = CompositeFilter(composite_model(TRUE_TCM2))
     for u, z in zip(differences, readings, strict=True):
         for each in (whole, parts, shifted):
-            each.second(u, z)
-        told = [each.second(u, z) for each in members]
-        assert parts.low <= min(told) and max(told) <= parts.high
+            each.step(u, z)
+        headings = [each.step(u, z) for each in members]
+        assert parts.low <= min(headings) and max(headings) <= parts.high
         if not shifted.diverged:
-            assert shifted.low <= true.second(u, z) <= shifted.high
+            assert shifted.low <= true.step(u, z) <= shifted.high
     assert parts.width < 0.5 * whole.width
 
 
-def test_literal_holds_until_it_reports_divergence():
+def test_the_printed_filter_holds_until_it_reports_divergence():
     differences, readings, _, _ = record(20)
-    literal, sharp = (
-        IntervalFilter(box_of(composite_model(), 0.01), "literal"),
+    printed, sharp = (
+        PrintedIntervalFilter(box_of(composite_model(), 0.01)),
         IntervalFilter(box_of(composite_model(), 0.01)),
     )
     own, lost = CompositeFilter(composite_model(TCM2.scaled(1.005))), None
     for k, (u, z) in enumerate(zip(differences, readings, strict=True)):
-        literal.second(u, z)
-        sharp.second(u, z)
-        truth = own.second(u, z)
-        if literal.diverged:
+        printed.step(u, z)
+        sharp.step(u, z)
+        truth = own.step(u, z)
+        if printed.diverged:
             lost = lost or k
-            assert math.isnan(literal.low) and math.isnan(literal.width)
+            assert math.isnan(printed.low) and math.isnan(printed.width)
         else:
-            assert literal.low <= truth <= literal.high
-            wider = literal.width > 3.0 * sharp.width
+            assert printed.low <= truth <= printed.high
+            wider = printed.width > 3.0 * sharp.width
     assert lost is not None and lost < 15 and wider
 
 
 def test_erratum_ten_per_cent_diverges_at_once():
     differences, readings, _, _ = record(10)
-    for form in ("sharpened", "literal"):
-        bounds = IntervalFilter(box_of(composite_model(), 0.1, shift_too=True), form)
+    for interval_filter in (IntervalFilter, PrintedIntervalFilter):
+        bounds = interval_filter(box_of(composite_model(), 0.1, shift_too=True))
         for u, z in zip(differences, readings, strict=True):
-            bounds.second(u, z)
+            bounds.step(u, z)
         assert bounds.diverged
 
 
@@ -155,8 +156,8 @@ def test_any_coordinates_are_sound(monkeypatch):
         bounds = IntervalFilter(box_of(composite_model(), 0.005))
         members = [CompositeFilter(composite_model(TCM2.scaled(f))) for f in (0.995, 1.0, 1.005)]
         for u, z in zip(differences, readings, strict=True):
-            low, high = bounds.second(u, z)
-            assert bounds.diverged or all(low <= each.second(u, z) <= high for each in members)
+            low, high = bounds.step(u, z)
+            assert bounds.diverged or all(low <= each.step(u, z) <= high for each in members)
 
 
 def test_sub_boxes_are_the_box():
@@ -174,8 +175,6 @@ def test_sub_boxes_are_the_box():
 def test_unusable_settings_are_named():
     with pytest.raises(InputError, match="tolerance"):
         box_of(composite_model(), -0.1)
-    with pytest.raises(InputError, match="interval"):
-        IntervalFilter(box_of(composite_model(), 0.01), "blunt")
 
 
 @given(st.floats(-1e3, 1e3), st.floats(1e-6, 1e5), st.floats(0.0, 1.0))

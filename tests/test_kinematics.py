@@ -5,7 +5,7 @@ import math
 import pytest
 
 from steerway.core.angles import smallest_difference
-from steerway.vessels.kinematics import GroundMotion, drift_angle, in_body, over_ground, turning_rate
+from steerway.core.kinematics import GroundMotion, drift_angle, in_body, over_ground, turning_rate
 
 HEADINGS = [0.3 * k - 3.0 for k in range(21)]
 

@@ -104,7 +104,7 @@ def test_the_summary_tells_of_the_receiver(log):
     said = CliRunner().invoke(app, ["estimate", str(path)])
     assert said.exit_code == 0, said.output
     (line,) = [each for each in said.output.splitlines() if each.startswith("receiver")]
-    assert f"doubts {doubted} of its fixes" in line and "COG 2.0 s late" in line
+    assert f"{doubted} fixes with raised reported accuracy" in line and "COG lags the estimate by 2.0 s" in line
 
 
 def test_options_of_estimate(log, tmp_path):

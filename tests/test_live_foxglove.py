@@ -10,10 +10,10 @@ import pytest
 from steerway.core.errors import InputError
 from steerway.core.records import OK
 from steerway.live import addresses
-from steerway.live.heard import Row, lost
-from steerway.live.links import foxglove as link
+from steerway.live.base.rows import Row, lost
+from steerway.live.outputs import foxglove as link
 from steerway.live.outputs.json_lines import json_line
-from tests.test_live_links import free_port
+from tests.ports import free_port
 
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed: pip install steerway[foxglove]")
 connect = pytest.importorskip("websockets.asyncio.client", reason="websockets is not installed").connect
@@ -25,7 +25,7 @@ ROW = Row(NOON, math.radians(54.5), math.radians(-10.25), 2.0, -math.pi / 6.0, 0
 async def told(rows, wanted, period=0.1):
     """Subscribe to everything, tell rows, and take what comes: a list of (topic, moment, payload) for each topic."""
     text = f"foxglove://127.0.0.1:{free_port()}?period={period}"
-    output, server = addresses.output(text, None, patient=False)
+    output, server = addresses.output(text)
     serving = asyncio.create_task(server.run())
     try:
         async with asyncio.timeout(10.0):
@@ -122,7 +122,7 @@ def test_once_a_period_and_nothing_false():
 
 def test_a_port_in_use_is_said(caplog):
     async def both():
-        first, second = (addresses.output(text, None, False)[1] for text in [f"foxglove://127.0.0.1:{free_port()}"] * 2)
+        first, second = (addresses.output(text)[1] for text in [f"foxglove://127.0.0.1:{free_port()}"] * 2)
         tasks = [asyncio.create_task(first.run())]
         await asyncio.sleep(0.2)
         second.uri = first.uri
@@ -140,8 +140,8 @@ def test_a_port_in_use_is_said(caplog):
 def test_without_its_package_it_is_refused(monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"expected pip install steerway\[foxglove\]"):
-        addresses.output("foxglove://127.0.0.1", None, False)
+        addresses.output("foxglove://127.0.0.1")
 
 
 def test_its_usual_port():
-    assert addresses.output("foxglove://127.0.0.1", None, False)[1].uri.port == 8765
+    assert addresses.output("foxglove://127.0.0.1")[1].uri.port == 8765

@@ -17,14 +17,14 @@ import pytest
 
 from steerway.core.earth import KNOT
 from steerway.core.errors import InputError
+from steerway.core.leg import Leg
 from steerway.core.records import LOST, OK, PREDICTED, REJECTED
-from steerway.formats.nmea0183.writing import Leg
 from steerway.live.autopilot.route import GeodeticRoute
-from steerway.live.autopilot.states import Order, State
-from steerway.live.heard import Heard, Row, lost
+from steerway.live.base.orders import Order, State
+from steerway.live.base.rows import InputRow, Row, lost
 from steerway.live.helm import chart, strips
 from steerway.live.helm.address import Address, address, checked, token_of
-from steerway.live.helm.bridge import Helm
+from steerway.live.helm.bridge import HelmPage
 from steerway.live.helm.gate import COOKIE, Gate, Sessions
 from steerway.live.helm.history import History
 from steerway.live.helm.seeing import Plane, Seen, ellipse, view
@@ -111,7 +111,7 @@ def test_the_ellipse_holds_95_of_100():
 def test_the_navigator_tells_the_covariance_of_what_it_said():
     navigator = Navigator()
     for k in range(20):
-        navigator.hear(Heard("GP", NOON + k, PLACE[0] + 3e-7 * k, PLACE[1]))
+        navigator.add(InputRow("GP", NOON + k, PLACE[0] + 3e-7 * k, PLACE[1]))
     for ahead in (0.0, 0.7):
         row = navigator.at(NOON + 19.0 + ahead)
         north, _, east = navigator.position_covariance
@@ -373,21 +373,21 @@ async def _alongside(helm, condition, seconds=20.0):
 def test_without_its_package_there_is_no_page(monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"expected pip install steerway\[helm\]"):
-        Helm(Service(Navigator(), []), Address("127.0.0.1", 8080))
+        HelmPage(Service(Navigator(), []), Address("127.0.0.1", 8080))
 
 
 def test_an_address_in_use_is_said_and_the_boat_sails_on(caplog):
     caplog.set_level(logging.INFO, "steerway.live")
     with socket.create_server(("127.0.0.1", 0)) as taken:
-        helm = Helm(Service(Navigator(), []), Address("127.0.0.1", taken.getsockname()[1]))
+        helm = HelmPage(Service(Navigator(), []), Address("127.0.0.1", taken.getsockname()[1]))
         asyncio.run(_alongside(helm, lambda: "already in use; trying again" in caplog.text))
 
 
 def test_a_page_that_fails_is_begun_again(caplog, monkeypatch):
     """Whatever goes wrong in what is shown: it is logged, and the service never hears of it."""
     monkeypatch.setattr("steerway.live.helm.bridge.view", lambda *_: 1 / 0)
-    helm = Helm(Service(Navigator(), []), Address("127.0.0.1", 0))
-    asyncio.run(_alongside(helm, lambda: caplog.text.count("begun again") >= 2))
+    helm = HelmPage(Service(Navigator(), []), Address("127.0.0.1", 0))
+    asyncio.run(_alongside(helm, lambda: caplog.text.count("restarted") >= 2))
 
 
 class Steered:
@@ -406,13 +406,13 @@ class Steered:
 
 def test_orders_reach_the_autopilot_and_a_refusal_is_shown():
     pilot = Steered()
-    helm = Helm(Service(Navigator(), [], autopilot=pilot), Address("127.0.0.1", 8080))
+    helm = HelmPage(Service(Navigator(), [], supervisor=pilot), Address("127.0.0.1", 8080))
     helm._do("start", "10.0.0.7")
     assert pilot.told == ["start"] and "not ready" in helm._notice
     helm._do("stop", "10.0.0.7")
     helm._do("sink", "10.0.0.7")
     assert pilot.told == ["start", "stopped at the helm page"] and helm._notice == ""
-    Helm(Service(Navigator(), []), Address("127.0.0.1", 8080))._do("start", "")
+    HelmPage(Service(Navigator(), []), Address("127.0.0.1", 8080))._do("start", "")
 
 
 def test_the_page_leaves_the_estimator_out():

@@ -17,7 +17,7 @@ import pytest
 
 from steerway.formats.nmea0183.writing import gga, rmc
 from steerway.live.warming import warm
-from tests.test_live_links import free_port
+from tests.ports import free_port
 
 pytest.importorskip("nicegui", reason="nicegui is not installed: pip install steerway[helm]")
 webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")

@@ -15,19 +15,23 @@ from steerway.core.records import NO_COURSE, OK
 from steerway.core.timestamps import iso
 from steerway.estimation import estimate
 from steerway.formats import nmea0183, ubx
-from steerway.live import addresses, uri
-from steerway.live.decoding import GpsdDecoder, ReceiverDecoder, SignalKDecoder
-from steerway.live.heard import Row, lost
-from steerway.live.links.speakers import FileSpeaker
+from steerway.live import addresses
+from steerway.live.base import uri
+from steerway.live.base.rows import Row, lost
+from steerway.live.links.decoding import ReceiverDecoder
+from steerway.live.links.file import FileSink
+from steerway.live.links.gpsd import GpsdDecoder
+from steerway.live.links.signalk import SignalKDecoder
 from steerway.live.navigator import Navigator
 from steerway.live.outputs.deltas import Deltas, delta, motion
 from steerway.live.outputs.json_lines import JsonLines, json_line
 from steerway.live.outputs.rhythm import Rhythm
 from steerway.live.outputs.sentences import Sentences
 from steerway.live.service import Service
+from tests.kept_outputs import Kept, assert_equal
+from tests.ports import free_port, until
 from tests.said import Said
 from tests.sentences import START, gga, gll, pvt, rmc, sealed, sortie, track
-from tests.test_live_navigator import Kept, assert_equal
 
 NOON = 1_719_835_200.0
 PLACE = (math.radians(54.0), math.radians(10.0))
@@ -76,7 +80,7 @@ def test_weeks_that_rolled_over_are_put_right_by_the_computers_clock(monkeypatch
     rollover = 1024 * 7 * 86400.0
     for computer, told in ((START + rollover, START + rollover), (START + 2.0 * rollover + 5e5, START + 2.0 * rollover),
                            (START + 1e8, START), (0.0, START), (START - rollover, START)):  # fmt: skip
-        monkeypatch.setattr("steerway.live.decoding.time", SimpleNamespace(time=lambda now=computer: now))
+        monkeypatch.setattr("steerway.live.links.decoding.time", SimpleNamespace(time=lambda now=computer: now))
         (row,) = fed(ReceiverDecoder(), rmc(START, 54.0, 10.0), 100)
         assert row.time == told
 
@@ -135,7 +139,7 @@ def test_sentences_once_a_second_and_never_a_stale_one():
 
 
 def test_a_boat_without_course_says_none():
-    rmc_, vtg_, rot_ = Sentences(Said()).said(DRIFTING)
+    rmc_, vtg_, rot_ = Sentences(Said()).sentences(DRIFTING)
     assert rmc_.split(",")[2] == "A" and rmc_.split(",")[8] == ""
     assert vtg_.startswith("$SWVTG,,T,,M,3.888") and rot_.startswith("$SWROT,,V")
 
@@ -184,7 +188,7 @@ def test_json_lines_carry_the_columns_of_estimate():
     assert list(line) == frame.columns
     assert line["course_rate_dps"] == pytest.approx(1.0) and line["cog_deg"] is None and line["status"] == "no_course"
     file = io.BytesIO()
-    output = JsonLines(FileSpeaker(file, patient=True))
+    output = JsonLines(FileSink(file, lossless=True))
     for _ in range(2000):
         output.fix(SAILING)
         output.tick(SAILING)
@@ -195,7 +199,7 @@ def test_json_lines_carry_the_columns_of_estimate():
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("ftp://a:1", "no address known here"),
+        ("ftp://a:1", "no known address"),
         ("tcp://a", "names no port"),
         ("tcp://a:99999", "scheme://host:port"),
         ("serial:/dev/ttyS0?baud=1234", "baud is 1234"),
@@ -224,29 +228,14 @@ def test_addresses_as_users_write_them():
         addresses.sources(["file:a", "udp://:5"])
 
 
-async def until(condition, patience=5.0):
-    """Wait for something to become true."""
-    for _ in range(int(patience / 0.01)):
-        if condition():
-            return
-        await asyncio.sleep(0.01)
-    raise AssertionError("it never came true")
-
-
-def free_port(kind=socket.SOCK_STREAM):
-    with socket.socket(socket.AF_INET, kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
 async def listened(text, feed, n, to=(), source="GP"):
     """What a service with one listener says of n fixes that `feed` brings about."""
     kept = Kept()
-    pairs = [addresses.output(each, None, patient=False) for each in to]
+    pairs = [addresses.output(each) for each in to]
     service = Service(Navigator("small-usv", sources=(source,)), [kept, *(output for output, _ in pairs)])
     (address,), _ = addresses.sources([text])
-    speakers = [speaker for _, speaker in pairs if speaker]
-    task = asyncio.create_task(service.listen([addresses.listener(address, 1)], speakers))
+    links = [link for _, link in pairs if link]
+    task = asyncio.create_task(service.run([addresses.opened(address, 1)], links))
     await asyncio.sleep(0.1)
     try:
         await asyncio.gather(feed(), until(lambda: len(kept.fixes) >= n))
@@ -370,7 +359,7 @@ def test_listening_for_long_takes_no_memory():
         nonlocal said
         for time, lat, lon in zip(*track(n, start=START + start), strict=True):
             for heard in decoder.feed(rmc(time, lat, lon) + pvt(time, lat, lon) + gga(time, lat, lon)):
-                said += len(navigator.hear(heard))
+                said += len(navigator.add(heard))
 
     tracemalloc.start()
     listen(0.0, 2500)  # the interpreter keeps some 2000 tuples to use again
@@ -385,5 +374,5 @@ def test_listening_for_long_takes_no_memory():
 def test_ten_times_a_second_is_every_tenth_of_a_second(rate):
     """At Unix times, whose last digit is coarser than one might think."""
     rhythm, first = Rhythm(0.1), round(NOON * rate) + 7
-    struck = [k for k in range(10_000) if rhythm.strikes((first + k) / rate)]
+    struck = [k for k in range(10_000) if rhythm.is_due((first + k) / rate)]
     assert {later - earlier for earlier, later in pairwise(struck[1:])} == {round(rate / 10.0)}

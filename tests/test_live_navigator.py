@@ -10,29 +10,14 @@ from steerway.core.errors import InputError
 from steerway.core.records import LOST, OK, REJECTED, Fixes
 from steerway.estimation import estimate
 from steerway.formats.reading import read, survey
+from steerway.live.base.clock import FixClock
+from steerway.live.base.rows import InputRow, rows_of
 from steerway.live.choice import SourceChoice
-from steerway.live.clock import FixClock
-from steerway.live.heard import Heard, Row, rows_of
 from steerway.live.navigator import Navigator
 from steerway.live.outputs.table import TableFile
 from steerway.live.service import Service
+from tests.kept_outputs import Kept, assert_equal
 from tests.scenes import turning
-
-
-class Kept:
-    """An output that remembers."""
-
-    def __init__(self):
-        self.fixes, self.ticks = [], []
-
-    def fix(self, row):
-        self.fixes.append(row)
-
-    def tick(self, row, leg=None, order=None):
-        self.ticks.append(row)
-
-    def close(self):
-        pass
 
 
 def replayed(recorded, rate=None, **settings):
@@ -41,13 +26,6 @@ def replayed(recorded, rate=None, **settings):
     service = Service(Navigator("small-usv", rate=rate, **settings), [kept], rate or 50.0)
     asyncio.run(service.replay(rows_of(recorded)))
     return kept.fixes, kept.ticks
-
-
-def assert_equal(rows, motion):
-    assert len(rows) == len(motion)
-    columns = np.array(rows, dtype=float).reshape(-1, len(Row._fields)).T
-    for name, column in zip(Row._fields, columns, strict=True):
-        np.testing.assert_allclose(column, getattr(motion, name), rtol=1e-9, atol=1e-10, err_msg=name)
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +56,7 @@ def test_a_replay_of_a_recorded_log_is_the_estimate(shared_data, log, source, ra
     path = shared_data / "data" / log
     sources = survey(path)[0].recording.sources
     source = source or read(path).source
-    at_fixes, at_ticks = replayed(sources, rate, sources=(source,), patience=1800.0)
+    at_fixes, at_ticks = replayed(sources, rate, sources=(source,), max_dead_reckoning=1800.0)
     assert_equal(at_fixes if rate is None else at_ticks, estimate(read(path, source=source), "small-usv", rate=rate))
 
 
@@ -97,12 +75,12 @@ def test_what_is_told_again_late_changes_nothing(fixes):
     told, heard = Navigator(), heard_of(fixes)
     once = Navigator()
     for k, each in enumerate(heard):
-        once.hear(each)
-        told.hear(each)
+        once.add(each)
+        told.add(each)
         if k >= 5:
-            assert told.hear(heard[k - 5]) == []
+            assert told.add(heard[k - 5]) == []
     assert told.last_fix[1:] == once.last_fix[1:]
-    assert told.counts["told twice"] == len(heard) - 5 and told.counts["late"] == 0
+    assert told.counts["repeated"] == len(heard) - 5 and told.counts["late"] == 0
 
 
 def test_what_aids_is_taken_beside_positions(fixes):
@@ -116,10 +94,10 @@ def test_what_aids_is_taken_beside_positions(fixes):
 def test_asking_changes_nothing(fixes):
     asked, silent = Navigator(), Navigator()
     for heard in heard_of(fixes):
-        rows = asked.hear(heard)
+        rows = asked.add(heard)
         for ahead in (0.05, 0.4, 0.1):
             asked.at(heard.time + ahead)
-        assert rows == silent.hear(heard) or math.isnan(rows[0].sog)
+        assert rows == silent.add(heard) or math.isnan(rows[0].sog)
     end = fixes.time[-1] + 0.3
     np.testing.assert_array_equal(asked.at(end), silent.at(end))
 
@@ -128,24 +106,24 @@ def test_late_and_disordered_fixes_are_taken_at_their_own_time(fixes):
     in_order, late = Navigator(), Navigator()
     rows = heard_of(fixes)
     for heard in rows:
-        in_order.hear(heard)
+        in_order.add(heard)
     shuffled = list(rows)
     for k in range(10, len(rows) - 4, 7):  # every seventh comes three places late
         shuffled[k : k + 4] = [*rows[k + 1 : k + 4], rows[k]]
     for heard in shuffled:
-        late.hear(heard)
+        late.add(heard)
     assert late.counts["late"] > 20 and late.counts["too late"] == 0
     end = fixes.time[-1] + 0.2
     np.testing.assert_allclose(late.at(end)[:-2], in_order.at(end)[:-2], rtol=1e-12)
-    late.hear(rows[3])
+    late.add(rows[3])
     assert late.counts["too late"] == 1
     np.testing.assert_allclose(late.at(end)[:-2], in_order.at(end)[:-2], rtol=1e-12)
 
 
 def test_a_dropout_is_dead_reckoned_and_then_nothing_is_said(fixes):
-    navigator = Navigator(patience=10.0)
+    navigator = Navigator(max_dead_reckoning=10.0)
     for heard in heard_of(fixes):
-        navigator.hear(heard)
+        navigator.add(heard)
     end = fixes.time[-1]
     said = [navigator.at(end + later) for later in (0.5, 5.0, 9.9)]
     assert all(row.valid for row in said)
@@ -158,13 +136,13 @@ def test_a_stray_time_is_not_believed_and_a_step_is(fixes):
     rows = heard_of(fixes)
     navigator = Navigator()
     for heard in rows[:100]:
-        navigator.hear(heard)
+        navigator.add(heard)
     before = navigator.at(rows[100].time)
-    assert navigator.hear(rows[100]._replace(time=rows[100].time + 86400.0)) == []
+    assert navigator.add(rows[100]._replace(time=rows[100].time + 86400.0)) == []
     assert navigator.at(rows[100].time) == before
-    assert len(navigator.hear(rows[100])) == 1
+    assert len(navigator.add(rows[100])) == 1
     stepped = [row._replace(time=row.time - 3600.0) for row in rows[101:140]]
-    out = [row for heard in stepped for row in navigator.hear(heard)]
+    out = [row for heard in stepped for row in navigator.add(heard)]
     assert navigator.counts["clock steps"] == 1
     assert [row.time for row in out] == [heard.time for heard in stepped]
     assert out[-1].sog == pytest.approx(2.0, abs=0.3)
@@ -175,9 +153,9 @@ def test_the_motion_goes_on_when_the_clock_steps_back(by, speed):
     rows = heard_of(turning(speed, 0.5, 60.0).fixes(0.1, 1))
     steady, stepped = Navigator(), Navigator()
     for heard in rows[:150]:
-        steady.hear(heard), stepped.hear(heard)
+        steady.add(heard), stepped.add(heard)
     for heard in rows[150:200]:
-        steady.hear(heard), stepped.hear(heard._replace(time=heard.time + by))
+        steady.add(heard), stepped.add(heard._replace(time=heard.time + by))
     assert stepped.counts["clock steps"] == 1
     end = rows[199].time + 0.3
     np.testing.assert_allclose(stepped.at(end + by)[1:6], steady.at(end)[1:6], rtol=1e-6)
@@ -187,10 +165,10 @@ def test_a_step_forward_is_told_from_a_dropout_by_the_present(fixes):
     rows = heard_of(fixes)
     dropout, step = Navigator(), Navigator()
     for heard in rows[:150]:
-        dropout.hear(heard, heard.time), step.hear(heard, heard.time)
+        dropout.add(heard, heard.time), step.add(heard, heard.time)
     later = [heard._replace(time=heard.time + 20.0) for heard in rows[150:160]]
     for heard, before in zip(later, rows[150:160], strict=True):
-        dropout.hear(heard, heard.time), step.hear(heard, before.time + 20.0 * (heard.time > later[1].time))
+        dropout.add(heard, heard.time), step.add(heard, before.time + 20.0 * (heard.time > later[1].time))
     assert dropout.counts["clock steps"] == 0 and step.counts["clock steps"] == 1
     assert step.at(later[-1].time).sog_std < 0.7 * dropout.at(later[-1].time).sog_std
 
@@ -201,8 +179,8 @@ def test_a_gap_in_a_log_that_is_played_in_haste_is_no_step(fixes):
     hasty, said = Navigator(), []
     clock = FixClock()
     for k, heard in enumerate(kept):
-        said += hasty.hear(heard, clock.now(0.02 * k))
-        clock.hear(heard.time, 0.02 * k)
+        said += hasty.add(heard, clock.now(0.02 * k))
+        clock.add(heard.time, 0.02 * k)
     assert hasty.counts["clock steps"] == 0
     assert_equal(said, estimate(fixes.rows(np.r_[0:150, 200 : len(fixes)]), "small-usv"))
 
@@ -211,11 +189,11 @@ def test_a_step_to_another_place_begins_anew(fixes):
     rows = heard_of(fixes)
     navigator = Navigator()
     for heard in rows[:150]:
-        navigator.hear(heard, heard.time)
+        navigator.add(heard, heard.time)
     said = []
     for k, heard in enumerate(rows[150:200]):
         moved = heard._replace(time=heard.time + 7200.0, latitude=heard.latitude + 0.01)
-        said += navigator.hear(moved, heard.time + 7200.0 * (k > 1))
+        said += navigator.add(moved, heard.time + 7200.0 * (k > 1))
     assert said[0].latitude == pytest.approx(rows[150].latitude + 0.01, abs=1e-6)
     assert REJECTED not in [row.status for row in said[:3]]
     row = navigator.at(rows[199].time + 7200.0)
@@ -226,19 +204,19 @@ def test_an_instrument_of_another_clock_does_not_carry_the_boat_away(fixes):
     navigator = Navigator(aid=("yaw_rate",))
     rows = heard_of(fixes)
     for heard in rows[:150]:
-        navigator.hear(heard, heard.time)
-        navigator.hear(Heard("gyro", heard.time + 500.0, yaw_rate=0.0), heard.time)
-    assert navigator.counts["taken"] == 150 and navigator.counts["stray"] == 150
+        navigator.add(heard, heard.time)
+        navigator.add(InputRow("gyro", heard.time + 500.0, yaw_rate=0.0), heard.time)
+    assert navigator.counts["used"] == 150 and navigator.counts["stray"] == 150
     assert navigator.at(rows[149].time).valid
 
 
 def test_a_receiver_of_another_clock_is_not_thought_silent(fixes):
     navigator = Navigator()
     for heard in heard_of(fixes):
-        navigator.hear(heard, heard.time)
-        navigator.hear(heard._replace(source="GN", time=heard.time + 3600.0), heard.time)
+        navigator.add(heard, heard.time)
+        navigator.add(heard._replace(source="GN", time=heard.time + 3600.0), heard.time)
     assert navigator.choice.present == "GP" and navigator.choice.changes == 0
-    assert navigator.counts["taken"] == len(fixes)
+    assert navigator.counts["used"] == len(fixes)
 
 
 def test_the_wanted_source_is_taken_while_it_speaks():
@@ -247,9 +225,9 @@ def test_the_wanted_source_is_taken_while_it_speaks():
     for k in range(40):
         time = float(k)
         if not 10 <= k < 20:
-            taken += ["GN"] * choice.takes(Heard("GN", time, 1.0, 1.0), time)
-        taken += ["GP"] * choice.takes(Heard("GP", time, 1.0, 1.0), time)
-        assert not choice.takes(Heard("AI", time, 1.0, 1.0), time)
+            taken += ["GN"] * choice.takes(InputRow("GN", time, 1.0, 1.0), time)
+        taken += ["GP"] * choice.takes(InputRow("GP", time, 1.0, 1.0), time)
+        assert not choice.takes(InputRow("AI", time, 1.0, 1.0), time)
     assert taken.count("GN") == 30 and 6 <= taken.count("GP") <= 8
     assert choice.present == "GN" and choice.changes == 2
 
@@ -258,13 +236,13 @@ def test_without_a_wish_the_quicker_source_wins():
     choice = SourceChoice()
     for k in range(100):
         if k % 10 == 0:
-            choice.takes(Heard("slow", k * 0.1, 1.0, 1.0), k * 0.1)
-        choice.takes(Heard("quick", k * 0.1 + 0.01, 1.0, 1.0), k * 0.1 + 0.01)
+            choice.takes(InputRow("slow", k * 0.1, 1.0, 1.0), k * 0.1)
+        choice.takes(InputRow("quick", k * 0.1 + 0.01, 1.0, 1.0), k * 0.1 + 0.01)
     assert choice.present == "slow", "not known well enough yet"
     for k in range(100, 300):
         if k % 10 == 0:
-            choice.takes(Heard("slow", k * 0.1, 1.0, 1.0), k * 0.1)
-        choice.takes(Heard("quick", k * 0.1 + 0.01, 1.0, 1.0), k * 0.1 + 0.01)
+            choice.takes(InputRow("slow", k * 0.1, 1.0, 1.0), k * 0.1)
+        choice.takes(InputRow("quick", k * 0.1 + 0.01, 1.0, 1.0), k * 0.1 + 0.01)
     assert choice.present == "quick" and choice.changes == 1
 
 
@@ -278,11 +256,11 @@ def test_the_clock_goes_by_the_least_delayed_fix():
     clock = FixClock()
     assert math.isnan(clock.now(5.0))
     for k, delay in enumerate((0.3, 0.1, 0.9, 0.2)):
-        clock.hear(1000.0 + k, 50.0 + k + delay)
+        clock.add(1000.0 + k, 50.0 + k + delay)
     assert clock.now(60.0) == pytest.approx(1009.9)
     assert FixClock(0.2).latency == 0.2
     for k in range(60):
-        clock.hear(1100.0 + k, 160.0 + k)  # ten seconds slow: the old offset holds for its window only
+        clock.add(1100.0 + k, 160.0 + k)  # ten seconds slow: the old offset holds for its window only
     assert clock.now(220.0) == pytest.approx(1160.0)
 
 
@@ -300,11 +278,11 @@ def test_a_table_of_the_run(fixes, tmp_path):
 def test_a_table_that_was_cut_off_is_continued(fixes, tmp_path):
     out = tmp_path / "run.csv"
     navigator = Navigator("small-usv")
-    rows = [row for heard in heard_of(fixes) for row in navigator.hear(heard)]
+    rows = [row for heard in heard_of(fixes) for row in navigator.add(heard)]
     first, second = TableFile(out), TableFile(out)
     for row in rows[:100]:
         first.fix(row)
-    first._speaker.close()  # the process is gone
+    first._sink.close()  # the process is gone
     with open(f"{out}.part", "ab") as part:
         part.write(b"torn")
     for row in rows[100:]:
@@ -330,7 +308,7 @@ def test_across_the_antimeridian(west_deg):
     navigator, rows = Navigator(), []
     for k in range(60):
         longitude_deg = math.remainder(west_deg + k * 2.0 / (6378137.0 * math.pi / 180.0), 360.0)
-        rows += navigator.hear(Heard("GP", 1.7e9 + k, 0.0, math.radians(longitude_deg)))
+        rows += navigator.add(InputRow("GP", 1.7e9 + k, 0.0, math.radians(longitude_deg)))
     assert rows[0].longitude * rows[-1].longitude < 0.0
     assert rows[-1].sog == pytest.approx(2.0, abs=1e-2) and rows[-1].cog == pytest.approx(math.pi / 2.0, abs=1e-2)
     assert all(abs(row.longitude) <= math.pi for row in rows)
@@ -340,9 +318,9 @@ def test_a_frozen_position_has_no_course(fixes):
     navigator = Navigator()
     rows = heard_of(fixes)
     for heard in rows[:150]:
-        navigator.hear(heard)
+        navigator.add(heard)
     frozen = [rows[150]._replace(time=rows[150].time + 0.2 * k) for k in range(100)]
-    said = [row for heard in frozen for row in navigator.hear(heard)]
+    said = [row for heard in frozen for row in navigator.add(heard)]
     assert math.isnan(said[-1].cog) and said[-1].sog < 0.3
 
 
@@ -350,9 +328,9 @@ def test_a_jump_is_rejected_and_then_followed(fixes):
     navigator = Navigator()
     rows = heard_of(fixes)
     for heard in rows[:150]:
-        navigator.hear(heard)
+        navigator.add(heard)
     jumped = [heard._replace(latitude=heard.latitude + 1e-4) for heard in rows[150:200]]
-    said = [row for heard in jumped for row in navigator.hear(heard)]
+    said = [row for heard in jumped for row in navigator.add(heard)]
     assert said[0].status == REJECTED and said[-1].status == OK
     assert abs(said[0].latitude - jumped[0].latitude) > 5e-5
     assert said[-1].latitude == pytest.approx(jumped[-1].latitude, abs=1e-6)

@@ -22,9 +22,9 @@ from steerway.live import addresses
 from steerway.live.links.signalk import connected
 from steerway.live.navigator import Navigator
 from steerway.live.service import Service
+from tests.kept_outputs import Kept, assert_equal
+from tests.ports import free_port, until
 from tests.sentences import START, gga, pvt, rmc, sortie, track
-from tests.test_live_links import free_port, until
-from tests.test_live_navigator import Kept, assert_equal
 
 LOOPBACK = """
 const { Server } = require('net')
@@ -95,12 +95,12 @@ def signalk_port(tmp_path_factory):
 async def serving(listen, say, sources=()):
     """A live service; what it says besides."""
     kept = Kept()
-    pairs = [addresses.output(each, None, patient=False) for each in say]
+    pairs = [addresses.output(each) for each in say]
     service = Service(Navigator("small-usv", sources=sources), [kept, *(output for output, _ in pairs)])
     found, _ = addresses.sources(listen)
-    ears = [addresses.listener(each, len(found)) for each in found]
-    speakers = [speaker for _, speaker in pairs if speaker]
-    task = asyncio.create_task(service.listen(ears, speakers))
+    inputs = [addresses.opened(each, len(found)) for each in found]
+    links = [link for _, link in pairs if link]
+    task = asyncio.create_task(service.run(inputs, links))
     try:
         yield kept
     finally:
@@ -206,15 +206,15 @@ def test_gpsfake_to_signal_k_and_read_back(signalk_port, tmp_path):
         wanted = in_signal_k(motion, row_of[moment])
         for pair in said[moment]["values"]:
             assert_held(pair["value"], wanted[pair["path"]])
-    speakers = [
+    links = [
         update["$source"]
         for update in told
         for pair in update["values"]
         if pair["path"] == "navigation.speedOverGround" and pair["value"] is not None
     ]
-    assert speakers.count("steerway") > 20
-    after = speakers[speakers.index("steerway") :]
-    assert speakers[0] == "receiver" and "receiver" not in after, "the server goes by its source priorities"
+    assert links.count("steerway") > 20
+    after = links[links.index("steerway") :]
+    assert links[0] == "receiver" and "receiver" not in after, "the server goes by its source priorities"
 
 
 def test_from_signal_k_the_wanted_source_is_taken(signalk_port):
@@ -303,7 +303,7 @@ def test_the_command_from_end_to_end(tmp_path):
         f"file:{tmp_path}/run.csv",
     ]
     done = subprocess.run([*command, *arguments], capture_output=True, text=True)
-    assert done.returncode == 0 and "30 taken" in done.stderr
+    assert done.returncode == 0 and "30 used" in done.stderr
     lines = [json.loads(line) for line in done.stdout.splitlines()]
     motion = estimate(nmea0183.read(log.read_bytes()).sources["GP"], "small-usv").to_frame()
     assert lines == motion.to_dicts()

@@ -6,11 +6,12 @@ import pytest
 
 from steerway.core.earth import NAUTICAL_MILE, displaced
 from steerway.core.errors import InputError
+from steerway.core.leg import Leg
 from steerway.core.records import OK
-from steerway.formats.nmea0183.writing import Leg, apb, rmb, sealed, xte
+from steerway.formats.nmea0183.writing import apb, rmb, sealed, xte
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.route import Guide
-from steerway.live.heard import Row, lost
+from steerway.live.base.rows import Row, lost
 from steerway.live.outputs.sentences import Sentences
 
 HOME = (math.radians(54.0), math.radians(10.0))
@@ -68,12 +69,12 @@ def test_the_route_is_sailed_to_its_end(guide):
 
 def test_sentences_on_a_route(guide):
     row = at(50.0, 10.0)
-    said = Sentences(None).said(row, guide.step(row))
+    said = Sentences(None).sentences(row, guide.step(row))
     assert [sentence[3:6] for sentence in said] == ["RMC", "VTG", "ROT", "APB", "XTE", "RMB"]
     assert ",L,N," in said[4]
-    blind = Sentences(None).said(lost(NOON), guide.step(lost(NOON)))
+    blind = Sentences(None).sentences(lost(NOON), guide.step(lost(NOON)))
     assert all(",V," in sentence for sentence in (*blind[3:], blind[0]))
-    drifting = Sentences(None).said(row._replace(cog=math.nan), guide.step(row._replace(cog=math.nan)))
+    drifting = Sentences(None).sentences(row._replace(cog=math.nan), guide.step(row._replace(cog=math.nan)))
     assert drifting[3].startswith("$SWAPB,V,V,") and drifting[0].startswith("$SWRMC,120000.000,A")
 
 
@@ -98,7 +99,7 @@ def test_routes_of_other_programs(tmp_path, name, text):
     [
         ("a.kml", "", "ending"),
         ("a.toml", "[[waypoint]]\nlat_deg = 54.0\nlon_deg = 1.0", "has 1 waypoints"),
-        ("a.toml", "sped_mps = 3", "sped_mps is no key, expected perhaps speed_mps"),
+        ("a.toml", "sped_mps = 3", "unknown key sped_mps, expected perhaps speed_mps"),
         ("a.toml", "waypoint = 3", "waypoint is 3, expected a list"),
         ("a.toml", "waypoint = [", "malformed"),
         ("a.toml", "[[waypoint]]\nlat_deg = 54.0\n", "lon_deg"),

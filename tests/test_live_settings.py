@@ -28,17 +28,18 @@ def test_what_a_file_says(tmp_path):
     settings = said(
         tmp_path,
         'from = "udp://:10110"\nto = ["stdout:", "file:run.csv"]\nprofile = "mine.toml"\nsource = "GP"\n'
-        'aid = ["yaw-rate"]\nrate = 10\nmission = "m.toml"\nengage = true\npatience = 5\nlatency = 0.1\nhelm = true\n',
+        'aid = ["yaw-rate"]\nrate = 10\nmission = "m.toml"\nengage = true\n'
+        "max_dead_reckoning = 5\nlatency = 0.1\nhelm = true\n",
     )
-    assert settings.listen_to == ("udp://:10110",) and settings.say_to == ("stdout:", f"file:{tmp_path}/run.csv")
+    assert settings.inputs == ("udp://:10110",) and settings.outputs == ("stdout:", f"file:{tmp_path}/run.csv")
     assert settings.profile == str(tmp_path / "mine.toml") and settings.mission == str(tmp_path / "m.toml")
     assert (settings.source, settings.aid, settings.rate, settings.engage) == (("GP",), ("yaw-rate",), 10.0, True)
-    assert (settings.patience, settings.latency, settings.helm) == (5.0, 0.1, "127.0.0.1:8080")
+    assert (settings.max_dead_reckoning, settings.latency, settings.helm) == (5.0, 0.1, "127.0.0.1:8080")
 
 
 def test_what_it_does_not_say_is_as_on_the_command_line():
     settings = Settings()
-    assert settings.say_to == ("stdout:",) and settings.profile == "small-usv" and settings.patience == 10.0
+    assert settings.outputs == ("stdout:",) and settings.profile == "small-usv" and settings.max_dead_reckoning == 10.0
     assert (settings.rate, settings.mission, settings.helm, settings.engage) == (None, None, None, False)
 
 
@@ -46,26 +47,26 @@ def test_the_command_line_goes_first(tmp_path):
     settings = said(tmp_path, 'from = "udp://:1"\nrate = 10\nengage = true\nhelm = false\n')
     other = settings.overridden(rate=2.0, engage=False, profile=None, helm="127.0.0.1:9000")
     assert (other.rate, other.engage, other.profile, other.helm) == (2.0, False, "small-usv", "127.0.0.1:9000")
-    assert other.listen_to == settings.listen_to
+    assert other.inputs == settings.inputs
 
 
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("rates = 10", "rates is no key, expected perhaps rate"),
-        ('form = "udp://:1"', "form is no key, expected perhaps from"),
+        ("rates = 10", "unknown key rates, expected perhaps rate"),
+        ('form = "udp://:1"', "unknown key form, expected perhaps from"),
         ("rate = -1", "rate is -1, expected more than 0"),
         ('rate = "quick"', "rate is 'quick', expected a number"),
         ("rate = true", "rate is True, expected a number"),
-        ("patience = inf", "patience is inf, expected a finite number"),
+        ("max_dead_reckoning = inf", "max_dead_reckoning is inf, expected a finite number"),
         ("latency = -0.1", "latency is -0.1, expected at least 0"),
         ('aid = ["sonar"]', "aid[0] is 'sonar', expected one of sog, cog, heading, water-speed, yaw-rate"),
         ("engage = 1", "engage is 1, expected true or false"),
         ("to = []", "to is [], expected at least 1 entries"),
         ("from = 7", "from is 7, expected a list"),
         ("helm = 8080", "helm is 8080, expected a text"),
-        ("[boat]", "boat is no key"),
-        ("rate 10", "is no TOML"),
+        ("[boat]", "unknown key boat"),
+        ("rate 10", "is not valid TOML"),
     ],
 )
 def test_what_is_wrong_is_said_in_words(tmp_path, text, words):
@@ -96,6 +97,16 @@ def launched(monkeypatch, *arguments):
     monkeypatch.setattr(launching, "launch", taken.append)
     assert run(monkeypatch, *arguments) == 0
     return taken[0]
+
+
+def test_the_old_key_and_option_of_dead_reckoning_are_taken_with_a_warning(tmp_path, monkeypatch, caplog, capsys):
+    assert said(tmp_path, "patience = 4.0\n").max_dead_reckoning == 4.0
+    assert [each.getMessage() for each in caplog.records] == [
+        f"settings {tmp_path / 'boat.toml'}: the key patience is now max_dead_reckoning"
+    ]
+    assert launched(monkeypatch, "--patience", "3").max_dead_reckoning == 3.0
+    assert "the option --patience is now --max-dead-reckoning" in capsys.readouterr().err
+    assert launched(monkeypatch, "--max-dead-reckoning", "2").max_dead_reckoning == 2.0
 
 
 def test_helm_without_an_address_is_the_usual_one(monkeypatch):

@@ -8,10 +8,17 @@ import pytest
 
 from steerway.vessels.mariner import CRUISE_SPEED
 from steerway_studies import mariner_los, named
-from steerway_studies.mariner_los import measured
-from steerway_studies.mariner_los_lyapunov import LOOKAHEAD, approaches, promised
-from steerway_studies.mariner_los_ship import PRINTED_NOISE, STATED_NOISE, Case, cross_track, receiver, straight, voyage
-from steerway_studies.study import write_results
+from steerway_studies.mariner_los.lyapunov import LOOKAHEAD, approaches, promised
+from steerway_studies.mariner_los.ship import (
+    PRINTED_NOISE,
+    STATED_NOISE,
+    Case,
+    cross_track,
+    measured,
+    receiver,
+    straight,
+    voyage,
+)
 
 
 @pytest.fixture(scope="module")
@@ -98,7 +105,7 @@ def results():
 
 
 def test_the_study_writes_what_it_promises(results, tmp_path):
-    write_results(results, tmp_path)
+    results.write(tmp_path)
     numbers = json.loads((tmp_path / "results.json").read_text())
     keys = [f"truth_switch_s_{k}" for k in range(1, 5)]
     keys += ["truth_rudder_max_deg", "truth_rudder_rate_max_dps", "truth_cross_track_max_m"]

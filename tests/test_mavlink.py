@@ -5,33 +5,20 @@ import random
 
 import pytest
 
-from steerway.live.autopilot.states import Order, State
+from steerway.core.kinematics import GroundMotion
+from steerway.live.base.orders import Order, State
 from steerway.live.mavlink.dialect import RoverMode, mode_name
-from steerway.live.mavlink.guided import Guided, Phase
-from steerway.live.simulated.boat import Seen
+from steerway.live.mavlink.guided import Guided, Takeover
+from steerway.live.simulated.boat import ReceiverFix
 from steerway.live.simulated.rover import Rover
-from steerway.vessels.kinematics import GroundMotion
+from tests.mavlink_wire import NOON, Wire, messages
 
-messages = pytest.importorskip("pymavlink.dialects.v20.ardupilotmega", reason="pymavlink is not installed")
-
-NOON = 1_780_000_000.0
 AT_REST = GroundMotion(*[0.0] * 11)
 PLACE = (math.radians(63.44), math.radians(10.4))
 RUNNING = Order(State.RUNNING, engaged=True, yaw_rate=0.2, thrust=0.5)
 STOPPED = Order(State.STOPPED, "told to stop", engaged=True)
 HANDED_BACK = Order(State.STOPPED, "told to stop", engaged=False)
 READY = Order(State.READY)
-
-
-class Wire:
-    """Packs what one says and hands it to the other."""
-
-    def __init__(self, system, component):
-        self.codec = messages.MAVLink(None, system, component)
-        self.other = messages.MAVLink(None)
-
-    def carry(self, said):
-        return [each for message in said for each in self.other.parse_buffer(message.pack(self.codec))]
 
 
 class Pair:
@@ -53,15 +40,15 @@ class Pair:
         return self
 
     def step(self):
-        self.rover.see(Seen(self.time, self.time, *PLACE, math.nan, math.nan))
+        self.rover.see(ReceiverFix(self.time, self.time, *PLACE, math.nan, math.nan))
         answers = self.rover.due(self.time, AT_REST, PLACE)
         for message in self.up.carry(self.guided.due(self.time, self.order)):
             if self.connected:
                 self.heard.append((self.time, message))
-                answers += self.rover.hear(message, self.time)
+                answers += self.rover.receive(message, self.time)
         for message in self.down.carry(answers):
             if self.connected:
-                self.guided.hear(message, self.time)
+                self.guided.receive(message, self.time)
 
     def said(self, kind, since=0.0):
         return [each for time, each in self.heard if each.get_type() == kind and time > since]
@@ -81,7 +68,7 @@ def test_an_order_is_carried_out_in_guided_ten_times_a_second():
     pair.order = RUNNING
     begun = pair.time
     pair.run(2.0)
-    assert pair.rover.mode is RoverMode.GUIDED and pair.guided.phase is Phase.STEERING
+    assert pair.rover.mode is RoverMode.GUIDED and pair.guided.phase is Takeover.STEERING
     targets = pair.said("SET_ATTITUDE_TARGET", begun + 1.0)
     assert 9 <= len(targets) <= 11
     for each in targets:
@@ -105,14 +92,14 @@ def test_stopping_gives_her_back(order, mode):
     else:
         assert target is None and pair.rover.mode is RoverMode.MANUAL
     pair.run(5.0)
-    assert pair.rover.mode is mode and pair.guided.phase is Phase.FREE and pair.rover.target(pair.time) is None
+    assert pair.rover.mode is mode and pair.guided.phase is Takeover.FREE and pair.rover.target(pair.time) is None
     assert all(each.thrust == 0.0 for each in pair.said("SET_ATTITUDE_TARGET", stopped))
     pair.rover.mode = RoverMode.GUIDED  # by another ground station: not ours to steer, nor to stop
     quiet = pair.time
     pair.run(5.0)
     assert pair.rover.mode is RoverMode.GUIDED and not pair.said("SET_ATTITUDE_TARGET", quiet)
     pair.order = RUNNING
-    assert pair.run(1.0).guided.phase is Phase.STEERING
+    assert pair.run(1.0).guided.phase is Takeover.STEERING
 
 
 def test_who_takes_her_out_of_guided_has_her():
@@ -121,13 +108,13 @@ def test_who_takes_her_out_of_guided_has_her():
     pair.run(2.0)
     pair.rover.mode = RoverMode.MANUAL  # the skipper's remote control
     taken = pair.time
-    while not pair.guided.complaint:
+    while not pair.guided.refusal:
         pair.run(0.05)
-    assert pair.guided.complaint == "the vehicle was put into MANUAL" and pair.time - taken <= 1.2
+    assert pair.guided.refusal == "the vehicle was put into MANUAL" and pair.time - taken <= 1.2
     complained = pair.time
     pair.order = STOPPED
     pair.run(10.0)
-    assert pair.rover.mode is RoverMode.MANUAL and not pair.guided.complaint
+    assert pair.rover.mode is RoverMode.MANUAL and not pair.guided.refusal
     assert not pair.said("SET_ATTITUDE_TARGET", complained)
     assert all(each.command != messages.MAV_CMD_DO_SET_MODE for each in pair.said("COMMAND_LONG", taken))
 
@@ -140,7 +127,7 @@ def test_overruled_in_the_second_of_being_taken_she_is_not_asked_again():
     pair.step()
     pair.rover.mode = RoverMode.MANUAL  # before any HEARTBEAT has said GUIDED
     pair.run(5.0)
-    assert pair.rover.mode is RoverMode.MANUAL and "put into MANUAL" in pair.guided.complaint
+    assert pair.rover.mode is RoverMode.MANUAL and "put into MANUAL" in pair.guided.refusal
 
 
 def test_a_vehicle_that_is_not_armed_or_does_not_obey_is_a_complaint():
@@ -148,13 +135,13 @@ def test_a_vehicle_that_is_not_armed_or_does_not_obey_is_a_complaint():
     pair.rover.armed = False
     pair.run(2.0)
     pair.order = RUNNING
-    assert pair.run(0.2).guided.complaint == "the vehicle is not armed"
+    assert pair.run(0.2).guided.refusal == "the vehicle is not armed"
     assert pair.rover.mode is RoverMode.MANUAL
     pair = Pair().run(2.0)
     pair.rover._set_mode = lambda number: messages.MAV_RESULT_FAILED
     pair.order = RUNNING
-    assert pair.run(2.5).guided.complaint == ""
-    assert pair.run(1.0).guided.complaint == "the vehicle does not go into GUIDED"
+    assert pair.run(2.5).guided.refusal == ""
+    assert pair.run(1.0).guided.refusal == "the vehicle does not go into GUIDED"
 
 
 def test_only_a_rover_is_steered_since_other_vehicles_number_their_modes_otherwise():
@@ -171,12 +158,12 @@ def test_only_a_rover_is_steered_since_other_vehicles_number_their_modes_otherwi
     pair.rover.due = lambda now, *rest: [heartbeat(now, *rest)]
     pair.run(2.0)
     pair.order = RUNNING
-    assert "no boat" in pair.run(0.5).guided.complaint and pair.rover.mode is RoverMode.MANUAL
+    assert "no boat" in pair.run(0.5).guided.refusal and pair.rover.mode is RoverMode.MANUAL
     said = {"autopilot": messages.MAV_AUTOPILOT_PX4}
     pair.order = READY
-    assert pair.run(0.5).guided.complaint == ""
+    assert pair.run(0.5).guided.refusal == ""
     pair.order = RUNNING
-    assert "no boat" in pair.run(0.5).guided.complaint and pair.rover.mode is RoverMode.MANUAL
+    assert "no boat" in pair.run(0.5).guided.refusal and pair.rover.mode is RoverMode.MANUAL
 
 
 def test_a_silent_link_is_lost_within_a_second_and_so_is_one_without_heartbeats():
@@ -218,11 +205,11 @@ def test_another_vehicle_and_a_ground_station_are_not_listened_to():
     guided = Guided(messages)
     station, other = Wire(255, 190), Wire(7, 1)
     beat = messages.MAVLink_heartbeat_message(messages.MAV_TYPE_GCS, messages.MAV_AUTOPILOT_INVALID, 0, 0, 4, 3)
-    assert not guided.hear(*station.carry([beat]), 0.0) and guided.due(0.0, RUNNING)[0].get_type() == "HEARTBEAT"
+    assert not guided.receive(*station.carry([beat]), 0.0) and guided.due(0.0, RUNNING)[0].get_type() == "HEARTBEAT"
     rover = Rover(messages, 2.0, NOON)
-    assert not Guided(messages, system=1).hear(*other.carry([rover._heartbeat(0.0, AT_REST, PLACE)]), 0.0)
-    assert guided.hear(*other.carry([rover._heartbeat(0.0, AT_REST, PLACE)]), 0.0) and guided.vehicle == (7, 1)
-    assert not guided.hear(*Wire(1, 1).carry([rover._heartbeat(0.0, AT_REST, PLACE)]), 0.0)
+    assert not Guided(messages, system=1).receive(*other.carry([rover._heartbeat(0.0, AT_REST, PLACE)]), 0.0)
+    assert guided.receive(*other.carry([rover._heartbeat(0.0, AT_REST, PLACE)]), 0.0) and guided.vehicle == (7, 1)
+    assert not guided.receive(*Wire(1, 1).carry([rover._heartbeat(0.0, AT_REST, PLACE)]), 0.0)
 
 
 def test_whatever_a_stopped_order_says_she_is_told_zero():
@@ -241,18 +228,18 @@ def test_taken_by_the_skipper_while_she_is_being_given_back_she_is_his(order):
     pair.order = order
     pair.step()
     pair.rover.mode = RoverMode.LOITER
-    assert pair.run(6.0).rover.mode is RoverMode.LOITER and pair.guided.phase is Phase.FREE
+    assert pair.run(6.0).rover.mode is RoverMode.LOITER and pair.guided.phase is Takeover.FREE
 
 
 def test_a_request_for_guided_that_is_carried_out_late_is_taken_back():
     pair = Pair().run(2.0)
-    waiting, hear = [], pair.rover.hear
-    pair.rover.hear = lambda message, now: waiting.append(message) or []
+    waiting, hear = [], pair.rover.receive
+    pair.rover.receive = lambda message, now: waiting.append(message) or []
     pair.order = RUNNING
     pair.run(0.2)
     pair.order = STOPPED
     pair.run(1.5)
-    pair.rover.hear = hear
+    pair.rover.receive = hear
     for message in waiting:
         hear(message, pair.time)
     assert pair.rover.mode is RoverMode.GUIDED
@@ -267,7 +254,7 @@ def test_requests_come_twice_a_second_and_end():
     pair.order, stopped = STOPPED, pair.time
     pair.run(15.0)
     asked = [each for each in pair.said("COMMAND_LONG", stopped) if each.command == messages.MAV_CMD_DO_SET_MODE]
-    assert 14 <= len(asked) <= 17 and pair.guided.phase is Phase.FREE
+    assert 14 <= len(asked) <= 17 and pair.guided.phase is Takeover.FREE
     quiet = pair.time
     assert not pair.run(5.0).said("COMMAND_LONG", quiet) and not pair.said("SET_ATTITUDE_TARGET", quiet)
 
@@ -283,22 +270,22 @@ def test_a_vehicle_obeys_in_guided_and_armed_only():
         return messages.MAVLink_command_long_message(1, 1, messages.MAV_CMD_COMPONENT_ARM_DISARM, 0, flag, *[0] * 6)
 
     rover = Rover(messages, 2.0, NOON)
-    rover.hear(target(), 0.0)
-    (answer,) = rover.hear(mode(RoverMode.GUIDED), 0.0)
+    rover.receive(target(), 0.0)
+    (answer,) = rover.receive(mode(RoverMode.GUIDED), 0.0)
     assert answer.result == messages.MAV_RESULT_ACCEPTED and rover.target(0.0) is None, "told before she was in GUIDED"
-    rover.hear(target(mask=131 | 64), 0.0)
+    rover.receive(target(mask=131 | 64), 0.0)
     assert rover.target(0.0) is None, "thrust is to be ignored"
-    rover.hear(target(-9.0), 0.0)
+    rover.receive(target(-9.0), 0.0)
     assert rover.target(0.0).speed == -2.0
-    (answer,) = rover.hear(arm(0), 0.1)
+    (answer,) = rover.receive(arm(0), 0.1)
     assert answer.result == messages.MAV_RESULT_ACCEPTED and rover.target(0.1) is None
-    rover.hear(arm(1), 0.2)
+    rover.receive(arm(1), 0.2)
     assert rover.target(0.2) is not None
-    rover.hear(mode(RoverMode.HOLD), 0.3), rover.hear(mode(RoverMode.GUIDED), 0.4)
+    rover.receive(mode(RoverMode.HOLD), 0.3), rover.receive(mode(RoverMode.GUIDED), 0.4)
     assert rover.target(0.4) is None, "GUIDED begins anew"
-    (answer,) = rover.hear(mode(99), 0.5)
+    (answer,) = rover.receive(mode(99), 0.5)
     assert answer.result == messages.MAV_RESULT_FAILED and rover.mode is RoverMode.GUIDED
-    assert rover.hear(messages.MAVLink_set_mode_message(7, 1, 0), 0.5) == [], "another vehicle is meant"
+    assert rover.receive(messages.MAVLink_set_mode_message(7, 1, 0), 0.5) == [], "another vehicle is meant"
 
 
 def test_without_a_number_nothing_moves():
@@ -312,12 +299,12 @@ def test_without_a_number_nothing_moves():
 
 def test_farewell_stops_her_only_while_she_is_steered():
     pair = Pair().run(2.0)
-    assert pair.guided.farewell(False) == []
+    assert pair.guided.last_messages(False) == []
     pair.order = RUNNING
     pair.run(2.0)
-    target, mode = pair.up.carry(pair.guided.farewell(False))
+    target, mode = pair.up.carry(pair.guided.last_messages(False))
     assert (target.thrust, target.body_yaw_rate) == (0.0, 0.0) and mode.param2 == RoverMode.HOLD
-    pair.rover.hear(target, pair.time), pair.rover.hear(mode, pair.time)
+    pair.rover.receive(target, pair.time), pair.rover.receive(mode, pair.time)
     assert pair.rover.mode is RoverMode.HOLD
 
 

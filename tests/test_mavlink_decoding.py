@@ -6,7 +6,7 @@ import time
 import pytest
 
 from steerway.live.mavlink.decoding import BootClock, MavlinkDecoder
-from tests.test_mavlink import NOON, Wire
+from tests.mavlink_wire import NOON, Wire
 
 messages = pytest.importorskip("pymavlink.dialects.v20.ardupilotmega", reason="pymavlink is not installed")
 
@@ -92,10 +92,10 @@ def test_boot_clock_waits_then_goes_by_the_computer_and_follows_steps():
     clock = BootClock()
     assert math.isnan(clock.unix(5.0, 100.0)) and math.isnan(clock.unix(7.0, 102.0))
     assert abs(clock.unix(8.5, 103.5) - time.time()) < 0.1
-    clock.tell(0.0, 9.0)
-    clock.tell(NOON, 9.0)
+    clock.set(0.0, 9.0)
+    clock.set(NOON, 9.0)
     assert clock.unix(10.0, 105.0) - NOON == pytest.approx(1.0, abs=1e-6)
-    clock.tell(NOON + 1.016, 10.0)
+    clock.set(NOON + 1.016, 10.0)
     assert clock.unix(10.0, 105.0) - NOON == pytest.approx(1.001, abs=1e-6)
-    clock.tell(NOON + 10.0, 2.0)  # she started anew
+    clock.set(NOON + 10.0, 2.0)  # she started anew
     assert clock.unix(2.0, 106.0) - NOON == pytest.approx(10.0, abs=1e-6)

@@ -16,7 +16,7 @@ LINES = WHOLE.splitlines(keepends=True)
 quick = settings(max_examples=150, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 
 
-def heard(data):
+def readings_of(data):
     """The sentences of a log as their own bytes."""
     return [data[k : data.index(b"*", k) + 3] for k in nmea0183.sentences(data).offset.tolist()]
 
@@ -57,7 +57,7 @@ def test_noise_between_sentences_loses_nothing(noise):
     lines = list(LINES)
     for at, rubbish in sorted(noise, reverse=True):
         lines.insert(at, rubbish.replace(b"$", b"").replace(b"!", b""))
-    assert heard(b"".join(lines)) == heard(WHOLE)
+    assert readings_of(b"".join(lines)) == readings_of(WHOLE)
 
 
 @quick
@@ -71,7 +71,7 @@ def test_flipped_bits_cost_only_their_own_sentences(places, random):
         if damaged[start : start + len(line)] != line:
             touched.add(k)
         start += len(line)
-    kept = heard(bytes(damaged))
+    kept = readings_of(bytes(damaged))
     expected = [line[: line.index(b"*") + 3] for k, line in enumerate(LINES) if k not in touched]
     position = 0
     for sentence in expected:  # a subsequence: what flips leave sound may stand between
@@ -84,14 +84,14 @@ def test_a_piece_of_a_log_is_read_as_far_as_it_goes(first, last):
     first, last = sorted((first, last))
     whole = [(k, WHOLE.index(b"*", k) + 3) for k in nmea0183.sentences(WHOLE).offset.tolist()]
     expected = [WHOLE[a:b] for a, b in whole if first <= a and b <= last]
-    assert heard(WHOLE[first:last]) == expected
+    assert readings_of(WHOLE[first:last]) == expected
 
 
 @quick
 @given(st.integers(0, 200), st.integers(1, 78))
 def test_a_sentence_cut_short_and_spliced_into_the_next(k, length):
     spliced = LINES[k][: min(length, LINES[k].index(b"*") + 2)] + b"".join(LINES[k + 1 :])
-    assert heard(spliced) == heard(b"".join(LINES[k + 1 :]))
+    assert readings_of(spliced) == readings_of(b"".join(LINES[k + 1 :]))
 
 
 @quick
@@ -113,4 +113,4 @@ def test_binary_messages_between_sentences():
     rng = np.random.default_rng(7)
     frames = [b"\xb5b" + rng.bytes(90) for _ in LINES]
     mixed = b"".join(frame + line for frame, line in zip(frames, LINES, strict=True))
-    assert heard(mixed) == heard(WHOLE)
+    assert readings_of(mixed) == readings_of(WHOLE)

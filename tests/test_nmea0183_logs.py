@@ -10,7 +10,7 @@ from pynmeagps import NMEAReader
 from pynmeagps.exceptions import NMEAMessageError, NMEAParseError, NMEATypeError
 
 from steerway.formats import nmea0183
-from steerway.formats.nmea0183 import fields as said
+from steerway.formats.nmea0183 import fields as field
 
 LOGS = [
     "anemomind_corrupt/irene_20150429_fragments.nmea",
@@ -37,7 +37,7 @@ LOGS = [
     "signalk_samples/gps.log",
     "signalk_samples/plaka.log",
 ]
-# One sentence in all of them is a fix to pynmeagps (told not to ask for a checksum) and not to us: a GLL of which NUL
+# One sentence in all of them is a fix to pynmeagps (without checksum) and not to us: a GLL of which NUL
 # bytes have eaten the mode and the checksum.
 ONLY_THEIRS = {"rob_atlantic_1hz/nukuhiva_multitalker.nmea": 1}
 
@@ -81,32 +81,32 @@ def log(request, shared_data):
 def test_position_sentences_agree(log):
     name, data, theirs = log
     found = nmea0183.sentences(data)
-    row_of = {offset: k for k, offset in enumerate(found.offset.tolist()) if np.isfinite(found.values[k, said.LAT])}
+    row_of = {offset: k for k, offset in enumerate(found.offset.tolist()) if np.isfinite(found.values[k, field.LAT])}
     assert set(row_of) <= set(theirs), "a fix that pynmeagps refuses"
     assert len(set(theirs) - set(row_of)) == ONLY_THEIRS.get(name, 0)
     for offset, k in row_of.items():
         message, values = theirs[offset], found.values[k]
         # pynmeagps rounds degrees to ten decimals
-        assert abs(np.degrees(values[said.LAT]) - message.lat) < 1e-10
-        assert abs(np.degrees(values[said.LON]) - message.lon) < 1e-10
-        np.testing.assert_allclose(values[said.TOD], seconds_of_day(getattr(message, "time", "")), rtol=0, atol=1e-6)
+        assert abs(np.degrees(values[field.LAT]) - message.lat) < 1e-10
+        assert abs(np.degrees(values[field.LON]) - message.lon) < 1e-10
+        np.testing.assert_allclose(values[field.TOD], seconds_of_day(getattr(message, "time", "")), rtol=0, atol=1e-6)
         if message.msgID == "RMC":
             speed_and_course = (message.spd, message.cog)
             theirs_si = [np.nan if value == "" else value for value in speed_and_course]
-            ours = [values[said.SOG] * 3600 / 1852, np.degrees(values[said.COG])]
+            ours = [values[field.SOG] * 3600 / 1852, np.degrees(values[field.COG])]
             np.testing.assert_allclose(ours, theirs_si, rtol=1e-12, atol=1e-12)
 
 
 def test_vtg_agrees(log):
     _, data, _ = log
     found = nmea0183.sentences(data)
-    row_of = {offset: k for k, offset in enumerate(found.offset.tolist()) if found.kind[k] == said.VTG}
+    row_of = {offset: k for k, offset in enumerate(found.offset.tolist()) if found.kind[k] == field.VTG}
     theirs = dict(messages(data, VELOCITY))
     assert set(row_of) <= set(theirs)
     for offset, k in row_of.items():
         message, values = theirs[offset], found.values[k]
         expected = [np.nan if value == "" else value for value in (message.sogn, message.cogt)]
-        ours = [values[said.SOG] * 3600 / 1852, np.degrees(values[said.COG])]
+        ours = [values[field.SOG] * 3600 / 1852, np.degrees(values[field.COG])]
         if np.isfinite(expected[0]):
             np.testing.assert_allclose(ours, expected, rtol=1e-12, atol=1e-12)
 

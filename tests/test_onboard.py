@@ -1,4 +1,4 @@
-"""Readings into an estimate: the heading between compass readings, the filter in the loop, the truth at face value."""
+"""Measurements into an estimate: the heading between compass readings, the filter in the loop, true states."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from steerway.core.angles import wrap
-from steerway.core.estimate import SILENCE, Readings
+from steerway.core.estimate import NO_MEASUREMENTS, Measurements
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.course.onboard import AtFaceValue, FilterEstimator, HeadingTracker
 
@@ -54,13 +54,13 @@ def test_the_filter_in_the_loop_is_the_streaming_filter():
     rng = np.random.default_rng(5)
     for k in range(500):
         alone.predict(0.02)
-        readings = SILENCE
+        measurements = NO_MEASUREMENTS
         if k % 10 == 0:
             north, east = 0.02 * k + 0.1 * rng.standard_normal(), 0.01 * k
-            readings = Readings(north, east, sog=1.1)
+            measurements = Measurements(north, east, sog=1.1)
             alone.update_north_east(north, east)
-        alone.aid_by(sog=readings.sog)
-        said = estimator.step(readings, 0.02)
+        alone.aid_by(sog=measurements.sog)
+        said = estimator.step(measurements, 0.02)
     assert said[:2] == alone.position
     assert (said.sog, said.cog, said.course_rate) == (alone.sog, alone.cog, alone.course_rate)
     assert said.cog_std == pytest.approx(math.sqrt(alone.covariance[3, 3])) and math.isnan(said.heading)
@@ -68,7 +68,7 @@ def test_the_filter_in_the_loop_is_the_streaming_filter():
 
 def test_at_face_value_the_last_word_of_each_instrument_counts():
     estimator = AtFaceValue()
-    estimator.step(Readings(1.0, 2.0, 3.0, 0.4, 0.05, 0.6, 0.07), 0.1)
-    said = estimator.step(Readings(north=1.5, heading=0.7), 0.1)
+    estimator.step(Measurements(1.0, 2.0, 3.0, 0.4, 0.05, 0.6, 0.07), 0.1)
+    said = estimator.step(Measurements(north=1.5, heading=0.7), 0.1)
     assert (said.north, said.east, said.sog, said.cog, said.course_rate) == (1.5, 2.0, 3.0, 0.4, 0.05)
     assert (said.heading, said.yaw_rate) == (0.7, 0.07)

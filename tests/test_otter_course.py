@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from steerway.identification.yaw import identify_yaw_from_fixes
-from steerway_studies import named, otter_course, otter_logs
-from steerway_studies.otter_course import noisy_numbers
-from steerway_studies.otter_course_boat import COMMAND, as_published, zigzag
-from steerway_studies.otter_logs import LOGS, as_printed
+from steerway_studies import named, otter_course
+from steerway_studies.otter_course import logs as otter_logs
+from steerway_studies.otter_course.boat import COMMAND, as_published, zigzag
+from steerway_studies.otter_course.comparisons import noisy_numbers
+from steerway_studies.otter_course.logs import LOGS, as_printed
+from steerway_studies.otter_course.unwinding import turned
 from steerway_studies.papers.course_autopilot import OTTER_PRINTED_GAINS
-from steerway_studies.study import write_results
-from steerway_studies.unwinding import turned
 
 
 @pytest.fixture(scope="module")
@@ -50,11 +50,11 @@ def test_a_centimetre_of_noise_undoes_the_published_tuning():
     assert np.abs(noisy.cog - noisy.desired)[noisy.time > 5.0].max() > math.radians(45.0)
 
 
-def test_the_boat_turns_the_way_she_is_told():
+def test_the_boat_turns_towards_the_commanded_course():
     record = as_published(duration=15.0)
     assert record.cog[-1] == pytest.approx(COMMAND, abs=math.radians(1.0))
     assert record.east[-1] > 2.0
-    assert np.all(record.told[50:100, 0] > record.told[50:100, 1])
+    assert np.all(record.commanded[50:100, 0] > record.commanded[50:100, 1])
 
 
 def test_the_product_steers_through_noise():
@@ -106,7 +106,7 @@ def _unwrapped(course):
 
 
 def test_the_study_writes_what_it_promises(results, tmp_path):
-    write_results(results, tmp_path)
+    results.write(tmp_path)
     numbers = json.loads((tmp_path / "results.json").read_text())
     keys = ("sog_rms_mps", "cog_rms_deg", "rate_rms_dps", "overshoot_pct", "settling_s")
     for key in [f"verbatim_{each}" for each in keys] + ["noisy_0p1_course_rms_deg", "noisy_0p5_course_rms_deg"]:

@@ -4,8 +4,9 @@ import math
 
 import pytest
 
-from steerway_studies import named, otter_path, otter_path_boat
-from steerway_studies.otter_path_boat import LOOKAHEAD, Case, leg
+from steerway_studies import named, otter_path
+from steerway_studies.otter_path import boat
+from steerway_studies.otter_path.boat import LOOKAHEAD, Case, leg
 
 
 @pytest.mark.parametrize(("noise", "most"), [(0.1, 0.2), (0.5, 0.55)])
@@ -40,5 +41,5 @@ def test_the_study_gives_the_numbers_it_is_asked_for(monkeypatch):
 
 
 def test_a_leg_that_was_never_sailed_is_a_miss(monkeypatch):
-    monkeypatch.setattr(otter_path_boat, "JUDGED", (150.0, 5000.0))
+    monkeypatch.setattr(boat, "JUDGED", (150.0, 5000.0))
     assert math.isnan(leg(Case(0.1, 1.2), 1).rms)

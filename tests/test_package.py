@@ -23,8 +23,8 @@ def test_any_other_is_an_attribute_error():
 
 def test_the_door_alone_is_light():
     asked_for = "import steerway, sys; print('numba' in sys.modules); steerway.read; print(steerway.Fixes.__name__)"
-    told = subprocess.run([sys.executable, "-c", asked_for], capture_output=True, text=True, check=True)
-    assert told.stdout.split() == ["False", "Fixes"]
+    printed = subprocess.run([sys.executable, "-c", asked_for], capture_output=True, text=True, check=True)
+    assert printed.stdout.split() == ["False", "Fixes"]
 
 
 def test_modules_that_moved_are_found_by_their_old_names():

@@ -13,8 +13,8 @@ from steerway.vessels import CALM, CyberShip2
 from steerway.vessels.cybership2 import DAMPING, INERTIA
 from steerway_studies.cybership_observers import scenario
 from steerway_studies.cybership_observers.contestants import TUNED_GAINS
+from tests.cybership_forces import public_forces
 from tests.golden import assert_golden, columns, golden
-from tests.test_cybership2 import public_forces
 
 
 def demo(correction="held", **more):

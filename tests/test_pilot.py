@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from steerway.control.boats import OTTER
 from steerway.core.errors import InputError
-from steerway.core.estimate import Readings
+from steerway.core.estimate import Measurements
+from steerway.core.kinematics import GroundMotion, WaveMotion
 from steerway.estimation.course.onboard import AtFaceValue
 from steerway.guidance.line_of_sight import LineOfSight
 from steerway.guidance.reference import TrackingFilter
@@ -16,10 +16,9 @@ from steerway.guidance.waypoints import Mission
 from steerway.pilot import Mode, Pilot, SteadyForce
 from steerway.sensors.gnss import Gnss
 from steerway.sensors.suite import Suite
-from steerway.vessels.environment import WaveMotion
-from steerway.vessels.kinematics import GroundMotion
+from steerway.vessels.otter import BOAT as OTTER
 
-UNDER_WAY = Readings(0.0, 5.0, sog=0.8, cog=0.3, course_rate=0.0, heading=0.3, yaw_rate=0.0)
+UNDER_WAY = Measurements(0.0, 5.0, sog=0.8, cog=0.3, course_rate=0.0, heading=0.3, yaw_rate=0.0)
 
 
 class Dead:
@@ -34,7 +33,7 @@ def pilot(propulsion=OTTER.propulsion, at_end="hold", speed=None, **more):
         AtFaceValue(),
         Mission(Route([0.0, 100.0], [0.0, 0.0], 5.0), at_end=at_end),
         LineOfSight(10.0),
-        OTTER.helm(TrackingFilter(1.0)),
+        OTTER.autopilot(TrackingFilter(1.0)),
         propulsion,
         speed or OTTER.speed_loop(),
         OTTER.station_keeper(),
@@ -48,16 +47,16 @@ def test_what_the_propellers_do_not_give_is_not_wound_up():
     for _ in range(1000):
         live.step(UNDER_WAY, 0.02)
         dead.step(UNDER_WAY, 0.02)
-    assert abs(live.helm.pilot.integral) > 3.0 and abs(live.speed.integral) > 10.0
-    assert abs(dead.helm.pilot.integral) < 0.1 and abs(dead.speed.integral) < 1.0
+    assert abs(live.autopilot.controller.integral) > 3.0 and abs(live.speed.integral) > 10.0
+    assert abs(dead.autopilot.controller.integral) < 0.1 and abs(dead.speed.integral) < 1.0
 
 
 def test_after_a_blind_spell_the_helm_begins_with_the_boats_own_course():
-    here = pilot(patience=2.0)
+    here = pilot(max_dead_reckoning=2.0)
     for _ in range(100):
         here.step(UNDER_WAY, 0.02)
     for _ in range(150):
-        orders = here.step(Readings(), 0.02)
+        orders = here.step(Measurements(), 0.02)
     assert orders.mode is Mode.BLIND and orders.command == (0.0, 0.0) and not orders.by_course
     turned = UNDER_WAY._replace(cog=2.5, heading=2.5)
     orders = here.step(turned, 0.02)
@@ -103,8 +102,8 @@ def test_a_steady_force_is_given_while_any_speed_is_wanted():
 def test_a_wrong_word_is_refused():
     with pytest.raises(InputError, match=r"pilot\.steer_by is 'compass', expected one of course, heading"):
         pilot(steer_by="compass")
-    with pytest.raises(InputError, match=r"pilot\.patience is 0"):
-        pilot(patience=0.0)
+    with pytest.raises(InputError, match=r"pilot\.max_dead_reckoning is 0"):
+        pilot(max_dead_reckoning=0.0)
 
 
 def test_the_antenna_goes_with_the_waves():

@@ -14,8 +14,8 @@ from steerway.estimation import Profile
 from steerway.estimation.course.forecast import forecast
 from steerway.estimation.course.motion.layout import LOW_SPEED, PHASE, UNDER_WAY, empty_bank
 from steerway.estimation.prediction import Prediction, predict
+from tests.command_line import run
 from tests.scenes import EPOCH, sailed, straight, turning
-from tests.test_cli import run
 
 WANDERING = Profile(
     speed_noise=5e-3,
@@ -191,7 +191,7 @@ def test_the_command(tmp_path):
     ("arguments", "told"),
     [
         (["predict", "LOG", "--horizon", "-1"], "horizon is -1"),
-        (["predict", "LOG", "-o", "where.gpx"], "expected .csv or .parquet"),
+        (["predict", "LOG", "-o", "where.gpx"], "expected one of .csv, .parquet"),
         (["profile", "show", "otterr"], "expected one of otter"),
         (["profile", "make", "LOG", "-o", "mine.yaml"], "expected .toml"),
     ],
@@ -219,9 +219,9 @@ def test_profiles_are_listed_shown_and_made(tmp_path):
 
 def test_the_solent(shared_data):
     """Better than dead reckoning on what is transmitted, and inside the ellipse as often as it says."""
-    from steerway_studies.ais_prediction import CHI_SQUARE, LOG, hindcast
+    from steerway_studies.ais_prediction import CHI_SQUARE, LOG, judged_predictions
 
-    found = hindcast(steerway.read(shared_data / "data" / LOG), horizons=(30.0, 120.0, 300.0, 600.0))
+    found = judged_predictions(steerway.read(shared_data / "data" / LOG), horizons=(30.0, 120.0, 300.0, 600.0))
     moving = found[(found[:, 1] >= 0.5) & np.isfinite(found[:, 3])]
     for horizon in (30.0, 120.0, 300.0, 600.0):
         rows = moving[moving[:, 0] == horizon]

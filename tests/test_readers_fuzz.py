@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from steerway.core.errors import InputError
 from steerway.formats import ais, gpx, nmea2000, table, ubx
-from tests.test_ais import sentences, tagged
-from tests.test_gpx import WHOLE
-from tests.test_nmea2000 import frames, gnss, line, position
-from tests.test_ubx import pvt
+from tests.ais_sentences import sentences, tagged
+from tests.canboat_lines import frames, gnss, line, position
+from tests.gpx_documents import WHOLE
+from tests.ubx_frames import pvt
 
 
 @functools.cache

@@ -165,9 +165,9 @@ def test_progress_ends_at_all(log):
         (lambda folder: folder, "cannot be read (a directory)"),
         (lambda folder: b"", "is empty"),
         (lambda folder: b" \r\n", "is empty"),
-        (lambda folder: b"a,b,c\n1,2,3\n" * 40, "of no known format; looked for NMEA 0183"),
+        (lambda folder: b"a,b,c\n1,2,3\n" * 40, "unrecognized format, expected one of NMEA 0183"),
         (lambda folder: sealed("HEHDT,90.0,T"), "no position in it; found HEHDT"),
-        (lambda folder: b"\x1f\x8b\x08 no archive", "nothing can be unpacked"),
+        (lambda folder: b"\x1f\x8b\x08 no archive", "the gzip archive is damaged from the beginning"),
         (lambda folder: 7, "expected a path"),
     ],
 )
@@ -180,7 +180,7 @@ def test_what_it_refuses(tmp_path, make, message):
 
 
 def test_nothing_named():
-    with pytest.raises(InputError, match="no log was named"):
+    with pytest.raises(InputError, match="no log is given"):
         read()
 
 

@@ -29,7 +29,10 @@ def test_two_pilots_of_one_scenario_share_nothing():
     one, other = pilot(scenario), pilot(scenario)
     one.mission.step(1.0, 2.0, 0.1)
     assert one.mission.missions[0].log.time == 0.1 and other.mission.missions[0].log.time == 0.0
-    assert one.estimator.filter is not other.estimator.filter and one.helm.pilot is not other.helm.pilot
+    assert (
+        one.estimator.filter is not other.estimator.filter
+        and one.autopilot.controller is not other.autopilot.controller
+    )
 
 
 def test_angles_are_degrees_in_the_file_and_radians_behind_it():
@@ -59,13 +62,13 @@ def test_waypoints_in_latitude_and_longitude():
 
 
 WRONG = {
-    "gnss.rat is no key, expected perhaps rate": ROUTE + "[gnss]\nrat = 5",
-    "wind is no key, expected one of name, description, duration": ROUTE + "[wind]\nspeed = 5",
+    "unknown key gnss.rat, expected perhaps rate": ROUTE + "[gnss]\nrat = 5",
+    "unknown key wind, expected one of ": ROUTE + "[wind]\nspeed = 5",
     "gnss.rate is 0, expected more than 0": ROUTE + "[gnss]\nrate = 0",
     "gnss.rate is 100 Hz, expected at most the 50 Hz of the steps": ROUTE + "[gnss]\nrate = 100",
     "vessel.payload_mass is -5, expected at least 0": ROUTE + "[vessel]\npayload_mass = -5",
     "vessel.kind is 'boat', expected one of otter, mariner, nomoto": ROUTE + '[vessel]\nkind = "boat"',
-    "vessel.gain means nothing to a vessel of kind otter, expected one of kind, method": ROUTE + "[vessel]\ngain = 1",
+    "unknown key vessel.gain for kind otter, expected one of method, kind, payload_mass": ROUTE + "[vessel]\ngain = 1",
     "step is -0.1, expected more than 0": "step = -0.1\n" + ROUTE,
     "step is 'fast', expected a number": 'step = "fast"\n' + ROUTE,
     "seed is 1.5, expected a whole number": "seed = 1.5\n" + ROUTE,
@@ -84,23 +87,25 @@ WRONG = {
     "route.waypoint[1] is 3 m from waypoint 0, expected more than its acceptance radius of 4 m": (
         "[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 3, east = 0 }]"
     ),
-    "route.waypoints[1].nroth is no key, expected perhaps north": (
+    "unknown key route.waypoints[1].nroth, expected perhaps north": (
         "[route]\nwaypoints = [{ north = 0, east = 0 }, { nroth = 3, east = 0 }]"
     ),
-    "speed.cruise is 0 m/s, expected more than 0.5 m/s: below steerageway a course cannot be steered": (
+    "speed.cruise is 0 m/s, expected more than 0.5 m/s: below steerageway course is undefined": (
         ROUTE + "[speed]\ncruise = 0"
     ),
     "speed.cruise is 12 m/s, expected at most the vessel's 3 m/s": ROUTE + "[speed]\ncruise = 12",
-    "speed.cruise means nothing to a vessel of kind mariner": ROUTE + '[vessel]\nkind = "mariner"\n[speed]\ncruise = 5',
-    "guidance.law adaptive-line-of-sight steers by heading, expected a table [compass]": (
+    "speed.cruise has no effect on a vessel of kind mariner, which has no speed control": ROUTE
+    + '[vessel]\nkind = "mariner"\n[speed]\ncruise = 5',
+    "guidance.law adaptive-line-of-sight commands a heading, expected a table [compass]": (
         ROUTE + '[guidance]\nlaw = "adaptive-line-of-sight"'
     ),
-    'route.at_end is "hold", expected a table [compass] too': ROUTE + 'at_end = "hold"',
-    "route keeps station with a vessel of kind mariner, expected an otter": (
+    'route.at_end is "hold", expected a table [compass]: at rest only a compass measures heading': ROUTE
+    + 'at_end = "hold"',
+    "route needs station keeping, of which a vessel of kind mariner is not capable, expected one of otter": (
         ROUTE + 'at_end = "hold"\nacceptance = 50\n[vessel]\nkind = "mariner"\n[compass]'
     ),
     "autopilot.bandwidth is 0.1 rad/s, expected at least 0.5 rad/s": ROUTE + "[autopilot]\nbandwidth = 0.1",
-    "estimator.aid names yaw_rate, expected its instrument too": ROUTE + '[estimator]\naid = ["yaw_rate"]',
+    "estimator.aid names yaw_rate, expected a table [gyro]": ROUTE + '[estimator]\naid = ["yaw_rate"]',
     "estimator.aid[0] is 'compass', expected one of sog, cog, heading": ROUTE + '[estimator]\naid = ["compass"]',
     "profile 'oter' is unknown, expected one of": ROUTE + '[estimator]\nprofile = "oter"',
     "gnss.markov[0][1] is 0, expected more than 0": ROUTE + "[gnss]\nmarkov = [[1.0, 0.0]]",
@@ -108,7 +113,7 @@ WRONG = {
     "environment.waves.damping is 2, expected less than 1": ROUTE + "[environment.waves]\ndamping = 2",
     "environment.current.speed is nan, expected": ROUTE + "[environment.current]\nspeed = nan",
     "begins is 'noon', expected an ISO 8601 time": 'begins = "noon"\n' + ROUTE,
-    "is no TOML": "route = [",
+    "scenario test.toml is not valid TOML": "route = [",
 }
 
 

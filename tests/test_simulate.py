@@ -10,15 +10,16 @@ import typer
 from typer.testing import CliRunner
 
 from steerway.commands import sailing as commands
+from steerway.commands.demo import SCENARIO, simulate_demo
 from steerway.core.errors import InputError
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.formats import nmea0183
+from steerway.report.runs.writing import write
 from steerway.simulation import outcome
 from steerway.simulation.assembly import begins
-from steerway.simulation.demo import SCENARIO, demo
 from steerway.simulation.loop import COLUMNS
 from steerway.simulation.reading import load_scenario, parse_scenario
-from steerway.simulation.run import advise, origin, sail_scenario, write
+from steerway.simulation.run import advise, origin, sail_scenario
 
 SHORT = """
 duration = 60.0
@@ -84,7 +85,7 @@ def test_the_log_is_what_the_receiver_read_and_the_estimate_comes_back_from_it(w
     assert np.allclose(placed.sog, run["read_sog"][read], atol=3e-4)
     assert np.allclose(placed.heading, run["read_heading"][read], atol=2e-4)
     again = FiveStateFilter("otter").filter(placed)
-    # The same filter on the log says what it said in the loop, where it ran at 50 Hz.
+    # The same filter on the log gives the estimate of the loop, where it ran at 50 Hz.
     there = run["estimated_sog"][read]
     known = np.isfinite(there) & np.isfinite(again.sog)
     assert known.sum() > 280 and np.max(np.abs(again.sog - there)[known][10:]) < 0.01
@@ -96,10 +97,10 @@ def test_errors_are_estimate_minus_truth_and_the_cross_track_error_is_the_true_p
     leg[0] = False
     true = track_errors_of(run["true_north"][leg], run["true_east"][leg], math.atan2(20.0, 30.0))
     assert np.allclose(outcome.true_cross_track(run)[leg], true, atol=1e-9)
-    said = outcome.errors(run)
-    assert np.nanmean(run["estimated_sog"] - run.true_sog) == pytest.approx(np.nanmean(said["sog"]))
+    errors = outcome.errors(run)
+    assert np.nanmean(run["estimated_sog"] - run.true_sog) == pytest.approx(np.nanmean(errors["sog"]))
     turn = np.angle(np.exp(1j * (run["estimated_cog"] - run.true_cog)))
-    assert np.allclose(said["cog"], turn, equal_nan=True)
+    assert np.allclose(errors["cog"], turn, equal_nan=True)
 
 
 def track_errors_of(north, east, direction):
@@ -144,10 +145,10 @@ def test_an_autopilot_that_will_hunt_is_warned_of_and_with_strict_refused(tmp_pa
 
 
 def test_advise_by_profile():
-    told = called("advise", "otter", "--speed", 1.2, "--bandwidth", 0.3, "--position-std", 0.5)
-    assert "An autopilot of 0.3 rad/s fits: the course estimate carries 0.81 rad/s at 1.2 m/s" in told.output
-    told = called("advise", "otter", "--speed", 1.2, "--nomoto-time", 1.0)
-    assert "carries 0.81 rad/s" in told.output and "autopilots up to 0.5" in told.output
+    result = called("advise", "otter", "--speed", 1.2, "--bandwidth", 0.3, "--position-std", 0.5)
+    assert "An autopilot of 0.3 rad/s fits: the course estimate carries 0.81 rad/s at 1.2 m/s" in result.output
+    result = called("advise", "otter", "--speed", 1.2, "--nomoto-time", 1.0)
+    assert "carries 0.81 rad/s" in result.output and "autopilots up to 0.5" in result.output
     for words, sentence in (
         (("advise", "otter"), "--speed is missing"),
         (("advise", "oter", "--speed", 1), "profile 'oter' is unknown"),
@@ -159,8 +160,8 @@ def test_advise_by_profile():
 
 def test_what_cannot_be_asked_together(short, tmp_path):
     for words, sentence in (
-        (("--dask", "here:1"), "--dask sails many seeds"),
-        (("--seeds", 2, "--nmea"), "--nmea writes one run's log"),
+        (("--dask", "here:1"), "--dask needs many seeds"),
+        (("--seeds", 2, "--nmea"), "--nmea writes the log of one run"),
     ):
         assert sentence in str(called("simulate", short, "-o", tmp_path, *words).exception)
     (tmp_path / "file").touch()
@@ -174,10 +175,10 @@ def test_on_truth_and_by_compass_nothing_limits_the_autopilot():
 
 
 def test_the_demo_sails_its_mission_and_tells_the_estimate_from_the_truth(tmp_path):
-    rows, files = demo(tmp_path)
-    told = dict(rows)
-    assert told["waypoints"] == "5 reached, 0 missed"
-    assert float(told["speed over ground, estimated against true"].split()[0]) < 0.25
-    assert float(told["course over ground, estimated against true"].split()[0]) < 15.0
+    rows, files = simulate_demo(tmp_path)
+    result = dict(rows)
+    assert result["waypoints"] == "5 reached, 0 missed"
+    assert float(result["speed over ground, estimated against true"].split()[0]) < 0.25
+    assert float(result["course over ground, estimated against true"].split()[0]) < 15.0
     assert all(path.stat().st_size > 10_000 for path in files) and len(files) == 3
     assert math.isfinite(begins(parse_scenario(SCENARIO)))

@@ -21,16 +21,17 @@ from steerway.cli import main
 from steerway.core.errors import InputError
 from steerway.formats import nmea0183
 from steerway.live import addresses
-from steerway.live.autopilot.states import Order, State
-from steerway.live.links.mavlink import MavlinkLink
+from steerway.live.base.orders import Order, State
 from steerway.live.mavlink.companion import Companion
 from steerway.live.mavlink.dialect import RoverMode
+from steerway.live.mavlink.link import MavlinkLink
+from steerway.live.schemes import Context
 from steerway.live.simulated.boat import SimulatedBoat
 from steerway.live.simulated.inner_loops import InnerLoops
-from steerway.live.simulated.propellers import Propellers
-from steerway.live.simulated.running import Running
+from steerway.live.simulated.propellers import PropellerReceiver
+from steerway.live.simulated.running import RunningBoat
 from steerway.simulation.reading import load_scenario, parse_scenario
-from tests.test_live_links import free_port, until
+from tests.ports import free_port, until
 
 ROOT = Path(__file__).parent.parent
 SQUARE = ROOT / "examples" / "otter-square.toml"
@@ -87,7 +88,7 @@ def test_inner_loops_make_good_what_is_asked(boat, yaw_rate, speed, seconds):
 
 
 def test_her_skipper_keeps_her_about_her_place_in_a_current():
-    running = Running(SimulatedBoat(scenario()))
+    running = RunningBoat(SimulatedBoat(scenario()))
     places = []
     for _ in range(50 * 400):
         running._step()
@@ -130,10 +131,10 @@ def test_sentences_of_a_boat_under_way_and_the_truth_at_the_end(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "why"),
     [
-        (["--live"], "tells nobody"),
+        (["--live"], "has no output"),
         (["--live", "--mavlink", "udp:1"], "names no link"),
-        (["--live", "--to", "gpsd://localhost"], "no address known here"),
-        (["--live", "--seeds", "3", "--to", "stdout:"], "none of --live"),
+        (["--live", "--to", "gpsd://localhost"], "no known address"),
+        (["--live", "--seeds", "3", "--to", "stdout:"], "cannot be combined with --live"),
         (["--to", "stdout:"], "expected --live"),
         ([], "-o is missing"),
         (["--live", "--to", "stdout:", "-o", str(SQUARE)], "cannot write"),
@@ -163,7 +164,7 @@ def test_propeller_commands_turn_her_and_their_absence_stops_her():
     port = free_port(socket.SOCK_DGRAM)
 
     async def sail():
-        running = Running(SimulatedBoat(scenario()), propellers=addresses.datagrams(f"udp://127.0.0.1:{port}"))
+        running = RunningBoat(SimulatedBoat(scenario()), propellers=addresses.datagrams(f"udp://127.0.0.1:{port}"))
         async with under_way(running.run()):
             await until(lambda: running.boat.motion.sog > 0.3, 20.0)
             with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as hand:
@@ -189,10 +190,10 @@ def test_propeller_commands_turn_her_and_their_absence_stops_her():
 
     asyncio.run(sail())
     with pytest.raises(InputError, match="expected a vessel of kind otter"):
-        Propellers(addresses.datagrams("udp://:1"), boat_of("nomoto").vessel.actuators)
+        PropellerReceiver(addresses.datagrams("udp://:1"), boat_of("nomoto").vessel.actuators)
 
 
-class Told:
+class Commanding:
     """An autopilot that only remembers."""
 
     hands_back = False
@@ -211,12 +212,12 @@ class Desk:
     """A vehicle and a companion on a link, in one process; `order` is what the companion is told 50 times a second."""
 
     def __init__(self, here, there):
-        self.running = Running(SimulatedBoat(scenario()), mavlink=addresses.vehicle(there))
+        self.running = RunningBoat(SimulatedBoat(scenario()), mavlink=addresses.vehicle(there))
         ((address,), _) = addresses.sources([f"mavlink:{here}"])
-        self.companion = addresses.listener(address, 1)
-        output, speaker = addresses.output(f"mavlink:{here}", None, False, [self.companion], Told())
-        self.told = self.companion.autopilot
-        assert output is speaker is self.companion, "one link for both directions"
+        self.companion = addresses.opened(address, 1)
+        output, link = addresses.output(f"mavlink:{here}", Context(inputs=[self.companion], supervisor=Commanding()))
+        self.told = self.companion.supervisor
+        assert output is link is self.companion, "one link for both directions"
         self.rows, self.order, self.ticks = [], Order(State.READY), True
 
     @property
@@ -399,17 +400,19 @@ def test_what_is_no_message_is_counted_and_harms_nothing():
 def test_wrong_mavlink_addresses_are_refused_in_a_sentence(text, why):
     with pytest.raises(InputError, match=why):
         found, _ = addresses.sources([text])
-        addresses.listener(found[0], 1)
+        addresses.opened(found[0], 1)
 
 
 def test_one_link_has_one_set_of_options():
     companion = Companion(addresses.sources(["mavlink:udpin:127.0.0.1:1"])[0][0])
     with pytest.raises(InputError, match="expected the same options in both"):
-        addresses.output("mavlink:udpin:127.0.0.1:1?silence=2", None, False, [companion], Told())
+        addresses.output("mavlink:udpin:127.0.0.1:1?silence=2", Context(inputs=[companion], supervisor=Commanding()))
     with pytest.raises(InputError, match="expected --mission"):
-        addresses.output("mavlink:udpin:127.0.0.1:1", None, False, [companion])
+        addresses.output("mavlink:udpin:127.0.0.1:1", Context(inputs=[companion]))
     with pytest.raises(InputError, match="from a live link"):
-        addresses.output("mavlink:udpin:127.0.0.1:1", None, True, [companion], Told())
+        addresses.output(
+            "mavlink:udpin:127.0.0.1:1", Context(lossless=True, inputs=[companion], supervisor=Commanding())
+        )
 
 
 def test_without_pymavlink_it_is_said_what_is_missing(monkeypatch):

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import steerway
+from steerway.core import wrap_array
 from steerway.core.records import Fixes
 from steerway.estimation import Profile
 from steerway_studies.estimator_limits.cells import CELLS
-from steerway_studies.estimator_limits.statistics import errors, turned
+from steerway_studies.estimator_limits.statistics import errors
 from tests.scenes import straight, turning
 
 ENDS = 100
@@ -42,7 +43,7 @@ def deviations(motion):
 def apart(one, other):
     """(3, n) difference of two estimates (3, n)."""
     difference = one - other
-    difference[1] = turned(difference[1])
+    difference[1] = wrap_array(difference[1])
     return difference
 
 

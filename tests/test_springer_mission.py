@@ -20,7 +20,6 @@ from steerway_studies.papers.range_rate import RangeRatePassing
 from steerway_studies.springer_mission.missions import alarm_mission, real_mission, unseen_mission
 from steerway_studies.springer_mission.navigators import WeightedBounds, ideal, interval_box, nominal
 from steerway_studies.springer_mission.world import PAPER_CIRCUIT, World, random_circuit, replayed, sail
-from steerway_studies.study import write_results
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +52,7 @@ def test_nominal_filter_overestimates_as_published(reached_all):
 def test_erratum_the_weighted_estimate_is_the_ideal_one(reached_all):
     navigator = WeightedBounds(IntervalFilter(interval_box(0.01)), TRUE_TCM2)
     voyage = sail(World(), navigator, 3)
-    low, high, weight, truth = np.array(navigator.told).T
+    low, high, weight, truth = np.array(navigator.record).T
     allowed = np.maximum(1e-6, 1e-12 * np.degrees(high - low))
     assert np.all(np.degrees(np.abs(low + weight * (high - low) - truth)) <= allowed)
     assert 0.0 <= weight.min() and weight.max() <= 1.0
@@ -113,7 +112,7 @@ def test_shipped_networks():
         shipped("none")
     learned = LearnedHeading()
     for _ in range(5):
-        learned.second(0.0, np.zeros(40))
+        learned.step(0.0, np.zeros(40))
         assert learned.low <= learned.heading <= learned.high and 0.0 <= learned.weight <= 1.0
 
 
@@ -125,8 +124,8 @@ def test_training_learns_a_weight_from_little():
     notes = np.concatenate([lesson(2_000_000 + k) for k in range(6)])[::10]
     network = train(notes, "weight", iterations=200)
     low, high, nominal_deg, truth = notes[:, 12:].T
-    told = np.array([low[k] + network(notes[k]) * (high[k] - low[k]) for k in range(len(notes))])
-    assert np.sqrt(np.mean((told - truth) ** 2)) < 0.5 * np.sqrt(np.mean((nominal_deg - truth) ** 2))
+    estimate = np.array([low[k] + network(notes[k]) * (high[k] - low[k]) for k in range(len(notes))])
+    assert np.sqrt(np.mean((estimate - truth) ** 2)) < 0.5 * np.sqrt(np.mean((nominal_deg - truth) ** 2))
 
 
 @pytest.mark.parametrize("kind", "abc")
@@ -153,11 +152,11 @@ product_s2_heading_median_deg interval_inclusion_pct""".split()
 
 
 def test_study_writes_its_keys_and_figures(tmp_path):
-    heard = []
-    results = named("springer-mission").run(1, 0, lambda share, what: heard.append(share))
-    page = write_results(results, tmp_path)
+    shares = []
+    results = named("springer-mission").run(1, 0, lambda share, what: shares.append(share))
+    page = results.write(tmp_path)
     numbers = json.loads((tmp_path / "results.json").read_text())
-    assert set(KEYS) <= set(numbers) and heard == sorted(heard) and heard[-1] == 1.0
+    assert set(KEYS) <= set(numbers) and shares == sorted(shares) and shares[-1] == 1.0
     assert numbers["ideal_reached"] == 7.0 and numbers["interval_inclusion_pct"] == 100.0
     assert numbers["rigour_outward_pct"] == 100.0 and numbers["rigour_naive_pct"] < 20.0
     assert numbers["interval_width_1pct_deg"] <= 6500.0 and numbers["interval_width_05pct_deg"] <= 400.0

@@ -10,10 +10,11 @@ import pytest
 from steerway.core.timestamps import iso
 from steerway.formats import gpx, nmea0183, nmea2000, table
 from steerway.formats.dilution import deviation
-from steerway.live.decoding import GpsdDecoder, SignalKDecoder
+from steerway.live.links.gpsd import GpsdDecoder
+from steerway.live.links.signalk import SignalKDecoder
+from tests.canboat_lines import gnss, line, position
+from tests.gpx_documents import POINT, document
 from tests.sentences import START, clock, place, rmc, sealed
-from tests.test_gpx import POINT, document
-from tests.test_nmea2000 import gnss, line, position
 
 ALONE, DIFFERENTIAL, FIXED, FLOAT = (each / math.sqrt(2.0) for each in (3.0, 1.0, 0.02, 0.3))
 

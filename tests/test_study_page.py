@@ -2,7 +2,7 @@
 
 import json
 
-from steerway_studies.study import Results, write_results
+from steerway_studies.study import Results
 
 
 def long_study():
@@ -19,7 +19,7 @@ def long_study():
 
 
 def test_a_study_of_many_sections_begins_with_a_verdict(tmp_path):
-    page = write_results(long_study(), tmp_path).read_text()
+    page = long_study().write(tmp_path).read_text()
     verdict, details = page.split("<h2>Remarks</h2>")
     assert "What it is about." in verdict
     assert "1 of 1" in verdict and "1 of 5" in verdict and "Third" not in verdict
@@ -33,5 +33,5 @@ def test_a_study_of_many_sections_begins_with_a_verdict(tmp_path):
 def test_a_study_of_one_shows_its_comparisons_at_once(tmp_path):
     results = Results("T")
     results.compare("a", 1.0, "how near", "m", target="≤ 2", met=True)
-    page = write_results(results, tmp_path).read_text()
-    assert "Published beside measured" in page and "Verdict" not in page
+    page = results.write(tmp_path).read_text()
+    assert "Published, target and measured" in page and "Verdict" not in page

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from steerway import InputError
-from steerway.estimation.course.update.outliers import AID_GATE
 from steerway.estimation.speed.surge import BIAS, CURRENT, LEAK, SPEED, SurgeFilter, SurgeTuning
 from steerway_studies.adaptive_speed import judge, plants, printed
 from steerway_studies.adaptive_speed.cases import Job, run
 from steerway_studies.papers.speed_ekf import SENSOR_STDS, PrintedSpeedEkf
 
+GATE = 10.8
+"""χ² with one degree of freedom at 0.1 %: 10.83."""
 TUNING = SurgeTuning(current_walk=0.01)
 ROWS = {
     "sog": [1, 0, 0, 0],
@@ -68,7 +69,7 @@ class ByMatrices:
             h = np.array(ROWS[name], dtype=float)
             s = h @ self.p @ h + STDS[name] ** 2
             innovation = reading - h @ self.x
-            if innovation**2 > AID_GATE * s:
+            if innovation**2 > GATE * s:
                 continue
             gain = self.p @ h / s
             self.x = self.x + gain * innovation
@@ -96,14 +97,16 @@ def test_it_is_the_filter_of_the_textbook():
     assert ours.current == pytest.approx(0.4, abs=0.1)
 
 
-def test_silence_is_not_a_reading_and_a_wild_one_is_refused():
+def test_nothing_is_not_a_reading_and_one_in_a_thousand_is_refused():
     estimator = SurgeFilter()
     assert all(math.isnan(each) for each in estimator.aid_by())
-    estimator.aid_by(bottom_speed=3.0)
-    before = estimator.state
-    nis = estimator.aid_by(sog=5.0)
-    assert nis[0] > AID_GATE and math.isnan(nis[1])
-    np.testing.assert_array_equal(estimator.state, before)
+    for nis, refused in ((GATE + 0.1, True), (GATE - 0.1, False)):
+        estimator = SurgeFilter()
+        estimator.aid_by(bottom_speed=3.0)
+        before, std = estimator.state, math.hypot(estimator.speed_std, STDS["sog"])
+        measured = estimator.aid_by(sog=estimator.speed + math.sqrt(nis) * std)
+        assert measured[0] == pytest.approx(nis) and math.isnan(measured[1])
+        assert np.array_equal(estimator.state, before) == refused
 
 
 def test_the_rate_of_prediction_changes_nothing():

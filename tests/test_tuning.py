@@ -21,8 +21,8 @@ from steerway.estimation.selection.search import Search, minimise
 from steerway.sensors.gnss import Gnss
 from steerway_studies.estimator_limits.scenarios import FAST, SLOW, sail
 from steerway_studies.estimator_limits.troubles import BEGIN, standstill
+from tests.command_line import run
 from tests.scenes import angle_error, sailed, turning
-from tests.test_cli import run
 
 SHIP = replace(FAST, rate=1.0)
 ONE = Profile(speed_noise=1e-3, course_rate_noise=1e-3, course_rate_decay=0.3, position_std=0.3)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import steerway
+from steerway.core import wrap_array
 from steerway.core.records import REJECTED
 from steerway.estimation import FiveStateFilter, Profile
 from steerway_studies.estimator_limits.cells import CELLS
-from steerway_studies.estimator_limits.statistics import turned
 from tests.scenes import angle_error, sailed, straight
 
 STEADY = {"speed_noise": 1e-4, "course_rate_noise": 1e-5, "course_rate_decay": 1.0, "position_std": 0.5}
@@ -56,7 +56,7 @@ def test_a_fix_that_a_turn_would_explain_is_believed_however_unlikely_the_turn()
         voyage, fixes = cell.sailed(seed)
         seldom = np.arange(0, len(fixes), 50)
         motion = steerway.estimate(fixes.rows(seldom), cell.profile)
-        squares.append(turned(motion.cog - voyage.cog[seldom])[5:] ** 2)
+        squares.append(wrap_array(motion.cog - voyage.cog[seldom])[5:] ** 2)
         refused += np.sum(motion.status == REJECTED)
     assert refused < 20
     assert math.degrees(np.sqrt(np.nanmean(squares))) < 1.6

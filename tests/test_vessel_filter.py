@@ -273,7 +273,7 @@ def test_two_filters_share_nothing():
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda: VesselFilter(np.eye(2), DAMPING, VesselNoise()), r"inertia is \(2, 2\)"),
+        (lambda: VesselFilter(np.eye(2), DAMPING, VesselNoise()), r"inertia has shape \(2, 2\)"),
         (lambda: VesselNoise(acceleration=(1.0, 1.0)), "3 of acceleration"),
         (lambda: VesselNoise(acceleration=(1.0, -1.0, 1.0)), "vessel_noise.acceleration is -1"),
         (lambda: VesselNoise(position_std=0.0), "vessel_noise.position_std is 0"),

@@ -23,7 +23,7 @@ def sail(mission, points, dt=1.0):
 
 
 @pytest.mark.parametrize(
-    ("north", "east", "more", "said"),
+    ("north", "east", "more", "sentence"),
     [
         ([0.0], [0.0], {}, "1 waypoints"),
         ([0.0, 1.0], [0.0], {}, "2 north and 1 east"),
@@ -39,8 +39,8 @@ def sail(mission, points, dt=1.0):
         ([0.0, 50.0], [0.0, 0.0], {"default_acceptance": math.nan}, "default_acceptance is nan"),
     ],
 )
-def test_a_route_that_cannot_be_sailed_is_refused_by_name(north, east, more, said):
-    with pytest.raises(InputError, match=said):
+def test_a_route_that_cannot_be_sailed_is_refused_by_name(north, east, more, sentence):
+    with pytest.raises(InputError, match=sentence):
         Route(north, east, **more)
 
 
@@ -179,12 +179,12 @@ def test_the_log_adds_up():
     assert log.energy == pytest.approx(6.0) and log.mean_effort == pytest.approx(4.0) and log.time == 1.5
     assert log.cross_track_max == pytest.approx(3.0)
     assert log.cross_track_rms == pytest.approx(math.sqrt(14.0 / 3.0))
-    mission.skip("told so")
-    assert log.missed == [1] and log.passages[0].why == "told so"
+    mission.skip("skipped")
+    assert log.missed == [1] and log.passages[0].why == "skipped"
     assert log.passages[0].distance == pytest.approx(math.hypot(40.0, 2.0))
     mission.step(math.nan, math.nan, 1.0)
     mission.skip()
-    assert mission.log.passages[1].distance == pytest.approx(math.hypot(40.0, 98.0))  # from where she was last seen
+    assert mission.log.passages[1].distance == pytest.approx(math.hypot(40.0, 98.0))  # from the last known position
     mission.restart()
     assert mission.log.time == 0.0 and mission.step(0.0, 0.0, 1.0).target == 1
 

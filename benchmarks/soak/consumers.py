@@ -1,4 +1,4 @@
-"""Who listens to the boat: one consumer an output, each reads all it is told and keeps none of it."""
+"""Consumers of the outputs of the boat: one an output, each reads everything and keeps none of it."""
 
 import asyncio
 import contextlib
@@ -17,10 +17,10 @@ def free_port(kind=socket.SOCK_STREAM) -> int:
 
 
 class Consumer:
-    """`arguments` for the command, and `heard`, the bytes that came."""
+    """`arguments` for the command, and `received`, the bytes that came."""
 
     def __init__(self, name: str, arguments: list[str]):
-        self.name, self.arguments, self.heard = name, arguments, 0
+        self.name, self.arguments, self.received = name, arguments, 0
         self.connected = asyncio.Event()
 
     @asynccontextmanager
@@ -59,7 +59,7 @@ class Instrument(Client):
                 reader, _ = await asyncio.open_connection("127.0.0.1", self._port)
                 self.connected.set()
                 while data := await reader.read(4096):
-                    self.heard += len(data)
+                    self.received += len(data)
             except OSError:
                 pass
             await asyncio.sleep(0.2)
@@ -85,7 +85,7 @@ class Datagrams(Consumer):
                 self._transport = transport
 
             def datagram_received(self, data, addr):
-                consumer.heard += len(data)
+                consumer.received += len(data)
                 consumer.answered(self._transport, addr)
 
         here = ("127.0.0.1", self._port)
@@ -153,7 +153,7 @@ class SignalK(Consumer):
         async def take(socket):
             with contextlib.suppress(ConnectionClosed):
                 async for message in socket:
-                    self.heard += len(message)
+                    self.received += len(message)
 
         async with serve(take, "127.0.0.1", self._port):
             yield
@@ -174,7 +174,7 @@ class Foxglove(Client):
             with contextlib.suppress(OSError, WebSocketException):
                 async with connect(f"ws://127.0.0.1:{self._port}", subprotocols=["foxglove.sdk.v1"]) as viewer:
                     async for message in viewer:
-                        self.heard += len(message)
+                        self.received += len(message)
                         if isinstance(message, str) and '"advertise"' in message:
                             await viewer.send(_subscription(json.loads(message)["channels"]))
             await asyncio.sleep(0.2)
@@ -190,7 +190,7 @@ def consumers(table: str, route: str) -> list[Consumer]:
     return [
         Instrument(),
         Datagrams("udp", "udp://127.0.0.1:{port}?period=0.1"),
-        Datagrams("propellers", "udp://127.0.0.1:{port}?say=propellers"),
+        Datagrams("propellers", "udp://127.0.0.1:{port}?format=propellers"),
         Vehicle(),
         SignalK(),
         Foxglove(),

@@ -1,4 +1,4 @@
-"""A receiver on a serial line that is not quite sound, and the account of what of it should be heard."""
+"""A receiver on a serial line with faults, and the count of what of it should be taken."""
 
 import asyncio
 import os

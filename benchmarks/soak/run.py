@@ -22,7 +22,7 @@ _SPREAD = rf"{_NUMBER} ms \(99\.9 %: {_NUMBER}, at most {_NUMBER}\)"
 _PULSE = re.compile(
     rf"{_NUMBER} ticks, each {_SPREAD}, with all else {_SPREAD}, late by {_SPREAD}, {_NUMBER} later than"
 )
-_TAKEN = re.compile(rf"{_NUMBER} taken")
+_USED = re.compile(rf"{_NUMBER} used")
 
 
 class Rhythm(NamedTuple):
@@ -50,8 +50,8 @@ class Soak(NamedTuple):
     memory: list[tuple[float, int]]  # s since the start, resident bytes
     rows: int
     states: pl.DataFrame  # of the autopilot, from the table
-    taken: int
-    told: int
+    used: int
+    reported: int
     consumers: list[Consumer]
     code: int
     log: str
@@ -97,8 +97,8 @@ async def soak(seconds: float) -> Soak:
         log = log.decode()
         rows += rest.count(b"\n")
         states = pl.read_parquet(table, columns=["state", "reason"]) if table.exists() else pl.DataFrame()
-    taken = _TAKEN.search(log)
-    account = int(taken[1]) if taken else 0, receiver.positions()
+    used = _USED.search(log)
+    account = int(used[1]) if used else 0, receiver.positions()
     receiver.close()
     rhythms = _rhythm(log), _rhythm(said.decode())
     return Soak(first_row, *rhythms, memory, rows, states, *account, listeners, boat.returncode, log)
@@ -144,8 +144,8 @@ def results(done: Soak):
     """The table of a run."""
     boat, idle = done.boat, done.idle
     yield Result("outputs", float(len(done.consumers)), note=", ".join(each.name for each in done.consumers))
-    heard = ", ".join(f"{each.name} {each.heard:,} bytes" for each in done.consumers if each.heard)
-    yield Result("ticks", boat.ticks, note=heard)
+    received = ", ".join(f"{each.name} {each.received:,} bytes" for each in done.consumers if each.received)
+    yield Result("ticks", boat.ticks, note=received)
     yield Result("start to the first row", done.first_row, "s", at_most=3.0)
     yield Result("a tick, median", boat.own, "ms")
     yield Result("a tick, 99.9 %", boat.own_999, "ms", at_most=2.0)
@@ -163,13 +163,13 @@ def results(done: Soak):
     yield Result("memory at the end", done.memory[-1][1] / 1e6, "MB")
     yield Result("… more than when it had settled", done.growth / 1e6, "MB", at_most=5.0)
     yield Result(
-        "valid fixes told and not taken, or not yet told",
-        abs(done.told - done.taken),
+        "valid fixes reported and not used, or not yet reported",
+        abs(done.reported - done.used),
         at_most=1.0,
-        note=f"of {done.told}",
+        note=f"of {done.reported}",
     )
     yield Result(
-        "rows said and not in the table", abs(done.rows - done.states.height), at_most=0.0, note=f"of {done.rows}"
+        "rows put out and not in the table", abs(done.rows - done.states.height), at_most=0.0, note=f"of {done.rows}"
     )
     last = done.states.row(-1) if done.states.height else ("", "")
     yield Result("autopilot running", 100.0 * done.steered, "%", at_least=50.0, note=" ".join(map(str, last)))

@@ -9,7 +9,7 @@
 #include <stddef.h>
 
 /* SPEED_NOISE and its like, the places in `model`, are defined where this is compiled. */
-enum { EMPTY, FIRST, STARTING, ADRIFT, UNDERWAY };
+enum { EMPTY, FIRST, STARTING, LOW_SPEED, UNDERWAY };
 enum { SAID = 10 };
 
 typedef struct {
@@ -19,7 +19,7 @@ typedef struct {
 
 typedef struct {
     int mode;
-    double n, e, u, x, w; /* adrift u, x are the velocity north and east */
+    double n, e, u, x, w; /* in low-speed mode u, x are the velocity north and east */
     double nn, ne, nu, nx, nw, ee, eu, ex, ew, uu, ux, uw, xx, xw, ww;
 } Filter;
 
@@ -212,7 +212,7 @@ static void settle(Filter *f, const double *model)
             forget_rate(f, model[START_RATE_VARIANCE]);
             f->mode = UNDERWAY;
         } else if (variance < 0.25)
-            f->mode = ADRIFT;
+            f->mode = LOW_SPEED;
         return;
     }
     if (f->u < 0.0) {
@@ -231,7 +231,7 @@ static void settle(Filter *f, const double *model)
         f->x = u * s;
         mix_velocity(f, c, -u * s, s, u * c);
         forget_rate(f, model[START_RATE_VARIANCE]);
-        f->mode = ADRIFT;
+        f->mode = LOW_SPEED;
     }
 }
 
@@ -250,7 +250,7 @@ static void speak(const Filter *f, double nis, double *said)
         said[5] = sqrt(f->uu);
         said[6] = sqrt(f->xx);
         said[7] = sqrt(f->ww);
-    } else if (f->mode == ADRIFT) {
+    } else if (f->mode == LOW_SPEED) {
         said[2] = sqrt(f->u * f->u + f->x * f->x);
         said[5] = sqrt(0.5 * (f->uu + f->xx));
     }

@@ -12,7 +12,7 @@ R = PROFILE.position_std**2 * np.eye(2)
 
 
 class PlainNumpy:
-    """NumPy in the manner of P0 Appendix A."""
+    """NumPy as in P0 Appendix A."""
 
     def __init__(self, x, p):
         self.x, self.p = x, p

@@ -1,10 +1,12 @@
-"""The command line: which commands there are, and how the user's mistakes end: in one sentence, with exit code 2."""
+"""The command line: the commands by topic, and errors of the user in one sentence with exit code 2."""
 
 import sys
+from importlib.metadata import version
+from typing import Annotated
 
 import typer
 
-from steerway.commands import identify, logs, profile, sailing, study
+from steerway.commands import demo, identify, logs, profile, sailing, study
 from steerway.core.errors import InputError
 from steerway.live.commands import LiveCommand, live, warm
 
@@ -15,24 +17,34 @@ app = typer.Typer(
     add_completion=False,
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-for command in (
-    logs.estimate,
-    logs.info,
-    logs.tune,
-    logs.compare,
-    logs.predict,
-    sailing.demo,
-    sailing.simulate,
-    sailing.advise,
-    study.study,
+LOGS, BOAT, SIMULATION, RESEARCH = "Logs", "On the boat", "Simulation", "Research"
+for panel, commands in (
+    (LOGS, (logs.estimate, logs.info, logs.compare, logs.predict, logs.tune)),
+    (SIMULATION, (demo.demo, sailing.simulate, sailing.advise)),
+    (RESEARCH, (study.study,)),
 ):
-    app.command()(command)
-app.command(cls=LiveCommand)(live)
-app.command()(warm)
-app.add_typer(identify.app, name="identify")
-app.add_typer(profile.app, name="profile")
+    for command in commands:
+        app.command(rich_help_panel=panel)(command)
+app.command(cls=LiveCommand, rich_help_panel=BOAT)(live)
+app.command(rich_help_panel=BOAT)(warm)
+app.add_typer(identify.app, name="identify", rich_help_panel=BOAT)
+app.add_typer(profile.app, name="profile", rich_help_panel=LOGS)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"steerway {version('steerway')}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    _: Annotated[bool, typer.Option("--version", metavar="", is_eager=True, callback=_print_version)] = False,
+) -> None:
+    """Speed over ground, course over ground and course rate from GNSS positions alone, and steering by them."""
 
 
 def main() -> None:
@@ -48,8 +60,8 @@ def main() -> None:
         print("steerway: interrupted", file=sys.stderr)
         sys.exit(130)
     except Exception as error:
-        if hasattr(error, "format_message"):  # click's own words for a wrong option
-            if error.format_message():  # empty where the help has been shown instead
+        if hasattr(error, "format_message"):  # click's message for a wrong option
+            if error.format_message():  # empty after the help has been printed
                 print(f"steerway: {error.format_message()}", file=sys.stderr)
             sys.exit(2)
         raise

@@ -1,7 +1,8 @@
-"""One step of the loop: estimate, guide, control, supervise. Simulation, replay and live all drive this one object.
+"""One step of the loop: estimate, guide, control, supervise. Simulation, replay and live drive this one object.
 
-A pilot takes what instruments say and the time since the step before, and gives what the actuators are to do. It knows
-no vessel model, no clock and no I/O; everything it does is done by a block that it was given.
+A pilot turns measurements and the time since the step before into actuator commands. It knows no vessel model, no clock
+and no I/O; each of its blocks is given to it. Simulation and replay call `step`. Live has supervision of its own, for
+links, clocks and fences, and calls the same stages itself: `estimator`, `mission`, `law`, then `steer` or `rest`.
 """
 
 import math
@@ -9,31 +10,33 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple, Protocol
 
-from steerway.control.handover import Helm
+from steerway.control.handover import Autopilot
 from steerway.control.station import StationKeeper
 from steerway.core.checks import one_of, positive
-from steerway.core.estimate import Estimate, Estimator, Readings
+from steerway.core.estimate import Estimate, Estimator, Measurements
 from steerway.core.leg import LegState
 from steerway.guidance.line_of_sight import GuidanceLaw
 from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
 
+__all__ = ["Actuation", "Mission", "Mode", "Orders", "Pilot", "SpeedLoop", "SteadyForce", "Steered"]
+
 
 class Mode(IntEnum):
-    """What the pilot is doing."""
+    """What the pilot does."""
 
-    WAITING = 0  # no position yet: nothing is done
-    UNDER_WAY = 1  # sailing the route
+    WAITING = 0  # no position yet: no command
+    UNDER_WAY = 1  # on the route
     HOLDING = 2  # keeping station
-    STOPPED = 3  # the route is done, engines off
-    BLIND = 4  # no position for too long: engines off
+    STOPPED = 3  # the route is finished, engines off
+    BLIND = 4  # no position for too long, engines off
 
 
 STEERED = (Mode.UNDER_WAY, Mode.HOLDING)
 
 
 class Mission(Protocol):
-    """What says which leg is under way: `guidance.waypoints.Mission`, `guidance.voyage.Voyage`."""
+    """What gives the leg under way: `guidance.waypoints.Mission`, `guidance.voyage.Voyage`."""
 
     phase: Phase
 
@@ -50,28 +53,37 @@ class SpeedLoop(Protocol):
     def restart(self) -> None: ...
 
 
-class Propulsion(Protocol):
-    """What makes commands of a surge force and of the autopilot's output (a yaw moment or a rudder angle)."""
+class Actuation(Protocol):
+    """What makes commands of a surge force and of the autopilot's output: a yaw moment, a rudder angle, a yaw rate."""
 
     def step(self, surge_force: float, yaw: float) -> tuple[float, ...]:
-        """The commands, one an actuator, then what they give of the force, then what they give of the yaw."""
+        """The commands, one an actuator, then the achieved force, then the achieved part of the autopilot's output."""
 
 
 @dataclass
 class SteadyForce:
-    """The same thrust always (N): what the papers do instead of holding a speed."""
+    """The same thrust always (N), as the papers do instead of speed control."""
 
     force: float = 0.0
 
     def step(self, desired: float, speed: float, dt: float) -> float:
-        """The force, while any speed is wanted."""
+        """The force while the desired speed is above 0."""
         return self.force if desired > 0.0 else 0.0
 
     def limited_to(self, achieved: float) -> None:
-        """Nothing is learned, nothing winds up."""
+        """Does nothing: there is no integral."""
 
     def restart(self) -> None:
-        """Nothing to forget."""
+        """Does nothing: there is no state."""
+
+
+class Steered(NamedTuple):
+    """What one step of control gave."""
+
+    command: tuple[float, ...]  # one an actuator
+    force: float  # demanded of the actuation, N
+    yaw: float  # the autopilot's output
+    reference: Reference  # what the autopilot followed
 
 
 class Orders(NamedTuple):
@@ -80,31 +92,31 @@ class Orders(NamedTuple):
     command: tuple[float, ...]  # one an actuator
     estimate: Estimate
     leg: LegState
-    desired: Reference  # what guidance asks for: course, or heading where the law gives one
-    reference: Reference  # what the autopilot was to follow
-    speed: float  # asked for, m/s
-    force: float  # asked of the propulsion, N
+    desired: Reference  # of guidance: course, or heading where the law gives one
+    reference: Reference  # what the autopilot followed
+    speed: float  # desired, m/s
+    force: float  # demanded of the actuation, N
     yaw: float  # the autopilot's output
     mode: Mode
-    by_course: bool  # whether course steers, else heading
+    by_course: bool  # whether the course is steered by, else the heading
 
 
 UNKNOWN = Reference(math.nan, 0.0, 0.0)
 
 
 class Pilot:
-    """Steers a boat along a mission by what it is told.
+    """Steers a boat along a mission.
 
-    estimator:  readings → estimate.
-    mission:    position → leg under way; may be exchanged at any time.
-    law:        leg → course to steer, or heading.
-    helm:       course or heading → yaw moment or rudder angle.
-    propulsion: force and yaw → commands.
-    speed:      speed → surge force; without it no force is asked for.
-    station:    keeps a point where the mission says so; without it the pilot stops there. Needs a compass.
-    cruise:     speed where the mission asks for none, m/s.
-    steer_by:   "course", or "heading" for a law that gives a heading.
-    patience:   s without a position after which the engines stop.
+    estimator: measurements → estimate.
+    mission:   position → leg under way; may be exchanged at any time.
+    law:       leg → desired course, or heading.
+    autopilot: course or heading → yaw moment, rudder angle or yaw rate.
+    actuation: force and autopilot's output → commands.
+    speed:     speed → surge force; without it no force is demanded.
+    station:   keeps a point where the mission says so; without it the pilot stops there. Needs a compass.
+    cruise:    speed where the mission gives none, m/s.
+    steer_by:  "course", or "heading" for a law that gives a heading.
+    max_dead_reckoning: time without a position after which the engines stop, s.
     """
 
     def __init__(
@@ -112,87 +124,104 @@ class Pilot:
         estimator: Estimator,
         mission: Mission,
         law: GuidanceLaw,
-        helm: Helm,
-        propulsion: Propulsion,
+        autopilot: Autopilot,
+        actuation: Actuation,
         speed: SpeedLoop | None = None,
         station: StationKeeper | None = None,
         *,
         cruise: float = math.nan,
         steer_by: str = "course",
-        patience: float = 10.0,
+        max_dead_reckoning: float = 10.0,
     ):
-        self.estimator, self.mission, self.law, self.helm = estimator, mission, law, helm
-        self.propulsion, self.speed, self.station = propulsion, speed, station
+        self.estimator, self.mission, self.law, self.autopilot = estimator, mission, law, autopilot
+        self.actuation, self.speed, self.station = actuation, speed, station
         self.cruise = cruise
-        self.patience = positive("pilot.patience", patience)
+        self.max_dead_reckoning = positive("pilot.max_dead_reckoning", max_dead_reckoning)
         self._law_of_course = one_of("pilot.steer_by", steer_by, ("course", "heading")) == "course"
         self._blind = 0.0
-        self._was = Mode.WAITING
+        self._mode = Mode.WAITING
 
     @property
     def finished(self) -> bool:
-        """Whether the route is done and the engines are off."""
-        return self._was is Mode.STOPPED
+        """Whether the route is finished and the engines are off."""
+        return self._mode is Mode.STOPPED
 
-    def step(self, readings: Readings, dt: float) -> Orders:
-        """What to do now, dt s after the step before."""
-        estimate = self.estimator.step(readings, dt)
+    def step(self, measurements: Measurements, dt: float) -> Orders:
+        """The commands now, dt s after the step before."""
+        estimate = self.estimator.step(measurements, dt)
         leg = self.mission.step(estimate.north, estimate.east, dt)
-        mode = self._supervise(readings, estimate, dt)
+        mode = self._supervise(measurements, estimate, dt)
+        desired, speed = UNKNOWN, 0.0
         if mode is Mode.UNDER_WAY:
-            desired, asked, force, yaw = self._sail(leg, estimate, dt)
+            desired = self.law.step(leg, estimate.cog, estimate.sog, dt)
+            speed = self.cruise if math.isnan(leg.speed) else leg.speed
+            steered = self.steer(desired, speed, estimate, dt)
         elif mode is Mode.HOLDING:
-            desired, asked, force, yaw = self._hold(leg, estimate, dt)
+            desired, steered = self._hold(leg, estimate, dt)
         else:
-            self.helm.release()
-            desired, asked, force, yaw = UNKNOWN, 0.0, 0.0, 0.0
-        *command, given_force, given_yaw = self.propulsion.step(force, yaw)
-        if mode in STEERED:
-            self._learn_limits(given_force, given_yaw)
-        reference = self.helm.shaper.reference or UNKNOWN
-        by_course = self.helm.by_course
-        return Orders(tuple(command), estimate, leg, desired, reference, asked, force, yaw, mode, by_course)
+            steered = self.rest()
+        command, force, yaw, reference = steered
+        by_course = self.autopilot.by_course
+        return Orders(command, estimate, leg, desired, reference, speed, force, yaw, mode, by_course)
 
-    def _supervise(self, readings, estimate, dt):
-        """What the pilot may do, by what it knows and by where the mission is."""
-        self._blind = 0.0 if not math.isnan(readings.north) else self._blind + dt
+    def steer(self, desired: Reference, speed: float, estimate: Estimate, dt: float) -> Steered:
+        """Control: the commands for a desired course (or heading) and speed (m/s)."""
+        force = 0.0 if self.speed is None else self.speed.step(speed, estimate.sog, dt)
+        return self._actuate(force, self._yaw(desired, estimate, dt, self._law_of_course))
+
+    def restart(self) -> None:
+        """Forget the trim and the reference: the next `steer` begins with the boat's own course."""
+        self.autopilot.release()
+        self.autopilot.controller.restart()
+        if self.speed is not None:
+            self.speed.restart()
+
+    def rest(self) -> Steered:
+        """Engines off: the commands that do nothing. The autopilot begins anew with the next `steer`."""
+        self.autopilot.release()
+        *command, _, _ = self.actuation.step(0.0, 0.0)
+        return Steered(tuple(command), 0.0, 0.0, self._reference())
+
+    def _supervise(self, measurements, estimate, dt):
+        """The mode, by what is known and by the phase of the mission."""
+        self._blind = 0.0 if not math.isnan(measurements.north) else self._blind + dt
         if math.isnan(estimate.north):
             mode = Mode.WAITING
-        elif self._blind > self.patience:
+        elif self._blind > self.max_dead_reckoning:
             mode = Mode.BLIND
         elif self.mission.phase is Phase.STOPPED or (self.mission.phase is Phase.HOLDING and self.station is None):
             mode = Mode.STOPPED
         else:
             mode = Mode.HOLDING if self.mission.phase is Phase.HOLDING else Mode.UNDER_WAY
-        if mode is not self._was:
+        if mode is not self._mode:
             self._change(mode)
         return mode
 
     def _change(self, mode):
-        """What was learned for one thing is no use for another."""
+        """Integrals of one mode are of no use in another."""
         if mode is Mode.HOLDING:
             self.station.restart()
         if self.speed is not None and mode is not Mode.UNDER_WAY:
             self.speed.restart()
-        self._was = mode
-
-    def _sail(self, leg, estimate, dt):
-        _, _, sog, cog, course_rate, *_, heading, yaw_rate = estimate
-        desired = self.law.step(leg, cog, sog, dt)
-        asked = self.cruise if math.isnan(leg.speed) else leg.speed
-        force = 0.0 if self.speed is None else self.speed.step(asked, sog, dt)
-        yaw = self.helm.step(desired, cog, course_rate, heading, yaw_rate, sog, dt, self._law_of_course)
-        return desired, asked, force, yaw
+        self._mode = mode
 
     def _hold(self, leg, estimate, dt):
-        _, _, sog, cog, course_rate, *_, heading, yaw_rate = estimate
+        _, _, sog, cog, *_, heading, _ = estimate
         wanted, force = self.station.step(leg.distance, leg.bearing, cog, sog, heading, dt)
         desired = Reference(*wanted)
-        yaw = self.helm.step(desired, cog, course_rate, heading, yaw_rate, sog, dt, course_wanted=False)
-        return desired, 0.0, force, yaw
+        return desired, self._actuate(force, self._yaw(desired, estimate, dt, course_wanted=False))
 
-    def _learn_limits(self, force, yaw):
-        """Integrals learn what limits made of the orders."""
-        self.helm.limited_to(yaw)
+    def _yaw(self, desired, estimate, dt, course_wanted):
+        _, _, sog, cog, course_rate, *_, heading, yaw_rate = estimate
+        return self.autopilot.step(desired, cog, course_rate, heading, yaw_rate, sog, dt, course_wanted)
+
+    def _actuate(self, force, yaw):
+        """The commands; integrals are kept within what limits leave of them."""
+        *command, achieved_force, achieved_yaw = self.actuation.step(force, yaw)
+        self.autopilot.limited_to(achieved_yaw)
         if self.speed is not None:
-            self.speed.limited_to(force)
+            self.speed.limited_to(achieved_force)
+        return Steered(tuple(command), force, yaw, self._reference())
+
+    def _reference(self):
+        return self.autopilot.shaper.reference or UNKNOWN

@@ -1,26 +1,27 @@
-"""Studies: one file each, parameters, run, published against measured."""
+"""Studies of the papers: published numbers compared with measured ones. They use the public names of `steerway` only.
+
+A study is a module or a package with the attribute `STUDY`: its parameters, its run, its comparisons and its figures.
+To add one, write it and list it here.
+"""
 
 from importlib import import_module
 
-MODULES = {
-    "cybership-observers": "cybership_observers",
-    "adaptive-speed": "adaptive_speed",
-    "otter-course": "otter_course",
-    "mariner-los": "mariner_los",
-    "otter-path": "otter_path",
-    "ais-prediction": "ais_prediction",
-    "low-speed": "low_speed",
-    "estimator-limits": "estimator_limits",
-    "real-logs": "real_logs",
-    "springer-mission": "springer_mission",
+STUDIES = {
+    "cybership-observers": "steerway_studies.cybership_observers",
+    "adaptive-speed": "steerway_studies.adaptive_speed",
+    "otter-course": "steerway_studies.otter_course",
+    "mariner-los": "steerway_studies.mariner_los",
+    "otter-path": "steerway_studies.otter_path",
+    "ais-prediction": "steerway_studies.ais_prediction",
+    "low-speed": "steerway_studies.low_speed",
+    "estimator-limits": "steerway_studies.estimator_limits",
+    "real-logs": "steerway_studies.real_logs",
+    "springer-mission": "steerway_studies.springer_mission",
+    "unseen-logs": "steerway_studies.unseen_logs",
 }
-"""Study name → the module of this package whose STUDY it is; imported only when asked for."""
+"""Study name → module. The entry point `steerway.studies` names this table; other packages may name theirs."""
 
 
 def named(name: str):
-    """The study of this name. Raises InputError with the names there are."""
-    from steerway.core.errors import InputError
-
-    if name not in MODULES:
-        raise InputError(f"study {name!r} is unknown, expected one of {', '.join(MODULES)}")
-    return import_module(f"steerway_studies.{MODULES[name]}").STUDY
+    """The `Study` of this name. Raises KeyError for another name."""
+    return import_module(STUDIES[name]).STUDY

@@ -1,7 +1,7 @@
 """Study ais-prediction: where vessels will be, on the Solent log, against dead reckoning on what they transmit.
 
-Every half minute of every vessel's record is made the present: the filter knows what was reported so far, and says
-where she will be. The report that arrives then, interpolated between neighbours no more than 20 s apart, is what it is
+Every half minute of every vessel's record is made the present: the filter knows what was reported so far, and predicts
+the position. The report that arrives then, interpolated between neighbours no more than 20 s apart, is what it is
 judged by; its own error (position and moment) is added to the predicted covariance. Dead reckoning goes on from the
 last report on its SOG and COG.
 """
@@ -10,13 +10,9 @@ import math
 
 import numpy as np
 
-from steerway.core.angles import wrap
-from steerway.core.earth import displacement
-from steerway.core.records import Fixes
-from steerway.estimation.course.motion.layout import POSITION_VARIANCE, TIME_VARIANCE
-from steerway.estimation.course.replay import kept_rows
-from steerway.estimation.prediction import ahead, predictor
-from steerway.formats.reading import read
+from steerway import read
+from steerway.core import Fixes, displacement, wrap
+from steerway.estimation import choose_profile, hindcast
 from steerway_studies.recorded import logs_folder
 from steerway_studies.study import Results, Study
 
@@ -28,29 +24,20 @@ LEAST_SOG = 0.5
 CHI_SQUARE = 5.991  # two degrees of freedom, 95 %
 
 
-def hindcast(fixes: Fixes, profile=None, aid=None, horizons=HORIZONS) -> np.ndarray:
-    """Predictions from the past of a record and what became of them.
+def judged_predictions(fixes: Fixes, profile=None, aid=("sog", "cog"), horizons=HORIZONS) -> np.ndarray:
+    """Predictions from the past of a record, compared with the reports that followed.
 
     Returns (n, 6): horizon, SOG transmitted at the time, error (m), error of dead reckoning (m; NaN where no course is
     transmitted), squared error in units of its covariance, area of the 95 % ellipse (m²).
     """
-    parameters, outlook, aid = predictor(fixes, profile, aid)
+    profile = choose_profile(fixes, profile, aid)
     rows = []
     for _, track in fixes.rows(fixes.has_position).in_order().tracks():
-        kept = kept_rows(parameters, aid, track)
-        for k in _spaced(track.time, SPACING):
-            for horizon in horizons:
-                if (there := _reported(track, track.time[k] + horizon)) is not None:
-                    rows.append((horizon, track.sog[k], *_judged(track, k, kept[k], outlook, horizon, there)))
+        origins, prediction = hindcast(track, horizons, SPACING, profile, aid)
+        for i, k in enumerate(np.repeat(origins, len(horizons))):
+            if (there := _reported(track, prediction.time[i])) is not None:
+                rows.append((prediction.horizon[i], track.sog[k], *_judged(track, k, prediction, i, profile, there)))
     return np.array(rows).reshape(-1, 6)
-
-
-def _spaced(time, spacing):
-    last = -math.inf
-    for k, moment in enumerate(time):
-        if moment - last >= spacing:
-            last = moment
-            yield k
 
 
 def _reported(track, moment):
@@ -64,14 +51,15 @@ def _reported(track, moment):
     return latitude, wrap(track.longitude[j - 1] + share * turned)
 
 
-def _judged(track, k, memory, model, horizon, there):
-    latitude, longitude, _, nn, ee, ne = ahead(memory, model, horizon)
+def _judged(track, k, prediction, i, profile, there):
+    """Row i of a prediction from row k of a track against the report `there`: the last four columns."""
+    latitude, longitude, horizon = prediction.latitude[i], prediction.longitude[i], prediction.horizon[i]
     north, east = displacement(*there, latitude, longitude)
     sailed = displacement(latitude, longitude, track.latitude[k], track.longitude[k])
-    mistimed = model[TIME_VARIANCE] / horizon**2
-    nn += model[POSITION_VARIANCE] + mistimed * sailed[0] ** 2
-    ee += model[POSITION_VARIANCE] + mistimed * sailed[1] ** 2
-    ne += mistimed * sailed[0] * sailed[1]
+    mistimed, white = (profile.time_std / horizon) ** 2, profile.position_std**2
+    nn = prediction.variance_north[i] + white + mistimed * sailed[0] ** 2
+    ee = prediction.variance_east[i] + white + mistimed * sailed[1] ** 2
+    ne = prediction.covariance[i] + mistimed * sailed[0] * sailed[1]
     determinant = nn * ee - ne * ne
     squared = (north * north * ee - 2.0 * north * east * ne + east * east * nn) / determinant
     reckoned = displacement(*there, track.latitude[k], track.longitude[k])
@@ -85,7 +73,7 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
     fixes = read(logs_folder() / LOG)
     if progress:
         progress(0.1, "predicting")
-    found = hindcast(fixes)
+    found = judged_predictions(fixes)
     results = Results("Motion prediction from AIS: The Solent, 84 minutes, 91 vessels")
     moving = found[(found[:, 1] >= LEAST_SOG) & np.isfinite(found[:, 3])]
     for horizon in HORIZONS:
@@ -106,7 +94,10 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
         results.compare(f"dead_reckoning_median_{key}_m", reckoned, f"{name}: dead reckoning, median error", "m")
         results.compare(f"error_q90_{key}_m", np.quantile(rows[:, 2], 0.9), f"{name}: error not exceeded by 90 %", "m")
         results.compare(
-            f"dead_reckoning_q90_{key}_m", np.quantile(rows[:, 3], 0.9), f"{name}: the same, dead reckoning", "m"
+            f"dead_reckoning_q90_{key}_m",
+            np.quantile(rows[:, 3], 0.9),
+            f"{name}: error of dead reckoning not exceeded by 90 %",
+            "m",
         )
         results.compare(
             f"coverage_{key}_pct",
@@ -119,7 +110,7 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
         results.compare(
             f"coverage_all_{key}_pct",
             100.0 * np.mean(everyone[:, 4] < CHI_SQUARE),
-            f"{name}: the same with moored vessels, {len(everyone)} predictions",
+            f"{name}: inside the 95 % ellipse, moored vessels included, {len(everyone)} predictions",
             "%",
         )
         results.compare(
@@ -134,8 +125,8 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
         "The numbers of the profile `ais` were chosen on this log, the only one with tracks that we have.",
         "Half of what is sailed here are ferries and pilots, whose next turn no past foretells; ships are covered more "
         "often than 95 %, ferries less: one profile serves both.",
-        "A moored vessel that casts off within the horizon lies outside her ellipse: predictions are of vessels that "
-        "go on as they do.",
+        "A moored vessel that casts off within the horizon lies outside its ellipse: predictions are of vessels that "
+        "keep their motion.",
     ]
     return results
 
@@ -150,7 +141,7 @@ _MAP = "Three vessels: their reports, and predictions 120, 300 and 600 s ahead f
 def _errors(rows):
     from matplotlib.figure import Figure
 
-    from steerway.report.figures import OURS, THEIRS
+    from steerway.report import OURS, THEIRS
 
     figure = Figure(figsize=(11.0, 4.5), layout="constrained")
     error, coverage = figure.subplots(1, 2)
@@ -178,8 +169,8 @@ def _map(fixes):
     from matplotlib.figure import Figure
     from matplotlib.patches import Ellipse
 
-    from steerway.estimation.prediction import predict
-    from steerway.report.figures import OURS, QUIET
+    from steerway.estimation import predict
+    from steerway.report import OURS, QUIET
 
     figure = Figure(figsize=(12.0, 4.5), layout="constrained")
     for axes, (track, k) in zip(figure.subplots(1, 3), _busiest(fixes, 3), strict=True):

@@ -2,7 +2,7 @@
 
 A boat sails five minutes at one speed on a gently wandering course; the profile is found from the fixes as `estimate`
 does it. Estimated twice: as it comes, and with the speed below which course is withheld set next to zero, so that only
-the filter's own doubt (four standard deviations of the velocity) withholds it.
+the filter's own criterion (four standard deviations of the velocity) withholds it.
 """
 
 import math
@@ -10,10 +10,11 @@ from functools import partial
 
 import numpy as np
 
+from steerway.core import wrap_array
 from steerway.estimation import Profile, choose_profile, estimate
-from steerway.sensors.gnss import Gnss, low_cost, white
-from steerway.simulation.campaign import over_seeds
-from steerway_studies.study import Results, Study
+from steerway.sensors import Gnss, low_cost, white
+from steerway.simulation import over_seeds
+from steerway_studies.study import Results, Study, seeds_from, stage
 
 SPEEDS = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0)
 RECEIVERS = {"low_cost": low_cost(), "white_half_metre": white(0.5), "centimetres": Gnss(white=0.02)}
@@ -56,7 +57,7 @@ def one(seed: int, receiver: str) -> np.ndarray:
         for k, each in enumerate((profile, profile.model_copy(update={"steerageway": NO_LIMIT}))):
             motion = estimate(fixes, each)
             settled = motion.time >= SETTLING
-            error = (motion.cog - course + math.pi)[settled] % (2.0 * math.pi) - math.pi
+            error = wrap_array(motion.cog - course)[settled]
             known = np.isfinite(error)
             squares = np.mean(error[known] ** 2) if known.any() else math.nan
             wrong = np.mean(np.abs(error[known]) > math.pi / 2.0) if known.any() else math.nan
@@ -66,11 +67,11 @@ def one(seed: int, receiver: str) -> np.ndarray:
 
 def run(seeds=None, first_seed=0, progress=None) -> Results:
     """The study; `seeds` sorties a speed and receiver, by default 30."""
-    chosen = range(first_seed, first_seed + (seeds or SEEDS))
+    chosen = seeds_from(first_seed, seeds, SEEDS)
     results = Results("Error against speed, and where course ends")
     curves = {}
     for i, receiver in enumerate(RECEIVERS):
-        step = (lambda share, i=i, what=receiver: progress((i + share) / len(RECEIVERS), what)) if progress else None
+        step = stage(progress, i / len(RECEIVERS), 1.0 / len(RECEIVERS), WORDS[receiver])
         table = np.array(over_seeds(partial(one, receiver=receiver), chosen, progress=step))
         with np.errstate(invalid="ignore"):
             share = np.mean(table[..., 2], axis=0)
@@ -116,13 +117,13 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
         default,
         "the default below which course is withheld",
         "m/s",
-        target=f"where a low-cost receiver begins to tell a course, {needed:.2f}, to the tenth",
+        target=f"where a low-cost receiver begins to have a course, {needed:.2f}, to the tenth",
         met=abs(default - needed) <= 0.1,
     )
     results.figures["error_against_speed"] = (_figure(curves), _CAPTION)
     results.remarks.append(
-        "The default stands where the filter, left to its own doubt, begins to have a course from a low-cost receiver. "
-        "Below, such a receiver's wandering error is taken for way now and then, and what course is given errs by 20°; "
+        "The default stands where the filter, by its own criterion, begins to have a course from a low-cost receiver. "
+        "Below, such a receiver's wandering error is at times taken for motion, and the course has an error of 20°; "
         "a better receiver has a course there too: set `steerageway` in its profile."
     )
     return results
@@ -139,14 +140,14 @@ def _half_way(share) -> float:
 
 _CAPTION = (
     "RMS error of COG, where there is one, and of SOG, and the share of time with a course, against true speed. "
-    "Solid: as it comes. Dotted: with no lower limit but the filter's own doubt. Grey: the default steerageway."
+    "Solid: as it comes. Dotted: with no lower limit but the filter's own criterion. Grey: the default steerageway."
 )
 
 
 def _figure(curves):
     from matplotlib.figure import Figure
 
-    from steerway.report.figures import OURS, QUIET, THEIRS
+    from steerway.report import OURS, QUIET, THEIRS
 
     figure = Figure(figsize=(12.0, 4.5), layout="constrained")
     cog_axes, sog_axes, share_axes = figure.subplots(1, 3)

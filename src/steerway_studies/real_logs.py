@@ -1,7 +1,7 @@
 """Study real-logs: every recorded log, defaults only, against the receiver's own SOG and COG and independent truth.
 
 The receiver's own values are filtered and late: agreement with them is shown, not aimed at. Independent are the yaw
-rate of a compass on the boat whose GNSS positions sail a figure of eight, and the inertial system of a ship (for her
+rate of a compass on the boat whose GNSS positions sail a figure of eight, and the inertial system of a ship (for its
 other receivers; for its own positions it is at least another instrument).
 """
 
@@ -11,12 +11,10 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from steerway.core.errors import InputError
-from steerway.core.records import OK, REJECTED, Fixes, Motion
-from steerway.estimation import choose_profile, estimate, tune
-from steerway.estimation.course.comparison import Agreement, compare
-from steerway.estimation.profiles import Profile
-from steerway.formats.reading import read
+from steerway import read
+from steerway.core import OK, REJECTED, Fixes, InputError, Motion, rms, wrap_array
+from steerway.estimation import Profile, choose_profile, estimate, tune
+from steerway.estimation.course import Agreement, compare
 from steerway_studies.recorded import logs_folder
 from steerway_studies.study import Results, Study
 
@@ -114,19 +112,18 @@ def _agreement(found: Agreement) -> dict:
 
 def _mirrored(fixes: Fixes, motion: Motion) -> float:
     """Share of rows in runs of ten seconds and more that run against the receiver's course, where it has way."""
-    said = fixes.rows(fixes.has_position)
-    wrong = (said.sog > 1.0) & (np.abs(_turned(motion.cog - said.cog)) > MIRRORED)
+    reports = fixes.rows(fixes.has_position)
+    wrong = (reports.sog > 1.0) & (np.abs(wrap_array(motion.cog - reports.cog)) > MIRRORED)
     edges = np.flatnonzero(np.diff(np.r_[False, wrong, False]))
-    runs = [(i, j) for i, j in zip(edges[::2], edges[1::2], strict=True) if said.time[j - 1] - said.time[i] >= 10.0]
-    return sum(j - i for i, j in runs) / max(int((said.sog > 1.0).sum()), 1)
+    runs = [
+        (i, j) for i, j in zip(edges[::2], edges[1::2], strict=True) if reports.time[j - 1] - reports.time[i] >= 10.0
+    ]
+    return sum(j - i for i, j in runs) / max(int((reports.sog > 1.0).sum()), 1)
 
 
-def _turned(angle):
-    return (angle + math.pi) % (2.0 * math.pi) - math.pi
-
-
-def _rms(values) -> float:
-    return float(np.sqrt(np.nanmean(np.square(values))))
+def _known_rms(values) -> float:
+    """RMS of the values that are known."""
+    return rms(values[np.isfinite(values)])
 
 
 def _turns(results: Results, folder, seen) -> None:
@@ -139,7 +136,7 @@ def _turns(results: Results, folder, seen) -> None:
         time, rate = table["t"].to_numpy(), table["p9_rot_dps_1s"].to_numpy()
 
         def error(motion, lag, time=time, rate=rate):
-            return _rms(np.degrees(motion.course_rate) - np.interp(motion.time - lag, time, rate))
+            return _known_rms(np.degrees(motion.course_rate) - np.interp(motion.time - lag, time, rate))
 
         causal, smoothed = (log.estimate(smooth) for smooth in (False, True))
         tuned = Log(log.fixes, tune(log.fixes).profile)
@@ -166,7 +163,7 @@ def _turns(results: Results, folder, seen) -> None:
 
 
 def _ship(results: Results, seen) -> None:
-    """The ship's receivers against her inertial system, all on the clock that they state."""
+    """The ship's receivers against its inertial system, all on the clock that they state."""
     inertial = seen[SHIP.format("s330")]
     truth = inertial.fixes
     for receiver in ("s330", "seap", "gp02", "pcod"):
@@ -195,7 +192,7 @@ def _against(truth: Fixes, motion: Motion):
     known = np.isfinite(truth.sog) & np.isfinite(truth.cog)
     sog = np.interp(motion.time, truth.time[known], truth.sog[known])
     cog = np.interp(motion.time, truth.time[known], np.unwrap(truth.cog[known]))
-    return _rms(motion.sog - sog), math.degrees(_rms(_turned(motion.cog - cog)))
+    return _known_rms(motion.sog - sog), math.degrees(_known_rms(wrap_array(motion.cog - cog)))
 
 
 def _moored(results: Results, seen) -> None:
@@ -218,13 +215,13 @@ _TURNS = (
     "Course rate from positions alone beside the compass's yaw rate averaged over one second, the compass moved by "
     "the lag of the receiver. Above the figure of eight, below the wide turn."
 )
-_SHIP = "The ship in swell: SOG and COG from her 1 Hz positions, causal, beside her inertial system, for two minutes."
+_SHIP = "The ship in swell: SOG and COG from 1 Hz positions, causal, and of its inertial system, for two minutes."
 
 
 def _turns_figure(panels):
     from matplotlib.figure import Figure
 
-    from steerway.report.figures import OURS, QUIET, THEIRS
+    from steerway.report import OURS, QUIET, THEIRS
 
     figure = Figure(figsize=(11.0, 7.0), layout="constrained")
     for axes, (key, time, rate, causal, smoothed, lag) in zip(figure.subplots(len(panels), 1), panels, strict=True):
@@ -244,7 +241,7 @@ def _turns_figure(panels):
 def _ship_figure(inertial):
     from matplotlib.figure import Figure
 
-    from steerway.report.figures import OURS, THEIRS
+    from steerway.report import OURS, THEIRS
 
     truth, motion = inertial.fixes, inertial.estimate()
     figure = Figure(figsize=(11.0, 6.0), layout="constrained")
@@ -252,12 +249,12 @@ def _ship_figure(inertial):
     start = truth.time[0] + 300.0
     there = np.abs(motion.time - start - 60.0) < 60.0
     elapsed = motion.time[there] - start
-    said = np.abs(truth.time - start - 60.0) < 60.0
+    shown = np.abs(truth.time - start - 60.0) < 60.0
     for axes, ours, theirs in (
         (sog, motion.sog, truth.sog),
         (cog, np.mod(np.degrees(motion.cog), 360.0), np.mod(np.degrees(truth.cog), 360.0)),
     ):
-        axes.plot(truth.time[said] - start, theirs[said], "o", color=THEIRS, markersize=4, label="inertial system")
+        axes.plot(truth.time[shown] - start, theirs[shown], "o", color=THEIRS, markersize=4, label="inertial system")
         axes.plot(elapsed, ours[there], color=OURS, linewidth=1.3, label="from positions, causal")
         axes.grid(alpha=0.25)
     sog.set_ylabel("SOG (m/s)")

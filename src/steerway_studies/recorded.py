@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from steerway.core.errors import InputError
+from steerway.core import InputError
 
 
 def logs_folder() -> Path:

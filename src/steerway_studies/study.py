@@ -1,21 +1,25 @@
-"""What every study gives: named numbers, published beside measured, figures; and how it is written out."""
+"""What every study gives: named numbers, the published ones compared with the measured ones, figures; and its page."""
 
 import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from pathlib import Path
+
+from steerway.core import InputError
+from steerway.report import write_page
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """One number of a paper beside ours. `key` names the measured number in `Results.numbers`."""
+    """One measured number, with the published one and the target. `key` names it in `Results.numbers`."""
 
     what: str
     key: str
     unit: str = ""
-    published: str = ""  # as the paper has it; empty where it is silent
-    target: str = ""  # what we set out to reach, in words ("≤ 0.06"), empty if nothing
+    published: str = ""  # as the paper prints it; empty where it gives no number
+    target: str = ""  # what is to be reached, in words ("≤ 0.06"); empty if nothing
     met: bool | None = None
     interval: tuple[float, float] | None = None  # 95 %, over the repetitions
     section: str = ""  # the heading under which it is shown
@@ -29,13 +33,13 @@ class Results:
     numbers: dict[str, float] = field(default_factory=dict)  # flat: what results.json holds
     comparisons: list[Comparison] = field(default_factory=list)
     figures: dict[str, tuple[object, str]] = field(default_factory=dict)  # stem → (figure, caption)
-    remarks: list[str] = field(default_factory=list)  # what was inferred, what was missed, said plainly
+    remarks: list[str] = field(default_factory=list)  # what was inferred and what was missed
     tables: list[tuple] = field(default_factory=list)  # further ones of the page: (heading, column names, rows)
     lead: str = ""  # a sentence or two under the title
     section: str = ""  # heading of the comparisons recorded from here on; a study of few has one
 
     def compare(self, key, value, what, unit="", published="", target="", met=None, interval=None) -> None:
-        """Record a number and show it in the table of published against measured.
+        """Record a number and show it in the table of published, target and measured.
 
         `interval`: its 95 % interval over the repetitions, recorded as `key`_low and `key`_high.
         """
@@ -47,11 +51,68 @@ class Results:
         self.comparisons.append(Comparison(what, key, unit, published, target, met, interval, self.section))
 
     def measured(self, comparison: Comparison) -> str:
-        """The measured number in words, with its interval if it has one."""
+        """The measured number as text, with its interval if it has one."""
         text = f"{self.numbers[comparison.key]:.4g}"
         if comparison.interval is not None:
             text += " ({:.3g} to {:.3g})".format(*comparison.interval)
         return f"{text} {comparison.unit}".rstrip()
+
+    def write(self, directory: Path) -> Path:
+        """Write results.json, the figures as PNG and the page that shows them; returns the page's path."""
+        directory.mkdir(parents=True, exist_ok=True)
+        numbers = {key: value if math.isfinite(value) else None for key, value in self.numbers.items()}
+        (directory / "results.json").write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
+        for stem, (figure, _) in self.figures.items():
+            figure.savefig(directory / f"{stem}.png", dpi=120)
+        sections = {}
+        for each in self.comparisons:
+            sections.setdefault(each.section, []).append(each)
+        compared = [self._table(heading, each) for heading, each in sections.items()]
+        # A study of several sections begins with a summary and ends with every number.
+        verdict = [self._verdict(sections)] if len(sections) > 1 else []
+        page = directory / "index.html"
+        write_page(
+            page,
+            title=self.title,
+            tables=verdict or [*compared, *self.tables],
+            figures=list(self.figures.values()),
+            remarks=self.remarks,
+            lead=self.lead,
+            details=[*compared, *self.tables] if verdict else (),
+        )
+        return page
+
+    def _table(self, heading, comparisons) -> tuple:
+        words = {True: "met", False: "missed", None: ""}
+        rows = [
+            (each.what, _with_unit(each.published, each.unit), each.target, self.measured(each), words[each.met])
+            for each in comparisons
+        ]
+        return heading or "Published, target and measured", _COLUMNS, rows
+
+    def _verdict(self, sections) -> tuple:
+        """For every section with targets: how many are met, and the first that are missed."""
+        rows = []
+        for heading, comparisons in sections.items():
+            judged = [each for each in comparisons if each.met is not None]
+            missed = [each for each in judged if not each.met]
+            if not judged:
+                continue
+            named = [f"{each.what}: {self.measured(each)}, target {each.target}" for each in missed[:_NAMED_MISSES]]
+            if len(missed) > _NAMED_MISSES:
+                named.append(f"and {len(missed) - _NAMED_MISSES} more")
+            met = len(judged) - len(missed)
+            rows.append((heading, f"{met} of {len(judged)}", "missed" if missed else "met", "; ".join(named)))
+        return "Verdict", ("section", "targets met", "all met?", "missed targets"), rows
+
+
+_COLUMNS = "quantity", "published in the paper", "target of this study", "measured here", "target met?"
+_NAMED_MISSES = 3
+
+
+def _with_unit(published, unit) -> str:
+    """The published value with the unit of the measured one, where it is a plain number."""
+    return f"{published} {unit}".rstrip() if published.replace("−", "").replace(".", "").isdigit() else published
 
 
 @dataclass(frozen=True)
@@ -61,56 +122,22 @@ class Study:
     name: str
     summary: str
     run: Callable[[int | None, int, Callable[[float, str], None] | None], Results]
+    needs: tuple[str, ...] = ()  # packages beyond the dependencies of steerway, which the extra `studies` brings
+
+    def check_installed(self) -> None:
+        """Raises InputError if a package that the study needs is not installed."""
+        missing = [name for name in self.needs if find_spec(name) is None]
+        if missing:
+            raise InputError(
+                f"study {self.name} needs the package {missing[0]}, expected pip install 'steerway[studies]'"
+            )
 
 
-def write_results(results: Results, directory: Path) -> Path:
-    """results.json, the figures as PNG and the page that shows them; returns the page's path."""
-    from steerway.report.page import write_page
-
-    directory.mkdir(parents=True, exist_ok=True)
-    numbers = {key: value if math.isfinite(value) else None for key, value in results.numbers.items()}
-    (directory / "results.json").write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
-    for stem, (figure, _) in results.figures.items():
-        figure.savefig(directory / f"{stem}.png", dpi=120)
-    page = directory / "index.html"
-    of_section = {}
-    for each in results.comparisons:
-        of_section.setdefault(each.section, []).append(each)
-    compared = [_table(results, heading, each) for heading, each in of_section.items()]
-    # A long study says in brief what came out, and why, before it shows every number.
-    verdict = [_verdict(results, of_section)] if len(of_section) > 1 else []
-    write_page(
-        page,
-        title=results.title,
-        tables=verdict or [*compared, *results.tables],
-        figures=list(results.figures.values()),
-        remarks=results.remarks,
-        lead=results.lead,
-        details=[*compared, *results.tables] if verdict else (),
-    )
-    return page
+def seeds_from(first: int, count: int | None, usual: int) -> range:
+    """The seeds of a run: `count` of them, or `usual` where none is given."""
+    return range(first, first + (count or usual))
 
 
-def _table(results, heading, comparisons) -> tuple:
-    words = {True: "met", False: "missed", None: ""}
-    rows = [(each.what, each.published, results.measured(each), each.target, words[each.met]) for each in comparisons]
-    return heading or "Published beside measured", ("what", "published", "measured", "target", ""), rows
-
-
-_NAMED_MISSES = 3
-
-
-def _verdict(results, of_section) -> tuple:
-    """Of every section that has targets how many are met, and the first that are not."""
-    rows = []
-    for heading, comparisons in of_section.items():
-        judged = [each for each in comparisons if each.met is not None]
-        missed = [each for each in judged if not each.met]
-        if not judged:
-            continue
-        named = [f"{each.what}: {results.measured(each)}, target {each.target}" for each in missed[:_NAMED_MISSES]]
-        if len(missed) > _NAMED_MISSES:
-            named.append(f"and {len(missed) - _NAMED_MISSES} more")
-        met = len(judged) - len(missed)
-        rows.append((heading, f"{met} of {len(judged)}", "missed" if missed else "met", "; ".join(named)))
-    return "Verdict", ("", "targets met", "", "what is missed"), rows
+def stage(progress, began: float, share: float, words: str):
+    """The progress of one stage of a study: a function of the part that is done; None without `progress`."""
+    return progress and (lambda part: progress(began + share * part, words))

@@ -24,7 +24,7 @@ BOUNDS = 1.0, 0.3, math.radians(10.0)
 """Errors of position, SOG and COG within which the boat counts as recovered: m, m/s, rad."""
 
 
-class Told(NamedTuple):
+class TimedRow(NamedTuple):
     """A row said at a second of the sortie."""
 
     second: float
@@ -51,14 +51,14 @@ class _Rows:
     """An output that remembers when what was said."""
 
     def __init__(self):
-        self.said: list[Told] = []
-        self.at_fixes: list[Told] = []
+        self.said: list[TimedRow] = []
+        self.at_fixes: list[TimedRow] = []
 
     def fix(self, row):
-        self.at_fixes.append(Told(asyncio.get_running_loop().time(), row))
+        self.at_fixes.append(TimedRow(asyncio.get_running_loop().time(), row))
 
     def tick(self, row, leg=None, order=None):
-        self.said.append(Told(asyncio.get_running_loop().time(), row))
+        self.said.append(TimedRow(asyncio.get_running_loop().time(), row))
 
     def close(self):
         pass
@@ -67,16 +67,16 @@ class _Rows:
 def measure(fault: Fault) -> Measured:
     """Sail a fault."""
     clock = SimpleNamespace(time=lambda: fault.start + asyncio.get_running_loop().time())
-    with mock.patch("steerway.live.decoding.time", clock):
+    with mock.patch("steerway.live.links.decoding.time", clock):
         kept, sentences = hastened.run(_sail(fault))
     return _judged(fault, kept, sentences)
 
 
 async def _sail(fault):
     ports = [_free_port() for _ in range(fault.links + 1)]
-    output, speaker = addresses.output(f"udp://127.0.0.1:{ports[-1]}", None, patient=False)
+    output, link = addresses.output(f"udp://127.0.0.1:{ports[-1]}")
     found, _ = addresses.sources([f"udp://127.0.0.1:{port}" for port in ports[:-1]])
-    listeners = [addresses.listener(each, len(found)) for each in found]
+    inputs = [addresses.opened(each, len(found)) for each in found]
     kept = _Rows()
     service = Service(Navigator("small-usv", sources=fault.wanted), [kept, output], latency=fault.latency)
     loop, sentences = asyncio.get_running_loop(), []
@@ -86,7 +86,7 @@ async def _sail(fault):
             sentences.append((loop.time(), data))
 
     await loop.create_datagram_endpoint(Instrument, local_addr=("127.0.0.1", ports[-1]))
-    running = asyncio.create_task(service.listen(listeners, [speaker]))
+    running = asyncio.create_task(service.run(inputs, [link]))
     await asyncio.sleep(0.0)
     with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as receiver:
         for epoch in fault.epochs():

@@ -169,7 +169,7 @@ FAULTS = (
     Fault("jump of 30 m for 1 s", _during(1.0, lambda each: _moved(each, north=30.0)), BEGIN + 1.0),
     Fault("jump of 30 m that stays", until=BEGIN, moved=30.0),
     Fault("position frozen for 20 s", _frozen),
-    Fault("every fix told twice", _doubled),
+    Fault("every fix repeated", _doubled),
     Fault("every fifth fix 1 s late", _late),
     Fault("every fix 0.3 s late, --latency 0.3", until=BEGIN, delay=0.3, latency=0.3),
     Fault("every fix 0.3 s late, --latency 0", until=BEGIN, delay=0.3, latency=0.0),

@@ -1,4 +1,4 @@
-"""The commands that find out what a boat is from a manoeuvre: identify yaw, heading, surge."""
+"""The commands that identify a model of a boat from a manoeuvre: identify yaw, heading, surge."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,7 +7,7 @@ import typer
 
 from steerway.commands.terminal import print_pairs
 
-app = typer.Typer(no_args_is_help=True, help="Find a model of the boat from a log of a manoeuvre.")
+app = typer.Typer(no_args_is_help=True, help="Identify a model of the boat from a log of a manoeuvre.")
 
 Log = Annotated[Path, typer.Argument(metavar="LOG", help="CSV or Parquet with named columns.")]
 
@@ -15,17 +15,17 @@ Log = Annotated[Path, typer.Argument(metavar="LOG", help="CSV or Parquet with na
 @app.command()
 def yaw(
     log: Log,
-    rudder: Annotated[str | None, typer.Option(metavar="COLUMN", help="The rudder or yaw moment.")] = None,
-    angle: Annotated[str | None, typer.Option(metavar="COLUMN", help="The heading or course.")] = None,
+    rudder: Annotated[str | None, typer.Option(metavar="COLUMN", help="Column of the rudder or yaw moment.")] = None,
+    angle: Annotated[str | None, typer.Option(metavar="COLUMN", help="Column of the heading or course.")] = None,
     bandwidth: Annotated[
-        float | None, typer.Option(metavar="RAD/S", help="Give the autopilot's gains for this bandwidth, too.")
+        float | None, typer.Option(metavar="RAD/S", help="Also print the autopilot gains for this bandwidth.")
     ] = None,
-    damping: Annotated[float, typer.Option(metavar="ZETA", help="Damping of the autopilot.")] = 1.0,
+    damping: Annotated[float, typer.Option(metavar="ZETA", help="Relative damping of the autopilot.")] = 1.0,
 ) -> None:
     """Nomoto's K, T and rudder bias from a zigzag or a turning circle, with 95 % intervals.
 
-    The log has time_s, a rudder (rudder_deg, or yaw_moment_nm) and heading_deg or cog_deg; without an angle it is
-    found from lat_deg and lon_deg.
+    The log has time_s, a rudder (rudder_deg or yaw_moment_nm) and heading_deg or cog_deg; without these the course is
+    estimated from lat_deg and lon_deg.
 
     Example:
 
@@ -34,19 +34,19 @@ def yaw(
     from steerway.formats.steering import read_steering
     from steerway.identification import identify_yaw, identify_yaw_from_fixes
 
-    told = read_steering(log, rudder, angle)
-    if told.angle is not None:
-        model = identify_yaw(told.time, told.rudder, told.angle)
+    recorded = read_steering(log, rudder, angle)
+    if recorded.angle is not None:
+        model = identify_yaw(recorded.time, recorded.rudder, recorded.angle)
     else:
-        model = identify_yaw_from_fixes(told.fixes, told.time, told.rudder)
-    for note in told.notes:
+        model = identify_yaw_from_fixes(recorded.fixes, recorded.time, recorded.rudder)
+    for note in recorded.notes:
         print(f"· {note}")
     print_pairs(
         [
             ("gain K", str(model.gain)),
             ("time constant T", f"{model.time_constant} s"),
             ("rudder bias", str(model.rudder_bias)),
-            ("found from", f"{model.samples} {model.measured}"),
+            ("identified from", f"{model.samples} {model.measured}"),
         ]
     )
     if bandwidth is not None:
@@ -63,10 +63,10 @@ def yaw(
 @app.command()
 def heading(
     log: Log,
-    steering: Annotated[str | None, typer.Option(metavar="COLUMN", help="The steering input.")] = None,
-    angle: Annotated[str | None, typer.Option(metavar="COLUMN", help="The heading.")] = None,
+    steering: Annotated[str | None, typer.Option(metavar="COLUMN", help="Column of the steering input.")] = None,
+    angle: Annotated[str | None, typer.Option(metavar="COLUMN", help="Column of the heading.")] = None,
 ) -> None:
-    """The second-order heading model from a pseudo-random binary manoeuvre, as the heading MPC takes it.
+    """A second-order heading model from a pseudo-random binary manoeuvre, for the heading MPC.
 
     The log has time_s at even intervals, a steering input (rudder_deg, yaw_moment_nm or a column named), heading_deg.
 
@@ -78,10 +78,10 @@ def heading(
     from steerway.formats.steering import read_steering
     from steerway.identification import identify_heading
 
-    told = read_steering(log, steering, angle)
-    if told.angle is None:
+    recorded = read_steering(log, steering, angle)
+    if recorded.angle is None:
         raise InputError(f"{log} has no heading, expected heading_deg or a column named with --angle")
-    model = identify_heading(told.time, told.rudder, told.angle)
+    model = identify_heading(recorded.time, recorded.rudder, recorded.angle)
     print_pairs(
         [
             ("poles", ", ".join(f"{pole:.5g}" for pole in model.poles)),
@@ -96,7 +96,7 @@ def heading(
 
 @app.command()
 def surge(log: Log) -> None:
-    """Drag and thrust over mass from a staircase of speeds; says when a log cannot tell them.
+    """Drag and thrust over mass from a staircase of speeds, with a verdict on whether the log determines them.
 
     The log is a CSV with time_s, speed_mps (through the water, or over ground without a current) and shaft_rps.
 

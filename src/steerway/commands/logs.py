@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from steerway.commands.terminal import print_json, print_pairs, print_table, progress_line
+from steerway.commands.terminal import flag, print_json, print_pairs, print_table, progress_line
 from steerway.core.errors import InputError
 
 
@@ -15,41 +15,60 @@ def _hertz(text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise InputError(f"--rate {text!r} is no number, expected Hz") from None
+        raise InputError(f"--rate is {text!r}, expected a number in Hz") from None
 
 
-Logs = Annotated[list[str], typer.Argument(metavar="LOG...", help="Logs of any known format, also .gz; - is stdin.")]
-Source = Annotated[str | None, typer.Option("--source", metavar="NAME", help="Take positions from this source.")]
-From = Annotated[str | None, typer.Option("--from", metavar="TIME", help="Begin here: ISO 8601 (UTC) or Unix s.")]
-Until = Annotated[str | None, typer.Option("--until", metavar="TIME", help="End before: ISO 8601 (UTC) or Unix s.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print for machines.")]
+Logs = Annotated[
+    list[str],
+    typer.Argument(metavar="LOG...", help="Log files of any supported format, also .gz; - for standard input."),
+]
+Source = Annotated[
+    str | None,
+    typer.Option("--source", metavar="NAME", help="Use the positions of this source; `info` lists the sources."),
+]
+From = Annotated[
+    str | None, typer.Option("--from", metavar="TIME", help="Start of the interval: ISO 8601 (UTC) or Unix s.")
+]
+Until = Annotated[
+    str | None,
+    typer.Option("--until", metavar="TIME", help="End of the interval (excluded): ISO 8601 (UTC) or Unix s."),
+]
+AsJson = Annotated[bool, flag("--json", help="JSON output.")]
 ProfileName = Annotated[
-    str | None, typer.Option("--profile", metavar="NAME|FILE.toml", help="Tuning; by default found from the log.")
+    str | None,
+    typer.Option("--profile", metavar="NAME|FILE.toml", help="Filter profile; by default selected from the log."),
 ]
 Aids = Annotated[
     str | None,
-    typer.Option("--aid", metavar="LIST", help="Use also, of: sog, cog, heading, water-speed, yaw-rate."),
+    typer.Option(
+        "--aid", metavar="LIST", help="Further measurements to use, of: sog, cog, heading, water-speed, yaw-rate."
+    ),
 ]
 
 
 def estimate(
     logs: Logs,
     out: Annotated[
-        Path | None, typer.Option("-o", "--out", metavar="OUT", help="Write .csv, .parquet, .geojson or .gpx.")
+        Path | None, typer.Option("-o", "--out", metavar="OUT", help="Output file: .csv, .parquet, .geojson or .gpx.")
     ] = None,
-    report: Annotated[Path | None, typer.Option(metavar="PAGE", help="Write a page (.html) or picture (.png).")] = None,
+    report: Annotated[
+        Path | None, typer.Option(metavar="PAGE", help="Report: a page (.html) or picture (.png).")
+    ] = None,
     rate: Annotated[
-        float | None, typer.Option(metavar="HZ", parser=_hertz, help="Rows a second; by default a row a fix.")
+        float | None, typer.Option(metavar="HZ", parser=_hertz, help="Output rate; by default one row per fix.")
     ] = None,
-    smooth: Annotated[bool, typer.Option("--smooth", help="Let every row know the whole record.")] = False,
+    smooth: Annotated[
+        bool, flag("--smooth", help="Smooth (fixed-interval, RTS): every estimate uses the whole log.")
+    ] = False,
     profile: ProfileName = None,
     source: Source = None,
     aid: Aids = None,
     no_accuracy: Annotated[
-        bool, typer.Option("--no-accuracy", help="Take all fixes alike, whatever the receiver says of their accuracy.")
+        bool, flag("--no-accuracy", help="Ignore the accuracy that the receiver reports: weight all fixes equally.")
     ] = False,
     latency: Annotated[
-        float, typer.Option("--latency", metavar="S", help="How late the log's times of position, SOG and COG are.")
+        float,
+        typer.Option("--latency", metavar="S", help="Delay of position, SOG and COG against their time stamps, in s."),
     ] = 0.0,
     start: From = None,
     stop: Until = None,
@@ -76,8 +95,9 @@ def estimate(
         refuse_overwriting(out, logs)
     if report is not None:
         refuse_overwriting(report, logs)
-        if report.suffix.lower() not in (".html", ".png"):
-            raise InputError(f"report {report} ends in {report.suffix or 'nothing'!r}, expected .html or .png")
+        from steerway.report.motion_page import report_writer, write_report
+
+        report_writer(report)
     aids = _aids(aid)
     fixes = on_time(read_logs(logs, source, start, stop), latency)
     if no_accuracy:
@@ -90,8 +110,6 @@ def estimate(
     if out is not None:
         write(motion, out)
     if report is not None:
-        from steerway.report.motion_page import write_report
-
         write_report(report, f"Estimate of {', '.join(Path(log).name for log in logs)}", fixes, motion, summary)
     if as_json:
         print_json(summary)
@@ -101,11 +119,11 @@ def estimate(
         if written is not None:
             print(f"wrote {written}")
     if out is None and report is None:
-        print("write the estimate with -o track.csv (or .parquet .geojson .gpx), a page with --report page.html")
+        print("-o track.csv (or .parquet .geojson .gpx) writes the estimate, --report page.html a report")
 
 
 def info(logs: Logs, as_json: AsJson = False) -> None:
-    """Tell what logs hold: sources, sentences, rates, gaps, time span, and what is usable.
+    """Summarize log contents: sources, messages, rates, gaps, time span.
 
     Example:
 
@@ -124,13 +142,15 @@ def info(logs: Logs, as_json: AsJson = False) -> None:
 
 def tune(
     logs: Logs,
-    out: Annotated[Path | None, typer.Option("-o", "--out", metavar="PROFILE.toml", help="Write the profile.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", metavar="PROFILE.toml", help="Output file for the profile.")
+    ] = None,
     source: Source = None,
     start: From = None,
     stop: Until = None,
     as_json: AsJson = False,
 ) -> None:
-    """Fit a profile to logs by maximum likelihood, and tell how consistent it is.
+    """Fit a profile to logs by maximum likelihood and report its consistency.
 
     Example:
 
@@ -150,19 +170,19 @@ def tune(
         print_json(tuned.as_dict())
         return
     print_pairs(tuned.sentences())
-    print(f"wrote {out}" if out else "write the profile with -o mine.toml, use it with --profile mine.toml")
+    print(f"wrote {out}" if out else "-o mine.toml writes the profile, --profile mine.toml uses it")
 
 
 def compare(
     logs: Logs,
-    smooth: Annotated[bool, typer.Option("--smooth", help="Compare the smoothed estimate.")] = False,
+    smooth: Annotated[bool, flag("--smooth", help="Compare the smoothed estimate.")] = False,
     profile: ProfileName = None,
     source: Source = None,
     start: From = None,
     stop: Until = None,
     as_json: AsJson = False,
 ) -> None:
-    """Set our estimate beside the receiver's own SOG and COG (which are filtered and late: no truth).
+    """Compare the estimate with the receiver's own SOG and COG, which are filtered and delayed.
 
     Example:
 
@@ -183,9 +203,11 @@ def compare(
 def predict(
     logs: Logs,
     horizon: Annotated[
-        list[float] | None, typer.Option("--horizon", metavar="S", help="Seconds ahead; may be given more than once.")
+        list[float] | None, typer.Option("--horizon", metavar="S", help="Prediction time in s; can be repeated.")
     ] = None,
-    out: Annotated[Path | None, typer.Option("-o", "--out", metavar="OUT", help="Write .csv or .parquet.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", metavar="OUT", help="Output file: .csv or .parquet.")
+    ] = None,
     profile: ProfileName = None,
     source: Source = None,
     aid: Aids = None,
@@ -193,9 +215,9 @@ def predict(
     stop: Until = None,
     as_json: AsJson = False,
 ) -> None:
-    """Predict where vessels will be after the end of logs, with the ellipse that holds them in 95 of 100 cases.
+    """Predict positions after the end of logs, with 95 % confidence ellipses.
 
-    AIS reports are used with the SOG and COG that they transmit, other logs with positions alone unless --aid is given.
+    AIS reports are used with their SOG and COG, other logs with positions alone unless --aid is given.
 
     Examples:
 
@@ -204,17 +226,17 @@ def predict(
         steerway predict sortie.nmea --horizon 60 --horizon 120 -o where.csv
     """
     from steerway.estimation.prediction import predict as forecast
+    from steerway.formats.writing import write, writer
 
     if out is not None:
         refuse_overwriting(out, logs)
-        if out.suffix.lower() not in (".csv", ".parquet"):
-            raise InputError(f"{out} ends in {out.suffix or 'nothing'!r}, expected .csv or .parquet")
+        writer(out, tracks=False)
     horizons = horizon or [600.0]
-    frame = forecast(
-        read_logs(logs, source, start, stop), horizons, profile, None if aid is None else _aids(aid)
-    ).to_frame()
+    fixes = read_logs(logs, source, start, stop)
+    predictions = forecast(fixes, horizons, profile, None if aid is None else _aids(aid))
+    frame = predictions.to_frame()
     if out is not None:
-        frame.write_csv(out) if out.suffix.lower() == ".csv" else frame.write_parquet(out)
+        write(predictions, out)
     if as_json:
         print_json(frame.to_dicts())
     elif out is not None:
@@ -249,7 +271,7 @@ def expect_toml(path: Path) -> None:
 
 
 def read_logs(logs, source, start, stop):
-    """The record of logs; what was left out or corrected goes to standard error."""
+    """The record of logs, with a progress bar."""
     from steerway.formats.reading import read
 
     begin, end = _moment("--from", start), _moment("--until", stop)
@@ -274,7 +296,7 @@ def _moment(option, text) -> float | None:
         moment = float(unix_times([text])[0])
     if math.isnan(moment):
         raise InputError(
-            f"{option} {text!r} is no time, expected ISO 8601 such as 2024-09-23T14:26:10Z or Unix seconds"
+            f"{option} is {text!r}, expected a time in ISO 8601 such as 2024-09-23T14:26:10Z or in Unix seconds"
         )
     return moment
 
@@ -289,7 +311,7 @@ def refuse_overwriting(out, logs) -> None:
 
     for log in logs:
         if same_file(out, log):
-            raise InputError(f"{out} is also an input; expected another place to write to")
+            raise InputError(f"output {out} is also an input, expected another file")
 
 
 def _print_summary(summary):
@@ -318,7 +340,7 @@ def _print_log(log):
     from steerway.core.timestamps import iso
 
     recording = log.recording
-    columns = ("source", "fixes", "rate", "gaps", "longest", "last digit", "from", "until", "says besides")
+    columns = ("source", "fixes", "rate", "gaps", "longest", "last digit", "from", "until", "other data")
     rows = []
     for name, q in sorted(log.sources.items(), key=lambda each: -each[1].score):
         vessels = f" ({q.vessels} vessels)" if q.vessels else ""

@@ -6,14 +6,17 @@ from typing import Annotated
 import typer
 
 from steerway.commands.logs import AsJson, From, Logs, Source, Until, expect_toml, read_logs, refuse_overwriting
-from steerway.commands.terminal import print_json, print_pairs, progress_line
+from steerway.commands.terminal import flag, print_json, print_pairs, progress_line
 
-app = typer.Typer(no_args_is_help=True, help="List, show and make profiles: what the filter knows of a vessel.")
+app = typer.Typer(
+    no_args_is_help=True,
+    help="List, show and make profiles: the parameters of the filter for a vessel and its receiver.",
+)
 
 
 @app.command("list")
 def list_profiles(as_json: AsJson = False) -> None:
-    """List the profiles that come with the program.
+    """List the built-in profiles.
 
     Example:
 
@@ -35,12 +38,12 @@ def _description(profile) -> str:
 
 @app.command("show")
 def show_profile(
-    name: Annotated[str, typer.Argument(metavar="NAME|FILE.toml", help="A built-in profile or one of your own.")],
+    name: Annotated[str, typer.Argument(metavar="NAME|FILE.toml", help="A built-in profile or a file.")],
     as_json: AsJson = False,
 ) -> None:
-    """Show a profile as TOML, to be changed and saved as one of your own.
+    """Show a profile as TOML, to be edited and saved.
 
-    Of a tuned one also the 95 % interval of every number, and which of them the log could not tell.
+    A tuned profile has the 95 % interval of every parameter and states which of them the log does not determine.
 
     Example:
 
@@ -58,15 +61,15 @@ def show_profile(
 @app.command("make")
 def make_profile(
     logs: Logs,
-    out: Annotated[Path, typer.Option("-o", "--out", metavar="PROFILE.toml", help="Where to write the profile.")],
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="PROFILE.toml", help="Output file for the profile.")],
     tuned: Annotated[
-        bool, typer.Option("--tune/--quick", help="Fit it as `steerway tune` does, or take what `estimate` finds.")
+        bool, flag("--tune/--quick", help="Fit it as `tune` does, or select it as `estimate` does.")
     ] = True,
     source: Source = None,
     start: From = None,
     stop: Until = None,
 ) -> None:
-    """Make a profile of a vessel and her receiver from logs, with what the logs tell of each number and what not.
+    """Make a profile of a vessel and its receiver from logs, with a 95 % interval for every parameter.
 
     Examples:
 
@@ -88,6 +91,6 @@ def make_profile(
     else:
         profile = choose_profile(fixes)
         profile = profile.model_copy(update={"description": profile.name, "name": out.stem})
-        print_pairs([("found", profile.description)])
+        print_pairs([("selected", profile.description)])
     profile.save(out)
     print(f"wrote {out}")

@@ -1,4 +1,4 @@
-"""The commands that sail: simulate, advise, demo."""
+"""The commands of the simulation: simulate, advise."""
 
 import sys
 from functools import partial
@@ -7,52 +7,57 @@ from typing import Annotated
 
 import typer
 
-from steerway.commands.terminal import print_pairs, print_table, progress_line
+from steerway.commands.terminal import flag, print_table, progress_line
 from steerway.core.errors import InputError
 
 
 def simulate(
-    scenario: Annotated[Path, typer.Argument(metavar="SCENARIO.toml", help="What sails where, in which sea.")],
+    scenario: Annotated[Path, typer.Argument(metavar="SCENARIO.toml", help="The scenario.")],
     out: Annotated[
-        Path | None, typer.Option("-o", "--out", metavar="DIR", help="Directory for the run and its page.")
+        Path | None, typer.Option("-o", "--out", metavar="DIR", help="Output directory for the run and its page.")
     ] = None,
     seeds: Annotated[
-        int | None, typer.Option("--seeds", metavar="N", min=1, help="Sail N seeds on all cores: Monte Carlo.")
+        int | None, typer.Option("--seeds", metavar="N", min=1, help="Monte Carlo: simulate N seeds on all cores.")
     ] = None,
     first_seed: Annotated[
-        int | None, typer.Option("--first-seed", metavar="K", min=0, help="Begin with this seed, not the scenario's.")
+        int | None, typer.Option("--first-seed", metavar="K", min=0, help="First seed, in place of the scenario's.")
     ] = None,
     dask: Annotated[
-        str | None, typer.Option("--dask", metavar="ADDRESS", help="Sail the seeds on this Dask cluster (host:port).")
+        str | None,
+        typer.Option("--dask", metavar="ADDRESS", help="Simulate the seeds on this Dask cluster (host:port)."),
     ] = None,
-    nmea: Annotated[bool, typer.Option("--nmea", help="Write the receiver's log too, for steerway estimate.")] = False,
+    nmea: Annotated[bool, flag("--nmea", help="Also write the receiver's log, as input for `estimate`.")] = False,
     strict: Annotated[
-        bool, typer.Option("--strict", help="Refuse an autopilot that the course estimate does not carry.")
+        bool, flag("--strict", help="Exit with an error if the autopilot is too fast for the course estimate.")
     ] = False,
-    live: Annotated[bool, typer.Option("--live", help="In real time, as an instrument that others listen to.")] = False,
+    live: Annotated[bool, flag("--live", help="Run in real time and send measurements over links.")] = False,
     to: Annotated[
         list[str] | None,
-        typer.Option("--to", metavar="ADDRESS", help="With --live: where her receiver says its fixes."),
+        typer.Option(
+            "--to", metavar="ADDRESS", help="With --live: output of the receiver's sentences; can be repeated."
+        ),
     ] = None,
     mavlink: Annotated[
-        str | None, typer.Option("--mavlink", metavar="ADDRESS", help="With --live: be a MAVLink vehicle there.")
+        str | None,
+        typer.Option("--mavlink", metavar="ADDRESS", help="With --live: act as a MAVLink vehicle at this address."),
     ] = None,
     propellers: Annotated[
-        str | None, typer.Option("--propellers", metavar="ADDRESS", help="With --live: obey propeller commands there.")
+        str | None,
+        typer.Option("--propellers", metavar="ADDRESS", help="With --live: take propeller commands at this address."),
     ] = None,
     speed: Annotated[
-        float, typer.Option("--speed", metavar="FACTOR", help="With --live: so many times faster than life.")
+        float, typer.Option("--speed", metavar="FACTOR", help="With --live: speed-up against real time.")
     ] = 1.0,
 ) -> None:
-    """Sail a scenario: vessel, sea, instruments, estimator, guidance and control in one loop.
+    """Simulate a scenario: vessel, environment, instruments, estimator, guidance and control in a closed loop.
 
-    Writes run.parquet (truth, readings, estimate, commands) and index.html; with --seeds a row a seed instead.
+    Writes run.parquet (truth, measurements, estimate, commands) and index.html; with --seeds one row per seed.
 
-    With --live her own pilot, route and duration are not used: she sails in real time until stopped, in a circle
-    until she is commanded, in GUIDED as ArduPilot's Rover or by propeller commands. Her receiver says GGA and RMC on
-    tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port, serial:…, stdout:. She is a vehicle on
-    udpout:host:port, udpin:host:port, tcp:host:port or a serial port, with ?cruise=2 for her speed in m/s at full
-    thrust. With -o run.parquet has the truth at every fix.
+    With --live the scenario's pilot, route and duration are not used: the boat runs in real time until stopped, in a
+    circle until it is commanded, in GUIDED mode as ArduPilot's Rover or by propeller commands. The receiver sends GGA
+    and RMC to tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port, serial:…, stdout:. MAVLink addresses are
+    udpout:host:port, udpin:host:port, tcp:host:port or a serial port, with ?cruise=2 for the speed in m/s at full
+    thrust. With -o, run.parquet has the true motion at every fix.
 
     Examples:
 
@@ -66,13 +71,14 @@ def simulate(
 
         steerway simulate examples/otter-square.toml --live --mavlink udpout:127.0.0.1:14550
     """
+    from steerway.report.runs.writing import write
     from steerway.simulation import run
     from steerway.simulation.reading import load_scenario
 
     if seeds is None and dask is not None:
-        raise InputError("--dask sails many seeds, expected --seeds N with it")
+        raise InputError("--dask needs many seeds, expected --seeds N with it")
     if seeds is not None and nmea:
-        raise InputError("--nmea writes one run's log, expected no --seeds with it")
+        raise InputError("--nmea writes the log of one run, expected no --seeds with it")
     chosen = load_scenario(scenario)
     if first_seed is not None:
         chosen = chosen.model_copy(update={"seed": first_seed})
@@ -83,16 +89,16 @@ def simulate(
         sail_live(chosen, to or (), mavlink, propellers, speed, out)
         return
     if to or mavlink or propellers:
-        raise InputError("--to, --mavlink and --propellers are links of a boat in real time, expected --live with them")
+        raise InputError("--to, --mavlink and --propellers are links of a real-time run, expected --live with them")
     if out is None:
-        raise InputError("-o is missing, expected a directory for the run")
+        raise InputError("-o is missing, expected an output directory")
     sentence = _warned(*run.advise(chosen), strict)
     if seeds is not None:
         _campaign(chosen, seeds, dask, out, sentence)
         return
-    with progress_line(f"sailing {chosen.name}") as told:
-        sailed = run.sail_scenario(chosen, progress=told)
-    written = run.write(sailed, out, nmea, [sentence])
+    with progress_line(f"simulating {chosen.name}") as step:
+        sailed = run.sail_scenario(chosen, progress=step)
+    written = write(sailed, out, nmea, [sentence])
     print_run(sailed.numbers, chosen.name)
     for path in written:
         print(f"wrote {path}")
@@ -101,17 +107,17 @@ def simulate(
 def _refuse_with_live(**options) -> None:
     for name, value in options.items():
         if value:
-            raise InputError(f"--{name} is none of --live's, which sails one boat without her pilot")
+            raise InputError(f"--{name} cannot be combined with --live")
 
 
 def _campaign(scenario, n, dask, out, sentence):
+    from steerway.report.runs.campaign import SPREAD_COLUMNS, spread, write_campaign
     from steerway.simulation.campaign import over_seeds
     from steerway.simulation.run import numbers_of_seed
-    from steerway.simulation.summary import SPREAD_COLUMNS, spread, write_campaign
 
     seeds = range(scenario.seed, scenario.seed + n)
-    with progress_line(f"sailing {n} seeds of {scenario.name}") as told:
-        results = over_seeds(partial(numbers_of_seed, scenario), seeds, progress=told, dask=dask)
+    with progress_line(f"simulating {n} seeds of {scenario.name}") as step:
+        results = over_seeds(partial(numbers_of_seed, scenario), seeds, progress=step, dask=dask)
     written = write_campaign(seeds, results, out, f"{scenario.name}, {n} seeds", [sentence])
     print_table(f"{scenario.name}, {n} seeds", SPREAD_COLUMNS, spread(results))
     for path in written:
@@ -121,22 +127,29 @@ def _campaign(scenario, n, dask, out, sentence):
 def advise(
     profile: Annotated[str, typer.Argument(metavar="PROFILE|SCENARIO.toml", help="A built-in profile or a file.")],
     bandwidth: Annotated[
-        float | None, typer.Option("--bandwidth", metavar="RAD/S", help="Of the autopilot; without it, what fits.")
+        float | None,
+        typer.Option(
+            "--bandwidth", metavar="RAD/S", help="Bandwidth of the autopilot; without it, print the largest that fits."
+        ),
     ] = None,
-    speed: Annotated[float | None, typer.Option("--speed", metavar="M/S", help="Slowest speed over ground.")] = None,
-    rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Fixes a second.")] = 5.0,
+    speed: Annotated[float | None, typer.Option("--speed", metavar="M/S", help="Lowest speed over ground.")] = None,
+    rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Rate of the fixes.")] = 5.0,
     position_std: Annotated[
-        float | None, typer.Option("--position-std", metavar="M", help="Of one fix and axis; by default the profile's.")
+        float | None,
+        typer.Option(
+            "--position-std", metavar="M", help="Standard deviation of a fix per axis; by default the profile's."
+        ),
     ] = None,
     nomoto_time: Annotated[
-        float | None, typer.Option("--nomoto-time", metavar="S", help="The boat's T, to judge the whole loop.")
+        float | None,
+        typer.Option("--nomoto-time", metavar="S", help="Nomoto time constant T, to assess the closed loop."),
     ] = None,
-    strict: Annotated[bool, typer.Option("--strict", help="Leave with an error when it does not fit.")] = False,
+    strict: Annotated[bool, flag("--strict", help="Exit with an error if it does not fit.")] = False,
 ) -> None:
-    """Compare an autopilot's bandwidth with what the course estimate can carry, before the boat hunts.
+    """Compare an autopilot's bandwidth with the bandwidth of the course estimate.
 
-    A course made of positions is late: the slower the boat and the worse the fixes, the later. An autopilot quicker
-    than the estimate swings from side to side. PROFILE is a filter's tuning, or a scenario that says everything itself.
+    A course estimated from positions lags, the more the slower the boat and the larger the position errors. With an
+    autopilot faster than the estimate the course oscillates. PROFILE is a filter profile or a scenario.
 
     Examples:
 
@@ -154,14 +167,14 @@ def advise(
         return
     tuning = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
     if speed is None:
-        raise InputError("--speed is missing, expected the slowest speed over ground in m/s")
+        raise InputError("--speed is missing, expected the lowest speed over ground in m/s")
     if not rate > 0.0:
         raise InputError(f"--rate is {rate:g} Hz, expected a number above 0")
     std = tuning.position_std if position_std is None else position_std
     circumstances = (speed, tuning.agility, std, 1.0 / rate)
     if bandwidth is None:
         carried = carried_bandwidth(*circumstances)
-        fitting = "" if nomoto_time is None else f"; {_calm(carried, nomoto_time)}"
+        fitting = "" if nomoto_time is None else f"; {_damped(carried, nomoto_time)}"
         print(
             f"The course estimate carries {carried:.2g} rad/s at {speed:g} m/s with fixes of {std:g} m "
             f"every {1.0 / rate:g} s{fitting}."
@@ -170,30 +183,25 @@ def advise(
     print(_warned(*advice(bandwidth, *circumstances, nomoto_time), strict, quiet=True))
 
 
-def _calm(carried, nomoto_time) -> str:
-    """The quickest autopilot that is calm with such an estimate."""
+def _damped(carried, nomoto_time) -> str:
+    """The largest autopilot bandwidth whose loop is well damped with such an estimate."""
     import numpy as np
 
     from steerway.control.bandwidth import COMFORTABLE, loop_damping
 
     least = 1.0 / (2.0 * nomoto_time)
     tried = np.geomspace(least, max(carried, least), 60)
-    calm = [each for each in tried if loop_damping(each, carried, nomoto_time) > COMFORTABLE] if carried > 0.0 else []
-    if not calm:
-        return f"no autopilot of a boat with T = {nomoto_time:g} s is calm with it"
-    return f"autopilots up to {calm[-1]:.2g} rad/s are calm with it"
+    damped = [each for each in tried if loop_damping(each, carried, nomoto_time) > COMFORTABLE] if carried > 0.0 else []
+    if not damped:
+        return f"no autopilot of a boat with T = {nomoto_time:g} s is well damped with it"
+    return f"autopilots up to {damped[-1]:.2g} rad/s are well damped with it"
 
 
 def _is_scenario(path: str) -> bool:
     """Whether a file is a scenario: it has a route."""
-    import tomllib
+    from steerway.core.toml import read_toml
 
-    if not path.endswith(".toml"):
-        return False
-    try:
-        return "route" in tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
-        return False
+    return path.endswith(".toml") and "route" in read_toml(path, "file")
 
 
 def _warned(fits: bool, sentence: str, strict: bool, quiet: bool = False) -> str:
@@ -205,29 +213,9 @@ def _warned(fits: bool, sentence: str, strict: bool, quiet: bool = False) -> str
     return sentence
 
 
-def demo(
-    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Directory for the log and the page.")] = Path(
-        "demo"
-    ),
-) -> None:
-    """Sail an Otter on a survey, steered by the estimate; write her log and a page; hold the estimate against truth.
-
-    Example:
-
-        steerway demo -o demo && steerway estimate demo/run.nmea --report demo/estimate.html
-    """
-    from steerway.simulation.demo import demo as sail
-
-    with progress_line("sailing the demo") as told:
-        rows, written = sail(out, progress=told)
-    print_pairs(rows)
-    for path in written:
-        print(f"wrote {path}")
-
-
 def print_run(numbers: dict[str, float], title: str) -> None:
-    """A run's numbers as tables for people."""
-    from steerway.simulation.run_page import comparison, summary
+    """A run's numbers as tables."""
+    from steerway.report.runs.page import comparison, summary
 
     print_table(f"{title}: estimated against true", ("", "RMS error"), comparison(numbers))
-    print_table("what the boat did", ("", ""), summary(numbers))
+    print_table("summary", ("", ""), summary(numbers))

@@ -1,37 +1,53 @@
-"""The command for studies."""
+"""The command for studies, which are found by the entry points of the group `steerway.studies`."""
 
+from importlib import import_module
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from steerway.commands.terminal import print_pairs, progress_line
+from steerway.core.errors import InputError
+
+GROUP = "steerway.studies"
+"""Each entry point names a table: study name → module, whose attribute STUDY is a `steerway_studies.study.Study`."""
 
 
 def study(
-    name: Annotated[str | None, typer.Argument(help="The study; without a name they are listed.")] = None,
-    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Where to write.")] = Path("study"),
-    seeds: Annotated[int | None, typer.Option(min=1, help="Repetitions; by default those the study names.")] = None,
-    first_seed: Annotated[int, typer.Option(min=0, help="The first of the seeds.")] = 0,
+    name: Annotated[str | None, typer.Argument(help="The study; without a name, list the studies.")] = None,
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Output directory.")] = Path("study"),
+    seeds: Annotated[int | None, typer.Option(min=1, help="Number of seeds; by default the study's own.")] = None,
+    first_seed: Annotated[int, typer.Option(min=0, help="The first seed.")] = 0,
 ) -> None:
-    """Run a study: published numbers beside measured ones, with figures.
+    """Run a study: compare published with measured numbers, with figures.
 
     Example:
 
         steerway study otter-course -o otter
     """
-    import steerway_studies as studies
-    from steerway_studies.study import write_results
-
+    modules = installed()
     if name is None:
-        print_pairs([(each, studies.named(each).summary) for each in studies.MODULES])
+        print_pairs([(each, import_module(module).STUDY.summary) for each, module in modules.items()])
         return
-    chosen = studies.named(name)
+    if name not in modules:
+        raise InputError(f"study {name!r} is unknown, expected one of {', '.join(modules)}")
+    chosen = import_module(modules[name]).STUDY
+    chosen.check_installed()
     with progress_line(name) as step:
         results = chosen.run(seeds, first_seed, lambda share, what="": step(share, what))
-    page = write_results(results, out)
-    rows = [(each.what, results.measured(each)) for each in results.comparisons]
-    print_pairs(rows)
+    page = results.write(out)
+    print_pairs([(each.what, results.measured(each)) for each in results.comparisons])
     for remark in results.remarks:
         print(f"· {remark}")
     print(f"wrote {page}")
+
+
+def installed() -> dict[str, str]:
+    """Study name → module, of every installed package. Raises InputError where there is none."""
+    modules = {}
+    for entry in entry_points(group=GROUP):
+        modules |= entry.load()
+    if not modules:
+        raise InputError("no studies are installed, expected pip install 'steerway[studies]'")
+    return modules

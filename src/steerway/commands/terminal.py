@@ -1,9 +1,16 @@
-"""What commands say on a terminal: pairs, tables, JSON, progress."""
+"""Output on a terminal: pairs, tables, JSON, progress; and how options are declared."""
 
 import json
 import math
 import sys
 from contextlib import contextmanager
+
+import typer
+
+
+def flag(*names: str, help: str):
+    """An option without a value; the help shows no type beside it."""
+    return typer.Option(*names, metavar="", help=help)
 
 
 def print_pairs(pairs) -> None:
@@ -14,7 +21,7 @@ def print_pairs(pairs) -> None:
 
 
 def print_table(title: str, columns, rows) -> None:
-    """A plain table; without a terminal as wide as it has to be."""
+    """A plain table; 160 columns wide where the output is not a terminal."""
     from rich.console import Console
     from rich.table import Table
 
@@ -27,7 +34,7 @@ def print_table(title: str, columns, rows) -> None:
 
 
 def print_json(value) -> None:
-    """For machines; JSON knows no NaN: unknown is null."""
+    """JSON; NaN, which JSON does not have, is written as null."""
     print(json.dumps(_finite(value), ensure_ascii=False, indent=2))
 
 
@@ -41,7 +48,7 @@ def _finite(value):
 
 @contextmanager
 def progress_line(what: str):
-    """A bar on stderr while something long is done, told by a function of the part done; silent where no one looks."""
+    """A progress bar on stderr, advanced by the function it yields; nothing where stderr is not a terminal."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 

@@ -1,0 +1,43 @@
+"""Control: autopilots for course, heading, speed and position, and the allocation to propellers."""
+
+from typing import TYPE_CHECKING
+
+from steerway.core.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from steerway.control.allocation import OTTER_PROPELLERS, TwoPropellers
+    from steerway.control.bandwidth import carried_bandwidth
+    from steerway.control.course import AnglePID, AnglePIDGains, place_poles
+    from steerway.control.handover import Autopilot
+    from steerway.control.heading_lqg import HeadingLqg
+    from steerway.control.heading_mpc import BiasObserver, HeadingMpc, InputLimits, LinearPlant
+    from steerway.control.positioning import PositioningGains, PositionPID
+    from steerway.control.rudder import Rudder
+    from steerway.control.speed import AdaptiveSpeed, AdaptiveSpeedGains
+    from steerway.control.speed_pi import SpeedPI, SpeedPIGains
+    from steerway.control.station import StationGains, StationKeeper
+
+__all__ = [
+    "OTTER_PROPELLERS",
+    "AdaptiveSpeed",
+    "AdaptiveSpeedGains",
+    "AnglePID",
+    "AnglePIDGains",
+    "Autopilot",
+    "BiasObserver",
+    "HeadingLqg",
+    "HeadingMpc",
+    "InputLimits",
+    "LinearPlant",
+    "PositionPID",
+    "PositioningGains",
+    "Rudder",
+    "SpeedPI",
+    "SpeedPIGains",
+    "StationGains",
+    "StationKeeper",
+    "TwoPropellers",
+    "carried_bandwidth",
+    "place_poles",
+]
+__getattr__, __dir__ = on_demand(__name__)

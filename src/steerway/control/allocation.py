@@ -9,8 +9,8 @@ from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 
 
-class Propulsion(NamedTuple):
-    """What two propellers are told and what they then give."""
+class PropellerCommand(NamedTuple):
+    """Commands of two propellers, and the force and moment that they give."""
 
     port: float  # rad/s
     starboard: float  # rad/s
@@ -67,9 +67,9 @@ class TwoPropellers:
         constants = (self.arm, self.gain_ahead, self.gain_astern, *limits)
         object.__setattr__(self, "_constants", tuple(map(float, constants)))
 
-    def step(self, surge_force: float, yaw_moment: float) -> Propulsion:
+    def step(self, surge_force: float, yaw_moment: float) -> PropellerCommand:
         """Propeller speeds for a surge force (N) and yaw moment (N·m), and what of both they give."""
-        return Propulsion(*allocate(surge_force, yaw_moment, *self._constants))
+        return PropellerCommand(*allocate(surge_force, yaw_moment, *self._constants))
 
     @property
     def max_moment(self) -> float:

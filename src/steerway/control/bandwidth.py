@@ -1,12 +1,23 @@
 """The loop obeys the estimator: how quick an autopilot may be on a course made of positions."""
 
+import math
+
 import numpy as np
 
-from steerway.control.course import place_poles
+from steerway.control.course import AnglePIDGains, course_gains
 from steerway.core.checks import not_negative, positive
 
 COMFORTABLE = 0.2
-"""Relative damping of the slowest-dying swing above which a loop is called calm."""
+"""Least relative damping of a loop that `comfortable_bandwidth` allows: an oscillation falls to 28 % in one period."""
+RATE_SHARE = 0.3
+"""ω_n/ω_e for a vessel with a yaw-rate loop: the largest round number that keeps the least relative damping of
+s (T s + 1) F(s) + ω_n (2ω_e² s + ω_e³), F the filter of `loop_damping`, at `COMFORTABLE` whatever T."""
+_LEAST = 0.1
+"""Share of the largest bandwidth with which `GainSchedule` begins, before speed and interval are known."""
+_RETUNED = 0.05
+"""Relative change of the carried bandwidth at which `GainSchedule` designs the gains anew."""
+_HALVINGS = 14
+"""Bisections of 20 octaves in `comfortable_bandwidth`: it is found to 0.1 %."""
 
 
 def carried_bandwidth(speed: float, course_rate_density: float, position_std: float, fix_interval: float) -> float:
@@ -24,14 +35,14 @@ def carried_bandwidth(speed: float, course_rate_density: float, position_std: fl
 
 
 def loop_damping(bandwidth: float, carried: float, nomoto_time: float, damping: float = 1.0) -> float:
-    """Least relative damping −Re s/|s| among the poles of autopilot, vessel and estimator together; below 0 she hunts.
+    """Least relative damping −Re s/|s| among the poles of autopilot, vessel and estimator; below 0 the loop oscillates.
 
-    The autopilot of `place_poles` on a Nomoto vessel of time constant T, fed with course and rate from a steady filter
+    The autopilot of `course_gains` on a Nomoto vessel of time constant T, fed with course and rate from a steady filter
     whose three poles lie at ω_e (s³ + 2ω_e s² + 2ω_e² s + ω_e³): it shows the course as (2ω_e² s + ω_e³)/(…), the rate
     as ω_e³ s/(…) of the true course. A filter of ω_e = ω_n is stable for T ω_n up to 0.55 only; T ω_n = 1 takes
     ω_e = 2 ω_n and a slow vessel 3.8 ω_n.
     """
-    gains = place_poles(1.0, nomoto_time, bandwidth, damping)
+    gains = course_gains(1.0, nomoto_time, bandwidth, damping)
     filtering = np.polynomial.Polynomial([carried**3, 2.0 * carried**2, 2.0 * carried, 1.0])
     course = np.polynomial.Polynomial([carried**3, 2.0 * carried**2])
     s = np.polynomial.Polynomial([0.0, 1.0])
@@ -40,13 +51,54 @@ def loop_damping(bandwidth: float, carried: float, nomoto_time: float, damping: 
     return float(np.min(-poles.real / np.abs(poles)))
 
 
-def yaw_rate_gain(carried: float) -> float:
-    """Gain k (1/s) from course error to an asked yaw rate, for an estimate that carries ω_e (rad/s): k = 0.3 ω_e.
+def comfortable_bandwidth(carried: float, nomoto_time: float | None) -> float:
+    """Bandwidth ω_n (rad/s) that a course estimate of ω_e allows: relative damping of at least `COMFORTABLE`.
 
-    Largest round number that keeps the least relative damping of the loop s (T s + 1) F(s) + k (2ω_e² s + ω_e³), F the
-    filter of `loop_damping`, at `COMFORTABLE` whatever the time T in which the vessel follows a yaw rate.
+    carried ω_e in rad/s, nomoto_time T in s. The largest by `loop_damping`: 0.36 ω_e for a vessel that follows at once,
+    0.2 ω_e for a slow one. With T unknown (None), of a vessel that follows a commanded yaw rate by a loop of its own,
+    `RATE_SHARE` of ω_e.
     """
-    return 0.3 * carried
+    positive("carried", carried)
+    if nomoto_time is None:
+        return RATE_SHARE * carried
+    low, high = -20.0, 0.0  # powers of two of ω_n/ω_e
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        calm = loop_damping(carried * 2.0**middle, carried, nomoto_time) >= COMFORTABLE
+        low, high = (middle, high) if calm else (low, middle)
+    return carried * 2.0**low
+
+
+class GainSchedule:
+    """Autopilot gains for what the course estimate carries at the present speed and interval of fixes.
+
+    nomoto_time: T of the vessel's yaw rate, s, the command being the yaw rate that it settles at (Nomoto gain 1); None
+        for a vessel with a yaw-rate loop of its own, which holds against wind: the command needs no integral.
+    course_rate_density, position_std: of the estimator, as of `carried_bandwidth`.
+    most: bandwidth that is never exceeded, however good the estimate, rad/s.
+    fix_interval: s, may be set at any time; NaN while unknown.
+    """
+
+    def __init__(self, nomoto_time: float | None, course_rate_density: float, position_std: float, most: float):
+        self._time = nomoto_time
+        self._density, self._std = course_rate_density, position_std
+        self._most = positive("autopilot.bandwidth", most)
+        self.fix_interval = math.nan
+        self._designed_for = math.nan
+        self._gains = self._design(_LEAST * most)
+
+    def gains(self, speed: float) -> AnglePIDGains:
+        """The gains at a speed over ground (m/s); those in force where speed or interval is unknown."""
+        if not (speed > 0.0 and self.fix_interval > 0.0):
+            return self._gains
+        carried = carried_bandwidth(speed, self._density, self._std, self.fix_interval)
+        if not abs(carried - self._designed_for) <= _RETUNED * carried:
+            self._designed_for = carried
+            self._gains = self._design(min(self._most, comfortable_bandwidth(carried, self._time)))
+        return self._gains
+
+    def _design(self, bandwidth):
+        return course_gains(1.0, self._time or 0.0, bandwidth, has_bias=self._time is not None)
 
 
 def advice(
@@ -68,7 +120,11 @@ def advice(
     left = None if nomoto_time is None or carried == 0.0 else loop_damping(bandwidth, carried, nomoto_time, damping)
     if bandwidth <= carried and (left is None or left > 0.0):
         calm = "" if left is None else f" with a damping of {left:.2g} in the loop"
-        warning = "; she will swing, a lower bandwidth is calmer" if left is not None and left < COMFORTABLE else ""
+        warning = (
+            "; the course will oscillate, a lower bandwidth damps it better"
+            if left is not None and left < COMFORTABLE
+            else ""
+        )
         return True, (
             f"An autopilot of {bandwidth:.2g} rad/s fits{calm}: the course estimate carries {carried:.2g} rad/s "
             f"{circumstances}{warning}."

@@ -5,7 +5,7 @@ What it commands, a rudder angle in rad or a yaw moment in N·m, is the input of
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from steerway.core.angles import wrap
 from steerway.core.checks import not_negative, positive, positive_or_unlimited
@@ -64,6 +64,38 @@ def place_poles(
     )
 
 
+def course_gains(
+    nomoto_gain: float,
+    nomoto_time: float,
+    bandwidth: float,
+    damping: float = 1.0,
+    limit: float = math.inf,
+    has_bias: bool = True,
+) -> AnglePIDGains:
+    """Gains for a Nomoto vessel T ω̇ + ω = K u at any bandwidth ω_n (rad/s); T in s, 0 allowed.
+
+    `place_poles` where it has a solution, 2ζω_n T ≥ 1. Below that the vessel itself damps more than ζ, and derivative
+    action would have to be negative: proportional action alone, K K_p = ω_n (1 − T ω_n), puts the slowest pole of
+    T s² + s + K K_p at ω_n. For ζ = 1 both designs agree where they meet. A vessel that follows a commanded yaw rate
+    has K = 1, and K_p = ω_n where it follows at once; its own loop holds the rate against wind and waves, so that the
+    command has no bias for an integral to find: `has_bias` False.
+    """
+    gain = positive("nomoto.gain", nomoto_gain)
+    time = not_negative("nomoto.time_constant", nomoto_time)
+    positive("autopilot.bandwidth", bandwidth)
+    if 2.0 * positive("autopilot.damping", damping) * bandwidth * time >= 1.0:
+        placed = place_poles(gain, time, bandwidth, damping, limit)
+        return placed if has_bias else replace(placed, integral_time=math.inf)
+    slowest = bandwidth if 2.0 * bandwidth * time < 1.0 else 0.5 / time
+    return AnglePIDGains(
+        proportional=slowest * (1.0 - slowest * time) / gain,
+        integral_time=10.0 / bandwidth if has_bias else math.inf,
+        rate_feedforward=1.0 / gain,
+        acceleration_feedforward=time / gain,
+        limit=limit,
+    )
+
+
 @kernel
 def _known(value):
     return value if math.isfinite(value) else 0.0
@@ -101,21 +133,30 @@ class AnglePID:
 
     def __init__(self, gains: AnglePIDGains):
         self.gains = gains
+        self.restart()
+
+    @property
+    def gains(self) -> AnglePIDGains:
+        """The gains in force; they may change between two steps, the trim stays."""
+        return self._gains
+
+    @gains.setter
+    def gains(self, gains: AnglePIDGains):
+        self._gains = gains
         self._constants = (
             gains.proportional,
             gains.derivative_time,
             gains.rate_feedforward,
             gains.acceleration_feedforward,
         )
-        self.restart()
 
-    def restart(self):
+    def restart(self) -> None:
         """Forget the trim."""
         self.integral = 0.0
         self.command = 0.0
         self._excess = 0.0
 
-    def start(self, command: float, reference, angle: float, rate: float):
+    def start(self, command: float, reference: tuple[float, float, float], angle: float, rate: float) -> None:
         """Set the trim so that the first step on this reference and boat gives `command`, as far as limits allow."""
         self.command = command
         self.integral = 0.0
@@ -123,20 +164,20 @@ class AnglePID:
         self.integral = _within(command - free, self.gains.limit)
         self._excess = 0.0
 
-    def step(self, reference, angle: float, rate: float, dt: float) -> float:
+    def step(self, reference: tuple[float, float, float], angle: float, rate: float, dt: float) -> float:
         """Command for a boat at `angle` turning at `rate` (rad, rad/s); reference: (angle, rate, acceleration)."""
-        gains = self.gains
+        gains = self._gains
         wanted, error = angle_pid(*reference, angle, rate, self.integral, *self._constants)
         self.command = _within(wanted, gains.limit)
         push = -gains.proportional / gains.integral_time * error * dt
-        # The excess of the step before stands for limits behind this one: they are told after the command is given.
+        # The excess of the step before stands for limits behind this one, known only after the command is given.
         excess = wanted - self.command or self._excess
         if push * excess <= 0.0:
             self.integral = _within(self.integral + push, gains.limit)
         self._excess = 0.0
         return self.command
 
-    def limited_to(self, achieved: float):
+    def limited_to(self, achieved: float) -> None:
         """What the actuators made of the last command; call it after `step` where something else limits."""
         self._excess = beyond(self.command, achieved)
 

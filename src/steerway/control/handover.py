@@ -1,13 +1,16 @@
-"""Below steerageway course means nothing: who steers by course, who by heading, and how one takes over from the other.
+"""The autopilot: one controller for course or heading, and the hand-over between the two without a jump.
 
-At rest course is undefined, and in a current it is where the water goes, astern for a boat that drifts on her anchor
-line. So course steers only above a speed, and only while the boat moves the way she points.
+Below steerageway course means nothing: at rest it is undefined, and in a current it is the direction of the water,
+astern for an anchored boat. So the autopilot steers by course only above a speed, and only while the boat moves roughly
+the way its bow points; else by heading. Simulation and live steer by this one.
 """
 
 import math
+import warnings
 from dataclasses import dataclass
 from typing import Protocol
 
+from steerway.control.bandwidth import GainSchedule
 from steerway.control.course import AnglePID
 from steerway.core.angles import wrap
 from steerway.core.checks import not_negative, positive
@@ -16,11 +19,10 @@ from steerway.core.errors import InputError
 
 @dataclass(frozen=True)
 class Steerageway:
-    """When course may steer. Speeds over ground in m/s, angle in rad, time in s.
+    """When the course is steered by. Speeds over ground in m/s, angle in rad, time in s.
 
-    Course takes over above `take` and gives up below `give`; while the crab angle is known it takes over within
-    `largest_crab` and gives up beyond one and a half of it. Either has to last `dwell`; an unknown course gives up at
-    once.
+    Course is used above `take` until the speed falls below `give`; while the crab angle is known, within
+    `largest_crab` until it exceeds one and a half of it. Either has to last `dwell`; an unknown course ends it at once.
     """
 
     take: float = 0.5
@@ -37,7 +39,7 @@ class Steerageway:
 
 
 class HandOver:
-    """Decides between course and heading with hysteresis and dwell: no chatter whatever the speed does."""
+    """Chooses between course and heading with hysteresis and dwell time."""
 
     def __init__(self, steerageway: Steerageway | None = None):
         self.steerageway = steerageway or Steerageway()
@@ -45,7 +47,7 @@ class HandOver:
         self._waited = 0.0
 
     def step(self, speed: float, course: float, heading: float, dt: float, wanted: bool = True) -> bool:
-        """True while course steers; `wanted` False (station keeping) hands over to heading at once."""
+        """True while the course is steered by; `wanted` False (station keeping) hands over to heading at once."""
         if not wanted or math.isnan(course) or math.isnan(speed):
             self.by_course = False
             self._waited = 0.0
@@ -71,31 +73,38 @@ class Shaper(Protocol):
 
     def start(self, angle: float, rate: float = 0.0, acceleration: float = 0.0): ...
 
-    def step(self, command, dt: float) -> tuple[float, float, float]: ...
+    def step(self, command: tuple[float, float, float], dt: float) -> tuple[float, float, float]: ...
 
 
-class Helm:
-    """One autopilot that steers by course or by heading, whichever `hand_over` says, without a jump between them.
+class Autopilot:
+    """Steers by course or by heading, as `hand_over` decides, without a jump between them.
 
-    At a hand-over the reference moves to the other angle and takes the error with it; the trim makes up the rest, so
-    that the command goes on where it was. The command that follows is then sailed to as any other.
+    At a hand-over the reference moves to the other angle together with the control error, and the trim absorbs the
+    rest, so that the command is continuous. With a `schedule` the controller's gains follow what the estimate carries.
     """
 
-    def __init__(self, pilot: AnglePID, shaper: Shaper, hand_over: HandOver | None = None):
-        self.pilot = pilot
+    def __init__(
+        self,
+        controller: AnglePID,
+        shaper: Shaper,
+        hand_over: HandOver | None = None,
+        schedule: GainSchedule | None = None,
+    ):
+        self.controller = controller
         self.shaper = shaper
         self.hand_over = hand_over or HandOver()
+        self.schedule = schedule
         self._steered_by = None
         self._last = (math.nan, math.nan)
 
     @property
     def by_course(self) -> bool:
-        """Whether course steers now."""
+        """Whether the course is steered by now."""
         return self.hand_over.by_course
 
     def step(
         self,
-        command,
+        command: tuple[float, float, float],
         course: float,
         course_rate: float,
         heading: float,
@@ -109,24 +118,26 @@ class Helm:
         Below steerageway the desired course is steered as a heading, without a compass not at all: the trim and the
         damping of a known yaw rate remain. rad, rad/s, m/s; NaN for unknown.
         """
+        if self.schedule is not None:
+            self.controller.gains = self.schedule.gains(speed)
         by_course = self.hand_over.step(speed, course, heading, dt, course_wanted)
         angle, rate = (course, course_rate) if by_course else (heading, yaw_rate)
         if math.isnan(angle):
             self._steered_by = None
-            return self.pilot.step((math.nan, 0.0, 0.0), angle, rate, dt)
+            return self.controller.step((math.nan, 0.0, 0.0), angle, rate, dt)
         known_rate = 0.0 if math.isnan(rate) else rate
         if self._steered_by is not by_course:
             self._take_over(angle, known_rate)
             self._steered_by = by_course
         self._last = (angle, known_rate)
-        return self.pilot.step(self.shaper.step(command, dt), angle, rate, dt)
+        return self.controller.step(self.shaper.step(command, dt), angle, rate, dt)
 
-    def limited_to(self, achieved: float):
-        """What the actuators made of the last output."""
-        self.pilot.limited_to(achieved)
+    def limited_to(self, achieved: float) -> None:
+        """What the actuators achieved of the last output."""
+        self.controller.limited_to(achieved)
 
-    def release(self):
-        """Nobody steers now; the next step begins with the boat's own angle, and with the trim learned so far."""
+    def release(self) -> None:
+        """Stop steering; the next step begins at the boat's own angle, with the trim learned so far."""
         self.hand_over.by_course = False
         self._steered_by = None
 
@@ -138,4 +149,11 @@ class Helm:
         last_angle, last_rate = self._last
         desired, desired_rate, acceleration = shaper.reference
         shaper.start(angle - wrap(last_angle - desired), desired_rate + rate - last_rate, acceleration)
-        self.pilot.start(self.pilot.command, shaper.reference, angle, rate)
+        self.controller.start(self.controller.command, shaper.reference, angle, rate)
+
+
+def __getattr__(name):
+    if name == "Helm":
+        warnings.warn("steerway.control.handover.Helm is now Autopilot", FutureWarning, stacklevel=2)
+        return Autopilot
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

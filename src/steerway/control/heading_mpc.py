@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from steerway.core.checks import positive
 from steerway.core.compiled import kernel
@@ -55,7 +56,9 @@ class BiasObserver:
     of the bias at first; units are the plant's own.
     """
 
-    def __init__(self, plant: LinearPlant, state_noise, bias_noise, reading_variance, bias_start):
+    def __init__(
+        self, plant: LinearPlant, state_noise: ArrayLike, bias_noise: float, reading_variance: float, bias_start: float
+    ):
         n = len(plant.b)
         self._transition = np.eye(n + 1)
         self._transition[:n, :n] = plant.a
@@ -68,7 +71,7 @@ class BiasObserver:
         self._turn = math.tau if plant.circular else math.inf
         self.reset()
 
-    def reset(self, states=0.0):
+    def reset(self, states: ArrayLike = 0.0) -> None:
         """Begin anew at `states` (n,) with no bias."""
         self.state = np.zeros(len(self._input))
         self.state[:-1] = states
@@ -80,11 +83,16 @@ class BiasObserver:
         """The unknown part of the input."""
         return float(self.state[-1])
 
-    def correct(self, output: float):
+    @property
+    def output(self) -> float:
+        """The output that belongs to the states, c x."""
+        return float(self._output @ self.state)
+
+    def correct(self, output: float) -> None:
         """Take one output; NaN for unknown."""
         _correct(self.state, self._covariance, self._output, output, self._variance, self._turn)
 
-    def predict(self, applied: float):
+    def predict(self, applied: float) -> None:
         """Go one step on with the input that was applied."""
         _predict(self.state, self._covariance, self._transition, self._input, applied, self._noise, self._work)
 
@@ -130,7 +138,7 @@ class HeadingMpc:
         self._upper, self._lower = np.empty((2, 2 * control_horizon))
         self.reset()
 
-    def reset(self, states=0.0, applied: float = 0.0):
+    def reset(self, states: ArrayLike = 0.0, applied: float = 0.0) -> None:
         """Forget everything; begin at `states` (n,) with an input already applied."""
         self.observer.reset(states)
         self.input = applied

@@ -5,6 +5,7 @@ and does not turn north and east into the body.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,7 +77,9 @@ class PositionPID:
         """Forget what holds her against wind and current."""
         self.integral = np.zeros(3)
 
-    def step(self, desired, north: float, east: float, heading: float, velocity, dt: float) -> np.ndarray:
+    def step(
+        self, desired: Sequence[float], north: float, east: float, heading: float, velocity: Sequence[float], dt: float
+    ) -> np.ndarray:
         """Force (3,) for a `desired` (north, east, heading); `velocity` (surge, sway, yaw rate); m, rad, s."""
         gains = self.gains
         wanted, error = position_pid(

@@ -1,4 +1,4 @@
-"""A boat steered by one rudder, whose speed is none of the autopilot's business."""
+"""Actuation by one rudder; the speed is not controlled."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -6,8 +6,8 @@ from typing import NamedTuple
 from steerway.core.checks import positive
 
 
-class Steering(NamedTuple):
-    """What the rudder is told, and what was given of the force and of the rudder angle asked for."""
+class RudderCommand(NamedTuple):
+    """The command (rad), and what it achieves of the demanded force and rudder angle."""
 
     rudder: float
     surge_force: float
@@ -23,7 +23,7 @@ class Rudder:
     def __post_init__(self):
         positive("rudder.limit", self.limit)
 
-    def step(self, surge_force: float, yaw: float) -> Steering:
-        """The command for a rudder angle asked for; the force is passed over."""
+    def step(self, surge_force: float, yaw: float) -> RudderCommand:
+        """The command for a demanded rudder angle; the force is passed on as it is."""
         rudder = max(-self.limit, min(self.limit, yaw))
-        return Steering(rudder, surge_force, rudder)
+        return RudderCommand(rudder, surge_force, rudder)

@@ -82,7 +82,7 @@ class AdaptiveSpeed:
         )
         self.restart()
 
-    def restart(self):
+    def restart(self) -> None:
         """Forget what was learned, and the reference."""
         self.parameters = self.gains.guess()
         self.model = math.nan

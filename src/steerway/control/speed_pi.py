@@ -54,14 +54,14 @@ class SpeedPI:
         self._constants = (gains.mass, gains.linear_drag, gains.quadratic_drag, gains.bandwidth)
         self.restart()
 
-    def restart(self):
+    def restart(self) -> None:
         """Forget what the integral learned."""
         self.integral = 0.0
         self.force = 0.0
         self._excess = 0.0
         self._approached = math.nan
 
-    def start(self, force: float, desired: float, speed: float):
+    def start(self, force: float, desired: float, speed: float) -> None:
         """Set the integral so that the first step gives `force`."""
         free, _ = speed_pi(desired, speed, 0.0, *self._constants)
         self.integral = force - free
@@ -94,6 +94,6 @@ class SpeedPI:
         self._approached = before + max(-most, min(most, desired - before))
         return self._approached
 
-    def limited_to(self, achieved: float):
+    def limited_to(self, achieved: float) -> None:
         """What the propellers made of the last force."""
         self._excess = beyond(self.force, achieved)

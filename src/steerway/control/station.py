@@ -1,8 +1,8 @@
-"""Holding station with a boat that has no sideways force: bow into whatever sets her off, and just enough thrust.
+"""Station keeping of a boat without sideways force: the bow into the disturbance, and just enough thrust.
 
-The force that would hold the boat is worked out as a vector in north and east: proportional and integral on the
-position, damping on the velocity. The boat turns towards the lasting part of it and gives what her bow can.
-In a current the integral becomes the drag, so that she lies with her bow into the current, on the point.
+The force that would hold the boat is computed as a vector in north and east: proportional and integral on the
+position, damping on the velocity. The boat turns towards the slow part of it and applies its component along the bow.
+In a current the integral becomes the drag, so that the boat lies on the point with its bow into the current.
 """
 
 import math
@@ -15,7 +15,7 @@ from steerway.core.checks import positive
 @dataclass(frozen=True)
 class StationGains:
     """mass: with added mass, kg; bandwidth ω of the position loop, rad/s; radius: within it the boat does not turn
-    round for a point astern of her but backs, m; least_force: below it the bow stays where it points, N;
+    round for a point astern but backs, m; least_force: below it the bow stays where it points, N;
     limit and limit_astern: of the surge force, N, both positive.
     """
 
@@ -32,14 +32,14 @@ class StationGains:
 
 
 class StationKeeper:
-    """Keeps a boat at a point; `heading` is where it wants the bow."""
+    """Keeps a boat at a point; `heading` is the desired heading."""
 
     def __init__(self, gains: StationGains):
         self.gains = gains
         self.restart()
 
-    def restart(self):
-        """Forget the current and the heading."""
+    def restart(self) -> None:
+        """Reset the integral and the desired heading."""
         self.integral = (0.0, 0.0)
         self.heading = math.nan
 
@@ -48,7 +48,7 @@ class StationKeeper:
     ) -> tuple[tuple[float, float, float], float]:
         """((desired heading, 0, 0), surge force in N) for a point at a distance (m) and bearing (rad).
 
-        course and speed over ground, heading; an unknown course counts as no way. Unknown heading gives no force.
+        course and speed over ground, heading; an unknown course counts as no speed. Unknown heading gives no force.
         """
         gains = self.gains
         stiffness = gains.mass * gains.bandwidth**2
@@ -67,7 +67,7 @@ class StationKeeper:
         return (self.heading, 0.0, 0.0), force
 
     def _point(self, lasting, distance, heading):
-        """Turn the bow along the lasting force; close by she backs to what is astern, unless a current sets there."""
+        """Turn the bow along the slow force; close by, back towards what is astern unless a current sets there."""
         if math.isnan(self.heading):
             self.heading = heading
         for force in (lasting, self.integral):

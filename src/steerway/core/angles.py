@@ -2,13 +2,16 @@
 
 import math
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from steerway.core.compiled import kernel
 
 TURN = 2.0 * math.pi
 
 
 @kernel
-def wrap(angle):
+def wrap(angle: float) -> float:
     """The same direction in [−π, π); P0's ssa under (54). Scalar, rad."""
     if -math.pi <= angle < math.pi:
         return angle
@@ -17,6 +20,14 @@ def wrap(angle):
 
 
 @kernel
-def smallest_difference(angle, reference):
+def smallest_difference(angle: float, reference: float) -> float:
     """The smallest signed angle that leads from `reference` to `angle`, in [−π, π). Scalars, rad."""
     return wrap(angle - reference)
+
+
+def wrap_array(angles: ArrayLike) -> NDArray[np.float64]:
+    """`wrap` for an array of any shape, rad. NaN stays NaN, and so does an angle that is in [−π, π) already."""
+    angles = np.asarray(angles, dtype=np.float64)
+    wrapped = np.mod(angles + np.pi, TURN) - np.pi
+    kept = (angles >= -np.pi) & (angles < np.pi)
+    return np.where(kept, angles, np.where(wrapped >= np.pi, -np.pi, wrapped))

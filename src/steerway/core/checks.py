@@ -1,7 +1,11 @@
-"""Checks of the numbers a user gives, in one sentence each."""
+"""Checks of numbers and arrays that a user gives; each failure is one sentence."""
 
 import math
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
 
 
@@ -29,3 +33,23 @@ def one_of(place: str, value: str, choices: tuple[str, ...]) -> str:
     if value not in choices:
         raise InputError(f"{place} is {value!r}, expected one of {', '.join(choices)}")
     return value
+
+
+def array_of(place: str, values: ArrayLike, shape: tuple[int | None, ...]) -> Floats:
+    """The values as an array of floats, contiguous; a None in `shape` allows any length. InputError names the place."""
+    try:
+        array = np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as problem:
+        raise InputError(f"{place} is not an array of numbers, expected one of shape {_text(shape)}") from problem
+    shape_given = np.shape(values)
+    if len(shape_given) != len(shape) or any(
+        n not in (None, given) for n, given in zip(shape, shape_given, strict=True)
+    ):
+        raise InputError(f"{place} has shape {_text(shape_given)}, expected {_text(shape)}")
+    return array
+
+
+def _text(shape: tuple[int | None, ...]) -> str:
+    """As Python writes a shape, with n for any length."""
+    sizes = ["n" if size is None else str(size) for size in shape]
+    return f"({', '.join(sizes)}{',' if len(sizes) == 1 else ''})"

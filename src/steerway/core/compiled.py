@@ -11,16 +11,21 @@ import os
 import shutil
 import sys
 import tempfile
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numba
-from numba.core import config
+import numba.core.config
 
+config: Any = numba.core.config  # sets its attributes at run time
+F = TypeVar("F", bound=Callable[..., Any])
+"""A kernel has the signature of its function: numba's dispatcher is called in the same way."""
 _KEPT_CACHES = 8
 _OWN_FOLDER = Path(__file__).parents[1]
 
 
-def _kernel_source_digest(folders) -> str:
+def _kernel_source_digest(folders: Iterable[str | Path]) -> str:
     digest = hashlib.sha256()
     for folder in folders:
         for path in sorted(Path(folder).rglob("*.py")):
@@ -32,12 +37,17 @@ def _kernel_source_digest(folders) -> str:
 
 @functools.cache
 def cache_directory(package: str) -> Path | None:
-    """Where the kernels of a top-level package are kept, or None where nothing can be written."""
+    """Where the kernels of a top-level package are kept, or None where nothing can be written.
+
+    Kernels compiled with bounds checks (`NUMBA_BOUNDSCHECK=1`) are kept apart: numba's own cache does not tell them
+    from the others.
+    """
     home = os.environ.get("STEERWAY_CACHE") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     root = Path(home) / "steerway"
     folders = {str(_OWN_FOLDER): None}  # in order, each once
     folders |= dict.fromkeys(getattr(sys.modules.get(package), "__path__", ()))
-    directory = root / f"kernels-{_kernel_source_digest(folders)}"
+    checked = "-bounds" if config.BOUNDSCHECK else ""
+    directory = root / f"kernels-{_kernel_source_digest(folders)}{checked}"
     try:
         directory.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=directory):
@@ -50,27 +60,27 @@ def cache_directory(package: str) -> Path | None:
     return directory
 
 
-def kernel(function):
+def kernel(function: F) -> F:
     """Compile `function` on first call, releasing the interpreter lock while it runs."""
     return _compiled(function, nogil=True)
 
 
-def lean_kernel(function):
+def lean_kernel(function: F) -> F:
     """A `kernel` for the innermost loops, that neither makes nor returns an array.
 
-    It does not count references to the arrays it is given and is laid open into its callers: in a chain of calls that
-    pass small arrays on, both cost more than the arithmetic. A product and a sum may round once. Called from Python it
-    keeps the interpreter lock: it is done sooner than the lock is released.
+    It does not count references to its array arguments and is inlined into its callers: in a chain of calls that pass
+    small arrays on, both cost more than the arithmetic. A product and a sum may round once. Called from Python it keeps
+    the interpreter lock, since releasing it takes longer than the call.
     """
     return _compiled(function, _nrt=False, forceinline=True, fastmath={"contract"})
 
 
-def called_kernel(function):
+def called_kernel(function: F) -> F:
     """A `lean_kernel` that stays a call: where the time of a call does not count, it saves that of compilation."""
     return _compiled(function, _nrt=False, fastmath={"contract"})
 
 
-def _compiled(function, **options):
+def _compiled(function: F, **options: Any) -> F:
     options |= {"error_model": "numpy", "no_cfunc_wrapper": True}  # which only C would call: a tenth of the time
     directory = cache_directory(function.__module__.partition(".")[0])
     if directory is None:

@@ -8,6 +8,7 @@ import math
 import numpy as np
 
 from steerway.core.angles import wrap
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 
 SEMI_MAJOR_AXIS = 6378137.0
@@ -19,7 +20,7 @@ KNOT = NAUTICAL_MILE / 3600.0
 
 
 @kernel
-def radii(latitude):
+def radii(latitude: float) -> tuple[float, float]:
     """Radii of curvature (meridian R_M, prime vertical R_N), m; P0 (33) and the corrected (34). Latitude in rad."""
     w = 1.0 - ECCENTRICITY_SQUARED * math.sin(latitude) ** 2
     prime_vertical = SEMI_MAJOR_AXIS / math.sqrt(w)
@@ -27,7 +28,7 @@ def radii(latitude):
 
 
 @kernel
-def displacement(latitude, longitude, latitude_0, longitude_0):
+def displacement(latitude: float, longitude: float, latitude_0: float, longitude_0: float) -> tuple[float, float]:
     """North and east (m) of a point seen from the tangent plane at (latitude_0, longitude_0). All angles in rad.
 
     First order in the distance: exact to the mm within 100 m, to 0.1 m within 500 m at 80° N; the filter re-centres
@@ -40,7 +41,7 @@ def displacement(latitude, longitude, latitude_0, longitude_0):
 
 
 @kernel
-def displaced(latitude_0, longitude_0, north, east):
+def displaced(latitude_0: float, longitude_0: float, north: float, east: float) -> tuple[float, float]:
     """Latitude and longitude (rad, longitude in [−π, π)) of the point north and east (m) of another."""
     meridian, prime_vertical = radii(latitude_0)
     latitude = latitude_0 + north / meridian
@@ -48,7 +49,7 @@ def displaced(latitude_0, longitude_0, north, east):
 
 
 @kernel
-def displaced_all(latitude_0, longitude_0, north, east):
+def displaced_all(latitude_0: float, longitude_0: float, north: Floats, east: Floats) -> tuple[Floats, Floats]:
     """`displaced` for arrays (n,) of north and east, all seen from one point."""
     latitude, longitude = np.empty(len(north)), np.empty(len(north))
     for k in range(len(north)):

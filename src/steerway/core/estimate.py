@@ -1,11 +1,11 @@
-"""What crosses the loop at one step: the readings of instruments, and the estimate made of them."""
+"""What crosses the loop at one step: the measurements of instruments, and the estimate made of them."""
 
 import math
 from typing import NamedTuple, Protocol
 
 
-class Readings(NamedTuple):
-    """What instruments say at one step; NaN where they say nothing. Position in m in the plane of the route."""
+class Measurements(NamedTuple):
+    """What instruments measure at one step; NaN where they measure nothing. Position in m in the plane of the route."""
 
     north: float = math.nan
     east: float = math.nan
@@ -17,7 +17,7 @@ class Readings(NamedTuple):
     water_speed: float = math.nan
 
 
-SILENCE = Readings()
+NO_MEASUREMENTS = Measurements()
 
 
 class Estimate(NamedTuple):
@@ -37,7 +37,7 @@ class Estimate(NamedTuple):
 
 
 class Estimator(Protocol):
-    """What makes an estimate of readings."""
+    """What makes an estimate of measurements."""
 
-    def step(self, readings: Readings, dt: float) -> Estimate:
-        """The estimate now, dt after the step before, knowing the readings of now."""
+    def step(self, measurements: Measurements, dt: float) -> Estimate:
+        """The estimate now, dt after the step before, knowing the measurements of now."""

@@ -1,4 +1,4 @@
-"""Where a boat is with respect to one straight leg between two waypoints."""
+"""Where a boat is with respect to one straight leg between two waypoints: in a plane, and on the Earth for outputs."""
 
 import math
 from typing import NamedTuple
@@ -19,14 +19,35 @@ class LegState(NamedTuple):
     speed: float  # what the route asks for; NaN where it does not say
 
 
+class Leg(NamedTuple):
+    """The leg under way for displays and other autopilots: m, rad, true; NaN for unknown."""
+
+    cross_track: float  # + when the boat is to starboard of the leg
+    direction: float  # from origin to destination
+    bearing: float  # from the boat to the destination
+    distance: float  # to the destination
+    course_to_steer: float
+    closing_speed: float  # towards the destination, m/s
+    latitude: float  # of the destination
+    longitude: float
+    origin: str = ""
+    destination: str = ""
+    is_arrived: bool = False  # within the circle of acceptance
+    is_passed: bool = False  # beyond the line through the destination across the leg
+    speed: float = math.nan  # desired, m/s
+
+
+UNKNOWN_LEG = Leg(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
+
+
 @kernel
-def leg_direction(north_0, east_0, north_1, east_1):
+def leg_direction(north_0: float, east_0: float, north_1: float, east_1: float) -> float:
     """Course π_p of the leg from point 0 to point 1, rad in [−π, π]; metres in."""
     return math.atan2(east_1 - east_0, north_1 - north_0)
 
 
 @kernel
-def track_errors(north, east, north_0, east_0, direction):
+def track_errors(north: float, east: float, north_0: float, east_0: float, direction: float) -> tuple[float, float]:
     """Along-track and cross-track error (x_e, y_e), m, from a leg through point 0; P1 (46) corrected and (36)."""
     c, s = math.cos(direction), math.sin(direction)
     dn, de = north - north_0, east - east_0
@@ -34,14 +55,23 @@ def track_errors(north, east, north_0, east_0, direction):
 
 
 @kernel
-def nearest_point(north, east, north_0, east_0, direction):
+def nearest_point(north: float, east: float, north_0: float, east_0: float, direction: float) -> tuple[float, float]:
     """The point (north, east), m, of the leg's endless line that is nearest to a position."""
     along, _ = track_errors(north, east, north_0, east_0, direction)
     return north_0 + along * math.cos(direction), east_0 + along * math.sin(direction)
 
 
 @kernel
-def seen_from_leg(north, east, north_0, east_0, north_1, east_1, direction, length):
+def seen_from_leg(
+    north: float,
+    east: float,
+    north_0: float,
+    east_0: float,
+    north_1: float,
+    east_1: float,
+    direction: float,
+    length: float,
+) -> tuple[float, float, float, float, float]:
     """(along, cross, remaining, distance, bearing) of a position on the leg from point 0 to point 1; m, rad."""
     along, cross = track_errors(north, east, north_0, east_0, direction)
     dn, de = north_1 - north, east_1 - east

@@ -2,11 +2,12 @@
 
 import math
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import lean_kernel
 
 
 @lean_kernel
-def fill_lower(a):
+def fill_lower(a: Floats) -> None:
     """Copy the upper triangle of a square matrix into the lower."""
     for i in range(1, len(a)):
         for j in range(i):
@@ -14,7 +15,7 @@ def fill_lower(a):
 
 
 @lean_kernel
-def multiply(a, b, out):
+def multiply(a: Floats, b: Floats, out: Floats) -> None:
     """out ← A B."""
     for i in range(a.shape[0]):
         for j in range(b.shape[1]):
@@ -25,7 +26,7 @@ def multiply(a, b, out):
 
 
 @lean_kernel
-def multiply_transposed(a, b, out):
+def multiply_transposed(a: Floats, b: Floats, out: Floats) -> None:
     """out ← A Bᵀ."""
     for i in range(a.shape[0]):
         for j in range(b.shape[0]):
@@ -36,7 +37,7 @@ def multiply_transposed(a, b, out):
 
 
 @lean_kernel
-def factor(a, scale, lower):
+def factor(a: Floats, scale: Floats, lower: Floats) -> None:
     """Cholesky factor of D A D with D = diag(scale) = diag(A)^(−1/2), from A's upper triangle.
 
     Scaling keeps positions in metres and rates in rad/s alike; a pivot that rounding has eaten is taken as 1e-14.
@@ -56,7 +57,7 @@ def factor(a, scale, lower):
 
 
 @lean_kernel
-def solve_rows(lower, scale, rows):
+def solve_rows(lower: Floats, scale: Floats, rows: Floats) -> None:
     """rows ← rows A⁻¹ for the A that `factor` took apart."""
     n = len(lower)
     for r in range(rows.shape[0]):
@@ -76,7 +77,7 @@ def solve_rows(lower, scale, rows):
 
 
 @lean_kernel
-def square_root(a, scale, lower):
+def square_root(a: Floats, scale: Floats, lower: Floats) -> None:
     """Lower L with A = L Lᵀ, from A's upper triangle; A may have no more than some of its rank."""
     factor(a, scale, lower)
     for i in range(len(a)):

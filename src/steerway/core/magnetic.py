@@ -1,12 +1,19 @@
-"""Magnetic variation from the World Magnetic Model, for the compass whose log does not tell its own.
+"""Magnetic variation from the World Magnetic Model, for the compass whose log does not record its own.
 
 The models of NOAA and BGS, WMM2010 to WMM2025, as `pygeomag` carries them. Their declination is good to about half a
-degree outside the polar caps (the error model of the WMM reports), a boat's own iron not counted.
+degree outside the polar caps (the error model of the WMM reports), the boat's own magnetic deviation not included.
 """
 
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
+
+from steerway.core.arrays import Floats
+
+if TYPE_CHECKING:
+    from pygeomag import GeoMag
 
 _EPOCHS = {2010: "WMM_2010", 2015: "WMM_2015v2", 2020: "WMM_2020", 2025: "WMM_2025"}
 _EARLIEST, _LATEST = 2005.0, 2035.0  # years; beyond, a model's linear drift means nothing and the nearest year is taken
@@ -16,7 +23,7 @@ _CELL_YEARS = 0.25
 
 
 @cache
-def _model(epoch):
+def _model(epoch: int) -> "GeoMag":
     from pygeomag import GeoMag
 
     return GeoMag(coefficients_file=f"wmm/{_EPOCHS[epoch]}.COF")
@@ -28,7 +35,7 @@ def model_of(time: float) -> int:
     return max((epoch for epoch in _EPOCHS if epoch <= year), default=min(_EPOCHS)) if year == year else max(_EPOCHS)
 
 
-def variation(latitude, longitude, time) -> np.ndarray:
+def variation(latitude: ArrayLike, longitude: ArrayLike, time: ArrayLike) -> Floats:
     """Magnetic variation (declination), east positive, rad: true = magnetic + variation.
 
     Shapes: all (n,), latitude and longitude in rad, Unix time (NaN: the newest model's first year). The model runs once
@@ -52,7 +59,7 @@ def variation(latitude, longitude, time) -> np.ndarray:
     return result
 
 
-def _in_cell(north, east, quarter):
+def _in_cell(north: float, east: float, quarter: float) -> float:
     year = quarter * _CELL_YEARS
     model = _model(model_of((year - 1970.0) * _YEAR))
     field = model.calculate(north * _CELL_DEG, east * _CELL_DEG, 0.0, year, allow_date_outside_lifespan=True)

@@ -1,10 +1,17 @@
-"""Old module names: an import of one gives the module under its present name, with one line of warning."""
+"""Old names of modules and methods: each gives what it became, with one line of warning."""
 
+import functools
 import sys
 import warnings
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
+from types import ModuleType
+from typing import ParamSpec, TypeVar
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 _COURSE = "comparison filter forecast latency onboard replay tracking"
 _RENAMED = {
@@ -28,8 +35,16 @@ MOVED = (
     | {f"steerway.estimation.{old}": f"steerway.estimation.course.{new}" for old, new in _RENAMED.items()}
     | {
         "steerway.estimation.linear_algebra": "steerway.core.linear_algebra",
+        "steerway.estimation.heading.h_infinity": "steerway_studies.springer_mission.h_infinity",
+        "steerway.estimation.heading.interval.literal": "steerway_studies.papers.interval_filter",
         "steerway.estimation.tuning": "steerway.estimation.selection",
         "steerway.guidance.leg": "steerway.core.leg",
+        "steerway.vessels.kinematics": "steerway.core.kinematics",
+        "steerway.simulation.demo": "steerway.commands.demo",
+        "steerway.simulation.run_figures": "steerway.report.runs.figures",
+        "steerway.simulation.run_files": "steerway.report.runs.files",
+        "steerway.simulation.run_page": "steerway.report.runs.page",
+        "steerway.simulation.summary": "steerway.report.runs.campaign",
         "steerway.papers": "steerway_studies.papers",
         "steerway.studies": "steerway_studies",
     }
@@ -48,11 +63,13 @@ def present_name(name: str) -> str | None:
 class _MovedModules(MetaPathFinder, Loader):
     """Finds a module by its old name and loads the one it became."""
 
-    def find_spec(self, fullname, path=None, target=None):
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
         return None if present_name(fullname) is None else ModuleSpec(fullname, self)
 
-    def create_module(self, spec):
-        new = present_name(spec.name)
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        new = present_name(spec.name) or spec.name
         warnings.warn(f"{spec.name} is now {new}", FutureWarning, stacklevel=2)
         module = import_module(new)
         for name in [each for each in sys.modules if each.startswith(f"{new}.")]:
@@ -60,12 +77,23 @@ class _MovedModules(MetaPathFinder, Loader):
         spec.loader_state = module.__spec__
         return module
 
-    def exec_module(self, module):
+    def exec_module(self, module: ModuleType) -> None:
         """Nothing runs a second time; the import system has replaced the module's own specification."""
-        module.__spec__ = module.__spec__.loader_state
+        module.__spec__ = module.__spec__.loader_state if module.__spec__ else None
 
 
 def redirect_moved_modules() -> None:
     """Make the old names importable."""
     if not any(isinstance(finder, _MovedModules) for finder in sys.meta_path):
         sys.meta_path.insert(0, _MovedModules())
+
+
+def formerly(old: str, function: Callable[P, R]) -> Callable[P, R]:
+    """A method under an old name: the same, with one line of warning."""
+
+    @functools.wraps(function)
+    def renamed(*args: P.args, **kwargs: P.kwargs) -> R:
+        warnings.warn(f"{old} is now {function.__qualname__}", FutureWarning, stacklevel=2)
+        return function(*args, **kwargs)
+
+    return renamed

@@ -1,10 +1,15 @@
 """Random processes that instruments and the sea share, exact at any step: first-order Gauss–Markov and oscillator."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
+
+Seed = int | Sequence[int] | np.random.Generator | None
+"""What a random generator is made from; None for another one each time."""
 
 
 def markov_decay(time_constant: float, step: float) -> float:
@@ -22,7 +27,7 @@ def markov_std(driving_std: float, time_constant: float, step: float) -> float:
 
 
 @kernel
-def markov_step(value, decay, std, normal):
+def markov_step(value: float, decay: float, std: float, normal: float) -> float:
     """The next value of a sequence with stationary 1σ `std`; `normal` is a standard normal draw."""
     return decay * value + math.sqrt(1.0 - decay * decay) * std * normal
 
@@ -48,7 +53,7 @@ def oscillator(frequency: float, damping: float, step: float) -> np.ndarray:
 
 
 @kernel
-def oscillator_step(model, integral, value, normal, other):
+def oscillator_step(model: Floats, integral: float, value: float, normal: float, other: float) -> tuple[float, float]:
     """The next (integral, value) of an `oscillator`; `normal` and `other` are standard normal draws."""
     return (
         model[0] * integral + model[1] * value + model[4] * normal,

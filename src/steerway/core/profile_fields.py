@@ -21,13 +21,14 @@ def positive_number(
         prior: median, and standard deviation of the logarithm, before a log is seen.
         words: what it is called in a report, and its unit.
     """
-    limit = {"ge": 0.0} if or_zero else {"gt": 0.0}
-    fitting = {"bounds": bounds, "prior": prior, "words": words}
-    given = {} if default is None else {"default": default}
+    limit: dict[str, Any] = {"ge": 0.0} if or_zero else {"gt": 0.0}
+    fitting: dict[str, Any] = {"bounds": bounds, "prior": prior, "words": words}
+    given: dict[str, Any] = {} if default is None else {"default": default}
     return Field(**given, **limit, allow_inf_nan=False, json_schema_extra=fitting)
 
 
-def fitting_of(fields: dict[str, FieldInfo], what: str) -> dict[str, tuple]:
+def fitting_of(fields: dict[str, FieldInfo], what: str) -> dict[str, tuple[Any, ...]]:
     """`bounds`, `prior` or `words` of the fields that have them, by name."""
-    found = {name: (field.json_schema_extra or {}).get(what) for name, field in fields.items()}
+    extras = {name: field.json_schema_extra for name, field in fields.items()}
+    found: dict[str, Any] = {name: each.get(what) for name, each in extras.items() if isinstance(each, dict)}
     return {name: value for name, value in found.items() if value is not None}

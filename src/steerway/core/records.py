@@ -1,29 +1,41 @@
-"""The two tables everything speaks in: Fixes (what receivers said) and Motion (what we say).
+"""The two tables that all rooms exchange: Fixes (measurements of receivers) and Motion (estimates).
 
 Both are frozen and hold one-dimensional NumPy arrays of equal length, SI and radians, NaN for unknown. Degrees stand
 only in the frames of `to_frame`, whose column names carry their units.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
+from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
+
+if TYPE_CHECKING:
+    import polars as pl
 
 OK, PREDICTED, REJECTED, NO_COURSE, STARTING, LOST = range(6)
 STATUSES = ("ok", "predicted", "rejected", "no_course", "starting", "lost")
-"""What a row is worth. "lost" is said live only: nothing was heard for so long that nothing is said."""
+"""Status of a row of Motion. "lost" occurs live only: no measurement for so long that there is no estimate."""
 
-SAID = ("position_std", "sog", "cog", "heading", "water_speed", "yaw_rate")
-"""What a receiver or instrument may say beside time and position."""
+REPORTED = ("position_std", "sog", "cog", "heading", "water_speed", "yaw_rate")
+"""Columns that a receiver or instrument may report beside time and position."""
+
+Rows = slice | NDArray[np.bool_] | NDArray[np.integer]
+"""Chosen rows of a table: a slice, a mask or indices."""
 
 
 @dataclass(frozen=True, eq=False)
 class Table:
     """Equal-length columns, selected and sorted by row."""
+
+    time: np.ndarray  # Unix UTC
+    latitude: np.ndarray  # rad
+    longitude: np.ndarray  # rad, [−π, π)
 
     def __len__(self) -> int:
         return len(self.time)
@@ -35,10 +47,10 @@ class Table:
 
     @property
     def has_position(self) -> np.ndarray:
-        """(n,) bool: the rows that say where."""
+        """(n,) bool: the rows with a position."""
         return np.isfinite(self.latitude) & np.isfinite(self.longitude)
 
-    def rows(self, chosen) -> Self:
+    def rows(self, chosen: Rows) -> Self:
         """The same table with the rows of a slice, mask or index array."""
         return replace(self, **{name: column[chosen] for name, column in self.columns().items()})
 
@@ -50,18 +62,19 @@ class Table:
 
     def tracks(self) -> Iterator[tuple[int | None, Self]]:
         """Each vessel's rows as (mmsi, table); a table without mmsi is one track. Rows of a vessel stand together."""
-        if self.mmsi is None or len(self) == 0:
+        mmsi = self.columns().get("mmsi")
+        if mmsi is None or len(self) == 0:
             yield None, self
             return
-        edges = np.flatnonzero(np.diff(self.mmsi)) + 1
+        edges = np.flatnonzero(np.diff(mmsi)) + 1
         bounds = [0, *edges.tolist(), len(self)]
         for first, last in pairwise(bounds):
-            yield int(self.mmsi[first]), self.rows(slice(first, last))
+            yield int(mmsi[first]), self.rows(slice(first, last))
 
 
 @dataclass(frozen=True, eq=False)
 class Fixes(Table):
-    """What receivers said: one row an epoch, in time order (by vessel, then time, where `mmsi` is given).
+    """Measurements of receivers: one row an epoch, in time order (by vessel, then time, where `mmsi` is given).
 
     A row may lack its position (a compass between two fixes); such a row aids the estimate and gets no row of its own
     in Motion.
@@ -69,9 +82,6 @@ class Fixes(Table):
     Shapes: every array (n,). Raises InputError when lengths differ.
     """
 
-    time: np.ndarray  # Unix UTC
-    latitude: np.ndarray  # rad
-    longitude: np.ndarray  # rad, [−π, π)
     position_std: np.ndarray | None = None  # the receiver's own 1σ of north and of east
     sog: np.ndarray | None = None
     cog: np.ndarray | None = None  # true, rad
@@ -80,11 +90,11 @@ class Fixes(Table):
     yaw_rate: np.ndarray | None = None  # + starboard, rad/s
     mmsi: np.ndarray | None = None  # int64
     source: str = ""
-    notes: tuple[str, ...] = ()  # what the reader left out or corrected, and why, one sentence each
+    notes: tuple[str, ...] = ()  # rows left out or corrected by the reader, one sentence each
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         n = len(self.time)
-        for name in ("time", "latitude", "longitude", *SAID):
+        for name in ("time", "latitude", "longitude", *REPORTED):
             given = getattr(self, name)
             column = np.full(n, np.nan) if given is None else np.ascontiguousarray(given, dtype=np.float64)
             if column.shape != (n,):
@@ -98,21 +108,18 @@ class Fixes(Table):
         keys = (self.time,) if self.mmsi is None else (self.time, self.mmsi)
         return self.rows(np.lexsort(keys))
 
-    def to_frame(self):
-        """A polars DataFrame: time_s, lat_deg, lon_deg, then whatever was said; unknown is null."""
+    def to_frame(self) -> "pl.DataFrame":
+        """A polars DataFrame: time_s, lat_deg, lon_deg, then the columns that were reported; unknown is null."""
         return _frame(self, _FIXES_COLUMNS, optional=True)
 
 
 @dataclass(frozen=True, eq=False)
 class Motion(Table):
-    """What we say: position, SOG, COG and course rate with their standard deviations, one row a fix or output time.
+    """Estimates: position, SOG, COG and course rate with their standard deviations, one row a fix or output time.
 
     Shapes: every array (n,). `cog`, `course_rate` and their deviations are NaN where course is not defined.
     """
 
-    time: np.ndarray  # Unix UTC
-    latitude: np.ndarray  # rad
-    longitude: np.ndarray  # rad, [−π, π)
     sog: np.ndarray
     cog: np.ndarray  # rad, [−π, π)
     course_rate: np.ndarray  # + starboard, rad/s
@@ -124,33 +131,35 @@ class Motion(Table):
     position_std: np.ndarray  # √((σ_N² + σ_E²)/2)
     mmsi: np.ndarray | None = None
 
-    def to_frame(self):
+    def to_frame(self) -> "pl.DataFrame":
         """A polars DataFrame of the output columns, degrees where a name says so, null where unknown."""
         import polars as pl
 
         return _frame(self, MOTION_COLUMNS).with_columns(pl.Series("status", np.array(STATUSES)[self.status]))
 
 
-def _degrees(radians):
+def _degrees(radians: Floats) -> Floats:
     return np.degrees(radians)
 
 
-def _compass_degrees(radians):
+def _compass_degrees(radians: Floats) -> Floats:
     """Degrees in [0, 360)."""
     turned = np.mod(np.degrees(radians), 360.0)
     return np.where(turned >= 360.0, 0.0, turned)
 
 
-def _as_is(values):
+def _as_is(values: Floats) -> Floats:
     return values
 
 
-_POSITION_COLUMNS = {
+Columns = dict[str, tuple[str, Callable[[Floats], Floats]]]
+"""Outward name of a column: its field, and the conversion to the outward unit."""
+_POSITION_COLUMNS: Columns = {
     "time_s": ("time", _as_is),
     "lat_deg": ("latitude", _degrees),
     "lon_deg": ("longitude", _degrees),
 }
-_FIXES_COLUMNS = _POSITION_COLUMNS | {
+_FIXES_COLUMNS: Columns = _POSITION_COLUMNS | {
     "position_std_m": ("position_std", _as_is),
     "sog_mps": ("sog", _as_is),
     "cog_deg": ("cog", _compass_degrees),
@@ -158,7 +167,7 @@ _FIXES_COLUMNS = _POSITION_COLUMNS | {
     "water_speed_mps": ("water_speed", _as_is),
     "yaw_rate_dps": ("yaw_rate", _degrees),
 }
-MOTION_COLUMNS = _POSITION_COLUMNS | {
+MOTION_COLUMNS: Columns = _POSITION_COLUMNS | {
     "sog_mps": ("sog", _as_is),
     "cog_deg": ("cog", _compass_degrees),
     "course_rate_dps": ("course_rate", _degrees),
@@ -169,8 +178,8 @@ MOTION_COLUMNS = _POSITION_COLUMNS | {
 }
 
 
-def _frame(table, columns, optional=False):
-    """The table under its outward column names; with `optional`, columns that hold nothing are left out."""
+def _frame(table: "Fixes | Motion", columns: Columns, optional: bool = False) -> "pl.DataFrame":
+    """The table under its outward column names; with `optional`, columns without a value are left out."""
     import polars as pl
 
     series = [] if table.mmsi is None else [pl.Series("mmsi", table.mmsi)]

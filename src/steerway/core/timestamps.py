@@ -1,16 +1,19 @@
 """Dates as logs and tables write them, to Unix time, a column at a time; and the one way we write them."""
 
 import datetime
+from collections.abc import Sequence
 
 import numpy as np
 import polars as pl
+
+from steerway.core.arrays import Floats
 
 _CLOCK = r"[T\s_Z-]*(\d{1,2}):?(\d{2})(?::?(\d{2}(?:[.,]\d+)?))?\s*(Z|UTC|[+-]\d{2}(?::?\d{2})?)?\s*$"
 _YEAR_FIRST = r"^\s*(\d{4})[-/.]?(\d{2})[-/.]?(\d{2})" + _CLOCK
 _YEAR_LAST = r"^\s*(\d{1,2})[/.-](\d{1,2})[/.-](\d{4})" + _CLOCK
 
 
-def unix_times(texts) -> np.ndarray:
+def unix_times(texts: Sequence[str | None] | pl.Series) -> np.ndarray:
     """Unix seconds (n,) of n dates: ISO 8601 and its kin, or day and month before the year; NaN where not one.
 
     Without an offset a time is UTC. Where the year stands last the day comes first, unless that gives no date anywhere
@@ -38,7 +41,7 @@ def iso(time: float) -> str:
     return f"{date}{fraction[1:]}Z"
 
 
-def _parts(column, pattern):
+def _parts(column: pl.Series, pattern: str) -> tuple[Floats, ...]:
     """Three numbers of the date, three of the clock, and the offset from UTC in seconds; NaN where no match."""
     groups = column.str.extract_groups(pattern).struct.unnest()
     numbers = [
@@ -50,7 +53,7 @@ def _parts(column, pattern):
     return *numbers, _offset(groups["7"])
 
 
-def _offset(zones):
+def _offset(zones: pl.Series) -> Floats:
     """Seconds east of UTC of Z, ±hh, ±hhmm and ±hh:mm."""
     if zones.null_count() == len(zones) or not zones.str.contains("[+-]").any():
         return np.zeros(len(zones))
@@ -60,7 +63,9 @@ def _offset(zones):
     return sign * (hours * 3600.0 + minutes * 60.0)
 
 
-def _seconds(year, month, day, hour, minute, second, offset):
+def _seconds(
+    year: Floats, month: Floats, day: Floats, hour: Floats, minute: Floats, second: Floats, offset: Floats
+) -> Floats:
     """Unix seconds of a civil date; NaN where there is no such date."""
     with np.errstate(invalid="ignore"):
         valid = (year >= 1) & (month >= 1) & (month <= 12) & (day >= 1) & (hour < 24) & (minute < 60) & (second < 61)

@@ -1,11 +1,13 @@
 """One sentence for what is wrong in a file of settings: the key's path, the value, and what was expected."""
 
 import difflib
+from collections.abc import Iterator, Sequence
 
 from pydantic import BaseModel, ValidationError
 
 from steerway.core.errors import InputError
 
+Location = Sequence[str | int]
 _EXPECTED = {
     "greater_than": "expected more than {gt}",
     "greater_than_equal": "expected at least {ge}",
@@ -34,12 +36,14 @@ def refusal(place: str, error: ValidationError, model: type[BaseModel]) -> Input
     """The first thing that is wrong, as an InputError. An unknown key counts as first: it is most often a slip."""
     problems = sorted(error.errors(), key=lambda each: each["type"] != "extra_forbidden")
     problem = problems[0]
-    path = _path(problem["loc"])
+    keys, holder, chosen = _located(problem["loc"], model)
+    path = _path(keys)
     kind = problem["type"]
     if kind == "extra_forbidden":
-        return InputError(f"{place}: {path} is no key, expected {_keys(problem['loc'], model)}")
+        of_kind = f" for kind {chosen}" if chosen else ""
+        return InputError(f"{place}: unknown key {path}{of_kind}, expected {_keys(keys[-1], holder)}")
     if kind == "missing":
-        return InputError(f"{place}: {path} is missing, expected {_what(problem['loc'], model)}")
+        return InputError(f"{place}: {path} is missing, expected {_what(keys[-1], holder)}")
     if kind == "value_error":
         return InputError(f"{place}: {problem['msg'].removeprefix('Value error, ')}")
     if kind == "literal_error":
@@ -56,7 +60,7 @@ def refusal(place: str, error: ValidationError, model: type[BaseModel]) -> Input
     return InputError(f"{place}: {path} is {problem['input']!r}, {expected}")
 
 
-def _path(location) -> str:
+def _path(location: Location) -> str:
     """`route.waypoints[2].north` from pydantic's location."""
     text = ""
     for part in location:
@@ -64,34 +68,47 @@ def _path(location) -> str:
     return text
 
 
-def _keys(location, model) -> str:
-    """The keys there are beside the wrong one, the nearest first if it is near."""
-    fields = _model_at(location[:-1], model).model_fields
-    names = [field.alias or name for name, field in fields.items()]
-    near = difflib.get_close_matches(str(location[-1]), names, 1, 0.6)
+def _keys(wrong: str | int, holder: type[BaseModel]) -> str:
+    """The keys there are in place of the wrong one, the nearest alone if it is near."""
+    names = [field.alias or name for name, field in holder.model_fields.items()]
+    near = difflib.get_close_matches(str(wrong), names, 1, 0.6)
     return f"perhaps {near[0]}" if near else "one of " + ", ".join(names)
 
 
-def _what(location, model) -> str:
-    holder = _model_at(location[:-1], model)
-    field = holder.model_fields.get(str(location[-1])) if holder else None
+def _what(key: str | int, holder: type[BaseModel]) -> str:
+    field = holder.model_fields.get(str(key))
     return field.description if field is not None and field.description else "a value"
 
 
-def _model_at(location, model):
-    """The model that holds a location's last key."""
+def _located(location: Location, model: type[BaseModel]) -> tuple[list[str | int], type[BaseModel], str | int | None]:
+    """The keys of pydantic's location, the model that holds the last of them, and the kind that selected this model.
+
+    Where a field holds one of several models, the location has the kind as one more part.
+    """
+    keys: list[str | int] = []
+    holder, options = model, [model]
+    chosen: str | int | None = None
     for part in location:
-        if isinstance(part, int) or part not in model.model_fields:
+        of_kind = [
+            each for each in options if "kind" in each.model_fields and each.model_fields["kind"].default == part
+        ]
+        if len(options) > 1 and of_kind:
+            options, chosen = of_kind, part
             continue
-        model = _first_model(model.model_fields[part].annotation) or model
-    return model
+        keys.append(part)
+        if isinstance(part, int) or not options:
+            continue
+        holder = options[0]
+        field = holder.model_fields.get(part)
+        if field is not None:
+            options = list(_models(field.annotation)) or options
+            chosen = None
+    return keys, holder, chosen
 
 
-def _first_model(annotation):
+def _models(annotation: object) -> Iterator[type[BaseModel]]:
+    """The models in a type, however deep."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return annotation
+        yield annotation
     for inner in getattr(annotation, "__args__", ()):
-        found = _first_model(inner)
-        if found:
-            return found
-    return None
+        yield from _models(inner)

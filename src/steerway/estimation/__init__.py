@@ -1,8 +1,24 @@
-"""Estimators: what the vessel does, from what its receivers say."""
+"""Estimators: the motion of a vessel from measurements."""
 
-from steerway.estimation.course.filter import FiveStateFilter
-from steerway.estimation.estimate import choose_profile, estimate
-from steerway.estimation.profiles import Profile
-from steerway.estimation.selection.tune import tune
+from typing import TYPE_CHECKING
 
-__all__ = ["FiveStateFilter", "Profile", "choose_profile", "estimate", "tune"]
+from steerway.core.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from steerway.estimation.course.filter import FiveStateFilter
+    from steerway.estimation.log_estimate import choose_profile, estimate
+    from steerway.estimation.prediction import Prediction, hindcast, predict
+    from steerway.estimation.profiles import Profile
+    from steerway.estimation.selection.tune import tune
+
+__all__ = [
+    "FiveStateFilter",
+    "Prediction",
+    "Profile",
+    "choose_profile",
+    "estimate",
+    "hindcast",
+    "predict",
+    "tune",
+]
+__getattr__, __dir__ = on_demand(__name__)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,8 +14,11 @@ from steerway.core.records import Fixes, Table
 from steerway.estimation.course.forecast import forecast
 from steerway.estimation.course.motion.layout import EAST, EMPTY, LATITUDE, LONGEST_GAP, LONGITUDE, NORTH, PHASE
 from steerway.estimation.course.replay import kept_rows
-from steerway.estimation.estimate import choose_profile
+from steerway.estimation.log_estimate import choose_profile
 from steerway.estimation.profiles import Profile
+
+if TYPE_CHECKING:
+    import polars as pl
 
 LONGEST_HORIZON = 3600.0
 """s"""
@@ -42,7 +46,7 @@ class Prediction(Table):
         axes = (np.sqrt(chi_square * (mean + spread)), np.sqrt(chi_square * np.maximum(mean - spread, 0.0)))
         return *axes, 0.5 * np.arctan2(self.covariance, half)
 
-    def to_frame(self):
+    def to_frame(self) -> "pl.DataFrame":
         """A polars DataFrame: mmsi, time_s, horizon_s, lat_deg, lon_deg, deviations, correlation, the 95 % ellipse."""
         import polars as pl
 
@@ -100,6 +104,34 @@ def predict(
     columns = np.array(rows, float).reshape(-1, 7).T
     mmsi = None if fixes.mmsi is None else np.array(vessels, np.int64)
     return Prediction(*columns, mmsi=mmsi)
+
+
+def hindcast(
+    track: Fixes,
+    horizons: Sequence[float],
+    spacing: float = 0.0,
+    profile: Profile | str | Path | None = None,
+    aid: tuple[str, ...] | None = None,
+) -> tuple[np.ndarray, Prediction]:
+    """What `predict` would have given at earlier rows of the record of one vessel, each from the rows up to it.
+
+    Args:
+        track: rows with positions of one vessel, in order of time.
+        horizons: s after each of the rows.
+        spacing: least time between two of the rows, s.
+        profile, aid: as for `predict`; a profile that is None is chosen from the whole record.
+
+    Returns the rows (n,) and the predictions from them, n times as many as horizons, horizons within rows.
+    Raises InputError as `estimate` does.
+    """
+    parameters, outlook, aid = predictor(track, profile, aid)
+    kept, rows, last = kept_rows(parameters, aid, track), [], -np.inf
+    for row, moment in enumerate(track.time):
+        if moment - last >= spacing:
+            rows, last = [*rows, row], moment
+    columns = [(track.time[row] + each, *ahead(kept[row], outlook, each)) for row in rows for each in horizons]
+    mmsi = None if track.mmsi is None else np.full(len(columns), track.mmsi[0])
+    return np.array(rows, int), Prediction(*np.array(columns, float).reshape(-1, 7).T, mmsi=mmsi)
 
 
 def predictor(fixes: Fixes, profile=None, aid=None) -> tuple[np.ndarray, np.ndarray, tuple[str, ...]]:

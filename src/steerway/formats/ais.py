@@ -192,7 +192,7 @@ def _by_clocks(place, second, clocks):
 
 
 def _fixes(time, columns, skipped):
-    """The reports as a table; those without time or position are counted, and those heard twice."""
+    """The reports as a table; those without time or position are counted, and those received twice."""
     mmsi, latitude, longitude, sog, cog, heading, turn = columns
     latitude, longitude = places(latitude, longitude)
     table = Fixes(

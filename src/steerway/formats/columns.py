@@ -1,4 +1,4 @@
-"""What the columns of a table mean: common spellings of their names, and the units that names carry."""
+"""The meaning of the columns of a table: common spellings of their names, and units in names."""
 
 import re
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ _KINDS = {"time": "time", "latitude": "angle", "longitude": "angle", "cog": "ang
 _KINDS |= {"sog": "speed", "water_speed": "speed", "yaw_rate": "rate", "position_std": "length"}
 _RADII = ("hacc", "h_acc", "horizontal_accuracy", "position_accuracy", "ehpe", "eph", "accuracy")
 _FACTORS = dict.fromkeys(_RADII, 0.5**0.5) | {"hdop": float(RANGE_ERROR[ALONE]) * 0.5**0.5}
-"""What a radius, and a dilution of precision, is to be multiplied with to be 1σ of north and of east."""
+"""Factors from a radius, and from a dilution of precision, to 1σ of north and of east."""
 _UNIT_NAMES = {KNOT: "knots", 1 / 3.6: "km/h", 0.44704: "mph", DEGREE: "degrees", DEGREE / 60: "degrees a minute"}
 _PLAIN_UNITS = {"time": "s", "angle": "radians", "speed": "m/s", "rate": "rad/s", "length": "m"}
 
@@ -61,7 +61,7 @@ class Column:
 
 
 def understood(names) -> dict[str, Column]:
-    """The columns of a table that mean something here, by meaning; of two alike the commoner spelling is taken."""
+    """The known columns of a table by meaning; of several alike the most common spelling is used."""
     best = {}
     for index, name in enumerate(names):
         meaning, rank, unit = _meaning(name)
@@ -96,7 +96,7 @@ def plain_name(name):
 
 
 def _default(meaning, name, is_ais):
-    """The factor of a name that states none: mariners' units for mariners' words, SI for plain ones."""
+    """The factor of a name that states none: nautical units for nautical terms, SI for others."""
     if meaning in ("sog", "water_speed"):
         return KNOT if is_ais or "speed" not in name.lower() else 1.0
     if meaning == "yaw_rate":

@@ -1,7 +1,7 @@
-"""The accuracy of a fix from its dilution of precision, for receivers that say nothing better.
+"""The accuracy of a fix from its dilution of precision, for receivers that report nothing better.
 
-HDOP times what a range errs by makes the horizontal error, a radius. What a range errs by depends on how the fix was
-made; the numbers here are orders of magnitude, good enough to tell a fix of centimetres from one of metres.
+HDOP times the range error is the horizontal error, a radius. The range error depends on the kind of fix; the numbers
+here are orders of magnitude, sufficient to distinguish a fix of centimetres from one of metres.
 """
 
 import math
@@ -15,12 +15,12 @@ RANGE_ERROR = np.array([np.nan, 3.0, 1.0, 1.0, 0.02, 0.3, 10.0, np.nan, np.nan])
 dead reckoning, by hand, simulated."""
 ALONE, DIFFERENTIAL, PRECISE, FIXED, FLOAT, DEAD_RECKONING = range(1, 7)
 LARGEST = 50.0
-"""HDOP from which it only says that there is no fix."""
+"""HDOP from which on it indicates no fix."""
 
 
 @kernel
 def deviation(dilution, quality=ALONE):
-    """1σ of north and of east (m) by HDOP and the quality of the fix; NaN where they say nothing."""
+    """1σ of north and of east (m) by HDOP and the quality of the fix; NaN where they are unknown."""
     if not 0.0 < dilution < LARGEST or not 0 <= quality < len(RANGE_ERROR):
         return math.nan
     return dilution * RANGE_ERROR[int(quality)] / math.sqrt(2.0)

@@ -1,4 +1,4 @@
-"""GeoJSON (RFC 7946) out: a line for each track and a point for each row, with what the row says as properties."""
+"""GeoJSON (RFC 7946) out: a line for each track and a point for each row, with its columns as properties."""
 
 import json
 import math
@@ -45,5 +45,5 @@ def _line(mmsi, rows):
 
 def _point(row):
     place = [row["lon_deg"], row["lat_deg"]]
-    said = {name: value for name, value in row.items() if name not in ("lat_deg", "lon_deg")}
-    return {"type": "Feature", "geometry": {"type": "Point", "coordinates": place}, "properties": said}
+    properties = {name: value for name, value in row.items() if name not in ("lat_deg", "lon_deg")}
+    return {"type": "Feature", "geometry": {"type": "Point", "coordinates": place}, "properties": properties}

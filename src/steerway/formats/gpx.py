@@ -162,7 +162,7 @@ def _refuse(*_):
 def text(record) -> str:
     """A GPX 1.0 document with one track a vessel, of the rows of `Fixes` or `Motion` that have a place.
 
-    The name of a vessel's track is her MMSI. Numbers stand in their shortest form that reads back the same.
+    The name of a vessel's track is its MMSI. Numbers have the fewest digits that read back the same.
     """
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',

@@ -86,7 +86,7 @@ def read(data: bytes) -> Recording:
 
 
 def _messages(data, skipped):
-    """(stamp, pgn, source, bytes) of every whole message the reader has a use for."""
+    """(stamp, pgn, source, bytes) of every whole message that is read."""
     found, parts = [], {}
     lines = 0
     for match in _LINE.finditer(data):
@@ -169,7 +169,7 @@ class _Decoded:
 
 
 class _Variation:
-    """The magnetic variation (rad, + east) that the bus announced last."""
+    """The magnetic variation (rad, + east) last sent on the bus."""
 
     def __init__(self, table):
         value = table.value("variation", _ANGLE)
@@ -184,7 +184,7 @@ class _Variation:
 
 
 def _correct_clock(tables, notes):
-    """Set the logger's clock by GNSS where it is wrong by more than messages are late."""
+    """Set the logger's clock by GNSS where its error exceeds the delay of messages."""
     own = _gnss_time(tables[129029])
     late = own - tables[129029].time
     if not np.isfinite(late).any():
@@ -216,8 +216,8 @@ def _fixes(name, own, variation, skipped, notes):
             known = np.isfinite(values)
             column[row[known]] = values[known]
     table = Fixes(time=time, source=name, **fields)
-    said = np.any([np.isfinite(values) for values in fields.values()], axis=0)
-    return table.rows(said)
+    known = np.any([np.isfinite(values) for values in fields.values()], axis=0)
+    return table.rows(known)
 
 
 def _position(name, own, skipped, notes):
@@ -249,15 +249,15 @@ def _position(name, own, skipped, notes):
 
 
 def _deviation(full, solved, moments):
-    """1σ of fixes heard at `moments` by the dilution of precision that 129029 last told, not long before."""
+    """1σ of fixes received at `moments`, from the latest dilution of precision in 129029 if it is recent."""
     known = np.flatnonzero(solved)
     if not len(known):
         return np.full(len(moments), np.nan)
     hdop, method = full.value("hdop", 0.01), full.raw["method"] >> 4
-    told = np.array([dilution.deviation(hdop[k], int(method[k])) for k in known])
+    deviations = np.array([dilution.deviation(hdop[k], int(method[k])) for k in known])
     last = np.searchsorted(full.time[known], moments, side="right") - 1
     fresh = (last >= 0) & (moments - full.time[known][last] < _FRESH)
-    return np.where(fresh, told[last], np.nan)
+    return np.where(fresh, deviations[last], np.nan)
 
 
 def _course(name, table, variation, skipped, notes):

@@ -1,6 +1,6 @@
-"""The front door: any logs in, one record out.
+"""Reading: any logs in, one record out.
 
-A log is recognised by its content; a new format is one line in FORMATS. A log in which several formats speak (NMEA
+A log is recognised by its content; a new format is its module and one line in FORMATS. A log of several formats (NMEA
 0183 with UBX, or with AIS) is read by each.
 """
 
@@ -40,7 +40,7 @@ _GZIP = b"\x1f\x8b"
 
 @dataclass(frozen=True)
 class Log:
-    """One log as one format understood it, with the quality of each of its sources."""
+    """One log as read by one format, with the quality of each of its sources."""
 
     name: str
     recording: Recording
@@ -57,10 +57,10 @@ def read(
     """The record that logs hold together, in time order.
 
     Positions come from `source`, or from the best one by rate, resolution and continuity; headings, water speed and
-    yaw rates of other instruments on board are merged in. The notes say what was chosen, corrected and left out.
+    yaw rates of other instruments on board are merged in. The notes name the chosen source, corrections and omissions.
 
     Parameters: `paths` see Source; `start` ≤ time < `stop` in Unix s. Raises InputError when a log is missing, empty or
-    of no known format, when there is no position in any, none between start and stop, or no such source.
+    of an unrecognized format, when there is no position in any, none between start and stop, or no such source.
     """
     logs = list(_recordings(paths, progress))
     sources = gather([(Path(name).name, recording.sources) for name, recording in logs])
@@ -89,13 +89,13 @@ def survey(*paths: Source, progress: Progress | None = None) -> list[Log]:
 
 def _recordings(paths, progress) -> Iterator[tuple[str, Recording]]:
     if not paths:
-        raise InputError("no log was named; expected one path or more, or - for standard input")
+        raise InputError("no log is given, expected one or more paths, or - for standard input")
     total = sum(_size(path) for path in paths)
     done = 0
     for path in paths:
         name, data = _opened(path)
         done += len(data)
-        yield from ((name, recording) for recording in _understood(name, _plain(name, data)))
+        yield from ((name, recording) for recording in _parsed(name, _plain(name, data)))
         if progress is not None:
             progress(done, max(total, done))
 
@@ -119,7 +119,7 @@ def _opened(path):
             raise InputError(f"{path}: cannot be read ({_why(path, error)}), expected a log file") from None
     stream, name = (sys.stdin.buffer, "standard input") if isinstance(path, str | PathLike) else (path, "")
     if not hasattr(stream, "read"):
-        raise InputError(f"{path!r} is no log; expected a path, bytes or an open file")
+        raise InputError(f"log is {path!r}, expected a path, bytes or an open file")
     data = stream.read()
     name = name or str(getattr(stream, "name", "stream"))
     return name, data.encode() if isinstance(data, str) else data
@@ -147,11 +147,11 @@ def _plain(name, data):
             break
         data = unpacker.unused_data + data[first + _PIECE :] if unpacker.eof else b""
     if not any(parts):
-        raise InputError(f"{name}: a gzip archive from which nothing can be unpacked, expected a log")
+        raise InputError(f"{name}: the gzip archive is damaged from the beginning, expected a log")
     return b"".join(parts)
 
 
-def _understood(name, data):
+def _parsed(name, data):
     """The recordings of every format that recognises the bytes."""
     if not data.strip():
         raise InputError(f"{name}: is empty, expected a log")
@@ -160,7 +160,7 @@ def _understood(name, data):
     if not readers and len(data) > _HEAD:
         readers = [reader for reader in FORMATS.values() if reader.recognises(data)]
     if not readers:
-        raise InputError(f"{name}: of no known format; looked for {', '.join(FORMATS)}")
+        raise InputError(f"{name}: unrecognized format, expected one of {', '.join(FORMATS)}")
     recordings, refused = [], []
     for reader in readers:
         try:
@@ -176,7 +176,7 @@ def _no_position(logs):
     names = ", ".join(dict.fromkeys(name for name, _ in logs))
     kinds = ", ".join(dict.fromkeys(kind for _, recording in logs for kind in list(recording.counts)[:5]))
     skipped = _skipped([recording for _, recording in logs])
-    return f"{names}: no position in it; found {kinds or 'nothing whole'}{f' ({skipped})' if skipped else ''}"
+    return f"{names}: no position in it; found {kinds or 'no complete message'}{f' ({skipped})' if skipped else ''}"
 
 
 def _choice_notes(name, sources):

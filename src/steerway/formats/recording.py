@@ -1,4 +1,4 @@
-"""What one log held, before anything is chosen: the fixes of each source and an account of every message."""
+"""The contents of one log before a source is chosen: the fixes of each source and a count of every message."""
 
 from dataclasses import dataclass, field
 
@@ -7,11 +7,11 @@ from steerway.core.records import Fixes
 
 @dataclass(frozen=True)
 class Recording:
-    """What a log said, source by source.
+    """The contents of a log by source.
 
     `sources` maps a name the user can give to `--source` (a talker such as "GP", "src 52", "UBX", "AIS") to its rows
-    in time order; a compass without positions is a source too. `counts` tells how many messages of each kind were
-    read, `skipped` how many were left out for which reason, `notes` what was corrected (a date, a magnetic heading).
+    in time order; a compass without positions is a source too. `counts` has the number of messages read
+    of each kind, `skipped` the number left out for each reason, `notes` the corrections (a date, a magnetic heading).
     """
 
     format: str

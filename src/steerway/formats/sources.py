@@ -1,4 +1,4 @@
-"""From what several logs said to one record: one source across logs, the best of them, and what the others add."""
+"""From the sources of several logs to one record: joined across logs, the best chosen, others added."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -7,7 +7,8 @@ import numpy as np
 
 from steerway.core.earth import radii
 from steerway.core.errors import InputError
-from steerway.core.records import SAID, Fixes
+from steerway.core.records import REPORTED, Fixes
+from steerway.core.rounding import written_step
 
 INSTRUMENTS = ("heading", "water_speed", "yaw_rate")
 
@@ -23,7 +24,7 @@ _QUANTA_DEG = sorted([10.0**-k for k in range(2, 10)] + [10.0**-k / 60.0 for k i
 
 @dataclass(frozen=True)
 class Quality:
-    """How well a source tells where the boat is."""
+    """Quality of the positions of a source."""
 
     rows: int
     fixes: int
@@ -32,23 +33,23 @@ class Quality:
     rate: float  # Hz, from the median interval of fixes; NaN below two fixes
     gaps: int  # intervals over three times the median
     longest_gap: float  # s, 0 for none
-    resolution: float  # m: the last decimal of the positions; NaN when it cannot be told
+    resolution: float  # m: the last decimal of the positions; NaN when it is unknown
     roughness: float  # m: median distance of a fix from the line between its neighbours; NaN below three fixes
-    says: tuple[str, ...]  # the columns beside the position that hold something
+    says: tuple[str, ...]  # the columns beside the position that have values
     vessels: int  # 0 for the own boat's log
     score: float  # rate × continuity over the whole record / (resolution + roughness); 0 without positions
 
 
 def quality(fixes: Fixes, span: float | None = None) -> Quality:
     """The quality of a source, its continuity taken over `span` (s) or, without one, over its own length."""
-    said = tuple(name for name in SAID if np.isfinite(getattr(fixes, name)).any())
+    reported = tuple(name for name in REPORTED if np.isfinite(getattr(fixes, name)).any())
     ends = (float(fixes.time.min()), float(fixes.time.max())) if len(fixes) else (np.nan, np.nan)
     placed = fixes.rows(fixes.has_position)
     vessels = 0 if fixes.mmsi is None else len(np.unique(fixes.mmsi))
     intervals = _intervals(placed)
     if not len(intervals):
         score = 1e-9 if len(placed) else 0.0
-        return Quality(len(fixes), len(placed), *ends, np.nan, 0, 0.0, np.nan, np.nan, said, vessels, score)
+        return Quality(len(fixes), len(placed), *ends, np.nan, 0, 0.0, np.nan, np.nan, reported, vessels, score)
     usual = float(np.median(intervals))
     gaps = intervals[intervals > _GAP * usual]
     own = float(intervals.sum())
@@ -56,7 +57,7 @@ def quality(fixes: Fixes, span: float | None = None) -> Quality:
     resolution = _resolution(placed)
     roughness = _roughness(placed, usual)
     fineness = 1.0 / (_FINE + np.nan_to_num(resolution) + np.nan_to_num(roughness))
-    with_speed = np.isfinite(placed.sog).mean()  # between equals, the one that also tells its speed
+    with_speed = np.isfinite(placed.sog).mean()  # of equal sources, the one that also reports speed
     score = min(1.0 / usual, _FAST) * covered * fineness * (1.0 + 0.1 * with_speed)
     longest = float(gaps.max()) if len(gaps) else 0.0
     return Quality(
@@ -68,7 +69,7 @@ def quality(fixes: Fixes, span: float | None = None) -> Quality:
         longest,
         resolution,
         roughness,
-        said,
+        reported,
         vessels,
         float(score),
     )
@@ -86,11 +87,7 @@ def _resolution(placed):
     some = placed.rows(slice(None, None, max(1, len(placed) // _SAMPLE)))
     degrees = np.degrees(np.concatenate([some.latitude, some.longitude]))
     meridian, _ = radii(float(placed.latitude[0]))
-    for quantum_deg in _QUANTA_DEG:
-        written = degrees / quantum_deg
-        if np.mean(np.abs(written - np.round(written)) < _ROUNDED) > 0.98:
-            return float(np.radians(quantum_deg) * meridian)
-    return np.nan
+    return float(np.radians(written_step(degrees, _QUANTA_DEG, _ROUNDED, share=0.98)) * meridian)
 
 
 def _roughness(placed, usual):
@@ -111,33 +108,33 @@ def gather(logs: Sequence[tuple[str, Mapping[str, Fixes]]]) -> dict[str, Fixes]:
     """The sources of several logs, in time order each.
 
     One name in logs that follow one another, or in copies of one log, is one source. In logs of the same hours that
-    say different things it is two devices: these are called by their log too.
+    differ it is two devices, named also by their log.
     """
-    parts: dict[str, list[tuple[str, Fixes]]] = {}
+    parts_of: dict[str, list[tuple[str, Fixes]]] = {}
     for log, sources in logs:
         for name, fixes in sources.items():
             if len(fixes):
-                parts.setdefault(name, []).append((log, fixes))
+                parts_of.setdefault(name, []).append((log, fixes))
     gathered = {}
-    for name, told in parts.items():
-        told.sort(key=lambda part: part[1].time.min())
-        if _are_one(told):
-            gathered[name] = joined([fixes for _, fixes in told])
+    for name, parts in parts_of.items():
+        parts.sort(key=lambda part: part[1].time.min())
+        if _are_one(parts):
+            gathered[name] = joined([fixes for _, fixes in parts])
         else:
-            for log, fixes in told:
+            for log, fixes in parts:
                 label = f"{name} in {log}"
                 gathered[label] = joined([gathered[label], fixes]) if label in gathered else fixes
     return {name: replace(fixes, source=name) for name, fixes in gathered.items()}
 
 
-def _are_one(told):
+def _are_one(parts):
     """Whether parts of one name, sorted by their beginning, come from one device."""
-    for k in range(1, len(told)):
-        earlier, later = told[k - 1][1], told[k][1]
+    for k in range(1, len(parts)):
+        earlier, later = parts[k - 1][1], parts[k][1]
         if later.mmsi is not None or later.time.min() > earlier.time.max() - _OVERLAP:
             continue
         shared = later.between(later.time.min(), earlier.time.max())
-        if np.mean(_told_before(shared, earlier)) < 0.5:
+        if np.mean(_in_earlier(shared, earlier)) < 0.5:
             return False
     return True
 
@@ -148,18 +145,18 @@ def _keys(fixes):
     return np.ascontiguousarray(np.nan_to_num(values, nan=1e9)).view("V40").reshape(-1)
 
 
-def _told_before(fixes, earlier):
-    """(n,) bool: the rows that an earlier log told in the same words."""
+def _in_earlier(fixes, earlier):
+    """(n,) bool: the rows that an earlier log also has, with the same values."""
     known = set(_keys(earlier).tolist())
     return np.array([key in known for key in _keys(fixes).tolist()], bool)
 
 
 def joined(parts: Sequence[Fixes]) -> Fixes:
-    """The rows of several parts in time order, without those that an earlier part told already."""
+    """The rows of several parts in time order, without those that an earlier part has."""
     whole = parts[0]
     for part in parts[1:]:
         shares = len(part) and len(whole) and part.time.min() <= whole.time.max()
-        fresh = part.rows(~_told_before(part, whole)) if shares else part
+        fresh = part.rows(~_in_earlier(part, whole)) if shares else part
         whole = _stacked(whole, fresh)
     return whole.in_order()
 
@@ -192,11 +189,11 @@ def choose(sources: Mapping[str, Fixes], wanted: str | None = None) -> str:
 
 
 def with_instruments(name: str, sources: Mapping[str, Fixes]) -> tuple[Fixes, list[str]]:
-    """The chosen source with what other sources of the own boat add, as rows without position between its fixes.
+    """The chosen source with measurements of other sources of the own boat, as rows without position between its fixes.
 
-    One source a column, so that two compasses are never mixed: the chosen one when it says the column at half of its
-    fixes or more, else the one that says it most often. SOG and COG come from others only when they have no positions
-    themselves and the chosen source says none.
+    One source a column, so that two compasses are never mixed: the chosen one when it reports the column at half of
+    its fixes or more, else the one that reports it most often. SOG and COG come from others only when they have no
+    positions themselves and the chosen source reports neither.
     """
     chosen, notes = sources[name], []
     if chosen.mmsi is not None:
@@ -231,8 +228,8 @@ def _giver(name, sources, column):
 def _merged(chosen, giver, columns):
     """Columns of another source: into the rows of the same time, else as rows of their own within the record."""
     inside = giver.between(chosen.time.min() - _SAME_TIME, chosen.time.max() + _SAME_TIME)
-    saying = np.any([np.isfinite(getattr(inside, column)) for column in columns], axis=0)
-    inside = inside.rows(saying)
+    reporting = np.any([np.isfinite(getattr(inside, column)) for column in columns], axis=0)
+    inside = inside.rows(reporting)
     at = np.clip(np.searchsorted(chosen.time, inside.time - _SAME_TIME), 0, len(chosen) - 1)
     meets = np.abs(chosen.time[at] - inside.time) <= _SAME_TIME
     given = {column: getattr(inside, column) for column in columns}
@@ -251,7 +248,7 @@ def _merged(chosen, giver, columns):
 
 def described(name: str, fixes: Fixes) -> str:
     """A source in a few words: its name, number of fixes, rate and resolution."""
-    told = quality(fixes)
-    rate = f", {told.rate:.3g} Hz" if np.isfinite(told.rate) else ""
-    fine = f", digits of {told.resolution:.2g} m" if np.isfinite(told.resolution) else ""
-    return f"{name} ({told.fixes} fixes{rate}{fine})"
+    found = quality(fixes)
+    rate = f", {found.rate:.3g} Hz" if np.isfinite(found.rate) else ""
+    fine = f", digits of {found.resolution:.2g} m" if np.isfinite(found.resolution) else ""
+    return f"{name} ({found.fixes} fixes{rate}{fine})"

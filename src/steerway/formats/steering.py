@@ -1,7 +1,7 @@
-"""A table of a manoeuvre: what the rudder was told and how the boat answered, for `identification.yaw`.
+"""A table of a manoeuvre: rudder command and response of the boat, for `identification.yaw`.
 
-The rudder stands in a column that says so (rudder_deg, rudder_command_deg, command_rudder_deg, yaw_moment_nm, yaw …),
-the answer in a heading or course, or in positions.
+The rudder is found by the name of its column (rudder_deg, rudder_command_deg, command_rudder_deg, yaw_moment_nm,
+yaw …), the response in a heading or course, or in positions.
 """
 
 import io
@@ -56,7 +56,7 @@ def read_steering(path: str | PathLike, rudder: str | None = None, angle: str | 
     if "time" not in columns:
         raise InputError(f"{path} has no column for time, found {', '.join(frame.columns)}, expected time_s")
     time = _times(frame, columns["time"])
-    told = _numbers(frame, name) * _factor(name)
+    commanded = _numbers(frame, name) * _factor(name)
     notes = [f"rudder: {name}"]
     turned = _chosen(path, frame, angle, "angle") if angle else _first(columns)
     heading = None
@@ -71,9 +71,9 @@ def read_steering(path: str | PathLike, rudder: str | None = None, angle: str | 
             f"{path} has neither heading, course nor positions, found {', '.join(frame.columns)}, "
             "expected heading_deg, cog_deg, or lat_deg and lon_deg"
         )
-    known = np.isfinite(time) & np.isfinite(told)
+    known = np.isfinite(time) & np.isfinite(commanded)
     heading = None if heading is None else heading[known]
-    return Steering(time[known], told[known], heading, fixes, tuple(notes))
+    return Steering(time[known], commanded[known], heading, fixes, tuple(notes))
 
 
 def _csv(data):

@@ -1,7 +1,7 @@
 """Tables with named columns: CSV (comma, semicolon, tab or bar) and Parquet, through polars.
 
-A row needs a time and either a place or something an instrument said. What each column was taken for is noted; a cell
-that is not what its column says costs the row where it is time, place or MMSI, and is left empty elsewhere.
+A row needs a time and either a position or another measurement. The meaning of each column is noted; an invalid cell
+rejects the row if it is time, position or MMSI, and is left empty elsewhere.
 """
 
 import io
@@ -12,7 +12,7 @@ import polars as pl
 
 from steerway.core.earth import KNOT
 from steerway.core.errors import InputError
-from steerway.core.records import SAID, Fixes
+from steerway.core.records import REPORTED, Fixes
 from steerway.core.timestamps import unix_times
 from steerway.formats.columns import EXPECTED, Column, understood
 from steerway.formats.places import places
@@ -21,7 +21,7 @@ from steerway.formats.recording import Recording
 _DELIMITERS = (",", ";", "\t", "|")
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "unknown")
 _NEEDED = ("time", "latitude", "longitude", "mmsi")
-_SHOWN = 3  # bad cells whose line is told
+_SHOWN = 3  # bad cells that are listed with their line
 
 
 def recognises(head: bytes) -> bool:
@@ -125,7 +125,7 @@ def _without_stray_quotes(body, skipped):
 
 
 class _Reader:
-    """Takes columns out of a frame and keeps account of the cells that are not what their column says."""
+    """Takes columns out of a frame and counts invalid cells."""
 
     def __init__(self, frame, first_line, delimiter, skipped, notes):
         self.frame, self.first_line, self.skipped, self.notes = frame, first_line, skipped, notes
@@ -198,7 +198,7 @@ def _floats(series):
 
 
 def _scaled(numbers, factor):
-    """Unix s of numbers whose unit is known, or told by their size: s, ms, µs or ns since 1970."""
+    """Unix s of numbers whose unit is known, or inferred from their size: s, ms, µs or ns since 1970."""
     if factor is not None:
         return numbers * factor if factor >= 1.0 else numbers / round(1.0 / factor)
     known = np.abs(numbers[np.isfinite(numbers)])
@@ -218,9 +218,11 @@ def _recording(kind, frame, columns, names, first_line, delimiter, skipped):
         place[1] = np.where((place[1] > 180.0) & (place[1] <= 360.0), place[1] - 360.0, place[1])
     latitude, longitude = places(*place)
     mmsi = reader.numbers(columns["mmsi"]) if is_ais else None
-    said = {name: _said(name, reader.numbers(columns[name]), columns[name], is_ais) for name in SAID if name in columns}
+    reported = {
+        name: _said(name, reader.numbers(columns[name]), columns[name], is_ais) for name in REPORTED if name in columns
+    }
     empty = np.isnan(place[0]) & np.isnan(place[1])
-    useful = np.isfinite(latitude) | (empty & np.any([np.isfinite(values) for values in said.values()], axis=0))
+    useful = np.isfinite(latitude) | (empty & np.any([np.isfinite(values) for values in reported.values()], axis=0))
     useful = np.broadcast_to(useful, len(time))
     keep = ~reader.blank & ~reader.bad
     for reason, good in (
@@ -233,8 +235,8 @@ def _recording(kind, frame, columns, names, first_line, delimiter, skipped):
         keep &= good
     name = "AIS" if is_ais else "table"
     mmsi = mmsi[keep].astype(np.int64) if is_ais else None
-    said = {name: values[keep] for name, values in said.items()}
-    fixes = Fixes(time[keep], latitude[keep], longitude[keep], **said, mmsi=mmsi, source=name).in_order()
+    reported = {name: values[keep] for name, values in reported.items()}
+    fixes = Fixes(time[keep], latitude[keep], longitude[keep], **reported, mmsi=mmsi, source=name).in_order()
     counts = {"rows": int((~reader.blank).sum())}
     return Recording(kind, {name: fixes} if len(fixes) else {}, counts, dict(skipped), tuple(notes))
 

@@ -32,7 +32,7 @@ _LONGEST = 128  # bytes; none of these messages is longer
 _FRAME = 8  # bytes around the payload
 _HEAD = 6  # … and of them before it
 _ERRORS = (UBXMessageError, UBXParseError, UBXStreamError, UBXTypeError)
-_NO_FIX, _SURVEYED = 0, 5  # fixType; the latter solves for time only, at the antenna position it was told or surveyed
+_NO_FIX, _SURVEYED = 0, 5  # fixType; the latter solves for time only, at a given or surveyed antenna position
 
 
 def recognises(head: bytes) -> bool:
@@ -65,7 +65,7 @@ class Reader:
         self._read(bytes(chunk), False)
 
     def finish(self) -> None:
-        """The stream has ended: what was not told whole is damaged."""
+        """The stream has ended: incomplete frames count as damaged."""
         self._read(b"", True)
 
     def holds(self, settled: bool = True) -> bool:
@@ -104,13 +104,13 @@ class Reader:
 
     def _add(self, name, message):
         self.counts[name] += 1
-        told = next(iter(self._epoch.values()), message)
-        if message.iTOW != told.iTOW or name in self._epoch:
+        epoch = next(iter(self._epoch.values()), message)
+        if message.iTOW != epoch.iTOW or name in self._epoch:
             self._close()
         self._epoch[name] = message
 
     def _close(self):
-        """The newest epoch is told."""
+        """The newest epoch is complete."""
         epoch, self._epoch = self._epoch, {}
         row = _row(epoch, self.skipped) if epoch else None
         if row is not None:
@@ -150,7 +150,7 @@ def _std(place):
 
 
 def _has_fix(epoch):
-    """Whether the receiver vouches for the position (gnssFixOK), which it does within its own accuracy limits."""
+    """Whether the receiver flags the position as valid (gnssFixOK), within its own accuracy limits."""
     pvt, status = epoch.get("NAV-PVT"), epoch.get("NAV-STATUS")
     if pvt is not None:
         return bool(pvt.gnssFixOk) and pvt.fixType != _NO_FIX and not getattr(pvt, "invalidLlh", 0)
@@ -164,7 +164,7 @@ def _is_surveyed(epoch):
 
 
 def _time(epoch):
-    """Unix time to the nanosecond fields; NaN where the receiver does not vouch for it."""
+    """Unix time to the nanosecond fields; NaN where the receiver does not flag it as valid."""
     clock = epoch.get("NAV-PVT")
     if clock is not None:
         valid, second = clock.validDate and clock.validTime, clock.second

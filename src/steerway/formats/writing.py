@@ -1,12 +1,14 @@
-"""Every file out, by the ending of its name."""
+"""Output files, by the ending of their names."""
 
 import contextlib
 import gzip
 import os
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, BinaryIO, NamedTuple
 
 from steerway.core.errors import InputError
-from steerway.core.records import Fixes, Motion
+from steerway.core.records import Fixes, Motion, Table
 from steerway.formats import geojson, gpx
 
 
@@ -26,47 +28,64 @@ def _gpx(record, file):
     file.write(gpx.text(record).encode())
 
 
-_WRITERS = {".csv": _csv, ".parquet": _parquet, ".geojson": _geojson, ".json": _geojson, ".gpx": _gpx}
-_COMPRESSED = (".csv", ".geojson", ".json", ".gpx")
-ENDINGS = (*_WRITERS, *(ending + ".gz" for ending in _COMPRESSED))
-"""The endings `write` knows."""
+class Writer(NamedTuple):
+    """How a record is written: `write(record, file)`. `tracks`: for fixes and estimates only."""
+
+    write: Callable[[Any, BinaryIO], None]
+    compresses: bool = True
+    tracks: bool = False
 
 
-def writer(path):
-    """The (function, compressed) that the ending of `path` asks for.
+WRITERS = {
+    ".csv": Writer(_csv),
+    ".parquet": Writer(_parquet, compresses=False),
+    ".geojson": Writer(_geojson, tracks=True),
+    ".json": Writer(_geojson, tracks=True),
+    ".gpx": Writer(_gpx, tracks=True),
+}
+"""The kinds of output file by their endings; a new one is its module, and one entry here."""
 
-    Raises InputError for an ending that is not known, so that a command can refuse before it begins to work.
+
+def endings(tracks: bool = True) -> tuple[str, ...]:
+    """The supported endings; with `tracks` False only those for any table."""
+    known = {ending: each for ending, each in WRITERS.items() if tracks or not each.tracks}
+    return (*known, *(f"{ending}.gz" for ending, each in known.items() if each.compresses))
+
+
+def writer(path, tracks: bool = True) -> tuple[Writer, bool]:
+    """The writer for the ending of `path`, and whether to compress.
+
+    `tracks` is False for a table that is not one of fixes or estimates. Raises InputError for an unknown ending, so
+    that a command can refuse it before it begins to work.
     """
     name = Path(path).name.lower()
-    for ending, function in _WRITERS.items():
+    for ending in endings(tracks):
         if name.endswith(ending):
-            return function, False
-        if ending in _COMPRESSED and name.endswith(ending + ".gz"):
-            return function, True
-    raise InputError(f"cannot tell the format of {str(path)!r} by its ending, expected one of {', '.join(ENDINGS)}")
+            return WRITERS[ending.removesuffix(".gz")], ending.endswith(".gz")
+    raise InputError(f"{str(path)!r} has an unknown ending, expected one of {', '.join(endings(tracks))}")
 
 
-def write(record: Fixes | Motion, path: str | os.PathLike) -> None:
-    """Write a table as CSV, Parquet, GeoJSON or GPX 1.0, by the ending of `path`; `.gz` behind it compresses.
+def write(record: Table, path: str | os.PathLike) -> None:
+    """Write fixes, an estimate or predictions as CSV, Parquet, GeoJSON or GPX 1.0, by the ending of `path`.
 
-    The file appears whole or not at all: it is written beside its place and then put there. Columns are those of
-    `to_frame`; numbers stand in their shortest form that reads back the same. Raises InputError for an ending that is
-    not known and for a place that cannot be written.
+    A further ending `.gz` compresses. The file is written under another name in the same directory and then renamed,
+    so that it is complete or absent. Columns are those of `to_frame`; numbers have the fewest digits that read back
+    the same. Raises InputError for an unknown ending and a path that cannot be written.
     """
-    function, compressed = writer(path)
+    kind, compressed = writer(path, isinstance(record, Fixes | Motion))
     try:
-        with _put_whole(Path(path)) as file:
+        with _complete_or_absent(Path(path)) as file:
             if compressed:
                 with gzip.GzipFile(filename="", fileobj=file, mode="wb", mtime=0) as packed:
-                    function(record, packed)
+                    kind.write(record, packed)
             else:
-                function(record, file)
+                kind.write(record, file)
     except OSError as error:
         raise InputError(f"cannot write {str(path)!r}: {error.strerror or error}") from error
 
 
 def same_file(one: str | os.PathLike, other: str | os.PathLike) -> bool:
-    """Whether two paths lead to one existing file, by links and other spellings too."""
+    """Whether two paths name one existing file, also through links and other spellings."""
     try:
         return os.path.samefile(one, other)
     except OSError:
@@ -74,8 +93,8 @@ def same_file(one: str | os.PathLike, other: str | os.PathLike) -> bool:
 
 
 @contextlib.contextmanager
-def _put_whole(path):
-    """A binary file that takes the place of `path` when all went well, and is gone when not."""
+def _complete_or_absent(path):
+    """A binary file that replaces `path` when the block ends, and is removed when it raises."""
     path = Path(os.path.realpath(path))
     beside = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:

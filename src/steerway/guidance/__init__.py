@@ -1,0 +1,34 @@
+"""Guidance: routes, missions, the laws that follow them, and reference models."""
+
+from typing import TYPE_CHECKING
+
+from steerway.core.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from steerway.guidance.adaptive_line_of_sight import AdaptiveLineOfSight
+    from steerway.guidance.integral_line_of_sight import IntegralLineOfSight
+    from steerway.guidance.line_of_sight import GuidanceLaw, LineOfSight, PurePursuit
+    from steerway.guidance.mission_log import MissionLog
+    from steerway.guidance.reference import LowPass, Reference, ReferenceModel, TrackingFilter
+    from steerway.guidance.route import Route
+    from steerway.guidance.vector_field import VectorField
+    from steerway.guidance.waypoints import Mission, Passing, Phase
+
+__all__ = [
+    "AdaptiveLineOfSight",
+    "GuidanceLaw",
+    "IntegralLineOfSight",
+    "LineOfSight",
+    "LowPass",
+    "Mission",
+    "MissionLog",
+    "Passing",
+    "Phase",
+    "PurePursuit",
+    "Reference",
+    "ReferenceModel",
+    "Route",
+    "TrackingFilter",
+    "VectorField",
+]
+__getattr__, __dir__ = on_demand(__name__)

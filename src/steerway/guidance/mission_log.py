@@ -4,6 +4,8 @@ import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from steerway.core.leg import LegState
+
 
 class Passage(NamedTuple):
     """One waypoint done with."""
@@ -54,11 +56,11 @@ class MissionLog:
         """Energy over time; P4 (24) when the effort is (n_d/60)². NaN before any time has passed."""
         return self.energy / self.time if self.time > 0.0 else math.nan
 
-    def record(self, passage: Passage):
+    def record(self, passage: Passage) -> None:
         """Keep a waypoint's passage."""
         self.passages.append(passage)
 
-    def add(self, north: float, east: float, leg, dt: float, effort: float):
+    def add(self, north: float, east: float, leg: LegState | None, dt: float, effort: float) -> None:
         """Count one step; an unknown position adds time and effort only, the way is closed by the next known one."""
         self.time += dt
         self.energy += effort * dt

@@ -79,7 +79,7 @@ class Mission:
         self._end_phase = AT_END[one_of("mission.at_end", at_end, tuple(AT_END))]
         self.restart()
 
-    def restart(self):
+    def restart(self) -> None:
         """Forget everything sailed so far."""
         self.phase = Phase.UNDER_WAY
         self.log = MissionLog()
@@ -104,7 +104,7 @@ class Mission:
                 self._judge(leg, north, east)
         return leg
 
-    def skip(self, why: str = "skipped"):
+    def skip(self, why: str = "skipped") -> None:
         """Give up the waypoint under way as missed, on the word of an outer judge or a person."""
         if self.phase is Phase.UNDER_WAY and self._target is not None:
             north, east = self._last_seen

@@ -1,8 +1,13 @@
-"""Identification: what a vessel is, with intervals, from a log of what she did."""
+"""Identification: what a vessel is, with intervals, from a log of its motion."""
 
-from steerway.identification.heading import IdentifiedHeading, identify_heading
-from steerway.identification.surge import SurgeIdentification, SurgeModel, identify_surge
-from steerway.identification.yaw import YawModel, identify_yaw, identify_yaw_from_fixes
+from typing import TYPE_CHECKING
+
+from steerway.core.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from steerway.identification.heading import IdentifiedHeading, identify_heading
+    from steerway.identification.surge import SurgeIdentification, SurgeModel, identify_surge
+    from steerway.identification.yaw import YawModel, identify_yaw, identify_yaw_from_fixes
 
 __all__ = [
     "IdentifiedHeading",
@@ -14,3 +19,4 @@ __all__ = [
     "identify_yaw",
     "identify_yaw_from_fixes",
 ]
+__getattr__, __dir__ = on_demand(__name__)

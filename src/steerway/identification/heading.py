@@ -1,17 +1,20 @@
-"""Identify how a vessel's heading answers her steering, from a manoeuvre: a pseudo-random binary sequence is best.
+"""Identify the response of heading to steering from a manoeuvre: a pseudo-random binary sequence is best.
 
 The model is P4 (2)–(4)'s: two poles from the input to the heading, here with the input's bias and the first heading as
 unknowns. Linear least squares at a few time constants start a search for the least error of the whole run (output
 error; Ljung, System Identification (1999), sections 4.2 and 7.3). With `integrating` one pole is 1: the heading of a
-boat at rest in yaw stays where it is.
+boat at rest in yaw is constant.
 """
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares
 
+from steerway.core.arrays import Floats
+from steerway.core.checks import array_of
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.vessels.springer import HeadingModel
@@ -45,28 +48,32 @@ class IdentifiedHeading:
         """Of the second pole, s."""
         return -self.sample / math.log(self.poles[1])
 
-    def run(self, inputs) -> np.ndarray:
-        """(n,) headings (rad) that the model answers (n,) inputs with, from the run's first heading."""
-        inputs = np.asarray(inputs, dtype=np.float64)
+    def run(self, inputs: ArrayLike) -> np.ndarray:
+        """(n,) headings (rad) of the model for (n,) inputs, from the run's first heading."""
+        inputs = array_of("inputs", inputs, (None,))
         return _run(np.array([*self.poles, *self.gains, self.bias, self.heading0]), inputs)
 
     def yaw(self) -> HeadingModel:
-        """The same as a vessel's yaw model, for Springer's filters; the input in rpm, samples of 1 s."""
+        """The same as a yaw model for the filters of `estimation.heading`; the input in rpm, samples of 1 s."""
         return HeadingModel(self.poles, self.gains, (1.0, 1.0))
 
 
-def identify_heading(time, steering, heading, integrating: bool = True) -> IdentifiedHeading:
+def identify_heading(
+    time: ArrayLike, steering: ArrayLike, heading: ArrayLike, integrating: bool = True
+) -> IdentifiedHeading:
     """The model that explains a manoeuvre best.
 
     Args:
         time: (n,) s, evenly spaced.
-        steering: (n,) what the actuator was told or did (rpm, rudder angle, …), held from its row to the next.
+        steering: (n,) commanded or measured actuator (rpm, rudder angle, …), held from its row to the next.
         heading: (n,) rad, wrapped or not; NaN where unknown.
         integrating: hold the slow pole at 1; False finds it too.
 
     Raises InputError for fewer than 50 rows, uneven times, unequal lengths or steering that never changes.
     """
-    time, steering, heading = (np.asarray(each, dtype=np.float64) for each in (time, steering, heading))
+    time = array_of("identify heading: time", time, (None,))
+    steering = array_of("identify heading: steering", steering, (None,))
+    heading = array_of("identify heading: heading", heading, (None,))
     sample = _checked(time, steering, heading)
     known = np.isfinite(heading)
     unwrapped = heading.copy()
@@ -74,13 +81,11 @@ def identify_heading(time, steering, heading, integrating: bool = True) -> Ident
     unit = float(np.std(steering))
     inputs = steering / unit
 
-    best = None
+    fits = []
     for time_constant in (2.0, 10.0, 50.0, 200.0):
-        pole = math.exp(-sample / time_constant)
-        guess = _linear_start(inputs, unwrapped, known, pole)
-        fit = least_squares(_misfit, guess, args=(inputs, unwrapped, known, integrating), x_scale="jac")
-        if best is None or fit.cost < best.cost:
-            best = fit
+        guess = _linear_start(inputs, unwrapped, known, math.exp(-sample / time_constant))
+        fits.append(least_squares(_misfit, guess, args=(inputs, unwrapped, known, integrating), x_scale="jac"))
+    best = min(fits, key=lambda fit: fit.cost)
     slow, fast = (1.0 if integrating else float(best.x[0])), _pole(best.x[1])
     rms = math.sqrt(2.0 * best.cost / known.sum())
     spread = float(np.std(unwrapped[known]))
@@ -94,7 +99,7 @@ def binary_sequence(n: int, hold: int, size: float, rng: np.random.Generator) ->
     return size * np.repeat(rng.choice((-1.0, 1.0), -(-n // hold)), hold)[:n]
 
 
-def _checked(time, steering, heading) -> float:
+def _checked(time: Floats, steering: Floats, heading: Floats) -> float:
     if not len(time) == len(steering) == len(heading):
         raise InputError(
             f"identify heading: {len(time)} times, {len(steering)} steering and {len(heading)} heading values, "
@@ -113,12 +118,12 @@ def _checked(time, steering, heading) -> float:
     return sample
 
 
-def _pole(x):
+def _pole(x: float) -> float:
     """A number to a pole in (0, 1)."""
     return 1.0 / (1.0 + math.exp(-x))
 
 
-def _linear_start(inputs, heading, known, pole):
+def _linear_start(inputs: Floats, heading: Floats, known: NDArray[np.bool_], pole: float) -> Floats:
     """For given poles (1 and `pole`) the rest is linear: gains, gains times bias, first heading."""
     u, n = inputs, len(inputs)
     columns = [
@@ -130,13 +135,13 @@ def _linear_start(inputs, heading, known, pole):
     return np.array([1.0, math.log(pole / (1.0 - pole)), slow, fast, bias, first])
 
 
-def _misfit(x, inputs, heading, known, integrating):
+def _misfit(x: Floats, inputs: Floats, heading: Floats, known: NDArray[np.bool_], integrating: bool) -> Floats:
     slow = 1.0 if integrating else x[0]
     return (_run(np.array([slow, _pole(x[1]), *x[2:]]), inputs) - heading)[known]
 
 
 @kernel
-def _run(parameters, inputs):
+def _run(parameters: Floats, inputs: Floats) -> Floats:
     first = second = 0.0
     out = np.empty(len(inputs))
     for k in range(len(inputs)):

@@ -1,10 +1,12 @@
-"""An estimate with its interval, and how a likelihood gives one."""
+"""An estimate with its interval, and the covariance of a maximum-likelihood estimate."""
 
 import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+
+from steerway.core.arrays import Floats
 
 NORMAL_95 = 1.959963984540054
 """Half the width of a 95 % interval in standard deviations."""
@@ -31,39 +33,39 @@ class Interval(NamedTuple):
     def __str__(self) -> str:
         return f"{self.value:.4g} ({self.low:.4g} to {self.high:.4g})"
 
-    def __contains__(self, value) -> bool:
-        return self.low <= value <= self.high
+    def __contains__(self, value: object) -> bool:
+        return isinstance(value, float | int) and self.low <= value <= self.high
 
 
 def covariance(cost: Callable[[np.ndarray], float], optimum: np.ndarray, steps: np.ndarray) -> np.ndarray:
     """(n, n) covariance of a maximum-likelihood estimate: the inverse curvature of −log L by central differences.
 
-    optimum, steps: (n,); the steps are a first guess, those taken raise −log L by about a half, as one deviation does.
-    A direction that the data do not tell apart gets a variance beyond all use.
+    optimum, steps: (n,); the steps are a first guess; those used raise −log L by about a half, as one deviation does.
+    A direction that the data do not determine gets a variance of 1e12.
     """
     n = len(optimum)
     centre = cost(optimum)
-    ways = np.diag([_deviation(cost, optimum, centre, i, steps[i]) for i in range(n)])
+    offsets = np.diag([_deviation(cost, optimum, centre, i, steps[i]) for i in range(n)])
     curvature = np.empty((n, n))
     for i in range(n):
-        curvature[i, i] = cost(optimum + ways[i]) - 2.0 * centre + cost(optimum - ways[i])
+        curvature[i, i] = cost(optimum + offsets[i]) - 2.0 * centre + cost(optimum - offsets[i])
         for j in range(i):
-            along, against = ways[i] + ways[j], ways[i] - ways[j]
+            along, against = offsets[i] + offsets[j], offsets[i] - offsets[j]
             mixed = cost(optimum + along) + cost(optimum - along) - cost(optimum + against) - cost(optimum - against)
             curvature[i, j] = curvature[j, i] = 0.25 * mixed
     values, vectors = np.linalg.eigh(curvature)
-    told = values > 1e-6
-    spread = np.where(told, 1.0 / np.where(told, values, 1.0), 1e12)
-    taken = np.diag(ways)
+    known = values > 1e-6
+    spread = np.where(known, 1.0 / np.where(known, values, 1.0), 1e12)
+    taken = np.diag(offsets)
     return (vectors * spread) @ vectors.T * np.outer(taken, taken)
 
 
-def _deviation(cost, optimum, centre, i, step):
+def _deviation(cost: Callable[[Floats], float], optimum: Floats, centre: float, i: int, step: float) -> float:
     """A step of parameter i that raises −log L by about a half (0.1 to 1), from a first guess."""
-    way = np.zeros(len(optimum))
+    offset = np.zeros(len(optimum))
     for _ in range(60):
-        way[i] = step
-        rise = 0.5 * (cost(optimum + way) + cost(optimum - way)) - centre
+        offset[i] = step
+        rise = 0.5 * (cost(optimum + offset) + cost(optimum - offset)) - centre
         if 0.1 <= rise <= 1.0:
             break
         step *= 0.5 if not rise < 1.0 else min(4.0, max(1.2, math.sqrt(0.5 / max(rise, 1e-3))))

@@ -1,25 +1,28 @@
 """The surge model u̇ = −d u − b u|u| + g K_t(J) n|n|, P3 (13), from a log of speed and shaft speed.
 
-Output error: the model sails the log's shaft speeds from its own first speed, and d, b, g and that speed are those that
-leave the least squares. What the log cannot tell is said, not guessed: a boat that goes one speed shows only the ratios
-of drag and thrust.
+Output error: the model is simulated with the log's shaft speeds from an unknown first speed, and d, b, g and that speed
+minimise the squared error. Parameters that the log does not determine are reported as such: a log at one speed gives
+only the ratios of drag and thrust.
 """
 
 import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from steerway.core.checks import positive
+from steerway.core.arrays import Floats
+from steerway.core.checks import array_of, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.statistics import rms
 from steerway.vessels.actuators import Actuator, follow
 from steerway.vessels.propeller import Propeller
 from steerway.vessels.surge import surge_step
 
 LONGEST_STEP = 0.1
 """s of one step of integration."""
-TELLING = 0.1, 0.05
+LARGEST_SHARES = 0.1, 0.05
 """Two standard deviations at most: of the drag terms, in parts of the drag in the middle of the speeds; of thrust."""
 LEAST_SPREAD = 0.3
 """Part of the highest speed over which the speeds of a log must spread."""
@@ -43,7 +46,7 @@ class SurgeModel:
         return self.propeller.curve(self.thrust)
 
     def start(self, speed: float = 0.0) -> "PropellerLog":
-        """The model as an instrument that makes speed through the water of the shaft's turns, from `speed` on."""
+        """The model as an instrument: speed through the water from shaft speed, beginning at `speed`."""
         return PropellerLog(self, speed)
 
     def time_to(self, speed: float, shaft: Actuator, longest: float = 600.0) -> float:
@@ -63,7 +66,7 @@ class SurgeModel:
 class PropellerLog:
     """Speed through the water by dead reckoning of a `SurgeModel`. `step` takes the shaft speed (rev/s) now."""
 
-    def __init__(self, model: SurgeModel, speed: float = 0.0):
+    def __init__(self, model: SurgeModel, speed: float = 0.0) -> None:
         self.speed = speed
         self._model = (model.linear_drag, model.quadratic_drag, model.curve())
         self._shaft = math.nan
@@ -77,7 +80,7 @@ class PropellerLog:
 
 @dataclass(frozen=True)
 class SurgeIdentification:
-    """What a log says. `std` (3,): 1σ of d, b and g; `residual` RMS in m/s; `identified` and why in `verdict`."""
+    """Result of an identification. `std` (3,): 1σ of d, b and g; `residual` RMS in m/s; `verdict` a sentence."""
 
     model: SurgeModel
     std: np.ndarray
@@ -86,7 +89,9 @@ class SurgeIdentification:
     verdict: str
 
 
-def identify_surge(time, speed, shaft, propeller: Propeller | None = None) -> SurgeIdentification:
+def identify_surge(
+    time: ArrayLike, speed: ArrayLike, shaft: ArrayLike, propeller: Propeller | None = None
+) -> SurgeIdentification:
     """Drag and thrust of a boat.
 
     Args:
@@ -103,7 +108,7 @@ def identify_surge(time, speed, shaft, propeller: Propeller | None = None) -> Su
     time, speed, shaft = _checked(time, speed, shaft)
     propeller = propeller or Propeller()
 
-    def simulated(parameters):
+    def simulated(parameters: Floats) -> Floats:
         curve = propeller.curve(parameters[2])
         return _sail(time - time[0], shaft, parameters[3], parameters[0], parameters[1], curve)
 
@@ -114,15 +119,17 @@ def identify_surge(time, speed, shaft, propeller: Propeller | None = None) -> Su
         bounds=([0.0, 0.0, 1e-6, -np.inf], np.inf),
         x_scale=[0.05, 0.01, 0.05, 1.0],
     )
-    model = SurgeModel(*fit.x[:3].tolist(), propeller)
+    linear_drag, quadratic_drag, thrust = fit.x[:3].tolist()
+    model = SurgeModel(linear_drag, quadratic_drag, thrust, propeller)
     std = _deviations(fit.jac, fit.fun)
     identified, verdict = _verdict(model, std, speed)
-    return SurgeIdentification(model, std, float(np.sqrt(np.mean(fit.fun**2))), identified, verdict)
+    return SurgeIdentification(model, std, rms(fit.fun), identified, verdict)
 
 
-def _checked(time, speed, shaft):
-    columns = [np.asarray(column, dtype=np.float64) for column in (time, speed, shaft)]
-    if len({column.shape for column in columns}) != 1 or columns[0].ndim != 1:
+def _checked(time: ArrayLike, speed: ArrayLike, shaft: ArrayLike) -> tuple[Floats, Floats, Floats]:
+    names = ("time", "speed", "shaft")
+    columns = [array_of(name, each, (None,)) for name, each in zip(names, (time, speed, shaft), strict=True)]
+    if len({column.shape for column in columns}) != 1:
         shapes = ", ".join(str(column.shape) for column in columns)
         raise InputError(f"time, speed and shaft have the shapes {shapes}, expected one length")
     known = np.isfinite(columns).all(axis=0)
@@ -139,8 +146,8 @@ def _checked(time, speed, shaft):
     return time, speed, shaft
 
 
-def _deviations(jacobian, residual):
-    """1σ of d, b, g; residuals that hang together count for less than their number."""
+def _deviations(jacobian: Floats, residual: Floats) -> Floats:
+    """1σ of d, b, g; correlated residuals count for less than their number."""
     n = len(residual)
     spectrum = np.abs(np.fft.rfft(residual, 2 * n)) ** 2
     correlation = np.fft.irfft(spectrum)[: n // 4]
@@ -149,13 +156,13 @@ def _deviations(jacobian, residual):
     inflation = 1.0 + 2.0 * correlation[1 : faded[0] if len(faded) else None].sum()
     variance = residual @ residual / (n - jacobian.shape[1]) * max(inflation, 1.0)
     scale = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
-    # A direction of which the log knows nothing gets an enormous deviation in place of a failed inverse.
+    # A direction that the log does not determine gets an enormous deviation in place of a failed inverse.
     _, singular, rows = np.linalg.svd(jacobian / scale, full_matrices=False)
     weights = rows / np.maximum(singular, 1e-9)[:, None]
     return np.sqrt(variance * (weights**2).sum(axis=0))[:3] / scale[:3]
 
 
-def _verdict(model, std, speed):
+def _verdict(model: SurgeModel, std: Floats, speed: Floats) -> tuple[bool, str]:
     low, high = np.percentile(speed, (2.0, 98.0))
     if high - low < LEAST_SPREAD * high:
         return False, (
@@ -167,7 +174,7 @@ def _verdict(model, std, speed):
     drag = (model.linear_drag + model.quadratic_drag * middle) * middle
     shares = 2.0 * std * (middle / drag, middle**2 / drag, 1.0 / model.thrust)
     names = ("the linear drag", "the quadratic drag", "thrust")
-    for share, name, most in zip(shares, names, (TELLING[0], TELLING[0], TELLING[1]), strict=True):
+    for share, name, most in zip(shares, names, (LARGEST_SHARES[0], LARGEST_SHARES[0], LARGEST_SHARES[1]), strict=True):
         if not share <= most:
             return False, (
                 f"Not identified: {name} is uncertain by {100.0 * share:.0f} % (2σ, at {middle:.1f} m/s), expected "
@@ -180,7 +187,9 @@ def _verdict(model, std, speed):
 
 
 @kernel
-def _sail(time, shaft, speed, linear_drag, quadratic_drag, curve):
+def _sail(
+    time: Floats, shaft: Floats, speed: float, linear_drag: float, quadratic_drag: float, curve: Floats
+) -> Floats:
     """(n,) speeds of the model under the log's shaft speeds."""
     out = np.empty(len(time))
     out[0] = speed
@@ -196,7 +205,17 @@ def _sail(time, shaft, speed, linear_drag, quadratic_drag, curve):
 
 
 @kernel
-def _time_to(wanted, longest, linear_drag, quadratic_drag, curve, low, high, rate, lag):
+def _time_to(
+    wanted: float,
+    longest: float,
+    linear_drag: float,
+    quadratic_drag: float,
+    curve: Floats,
+    low: float,
+    high: float,
+    rate: float,
+    lag: float,
+) -> float:
     speed, shaft, step = 0.0, 0.0, 0.05
     for k in range(int(longest / step)):
         if speed >= wanted:

@@ -1,22 +1,26 @@
-"""Nomoto's K, T and rudder bias from a zigzag or a turning circle: what a steering autopilot has to know of its boat.
+"""Nomoto's K, T and rudder bias from a zigzag or a turning circle, for the gains of an autopilot.
 
-T ω̇ + ω = K (δ + b), P1 (26)–(27), P0 (51)–(52), by maximum likelihood on the innovations of a Kalman filter that knows
-the rudder: noise of the instrument and of the sea are told apart and estimated beside, so that the intervals are fair.
+T ω̇ + ω = K (δ + b), P1 (26)–(27), P0 (51)–(52), by maximum likelihood on the innovations of a Kalman filter with the
+rudder as input: measurement and process noise are estimated separately, so that the intervals have their coverage.
 From an angle (a compass heading, or a course) the likelihood is linear in K and b; from positions alone the five-state
-filter carries it. The 95 % of the intervals is nominal: of a noisy zigzag of four minutes they hold 90 to 92 %.
+filter gives it. The 95 % of the intervals is nominal: for a noisy zigzag of four minutes the coverage is 90 to 92 %.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize
 
 from steerway.control.course import AnglePIDGains, place_poles
+from steerway.core.arrays import Floats
+from steerway.core.checks import array_of
 from steerway.core.earth import displacement
 from steerway.core.errors import InputError
-from steerway.core.records import REJECTED, Fixes
+from steerway.core.records import REJECTED, Fixes, Motion
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.course.motion.layout import (
     GATE,
@@ -26,7 +30,7 @@ from steerway.estimation.course.motion.layout import (
     UNDER_WAY,
     empty_bank,
 )
-from steerway.estimation.estimate import choose_profile
+from steerway.estimation.log_estimate import choose_profile
 from steerway.estimation.profiles import Profile
 from steerway.identification.interval import Interval, covariance
 from steerway.identification.yaw_likelihood import angle_innovations, positions_cost
@@ -37,17 +41,17 @@ _START_TIMES = (0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
 _START_RATIOS = (1e-6, 1e-3, 1.0)
 _EXPECTED = np.log([1e-4, 1e-3, 0.3])
 _EXPECTED_STD = np.array([4.0, 4.0, 2.0])
-"""Of the logarithms of S_ω (rad²/s³), S_U (m²/s³) and a fix's σ (m): wide, for what a record leaves open."""
+"""Of the logarithms of S_ω (rad²/s³), S_U (m²/s³) and a fix's σ (m): wide, for what a record does not determine."""
 _BIG = 1e12
 
 
 @dataclass(frozen=True)
 class YawModel:
-    """What a manoeuvre told, each with its 95 % interval; the unit of the rudder, rad or N·m, is that of the record."""
+    """The model of a manoeuvre, numbers with 95 % intervals; the unit of the rudder, rad or N·m, is the record's."""
 
     gain: Interval  # K, rad/s for a unit of rudder, + for one that turns to starboard
     time_constant: Interval  # T, s
-    rudder_bias: Interval  # b: with the rudder at −b she goes straight
+    rudder_bias: Interval  # b: with the rudder at −b the vessel goes straight
     samples: int
     measured: str  # "angle" or "positions"
 
@@ -58,13 +62,13 @@ class YawModel:
         """
         if self.gain.value < 0.0:
             raise InputError(
-                f"the rudder's gain is {self.gain.value:g}: positive rudder turned her to port, expected the sign "
+                f"the rudder's gain is {self.gain.value:g}: positive rudder turns to port, expected the sign "
                 "by which positive rudder turns to starboard"
             )
         return place_poles(self.gain.value, self.time_constant.value, bandwidth, damping, limit)
 
 
-def identify_yaw(time, rudder, angle) -> YawModel:
+def identify_yaw(time: ArrayLike, rudder: ArrayLike, angle: ArrayLike) -> YawModel:
     """K, T and b from a rudder and an angle.
 
     Args:
@@ -72,22 +76,22 @@ def identify_yaw(time, rudder, angle) -> YawModel:
         rudder: (n,) rudder angle (rad) or yaw moment (N·m); a row's value holds until the next row, as a command does.
         angle: (n,) heading or course, rad, wrapped or not; NaN where it was not measured.
 
-    Raises InputError when lengths differ, time does not rise, or the manoeuvre cannot tell: fewer than 30 angles, a
-    rudder that never moves, less than 3° of turning.
+    Raises InputError when lengths differ, time does not rise, or the manoeuvre does not suffice: fewer than 30 angles,
+    a rudder that never moves, less than 3° of turning.
     """
     time, rudder, angle = _columns(time, rudder, angle=angle)
     angle = _unwrapped(angle)
     known = np.isfinite(angle)
     _check_manoeuvre(rudder, known, np.ptp(angle[known]) if known.any() else 0.0)
-    scale = np.std(rudder)
+    scale = float(np.std(rudder))
     rudder = rudder / scale
     innovations = np.empty((len(time), 4))
 
-    def run(point):
+    def run(point: Floats) -> Floats:
         angle_innovations(time, angle, rudder, math.exp(point[0]), math.exp(point[1]), innovations)
         return innovations[known][1:]
 
-    def profiled(point):
+    def profiled(point: Floats) -> float:
         return _profiled(run(point))[0] if _sane(point) else _BIG
 
     starts = [np.log((t, ratio)) for t in _START_TIMES for ratio in _START_RATIOS]
@@ -95,7 +99,7 @@ def identify_yaw(time, rudder, angle) -> YawModel:
     best = minimize(profiled, best, method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-6, "maxiter": 400}).x
     _, linear, variance = _profiled(run(best))
 
-    def cost(point):
+    def cost(point: Floats) -> float:
         """−log L of (log T, log ratio, log variance, K, c)."""
         nu_y, nu_k, nu_c, s = run(point[:2]).T
         left = nu_y - point[3] * nu_k - point[4] * nu_c
@@ -106,7 +110,7 @@ def identify_yaw(time, rudder, angle) -> YawModel:
     return _model(optimum[0], linear, spread[np.ix_([0, 3, 4], [0, 3, 4])], scale, int(known.sum()), "angle")
 
 
-def identify_yaw_from_fixes(fixes: Fixes, time, rudder) -> YawModel:
+def identify_yaw_from_fixes(fixes: Fixes, time: ArrayLike, rudder: ArrayLike) -> YawModel:
     """K, T and b of the course, from positions alone.
 
     Args:
@@ -122,16 +126,17 @@ def identify_yaw_from_fixes(fixes: Fixes, time, rudder) -> YawModel:
     motion = _smoothed(fixes)
     held = rudder[np.searchsorted(time, motion.time, side="right") - 1]
     start = identify_yaw(motion.time, held, motion.cog)
-    scale = np.std(rudder)
+    scale = float(np.std(rudder))
     moments, held, north, east = _merged(fixes.rows(np.isin(fixes.time, motion.time)), time, rudder / scale)
 
-    def cost(point):
-        """−log L of (log T, log S_ω, log S_U, log σ, K, c), what the record may not tell held loosely."""
+    def cost(point: Floats) -> float:
+        """−log L of (log T, log S_ω, log S_U, log σ, K, c), with a wide prior on what the record may not determine."""
         if not _sane(point[:4]):
             return _BIG
         loosely = 0.5 * float(np.sum(((point[1:4] - _EXPECTED) / _EXPECTED_STD) ** 2))
         decay = math.exp(-point[0])
-        profile = _profile(*np.exp(point[1:4]), decay)
+        rate_noise, speed_noise, std = np.exp(point[1:4]).tolist()
+        profile = _profile(rate_noise, speed_noise, std, decay)
         tuning = profile.parameters()
         tuning[:, GATE] = math.inf  # which fixes are rejected must not depend on the parameters
         bank = _under_way(tuning, north, east, motion)
@@ -147,7 +152,7 @@ def identify_yaw_from_fixes(fixes: Fixes, time, rudder) -> YawModel:
     return _model(optimum[0], optimum[4:], spread[np.ix_([0, 4, 5], [0, 4, 5])], scale, len(fixes), "positions")
 
 
-def _profile(course_rate_noise, speed_noise, position_std, decay):
+def _profile(course_rate_noise: float, speed_noise: float, position_std: float, decay: float) -> Profile:
     return Profile.model_construct(
         speed_noise=speed_noise,
         course_rate_noise=course_rate_noise,
@@ -156,7 +161,7 @@ def _profile(course_rate_noise, speed_noise, position_std, decay):
     )
 
 
-def _minimised(cost, point):
+def _minimised(cost: Callable[[Floats], float], point: Floats) -> Floats:
     """Nelder and Mead's simplex, begun anew from its end until that gains nothing."""
     value = cost(point)
     for _ in range(6):
@@ -169,7 +174,7 @@ def _minimised(cost, point):
     return point
 
 
-def _profiled(innovations):
+def _profiled(innovations: Floats) -> tuple[float, Floats, float]:
     """(−log L, (K, c), variance of an angle) at the best K, c and variance for these innovations."""
     nu_y, nu_k, nu_c, s = innovations.T
     weight = 1.0 / np.sqrt(s)
@@ -179,26 +184,26 @@ def _profiled(innovations):
     return 0.5 * (len(left) * math.log(variance) + float(np.sum(np.log(s)))), linear, variance
 
 
-def _steps(point, logarithms):
+def _steps(point: Floats, logarithms: int) -> Floats:
     """Steps for the curvature: of a logarithm absolute, of K and c relative to the turning they make."""
     steps = np.full(len(point), 1e-2)
     steps[logarithms:] = 1e-2 * max(float(np.max(np.abs(point[logarithms:]))), 1e-9)
     return steps
 
 
-def _sane(logarithms):
-    """Whether (log T, log of noises) are of this world: T between 7 ms and 8 hours, noise not beyond floats."""
+def _sane(logarithms: Floats) -> bool:
+    """Whether (log T, log of noises) are plausible: T between 7 ms and 8 hours, noise within the range of floats."""
     return abs(logarithms[0] - 2.65) < 7.6 and bool(np.all(np.abs(logarithms) < 40.0))
 
 
-def _model(log_time, linear, spread, scale, samples, measured):
+def _model(log_time: float, linear: Floats, spread: Floats, scale: float, samples: int, measured: str) -> YawModel:
     """From (log T, K, c) in scaled rudder and their covariance to K, T, b in the record's unit."""
     gain, push = linear
     if gain == 0.0:
-        raise InputError("the vessel does not answer her rudder, expected a manoeuvre that she follows")
+        raise InputError("the vessel does not respond to the rudder, expected a manoeuvre that it follows")
     slope = np.array([-push / gain**2, 1.0 / gain])
     bias_variance = float(slope @ spread[1:, 1:] @ slope)
-    stds = np.sqrt(np.maximum([spread[0, 0], spread[1, 1], bias_variance], 0.0))
+    stds = np.sqrt(np.maximum([spread[0, 0], spread[1, 1], bias_variance], 0.0)).tolist()
     return YawModel(
         gain=Interval.around(float(gain) / scale, stds[1] / scale),
         time_constant=Interval.around_positive(math.exp(log_time), stds[0]),
@@ -208,8 +213,8 @@ def _model(log_time, linear, spread, scale, samples, measured):
     )
 
 
-def _smoothed(fixes):
-    """What a smoother makes of the fixes with a course that it does not reject: for a first guess and a start."""
+def _smoothed(fixes: Fixes) -> Motion:
+    """The smoothed fixes with a course that are not rejected: for a first guess and a start."""
     motion = FiveStateFilter(choose_profile(fixes)).smooth(fixes)
     known = np.isfinite(motion.cog) & (motion.status != REJECTED)
     if known.sum() < _FEWEST:
@@ -217,8 +222,8 @@ def _smoothed(fixes):
     return motion.rows(known)
 
 
-def _under_way(tuning, north, east, motion):
-    """The state of a filter that starts at the first place, with the smoothed speed and course given or taken."""
+def _under_way(tuning: Floats, north: Floats, east: Floats, motion: Motion) -> Floats:
+    """The state of a filter that starts at the first place, with the smoothed speed and course."""
     bank = empty_bank(tuning)
     n, position = bank.shape[2], tuning[0, POSITION_VARIANCE]
     speed = motion.sog[0]
@@ -228,7 +233,7 @@ def _under_way(tuning, north, east, motion):
     return bank
 
 
-def _merged(fixes, time, rudder):
+def _merged(fixes: Fixes, time: Floats, rudder: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Rows of fixes and of rudder in one order: time, the rudder that holds, north and east or NaN."""
     moments = np.unique(np.concatenate([time[time > fixes.time[0]], fixes.time]))
     held = rudder[np.clip(np.searchsorted(time, moments, side="right") - 1, 0, None)]
@@ -242,30 +247,28 @@ def _merged(fixes, time, rudder):
     return moments, held, north, east
 
 
-def _columns(time, rudder, **others):
-    columns = {"time": time, "rudder": rudder, **others}
-    columns = {name: np.asarray(values, dtype=np.float64) for name, values in columns.items()}
-    for name, values in columns.items():
-        if values.shape != (len(columns["time"]),):
-            raise InputError(f"{name} has shape {values.shape}, expected ({len(columns['time'])},) as time has")
+def _columns(time: ArrayLike, rudder: ArrayLike, **others: ArrayLike) -> list[Floats]:
+    columns = {"time": array_of("time", time, (None,))}
+    for name, values in {"rudder": rudder, **others}.items():
+        columns[name] = array_of(name, values, columns["time"].shape)
     if len(columns["time"]) < 2 or not np.all(np.diff(columns["time"]) > 0.0):
         raise InputError("time does not rise, expected rising seconds")
     if not np.isfinite(columns["rudder"]).all():
         raise InputError("the rudder is unknown in some rows, expected a number in each")
     if np.ptp(columns["rudder"]) == 0.0:
         raise InputError(f"the rudder stays at {columns['rudder'][0]:g}, expected a zigzag or a turning circle")
-    return columns.values()
+    return list(columns.values())
 
 
-def _unwrapped(angle):
+def _unwrapped(angle: Floats) -> Floats:
     known = np.isfinite(angle)
     angle = angle.copy()
     angle[known] = np.unwrap(angle[known])
     return angle
 
 
-def _check_manoeuvre(rudder, known, turned):
+def _check_manoeuvre(rudder: Floats, known: NDArray[np.bool_], turned: float) -> None:
     if known.sum() < _FEWEST:
         raise InputError(f"{known.sum()} angles were measured, expected at least {_FEWEST}")
     if turned < _LEAST_TURN:
-        raise InputError(f"she turned by {math.degrees(turned):.1f}°, expected a zigzag or a turning circle")
+        raise InputError(f"the vessel turned by {math.degrees(turned):.1f}°, expected a zigzag or a turning circle")

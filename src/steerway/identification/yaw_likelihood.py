@@ -1,4 +1,4 @@
-"""How likely a record of an angle, or of positions, is for a Nomoto vessel told a known rudder.
+"""Likelihood of a record of an angle, or of positions, for a Nomoto vessel with a known rudder.
 
 T ω̇ + ω = K δ + c + white noise, χ̇ = ω: P1 (26)–(27), with c = K b for a rudder bias b. Against the five-state model,
 whose course rate decays and is driven by noise, it has the rudder as a known input: 1/T is α2 of P0 (15).
@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.estimation.course.motion.five_state import turn_noise, turn_response
 from steerway.estimation.course.motion.layout import COURSE, PHASE, RATE, UNDER_WAY
@@ -18,8 +19,10 @@ _OUTLIER_COST = 24.0
 
 
 @kernel
-def angle_innovations(time, angle, rudder, time_constant, ratio, out):
-    """Innovations of an angle without a rudder, what a unit of K and of c take from them, their variance: out (n, 4).
+def angle_innovations(
+    time: Floats, angle: Floats, rudder: Floats, time_constant: float, ratio: float, out: Floats
+) -> None:
+    """Innovations of an angle without a rudder, their derivatives to K and c, their variance: out (n, 4).
 
     time, angle, rudder: (n,), s, unwrapped rad and the rudder that holds from its row to the next. `ratio` is the
     noise density of the rate over the variance of an angle, 1/s³; the variances are in units of the latter. NaN where
@@ -60,12 +63,22 @@ def angle_innovations(time, angle, rudder, time_constant, ratio, out):
 
 
 @kernel
-def positions_cost(time, rudder, north, east, gain, push, time_constant, parameters, bank):
-    """−log likelihood of the fixes of a record under the five-state filter that knows what the rudder does.
+def positions_cost(
+    time: Floats,
+    rudder: Floats,
+    north: Floats,
+    east: Floats,
+    gain: float,
+    push: float,
+    time_constant: float,
+    parameters: Floats,
+    bank: Floats,
+) -> float:
+    """−log likelihood of the fixes of a record under the five-state filter with the rudder as input.
 
     time, rudder, north, east: (n,), NaN where a row is no fix. `push` is c. `parameters` have 1/T for α2. `bank` is
-    a filter under way before the first row: a start that judged for itself when course is defined would make the
-    likelihood jump.
+    a filter under way before the first row: a start at the filter's own decision would make the likelihood
+    discontinuous.
     """
     n = bank.shape[2]
     x, flags = bank[0, n], bank[0, n + 1]
@@ -76,7 +89,7 @@ def positions_cost(time, rudder, north, east, gain, push, time_constant, paramet
             steered = flags[PHASE] == UNDER_WAY
             left, turn, area = turn_response(1.0 / time_constant, dt)
             wanted = gain * rudder[k - 1] + push
-            # The push's mean part of the course bends the step over ground, the rest turns its end.
+            # The mean of the rudder's turn bends the step over ground, the rest changes the course at its end.
             mean = wanted * (0.5 * dt - area / dt) if steered and dt > 0.0 else 0.0
             x[COURSE] += mean
             advance(bank, dt, parameters)

@@ -1,26 +1,25 @@
-"""Which source to believe, known only from what was heard so far: one for positions, one for each kind of aid.
+"""Which source is used, by what came so far: one for positions, one for each kind of aid.
 
-Two receivers are never mixed: between them lies the distance of their antennas and of their errors, which a filter
-would take for motion.
+Two receivers are never mixed: the distance of their antennas and of their errors would appear as motion.
 """
 
 import math
 from collections import deque
 from itertools import pairwise
 
-from steerway.live.heard import Heard
+from steerway.live.base.rows import InputRow
 
-_KEPT = 20  # positions of a source by which its interval is judged
+_KEPT = 20  # positions of a source over which its interval is taken
 _SILENT = 3.0  # intervals after which a source counts as silent
 _LEAST_SILENCE = 2.0  # s, and never sooner
-_QUICKER = 1.5  # times the rate of the present source at which another is worth changing to
+_QUICKER = 1.5  # times the rate of the present source at which another replaces it
 
 
 class SourceChoice:
     """The source of positions, and for each column the source of that aid.
 
     wanted: names in order of priority, each also meaning the sources it begins ("GP" for "GP in tcp://…"). Without any,
-        the first one heard, until it falls silent or another proves `_QUICKER`.
+        the first one that comes, until it is silent or another is `_QUICKER`.
     """
 
     def __init__(self, wanted: tuple[str, ...] = ()):
@@ -28,28 +27,28 @@ class SourceChoice:
         self.present = ""
         self.changes = 0
         self._times: dict[str, deque] = {}
-        self._spoke: dict[str, float] = {}
-        self._givers: dict[str, tuple[str, float]] = {}
+        self._last: dict[str, float] = {}
+        self._aid_sources: dict[str, tuple[str, float]] = {}
 
-    def takes(self, heard: Heard, now: float) -> bool:
-        """Whether this position is to be believed. `now` tells who is silent: clocks of receivers may differ."""
-        rank = self._rank(heard.source)
+    def takes(self, row: InputRow, now: float) -> bool:
+        """Whether this position is used. Silence is measured by `now`, since clocks of receivers may differ."""
+        rank = self._rank(row.source)
         if rank is None:
             return False
-        times = self._times.setdefault(heard.source, deque(maxlen=_KEPT))
-        times.append(heard.time)
-        self._spoke[heard.source] = now
-        if heard.source != self.present and self._is_better(heard.source, rank, now):
+        times = self._times.setdefault(row.source, deque(maxlen=_KEPT))
+        times.append(row.time)
+        self._last[row.source] = now
+        if row.source != self.present and self._is_better(row.source, rank, now):
             self.changes += self.present != ""
-            self.present = heard.source
-        return heard.source == self.present
+            self.present = row.source
+        return row.source == self.present
 
-    def gives(self, column: str, heard: Heard, now: float) -> bool:
-        """Whether this source is the one to give a column: that of the positions if it says it, else the first."""
-        giver, last = self._givers.get(column, ("", -math.inf))
+    def gives(self, column: str, row: InputRow, now: float) -> bool:
+        """Whether this source gives a column: that of the positions if it has the column, else the first."""
+        source, last = self._aid_sources.get(column, ("", -math.inf))
         is_silent = abs(now - last) > _LEAST_SILENCE + _SILENT
-        if heard.source in (giver, self.present) or is_silent:
-            self._givers[column] = (heard.source, now)
+        if row.source in (source, self.present) or is_silent:
+            self._aid_sources[column] = (row.source, now)
             return True
         return False
 
@@ -60,13 +59,13 @@ class SourceChoice:
 
     @property
     def silence(self) -> float:
-        """s without a word after which the present source counts as silent."""
+        """s without a position after which the present source counts as silent."""
         return self._silence(self.present) if self.present else _LEAST_SILENCE
 
     def shift(self, by: float) -> None:
-        """The clock that tells the present has stepped."""
-        self._spoke = {source: last + by for source, last in self._spoke.items()}
-        self._givers = {column: (source, last + by) for column, (source, last) in self._givers.items()}
+        """The clock of `now` has stepped."""
+        self._last = {source: last + by for source, last in self._last.items()}
+        self._aid_sources = {column: (source, last + by) for column, (source, last) in self._aid_sources.items()}
 
     def _rank(self, source):
         """The place of a source among the wanted; None when it is not wanted."""
@@ -86,7 +85,7 @@ class SourceChoice:
         return not self.wanted and full and self._interval(source) * _QUICKER < self._interval(self.present)
 
     def _is_silent(self, source, now):
-        return abs(now - self._spoke[source]) > self._silence(source)
+        return abs(now - self._last[source]) > self._silence(source)
 
     def _silence(self, source):
         return max(_LEAST_SILENCE, _SILENT * self._interval(source))

@@ -1,35 +1,38 @@
-"""The commands `live` and `warm`: what they are told; `settings` checks it and `launch` does it."""
+"""The commands `live` and `warm`: their options; `settings` checks them and `launch` runs them."""
 
+import logging
 import time
 from typing import Annotated
 
 import typer
 from typer.core import TyperCommand
 
+LOG = logging.getLogger("steerway.live")
+
 
 class LiveCommand(TyperCommand):
     """A command whose option `--helm` may stand without an address."""
 
     def parse_args(self, ctx, args):
-        """Write the usual address behind `--helm` where none follows."""
+        """Insert the default address after `--helm` where none follows."""
         from steerway.live.helm.address import DEFAULT
 
-        told = []
+        words = []
         for k, each in enumerate(args):
             alone = each == "--helm" and (k + 1 == len(args) or args[k + 1].startswith("-"))
-            told.append(f"--helm={DEFAULT}" if alone else each)
-        return super().parse_args(ctx, told)
+            words.append(f"--helm={DEFAULT}" if alone else each)
+        return super().parse_args(ctx, words)
 
 
 def live(
     config: Annotated[
-        str | None, typer.Argument(metavar="[CONFIG.toml]", help="All of this in a file; options go before it.")
+        str | None, typer.Argument(metavar="[CONFIG.toml]", help="Settings file; options override it.")
     ] = None,
-    listen_to: Annotated[
+    inputs: Annotated[
         list[str] | None, typer.Option("--from", metavar="ADDRESS", help="Where fixes come from.")
     ] = None,
-    say_to: Annotated[
-        list[str] | None, typer.Option("--to", metavar="ADDRESS", help="Where to say the estimate; stdout: by default.")
+    outputs: Annotated[
+        list[str] | None, typer.Option("--to", metavar="ADDRESS", help="Where estimates go; stdout: by default.")
     ] = None,
     profile: Annotated[
         str | None,
@@ -47,22 +50,23 @@ def live(
     ] = None,
     mission: Annotated[
         str | None,
+        typer.Option("--mission", metavar="FILE", help="A route (.toml .gpx .geojson) to steer along."),
+    ] = None,
+    max_dead_reckoning: Annotated[
+        float | None,
         typer.Option(
-            "--mission", metavar="FILE", help="A route (.toml .gpx .geojson): say also how to steer along it."
+            "--max-dead-reckoning", metavar="S", help="Longest time without a fix to predict the motion; 10 by default."
         ),
     ] = None,
-    patience: Annotated[
-        float | None,
-        typer.Option("--patience", metavar="S", help="How long to go by dead reckoning without a fix; 10 by default."),
-    ] = None,
+    patience: Annotated[float | None, typer.Option("--patience", hidden=True)] = None,
     engage: Annotated[
-        bool | None, typer.Option("--engage/--no-engage", help="Let the autopilot start by itself, once it is ready.")
+        bool | None, typer.Option("--engage/--no-engage", help="Start the autopilot as soon as it is ready.")
     ] = None,
     latency: Annotated[
-        float | None, typer.Option("--latency", metavar="S", help="How late the receiver tells its fixes at the least.")
+        float | None, typer.Option("--latency", metavar="S", help="Least latency of the receiver's fixes.")
     ] = None,
     no_accuracy: Annotated[
-        bool, typer.Option("--no-accuracy", help="Take all fixes alike, whatever the receiver says of their accuracy.")
+        bool, typer.Option("--no-accuracy", help="Ignore the accuracy that the receiver reports.")
     ] = False,
     helm: Annotated[
         str | None,
@@ -72,18 +76,16 @@ def live(
     ] = None,
     helm_token_file: Annotated[
         str | None,
-        typer.Option(
-            "--helm-token-file", metavar="FILE", help="Its token, which other computers need; or STEERWAY_HELM_TOKEN."
-        ),
+        typer.Option("--helm-token-file", metavar="FILE", help="Token for other computers; or STEERWAY_HELM_TOKEN."),
     ] = None,
 ) -> None:
-    """Estimate on the boat, in real time, between instruments and those who listen.
+    """Estimate and steer on the boat, in real time.
 
     From: serial:/dev/ttyACM0?baud=38400, tcp://host:port, udp://:port, gpsd://host:2947, signalk://host:3000,
     mavlink:udpin:host:port (udpout, tcp, or mavlink:/dev/…), file:LOG?speed=10 (or speed=max).
     To: stdout: (JSON lines), tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port, serial:…,
     signalk://host:3000, mavlink:udpin:host:port (steers in GUIDED), foxglove://127.0.0.1:8765, file:RUN.parquet;
-    with ?say=propellers, commands for two propellers.
+    with ?format=nmea, json or propellers (commands of two propellers) on stdout, serial, tcp, tcp-server and udp.
 
     Examples:
 
@@ -98,16 +100,19 @@ def live(
     from steerway.live.settings import Settings
 
     log_to_stderr("steerway live")
+    if patience is not None:
+        LOG.warning("the option --patience is now --max-dead-reckoning")
+        max_dead_reckoning = patience if max_dead_reckoning is None else max_dead_reckoning
     settings = Settings() if config is None else Settings.load(config)
     given = {
-        "listen_to": listen_to and tuple(listen_to),
-        "say_to": say_to and tuple(say_to),
+        "inputs": inputs and tuple(inputs),
+        "outputs": outputs and tuple(outputs),
         "profile": profile,
         "source": source and tuple(source),
         "aid": None if aid is None else tuple(name.strip() for name in aid.split(",") if name.strip()),
         "rate": rate,
         "mission": mission,
-        "patience": patience,
+        "max_dead_reckoning": max_dead_reckoning,
         "engage": engage,
         "latency": latency,
         "accuracy": False if no_accuracy else None,
@@ -130,5 +135,5 @@ def warm() -> None:
     begun = time.monotonic()
     warming.warm()
     directory = cache_directory("steerway")
-    where = f"kept in {directory}" if directory else "not kept: no directory for it can be written"
+    where = f"kept in {directory}" if directory else "not kept: no directory can be written"
     print(f"compiled in {time.monotonic() - begun:.1f} s, {where}")

@@ -7,69 +7,76 @@ from steerway.core.errors import InputError
 from steerway.estimation.profiles import Profile
 from steerway.live import addresses
 from steerway.live.autopilot.mission import GeodeticRoute
+from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE
 from steerway.live.autopilot.route import Guide
-from steerway.live.autopilot.states import Autopilot
+from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.helm.address import address, token_of
-from steerway.live.helm.bridge import Helm
+from steerway.live.helm.bridge import HelmPage
 from steerway.live.navigator import Navigator
-from steerway.live.outputs.propellers import Propellers
 from steerway.live.process import until_stopped
+from steerway.live.schemes import Context
 from steerway.live.service import RATE, Service
 from steerway.live.settings import Settings
 
 SLOWEST_STEERING = 5.0
-"""Hz at which an autopilot still has its hand on the helm."""
+"""Hz, the least rate with an autopilot."""
 _COLLECTIONS = 200, 5, 20
-"""Little and often: new objects, and collections of the younger generation, from one of a generation to the next."""
+"""Thresholds of the garbage collector: small collections often, so that each is short."""
 
 
 def launch(settings: Settings) -> None:
-    """Run to the end of the logs, or until told to stop. Raises InputError for what cannot be run."""
+    """Run to the end of the logs, or until stopped. Raises InputError for what cannot be run."""
     if settings.engage and settings.mission is None:
-        raise InputError("--engage has nothing to follow, expected --mission with a route")
+        raise InputError("--engage needs a route, expected --mission FILE with it")
     if settings.mission is not None and settings.rate is not None and settings.rate < SLOWEST_STEERING:
         raise InputError(f"--rate is {settings.rate:g} Hz, expected at least {SLOWEST_STEERING:g} Hz with --mission")
-    found, speed = addresses.sources(settings.listen_to)
+    found, speed = addresses.sources(settings.inputs)
     page = None if settings.helm is None else address(settings.helm, token_of(settings.helm_token_file))
     replayed, rate = not math.isnan(speed), settings.rate
     profile = settings.profile
     tuning = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
     aids = tuple(name.replace("-", "_") for name in settings.aid)
-    navigator = Navigator(tuning, aids, settings.source, settings.patience, rate=rate, accuracy=settings.accuracy)
-    route = None if settings.mission is None else GeodeticRoute.load(settings.mission)
-    guide = None if route is None else Guide(route)
-    autopilot = None if route is None else Autopilot(route, tuning, settings.patience, settings.engage)
-    ears = [] if replayed else [addresses.listener(each, len(found)) for each in found]
-    pairs = [addresses.output(text, rate, replayed, ears, autopilot) for text in settings.say_to]
-    if route is None and any(isinstance(each, Propellers) for each, _ in pairs):
-        raise InputError("say=propellers has nothing to follow, expected --mission with a route")
-    speakers = [speaker for _, speaker in pairs if speaker is not None]
-    service = Service(navigator, [each for each, _ in pairs], rate or RATE, settings.latency, guide, autopilot)
+    longest = settings.max_dead_reckoning
+    navigator = Navigator(tuning, aids, settings.source, longest, rate=rate, accuracy=settings.accuracy)
+    to = [addresses.sink(each) for each in settings.outputs]
+    takes = PROPELLERS if any(map(addresses.commands_propellers, to)) else YAW_RATE
+    route = guide = supervisor = None
+    if settings.mission is not None:
+        route = GeodeticRoute.load(settings.mission)
+        supervisor = Supervisor(route, tuning, longest, settings.engage, takes)
+        guide = Guide(route, supervisor.pilot)
+    elif takes == PROPELLERS:
+        raise InputError("format=propellers needs a route, expected --mission FILE with it")
+    inputs = [] if replayed else [addresses.opened(each, len(found)) for each in found]
+    context = Context(rate is not None, replayed, inputs, supervisor)
+    pairs = [addresses.output(each, context) for each in to]
+    links = [link for _, link in pairs if link is not None]
+    service = Service(navigator, [each for each, _ in pairs], rate or RATE, settings.latency, guide, supervisor)
     if page is not None:
-        speakers.append(Helm(service, page, route))
+        links.append(HelmPage(service, page, route))
     if replayed:
         rows = _rows_of_logs([each.path for each in found])
-        until_stopped(service.replay(rows, speed, speakers))
+        until_stopped(service.replay(rows, speed, links))
         wanted = ", ".join(settings.source)
-        if not navigator.counts["taken"] and wanted:
+        if not navigator.counts["used"] and wanted:
             raise InputError(f"source {wanted!r} has no position in {', '.join(each.path for each in found)}")
     else:
         _made_ready()
-        until_stopped(service.listen(ears, speakers))
+        until_stopped(service.run(inputs, links))
 
 
 def _rows_of_logs(paths):
     """The rows of all logs in time order. Raises InputError as `read` does."""
     from steerway.formats.reading import survey
     from steerway.formats.sources import gather
-    from steerway.live.heard import rows_of
+    from steerway.live.base.rows import rows_of
 
     logs = survey(*paths)
     return list(rows_of(gather([(log.name, log.recording.sources) for log in logs])))
 
 
 def _made_ready():
-    """Load what is compiled, and keep the garbage collector short: a full collection takes 70 ms, an early one 1 ms."""
+    """Load what is compiled, and make garbage collections short: a full one takes 70 ms, an early one 1 ms."""
     from steerway.live import warming
 
     warming.warm()

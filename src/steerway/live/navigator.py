@@ -1,7 +1,7 @@
-"""What is said of the boat, out of what instruments say: rows in as they come, rows out at the fixes or at any time.
+"""Navigation: input rows as they come, estimates out at the fixes or at any time.
 
-No clock of its own and no I/O: a replayed log and a live link give the same rows. The filter only ever goes from fix to
-fix, as `estimate` does; rows between and ahead of fixes are predicted from a copy, so that asking changes nothing.
+No clock and no I/O: a replayed log and a live link give the same rows. The filter goes from fix to fix, as `estimate`
+does; rows between and ahead of fixes are predicted with a copy, so that asking for one changes nothing.
 """
 
 import math
@@ -15,25 +15,25 @@ from steerway.core.records import REJECTED
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.course.motion.layout import LONGEST_GAP
 from steerway.estimation.profiles import AIDS, Profile
+from steerway.live.base.rows import InputRow, Row, lost
 from steerway.live.choice import SourceChoice
-from steerway.live.heard import Heard, Row, lost
 
 STEP = 60.0
-"""s: a time so far from the last one, forward or back, is believed when a second one confirms it."""
+"""s: a time so far from the last one, forward or back, is accepted when a second one confirms it."""
 AHEAD = 1.0
-"""s: so is one that leaves a gap, and is so far ahead of the present where that is known."""
+"""s: so is one that leaves a gap and is so far ahead of the present, where that is known."""
 _LEAD, _LEAD_S = 0.3, 0.1
-"""Intervals, and s, by which a fix may be ahead of the present; where one was further, a log is played in haste, and
-what is next ahead may be a gap in it."""
+"""Intervals, and s, by which a fix may be ahead of the present. One that is further ahead comes from a log that is
+replayed faster than recorded, where the next one ahead may be a gap."""
 _BEHIND, _BEHIND_ROWS = 1.0, 3
-"""s and fixes in unbroken order, all behind those taken: not late any more, the receiver's clock has been set back."""
+"""s and fixes in unbroken order, all before those used: the receiver's clock was set back."""
 
 MEETS = 1e-4
-"""s from a fix within which a row asked for is the row of the fix."""
+"""s from a fix within which the row of a time is the row of the fix."""
 
 
-class _Taken(NamedTuple):
-    """A row the filter has taken, and the filter before it."""
+class _Used(NamedTuple):
+    """A row that the filter has used, and the filter's state before it."""
 
     time: float
     latitude: float
@@ -44,20 +44,20 @@ class _Taken(NamedTuple):
 
 
 class Navigator:
-    """The estimate aboard.
+    """The course estimate aboard.
 
     profile, aid: as of `FiveStateFilter`.
     sources:  names of sources in order of priority; see `SourceChoice`.
-    patience: s without a fix for which the motion is dead-reckoned; then nothing is said.
+    max_dead_reckoning: time without a fix for which the motion is predicted, s; then it is unknown.
     rate:     Hz at whose multiples the filter makes a step, as `estimate` does when it gives rows at a rate; without it
         the filter steps from fix to fix.
-    recall:   s by which a fix may be late and still be taken at its own time.
-    accuracy: whether what receivers say of the accuracy of their fixes counts.
+    recall:   s by which a fix may be late and still be used at its own time.
+    accuracy: whether the reported accuracy of fixes is used.
 
-    When the receiver's clock steps, the motion goes on as if it had not, unless the position says otherwise.
+    When the receiver's clock steps, the motion goes on as if it had not, unless the position contradicts that.
 
-    `counts` tells what became of rows: taken, late (taken at their own time), too late (dropped), stray (one time far
-    from all others), clock steps, other source, told twice.
+    `counts` of rows: used, late (used at their own time), too late (dropped), stray (one time far from all others),
+    clock steps, other source, repeated.
     """
 
     def __init__(
@@ -65,30 +65,30 @@ class Navigator:
         profile: Profile | str = "small-usv",
         aid: tuple[str, ...] = (),
         sources: tuple[str, ...] = (),
-        patience: float = 10.0,
+        max_dead_reckoning: float = 10.0,
         recall: float = 5.0,
         rate: float | None = None,
         accuracy: bool = True,
     ):
         self.filter = FiveStateFilter(profile, aid)
         self.choice = SourceChoice(sources)
-        self.patience = positive("patience", patience)
+        self.max_dead_reckoning = positive("max_dead_reckoning", max_dead_reckoning)
         self.recall = not_negative("recall", recall)
         self.rate = None if rate is None else positive("rate", rate)
         self.accuracy = accuracy
         self.counts: Counter = Counter()
         self.fix_time = math.nan
         self._time = math.nan
-        self._taken: deque[_Taken] = deque()
-        self._astray: Heard | None = None
-        self._behind: list[Heard] = []
+        self._used: deque[_Used] = deque()
+        self._stray: InputRow | None = None
+        self._behind: list[InputRow] = []
         self._lead = math.nan
         self._before_behind = self.filter.snapshot(), math.nan
         self._row = lost(math.nan)
         self._ahead = FiveStateFilter(self.filter.profile, aid)
         self._ahead_time = math.nan
         self._receiver = ""
-        self._teller = self.filter  # which filter said the last row
+        self._last_filter = self.filter  # which one gave the last row
 
     @property
     def last_fix(self) -> Row:
@@ -97,175 +97,175 @@ class Navigator:
 
     @property
     def position_covariance(self) -> tuple[float, float, float]:
-        """Of the position said last: variance of north, covariance, variance of east, m²."""
-        covariance = self._teller.covariance
+        """Of the last row's position: variance of north, covariance, variance of east, m²."""
+        covariance = self._last_filter.covariance
         return float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])
 
     @property
-    def strayed(self) -> int:
-        """How many rows had a time that did not follow: older than the one before, or far ahead and not confirmed."""
-        return self.counts["late"] + self.counts["too late"] + self.counts["stray"] + (self._astray is not None)
+    def untimely(self) -> int:
+        """Number of rows whose time did not follow: older than the one before, or far ahead and not confirmed."""
+        return self.counts["late"] + self.counts["too late"] + self.counts["stray"] + (self._stray is not None)
 
-    def hear(self, heard: Heard, present: float = math.nan) -> list[Row]:
-        """Take what was said; the rows that are new by it: one a fix in order, none for anything else.
+    def add(self, row: InputRow, present: float = math.nan) -> list[Row]:
+        """Use an input row; the new estimates: one a fix in order, none for anything else.
 
-        `present` is the time of which a fix could be that comes now without delay, NaN in a replay: by it a dropout is
-        told from a clock that stepped.
+        `present` is the time of a fix that would arrive now without delay, NaN in a replay: it distinguishes a dropout
+        from a clock step.
         """
-        if not math.isfinite(heard.time):
+        if not math.isfinite(row.time):
             return []
-        place = (heard.latitude, heard.longitude) if heard.has_position else (math.nan, math.nan)
-        now = heard.time if math.isnan(present) else present
-        if heard.has_position and not self.choice.takes(heard, now):
+        place = (row.latitude, row.longitude) if row.has_position else (math.nan, math.nan)
+        now = row.time if math.isnan(present) else present
+        if row.has_position and not self.choice.takes(row, now):
             self.counts["other source"] += 1
             place = math.nan, math.nan
-        aids = self._aids(heard, now)
+        aids = self._aids(row, now)
         if math.isnan(place[0]) and all(map(math.isnan, aids)):
             return []
-        news, aids = self._news(heard.time, place, aids)
-        if news != place and heard.time == self._time:
-            return self._again(heard.time, aids)
+        news, aids = self._news(row.time, place, aids)
+        if news != place and row.time == self._time:
+            return self._again(row.time, aids)
         place = news
         if math.isnan(place[0]) and all(map(math.isnan, aids)):
-            self.counts["told twice"] += 1
+            self.counts["repeated"] += 1
             return []
-        std = heard.position_std if self.accuracy else math.nan
-        heard = heard._replace(latitude=place[0], longitude=place[1], position_std=std)
-        return self._in_time(heard, aids, heard.time - present)
+        std = row.position_std if self.accuracy else math.nan
+        row = row._replace(latitude=place[0], longitude=place[1], position_std=std)
+        return self._in_time(row, aids, row.time - present)
 
     def at(self, time: float) -> Row:
-        """What is said of a time: predicted from the last fix, nothing when that is too long ago."""
-        if math.isnan(self._time) or not time - self.fix_time <= self.patience:
+        """The estimate at a time: predicted from the last fix, unknown when that is too long ago."""
+        if math.isnan(self._time) or not time - self.fix_time <= self.max_dead_reckoning:
             return lost(time)
         if abs(time - self._row.time) < MEETS:
-            self._teller = self.filter
+            self._last_filter = self.filter
             return self._row
-        self._teller = self._ahead
+        self._last_filter = self._ahead
         if self.rate is None or not self._ahead_time <= time:
             self._ahead.restore(self.filter.snapshot())
             self._ahead_time = self._time
-        said, _, status = self._ahead.row(self._approach(self._ahead, self._ahead_time, time))
+        values, _, status = self._ahead.row(self._approach(self._ahead, self._ahead_time, time))
         self._ahead_time = max(time, self._ahead_time)
-        return _row(self._ahead_time, said, math.nan, status)
+        return _row(self._ahead_time, values, math.nan, status)
 
     def finish(self) -> list[Row]:
-        """Nothing more will be heard: what waited for confirmation is believed."""
-        held, self._astray = self._astray, None
-        return [] if held is None or held.time < self._time else self._take(held, self._aids(held, held.time))
+        """The end of a log: the row that waited for confirmation is used."""
+        held, self._stray = self._stray, None
+        return [] if held is None or held.time < self._time else self._use(held, self._aids(held, held.time))
 
-    def _aids(self, heard, now):
+    def _aids(self, row, now):
         """The aids in the order of AIDS that this row may give."""
         wanted = self.filter.aid
         return tuple(
-            value if name in wanted and not math.isnan(value) and self.choice.gives(name, heard, now) else math.nan
-            for name, value in ((name, getattr(heard, name)) for name in AIDS)
+            value if name in wanted and not math.isnan(value) and self.choice.gives(name, row, now) else math.nan
+            for name, value in ((name, getattr(row, name)) for name in AIDS)
         )
 
     def _again(self, time, aids):
-        """The row of a fix that has been taken already; new are at most aids that it comes with."""
-        self.counts["told twice"] += 1
+        """The row of a fix that was used already, with at most new aids."""
+        self.counts["repeated"] += 1
         return [self._step(time, math.nan, math.nan, math.nan, aids)._replace(status=self._row.status)]
 
     def _news(self, time, place, aids):
-        """What of place and aids no row taken of the same time has said."""
-        for taken in reversed(self._taken):
-            if taken.time < time:
+        """What of position and aids no used row of the same time has given."""
+        for used in reversed(self._used):
+            if used.time < time:
                 break
-            if taken.time == time:
-                place = (math.nan, math.nan) if place == (taken.latitude, taken.longitude) else place
-                aids = tuple(math.nan if a == b else a for a, b in zip(aids, taken.aids, strict=True))
+            if used.time == time:
+                place = (math.nan, math.nan) if place == (used.latitude, used.longitude) else place
+                aids = tuple(math.nan if a == b else a for a, b in zip(aids, used.aids, strict=True))
         return place, aids
 
-    def _in_time(self, heard, aids, surplus):
-        """Take a row where its time belongs: next, or back among those taken already, or nowhere."""
-        ahead = 0.0 if math.isnan(self._time) else heard.time - self._time
+    def _in_time(self, row, aids, surplus):
+        """Use a row at its time: next, among those used already, or not at all."""
+        ahead = 0.0 if math.isnan(self._time) else row.time - self._time
         lead, surplus = surplus, surplus if self._lead <= max(_LEAD * self.choice.interval, _LEAD_S) else math.nan
         too_early = ahead > self.choice.silence and surplus > AHEAD
         if too_early or ahead < -STEP or (ahead > STEP and math.isnan(surplus)):
-            return self._doubted(heard, aids, surplus)
-        self._astray = None
+            return self._held_back(row, aids, surplus)
+        self._stray = None
         if ahead >= 0.0:
-            self._behind, self._lead = [], lead if heard.has_position else self._lead
-            return self._take(heard, aids)
-        if heard.has_position and self._is_set_back(heard):
+            self._behind, self._lead = [], lead if row.has_position else self._lead
+            return self._use(row, aids)
+        if row.has_position and self._is_set_back(row):
             return self._stepped(self._behind, surplus)
-        if self._taken and heard.time >= self._taken[0].time:
+        if self._used and row.time >= self._used[0].time:
             self.counts["late"] += 1
-            self._insert(heard, aids)
+            self._insert(row, aids)
         else:
             self.counts["too late"] += 1
         return []
 
-    def _doubted(self, heard, aids, surplus):
-        """A time far from the last: a fix is held until the next one agrees with it."""
-        held, self._astray = self._astray, heard if heard.has_position else None
-        if held is None or not 0.0 <= heard.time - held.time <= STEP:
-            self.counts["stray"] += held is not None or not heard.has_position
+    def _held_back(self, row, aids, surplus):
+        """A time far from the last: the fix is held until the next one confirms it."""
+        held, self._stray = self._stray, row if row.has_position else None
+        if held is None or not 0.0 <= row.time - held.time <= STEP:
+            self.counts["stray"] += held is not None or not row.has_position
             return []
-        self._astray = None
+        self._stray = None
         if math.isnan(surplus) and held.time > self._time:
-            return [row for each in (held, heard) for row in self._take(each, self._aids(each, each.time))]
-        return self._stepped([held, heard], surplus)
+            return [each for late in (held, row) for each in self._use(late, self._aids(late, late.time))]
+        return self._stepped([held, row], surplus)
 
-    def _is_set_back(self, heard):
-        """Whether fixes have come from the past, and nothing else, for too long to be late."""
-        if not self._behind or heard.time <= self._behind[-1].time:
+    def _is_set_back(self, row):
+        """Whether only fixes of the past have come, for longer than fixes are late."""
+        if not self._behind or row.time <= self._behind[-1].time:
             self._behind, self._before_behind = [], (self.filter.snapshot(), self._time)
-        self._behind.append(heard)
-        is_long = heard.time - self._behind[0].time >= _BEHIND and len(self._behind) >= _BEHIND_ROWS
+        self._behind.append(row)
+        is_long = row.time - self._behind[0].time >= _BEHIND and len(self._behind) >= _BEHIND_ROWS
         if is_long:
             snapshot, self._time = self._before_behind
             self.filter.restore(snapshot)
         return is_long
 
     def _stepped(self, rows, by):
-        """The clock has stepped by so much before these rows; unknown: so that the first comes one interval after."""
+        """The clock stepped by so much before these rows; NaN: so that the first is one interval after the last."""
         self.counts["clock steps"] += 1
         if math.isnan(by):
             by = 2.0 * rows[0].time - rows[1].time - self._time
         self._time += by
         self.choice.shift(by)
-        self._taken.clear()
+        self._used.clear()
         self._behind = []
-        said = self._take(rows[0], self._aids(rows[0], rows[0].time))
-        if said and said[0].status == REJECTED:
+        estimates = self._use(rows[0], self._aids(rows[0], rows[0].time))
+        if estimates and estimates[0].status == REJECTED:
             self.filter.reset()
-            self._taken.clear()
-            said = self._take(rows[0], self._aids(rows[0], rows[0].time))
-        return said + [row for each in rows[1:] for row in self._take(each, self._aids(each, each.time))]
+            self._used.clear()
+            estimates = self._use(rows[0], self._aids(rows[0], rows[0].time))
+        return estimates + [each for late in rows[1:] for each in self._use(late, self._aids(late, late.time))]
 
-    def _take(self, heard, aids):
-        if heard.has_position and heard.source != self._receiver:
+    def _use(self, row, aids):
+        if row.has_position and row.source != self._receiver:
             self.filter.change_receiver()
-            self._receiver = heard.source
-        row = self._step(heard.time, heard.latitude, heard.longitude, heard.position_std, aids)
-        while self._taken and self._taken[0].time < heard.time - self.recall:
-            self._taken.popleft()
-        if not heard.has_position:
+            self._receiver = row.source
+        estimate = self._step(row.time, row.latitude, row.longitude, row.position_std, aids)
+        while self._used and self._used[0].time < row.time - self.recall:
+            self._used.popleft()
+        if not row.has_position:
             return []
-        self.counts["taken"] += 1
-        self.fix_time = heard.time
-        self._row = row
-        return [row]
+        self.counts["used"] += 1
+        self.fix_time = row.time
+        self._row = estimate
+        return [estimate]
 
     def _step(self, time, latitude, longitude, position_std, aids):
-        self._taken.append(_Taken(time, latitude, longitude, position_std, aids, self.filter.snapshot()))
+        self._used.append(_Used(time, latitude, longitude, position_std, aids, self.filter.snapshot()))
         dt = self._approach(self.filter, self._time, time)
-        said, nis, status = self.filter.row(dt, latitude, longitude, aids, position_std)
+        values, nis, status = self.filter.row(dt, latitude, longitude, aids, position_std)
         self._time = time
         self._ahead_time = math.nan
-        return _row(time, said, nis, status)
+        return _row(time, values, nis, status)
 
-    def _insert(self, heard, aids):
-        """Go back to before a late row, take it, and take again what came after it."""
+    def _insert(self, row, aids):
+        """Go back to before a late row, use it, and use again those after it."""
         later = []
-        while self._taken and self._taken[-1].time > heard.time:
-            later.append(self._taken.pop())
+        while self._used and self._used[-1].time > row.time:
+            later.append(self._used.pop())
         self.filter.restore(later[-1].before)
-        self._time = self._taken[-1].time
-        self._step(heard.time, heard.latitude, heard.longitude, heard.position_std, aids)
-        for taken in reversed(later):
-            self._step(taken.time, taken.latitude, taken.longitude, taken.position_std, taken.aids)
+        self._time = self._used[-1].time
+        self._step(row.time, row.latitude, row.longitude, row.position_std, aids)
+        for used in reversed(later):
+            self._step(used.time, used.latitude, used.longitude, used.position_std, used.aids)
 
     def _approach(self, estimator, start, stop):
         """Predict from start to the last step of the rate's grid before stop; the s that remain."""
@@ -280,5 +280,5 @@ class Navigator:
         return max(stop - start, 0.0)
 
 
-def _row(time, said, nis, status):
-    return Row(time, *said, nis, status)
+def _row(time, values, nis, status):
+    return Row(time, *values, nis, status)

@@ -1,4 +1,4 @@
-"""A command that runs until it is told to stop: its log on standard error, its end by signal."""
+"""A command that runs until it is stopped: its log on standard error, its end by signal."""
 
 import asyncio
 import contextlib
@@ -9,7 +9,7 @@ import sys
 
 
 def log_to_stderr(command: str) -> None:
-    """Show what the live rooms log, under the command's name."""
+    """Print the log of the live package under the command's name."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(logging.Formatter(f"{command}: %(message)s"))
     log = logging.getLogger("steerway.live")
@@ -19,7 +19,7 @@ def log_to_stderr(command: str) -> None:
 
 
 def until_stopped(work) -> None:
-    """Run to the end, or until SIGINT or SIGTERM, or until nobody reads standard output any more."""
+    """Run to the end, or until SIGINT or SIGTERM, or until standard output is closed."""
 
     async def run():
         task = asyncio.ensure_future(work)

@@ -1,11 +1,11 @@
-"""How a rhythm is kept: how much each beat costs and how late it comes, in memory that does not grow."""
+"""Timing of the ticks: what each costs and how late it is, in memory of fixed size."""
 
 import math
 import time
 
 _LEAST, _PER_DECADE, _BINS = 1e-6, 25, 200  # s: from a microsecond to a hundred seconds, each bin a tenth wider
 LATE = 0.05
-"""s by which a beat may be late."""
+"""s by which a tick may be late."""
 
 
 class Durations:
@@ -16,13 +16,13 @@ class Durations:
         self.longest = 0.0
 
     def add(self, duration: float) -> None:
-        """Count one."""
+        """Add one."""
         place = int(_PER_DECADE * math.log10(max(duration / _LEAST, 1.0)))
         self._counts[min(place, _BINS - 1)] += 1
         self.longest = max(self.longest, duration)
 
     def within(self, fraction: float) -> float:
-        """The duration that this fraction does not exceed; NaN for none."""
+        """The quantile of a fraction; NaN without any."""
         left = fraction * sum(self._counts)
         for place, count in enumerate(self._counts):
             left -= count
@@ -32,8 +32,7 @@ class Durations:
 
 
 class Pulse:
-    """What beats cost this thread of the processor's time, alone and with all that it did since the one before, and
-    how late they came."""
+    """Processor time of this thread in a tick, and since the tick before; and how late ticks were."""
 
     def __init__(self):
         self.beats = 0
@@ -42,11 +41,11 @@ class Pulse:
         self._begun = self._spent = time.thread_time()
 
     def begin(self) -> None:
-        """A beat begins."""
+        """A tick begins."""
         self._begun = time.thread_time()
 
     def beat(self, lateness: float) -> None:
-        """A beat, so late (s), is done."""
+        """A tick that was so late (s) ends."""
         spent = time.thread_time()
         self.beats += 1
         self.own.add(spent - self._begun)
@@ -57,8 +56,8 @@ class Pulse:
 
     def __str__(self):
         spreads = {"each": self.own, "with all else": self.compute, "late by": self.lateness}
-        said = ", ".join(f"{name} {_ms(each)}" for name, each in spreads.items())
-        return f"{self.beats} ticks, {said}, {self.missed} later than {1e3 * LATE:g} ms"
+        parts = ", ".join(f"{name} {_ms(each)}" for name, each in spreads.items())
+        return f"{self.beats} ticks, {parts}, {self.missed} later than {1e3 * LATE:g} ms"
 
 
 def _ms(durations):

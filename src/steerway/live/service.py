@@ -1,7 +1,7 @@
-"""The service: what listeners hear goes through the navigator, and what it says goes to the outputs, at a rate.
+"""The service: rows of the inputs go through the navigator, and its estimates to the outputs, at a rate.
 
-Live, the tick of the event loop's clock, a monotonic one, asks for the present. In replay the log's own times tick, so
-that the same log gives the same rows at any speed.
+Live, the event loop's monotonic clock gives the ticks. In replay the log's own times do, so that a log gives the same
+rows at any speed.
 """
 
 import asyncio
@@ -11,14 +11,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from steerway.core.checks import positive
+from steerway.core.leg import Leg
 from steerway.estimation.course.motion.layout import LONGEST_GAP
-from steerway.formats.nmea0183.writing import Leg
 from steerway.live.autopilot.route import Guide
-from steerway.live.autopilot.states import Autopilot, Order, State
-from steerway.live.clock import FixClock
-from steerway.live.heard import Heard, Row, lost
-from steerway.live.links.listeners import Listener
-from steerway.live.links.speakers import Speaker
+from steerway.live.autopilot.supervisor import Supervisor
+from steerway.live.base.clock import FixClock
+from steerway.live.base.orders import Order, State
+from steerway.live.base.rows import InputRow, Row, lost
+from steerway.live.links.link import Input, Sink
 from steerway.live.navigator import MEETS, Navigator
 from steerway.live.outputs.output import Output
 from steerway.live.outputs.rhythm import SLACK
@@ -26,12 +26,12 @@ from steerway.live.pulse import Pulse
 
 LOG = logging.getLogger("steerway.live")
 RATE = 50.0  # Hz
-_BEHIND = 1.0  # s by which ticks may be late before they are left out
-_BREATH = 256  # rows of a replay without a pause after which others get their turn
+_BEHIND = 1.0  # s by which ticks may be late before they are skipped
+_YIELD = 256  # rows of a replay after which other tasks run
 
 
 class Latest(NamedTuple):
-    """What the newest tick said, for those who look in at their own pace; None where there is none."""
+    """The newest tick, for those that poll; None where there is none."""
 
     row: Row
     leg: Leg | None
@@ -40,14 +40,12 @@ class Latest(NamedTuple):
 
 
 class Service:
-    """The estimate aboard as a running thing.
+    """Runs navigation, guidance and supervision between inputs and outputs.
 
     rate:    ticks a second, Hz.
-    latency: s by which fixes are heard late at the least; see FixClock.
-    guide:   follows a route.
-    autopilot: is told every fix and steps every tick; the service never starts it.
-
-    `latest` is what the newest tick said.
+    latency: least latency of fixes, s; see FixClock.
+    guide:   gives the leg of a route at every tick.
+    supervisor: gets every fix and steps every tick; the service never starts it.
     """
 
     def __init__(
@@ -57,43 +55,43 @@ class Service:
         rate: float = RATE,
         latency: float = 0.0,
         guide: Guide | None = None,
-        autopilot: Autopilot | None = None,
+        supervisor: Supervisor | None = None,
     ):
-        self.navigator, self.outputs, self.guide, self.autopilot = navigator, tuple(outputs), guide, autopilot
+        self.navigator, self.outputs, self.guide, self.supervisor = navigator, tuple(outputs), guide, supervisor
         self.latest = Latest(lost(math.nan), None, None, navigator.counts)
         self.rate = positive("rate", rate)
         self.clock = FixClock(latency)
         self.pulse = Pulse()
-        self._said_until = -math.inf
-        self._ticked = math.nan  # when the last tick was, by the clock that times the autopilot
+        self._sent_until = -math.inf
+        self._ticked = math.nan  # time of the last tick, by the clock that times the supervisor
 
-    def hear(self, rows: Iterable[Heard], arrived: float | None = None) -> None:
-        """Rows from a live link, that arrived at a time of the event loop's clock; just now if it is not said."""
+    def receive(self, rows: Iterable[InputRow], arrived: float | None = None) -> None:
+        """Rows of a live link that arrived at a time of the event loop's clock, by default just now."""
         now = _now() if arrived is None else arrived
-        for heard in rows:
+        for row in rows:
             steps = self.navigator.counts["clock steps"]
-            said = self._heard(heard, self.clock.now(now) - self.clock.latency)
+            estimates = self._navigated(row, self.clock.now(now) - self.clock.latency)
             if self.navigator.counts["clock steps"] != steps:
                 self.clock.forget()
-            for row in said:
-                self.clock.hear(row.time, now)
-                self._fix(row)
+            for estimate in estimates:
+                self.clock.add(estimate.time, now)
+                self._fix(estimate)
 
-    async def listen(self, listeners: Sequence[Listener], speakers: Sequence[Speaker] = ()) -> None:
-        """Run until cancelled."""
+    async def run(self, inputs: Sequence[Input], links: Sequence[Sink] = ()) -> None:
+        """Run until cancelled; `links` are those of the outputs."""
         try:
             async with asyncio.TaskGroup() as tasks:
-                for speaker in speakers:
-                    tasks.create_task(speaker.run())
-                for listener in listeners:
-                    tasks.create_task(listener.run(self.hear))
+                for link in links:
+                    tasks.create_task(link.run())
+                for each in inputs:
+                    tasks.create_task(each.run(self.receive))
                 tasks.create_task(self._tick_for_ever())
         finally:
             self.close()
 
-    async def replay(self, rows: Iterable[Heard], speed: float = math.inf, speakers: Sequence[Speaker] = ()) -> None:
+    async def replay(self, rows: Iterable[InputRow], speed: float = math.inf, links: Sequence[Sink] = ()) -> None:
         """Play rows in time order at a multiple of their own pace, then close."""
-        tasks = [asyncio.create_task(speaker.run()) for speaker in speakers]
+        tasks = [asyncio.create_task(link.run()) for link in links]
         try:
             await self._play(rows, speed)
         finally:
@@ -103,7 +101,7 @@ class Service:
             self.close()
 
     def close(self) -> None:
-        """Close the outputs and say what became of the rows."""
+        """Close the outputs and log the counts of rows."""
         for output in self.outputs:
             output.close()
         counts = ", ".join(f"{count} {what}" for what, count in self.navigator.counts.items())
@@ -111,27 +109,27 @@ class Service:
         if self.pulse.beats:
             LOG.info("%s", self.pulse)
 
-    def _heard(self, heard, present=math.nan):
-        """The rows that are new by what was heard; the autopilot learns of times that do not follow."""
-        strayed = self.navigator.strayed
-        rows = self.navigator.hear(heard, present)
-        if self.autopilot is not None and self.navigator.strayed > strayed:
-            self.autopilot.astray()
-        return rows
+    def _navigated(self, row, present=math.nan):
+        """The new estimates by an input row; a time that does not follow is reported to the supervisor."""
+        untimely = self.navigator.untimely
+        estimates = self.navigator.add(row, present)
+        if self.supervisor is not None and self.navigator.untimely > untimely:
+            self.supervisor.untimely()
+        return estimates
 
     def _fix(self, row):
-        if self.autopilot is not None:
-            self.autopilot.fix(row)
+        if self.supervisor is not None:
+            self.supervisor.fix(row)
         for output in self.outputs:
             output.fix(row)
 
     def _tick(self, moment, now):
-        """Say a moment; `now` is the clock that times the autopilot."""
+        """Output a time; `now` is by the clock that times the supervisor."""
         row = self.navigator.at(moment)
-        if self.guide is not None and self.autopilot is not None and self.autopilot.begins:
+        if self.guide is not None and self.supervisor is not None and self.supervisor.begins:
             self.guide.restart()
         leg = None if self.guide is None else self.guide.step(row)
-        order = None if self.autopilot is None else self._order(row, leg, now)
+        order = None if self.supervisor is None else self._order(row, leg, now)
         self.latest = Latest(row, leg, order, self.navigator.counts)
         for output in self.outputs:
             output.tick(row, leg, order)
@@ -139,11 +137,11 @@ class Service:
     def _order(self, row, leg, now):
         dt = now - self._ticked if math.isfinite(self._ticked) else 0.0
         self._ticked = now
-        order = self.autopilot.step(row, leg, dt)
+        order = self.supervisor.step(row, leg, dt)
         before = self.latest.order
         if before is None or order.state is not before.state:
-            tell = LOG.warning if order.state is State.STOPPED else LOG.info
-            tell("autopilot %s%s", order.state, f": {order.reason}" if order.reason else "")
+            log = LOG.warning if order.state is State.STOPPED else LOG.info
+            log("autopilot %s%s", order.state, f": {order.reason}" if order.reason else "")
         return order
 
     async def _tick_for_ever(self):
@@ -162,26 +160,26 @@ class Service:
             self.pulse.beat(woken - beat)
 
     def _tick_once(self, moment):
-        """Tick, unless this was said already; a clock that stepped back is followed, one that wavers is waited for."""
-        if moment > self._said_until or moment < self._said_until - _BEHIND:
-            self._said_until = moment
+        """Tick, unless this time was output already; a step back is followed, a smaller one is waited out."""
+        if moment > self._sent_until or moment < self._sent_until - _BEHIND:
+            self._sent_until = moment
             self._tick(moment, _now())
 
     async def _play(self, rows, speed):
         next_tick, before, origin = math.nan, math.nan, math.nan
-        for k, heard in enumerate(rows):
-            if not heard.time - before <= LONGEST_GAP:
-                next_tick = math.ceil(heard.time * self.rate)
-                origin = _now() - heard.time / speed
-            while next_tick / self.rate < heard.time - MEETS:
+        for k, row in enumerate(rows):
+            if not row.time - before <= LONGEST_GAP:
+                next_tick = math.ceil(row.time * self.rate)
+                origin = _now() - row.time / speed
+            while next_tick / self.rate < row.time - MEETS:
                 await self._until(origin, next_tick / self.rate, speed)
                 self._tick(next_tick / self.rate, next_tick / self.rate)
                 next_tick += 1
-            await self._until(origin, heard.time, speed)
-            before = heard.time
-            for row in self._heard(heard):
-                self._fix(row)
-            if k % _BREATH == 0:
+            await self._until(origin, row.time, speed)
+            before = row.time
+            for estimate in self._navigated(row):
+                self._fix(estimate)
+            if k % _YIELD == 0:
                 await asyncio.sleep(0)
         for row in self.navigator.finish():
             self._fix(row)
@@ -197,5 +195,5 @@ class Service:
 
 
 def _now():
-    """The loop's own clock, so that whoever hastens the loop hastens the service."""
+    """The event loop's clock: tests run it faster."""
     return asyncio.get_running_loop().time()

@@ -1,0 +1,19 @@
+"""Reports: figures and self-contained pages."""
+
+from typing import TYPE_CHECKING
+
+from steerway.core.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from steerway.report.figures import BAD, OURS, QUIET, THEIRS, track_figure
+    from steerway.report.page import write_page
+
+__all__ = [
+    "BAD",
+    "OURS",
+    "QUIET",
+    "THEIRS",
+    "track_figure",
+    "write_page",
+]
+__getattr__, __dir__ = on_demand(__name__)

@@ -1,4 +1,4 @@
-"""Figures of an estimate: the track, and what the vessel did over time."""
+"""Figures of an estimate: the track, and its quantities over time."""
 
 from datetime import UTC, datetime
 
@@ -7,6 +7,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num
 from matplotlib.figure import Figure
 
+from steerway.core.angles import wrap_array
 from steerway.core.earth import radii
 from steerway.core.records import NO_COURSE, REJECTED, STARTING, Fixes, Motion
 from steerway.report.summary import gaps
@@ -30,7 +31,7 @@ def track_figure(motion: Motion) -> Figure:
             continue
         track = _thinned(track)
         north = (track.latitude - latitude) * meridian
-        turned = np.mod(track.longitude - longitude + np.pi, 2.0 * np.pi) - np.pi
+        turned = wrap_array(track.longitude - longitude)
         east = turned * prime_vertical * np.cos(latitude)
         points = np.column_stack([east, north])
         segments = np.stack([points[:-1], points[1:]], axis=1)
@@ -62,17 +63,17 @@ def signals_figure(fixes: Fixes, motion: Motion) -> Figure:
     figure = Figure(figsize=(11.0, 11.0), layout="constrained")
     sog, cog, rate, nis = figure.subplots(4, 1, sharex=True)
     shown = _thinned(motion)
-    said = fixes.rows(np.isfinite(fixes.sog) | np.isfinite(fixes.cog))
-    said = _thinned(said)
-    time, said_time = _dates(shown.time), _dates(said.time)
+    reported = fixes.rows(np.isfinite(fixes.sog) | np.isfinite(fixes.cog))
+    reported = _thinned(reported)
+    time, reported_time = _dates(shown.time), _dates(reported.time)
 
-    _receiver(sog, said_time, said.sog, "receiver's SOG")
+    _receiver(sog, reported_time, reported.sog, "receiver's SOG")
     _banded(sog, time, shown.sog, shown.sog_std, "SOG ± 2σ")
-    sog.set_ylim(bottom=0.0, top=_top(shown.sog, said.sog))
+    sog.set_ylim(bottom=0.0, top=_top(shown.sog, reported.sog))
     sog.set_ylabel("SOG (m/s)")
 
-    moving = np.where(said.sog > 0.3, said.cog, np.nan) if len(said) else said.cog
-    _receiver(cog, said_time, _compass(moving), "receiver's COG above 0.3 m/s")
+    moving = np.where(reported.sog > 0.3, reported.cog, np.nan) if len(reported) else reported.cog
+    _receiver(cog, reported_time, _compass(moving), "receiver's COG above 0.3 m/s")
     _banded(cog, time, _broken(_compass(shown.cog)), np.degrees(shown.cog_std), "COG ± 2σ")
     cog.set_ylim(0.0, 360.0)
     cog.set_yticks(range(0, 361, 90))

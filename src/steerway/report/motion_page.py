@@ -1,6 +1,7 @@
 """The page (or picture) of one estimate."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 from steerway.core.errors import InputError
@@ -9,11 +10,11 @@ from steerway.report.figures import signals_figure, track_figure
 from steerway.report.page import write_page
 from steerway.report.summary import sentences
 
-_TRACK = "Track, coloured by speed over ground; grey where the vessel has no steerageway and course is not defined."
+_TRACK = "Track, coloured by speed over ground; grey below steerageway, where course is undefined."
 _SIGNALS = (
-    "Estimate with its ±2σ band; the receiver's own values, where the log has them, are drawn as dots and are no "
-    "truth: receivers filter and delay them. Below, the size of each innovation against what the filter expected "
-    "(1 is as expected), with the gate beyond which a fix is rejected."
+    "Estimate with its ±2σ band. Dots: values reported by the receiver, which filters and delays them: no reference. "
+    "Below: the innovation of each fix relative to its predicted standard deviation (1 expected), with "
+    "the gate beyond which a fix is rejected."
 )
 
 
@@ -25,27 +26,15 @@ def write_report(path: Path, title: str, fixes: Fixes, motion: Motion, summary: 
 
     Raises InputError for another ending.
     """
-    path = Path(path)
     figures = [(track_figure(motion), _TRACK)]
     if motion.mmsi is None:
         figures.append((signals_figure(fixes, motion), _SIGNALS))
-    if path.suffix.lower() == ".html":
-        rows = sentences(summary)
-        vessels = [] if motion.mmsi is None else [_vessels(motion)]
-        write_page(
-            path,
-            title=title,
-            tables=[("Summary", ("", ""), rows), *vessels, *tables],
-            figures=figures,
-            remarks=summary["notes"],
-        )
-    elif path.suffix.lower() == ".png":
-        _picture(figures, path)
-    else:
-        raise InputError(f"report {path} ends in {path.suffix or 'nothing'!r}, expected .html or .png")
+    vessels = [] if motion.mmsi is None else [_vessels(motion)]
+    tables = [("Summary", ("", ""), sentences(summary)), *vessels, *tables]
+    report_writer(path)(Path(path), title, tables, figures, summary["notes"])
 
 
-def _picture(figures, path):
+def _picture(path, title, tables, figures, remarks):
     """The figures below one another in one PNG."""
     import io
 
@@ -63,6 +52,18 @@ def _picture(figures, path):
         sheet.paste(image, ((width - image.width) // 2, top))
         top += image.height
     sheet.save(path)
+
+
+WRITERS = {".html": write_page, ".png": _picture}
+"""The kinds of report by their endings."""
+
+
+def report_writer(path: str | Path) -> Callable:
+    """The writer for the ending of `path`. Raises InputError for an unknown one."""
+    ending = Path(path).suffix.lower()
+    if ending not in WRITERS:
+        raise InputError(f"report {path} ends in {ending or 'nothing'!r}, expected {' or '.join(WRITERS)}")
+    return WRITERS[ending]
 
 
 def _vessels(motion: Motion):

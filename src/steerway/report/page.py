@@ -40,8 +40,8 @@ def write_page(
         parts.append(f"<p>{html.escape(lead)}</p>")
     parts += [_table(*table) for table in tables]
     shown = [_figure(figure, caption) for figure, caption in figures]
-    said = _remarks(remarks) if remarks else []
-    parts += [*said, *shown] if details else [*shown, *said]
+    paragraphs = _remarks(remarks) if remarks else []
+    parts += [*paragraphs, *shown] if details else [*shown, *paragraphs]
     parts += [_table(*table) for table in details]
     page = (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'

@@ -1,4 +1,4 @@
-"""What an estimate amounts to, in numbers for people and for machines."""
+"""The summary of an estimate: named numbers, and sentences made of them."""
 
 import math
 from itertools import pairwise
@@ -21,7 +21,7 @@ def gaps(time: np.ndarray) -> list[tuple[float, float]]:
 
 
 def distance(motion: Motion) -> float:
-    """Metres sailed, counted while course is defined."""
+    """Distance run (m) while course is defined."""
     total = 0.0
     for _, track in motion.tracks():
         known = np.flatnonzero(np.isfinite(track.cog)).tolist()
@@ -37,8 +37,8 @@ def summarise(
 ) -> dict:
     """The numbers of a run, flat, names with their units.
 
-    doubted: fixes that counted for less because of what the receiver said of them. sog_late, cog_late: s by which its
-    own SOG and COG are late, NaN where that is not known.
+    doubted: number of fixes down-weighted for their reported accuracy. sog_late, cog_late: delay (s) of the receiver's
+    SOG and COG, NaN where unknown.
     """
     status = np.bincount(motion.status, minlength=len(STATUSES))
     defined = np.isfinite(motion.cog)
@@ -73,12 +73,12 @@ def summarise(
 
 
 def sentences(summary: dict) -> list[tuple[str, str]]:
-    """The summary as (what, value) pairs for people."""
+    """The summary as (what, value) pairs."""
     s = summary
     status = ", ".join(f"{s[f'rows_{name}']} {name}" for name in STATUSES if s[f"rows_{name}"])
     vessels = [] if s["vessels"] == 1 else [("vessels", str(s["vessels"]))]
     return [
-        ("source", s["source"] or "the only one"),
+        ("source", s["source"] or "the only source"),
         *vessels,
         ("time", f"{s['start']} to {s['stop']} ({_duration(s['duration_s'])})"),
         ("fixes", f"{s['fixes']}, {s['gaps']} gaps, the longest {s['longest_gap_s']:.1f} s"),
@@ -89,23 +89,23 @@ def sentences(summary: dict) -> list[tuple[str, str]]:
         ("speed over ground", f"median {_speed(s['sog_median_mps'])}, highest {_speed(s['sog_max_mps'])}"),
         ("course defined", f"{s['course_defined_pct']:.1f} % of rows"),
         ("typical 1σ", f"SOG {s['sog_std_median_mps']:.3f} m/s, COG {s['cog_std_median_deg']:.2f}°"),
-        ("NIS", f"{s['nis_mean']:.2f} (2 when the filter judges its errors rightly)"),
+        ("NIS", f"{s['nis_mean']:.2f} (2 expected)"),
     ]
 
 
 def _receiver(s) -> list[tuple[str, str]]:
-    """What the receiver says of itself, and what that is worth, where there is anything to tell."""
-    told = []
+    """Down-weighted fixes and the delay of the receiver's SOG and COG, where there are any."""
+    found = []
     if s["fixes_doubted"]:
-        told.append(f"doubts {s['fixes_doubted']} of its fixes itself, which count for less")
+        found.append(f"{s['fixes_doubted']} fixes with raised reported accuracy, down-weighted")
     late = [
-        f"its own {name} {abs(lag):.1f} s {'late' if lag > 0.0 else 'early'}"
+        f"{name} {'lags' if lag > 0.0 else 'leads'} the estimate by {abs(lag):.1f} s"
         for name, lag in (("SOG", s["receiver_sog_late_s"]), ("COG", s["receiver_cog_late_s"]))
         if math.isfinite(lag)
     ]
     if late:
-        told.append(f"{' and '.join(late)} against its positions")
-    return [("receiver", "; ".join(told))] if told else []
+        found.extend(late)
+    return [("receiver", "; ".join(found))] if found else []
 
 
 def _speed(mps) -> str:

@@ -10,7 +10,7 @@ SLACK = 1e-3  # of a period: clocks that count in tenths do not land on their te
 
 
 class Clock:
-    """Asked at every step whether a reading is due; periods are counted from the first."""
+    """Decides at every step whether a reading is due; periods are counted from the first."""
 
     def __init__(self, rate: float):
         self._rate = rate

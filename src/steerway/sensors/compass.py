@@ -2,12 +2,17 @@
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import kernel
+from steerway.core.noise import Seed
+from steerway.core.schema import NotNegative, Number, Rate
 from steerway.sensors.instrument import Instrument
+from steerway.sensors.table import InstrumentTable
 
 HALF_A_DEGREE = Instrument(white=math.radians(0.5))
 
@@ -23,11 +28,11 @@ class Compass:
     instrument: Instrument = HALF_A_DEGREE
     deviation: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
-    def start(self, seed) -> "CompassStream":
+    def start(self, seed: Seed) -> "CompassStream":
         """The compass switched on. `seed`: an int or a numpy Generator."""
         return CompassStream(self, seed)
 
-    def measured(self, time, heading, seed) -> tuple[np.ndarray, np.ndarray]:
+    def measured(self, time: ArrayLike, heading: ArrayLike, seed: Seed) -> tuple[np.ndarray, np.ndarray]:
         """Times and headings in [−π, π) of a whole record of true headings (n,)."""
         heading = np.asarray(heading, dtype=np.float64)
         read = heading + deviation(heading, *self.deviation)
@@ -49,7 +54,7 @@ class CompassStream:
 
 @kernel
 def deviation(heading, a, b, c, d, e):
-    """What a deviation card says for a heading, or an array of them; rad."""
+    """The deviation for a heading, or an array of them, by a deviation card; rad."""
     return a + b * np.sin(heading) + c * np.cos(heading) + d * np.sin(2.0 * heading) + e * np.cos(2.0 * heading)
 
 
@@ -58,3 +63,21 @@ def _wrapped(angles):
     for k in range(len(angles)):
         angles[k] = wrap(angles[k])
     return angles
+
+
+class CompassTable(InstrumentTable):
+    """The keys of a compass in a scenario; `deviation_deg` are the coefficients A to E of its deviation card."""
+
+    measures: ClassVar[str] = "heading"
+    rate: Rate = 10.0
+    std_deg: NotNegative = 0.5
+    bias_deg: Number = 0.0
+    deviation_deg: tuple[Number, Number, Number, Number, Number] = (0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def build(self) -> Compass:
+        instrument = Instrument(self.rate, white=math.radians(self.std_deg), bias=math.radians(self.bias_deg))
+        return Compass(instrument, tuple(map(math.radians, self.deviation_deg)))
+
+    @staticmethod
+    def read(stream, time, motion) -> float | None:
+        return stream.step(time, motion.heading)

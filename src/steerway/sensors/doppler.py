@@ -1,10 +1,15 @@
 """A Doppler log: velocity along and across the hull, through the water or over the ground."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from steerway.core.noise import Seed
+from steerway.core.schema import NotNegative, Number, Rate
 from steerway.sensors.instrument import Instrument
+from steerway.sensors.table import InstrumentTable
 
 FIVE_CENTIMETRES = Instrument(rate=5.0, white=0.05)
 
@@ -19,11 +24,13 @@ class DopplerLog:
 
     instrument: Instrument = FIVE_CENTIMETRES
 
-    def start(self, seed) -> "DopplerStream":
+    def start(self, seed: Seed) -> "DopplerStream":
         """The log switched on. `seed`: an int or a numpy Generator."""
         return DopplerStream(self, seed)
 
-    def measured(self, time, surge, sway, seed) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def measured(
+        self, time: ArrayLike, surge: ArrayLike, sway: ArrayLike, seed: Seed
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Times, surge and sway of a whole record of true velocities (n,)."""
         along, across = np.random.default_rng(seed).spawn(2)
         time_read, surge = self.instrument.measured(time, surge, along)
@@ -40,3 +47,20 @@ class DopplerStream:
     def step(self, time: float, surge: float, sway: float) -> tuple[float, float] | None:
         along, across = self._along.step(time, surge), self._across.step(time, sway)
         return None if along is None else (along, across)
+
+
+class LogTable(InstrumentTable):
+    """The keys of a log of the speed through the water in a scenario."""
+
+    measures: ClassVar[str] = "water_speed"
+    rate: Rate = 5.0
+    std: NotNegative = 0.05
+    bias: Number = 0.0
+
+    def build(self) -> DopplerLog:
+        return DopplerLog(Instrument(self.rate, white=self.std, bias=self.bias))
+
+    @staticmethod
+    def read(stream, time, motion) -> float | None:
+        velocity = stream.step(time, motion.surge, motion.sway)
+        return None if velocity is None else velocity[0]

@@ -1,4 +1,4 @@
-"""What goes wrong with fixes: dropouts, jumps, bursts, steps and frozen positions, at a set time or at random.
+"""Faults of fixes: dropouts, jumps, bursts, steps and frozen positions, at a set time or at random.
 
 One row of random numbers an epoch, whether anything happens or not, so that a run in blocks of any length is the same
 run.
@@ -6,11 +6,13 @@ run.
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.schema import NotNegative, Number, Table, in_radians
 
 DROPOUT, JUMP, BURST, STEP, FROZEN = range(5)
 KINDS = ("dropout", "jump", "burst", "step", "frozen")
@@ -23,12 +25,12 @@ _FOREVER = 1 << 60
 
 @dataclass(frozen=True)
 class Fault:
-    """One kind of trouble: from when or how often, for how long, how much.
+    """One kind of fault: its start or rate, duration and size.
 
-    `kind`: "dropout" no fix; "jump" a displacement that goes again (one fix unless `duration` says more); "burst"
-    white noise of 1σ `size` beside the usual; "step" a displacement that stays (for `duration`, else to the end);
+    `kind`: "dropout" no fix; "jump" a transient displacement (one fix unless `duration` is given); "burst"
+    white noise of 1σ `size` in addition; "step" a displacement that stays (for `duration`, else to the end);
     "frozen" the last position repeated with new times.
-    `start` is in s after the first epoch; or the fault comes `per_hour` times at random, never twice at once. A
+    `start` is in s after the first epoch; or the fault comes `per_hour` times at random, never overlapping itself. A
     displacement of `size` m points in `direction` (rad from true north), in a random one if None.
 
     Raises InputError for an unknown kind, when not exactly one of `start` and `per_hour` is given, and for a negative
@@ -100,3 +102,17 @@ def happen(faults, state, epoch, uniforms, normals, error):
             error[0] += state[i, 1]
             error[1] += state[i, 2]
     return outcome
+
+
+class FaultTable(Table):
+    """The keys of a fault in a scenario, at `start` s or `per_hour` times."""
+
+    kind: Literal[*KINDS]
+    start: NotNegative | None = None
+    per_hour: NotNegative | None = None
+    duration: NotNegative | None = None
+    size: NotNegative = 0.0
+    direction_deg: Number | None = None
+
+    def build(self) -> Fault:
+        return Fault(**in_radians(self))

@@ -1,8 +1,8 @@
-"""A GNSS receiver as a model: position fixes from true motion, with the errors that receivers have.
+"""A GNSS receiver as a model: position fixes from true motion, with realistic errors.
 
-The error of a fix is white noise, plus Gauss–Markov errors that wander (atmosphere, multipath), plus faults; the
-antenna sits off the vessel's origin and swings as she rolls and pitches. A whole record (`Gnss.fixes`) and a loop that
-asks step by step (`Gnss.start`) draw the same numbers in the same order: the same seed gives the same fixes.
+The error of a fix is white noise, plus Gauss–Markov errors (atmosphere, multipath), plus faults; the
+antenna is off the vessel's origin and moves with roll and pitch. A whole record (`Gnss.fixes`) and a loop with
+single steps (`Gnss.start`) draw the same numbers in the same order: the same seed gives the same fixes.
 
 Positions are north and east (m) in the scene's tangent plane. On `origin` they become latitude and longitude by
 `earth.displaced`, whose scale is off by N tan(latitude)/R: 0.02 % after 500 m at 63°, 0.4 % after 12 km. For a
@@ -12,16 +12,21 @@ long scene put the origin on the equator, where that term vanishes.
 import math
 from collections import deque
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import Field
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.earth import displaced_all
 from steerway.core.errors import InputError
+from steerway.core.noise import Seed
 from steerway.core.records import Fixes
+from steerway.core.schema import NotNegative, Positive, Rate, Table, Triple
 from steerway.sensors.clock import SLACK, Clock, epochs
-from steerway.sensors.faults import GOOD, HELD, LOST, Fault
+from steerway.sensors.faults import GOOD, HELD, LOST, Fault, FaultTable
 from steerway.sensors.gnss_errors import Errors
 
 _BLOCK = 128  # epochs drawn at once in a loop; the numbers do not depend on it
@@ -45,7 +50,7 @@ class Gnss:
     these at their stationary spread, else at zero as in P1 (42)–(43); `faults`; `latency` s from epoch to delivery;
     `stamped_on_arrival` gives a fix the time of its delivery, as a log without receiver times does; `lever_arm` from
     the vessel's origin to the antenna (forward, starboard, down), m; `velocity_std` 1σ of the north and the east
-    velocity behind SOG and COG, m/s, None for a receiver that says neither.
+    velocity behind SOG and COG, m/s, None for a receiver without them.
 
     Raises InputError for a rate that is not positive, and negative deviations, time constants or latency.
     """
@@ -75,24 +80,24 @@ class Gnss:
         if len(self.lever_arm) != 3:
             raise InputError(f"gnss.lever_arm is {self.lever_arm}, expected (forward, starboard, down) in m")
 
-    def start(self, seed) -> "GnssStream":
-        """The receiver switched on, to be asked step by step. `seed`: an int or a numpy Generator."""
+    def start(self, seed: Seed) -> "GnssStream":
+        """The receiver as a stream, step by step. `seed`: an int or a numpy Generator."""
         return GnssStream(self, seed)
 
     def fixes(
         self,
-        time,
-        north,
-        east,
-        seed,
+        time: Floats,
+        north: Floats,
+        east: Floats,
+        seed: Seed,
         *,
-        roll=0.0,
-        pitch=0.0,
-        heading=0.0,
-        north_velocity=np.nan,
-        east_velocity=np.nan,
-        origin=(0.0, 0.0),
-        source="simulated GNSS",
+        roll: ArrayLike = 0.0,
+        pitch: ArrayLike = 0.0,
+        heading: ArrayLike = 0.0,
+        north_velocity: ArrayLike = np.nan,
+        east_velocity: ArrayLike = np.nan,
+        origin: tuple[float, float] = (0.0, 0.0),
+        source: str = "simulated GNSS",
     ) -> Fixes:
         """The fixes of a whole record of true motion: arrays (n,) or scalars in, SI and radians.
 
@@ -111,8 +116,8 @@ class Gnss:
         if self.stamped_on_arrival:
             time = time + self.latency
         kept = outcome != LOST
-        said = {} if self.velocity_std is None else {"sog": sog[kept], "cog": cog[kept]}
-        return Fixes(time[kept], latitude[kept], longitude[kept], source=source, **said)
+        reported = {} if self.velocity_std is None else {"sog": sog[kept], "cog": cog[kept]}
+        return Fixes(time[kept], latitude[kept], longitude[kept], source=source, **reported)
 
 
 def white(std: float, rate: float = 5.0) -> Gnss:
@@ -238,3 +243,23 @@ def _level_all(forward, starboard, down, roll, pitch, heading):
 
 def _velocity(north_velocity, east_velocity):
     return np.hypot(north_velocity, east_velocity), np.arctan2(east_velocity, north_velocity)
+
+
+class GnssTable(Table):
+    """The keys of the receiver in a scenario: `white` and `markov` ([1σ in m, time constant in s] each) as in `Gnss`.
+
+    By default the errors of a small receiver: 1.5 m over 300 s, 0.25 m over 5 s and 0.05 m white.
+    """
+
+    rate: Rate = 5.0
+    white: NotNegative = 0.05
+    markov: tuple[tuple[NotNegative, Positive], ...] = ((1.5, 300.0), (0.25, 5.0))
+    settled: bool = True
+    latency: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
+    lever_arm: Triple = (0.0, 0.0, 0.0)
+    velocity_std: NotNegative | None = None
+    faults: tuple[FaultTable, ...] = ()
+
+    def build(self) -> Gnss:
+        values = self.model_dump(exclude={"faults"})
+        return Gnss(**values, faults=tuple(fault.build() for fault in self.faults))

@@ -1,6 +1,6 @@
-"""An instrument that reads one number: rate, scale, bias that wanders, white noise. The others are made of it.
+"""An instrument that reads one number: rate, scale, Gauss–Markov bias, white noise. Other instruments are built on it.
 
-As with the GNSS receiver, a whole record (`measured`) and a loop that asks step by step (`start`) draw the same numbers
+As with the GNSS receiver, a whole record (`measured`) and a loop with single steps (`start`) draw the same numbers
 in the same order.
 """
 
@@ -9,10 +9,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.core.noise import markov_decay, markov_step
+from steerway.core.noise import Seed, markov_decay, markov_step
 from steerway.sensors.clock import Clock, epochs
 
 _BLOCK = 128  # readings drawn at once in a loop; the numbers do not depend on it
@@ -20,7 +21,7 @@ _BLOCK = 128  # readings drawn at once in a loop; the numbers do not depend on i
 
 @dataclass(frozen=True)
 class Instrument:
-    """What an instrument does to a true value: `scale` times it, plus a constant `bias`, a wandering one, and noise.
+    """The error model of an instrument: the true value times `scale`, a constant and a Gauss–Markov bias, and noise.
 
     `rate` Hz; `turn_on_std` 1σ of a bias drawn once; `wander` (1σ, time constant s) of a Gauss–Markov bias;
     `white` 1σ of one reading. Units are the value's. Raises InputError for a rate that is not positive and for negative
@@ -44,11 +45,11 @@ class Instrument:
         if not self.wander[1] > 0.0:
             raise InputError(f"instrument.wander has a time constant of {self.wander[1]} s, expected more than 0")
 
-    def start(self, seed) -> "InstrumentStream":
+    def start(self, seed: Seed) -> "InstrumentStream":
         """The instrument switched on. `seed`: an int or a numpy Generator."""
         return InstrumentStream(self, seed)
 
-    def measured(self, time, value, seed) -> tuple[np.ndarray, np.ndarray]:
+    def measured(self, time: ArrayLike, value: ArrayLike, seed: Seed) -> tuple[np.ndarray, np.ndarray]:
         """Times and readings of a whole record of true values (n,), each at the first sample at or after it is due."""
         time = np.asarray(time, dtype=np.float64)
         value = np.broadcast_to(np.asarray(value, dtype=np.float64), time.shape)

@@ -1,29 +1,38 @@
-"""The instruments aboard, asked together: true motion in, readings out."""
+"""The instruments aboard as one: true motion in, measurements out."""
 
 import math
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from steerway.core.estimate import SILENCE, Readings
-from steerway.sensors.compass import Compass
-from steerway.sensors.doppler import DopplerLog
+from steerway.core.checks import one_of
+from steerway.core.estimate import NO_MEASUREMENTS, Measurements
+from steerway.core.kinematics import GroundMotion, WaveMotion
+from steerway.core.noise import Seed
 from steerway.sensors.gnss import Gnss
-from steerway.sensors.instrument import Instrument
-from steerway.vessels.environment import WaveMotion
-from steerway.vessels.kinematics import GroundMotion
+from steerway.sensors.kinds import INSTRUMENTS
 
 
-@dataclass(frozen=True)
 class Suite:
-    """Instruments aboard; None is not aboard. `gyro` reads the yaw rate, `log` the speed through the water."""
+    """A receiver, and further instruments by their names, or in the order, of `kinds.INSTRUMENTS`; None is not aboard.
 
-    gnss: Gnss
-    compass: Compass | None = None
-    gyro: Instrument | None = None
-    log: DopplerLog | None = None
+    Attributes: `gnss`; `aboard`, the further instruments by name; each of them by its name, None where not aboard.
+    Raises InputError for an unknown name.
+    """
 
-    def start(self, seed) -> "SuiteStream":
+    def __init__(self, gnss: Gnss, *in_order: Any, **named: Any):
+        for name in named:
+            one_of("instrument", name, tuple(INSTRUMENTS))
+        given = dict(zip(INSTRUMENTS, in_order, strict=False)) | named
+        self.gnss = gnss
+        self.aboard = {name: given[name] for name in INSTRUMENTS if given.get(name) is not None}
+
+    def __getattr__(self, name):
+        if name not in INSTRUMENTS:
+            raise AttributeError(f"a suite has no attribute {name!r}")
+        return self.aboard.get(name)
+
+    def start(self, seed: Seed) -> "SuiteStream":
         """Everything switched on. `seed`: an int or a numpy Generator; each instrument draws numbers of its own."""
         return SuiteStream(self, seed)
 
@@ -32,14 +41,16 @@ class SuiteStream:
     """Instruments that are switched on; `step` gives what is new."""
 
     def __init__(self, suite: Suite, seed):
-        seeds = np.random.default_rng(seed).spawn(4)
-        self._gnss = suite.gnss.start(seeds[0])
-        self._compass = suite.compass and suite.compass.start(seeds[1])
-        self._gyro = suite.gyro and suite.gyro.start(seeds[2])
-        self._log = suite.log and suite.log.start(seeds[3])
+        first, *seeds = np.random.default_rng(seed).spawn(1 + len(INSTRUMENTS))
+        self._gnss = suite.gnss.start(first)
+        self._further = [
+            (table.measures, table.read, suite.aboard[name].start(each))
+            for (name, table), each in zip(INSTRUMENTS.items(), seeds, strict=True)
+            if name in suite.aboard
+        ]
 
-    def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Readings:
-        """Readings of a vessel that moves so; the antenna swings with the waves."""
+    def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Measurements:
+        """The measurements of a vessel that moves so; waves move the antenna."""
         fix = self._gnss.step(
             time,
             motion.north + waves.north,
@@ -50,33 +61,27 @@ class SuiteStream:
             motion.north_velocity,
             motion.east_velocity,
         )
-        heading = self._compass and self._compass.step(time, motion.heading)
-        yaw_rate = self._gyro and self._gyro.step(time, motion.yaw_rate)
-        along = self._log and self._log.step(time, motion.surge, motion.sway)
-        if fix is None and heading is None and yaw_rate is None and along is None:
-            return SILENCE
+        measured = {}
+        for quantity, read, stream in self._further:
+            value = read(stream, time, motion)
+            if value is not None:
+                measured[quantity] = value
+        if fix is None and not measured:
+            return NO_MEASUREMENTS
         _, north, east, sog, cog = fix or (math.nan,) * 5
-        return Readings(
-            north,
-            east,
-            sog,
-            cog,
-            heading=math.nan if heading is None else heading,
-            yaw_rate=math.nan if yaw_rate is None else yaw_rate,
-            water_speed=along[0] if along else math.nan,
-        )
+        return Measurements(north, east, sog, cog, **measured)
 
 
 class Truth:
     """Instruments that show the true motion at every step: for control on true states."""
 
-    def start(self, seed) -> "Truth":
+    def start(self, seed: Seed) -> "Truth":
         """Nothing is drawn."""
         return self
 
-    def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Readings:
+    def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Measurements:
         """The truth, over ground and through the water."""
-        return Readings(
+        return Measurements(
             motion.north,
             motion.east,
             motion.sog,

@@ -13,6 +13,7 @@ import numpy as np
 from steerway.core.angles import wrap
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.noise import Seed
 from steerway.sensors.compass import deviation
 
 TICK = 0.025
@@ -33,7 +34,7 @@ class CompassModel(NamedTuple):
     shift: float = 1.0  # the "1" of A
 
     def scaled(self, factor: float, shift_too: bool = False) -> "CompassModel":
-        """All coefficients times a factor; the shift entry stays exact unless asked for."""
+        """All coefficients times a factor; the shift entry stays exact by default."""
         shift = self.shift * factor if shift_too else self.shift
         return CompassModel(*(factor * each for each in self[:4]), shift)
 
@@ -94,7 +95,7 @@ class DynamicCompass:
             raise InputError(f"compass.model {tuple(self.model)} is unstable, expected poles inside the unit circle")
         object.__setattr__(self, "_constants", np.array(self.model, dtype=np.float64))
 
-    def start(self, heading: float, seed) -> "DynamicCompassStream":
+    def start(self, heading: float, seed: Seed) -> "DynamicCompassStream":
         """The compass switched on, at rest at a heading (rad). `seed`: an int or a numpy Generator."""
         return DynamicCompassStream(self, heading, seed)
 

@@ -1,49 +1,35 @@
-"""From a scenario to the blocks: vessel, sea, instruments, pilot. What cannot be built is refused here."""
+"""From a scenario to the blocks: vessel, environment, instruments, pilot. What cannot be built is refused here."""
 
 import math
+from dataclasses import replace
 from datetime import datetime
 from typing import NamedTuple
 
 import numpy as np
 
-from steerway.control import boats
 from steerway.control.boats import Boat
 from steerway.control.handover import Steerageway
-from steerway.control.rudder import Rudder
 from steerway.core.earth import displacement
 from steerway.core.errors import InputError
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.course.onboard import AtFaceValue, FilterEstimator
 from steerway.estimation.profiles import Profile
-from steerway.guidance.adaptive_line_of_sight import AdaptiveLineOfSight
-from steerway.guidance.integral_line_of_sight import IntegralLineOfSight
-from steerway.guidance.line_of_sight import LineOfSight, PurePursuit
-from steerway.guidance.reference import LowPass, ReferenceModel, TrackingFilter
 from steerway.guidance.route import Route
-from steerway.guidance.vector_field import VectorField
+from steerway.guidance.shapers import SHAPERS
 from steerway.guidance.voyage import Voyage
 from steerway.guidance.waypoints import Passing
 from steerway.pilot import Pilot
-from steerway.sensors.compass import Compass
-from steerway.sensors.doppler import DopplerLog
-from steerway.sensors.faults import Fault
-from steerway.sensors.gnss import Gnss
-from steerway.sensors.inertial import gyro
-from steerway.sensors.instrument import Instrument
 from steerway.sensors.suite import Suite, Truth
 from steerway.simulation.loop import Start
 from steerway.simulation.scenario import Scenario
-from steerway.vessels import Mariner, Nomoto, Otter
-from steerway.vessels.actuators import Actuator
-from steerway.vessels.environment import Current, Environment, Waves, Wind
+from steerway.vessels.environment import Environment
 from steerway.vessels.vessel import Vessel
 
 STEERAGEWAY = Steerageway()
-_HEADING_LAWS = ("integral-line-of-sight", "adaptive-line-of-sight")
 
 
 class Assembly(NamedTuple):
-    """Everything `loop.sail` wants. Vessel, instruments and environment hold no state; a pilot sails once."""
+    """The arguments of `loop.sail`. Vessel, instruments and environment hold no state; a pilot serves one run."""
 
     vessel: Vessel
     pilot: Pilot
@@ -54,115 +40,39 @@ class Assembly(NamedTuple):
 
 def assemble(scenario: Scenario) -> Assembly:
     """Fresh blocks for one run."""
-    return Assembly(vessel(scenario), pilot(scenario), instruments(scenario), start(scenario), environment(scenario))
-
-
-def vessel(scenario: Scenario) -> Vessel:
-    """Who sails."""
-    table = scenario.vessel
-    if table.kind == "otter":
-        return Otter(table.payload_mass, table.payload_position, table.edition, table.propeller_lag, table.method)
-    if table.kind == "mariner":
-        return Mariner(table.cruise_speed, table.method)
-    limit = math.radians(table.rudder_limit_deg)
-    rudder = Actuator("rudder", -limit, limit)
-    return Nomoto(table.gain, table.time_constant, table.speed, actuator=rudder, method=table.method)
+    vessel, environment = scenario.vessel.build(), scenario.environment.build()
+    return Assembly(vessel, pilot(scenario), instruments(scenario), start(scenario), environment)
 
 
 def boat(scenario: Scenario) -> Boat:
-    """What the pilot is told of her, with what the scenario changes of it."""
-    kind, table, autopilot = scenario.vessel.kind, scenario.vessel, scenario.autopilot
-    if kind == "otter":
-        known = boats.OTTER
-    elif kind == "mariner":
-        known = boats.MARINER.but(cruise=table.cruise_speed)
-    else:
-        limit = math.radians(table.rudder_limit_deg)
-        known = boats.MARINER.but(
-            nomoto_gain=table.gain,
-            nomoto_time=table.time_constant,
-            yaw_limit=limit,
-            bandwidth=2.0 / table.time_constant,
-            propulsion=Rudder(limit),
-            lookahead=5.0 * table.speed * table.time_constant,
-            acceptance=table.speed * table.time_constant,
-            cruise=table.speed,
-            top_speed=table.speed,
-            profile="small-usv",
-        )
-    changes = {name: value for name, value in autopilot.model_dump().items() if value is not None}
+    """What the controllers use of the vessel, with what the scenario changes of it."""
+    known = scenario.vessel.boat()
+    changes = {name: value for name, value in scenario.autopilot.model_dump().items() if value is not None}
     if scenario.guidance.lookahead is not None:
         changes["lookahead"] = scenario.guidance.lookahead
     if scenario.route.acceptance is not None:
         changes["acceptance"] = scenario.route.acceptance
     if known.speed is not None:
-        speed, station = scenario.speed, scenario.station
-        if speed.bandwidth is not None:
-            changes["speed"] = _replaced(known.speed, bandwidth=speed.bandwidth)
-        changes["station"] = _replaced(known.station, bandwidth=station.bandwidth, radius=station.radius)
-        changes["cruise"] = known.cruise if speed.cruise is None else speed.cruise
+        if scenario.speed.bandwidth is not None:
+            changes["speed"] = replace(known.speed, bandwidth=scenario.speed.bandwidth)
+        if scenario.speed.cruise is not None:
+            changes["cruise"] = scenario.speed.cruise
+    if known.station is not None:
+        changes["station"] = replace(known.station, **scenario.station.model_dump())
     return known.but(**changes)
 
 
-def _replaced(gains, **changes):
-    return type(gains)(**(vars(gains) | changes))
-
-
 def start(scenario: Scenario) -> Start:
-    """Where she begins."""
+    """The initial position, heading and speed."""
     table = scenario.start
-    own = {"otter": 0.0, "mariner": None, "nomoto": None}[scenario.vessel.kind]
-    return Start(table.north, table.east, math.radians(table.heading_deg), own if table.speed is None else table.speed)
-
-
-def environment(scenario: Scenario) -> Environment:
-    """The sea."""
-    table = scenario.environment
-    return Environment(
-        Current(**_radians(table.current)),
-        Wind(**_radians(table.wind)),
-        Waves(**_radians(table.waves)),
-        table.force,
-        table.moment,
-    )
-
-
-def _radians(table) -> dict:
-    """A table's values by name, the angles in rad and without their ending."""
-    values = {}
-    for name, value in table.model_dump().items():
-        if name.endswith("_deg") and value is not None:
-            values[name.removesuffix("_deg")] = math.radians(value)
-        else:
-            values[name.removesuffix("_deg")] = value
-    return values
+    return Start(table.north, table.east, math.radians(table.heading_deg), table.speed)
 
 
 def instruments(scenario: Scenario) -> Suite | Truth:
-    """What looks at the truth."""
+    """The receiver with the further instruments, or the truth."""
     if scenario.estimator.kind == "truth":
         return Truth()
-    table, compass, log = scenario.gnss, scenario.compass, scenario.log
-    receiver = Gnss(
-        rate=table.rate,
-        white=table.white,
-        markov=table.markov,
-        settled=table.settled,
-        faults=tuple(Fault(**_radians(each)) for each in table.faults),
-        latency=table.latency,
-        lever_arm=table.lever_arm,
-        velocity_std=table.velocity_std,
-    )
-    return Suite(
-        receiver,
-        compass
-        and Compass(
-            Instrument(rate=compass.rate, white=math.radians(compass.std_deg), bias=math.radians(compass.bias_deg)),
-            tuple(map(math.radians, compass.deviation_deg)),
-        ),
-        scenario.gyro and gyro(**scenario.gyro.model_dump()),
-        log and DopplerLog(Instrument(rate=log.rate, white=log.std, bias=log.bias)),
-    )
+    return Suite(scenario.gnss.build(), **{name: table.build() for name, table in scenario.instruments().items()})
 
 
 def profile(scenario: Scenario) -> Profile:
@@ -172,62 +82,25 @@ def profile(scenario: Scenario) -> Profile:
 
 
 def pilot(scenario: Scenario) -> Pilot:
-    """A pilot that has seen nothing yet."""
-    her = boat(scenario)
+    """A pilot in its initial state."""
+    known, guidance = boat(scenario), scenario.guidance
     truth = scenario.estimator.kind == "truth"
     filtering = None if truth else FiveStateFilter(profile(scenario), scenario.estimator.aid)
+    shaper = SHAPERS[scenario.reference.kind or scenario.vessel.reference]
     return Pilot(
         AtFaceValue() if truth else FilterEstimator(filtering),
-        voyage(scenario, her),
-        law(scenario, her),
-        her.helm(shaper(scenario), STEERAGEWAY),
-        her.propulsion,
-        her.speed_loop(),
-        her.station_keeper(),
-        cruise=her.cruise,
-        steer_by=steer_by(scenario),
+        voyage(scenario, known),
+        guidance.design(known.lookahead, known.cruise),
+        known.autopilot(shaper(scenario.reference), STEERAGEWAY),
+        known.propulsion,
+        known.speed_loop(),
+        known.station_keeper(),
+        cruise=known.cruise,
+        steer_by=guidance.angle,
     )
 
 
-def steer_by(scenario: Scenario) -> str:
-    """Whether the law gives a course or a heading."""
-    guidance = scenario.guidance
-    return guidance.steer_by or ("heading" if guidance.law in _HEADING_LAWS else "course")
-
-
-def law(scenario: Scenario, her: Boat):
-    """The guidance law. Gains left out make both poles of the path error U/(2Δ): no overshoot in a steady current."""
-    table = scenario.guidance
-    match table.law:
-        case "line-of-sight":
-            return LineOfSight(her.lookahead)
-        case "pure-pursuit":
-            return PurePursuit()
-        case "vector-field":
-            return VectorField(1.0 / her.lookahead, math.radians(table.approach_deg))
-        case "integral-line-of-sight":
-            return IntegralLineOfSight(her.lookahead, _given(table.integral_gain, her.cruise / 4.0))
-        case _:
-            gain = _given(table.adaptive_gain, her.cruise / (2.0 * her.lookahead) ** 2)
-            return AdaptiveLineOfSight(her.lookahead, gain)
-
-
-def _given(value, otherwise):
-    return otherwise if value is None else value
-
-
-def shaper(scenario: Scenario):
-    """What the command goes through."""
-    table = scenario.reference
-    kind = table.kind or ("tracking" if scenario.vessel.kind == "otter" else "low-pass")
-    if kind == "tracking":
-        return TrackingFilter(table.bandwidth or 1.0, table.damping)
-    if kind == "model":
-        return ReferenceModel(table.bandwidth or 0.5, table.damping, math.radians(table.max_rate_deg))
-    return LowPass(table.time_constant)
-
-
-def voyage(scenario: Scenario, her: Boat) -> Voyage:
+def voyage(scenario: Scenario, known: Boat) -> Voyage:
     """The route with its stays."""
     table = scenario.route
     places = [place_of(scenario, index) for index in range(len(table.waypoints))]
@@ -236,7 +109,7 @@ def voyage(scenario: Scenario, her: Boat) -> Voyage:
         np.array([east for _, east in places]),
         np.array([math.nan if each.acceptance is None else each.acceptance for each in table.waypoints]),
         np.array([math.nan if each.speed is None else each.speed for each in table.waypoints]),
-        her.acceptance,
+        known.acceptance,
     )
     stays = [each.stay for each in table.waypoints]
     return Voyage(route, stays, Passing(rule=table.passing), at_end=table.at_end)

@@ -22,7 +22,7 @@ def over_seeds(
 
     `run` is a module-level function or a functools.partial of one. Every seed is one's own generator: the results do
     not depend on the number of workers. `dask` is the address of a cluster's scheduler, whose workers have this
-    package; a seed whose worker dies is sailed anew by another. Raises InputError for a cluster that cannot be reached.
+    package; a seed whose worker dies is repeated by another. Raises InputError for a cluster that cannot be reached.
     """
     seeds = list(seeds)
     if dask is not None:
@@ -56,10 +56,10 @@ def _on_cluster(run, seeds, address, progress):
     try:
         client = distributed.Client(address, timeout=CONNECTING, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
-        raise InputError(f"no Dask scheduler answers at {address!r}, expected host:port ({error})") from None
+        raise InputError(f"no Dask scheduler responds at {address!r}, expected host:port ({error})") from None
     results = {}
     with client:
-        # Not pure: the scheduler shall know a seed by its own key, not by what it thinks of the function.
+        # Not pure: a result is keyed by its seed, not by a hash of the function.
         futures = client.map(run, seeds, pure=False, key="seed")
         of_key = {future.key: seed for future, seed in zip(futures, seeds, strict=True)}
         for future in distributed.as_completed(futures, loop=client.loop):

@@ -1,4 +1,4 @@
-"""The loop: one fixed step for any vessel, sea, instruments and pilot.
+"""The loop: one fixed step for any vessel, environment, instruments and pilot.
 
 The vessel object brings its own integration (RK4 or Euler), the pilot its own blocks; the loop keeps the time, the
 state and the record.
@@ -13,16 +13,18 @@ import numpy as np
 
 from steerway.core.checks import positive
 from steerway.core.errors import InputError
-from steerway.core.estimate import Estimate, Readings
+from steerway.core.estimate import Estimate, Measurements
+from steerway.core.kinematics import GroundMotion
 from steerway.core.leg import LegState
+from steerway.core.noise import Seed
+from steerway.core.records import Rows
 from steerway.pilot import Orders, Pilot
 from steerway.vessels.environment import Environment, WaveMotion
-from steerway.vessels.kinematics import GroundMotion
 from steerway.vessels.vessel import Vessel
 
 COLUMNS = (
     *(f"true_{name}" for name in GroundMotion._fields),
-    *(f"read_{name}" for name in Readings._fields),
+    *(f"read_{name}" for name in Measurements._fields),
     *(f"estimated_{name}" for name in Estimate._fields),
     *(f"leg_{name}" for name in LegState._fields),
     *("desired_angle", "desired_rate", "desired_acceleration"),
@@ -30,23 +32,23 @@ COLUMNS = (
     *("asked_speed", "force", "yaw", "mode", "by_course"),
     *("current_north", "current_east", "force_north", "force_east", "moment"),
 )
-"""What a run keeps of every step beside the time, the commands and the vessel's state; SI, rad, NaN for unknown."""
+"""The columns of a run beside time, commands and vessel state; SI, rad, NaN for unknown."""
 
 
 class Instruments(Protocol):
-    """What can be switched on and asked at every step: `sensors.suite.Suite`, `sensors.suite.Truth`."""
+    """Instruments that can be started: `sensors.suite.Suite`, `sensors.suite.Truth`."""
 
     def start(self, seed) -> "Switched": ...
 
 
 class Switched(Protocol):
-    """Instruments that are switched on."""
+    """Started instruments."""
 
-    def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Readings: ...
+    def step(self, time: float, motion: GroundMotion, waves: WaveMotion) -> Measurements: ...
 
 
 class Start(NamedTuple):
-    """Where a vessel begins: m, rad, m/s through the water (None: the vessel's own)."""
+    """The initial state of a vessel: m, rad, m/s through the water (None: the vessel's own)."""
 
     north: float = 0.0
     east: float = 0.0
@@ -56,9 +58,9 @@ class Start(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """What happened. `run["true_north"]` is a column of COLUMNS, (n,); time (n,) s; command (n, actuators).
+    """A simulated run. `run["true_north"]` is a column of COLUMNS, (n,); time (n,) s; command (n, actuators).
 
-    Row k holds the truth at time k·step, what was read and estimated then, and the command that held from then on;
+    Row k has true motion, measurements and estimate at time k·step, and the command from then on;
     state (n, states) is the vessel's.
     """
 
@@ -83,7 +85,7 @@ class Run:
         """(n,) course over ground, rad in [−π, π]."""
         return np.arctan2(self["true_east_velocity"], self["true_north_velocity"])
 
-    def rows(self, chosen) -> "Run":
+    def rows(self, chosen: Rows) -> "Run":
         """The same run with the rows of a slice, mask or index array."""
         return Run(self.time[chosen], self.values[chosen], self.command[chosen], self.state[chosen])
 
@@ -97,29 +99,29 @@ def sail(
     *,
     start: Start | tuple = Start(),  # noqa: B008
     environment: Environment = Environment(),  # noqa: B008
-    seed=0,
+    seed: Seed = 0,
     until: Callable[[Pilot], bool] = lambda pilot: pilot.finished,
     progress: Callable[[float], None] | None = None,
 ) -> Run:
-    """Sail for `duration` s in steps of `step` s, or `until` it says so; the same seed gives the same run.
+    """Simulate `duration` s in steps of `step` s, or until `until(pilot)` is true; the same seed gives the same run.
 
-    `seed`: an int or a numpy Generator; sea and instruments draw from streams of their own. `progress` is told the part
-    done, from 0 to 1. Raises InputError for a duration or step that cannot be sailed, and when the vessel's state is no
-    longer finite, which says that the step is too long or the loop unstable.
+    `seed`: an int or a numpy Generator; environment and instruments have independent random streams. `progress` is
+    called with the fraction done, 0 to 1. Raises InputError for a duration or step that is not positive, and when the
+    vessel's state is no longer finite: the step is too long or the loop is unstable.
     """
     positive("duration", duration)
     positive("step", step)
     sea_seed, instrument_seed = np.random.default_rng(seed).spawn(2)
-    sea, senses = environment.start(sea_seed, step), instruments.start(instrument_seed)
+    sea, instruments_on = environment.start(sea_seed, step), instruments.start(instrument_seed)
     state = vessel.start(*(each for each in start if each is not None))
     rows, commands, states = [], [], []
     n = max(1, round(duration / step))
-    told = max(1, n // 200)
+    report_every = max(1, n // 200)
     for k in range(n):
         motion = vessel.motion(state, sea.conditions)
-        readings = senses.step(k * step, motion, sea.waves)
-        orders = pilot.step(readings, step)
-        rows.append(_row(motion, readings, orders, sea.conditions))
+        measurements = instruments_on.step(k * step, motion, sea.waves)
+        orders = pilot.step(measurements, step)
+        rows.append(_row(motion, measurements, orders, sea.conditions))
         commands.append(orders.command)
         states.append(state)
         if until(pilot):
@@ -128,15 +130,15 @@ def sail(
         sea.advance(motion)
         if not math.isfinite(state[0]):
             raise InputError(
-                f"the vessel's state is no number after {k * step:g} s, expected a smaller step than {step:g} s"
+                f"the vessel's state is not finite after {k * step:g} s, expected a smaller step than {step:g} s"
             )
-        if progress and k % told == 0:
+        if progress and k % report_every == 0:
             progress(k / n)
     if progress:
         progress(1.0)
     return Run(np.arange(len(rows)) * step, np.array(rows), np.array(commands), np.array(states))
 
 
-def _row(motion: GroundMotion, readings: Readings, orders: Orders, conditions):
+def _row(motion: GroundMotion, measurements: Measurements, orders: Orders, conditions):
     _, estimate, leg, desired, reference, *rest = orders
-    return (*motion, *readings, *estimate, *leg, *desired, *reference, *rest, *conditions.tolist())
+    return (*motion, *measurements, *estimate, *leg, *desired, *reference, *rest, *conditions.tolist())

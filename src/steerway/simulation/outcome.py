@@ -1,14 +1,18 @@
-"""What a run amounts to: numbers, and the estimate held against the truth."""
+"""The numbers of a run, and the errors of its estimate."""
 
 import math
 
 import numpy as np
 
+from steerway.core.angles import wrap_array
+from steerway.core.statistics import rms
 from steerway.pilot import Mode
 from steerway.simulation.loop import Run
 
 SETTLING = 30.0
-"""s at the beginning that do not count: the filter starts, the boat gathers way."""
+"""s at the beginning that are excluded: the filter converges, the boat accelerates."""
+
+_ROUNDING = 1e-12  # rad: without errors, with the true motion as estimate, σ is 0
 
 
 def errors(run: Run) -> dict[str, np.ndarray]:
@@ -19,45 +23,49 @@ def errors(run: Run) -> dict[str, np.ndarray]:
     return {
         "position": np.hypot(north, east),
         "sog": run["estimated_sog"] - run.true_sog,
-        "cog": np.mod(turn + np.pi, 2.0 * np.pi) - np.pi,
+        "cog": wrap_array(turn),
         "course_rate": run["estimated_course_rate"] - run["true_course_rate"],
     }
 
 
 def crab_angle(run: Run) -> np.ndarray:
     """(n,) true angle from the bow to the velocity over ground, rad in [−π, π)."""
-    return np.mod(run.true_cog - run["true_heading"] + np.pi, 2.0 * np.pi) - np.pi
+    return wrap_array(run.true_cog - run["true_heading"])
 
 
-def judged(run: Run) -> np.ndarray:
-    """(n,) bool: the rows that count, under way and settled."""
+def evaluated(run: Run) -> np.ndarray:
+    """(n,) bool: the evaluated rows, under way and after the transient."""
     return (run["mode"] == Mode.UNDER_WAY) & (run.time > min(SETTLING, 0.2 * run.time[-1]))
 
 
 def numbers(run: Run, passages=()) -> dict[str, float]:
-    """The run in flat, named numbers; NaN where there is nothing to judge."""
-    rows = judged(run)
-    said = errors(run)
+    """The run in flat, named numbers; NaN where no row can be evaluated."""
+    rows = evaluated(run)
+    error = errors(run)
     cross = run["leg_cross_track"]
     true_cross = true_cross_track(run)
-    within = np.abs(said["cog"][rows]) <= 2.0 * run["estimated_cog_std"][rows]
-    known = np.isfinite(said["cog"][rows])
+    within = np.abs(error["cog"][rows]) <= 2.0 * run["estimated_cog_std"][rows] + _ROUNDING
+    known = np.isfinite(error["cog"][rows])
     return {
         "duration_s": float(run.time[-1]),
         "waypoints_reached": float(sum(each.reached for each in passages)),
         "waypoints_missed": float(sum(not each.reached for each in passages)),
-        "sog_rms_mps": _rms(said["sog"][rows]),
-        "cog_rms_deg": math.degrees(_rms(said["cog"][rows])),
-        "course_rate_rms_dps": math.degrees(_rms(said["course_rate"][rows])),
-        "position_rms_m": _rms(said["position"][rows]),
+        "sog_rms_mps": _known_rms(error["sog"][rows]),
+        "cog_rms_deg": math.degrees(_known_rms(error["cog"][rows])),
+        "course_rate_rms_dps": math.degrees(_known_rms(error["course_rate"][rows])),
+        "position_rms_m": _known_rms(error["position"][rows]),
         "cog_within_2sigma_pct": 100.0 * float(within[known].mean()) if known.any() else math.nan,
-        "cross_track_rms_m": _rms(true_cross[rows]),
+        "cross_track_rms_m": _known_rms(true_cross[rows]),
         "cross_track_max_m": float(np.max(np.abs(true_cross[rows]), initial=0.0)),
-        "estimated_cross_track_rms_m": _rms(cross[rows]),
+        "estimated_cross_track_rms_m": _known_rms(cross[rows]),
         "crab_angle_max_deg": math.degrees(np.max(np.abs(crab_angle(run)[rows]), initial=0.0)),
         "hand_overs": float(np.abs(np.diff(run["by_course"])).sum()),
         "finished": float(run["mode"][-1] == Mode.STOPPED),
     }
+
+
+def _known_rms(values) -> float:
+    return rms(values[np.isfinite(values)])
 
 
 def true_cross_track(run):
@@ -66,8 +74,3 @@ def true_cross_track(run):
     east = run["estimated_east"] - run["true_east"]
     direction = run["leg_direction"]
     return run["leg_cross_track"] - (east * np.cos(direction) - north * np.sin(direction))
-
-
-def _rms(values) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(known * known))) if len(known) else math.nan

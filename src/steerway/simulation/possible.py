@@ -1,40 +1,25 @@
-"""What a scenario may not ask for: combinations that no boat can sail, and keys that mean nothing to this one."""
+"""Combinations of keys that cannot be simulated, and keys that have no effect on the vessel chosen."""
 
 import math
 
 from steerway.core.errors import InputError
+from steerway.core.schema import kind_of
 from steerway.guidance.route import LONGEST_LEG
+from steerway.sensors.kinds import INSTRUMENTS
 from steerway.simulation import assembly
 from steerway.simulation.scenario import Scenario
+from steerway.vessels.kinds import TABLES
 
 MOST_STEPS = 20_000_000
-
-_OF_VESSEL = {
-    "otter": ("payload_mass", "payload_position", "edition", "propeller_lag"),
-    "mariner": ("cruise_speed",),
-    "nomoto": ("gain", "time_constant", "speed", "rudder_limit_deg"),
-}
 
 
 def check(scenario: Scenario) -> None:
     """Raise InputError, one sentence with the key's path, for the first that is found; then build every block once,
-    since each checks its own."""
+    which checks the rest."""
     assembly.begins(scenario)
-    for rule in (_vessel_keys, _steps, _rates, _places, _speeds, _compass, _propulsion):
+    for rule in (_steps, _rates, _places, _speeds, _instruments, _propulsion):
         rule(scenario)
     assembly.assemble(scenario)
-
-
-def _vessel_keys(scenario):
-    kind = scenario.vessel.kind
-    allowed = ("kind", "method", *_OF_VESSEL[kind])
-    for key in scenario.vessel.model_fields_set:
-        if key not in allowed:
-            raise InputError(
-                f"vessel.{key} means nothing to a vessel of kind {kind}, expected one of {', '.join(allowed)}"
-            )
-    if kind == "nomoto" and scenario.vessel.gain == 0.0:
-        raise InputError("vessel.gain is 0, expected a number other than 0")
 
 
 def _steps(scenario):
@@ -48,9 +33,9 @@ def _steps(scenario):
 
 def _rates(scenario):
     fastest = 1.0 / scenario.step
-    for name in ("gnss", "compass", "gyro", "log"):
-        table = getattr(scenario, name)
-        if table is not None and table.rate > fastest * 1.001 and (name == "gnss" or "rate" in table.model_fields_set):
+    for name, table in {"gnss": scenario.gnss, **scenario.instruments()}.items():
+        given = name == "gnss" or "rate" in table.model_fields_set
+        if given and table.rate > fastest * 1.001:
             raise InputError(f"{name}.rate is {table.rate:g} Hz, expected at most the {fastest:g} Hz of the steps")
     for index, fault in enumerate(scenario.gnss.faults):
         if (fault.start is None) == (fault.per_hour is None):
@@ -69,58 +54,54 @@ def _places(scenario):
 
 
 def _speeds(scenario):
-    her = assembly.boat(scenario)
-    asked = {"speed.cruise": her.cruise} if scenario.vessel.kind == "otter" else {}
-    if scenario.vessel.kind != "otter":
+    known, waypoints = assembly.boat(scenario), scenario.route.waypoints
+    commanded = {}
+    if known.speed is None:
         for key in ("cruise", "bandwidth"):
             if key in scenario.speed.model_fields_set:
                 raise InputError(
-                    f"speed.{key} means nothing to a vessel of kind {scenario.vessel.kind}, whose speed is her own"
+                    f"speed.{key} has no effect on a vessel of kind {scenario.vessel.kind}, which has no speed control"
                 )
-    waypoints = scenario.route.waypoints
-    speeds = {f"route.waypoints[{k}].speed": each.speed for k, each in enumerate(waypoints) if each.speed is not None}
-    if all(each.speed is not None for each in waypoints[1:]):
-        asked = {}
-    least = assembly.STEERAGEWAY.take if assembly.steer_by(scenario) == "course" else 0.0
-    for place, speed in (asked | speeds).items():
+    elif any(each.speed is None for each in waypoints[1:]):
+        commanded["speed.cruise"] = known.cruise
+    for k, each in enumerate(waypoints):
+        if each.speed is not None:
+            commanded[f"route.waypoints[{k}].speed"] = each.speed
+    least = assembly.STEERAGEWAY.take if scenario.guidance.angle == "course" else 0.0
+    for place, speed in commanded.items():
         if speed <= least:
-            why = (
-                f"expected more than {least:g} m/s: below steerageway a course cannot be steered"
-                if least
-                else "expected more than 0"
-            )
-            raise InputError(f"{place} is {speed:g} m/s, {why}")
-        if speed > her.top_speed:
-            raise InputError(f"{place} is {speed:g} m/s, expected at most the vessel's {her.top_speed:g} m/s")
+            below = ": below steerageway course is undefined" if least else ""
+            raise InputError(f"{place} is {speed:g} m/s, expected more than {least:g} m/s{below}")
+        if speed > known.top_speed:
+            raise InputError(f"{place} is {speed:g} m/s, expected at most the vessel's {known.top_speed:g} m/s")
 
 
-def _compass(scenario):
+def _instruments(scenario):
     if scenario.estimator.kind == "truth":
         return
-    for aid, table in (("heading", scenario.compass), ("yaw_rate", scenario.gyro), ("water_speed", scenario.log)):
-        if aid in scenario.estimator.aid and table is None:
-            raise InputError(f"estimator.aid names {aid}, expected its instrument too")
-    if scenario.compass is not None:
+    instruments = scenario.instruments()
+    for name, table in INSTRUMENTS.items():
+        if table.measures in scenario.estimator.aid and name not in instruments:
+            raise InputError(f"estimator.aid names {table.measures}, expected a table [{name}]")
+    if any(table.measures == "heading" for table in instruments.values()):
         return
-    by = assembly.steer_by(scenario)
-    if by == "heading":
-        raise InputError(f"guidance.law {scenario.guidance.law} steers by heading, expected a table [compass]")
+    if scenario.guidance.angle == "heading":
+        raise InputError(f"guidance.law {scenario.guidance.law} commands a heading, expected a table [compass]")
     if scenario.route.at_end == "hold":
-        raise InputError('route.at_end is "hold", expected a table [compass] too: at rest only it tells the heading')
+        raise InputError('route.at_end is "hold", expected a table [compass]: at rest only a compass measures heading')
     for index, each in enumerate(scenario.route.waypoints):
         if each.stay > 0.0:
             raise InputError(
                 f"route.waypoints[{index}].stay is {each.stay:g} s, "
-                "expected a table [compass] too: at rest only it tells the heading"
+                "expected a table [compass]: at rest only a compass measures heading"
             )
 
 
 def _propulsion(scenario):
-    if scenario.vessel.kind == "otter":
-        return
     holds = scenario.route.at_end == "hold" or any(each.stay > 0.0 for each in scenario.route.waypoints)
-    if holds:
+    if holds and scenario.vessel.boat().station is None:
+        able = ", ".join(kind_of(each) for each in TABLES if each().boat().station is not None)
         raise InputError(
-            f"route keeps station with a vessel of kind {scenario.vessel.kind}, "
-            "expected an otter: the others have no propellers to hold with"
+            f"route needs station keeping, of which a vessel of kind {scenario.vessel.kind} is not capable, "
+            f"expected one of {able}"
         )

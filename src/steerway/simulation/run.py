@@ -1,12 +1,10 @@
-"""One scenario sailed: the run, what it amounts to, and the files that show it."""
+"""One simulated scenario: the run and its numbers."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from steerway.control.bandwidth import advice
-from steerway.core.errors import InputError
 from steerway.simulation import assembly, outcome
 from steerway.simulation.assembly import Assembly, assemble
 from steerway.simulation.loop import Run, sail
@@ -15,7 +13,7 @@ from steerway.simulation.scenario import Scenario
 
 @dataclass(frozen=True)
 class Sailed:
-    """A run with the blocks that sailed it and its flat, named numbers."""
+    """A run with its blocks and its flat, named numbers."""
 
     scenario: Scenario
     assembly: Assembly
@@ -34,7 +32,7 @@ def origin(scenario: Scenario) -> tuple[float, float]:
 
 
 def sail_scenario(scenario: Scenario, seed: int | None = None, progress=None) -> Sailed:
-    """Sail it once; `seed` in place of the scenario's own."""
+    """Simulate a scenario once; `seed` in place of its own."""
     blocks = assemble(scenario)
     run = sail(
         blocks.vessel,
@@ -51,42 +49,23 @@ def sail_scenario(scenario: Scenario, seed: int | None = None, progress=None) ->
 
 
 def numbers_of_seed(scenario: Scenario, seed: int) -> dict[str, float]:
-    """The numbers of one seed: what a campaign runs many times."""
+    """The numbers of one seed, for campaigns."""
     return sail_scenario(scenario, seed).numbers
 
 
 def advise(scenario: Scenario) -> tuple[bool, str]:
-    """Whether the estimate carries the scenario's autopilot, and a sentence; see `control.bandwidth`.
+    """Whether the estimate supports the scenario's autopilot, and a sentence; see `control.bandwidth`.
 
-    The speed is the slowest that the route asks for. On true states, and steering by a compass, everything fits.
+    The speed is the lowest of the route. With true states, and with a commanded heading, there is no limit.
     """
     if scenario.estimator.kind == "truth":
-        return True, "The pilot is shown the truth: nothing limits the autopilot."
-    if assembly.steer_by(scenario) == "heading":
-        return True, "The pilot steers by compass: the course estimate does not limit the autopilot."
-    her, profile = assembly.boat(scenario), assembly.profile(scenario)
-    asked = [each.speed for each in scenario.route.waypoints if each.speed is not None]
-    speed = min([*asked, her.cruise])
+        return True, "The pilot uses the true motion: the estimate does not limit the autopilot."
+    if scenario.guidance.angle == "heading":
+        return True, "The pilot controls heading by compass: the course estimate does not limit the autopilot."
+    known, profile = assembly.boat(scenario), assembly.profile(scenario)
+    commanded = [each.speed for each in scenario.route.waypoints if each.speed is not None]
+    speed = min([*commanded, known.cruise])
     interval = 1.0 / scenario.gnss.rate
-    return advice(her.bandwidth, speed, profile.agility, profile.position_std, interval, her.nomoto_time, her.damping)
-
-
-def write(sailed: Sailed, directory: Path, nmea: bool = False, remarks=()) -> list[Path]:
-    """run.parquet, index.html and, on request, run.nmea in `directory`; returns what was written.
-
-    Raises InputError for a directory that cannot be written.
-    """
-    from steerway.simulation.run_files import write_log, write_table
-    from steerway.simulation.run_page import write_run_page
-
-    directory = Path(directory)
-    table, page, log = directory / "run.parquet", directory / "index.html", directory / "run.nmea"
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        write_table(sailed.run, table, sailed.assembly.vessel.actuators, sailed.origin)
-        if nmea:
-            write_log(sailed.run, log, assembly.begins(sailed.scenario), sailed.origin)
-        write_run_page(sailed, page, remarks)
-    except OSError as error:
-        raise InputError(f"cannot write {str(directory)!r}: {error.strerror or error}") from None
-    return [table, page, *([log] if nmea else [])]
+    return advice(
+        known.bandwidth, speed, profile.agility, profile.position_std, interval, known.nomoto_time, known.damping
+    )

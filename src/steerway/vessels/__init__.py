@@ -1,27 +1,106 @@
-"""Vessels: one a file, each with her `derivatives` and an object that the loop can step."""
+"""Vessels, one per file, each with its `derivatives` and a class that the loop can step."""
 
-from steerway.vessels.actuators import Actuator
-from steerway.vessels.caldas import Caldas
-from steerway.vessels.cybership2 import CyberShip2
-from steerway.vessels.kinematics import GroundMotion
-from steerway.vessels.mariner import Mariner
-from steerway.vessels.nomoto import Nomoto
-from steerway.vessels.otter import Otter
-from steerway.vessels.propeller import Propeller
-from steerway.vessels.surge import Surge
-from steerway.vessels.vessel import CALM, Vessel, conditions
+from typing import TYPE_CHECKING
+
+from steerway.core.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from steerway.core.kinematics import GroundMotion
+    from steerway.vessels.actuators import Actuator
+    from steerway.vessels.caldas import Caldas
+    from steerway.vessels.cybership2 import (
+        DAMPING as CYBERSHIP2_DAMPING,
+    )
+    from steerway.vessels.cybership2 import (
+        INERTIA as CYBERSHIP2_INERTIA,
+    )
+    from steerway.vessels.cybership2 import (
+        THRUST as CYBERSHIP2_THRUST,
+    )
+    from steerway.vessels.cybership2 import (
+        CyberShip2,
+    )
+    from steerway.vessels.environment import Current, Environment
+    from steerway.vessels.mariner import BOAT as MARINER_BOAT
+    from steerway.vessels.mariner import CRUISE_SPEED as MARINER_CRUISE_SPEED
+    from steerway.vessels.mariner import RUDDER as MARINER_RUDDER
+    from steerway.vessels.mariner import Mariner
+    from steerway.vessels.nomoto import Nomoto
+    from steerway.vessels.otter import BOAT as OTTER_BOAT
+    from steerway.vessels.otter import BOAT_FOR_SMALL_MOMENTS as OTTER_BOAT_FOR_SMALL_MOMENTS
+    from steerway.vessels.otter import Otter
+    from steerway.vessels.propeller import Propeller
+    from steerway.vessels.propeller import thrust as propeller_thrust
+    from steerway.vessels.springer import (
+        MAX_CHANGE_RPM as SPRINGER_MAX_CHANGE_RPM,
+    )
+    from steerway.vessels.springer import (
+        MAX_DIFFERENCE_RPM as SPRINGER_MAX_DIFFERENCE_RPM,
+    )
+    from steerway.vessels.springer import (
+        PAPER_YAW as SPRINGER_PAPER_YAW,
+    )
+    from steerway.vessels.springer import (
+        PHYSICAL_YAW as SPRINGER_PHYSICAL_YAW,
+    )
+    from steerway.vessels.springer import (
+        RPM,
+        HeadingModel,
+        Springer,
+    )
+    from steerway.vessels.springer import (
+        SPEED as SPRINGER_SPEED,
+    )
+    from steerway.vessels.surge import (
+        CALDAS_LINEAR_DRAG,
+        CALDAS_MASS,
+        CALDAS_QUADRATIC_DRAG,
+        Surge,
+        published_surrogate,
+    )
+    from steerway.vessels.surge import (
+        SHAFT as CALDAS_SHAFT,
+    )
+    from steerway.vessels.vessel import CALM, CURRENT_NORTH, Vessel, conditions, runge_kutta
 
 __all__ = [
+    "CALDAS_LINEAR_DRAG",
+    "CALDAS_MASS",
+    "CALDAS_QUADRATIC_DRAG",
+    "CALDAS_SHAFT",
     "CALM",
+    "CURRENT_NORTH",
+    "CYBERSHIP2_DAMPING",
+    "CYBERSHIP2_INERTIA",
+    "CYBERSHIP2_THRUST",
+    "MARINER_BOAT",
+    "MARINER_CRUISE_SPEED",
+    "MARINER_RUDDER",
+    "OTTER_BOAT",
+    "OTTER_BOAT_FOR_SMALL_MOMENTS",
+    "RPM",
+    "SPRINGER_MAX_CHANGE_RPM",
+    "SPRINGER_MAX_DIFFERENCE_RPM",
+    "SPRINGER_PAPER_YAW",
+    "SPRINGER_PHYSICAL_YAW",
+    "SPRINGER_SPEED",
     "Actuator",
     "Caldas",
+    "Current",
     "CyberShip2",
+    "Environment",
     "GroundMotion",
+    "HeadingModel",
     "Mariner",
     "Nomoto",
     "Otter",
     "Propeller",
+    "Springer",
     "Surge",
     "Vessel",
     "conditions",
+    "propeller_thrust",
+    "published_surrogate",
+    "runge_kutta",
 ]
+__getattr__, __dir__ = on_demand(__name__)

@@ -1,4 +1,4 @@
-"""What an actuator can do, as data: controllers saturate by it, vessels obey it."""
+"""Limits, rate and lag of an actuator, as data for controllers and vessels."""
 
 import math
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ class Actuator:
 
 @kernel
 def follow(value, command, low, high, rate, lag, step):
-    """Where an `Actuator` at `value` stands after `step` s of one command: lag exact, then no faster than its rate."""
+    """The position of an `Actuator` at `value` after `step` s of one command: exact lag, then limited to its rate."""
     wanted = min(max(command, low), high)
     change = wanted - value
     if lag > 0.0:

@@ -1,19 +1,21 @@
 """P3's hypothetical USV of 15 m in three degrees of freedom, Table I: two propellers on one speed and a yaw moment.
 
-M ν̇ + C(ν)ν + D ν + B ν|ν| = τ, P3 (3)–(8), with ν through the water. As printed she has no yaw stability: about a
-straight run at u she has the eigenvalue +u √(m11 (m22 − m11)/(m22 m33)) = +0.139 u, and a heading loop with more than
-m11 (m22 − m11)/m22 u² = 6.41 u² kN·m/rad holds her.
+M ν̇ + C(ν)ν + D ν + B ν|ν| = τ, P3 (3)–(8), with ν through the water. As printed the model has no yaw stability: about a
+straight run at u it has the eigenvalue +u √(m11 (m22 − m11)/(m22 m33)) = +0.139 u, and a heading loop with more than
+m11 (m22 − m11)/m22 u² = 6.41 u² kN·m/rad stabilizes it.
 
 State x y ψ u v r n (m, m, rad, m/s, m/s, rad/s, rev/s); u and v over ground along the hull's axes.
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
+from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
 from steerway.vessels.actuators import Actuator, follow
-from steerway.vessels.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
 from steerway.vessels.propeller import Propeller, thrust
 from steerway.vessels.surge import CALDAS_LINEAR_DRAG, CALDAS_MASS, CALDAS_QUADRATIC_DRAG, SHAFT
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT
@@ -38,17 +40,17 @@ class Caldas:
         self._machine = np.array([shaft.low, shaft.high, shaft.rate, shaft.lag, moment_limit])
         self._curve = (propeller or Propeller()).curve()
 
-    def start(self, north=0.0, east=0.0, heading=0.0, speed=0.0) -> np.ndarray:
+    def start(self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float = 0.0) -> np.ndarray:
         return np.array([north, east, heading, speed, 0.0, 0.0, 0.0], dtype=np.float64)
 
-    def step(self, state, command, conditions, step) -> np.ndarray:
+    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
         shaft, moment = command
         return _step(state, shaft, moment, self._machine, self._curve, conditions, step)
 
-    def motion(self, state, conditions) -> GroundMotion:
+    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
         return _motion(state, self._curve, conditions)
 
-    def rates(self, state, moment, conditions) -> np.ndarray:
+    def rates(self, state: Floats, moment: float, conditions: Floats) -> np.ndarray:
         """(7,) time derivative of the state for a yaw moment (N·m), the shaft held."""
         return _rates(np.asarray(state, dtype=np.float64), state[6], moment, self._curve, conditions)
 

@@ -8,12 +8,15 @@ ship in a marine control laboratory, Automatica 41(2).
 State N E ψ u v r: position in m, heading in rad, surge and sway through the water in m/s, yaw rate in rad/s.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.checks import one_of
 from steerway.core.compiled import kernel
+from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
 from steerway.vessels.actuators import Actuator
-from steerway.vessels.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT, checked_method
 
 LENGTH = 1.255
@@ -31,7 +34,7 @@ THRUST = (
     Actuator("sway force", -1.5, 1.5),
     Actuator("yaw moment", -1.5, 1.5),
 )
-"""What propellers, rudders and bow thruster together can give: N, N, N·m."""
+"""Limits of propellers, rudders and bow thruster together: N, N, N·m."""
 _LIMITS = np.array([each.high for each in THRUST])
 
 IDENTIFICATIONS = ("linear", "nonlinear")
@@ -47,7 +50,7 @@ def derivatives(state, force, identification="linear", conditions=None) -> np.nd
 
 
 class CyberShip2:
-    """CyberShip II for the loop. Command: (surge force N, sway force N, yaw moment N·m), held to what she can give.
+    """CyberShip II for the loop. Command: (surge force N, sway force N, yaw moment N·m), limited by its actuators.
 
     `identification` is "linear" or "nonlinear", see the module. The velocities are through the water, which a current
     carries along. Raises InputError for another identification and an unknown method.
@@ -55,18 +58,18 @@ class CyberShip2:
 
     actuators = THRUST
 
-    def __init__(self, identification="linear", method="rk4"):
+    def __init__(self, identification: str = "linear", method: str = "rk4"):
         self._nonlinear = one_of("cybership2.identification", identification, IDENTIFICATIONS) == "nonlinear"
         self._runge_kutta = checked_method(method)
 
-    def start(self, north=0.0, east=0.0, heading=0.0, speed=0.0) -> np.ndarray:
+    def start(self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float = 0.0) -> np.ndarray:
         return np.array([north, east, heading, speed, 0.0, 0.0], dtype=np.float64)
 
-    def step(self, state, command, conditions, step) -> np.ndarray:
+    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
         surge, sway, yaw = command
         return _step(state, surge, sway, yaw, self._nonlinear, conditions, step, self._runge_kutta)
 
-    def motion(self, state, conditions) -> GroundMotion:
+    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
         return _motion(state, self._nonlinear, conditions)
 
 

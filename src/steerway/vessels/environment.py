@@ -1,38 +1,28 @@
-"""Sea and air around a vessel: current, wind and waves, simple and repeatable.
+"""Current, wind and waves, simple and repeatable.
 
-An `Environment` says what there is; `start` makes a running `Sea` of it, which tells at every step the conditions
-(current and forces, see `vessel`) and the wave motion that antenna and compass feel. Directions in rad from true north:
-the current's and the waves' towards which they go, the wind's from which it blows, as sailors say.
+An `Environment` has the parameters; `start` makes a `Sea` of it, which has at every step the conditions (current and
+forces, see `vessel`) and the wave motion of the antenna. Directions in rad from true north: of current and waves
+towards which they go, of wind from which it blows.
 """
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.core.noise import markov_decay, markov_step, oscillator, oscillator_step
-from steerway.vessels.kinematics import GroundMotion
+from steerway.core.kinematics import GroundMotion, WaveMotion
+from steerway.core.noise import Seed, markov_decay, markov_step, oscillator, oscillator_step
 
 AIR_DENSITY = 1.225
 _BLOCK = 512  # steps drawn at once; the numbers do not depend on it
 _DRAWS = 11
 
 
-class WaveMotion(NamedTuple):
-    """What waves add to a vessel's mean motion: displacement north and east (m), roll and pitch (rad)."""
-
-    north: float = 0.0
-    east: float = 0.0
-    roll: float = 0.0
-    pitch: float = 0.0
-
-
 @dataclass(frozen=True)
 class Current:
-    """`speed` m/s towards `direction`; north and east parts wander with 1σ `std` over `time_constant` s."""
+    """`speed` m/s towards `direction`; Gauss–Markov variation of each component: 1σ `std`, `time_constant` s."""
 
     speed: float = 0.0
     direction: float = 0.0
@@ -58,7 +48,7 @@ class Wind:
 
 @dataclass(frozen=True)
 class Waves:
-    """Motion to and fro along `direction` in a band about `frequency` rad/s, and a slow drift force.
+    """Oscillation along `direction` in a band about `frequency` rad/s, and a slow drift force.
 
     `displacement_std` m, `roll_std` and `pitch_std` rad are the 1σ of oscillators with relative damping `damping`,
     independent of one another. `drift` N pushes along `direction`, with 1σ `drift_std` over `drift_time` s. The motion
@@ -106,13 +96,13 @@ class Environment:
         if self.waves.damping >= 1.0:
             raise InputError(f"environment.waves.damping is {self.waves.damping}, expected less than 1")
 
-    def start(self, seed, step: float) -> "Sea":
+    def start(self, seed: Seed, step: float) -> "Sea":
         """The running sea, in steps of `step` s. `seed`: an int or a numpy Generator."""
         return Sea(self, seed, step)
 
 
 class Sea:
-    """A running environment: `conditions` (5,) and `waves` are now's, `advance` goes one step on."""
+    """A running environment: `conditions` (5,) and `waves` of the present step; `advance` computes the next."""
 
     def __init__(self, environment: Environment, seed, step: float):
         current, wind, waves = environment.current, environment.wind, environment.waves
@@ -143,7 +133,7 @@ class Sea:
         self._tell(None)
 
     def advance(self, motion: GroundMotion | None = None) -> None:
-        """One step on. `motion` is the vessel's, for the wind she meets; without it she lies still, heading north."""
+        """One step on. `motion` of the vessel gives the relative wind; None: at rest, heading north."""
         if self._varies:
             _advance(self._wander, self._decays, self._swings, self._oscillator, self._next_row())
         if self._varies or self._met:

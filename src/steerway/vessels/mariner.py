@@ -6,17 +6,24 @@ about the cruise speed in lengths and speeds of the ship (prime system). The coe
 
 State u v r x y ψ δ: u, v, r are perturbations about the cruise speed (m/s, m/s, rad/s), position in m, heading and
 rudder in rad. A positive rudder command turns to starboard; the state δ carries the opposite sign. With the rudder
-amidships she turns by herself, as a single-screw ship does.
+amidships the ship turns slowly, as single-screw ships do.
 """
 
 import math
+from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 
+from steerway.control.boats import Boat
+from steerway.control.rudder import Rudder
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.kinematics import SHORTLY, GroundMotion, over_ground, turning_rate
+from steerway.core.schema import Positive
 from steerway.vessels.actuators import Actuator
-from steerway.vessels.kinematics import SHORTLY, GroundMotion, over_ground, turning_rate
+from steerway.vessels.table import VesselTable
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT, checked_method
 
 LENGTH = 160.93
@@ -24,7 +31,7 @@ CRUISE_SPEED = 7.7175  # 15 knots
 WATER_DENSITY = 1025.0
 RUDDER = Actuator("rudder", math.radians(-40.0), math.radians(40.0), rate=math.radians(5.0), lag=1.0)
 
-# Mass, inertia and centre of gravity, less the accelerations' coefficients.
+# Mass, inertia and centre of gravity, minus the acceleration coefficients.
 _PER_MASS = 1e-5
 _SURGE_MASS = 798.0 + 42.0
 _SWAY_MASS = 798.0 + 748.0
@@ -63,7 +70,7 @@ def _forces(u, v, r, d):
 
 @kernel
 def _rudder_rate(rudder, delta):
-    """What the steering engine does about the state δ; the command has the opposite sign."""
+    """The rate of the state δ by the steering engine; the command has the opposite sign."""
     wanted = -min(max(rudder, _LOW), _HIGH)
     return min(max((wanted - delta) / _LAG, -_FASTEST), _FASTEST)
 
@@ -100,23 +107,25 @@ class Mariner:
 
     actuators = (RUDDER,)
 
-    def __init__(self, cruise_speed=CRUISE_SPEED, method="rk4"):
+    def __init__(self, cruise_speed: float = CRUISE_SPEED, method: str = "rk4"):
         if not 0.0 < cruise_speed < math.inf:
             raise InputError(f"mariner.cruise_speed is {cruise_speed} m/s, expected more than 0")
         self.cruise_speed = float(cruise_speed)
         self._runge_kutta = checked_method(method)
 
-    def start(self, north=0.0, east=0.0, heading=0.0, speed=None) -> np.ndarray:
+    def start(
+        self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float | None = None
+    ) -> np.ndarray:
         state = np.zeros(7)
         state[0] = 0.0 if speed is None else speed - self.cruise_speed
         state[3], state[4], state[5] = north, east, heading
         return state
 
-    def step(self, state, command, conditions, step) -> np.ndarray:
+    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
         (rudder,) = command
         return _step(state, rudder, self.cruise_speed, conditions, step, self._runge_kutta)
 
-    def motion(self, state, conditions) -> GroundMotion:
+    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
         return _motion(state, self.cruise_speed, conditions)
 
 
@@ -150,3 +159,31 @@ def _motion(state, cruise_speed, conditions):
         0.0,
         0.0,
     )
+
+
+BOAT = Boat(
+    nomoto_gain=0.185,
+    nomoto_time=107.3,
+    yaw_limit=RUDDER.high,
+    bandwidth=0.05,
+    propulsion=Rudder(RUDDER.high),
+    lookahead=800.0,
+    acceptance=50.0,
+    cruise=CRUISE_SPEED,
+    top_speed=10.0,
+    profile="ship",
+)
+"""For the controllers: K in 1/s and T in s of P1 §4, a mid-range fit."""
+
+
+class MarinerTable(VesselTable):
+    """The keys of a Mariner-class ship in a scenario."""
+
+    kind: Literal["mariner"] = "mariner"
+    cruise_speed: Positive = CRUISE_SPEED
+
+    def build(self) -> Mariner:
+        return Mariner(self.cruise_speed, self.method)
+
+    def boat(self) -> Boat:
+        return BOAT.but(cruise=self.cruise_speed)

@@ -4,13 +4,21 @@ State x y ψ r δ (m, m, rad, rad/s, the actuator's unit). δ is a rudder angle 
 """
 
 import math
+from collections.abc import Sequence
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 
+from steerway.control.boats import Boat
+from steerway.control.rudder import Rudder
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
+from steerway.core.schema import Positive
 from steerway.vessels.actuators import Actuator
-from steerway.vessels.kinematics import GroundMotion, over_ground, turning_rate
+from steerway.vessels.table import VesselTable
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, checked_method
 
 IDEAL = Actuator("rudder", -math.inf, math.inf)
@@ -32,11 +40,19 @@ _CALM = np.zeros(5)
 class Nomoto:
     """A Nomoto vessel for the loop. Command: the rudder, or moment. State (5,): see `derivatives`.
 
-    `actuator` holds the rudder's limits, rate and lag; without a lag the rudder is where it is told to be. Raises
+    `actuator` holds the rudder's limits, rate and lag; without a lag the rudder equals its command. Raises
     InputError when gain, time constant, speed, bias or method cannot be used.
     """
 
-    def __init__(self, gain, time_constant, speed, bias=0.0, actuator=IDEAL, method="rk4"):
+    def __init__(
+        self,
+        gain: float,
+        time_constant: float,
+        speed: float,
+        bias: float = 0.0,
+        actuator: Actuator = IDEAL,
+        method: str = "rk4",
+    ):
         if not (math.isfinite(gain) and gain != 0.0):
             raise InputError(f"nomoto.gain is {gain}, expected a number other than 0")
         if not 0.0 < time_constant < math.inf:
@@ -50,18 +66,20 @@ class Nomoto:
         self._parameters = np.array([gain, time_constant, speed, bias, *machine], dtype=np.float64)
         self._runge_kutta = checked_method(method)
 
-    def start(self, north=0.0, east=0.0, heading=0.0, speed=None) -> np.ndarray:
+    def start(
+        self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float | None = None
+    ) -> np.ndarray:
         """The state at rest in yaw; a `speed` other than the vessel's own raises InputError."""
         own = self._parameters[2]
         if speed is not None and speed != own:
-            raise InputError(f"nomoto: start at {speed} m/s, expected her one speed of {own} m/s")
+            raise InputError(f"nomoto: start at {speed} m/s, expected its one speed of {own} m/s")
         return np.array([north, east, heading, 0.0, 0.0], dtype=np.float64)
 
-    def step(self, state, command, conditions, step) -> np.ndarray:
+    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
         (rudder,) = command
         return _step(state, rudder, self._parameters, conditions, step, self._runge_kutta)
 
-    def motion(self, state, conditions) -> GroundMotion:
+    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
         return _motion(state, self._parameters, conditions)
 
 
@@ -106,3 +124,34 @@ def _motion(state, parameters, conditions):
     return GroundMotion(
         state[0], state[1], heading, north_velocity, east_velocity, yaw_rate, course_rate, speed, 0.0, 0.0, 0.0
     )
+
+
+class NomotoTable(VesselTable):
+    """The keys of a Nomoto vessel in a scenario: gain K (1/s), time constant T (s), its one speed (m/s), rudder."""
+
+    kind: Literal["nomoto"] = "nomoto"
+    gain: Positive = 0.2
+    time_constant: Positive = 20.0
+    speed: Positive = 2.0
+    rudder_limit_deg: Annotated[float, Field(gt=0.0, le=90.0)] = 35.0
+
+    def build(self) -> Nomoto:
+        limit = math.radians(self.rudder_limit_deg)
+        rudder = Actuator("rudder", -limit, limit)
+        return Nomoto(self.gain, self.time_constant, self.speed, actuator=rudder, method=self.method)
+
+    def boat(self) -> Boat:
+        """Bandwidth 2/T; lengths in proportion to the distance run in T."""
+        limit = math.radians(self.rudder_limit_deg)
+        return Boat(
+            nomoto_gain=self.gain,
+            nomoto_time=self.time_constant,
+            yaw_limit=limit,
+            bandwidth=2.0 / self.time_constant,
+            propulsion=Rudder(limit),
+            lookahead=5.0 * self.speed * self.time_constant,
+            acceptance=self.speed * self.time_constant,
+            cruise=self.speed,
+            top_speed=self.speed,
+            profile="small-usv",
+        )

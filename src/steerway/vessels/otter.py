@@ -1,4 +1,4 @@
-"""The Otter in six degrees of freedom, driven by two propellers.
+"""The Otter in six degrees of freedom, with two propellers.
 
 Newton and Euler about the centre of gravity for the rigid body, Kirchhoff for the water that moves with it, damping,
 cross-flow drag by strips, buoyancy. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021):
@@ -9,13 +9,22 @@ loop by the two propeller speeds (rad/s).
 """
 
 import math
+from collections.abc import Sequence
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
+from pydantic import Field
 
+from steerway.control.allocation import OTTER_PROPELLERS
+from steerway.control.boats import Boat
+from steerway.control.speed_pi import SpeedPIGains
+from steerway.control.station import StationGains
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, turning_rate
+from steerway.core.schema import NotNegative, Triple
 from steerway.vessels.actuators import Actuator
-from steerway.vessels.kinematics import SHORTLY, GroundMotion, in_body, turning_rate
 from steerway.vessels.otter_hull import (
     ADDED,
     CENTRE,
@@ -41,6 +50,7 @@ from steerway.vessels.otter_hull import (
     WEIGHT,
     loaded,
 )
+from steerway.vessels.table import VesselTable
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT, checked_method
 
 _STATION = LENGTH / (STRIPS - 1)
@@ -61,7 +71,7 @@ def derivatives(
     `payload_position` (forward, starboard, down) m; the current flows at `current_speed` m/s towards
     `current_direction` rad from true north. Editions: see `otter_hull`. Source: FH (3.42), (6.1), (6.61), (6.86).
 
-    Raises InputError for a load that she cannot carry and an unknown edition.
+    Raises InputError for a load beyond the limit and an unknown edition.
     """
     left, right = propeller_speeds
     hull = loaded(payload_mass, payload_position, edition)
@@ -190,7 +200,7 @@ def _derivatives(state, left, right, hull, current_speed, current_direction):
 
 
 class Otter:
-    """An Otter for the loop: her load, her edition, her propellers' lag (s) and how she is integrated.
+    """An Otter for the loop: its load, edition, propeller lag (s) and integration method.
 
     Command: propeller speeds left and right, rad/s. State (14,): the twelve of `derivatives` and the two propeller
     speeds, which follow their command with a first-order lag. Raises InputError as `derivatives` does, and for a
@@ -199,11 +209,11 @@ class Otter:
 
     def __init__(
         self,
-        payload_mass=0.0,
-        payload_position=(0.0, 0.0, 0.0),
-        edition="today",
-        propeller_lag=0.1,
-        method="rk4",
+        payload_mass: float = 0.0,
+        payload_position: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        edition: str = "today",
+        propeller_lag: float = 0.1,
+        method: str = "rk4",
     ):
         if not 0.0 <= propeller_lag < math.inf:
             raise InputError(f"otter.propeller_lag is {propeller_lag} s, expected 0 or more")
@@ -214,22 +224,22 @@ class Otter:
         self._lag = propeller_lag
         self._runge_kutta = checked_method(method)
 
-    def start(self, north=0.0, east=0.0, heading=0.0, speed=0.0) -> np.ndarray:
+    def start(self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float = 0.0) -> np.ndarray:
         state = np.zeros(14)
         state[0], state[6], state[7], state[11] = speed, north, east, heading
         return state
 
-    def step(self, state, command, conditions, step) -> np.ndarray:
+    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
         left, right = command
         return _step(state, left, right, self._lag, self._hull, conditions, step, self._runge_kutta)
 
-    def motion(self, state, conditions) -> GroundMotion:
+    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
         return _motion(state, self._hull, conditions)
 
 
 @kernel
 def _sailing_rates(state, left, right, lag, hull, conditions):
-    """The 14 rates: the hull's, and the propellers' towards what they are told."""
+    """The 14 rates: those of the hull, and of the propellers towards their commands."""
     out = np.zeros(14)
     north, east, moment = conditions[CURRENT_NORTH], conditions[CURRENT_EAST], conditions[MOMENT]
     force_north, force_east = conditions[FORCE_NORTH], conditions[FORCE_EAST]
@@ -277,3 +287,43 @@ def _motion(state, hull, conditions):
         state[9],
         state[10],
     )
+
+
+BOAT = Boat(
+    nomoto_gain=0.0242,
+    nomoto_time=1.0,
+    yaw_limit=OTTER_PROPELLERS.max_moment,
+    bandwidth=0.5,
+    propulsion=OTTER_PROPELLERS,
+    lookahead=12.0,
+    acceptance=4.0,
+    cruise=1.2,
+    top_speed=3.0,
+    profile="otter",
+    speed=SpeedPIGains(mass=85.0, linear_drag=77.5, bandwidth=0.4, limit=200.0, acceleration=0.15),
+    station=StationGains(mass=85.0, limit=200.0, limit_astern=100.0),
+)
+"""For the controllers, with 25 kg of payload. K and T are P0's (64)–(65), valid for yaw moments of about 4 N·m.
+
+For small moments at 1.3 m/s both are larger (`BOAT_FOR_SMALL_MOMENTS`), with the same K/T.
+"""
+
+BOAT_FOR_SMALL_MOMENTS = BOAT.but(nomoto_gain=0.05, nomoto_time=2.5, bandwidth=0.35)
+"""For poor fixes on long legs: K and T of small moments allow a lower bandwidth. Turns are wide."""
+
+
+class OtterTable(VesselTable):
+    """The keys of an Otter in a scenario."""
+
+    kind: Literal["otter"] = "otter"
+    payload_mass: Annotated[float, Field(ge=0.0, le=45.0)] = 25.0
+    payload_position: Triple = (0.05, 0.0, -0.35)
+    edition: Literal["today", "2021"] = "today"
+    propeller_lag: NotNegative = 0.1
+    reference: ClassVar[str] = "tracking"
+
+    def build(self) -> Otter:
+        return Otter(self.payload_mass, self.payload_position, self.edition, self.propeller_lag, self.method)
+
+    def boat(self) -> Boat:
+        return BOAT

@@ -1,4 +1,4 @@
-"""The Otter's particulars, and everything about her that depends on the load only, computed once.
+"""The Otter's particulars, and all that depends on the load only, computed once.
 
 Maritime Robotics' Otter: catamaran of 2.0 m and 55 kg with a fixed propeller in each pontoon. Particulars and the
 editions follow T. I. Fossen's public Marine Systems Simulator; the relations are those of his Handbook of Marine Craft
@@ -92,14 +92,14 @@ EDITIONS = {
     "2021": Edition(True, False, 280.0, False, False, False, 1026.0, False),
 }
 
-# Where things stand in the array that the kernels read.
+# Offsets in the array of parameters.
 INVERSE = 0  # 36: inverse of the mass matrix, row by row
 INERTIA = 36  # 9: rigid-body inertia about the centre of gravity
 CENTRE = 45  # 3: centre of gravity
 ADDED = 48  # 6: added mass
 DAMPING = 54  # 6: linear damping, positive
 STIFFNESS = 60  # 3: heave, roll, pitch about the centre of flotation
-PAYLOAD = 63  # 3: where the payload stands
+PAYLOAD = 63  # 3: position of the payload
 WEIGHT, TOTAL_MASS, SIDE_DRAG, VERTICAL_DRAG, MUNK, CURRENT_TURNS, TRIM_MOMENT = range(66, 73)
 
 

@@ -1,13 +1,14 @@
 """A propeller by its open-water curve: thrust T = K_t(J) ρ n|n| D⁴ with J = (1 − w) u/(n D); P3 (9)–(11), Table II.
 
-Between the points of the curve K_t is linear. Below the first it stays, beyond the last (a propeller that windmills)
-it goes on along the last segment as far as J = 3. A shaft at rest gives no thrust.
+Between the points of the curve K_t is linear. Below the first it is constant, beyond the last (windmilling) it is
+extrapolated along the last segment to J = 3. A shaft at rest gives no thrust.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
@@ -66,8 +67,8 @@ def thrust_coefficient(advance, curve):
 
 
 @kernel
-def thrust(speed, shaft, curve):
-    """Thrust (N, or what the curve's gain says) at a speed through the water (m/s) and a shaft speed (rev/s)."""
+def thrust(speed: float, shaft: float, curve: Floats) -> float:
+    """Thrust (N, or in the unit of the curve's gain) at a speed through the water (m/s) and a shaft speed (rev/s)."""
     if shaft == 0.0:
         return 0.0
     return curve[_GAIN] * thrust_coefficient(curve[_REACH] * speed / shaft, curve) * shaft * abs(shaft)

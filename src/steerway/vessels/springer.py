@@ -1,23 +1,25 @@
 """Springer: a 4.2 m catamaran USV steered by the difference of two propellers, as identified on the water; P4 §2.1.
 
-Her yaw is a discrete model, x(k+1) = A x(k) + B n_d(k), ψ(k) = C x(k), at 1 s, with n_d = (n1 − n2)/2 in rpm and ψ in
-rad; her surge is a constant speed at n_c = (n1 + n2)/2 = 900 rpm. Any other step uses the same poles, exactly for a
+Yaw is a discrete model, x(k+1) = A x(k) + B n_d(k), ψ(k) = C x(k), at 1 s, with n_d = (n1 − n2)/2 in rpm and ψ in
+rad; surge is a constant speed at n_c = (n1 + n2)/2 = 900 rpm. Any other step uses the same poles, exactly for a
 held n_d.
 
-Two plants: the printed one has a pole of 1.002, so that her turning depends on the heading itself and even a straight
+Two plants: the printed one has a pole of 1.002, so that the turn depends on the heading itself and even a straight
 course at 57° takes −8 rpm; the physical one has 1 there, and heading is an integral like everywhere else.
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, one_of
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
 from steerway.vessels.actuators import Actuator
-from steerway.vessels.kinematics import GroundMotion, over_ground, turning_rate
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH
 
 RPM = 2.0 * math.pi / 60.0
@@ -43,23 +45,23 @@ class HeadingModel(NamedTuple):
         return np.diag(self.poles), np.array(self.inputs) / RPM, np.array(self.outputs)
 
     def scaled(self, effectiveness: float) -> "HeadingModel":
-        """The same vessel with propellers that turn her `effectiveness` times as much."""
+        """The same vessel with `effectiveness` times the yaw moment of its propellers."""
         return self._replace(inputs=tuple(effectiveness * each for each in self.inputs))
 
 
 PAPER_YAW = HeadingModel((1.002, 0.9945), (6.354e-6, -4.699e-6), (34.13, 15.11))
-"""P4 (4), its scrambled matrices decoded: any other order of the digits gives a vessel that cannot fly the mission."""
+"""P4 (4), its scrambled matrices decoded: with any other order of the digits the mission fails."""
 PHYSICAL_YAW = PAPER_YAW._replace(poles=(1.0, 0.9945))
 
 
 class Springer:
     """Springer for the loop. Command: (n_d,) in rad/s. State (6,): x y (m), the two states of yaw, n_d (rad/s), ψ̇.
 
-    plant: "paper" or "physical". effectiveness: factor on B. bias: what n_d is off by, rad/s. speed: through the water.
+    plant: "paper" or "physical". effectiveness: factor on B. bias: error of n_d, rad/s. speed: through the water.
     Raises InputError for what cannot be used.
     """
 
-    def __init__(self, plant="physical", effectiveness=1.0, bias=0.0, speed=SPEED):
+    def __init__(self, plant: str = "physical", effectiveness: float = 1.0, bias: float = 0.0, speed: float = SPEED):
         one_of("springer.plant", plant, PLANTS)
         if not math.isfinite(effectiveness) or not math.isfinite(bias):
             raise InputError(f"springer: effectiveness {effectiveness} and bias {bias}, expected numbers")
@@ -69,25 +71,27 @@ class Springer:
         self.actuators = (Actuator("propeller difference", -limit, limit, rate),)
         self._parameters = np.array([*self.yaw.poles, *self.yaw.inputs, *self.yaw.outputs, bias, speed, limit, rate])
 
-    def start(self, north=0.0, east=0.0, heading=0.0, speed=None) -> np.ndarray:
+    def start(
+        self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float | None = None
+    ) -> np.ndarray:
         """The state at rest in yaw; a `speed` other than the vessel's own raises InputError."""
         own = self._parameters[7]
         if speed is not None and speed != own:
-            raise InputError(f"springer: start at {speed} m/s, expected her one speed of {own} m/s")
+            raise InputError(f"springer: start at {speed} m/s, expected its one speed of {own} m/s")
         return np.array([north, east, heading / self.yaw.outputs[0], 0.0, 0.0, 0.0])
 
-    def step(self, state, command, conditions, step) -> np.ndarray:
+    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
         (difference,) = command
         return _step(state, difference, self._parameters, conditions, step)
 
-    def motion(self, state, conditions) -> GroundMotion:
+    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
         heading, speed = self.heading(state), self._parameters[7]
         north, east = over_ground(speed, 0.0, heading)
         velocity = (north + conditions[CURRENT_NORTH], east + conditions[CURRENT_EAST])
         course_rate = turning_rate(*velocity, -east * state[5], north * state[5])
         return GroundMotion(state[0], state[1], heading, *velocity, state[5], course_rate, speed, 0.0, 0.0, 0.0)
 
-    def heading(self, state) -> float:
+    def heading(self, state: Floats) -> float:
         """Heading (rad), unwrapped: it counts the turns made."""
         return self.yaw.outputs[0] * state[2] + self.yaw.outputs[1] * state[3]
 

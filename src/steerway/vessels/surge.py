@@ -1,17 +1,19 @@
 """A boat that only goes ahead: u̇ = −d u_r − b u_r|u_r| + T(u_r, n)/m + F/m; P3 (12)–(13).
 
 u is the speed over ground along the hull, u_r = u − current the speed through the water, n the shaft speed in rev/s.
-State x y ψ u n (m, m, rad, m/s, rev/s). She keeps her heading; a current across carries her sideways.
+State x y ψ u n (m, m, rad, m/s, rev/s). The heading is constant; a current across moves the boat sideways.
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
+from steerway.core.kinematics import GroundMotion, in_body, over_ground
 from steerway.vessels.actuators import Actuator, follow
-from steerway.vessels.kinematics import GroundMotion, in_body, over_ground
 from steerway.vessels.propeller import Propeller, thrust
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH
 
@@ -63,15 +65,15 @@ class Surge:
         self._hull = np.array([mass, linear_drag / mass, quadratic_drag / mass, *machine], dtype=np.float64)
         self._curve = propeller.curve(propeller.gain / mass)
 
-    def start(self, north=0.0, east=0.0, heading=0.0, speed=0.0) -> np.ndarray:
+    def start(self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float = 0.0) -> np.ndarray:
         """The state at `speed` with the shaft at rest."""
         return np.array([north, east, heading, speed, 0.0], dtype=np.float64)
 
-    def step(self, state, command, conditions, step) -> np.ndarray:
+    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
         (shaft,) = command
         return _step(state, shaft, self._hull, self._curve, conditions, step)
 
-    def motion(self, state, conditions) -> GroundMotion:
+    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
         return _motion(state, conditions)
 
     def acceleration(self, speed: float, shaft: float) -> float:

@@ -1,16 +1,18 @@
-"""What the loop asks of a vessel, and what the sea does to her.
+"""The interface between loop and vessel, and the environmental conditions.
 
-A vessel object holds parameters only; her state is an array that the loop keeps, so that a run can be stored, resumed
-and repeated. Anything with these three methods sails: see docs/vessels.md.
+A vessel object has parameters only; its state is an array kept by the loop, so that a run can be stored, resumed and
+repeated. Anything with these three methods can be simulated: see docs/vessels.md.
 """
 
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
+from steerway.core.kinematics import GroundMotion
 from steerway.vessels.actuators import Actuator
-from steerway.vessels.kinematics import GroundMotion
 
 CURRENT_NORTH, CURRENT_EAST, FORCE_NORTH, FORCE_EAST, MOMENT = range(5)
 """Places in the conditions: current (m/s), forces besides the actuators' (N), their moment in yaw (N·m); NED."""
@@ -26,14 +28,16 @@ class Vessel(Protocol):
     def start(self, north: float, east: float, heading: float, speed: float) -> np.ndarray:
         """The state (n,) of a vessel that makes `speed` through the water along `heading`."""
 
-    def step(self, state: np.ndarray, command, conditions: np.ndarray, step: float) -> np.ndarray:
+    def step(self, state: np.ndarray, command: Sequence[float], conditions: np.ndarray, step: float) -> np.ndarray:
         """The state (n,) after `step` s of one command, a float an actuator, in the conditions (5,)."""
 
     def motion(self, state: np.ndarray, conditions: np.ndarray) -> GroundMotion:
-        """Where she is and how she moves over ground."""
+        """Position and motion over ground."""
 
 
-def conditions(current=(0.0, 0.0), force=(0.0, 0.0), moment=0.0) -> np.ndarray:
+def conditions(
+    current: tuple[float, float] = (0.0, 0.0), force: tuple[float, float] = (0.0, 0.0), moment: float = 0.0
+) -> np.ndarray:
     """The (5,) conditions of a current, a force (north, east) and a moment in yaw."""
     return np.array([*current, *force, moment], dtype=np.float64)
 
@@ -51,8 +55,8 @@ def checked_method(method: str) -> bool:
     return method == "rk4"
 
 
-def runge_kutta(rates, state, step):
-    """One step of Runge and Kutta's fourth-order method for ẋ = rates(x), in plain Python for vessels that are."""
+def runge_kutta(rates: Callable[[Floats], Floats], state: Floats, step: float) -> Floats:
+    """One step of Runge and Kutta's fourth-order method for ẋ = rates(x), in plain Python."""
     k1 = rates(state)
     k2 = rates(state + 0.5 * step * k1)
     k3 = rates(state + 0.5 * step * k2)

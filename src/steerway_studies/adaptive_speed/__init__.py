@@ -1,9 +1,12 @@
-"""P3: adaptive speed control and the fusion of GPS, Doppler log and accelerometer, as printed and as it can be done."""
+"""adaptive-speed: P3, adaptive speed control and fusion of GPS, Doppler log and accelerometer."""
 
-from steerway_studies.adaptive_speed import cases, figures, findings, printed
+from steerway.simulation import over_seeds
+from steerway_studies.adaptive_speed import cases, printed
 from steerway_studies.adaptive_speed.cases import FAULTS, Job
+from steerway_studies.adaptive_speed.comparisons import compare_all
+from steerway_studies.adaptive_speed.figures import all_figures
 from steerway_studies.adaptive_speed.plants import PLANTS, SPEEDS
-from steerway_studies.study import Results, Study
+from steerway_studies.study import Results, Study, seeds_from, stage
 
 FEW, MANY, BASELINE = 20, 100, 5
 """Seeds of what varies little, of what chance decides, and of the baseline."""
@@ -13,10 +16,10 @@ def voyages(seeds: int | None, first: int) -> list[Job]:
     """Every voyage of the study."""
 
     def of(kind, count, setpoints=SPEEDS, plants=("a",)):
-        numbers = range(first, first + (seeds or count))
+        numbers = seeds_from(first, seeds, count)
         return [Job(kind, seed, speed, plant) for plant in plants for speed in setpoints for seed in numbers]
 
-    many = range(first, first + (seeds or MANY))
+    many = seeds_from(first, seeds, MANY)
     return [
         *of("staircase", FEW, setpoints=(3,), plants=PLANTS),
         *of("outage", FEW, setpoints=(3,)),
@@ -31,25 +34,20 @@ def voyages(seeds: int | None, first: int) -> list[Job]:
     ]
 
 
-def run(seeds=None, first_seed=0, progress=None) -> Results:
-    """The whole study: under three minutes on four idle cores. `seeds` sets every repetition count."""
-    from steerway.simulation.campaign import over_seeds
-
-    def tell(share):
-        if progress:
-            progress(0.9 * share, "sailing")
-
+def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results:
+    """See Study; under three minutes on four idle cores. `seeds` sets every repetition count."""
     jobs = voyages(seeds, first_seed)
-    judged = dict(zip(jobs, over_seeds(cases.run, jobs, progress=tell), strict=True))
+    step = stage(progress, 0.0, 0.9, f"{len(jobs)} voyages")
+    judged = dict(zip(jobs, over_seeds(cases.run, jobs, progress=step), strict=True))
     tracks = {
         "printed": {speed: printed.as_printed(speed) for speed in SPEEDS},
         "published": {speed: printed.as_published(speed) for speed in SPEEDS},
     }
     results = Results("P3: adaptive speed control and speed fusion")
-    findings.record(results, judged, tracks)
+    compare_all(results, judged, tracks)
     if progress:
         progress(0.95, "drawing")
-    figures.draw(results, judged, tracks, first_seed)
+    results.figures |= all_figures(judged, tracks, first_seed)
     if progress:
         progress(1.0, "done")
     return results

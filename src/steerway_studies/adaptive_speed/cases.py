@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.control.speed_pi import SpeedPI, SpeedPIGains
-from steerway.identification.surge import identify_surge
+from steerway.control import SpeedPI, SpeedPIGains
+from steerway.core import rms
+from steerway.identification import identify_surge
 from steerway.vessels import conditions
 from steerway_studies.adaptive_speed import judge, plants, printed
 from steerway_studies.adaptive_speed.loop import sail
@@ -99,7 +100,7 @@ def staircase(job):
 
 
 def _identified(voyage, seed):
-    """Identification from what a boat has: her log's speed and her shaft's, at 10 Hz; and from one speed alone."""
+    """Identification from the speeds of the log and of the shaft at 10 Hz; and from one speed alone."""
     rows = np.flatnonzero(np.isfinite(voyage.log))
     logged = voyage.time[rows], voyage.log[rows], voyage.shaft[rows]
     found = identify_surge(*logged)
@@ -161,7 +162,7 @@ def fault(job):
 
 def outage(job):
     """GPS and log fall silent from 90 to 150 s; at 100 s the boat is to go from 3 to 6 m/s. The model is identified."""
-    from steerway.identification.surge import SurgeModel
+    from steerway.identification import SurgeModel
 
     steps = sail(plants.plant("a"), plants.controller("a"), STAIRCASE, job.seed, duration=500.0)
     found = _identified(steps, job.seed)
@@ -179,7 +180,7 @@ def outage(job):
     error = (voyage.estimate - voyage.speed)[rows]
     return {
         "max_pct": 100.0 * float(np.abs(error).max()) / 6.0,
-        "rms_pct": 100.0 * float(np.sqrt(np.mean(error**2))) / 6.0,
+        "rms_pct": 100.0 * rms(error) / 6.0,
     }
 
 

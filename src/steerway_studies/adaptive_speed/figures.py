@@ -4,15 +4,16 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from steerway_studies.adaptive_speed import cases, plants, printed, theory
-from steerway_studies.adaptive_speed.findings import column
+from steerway_studies.adaptive_speed.comparisons import column
 from steerway_studies.adaptive_speed.loop import sail
 from steerway_studies.adaptive_speed.plants import SPEEDS
 
 OURS, PRINTED, PUBLISHED, TRUTH, FAINT, LOG = "#0b6e99", "#c8553d", "#8a8d91", "#222222", "#bfc7cf", "#e0a458"
 
 
-def draw(results, judged, tracks, seed) -> None:
-    """Every figure into `results`."""
+def all_figures(judged, tracks, seed) -> dict:
+    """(figure, caption) by stem."""
+    found = {}
     voyages = {speed: sail(plants.plant("a"), plants.controller("a"), ((0.0, speed),), seed) for speed in SPEEDS}
     kinds = (_response, _effort, _tracking_error, _parameters, _filter)
     number = 0
@@ -22,13 +23,14 @@ def draw(results, judged, tracks, seed) -> None:
             figure, stem, caption = draw_one(
                 speed, voyages[speed], tracks["printed"][speed], tracks["published"][speed]
             )
-            results.figures[f"fig{number:02d}_{stem}_{speed}"] = figure, f"Figure {number}. {caption}"
-    results.figures["order_at_10_hz"] = _order()
-    results.figures["random_plants"] = _chance(judged)
-    results.figures["staircase"] = _staircase(seed)
-    results.figures["faults"] = _faults(seed)
-    results.figures["lyapunov"] = _lyapunov()
-    results.figures["heading"] = _heading()
+            found[f"fig{number:02d}_{stem}_{speed}"] = figure, f"Figure {number}. {caption}"
+    found["order_at_10_hz"] = _order()
+    found["random_plants"] = _chance(judged)
+    found["staircase"] = _staircase(seed)
+    found["faults"] = _faults(seed)
+    found["lyapunov"] = _lyapunov()
+    found["heading"] = _heading()
+    return found
 
 
 def _axes(rows=1, height=4.0, title=""):
@@ -230,4 +232,4 @@ def _heading():
             axes.plot(course.time, np.degrees(course.heading), style, color=colour, label=label)
     axes.set(xlabel="time, s", ylabel="heading, °", xlim=(0.0, 200.0), ylim=(-45.0, 45.0))
     axes.legend(loc="lower left", frameon=False)
-    return figure, "Three degrees of freedom, from rest and 5° off north: without a heading loop she turns away."
+    return figure, "Three degrees of freedom, from rest and 5° off north: without a heading loop the boat turns away."

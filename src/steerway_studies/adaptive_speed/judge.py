@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from steerway.core import rms
+
 BAND = 0.02
 TAIL = 20.0
 TRANSIENT = 10.0
@@ -38,11 +40,11 @@ def response(time, speed, shaft, setpoint: float) -> dict[str, float]:
 
 
 def estimate(voyage, setpoint: float, since: float = TRANSIENT) -> dict[str, float]:
-    """RMS and largest error in % of the set-point, and how honest the filter was about it."""
+    """RMS and largest error in % of the set-point, NIS, and coverage of the 95 % interval."""
     late = voyage.time > since
     error = (voyage.estimate - voyage.speed)[late]
     return {
-        "rms_pct": 100.0 * float(np.sqrt(np.mean(error**2))) / setpoint,
+        "rms_pct": 100.0 * rms(error) / setpoint,
         "max_pct": 100.0 * float(np.abs(error).max()) / setpoint,
         "nis": float(voyage.nis.mean()) if len(voyage.nis) else float("nan"),
         "coverage": float(np.mean(np.abs(error) < 1.96 * voyage.std[late])),

@@ -5,11 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.estimation.speed.fusion import SurgeFusion
-from steerway.sensors.inertial import accelerometer
-from steerway.sensors.instrument import Instrument
-from steerway.vessels import CALM
-from steerway.vessels.vessel import CURRENT_NORTH
+from steerway.estimation.speed import SurgeFusion
+from steerway.sensors import Instrument, accelerometer
+from steerway.vessels import CALM, CURRENT_NORTH
 
 STEP = 0.005
 _AID, _CONTROL = 20, 10  # steps from one to the next; GPS and log take turns
@@ -91,7 +89,7 @@ def sail(
     state = boat.start()
     out = np.zeros((7, n))
     parameters = np.full((n, 3), np.nan)
-    heard = np.full((2, n), np.nan)
+    received = np.full((2, n), np.nan)
     nis = []
     setpoint = _at(setpoints, 0.0)
     out[6], command, estimate, conditions = setpoint, 0.0, 0.0, _at(sea, 0.0)
@@ -104,23 +102,21 @@ def sail(
         state = boat.step(state, (command,), conditions, STEP)
         speed = state[3]
         of_acceleration, of_gps, of_log = _bias(*fault[:1], now, fault[1])
-        said = {}
+        reported = {}
         third = turns.step(state[4], STEP) if turns else math.nan
         silent = outage[0] < now <= outage[1]
         if k % _AID == 0:
             if gps and not silent:
-                said["sog"] = heard[0, k] = speed + gps_errors[k // _AID] + of_gps
+                reported["sog"] = received[0, k] = speed + gps_errors[k // _AID] + of_gps
             if aid_by_propeller:
-                said["propeller_speed"] = third
+                reported["propeller_speed"] = third
         elif k % _AID == _AID // 2 and log and not silent:
             stream = conditions[CURRENT_NORTH] if log == "water" else 0.0
-            said[f"{log}_speed"] = heard[1, k] = speed - stream + log_errors[k // _AID] + of_log
+            reported[f"{log}_speed"] = received[1, k] = speed - stream + log_errors[k // _AID] + of_log
         acceleration = (speed - before) / STEP + errors[k] + of_acceleration
-        estimate = fusion.step(acceleration, STEP, reference=third, **said)
-        if said and now > 10.0:
+        estimate = fusion.step(acceleration, STEP, reference=third, **reported)
+        if reported and now > 10.0:
             nis += [each for each in fusion.nis[:3] if not math.isnan(each)]
         out[:, k] = speed, estimate, fusion.speed_std, fusion.current, state[4], control.model, setpoint
         parameters[k] = control.parameters
-    return Voyage(
-        time, out[6], out[0], out[1], out[2], out[3], out[4], out[5], parameters, np.array(nis), fusion.events, *heard
-    )
+    return Voyage(time, out[6], *out[:6], parameters, np.array(nis), fusion.events, *received)

@@ -4,16 +4,18 @@ import math
 
 import numpy as np
 
-from steerway.control.speed import AdaptiveSpeed, AdaptiveSpeedGains
-from steerway.identification.surge import SurgeModel
-from steerway.vessels import Actuator, Propeller, Surge
-from steerway.vessels.surge import (
+from steerway.control import AdaptiveSpeed, AdaptiveSpeedGains
+from steerway.identification import SurgeModel
+from steerway.vessels import (
     CALDAS_LINEAR_DRAG,
     CALDAS_MASS,
     CALDAS_QUADRATIC_DRAG,
-    SHAFT,
+    Actuator,
+    Propeller,
+    Surge,
     published_surrogate,
 )
+from steerway.vessels import CALDAS_SHAFT as SHAFT
 
 SPEEDS = (3, 6, 9)
 SURROGATE_LAG = 10.683

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.control.course import AnglePID, AnglePIDGains
-from steerway.vessels import CALM, Caldas
-from steerway.vessels.propeller import thrust
-from steerway.vessels.vessel import runge_kutta
+from steerway.control import AnglePID, AnglePIDGains
+from steerway.vessels import CALM, Caldas, runge_kutta
+from steerway.vessels import propeller_thrust as thrust
 from steerway_studies.adaptive_speed import plants
 from steerway_studies.papers.speed_mrac import PRINTED_GUESS
 

@@ -6,11 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from steerway.estimation.positioning.adaptive_noise import VariationalNoise
-from steerway.estimation.positioning.passive import DEMO_GAINS, ObserverGains, PassiveObserver
-from steerway.estimation.positioning.time_varying import SpeedDependentFixNoise, TimeVaryingNoise
-from steerway.estimation.positioning.vessel_filter import VesselFilter, VesselNoise
-from steerway.vessels.cybership2 import DAMPING, INERTIA
+from steerway.estimation.positioning import (
+    DEMO_GAINS,
+    ObserverGains,
+    PassiveObserver,
+    SpeedDependentFixNoise,
+    TimeVaryingNoise,
+    VariationalNoise,
+    VesselFilter,
+    VesselNoise,
+)
+from steerway.vessels import CYBERSHIP2_DAMPING as DAMPING
+from steerway.vessels import CYBERSHIP2_INERTIA as INERTIA
 from steerway_studies.cybership_observers import scenario
 
 BASE = VesselNoise(position_std=scenario.FIX_STD, heading_std=scenario.HEADING_STD)
@@ -55,7 +62,7 @@ def product(noise=PRODUCT, gate=13.8, learns=False) -> VesselFilter:
 
 
 def stepping_oracle() -> VesselFilter:
-    """The nine-state filter, told when the noise of fixes steps up."""
+    """The nine-state filter that knows when the noise of fixes steps up."""
     return VesselFilter(INERTIA, DAMPING, replace(PRODUCT, position_std=scenario.QUIET), 13.8, _KnownStep())
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from steerway.report.figures import BAD, OURS, QUIET
+from steerway.report import BAD, OURS, QUIET
 from steerway_studies.cybership_observers import contestants, scenario, trials
 from steerway_studies.cybership_observers.scenario import TIME
 

@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 
-from steerway.control.positioning import PositionPID
+from steerway.control import PositionPID
 from steerway.vessels import CALM, CyberShip2
-from steerway.vessels.cybership2 import DAMPING, INERTIA
+from steerway.vessels import CYBERSHIP2_DAMPING as DAMPING
+from steerway.vessels import CYBERSHIP2_INERTIA as INERTIA
 from steerway_studies.cybership_observers import scenario
 from steerway_studies.papers.positioning import PrintedPositionPID
 

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.control.positioning import PositioningGains, PositionPID
-from steerway.core.angles import wrap
-from steerway.core.noise import markov_decay, markov_step, oscillator, oscillator_step
+from steerway.control import PositioningGains, PositionPID
+from steerway.core import markov_decay, markov_step, oscillator, oscillator_step, wrap
+from steerway.vessels import CYBERSHIP2_THRUST as THRUST
 from steerway.vessels import CyberShip2, conditions
-from steerway.vessels.cybership2 import THRUST
 
 STEP, STEPS = 0.1, 1000
 PER_FIX = 10
@@ -100,7 +99,7 @@ def sail(
     identification: str = "linear",
     controller=None,
 ) -> Record:
-    """One run. With an `observer` its estimate steers her, else the truth does."""
+    """One run. Steered by the estimate of an `observer`, without one by the truth."""
     vessel = CyberShip2(identification)
     controller = controller or PositionPID(PRINTED_GAINS, anti_windup=False)
     pushes = disturbance(draws) if disturbed else np.zeros((ROWS, 3))
@@ -121,14 +120,14 @@ def sail(
             place, velocity = state[:3], state[3:]
         else:
             if k:
-                hear(observer, forces[k - 1], fixes[k], headings[k] if compass else math.nan)
+                correct(observer, forces[k - 1], fixes[k], headings[k] if compass else math.nan)
             place, velocity = observer.motion[:3], observer.motion.velocity
         if k < STEPS:
             forces[k] = controller.step(desired(k), *place, velocity, STEP)
     return Record(states, forces, pushes, fixes, headings)
 
 
-def hear(observer, force, fix, heading) -> float:
+def correct(observer, force, fix, heading) -> float:
     """One step of an observer: predict, then what was measured. Returns the NIS of a fix, NaN without one."""
     observer.predict(force, STEP)
     if math.isfinite(heading):
@@ -211,7 +210,7 @@ def watch(observer, record: Record, compass: bool = True) -> Run:
     places, nis = np.zeros((ROWS, 3)), []
     for k in range(1, ROWS):
         heading = record.headings[k] if compass else math.nan
-        nis.append(hear(observer, record.forces[k - 1], record.fixes[k], heading))
+        nis.append(correct(observer, record.forces[k - 1], record.fixes[k], heading))
         places[k] = observer.motion[:3]
     off = places - record.states[:, :3]
     heading = np.array([wrap(each) for each in off[:, 2]])

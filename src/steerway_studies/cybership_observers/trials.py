@@ -6,15 +6,14 @@ from functools import partial
 
 import numpy as np
 
-from steerway.core.angles import wrap
-from steerway.estimation.positioning.time_varying import TimeVaryingNoise
-from steerway.estimation.positioning.vessel_smoother import smooth
+from steerway.core import wrap
+from steerway.estimation.positioning import TimeVaryingNoise, smooth
 from steerway_studies.cybership_observers import contestants, scenario, tuning
 from steerway_studies.cybership_observers.scenario import drawn, sail, watch
 
 RECIPE_B = TimeVaryingNoise(scale=contestants.RECIPE_B, yaw=contestants.RECIPE_B)
 SETTLED = 10
-"""Rows at the start, where the estimate is as good as told, that NEES leaves out."""
+"""Rows at the start, where the estimate is still near its given start, which NEES leaves out."""
 
 
 def trial(tuned: dict, seed: int) -> dict[str, float]:

@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 from scipy.optimize import minimize
 
-from steerway.estimation.positioning.time_varying import TimeVaryingNoise
-from steerway.simulation.campaign import over_seeds
+from steerway.estimation.positioning import TimeVaryingNoise
+from steerway.simulation import over_seeds
 from steerway_studies.cybership_observers import contestants, scenario
 
 TUNING_SEEDS = 40

@@ -6,8 +6,7 @@ from functools import partial
 import numpy as np
 
 import steerway
-from steerway.estimation import choose_profile
-from steerway.estimation.selection.tune import tune
+from steerway.estimation import choose_profile, tune
 from steerway_studies.estimator_limits.bound import filtering_bound, smoothing_bound
 from steerway_studies.estimator_limits.cells import (
     CELLS,
@@ -48,7 +47,7 @@ SMOOTHED_TARGET = 1.1
 TUNED_RUNS = 30
 """Tuning takes longer than all the rest."""
 NIS_BAND = (1.9, 2.1)
-MANNERS = {"": "true parameters", "tuned_": "tuned from one earlier voyage", "default_": "as it comes"}
+PARAMETERS = {"": "true parameters", "tuned_": "tuned from one earlier voyage", "default_": "as it comes"}
 KINDS = ("", "smoothed_", "tuned_", "default_", "default_smoothed_")
 
 
@@ -163,13 +162,13 @@ def target(name, kind, what, where) -> float | None:
 
 
 def _consistency(results, name, sums):
-    for kind in MANNERS:
+    for kind in PARAMETERS:
         nis = over_runs(sums[f"{kind}nis"][:, 0], sums[f"{kind}nis"][:, 1], root=False)
         held = NIS_BAND[0] <= nis.value <= NIS_BAND[1]
         results.compare(
             f"{kind}{name}_nis",
             nis.value,
-            f"{WORDS[name]}, {MANNERS[kind]}: mean NIS",
+            f"{WORDS[name]}, {PARAMETERS[kind]}: mean NIS",
             "",
             "2",
             "1.9 to 2.1" if kind == "" else "",
@@ -189,7 +188,7 @@ def _coverage(results, found):
 
 
 def _manner(kind):
-    return MANNERS[kind.removesuffix("smoothed_")] + (", smoothed" if kind.endswith("smoothed_") else "")
+    return PARAMETERS[kind.removesuffix("smoothed_")] + (", smoothed" if kind.endswith("smoothed_") else "")
 
 
 def _unit(what):

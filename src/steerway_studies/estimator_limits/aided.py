@@ -5,16 +5,14 @@ import math
 import numpy as np
 
 import steerway
-from steerway.core.records import Fixes
-from steerway.estimation.course.filter import FiveStateFilter
-from steerway.estimation.course.update.aids import companion_of
-from steerway.sensors.gnss import Gnss
-from steerway.sensors.instrument import Instrument
-from steerway.simulation.campaign import over_seeds
+from steerway.core import Fixes
+from steerway.estimation import FiveStateFilter
+from steerway.sensors import Gnss, Instrument
+from steerway.simulation import over_seeds
 from steerway_studies.estimator_limits.cells import CELLS, PLACES, WHERE, judged
 from steerway_studies.estimator_limits.scenarios import sail
 from steerway_studies.estimator_limits.statistics import over_runs
-from steerway_studies.study import Results
+from steerway_studies.study import Results, seeds_from
 
 SEEDS = 30
 CELL = CELLS["o05"]
@@ -41,10 +39,10 @@ def aided_fixes(voyage, seed: int, bias: float = GYRO_BIAS) -> Fixes:
     """Fixes with the receiver's own velocity and a gyro's rate beside them."""
     gnss = Gnss(rate=CELL.scenario.rate, white=CELL.position_std, velocity_std=VELOCITY_STD)
     velocity = {"north_velocity": voyage.sog * np.cos(voyage.cog), "east_velocity": voyage.sog * np.sin(voyage.cog)}
-    said = gnss.fixes(voyage.time, voyage.north, voyage.east, seed, **velocity)
+    fixes = gnss.fixes(voyage.time, voyage.north, voyage.east, seed, **velocity)
     gyro = Instrument(rate=CELL.scenario.rate, white=GYRO_STD, bias=bias)
     _, rate = gyro.measured(voyage.time, voyage.course_rate, [seed, 3])
-    return Fixes(said.time, said.latitude, said.longitude, sog=said.sog, cog=said.cog, yaw_rate=rate)
+    return Fixes(fixes.time, fixes.latitude, fixes.longitude, sog=fixes.sog, cog=fixes.cog, yaw_rate=rate)
 
 
 def one(seed: int) -> dict[str, np.ndarray]:
@@ -54,9 +52,9 @@ def one(seed: int) -> dict[str, np.ndarray]:
     bias = GYRO_BIAS if seed % 2 else -GYRO_BIAS
     fixes = aided_fixes(voyage, seed, bias)
     for name, aid in AIDS.items():
-        for manner, profile in (("", PROFILE), ("default_", None)):
+        for variant, profile in (("", PROFILE), ("default_", None)):
             motion = steerway.estimate(fixes, profile, aid=aid)
-            found[manner + name] = judged(motion, voyage, CELL.scenario)
+            found[variant + name] = judged(motion, voyage, CELL.scenario)
     found["bias"] = bias_found(fixes) - bias
     return found
 
@@ -64,20 +62,19 @@ def one(seed: int) -> dict[str, np.ndarray]:
 def bias_found(fixes: Fixes) -> np.ndarray:
     """(n,) the bias of the gyro as the filter has it after each row, rad/s."""
     estimator = FiveStateFilter(PROFILE, AIDS["gyro"])
-    state = companion_of(PROFILE.parameters(AIDS["gyro"])[0], "yaw_rate")
     bias = np.empty(len(fixes))
     for k in range(len(fixes)):
         if k:
             estimator.predict(fixes.time[k] - fixes.time[k - 1])
         estimator.update(fixes.latitude[k], fixes.longitude[k])
         estimator.aid_by(yaw_rate=fixes.yaw_rate[k])
-        bias[k] = estimator.state[state]
+        bias[k] = estimator.gyro_bias
     return bias
 
 
 def measured(seeds, first_seed, progress) -> dict[str, np.ndarray]:
     """Kind → sums or histories, a row a run."""
-    runs = over_seeds(one, range(first_seed, first_seed + (seeds or SEEDS)), progress=progress)
+    runs = over_seeds(one, seeds_from(first_seed, seeds, SEEDS), progress=progress)
     return {key: np.array([run[key] for run in runs]) for key in runs[0]}
 
 
@@ -91,18 +88,18 @@ def found_after(errors, limit) -> float:
 def report(results: Results, found) -> None:
     """COG by aid, and when the bias is found."""
     results.section = "Aiding"
-    for manner, who in (("", "true parameters"), ("default_", "as it comes")):
+    for variant, who in (("", "true parameters"), ("default_", "as it comes")):
         for name in AIDS:
-            runs = found[manner + name]
+            runs = found[variant + name]
             for k, where in enumerate(WHERE):
                 value, low, high = np.degrees(over_runs(runs[:, k, 1], runs[:, k, 3]))
                 target = TARGETS[name][k]
                 results.compare(
-                    f"{manner}aided_{name}_cog_{where}_deg",
+                    f"{variant}aided_{name}_cog_{where}_deg",
                     value,
                     f"O, 0.5 m, {who}, aided by {_WORDS[name]}: RMS of COG, {PLACES[where]}",
                     "°",
-                    "" if manner else PUBLISHED[name][k],
+                    "" if variant else PUBLISHED[name][k],
                     f"≤ {target:g}",
                     value <= target,
                     (low, high),

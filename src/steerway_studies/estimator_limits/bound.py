@@ -1,19 +1,23 @@
 """What no estimator can do better than: the Riccati recursion at the true trajectory with the mode of motion known.
 
 The Cramér–Rao bound of P. Tichavský, C. H. Muravchik and A. Nehorai, IEEE Trans. Signal Processing 46(5), 1998, for a
-vessel whose states are those of P0 (11)–(15): the covariance of the filter that is linearised at the truth and told
+vessel whose states are those of P0 (11)–(15): the covariance of the filter that is linearised at the truth and knows
 when a turn begins and ends.
 """
 
 import numpy as np
 
-from steerway.core.compiled import kernel
-from steerway.core.linear_algebra import fill_lower
-from steerway.estimation.course.motion.five_state import predict, set_step
-from steerway.estimation.course.motion.layout import POSITION_VARIANCE, START_RATE_VARIANCE, START_SPEED_VARIANCE
-from steerway.estimation.course.motion.models import transition
-from steerway.estimation.course.smoothing.rauch_tung_striebel import smoothing_step
-from steerway.estimation.course.update.position import correct
+from steerway.core import fill_lower, kernel
+from steerway.estimation.course import (
+    POSITION_VARIANCE,
+    START_RATE_VARIANCE,
+    START_SPEED_VARIANCE,
+    correct,
+    set_step,
+    smoothing_step,
+    transition,
+)
+from steerway.estimation.course import predict_five_state as predict
 
 
 def filtering_bound(voyage, profile) -> np.ndarray:

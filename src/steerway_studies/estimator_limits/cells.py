@@ -5,9 +5,9 @@ from functools import partial
 
 import numpy as np
 
-from steerway.core.records import Fixes
-from steerway.sensors.gnss import white
-from steerway.simulation.campaign import over_seeds
+from steerway.core import Fixes
+from steerway.sensors import white
+from steerway.simulation import over_seeds
 from steerway_studies.estimator_limits.scenarios import FAST, SLOW, Scenario, Voyage, sail, straight_and_turning
 from steerway_studies.estimator_limits.statistics import error_squares
 
@@ -32,7 +32,7 @@ class Cell:
         return self.scenario.known(self.position_std)
 
     def sailed(self, seed: int) -> tuple[Voyage, Fixes]:
-        """One voyage and what the receiver says of it."""
+        """One voyage and its fixes."""
         voyage = sail(self.scenario, seed)
         return voyage, voyage.fixes(white(self.position_std, self.scenario.rate), seed)
 

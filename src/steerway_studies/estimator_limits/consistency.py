@@ -1,9 +1,9 @@
-"""Is an estimate as good as it says: NIS, NEES of (U, χ, ω), and how often the truth lies in its 95 % intervals."""
+"""Consistency of an estimate: NIS, NEES of (U, χ, ω), and how often the truth lies in its 95 % intervals."""
 
 import numpy as np
 
-from steerway.core.records import Fixes
-from steerway.estimation.course.filter import FiveStateFilter
+from steerway.core import Fixes
+from steerway.estimation import FiveStateFilter
 from steerway_studies.estimator_limits.cells import PLACES, WHAT
 from steerway_studies.estimator_limits.scenarios import Scenario, Voyage, straight_and_turning
 from steerway_studies.estimator_limits.statistics import errors, over_runs

@@ -1,7 +1,7 @@
 """Receivers whose error wanders: P1's ship with its printed noise, and a small boat with a low-cost one.
 
-The ship sails P1's route on her true states, so that every receiver and filter sees the same voyage. The filter knows
-what the receiver errs by; of her motion it is told what scenario M has.
+The ship sails P1's route on true states, so that every receiver and filter sees the same voyage. The filter knows
+what the receiver errs by; its motion model is that of scenario M.
 """
 
 import math
@@ -10,14 +10,14 @@ from functools import cache
 import numpy as np
 
 import steerway
-from steerway.core.noise import markov_std
-from steerway.sensors.gnss import low_cost
-from steerway.simulation.campaign import over_seeds
+from steerway.core import markov_std
+from steerway.sensors import low_cost
+from steerway.simulation import over_seeds
 from steerway_studies.estimator_limits.cells import PLACES, WHERE, sums
 from steerway_studies.estimator_limits.particles import in_plane
 from steerway_studies.estimator_limits.scenarios import FAST, SLOW, Scenario, Voyage, sail, straight_and_turning
 from steerway_studies.estimator_limits.statistics import error_squares, errors, over_runs
-from steerway_studies.mariner_los_ship import (
+from steerway_studies.mariner_los.ship import (
     CORRELATION_TIME,
     PRINTED_NOISE,
     STATED_NOISE,
@@ -27,14 +27,14 @@ from steerway_studies.mariner_los_ship import (
     voyage,
 )
 from steerway_studies.papers.ekf_5states import ekf_5states
-from steerway_studies.study import Results
+from steerway_studies.study import Results, seeds_from
 
 SEEDS = 30
 NOISES = {"printed_noise": PRINTED_NOISE, "stated_noise": STATED_NOISE}
 HELD_RATE = math.radians(1.0) / 60.0
 """A course that changes by less than 1° a minute is held."""
 OTHER_LIMITS = (1.2, 3.0, 6.0, 12.0)
-"""° a minute: what she errs by hangs on what counts as held."""
+"""° a minute: the error depends on what counts as a straight leg."""
 SETTLED = 100.0
 WHITE = 0.005
 """m: P1's receiver has no white noise at all."""
@@ -58,7 +58,7 @@ def boat_profile():
 
 @cache
 def ship() -> Voyage:
-    """P1's ship on her route, on true states; `turning` where her course is not held."""
+    """P1's ship on its route, on true states; `turning` where the course is not held."""
     run, _ = voyage(Case("truth"))
     rate = run["true_course_rate"]
     place = run["true_north"], run["true_east"]
@@ -66,7 +66,7 @@ def ship() -> Voyage:
 
 
 def one(seed: int) -> dict[str, np.ndarray]:
-    """`sums` and NIS of one seed of every receiver, filter and manner."""
+    """`sums` and NIS of one seed of every receiver, filter and variant."""
     found = {}
     truth = ship()
     settled = truth.time > SETTLED
@@ -74,20 +74,20 @@ def one(seed: int) -> dict[str, np.ndarray]:
     for label, noise in NOISES.items():
         fixes = receiver(noise).fixes(truth.time, truth.north, truth.east, seed)
         found[f"printed_filter_mariner_{label}"] = sums(_printed(fixes, truth), masks)
-        for manner, profile in (("", ship_profile(noise)), ("default_", None)):
+        for variant, profile in (("", ship_profile(noise)), ("default_", None)):
             motion = steerway.estimate(fixes, profile)
             squares = error_squares(motion, truth)
-            found[f"{manner}mariner_{label}"] = sums(squares, masks)
-            found[f"{manner}mariner_{label}_nis"] = _nis(motion, settled)
+            found[f"{variant}mariner_{label}"] = sums(squares, masks)
+            found[f"{variant}mariner_{label}_nis"] = _nis(motion, settled)
             for limit in OTHER_LIMITS:
                 holding = np.abs(truth.course_rate) <= math.radians(limit) / 60.0
-                found[f"{manner}mariner_{label}_{limit:g}"] = sums(squares, (settled & holding, settled & ~holding))
+                found[f"{variant}mariner_{label}_{limit:g}"] = sums(squares, (settled & holding, settled & ~holding))
     boat = sail(SMALL_BOAT, seed)
     fixes = boat.fixes(low_cost(), seed)
-    for manner, profile in (("", boat_profile()), ("default_", None)):
+    for variant, profile in (("", boat_profile()), ("default_", None)):
         motion = steerway.estimate(fixes, profile)
-        found[f"{manner}ublox_like"] = sums(error_squares(motion, boat), straight_and_turning(SMALL_BOAT, boat))
-        found[f"{manner}ublox_like_nis"] = _nis(motion, boat.time > SMALL_BOAT.settling)
+        found[f"{variant}ublox_like"] = sums(error_squares(motion, boat), straight_and_turning(SMALL_BOAT, boat))
+        found[f"{variant}ublox_like_nis"] = _nis(motion, boat.time > SMALL_BOAT.settling)
     return found
 
 
@@ -106,7 +106,7 @@ def _printed(fixes, truth):
 
 def measured(seeds, first_seed, progress) -> dict[str, np.ndarray]:
     """Kind → sums, a row a run."""
-    runs = over_seeds(one, range(first_seed, first_seed + (seeds or SEEDS)), progress=progress)
+    runs = over_seeds(one, seeds_from(first_seed, seeds, SEEDS), progress=progress)
     return {key: np.array([run[key] for run in runs]) for key in runs[0]}
 
 
@@ -127,17 +127,21 @@ _NIS_BAND = (1.8, 2.1)
 
 def report(results: Results, found) -> None:
     """COG, straight and in turns, and NIS of every receiver and filter."""
-    results.section = "Wandering receivers"
+    results.section = "Correlated receiver errors"
     for scene, words in WORDS.items():
-        for manner, who in (("", "receiver known"), ("default_", "as it comes"), ("printed_filter_", "printed filter")):
-            key = manner + scene
+        for variant, who in (
+            ("", "receiver known"),
+            ("default_", "as it comes"),
+            ("printed_filter_", "printed filter"),
+        ):
+            key = variant + scene
             if key in found:
                 _cog(results, key, f"{words}, {who}", found[key])
-        for manner, who in (("", "receiver known"), ("default_", "as it comes")):
-            total = found[f"{manner}{scene}_nis"]
+        for variant, who in (("", "receiver known"), ("default_", "as it comes")):
+            total = found[f"{variant}{scene}_nis"]
             nis = over_runs(total[:, 0], total[:, 1], root=False)
             results.compare(
-                f"{manner}{scene}_nis",
+                f"{variant}{scene}_nis",
                 nis.value,
                 f"{words}, {who}: mean NIS",
                 "",

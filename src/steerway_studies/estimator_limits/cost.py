@@ -4,8 +4,8 @@ import time
 
 import numpy as np
 
-from steerway.estimation.course.filter import FiveStateFilter
-from steerway.sensors.gnss import white
+from steerway.estimation import FiveStateFilter
+from steerway.sensors import white
 from steerway_studies.estimator_limits.cells import CELLS
 from steerway_studies.estimator_limits.correlated import boat_profile
 from steerway_studies.estimator_limits.scenarios import sail

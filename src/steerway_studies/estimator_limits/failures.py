@@ -6,13 +6,14 @@ from dataclasses import replace
 import numpy as np
 
 import steerway
-from steerway.sensors.gnss import Gnss
-from steerway.simulation.campaign import over_seeds
+from steerway.core import wrap_array
+from steerway.sensors import Gnss
+from steerway.simulation import over_seeds
 from steerway_studies.estimator_limits.cells import CELLS
 from steerway_studies.estimator_limits.scenarios import FAST, sail
-from steerway_studies.estimator_limits.statistics import over_runs, turned
+from steerway_studies.estimator_limits.statistics import over_runs
 from steerway_studies.estimator_limits.troubles import BEGIN, LASTING, TROUBLES
-from steerway_studies.study import Results
+from steerway_studies.study import Results, seeds_from
 
 SEEDS = 30
 AFTER = 30.0
@@ -34,11 +35,11 @@ def one(seed: int) -> dict[str, np.ndarray]:
     calm = steerway.estimate(fixes)
     found = {}
     for number, (name, (trouble, _, over)) in enumerate(TROUBLES.items()):
-        truth, said = trouble(voyage, fixes, np.random.default_rng([seed, number]))
-        motion = steerway.estimate(said)
+        truth, reports = trouble(voyage, fixes, np.random.default_rng([seed, number]))
+        motion = steerway.estimate(reports)
         shift = truth.time[-1] - voyage.time[-1] if name == "standstill" else 0.0
         since = truth.time - shift
-        usual = np.interp(since, calm.time, np.nan_to_num(np.abs(turned(calm.cog - voyage.cog)), nan=math.pi))
+        usual = np.interp(since, calm.time, np.nan_to_num(np.abs(wrap_array(calm.cog - voyage.cog)), nan=math.pi))
         found[name] = _what_happened(motion, truth, over, usual, shift)
     for interval in INTERVALS:
         found[f"ais_{interval:g}"] = _reported(seed, interval)
@@ -46,7 +47,7 @@ def one(seed: int) -> dict[str, np.ndarray]:
 
 
 def _what_happened(motion, truth, over, usual, at_rest) -> np.ndarray:
-    error = turned(motion.cog - truth.cog)
+    error = wrap_array(motion.cog - truth.cog)
     during = (motion.time >= BEGIN) & (motion.time < over + 10.0)
     squares = error[(motion.time >= over + AFTER) & np.isfinite(error)] ** 2
     largest = np.nanmax(np.abs(error[during]), initial=0.0)
@@ -70,13 +71,13 @@ def _reported(seed, interval) -> np.ndarray:
     voyage = sail(FAST, seed)
     gnss = Gnss(rate=1.0 / interval, white=_AIS_NOISE, velocity_std=_AIS_VELOCITY)
     velocity = {"north_velocity": voyage.sog * np.cos(voyage.cog), "east_velocity": voyage.sog * np.sin(voyage.cog)}
-    said = gnss.fixes(voyage.time, voyage.north, voyage.east, seed, **velocity)
-    said = replace(said, mmsi=np.full(len(said), 211_000_000))
-    true = np.interp(said.time, voyage.time, np.unwrap(voyage.cog))
+    reports = gnss.fixes(voyage.time, voyage.north, voyage.east, seed, **velocity)
+    reports = replace(reports, mmsi=np.full(len(reports), 211_000_000))
+    true = np.interp(reports.time, voyage.time, np.unwrap(voyage.cog))
     found = np.empty((2, 3))
     for k, aid in enumerate(((), ("sog", "cog"))):
-        motion = steerway.estimate(said, aid=aid)
-        error = turned(motion.cog - true)[said.time > FAST.settling]
+        motion = steerway.estimate(reports, aid=aid)
+        error = wrap_array(motion.cog - true)[reports.time > FAST.settling]
         known = np.isfinite(error)
         found[k] = np.sum(error[known] ** 2), known.sum(), np.mean(np.abs(error[known]) > math.pi / 2.0) > 0.2
     return found
@@ -84,7 +85,7 @@ def _reported(seed, interval) -> np.ndarray:
 
 def measured(seeds, first_seed, progress) -> dict[str, np.ndarray]:
     """Key → (runs, …)."""
-    runs = over_seeds(one, range(first_seed, first_seed + (seeds or SEEDS)), progress=progress)
+    runs = over_seeds(one, seeds_from(first_seed, seeds, SEEDS), progress=progress)
     return {key: np.array([run[key] for run in runs]) for key in runs[0]}
 
 
@@ -115,9 +116,9 @@ def report(results: Results, found) -> None:
     for interval in INTERVALS:
         runs = found[f"ais_{interval:g}"]
         row = [f"{interval:g}"]
-        for k, manner in enumerate(("", "_with_transmitted")):
+        for k, variant in enumerate(("", "_with_transmitted")):
             rms, low, high = np.degrees(over_runs(runs[:, k, 0], runs[:, k, 1]))
-            results.numbers[f"failure_ais_{interval:g}s{manner}_cog_rms_deg"] = rms
+            results.numbers[f"failure_ais_{interval:g}s{variant}_cog_rms_deg"] = rms
             row += [f"{rms:.1f} ({low:.1f} to {high:.1f})", int(runs[:, k, 2].sum())]
         rows.append(row)
     results.tables.append(
@@ -134,7 +135,7 @@ _COLUMNS = (
     f"RMS of COG from {AFTER:g} s after it (°)",
     "largest error of COG in it and 10 s after (median, °)",
     "as good as without it after (median, s)",
-    "… in 95 % of runs (s)",
+    "recovered in 95 % of runs (s)",
     "runs lost",
 )
 _AIS_COLUMNS = (

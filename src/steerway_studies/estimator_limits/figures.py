@@ -3,11 +3,62 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from steerway.report.figures import BAD, OURS, QUIET, THEIRS
+from steerway.report import BAD, OURS, QUIET, THEIRS
+from steerway_studies.estimator_limits import accuracy, aided, correlated, held
 from steerway_studies.estimator_limits.cells import CELLS, PLACES, WHAT, WHERE, WORDS
 
 _GREEN = "#38761d"
 _QUANTITY = {"sog": "SOG", "cog": "COG", "rate": "rate"}
+
+
+def all_figures(numbers, bias_errors) -> dict:
+    """(figure, caption) by stem. `bias_errors`: (runs, n) error of the estimated bias of the gyro, rad/s."""
+    return {
+        "ratios": (
+            _ratios(
+                numbers,
+                {
+                    "": ("true parameters", "o"),
+                    "tuned_": ("tuned from one earlier voyage", "s"),
+                    "default_": ("default", "^"),
+                    "particles_": ("filter of many histories of modes", "x"),
+                },
+                lambda name, what, where: accuracy.target(name, "", what, where),
+            ),
+            "Error of the filter over its bound, with 95 % intervals. Black: targets with the true parameters.",
+        ),
+        "smoothed": (
+            _ratios(
+                numbers,
+                {
+                    "smoothed_": ("smoothed, true parameters", "o"),
+                    "histories_": ("smoother by all histories of modes", "s"),
+                    "told_": ("smoother with known modes", "^"),
+                },
+                lambda name, what, where: accuracy.SMOOTHED_TARGET,
+            ),
+            "Error of the smoother over the smoothing bound, which supposes known modes. With unknown modes the best "
+            "estimate weighs all their histories, here by sampling. Black: the target.",
+        ),
+        "consistency": (
+            _consistency(numbers),
+            "NIS of a fix, and NEES of speed, course and course rate. Grey: the target band, and the expectation; "
+            "dashed: 1.5 times that. Blue: straight; red: in turns; black: all along.",
+        ),
+        "wandering_receivers": (
+            _correlated(numbers, correlated.WORDS),
+            "Error of COG with correlated receiver errors.",
+        ),
+        "gyro_bias": (
+            _bias(bias_errors, aided.CELL.scenario.rate, aided.FOUND * aided.GYRO_BIAS),
+            "Error of a gyro's bias as estimated from fixes of 0.5 m. Grey band: a fifth of the bias.",
+        ),
+        "held": (
+            _held(numbers, held.WORDS_OF_CHANGES),
+            "Cost of dwell times three times longer or shorter, or of noise densities three times larger or smaller, "
+            "than the filter supposes. Dashed: the target. Black: the cost for a filter of 300 histories of modes.",
+        ),
+    }
 
 
 def _point(axes, x, numbers, key, color, label=None, marker="o"):
@@ -38,7 +89,7 @@ def _groups(axes):
         axes.axvline(x - 0.5, color=QUIET, linewidth=0.6)
 
 
-def ratios(numbers, kinds, targets) -> Figure:
+def _ratios(numbers, kinds, targets) -> Figure:
     """Error over bound, straight and in turns, by cell and quantity; `kinds` is key → (words, marker)."""
     figure, pair = _axes("straight", "in turns")
     colors = dict(zip(kinds, (OURS, THEIRS, _GREEN, BAD), strict=False))
@@ -64,20 +115,20 @@ def ratios(numbers, kinds, targets) -> Figure:
 _DOUBTERS = (
     ("", "o", ""),
     ("particles_", "x", "… of the filter of many histories, "),
-    ("told_filter_", "^", "… of the filter told the modes, "),
+    ("told_filter_", "^", "… of the filter with known modes, "),
 )
 
 
-def consistency(numbers) -> Figure:
+def _consistency(numbers) -> Figure:
     """NIS and NEES of every cell with their intervals and bands."""
     figure = Figure(figsize=(13.0, 4.0), layout="constrained")
     nis, nees = figure.subplots(1, 2)
     nis.axhspan(1.9, 2.1, color=QUIET, alpha=0.3, linewidth=0)
     nees.axhline(3.0, color=QUIET, linewidth=1.0)
     nees.axhline(4.5, color="black", linewidth=1.0, linestyle="--")
-    manners = (("", OURS, "true parameters"), ("tuned_", THEIRS, "tuned"), ("default_", _GREEN, "as it comes"))
+    variants = (("", OURS, "true parameters"), ("tuned_", THEIRS, "tuned"), ("default_", _GREEN, "as it comes"))
     for x, name in enumerate(CELLS):
-        for i, (kind, color, words) in enumerate(manners):
+        for i, (kind, color, words) in enumerate(variants):
             _point(nis, x + 0.15 * (i - 1), numbers, f"{kind}{name}_nis", color, words if x == 0 else None)
         for i, (where, color) in enumerate((("straight", OURS), ("turn", BAD), ("all", "black"))):
             for shift, (who, marker, words) in zip((-0.06, 0.0, 0.06), _DOUBTERS, strict=True):
@@ -96,7 +147,7 @@ def consistency(numbers) -> Figure:
     return figure
 
 
-def held(numbers, changes) -> Figure:
+def _held(numbers, changes) -> Figure:
     """Cost in % of every cell and quantity by change."""
     figure = Figure(figsize=(13.0, 4.8), layout="constrained")
     pair = figure.subplots(1, 2, sharey=True)
@@ -118,7 +169,7 @@ def held(numbers, changes) -> Figure:
     return figure
 
 
-def correlated(numbers, scenes) -> Figure:
+def _correlated(numbers, scenes) -> Figure:
     """RMS of COG with wandering receivers; `scenes` is key → words."""
     figure = Figure(figsize=(11.0, 4.2), layout="constrained")
     pair = figure.subplots(1, 2, sharey=True)
@@ -129,8 +180,8 @@ def correlated(numbers, scenes) -> Figure:
     )
     for axes, where, title in zip(pair, WHERE, ("straight", "in turns"), strict=True):
         for x, scene in enumerate(scenes):
-            for i, (manner, color, words) in enumerate(who):
-                key = f"{manner}{scene}_cog_{where}_deg"
+            for i, (variant, color, words) in enumerate(who):
+                key = f"{variant}{scene}_cog_{where}_deg"
                 if key in numbers:
                     _point(axes, x + 0.15 * (i - 1), numbers, key, color, words if x == 0 else None)
         axes.set_title(title, fontsize=10)
@@ -145,7 +196,7 @@ def correlated(numbers, scenes) -> Figure:
     return figure
 
 
-def bias(errors, rate, limit) -> Figure:
+def _bias(errors, rate, limit) -> Figure:
     """How a gyro's bias is found: error of every run (runs, n) and their RMS, °/s over s."""
     figure = Figure(figsize=(9.0, 3.6), layout="constrained")
     axes = figure.subplots()

@@ -1,8 +1,8 @@
-"""A vessel that is not as she was taken to be: her dwell times or noise densities three times more or less.
+"""A vessel with other parameters than the filter supposes: dwell times or noise densities three times more or less.
 
-The filter keeps the parameters of scenarios O and M. What that costs is its error over that of a filter told the truth
-on the same voyages. In O, where the modes are hard to see, a filter of many histories of modes is held likewise: what
-it loses too is the price of wrong numbers, not of the product's way to use them.
+The filter keeps the parameters of scenarios O and M. The cost is its error over that of a filter with the true
+parameters on the same voyages. In O, where the modes are hard to see, a filter of many histories of modes keeps them
+too: what it loses is the cost of wrong parameters, not of the product's approximations.
 """
 
 from dataclasses import replace
@@ -10,13 +10,13 @@ from dataclasses import replace
 import numpy as np
 
 import steerway
-from steerway.sensors.gnss import white
-from steerway.simulation.campaign import over_seeds
+from steerway.sensors import white
+from steerway.simulation import over_seeds
 from steerway_studies.estimator_limits.cells import CELLS, PLACES, QUANTITIES, WHAT, WORDS, judged, sums
 from steerway_studies.estimator_limits.particles import begun, in_plane, particle_filter
 from steerway_studies.estimator_limits.scenarios import sail, straight_and_turning
 from steerway_studies.estimator_limits.statistics import errors, over_runs
-from steerway_studies.study import Results
+from steerway_studies.study import Results, seeds_from
 
 SEEDS = 30
 HISTORIES = {"o05": 300, "o25": 300}
@@ -38,7 +38,7 @@ TARGET = 25.0
 
 
 def one(seed: int, names=tuple(CELLS)) -> dict[str, np.ndarray]:
-    """`sums` (2, 2, 5) of the filter told and of the one that holds its parameters, by cell and change."""
+    """`sums` (2, 2, 5) of the filter with the true parameters and of the one that holds its own, by cell and change."""
     found = {}
     for name in names:
         cell = CELLS[name]
@@ -71,7 +71,7 @@ def _weighed(voyage, fixes, profile, scenario, histories, seed):
 
 def measured(seeds, first_seed, progress) -> dict[str, np.ndarray]:
     """Cell and change → (runs, 2, 2, 5)."""
-    runs = over_seeds(one, range(first_seed, first_seed + (seeds or SEEDS)), progress=progress)
+    runs = over_seeds(one, seeds_from(first_seed, seeds, SEEDS), progress=progress)
     return {key: np.array([run[key] for run in runs]) for key in runs[0]}
 
 
@@ -105,7 +105,7 @@ def report(results: Results, found) -> None:
 
 
 def _costs(squares) -> dict[str, list[float]]:
-    """By place the cost in % and its interval, of sums (runs, 2, 2) of squared errors: told and held, by place."""
+    """By place the cost in % and its interval, of sums (runs, 2, 2) of squared errors: true and held, by place."""
     places = {"straight": squares[:, :, 0], "turn": squares[:, :, 1], "all": squares.sum(axis=2)}
     return {
         where: [100.0 * (each - 1.0) for each in over_runs(of_place[:, 1], of_place[:, 0])]

@@ -2,22 +2,17 @@
 
 A Markov chain walks over the histories: it moves a change of mode, inserts a stretch of the other mode or removes one
 (reversible jumps, P. J. Green, Biometrika 82(4), 1995), as likely as the record and the dwell times make it. Every
-history that is kept is smoothed as if it were known, and the mean is what nobody betters who is not told the modes. Too
-slow for a product; it says how much is left to gain.
+history that is kept is smoothed as if it were known, and the mean is the optimum for unknown modes. Too
+slow for a product; it shows how much is left to gain.
 """
 
 import math
 
 import numpy as np
 
-from steerway.core.angles import wrap
-from steerway.core.compiled import kernel
-from steerway.core.linear_algebra import fill_lower
-from steerway.estimation.course.motion.five_state import predict
-from steerway.estimation.course.motion.layout import POSITION_VARIANCE
-from steerway.estimation.course.motion.models import transition
-from steerway.estimation.course.smoothing.rauch_tung_striebel import smoothing_step
-from steerway.estimation.course.update.position import correct, innovation
+from steerway.core import fill_lower, kernel, wrap
+from steerway.estimation.course import POSITION_VARIANCE, correct, innovation, smoothing_step, transition
+from steerway.estimation.course import predict_five_state as predict
 from steerway_studies.estimator_limits.particles import go, steps
 
 _ROUNDS = 4
@@ -26,8 +21,8 @@ _TYPICAL_SHIFT = 8.0
 """Steps by which a change of mode is moved in the mean."""
 
 
-def told_smoother(places, start, turning, models, dt) -> np.ndarray:
-    """(n, 5) smoothed states of an estimator that is told the history of modes (n,)."""
+def known_mode_smoother(places, start, turning, models, dt) -> np.ndarray:
+    """(n, 5) smoothed states of an estimator that knows the history of modes (n,)."""
     step, _ = steps(models, dt)
     n = len(places)
     x, p, density = np.empty((n, 5)), np.empty((n, 5, 5)), np.zeros(n)

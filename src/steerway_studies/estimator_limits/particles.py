@@ -1,22 +1,27 @@
 """Filtering by thousands of histories of modes at a time, where the product mixes three filters.
 
-A filter told the history of modes is an extended Kalman filter, and as good as the bound; one that is not told has to
-weigh histories. This is the Rao–Blackwellised particle filter of A. Doucet, N. de Freitas, K. Murphy and S. Russell,
+A filter that knows the history of modes is an extended Kalman filter, and as good as the bound; one that does not has
+to weigh histories. This is the Rao–Blackwellised particle filter of A. Doucet, N. de Freitas, K. Murphy and S. Russell,
 Proc. 16th Conf. Uncertainty in Artificial Intelligence, 2000: a particle is a history with its Kalman filter. Too slow
-for a product; it says how much is left to gain, and what an honest covariance is worth while the mode is unknown.
+for a product; it shows how much is left to gain, and the NEES of the exact covariance while the mode is unknown.
 """
 
 import math
 
 import numpy as np
 
-from steerway.core.angles import wrap
-from steerway.core.compiled import kernel
-from steerway.core.earth import radii
-from steerway.estimation.course.motion.five_state import predict, set_step
-from steerway.estimation.course.motion.layout import LEAVING, POSITION_VARIANCE, START_RATE_VARIANCE
-from steerway.estimation.course.update.invariant import rotate_correction
-from steerway.estimation.course.update.position import correct, innovation, normalised_square
+from steerway.core import kernel, radii, wrap
+from steerway.estimation.course import (
+    LEAVING,
+    POSITION_VARIANCE,
+    START_RATE_VARIANCE,
+    correct,
+    innovation,
+    normalised_square,
+    rotate_correction,
+    set_step,
+)
+from steerway.estimation.course import predict_five_state as predict
 
 _START_SPEED_STD, _START_COURSE_STD = 0.2, 0.2
 
@@ -28,7 +33,7 @@ def in_plane(fixes) -> np.ndarray:
 
 
 def begun(voyage, models, seed, course_std=_START_COURSE_STD) -> tuple[np.ndarray, np.ndarray]:
-    """State and covariance to begin from: the truth, give or take what the covariance says."""
+    """State and covariance to begin from: the truth, plus an error drawn from the covariance."""
     place, rate = models[0, POSITION_VARIANCE], models[0, START_RATE_VARIANCE]
     variances = np.array([place, place, _START_SPEED_STD**2, course_std**2, rate])
     draw = np.random.default_rng([seed, 8]).standard_normal(5)

@@ -1,12 +1,12 @@
-"""What the numbers say, in words."""
+"""Conclusions from the numbers."""
 
 from steerway_studies.estimator_limits.cells import CELLS, WHAT
 from steerway_studies.estimator_limits.held import CHANGES
 
 LEAD = (
-    "A small craft (O, 1.3 m/s) and a ship (M, 7.7 m/s) hold their courses and turn by turns, as the filter's own "
+    "A small craft (O, 1.3 m/s) and a ship (M, 7.7 m/s) alternate straight legs and turns, as the filter's own "
     "model has it, with fixes of 0.5 and 2.5 m at 5 Hz. Errors are RMS over many voyages, in most rows over the "
-    "Cramér–Rao bound of an estimator that is told when turns begin and end; in brackets are 95 % intervals over "
+    "Cramér–Rao bound of an estimator that knows when turns begin and end; in brackets are 95 % intervals over "
     "the voyages."
 )
 
@@ -20,14 +20,14 @@ def _modes(numbers):
     causal = _both(numbers, "particles_{}_cog_straight_ratio", _SLOW)
     walked = _both(numbers, "histories_{}_cog_straight_ratio", _SLOW)
     turns = _both(numbers, "histories_{}_cog_turn_ratio", _SLOW)
-    told = _span(numbers, [f"told_{name}_cog_{where}_ratio" for name in _SLOW for where in ("straight", "turn")])
+    known = _span(numbers, [f"told_{name}_cog_{where}_ratio" for name in _SLOW for where in ("straight", "turn")])
     ours = _both(numbers, "smoothed_{}_cog_straight_ratio", _SLOW)
     ours_in_turns = _both(numbers, "smoothed_{}_cog_turn_ratio", _SLOW)
     return (
-        f"The bound belongs to an estimator that is told when turns begin and end. Straight ahead in O, whoever has to "
+        f"The bound belongs to an estimator that knows when turns begin and end. Straight ahead in O, whoever has to "
         f"find out pays: COG errs by {causal} times its bound (0.5 and 2.5 m) in a filter of a thousand histories, by "
-        f"{walked} times in a smoother that weighs all histories; in turns that has {turns}. The smoother that is told "
-        f"the modes has {told}. The product's smoother has {ours} straight, {ours_in_turns} in turns: where it has "
+        f"{walked} times in a smoother that weighs all histories; in turns that has {turns}. The smoother that knows "
+        f"the modes has {known}. The product's smoother has {ours} straight, {ours_in_turns} in turns: where it has "
         f"what the smoother by all histories has, nothing is left to gain."
     )
 
@@ -41,9 +41,9 @@ def _doubts(numbers):
     turn = _both(numbers, "{}_cog_turn_coverage_pct", _SLOW, ".0f")
     return (
         f"NEES, with an expectation of 3, is {nees('', 'all')} all along. Taken apart it cannot be 3: the filter does "
-        f"not know which it is in, so that it doubts too much while she holds her course ({nees('', 'straight')}) and "
-        f"too little in the first seconds of a turn ({nees('', 'turn')}). So does the filter of many histories "
-        f"({nees('particles_', 'straight')} and {nees('particles_', 'turn')}). Told the modes, the same arithmetic has "
+        f"not know which it is in, so that its covariance is too large on straight legs ({nees('', 'straight')}) and "
+        f"too small in the first seconds of a turn ({nees('', 'turn')}). So does the filter of many histories "
+        f"({nees('particles_', 'straight')} and {nees('particles_', 'turn')}). With known modes the filter has "
         f"{nees('told_filter_', 'straight')} straight and {nees('told_filter_', 'turn')} in turns: what is missing is "
         f"knowledge of the mode, not a better covariance. For a user: the 95 % interval of COG holds the truth "
         f"in {covered} % of all rows; in O in {straight} % of those straight and {turn} % of those in turns."
@@ -72,20 +72,20 @@ def _form(numbers):
         return " and ".join(f"{numbers[key]:.0f} %" for key in keys)
 
     return (
-        f"The invariant form of a correction earns its place where turns are sharp: the textbook's takes an error of "
-        f"the course for one of the speed. Without it SOG errs, in turns in O (0.5 and 2.5 m), by "
-        f"{costs('told', 'sog', 'turn')} more if the modes are told, by {costs('weighing', 'sog', 'turn')} if they are "
-        f"weighed, by {costs('one_manner', 'sog', 'turn')} in a filter of one manner of moving; COG straight by "
+        f"The invariant form of a correction matters where turns are sharp: the textbook's form attributes an error "
+        f"of the course to the speed. Without it SOG errs, in turns in O (0.5 and 2.5 m), by "
+        f"{costs('told', 'sog', 'turn')} more with known modes, by {costs('weighing', 'sog', 'turn')} if they are "
+        f"weighed, by {costs('one_manner', 'sog', 'turn')} in a filter of one motion model; COG straight by "
         f"{costs('weighing', 'cog', 'straight')} if modes are weighed. In M, where turns are slow, it does nothing; of "
         f"a course known to 60° at first, what it does in a minute is little beside the spread of the voyages. The "
-        f"product has it in the filter of two manners of moving; the plain five states, where it would serve SOG as "
+        f"product has it in the filter of two motion models; the plain five states, where it would serve SOG as "
         f"well, stay Table 1 of P0."
     )
 
 
 _SLOW = ("o05", "o25")
 _PLAIN = [
-    "P1's ship counts as straight while her course changes by less than 1° a minute; a table has other limits. The "
+    "P1's ship counts as straight while its course changes by less than 1° a minute; a table has other limits. The "
     "printed filter has P1's tuning (α1 = 1e-5, α2 = 0.2 1/s). P1's receiver has no white noise but a random walk; as "
     "it comes, motion and receiver are fitted together to the voyage itself.",
     "Intervals are over runs, since the rows of a run err alike.",

@@ -1,8 +1,8 @@
-"""Truth for the limits of course estimation: a vessel that holds her course for a while and turns for a while.
+"""Truth for the limits of course estimation: a vessel that alternates straight legs and turns.
 
-Which of the two she does is a Markov jump process in continuous time; speed and course rate follow P0 (13) and (15)
-with the noise densities and the decay of the mode she is in. Both are sampled exactly as the filter's model has them,
-so that a filter told the numbers below errs by nothing but what it cannot know.
+The mode is a Markov jump process in continuous time; speed and course rate follow P0 (13) and (15)
+with the noise densities and the decay of the mode. Both are sampled exactly as the filter's model has them,
+so that a filter with the parameters below errs by nothing but what it cannot know.
 """
 
 import math
@@ -10,10 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.core.compiled import kernel
-from steerway.core.records import Fixes
-from steerway.estimation.course.motion.five_state import chord, set_step
-from steerway.estimation.course.motion.layout import (
+from steerway.core import Fixes, kernel
+from steerway.estimation import Profile
+from steerway.estimation.course import (
     LEAVING,
     Q_LL,
     Q_LU,
@@ -27,16 +26,17 @@ from steerway.estimation.course.motion.layout import (
     RATE_LEFT,
     SPEED_LEFT,
     TURN,
+    chord,
+    set_step,
 )
-from steerway.estimation.profiles import Profile
-from steerway.sensors.gnss import Gnss
+from steerway.sensors import Gnss
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """A vessel, how long she is watched, and how long after a turn she still does not count as sailing straight."""
+    """A vessel, the duration of a run, and how long after a turn rows do not yet count as straight."""
 
-    profile: Profile  # the truth about her; of the receiver it says nothing yet
+    profile: Profile  # the true motion model; the receiver is added by `known`
     speed: float
     duration: float
     runs: int
@@ -45,7 +45,7 @@ class Scenario:
     rate: float = 5.0  # fixes a second
 
     def known(self, position_std: float) -> Profile:
-        """The true parameters with those of a receiver of white noise (m), as a filter is told them."""
+        """The true parameters with those of a receiver of white noise (m), as given to a filter."""
         return self.profile.model_copy(update={"position_std": position_std})
 
 
@@ -68,7 +68,7 @@ SLOW = Scenario(
     recovery=10.0,
     settling=30.0,
 )
-"""Scenario O: a small craft at 1.3 m/s that winds her way."""
+"""Scenario O: a small craft at 1.3 m/s with frequent turns."""
 
 FAST = Scenario(
     profile=Profile(
@@ -110,7 +110,7 @@ class Voyage:
         return np.column_stack([self.north, self.east, self.sog, self.cog, self.course_rate])
 
     def fixes(self, gnss: Gnss, seed) -> Fixes:
-        """What a receiver says; the plane touches the equator, where north and east become degrees without error."""
+        """Fixes of a receiver; the plane touches the equator, where north and east become degrees without error."""
         return gnss.fixes(self.time, self.north, self.east, seed)
 
 
@@ -124,7 +124,7 @@ def sail(scenario: Scenario, seed: int) -> Voyage:
     for k, model in enumerate(models):
         _fill_step(steps[k], 1.0 / scenario.rate, model)
         spreads[k] = _spread(steps[k])
-    # In continuous time: in one step she may leave a mode and come back.
+    # In continuous time: within one step a mode may be left and entered again.
     leaving = models[:, LEAVING]
     turned = (1.0 - math.exp(-leaving.sum() / scenario.rate)) / leaving.sum()
     states, turning = np.empty((n, 5)), np.empty(n, np.bool_)
@@ -172,7 +172,7 @@ def _sail(normals, uniforms, steps, spreads, changes, states, turning):
 
 
 def straight_and_turning(scenario: Scenario, voyage: Voyage) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) bool each: rows in which she sails straight, and in which she turns."""
+    """(n,) bool each: rows on straight legs, and in turns."""
     since_turn = np.full(len(voyage.time), np.inf)
     rows = np.flatnonzero(voyage.turning)
     if len(rows):

@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from steerway.core import wrap_array
+
 _RESAMPLES = 2000
 
 
@@ -35,14 +37,9 @@ def over_runs(over, under=None, root=True) -> Interval:
     return Interval(float(value), float(low), float(high))
 
 
-def turned(angle):
-    """Angle in [−π, π)."""
-    return (angle + math.pi) % (2.0 * math.pi) - math.pi
-
-
 def errors(sog, cog, course_rate, voyage) -> np.ndarray:
     """(3, n) errors of SOG, COG and course rate (n,)."""
-    return np.stack([sog - voyage.sog, turned(cog - voyage.cog), course_rate - voyage.course_rate])
+    return np.stack([sog - voyage.sog, wrap_array(cog - voyage.cog), course_rate - voyage.course_rate])
 
 
 def error_squares(motion, voyage) -> np.ndarray:

@@ -9,10 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from steerway.core.earth import radii
-from steerway.core.records import Fixes
+from steerway.core import Fixes, radii, wrap_array
 from steerway_studies.estimator_limits.scenarios import Voyage
-from steerway_studies.estimator_limits.statistics import turned
 
 BEGIN = 150.0
 _POLAR_RADIUS = 6_399_593.6
@@ -35,12 +33,12 @@ def nothing(voyage, fixes, chance):
 
 
 def late_start(voyage, fixes, chance):
-    """The log begins under way, in whatever she does just then."""
+    """The log begins under way, in either mode."""
     return _rows(voyage, fixes, voyage.time >= BEGIN)
 
 
 def standstill(voyage, fixes, chance):
-    """She lies still for 100 s and goes on as she came."""
+    """At rest for 100 s, then on with the same motion."""
     k = int(np.searchsorted(voyage.time, BEGIN))
     still = round(100.0 / (voyage.time[1] - voyage.time[0]))
     source = np.r_[np.arange(k + 1), np.full(still, k), np.arange(k + 1, len(voyage.time))]
@@ -84,7 +82,7 @@ def _displaced(voyage, fixes, chance, by, duration):
 
 
 def stale(voyage, fixes, chance):
-    """The same position said anew for 5 s."""
+    """The same position repeated for 5 s."""
     during = (voyage.time >= BEGIN) & (voyage.time < BEGIN + 5.0)
     source = np.where(during, np.flatnonzero(during)[0] - 1, np.arange(len(fixes)))
     return voyage, replace(fixes, latitude=fixes.latitude[source], longitude=fixes.longitude[source])
@@ -102,7 +100,7 @@ def wrong_rate(voyage, fixes, chance):
 
 def antimeridian(voyage, fixes, chance):
     """Where 180° E meets 180° W."""
-    return voyage, replace(fixes, longitude=turned(fixes.longitude + math.pi - fixes.longitude[len(fixes) // 2]))
+    return voyage, replace(fixes, longitude=wrap_array(fixes.longitude + math.pi - fixes.longitude[len(fixes) // 2]))
 
 
 def pole(voyage, fixes, chance):

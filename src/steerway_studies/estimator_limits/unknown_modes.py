@@ -1,7 +1,7 @@
 """Why a ratio of one is out of reach: what not knowing the modes costs whoever weighs all their histories.
 
 The filter that weighs a thousand histories at a time, the smoother that walks over all of them, and the smoother that
-is told the true one, on the same voyages and fixes as the product.
+knows the true one, on the same voyages and fixes as the product.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ from steerway_studies.estimator_limits.cells import (
     sums,
 )
 from steerway_studies.estimator_limits.consistency import nees, report_nees
-from steerway_studies.estimator_limits.histories import all_histories, told_smoother
+from steerway_studies.estimator_limits.histories import all_histories, known_mode_smoother
 from steerway_studies.estimator_limits.particles import begun, in_plane, particle_filter
 from steerway_studies.estimator_limits.scenarios import straight_and_turning
 from steerway_studies.estimator_limits.statistics import errors, over_runs
@@ -49,9 +49,9 @@ def one(name: str, seed: int) -> dict[str, np.ndarray]:
         "nees": nees(error, spreads[:, 2:, 2:], voyage, cell.scenario),
     }
     if name in SMOOTHED:
-        told = told_smoother(places, start, voyage.turning, models, dt)
+        known = known_mode_smoother(places, start, voyage.turning, models, dt)
         found["smoothing_bound"] = bounded(smoothing_bound(voyage, cell.profile), voyage, cell.scenario)
-        found["told"] = sums(np.square(errors(*told[:, 2:].T, voyage)), masks)
+        found["told"] = sums(np.square(errors(*known[:, 2:].T, voyage)), masks)
         for key, guess in (("histories", voyage.turning), ("histories_blind", np.zeros(len(places), bool))):
             walked, _ = all_histories(places, start, guess, models, dt, SWEEPS, seed)
             found[key] = sums(np.square(errors(*walked[:, 2:].T, voyage)), masks)
@@ -65,7 +65,7 @@ def measured(seeds, first_seed, progress) -> dict[str, dict[str, np.ndarray]]:
 
 KINDS = {
     "particles": ("bound", "filter of {} histories"),
-    "told": ("smoothing_bound", "smoother told the modes"),
+    "told": ("smoothing_bound", "smoother with known modes"),
     "histories": ("smoothing_bound", "smoother by all histories, begun at the true one"),
     "histories_blind": ("smoothing_bound", "smoother by all histories, begun at none"),
 }

@@ -2,8 +2,7 @@
 
 import math
 
-from steerway.core.angles import wrap
-from steerway.core.estimate import Estimate, Readings
+from steerway.core import Estimate, Measurements, wrap
 from steerway_studies.papers.ekf_5states import Ekf5States
 
 _UNSAID = (math.nan,) * 6
@@ -15,7 +14,7 @@ class PrintedEstimator:
     def __init__(self, ekf: Ekf5States):
         self.ekf = ekf
 
-    def step(self, readings: Readings, dt: float) -> Estimate:
+    def step(self, readings: Measurements, dt: float) -> Estimate:
         """The filter's state; `dt` is the h that it was made with. The speed may be negative, as the paper lets it."""
         north, east, speed, course, rate = self.ekf.step(readings.north, readings.east).tolist()
         return Estimate(north, east, speed, wrap(course), rate, *_UNSAID)

@@ -6,7 +6,7 @@ Kalman filter", Journal of Marine Science and Technology, 2022.
 
 import numpy as np
 
-from steerway.core.angles import wrap
+from steerway.core import wrap
 
 OTTER_NOMOTO = (0.0242, 1.0)
 """K in s/(kg·m²) and T in s, P0 (64)–(65); the unit of K is printed as kg·m²·s."""

@@ -6,8 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from steerway.core.earth import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS, radii
-from steerway.core.errors import InputError
+from steerway.core import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS, InputError, radii
 
 
 def ekf_5states(pos1, pos2, h, z, frame, q_d, r_d, alpha_1=0.01, alpha_2=0.1, x_init=None, return_covariance=False):

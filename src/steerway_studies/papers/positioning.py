@@ -1,5 +1,5 @@
 """P2's saturation (20) and control law (30) exactly as printed. Labelled: the first is a constant, the second pushes
-the vessel away from where she is to go. The product is `control.positioning` and `estimation.positioning.time_varying`.
+the vessel away from its goal. The product is `control.positioning` and `estimation.positioning.time_varying`.
 """
 
 import numpy as np

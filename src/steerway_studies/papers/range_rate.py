@@ -2,7 +2,7 @@
 
 import math
 
-from steerway.core.leg import LegState
+from steerway.core import LegState
 
 
 class RangeRatePassing:
@@ -37,8 +37,7 @@ class OutputCorrectedMpc:
 
     def __init__(self, mpc):
         self._mpc = mpc
-        self._output = mpc.observer._output
 
     def step(self, wanted: float, estimated: float) -> float:
-        error = estimated - float(self._output @ self._mpc.observer.state)
+        error = estimated - self._mpc.observer.output
         return self._mpc.step(wanted - error, math.nan)

@@ -2,7 +2,7 @@
 
 import math
 
-from steerway.core.angles import wrap
+from steerway.core import wrap
 
 
 def los_observer(angle, rate, command, gain, dt):

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from steerway.core.compiled import kernel
+from steerway.core import kernel
 
 PRINTED_GUESS = (0.0015, 0.01, 0.0049)
 """d0 in 1/s, b0 in 1/m, g0 in m/rev²: section V."""

@@ -5,11 +5,11 @@ import time
 
 import numpy as np
 
-from steerway.estimation.heading.interval.filter import IntervalFilter
-from steerway.estimation.heading.model_bank import ModelBank, corners
-from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, random_compass, stability_limit
-from steerway.vessels.springer import PAPER_YAW, RPM, Springer
-from steerway.vessels.vessel import CALM
+from steerway.estimation.heading import IntervalFilter, ModelBank, corners
+from steerway.sensors import TCM2, TRUE_TCM2, random_compass, stability_limit
+from steerway.vessels import CALM, RPM, Springer
+from steerway.vessels import SPRINGER_PAPER_YAW as PAPER_YAW
+from steerway_studies.papers.interval_filter import PrintedIntervalFilter
 from steerway_studies.papers.range_rate import OutputCorrectedMpc
 from steerway_studies.springer_mission.navigators import WeightedBounds, ideal, interval_box
 from steerway_studies.springer_mission.rigour import rigour
@@ -20,7 +20,7 @@ SECONDS = 860
 
 
 def decoding(results):
-    """What the decoded matrices say."""
+    """Gains, limits and offsets of the decoded matrices."""
     for key, model, published, target in (
         ("dc_gain_nominal", TCM2, "1", 0.99997),
         ("dc_gain_true_shift_exact", TCM2.scaled(1.005), "", 1.2778),
@@ -97,10 +97,10 @@ def inclusion(results, voyage, models: int, seed: int):
         bank = ModelBank([random_compass(rng, tolerance) for _ in range(models)])
         bounds, inside = IntervalFilter(interval_box(tolerance)), 0
         for difference, readings in zip(voyage.difference[:SECONDS], voyage.readings[:SECONDS], strict=True):
-            bounds.second(difference, readings)
-            bank.second(difference, readings)
-            told = bank.headings
-            inside += int(np.sum((bounds.low <= told) & (told <= bounds.high)))
+            bounds.step(difference, readings)
+            bank.step(difference, readings)
+            headings = bank.headings
+            inside += int(np.sum((bounds.low <= headings) & (headings <= bounds.high)))
         shares.append(100.0 * inside / (models * min(SECONDS, len(voyage.difference))))
         results.numbers[f"interval_inclusion_{_tenths(tolerance)}_pct"] = shares[-1]
     name = f"estimates of {models} models in the box inside the bounds, worst of three boxes"
@@ -126,22 +126,22 @@ def widths(results, voyage) -> dict[str, np.ndarray]:
         bounds, bank = IntervalFilter(interval_box(tolerance), parts=parts), ModelBank(corners(tolerance))
         trace = []
         for difference, readings in zip(voyage.difference[:SECONDS], voyage.readings[:SECONDS], strict=True):
-            bounds.second(difference, readings)
-            bank.second(difference, readings)
+            bounds.step(difference, readings)
+            bank.step(difference, readings)
             trace.append((bounds.width, bank.high - bank.low))
         traces[key] = np.degrees(trace)
         width, hull = traces[key][-1]
         met = None if target is None else width <= target
         aim = "" if target is None else f"≤ {target:g}"
         results.compare(key, width, f"width of the bounds at {SECONDS} s, {label}", "°", "", aim, met)
-        results.compare(key.replace("width", "hull"), hull, "— hull of a bank of 17 filters over the same box", "°")
+        results.compare(key.replace("width", "hull"), hull, f"hull of 17 filters at {SECONDS} s, {label}", "°")
     for key, tolerance, shift_too, latest in (
         ("literal_1pct_diverged_s", 0.01, False, 15),
         ("literal_10pct_diverged_s", 0.1, True, 10),
     ):
-        bounds, second = IntervalFilter(interval_box(tolerance, shift_too), "literal"), 0
+        bounds, second = PrintedIntervalFilter(interval_box(tolerance, shift_too)), 0
         while not bounds.diverged and second < SECONDS:
-            bounds.second(voyage.difference[second], voyage.readings[second])
+            bounds.step(voyage.difference[second], voyage.readings[second])
             second += 1
         name = f"literal interval filter reports divergence, ± {100 * tolerance:g} %"
         printed = "bounds shown to the end" if shift_too else ""
@@ -150,10 +150,10 @@ def widths(results, voyage) -> dict[str, np.ndarray]:
 
 
 def tautology(results, seed):
-    """The weighted estimate with the ideal weight, in the loop; returns its voyage and what the bounds said (rad)."""
+    """The weighted estimate with the ideal weight, in the loop; returns its voyage and the bounds (rad)."""
     navigator = WeightedBounds(IntervalFilter(interval_box(0.01, shift_too=False)), TRUE_TCM2)
     voyage = sail(World(), navigator, seed)
-    low, high, weight, truth = np.array(navigator.told).T
+    low, high, weight, truth = np.array(navigator.record).T
     gap = np.degrees(np.abs(weighted_of(low, high, weight) - truth))
     allowed = np.maximum(1e-6, 1e-12 * np.degrees(high - low))
     results.compare(
@@ -180,8 +180,8 @@ def weighted_of(low, high, weight):
 def speeds(results, voyage):
     """Microseconds a step on this machine, best of several runs."""
     bounds = IntervalFilter(interval_box(0.01))
-    bounds.second(0.0, voyage.readings[0])
-    step = min(_timed(lambda: bounds.second(0.0, voyage.readings[0])) for _ in range(100)) / 40.0
+    bounds.step(0.0, voyage.readings[0])
+    step = min(_timed(lambda: bounds.step(0.0, voyage.readings[0])) for _ in range(100)) / 40.0
     results.compare("interval_step_us", 1e6 * step, "sharpened interval step", "µs", "", "≤ 15", step <= 15e-6)
     mpc, times = paper_mpc(), []
     for k in range(300):

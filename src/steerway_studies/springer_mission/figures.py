@@ -3,17 +3,17 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from steerway.estimation.heading.interval.weighting import LearnedHeading
-from steerway.vessels.springer import MAX_DIFFERENCE_RPM, RPM
+from steerway.estimation.heading import LearnedHeading
+from steerway.report import BAD, OURS, QUIET, THEIRS
+from steerway.vessels import RPM
+from steerway.vessels import SPRINGER_MAX_DIFFERENCE_RPM as MAX_DIFFERENCE_RPM
 from steerway_studies.springer_mission.missions import Sailed
 from steerway_studies.springer_mission.navigators import RIVALS, WeightedBounds, nominal
 from steerway_studies.springer_mission.world import ACCEPTANCE, Voyage, replayed
 
-OURS, THEIRS, BAD, QUIET = "#0b5394", "#e69138", "#c0392b", "#9aa5b1"
 
-
-def all_of(lost, weighted, navigator, reference, traces, circuits, unseen, worlds) -> dict[str, tuple[Figure, str]]:
-    """Every figure by file stem."""
+def all_figures(lost, weighted, navigator, reference, traces, circuits, unseen, worlds) -> dict:
+    """(figure, caption) by stem."""
     return {
         "figure02_bounds": (
             bounds(navigator),
@@ -118,7 +118,7 @@ def bounds(navigator: WeightedBounds) -> Figure:
     """Early, where bounds are close, and the whole mission."""
     figure = Figure(figsize=(10.0, 4.5), layout="constrained")
     early, whole = figure.subplots(1, 2)
-    low, high, _, truth = np.degrees(np.array(navigator.told)).T
+    low, high, _, truth = np.degrees(np.array(navigator.record)).T
     for axes, last in ((early, 300), (whole, len(low))):
         time = np.arange(1, last + 1)
         axes.fill_between(
@@ -156,19 +156,19 @@ def widths(traces) -> Figure:
 def weights(navigator: WeightedBounds, reference: Voyage) -> Figure:
     figure = Figure(figsize=(9.0, 6.5), layout="constrained")
     weight, heading = figure.subplots(2, 1, sharex=True)
-    learned, told = LearnedHeading(), []
+    learned, learned_weights = LearnedHeading(), []
     ideal_of_bank, answer = [], []
     for k in range(len(reference.heading)):
-        learned.second(reference.difference[k], reference.readings[k])
-        told.append(learned.weight)
+        learned.step(reference.difference[k], reference.readings[k])
+        learned_weights.append(learned.weight)
         answer.append(learned.heading)
         low, high = learned.low, learned.high
         after = reference.estimate[min(k + 1, len(reference.estimate) - 1)]
         ideal_of_bank.append((after - low) / (high - low) if high - low > 1e-6 else np.nan)
-    time = np.arange(1, len(told) + 1)
-    weight.plot(np.array(navigator.told)[:, 2], color=QUIET, linewidth=1.2, label="ideal weight, interval bounds")
+    time = np.arange(1, len(learned_weights) + 1)
+    weight.plot(np.array(navigator.record)[:, 2], color=QUIET, linewidth=1.2, label="ideal weight, interval bounds")
     weight.plot(time, ideal_of_bank, color=OURS, linewidth=1.8, label="ideal weight, hull of 17 filters")
-    weight.plot(time, told, "--", color=THEIRS, linewidth=1.3, label="learned weight, hull of 17 filters")
+    weight.plot(time, learned_weights, "--", color=THEIRS, linewidth=1.3, label="learned weight, hull of 17 filters")
     weight.set_ylim(0.0, 1.0)
     _finish(weight, "", "weight")
     half = replayed(reference, RIVALS["half_bank"]())

@@ -6,12 +6,13 @@ from functools import partial
 
 import numpy as np
 
-from steerway.control.heading_lqg import HeadingLqg
-from steerway.estimation.heading.aided import SCALE_ONLY, AidedHeadingFilter
-from steerway.estimation.heading.compass_alarm import outside
-from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, CompassModel, random_compass
-from steerway.simulation.campaign import over_seeds
-from steerway.vessels.springer import PAPER_YAW, RPM
+from steerway.control import HeadingLqg
+from steerway.core import rms
+from steerway.estimation.heading import SCALE_ONLY, AidedHeadingFilter, outside
+from steerway.sensors import TCM2, TRUE_TCM2, CompassModel, random_compass
+from steerway.simulation import over_seeds
+from steerway.vessels import RPM
+from steerway.vessels import SPRINGER_PAPER_YAW as PAPER_YAW
 from steerway_studies.papers.range_rate import RangeRatePassing
 from steerway_studies.springer_mission.navigators import (
     RIVALS,
@@ -124,9 +125,9 @@ def unseen_mission(seed: int) -> dict[str, tuple[Sailed, float]]:
     reference = sail(world, ideal(compass), seed, circuit)
     out = {"ideal": (Sailed.of(reference), reference.heading_rms_deg)}
     for name, make in RIVALS.items():
-        told = replayed(reference, make())
-        rms = float(np.sqrt(np.mean(np.degrees(told - reference.heading) ** 2)))
-        out[name] = Sailed.of(sail(world, make(), seed, circuit)), rms
+        headings = replayed(reference, make())
+        error = rms(np.degrees(headings - reference.heading))
+        out[name] = Sailed.of(sail(world, make(), seed, circuit)), error
     return out
 
 
@@ -183,10 +184,10 @@ def _alarmed(compass: CompassModel, circuit, seed) -> bool:
     class Watched:
         heading = property(lambda self: estimator.heading)
 
-        def second(self, difference, readings, velocity):
-            told = estimator.second(difference, readings)
+        def step(self, difference, readings, velocity):
+            heading = estimator.step(difference, readings)
             raised.append(outside(estimator, 0.01))
-            return told
+            return heading
 
     sail(World(compass=compass), Watched(), seed, circuit)
     # An alarm that stands for a minute: a single second may err.

@@ -1,15 +1,26 @@
-"""Who can tell Springer's heading, by name: the paper's filters, its weighted bounds, the rivals and the product."""
+"""Estimators of Springer's heading, by name: the paper's filters, its weighted bounds, the rivals and the product."""
 
 import math
 
-from steerway.estimation.heading.aided import SCALE_ONLY, AidedHeadingFilter
-from steerway.estimation.heading.composite import CompositeFilter, composite_model
-from steerway.estimation.heading.h_infinity import HInfinityFilter, largest_theta
-from steerway.estimation.heading.interval.filter import IntervalFilter, box_of
-from steerway.estimation.heading.interval.weighting import LearnedHeading, ideal_weight, weighted
-from steerway.estimation.heading.model_bank import ModelBank, corners, grid
-from steerway.sensors.tcm2 import TCM2, CompassModel
-from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, HeadingModel
+from steerway.estimation.heading import (
+    SCALE_ONLY,
+    AidedHeadingFilter,
+    CompositeFilter,
+    IntervalFilter,
+    LearnedHeading,
+    ModelBank,
+    box_of,
+    composite_model,
+    corners,
+    grid,
+    ideal_weight,
+    weighted,
+)
+from steerway.sensors import TCM2, CompassModel
+from steerway.vessels import SPRINGER_PAPER_YAW as PAPER_YAW
+from steerway.vessels import SPRINGER_PHYSICAL_YAW as PHYSICAL_YAW
+from steerway.vessels import HeadingModel
+from steerway_studies.springer_mission.h_infinity import HInfinityFilter, largest_theta
 from steerway_studies.springer_mission.world import Blind, Navigator
 
 
@@ -34,16 +45,16 @@ class WeightedBounds:
         self.ideal = None if compass is None else CompositeFilter(composite_model(compass))
         self._fixed = weight
         self.heading = 0.0
-        self.told = []
+        self.record = []
 
-    def second(self, difference, readings, velocity) -> float:
-        low, high = self.bounds.second(difference, readings)
+    def step(self, difference, readings, velocity) -> float:
+        low, high = self.bounds.step(difference, readings)
         weight, truth = self._fixed, math.nan
         if self.ideal is not None:
-            truth = self.ideal.second(difference, readings)
+            truth = self.ideal.step(difference, readings)
             weight = ideal_weight(low, high, truth)
         self.heading = weighted(low, high, weight)
-        self.told.append((low, high, weight, truth))
+        self.record.append((low, high, weight, truth))
         return self.heading
 
 
@@ -83,8 +94,8 @@ class GnssAlone:
     def heading(self) -> float:
         return self.estimator.heading
 
-    def second(self, difference, readings, velocity) -> float:
-        return self.estimator.second(difference, None, velocity)
+    def step(self, difference, readings, velocity) -> float:
+        return self.estimator.step(difference, None, velocity)
 
 
 def product() -> Navigator:

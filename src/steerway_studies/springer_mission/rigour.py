@@ -5,9 +5,8 @@ from decimal import Context, Decimal, localcontext
 
 import numpy as np
 
-from steerway.estimation.heading.composite import START_VARIANCE, CompositeFilter, composite_model
-from steerway.estimation.heading.interval.filter import IntervalFilter, box_of
-from steerway.sensors.tcm2 import TCM2
+from steerway.estimation.heading import START_VARIANCE, CompositeFilter, IntervalFilter, box_of, composite_model
+from steerway.sensors import TCM2
 
 PRECISION = Context(prec=125)
 """Decimal digits: 415 bits."""
@@ -26,7 +25,7 @@ def _exact(model, differences, readings):
     g = [b * outputs[0], b * outputs[1], a1, a2]
     start = [Decimal(START_VARIANCE)] * 2 + [Decimal(1)] * 2
     x, p = [Decimal(0)] * 4, [[start[i] if i == j else Decimal(0) for j in range(4)] for i in range(4)]
-    told = []
+    headings = []
     for difference, second in zip(differences, readings, strict=True):
         for reading in np.degrees(second):
             x = [x[0], x[1], sum(gi * xi for gi, xi in zip(g, x, strict=True)), shift * x[2]]
@@ -49,19 +48,19 @@ def _exact(model, differences, readings):
             for j in range(4):
                 p[j][i] *= poles[i]
             p[i][i] += waves
-        told.append((outputs[0] * x[0] + outputs[1] * x[1]) * Decimal(math.pi / 180.0))
-    return told
+        headings.append((outputs[0] * x[0] + outputs[1] * x[1]) * Decimal(math.pi / 180.0))
+    return headings
 
 
-def rigour(differences, readings, form: str = "sharpened") -> tuple[float, float]:
+def rigour(differences, readings, interval_filter=IntervalFilter) -> tuple[float, float]:
     """Share (%) of seconds in which bounds with outward rounding hold the exact estimate, and in which bounds without
     any, which for a point model are the ordinary filter's double, do."""
     model = composite_model(TCM2)
-    bounds, naive = IntervalFilter(box_of(model, 0.0), form), CompositeFilter(model)
+    bounds, naive = interval_filter(box_of(model, 0.0)), CompositeFilter(model)
     held = plain = 0
     exact = exact_headings(model, differences, readings)
     for difference, second, truth in zip(differences, readings, exact, strict=True):
-        low, high = bounds.second(difference, second)
+        low, high = bounds.step(difference, second)
         held += not math.isnan(low) and Decimal(low) <= truth <= Decimal(high)
-        plain += Decimal(naive.second(difference, second)) == truth
+        plain += Decimal(naive.step(difference, second)) == truth
     return 100.0 * held / len(exact), 100.0 * plain / len(exact)

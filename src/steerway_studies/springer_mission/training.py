@@ -4,7 +4,7 @@
 
 Compasses within ± 1 % of the TCM2's, random circuits, seeds that no study uses. Half of the voyages are steered by the
 true compass's filter, half by a blend with the nominal one, so that the networks have seen the turns that their own
-errors make. Takes a few minutes; needs scikit-learn (`pip install steerway[training]`).
+errors make. Takes a few minutes; needs scikit-learn (`pip install 'steerway[studies]'`).
 """
 
 import argparse
@@ -13,19 +13,17 @@ from pathlib import Path
 
 import numpy as np
 
-from steerway.core.errors import InputError
-from steerway.estimation.heading.composite import CompositeFilter, composite_model
-from steerway.estimation.heading.interval.weighting import WEIGHTS, Features, Network
-from steerway.estimation.heading.model_bank import ModelBank, corners
-from steerway.sensors.tcm2 import random_compass
-from steerway.simulation.campaign import over_seeds
+from steerway.core import InputError
+from steerway.estimation.heading import WEIGHTS, CompositeFilter, Features, ModelBank, Network, composite_model, corners
+from steerway.sensors import random_compass
+from steerway.simulation import over_seeds
 from steerway_studies.springer_mission.world import World, random_circuit, sail
 
 FIRST_SEED = 1_000_000
 """Studies and tests stay below."""
 VOYAGES = 400
 STRIDE = 3
-"""Seconds from one note that is learned from to the next: neighbours tell the same."""
+"""Seconds from one note that is learned from to the next: neighbours carry the same information."""
 INNOVATIONS_ONLY = 6
 """The first features are the innovation's."""
 
@@ -42,13 +40,13 @@ class _Teacher:
     def heading(self) -> float:
         return (1.0 - self._mixed) * self.ideal.heading + self._mixed * self.bank.nominal
 
-    def second(self, difference, readings, velocity) -> float:
-        self.bank.second(difference, readings)
-        self.ideal.second(difference, readings)
+    def step(self, difference, readings, velocity) -> float:
+        self.bank.step(difference, readings)
+        self.ideal.step(difference, readings)
         nominal = math.degrees(self.bank.nominal)
         features = self._features.step(self.bank.innovation, nominal)
-        told = [math.degrees(each) for each in (self.bank.low, self.bank.high, self.ideal.heading)]
-        self.notes.append([*features, told[0], told[1], nominal, told[2]])
+        angles = [math.degrees(each) for each in (self.bank.low, self.bank.high, self.ideal.heading)]
+        self.notes.append([*features, angles[0], angles[1], nominal, angles[2]])
         return self.heading
 
 
@@ -66,7 +64,7 @@ def train(notes: np.ndarray, name: str, iterations: int = 60) -> Network:
     try:
         from sklearn.neural_network import MLPRegressor
     except ImportError:
-        raise InputError("training needs scikit-learn, expected `pip install steerway[training]`") from None
+        raise InputError("training needs scikit-learn, expected pip install 'steerway[studies]'") from None
     inputs = notes[:, : INNOVATIONS_ONLY if name == "innovations" else 12]
     low, high, nominal, ideal = notes[:, 12:].T
     width = high - low

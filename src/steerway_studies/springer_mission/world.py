@@ -11,24 +11,17 @@ from typing import Protocol
 
 import numpy as np
 
-from steerway.control.heading_mpc import BiasObserver, HeadingMpc, InputLimits, LinearPlant
-from steerway.core.noise import markov_decay, markov_step
-from steerway.estimation.heading.composite import WAVES
-from steerway.guidance.mission_log import MissionLog
-from steerway.guidance.route import Route
-from steerway.guidance.waypoints import Mission, Passing, Phase
-from steerway.sensors.tcm2 import TRUE_TCM2, CompassModel, DynamicCompass
-from steerway.vessels.springer import (
-    MAX_CHANGE_RPM,
-    MAX_DIFFERENCE_RPM,
-    PAPER_YAW,
-    PHYSICAL_YAW,
-    RPM,
-    SPEED,
-    HeadingModel,
-    Springer,
-)
-from steerway.vessels.vessel import conditions
+from steerway.control import BiasObserver, HeadingMpc, InputLimits, LinearPlant
+from steerway.core import markov_decay, markov_step, rms, wrap, wrap_array
+from steerway.estimation.heading import WAVES
+from steerway.guidance import Mission, MissionLog, Passing, Phase, Route
+from steerway.sensors import TRUE_TCM2, CompassModel, DynamicCompass
+from steerway.vessels import RPM, HeadingModel, Springer, conditions
+from steerway.vessels import SPRINGER_MAX_CHANGE_RPM as MAX_CHANGE_RPM
+from steerway.vessels import SPRINGER_MAX_DIFFERENCE_RPM as MAX_DIFFERENCE_RPM
+from steerway.vessels import SPRINGER_PAPER_YAW as PAPER_YAW
+from steerway.vessels import SPRINGER_PHYSICAL_YAW as PHYSICAL_YAW
+from steerway.vessels import SPRINGER_SPEED as SPEED
 
 PAPER_CIRCUIT = np.array([(170, 10), (310, 120), (340, 290), (220, 410), (50, 400), (-50, 230), (0, 0)], dtype=float)
 """Read from figure 7a: 1294 m from (0, 0), heading 0."""
@@ -39,7 +32,7 @@ LONGEST = 1800
 
 
 class Navigator(Protocol):
-    """Who tells the autopilot the heading."""
+    """What gives the autopilot the heading."""
 
     @property
     def heading(self) -> float:
@@ -59,8 +52,8 @@ class Blind:
     def heading(self) -> float:
         return self.estimator.heading
 
-    def second(self, difference, readings, velocity) -> float:
-        return self.estimator.second(difference, readings)
+    def step(self, difference, readings, velocity) -> float:
+        return self.estimator.step(difference, readings)
 
 
 @dataclass(frozen=True)
@@ -102,7 +95,7 @@ class Voyage:
 
     @property
     def heading_rms_deg(self) -> float:
-        return float(np.sqrt(np.mean(self.error_deg**2)))
+        return rms(self.error_deg)
 
     @property
     def heading_median_deg(self) -> float:
@@ -121,7 +114,7 @@ class Voyage:
 
 def turnless_deg(estimate, heading) -> np.ndarray:
     """Smallest signed differences, degrees."""
-    return np.degrees(np.remainder(estimate - heading + math.pi, 2.0 * math.pi) - math.pi)
+    return np.degrees(wrap_array(estimate - heading))
 
 
 def paper_mpc(yaw: HeadingModel = PAPER_YAW) -> HeadingMpc:
@@ -154,7 +147,7 @@ def sail(world: World, navigator: Navigator, seed, circuit=PAPER_CIRCUIT, passin
         leg = mission.step(state[0], state[1], 1.0 if rows else 0.0, effort)
         if len(mission.log.passages) > passed:
             leg = mission.step(state[0], state[1], 0.0)  # P4 turns to the next waypoint in the same second
-        wanted = estimate + math.remainder(leg.bearing - estimate, 2.0 * math.pi)
+        wanted = estimate + wrap(leg.bearing - estimate)
         difference = pilot.step(wanted, estimate)
         effort = (difference / RPM / 60.0) ** 2
         motion = vessel.motion(state, around)
@@ -167,7 +160,7 @@ def sail(world: World, navigator: Navigator, seed, circuit=PAPER_CIRCUIT, passin
         rows.append((state[0], state[1], heading, estimate, wanted, difference, leg.cross_track))
         read.append(readings)
         velocities.append(velocity)
-        navigator.second(difference, readings, velocity)
+        navigator.step(difference, readings, velocity)
         state = vessel.step(state, (difference,), around, 1.0)
         state[2:4] += world.waves * noise[2:]
     table = np.array(rows)
@@ -192,12 +185,12 @@ class _Flow:
 
 
 def replayed(voyage: Voyage, navigator: Navigator) -> np.ndarray:
-    """(n,) headings (rad) that another navigator would have told on the same voyage."""
-    told = np.empty(len(voyage.heading))
-    for k in range(len(told)):
-        told[k] = navigator.heading
-        navigator.second(voyage.difference[k], voyage.readings[k], tuple(voyage.velocity[k]))
-    return told
+    """(n,) headings (rad) that another navigator would have given on the same voyage."""
+    headings = np.empty(len(voyage.heading))
+    for k in range(len(headings)):
+        headings[k] = navigator.heading
+        navigator.step(voyage.difference[k], voyage.readings[k], tuple(voyage.velocity[k]))
+    return headings
 
 
 def random_circuit(rng: np.random.Generator, corners: int = 7) -> np.ndarray:
@@ -215,6 +208,6 @@ def random_circuit(rng: np.random.Generator, corners: int = 7) -> np.ndarray:
         points = points @ np.array([[c, -s], [s, c]])
         legs = np.diff(points, axis=0, prepend=[[0.0, 0.0]])
         courses = np.arctan2(legs[:, 1], legs[:, 0])
-        turns = np.abs(np.remainder(np.diff(courses) + math.pi, 2.0 * math.pi) - math.pi)
+        turns = np.abs(wrap_array(np.diff(courses)))
         if np.hypot(*legs.T).min() >= 90.0 and turns.max() <= math.radians(110.0):
             return points * (1.0, rng.choice((-1.0, 1.0)))

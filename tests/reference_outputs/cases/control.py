@@ -5,10 +5,9 @@ import math
 import numpy as np
 
 from steerway.control.allocation import OTTER_PROPELLERS, TwoPropellers, shaft_speed, thrust
-from steerway.control.bandwidth import advice, carried_bandwidth, loop_damping, yaw_rate_gain
-from steerway.control.boats import MARINER, OTTER, OTTER_GENTLY
+from steerway.control.bandwidth import advice, carried_bandwidth, comfortable_bandwidth, loop_damping
 from steerway.control.course import AnglePID, place_poles
-from steerway.control.handover import HandOver, Helm, Steerageway
+from steerway.control.handover import Autopilot, HandOver, Steerageway
 from steerway.control.positioning import PositionPID, by_bandwidth
 from steerway.control.rudder import Rudder
 from steerway.control.station import StationGains, StationKeeper
@@ -16,6 +15,9 @@ from steerway.estimation.profiles import Profile
 from steerway.guidance.reference import Reference, ReferenceModel, TrackingFilter
 from steerway.vessels import CyberShip2, conditions
 from steerway.vessels.cybership2 import INERTIA
+from steerway.vessels.mariner import BOAT as MARINER
+from steerway.vessels.otter import BOAT as OTTER
+from steerway.vessels.otter import BOAT_FOR_SMALL_MOMENTS as OTTER_GENTLY
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case
 
@@ -67,7 +69,7 @@ def angle_pid():
 
 
 def helmed(shaper, hand_over=None):
-    helm = Helm(AnglePID(place_poles(0.0242, 1.0, 1.0, limit=40.0)), shaper, hand_over)
+    helm = Autopilot(AnglePID(place_poles(0.0242, 1.0, 1.0, limit=40.0)), shaper, hand_over)
     count = 0
 
     def control(desired, angle, rate, dt):
@@ -79,7 +81,7 @@ def helmed(shaper, hand_over=None):
         if count == 450:
             helm.release()
         helm.limited_to(0.9 * moment)
-        return 0.9 * moment, (helm.by_course, helm.pilot.integral)
+        return 0.9 * moment, (helm.by_course, helm.controller.integral)
 
     return columns("angle rate moment by_course integral", turning(control), 5)
 
@@ -156,7 +158,7 @@ def bandwidth():
             for std in (0.02, 0.5, 3.0):
                 carried = carried_bandwidth(speed, density, std, 0.2)
                 fits = [advice(each, speed, density, std, 0.2, time)[0] for each in (0.3, 1.0) for time in (None, 2.0)]
-                rows.append((carried, loop_damping(0.5, carried, 2.0), yaw_rate_gain(carried), *fits))
+                rows.append((carried, loop_damping(0.5, carried, 2.0), comfortable_bandwidth(carried, None), *fits))
     return columns("carried damping gain slow slow_with_time fast fast_with_time", rows)
 
 
@@ -204,7 +206,7 @@ def boats():
     """What is taken for known of the boats that come along."""
     rows = []
     for boat in (OTTER, OTTER_GENTLY, MARINER):
-        pilot = boat.helm(TrackingFilter(1.0)).pilot.gains
+        pilot = boat.autopilot(TrackingFilter(1.0)).controller.gains
         rows.append(
             (
                 boat.nomoto_gain,

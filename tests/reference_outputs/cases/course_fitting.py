@@ -9,7 +9,7 @@ import steerway
 from steerway import FiveStateFilter, Fixes
 from steerway.estimation.course.comparison import compare
 from steerway.estimation.course.latency import lateness, on_time
-from steerway.estimation.estimate import choose_profile
+from steerway.estimation.log_estimate import choose_profile
 from tests.reference_outputs.sorties import (
     AIDS,
     ONE,

@@ -7,7 +7,7 @@ import numpy as np
 
 from steerway import FiveStateFilter, Profile
 from steerway.core.angles import wrap
-from steerway.estimation.course.onboard import SILENCE, AtFaceValue, FilterEstimator, HeadingTracker
+from steerway.estimation.course.onboard import NO_MEASUREMENTS, AtFaceValue, FilterEstimator, HeadingTracker
 from tests.reference_outputs.sorties import AIDS, KINDS, MODES, TWO, alternating, instruments, table_of
 from tests.reference_outputs.tables import case
 from tests.scenes import EPOCH
@@ -85,19 +85,19 @@ def aboard(estimator):
     for k in range(500):
         t = 0.1 * k
         course = np.interp(t, scene.time - EPOCH, np.unwrap(scene.cog))
-        readings = SILENCE
+        measurements = NO_MEASUREMENTS
         if k % 5 == 0:
-            readings = readings._replace(
+            measurements = measurements._replace(
                 north=np.interp(t, scene.time - EPOCH, scene.north) + 0.3 * noise[0, k],
                 east=np.interp(t, scene.time - EPOCH, scene.east) + 0.3 * noise[1, k],
                 sog=1.5 + 0.05 * noise[2, k],
                 cog=wrap(course + 0.04 * noise[3, k]),
             )
         if k % 2 == 0 and not 200 <= k < 260:
-            readings = readings._replace(heading=wrap(course + 0.1 + 0.02 * noise[4, k]))
+            measurements = measurements._replace(heading=wrap(course + 0.1 + 0.02 * noise[4, k]))
         if 100 <= k < 400:
-            readings = readings._replace(yaw_rate=0.01 * noise[5, k], water_speed=1.2)
-        rows.append(estimator.step(readings, 0.1)._asdict())
+            measurements = measurements._replace(yaw_rate=0.01 * noise[5, k], water_speed=1.2)
+        rows.append(estimator.step(measurements, 0.1)._asdict())
     return {name: values[::8] for name, values in table_of(rows).items()}
 
 

@@ -10,7 +10,6 @@ from steerway.control.heading_mpc import BiasObserver, HeadingMpc, InputLimits, 
 from steerway.estimation.heading.aided import PRODUCT, SCALE_ONLY, AidedHeadingFilter
 from steerway.estimation.heading.compass_alarm import gain_range, outside
 from steerway.estimation.heading.composite import CompositeFilter, composite_model
-from steerway.estimation.heading.h_infinity import HInfinityFilter, largest_theta
 from steerway.estimation.heading.interval import IntervalFilter, arithmetic
 from steerway.estimation.heading.interval.filter import box_of, sub_boxes
 from steerway.estimation.heading.interval.weighting import WEIGHTS, Features, LearnedHeading, ideal_weight, weighted
@@ -18,6 +17,8 @@ from steerway.estimation.heading.model_bank import ModelBank, corners, grid
 from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, DynamicCompass
 from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, RPM, Springer
 from steerway.vessels.vessel import conditions
+from steerway_studies.papers.interval_filter import PrintedIntervalFilter
+from steerway_studies.springer_mission.h_infinity import HInfinityFilter, largest_theta
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case
 
@@ -42,7 +43,7 @@ def said(estimator, rows, read):
     """`read(estimator)` after every second."""
     found = []
     for difference, readings, _ in rows:
-        estimator.second(difference, readings)
+        estimator.step(difference, readings)
         found.append(read(estimator))
     return found
 
@@ -61,7 +62,7 @@ def aided(tuning, rows, yaw):
     estimator, found = AidedHeadingFilter(tuning, yaw=yaw), []
     for k, (difference, readings, velocity) in enumerate(rows):
         silent = 60 <= k < 70
-        estimator.second(difference, None if silent else readings, (math.nan, math.nan) if k % 7 == 3 else velocity)
+        estimator.step(difference, None if silent else readings, (math.nan, math.nan) if k % 7 == 3 else velocity)
         found.append(
             (
                 estimator.heading,
@@ -129,10 +130,10 @@ def h_infinity():
     return found
 
 
-def bounds(tolerance, form="sharpened", parts=1, shift_too=False, seconds=60):
-    filter, rows = IntervalFilter(box_of(composite_model(TCM2), tolerance, shift_too), form, parts), []
+def bounds(tolerance, filter_type=IntervalFilter, shift_too=False, seconds=60, **options):
+    filter, rows = filter_type(box_of(composite_model(TCM2), tolerance, shift_too), **options), []
     for difference, readings, _ in weave()[:seconds]:
-        rows.append((*filter.second(difference, readings), filter.width, filter.diverged))
+        rows.append((*filter.step(difference, readings), filter.width, filter.diverged))
     return columns("low high width diverged", rows)
 
 
@@ -158,12 +159,12 @@ def sharpened_shift():
 
 @case("heading_interval_literal")
 def literal():
-    return bounds(0.001, "literal", seconds=40)
+    return bounds(0.001, PrintedIntervalFilter, seconds=40)
 
 
 @case("heading_interval_literal_diverges")
 def literal_diverges():
-    return bounds(0.05, "literal", seconds=20)
+    return bounds(0.05, PrintedIntervalFilter, seconds=20)
 
 
 @case("heading_interval_sub_boxes")

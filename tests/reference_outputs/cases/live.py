@@ -11,20 +11,24 @@ from steerway.core.earth import displaced, displacement
 from steerway.core.records import OK
 from steerway.estimation import Profile
 from steerway.formats.nmea0183 import writing
+from steerway.guidance.reference import Reference
 from steerway.live.autopilot.fence import Fence
-from steerway.live.autopilot.mission import Boat, Corner, GeodeticRoute, Limits, Settings, Waypoint
+from steerway.live.autopilot.mission import BoatTable, Corner, GeodeticRoute, Limits, MissionTable, Waypoint
+from steerway.live.autopilot.piloting import pilot_of
 from steerway.live.autopilot.route import Guide
-from steerway.live.autopilot.states import Autopilot, State
-from steerway.live.autopilot.steering import Steering
+from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.autopilot.watch import Watch
+from steerway.live.base.clock import FixClock
+from steerway.live.base.orders import State
+from steerway.live.base.rows import InputRow, Row
 from steerway.live.choice import SourceChoice
-from steerway.live.clock import FixClock
-from steerway.live.decoding import GpsdDecoder, ReceiverDecoder, SignalKDecoder
-from steerway.live.heard import Heard, Row
+from steerway.live.links.decoding import ReceiverDecoder
+from steerway.live.links.gpsd import GpsdDecoder
+from steerway.live.links.signalk import SignalKDecoder
 from steerway.live.navigator import Navigator
 from steerway.live.outputs.deltas import Deltas
 from steerway.live.outputs.json_lines import JsonLines
-from steerway.live.outputs.propellers import Propellers
+from steerway.live.outputs.propellers import PropellerCommands
 from steerway.live.outputs.sentences import Sentences
 from steerway.live.simulated.boat import SimulatedBoat
 from steerway.live.simulated.inner_loops import InnerLoops
@@ -50,8 +54,8 @@ def corner(north, east, kind=Corner, **more):
 def square(safe="stop"):
     corners = ((0.0, 0.0), (40.0, 0.0), (40.0, 30.0), (0.0, 30.0))
     fence = ((-60.0, -30.0), (70.0, -30.0), (70.0, 60.0), (-60.0, 60.0))
-    boat = Boat(full_yaw_rate_dps=60.0, max_yaw_rate_dps=15.0, yaw_time=1.5, surge_time=1.1, reverse=True)
-    settings = Settings(
+    boat = BoatTable(full_yaw_rate_dps=60.0, max_yaw_rate_dps=15.0, yaw_time=1.5, surge_time=1.1, reverse=True)
+    settings = MissionTable(
         lookahead=8.0,
         acceptance=4.0,
         speed_mps=1.2,
@@ -74,7 +78,7 @@ def heard(rows=300, source="gps"):
         if 200 <= k < 215:
             continue
         fixes.append(
-            Heard(
+            InputRow(
                 source,
                 NOON + 0.2 * k,
                 *place(north + noise[0] + far, east + noise[1]),
@@ -91,7 +95,7 @@ def heard(rows=300, source="gps"):
 def navigated(fixes, **settings):
     navigator, rows = Navigator("small-usv", **settings), []
     for k, each in enumerate(fixes):
-        rows += navigator.hear(each)
+        rows += navigator.add(each)
         if k % 10 == 0:
             rows.append(navigator.at(each.time + 0.13))
     rows += navigator.finish()
@@ -122,7 +126,7 @@ def source_choice():
         source = ("first", "second", "third")[k % 3]
         if source == "first" and 60 < k < 120:
             continue
-        each = Heard(source, NOON + 0.1 * k, *HOME, sog=1.0)
+        each = InputRow(source, NOON + 0.1 * k, *HOME, sog=1.0)
         rows.append(
             (k, choice.takes(each, each.time), choice.gives("sog", each, each.time), choice.interval, choice.silence)
         )
@@ -133,7 +137,7 @@ def source_choice():
 def fix_clock():
     clock, rows = FixClock(0.2), []
     for k in range(60):
-        clock.hear(NOON + 0.2 * k, 100.0 + 0.2 * k + 0.05 * math.sin(k) + (0.5 if k == 30 else 0.0))
+        clock.add(NOON + 0.2 * k, 100.0 + 0.2 * k + 0.05 * math.sin(k) + (0.5 if k == 30 else 0.0))
         rows.append(clock.now(100.1 + 0.2 * k) - NOON)
     return {"now": np.array(rows)}
 
@@ -158,10 +162,11 @@ def sortie(safe="stop"):
     She is engaged as soon as possible, has no fixes for 4 s, and is pushed over the fence at the end.
     """
     route, chance = square(safe), np.random.default_rng(25)
-    navigator, guide, autopilot = Navigator("otter"), Guide(route), Autopilot(route, "otter", engage=True)
+    navigator, autopilot = Navigator("otter"), Supervisor(route, "otter", engage=True)
+    guide = Guide(route, autopilot.pilot)
     told = {name: Told() for name in ("propellers", "sentences", "deltas", "json")}
     outputs = [
-        Propellers(told["propellers"]),
+        PropellerCommands(told["propellers"]),
         Sentences(told["sentences"]),
         Deltas(told["deltas"]),
         JsonLines(told["json"], every_tick=True),
@@ -170,7 +175,7 @@ def sortie(safe="stop"):
     for k in range(1300):
         time = NOON + TICK * k
         if k % 2 == 0 and not 500 <= k < 540:
-            for row in navigator.hear(Heard("gps", time, *place(*(north, east) + 0.3 * chance.standard_normal(2)))):
+            for row in navigator.add(InputRow("gps", time, *place(*(north, east) + 0.3 * chance.standard_normal(2)))):
                 autopilot.fix(row)
                 for output in outputs:
                     output.fix(row)
@@ -250,16 +255,18 @@ def row(time, north=0.0, east=0.0, sog=1.2, cog=0.0, rate=0.0, cog_std=0.05, sta
 def steering():
     """The law alone: a boat beside the line, slow fixes and fast, the course unknown for a while."""
     route = square()
-    guide, law, rows = Guide(route), Steering(route.boat, Profile.named("otter")), []
-    law.start(row(NOON))
+    pilot, rows = pilot_of(route, Profile.named("otter")), []
+    guide, schedule = Guide(route, pilot), pilot.autopilot.schedule
     for k in range(240):
         here = row(
             NOON + 0.1 * k, 0.1 * k, 8.0 * math.cos(k / 30.0), 1.0 + 0.5 * math.sin(k / 20.0),
             math.nan if 100 <= k < 110 else 0.6 * math.sin(k / 12.0), 0.05 * math.cos(k / 12.0),
         )  # fmt: skip
         interval = 0.2 if k < 120 else 1.0
-        command = law.step(here, guide.step(here), interval, 0.1)
-        rows.append((*command, law.gain(here.sog, interval)))
+        schedule.fix_interval = interval
+        desired, speed = guide.step(here).course_to_steer, 1.2
+        steered = pilot.steer(Reference(desired, 0.0, 0.0), speed, pilot.estimator.step(here, 0.1), 0.1)
+        rows.append((*steered.command, desired, speed, pilot.autopilot.controller.gains.proportional))
     return columns(f"{ORDER} gain", rows, 3)
 
 
@@ -273,10 +280,10 @@ def watch():
         if k % 2 == 0 and not 60 <= k < 110:
             guard.fix(here)
         if k in (200, 201, 202):
-            guard.astray()
+            guard.untimely()
         if k in (250, 270):
             guard.link("rover", k == 270)
-        words = guard.step(here, 0.1), guard.doubt(here), guard.obstacle(here), f"{guard.interval:.6g}"
+        words = guard.step(here, 0.1), guard.degradation(here), guard.obstacle(here), f"{guard.interval:.6g}"
         if k == 0 or words != said[-1][1:]:
             said.append((k, *words))
     return "".join(f"{' | '.join(map(str, each))}\n" for each in said)
@@ -328,7 +335,7 @@ def decoders():
         rows += [(2, *row[1:]) for row in signalk.feed((json.dumps(delta) + "\n").encode())]
     for number, decoder in enumerate((receiver, gpsd, signalk)):
         rows += [(number, *row[1:]) for row in decoder.settle()]
-    return columns("decoder " + " ".join(Heard._fields[1:]), rows)
+    return columns("decoder " + " ".join(InputRow._fields[1:]), rows)
 
 
 @case("live_simulated_boat")

@@ -82,7 +82,7 @@ TUNED = {
 }
 """Logs that a profile is fitted to, and how many of their first rows."""
 ANGLES = ("cog", "heading", "longitude")
-SAID = ("position_std", "sog", "cog", "heading", "water_speed", "yaw_rate")
+REPORTED = ("position_std", "sog", "cog", "heading", "water_speed", "yaw_rate")
 
 
 def summary(columns, names) -> dict[str, float]:
@@ -109,7 +109,7 @@ def read_numbers(fixes) -> dict[str, float]:
     """What was read of a log, the whole of it."""
     columns = fixes.columns() | {"since_first": fixes.time - fixes.time[0]}
     numbers = {"fixes": len(fixes), "notes": len(fixes.notes), "first_time": fixes.time[0]}
-    return numbers | summary(columns, ("since_first", "latitude", "longitude", *SAID))
+    return numbers | summary(columns, ("since_first", "latitude", "longitude", *REPORTED))
 
 
 def motion_numbers(motion) -> dict[str, float]:

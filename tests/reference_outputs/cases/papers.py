@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from steerway.estimation.course.onboard import Readings
+from steerway.core.estimate import Measurements
 from steerway.guidance.route import Route
 from steerway.guidance.waypoints import Mission
 from steerway.vessels import CALM, Surge
@@ -84,7 +84,7 @@ def radius():
 def aboard():
     estimator, rows = PrintedEstimator(Ekf5States(STEP, 5, "NED", [0.1, 0.1], [0.04, 0.04])), []
     for north, east in way(200):
-        rows.append((*estimator.step(Readings(north, east), STEP)[:5], AlwaysByCourse().step(0.0, 0.0, 0.0, STEP)))
+        rows.append((*estimator.step(Measurements(north, east), STEP)[:5], AlwaysByCourse().step(0.0, 0.0, 0.0, STEP)))
     return columns("north east sog cog course_rate by_course", rows, 4)
 
 

@@ -12,7 +12,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from steerway_studies import low_speed, mariner_los, otter_path_boat
+from steerway_studies import low_speed
 from steerway_studies import named as study_named
 from steerway_studies.adaptive_speed import cases as speed_cases
 from steerway_studies.adaptive_speed import plants, printed, theory
@@ -22,17 +22,18 @@ from steerway_studies.estimator_limits import (
     aided,
     correlated,
     held,
-    told,
+    known_modes,
     unknown_modes,
 )
 from steerway_studies.estimator_limits.cells import CELLS
 from steerway_studies.estimator_limits.troubles import TROUBLES
-from steerway_studies.mariner_los_lyapunov import approaches
-from steerway_studies.mariner_los_ship import STATED_NOISE
-from steerway_studies.mariner_los_ship import Case as Voyage
-from steerway_studies.otter_course_boat import as_published, identified, steered_by_product
+from steerway_studies.mariner_los.lyapunov import approaches
+from steerway_studies.mariner_los.ship import STATED_NOISE, measured
+from steerway_studies.mariner_los.ship import Case as Voyage
+from steerway_studies.otter_course.boat import as_published, identified, steered_by_product
+from steerway_studies.otter_course.unwinding import turned
+from steerway_studies.otter_path import boat as otter_path_boat
 from steerway_studies.papers.course_autopilot import OTTER_PRINTED_GAINS
-from steerway_studies.unwinding import turned
 from tests.reference_outputs.generated import numbers
 from tests.reference_outputs.tables import case
 
@@ -117,7 +118,7 @@ def mariner():
     found = {}
     for feedback in ("truth", "printed", "product"):
         voyage = Voyage(feedback, STATED_NOISE, turned=0.5, seed=SEED)
-        found |= {f"{feedback}_{key}": value for key, value in mariner_los.measured(voyage).items()}
+        found |= {f"{feedback}_{key}": value for key, value in measured(voyage).items()}
     return numbers(found)
 
 
@@ -190,7 +191,7 @@ def limits_accuracy():
 
 @case("study_limits_told")
 def limits_told():
-    return flat(told.one("o05", SEED))
+    return flat(known_modes.one("o05", SEED))
 
 
 @case("study_limits_unknown_modes")

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from steerway.core.kinematics import drift_angle, in_body, over_ground, turning_rate
 from steerway.sensors.compass import Compass
 from steerway.sensors.doppler import DopplerLog
 from steerway.sensors.faults import Fault
@@ -30,7 +31,6 @@ from steerway.vessels import (
 )
 from steerway.vessels.actuators import follow
 from steerway.vessels.environment import Current, Environment, WaveMotion, Waves, Wind
-from steerway.vessels.kinematics import drift_angle, in_body, over_ground, turning_rate
 from steerway.vessels.otter_hull import mass_matrix
 from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, Springer
 from steerway.vessels.surge import published_surrogate

@@ -2,9 +2,11 @@
 
 import math
 import warnings
+from collections.abc import Sequence
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel, lean_kernel
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Motion
@@ -31,7 +33,7 @@ from steerway.estimation.course.tracking import (
     take_position,
     write_output,
 )
-from steerway.estimation.course.update.aids import AIDS, NO_AIDS
+from steerway.estimation.course.update.aids import AIDS, NO_AIDS, companion_of
 from steerway.estimation.course.update.reported_accuracy import variance_scale, variance_scales_of
 from steerway.estimation.profiles import Profile
 
@@ -135,7 +137,12 @@ class FiveStateFilter:
         _aid(self._bank, measured, self._parameters)
 
     def row(
-        self, dt: float, latitude=math.nan, longitude=math.nan, aids=None, position_std=math.nan
+        self,
+        dt: float,
+        latitude: float = math.nan,
+        longitude: float = math.nan,
+        aids: Sequence[float] | Floats | None = None,
+        position_std: float = math.nan,
     ) -> tuple[list[float], float, int]:
         """One row of `filter`, streaming: advance by dt, then take the measurements of that time.
 
@@ -231,6 +238,12 @@ class FiveStateFilter:
         """(n, n) covariance of `state`."""
         upper = np.triu(self._combined[: self._states])
         return upper + np.triu(upper, 1).T
+
+    @property
+    def gyro_bias(self) -> float:
+        """Estimated bias of the yaw gyro, rad/s; NaN where the profile or the aids have no such state."""
+        index = companion_of(self._parameters[0], "yaw_rate")
+        return self._state_of(index) if index else math.nan
 
     def _state_of(self, index) -> float:
         return self._combined.item(self._states, index)

@@ -4,7 +4,7 @@ import math
 
 from steerway.core.angles import wrap
 from steerway.core.checks import positive
-from steerway.core.estimate import SILENCE, Estimate, Readings
+from steerway.core.estimate import NO_MEASUREMENTS, Estimate, Measurements
 from steerway.estimation.course.filter import FiveStateFilter
 
 
@@ -63,9 +63,9 @@ class FilterEstimator:
         self.filter = filter or FiveStateFilter()
         self.tracker = tracker or HeadingTracker()
 
-    def step(self, readings: Readings, dt: float) -> Estimate:
+    def step(self, measurements: Measurements, dt: float) -> Estimate:
         """See Estimator."""
-        north, east, sog, cog, _, heading, yaw_rate, water_speed = readings
+        north, east, sog, cog, _, heading, yaw_rate, water_speed = measurements
         self.filter.predict(dt)
         if not math.isnan(north):
             self.filter.update_north_east(north, east)
@@ -78,11 +78,11 @@ class AtFaceValue:
     """The last measurements without a filter. For control on true states, as the papers compare with."""
 
     def __init__(self):
-        self._last = SILENCE
+        self._last = NO_MEASUREMENTS
 
-    def step(self, readings: Readings, dt: float) -> Estimate:
+    def step(self, measurements: Measurements, dt: float) -> Estimate:
         """See Estimator."""
-        kept = [old if math.isnan(new) else new for old, new in zip(self._last, readings, strict=True)]
+        kept = [old if math.isnan(new) else new for old, new in zip(self._last, measurements, strict=True)]
         self._last = kept
         north, east, sog, cog, course_rate, heading, yaw_rate, _ = kept
         return Estimate(north, east, sog, cog, course_rate, 0.0, 0.0, 0.0, 0.0, heading, yaw_rate)

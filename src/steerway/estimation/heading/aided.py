@@ -1,8 +1,8 @@
-"""Heading from propellers, a compass that lies and GNSS velocity: the filter for a real boat where P4 stops.
+"""Heading from propellers, an uncalibrated compass and GNSS velocity, for boats whose models are known roughly.
 
-P4 treats a wrong compass model by bounds. What a wrong compass does to a heading is mostly a scale and a deviation,
-what a wrong vehicle does is mostly a bias of the propellers; these are states here, and GNSS velocity, which does not
-know the compass, makes them observable:
+P4 treats a wrong compass model by bounds. Most of the error of a wrong compass is a scale and a deviation, most of that
+of a wrong vehicle is a bias of the propellers; these are states here, and GNSS velocity, which does not depend on the
+compass, makes them observable:
 
     x = [v1 v2 c1 c2 | bias of n_d | compass scale, sine and cosine of its deviation | current north, east].
 
@@ -14,10 +14,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 from steerway.core.linear_algebra import fill_lower
+from steerway.core.moved import formerly
 from steerway.estimation.course.update.aids import take_scalar
 from steerway.estimation.heading.composite import (
     A1,
@@ -34,8 +38,10 @@ from steerway.estimation.heading.composite import (
     composite_model,
     heading_deg,
     heading_variance_deg2,
+    stepped,
 )
-from steerway.sensors.tcm2 import STATE_VARIANCE, TCM2, TICKS, CompassModel
+from steerway.estimation.heading.readings import Ticks, checked_difference
+from steerway.sensors.tcm2 import STATE_VARIANCE, TCM2, CompassModel
 from steerway.vessels.springer import PHYSICAL_YAW, RPM, SPEED, HeadingModel
 
 BIAS, SCALE, SINE, COSINE, CURRENT_NORTH, CURRENT_EAST = range(4, 10)
@@ -45,18 +51,18 @@ WALKS = len((BIAS, SCALE, SINE, COSINE, CURRENT_NORTH, CURRENT_EAST))
 
 @dataclass(frozen=True)
 class HeadingTuning:
-    """What varies how much: pairs are (1σ at first, walk in 1σ a root second). Zero pairs hold a state at its start."""
+    """Noise of every state; pairs are (1σ at first, random walk in 1σ a root second). Zero pairs hold a state fixed."""
 
     vehicle_std: float = 2e-4  # of each vehicle state a second
     vehicle_start_std: float = 1e-5
     bias: tuple[float, float] = (20.0 * RPM, 0.2 * RPM)  # rad/s
     scale: tuple[float, float] = (0.3, 1e-4)
-    deviation: tuple[float, float] = (4.0, 0.2)  # degrees; it stands for what a card has beyond sine and cosine too
+    deviation: tuple[float, float] = (4.0, 0.2)  # degrees; covers a card's harmonics too
     current: tuple[float, float] = (0.3, 2e-3)  # m/s
     velocity_std: float = 0.1  # of GNSS velocity, north and east, m/s
     speed: float = SPEED  # through the water, m/s
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("vehicle_std", "vehicle_start_std"):
             not_negative(f"heading_tuning.{name}", getattr(self, name))
         for name in ("bias", "scale", "deviation", "current"):
@@ -65,7 +71,7 @@ class HeadingTuning:
         positive("heading_tuning.velocity_std", self.velocity_std)
         positive("heading_tuning.speed", self.speed)
 
-    def pairs(self) -> np.ndarray:
+    def pairs(self) -> Floats:
         """(6, 2) start and walk of the states beyond vehicle and compass."""
         return np.array([self.bias, self.scale, self.deviation, self.deviation, self.current, self.current])
 
@@ -76,13 +82,15 @@ SCALE_ONLY = HeadingTuning(1e-7, 1e-6, (0.0, 0.0), (0.3, 0.0), (0.0, 0.0), (0.0,
 
 
 class AidedHeadingFilter:
-    """An extended Kalman filter of heading; see the module. `second` takes what a second brings.
+    """An extended Kalman filter of heading; see the module.
 
-    heading, heading_std (rad), scale (the compass's gain over the model's) with scale_std, bias (rad/s), current (m/s)
-    and deviation (rad at sine and cosine) are what it believes for the second that begins.
+    At the end of the last step: heading, heading_std (rad), scale (the compass's gain over the model's) with scale_std,
+    bias (rad/s), current (north, east; m/s) and deviation (rad at sine and cosine).
     """
 
-    def __init__(self, tuning: HeadingTuning = PRODUCT, compass: CompassModel = TCM2, yaw: HeadingModel = PHYSICAL_YAW):
+    def __init__(
+        self, tuning: HeadingTuning = PRODUCT, compass: CompassModel = TCM2, yaw: HeadingModel = PHYSICAL_YAW
+    ) -> None:
         self._model = composite_model(compass, yaw, tuning.vehicle_std**2)
         pairs = tuning.pairs()
         self._walks = pairs[:, 1] ** 2
@@ -92,6 +100,7 @@ class AidedHeadingFilter:
         start = [tuning.vehicle_start_std**2] * 2 + [STATE_VARIANCE] * 2
         self._covariance = np.diag([*start, *pairs[:, 0] ** 2])
         self._work = np.empty((2, STATES))
+        self._ticks = Ticks()
 
     @property
     def heading(self) -> float:
@@ -121,23 +130,40 @@ class AidedHeadingFilter:
     def current(self) -> tuple[float, float]:
         return float(self._state[CURRENT_NORTH]), float(self._state[CURRENT_EAST])
 
-    def second(self, difference: float, readings=None, velocity=(math.nan, math.nan)) -> float:
-        """Take (40,) readings (rad; None for none), a GNSS velocity (north, east; NaN for none) at the beginning of
-        the second, and go on by it with n_d (rad/s); returns the heading (rad)."""
-        x, p, model = self._state, self._covariance, self._model
+    def step(
+        self,
+        difference: float,
+        readings: ArrayLike | None = None,
+        velocity: tuple[float, float] = (math.nan, math.nan),
+        dt: float = 1.0,
+        times: ArrayLike | None = None,
+    ) -> float:
+        """Take a GNSS velocity (north, east, m/s; NaN for none) of now, the readings of the next dt s (rad, any number)
+        and advance by n_d (rad/s); returns the heading (rad).
+
+        `readings`, `times` and errors: see `readings.Ticks.parts`.
+        """
+        difference = checked_difference(difference)
+        if np.shape(velocity) != (2,):
+            raise InputError(f"heading.velocity has shape {np.shape(velocity)}, expected (north, east)")
+        x, p = self._state, self._covariance
+        parts = self._ticks.parts(dt, readings, times)
         if math.isfinite(velocity[0]) and math.isfinite(velocity[1]):
-            take_velocity(x, p, self._work, model, *velocity, *self._velocity)
-        if readings is None:
-            carry(x, p, model)
-        else:
-            take_readings(x, p, self._work, model, np.degrees(readings))
-        predict_vehicle(x, p, model, difference, self._walks)
+            take_velocity(x, p, self._work, self._model, *velocity, *self._velocity)
+        for part, table in parts:
+            model = stepped(self._model, part)
+            take_readings(x, p, self._work, model, table)
+            predict_vehicle(x, p, model, difference, self._walks * part)
         return self.heading
+
+    second = formerly("second", step)
 
 
 @kernel
-def take_velocity(x, p, work, model, north, east, speed, variance):
-    """GNSS velocity as two scalars, the same update as every aid."""
+def take_velocity(
+    x: Floats, p: Floats, work: Floats, model: Floats, north: float, east: float, speed: float, variance: float
+) -> None:
+    """GNSS velocity as two scalars, by the update of every aid."""
     for axis in range(2):
         psi = math.radians(heading_deg(x, model))
         along = speed * (math.cos(psi) if axis == 0 else math.sin(psi))
@@ -146,8 +172,8 @@ def take_velocity(x, p, work, model, north, east, speed, variance):
         for j in range(STATES):
             pc[j] = turn * (model[OUTPUT_1] * p[0, j] + model[OUTPUT_2] * p[1, j]) + p[CURRENT_NORTH + axis, j]
         s += turn * (model[OUTPUT_1] * pc[0] + model[OUTPUT_2] * pc[1]) + pc[CURRENT_NORTH + axis]
-        said = north if axis == 0 else east
-        take_scalar(x, p, pc, work[1], s, said - along - x[CURRENT_NORTH + axis])
+        measured = north if axis == 0 else east
+        take_scalar(x, p, pc, work[1], s, measured - along - x[CURRENT_NORTH + axis])
         fill_lower(p)
 
 
@@ -155,7 +181,7 @@ OUTPUT_2 = OUTPUT_1 + 1
 
 
 @kernel
-def predict_compass(x, p, row, model):
+def predict_compass(x: Floats, p: Floats, row: Floats, model: Floats) -> None:
     """One tick: c1 ← a1 c1 + a2 c2 + b (scale ψ + deviation), c2 ← s c1. `row` is workspace (n,)."""
     psi_deg = heading_deg(x, model)
     psi = math.radians(psi_deg)
@@ -180,32 +206,24 @@ def predict_compass(x, p, row, model):
 
 
 @kernel
-def take_readings(x, p, work, model, readings_deg):
-    """A second of readings, each modulo a turn."""
+def take_readings(x: Floats, p: Floats, work: Floats, model: Floats, readings: Floats) -> None:
+    """The ticks of a table of readings, each reading modulo a turn."""
     k = model[K]
-    for t in range(TICKS):
+    for tick in range(readings.shape[1]):
         predict_compass(x, p, work[0], model)
-        if math.isfinite(readings_deg[t]):
-            innovation = readings_deg[t] - k * x[2]
+        if readings[1, tick] > 0.0:
+            innovation = readings[0, tick] - k * x[2]
             innovation -= 360.0 * round(innovation / 360.0)
             for j in range(STATES):
                 work[0, j] = k * p[2, j]
-            s = k * work[0, 2] + model[READING_NOISE]
+            s = k * work[0, 2] + model[READING_NOISE] / readings[1, tick]
             take_scalar(x, p, work[0], work[1], s, innovation)
             fill_lower(p)
 
 
 @kernel
-def carry(x, p, model):
-    """A second without readings."""
-    row = np.empty(STATES)
-    for _ in range(TICKS):
-        predict_compass(x, p, row, model)
-
-
-@kernel
-def predict_vehicle(x, p, model, difference, walks):
-    """One second of the vehicle with n_d + bias, and of the walks."""
+def predict_vehicle(x: Floats, p: Floats, model: Floats, difference: float, walks: Floats) -> None:
+    """One step of the vehicle with n_d + bias, and of the random walks, whose variances (6,) are those of the step."""
     for i in range(2):
         pole, push = model[POLE_1 + i], model[INPUT_1 + i]
         x[i] = pole * x[i] + push * (difference + x[BIAS])

@@ -1,4 +1,4 @@
-"""An alarm for a compass that no model in the box explains: its gain, as a scale state finds it, lies outside."""
+"""An alarm for a compass that no model in the box explains: its gain, estimated as a scale state, lies outside."""
 
 from functools import cache
 
@@ -7,8 +7,8 @@ from steerway.estimation.heading.model_bank import corners
 from steerway.sensors.tcm2 import TCM2
 
 SIGMAS = 3.0
-TRUSTED = 0.05
-"""The scale is known well enough to judge once its 1σ is below this."""
+LARGEST_STD = 0.05
+"""1σ of the scale above which no alarm is given."""
 
 
 @cache
@@ -22,4 +22,4 @@ def outside(estimator: AidedHeadingFilter, tolerance: float) -> bool:
     """Whether the compass's gain lies outside the box by more than three of its standard deviations."""
     low, high = gain_range(tolerance)
     spread = estimator.scale_std
-    return spread < TRUSTED and not low - SIGMAS * spread <= estimator.scale <= high + SIGMAS * spread
+    return spread < LARGEST_STD and not low - SIGMAS * spread <= estimator.scale <= high + SIGMAS * spread

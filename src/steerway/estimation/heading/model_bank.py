@@ -1,18 +1,31 @@
-"""A bank of composite filters, one a compass: their hull, and their blend by likelihood (Magill 1965, MMAE)."""
+"""A bank of composite filters, one a compass: their hull, and their mean by likelihood (Magill 1965, MMAE)."""
 
 import itertools
 import math
+from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
+from steerway.core.moved import formerly
 from steerway.estimation.heading import composite
-from steerway.estimation.heading.composite import START_VARIANCE, composite_model, heading_deg, start_covariance
-from steerway.sensors.tcm2 import TCM2, TICKS, CompassModel
+from steerway.estimation.heading.composite import (
+    START_VARIANCE,
+    composite_model,
+    heading_deg,
+    heading_variance_deg2,
+    start_covariance,
+    stepped,
+)
+from steerway.estimation.heading.readings import Ticks, checked_difference
+from steerway.sensors.tcm2 import TCM2, CompassModel
 from steerway.vessels.springer import PAPER_YAW, HeadingModel
 
 LEAST_WEIGHT = 1e-12
-"""No filter is ever given up for good."""
+"""Relative to the likeliest, so that every filter can become the likeliest again."""
 
 
 def corners(tolerance: float, compass: CompassModel = TCM2) -> list[CompassModel]:
@@ -31,22 +44,32 @@ def grid(tolerance: float, points: int = 3, compass: CompassModel = TCM2) -> lis
 
 
 class ModelBank:
-    """Filters side by side. `headings` (m,), their hull `low` and `high`, and their blend `heading`; all rad.
+    """Filters side by side. `headings` (m,), their hull `low` and `high`, and their mean `heading`; all rad, unwrapped.
 
-    innovation (deg) is the last filter's mean over the last second: of `corners`, the nominal one's.
+    `innovation` (deg) is the last filter's mean over the last step: of `corners`, the nominal one's. Raises InputError
+    without a compass.
     """
 
-    def __init__(self, compasses, yaw: HeadingModel = PAPER_YAW, vehicle_variance: float = START_VARIANCE):
-        self._models = np.array([composite_model(each, yaw) for each in compasses])
+    def __init__(
+        self,
+        compasses: Iterable[CompassModel],
+        yaw: HeadingModel = PAPER_YAW,
+        vehicle_variance: float = START_VARIANCE,
+    ) -> None:
+        models = [composite_model(each, yaw) for each in compasses]
+        if not models:
+            raise InputError("heading.compasses is empty, expected at least one")
+        self._models = np.array(models)
         m = len(self._models)
         self._states = np.zeros((m, 4))
         self._covariances = np.repeat(start_covariance(vehicle_variance)[None], m, axis=0)
         self._scores = np.zeros(m)
         self._innovations = np.full(m, math.nan)
         self._degrees = np.zeros(m)
+        self._ticks = Ticks()
 
     @property
-    def headings(self) -> np.ndarray:
+    def headings(self) -> Floats:
         return np.radians(self._degrees)
 
     @property
@@ -67,7 +90,7 @@ class ModelBank:
         return float(self._innovations[-1])
 
     @property
-    def weights(self) -> np.ndarray:
+    def weights(self) -> Floats:
         """(m,) probabilities, given that one of the compasses is the true one."""
         likely = np.exp(self._scores - self._scores.max())
         return likely / likely.sum()
@@ -76,34 +99,59 @@ class ModelBank:
     def heading(self) -> float:
         return math.radians(float(self.weights @ self._degrees))
 
-    def second(self, difference: float, readings) -> float:
-        """Take (40,) readings (rad) and go one second on with n_d (rad/s); returns the blend (rad)."""
-        _second(
-            self._states,
-            self._covariances,
-            self._models,
-            difference,
-            np.degrees(readings),
-            self._scores,
-            self._innovations,
-            self._degrees,
-        )
+    @property
+    def heading_std(self) -> float:
+        """Of the mixture: the filters' own variances and their spread, rad."""
+        own = [heading_variance_deg2(p, model) for p, model in zip(self._covariances, self._models, strict=True)]
+        apart = self._degrees - self.weights @ self._degrees
+        return math.radians(math.sqrt(self.weights @ (own + apart * apart)))
+
+    def step(
+        self, difference: float, readings: ArrayLike | None = None, dt: float = 1.0, times: ArrayLike | None = None
+    ) -> float:
+        """As `CompositeFilter.step`; returns the mean heading (rad)."""
+        difference = checked_difference(difference)
+        sums, taken = np.zeros(len(self._models)), 0.0
+        for part, table in self._ticks.parts(dt, readings, times):
+            models = self._models if part == 1.0 else np.array([stepped(each, part) for each in self._models])
+            taken += _advance(
+                self._states, self._covariances, models, difference, table, self._scores, sums, self._degrees
+            )
+        self._innovations = sums / taken if taken else np.full(len(sums), math.nan)
         return self.heading
+
+    second = formerly("second", step)
 
 
 @kernel
-def _second(states, covariances, models, difference, readings_deg, scores, innovations, degrees):
+def _advance(
+    states: Floats,
+    covariances: Floats,
+    models: Floats,
+    difference: float,
+    readings: Floats,
+    scores: Floats,
+    innovations: Floats,
+    degrees: Floats,
+) -> float:
+    """`composite.advance` for every filter, its heading into `degrees`, its innovations (deg) added to `innovations`.
+
+    Returns the number of ticks with readings.
+    """
+    taken = 0.0
     for n in range(len(models)):
         x, p, model = states[n], covariances[n], models[n]
-        total = 0.0
-        for k in range(TICKS):
+        taken = 0.0
+        for k in range(readings.shape[1]):
             composite.predict_compass(x, p, model)
-            innovation, s = composite.correct(x, p, model, readings_deg[k])
-            total += innovation
-            scores[n] -= 0.5 * (math.log(s) + innovation * innovation / s)
-        innovations[n] = total / TICKS
+            if readings[1, k] > 0.0:
+                innovation, s = composite.correct(x, p, model, readings[0, k], readings[1, k])
+                innovations[n] += innovation
+                scores[n] -= 0.5 * (math.log(s) + innovation * innovation / s)
+                taken += 1.0
         composite.predict_vehicle(x, p, model, difference)
         degrees[n] = heading_deg(x, model)
     best, floor = scores.max(), math.log(LEAST_WEIGHT)
     for n in range(len(models)):
         scores[n] = max(scores[n] - best, floor)
+    return taken

@@ -1,14 +1,15 @@
-"""Measurement noise that a filter learns from its own innovations, by variational Bayes.
+"""Adaptive measurement noise from innovations, by variational Bayes.
 
 S. Särkkä and A. Nummenmaa (2009), Recursive noise adaptive Kalman filtering by variational Bayesian approximations,
 IEEE Transactions on Automatic Control 54(3), algorithm 1: the variance of each direction is inverse-gamma; between
-fixes its evidence fades, at a fix state and variance are found in turn.
+fixes its evidence decays, at a fix state and variance are estimated in turn.
 """
 
 import math
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.checks import positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
@@ -19,7 +20,7 @@ _ITERATIONS = 5
 
 
 @kernel
-def learn(x, p, north, east, shape, scale, fading):
+def learn(x: Floats, p: Floats, north: float, east: float, shape: Floats, scale: Floats, fading: float) -> None:
     """The two inverse-gamma densities (shape (2,), scale (2,)) after a fix, in place; x and P stay as they are."""
     n = len(x)
     wave = WAVE if n == WITH_WAVES else 0
@@ -40,26 +41,30 @@ def learn(x, p, north, east, shape, scale, fading):
 
 
 class VariationalNoise:
-    """A `FixNoise` (see `vessel_filter`) that learns the variances of fixes, north and east apart.
+    """A `FixNoise` (see `vessel_filter`) that estimates the variances of fixes, north and east apart.
 
-    `memory`: how many fixes back the evidence reaches; `confidence`: how many fixes the variance given at the start is
-    worth. Raises InputError for a memory that is not above 1.
+    `memory`: number of fixes over which the evidence decays; `confidence`: weight of the initial variance in fixes.
+    Raises InputError for a memory that is not above 1.
     """
 
-    def __init__(self, memory: float = 10.0, confidence: float = 2.0):
+    def __init__(self, memory: float = 10.0, confidence: float = 2.0) -> None:
         if not 1.0 < memory < math.inf:
             raise InputError(f"variational_noise.memory is {memory} fixes, expected more than 1")
         self._fading = 1.0 - 1.0 / memory
         self._confidence = positive("variational_noise.confidence", confidence)
 
-    def start(self, variances) -> None:
+    def start(self, variances: tuple[float, float]) -> None:
         """Begin from the variances (north, east) of `noise.position_std`."""
         self._shape = np.full(2, 0.5 * self._confidence)
         self._scale = self._shape * variances
 
-    def expected(self, x) -> tuple[float, float]:
-        return tuple(self._scale / self._shape)
+    def expected(self, x: Floats) -> tuple[float, float]:
+        return self._variances()
 
-    def learned(self, x, p, north: float, east: float) -> tuple[float, float]:
+    def learned(self, x: Floats, p: Floats, north: float, east: float) -> tuple[float, float]:
         learn(x, p, north, east, self._shape, self._scale, self._fading)
-        return tuple(self._scale / self._shape)
+        return self._variances()
+
+    def _variances(self) -> tuple[float, float]:
+        north, east = (self._scale / self._shape).tolist()
+        return north, east

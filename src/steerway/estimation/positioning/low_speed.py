@@ -1,7 +1,7 @@
-"""The equations of motion that filters for dynamic positioning are built on: M ν̇ + D ν = τ + Rᵀ(ψ) b at low speed.
+"""Equations of motion of filters for dynamic positioning: M ν̇ + D ν = τ + Rᵀ(ψ) b at low speed.
 
-P2 (1)–(3), kept as state [N E ψ u v r] and a nonlinear f, where the paper goes over to [η η̇] and back. With 9 states
-a force b on the vessel in north, east and yaw (N, N, N·m) rides along, first-order Gauss–Markov; with 13 also the
+P2 (1)–(3), kept as state [N E ψ u v r] and a nonlinear f, where the paper changes to [η η̇] and back. With 9 states
+a force b on the vessel in north, east and yaw (N, N, N·m) is added, first-order Gauss–Markov; with 13 also the
 motion of waves in north and east: [ξ_N ξ_E w_N w_E], w what waves add to a fix (m), an oscillator of frequency ω₀ and
 relative damping λ; Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. (2021), section 10.2.
 """
@@ -9,7 +9,10 @@ relative damping λ; Fossen, Handbook of Marine Craft Hydrodynamics and Motion C
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from steerway.core.arrays import Floats
+from steerway.core.checks import array_of
 from steerway.core.compiled import kernel
 from steerway.core.linear_algebra import multiply
 
@@ -23,14 +26,22 @@ DAMPING, FORCE_DECAY, WAVE_STIFFNESS, WAVE_DRAG = 9, 18, 19, 20
 """Places in the model after M⁻¹, row by row: D, row by row, 1/T_b, ω₀² and 2λω₀."""
 
 
-def pack(inertia, damping, force_time=math.inf, wave_frequency=0.0, wave_damping=0.0) -> np.ndarray:
+def pack(
+    inertia: ArrayLike,
+    damping: ArrayLike,
+    force_time: float = math.inf,
+    wave_frequency: float = 0.0,
+    wave_damping: float = 0.0,
+) -> Floats:
     """The model vector of inertia M and damping D (3, 3), force time constant (s), wave frequency and damping."""
+    inverse = np.linalg.inv(array_of("inertia", inertia, (3, 3)))
+    rows = array_of("damping", damping, (3, 3)).ravel()
     drag = 2.0 * wave_damping * wave_frequency
-    return np.array([*np.linalg.inv(inertia).ravel(), *np.ravel(damping), 1.0 / force_time, wave_frequency**2, drag])
+    return np.array([*inverse.ravel(), *rows, 1.0 / force_time, wave_frequency**2, drag])
 
 
 @kernel
-def rates(x, force, model, out):
+def rates(x: Floats, force: Floats, model: Floats, out: Floats) -> None:
     """out ← f(x): the time derivative of the (6, 9 or 13) states under a force τ (3,) in the body."""
     n = len(x)
     c, s = math.cos(x[HEADING]), math.sin(x[HEADING])
@@ -57,7 +68,7 @@ def rates(x, force, model, out):
 
 
 @kernel
-def jacobian(x, model, out):
+def jacobian(x: Floats, model: Floats, out: Floats) -> None:
     """out ← ∂f/∂x at x, (n, n)."""
     n = len(x)
     out[:] = 0.0
@@ -85,7 +96,7 @@ def jacobian(x, model, out):
 
 
 @kernel
-def advance_mean(x, force, model, dt, middle):
+def advance_mean(x: Floats, force: Floats, model: Floats, dt: float, middle: Floats) -> None:
     """x ← x after dt by Runge and Kutta's fourth-order method; `middle` receives a state halfway. No angle is wrapped.
 
     The mean goes by f itself; the printed x ← A x + B u (26) with a continuous A is not a step in time.
@@ -102,7 +113,7 @@ def advance_mean(x, force, model, dt, middle):
 
 
 @kernel
-def transition(middle, model, dt, phi, f, product):
+def transition(middle: Floats, model: Floats, dt: float, phi: Floats, f: Floats, product: Floats) -> None:
     """phi ← Φ = I + hF (I + hF/2 (I + hF/3 (I + hF/4))), the exponential of h times the Jacobian F halfway."""
     n = len(middle)
     jacobian(middle, model, f)
@@ -118,10 +129,10 @@ def transition(middle, model, dt, phi, f, product):
 
 
 @kernel
-def spread(p, phi, noise, dt, product):
+def spread(p: Floats, phi: Floats, noise: Floats, dt: float, product: Floats) -> None:
     """P ← Φ P Φᵀ + Q_d in place, upper triangle; `noise` (n,) holds spectral densities.
 
-    Q_d = h/2 (Φ Q Φᵀ + Q), so that the rate at which a filter runs does not change what it says; (27) adds a 3 × 3
+    Q_d = h/2 (Φ Q Φᵀ + Q), so that the rate of a filter does not change its estimates; (27) adds a 3 × 3
     matrix without a unit or a step to a 6 × 6 one.
     """
     n = len(noise)

@@ -1,4 +1,4 @@
-"""The passive nonlinear observer with wave filter and force bias: what P2 compares itself with and does not print.
+"""The passive nonlinear observer with wave filter and force bias: the rival of P2, which does not print it.
 
 T. I. Fossen and J. P. Strand (1999), Passive nonlinear observer design for ships using Lyapunov methods, Automatica
 35(1), with the wave filter's gains as in Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed.
@@ -7,10 +7,9 @@ T. I. Fossen and J. P. Strand (1999), Passive nonlinear observer design for ship
     ξ̇ = ŵ + K11 ỹ,  ŵ̇ = K12 ỹ − ω₀² ξ − 2λω₀ ŵ,  η̂̇ = R(ψ_y) ν̂ + ω_c ỹ,  b̂̇ = K3 ỹ − b̂/T_b,
     M ν̂̇ = Rᵀ(ψ_y) (K4 ỹ + b̂) + τ − D ν̂,  ỹ = y − η̂ − ŵ,  K11 = −2(1 − λ) ω_c/ω₀,  K12 = 2ω₀ (1 − λ).
 
-It is made for measurements that never cease. With fixes a second apart three readings of it differ: "held" keeps the
+It is designed for continuous measurements. With fixes a second apart three interpretations differ: "held" keeps the
 last measurement and compares it with the estimate as that moves on (with a measurement each step it is the continuous
-observer); "held innovation" keeps the innovation; "impulsive" gives at once, at the fix, what the gains would have
-given over the interval.
+observer); "held innovation" keeps the innovation; "impulsive" applies at the fix the whole correction of the interval.
 """
 
 import math
@@ -18,9 +17,11 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from steerway.core.angles import wrap
-from steerway.core.checks import not_negative, one_of, positive
+from steerway.core.arrays import Floats
+from steerway.core.checks import array_of, not_negative, one_of, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.estimation.positioning.vessel_filter import VesselMotion
@@ -45,7 +46,7 @@ class ObserverGains:
     wave_frequency: float = 0.0
     wave_damping: float = 0.1
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("cutoff", "force", "velocity"):
             if len(getattr(self, name)) != 3:
                 raise InputError(f"observer.{name} is {getattr(self, name)}, expected three numbers")
@@ -56,7 +57,7 @@ class ObserverGains:
         positive("observer.wave_damping", self.wave_damping)
 
     def out_of_order(self) -> str:
-        """What breaks 1/T_b ≪ K3/K4 < ω₀ < ω_c, which makes the observer passive; empty where nothing does.
+        """The violation of 1/T_b ≪ K3/K4 < ω₀ < ω_c, which makes the observer passive; empty where there is none.
 
         ≪ is taken for a fifth or less.
         """
@@ -73,7 +74,7 @@ class ObserverGains:
                 return f"{axis}: ω_c = {cutoff:g} 1/s, expected above ω₀ = {self.wave_frequency:g}"
         return ""
 
-    def table(self) -> np.ndarray:
+    def table(self) -> Floats:
         """(6, 3): K11, K12, ω_c, K3, K4 and, in the last row, 1/T_b, ω₀², 2λω₀."""
         cutoff = np.array(self.cutoff)
         frequency, left = self.wave_frequency, 2.0 * (1.0 - self.wave_damping)
@@ -87,14 +88,14 @@ DEMO_GAINS = ObserverGains((1.04,) * 3, (0.1, 0.1, 0.01), (0.1, 0.1, 0.01), 100.
 
 
 @kernel
-def _innovation(x, measured, out):
+def _innovation(x: Floats, measured: Floats, out: Floats) -> None:
     for i in range(3):
         out[i] = measured[i] - x[PLACE + i] - x[WAVE + i]
     out[2] = wrap(out[2])
 
 
 @kernel
-def _correction(gains, inverse, c, s, error, out):
+def _correction(gains: Floats, inverse: Floats, c: float, s: float, error: Floats, out: Floats) -> None:
     """out ← what the innovation `error` adds to the rates of all 15 states."""
     for i in range(3):
         out[WAVE_INTEGRAL + i] = gains[0, i] * error[i]
@@ -108,7 +109,16 @@ def _correction(gains, inverse, c, s, error, out):
 
 
 @kernel
-def _rates(x, heading, force, error, gains, inverse, damping, out):
+def _rates(
+    x: Floats,
+    heading: float,
+    force: Floats,
+    error: Floats,
+    gains: Floats,
+    inverse: Floats,
+    damping: Floats,
+    out: Floats,
+) -> None:
     """Right-hand side of the observer; `heading` is the measured one."""
     c, s = math.cos(heading), math.sin(heading)
     _correction(gains, inverse, c, s, error, out)
@@ -129,7 +139,17 @@ def _rates(x, heading, force, error, gains, inverse, damping, out):
 
 
 @kernel
-def _stage(x, measured, held, error, force, gains, inverse, damping, out):
+def _stage(
+    x: Floats,
+    measured: Floats,
+    held: bool,
+    error: Floats,
+    force: Floats,
+    gains: Floats,
+    inverse: Floats,
+    damping: Floats,
+    out: Floats,
+) -> None:
     """Rates at x: `held` compares the measurement with x itself, otherwise `error` (3,) is what corrects."""
     if held:
         _innovation(x, measured, error)
@@ -137,7 +157,17 @@ def _stage(x, measured, held, error, force, gains, inverse, damping, out):
 
 
 @kernel
-def predict(x, measured, held, error, force, gains, inverse, damping, dt):
+def predict(
+    x: Floats,
+    measured: Floats,
+    held: bool,
+    error: Floats,
+    force: Floats,
+    gains: Floats,
+    inverse: Floats,
+    damping: Floats,
+    dt: float,
+) -> None:
     """x after dt by Runge and Kutta's fourth-order method, in place. No angle is wrapped."""
     k1, k2, k3, k4 = np.empty(STATES), np.empty(STATES), np.empty(STATES), np.empty(STATES)
     _stage(x, measured, held, error, force, gains, inverse, damping, k1)
@@ -149,7 +179,7 @@ def predict(x, measured, held, error, force, gains, inverse, damping, dt):
 
 
 @kernel
-def strike(x, heading, error, gains, inverse, interval):
+def strike(x: Floats, heading: float, error: Floats, gains: Floats, inverse: Floats, interval: float) -> None:
     """x += `interval` times the correction by an innovation, at once."""
     out = np.empty(STATES)
     _correction(gains, inverse, math.cos(heading), math.sin(heading), error, out)
@@ -166,21 +196,29 @@ class PassiveObserver:
         gains: see `ObserverGains`; a warning says where they break the ordering that makes the observer passive.
         correction: "held", "held innovation" or "impulsive", see the module.
         fix_interval, heading_interval: s from fix to fix and from compass reading to reading; None for no compass.
-        check: whether to refuse gains that diverge; without it they run, to be looked at.
+        check: whether to refuse gains that diverge; without it they run.
 
     Raises InputError for another correction, for intervals that are not positive, and when the observer would diverge
     with these gains and intervals, before it runs.
     """
 
     def __init__(
-        self, inertia, damping, gains, correction="impulsive", fix_interval=1.0, heading_interval=0.1, check=True
-    ):
+        self,
+        inertia: ArrayLike,
+        damping: ArrayLike,
+        gains: ObserverGains,
+        correction: str = "impulsive",
+        fix_interval: float = 1.0,
+        heading_interval: float | None = 0.1,
+        check: bool = True,
+    ) -> None:
         self._form = one_of("observer.correction", correction, CORRECTIONS)
         self._fix_interval = positive("observer.fix_interval", fix_interval)
         self._heading_interval = heading_interval and positive("observer.heading_interval", heading_interval)
         self.gains = gains
         self._gains = gains.table()
-        self._inverse, self._damping = np.linalg.inv(inertia), np.array(damping, dtype=np.float64)
+        self._inverse = np.linalg.inv(array_of("inertia", inertia, (3, 3))).astype(np.float64)
+        self._damping = array_of("damping", damping, (3, 3))
         self.state = np.zeros(STATES)
         disorder = gains.out_of_order()
         if disorder:
@@ -201,17 +239,20 @@ class PassiveObserver:
         self._error = np.zeros(3)
         self._known = np.zeros(3)  # 1 where there is a measurement to compare with
 
-    def predict(self, force, dt: float) -> None:
+    def predict(self, force: ArrayLike, dt: float) -> None:
         x = self.state
         if not self._known[2]:
             self._measured[2] = x[PLACE + 2]
-        force = np.asarray(force, dtype=np.float64)
+        force = array_of("force", force, (3,))
         held = self._form == "held"
         gains = self._gains if self._known.all() else self._gains * [*[self._known] * 5, np.ones(3)]
         predict(x, self._measured, held, self._error, force, gains, self._inverse, self._damping, dt)
         x[PLACE + 2] = wrap(x[PLACE + 2])
 
     def update(self, north: float, east: float) -> float:
+        """Take a fix (m); an unknown one is skipped. Returns NaN: an observer has no NIS."""
+        if not (math.isfinite(north) and math.isfinite(east)):
+            return math.nan
         self._measured[:2], self._known[:2] = (north, east), 1.0
         x = self.state
         error = np.array([north - x[PLACE] - x[WAVE], east - x[PLACE + 1] - x[WAVE + 1], 0.0])
@@ -219,11 +260,14 @@ class PassiveObserver:
         return math.nan
 
     def update_heading(self, heading: float) -> None:
+        """Take a compass reading (rad); an unknown one is skipped."""
+        if not math.isfinite(heading):
+            return
         self._measured[2], self._known[2] = heading, 1.0
         error = np.array([0.0, 0.0, wrap(heading - self.state[PLACE + 2] - self.state[WAVE + 2])])
         self._take(slice(2, 3), error, self._heading_interval or self._fix_interval)
 
-    def _take(self, axes, error, interval):
+    def _take(self, axes: slice, error: Floats, interval: float) -> None:
         if self._form == "impulsive":
             strike(self.state, self._measured[2], error, self._gains, self._inverse, interval)
         else:
@@ -232,7 +276,9 @@ class PassiveObserver:
     @property
     def motion(self) -> VesselMotion:
         x = self.state.tolist()
-        return VesselMotion(*x[PLACE:FORCE], tuple(x[VELOCITY:]), tuple(x[FORCE:VELOCITY]))
+        north, east, heading, *force_and_velocity = x[PLACE:]
+        force_north, force_east, force_yaw, surge, sway, yaw_rate = force_and_velocity
+        return VesselMotion(north, east, heading, (surge, sway, yaw_rate), (force_north, force_east, force_yaw))
 
     def _growth(self) -> float:
         small = 1e-3  # the observer is linear but for the wrapped heading
@@ -247,8 +293,8 @@ class PassiveObserver:
             own = [i for i in own if i % 3 != 2]
         return float(np.abs(np.linalg.eigvals(transition[np.ix_(own, own)])).max())
 
-    def _one_interval(self):
-        """From just before a fix to just before the next, with measurements that say 0."""
+    def _one_interval(self) -> None:
+        """From just before a fix to just before the next, with measurements of 0."""
         still = np.zeros(3)
         step = self._heading_interval or min(self._fix_interval, 0.1)
         self.update(0.0, 0.0)

@@ -1,18 +1,21 @@
-"""A Kalman filter that knows the vessel and the forces her actuators give: position, heading and velocity from fixes.
+"""A Kalman filter of a vessel whose actuator forces are known: position, heading and velocity from fixes.
 
-The filter of P2 §II in the form of its errata, and what the product adds: the environment's force, waves, a gate,
-measurement noise that is learned, and a smoother (`vessel_smoother`). With 6 states it is P2's, with 9 the force is
-estimated, with 13 the waves too.
+The filter of P2 §II in the form of its errata, extended by the environment's force, waves, a gate, adaptive measurement
+noise and a smoother (`vessel_smoother`). With 6 states it is P2's, with 9 the force is estimated, with 13 the
+waves too.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from steerway.core.angles import wrap
-from steerway.core.checks import not_negative, positive
+from steerway.core.arrays import Floats
+from steerway.core.checks import array_of, not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.estimation.course.update.aids import correct_scalar
@@ -36,7 +39,7 @@ PATIENCE = 5
 
 
 class VesselMotion(NamedTuple):
-    """What an observer says: position, heading, velocity (surge, sway, yaw rate), force on her (north, east, yaw)."""
+    """Output of an observer: position, heading, velocity (surge, sway, yaw rate), external force (north, east, yaw)."""
 
     north: float
     east: float
@@ -46,12 +49,12 @@ class VesselMotion(NamedTuple):
 
 
 class Observer(Protocol):
-    """What closes a positioning loop: every filter and observer of vessel motion has these."""
+    """The interface of every filter and observer of vessel motion that closes a positioning loop."""
 
     def start(self, north: float, east: float, heading: float) -> None:
         """Begin at rest at a place."""
 
-    def predict(self, force, dt: float) -> None:
+    def predict(self, force: Floats, dt: float) -> None:
         """dt s on, under the actuators' force (surge N, sway N, yaw N·m)."""
 
     def update(self, north: float, east: float) -> float:
@@ -62,27 +65,27 @@ class Observer(Protocol):
 
     @property
     def motion(self) -> VesselMotion:
-        """What the vessel does now."""
+        """The estimate now."""
 
 
 class FixNoise(Protocol):
-    """Noise of fixes that changes: `adaptive_noise` learns it, `time_varying` has it from the speed."""
+    """Measurement noise that changes: estimated by `adaptive_noise`, a function of speed in `time_varying`."""
 
-    def start(self, variances) -> None:
-        """Begin with the variances (north, east; m²) that the filter was given."""
+    def start(self, variances: tuple[float, float]) -> None:
+        """Begin with the variances (north, east; m²) of the filter."""
 
-    def expected(self, x) -> tuple[float, float]:
-        """The variances to expect of a fix on a filter that stands at x."""
+    def expected(self, x: Floats) -> tuple[float, float]:
+        """The variances expected of a fix, for the state x."""
 
-    def learned(self, x, p, north: float, east: float) -> tuple[float, float]:
-        """The variances once the fix is known, for a filter that stands at x, P before it."""
+    def learned(self, x: Floats, p: Floats, north: float, east: float) -> tuple[float, float]:
+        """The variances after a fix, for the state x and covariance P before it."""
 
 
 @dataclass(frozen=True)
 class VesselNoise:
-    """What a filter has to know of the world. All 1σ or spectral densities, SI.
+    """Noise of the vessel and its environment. All 1σ or spectral densities, SI.
 
-    `acceleration`: densities of the surge, sway and yaw acceleration, what the model does not know, m²/s³ (rad²/s³).
+    `acceleration`: densities of the unmodelled surge, sway and yaw acceleration, m²/s³ (rad²/s³).
     `force_std`, `force_time`: Gauss–Markov force in north, east, yaw (N, N, N·m; s). `wave_std`, `wave_frequency`,
     `wave_damping`: what waves add to a fix in either direction, m, rad/s, relative.
     `position_std` m of one fix, `heading_std` rad of one reading; `start_std` of each of the first six states.
@@ -98,7 +101,7 @@ class VesselNoise:
     heading_std: float = math.radians(0.5)
     start_std: tuple[float, ...] = field(default=(0.01,) * 6)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("acceleration", "force_std", "start_std"):
             for value in getattr(self, name):
                 not_negative(f"vessel_noise.{name}", value)
@@ -113,14 +116,14 @@ class VesselNoise:
         """How many states a filter needs: 6, with a force 9, with waves 13."""
         return WITH_WAVES if self.wave_std else WITH_FORCE if any(self.force_std) else BODY
 
-    def densities(self) -> np.ndarray:
+    def densities(self) -> Floats:
         """Spectral densities of all states: a process of 1σ σ with time constant T is driven by 2σ²/T."""
         force = [2.0 * std**2 / self.force_time for std in self.force_std]
         wave = 4.0 * self.wave_damping * self.wave_frequency * self.wave_std**2
         return np.array([0.0, 0.0, 0.0, *self.acceleration, *force, 0.0, 0.0, wave, wave])[: self.states]
 
-    def start_variances(self) -> np.ndarray:
-        """The covariance's diagonal at the start: forces and waves stand at their stationary spread."""
+    def start_variances(self) -> Floats:
+        """The covariance's diagonal at the start: forces and waves have their stationary variance."""
         wave = self.wave_std**2
         still = wave / self.wave_frequency**2
         return np.array([*np.square(self.start_std), *np.square(self.force_std), still, still, wave, wave])[
@@ -129,7 +132,7 @@ class VesselNoise:
 
 
 @kernel
-def predict(x, p, force, noise, model, dt, work):
+def predict(x: Floats, p: Floats, force: Floats, noise: Floats, model: Floats, dt: float, work: Floats) -> None:
     """State and covariance predictor over dt, in place: P2 (26)–(27) as the errata have them. work: (3, n, n)."""
     n = len(x)
     middle = np.empty(n)
@@ -140,7 +143,9 @@ def predict(x, p, force, noise, model, dt, work):
 
 
 @kernel
-def innovation_of(x, p, north, east, north_variance, east_variance):
+def innovation_of(
+    x: Floats, p: Floats, north: float, east: float, north_variance: float, east_variance: float
+) -> tuple[float, float, float]:
     """Innovation (north, east) and NIS of a fix that is not taken."""
     wave = WAVE if len(x) == WITH_WAVES else 0
     nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, north_variance, east_variance, wave)
@@ -148,7 +153,16 @@ def innovation_of(x, p, north, east, north_variance, east_variance):
 
 
 @kernel
-def take_fix(x, p, work, north, east, north_variance, east_variance, gate):
+def take_fix(
+    x: Floats,
+    p: Floats,
+    work: Floats,
+    north: float,
+    east: float,
+    north_variance: float,
+    east_variance: float,
+    gate: float,
+) -> tuple[bool, float]:
     """Correct by a fix, P2 (23)–(25) with H = C. Returns (accepted, NIS)."""
     wave = WAVE if len(x) == WITH_WAVES else 0
     nu_n, nu_e, s_nn, s_ne, s_ee = innovation(x, p, north, east, north_variance, east_variance, wave)
@@ -161,14 +175,14 @@ def take_fix(x, p, work, north, east, north_variance, east_variance, gate):
 
 
 @kernel
-def take_heading(x, p, work, heading, variance):
+def take_heading(x: Floats, p: Floats, work: Floats, heading: float, variance: float) -> None:
     """Correct by a compass reading, unless the gate refuses it; P2 (13) has none."""
     correct_scalar(x, p, work, HEADING, 0, 0.0, wrap(heading - x[HEADING]), variance)
     x[HEADING] = wrap(x[HEADING])
 
 
 @kernel
-def retake(x, p, north, east, north_variance, east_variance):
+def retake(x: Floats, p: Floats, north: float, east: float, north_variance: float, east_variance: float) -> None:
     """After unbroken rejections take the position anew and keep the motion."""
     wave = WAVE if len(x) == WITH_WAVES else 0
     x[0] = north - x[wave] if wave else north
@@ -181,7 +195,7 @@ class VesselFilter:
 
     Args:
         inertia, damping: (3, 3) M and D of the vessel, kg, kg·m, kg·m² and their like per second.
-        noise: what it has to know of the world.
+        noise: of the vessel and its environment.
         gate: on the NIS of a fix; inf takes every fix.
         fix_noise: a `FixNoise` in place of `noise.position_std`.
         scheduled: densities of the acceleration from the estimated (surge, sway), see `time_varying`.
@@ -189,10 +203,16 @@ class VesselFilter:
     Raises InputError for matrices that are not (3, 3).
     """
 
-    def __init__(self, inertia, damping, noise: VesselNoise, gate=GATE, fix_noise=None, scheduled=None):
-        inertia, damping = np.asarray(inertia, float), np.asarray(damping, float)
-        if inertia.shape != (3, 3) or damping.shape != (3, 3):
-            raise InputError(f"inertia is {inertia.shape} and damping {damping.shape}, expected (3, 3) both")
+    def __init__(
+        self,
+        inertia: ArrayLike,
+        damping: ArrayLike,
+        noise: VesselNoise,
+        gate: float = GATE,
+        fix_noise: FixNoise | None = None,
+        scheduled: Callable[[float, float], tuple[float, float, float]] | None = None,
+    ) -> None:
+        inertia, damping = array_of("inertia", inertia, (3, 3)), array_of("damping", damping, (3, 3))
         self.noise = noise
         self.model = pack(inertia, damping, noise.force_time, noise.wave_frequency, noise.wave_damping)
         self.densities = noise.densities()
@@ -214,17 +234,20 @@ class VesselFilter:
         self._rejected = 0
         self.retaken = False
 
-    def predict(self, force, dt: float) -> None:
+    def predict(self, force: Floats, dt: float) -> None:
         if self._scheduled is not None:
             self.densities[3:6] = self._scheduled(self.state[3], self.state[4])
-        force = np.asarray(force, dtype=np.float64)
+        force = array_of("force", force, (3,))
         predict(self.state, self.covariance_upper, force, self.densities, self.model, dt, self._work)
 
     def update(self, north: float, east: float) -> float:
-        """Take a fix (m). Returns its NIS: above the gate it was rejected."""
+        """Take a fix (m). Returns its NIS: above the gate it was rejected; NaN for an unknown one, which is skipped."""
+        if not (math.isfinite(north) and math.isfinite(east)):
+            self.retaken = False
+            return math.nan
         x, p = self.state, self.covariance_upper
         if self._fix_noise is not None:
-            self._variances = self._noise_of(north, east)
+            self._variances = self._noise_of(self._fix_noise, north, east)
         accepted, nis = take_fix(x, p, self._work[0], north, east, *self._variances, self._gate)
         self._rejected = 0 if accepted else self._rejected + 1
         self.retaken = self._rejected >= PATIENCE
@@ -233,18 +256,20 @@ class VesselFilter:
             self._rejected = 0
         return nis
 
-    def _noise_of(self, north, east):
-        """A wild fix teaches no more than one at the gate: it counts little, a row of them counts for what it is."""
+    def _noise_of(self, fix_noise: FixNoise, north: float, east: float) -> tuple[float, float]:
+        """An outlier changes the noise no more than a fix at the gate; several in a row change it."""
         x, p = self.state, self.covariance_upper
-        nu_n, nu_e, nis = innovation_of(x, p, north, east, *self._fix_noise.expected(x))
+        nu_n, nu_e, nis = innovation_of(x, p, north, east, *fix_noise.expected(x))
         share = 1.0 - math.sqrt(self._gate / nis) if nis > self._gate else 0.0
-        return self._fix_noise.learned(x, p, north - share * nu_n, east - share * nu_e)
+        return fix_noise.learned(x, p, north - share * nu_n, east - share * nu_e)
 
     def update_heading(self, heading: float) -> None:
-        take_heading(self.state, self.covariance_upper, self._work[0], heading, self.noise.heading_std**2)
+        """Take a compass reading (rad); an unknown one is skipped."""
+        if math.isfinite(heading):
+            take_heading(self.state, self.covariance_upper, self._work[0], heading, self.noise.heading_std**2)
 
     @property
-    def covariance(self) -> np.ndarray:
+    def covariance(self) -> Floats:
         """(n, n) covariance of `state`."""
         upper = np.triu(self.covariance_upper)
         return upper + np.triu(upper, 1).T
@@ -252,5 +277,5 @@ class VesselFilter:
     @property
     def motion(self) -> VesselMotion:
         x = self.state.tolist()
-        force = tuple(x[6:9]) if len(x) > BODY else (0.0, 0.0, 0.0)
-        return VesselMotion(*x[:3], tuple(x[3:6]), force)
+        force = (x[6], x[7], x[8]) if len(x) > BODY else (0.0, 0.0, 0.0)
+        return VesselMotion(x[0], x[1], x[2], (x[3], x[4], x[5]), force)

@@ -1,4 +1,4 @@
-"""A record of fixes and forces through a `VesselFilter` and back again: every row knows the whole record.
+"""Fixed-interval smoothing of a record of fixes and forces by a `VesselFilter`.
 
 Rauch, Tung and Striebel, AIAA Journal 3(8), 1965. As in `smoothing`, the backward pass predicts each row again.
 """
@@ -7,8 +7,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from steerway.core.angles import wrap
+from steerway.core.arrays import Floats
+from steerway.core.checks import array_of
 from steerway.core.compiled import kernel
 from steerway.estimation.course.smoothing.rauch_tung_striebel import ignore, smoothing_step
 from steerway.estimation.positioning.low_speed import HEADING, advance_mean, spread, transition
@@ -25,16 +28,21 @@ class VesselRecord(NamedTuple):
     nis: np.ndarray
 
 
-def smooth(estimator: VesselFilter, forces, fixes, headings, dt: float) -> VesselRecord:
-    """Run `estimator` from where it stands over a record of rows `dt` s apart, and smooth it.
+def smooth(
+    estimator: VesselFilter, forces: ArrayLike, fixes: ArrayLike, headings: ArrayLike, dt: float
+) -> VesselRecord:
+    """Run `estimator` from its present state over a record of rows `dt` s apart, and smooth it.
 
     Args:
-        forces: (rows − 1, 3) what the actuators gave from each row to the next, surge N, sway N, yaw N·m.
+        forces: (rows − 1, 3) actuator forces from each row to the next, surge N, sway N, yaw N·m.
         fixes: (rows, 2) north and east (m), NaN in rows without a fix.
         headings: (rows,) compass (rad), NaN in rows without one.
+
+    Raises InputError for other shapes.
     """
-    forces = np.ascontiguousarray(forces, dtype=np.float64)
+    headings = array_of("headings", headings, (None,))
     rows, n = len(headings), len(estimator.state)
+    fixes, forces = array_of("fixes", fixes, (rows, 2)), array_of("forces", forces, (max(rows - 1, 0), 3))
     states, covariances = np.empty((rows, n)), np.empty((rows, n, n))
     densities, anew, nis = np.empty((rows, n)), np.zeros(rows, dtype=np.bool_), np.full(rows, math.nan)
     for k in range(rows):
@@ -42,8 +50,8 @@ def smooth(estimator: VesselFilter, forces, fixes, headings, dt: float) -> Vesse
             estimator.predict(forces[k - 1], dt)
         if math.isfinite(headings[k]):
             estimator.update_heading(headings[k])
-        if math.isfinite(fixes[k][0]):
-            nis[k] = estimator.update(*fixes[k])
+        if math.isfinite(fixes[k, 0]):
+            nis[k] = estimator.update(fixes[k, 0], fixes[k, 1])
             anew[k] = estimator.retaken
         states[k], covariances[k], densities[k] = estimator.state, estimator.covariance, estimator.densities
     back, back_covariances = states.copy(), covariances.copy()
@@ -52,7 +60,15 @@ def smooth(estimator: VesselFilter, forces, fixes, headings, dt: float) -> Vesse
 
 
 @kernel
-def _backward(states, covariances, forces, densities, anew, model, dt):
+def _backward(
+    states: Floats,
+    covariances: Floats,
+    forces: Floats,
+    densities: Floats,
+    anew: NDArray[np.bool_],
+    model: Floats,
+    dt: float,
+) -> None:
     rows, n = states.shape
     work = np.empty((5, n, n))
     middle, scale, excess, predicted = np.empty(n), np.empty(n), np.empty(n), np.empty(n)

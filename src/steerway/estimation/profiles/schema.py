@@ -1,7 +1,6 @@
 """Profiles: the vessel and its receiver as named, validated numbers in a TOML file."""
 
 import json
-import tomllib
 from pathlib import Path
 from typing import Self
 
@@ -10,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from steerway.core.errors import InputError
 from steerway.core.profile_fields import positive_number
+from steerway.core.toml import read_toml
 from steerway.estimation.course.motion.oscillation import SHORTEST_PERIOD
 from steerway.estimation.course.update.aids import AidNoise
 from steerway.estimation.profiles import packing
@@ -131,9 +131,7 @@ class Profile(AidNoise, ReceiverNoise, MotionNoise, _Named):
     def load(cls, path: str | Path) -> Self:
         """A profile from a TOML file. Raises InputError naming the file and the key that is wrong."""
         try:
-            return cls(**tomllib.loads(Path(path).read_text(encoding="utf-8")))
-        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-            raise InputError(f"profile {path} cannot be read as TOML: {error}") from None
+            return cls(**read_toml(path, "profile"))
         except ValidationError as error:
             first = error.errors()[0]
             key = ".".join(map(str, first["loc"]))

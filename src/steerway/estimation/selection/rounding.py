@@ -6,6 +6,7 @@ import numpy as np
 
 from steerway.core.earth import radii
 from steerway.core.records import Fixes
+from steerway.core.rounding import written_step
 
 _STEPS = np.sort(np.radians([10.0**-k / 60.0 for k in range(2, 9)] + [10.0**-k for k in range(4, 10)]))[::-1]
 """rad: decimals of minutes and of degrees, the coarsest first."""
@@ -25,11 +26,6 @@ def rounding_std(fixes: Fixes) -> float:
         return 0.0
     rows = np.unique(np.linspace(0, len(fixes) - 1, min(len(fixes), _MANY)).astype(int))
     latitude, longitude = fixes.latitude[rows], fixes.longitude[rows]
-    step = next((each for each in _STEPS if _written_in(each, latitude, longitude)), 0.0)
+    step = np.nan_to_num(written_step(np.concatenate([latitude, longitude]), _STEPS, _TOLERANCE))
     meridian, prime_vertical = radii(latitude[0])
-    return step * math.hypot(meridian, prime_vertical * math.cos(latitude[0])) / math.sqrt(24.0)
-
-
-def _written_in(step, latitude, longitude) -> bool:
-    parts = np.concatenate([latitude, longitude]) / step
-    return bool(np.all(np.abs(parts - np.round(parts)) < _TOLERANCE))
+    return float(step) * math.hypot(meridian, prime_vertical * math.cos(latitude[0])) / math.sqrt(24.0)

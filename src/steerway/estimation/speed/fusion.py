@@ -1,8 +1,8 @@
-"""One speed from GPS, Doppler log and accelerometer, and what is done when they contradict each other.
+"""One speed from GPS, Doppler log and accelerometer, with fault detection.
 
-A reading that its gate refuses is lost, no more. Contradictions that last are settled so: GPS and log by `FaultVote`,
-with the speed that the shaft's turns suggest as the third voice; the accelerometer, when the best of the others has
-been refused for `PATIENCE` while those two agree; the current, when only what moves with the water is refused.
+A reading outside its gate is skipped. Lasting contradictions are resolved so: GPS and log by `FaultVote`, with speed
+from shaft speed as third instrument; the accelerometer is faulty when the best of the others has been refused for
+`PATIENCE` while those two agree; the current has changed when only speeds through the water are refused.
 """
 
 import math
@@ -13,7 +13,7 @@ from steerway.estimation.speed.fault_vote import FaultVote
 from steerway.estimation.speed.surge import BIAS, CURRENT, LEAK, SPEED, SurgeFilter, SurgeTuning
 
 PATIENCE = 2.0
-"""s of unbroken refusals after which it is the filter that is taken to be wrong, as in the five-state filter."""
+"""s of unbroken refusals after which the filter is taken to be wrong, as in the five-state filter."""
 
 SOG, BOTTOM, WATER, PROPELLER = range(4)
 AIDS = ("sog", "bottom_speed", "water_speed", "propeller_speed")
@@ -21,7 +21,7 @@ AIDS = ("sog", "bottom_speed", "water_speed", "propeller_speed")
 
 @dataclass(frozen=True)
 class FaultEvent:
-    """`what` became of an instrument at `time` s: "excluded", "readmitted" or "doubted"."""
+    """Change of an instrument's state at `time` s: "excluded", "readmitted" or "doubted"."""
 
     time: float
     instrument: str
@@ -29,24 +29,24 @@ class FaultEvent:
 
 
 class SurgeFusion:
-    """`step` by step at the accelerometer's rate; others speak when they have something to say.
+    """`step` runs at the accelerometer's rate; other instruments measure at theirs.
 
-    `events` tells what was left out and taken back; `excluded` which aid is left out now, or None.
+    `events`: exclusions and readmissions; `excluded`: the aid that is left out now, or None.
     """
 
-    def __init__(self, tuning: SurgeTuning | None = None):
+    def __init__(self, tuning: SurgeTuning | None = None) -> None:
         self.filter = SurgeFilter(tuning)
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything."""
+        """Start anew."""
         self.filter.reset()
         self.events: list[FaultEvent] = []
         self.nis = (math.nan,) * 4
         self._vote = FaultVote((self.filter.tuning.sog_std, self.filter.tuning.bottom_std))
         self._time = 0.0
         self._refused = [math.nan] * 4  # since when
-        self._heard = [-math.inf] * 4
+        self._measured_at = [-math.inf] * 4
         self._propeller = math.nan
 
     def step(
@@ -59,20 +59,20 @@ class SurgeFusion:
         propeller_speed: float = math.nan,
         reference: float = math.nan,
     ) -> float:
-        """Speed over ground along the hull (m/s) after dt s of `acceleration` (m/s²) and what was said at their end.
+        """Speed over ground along the hull (m/s) after dt s of `acceleration` (m/s²) and the measurements at their end.
 
-        `sog` of the receiver, `bottom_speed` or `water_speed` of the log, `propeller_speed` made from the shaft's turns
-        by an identified model, all m/s along the hull, NaN for silence. `reference`: as `propeller_speed`, of a model
-        not good enough to aid, for the vote alone.
+        `sog` of the receiver, `bottom_speed` or `water_speed` of the log, `propeller_speed` computed from shaft speed
+        by an identified model, all m/s along the hull, NaN for none. `reference`: as `propeller_speed`, of a rough
+        model, for the vote alone.
         """
         self._time += dt
         self.filter.predict(acceleration, dt)
-        said = [sog, bottom_speed, water_speed, propeller_speed]
-        if not any(map(math.isfinite, said)):
+        measured = [sog, bottom_speed, water_speed, propeller_speed]
+        if not any(map(math.isfinite, measured)):
             return self.filter.speed
         third = propeller_speed if math.isfinite(propeller_speed) else reference
-        self._hold_vote(said, third)
-        self.nis = self.filter.aid_by(*said)
+        self._hold_vote(measured, third)
+        self.nis = self.filter.aid_by(*measured)
         self._watch()
         return self.filter.speed
 
@@ -87,40 +87,42 @@ class SurgeFusion:
 
     @property
     def current(self) -> float:
-        """The water's speed along the hull, m/s: known through the log's water track or the propeller only."""
+        """Speed of the current along the hull, m/s: observable by the log's water track or the propeller only."""
         return self.filter.current
 
     @property
     def excluded(self) -> str | None:
         return None if self._vote.excluded is None else AIDS[self._vote.excluded]
 
-    def _hold_vote(self, said, third):
-        """Silence an aid that the vote leaves out; open the filter when it has been misled by it."""
+    def _hold_vote(self, measured: list[float], third: float) -> None:
+        """Drop the excluded aid; increase the covariance when the filter has followed a faulty one."""
         before = self._vote.excluded
-        heard = [which for which in (SOG, BOTTOM) if math.isfinite(said[which])]
-        for which in heard:
-            self._vote.take(which, self._time, said[which], self.filter.speed, third)
-        if heard:
+        present = [which for which in (SOG, BOTTOM) if math.isfinite(measured[which])]
+        for which in present:
+            self._vote.take(which, self._time, measured[which], self.filter.speed, third)
+        if present:
             misled, window = self._vote.judge(self._time)
             now = self._vote.excluded
-            if now != before:
-                self._note(before if now is None else now, "readmitted" if now is None else "excluded")
+            if now is not None and now != before:
+                self._note(now, "excluded")
+            elif now is None and before is not None:
+                self._note(before, "readmitted")
             if misled**2 > 0.0:
                 self._open_inertial(misled, misled / window)
         if self._vote.excluded is not None:
-            said[self._vote.excluded] = math.nan
+            measured[self._vote.excluded] = math.nan
 
-    def _watch(self):
-        """Count refusals; after PATIENCE of them doubt the accelerometer, or the current."""
+    def _watch(self) -> None:
+        """Count refusals; after PATIENCE of them reset the accelerometer's errors, or the current."""
         for which, nis in enumerate(self.nis):
             if math.isnan(nis):
                 continue
-            self._heard[which] = self._time
+            self._measured_at[which] = self._time
             if nis <= AID_GATE:
                 self._refused[which] = math.nan
             elif math.isnan(self._refused[which]):
                 self._refused[which] = self._time
-        over_ground = [which for which in (BOTTOM, SOG) if self._speaks(which)]
+        over_ground = [which for which in (BOTTOM, SOG) if self._is_present(which)]
         if over_ground and self._lost(over_ground[0]) and not self._vote.conflict:
             self._note(-1, "doubted")
             self._open_inertial(1.0, self.filter.tuning.bias_std)
@@ -129,19 +131,19 @@ class SurgeFusion:
             self.filter.open(CURRENT, self.filter.tuning.current_std**2)
             self._refused[WATER] = self._refused[PROPELLER] = math.nan
 
-    def _speaks(self, which):
-        return self._vote.excluded != which and self._time - self._heard[which] < 1.0
+    def _is_present(self, which: int) -> bool:
+        return self._vote.excluded != which and self._time - self._measured_at[which] < 1.0
 
-    def _lost(self, which):
+    def _lost(self, which: int) -> bool:
         return self._time - self._refused[which] >= PATIENCE
 
-    def _open_inertial(self, speed_std, bias_std):
-        """Know speed, bias and leak no better than so: what was learned of them was learned from a fault."""
+    def _open_inertial(self, speed_std: float, bias_std: float) -> None:
+        """Increase the covariance of speed, bias and leak, which a fault has affected."""
         covariance = self.filter.covariance
         self.filter.open(SPEED, covariance[SPEED, SPEED] + speed_std**2)
         self.filter.open(BIAS, covariance[BIAS, BIAS] + bias_std**2)
         self.filter.open(LEAK, self.filter.tuning.leak_std**2)
 
-    def _note(self, which, what):
+    def _note(self, which: int, what: str) -> None:
         name = "acceleration" if which < 0 else AIDS[which]
         self.events.append(FaultEvent(self._time, name, what))

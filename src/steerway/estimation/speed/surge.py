@@ -1,9 +1,9 @@
-"""Speed along the hull from an accelerometer, aided by whatever measures speed: over ground, through the water, or made
-from the shaft's turns.
+"""Speed along the hull from an accelerometer, aided by whatever measures speed: over ground, through the water, or
+computed from shaft speed.
 
-State [u b g c]: speed over ground along the hull, the accelerometer's bias, the part of gravity that a hull not quite
-level lets in, and the water's own speed along the hull. g is first-order Gauss–Markov, b and c are random walks:
-u̇ = a − b − g. Where P3 (22)–(30) takes an accelerometer for a speed sensor, here it is the input. Each aid is u, or
+State [u b g c]: speed over ground along the hull, the accelerometer's bias, the component of gravity along a hull that
+is not level, and the speed of the current along the hull. g is first-order Gauss–Markov, b and c are random walks:
+u̇ = a − b − g. P3 (22)–(30) treats the accelerometer as a speed sensor; here it is the input. Each aid is u, or
 u − c, through the same scalar update and gate as the aids of the five-state filter.
 """
 
@@ -12,15 +12,18 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
+from steerway.core.errors import InputError
 from steerway.estimation.course.motion.five_state import decay
 from steerway.estimation.course.update.aids import correct_scalar
 
 SPEED, BIAS, LEAK, CURRENT = range(4)
+STATES = 4
 
 START_SPEED_VARIANCE = 400.0
-"""(m/s)² of a speed about which nothing is known."""
+"""(m/s)² of an unknown speed."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +32,7 @@ class SurgeTuning:
 
     Accelerometer: `acceleration_walk` its noise density in m/s²/√Hz, `bias_std` at switching on, `bias_wander` in the
     run over `bias_time` (a random walk that begins as such a process does), `leak_std` of gravity over `leak_time`;
-    `unmeasured` the density in m/s²/√Hz of accelerations while there is none. `current_std` before anything is known,
+    `unmeasured` the density in m/s²/√Hz of accelerations while there is none. `current_std` at the start,
     `current_walk` m/s/√s after. Aids, one reading each: `sog_std`, `bottom_std`, `water_std`, `propeller_std`. As
     given: P3 Table III's instruments.
     """
@@ -48,12 +51,12 @@ class SurgeTuning:
     water_std: float = 0.002
     propeller_std: float = 0.03
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for each in fields(self):
             check = positive if each.name.endswith(("_std", "_time")) else not_negative
             check(f"surge.{each.name}", getattr(self, each.name))
 
-    def packed(self) -> np.ndarray:
+    def packed(self) -> Floats:
         """What the kernels read."""
         aids = (self.sog_std, self.bottom_std, self.water_std, self.propeller_std)
         return np.array(
@@ -70,68 +73,76 @@ class SurgeTuning:
 
 
 class SurgeFilter:
-    """The filter alone: `predict` by what the accelerometer feels, `aid_by` what others say. Two share nothing.
+    """The filter alone: `predict` by the accelerometer, `aid_by` the other instruments.
 
-    `SurgeFusion` adds what to do when they contradict each other.
+    `SurgeFusion` adds fault detection.
     """
 
-    def __init__(self, tuning: SurgeTuning | None = None):
+    def __init__(self, tuning: SurgeTuning | None = None) -> None:
         self.tuning = tuning or SurgeTuning()
         self._model = self.tuning.packed()
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything."""
+        """Start anew."""
         t = self.tuning
-        self._memory = np.zeros((7, 4))  # covariance (upper triangle), state, two rows of workspace
-        self._memory[range(4), range(4)] = (START_SPEED_VARIANCE, t.bias_std**2, t.leak_std**2, t.current_std**2)
+        self._filter_state = np.zeros((7, 4))  # covariance (upper triangle), state, two rows of workspace
+        self._filter_state[range(4), range(4)] = (START_SPEED_VARIANCE, t.bias_std**2, t.leak_std**2, t.current_std**2)
 
     def predict(self, acceleration: float, dt: float) -> None:
         """Advance by dt s of one acceleration along the hull (m/s², NaN for unknown)."""
-        _predict(self._memory, acceleration, dt, self._model)
+        _predict(self._filter_state, acceleration, dt, self._model)
 
-    def aid_by(self, sog=math.nan, bottom_speed=math.nan, water_speed=math.nan, propeller_speed=math.nan):
-        """Take what others say now (m/s, along the hull). Returns their NIS: NaN for silence, above 10.8 refused."""
-        return _aid(self._memory, sog, bottom_speed, water_speed, propeller_speed, self._model)
+    def aid_by(
+        self,
+        sog: float = math.nan,
+        bottom_speed: float = math.nan,
+        water_speed: float = math.nan,
+        propeller_speed: float = math.nan,
+    ) -> tuple[float, float, float, float]:
+        """Take measured speeds of now (m/s, along the hull, NaN for none). Returns their NIS: above 10.8 refused."""
+        return _aid(self._filter_state, sog, bottom_speed, water_speed, propeller_speed, self._model)
 
     def open(self, state: int, variance: float) -> None:
-        """Let `state` be known no better than `variance`, and not through the others."""
-        _open(self._memory, state, variance)
+        """Set the variance of `state` (0 to 3) and its correlations to 0. Raises InputError for another index."""
+        if state not in range(STATES):
+            raise InputError(f"surge.state is {state}, expected 0 to {STATES - 1}")
+        _open(self._filter_state, state, variance)
 
     @property
     def speed(self) -> float:
         """Speed over ground along the hull, m/s."""
-        return float(self._memory[4, SPEED])
+        return float(self._filter_state[4, SPEED])
 
     @property
     def speed_std(self) -> float:
-        return math.sqrt(self._memory[SPEED, SPEED])
+        return math.sqrt(self._filter_state[SPEED, SPEED])
 
     @property
     def current(self) -> float:
-        """The water's speed along the hull, m/s."""
-        return float(self._memory[4, CURRENT])
+        """Speed of the current along the hull, m/s."""
+        return float(self._filter_state[4, CURRENT])
 
     @property
     def current_std(self) -> float:
-        return math.sqrt(self._memory[CURRENT, CURRENT])
+        return math.sqrt(self._filter_state[CURRENT, CURRENT])
 
     @property
-    def state(self) -> np.ndarray:
+    def state(self) -> Floats:
         """(4,) copy of [u b g c]."""
-        return self._memory[4].copy()
+        return self._filter_state[4].copy()
 
     @property
-    def covariance(self) -> np.ndarray:
+    def covariance(self) -> Floats:
         """(4, 4) covariance of `state`."""
-        upper = np.triu(self._memory[:4])
+        upper = np.triu(self._filter_state[:4])
         return upper + np.triu(upper, 1).T
 
 
 @kernel
-def _predict(memory, acceleration, dt, model):
+def _predict(filter_state: Floats, acceleration: float, dt: float, model: Floats) -> None:
     """x ← F x + [a dt 0 0 0], P ← F P Fᵀ + Q, in place and exact, so that the rate changes nothing."""
-    p, x = memory[:4], memory[4]
+    p, x = filter_state[:4], filter_state[4]
     leak_left, leak_area = decay(model[3], dt)
     noise, bias_noise, leak_variance = model[0], model[2], model[4]
     if math.isfinite(acceleration):
@@ -158,9 +169,11 @@ def _predict(memory, acceleration, dt, model):
 
 
 @kernel
-def _aid(memory, sog, bottom_speed, water_speed, propeller_speed, model):
+def _aid(
+    filter_state: Floats, sog: float, bottom_speed: float, water_speed: float, propeller_speed: float, model: Floats
+) -> tuple[float, float, float, float]:
     """(NIS of sog, of bottom_speed, of water_speed, of propeller_speed)."""
-    p, x, work = memory[:4], memory[4], memory[5:]
+    p, x, work = filter_state[:4], filter_state[4], filter_state[5:]
     first = second = third = fourth = math.nan
     if math.isfinite(sog):
         first = correct_scalar(x, p, work, SPEED, 0, 0.0, sog - x[SPEED], model[6])
@@ -176,7 +189,7 @@ def _aid(memory, sog, bottom_speed, water_speed, propeller_speed, model):
 
 
 @kernel
-def _open(memory, state, variance):
+def _open(filter_state: Floats, state: int, variance: float) -> None:
     for i in range(4):
-        memory[min(i, state), max(i, state)] = 0.0
-    memory[state, state] = variance
+        filter_state[min(i, state), max(i, state)] = 0.0
+    filter_state[state, state] = variance

@@ -1,4 +1,4 @@
-"""Epochs out of sentences: the clock that gives each sentence its time, and the rows where those of one time meet.
+"""Epochs out of sentences: the clock that gives each sentence its time, and the rows that join those of one time.
 
 The clock is one for the whole log, whichever talker set it: a date comes with RMC and ZDA only, and is carried from
 there, over midnight too, by taking the day that brings a time of day nearest to the clock (or to the receive time).
@@ -10,7 +10,7 @@ import numpy as np
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import kernel
-from steerway.formats.nmea0183 import fields as said
+from steerway.formats.nmea0183 import fields as field
 from steerway.formats.nmea0183.fields import GST, HDT, LAST_POSITION, RMC, THS, VALUES
 from steerway.formats.nmea0183.scan import TALKERS
 
@@ -18,7 +18,7 @@ from steerway.formats.nmea0183.scan import TALKERS
 COLUMNS = 14
 TIME, LAT, LON, STD, SOG, COG, HEADING, WATER, YAW, MAGNETIC, QUANTUM, RECEIVED, UNDATED, GIVEN = range(COLUMNS)
 
-# What the assembler remembers between calls.
+# The state of the assembler between calls.
 MEMORY = 9
 CLOCK, EPOCH, IS_UNDATED, SHIFT, LAST_VARIATION, FIRST_VARIATION, ROLLOVERS, OWN_VARIATION, RMC_VARIATION = range(
     MEMORY
@@ -29,7 +29,7 @@ LOST = ("repeated within an epoch, without a time of its own", "before any time 
 
 DAY = 86400.0
 ROLLOVER = 1024.0 * 7.0 * DAY
-TOLD = 3
+LATEST = 3
 OPEN = 4  # rows of a talker that still take in sentences: the newest ones
 
 _SAME_TIME = 1e-3
@@ -37,12 +37,12 @@ _BURST = 0.5  # s within which one device sends the sentences of one epoch
 _FRESH = 5.0  # s for which an epoch is the current one
 NEAR = 30.0 * DAY
 
-_VALUE_OF = np.array([said.STD, said.SOG, said.COG, said.HEADING, said.WATER, said.YAW])
+_VALUE_OF = np.array([field.STD, field.SOG, field.COG, field.HEADING, field.WATER, field.YAW])
 _COLUMN_OF = np.array([STD, SOG, COG, HEADING, WATER, YAW])
 
 
 def new_memory() -> np.ndarray:
-    """The assembler's memory before the first sentence."""
+    """The initial state of the assembler."""
     memory = np.full(MEMORY, np.nan)
     memory[[IS_UNDATED, SHIFT, ROLLOVERS, OWN_VARIATION, RMC_VARIATION]] = 0.0
     return memory
@@ -56,7 +56,7 @@ def new_open_rows() -> np.ndarray:
 @kernel
 def _dated_time(value, memory, reference):
     """The time of a sentence with a date: moved by whole 1024-week rollovers when it is that much too early."""
-    time = DAY * value[said.DAY] + value[said.TOD]
+    time = DAY * value[field.DAY] + value[field.TOD]
     weeks = round((reference - time) / ROLLOVER) if math.isfinite(reference) else 0.0
     if weeks >= 1.0 and abs(reference - time - weeks * ROLLOVER) < NEAR:
         time += weeks * ROLLOVER
@@ -73,8 +73,8 @@ def _nearest_day(time_of_day, reference):
 @kernel
 def _timed(value, memory):
     """Unix time of a sentence that has a time of day; sets the clock."""
-    received, clock, time_of_day = value[said.RECEIVED], memory[CLOCK], value[said.TOD]
-    undated, dated = memory[IS_UNDATED] == 1.0, math.isfinite(value[said.DAY])
+    received, clock, time_of_day = value[field.RECEIVED], memory[CLOCK], value[field.TOD]
+    undated, dated = memory[IS_UNDATED] == 1.0, math.isfinite(value[field.DAY])
     by_clock = _nearest_day(time_of_day, clock) if math.isfinite(clock) else time_of_day
     if dated:
         time = _dated_time(value, memory, clock if math.isnan(received) and not undated else received)
@@ -92,14 +92,14 @@ def _timed(value, memory):
 
 
 @kernel
-def _meets(row, value, kind, heard, time):
-    """Whether a sentence of this time belongs to a row: same time, its kind not heard yet, no other position."""
-    if abs(row[TIME] - time) > _SAME_TIME or heard & (1 << kind):
+def _meets(row, value, kind, seen, time):
+    """Whether a sentence belongs to a row: same time, no sentence of its kind yet, no other position."""
+    if abs(row[TIME] - time) > _SAME_TIME or seen & (1 << kind):
         return False
-    if math.isnan(value[said.LAT]) or math.isnan(row[LAT]):
+    if math.isnan(value[field.LAT]) or math.isnan(row[LAT]):
         return True
-    tolerance = 1.01 * max(row[QUANTUM], value[said.QUANTUM])
-    return abs(row[LAT] - value[said.LAT]) <= tolerance and abs(wrap(row[LON] - value[said.LON])) <= tolerance
+    tolerance = 1.01 * max(row[QUANTUM], value[field.QUANTUM])
+    return abs(row[LAT] - value[field.LAT]) <= tolerance and abs(wrap(row[LON] - value[field.LON])) <= tolerance
 
 
 @kernel
@@ -114,134 +114,140 @@ def _open_row(rows, n, time, received, undated, newest):
 
 @kernel
 def _put(row, value, overrule):
-    """What a sentence says into its row. The finer position stays, and so does a value that is not overruled."""
-    if math.isfinite(value[said.LAT]) and not row[QUANTUM] <= value[said.QUANTUM]:
-        row[LAT], row[LON], row[QUANTUM] = value[said.LAT], value[said.LON], value[said.QUANTUM]
+    """Write a sentence into its row. The position of finer resolution stays, other values are kept unless overruled."""
+    if math.isfinite(value[field.LAT]) and not row[QUANTUM] <= value[field.QUANTUM]:
+        row[LAT], row[LON], row[QUANTUM] = value[field.LAT], value[field.LON], value[field.QUANTUM]
     for k in range(len(_VALUE_OF)):
         new = value[_VALUE_OF[k]]
         if math.isfinite(new) and (overrule or math.isnan(row[_COLUMN_OF[k]])):
             row[_COLUMN_OF[k]] = new
-    if math.isfinite(value[said.MAGNETIC]) and math.isnan(row[HEADING]):
-        row[MAGNETIC] = value[said.MAGNETIC]
+    if math.isfinite(value[field.MAGNETIC]) and math.isnan(row[HEADING]):
+        row[MAGNETIC] = value[field.MAGNETIC]
 
 
 @kernel
 def _make_true(value, memory):
     """A magnetic heading becomes true by its own variation, else by the last one RMC gave; else it stays magnetic."""
-    variation, source = value[said.VARIATION], OWN_VARIATION
+    variation, source = value[field.VARIATION], OWN_VARIATION
     if math.isnan(variation):
         variation, source = memory[LAST_VARIATION], RMC_VARIATION
     if math.isfinite(variation):
-        value[said.HEADING] = wrap(value[said.MAGNETIC] + variation)
-        value[said.MAGNETIC] = math.nan
+        value[field.HEADING] = wrap(value[field.MAGNETIC] + variation)
+        value[field.MAGNETIC] = math.nan
         memory[source] += 1.0
 
 
 @kernel
 def _says_nothing(value):
     for k in range(VALUES):
-        if k != said.TOD and k != said.DAY and k != said.RECEIVED and k != said.VARIATION and math.isfinite(value[k]):
+        if (
+            k != field.TOD
+            and k != field.DAY
+            and k != field.RECEIVED
+            and k != field.VARIATION
+            and math.isfinite(value[k])
+        ):
             return False
     return True
 
 
 @kernel
-def _row_of_timed(rows, n, heard, value, kind, time, undated, newest):
-    """The open row a timed sentence meets, or a new one."""
+def _row_of_timed(rows, n, seen, value, kind, time, undated, newest):
+    """The open row of a timed sentence, or a new one."""
     for k in range(OPEN):
         at = newest[k]
-        if at >= 0 and _meets(rows[at], value, kind, heard[at], time):
+        if at >= 0 and _meets(rows[at], value, kind, seen[at], time):
             return at
-    return _open_row(rows, n, time, value[said.RECEIVED], undated, newest)
+    return _open_row(rows, n, time, value[field.RECEIVED], undated, newest)
 
 
 @kernel
-def _row_of_received(rows, n, heard, value, kind, memory, told, newest):
+def _row_of_received(rows, n, seen, value, kind, memory, latest, newest):
     """The row of a sentence with a receive time only: its own talker's in the same burst, else one of that time."""
-    received, at = value[said.RECEIVED], newest[0]
+    received, at = value[field.RECEIVED], newest[0]
     if (
         at >= 0
         and abs(received - rows[at, RECEIVED]) < _BURST
-        and _meets(rows[at], value, kind, heard[at], rows[at, TIME])
+        and _meets(rows[at], value, kind, seen[at], rows[at, TIME])
     ):
         return at
-    time = told[0] if 0.0 <= received - told[1] < _BURST and math.isfinite(value[said.LAT]) else received
+    time = latest[0] if 0.0 <= received - latest[1] < _BURST and math.isfinite(value[field.LAT]) else received
     return _open_row(rows, n, time, received, 0.0, newest)
 
 
 @kernel
-def _row_of_untimed(rows, n, heard, value, kind, memory, told, newest):
+def _row_of_untimed(rows, n, seen, value, kind, memory, latest, newest):
     """The row of a sentence without any time: of its talker's epoch, else the log's; −1 − the reason if lost."""
     time = memory[CLOCK]
-    if time - told[0] < _FRESH:
-        time = told[0]
+    if time - latest[0] < _FRESH:
+        time = latest[0]
     elif time - memory[EPOCH] < _FRESH:
         time = memory[EPOCH]
     if math.isnan(time):
         return -1 - UNTIMED
     for k in range(OPEN):
         at = newest[k]
-        if at >= 0 and _meets(rows[at], value, kind, heard[at], time):
+        if at >= 0 and _meets(rows[at], value, kind, seen[at], time):
             return at
-        if at >= 0 and abs(rows[at, TIME] - time) <= _SAME_TIME and math.isnan(value[said.LAT]):
+        if at >= 0 and abs(rows[at, TIME] - time) <= _SAME_TIME and math.isnan(value[field.LAT]):
             return -1 - REPEATED
     return _open_row(rows, n, time, math.nan, memory[IS_UNDATED], newest)
 
 
 @kernel
-def _date_all(rows, memory, told):
-    """The first date has come: move what was counted from 1970 until now."""
+def _date_all(rows, memory, latest):
+    """At the first date: shift the times counted from 1970 until now."""
     for k in range(len(rows)):
         rows[k, TIME] += memory[SHIFT] * rows[k, UNDATED]
         rows[k, UNDATED] = 0.0
     memory[EPOCH] += memory[SHIFT]
-    told[:, 0] += memory[SHIFT]
+    latest[:, 0] += memory[SHIFT]
 
 
 @kernel
-def assemble(kinds, talkers, values, memory, told, newest, rows, heard, owners, n, lost):
+def assemble(kinds, talkers, values, memory, latest, newest, rows, seen, owners, n, lost):
     """Sentences into rows; the number of rows then.
 
-    Parameters: `kinds`, `talkers`, `values` as `scan` fills them; `memory` (MEMORY,); `told` (TALKERS, TOLD) the last
-    time each talker told, when that was received and whether GST is among what it says; `newest` (TALKERS, OPEN);
-    `rows` (≥ n + sentences, COLUMNS) with `heard` (a bit a kind) and `owners` (talker) beside; `lost` counts by LOST.
+    Parameters: `kinds`, `talkers`, `values` as `scan` fills them; `memory` (MEMORY,); `latest` (TALKERS, LATEST)
+    the last time of each talker, when that was received and whether it sends GST; `newest` (TALKERS, OPEN);
+    `rows` (≥ n + sentences, COLUMNS) with `seen` (a bit a kind) and `owners` (talker) beside; `lost` counts by LOST.
     """
     for i in range(len(kinds)):
         kind, talker, value = kinds[i], talkers[i], values[i]
-        is_timed = math.isfinite(value[said.TOD])
+        is_timed = math.isfinite(value[field.TOD])
         if is_timed:
             was_undated = memory[IS_UNDATED] == 1.0
             time = _timed(value, memory)
             if was_undated and memory[IS_UNDATED] == 0.0:
-                _date_all(rows[:n], memory, told)
+                _date_all(rows[:n], memory, latest)
             if kind <= LAST_POSITION:
                 memory[EPOCH] = time
-            if kind <= LAST_POSITION or not abs(time - told[talker, 0]) < _FRESH:
-                told[talker, 0], told[talker, 1] = time, value[said.RECEIVED]
-        if kind == RMC and math.isfinite(value[said.VARIATION]):
-            memory[LAST_VARIATION] = value[said.VARIATION]
+            if kind <= LAST_POSITION or not abs(time - latest[talker, 0]) < _FRESH:
+                latest[talker, 0], latest[talker, 1] = time, value[field.RECEIVED]
+        if kind == RMC and math.isfinite(value[field.VARIATION]):
+            memory[LAST_VARIATION] = value[field.VARIATION]
             if math.isnan(memory[FIRST_VARIATION]):
-                memory[FIRST_VARIATION] = value[said.VARIATION]
-        if math.isfinite(value[said.MAGNETIC]):
+                memory[FIRST_VARIATION] = value[field.VARIATION]
+        if math.isfinite(value[field.MAGNETIC]):
             _make_true(value, memory)
         if kind == GST:
-            told[talker, 2] = 1.0
-        elif told[talker, 2] == 1.0:
-            value[said.STD] = math.nan
+            latest[talker, 2] = 1.0
+        elif latest[talker, 2] == 1.0:
+            value[field.STD] = math.nan
         if _says_nothing(value):
             continue
         if is_timed:
-            at = _row_of_timed(rows, n, heard, value, kind, time, memory[IS_UNDATED], newest[talker])
-        elif math.isfinite(value[said.RECEIVED]):
-            at = _row_of_received(rows, n, heard, value, kind, memory, told[talker], newest[talker])
+            at = _row_of_timed(rows, n, seen, value, kind, time, memory[IS_UNDATED], newest[talker])
+        elif math.isfinite(value[field.RECEIVED]):
+            at = _row_of_received(rows, n, seen, value, kind, memory, latest[talker], newest[talker])
         else:
-            at = _row_of_untimed(rows, n, heard, value, kind, memory, told[talker], newest[talker])
+            at = _row_of_untimed(rows, n, seen, value, kind, memory, latest[talker], newest[talker])
         if at < 0:
             lost[-1 - at] += 1
             continue
         if at == n:
-            heard[n], owners[n] = 0, talker
+            seen[n], owners[n] = 0, talker
             n += 1
-        heard[at] |= 1 << kind
+        seen[at] |= 1 << kind
         _put(rows[at], value, is_timed or kind == HDT or kind == THS)
     return n

@@ -1,4 +1,4 @@
-"""The fields of one NMEA 0183 sentence as SI values, or the reason why it is not believed.
+"""The fields of one NMEA 0183 sentence as SI values, or the reason for its rejection.
 
 A valid checksum proves little where a multiplexer recomputed it after the damage, so every field that is used has to
 be in its format and range. Formatters and fields: NMEA 0183 version 4.11, as receiver manuals reprint them.
@@ -206,7 +206,7 @@ def _gns(buffer, fields, n, row):
 
 @kernel
 def _quality(mode):
-    """The quality of GGA that a mode indicator means; 0 for none that says how well."""
+    """The GGA quality that corresponds to a mode indicator; 0 for none."""
     for quality, letter in enumerate(_MODES):
         if mode == letter:
             return quality
@@ -330,7 +330,7 @@ def _time_field(kind, n):
 
 @kernel
 def _read_kind(buffer, fields, n, kind, row):
-    """What a sentence of this kind says beside its time; the reason or READ."""
+    """Read the fields of a sentence of this kind except its time; the reason for rejection or READ."""
     if kind == GGA:
         return _gga(buffer, fields, n, row)
     if kind == RMC:

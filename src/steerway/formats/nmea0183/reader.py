@@ -1,7 +1,7 @@
 """NMEA 0183: one incremental reader for files and for live links.
 
 Any talker, any prefix in front of the `$`, noise, binary messages and spliced sentences around it. Sentences of one
-time become one row of their talker; every talker is a source. What is not believed is counted with its reason.
+time become one row of their talker; every talker is a source. What is rejected is counted with its reason.
 """
 
 import re
@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core import magnetic
+from steerway.core.angles import wrap_array
 from steerway.core.records import Fixes
 from steerway.formats.nmea0183 import epochs
 from steerway.formats.nmea0183.fields import REASONS, VALUES
@@ -51,7 +52,7 @@ def recognises(head: bytes) -> bool:
 
 
 def read(data: bytes) -> Recording:
-    """All that a log says; damage is skipped and counted, never raised."""
+    """All sources of a log; damage is skipped and counted, never raised."""
     reader = Reader()
     view = memoryview(data)
     for start in range(0, len(view), _CHUNK):
@@ -68,7 +69,7 @@ def sentences(data: bytes) -> Sentences:
 class Reader:
     """Reads a stream of bytes in pieces of any size: `feed` it, then take the `recording` so far.
 
-    A log's receive times stand in its lines; a live link gives `feed` the time it heard the piece.
+    A log has its receive times in its lines; a live link passes the time of reception to `feed`.
     """
 
     def __init__(self):
@@ -79,10 +80,10 @@ class Reader:
         self._skipped = np.zeros(len(REASONS), np.int64)
         self._lost = np.zeros(len(epochs.LOST), np.int64)
         self._memory = epochs.new_memory()
-        self._told = np.full((TALKERS, epochs.TOLD), np.nan)
+        self._latest = np.full((TALKERS, epochs.LATEST), np.nan)
         self._newest = epochs.new_open_rows()
         self._rows = np.empty((0, epochs.COLUMNS))
-        self._heard = np.empty(0, np.int64)
+        self._seen = np.empty(0, np.int64)
         self._owners = np.empty(0, np.int64)
         self._n = 0
         self._has_news = self._has_waiting = False
@@ -105,15 +106,15 @@ class Reader:
 
     @property
     def skipped(self) -> dict[str, int]:
-        """How many sentences were not believed, by reason."""
+        """The number of rejected sentences by reason."""
         return self._account()[1]
 
     def take(self, settled: bool = True) -> Recording:
         """Everything read since the last call; then it is forgotten, so that a live link can run for ever.
 
         Without `settled` the newest epoch of every talker waits, for more of its sentences may be on their way. With
-        it an epoch may be taken before its last sentence came: the position is given once, and what is said later
-        arrives as a row without position of the same time.
+        it an epoch may be taken before its last sentence: the position is output once, and later sentences of the epoch
+        give a row of the same time without position.
         """
         self._has_news, self._has_waiting = False, not settled
         rows = self._rows[: self._n]
@@ -124,8 +125,8 @@ class Reader:
         given = rows[:, epochs.GIVEN] == 1.0
         fresh = rows.copy()
         fresh[given, epochs.LAT : epochs.LON + 1] = np.nan
-        worth = np.isfinite(fresh[:, epochs.LAT : epochs.MAGNETIC + 1]).any(axis=1) & ~waiting
-        taken = self._recording(fresh[worth], np.flatnonzero(worth))
+        useful = np.isfinite(fresh[:, epochs.LAT : epochs.MAGNETIC + 1]).any(axis=1) & ~waiting
+        taken = self._recording(fresh[useful], np.flatnonzero(useful))
         self._forget_all_but_open(waiting)
         return taken
 
@@ -153,8 +154,8 @@ class Reader:
         self._has_news = True
         self._make_room(len(found.kind))
         self._n = epochs.assemble(
-            found.kind, found.talker, found.values, self._memory, self._told, self._newest,
-            self._rows, self._heard, self._owners, self._n, self._lost,
+            found.kind, found.talker, found.values, self._memory, self._latest, self._newest,
+            self._rows, self._seen, self._owners, self._n, self._lost,
         )  # fmt: skip
 
     def _make_room(self, more):
@@ -162,20 +163,20 @@ class Reader:
         if lacking > 0:
             grown = max(lacking, len(self._rows))
             self._rows = np.concatenate([self._rows, np.empty((grown, epochs.COLUMNS))])
-            self._heard = np.concatenate([self._heard, np.empty(grown, np.int64)])
+            self._seen = np.concatenate([self._seen, np.empty(grown, np.int64)])
             self._owners = np.concatenate([self._owners, np.empty(grown, np.int64)])
 
     def _forget_all_but_open(self, waiting):
         kept = np.unique(self._newest[self._newest >= 0])
         self._newest = np.where(self._newest >= 0, np.searchsorted(kept, self._newest), -1)
-        self._rows, self._heard, self._owners = self._rows[kept], self._heard[kept], self._owners[kept]
-        told = ~waiting[kept]
-        self._rows[told, epochs.GIVEN] = np.isfinite(self._rows[told, epochs.LAT])
-        self._rows[told, epochs.STD : epochs.MAGNETIC + 1] = np.nan
+        self._rows, self._seen, self._owners = self._rows[kept], self._seen[kept], self._owners[kept]
+        output = ~waiting[kept]
+        self._rows[output, epochs.GIVEN] = np.isfinite(self._rows[output, epochs.LAT])
+        self._rows[output, epochs.STD : epochs.MAGNETIC + 1] = np.nan
         self._n = len(kept)
 
     def _recording(self, rows, kept):
-        owners, heard = self._owners[kept], self._heard[kept]
+        owners, seen = self._owners[kept], self._seen[kept]
         time, notes = mended_times(rows, self._memory)
         heading, heading_notes, homeless = self._true_headings(rows, time)
         counts, skipped = self._account()
@@ -185,7 +186,7 @@ class Reader:
         for talker in np.unique(owners):
             mine = np.flatnonzero(owners == talker)
             mine = mine[np.argsort(time[mine], kind="stable")]
-            for name, chosen in streams(talker_name(int(talker)), time, rows, heard, mine):
+            for name, chosen in streams(talker_name(int(talker)), time, rows, seen, mine):
                 sources[name] = Fixes(
                     time=time[chosen],
                     latitude=rows[chosen, epochs.LAT],
@@ -233,7 +234,7 @@ class Reader:
             notes.append(f"{own} magnetic headings made true by the variation in their own sentence")
         if by_rmc:
             notes.append(f"{by_rmc} magnetic headings made true by the variation in RMC")
-        return (heading + np.pi) % (2.0 * np.pi) - np.pi, notes, homeless
+        return wrap_array(heading), notes, homeless
 
 
 def _by_model(rows, time, waiting):

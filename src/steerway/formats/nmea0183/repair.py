@@ -1,4 +1,4 @@
-"""What only the whole log shows: week rollovers, a stray date, two receivers in one talker."""
+"""Corrections that need the whole log: week rollovers, a stray date, two receivers in one talker."""
 
 from itertools import pairwise
 
@@ -19,8 +19,8 @@ from steerway.formats.nmea0183.epochs import (
 from steerway.formats.nmea0183.fields import FORMATTERS, LAST_POSITION
 
 _HALF_DAY = 0.5 * DAY
-_STRAY = 16  # rows that one damaged date can lead astray before the next date comes
-_POSITIONS = (2 << LAST_POSITION) - 1  # the bits of `heard` that stand for a position
+_STRAY = 16  # rows that one damaged date can affect before the next date
+_POSITIONS = (2 << LAST_POSITION) - 1  # the bits of `seen` of sentences with a position
 _FEW = 4  # rows: fewer, as they come from a live link, show no two streams
 _TWO_STREAMS = 0.3  # of the epochs with two positions: below, they are accidents
 
@@ -50,7 +50,7 @@ def mended_times(rows: np.ndarray, memory: np.ndarray) -> tuple[np.ndarray, list
 
 
 def _mend_strays(time):
-    """Bring short runs of rows on a foreign day back, in place; how many rows."""
+    """Correct short runs of rows with another date, in place; returns their number."""
     jumps = np.flatnonzero(np.abs(np.diff(time)) > _HALF_DAY)
     mended = 0
     for before, last in pairwise(jumps):
@@ -61,12 +61,12 @@ def _mend_strays(time):
     return mended
 
 
-def streams(name: str, time: np.ndarray, rows: np.ndarray, heard: np.ndarray, mine: np.ndarray):
-    """A talker's rows (indices in time order) as one source, or as several when it tells two positions an epoch.
+def streams(name: str, time: np.ndarray, rows: np.ndarray, seen: np.ndarray, mine: np.ndarray):
+    """A talker's rows (indices in time order) as one source, or as several when an epoch has two positions.
 
-    When one formatter says it twice, two receivers speak: each position goes to the track it continues. When two
-    formatters disagree, a plotter stamps positions of different moments with one second: each formatter is a source.
-    Rows without position stay with the first. Returns pairs of name and indices.
+    Two positions by one formatter come from two receivers: each goes to the track it continues. Two formatters that
+    disagree come from a plotter that stamps positions of different moments with one second: each formatter is a
+    source. Rows without position stay with the first. Returns pairs of name and indices.
     """
     if len(mine) < _FEW:
         return [(name, mine)]
@@ -78,20 +78,20 @@ def streams(name: str, time: np.ndarray, rows: np.ndarray, heard: np.ndarray, mi
     )
     if double.sum() < max(3.0, _TWO_STREAMS * (len(placed) - len(together))):
         return [(name, mine)]
-    same_formatter = heard[first] & heard[second] & _POSITIONS
+    same_formatter = seen[first] & seen[second] & _POSITIONS
     if np.mean(same_formatter[double] > 0) > 0.5:
         return _by_continuity(name, time, rows, mine, placed)
-    return _by_formatter(name, rows, heard, mine, placed)
+    return _by_formatter(name, rows, seen, mine, placed)
 
 
-def _by_formatter(name, rows, heard, mine, placed):
-    """One source a formatter, the one that says most first; a row that two formatters told is in both."""
-    told = {kind: np.isin(mine, placed) & (heard[mine] >> kind & 1 > 0) for kind in range(LAST_POSITION + 1)}
+def _by_formatter(name, rows, seen, mine, placed):
+    """One source per formatter, the one with most positions and speeds first; a row of two formatters is in both."""
+    rows_of = {kind: np.isin(mine, placed) & (seen[mine] >> kind & 1 > 0) for kind in range(LAST_POSITION + 1)}
     with_speed = np.isfinite(rows[mine, SOG])
-    said = {kind: int(mask.sum() + (mask & with_speed).sum()) for kind, mask in told.items()}
-    ranked = sorted((kind for kind in told if said[kind]), key=lambda kind: -said[kind])
+    scores = {kind: int(mask.sum() + (mask & with_speed).sum()) for kind, mask in rows_of.items()}
+    ranked = sorted((kind for kind in rows_of if scores[kind]), key=lambda kind: -scores[kind])
     unplaced = ~np.isin(mine, placed)
-    chosen = [told[kind] | unplaced if kind == ranked[0] else told[kind] for kind in ranked]
+    chosen = [rows_of[kind] | unplaced if kind == ranked[0] else rows_of[kind] for kind in ranked]
     return [(f"{name} {FORMATTERS[kind]}", mine[mask]) for kind, mask in zip(ranked, chosen, strict=True)]
 
 

@@ -26,7 +26,7 @@ from steerway.formats.nmea0183.text import day_number, digits, is_digit, number
 TALKERS = 36 * 36
 SHORTEST = 8  # bytes; no sentence that is read is shorter
 
-_LONGEST = 256  # bytes; the standard says 82, receivers and converters write more
+_LONGEST = 256  # bytes; the standard allows 82, receivers and converters write more
 _PREFIX = 64  # bytes of a line in front of the `$` that are searched for a receive time
 _FIELDS = 40
 _CODES = np.array([int.from_bytes(name.encode(), "big") for name in FORMATTERS])

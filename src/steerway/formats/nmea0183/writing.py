@@ -1,18 +1,18 @@
 """NMEA 0183 sentences out: RMC, GGA, VTG, ROT and HDT; APB, XTE and RMB of a leg. Each with checksum and line end.
 
 SI and radians in; unknown (NaN or None) becomes an empty field. Every number is rounded once, as a whole number of its
-last digit, so that no field says 60 minutes, 60 seconds or 360 degrees. Fields: NMEA 0183 version 4.11, as receiver
+last digit, so that no field has 60 minutes, 60 seconds or 360 degrees. Fields: NMEA 0183 version 4.11, as receiver
 manuals reprint them.
 """
 
 import math
 from datetime import UTC, datetime
-from typing import NamedTuple
 
 from steerway.core.earth import KNOT, NAUTICAL_MILE
+from steerway.core.leg import Leg
 
 TALKER = "SW"
-"""This project's own talker, so that a listener can tell its sentences from those of the receiver they came from."""
+"""This project's own talker identifier, which distinguishes its sentences from those of a receiver."""
 
 _DECIMALS = 7  # of minutes of arc: 0.2 mm
 
@@ -26,12 +26,12 @@ def sealed(body: str) -> str:
 
 
 def rmc(time, latitude, longitude, sog=math.nan, cog=math.nan, valid=True, talker=TALKER) -> str:
-    """Position, SOG, COG and date. Without `valid` or a position: status V, mode N, and nothing else is said."""
+    """Position, SOG, COG and date. Without `valid` or a position: status V, mode N, all other fields empty."""
     hour, date = _clock(time)
     if not valid or not _known(latitude, longitude):
         return sealed(f"{talker}RMC,{hour},V,,,,,,,{date},,,N")
-    said = f"{_fixed(sog, 1.0 / KNOT, 3)},{_course(cog)}"
-    return sealed(f"{talker}RMC,{hour},A,{_place(latitude, longitude)},{said},{date},,,A")
+    velocity = f"{_fixed(sog, 1.0 / KNOT, 3)},{_course(cog)}"
+    return sealed(f"{talker}RMC,{hour},A,{_place(latitude, longitude)},{velocity},{date},,,A")
 
 
 def gga(time, latitude, longitude, satellites=8, hdop=1.0, valid=True, talker=TALKER) -> str:
@@ -61,24 +61,6 @@ def hdt(heading=math.nan, talker=TALKER) -> str:
     return sealed(f"{talker}HDT,{_course(heading)},T")
 
 
-class Leg(NamedTuple):
-    """What autopilots want to know of the leg under way: m, rad, true; NaN for unknown."""
-
-    cross_track: float  # + when the boat is to starboard of the leg
-    direction: float  # from origin to destination
-    bearing: float  # from the boat to the destination
-    distance: float  # to the destination
-    course_to_steer: float
-    closing_speed: float  # towards the destination, m/s
-    latitude: float  # of the destination
-    longitude: float
-    origin: str = ""
-    destination: str = ""
-    is_arrived: bool = False  # within the circle of acceptance
-    is_passed: bool = False  # beyond the line through the destination across the leg
-    speed: float = math.nan  # asked for, m/s
-
-
 def xte(leg: Leg, valid=True, talker=TALKER) -> str:
     """Cross-track error and the side to steer to."""
     status, error = _status(leg, valid), _cross_track(leg, valid, math.inf)
@@ -99,7 +81,7 @@ def apb(leg: Leg, valid=True, talker=TALKER) -> str:
 
 
 def rmb(leg: Leg, valid=True, talker=TALKER) -> str:
-    """Where the destination lies; the cross-track error is at most 9.99 nautical miles, the distance 999.9."""
+    """Bearing and distance of the destination, at most 999.9 nautical miles; cross-track error, at most 9.99."""
     status, error = _status(leg, valid), _cross_track(leg, valid, 9.99)
     place = _place(leg.latitude, leg.longitude) if _known(leg.latitude, leg.longitude) else ",,,"
     distance, bearing, closing = "", "", ""

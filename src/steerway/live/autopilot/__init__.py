@@ -1,1 +1,1 @@
-"""The autopilot aboard: states in front of a control law, and what it may not leave."""
+"""The autopilot aboard: guidance on a geodetic route, the pilot of simulation, and supervision around it."""

@@ -1,4 +1,4 @@
-"""A bounded area: the polygon a boat must not leave, and whether she is about to."""
+"""The fence: a polygon that the boat must not leave, and whether it is about to."""
 
 import math
 from collections.abc import Sequence
@@ -7,11 +7,11 @@ from steerway.core.earth import displacement
 from steerway.core.errors import InputError
 
 AHEAD = 3.0
-"""s: a boat that would be outside so far ahead on her course is about to leave."""
+"""s ahead on the present course within which the boat must not cross the fence."""
 
 
 class Fence:
-    """A simple polygon of places (latitude, longitude), rad, closed by itself; raises InputError for any other."""
+    """A simple polygon of places (latitude, longitude), rad, closed by itself; InputError for any other polygon."""
 
     def __init__(self, places: Sequence[tuple[float, float]]):
         if len(places) > 1 and tuple(places[0]) == tuple(places[-1]):
@@ -25,7 +25,7 @@ class Fence:
         self._refuse_crossings()
 
     def trouble(self, latitude: float, longitude: float, sog: float = 0.0, cog: float = 0.0) -> str:
-        """Why a boat is to stop here, "" while she is inside and stays there for `AHEAD`."""
+        """Why to stop here, "" while the boat is inside and stays there for `AHEAD`."""
         north, east = displacement(latitude, longitude, *self._origin)
         if not self._holds(north, east):
             return "the fence is left"

@@ -1,20 +1,20 @@
-"""What a boat under way must keep: her speed, her distance from the leg, her fence."""
+"""Limits of a boat under way: speed, distance from the leg, fence."""
 
 import math
 
-from steerway.formats.nmea0183.writing import Leg
+from steerway.core.leg import Leg
 from steerway.live.autopilot.fence import Fence
 from steerway.live.autopilot.mission import Limits
-from steerway.live.heard import Row
+from steerway.live.base.rows import Row
 
 LASTING = 0.5
-"""s for which speed or distance has to be beyond a limit: an estimate scatters."""
-GATHERING = 15.0
-"""s after the start within which the least speed is not asked for."""
+"""s for which speed or distance has to be beyond a limit, since an estimate scatters."""
+ACCELERATING = 15.0
+"""s after the start within which the least speed is not checked."""
 
 
 class LimitGuard:
-    """Judges each step; remembers for how long something has been wrong."""
+    """Checks each step; counts for how long a limit is exceeded."""
 
     def __init__(self, limits: Limits, fence: Fence | None = None):
         self._fence = fence
@@ -24,18 +24,18 @@ class LimitGuard:
         self.start()
 
     def start(self) -> None:
-        """The boat is set under way."""
+        """The autopilot is started."""
         self._under_way = 0.0
         self._beyond = 0.0
 
     def obstacle(self, row: Row, leg: Leg | None) -> str:
-        """Why not to start here, "" when there is nothing against it."""
+        """Why not to start here, "" for no reason."""
         return self._left(row) or self._beyond_limit(row, leg, 0.0)
 
     def step(self, row: Row, leg: Leg | None, dt: float) -> str:
         """Why to stop, "" while all limits are kept."""
         self._under_way += dt
-        beyond = self._beyond_limit(row, leg, self._low if self._under_way > GATHERING else 0.0)
+        beyond = self._beyond_limit(row, leg, self._low if self._under_way > ACCELERATING else 0.0)
         self._beyond = self._beyond + dt if beyond else 0.0
         return self._left(row) or (beyond if self._beyond >= LASTING else "")
 

@@ -1,7 +1,7 @@
-"""The mission file: waypoints, how fast, where not, and how the boat answers; TOML, or the route of another program.
+"""The mission file: waypoints, speeds, fence, limits and the boat's response; TOML, GPX or GeoJSON.
 
 TOML has `[[waypoint]]` with `lat_deg` and `lon_deg` and what the tables below list; a GPX route has its `rtept`; in
-GeoJSON the first LineString is the route and the first Polygon the fence. What a file does not say is as in `Settings`.
+GeoJSON the first LineString is the route and the first Polygon the fence. Defaults are those of `MissionTable`.
 """
 
 import json
@@ -17,10 +17,11 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from steerway.core.errors import InputError
 from steerway.core.validation import refusal
+from steerway.guidance.laws import COURSE_LAWS
 from steerway.live.autopilot.fence import Fence
 
 LOOKAHEAD = 20.0
-"""m, where a file says nothing: some ten lengths of a small boat."""
+"""m, the default: some ten lengths of a small boat."""
 
 
 class _Table(BaseModel):
@@ -40,44 +41,45 @@ class Corner(_Table):
 
 
 class Waypoint(Corner):
-    """A place to sail to, with what differs from the rest of the route on the leg that leads there."""
+    """A waypoint, and what differs from the rest of the route on the leg that leads there."""
 
     speed_mps: float | None = Field(None, gt=0.0, allow_inf_nan=False)
     acceptance: float | None = Field(None, gt=0.0, allow_inf_nan=False)  # m
 
 
 class Limits(_Table):
-    """Beyond these the autopilot stops. None: no limit."""
+    """The autopilot stops beyond these. None: no limit."""
 
     min_sog_mps: float | None = Field(None, gt=0.0, allow_inf_nan=False)
     max_sog_mps: float | None = Field(None, gt=0.0, allow_inf_nan=False)
     cross_track: float | None = Field(None, gt=0.0, allow_inf_nan=False)  # m to either side of the leg
 
 
-class Boat(_Table):
-    """How the boat answers orders; see `steerway.live.autopilot.steering`."""
+class BoatTable(_Table):
+    """How the boat responds to commands; see `steerway.live.autopilot.piloting`."""
 
-    max_yaw_rate_dps: float = Field(20.0, gt=0.0, allow_inf_nan=False)  # most that is asked for
-    yaw_time: float = Field(0.5, ge=0.0, allow_inf_nan=False)  # s in which she follows an asked yaw rate
+    max_yaw_rate_dps: float = Field(20.0, gt=0.0, allow_inf_nan=False)  # largest that is commanded
+    yaw_time: float = Field(1.5, ge=0.0, allow_inf_nan=False)  # s, time constant of the yaw rate with propellers
     full_yaw_rate_dps: float = Field(90.0, gt=0.0, allow_inf_nan=False)  # with one propeller ahead, the other astern
     top_speed_mps: float = Field(3.0, gt=0.0, allow_inf_nan=False)  # at full thrust
-    surge_time: float = Field(1.5, gt=0.0, allow_inf_nan=False)  # s in which she follows a change of thrust
+    surge_time: float = Field(1.5, gt=0.0, allow_inf_nan=False)  # s, time constant of the speed
     reverse: bool = False  # whether the propellers turn astern
 
 
-class Settings(_Table):
-    """All that a mission file may say beside its waypoints and fence."""
+class MissionTable(_Table):
+    """What a mission file may set beside its waypoints and fence."""
 
     name: str = ""
     lookahead: float = Field(LOOKAHEAD, gt=0.0, allow_inf_nan=False)  # m
     acceptance: float = Field(10.0, gt=0.0, allow_inf_nan=False)  # m
     speed_mps: float = Field(1.0, gt=0.0, allow_inf_nan=False)
+    law: Literal[*COURSE_LAWS] = "line-of-sight"  # type: ignore[valid-type]
     safe: Literal["stop", "hand-back"] = "stop"
     limits: Limits = Limits()
-    boat: Boat = Boat()
+    boat: BoatTable = BoatTable()
 
 
-class _File(Settings):
+class _File(MissionTable):
     waypoint: list[Waypoint] = Field(description="[[waypoint]] tables with lat_deg and lon_deg")
     fence: list[Corner] = []
 
@@ -88,9 +90,10 @@ class GeodeticRoute:
 
     lookahead:  Δ of the line of sight, m.
     acceptance: radius within which a waypoint is reached, m, one or (n,).
-    speed:      asked for on the way to each waypoint, m/s, one or (n,).
-    fence:      what the boat must not leave.
-    limits, boat, safe: see `Limits`, `Boat`; `safe` "stop" (zero thrust, zero yaw rate) or "hand-back" (no order).
+    speed:      desired on the leg to each waypoint, m/s, one or (n,).
+    fence:      the area that the boat must not leave.
+    limits, boat, safe: see `Limits`, `BoatTable`; `safe` "stop" (zero thrust and yaw rate) or "hand-back" (no order).
+    law:        guidance law, one of `laws.COURSE_LAWS`.
     Raises InputError for a route that leaves its fence.
     """
 
@@ -101,8 +104,9 @@ class GeodeticRoute:
     speed: np.ndarray | float = 1.0
     fence: Fence | None = None
     limits: Limits = field(default_factory=Limits)
-    boat: Boat = field(default_factory=Boat)
+    boat: BoatTable = field(default_factory=BoatTable)
     safe: str = "stop"
+    law: str = "line-of-sight"
 
     def __post_init__(self):
         places = list(zip(self.latitude, self.longitude, strict=True))
@@ -122,35 +126,36 @@ class GeodeticRoute:
         if reader is None:
             raise InputError(f"route {path} has an unknown ending, expected one of {', '.join(readers)}")
         try:
-            said = _File(**reader(Path(path).read_text(encoding="utf-8")))
+            table = _File(**reader(Path(path).read_text(encoding="utf-8")))
         except OSError as error:
             raise InputError(f"route {path} cannot be read: {error.strerror}") from None
         except ValidationError as error:
             raise refusal(f"route {path}", error, _File) from None
         except (ValueError, KeyError, TypeError, AttributeError, ElementTree.ParseError) as error:
             raise InputError(f"route {path} is malformed ({error}), expected waypoints in degrees") from None
-        if len(said.waypoint) < 2:
-            raise InputError(f"route {path} has {len(said.waypoint)} waypoints, expected at least 2")
+        if len(table.waypoint) < 2:
+            raise InputError(f"route {path} has {len(table.waypoint)} waypoints, expected at least 2")
         try:
-            return cls.of(said.waypoint, said.fence, said)
+            return cls.of(table.waypoint, table.fence, table)
         except InputError as error:
             raise InputError(f"route {path}: {error}") from None
 
     @classmethod
-    def of(cls, waypoints: list[Waypoint], fence: list[Corner] = (), settings: Settings | None = None):
+    def of(cls, waypoints: list[Waypoint], fence: list[Corner] = (), settings: MissionTable | None = None):
         """A route from tables."""
-        said = settings or Settings()
+        table = settings or MissionTable()
         latitude, longitude = np.array([each.place for each in waypoints]).T
         return cls(
             latitude,
             longitude,
-            said.lookahead,
-            np.array([each.acceptance or said.acceptance for each in waypoints]),
-            np.array([each.speed_mps or said.speed_mps for each in waypoints]),
+            table.lookahead,
+            np.array([each.acceptance or table.acceptance for each in waypoints]),
+            np.array([each.speed_mps or table.speed_mps for each in waypoints]),
             Fence([each.place for each in fence]) if fence else None,
-            said.limits,
-            said.boat,
-            said.safe,
+            table.limits,
+            table.boat,
+            table.safe,
+            table.law,
         )
 
 

@@ -1,4 +1,4 @@
-"""Whether the estimate can be steered by: its fixes, their clock, the links. It judges; the autopilot acts."""
+"""Monitors what steering depends on: the fixes, their clock, the estimate, the links. The supervisor acts on it."""
 
 import math
 from collections import deque
@@ -6,62 +6,62 @@ from itertools import pairwise
 
 from steerway.core.checks import positive
 from steerway.core.records import STATUSES
-from steerway.live.clock import FixClock
-from steerway.live.heard import Row
+from steerway.live.base.clock import FixClock
+from steerway.live.base.rows import Row
 
 LATE_TICK = 0.5
-"""s between two steps above which the service does not keep time."""
+"""s between two steps above which the service is late."""
 SETTLED = 3.0
-"""s for which nothing may be wrong before the autopilot is ready."""
+"""s without trouble before the autopilot is ready."""
 LARGEST_COURSE_STD = math.radians(30.0)
-"""rad, of a course that is worth steering by from the start."""
+"""rad, of the course at the start."""
 LARGEST_NIS = 6.0
-"""Mean NIS of late fixes above which estimate and fixes contradict each other; 2 where the profile fits."""
+"""Mean NIS of recent fixes above which the profile does not fit them; 2 is expected."""
 UNFIT, LONGEST_UNFIT = 0.75, 1.5
-"""s of unbroken rejections after which to stop, and of slow fixes, of which three are waited for at most that long: the
-filter believes the fixes after 2 s and jumps to them."""
+"""s of unbroken rejections after which to stop: three intervals of fixes, within these bounds. The filter accepts the
+fixes after 2 s and jumps to them."""
 UNTIMELY = 0.7
-"""s for which the receiver's time may stand still, lag or stray."""
+"""s for which the receiver's time may stand still, lag or be out of order."""
 UNKNOWN = 3.0
-"""s for which fixes may come and the course be unknown, as after a gap; the reference is followed meanwhile."""
+"""s for which the course may be unknown while fixes come, as after a gap; the trim is held meanwhile."""
 STEP = 0.5
-"""s by which the receiver's time may run ahead from one fix to the next."""
+"""s by which the receiver's time may jump ahead from one fix to the next."""
 LAG = 2.0
-"""s by which fixes may come later than the promptest of them."""
+"""s by which fixes may be delayed, compared with the least delayed one."""
 
 _REJECTED = STATUSES.index("rejected")
-_KEPT = 20  # fixes by which interval and NIS are judged
+_KEPT = 20  # fixes over which interval and NIS are taken
 
 
 class Watch:
-    """One step a tick; `fix` between steps. `patience`: s without a fix for which dead reckoning is allowed."""
+    """One step a tick; `fix` between steps. `max_dead_reckoning`: time without a fix that is allowed, s."""
 
-    def __init__(self, patience: float = 10.0):
-        self.patience = positive("patience", patience)
-        self.settled = 0.0  # s since something was wrong
+    def __init__(self, max_dead_reckoning: float = 10.0):
+        self.max_dead_reckoning = positive("max_dead_reckoning", max_dead_reckoning)
+        self.settled = 0.0  # s since the last trouble
         self._now = 0.0
         self._event = ""
         self._links: dict[str, bool] = {}
         self._nis: deque[float] = deque(maxlen=_KEPT)
         self._times: deque[float] = deque(maxlen=_KEPT)
         self._clock = FixClock()
-        self._accepted = self._accepted_time = math.nan  # when the last good fix was heard, and its own time
-        self._advanced = math.nan  # when a fix was last later than the one before
-        self._unfit_since = self._unknown_since = self._late_since = self._astray_since = math.nan
+        self._accepted = self._accepted_time = math.nan  # arrival of the last accepted fix, and its own time
+        self._advanced = math.nan  # when the receiver's time last advanced
+        self._unfit_since = self._unknown_since = self._late_since = self._untimely_since = math.nan
 
     @property
     def interval(self) -> float:
-        """Median interval of late fixes, s; NaN before there are two."""
+        """Median interval of recent fixes, s; NaN before there are two."""
         intervals = sorted(later - earlier for earlier, later in pairwise(self._times))
         return intervals[len(intervals) // 2] if intervals else math.nan
 
     def link(self, name: str, alive: bool) -> None:
-        """Whether the other end of a link is there."""
+        """Whether the peer of a link answers."""
         self._links[name] = alive
 
     def fix(self, row: Row) -> None:
-        """A fix was taken, or rejected by the filter's gate."""
-        self._astray_since = math.nan
+        """A fix was used, or rejected by the filter's gate."""
+        self._untimely_since = math.nan
         self._judge_time(row.time)
         if row.status == _REJECTED:
             self._unfit_since = _since(self._unfit_since, self._now)
@@ -72,12 +72,12 @@ class Watch:
         if not math.isnan(row.nis):
             self._nis.append(row.nis)
 
-    def astray(self) -> None:
-        """A position was heard whose time does not follow that of the last fix."""
-        self._astray_since = _since(self._astray_since, self._now)
+    def untimely(self) -> None:
+        """A position came whose time does not follow that of the last fix."""
+        self._untimely_since = _since(self._untimely_since, self._now)
 
     def step(self, row: Row, dt: float) -> str:
-        """What makes it impossible to steer, "" when nothing does."""
+        """Why to stop, "" for no reason."""
         self._now += dt
         if dt > LATE_TICK:
             self._event = f"the service was late by {dt:.1f} s"
@@ -86,8 +86,8 @@ class Watch:
         self.settled = 0.0 if trouble or self._obstacle_now(row) else self.settled + dt
         return trouble
 
-    def doubt(self, row: Row) -> str:
-        """What makes steering less than sound, "" when nothing does."""
+    def degradation(self, row: Row) -> str:
+        """Why steering is degraded, "" when it is not."""
         if self._is_blind(row):
             return f"no fix for {self._age(row):.0f} s, by dead reckoning"
         if not math.isnan(self._unfit_since):
@@ -95,33 +95,33 @@ class Watch:
         return "the course is not known" if math.isnan(row.cog) else ""
 
     def obstacle(self, row: Row) -> str:
-        """Why not to start yet, "" when there is nothing against it."""
+        """Why not to start yet, "" for no reason."""
         now = self._obstacle_now(row)
         if now or self.settled >= SETTLED:
             return now
-        return f"all has been well for {self.settled:.1f} s, {SETTLED:g} s are wanted"
+        return f"no trouble for {self.settled:.1f} s, expected {SETTLED:g} s"
 
     def _obstacle_now(self, row):
         if math.isnan(self._accepted) or not row.valid:
             return "no position yet" if math.isnan(self._accepted) else "no position"
         if math.isnan(row.cog):
-            return "the course is not known, she has no way"
+            return "the course is not known, the boat is below steerageway"
         if not row.cog_std <= LARGEST_COURSE_STD:
-            return f"the course is known to {math.degrees(row.cog_std):.0f}° only"
+            return f"the course is known to ± {math.degrees(row.cog_std):.0f}° only"
         mean = sum(self._nis) / len(self._nis) if len(self._nis) == _KEPT else 0.0
         if mean > LARGEST_NIS:
-            return f"fixes scatter more than the profile says, a mean NIS of {mean:.1f} where 2 is expected"
-        return self._lost_link() or self.doubt(row)
+            return f"fixes scatter more than the profile expects, the mean NIS is {mean:.1f}, expected about 2"
+        return self._lost_link() or self.degradation(row)
 
     def _lasting_trouble(self, row):
         age = self._age(row)
-        if age > self.patience:
+        if age > self.max_dead_reckoning:
             return f"no fix for {age:.1f} s"
         if self._now - self._unfit_since >= self._allowed_unfit:
             return f"fixes do not fit the estimate for {self._now - self._unfit_since:.1f} s"
         if self._accepted >= self._advanced + UNTIMELY:
             return "the receiver's time stands still"
-        if self._now - self._astray_since >= UNTIMELY:
+        if self._now - self._untimely_since >= UNTIMELY:
             return "the receiver's time has stepped"
         if self._now - self._late_since >= UNTIMELY:
             return f"fixes come more than {LAG:g} s late"
@@ -142,7 +142,7 @@ class Watch:
         if ahead > STEP or (self._times and time < self._times[-1]):
             self._event = f"the receiver's time stepped by {ahead:+.1f} s"
             self._forget_clock()
-        self._clock.hear(time, self._now)
+        self._clock.add(time, self._now)
         if not self._times or time > self._times[-1]:
             self._times.append(time)
             self._advanced = self._now
@@ -154,13 +154,13 @@ class Watch:
         self._late_since = math.nan
 
     def _age(self, row):
-        """s since the last fix that was believed, by this clock and by that of the receiver; NaN before the first."""
+        """s since the last accepted fix, by this clock and by that of the receiver; NaN before the first."""
         by_receiver = row.time - self._accepted_time
         age = self._now - self._accepted
         return max(age, by_receiver) if math.isfinite(by_receiver) else age
 
     def _is_blind(self, row):
-        """Whether fixes stay away for longer than they use to."""
+        """Whether fixes are missing, judged by their usual interval."""
         interval = self.interval
         return not self._age(row) <= (max(1.0, 3.0 * interval) if math.isfinite(interval) else 1.0)
 

@@ -1,6 +1,6 @@
-"""The helm page: what the boat does, in a browser aboard, and a hand on the autopilot.
+"""The helm page: the state of the boat in a browser, with start and stop of the autopilot.
 
-The page runs in a process of its own (`server`): drawing it costs milliseconds of Python, which in the service's
-process, whatever the thread, would be milliseconds of the boat's rhythm. The service tells it what to show five times a
-second over a pipe, and obeys what comes back (`bridge`).
+The page runs in a process of its own (`server`): drawing it takes milliseconds of Python, which in the service's
+process would delay its ticks, whatever the thread. The service sends it a view five times a second over a pipe and
+carries out what comes back (`bridge`).
 """

@@ -1,4 +1,4 @@
-"""Where the page is served, and who may ask for it from where."""
+"""Where the page is served, and the token for access from other computers."""
 
 import ipaddress
 import os
@@ -12,12 +12,12 @@ DEFAULT = "127.0.0.1:8080"
 TOKEN_VARIABLE = "STEERWAY_HELM_TOKEN"
 _PORT = 8080
 _HOST = re.compile(r"[A-Za-z0-9._:-]+")
-_SHORTEST = 8  # characters of a token: at a guess a second a lifetime does not find it
+_SHORTEST = 8  # characters of a token: one guess a second does not find it in a lifetime
 _LONGEST = 256
 
 
 class Address(NamedTuple):
-    """A place to serve at, and the token that is asked for there; None: nobody is asked."""
+    """Where to serve, and the token for access; None: no token."""
 
     host: str
     port: int
@@ -25,21 +25,21 @@ class Address(NamedTuple):
 
     @property
     def is_loopback(self) -> bool:
-        """Whether only this computer can get there."""
+        """Whether only this computer can reach it."""
         return is_loopback(self.host)
 
     @property
     def url(self) -> str:
-        """What to type in the browser."""
+        """The address for a browser."""
         host = f"[{self.host}]" if ":" in self.host else self.host
         return f"http://{host}:{self.port}"
 
 
 def address(text: str, token: str | None = None) -> Address:
-    """The address a text means: `host:port`, port 8080 where it is not said.
+    """The address of a text `host:port`; port 8080 by default.
 
-    Raises InputError for anything else, for a token that is too short to keep anyone out, and for an address beyond
-    this computer without a token.
+    Raises InputError for anything else, for a token that is too short, and for an address beyond this computer without
+    a token.
     """
     try:
         parts = urlsplit(f"//{text}")
@@ -67,16 +67,16 @@ def address(text: str, token: str | None = None) -> Address:
 
 
 def checked(token: str | None) -> str | None:
-    """The token itself when it is worth its name. Raises InputError, which does not repeat it."""
+    """The token itself when it is long enough. Raises InputError, which does not repeat it."""
     if token is not None and not (_SHORTEST <= len(token) <= _LONGEST and token.isprintable()):
         raise InputError(f"the helm's token has {len(token)} characters, expected {_SHORTEST} to {_LONGEST} printable")
     return token
 
 
 def token_of(path: str | None) -> str | None:
-    """The token in a file, or in the environment where there is none; None without either.
+    """The token in a file, else in the environment; None without either.
 
-    Never an option of its own: what stands on a command line stands in the logs and in the list of processes.
+    It is no option of its own: a command line is visible in logs and in the list of processes.
     """
     if path is None:
         return os.environ.get(TOKEN_VARIABLE) or None

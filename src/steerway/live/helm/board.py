@@ -7,9 +7,9 @@ from steerway.live.helm.view import View
 
 
 class Board:
-    """The newest view and what came before it, for every page that is open."""
+    """The newest view and the history, for every open page."""
 
-    def __init__(self, settings: dict, say: Callable[[dict], None]):
+    def __init__(self, settings: dict, send: Callable[[dict], None]):
         self.route = [tuple(place) for place in settings["route"]]
         self.fence = [tuple(place) for place in settings["fence"]]
         self.has_autopilot = bool(settings["has_autopilot"])
@@ -17,14 +17,14 @@ class Board:
         self.view = View()
         self.notice = ""
         self.seq = 0
-        self._say = say
+        self._send = send
 
-    def take(self, message: dict) -> None:
-        """What the service says."""
+    def update(self, message: dict) -> None:
+        """The next message of the service."""
         self.view = View(**message["view"])
         self.notice, self.seq = message["notice"], message["seq"]
         self.history.add(self.view)
 
     def order(self, what: str, who: str) -> None:
         """Ask the service to start or stop."""
-        self._say({"do": what, "who": who})
+        self._send({"do": what, "who": who})

@@ -1,4 +1,4 @@
-"""The service's end of the pipe to the page: says five times a second what is to be seen, and obeys.
+"""The service's end of the pipe to the page: it sends a view five times a second, and carries out requests.
 
 Nothing here waits: a page that does not keep up misses views, and one that ends is started again.
 """
@@ -9,13 +9,13 @@ import importlib.util
 import json
 import logging
 import sys
+from typing import Protocol
 
 from steerway.core.errors import InputError
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.helm.address import Address
 from steerway.live.helm.seeing import Plane, Seen, view
-from steerway.live.links.listening import RETRY, kept_open
-from steerway.live.service import Service
+from steerway.live.links.link import RETRY, kept_open
 
 LOG = logging.getLogger("steerway.live")
 RATE = 5.0
@@ -24,13 +24,21 @@ _BACKLOG = 1 << 16  # bytes that may wait for the page
 _LEAVING = 2.0  # s the page has to end
 
 
-class Helm:
-    """The page of a service. Runs beside it like a link; `route` is what is drawn.
+class Running(Protocol):
+    """What the page shows and commands: `live.service.Service`."""
+
+    navigator: object
+    supervisor: object
+    latest: object
+
+
+class HelmPage:
+    """The page of a service; runs beside it like a link. `route` is drawn on the chart.
 
     Raises InputError without the package that draws it.
     """
 
-    def __init__(self, service: Service, address: Address, route: GeodeticRoute | None = None):
+    def __init__(self, service: Running, address: Address, route: GeodeticRoute | None = None):
         if importlib.util.find_spec("nicegui") is None:
             raise InputError("the helm page needs the package nicegui, expected pip install steerway[helm]")
         self.service, self.address = service, address
@@ -43,8 +51,8 @@ class Helm:
         while True:
             try:
                 await kept_open(f"helm {self.address.url}", self._serve)
-            except Exception:  # whatever is wrong with the page, the boat sails on
-                LOG.exception("helm page: begun again")
+            except Exception:  # no fault of the page may stop the service
+                LOG.exception("helm page: restarted")
                 await asyncio.sleep(RETRY)
 
     async def _serve(self):
@@ -52,11 +60,11 @@ class Helm:
             *(sys.executable, "-m", "steerway.live.helm.server"),
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
-            start_new_session=True,  # Ctrl-C ends the service, and that the page
+            start_new_session=True,  # Ctrl-C ends the service, which ends the page
         )
         try:
-            _say(process, self._settings())
-            tasks = [asyncio.create_task(work) for work in (self._speak(process), self._obey(process))]
+            _send(process, self._settings())
+            tasks = [asyncio.create_task(work) for work in (self._send_views(process), self._read(process))]
             try:
                 done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
                 for task in done:
@@ -74,45 +82,45 @@ class Helm:
             "token": self.address.token,
             "route": self._plane.route,
             "fence": self._plane.fence,
-            "has_autopilot": self.service.autopilot is not None,
+            "has_autopilot": self.service.supervisor is not None,
         }
 
-    async def _speak(self, process):
+    async def _send_views(self, process):
         while True:
             if process.stdin.transport.get_write_buffer_size() < _BACKLOG:
                 self._seq += 1
                 shown = view(seen(self.service), self._plane)
-                _say(process, {"seq": self._seq, "notice": self._notice, "view": shown._asdict()})
+                _send(process, {"seq": self._seq, "notice": self._notice, "view": shown._asdict()})
             await asyncio.sleep(1.0 / RATE)
 
-    async def _obey(self, process):
-        """What the page says, a line each, until it ends."""
+    async def _read(self, process):
+        """The page's messages, a line each, until it ends."""
         async for line in process.stdout:
-            said = json.loads(line)
-            if "failed" in said:
-                raise OSError(0, said["failed"])
-            if said.get("ready"):
+            message = json.loads(line)
+            if "failed" in message:
+                raise OSError(0, message["failed"])
+            if message.get("ready"):
                 LOG.info("helm page: %s", self.address.url)
-            elif said.get("do"):
-                self._do(said["do"], said.get("who", ""))
+            elif message.get("do"):
+                self._do(message["do"], message.get("who", ""))
 
     def _do(self, what, who):
-        if self.service.autopilot is None:
+        if self.service.supervisor is None:
             return
-        LOG.info("helm page: %s asks to %s", who, what)
+        LOG.info("helm page: %s requests %s", who, what)
         self._notice = ""
         try:
             if what == "start":
-                self.service.autopilot.start()
+                self.service.supervisor.start()
             elif what == "stop":
-                self.service.autopilot.stop("stopped at the helm page")
+                self.service.supervisor.stop("stopped at the helm page")
         except InputError as error:
             self._notice = str(error)
             LOG.info("helm page: refused: %s", error)
 
 
-def seen(service: Service) -> Seen:
-    """What a service knows now."""
+def seen(service: Running) -> Seen:
+    """What is known now."""
     navigator, latest = service.navigator, service.latest
     return Seen(
         latest.row,
@@ -125,12 +133,12 @@ def seen(service: Service) -> Seen:
     )
 
 
-def _say(process, message):
+def _send(process, message):
     process.stdin.write(json.dumps(message).encode() + b"\n")
 
 
 async def _end(process):
-    """The page ends when nothing more is said to it."""
+    """The page ends when its input is closed."""
     process.stdin.close()
     try:
         async with asyncio.timeout(_LEAVING):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from steerway.live.helm.view import View
 
 _GRID = 70.0  # pixels between two lines of the grid, at the least
-_VECTOR = 30.0  # s: the course vector ends where she will be then
+_VECTOR = 30.0  # s: the course vector ends at the position then
 _FEWEST = 0.7  # pixels between two points of the track that are both worth drawing
 
 
@@ -50,7 +50,7 @@ def still(window: Window, route, track, target: int | None, fence=()) -> str:
 
 
 def moving(window: Window, view: View, route=()) -> str:
-    """The boat: her ellipse, her course vector, her offset from the leg."""
+    """The boat: its ellipse, course vector and offset from the leg."""
     if view.north is None:
         return _svg(window, "")
     x, y = window.at(view.north, view.east)
@@ -146,7 +146,7 @@ def _points(pixels):
 
 
 def _offset(window, view, route):
-    """From the boat square to her leg."""
+    """From the boat perpendicular to the leg."""
     if view.cross_track is None or not view.target or view.target >= len(route):
         return ""
     (north_0, east_0), (north_1, east_1) = route[view.target - 1], route[view.target]

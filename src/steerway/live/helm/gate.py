@@ -1,8 +1,8 @@
-"""The gate before the page: nothing behind it is reached by a stranger, or by a web page from elsewhere.
+"""Access control of the page, against other computers and against other web pages.
 
-Two dangers. Another computer in the boat's network: it is asked for the token once and gets a signed cookie. And the
-skipper's own browser, in which any web page may send requests to this address: they are told by the headers Host (a
-foreign name that was made to point here) and Origin (a foreign page).
+Another computer in the boat's network has to send the token once and gets a signed cookie. In the skipper's own browser
+any web page may send requests to this address: those are recognised by the headers Host (a foreign name that points
+here) and Origin (a foreign page).
 """
 
 import asyncio
@@ -32,21 +32,21 @@ _HTTP_OF = {"http": "http", "ws": "http", "https": "https", "wss": "https"}
 
 
 class Sessions:
-    """Logins that a restart of the service survives: the cookie is its own expiry, signed with the token."""
+    """Logins that outlive a restart of the service: the cookie is its expiry time, signed with the token."""
 
     def __init__(self, token: str):
         self._token = token.encode()
 
-    def is_token(self, said: str) -> bool:
-        """Whether this is the token; takes as long whether it is or not."""
-        return hmac.compare_digest(hashlib.sha256(said.encode()).digest(), hashlib.sha256(self._token).digest())
+    def is_token(self, text: str) -> bool:
+        """Whether a text is the token, in constant time."""
+        return hmac.compare_digest(hashlib.sha256(text.encode()).digest(), hashlib.sha256(self._token).digest())
 
     def cookie(self) -> str:
         """A new login."""
         return self._signed(int(time.time()) + _VALID)
 
     def knows(self, cookie: str) -> bool:
-        """Whether this cookie was given here and still holds."""
+        """Whether a cookie was issued here and is valid."""
         expiry = cookie.partition(".")[0]
         if not (expiry.isascii() and expiry.isdigit() and len(expiry) < 16):
             return False
@@ -57,7 +57,7 @@ class Sessions:
 
 
 class Gate:
-    """An ASGI application that lets through to another one what may pass."""
+    """An ASGI application that passes permitted requests to another one."""
 
     def __init__(self, app, address: Address):
         self.app, self._address = app, address
@@ -71,7 +71,7 @@ class Gate:
             return
         headers = Headers(scope=scope)
         if is_foreign(scope, headers, self._address):
-            await _refuse(scope, receive, send, 403, "This page takes orders from itself only.")
+            await _refuse(scope, receive, send, 403, "Only this page itself may send requests.")
         elif self._sessions is None or self._sessions.knows(_cookie(headers)):
             if scope["path"] == LOGIN:
                 await RedirectResponse("/", 303)(scope, receive, send)
@@ -103,7 +103,7 @@ class Gate:
                 await _login_page("That was not the token.", 401)(scope, receive, send)
 
     def _must_wait(self, who):
-        """Whether this computer tried just now; every attempt begins a new wait."""
+        """Whether this computer tried within the pause; every attempt begins a new one."""
         now = time.monotonic()
         waits = self._wrong.pop(who, -1.0) > now
         self._wrong[who] = now + _PAUSE
@@ -113,9 +113,9 @@ class Gate:
 
 
 def is_foreign(scope, headers: Headers, address: Address) -> bool:
-    """Whether a request was begun by another web page, or goes to a name that is not ours.
+    """Whether a request comes from another web page, or is addressed to a foreign name.
 
-    What acts (POST, WebSocket) has to say that it comes from this page; what only reads must not say otherwise.
+    A request that acts (POST, WebSocket) must have this page as its origin; one that reads must not have another.
     """
     host = headers.get("host", "")
     match = _HOST.fullmatch(host)
@@ -149,7 +149,7 @@ async def _refuse(scope, receive, send, status, why):
 
 
 def _guarded(send, host):
-    """Nothing from elsewhere is loaded, nobody frames the page, and no cache keeps it."""
+    """Response headers: nothing foreign is loaded, and no other page frames this one."""
     policy = (
         "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
         f"img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self' ws://{host} wss://{host}; "

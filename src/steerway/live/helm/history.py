@@ -1,4 +1,4 @@
-"""Where the boat was, and how fast and whither she went, kept for the page."""
+"""The track, and speed and course of the last minutes, for the page."""
 
 import math
 from collections import deque
@@ -6,7 +6,7 @@ from collections import deque
 from steerway.live.helm.view import View
 
 _APART = 1.0  # m between two points of the track, at the least
-_POINTS = 4000  # of the track; then every second one is forgotten
+_POINTS = 4000  # of the track; then every second one is dropped
 _SPAN = 300.0  # s of speed and course
 
 

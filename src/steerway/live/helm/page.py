@@ -1,4 +1,4 @@
-"""The page itself: what lies where, and how a view gets there. All texts come from `words`, all lines from `chart`."""
+"""The page: its layout, and how a view gets there. All texts come from `words`, all lines from `chart`."""
 
 import json
 from importlib.resources import files
@@ -10,8 +10,8 @@ from steerway.live.helm.chart import Window, around, moving, still
 from steerway.live.helm.strips import Point, strip, unwound
 from steerway.live.helm.words import tone, words
 
-_LOOK = 0.1  # s between two looks whether there is a new view
-_FRESH = 10  # views by which a page may lag and still be believed when it says start
+_LOOK = 0.1  # s between two checks for a new view
+_FRESH = 10  # views by which a page may lag and its start still be accepted
 _SPAN = 300.0  # s on the strips
 _ZOOM = 1.5
 _PADDING = 14.0  # pixels inside of a card, as page.css has it
@@ -63,7 +63,7 @@ class Page:
 
     def _build(self):
         with _box("banner"):
-            ui.label("No connection to the boat. What stands here is old, and no button reaches her.")
+            ui.label("No connection to the boat. The values are old, and no button works.")
         with _box("helm"):
             self._build_head()
             self._build_chart()
@@ -180,7 +180,7 @@ class Page:
             self._text(within).classes("within")
 
     def _start(self, event):
-        """Only on the word of somebody who sees what is: a click that was on its way for long is no order."""
+        """Only for a page that shows the present: a delayed click does not start anything."""
         seen = event.args
         if isinstance(seen, int) and 0 <= self._board.seq - seen <= _FRESH:
             self._board.order("start", self._client.ip or "")
@@ -215,9 +215,9 @@ class Page:
         if self._board.seq == self._seq or not self._client.has_socket_connection:
             return
         self._seq, view = self._board.seq, self._board.view
-        said = words(view) | {"notice": self._board.notice}
+        texts = words(view) | {"notice": self._board.notice}
         for name, label in self._texts.items():
-            label.set_text(said[name])
+            label.set_text(texts[name])
         self._dot.classes(replace=f"box dot {tone(view)}")
         if self._board.has_autopilot:
             self._state.classes(replace=f"value state {view.state or 'idle'}")

@@ -1,4 +1,4 @@
-"""What the service knows, made what the page shows: a pure function."""
+"""From what the service knows to what the page shows: a pure function."""
 
 import math
 from collections.abc import Mapping
@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core.earth import KNOT, displacement
+from steerway.core.leg import Leg
 from steerway.core.records import PREDICTED, STATUSES
-from steerway.formats.nmea0183.writing import Leg
 from steerway.live.autopilot.mission import GeodeticRoute
-from steerway.live.autopilot.states import Order
-from steerway.live.heard import Row
+from steerway.live.base.orders import Order
+from steerway.live.base.rows import Row
 from steerway.live.helm.view import View
 
 _TWO_SIDED = 1.959964  # standard normal, 95 % within
@@ -22,10 +22,10 @@ _FRESH = 2.0  # s after a fix in which its status is the estimate's
 
 
 class Seen(NamedTuple):
-    """What the service knows at one moment.
+    """What the service knows at one time.
 
     covariance: of the position of `row`: variance of north, covariance, variance of east, m².
-    fix:        the row of the last fix that was taken.
+    fix:        the row of the last fix that was used.
     """
 
     row: Row
@@ -66,7 +66,7 @@ class Plane:
 
 
 def view(seen: Seen, plane: Plane) -> View:
-    """What is to be shown of what is known."""
+    """What the page shows."""
     row = seen.row
     north, east = plane.place(row.latitude, row.longitude)
     return View(
@@ -86,15 +86,15 @@ def view(seen: Seen, plane: Plane) -> View:
             nis=seen.fix.nis,
         ),
         ellipse=ellipse(seen.covariance) if row.valid else None,
-        status=STATUSES[_worth(row, seen.fix)],
+        status=STATUSES[_status(row, seen.fix)],
         source=seen.source,
         counts=dict(seen.counts),
         **_ordered(seen.order) | _on_route(seen, plane.route),
     )
 
 
-def _worth(row, fix):
-    """Between two fixes everything is predicted: what counts there is what the last one was worth."""
+def _status(row, fix):
+    """The status of the last fix for the predictions that follow it closely."""
     return fix.status if row.status == PREDICTED and row.time - fix.time < _FRESH else row.status
 
 
@@ -133,7 +133,7 @@ def _on_route(seen, route):
 def _ordered(order):
     if order is None:
         return {}
-    asked = _known(
+    desired = _known(
         asked_course_deg=_compass(order.course),
         asked_rate_dps=math.degrees(order.yaw_rate),
         asked_speed_kn=order.speed / KNOT,
@@ -141,7 +141,7 @@ def _ordered(order):
         port=order.port,
         starboard=order.starboard,
     )
-    return asked | {"state": str(order.state), "reason": order.reason, "is_engaged": bool(order.engaged)}
+    return desired | {"state": str(order.state), "reason": order.reason, "is_engaged": bool(order.engaged)}
 
 
 def _compass(angle):

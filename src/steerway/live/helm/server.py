@@ -14,8 +14,8 @@ import traceback
 from steerway.live.helm.address import Address
 from steerway.live.helm.board import Board
 
-_NICE = 10  # where there is not enough computer for both, the boat comes first
-_LONGEST = 1 << 20  # bytes of a line, and of what a browser says at once
+_NICE = 10  # where the processor is short, the service has priority
+_LONGEST = 1 << 20  # bytes of a line, and of a message of a browser
 _MOST = 200  # connections
 
 
@@ -24,9 +24,9 @@ def main() -> None:
     os.nice(_NICE)
     settings = json.loads(open(sys.stdin.fileno(), "rb", buffering=0, closefd=False).readline())
     orders = os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0)
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints is no order
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # output of a library is no order
 
-    def say(message):
+    def send(message):
         with contextlib.suppress(BrokenPipeError):
             orders.write(json.dumps(message).encode() + b"\n")
 
@@ -34,9 +34,9 @@ def main() -> None:
     try:
         listener = _listener(address)
     except OSError as error:
-        say({"failed": os.strerror(error.errno) if error.errno else str(error)})
+        send({"failed": os.strerror(error.errno) if error.errno else str(error)})
         return
-    asyncio.run(_serve(address, listener, Board(settings, say), say))
+    asyncio.run(_serve(address, listener, Board(settings, send), send))
 
 
 def _listener(address):
@@ -44,7 +44,7 @@ def _listener(address):
     return socket.create_server((address.host, address.port), family=family)
 
 
-async def _serve(address, listener, board, say):
+async def _serve(address, listener, board, send):
     import uvicorn
     from fastapi import FastAPI
 
@@ -64,22 +64,22 @@ async def _serve(address, listener, board, say):
         limit_concurrency=_MOST,
     )
     serving = asyncio.create_task(uvicorn.Server(config).serve([listener]))
-    listening = asyncio.create_task(_listen(board))
-    say({"ready": True})
-    await asyncio.wait((serving, listening), return_when=asyncio.FIRST_COMPLETED)
-    for task in (serving, listening):
+    reading = asyncio.create_task(_read(board))
+    send({"ready": True})
+    await asyncio.wait((serving, reading), return_when=asyncio.FIRST_COMPLETED)
+    for task in (serving, reading):
         if task.done() and task.exception() is not None:
             traceback.print_exception(task.exception())
-    os._exit(0)  # nothing here is worth a farewell, and the next service wants the port
+    os._exit(0)  # nothing has to be saved, and the next service needs the port
 
 
-async def _listen(board):
-    """Take what the service says, until it says no more."""
+async def _read(board):
+    """Read the service's messages until they end."""
     reader = asyncio.StreamReader(_LONGEST)
     loop = asyncio.get_running_loop()
     await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
     async for line in reader:
-        board.take(json.loads(line))
+        board.update(json.loads(line))
 
 
 if __name__ == "__main__":

@@ -21,18 +21,18 @@ class Point(NamedTuple):
 
 def unwound(points: Sequence[Point]) -> list[Point]:
     """Courses in degrees without jumps at north."""
-    told, last = [], None
+    unwound_points, last = [], None
     for point in points:
         value = point.value
         if value is not None:
             value += 0.0 if last is None else 360.0 * round((last - value) / 360.0)
             last = value
-        told.append(point._replace(value=value))
-    return told
+        unwound_points.append(point._replace(value=value))
+    return unwound_points
 
 
 def strip(points: Sequence[Point], width: float, height: float, span: float, least: float, turns: bool = False) -> str:
-    """One quantity over the last `span` s; the axis covers `least` at the least, and with `turns` tells degrees."""
+    """One quantity over the last `span` s; the axis covers `least` at the least, and with `turns` it is in degrees."""
     known = [point for point in points if point.value is not None]
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" aria-hidden="true">'
     if not known:

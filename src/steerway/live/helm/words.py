@@ -1,4 +1,4 @@
-"""What the page says of a view: every quantity as its text. A dash is unknown."""
+"""The texts of a view: every quantity as the page prints it. A dash is unknown."""
 
 import datetime
 import math
@@ -18,7 +18,7 @@ _STATUS = {
 
 def words(view: View) -> dict[str, str]:
     """The texts by their place on the page."""
-    digits = 2 if (view.sog_within_kn or 1.0) < 0.1 else 1  # a digit that only flickers tells nothing
+    digits = 2 if (view.sog_within_kn or 1.0) < 0.1 else 1  # no digit below the uncertainty
     return {
         "sog": _number(view.sog_kn, digits),
         "sog_within": _within(view.sog_within_kn, 2),
@@ -57,7 +57,7 @@ def words(view: View) -> dict[str, str]:
 
 
 def tone(view: View) -> str:
-    """How much the estimate is to be trusted: "good", "fair" or "bad"."""
+    """The quality of the estimate: "good", "fair" or "bad"."""
     return {"ok": "good", "lost": "bad"}.get(view.status, "fair")
 
 

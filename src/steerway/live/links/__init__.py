@@ -1,1 +1,1 @@
-"""Links: how bytes come and go. A listener runs until it is cancelled and opens its link again whenever it breaks."""
+"""Links: how bytes come and go, one kind of link a file. A link runs until cancelled and reopens whenever it breaks."""

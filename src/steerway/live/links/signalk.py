@@ -1,9 +1,28 @@
-"""The WebSocket of a Signal K server."""
+"""Signal K: deltas over the WebSocket of a server, in and out."""
 
+import asyncio
+import contextlib
+import json
+import math
 from contextlib import asynccontextmanager
 
 from steerway.core.errors import InputError
-from steerway.live.uri import Uri
+from steerway.formats.dilution import deviation
+from steerway.live.base.rows import InputRow
+from steerway.live.base.uri import Uri
+from steerway.live.links.decoding import JsonDecoder, angle, moment
+from steerway.live.links.link import WAITING, Input, Sink, kept_open
+
+_PATHS = {
+    "navigation.speedOverGround": "sog",
+    "navigation.courseOverGroundTrue": "cog",
+    "navigation.headingTrue": "heading",
+    "navigation.speedThroughWater": "water_speed",
+    "navigation.rateOfTurn": "yaw_rate",
+}
+_DILUTION = "navigation.gnss.horizontalDilution"
+SUBSCRIBED = ("navigation.position", _DILUTION, *_PATHS)
+"""The Signal K paths that are read."""
 
 
 def require_websockets(uri: Uri) -> None:
@@ -16,7 +35,7 @@ def require_websockets(uri: Uri) -> None:
 
 @asynccontextmanager
 async def connected(uri: Uri):
-    """The stream's WebSocket, nothing subscribed to; its failures are OSError as those of any link."""
+    """The stream's WebSocket without a subscription; its failures are OSError as those of any link."""
     from websockets.asyncio.client import connect
     from websockets.exceptions import WebSocketException
 
@@ -27,3 +46,89 @@ async def connected(uri: Uri):
             yield socket
     except WebSocketException as error:
         raise ConnectionError(str(error)) from None
+
+
+class SignalKInput(Input):
+    """Reads deltas of the own vessel from a Signal K server."""
+
+    def _decoder(self):
+        return SignalKDecoder()
+
+    async def _read(self, feed):
+        wanted = [{"path": path, "policy": "instant"} for path in SUBSCRIBED]
+        async with connected(self.uri) as socket:
+            await socket.send(json.dumps({"context": "vessels.self", "subscribe": wanted}))
+            async for message in socket:
+                feed.pass_on(feed.decoder.message(message))
+
+
+class SignalKSink(Sink):
+    """Writes deltas to a Signal K server."""
+
+    def __init__(self, uri: Uri):
+        super().__init__(uri)
+        self._waiting: asyncio.Queue = asyncio.Queue(WAITING)
+        self._is_open = False
+
+    async def run(self) -> None:
+        """See Sink."""
+        await kept_open(self.uri.text, self._write)
+
+    def send(self, message: bytes) -> None:
+        """See Sink."""
+        if not self._is_open or self._waiting.full():
+            self.lost += 1
+            return
+        self._waiting.put_nowait(message.decode())
+
+    async def _write(self):
+        async with connected(self.uri) as connection:
+            self._is_open = True
+            discard = asyncio.create_task(_discard(connection))
+            try:
+                while not discard.done():
+                    with contextlib.suppress(TimeoutError):
+                        await connection.send(await asyncio.wait_for(self._waiting.get(), 0.5))
+            finally:
+                self._is_open = False
+                discard.cancel()
+
+
+async def _discard(connection):
+    """Read what the server sends, so that it does not block, and drop it."""
+    async for _ in connection:
+        pass
+
+
+class SignalKDecoder(JsonDecoder):
+    """Signal K deltas, of the own vessel. Null is no value. Paths and units: Signal K specification 1.7."""
+
+    def __init__(self, own_label: str = "steerway"):
+        super().__init__()
+        self._own_label = own_label
+
+    def _rows(self, message):
+        rows = []
+        for update in message.get("updates", ()):
+            source = str(update.get("$source") or update.get("source", {}).get("label", "signalk"))
+            if source == self._own_label or source.startswith(f"{self._own_label}."):
+                continue
+            time = moment(update["timestamp"])
+            values = {}
+            for pair in update.get("values", ()):
+                values |= _signalk_value(pair["path"], pair["value"])
+            if values:
+                rows.append(InputRow(source, time, **values))
+        return rows
+
+
+def _signalk_value(path, value):
+    if value is None:
+        return {}
+    if path == "navigation.position":
+        return {"latitude": math.radians(value["latitude"]), "longitude": angle(value["longitude"])}
+    if path == _DILUTION:
+        return {"position_std": deviation(float(value))}
+    if path in ("navigation.courseOverGroundTrue", "navigation.headingTrue"):
+        return {_PATHS[path]: math.remainder(value, 2.0 * math.pi)}
+    return {_PATHS[path]: float(value)} if path in _PATHS else {}

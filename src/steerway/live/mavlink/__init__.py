@@ -1,1 +1,1 @@
-"""MAVLink: what a vehicle says as rows, and the conversation with one that is steered in GUIDED."""
+"""MAVLink: the messages of a vehicle as rows, and the protocol with one that is steered in GUIDED."""

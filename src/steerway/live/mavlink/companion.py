@@ -1,25 +1,27 @@
-"""The computer aboard on a MAVLink link: listens to the vehicle's fixes, and carries out the autopilot's orders."""
+"""The companion computer on a MAVLink link: it reads the vehicle's fixes and sends the autopilot's orders."""
 
 import asyncio
 import time
 from typing import Protocol
 
 from steerway.core.checks import positive
-from steerway.live.autopilot.states import Order, State
-from steerway.live.heard import Row
-from steerway.live.links.listening import Hear
-from steerway.live.links.mavlink import MavlinkLink
+from steerway.live.base.orders import Order, State
+from steerway.live.base.rows import Row
+from steerway.live.base.uri import Uri
+from steerway.live.links.link import Deliver
 from steerway.live.mavlink.decoding import MavlinkDecoder
 from steerway.live.mavlink.guided import SYSTEM, Guided
-from steerway.live.uri import Uri
+from steerway.live.mavlink.link import MavlinkLink
 
-_PERIOD = 0.05  # s between looks at what is due
-_STALE = 0.5  # s after which an order is no more carried out
+CARRIERS = ("udpin", "udpout", "tcp")
+"""What carries MAVLink, beside a serial line."""
+_PERIOD = 0.05  # s between checks of what is due
+_STALE = 0.5  # s after which an order is no longer carried out
 _ONBOARD_COMPUTER = 191  # MAV_COMP_ID_ONBOARD_COMPUTER
 
 
-class Told(Protocol):
-    """What is told of the link: the autopilot. `hands_back`: its safe output is to give no orders."""
+class Commanded(Protocol):
+    """What commands the vehicle: the supervisor. `hands_back`: its safe output is to give no orders."""
 
     hands_back: bool
 
@@ -29,37 +31,37 @@ class Told(Protocol):
 
 
 class Companion:
-    """A listener and an output on one link. Options of its address: those of `Guided`, and `baud`.
+    """An input and an output on one link. Options of its address: those of `Guided`, and `baud`.
 
-    The autopilot is told of its link's life and of what the vehicle does against it.
+    The state of the link, and refusals of the vehicle, are reported to the supervisor.
     """
 
     def __init__(self, uri: Uri, place: str = ""):
         silence = positive(f"{uri.text}: silence", uri.number("silence", 0.8))
         system = int(uri.number("system", 0))
-        self.link = MavlinkLink(uri, self._heard, system or SYSTEM, _ONBOARD_COMPUTER)
+        self.link = MavlinkLink(uri, self._receive, system or SYSTEM, _ONBOARD_COMPUTER)
         self.guided = Guided(self.link.messages, silence, system)
         self.decoder = MavlinkDecoder(place)
-        self.autopilot: Told | None = None
-        self._hear: Hear | None = None
+        self.supervisor: Commanded | None = None
+        self._deliver: Deliver | None = None
         self._order: Order | None = None
         self._ordered = 0.0
         self._was_alive: bool | None = None
         self._runs = False
 
-    async def run(self, hear: Hear | None = None) -> None:
-        """Keep the link open until cancelled; as a listener with `hear`, as a speaker without, as both only once."""
-        self._hear = hear or self._hear
+    async def run(self, deliver: Deliver | None = None) -> None:
+        """Keep the link open until cancelled; an input with `deliver`, an output without, opened once for both."""
+        self._deliver = deliver or self._deliver
         if self._runs:
             await asyncio.Event().wait()
         self._runs = True
         async with asyncio.TaskGroup() as tasks:
             tasks.create_task(self.link.run())
-            tasks.create_task(self._speak())
+            tasks.create_task(self._send())
             try:
                 await asyncio.Event().wait()
             finally:
-                self.link.send(self.guided.farewell(self.autopilot is not None and self.autopilot.hands_back))
+                self.link.send(self.guided.last_messages(self.supervisor is not None and self.supervisor.hands_back))
 
     def fix(self, row: Row) -> None:
         """See Output."""
@@ -69,34 +71,34 @@ class Companion:
         self._order, self._ordered = order, time.monotonic()
 
     def close(self) -> None:
-        """See Output. The farewell was said when the link was left."""
+        """See Output. The last messages are sent when the link is left."""
 
-    def _heard(self, message):
+    def _receive(self, message):
         now = time.monotonic()
-        if not self.guided.hear(message, now):
+        if not self.guided.receive(message, now):
             return False
         self.link.system = self.guided.vehicle[0]
         rows = self.decoder.message(message, now)
-        if rows and self._hear is not None:
-            self._hear(rows)
+        if rows and self._deliver is not None:
+            self._deliver(rows)
         return True
 
-    async def _speak(self):
+    async def _send(self):
         while True:
-            self._speak_now(time.monotonic())
+            self._send_now(time.monotonic())
             await asyncio.sleep(_PERIOD)
 
-    def _speak_now(self, now):
-        if self.autopilot is not None:
-            self._tell(self.guided.alive(now))
+    def _send_now(self, now):
+        if self.supervisor is not None:
+            self._report(self.guided.alive(now))
         order = self._order
         if order is not None and order.engaged and now - self._ordered > _STALE:
-            order = Order(State.STOPPED, "the orders stay away", engaged=True)
+            order = Order(State.STOPPED, "no orders come", engaged=True)
         self.link.send(self.guided.due(now, order))
-        if self.guided.complaint and self.autopilot is not None:
-            self.autopilot.stop(self.guided.complaint)
+        if self.guided.refusal and self.supervisor is not None:
+            self.supervisor.stop(self.guided.refusal)
 
-    def _tell(self, alive):
+    def _report(self, alive):
         if alive != self._was_alive:
             self._was_alive = alive
-            self.autopilot.link(self.link.uri.text, alive)
+            self.supervisor.link(self.link.uri.text, alive)

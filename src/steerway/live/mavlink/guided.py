@@ -1,21 +1,21 @@
-"""The conversation with a vehicle that is steered in GUIDED: what to say to her now, by what she said and the order.
+"""The protocol with a vehicle that is steered in GUIDED: what to send now, by its messages and the present order.
 
-No clock and no I/O: times are told, messages are returned. She is taken over only when the autopilot runs, and given
-back when it stops; whoever takes her out of GUIDED has her, and is not contradicted.
+No clock and no I/O: times are arguments, messages are returned. The vehicle is taken over only while the autopilot
+runs, and given back when it stops. A mode that is set from elsewhere is not overruled.
 """
 
 import math
 from enum import Enum
 
-from steerway.live.autopilot.states import Order, State
+from steerway.live.base.orders import Order, State
 from steerway.live.mavlink.dialect import RoverMode, mode_name
 
-SYSTEM = 1  # before a vehicle is heard; then hers, as is the custom of computers aboard
-HEARTBEAT_LOST = 2.5  # s: she says one a second
-_ASKED_AGAIN = 0.5  # s between two requests for a mode
+SYSTEM = 1  # before the vehicle is known; then its own, as is usual for companion computers
+HEARTBEAT_LOST = 2.5  # s; the vehicle sends one a second
+_ASKED_AGAIN = 0.5  # s between two requests of a mode
 _REFUSED = 3.0  # s after which a request counts as refused
-_STOPPING = 2.0  # s of zero thrust before she is put into HOLD
-_GIVEN_UP = 10.0  # s after which she is no more asked to leave GUIDED
+_STOPPING = 2.0  # s of zero thrust before HOLD is requested
+_GIVEN_UP = 10.0  # s after which leaving GUIDED is no longer requested
 _TARGET_PERIOD = 0.1
 _WANTED = {
     "GPS_RAW_INT": 0.1,
@@ -23,30 +23,30 @@ _WANTED = {
     "ATTITUDE": 0.1,
     "SYSTEM_TIME": 1.0,
 }  # messages and their intervals, s
-_MISSED = 5.0  # s between two requests for them while they stay away
+_MISSED = 5.0  # s between two requests for them while they do not come
 
 
-class Phase(Enum):
-    """What is being done with the vehicle."""
+class Takeover(Enum):
+    """The phase of the take-over."""
 
-    FREE = "free"  # she is left alone
-    TAKING = "taking"  # asked to go into GUIDED
+    FREE = "free"  # not under control
+    TAKING = "taking"  # GUIDED is requested
     STEERING = "steering"
     STOPPING = "stopping"  # zero thrust, then HOLD
-    RETURNING = "returning"  # asked to go into MANUAL
+    RETURNING = "returning"  # MANUAL is requested
 
 
 class Guided:
-    """One vehicle and what she is told.
+    """One vehicle and what is sent to it.
 
     Thrust is the order's. ArduPilot's Rover takes it in GUIDED as a share of CRUISE_SPEED, or of WP_SPEED where set:
     that is then the boat's speed at full thrust.
 
     messages: the dialect's module.
     silence:  s without any message after which the link counts as lost.
-    system:   the vehicle to talk to; 0: the first one heard.
+    system:   id of the vehicle; 0: the first one that sends.
 
-    `complaint` is why the autopilot has to stop by what the vehicle does, "" while there is no reason.
+    `refusal` is why the vehicle cannot be steered, "" while it can.
     """
 
     def __init__(self, messages, silence: float = 0.8, system: int = 0):
@@ -54,15 +54,15 @@ class Guided:
         self.vehicle: tuple[int, int] | None = None
         self.mode: int | None = None
         self.is_armed = self.is_rover = False
-        self.phase = Phase.FREE
-        self.complaint = ""
+        self.phase = Takeover.FREE
+        self.refusal = ""
         self._since = -math.inf  # when the phase began
-        self._heard = self._heartbeat = self._fix_heard = -math.inf
+        self._received = self._heartbeat = self._fix_received = -math.inf
         self._own_heartbeat = self._target = self._asked_messages = -math.inf
         self._asked: RoverMode | None = None
         self._asked_at = self._asked_guided = -math.inf
 
-    def hear(self, message, now: float) -> bool:
+    def receive(self, message, now: float) -> bool:
         """Whether a message is the vehicle's."""
         sender = (message.get_srcSystem(), message.get_srcComponent())
         kind = message.get_type()
@@ -70,22 +70,22 @@ class Guided:
             self.vehicle = sender
         if sender != self.vehicle:
             return False
-        if now - self._heard > self._silence:
+        if now - self._received > self._silence:
             self._asked_messages = -math.inf
-        self._heard = now
+        self._received = now
         if kind == "HEARTBEAT":
             self._heartbeat = now
             self.mode = message.custom_mode
             self.is_armed = bool(message.base_mode & self._messages.MAV_MODE_FLAG_SAFETY_ARMED)
             self.is_rover = self._is_rover(message)
         elif kind == "GPS_RAW_INT":
-            self._fix_heard = now
+            self._fix_received = now
         elif kind == "COMMAND_ACK":
             self._answered(message)
         return True
 
     def _answered(self, answer):
-        """A mode is hers once she has accepted it; a later HEARTBEAT with another one is somebody else's doing."""
+        """An accepted mode is in force; a later HEARTBEAT with another one was set from elsewhere."""
         if answer.command == self._messages.MAV_CMD_DO_SET_MODE and self._asked is not None:
             if answer.result == self._messages.MAV_RESULT_ACCEPTED:
                 self.mode = int(self._asked)
@@ -97,68 +97,68 @@ class Guided:
         return wanted and heartbeat.autopilot != messages.MAV_AUTOPILOT_INVALID
 
     def _is_rover(self, heartbeat):
-        """Whether the numbers of modes mean what they mean here."""
+        """Whether the numbers of modes are those of `RoverMode`."""
         messages = self._messages
         kinds = (messages.MAV_TYPE_GROUND_ROVER, messages.MAV_TYPE_SURFACE_BOAT)
         return heartbeat.autopilot == messages.MAV_AUTOPILOT_ARDUPILOTMEGA and heartbeat.type in kinds
 
     def alive(self, now: float) -> bool:
-        """Whether the vehicle is there."""
-        return now - self._heard <= self._silence and now - self._heartbeat <= HEARTBEAT_LOST
+        """Whether the vehicle answers."""
+        return now - self._received <= self._silence and now - self._heartbeat <= HEARTBEAT_LOST
 
     def due(self, now: float, order: Order | None) -> list:
-        """What to say now; to be asked every 0.1 s or oftener."""
-        said = []
+        """What to send now; to be called every 0.1 s or more often."""
+        due = []
         if now - self._own_heartbeat >= 1.0:
             self._own_heartbeat = now
-            said.append(self._heartbeat_message())
+            due.append(self._heartbeat_message())
         if self.vehicle is None:
-            return said
+            return due
         order = order or Order(State.IDLE)
         self._judge(now, order)
-        said += self._requests(now)
-        said += self._steering(now, order)
-        return said
+        due += self._requests(now)
+        due += self._steering(now, order)
+        return due
 
-    def farewell(self, hands_back: bool) -> list:
-        """What to say when there is no more time to say anything: HOLD, or MANUAL to the skipper."""
-        if self.vehicle is None or self.phase in (Phase.FREE, Phase.RETURNING):
+    def last_messages(self, hands_back: bool) -> list:
+        """What to send before the link closes: HOLD, or MANUAL for the skipper."""
+        if self.vehicle is None or self.phase in (Takeover.FREE, Takeover.RETURNING):
             return []
         if hands_back:
             return [self._mode_message(RoverMode.MANUAL)]
         return [self._target_message(0.0, 0.0, 0.0), self._mode_message(RoverMode.HOLD)]
 
     def _judge(self, now, order):
-        """Which phase this is."""
+        """The phase, by the order and the vehicle's mode."""
         steers = order.engaged and order.state is not State.STOPPED
         guided = self.mode == RoverMode.GUIDED
         if not steers:
-            self.complaint = ""
-        if self.phase in (Phase.TAKING, Phase.STEERING) and not steers:
-            self._enter(Phase.STOPPING if order.engaged else Phase.RETURNING, now)
-        elif self.phase in (Phase.STOPPING, Phase.RETURNING) and self._is_left(guided, now):
-            self._enter(Phase.FREE, now)
-        elif self.phase is Phase.TAKING and guided:
-            self._enter(Phase.STEERING, now)
-        elif steers and not self.complaint:
+            self.refusal = ""
+        if self.phase in (Takeover.TAKING, Takeover.STEERING) and not steers:
+            self._enter(Takeover.STOPPING if order.engaged else Takeover.RETURNING, now)
+        elif self.phase in (Takeover.STOPPING, Takeover.RETURNING) and self._is_left(guided, now):
+            self._enter(Takeover.FREE, now)
+        elif self.phase is Takeover.TAKING and guided:
+            self._enter(Takeover.STEERING, now)
+        elif steers and not self.refusal:
             self._watch(guided, now)
 
     def _watch(self, guided, now):
-        """The autopilot steers: is there a reason why it cannot?"""
+        """Whether the vehicle follows while the autopilot steers."""
         if not self.is_rover:
-            self.complaint = "the vehicle is no boat of ArduPilot's Rover"
+            self.refusal = "the vehicle is no boat of ArduPilot's Rover"
         elif not self.is_armed:
-            self.complaint = "the vehicle is not armed"
-        elif self.phase is Phase.STEERING and not guided:
-            self.complaint = f"the vehicle was put into {mode_name(self.mode)}"
-            self._enter(Phase.FREE, now)
-        elif self.phase is Phase.TAKING and now - self._since > _REFUSED:
-            self.complaint = "the vehicle does not go into GUIDED"
-        elif self.phase in (Phase.FREE, Phase.STOPPING, Phase.RETURNING):
-            self._enter(Phase.TAKING, now)
+            self.refusal = "the vehicle is not armed"
+        elif self.phase is Takeover.STEERING and not guided:
+            self.refusal = f"the vehicle was put into {mode_name(self.mode)}"
+            self._enter(Takeover.FREE, now)
+        elif self.phase is Takeover.TAKING and now - self._since > _REFUSED:
+            self.refusal = "the vehicle does not go into GUIDED"
+        elif self.phase in (Takeover.FREE, Takeover.STOPPING, Takeover.RETURNING):
+            self._enter(Takeover.TAKING, now)
 
     def _is_left(self, guided, now):
-        """Whether she is out of GUIDED for good, or does not listen."""
+        """Whether the vehicle has left GUIDED for good, or does not respond."""
         on_its_way = now - self._asked_guided <= HEARTBEAT_LOST
         return (not guided and not on_its_way) or now - self._since > _GIVEN_UP
 
@@ -166,35 +166,35 @@ class Guided:
         self.phase, self._since, self._asked_at = phase, now, -math.inf
 
     def _requests(self, now):
-        """A mode that she is not in, and messages that stay away."""
-        said = []
+        """Requests of another mode, and of messages that do not come."""
+        due = []
         mode = self._mode_wanted(now)
         if mode is not None and now - self._asked_at >= _ASKED_AGAIN:
             self._asked, self._asked_at = mode, now
             if mode is RoverMode.GUIDED:
                 self._asked_guided = now
-            said.append(self._mode_message(mode))
-        misses = now - self._fix_heard > _MISSED and now - self._asked_messages > _MISSED
+            due.append(self._mode_message(mode))
+        misses = now - self._fix_received > _MISSED and now - self._asked_messages > _MISSED
         if misses or self._asked_messages == -math.inf:
             self._asked_messages = now
-            said += [self._interval_message(name, interval) for name, interval in _WANTED.items()]
-        return said
+            due += [self._interval_message(name, interval) for name, interval in _WANTED.items()]
+        return due
 
     def _mode_wanted(self, now):
-        """The mode to ask for; none when she is in it, nor once somebody has taken her out of GUIDED."""
+        """The mode to request; None when it is in force, or once GUIDED was left from elsewhere."""
         guided = self.mode == RoverMode.GUIDED
-        if self.phase is Phase.TAKING and not guided:
+        if self.phase is Takeover.TAKING and not guided:
             return RoverMode.GUIDED
-        if self.phase is Phase.STOPPING and guided and now - self._since >= _STOPPING:
+        if self.phase is Takeover.STOPPING and guided and now - self._since >= _STOPPING:
             return RoverMode.HOLD
-        return RoverMode.MANUAL if self.phase is Phase.RETURNING and guided else None
+        return RoverMode.MANUAL if self.phase is Takeover.RETURNING and guided else None
 
     def _steering(self, now, order):
-        if now - self._target < 0.9 * _TARGET_PERIOD or self.phase not in (Phase.STEERING, Phase.STOPPING):
+        if now - self._target < 0.9 * _TARGET_PERIOD or self.phase not in (Takeover.STEERING, Takeover.STOPPING):
             return []
         self._target = now
         yaw_rate, thrust = order.yaw_rate, order.thrust
-        if self.phase is Phase.STOPPING or not math.isfinite(yaw_rate + thrust):
+        if self.phase is Takeover.STOPPING or not math.isfinite(yaw_rate + thrust):
             yaw_rate = thrust = 0.0
         return [self._target_message(yaw_rate, max(-1.0, min(1.0, thrust)), now)]
 

@@ -1,1 +1,1 @@
-"""What is said, in which form and when."""
+"""Outputs: the form of what is sent, and when; the table of forms is `formats`."""

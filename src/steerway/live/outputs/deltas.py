@@ -1,4 +1,4 @@
-"""Signal K deltas: motion, the leg under way, what the autopilot does; SI and rad, null for unknown.
+"""Signal K deltas: motion, the leg under way, the state of the autopilot; SI and rad, null for unknown.
 
 Paths and states are those of the Signal K specification 1.5.1, groups navigation, steering and notifications.
 """
@@ -6,11 +6,11 @@ Paths and states are those of the Signal K specification 1.5.1, groups navigatio
 import json
 import math
 
+from steerway.core.leg import Leg
 from steerway.core.timestamps import iso
-from steerway.formats.nmea0183.writing import Leg
-from steerway.live.autopilot.states import FIT, Order, State
-from steerway.live.heard import Row
-from steerway.live.links.speakers import Speaker
+from steerway.live.base.orders import FIT, Order, State
+from steerway.live.base.rows import Row
+from steerway.live.links.link import Sink
 from steerway.live.outputs.rhythm import Rhythm
 
 _STATES = {
@@ -23,42 +23,42 @@ _STATES = {
 
 
 class Deltas:
-    """A delta at a fix once a period (s), the present where fixes stay away, and the autopilot's changes of state."""
+    """A delta at a fix once a period (s), at ticks while fixes are missing, and at changes of the autopilot's state."""
 
-    def __init__(self, speaker: Speaker, period: float = 1.0):
-        self.speaker, self.period = speaker, period
+    def __init__(self, sink: Sink, period: float = 1.0):
+        self.sink, self.period = sink, period
         self._rhythm = Rhythm(period)
-        self._said = -math.inf
+        self._last = -math.inf
         self._leg: Leg | None = None
         self._order: Order | None = None
         self._on_route = False
 
     def fix(self, row: Row) -> None:
         """See Output."""
-        if self._rhythm.strikes(row.time):
-            self._say(row)
+        if self._rhythm.is_due(row.time):
+            self._send(row)
 
     def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
         """See Output."""
         before, self._leg, self._order = self._order, leg, order
         self._on_route |= leg is not None
-        is_news = order is not None and (before is None or before.state is not order.state)
-        if is_news or row.time - self._said >= 1.5 * self.period:
-            self._say(row, notification(order) if is_news and _alarms(before, order) else {})
+        changed = order is not None and (before is None or before.state is not order.state)
+        if changed or row.time - self._last >= 1.5 * self.period:
+            self._send(row, notification(order) if changed and _alarms(before, order) else {})
 
     def close(self) -> None:
         """See Output."""
-        self.speaker.close()
+        self.sink.close()
 
-    def _say(self, row, more=None):
-        self._said = row.time
+    def _send(self, row, more=None):
+        self._last = row.time
         values = motion(row)
         if self._on_route:
             fit = self._order is None or self._order.state in FIT
             values |= course(self._leg if fit and not math.isnan(row.cog) else None)
         if self._order is not None:
-            values |= steering(self._order)
-        self.speaker.send(delta(row.time, values | (more or {})))
+            values |= autopilot(self._order)
+        self.sink.send(delta(row.time, values | (more or {})))
 
 
 def delta(time: float, values: dict) -> bytes:
@@ -94,10 +94,10 @@ def course(leg: Leg | None) -> dict:
     }
 
 
-def steering(order: Order) -> dict:
-    """What the autopilot does by path.
+def autopilot(order: Order) -> dict:
+    """The state of the autopilot by path.
 
-    Signal K knows a target heading only; as in NMEA's APB, where the field is called so too, it is the course to steer.
+    Signal K has a target heading only; as in NMEA's APB, whose field has the same name, it is the course to steer.
     """
     return {
         "steering.autopilot.state": _STATES[order.state],

@@ -1,23 +1,23 @@
-"""What an output is: it is told every row a fix and every tick, and takes what it needs.
+"""What an output is: it gets every row of a fix and every tick, and sends what it needs.
 
-What is unknown is said to be unknown: status V, null. No row is ever said twice.
+Unknown values are sent as unknown: status V, null. No row is sent twice.
 """
 
 from typing import Protocol
 
-from steerway.formats.nmea0183.writing import Leg
-from steerway.live.autopilot.states import Order
-from steerway.live.heard import Row
+from steerway.core.leg import Leg
+from steerway.live.base.orders import Order
+from steerway.live.base.rows import Row
 
 
 class Output(Protocol):
-    """Something that says rows."""
+    """One form of output."""
 
     def fix(self, row: Row) -> None:
-        """A fix was taken."""
+        """The row of a fix."""
 
     def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
-        """Time has gone on; a row, and the leg under way and the order where there is one."""
+        """The row of a tick, with the leg under way and the order where there are any."""
 
     def close(self) -> None:
-        """The run is over."""
+        """The run ends."""

@@ -1,26 +1,26 @@
-"""Commands for two propellers, for a motor driver of one's own: lines of JSON.
+"""Commands of two propellers for a motor driver: lines of JSON.
 
 `{"time": …, "state": "running", "port": 0.61, "starboard": 0.48}`: −1 to 1 of full speed, where thrust goes with the
-square of the speed; null: nothing is commanded. A driver has to stop by itself when lines stay away.
+square of the speed; null: no command. The driver has to stop by itself when no line comes.
 """
 
 import json
 
-from steerway.formats.nmea0183.writing import Leg
-from steerway.live.autopilot.states import Order
-from steerway.live.heard import Row
-from steerway.live.links.speakers import Speaker
+from steerway.core.leg import Leg
+from steerway.live.base.orders import Order
+from steerway.live.base.rows import Row
+from steerway.live.links.link import Sink
 from steerway.live.outputs.rhythm import Rhythm
 
 PERIOD = 0.1
 """s between two commands."""
 
 
-class Propellers:
+class PropellerCommands:
     """A line once a period, and at once when the autopilot's state changes."""
 
-    def __init__(self, speaker: Speaker, period: float = PERIOD):
-        self.speaker = speaker
+    def __init__(self, sink: Sink, period: float = PERIOD):
+        self.sink = sink
         self._rhythm = Rhythm(period)
         self._state = None
 
@@ -31,18 +31,18 @@ class Propellers:
         """See Output."""
         if order is None:
             return
-        is_due = self._rhythm.strikes(row.time)
+        is_due = self._rhythm.is_due(row.time)
         if is_due or order.state is not self._state:
             self._state = order.state
-            self.speaker.send(propeller_line(row.time, order))
+            self.sink.send(propeller_line(row.time, order))
 
     def close(self) -> None:
         """See Output."""
-        self.speaker.close()
+        self.sink.close()
 
 
 def propeller_line(time: float, order: Order) -> bytes:
     """An order as a line, with its line end."""
     port, starboard = (order.port, order.starboard) if order.engaged else (None, None)
-    said = {"time": round(time, 3), "state": order.state.value, "port": port, "starboard": starboard}
-    return json.dumps(said).encode() + b"\n"
+    line = {"time": round(time, 3), "state": order.state.value, "port": port, "starboard": starboard}
+    return json.dumps(line).encode() + b"\n"

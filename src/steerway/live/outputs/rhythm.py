@@ -1,9 +1,9 @@
-"""When to say something that is said once in a while."""
+"""When something periodic is due."""
 
 import math
 
 SLACK = 1e-4
-"""Periods by which a row may be early: Unix times are told to a quarter of a microsecond."""
+"""Periods by which a row may be early: Unix times in float64 resolve a quarter of a microsecond."""
 
 
 class Rhythm:
@@ -13,7 +13,7 @@ class Rhythm:
         self._period = period
         self._beat = math.nan
 
-    def strikes(self, time: float) -> bool:
+    def is_due(self, time: float) -> bool:
         """Whether a row of this time is the first of its period. Without a time: never."""
         beat = math.floor(time / self._period + SLACK) if math.isfinite(time) else self._beat
         is_new = beat != self._beat and math.isfinite(time)

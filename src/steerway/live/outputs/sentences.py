@@ -3,17 +3,17 @@
 import math
 
 from steerway.formats.nmea0183.writing import Leg, apb, rmb, rmc, rot, vtg, xte
-from steerway.live.autopilot.states import FIT, Order
-from steerway.live.heard import Row
-from steerway.live.links.speakers import Speaker
+from steerway.live.base.orders import FIT, Order
+from steerway.live.base.rows import Row
+from steerway.live.links.link import Sink
 from steerway.live.outputs.rhythm import Rhythm
 
 
 class Sentences:
     """RMC, VTG and ROT once a period (s), and APB, XTE and RMB on a route, as instruments and autopilots expect."""
 
-    def __init__(self, speaker: Speaker, period: float = 1.0):
-        self.speaker = speaker
+    def __init__(self, sink: Sink, period: float = 1.0):
+        self.sink = sink
         self._rhythm = Rhythm(period)
 
     def fix(self, row: Row) -> None:
@@ -21,15 +21,15 @@ class Sentences:
 
     def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
         """See Output."""
-        if self._rhythm.strikes(row.time):
-            self.speaker.send("".join(self.said(row, leg, order)).encode())
+        if self._rhythm.is_due(row.time):
+            self.sink.send("".join(self.sentences(row, leg, order)).encode())
 
     def close(self) -> None:
         """See Output."""
-        self.speaker.close()
+        self.sink.close()
 
-    def said(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> list[str]:
-        """The sentences of a row. Where to steer is said only where course is known and the autopilot fit to steer."""
+    def sentences(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> list[str]:
+        """The sentences of a row. Those of the leg are valid only while the course is known and the autopilot fit."""
         valid = row.valid and not math.isnan(row.sog)
         steering = []
         if leg is not None:

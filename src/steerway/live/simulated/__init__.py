@@ -1,1 +1,1 @@
-"""A scenario's boat as an instrument: she sails in real time and answers on the links that real ones answer on."""
+"""A scenario's boat in real time, on the links of a real one."""

@@ -1,4 +1,4 @@
-"""A scenario's vessel in her sea with her receiver, one step at a time: no pilot, no clock, no I/O."""
+"""A scenario's vessel, environment and receiver, one step at a time: no pilot, no clock, no I/O."""
 
 import math
 from typing import NamedTuple
@@ -7,14 +7,14 @@ import numpy as np
 
 from steerway.core.earth import displaced
 from steerway.core.errors import InputError
+from steerway.core.kinematics import GroundMotion
 from steerway.simulation import assembly
 from steerway.simulation.run import origin
 from steerway.simulation.scenario import EstimatorTable, Scenario
-from steerway.vessels.kinematics import GroundMotion
 
 
-class Seen(NamedTuple):
-    """What her receiver says: time since the start of its epoch and of its delivery, s; rad, m/s, NaN for unsaid."""
+class ReceiverFix(NamedTuple):
+    """A fix of the receiver: times of its epoch and its delivery since the start, s; rad, m/s, NaN for not reported."""
 
     epoch: float
     delivered: float
@@ -25,19 +25,19 @@ class Seen(NamedTuple):
 
 
 class SimulatedBoat:
-    """She carries out commands, one an actuator, and knows where she is.
+    """Carries out commands, one an actuator.
 
-    `time` s since her start; `motion` is the truth; `heading` what her compass said last, NaN without one. `seed` in
-    place of the scenario's.
+    `time` since the start, s; `motion` is the truth; `heading` the last reading of the compass, NaN without one. `seed`
+    replaces the scenario's.
     """
 
     def __init__(self, scenario: Scenario, seed: int | None = None):
         aboard = scenario.model_copy(update={"estimator": EstimatorTable()})
-        self.vessel, self.known = assembly.vessel(aboard), assembly.boat(aboard)
+        self.vessel, self.known = aboard.vessel.build(), assembly.boat(aboard)
         self.origin, self.step_length = origin(aboard), aboard.step
         self.receiver_rate = aboard.gnss.rate
         sea_seed, receiver_seed, compass_seed = np.random.default_rng(scenario.seed if seed is None else seed).spawn(3)
-        self._sea = assembly.environment(aboard).start(sea_seed, aboard.step)
+        self._sea = aboard.environment.build().start(sea_seed, aboard.step)
         suite = assembly.instruments(aboard)
         self._gnss = suite.gnss.start(receiver_seed)
         self._compass = suite.compass and suite.compass.start(compass_seed)
@@ -48,17 +48,17 @@ class SimulatedBoat:
 
     @property
     def time(self) -> float:
-        """Since her start, s."""
+        """Since the start, s."""
         return self._steps * self.step_length
 
     def position(self) -> tuple[float, float]:
         """True latitude and longitude, rad."""
         return displaced(*self.origin, self.motion.north, self.motion.east)
 
-    def step(self, command) -> Seen | None:
-        """One step under a command; what her receiver says at its end, if anything.
+    def step(self, command) -> ReceiverFix | None:
+        """One step under a command; the fix that the receiver delivers at its end, None without one.
 
-        Raises InputError when her state is no longer finite.
+        Raises InputError when the state is no longer finite.
         """
         self._state = self.vessel.step(self._state, command, self._sea.conditions, self.step_length)
         self._sea.advance(self.motion)
@@ -88,4 +88,4 @@ class SimulatedBoat:
         )
         if fix is None:
             return None
-        return Seen(fix.time, self.time, *displaced(*self.origin, fix.north, fix.east), fix.sog, fix.cog)
+        return ReceiverFix(fix.time, self.time, *displaced(*self.origin, fix.north, fix.east), fix.sog, fix.cog)

@@ -1,4 +1,4 @@
-"""`steerway simulate SCENARIO --live`: the scenario's boat on links, until she is told to stop."""
+"""`steerway simulate SCENARIO --live`: the scenario's boat on links, until stopped."""
 
 import contextlib
 import sys
@@ -9,7 +9,7 @@ from steerway.core.errors import InputError
 from steerway.live import addresses
 from steerway.live.process import log_to_stderr, until_stopped
 from steerway.live.simulated.boat import SimulatedBoat
-from steerway.live.simulated.running import Running
+from steerway.live.simulated.running import RunningBoat
 from steerway.simulation.scenario import Scenario
 
 
@@ -21,32 +21,32 @@ def sail_live(
     speed: float = 1.0,
     out: str | Path | None = None,
 ) -> None:
-    """Sail until SIGINT or SIGTERM. Raises InputError for addresses that cannot be, and where nobody is told."""
+    """Run until SIGINT or SIGTERM. Raises InputError for addresses that cannot be, and without any output."""
     if not to and mavlink is None:
-        raise InputError("--live tells nobody, expected --to ADDRESS or --mavlink ADDRESS")
+        raise InputError("--live has no output, expected --to ADDRESS or --mavlink ADDRESS")
     if out is not None:
         try:
             Path(out).mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(f"cannot write {str(out)!r}: {error.strerror or error}") from None
     log_to_stderr("steerway simulate")
-    speakers = [addresses.stream(each) for each in to]
+    sinks = [addresses.stream(each) for each in to]
     vehicle = None if mavlink is None else addresses.vehicle(mavlink)
     driven = None if propellers is None else addresses.datagrams(propellers)
     cruise = None if vehicle is None or "cruise" not in vehicle.options else vehicle.number("cruise", 0.0)
-    running = Running(SimulatedBoat(scenario), speakers, vehicle, driven, speed, cruise, keeps=out is not None)
+    running = RunningBoat(SimulatedBoat(scenario), sinks, vehicle, driven, speed, cruise, keeps=out is not None)
     commanded = " and ".join(each for each in (mavlink, propellers) if each)
-    until = f" until she is commanded on {commanded}" if commanded else ""
+    until = f" until commanded on {commanded}" if commanded else ""
     print(
         f"{scenario.name}: under way until stopped, by hand in a circle{until}; "
-        "her own pilot, route and duration are not used",
+        "the scenario's pilot, route and duration are not used",
         file=sys.stderr,
     )
     try:
         until_stopped(running.run())
     finally:
-        for speaker in speakers:
+        for sink in sinks:
             with contextlib.suppress(OSError):
-                speaker.close()
+                sink.close()
         if out is not None:
             print(f"wrote {running.write(out)}", file=sys.stderr)

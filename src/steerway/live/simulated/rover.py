@@ -1,16 +1,16 @@
-"""A MAVLink vehicle as ArduPilot's Rover is one, as far as a companion sees: modes, GUIDED targets, their timeout.
+"""A MAVLink vehicle like ArduPilot's Rover, as far as a companion computer sees: modes, GUIDED targets, their timeout.
 
-No clock and no I/O: what it hears and says has the boat's time. As ArduPilot's Rover does, it takes thrust in GUIDED
-as a share of a speed (CRUISE_SPEED), drops a target after 3 s, and counts its messages' times from its start.
+No clock and no I/O: messages have the boat's time. As ArduPilot's Rover does, it takes thrust in GUIDED as a share of a
+speed (CRUISE_SPEED), drops a target after 3 s, and counts the times of its messages from its start.
 """
 
 import math
 from typing import NamedTuple
 
 from steerway.core.checks import positive
+from steerway.core.kinematics import GroundMotion
 from steerway.live.mavlink.dialect import RoverMode
-from steerway.live.simulated.boat import Seen
-from steerway.vessels.kinematics import GroundMotion
+from steerway.live.simulated.boat import ReceiverFix
 
 TIMEOUT = 3.0
 """s without a target after which a vehicle in GUIDED stops."""
@@ -20,7 +20,7 @@ _UNKNOWN_16 = 0xFFFF
 
 
 class Target(NamedTuple):
-    """What GUIDED was told last: rad/s and m/s, and when, s."""
+    """The last target in GUIDED: rad/s and m/s, and its time, s."""
 
     yaw_rate: float
     speed: float
@@ -33,7 +33,7 @@ class Rover:
     messages: the dialect's module.
     cruise:   speed over ground at thrust 1, m/s.
     unix:     Unix time of the boat's time 0.
-    armed:    as if her skipper had armed her already.
+    armed:    whether it is armed from the start.
     """
 
     def __init__(self, messages, cruise: float, unix: float, timeout: float = TIMEOUT, armed: bool = True):
@@ -42,9 +42,9 @@ class Rover:
         self.unix, self.armed = unix, armed
         self.system, self.component = 1, 1
         self.mode = RoverMode.MANUAL
-        self.heading = math.nan  # by her compass; without one by the truth
+        self.heading = math.nan  # by the compass; without one the truth
         self._target: Target | None = None
-        self._seen: Seen | None = None
+        self._seen: ReceiverFix | None = None
         self._intervals = {
             "HEARTBEAT": 1.0,
             "SYSTEM_TIME": 1.0,
@@ -52,32 +52,32 @@ class Rover:
             "GLOBAL_POSITION_INT": 0.2,
             "GPS_RAW_INT": 0.2,
         }
-        self._said = dict.fromkeys(self._intervals, -math.inf)
+        self._sent = dict.fromkeys(self._intervals, -math.inf)
 
     def target(self, now: float) -> Target | None:
-        """What to make good; None for engines off."""
+        """The target in force; None for engines off."""
         if self._target is not None and now - self._target.time > self.timeout:
             self._target = None
         return self._target if self.armed and self.mode is RoverMode.GUIDED else None
 
-    def see(self, seen: Seen) -> None:
-        """Her receiver has a fix."""
+    def see(self, seen: ReceiverFix) -> None:
+        """The receiver delivers a fix."""
         self._seen = seen
 
-    def hear(self, message, now: float) -> list:
-        """What to answer."""
-        heard = _HEARD.get(message.get_type())
+    def receive(self, message, now: float) -> list:
+        """The answers to a message."""
+        handler = _HANDLERS.get(message.get_type())
         mine = getattr(message, "target_system", 0) in (0, self.system)
-        return [] if heard is None or not mine else heard(self, message, now)
+        return [] if handler is None or not mine else handler(self, message, now)
 
     def due(self, now: float, motion: GroundMotion, place: tuple[float, float]) -> list:
-        """What to say now; `place` is the true latitude and longitude, rad."""
-        said = []
+        """The messages to send now; `place` is the true latitude and longitude, rad."""
+        due = []
         for name, interval in self._intervals.items():
-            if interval > 0.0 and now - self._said[name] >= interval - 1e-6:
-                self._said[name] = now
-                said.append(_SAID[name](self, now, motion, place))
-        return said
+            if interval > 0.0 and now - self._sent[name] >= interval - 1e-6:
+                self._sent[name] = now
+                due.append(_MAKERS[name](self, now, motion, place))
+        return due
 
     def _set_mode(self, number):
         """The result of a request."""
@@ -87,10 +87,10 @@ class Rover:
             self.mode, self._target = RoverMode(number), None
         return self._messages.MAV_RESULT_ACCEPTED
 
-    def _hear_set_mode(self, message, now):
+    def _on_set_mode(self, message, now):
         return [self._answer(self._messages.MAVLINK_MSG_ID_SET_MODE, self._set_mode(message.custom_mode))]
 
-    def _hear_command(self, message, now):
+    def _on_command(self, message, now):
         m = self._messages
         result = m.MAV_RESULT_UNSUPPORTED
         if message.command == m.MAV_CMD_DO_SET_MODE:
@@ -106,15 +106,15 @@ class Rover:
     def _set_interval(self, number, microseconds):
         for name in self._intervals:
             if getattr(self._messages, f"MAVLINK_MSG_ID_{name}") == number and math.isfinite(microseconds):
-                self._intervals[name] = microseconds * 1e-6  # below 0: no more; 0 would be the default
+                self._intervals[name] = microseconds * 1e-6  # below 0: never; 0 would be the default
                 return self._messages.MAV_RESULT_ACCEPTED
         return self._messages.MAV_RESULT_FAILED
 
     def _answer(self, command, result):
         return self._messages.MAVLink_command_ack_message(command, result)
 
-    def _hear_target(self, message, now):
-        """Yaw rate and speed; a target of attitude is not known here."""
+    def _on_target(self, message, now):
+        """A target of yaw rate and speed; one of attitude is ignored."""
         m = self._messages
         ignored = m.ATTITUDE_TARGET_TYPEMASK_THROTTLE_IGNORE | m.ATTITUDE_TARGET_TYPEMASK_BODY_YAW_RATE_IGNORE
         if not message.type_mask & ignored:
@@ -170,12 +170,12 @@ class Rover:
         )
 
 
-_HEARD = {
-    "SET_MODE": Rover._hear_set_mode,
-    "COMMAND_LONG": Rover._hear_command,
-    "SET_ATTITUDE_TARGET": Rover._hear_target,
+_HANDLERS = {
+    "SET_MODE": Rover._on_set_mode,
+    "COMMAND_LONG": Rover._on_command,
+    "SET_ATTITUDE_TARGET": Rover._on_target,
 }
-_SAID = {
+_MAKERS = {
     "HEARTBEAT": Rover._heartbeat,
     "SYSTEM_TIME": Rover._system_time,
     "ATTITUDE": Rover._attitude,

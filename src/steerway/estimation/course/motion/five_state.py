@@ -8,6 +8,7 @@ first-order Gauss–Markov; without them their loops are empty. Of a covariance 
 
 import math
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.course.motion.layout import (
     ADDED,
@@ -98,7 +99,9 @@ def sinc(angle):
 
 
 @lean_kernel
-def chord(speed, course, rate, step):
+def chord(
+    speed: float, course: float, rate: float, step: Floats
+) -> tuple[float, float, float, float, float, float, float, float]:
     """Displacement over ground and its derivatives by U and ω_χ; by χ it rotates: dN/dχ = −dE, dE/dχ = dN.
 
     Returns (c, s, dN, dE, dN/dU, dE/dU, dN/dω, dE/dω), with (c, s) the direction of the mean course.
@@ -147,7 +150,7 @@ _CENTRE_WEIGHT, _SIDE_WEIGHT = 4.0 / 9.0, 5.0 / 18.0
 
 
 @called_kernel
-def set_step(step, dt, parameters):
+def set_step(step: Floats, dt: float, parameters: Floats) -> None:
     """Fill `step` (3, n) with what a prediction over dt ≥ 0 seconds needs that depends on dt alone."""
     speed_noise, rate_noise = parameters[SPEED_NOISE], parameters[RATE_NOISE]
     step[DT] = dt
@@ -167,7 +170,7 @@ def set_step(step, dt, parameters):
 
 
 @lean_kernel
-def predict(x, p, step, parameters):
+def predict(x: Floats, p: Floats, step: Floats, parameters: Floats) -> None:
     """State and covariance predictor of Table 1 over a step, in place: x ← f(x), P ← F P Fᵀ + Q.
 
     p: (n, n) or wider; columns beyond n are multiplied by F alone (see `motion.models`).

@@ -7,6 +7,7 @@ prediction multiplies by F alone. With P = 0 and the identity beside it, `predic
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.estimation.course.motion import acceleration, five_state, low_speed, oscillation
 from steerway.estimation.course.motion.layout import MOTION
@@ -59,7 +60,7 @@ def linearise(x, p, under_way, step, parameters):
 
 
 @kernel
-def transition(x, under_way, step, parameters, f):
+def transition(x: Floats, under_way: bool, step: Floats, parameters: Floats, f: Floats) -> None:
     """Fill f (n, n) with the Jacobian of a step from state x."""
     n = len(x)
     both = np.empty((n, 2 * n))

@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from steerway.core.angles import wrap
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.core.earth import displacement
 from steerway.core.linear_algebra import factor, fill_lower, multiply, multiply_transposed, solve_rows
@@ -122,7 +123,18 @@ def smooth(time, geodetic, parameters, kept, output):
 
 
 @lean_kernel
-def smoothing_step(x, p, f, p_next, x_excess, p_later, gain, lower, product, scale):
+def smoothing_step(
+    x: Floats,
+    p: Floats,
+    f: Floats,
+    p_next: Floats,
+    x_excess: Floats,
+    p_later: Floats,
+    gain: Floats,
+    lower: Floats,
+    product: Floats,
+    scale: Floats,
+) -> None:
     """One step of Rauch, Tung and Striebel in place: G = P Fᵀ P⁻(k+1)⁻¹, x += G Δx, P += G (P(k+1) − P⁻(k+1)) Gᵀ.
 
     Δx = `x_excess` is the later row's smoothed state less its prediction; `p_later` is used up, and so are the last

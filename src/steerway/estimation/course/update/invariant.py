@@ -6,6 +6,7 @@ the speed. Error states of the receiver rotate too, so that their sum with the p
 
 import math
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.course.motion.layout import COURSE
 
@@ -14,12 +15,12 @@ _SMALL_ANGLE = 1e-6
 
 
 @called_kernel
-def rotate_correction(x, p, before, g, pairs):
+def rotate_correction(x: Floats, p: Floats, before: Floats, g: int, pairs: int) -> None:
     """Turn a linear correction of the state `before` into x and P into one of a pose in the plane."""
     angle = x[COURSE] - before[COURSE]
     c, s = math.cos(angle), math.sin(angle)
     along, across = (s / angle, (1.0 - c) / angle) if abs(angle) > _SMALL_ANGLE else (1.0, 0.5 * angle)
-    for pair in range(1 + pairs):  # the position, and the errors of the receiver
+    for pair in range(1 + pairs if g else 1):  # the position, and the errors of the receiver
         _rotate_pair(x, p, before, g + 2 * (pair - 1) if pair else 0, c, s, along, across)
 
 

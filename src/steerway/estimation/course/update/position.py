@@ -5,11 +5,14 @@ are pairs of states (north, east), one pair behind the other from state g on: of
 covariance only the upper triangle is kept and read.
 """
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import lean_kernel
 
 
 @lean_kernel
-def innovation(x, p, north, east, north_variance, east_variance, g, pairs=1):
+def innovation(
+    x: Floats, p: Floats, north: float, east: float, north_variance: float, east_variance: float, g: int, pairs: int = 1
+) -> tuple[float, float, float, float, float]:
     """Innovation of a fix and its covariance: (ν_N, ν_E, S_NN, S_NE, S_EE).
 
     A fix is the position, plus the pairs of states from g on unless g is 0, plus white noise of the two variances (m²).
@@ -32,13 +35,24 @@ def innovation(x, p, north, east, north_variance, east_variance, g, pairs=1):
 
 
 @lean_kernel
-def normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee):
+def normalised_square(nu_n: float, nu_e: float, s_nn: float, s_ne: float, s_ee: float) -> float:
     """NIS of a fix, νᵀ S⁻¹ ν."""
     return (nu_n * nu_n * s_ee - 2.0 * nu_n * nu_e * s_ne + nu_e * nu_e * s_nn) / (s_nn * s_ee - s_ne * s_ne)
 
 
 @lean_kernel
-def correct(x, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g, pairs=1):
+def correct(
+    x: Floats,
+    p: Floats,
+    work: Floats,
+    nu_n: float,
+    nu_e: float,
+    s_nn: float,
+    s_ne: float,
+    s_ee: float,
+    g: int,
+    pairs: int = 1,
+) -> None:
     """Gain, state and covariance corrector of Table 1 (S. Fossen and T. I. Fossen, Sensors 21, 2021, 7910) in place.
 
     Joseph's form: P − K(CP) − (CP)ᵀKᵀ + K S Kᵀ.

@@ -1,7 +1,7 @@
 """Interval arithmetic with guaranteed outward rounding, on pairs (low, high) of floats.
 
-Every operation rounds to nearest and then gives way by 2.3e-16 |x| + 1e-300: half a unit in the last place is at most
-1.11e-16 |x| (2⁻⁵³), the subtraction that gives way errs by as much again, and 1e-300 covers what underflows. No
+Every operation rounds to nearest and then widens by 2.3e-16 |x| + 1e-300: half a unit in the last place is at most
+1.11e-16 |x| (2⁻⁵³), the subtraction that widens errs by as much again, and 1e-300 covers what underflows. No
 rounding mode is switched, so nothing else in the process is touched. NaN and infinite bounds mean that nothing is
 known.
 
@@ -10,43 +10,49 @@ The operations are those of Moore, Kearfott and Cloud, Introduction to Interval 
 
 import math
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 
+Pair = tuple[float, float]
+"""Bounds (low, high)."""
 GIVE = 2.3e-16
 TINY = 1e-300
 
 
 @kernel
-def outward(low, high):
+def outward(low: float, high: float) -> Pair:
     """An interval that holds whatever was rounded to these two."""
     return low - (GIVE * abs(low) + TINY), high + (GIVE * abs(high) + TINY)
 
 
 @kernel
-def add(a, b):
+def add(a: Pair, b: Pair) -> Pair:
+    """a + b."""
     return outward(a[0] + b[0], a[1] + b[1])
 
 
 @kernel
-def subtract(a, b):
+def subtract(a: Pair, b: Pair) -> Pair:
+    """a − b."""
     return outward(a[0] - b[1], a[1] - b[0])
 
 
 @kernel
-def multiply(a, b):
+def multiply(a: Pair, b: Pair) -> Pair:
+    """a b."""
     w, x, y, z = a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]
     return outward(min(w, x, y, z), max(w, x, y, z))
 
 
 @kernel
-def scale(factor, a):
+def scale(factor: float, a: Pair) -> Pair:
     """A float times an interval."""
     w, x = factor * a[0], factor * a[1]
     return outward(min(w, x), max(w, x))
 
 
 @kernel
-def square(a):
+def square(a: Pair) -> Pair:
     """Tighter than multiply(a, a) where a holds 0."""
     w, x = a[0] * a[0], a[1] * a[1]
     low = 0.0 if a[0] <= 0.0 <= a[1] else min(w, x)
@@ -55,7 +61,7 @@ def square(a):
 
 
 @kernel
-def reciprocal(a):
+def reciprocal(a: Pair) -> Pair:
     """1/a; everything where a holds 0."""
     if a[0] <= 0.0 <= a[1]:
         return -math.inf, math.inf
@@ -63,7 +69,7 @@ def reciprocal(a):
 
 
 @kernel
-def divide(a, b):
+def divide(a: Pair, b: Pair) -> Pair:
     """a/b; everything where b holds 0."""
     if b[0] <= 0.0 <= b[1]:
         return -math.inf, math.inf
@@ -72,58 +78,61 @@ def divide(a, b):
 
 
 @kernel
-def root(a):
+def root(a: Pair) -> Pair:
     """√a of the part of a that is not negative."""
     low, high = outward(math.sqrt(max(a[0], 0.0)), math.sqrt(max(a[1], 0.0)))
     return max(low, 0.0), high
 
 
 @kernel
-def intersect(a, b):
-    """What two enclosures of one number have in common. An empty one stays empty (low > high) for all to see."""
+def intersect(a: Pair, b: Pair) -> Pair:
+    """What two enclosures of one number have in common. An empty one stays empty (low > high)."""
     return max(a[0], b[0]), min(a[1], b[1])
 
 
 @kernel
-def point(x):
+def point(x: float) -> Pair:
+    """The interval of one number."""
     return x, x
 
 
 @kernel
-def sound(a):
+def sound(a: Pair) -> bool:
     """Whether this is a bounded interval: numbers, finite, not empty."""
     return -math.inf < a[0] <= a[1] < math.inf
 
 
 @kernel
-def width(a):
+def width(a: Pair) -> float:
     return a[1] - a[0]
 
 
 @kernel
-def at(m, i, j):
+def at(m: Floats, i: int, j: int) -> Pair:
     """Entry of an interval matrix (n, m, 2)."""
     return m[i, j, 0], m[i, j, 1]
 
 
 @kernel
-def put(m, i, j, a):
+def put(m: Floats, i: int, j: int, a: Pair) -> None:
+    """Write entry of an interval matrix (n, m, 2)."""
     m[i, j, 0], m[i, j, 1] = a[0], a[1]
 
 
 @kernel
-def entry(x, i):
+def entry(x: Floats, i: int) -> Pair:
     """Entry of an interval vector (n, 2)."""
     return x[i, 0], x[i, 1]
 
 
 @kernel
-def put_entry(x, i, a):
+def put_entry(x: Floats, i: int, a: Pair) -> None:
+    """Write entry of an interval vector (n, 2)."""
     x[i, 0], x[i, 1] = a[0], a[1]
 
 
 @kernel
-def matrix_multiply(a, b, out):
+def matrix_multiply(a: Floats, b: Floats, out: Floats) -> None:
     """out ← A B for interval matrices (n, m, 2), term by term."""
     for i in range(a.shape[0]):
         for j in range(b.shape[1]):
@@ -134,7 +143,7 @@ def matrix_multiply(a, b, out):
 
 
 @kernel
-def matrix_multiply_transposed(a, b, out):
+def matrix_multiply_transposed(a: Floats, b: Floats, out: Floats) -> None:
     """out ← A Bᵀ for interval matrices."""
     for i in range(a.shape[0]):
         for j in range(b.shape[0]):
@@ -142,3 +151,9 @@ def matrix_multiply_transposed(a, b, out):
             for k in range(a.shape[1]):
                 total = add(total, multiply(at(a, i, k), at(b, j, k)))
             put(out, i, j, total)
+
+
+@kernel
+def outward_radians(low: float, high: float) -> Pair:
+    """Bounds in degrees as bounds in radians."""
+    return multiply((low, high), (math.pi / 180.0, math.pi / 180.0))

@@ -1,27 +1,42 @@
 """IntervalFilter: bounds that hold the estimate of every Kalman filter whose compass lies in a box.
 
-They bound estimates, not the heading: the true heading lies where the filter with the true compass errs little.
+They bound estimates, not the heading: the true heading lies where the filter with the true compass has a small error.
 """
 
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from steerway.core.checks import one_of
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.estimation.heading.composite import A1, A2, SHIFT, START_VARIANCE, B, K
-from steerway.estimation.heading.interval import literal, sharpened
-from steerway.estimation.heading.interval.arithmetic import multiply, sound
-from steerway.sensors.tcm2 import STATE_VARIANCE, TICKS
+from steerway.core.moved import formerly
+from steerway.estimation.heading.composite import (
+    A1,
+    A2,
+    INPUT_1,
+    PARAMETERS,
+    POLE_1,
+    SHIFT,
+    START_VARIANCE,
+    B,
+    K,
+    checked_model,
+    stepped,
+)
+from steerway.estimation.heading.interval import sharpened
+from steerway.estimation.heading.interval.arithmetic import outward_radians, sound
+from steerway.estimation.heading.readings import Ticks, checked_difference
+from steerway.sensors.tcm2 import STATE_VARIANCE
 
-FORMS = ("sharpened", "literal")
 WIDEST = 1e6
-"""Degrees: bounds further apart say nothing and count as diverged."""
+"""Degrees: bounds further apart count as diverged."""
 
 
-def box_of(model: np.ndarray, tolerance: float, shift_too: bool = False) -> np.ndarray:
+def box_of(model: ArrayLike, tolerance: float, shift_too: bool = False) -> Floats:
     """(14, 2) box of a `composite_model` whose compass coefficients are known to ± tolerance; the rest is exact."""
+    model = checked_model(model)
     if not 0.0 <= tolerance < 1.0:
         raise InputError(f"box.tolerance is {tolerance}, expected 0 to 1")
     box = np.stack([model, model], axis=1)
@@ -31,9 +46,9 @@ def box_of(model: np.ndarray, tolerance: float, shift_too: bool = False) -> np.n
     return box
 
 
-def sub_boxes(box: np.ndarray, parts: int) -> np.ndarray:
+def sub_boxes(box: Floats, parts: int) -> Floats:
     """(parts², 14, 2): the box cut along a1 and a2, which the bounds depend on most; together they are the box."""
-    cuts = [np.linspace(*box[i], parts + 1) for i in (A1, A2)]
+    cuts = [np.linspace(box[i, 0], box[i, 1], parts + 1) for i in (A1, A2)]
     boxes = np.repeat(box[None], parts * parts, axis=0)
     for n in range(parts * parts):
         for i, cut, part in zip((A1, A2), cuts, divmod(n, parts), strict=True):
@@ -42,93 +57,97 @@ def sub_boxes(box: np.ndarray, parts: int) -> np.ndarray:
 
 
 class IntervalFilter:
-    """Bounds of the heading (rad) over a box of compasses, second by second.
+    """Bounds of the heading (rad) over a box of compasses, step by step.
 
     Args:
         box: (14, 2) from `box_of`.
-        form: "sharpened", or "literal" as printed.
         parts: cut a1 and a2 into so many parts each; the bounds are the hull over all sub-boxes.
         vehicle_variance: of each vehicle state at first.
 
-    `low`, `high` bound the heading for the second that begins. `diverged` tells that bounds are lost: they are NaN from
-    then on, never clipped. Raises InputError for an unknown form.
+    `low`, `high` bound the heading at the end of the last step. After `diverged` they are NaN, never clipped. Raises
+    InputError for parts below 1 and a box of another shape or whose vehicle is not exact.
     """
 
-    def __init__(self, box: np.ndarray, form="sharpened", parts: int = 1, vehicle_variance: float = START_VARIANCE):
-        one_of("interval.form", form, FORMS)
-        self._literal = form == "literal"
+    def __init__(self, box: ArrayLike, *, parts: int = 1, vehicle_variance: float = START_VARIANCE) -> None:
+        if parts < 1:
+            raise InputError(f"interval.parts is {parts}, expected 1 or more")
+        box = _checked_box(box)
         self._boxes = sub_boxes(box, parts) if parts > 1 else box[None].copy()
         n = len(self._boxes)
         self._states = np.zeros((n, 4, 2))
         self._covariances = np.empty((n, 4, 4, 2))
         self._frames = np.array([sharpened.coordinates(each) for each in self._boxes])
-        start(self._covariances, self._boxes, self._frames, vehicle_variance, STATE_VARIANCE, self._literal)
-        self._work = literal.workspace()
+        start(self._covariances, self._boxes, self._frames, vehicle_variance, STATE_VARIANCE)
         self.low = self.high = 0.0
         self.diverged = False
+        self._ticks = Ticks()
 
     @property
     def width(self) -> float:
         """rad; NaN once diverged."""
         return self.high - self.low
 
-    def second(self, difference: float, readings) -> tuple[float, float]:
-        """Take (40,) readings (rad) and go one second on with n_d (rad/s); returns (low, high), rad."""
-        if not self.diverged:
-            degrees = np.degrees(readings)
-            low, high = second(
-                self._states,
-                self._covariances,
-                self._boxes,
-                self._frames,
-                difference,
-                degrees,
-                self._literal,
-                self._work,
-            )
-            self.diverged = not (high - low <= WIDEST)
-            self.low, self.high = (math.nan, math.nan) if self.diverged else outward_radians(low, high)
+    def step(
+        self, difference: float, readings: ArrayLike | None = None, dt: float = 1.0, times: ArrayLike | None = None
+    ) -> tuple[float, float]:
+        """As `CompositeFilter.step`; returns (low, high), rad."""
+        difference = checked_difference(difference)
+        for part, table in self._ticks.parts(dt, readings, times):
+            if not self.diverged:
+                self._advance(difference, part, table)
         return self.low, self.high
 
+    second = formerly("second", step)
+
+    def _advance(self, difference: float, part: float, table: Floats) -> None:
+        boxes = self._boxes if part == 1.0 else np.array([_stepped_box(box, part) for box in self._boxes])
+        low, high = advance(self._states, self._covariances, boxes, self._frames, difference, table)
+        self.diverged = not (high - low <= WIDEST)
+        self.low, self.high = (math.nan, math.nan) if self.diverged else outward_radians(low, high)
+
+
+def _checked_box(box: ArrayLike) -> Floats:
+    array = np.array(box, dtype=np.float64)
+    if array.shape != (PARAMETERS, 2) or not (array[:, 0] <= array[:, 1]).all():
+        raise InputError(f"interval.box has shape {array.shape}, expected ({PARAMETERS}, 2) bounds, low and high")
+    exact = array[POLE_1 : INPUT_1 + 2]
+    if not (exact[:, 0] == exact[:, 1]).all():
+        raise InputError("interval.box bounds the vehicle's poles and inputs, expected exact ones as of box_of")
+    return array
+
+
+def _stepped_box(box: Floats, step: float) -> Floats:
+    """`composite.stepped` of a box, whose vehicle is exact: the same numbers as those of the filters in it."""
+    return np.stack([stepped(box[:, 0], step), stepped(box[:, 1], step)], axis=1)
+
 
 @kernel
-def outward_radians(low, high):
-    return multiply((low, high), (math.pi / 180.0, math.pi / 180.0))
-
-
-@kernel
-def start(covariances, boxes, frames, vehicle_variance, compass_variance, by_literal):
+def start(covariances: Floats, boxes: Floats, frames: Floats, vehicle_variance: float, compass_variance: float) -> None:
     for n in range(len(boxes)):
-        if by_literal:
-            literal.start(covariances[n], vehicle_variance, compass_variance)
-        else:
-            sharpened.start(covariances[n], boxes[n], frames[n], vehicle_variance, compass_variance)
+        sharpened.start(covariances[n], boxes[n], frames[n], vehicle_variance, compass_variance)
 
 
 @kernel
-def second(states, covariances, boxes, frames, difference, readings_deg, by_literal, work):
-    """A second of every sub-box; (low, high) of the heading in degrees, NaN once one of them has lost its bounds."""
+def advance(
+    states: Floats, covariances: Floats, boxes: Floats, frames: Floats, difference: float, readings: Floats
+) -> tuple[float, float]:
+    """A step of every sub-box by a table of readings (2, ticks); (low, high) of the heading in degrees, NaN once one of
+    them has lost its bounds."""
     low, high = math.inf, -math.inf
     for n in range(len(boxes)):
         x, p, box = states[n], covariances[n], boxes[n]
-        for k in range(TICKS):
-            if by_literal:
-                literal.tick(x, p, box, readings_deg[k], work)
-            else:
-                sharpened.tick(x, p, box, frames[n], readings_deg[k])
+        for k in range(readings.shape[1]):
+            sharpened.tick(x, p, box, frames[n], readings[0, k], readings[1, k])
             if not holds(x, p):
                 return math.nan, math.nan
-        if by_literal:
-            literal.predict_vehicle(x, p, box, difference, work)
-        else:
-            sharpened.predict_vehicle(x, p, box, frames[n], difference)
-        own = literal.heading(x, box) if by_literal else sharpened.heading(x)
+        sharpened.predict_vehicle(x, p, box, frames[n], difference)
+        own = sharpened.heading(x)
         low, high = min(low, own[0]), max(high, own[1])
     return low, high
 
 
 @kernel
-def holds(x, p):
+def holds(x: Floats, p: Floats) -> bool:
     """Whether every bound is a number: quotients by intervals that hold 0 are not."""
     for i in range(4):
         if not sound((x[i, 0], x[i, 1])) or not sound((p[i, i, 0], p[i, i, 1])):

@@ -1,22 +1,23 @@
-"""The interval Kalman filter, sharpened: sums arranged so that a number occurs once where that can be, several
-arrangements intersected where it cannot (P4 §3.2), in coordinates in which the measurement's pull back is seen.
+"""The interval Kalman filter, sharpened: sums arranged so that a number occurs once where that is possible, several
+arrangements intersected where it is not (P4 §3.2), in coordinates in which a reading contracts the bounds.
 
-The compass follows the heading, and a filter corrects the heading by the compass. Intervals of the two know nothing of
-each other: the correction looks like one more uncertainty, and the bounds grow. So the states here are
+The compass follows the heading, and a filter corrects the heading by the compass. Intervals hold no correlation of the
+two: the correction counts as one more uncertainty, and the bounds grow. So the states here are
     y = [h1, h2, e1, e2],  h = o v (so that ψ = h1 + h2),  c = γ ψ + R e
-with plain numbers γ and R: what the corrected compass makes of a standing ψ, and the eigenvectors of its own motion,
-in the middle of the box. It is an exact change of variables, after which a reading pulls ψ back to itself and e1, e2
-hardly touch each other. Angles in degrees. y is (4, 2).
+with plain numbers γ and R: the corrected compass's response to a constant ψ, and the eigenvectors of its own dynamics,
+in the middle of the box. It is an exact change of variables, after which the correction of ψ contracts and e1, e2 are
+nearly decoupled. Angles in degrees. y is (4, 2).
 
-The covariances P (4, 4, 2), symmetric, are kept in the mixture that contracts: of h with h, of h with e, of c with c.
-What every covariance obeys is used too: variances are positive and do not grow by a reading, a covariance is at most
-the geometric mean of its two variances.
+The covariances P (4, 4, 2), symmetric, are kept in the combination that contracts: of h with h, of h with e, of c with
+c. Properties of every covariance are used too: variances are positive and do not grow by a reading, a covariance is at
+most the geometric mean of its two variances.
 """
 
 import math
 
 import numpy as np
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.estimation.heading.composite import (
     A1,
@@ -32,6 +33,7 @@ from steerway.estimation.heading.composite import (
     K,
 )
 from steerway.estimation.heading.interval.arithmetic import (
+    Pair,
     add,
     at,
     divide,
@@ -48,6 +50,7 @@ from steerway.estimation.heading.interval.arithmetic import (
     subtract,
 )
 
+Moves = tuple[tuple[Pair, Pair], tuple[Pair, Pair], tuple[Pair, Pair], tuple[Pair, Pair]]
 H1, H2, FIRST, SECOND = range(4)
 """The heading's two parts, the compass's two states."""
 GAMMA_1, GAMMA_2, SLOW, FAST = range(4)
@@ -57,7 +60,7 @@ SETTLING = 400
 
 
 @kernel
-def coordinates(box):
+def coordinates(box: Floats) -> Floats:
     """(4,) coordinates for a box, from its middle's Kalman filter. Any numbers are sound; these keep bounds close."""
     a1, a2, shift, b, k = box[A1].mean(), box[A2].mean(), box[SHIFT].mean(), box[B].mean(), box[K].mean()
     noise, extra = box[COMPASS_NOISE].mean(), box[READING_NOISE].mean() / k**2
@@ -80,7 +83,7 @@ def coordinates(box):
 
 
 @kernel
-def to_eigen(first, second, frame):
+def to_eigen(first: Pair, second: Pair, frame: Floats) -> tuple[Pair, Pair]:
     """e of d = R e."""
     apart = subtract(point(frame[SLOW]), point(frame[FAST]))
     slow = divide(subtract(first, scale(frame[FAST], second)), apart)
@@ -88,7 +91,7 @@ def to_eigen(first, second, frame):
 
 
 @kernel
-def start(p, box, frame, vehicle_variance, compass_variance):
+def start(p: Floats, box: Floats, frame: Floats, vehicle_variance: float, compass_variance: float) -> None:
     """P at rest, from the variances of v1, v2 and of c1, c2."""
     p[:] = 0.0
     for i in (FIRST, SECOND):
@@ -97,7 +100,7 @@ def start(p, box, frame, vehicle_variance, compass_variance):
 
 
 @kernel
-def add_vehicle_noise(p, box, frame, variance):
+def add_vehicle_noise(p: Floats, box: Floats, frame: Floats, variance: Pair) -> None:
     """What a variance of v1 and v2 adds in these coordinates."""
     for i in (H1, H2):
         own = multiply(variance, square(entry(box, OUTPUT_1 + i)))
@@ -106,7 +109,7 @@ def add_vehicle_noise(p, box, frame, variance):
 
 
 @kernel
-def add_turn(p, i, turned, frame):
+def add_turn(p: Floats, i: int, turned: Pair, frame: Floats) -> None:
     """cov(h_i, ψ) grew by so much while c stood still: cov(h_i, d) falls by γ times that."""
     slow, fast = to_eigen(scale(frame[GAMMA_1], turned), scale(frame[GAMMA_2], turned), frame)
     put_both(p, i, FIRST, subtract(at(p, i, FIRST), slow))
@@ -114,57 +117,60 @@ def add_turn(p, i, turned, frame):
 
 
 @kernel
-def put_both(p, i, j, a):
+def put_both(p: Floats, i: int, j: int, a: Pair) -> None:
     put(p, i, j, a)
     put(p, j, i, a)
 
 
 @kernel
-def three(a, x, b, y, c, z):
+def three(a: Pair, x: Pair, b: Pair, y: Pair, c: Pair, z: Pair) -> Pair:
     """a x + b y + c z."""
     return add(multiply(a, x), add(multiply(b, y), multiply(c, z)))
 
 
 @kernel
-def within(covariance, p, i, j):
+def within(covariance: Pair, p: Floats, i: int, j: int) -> Pair:
     """A covariance of two states whose variances are known: |P_ij| ≤ √(P_ii P_jj)."""
     most = root(multiply((0.0, max(p[i, i, 1], 0.0)), (0.0, max(p[j, j, 1], 0.0))))[1]
     return intersect(covariance, (-most, most))
 
 
 @kernel
-def with_heading(p, i):
+def with_heading(p: Floats, i: int) -> Pair:
     """cov(h_i, ψ)."""
     return add(at(p, i, H1), at(p, i, H2))
 
 
 @kernel
-def heading(y):
+def heading(y: Floats) -> Pair:
     return add(entry(y, H1), entry(y, H2))
 
 
 @kernel
-def with_first(p, i, frame):
+def with_first(p: Floats, i: int, frame: Floats) -> Pair:
     """cov(h_i, c1)."""
     of_e = add(scale(frame[SLOW], at(p, i, FIRST)), scale(frame[FAST], at(p, i, SECOND)))
     return within(add(of_e, scale(frame[GAMMA_1], with_heading(p, i))), p, i, FIRST)
 
 
 @kernel
-def with_second(p, i, frame):
+def with_second(p: Floats, i: int, frame: Floats) -> Pair:
     """cov(h_i, c2)."""
     of_e = add(at(p, i, FIRST), at(p, i, SECOND))
     return within(add(of_e, scale(frame[GAMMA_2], with_heading(p, i))), p, i, SECOND)
 
 
 @kernel
-def tick(y, p, box, frame, reading_deg):
-    """One tick, prediction and correction in one: so a number that both of them use is taken once.
+def tick(y: Floats, p: Floats, box: Floats, frame: Floats, reading_deg: float, number: float) -> None:
+    """One tick, with the mean of `number` readings, 0 for none.
+
+    Prediction and correction are one, so that a number that both of them use is taken once.
 
     With c1⁻ = b ψ + a1 c1 + a2 c2, α = cov(·, c1⁻), D = var(c1⁻) + R/k² and, for d = R e, shares σ = cov(d, c1⁻)/D:
         h ← h + α/D (z/k − c1⁻)
         d1 ← (1 − σ1) c1⁻ + σ1 z/k − γ1 ψ
         d2 ← s c1 − γ2 ψ + σ2 (z/k − c1⁻).
+    Without a reading α/D and σ are 0.
     """
     a1, a2, shift, k = entry(box, A1), entry(box, A2), entry(box, SHIFT), entry(box, K)
     g = add(entry(box, B), add(scale(frame[GAMMA_1], a1), scale(frame[GAMMA_2], a2)))
@@ -172,14 +178,33 @@ def tick(y, p, box, frame, reading_deg):
     alpha = (with_next(p, H1, by_slow, by_fast, g), with_next(p, H2, by_slow, by_fast, g))
     predict_compass(p, box, frame, add(alpha[0], alpha[1]))
     alpha = (within(alpha[0], p, H1, FIRST), within(alpha[1], p, H2, FIRST))
-    variance, extra = at(p, FIRST, FIRST), divide(entry(box, READING_NOISE), square(k))
+    if not number > 0.0:
+        follow(y, p, by_slow, by_fast, g, shift, frame)
+        return
+    variance, extra = at(p, FIRST, FIRST), divide(mean_noise(box, number), square(k))
     d = add(variance, extra)
     # 1 − var/D holds each uncertain number once as 1/(1 + var k²/R).
     kept = reciprocal(add(point(1.0), divide(variance, extra)))
     gain_psi = divide(add(alpha[0], alpha[1]), d)
     first = add(kept, scale(frame[GAMMA_1], gain_psi))
     second = subtract(divide(at(p, FIRST, SECOND), d), scale(frame[GAMMA_2], gain_psi))
-    moves = (
+    moves = moves_of(first, second, by_slow, by_fast, g, shift, frame)
+    correct_state(y, moves, by_slow, by_fast, g, alpha, d, divide(point(reading_deg), k))
+    correct_covariance(p, moves, extra, d, kept, alpha)
+
+
+@kernel
+def mean_noise(box: Floats, number: float) -> Pair:
+    """Variance of the mean of so many readings."""
+    noise = entry(box, READING_NOISE)
+    return noise if number == 1.0 else divide(noise, point(number))
+
+
+@kernel
+def moves_of(first: Pair, second: Pair, by_slow: Pair, by_fast: Pair, g: Pair, shift: Pair, frame: Floats) -> Moves:
+    """(slow, fast) parts of e after a tick that e1, e2, ψ and z/k each give a unit of; `first` is 1 − σ1, `second` σ2
+    of `tick`."""
+    return (
         to_eigen(multiply(first, by_slow), subtract(scale(frame[SLOW], shift), multiply(second, by_slow)), frame),
         to_eigen(multiply(first, by_fast), subtract(scale(frame[FAST], shift), multiply(second, by_fast)), frame),
         to_eigen(
@@ -189,18 +214,35 @@ def tick(y, p, box, frame, reading_deg):
         ),
         to_eigen(subtract(point(1.0), first), second, frame),
     )
-    correct_state(y, moves, by_slow, by_fast, g, alpha, d, divide(point(reading_deg), k))
-    correct_covariance(p, moves, extra, d, kept, alpha)
 
 
 @kernel
-def with_next(p, i, by_slow, by_fast, g):
+def follow(y: Floats, p: Floats, by_slow: Pair, by_fast: Pair, g: Pair, shift: Pair, frame: Floats) -> None:
+    """A tick without a reading: h stands, e and its covariance with h go by the model; var(c) is predicted already."""
+    moves = moves_of(point(1.0), point(0.0), by_slow, by_fast, g, shift, frame)
+    slow, fast, psi = entry(y, FIRST), entry(y, SECOND), heading(y)
+    for i in (0, 1):
+        put_entry(y, FIRST + i, three(moves[0][i], slow, moves[1][i], fast, moves[2][i], psi))
+    move_with_heading(p, moves)
+
+
+@kernel
+def move_with_heading(p: Floats, moves: Moves) -> None:
+    """cov(h, e) after a tick."""
+    for i in (H1, H2):
+        slow, fast, psi = at(p, i, FIRST), at(p, i, SECOND), with_heading(p, i)
+        put_both(p, i, FIRST, three(moves[0][0], slow, moves[1][0], fast, moves[2][0], psi))
+        put_both(p, i, SECOND, three(moves[0][1], slow, moves[1][1], fast, moves[2][1], psi))
+
+
+@kernel
+def with_next(p: Floats, i: int, by_slow: Pair, by_fast: Pair, g: Pair) -> Pair:
     """cov(h_i, c1⁻)."""
     return three(g, with_heading(p, i), by_slow, at(p, i, FIRST), by_fast, at(p, i, SECOND))
 
 
 @kernel
-def predict_compass(p, box, frame, next_psi):
+def predict_compass(p: Floats, box: Floats, frame: Floats, next_psi: Pair) -> None:
     """The block of c: var(c1⁻) = b cov(ψ, c1⁻) + a1 cov(c1, c1⁻) + a2 cov(c2, c1⁻) + noise."""
     a1, a2, b, shift = entry(box, A1), entry(box, A2), entry(box, B), entry(box, SHIFT)
     noise = entry(box, COMPASS_NOISE)
@@ -220,7 +262,9 @@ def predict_compass(p, box, frame, next_psi):
 
 
 @kernel
-def correct_state(y, moves, by_slow, by_fast, g, alpha, d, z):
+def correct_state(
+    y: Floats, moves: Moves, by_slow: Pair, by_fast: Pair, g: Pair, alpha: tuple[Pair, Pair], d: Pair, z: Pair
+) -> None:
     h1, h2, slow, fast = entry(y, H1), entry(y, H2), entry(y, FIRST), entry(y, SECOND)
     psi = add(h1, h2)
     rest = subtract(z, add(multiply(by_slow, slow), multiply(by_fast, fast)))
@@ -232,19 +276,16 @@ def correct_state(y, moves, by_slow, by_fast, g, alpha, d, z):
 
 
 @kernel
-def pulled(x, gain, factor, rest):
+def pulled(x: Pair, gain: Pair, factor: Pair, rest: Pair) -> Pair:
     """x + gain (rest − factor x), x taken once or as it stands."""
     once = add(multiply(subtract(point(1.0), multiply(factor, gain)), x), multiply(gain, rest))
     return intersect(once, add(x, multiply(gain, subtract(rest, multiply(factor, x)))))
 
 
 @kernel
-def correct_covariance(p, moves, extra, d, kept, alpha):
+def correct_covariance(p: Floats, moves: Moves, extra: Pair, d: Pair, kept: Pair, alpha: tuple[Pair, Pair]) -> None:
     """P ← P − α αᵀ/D."""
-    for i in (H1, H2):
-        slow, fast, psi = at(p, i, FIRST), at(p, i, SECOND), with_heading(p, i)
-        put_both(p, i, FIRST, three(moves[0][0], slow, moves[1][0], fast, moves[2][0], psi))
-        put_both(p, i, SECOND, three(moves[0][1], slow, moves[1][1], fast, moves[2][1], psi))
+    move_with_heading(p, moves)
     for i in (H1, H2):
         less = subtract(at(p, i, i), divide(square(alpha[i]), d))
         put(p, i, i, intersect(less, (0.0, p[i, i, 1])))
@@ -258,8 +299,8 @@ def correct_covariance(p, moves, extra, d, kept, alpha):
 
 
 @kernel
-def predict_vehicle(y, p, box, frame, difference):
-    """One second of the vehicle, P4 (2): h_i ← p_i h_i + o_i B_i n_d; c is held, so d moves by −γ times the turn."""
+def predict_vehicle(y: Floats, p: Floats, box: Floats, frame: Floats, difference: float) -> None:
+    """One step of the vehicle, P4 (2): h_i ← p_i h_i + o_i B_i n_d; c is held, so d moves by −γ times the turn."""
     moved = point(0.0)
     for i in (H1, H2):
         pole, h = entry(box, POLE_1 + i), entry(y, i)

@@ -1,17 +1,22 @@
-"""One heading out of bounds: inf + w (sup − inf), P4 (19), and a network that guesses w from what a filter shows.
+"""One heading from bounds: inf + w (sup − inf), P4 (19), and a network that estimates w from a filter's innovations.
 
-The network is P4's idea (§6): innovations of the nominal filter tell how wrong its compass is. Means of the last 1 to
-200 s and their sum go in, with the same of the heading, for a wrong gain shows with the heading it is applied to.
+The network is P4's idea (§6): innovations of the nominal filter depend on the error of its compass model. Inputs are
+means over the last 1 to 200 s and a sum, and the same of the heading, since the error of a gain grows with the heading.
 """
 
 import math
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from pathlib import Path
+from typing import IO, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
+from steerway.core.moved import formerly
 from steerway.estimation.heading.model_bank import ModelBank, corners
 
 SPANS = np.array([1.0, 5.0, 20.0, 60.0, 200.0])
@@ -33,15 +38,16 @@ def ideal_weight(low: float, high: float, ideal: float) -> float:
 class Features:
     """Running means of innovation (deg) and heading (deg): 5 means and a scaled sum of each, (12,)."""
 
-    def __init__(self):
-        self._kept = np.exp(-1.0 / SPANS)
+    def __init__(self) -> None:
         self._means = np.zeros((2, len(SPANS)))
         self._sums = np.zeros(2)
 
-    def step(self, innovation_deg: float, heading_deg: float) -> np.ndarray:
+    def step(self, innovation_deg: float, heading_deg: float, dt: float = 1.0) -> Floats:
+        """The features after dt s more; an unknown (NaN) innovation or heading leaves its own as they are."""
         now = np.array([innovation_deg, heading_deg])
-        self._means = self._kept * self._means + (1.0 - self._kept) * now[:, None]
-        self._sums += now / SPANS[-1]
+        known, left = np.isfinite(now), np.exp(-dt / SPANS)
+        self._means[known] = (left * self._means + (1.0 - left) * now[:, None])[known]
+        self._sums[known] += now[known] * dt / SPANS[-1]
         return np.concatenate([self._means[0], self._sums[:1], self._means[1], self._sums[1:]])
 
 
@@ -49,27 +55,27 @@ class Features:
 class Network:
     """A perceptron: scaled inputs, tanh layers, a linear output."""
 
-    mean: np.ndarray
-    scale: np.ndarray
-    layers: tuple[tuple[np.ndarray, np.ndarray], ...]  # (weights (in, out), biases (out,)) each
+    mean: Floats
+    scale: Floats
+    layers: tuple[tuple[Floats, Floats], ...]  # (weights (in, out), biases (out,)) each
 
-    def __call__(self, features: np.ndarray) -> float:
+    def __call__(self, features: Floats) -> float:
         x = (features[: len(self.mean)] - self.mean) / self.scale
         for weights, biases in self.layers[:-1]:
             x = np.tanh(x @ weights + biases)
         weights, biases = self.layers[-1]
         return float((x @ weights + biases)[0])
 
-    def save(self, path):
-        """Write as .npz, single precision: what training is worth."""
+    def save(self, path: str | Path | IO[bytes]) -> None:
+        """Write as .npz in single precision."""
         layers = {
             f"{kind}{i}": each for i, pair in enumerate(self.layers) for kind, each in zip("wb", pair, strict=True)
         }
-        arrays = {"mean": self.mean, "scale": self.scale, **layers}
-        np.savez_compressed(path, **{name: np.asarray(value, dtype=np.float32) for name, value in arrays.items()})
+        arrays: dict[str, Any] = {"mean": self.mean, "scale": self.scale, **layers}
+        np.savez_compressed(path, **{name: value.astype(np.float32) for name, value in arrays.items()})
 
     @classmethod
-    def load(cls, path) -> "Network":
+    def load(cls, path: str | Path | IO[bytes]) -> "Network":
         with np.load(path) as stored:
             arrays = {name: stored[name].astype(np.float64) for name in stored.files}
         n = sum(name.startswith("w") for name in arrays)
@@ -78,7 +84,7 @@ class Network:
 
 @cache
 def shipped(name: str) -> Network:
-    """A network of this package by name; raises InputError with the names there are."""
+    """A network of this package by name; raises InputError for another name."""
     if name not in WEIGHTS:
         raise InputError(f"network {name!r} is unknown, expected one of {', '.join(WEIGHTS)}")
     with files("steerway.estimation.heading.interval").joinpath(WEIGHTS[name]).open("rb") as stored:
@@ -91,7 +97,7 @@ class LearnedHeading:
     name: "weight" or "innovations" weigh the bounds, "correction" corrects the nominal filter and needs no bounds.
     """
 
-    def __init__(self, name: str = "weight", network: Network | None = None):
+    def __init__(self, name: str = "weight", network: Network | None = None) -> None:
         self._network = network or shipped(name)
         self._corrects = name == "correction"
         self.bank = ModelBank(corners(0.01))
@@ -107,13 +113,17 @@ class LearnedHeading:
     def high(self) -> float:
         return self.bank.high
 
-    def second(self, difference: float, readings) -> float:
-        """Take (40,) readings (rad) and go one second on with n_d (rad/s); returns the heading (rad)."""
-        self.bank.second(difference, readings)
-        said = self._network(self._features.step(self.bank.innovation, math.degrees(self.bank.nominal)))
+    def step(
+        self, difference: float, readings: ArrayLike | None = None, dt: float = 1.0, times: ArrayLike | None = None
+    ) -> float:
+        """As `CompositeFilter.step`; returns the heading (rad)."""
+        self.bank.step(difference, readings, dt, times)
+        output = self._network(self._features.step(self.bank.innovation, math.degrees(self.bank.nominal), dt))
         if self._corrects:
-            self.heading = self.bank.nominal + math.radians(said)
+            self.heading = self.bank.nominal + math.radians(output)
         else:
-            self.weight = min(max(said, 0.0), 1.0)
+            self.weight = min(max(output, 0.0), 1.0)
             self.heading = weighted(self.low, self.high, self.weight)
         return self.heading
+
+    second = formerly("second", step)

@@ -1,0 +1,74 @@
+"""The demo: an Otter sails a survey in a current, steered by the estimate from a small receiver's fixes."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from steerway.commands.terminal import print_pairs, progress_line
+
+SCENARIO = """
+name = "An Otter on a survey in a crossing current"
+description = "Steered by course over ground, estimated from the positions of one small receiver; no compass aboard."
+duration = 900.0
+
+[vessel]
+kind = "otter"
+
+[environment]
+force = [0.0, 5.0]
+
+[environment.current]
+speed = 0.3
+direction_deg = 90.0
+
+[speed]
+cruise = 1.2
+
+[route]
+acceptance = 4.0
+waypoints = [
+    { north = 0.0, east = 0.0 },
+    { north = 150.0, east = 0.0 },
+    { north = 150.0, east = 100.0 },
+    { north = 30.0, east = 100.0 },
+    { north = 30.0, east = 200.0 },
+    { north = 150.0, east = 200.0 },
+]
+"""
+
+
+def demo(
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Directory for the log and the page.")] = Path(
+        "demo"
+    ),
+) -> None:
+    """Simulate an Otter on a survey, steered by the estimate; compare the estimate with the truth; write log and page.
+
+    Example:
+
+        steerway demo -o demo && steerway estimate demo/run.nmea --report demo/estimate.html
+    """
+    with progress_line("simulating the demo") as step:
+        rows, written = simulate_demo(out, progress=step)
+    print_pairs(rows)
+    for path in written:
+        print(f"wrote {path}")
+
+
+def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str, str]], list[Path]]:
+    """Simulate the demo's mission; write run.parquet, run.nmea and index.html into `directory`.
+
+    Returns (rows, files): (what, value) rows of the estimate compared with the truth and of what the boat did, and the
+    files written. Raises InputError for a directory that cannot be written.
+    """
+    from steerway.report.runs.page import comparison, summary
+    from steerway.report.runs.writing import write
+    from steerway.simulation import run
+    from steerway.simulation.reading import parse_scenario
+
+    scenario = parse_scenario(SCENARIO, "demo")
+    sailed = run.sail_scenario(scenario, progress=progress)
+    written = write(sailed, directory, nmea=True, remarks=[run.advise(scenario)[1]])
+    rows = [(f"{what}, estimated against true", value) for what, value in comparison(sailed.numbers)]
+    return rows + summary(sailed.numbers), written

@@ -1,0 +1,98 @@
+"""The current triangle: how heading, crab angle and sideslip hang together; P1 (1)–(10) and (28).
+
+Angles in rad, course and heading from true north, sideslip and crab positive to starboard.
+"""
+
+import math
+from typing import NamedTuple
+
+from steerway.core.angles import wrap
+from steerway.core.compiled import kernel
+
+
+class GroundMotion(NamedTuple):
+    """A vessel's true motion over ground: the input of sensors, and the reference of estimates."""
+
+    north: float
+    east: float
+    heading: float
+    north_velocity: float
+    east_velocity: float
+    yaw_rate: float
+    course_rate: float  # rad/s, + starboard; NaN at rest
+    surge: float  # through the water, along the hull
+    sway: float  # through the water, to starboard
+    roll: float
+    pitch: float
+
+    @property
+    def sog(self) -> float:
+        """Speed over ground, P1 (6)."""
+        return math.hypot(self.north_velocity, self.east_velocity)
+
+    @property
+    def cog(self) -> float:
+        """Course over ground in [−π, π), P1 (3)–(4)."""
+        return wrap(math.atan2(self.east_velocity, self.north_velocity))
+
+    @property
+    def crab_angle(self) -> float:
+        """From the bow to the velocity over ground, P1 (5)."""
+        return wrap(self.cog - self.heading)
+
+    @property
+    def sideslip(self) -> float:
+        """From the bow to the velocity through the water, P1 (10)."""
+        return drift_angle(self.surge, self.sway)
+
+    @property
+    def water_speed(self) -> float:
+        """Speed through the water, P1 (9)."""
+        return math.hypot(self.surge, self.sway)
+
+
+class WaveMotion(NamedTuple):
+    """What waves add to a vessel's mean motion: displacement north and east (m), roll and pitch (rad)."""
+
+    north: float = 0.0
+    east: float = 0.0
+    roll: float = 0.0
+    pitch: float = 0.0
+
+
+SHORTLY = 1e-4
+"""Seconds before and after, for the acceleration over ground by a central difference along the motion."""
+
+
+@kernel
+def over_ground(surge: float, sway: float, heading: float) -> tuple[float, float]:
+    """North and east velocity of body velocities; P1 (1)–(2)."""
+    c, s = math.cos(heading), math.sin(heading)
+    return surge * c - sway * s, surge * s + sway * c
+
+
+@kernel
+def in_body(north_velocity: float, east_velocity: float, heading: float) -> tuple[float, float]:
+    """Surge and sway of north and east velocities, of the current's for one: the inverse of P1 (1)–(2)."""
+    c, s = math.cos(heading), math.sin(heading)
+    return north_velocity * c + east_velocity * s, east_velocity * c - north_velocity * s
+
+
+@kernel
+def drift_angle(surge: float, sway: float) -> float:
+    """Crab angle of velocities over ground, P1 (7), or sideslip of those through the water, (10), in [−π, π).
+
+    By atan2: the printed atan and asin are right ahead only.
+    """
+    return wrap(math.atan2(sway, surge))
+
+
+@kernel
+def turning_rate(
+    north_velocity: float, east_velocity: float, north_acceleration: float, east_acceleration: float
+) -> float:
+    """Course rate (rad/s) of a point over ground, P1 (28) without a detour over the crab angle; NaN at rest."""
+    squared = north_velocity * north_velocity + east_velocity * east_velocity
+    if squared == 0.0:
+        return math.nan
+    return (north_velocity * east_acceleration - east_velocity * north_acceleration) / squared

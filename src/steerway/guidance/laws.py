@@ -1,0 +1,86 @@
+"""The guidance laws by name: what each steers by and how its gains follow from lookahead distance and speed.
+
+A new law is a file of its own and a row here; the table [guidance] of scenarios takes its names from it. Gains that are
+not given make both poles of the path error U/(2Δ): no overshoot in a steady current.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Annotated, Literal, NamedTuple
+
+from pydantic import Field
+
+from steerway.core.errors import InputError
+from steerway.core.schema import NotNegative, Positive, Table
+from steerway.guidance.adaptive_line_of_sight import AdaptiveLineOfSight
+from steerway.guidance.integral_line_of_sight import IntegralLineOfSight
+from steerway.guidance.line_of_sight import GuidanceLaw, LineOfSight, PurePursuit
+from steerway.guidance.vector_field import VectorField
+
+Options = Mapping[str, float | None]
+
+
+class LawKind(NamedTuple):
+    """One law. `steers_by`: "course" or "heading"; `design`: (lookahead m, speed m/s, options in SI) → law."""
+
+    steers_by: str
+    design: Callable[[float, float, Options], GuidanceLaw]
+
+
+def _given(options, name, otherwise):
+    value = options.get(name)
+    return otherwise if value is None else value
+
+
+LAWS = {
+    "line-of-sight": LawKind("course", lambda lookahead, speed, options: LineOfSight(lookahead)),
+    "pure-pursuit": LawKind("course", lambda lookahead, speed, options: PurePursuit()),
+    "vector-field": LawKind(
+        "course",
+        lambda lookahead, speed, options: VectorField(1.0 / lookahead, _given(options, "approach", 0.5 * math.pi)),
+    ),
+    "integral-line-of-sight": LawKind(
+        "heading",
+        lambda lookahead, speed, options: IntegralLineOfSight(lookahead, _given(options, "integral_gain", speed / 4.0)),
+    ),
+    "adaptive-line-of-sight": LawKind(
+        "heading",
+        lambda lookahead, speed, options: AdaptiveLineOfSight(
+            lookahead, _given(options, "adaptive_gain", speed / (2.0 * lookahead) ** 2)
+        ),
+    ),
+}
+COURSE_LAWS = tuple(name for name, kind in LAWS.items() if kind.steers_by == "course")
+"""Those that need no heading. They hold no state: asking one twice changes nothing."""
+
+
+def law(name: str, lookahead: float, speed: float, options: Options | None = None) -> GuidanceLaw:
+    """The law of a name for a lookahead distance (m) and a speed (m/s); InputError for an unknown name."""
+    if name not in LAWS:
+        raise InputError(f"guidance law is {name!r}, expected one of {', '.join(LAWS)}")
+    return LAWS[name].design(lookahead, speed, options or {})
+
+
+class GuidanceTable(Table):
+    """The law and its gains; `steer_by` where it is not the law's own."""
+
+    law: Literal[*LAWS] = "line-of-sight"  # type: ignore[valid-type]
+    steer_by: Literal["course", "heading"] | None = None
+    lookahead: Positive | None = None
+    integral_gain: NotNegative | None = None
+    adaptive_gain: NotNegative | None = None
+    approach_deg: Annotated[float, Field(gt=0.0, le=90.0)] = 90.0
+
+    @property
+    def angle(self) -> str:
+        """Whether the law commands a "course" or a "heading"."""
+        return self.steer_by or LAWS[self.law].steers_by
+
+    def design(self, lookahead: float, speed: float) -> GuidanceLaw:
+        """The law for a lookahead distance (m) and a speed (m/s)."""
+        gains = {
+            "integral_gain": self.integral_gain,
+            "adaptive_gain": self.adaptive_gain,
+            "approach": math.radians(self.approach_deg),
+        }
+        return law(self.law, lookahead, speed, gains)

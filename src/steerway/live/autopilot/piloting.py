@@ -1,0 +1,130 @@
+"""The pilot of a mission aboard: the blocks of simulation, with gains from the mission's `[boat]` table.
+
+The course law is one whatever carries it out. Its output is a yaw rate: what the boat settles at in the Nomoto model
+T ω̇ + ω = u. A vehicle with a yaw-rate loop of its own is commanded that rate; two propellers get the share of their
+full moment that gives it. Gains follow what the course estimate carries (`control.bandwidth.GainSchedule`).
+"""
+
+import math
+
+import numpy as np
+
+from steerway.control.allocation import TwoPropellers
+from steerway.control.bandwidth import GainSchedule
+from steerway.control.course import AnglePID
+from steerway.control.handover import Autopilot, HandOver, Steerageway
+from steerway.control.speed_pi import SpeedPI, SpeedPIGains
+from steerway.core.checks import one_of
+from steerway.core.earth import displacement
+from steerway.core.estimate import Estimate
+from steerway.estimation.profiles import Profile
+from steerway.guidance import laws
+from steerway.guidance.reference import ReferenceModel
+from steerway.guidance.route import Route
+from steerway.guidance.waypoints import Mission, Passing
+from steerway.live.autopilot.mission import BoatTable, GeodeticRoute
+from steerway.live.base.rows import Row
+from steerway.pilot import Pilot
+
+YAW_RATE, PROPELLERS = ACTUATIONS = ("yaw-rate", "propellers")
+"""What takes the commands: a vehicle with a yaw-rate loop, or two propellers side by side."""
+MAX_BANDWIDTH = 0.5
+"""rad/s of the course loop, however good the estimate."""
+SPEED_BANDWIDTH = 0.3
+"""rad/s of the speed loop: what the estimate of the speed carries, roughly."""
+ACCELERATION = 0.15
+"""m/s² at which another speed is approached."""
+_TURN_TIME = 1.0
+"""s in which the reference reaches its largest yaw rate."""
+_GIVE_UP = 0.9
+"""Share of the profile's steerageway below which the course is no longer steered by."""
+
+
+class RowEstimator:
+    """Rows of the navigator as estimates in the tangent plane around an origin (latitude, longitude; rad)."""
+
+    def __init__(self, origin: tuple[float, float]):
+        self._origin = origin
+
+    def step(self, row: Row, dt: float) -> Estimate:
+        """See `core.estimate.Estimator`; heading and yaw rate are unknown."""
+        north, east = displacement(row.latitude, row.longitude, *self._origin) if row.valid else (math.nan, math.nan)
+        motion = row.sog, row.cog, row.course_rate, row.sog_std, row.cog_std, row.course_rate_std, row.position_std
+        return Estimate(north, east, *motion, math.nan, math.nan)
+
+
+class BoatActuation:
+    """Commands of a boat known by its `[boat]` table: yaw rate (rad/s), thrust, port and starboard propeller.
+
+    Thrust is a fraction of full thrust, propeller commands are of full speed: T = n|n|. `takes`, one of `ACTUATIONS`,
+    says whose limits count.
+    """
+
+    def __init__(self, boat: BoatTable, takes: str = YAW_RATE):
+        self._takes = one_of("actuation", takes, ACTUATIONS)
+        self._max_rate = math.radians(boat.max_yaw_rate_dps)
+        self._full_rate = math.radians(boat.full_yaw_rate_dps)
+        self._propellers = TwoPropellers(0.5, 1.0, 1.0, 1.0, -1.0 if boat.reverse else 0.0)
+
+    def step(self, surge_force: float, yaw: float) -> tuple[float, ...]:
+        """(yaw rate, thrust, port, starboard, achieved force, achieved yaw rate) for a force and a yaw rate."""
+        rate = max(-self._max_rate, min(self._max_rate, yaw))
+        driven = self._propellers.step(2.0 * surge_force, yaw / self._full_rate)
+        achieved = surge_force, rate
+        if self._takes == PROPELLERS:
+            achieved = 0.5 * driven.surge_force, driven.yaw_moment * self._full_rate
+        return rate, surge_force, driven.port, driven.starboard, *achieved
+
+
+def pilot_of(
+    line: GeodeticRoute,
+    profile: Profile | str = "small-usv",
+    takes: str = YAW_RATE,
+    max_dead_reckoning: float = 10.0,
+) -> Pilot:
+    """The pilot of a route; its estimator takes rows.
+
+    profile: of the course estimator, which limits the bandwidth of the loop. takes: one of `ACTUATIONS`.
+    Raises InputError for a route that cannot be sailed.
+    """
+    profile = Profile.named(profile) if isinstance(profile, str) else profile
+    origin = float(line.latitude[0]), float(line.longitude[0])
+    places = [displacement(*place, *origin) for place in zip(line.latitude, line.longitude, strict=True)]
+    north, east = np.array(places).T
+    route = Route(north, east, acceptance=line.acceptance, speed=line.speed)
+    return Pilot(
+        RowEstimator(origin),
+        Mission(route, Passing(time_factor=None)),
+        laws.law(line.law, line.lookahead, float(np.mean(line.speed))),
+        autopilot(line.boat, profile, takes),
+        BoatActuation(line.boat, takes),
+        speed_loop(line.boat),
+        max_dead_reckoning=max_dead_reckoning,
+    )
+
+
+def autopilot(boat: BoatTable, profile: Profile, takes: str = YAW_RATE) -> Autopilot:
+    """The course autopilot of a boat, its gains limited by what the profile's estimate carries."""
+    most = math.radians(boat.max_yaw_rate_dps)
+    nomoto_time = boat.yaw_time if takes == PROPELLERS else None
+    schedule = GainSchedule(nomoto_time, profile.agility, profile.position_std, MAX_BANDWIDTH)
+    least = profile.steerageway
+    return Autopilot(
+        AnglePID(schedule.gains(math.nan)),
+        ReferenceModel(1.0, max_rate=most, max_acceleration=most / _TURN_TIME),
+        HandOver(Steerageway(take=least, give=_GIVE_UP * least, dwell=0.0)),
+        schedule,
+    )
+
+
+def speed_loop(boat: BoatTable) -> SpeedPI:
+    """The speed loop of a boat; its output is a fraction of full thrust."""
+    gains = SpeedPIGains(
+        mass=boat.surge_time / boat.top_speed_mps,
+        linear_drag=1.0 / boat.top_speed_mps,
+        bandwidth=SPEED_BANDWIDTH,
+        limit=1.0,
+        limit_astern=1.0 if boat.reverse else 0.0,
+        acceleration=ACCELERATION,
+    )
+    return SpeedPI(gains)

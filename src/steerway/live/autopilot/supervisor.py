@@ -1,0 +1,139 @@
+"""Supervision of the pilot aboard: when it may steer, and when it must stop.
+
+A state machine around the pilot's control. It has no clock and no I/O: every tick gives it the row and the leg, and it
+returns an order; fixes and links are reported to it.
+"""
+
+import math
+
+from steerway.core.angles import wrap
+from steerway.core.errors import InputError
+from steerway.core.leg import Leg
+from steerway.estimation.profiles import Profile
+from steerway.guidance.reference import Reference
+from steerway.live.autopilot.limits import LimitGuard
+from steerway.live.autopilot.mission import GeodeticRoute
+from steerway.live.autopilot.piloting import YAW_RATE, pilot_of
+from steerway.live.autopilot.watch import Watch
+from steerway.live.base.orders import UNDER_WAY, Order, State
+from steerway.live.base.rows import Row
+
+_SLOWEST = 1.5
+"""Of the profile's steerageway: the least speed that is demanded."""
+_SLOWEST_TURN = 0.5
+"""Share of the route's speed that is kept in a sharp turn."""
+
+
+class Supervisor:
+    """Steers along the leg of each tick by its `pilot`, while everything allows it.
+
+    route:   gives limits, fence, boat and safe output.
+    profile: of the estimator; it limits the bandwidth of the course loop.
+    max_dead_reckoning: time without a fix for which it steers on, s.
+    engage:  start once without being asked, as soon as it is ready.
+    takes:   what carries out the orders, one of `piloting.ACTUATIONS`.
+    """
+
+    def __init__(
+        self,
+        route: GeodeticRoute,
+        profile: Profile | str = "small-usv",
+        max_dead_reckoning: float = 10.0,
+        engage: bool = False,
+        takes: str = YAW_RATE,
+    ):
+        profile = Profile.named(profile) if isinstance(profile, str) else profile
+        self.pilot = pilot_of(route, profile, takes, max_dead_reckoning)
+        self.state = State.IDLE
+        self.reason = "no position yet"
+        self.hands_back = route.safe == "hand-back"
+        self._slowest = _SLOWEST * profile.steerageway
+        self._engage = engage
+        self._is_finished = True  # a start begins the route from its first leg
+        self._is_new = False  # started, and no step since
+        self._obstacle = self.reason
+        self._watch = Watch(max_dead_reckoning)
+        self._guard = LimitGuard(route.limits, route.fence)
+
+    @property
+    def begins(self) -> bool:
+        """Whether the next step is the first of a route, which has to be restarted for it."""
+        return self._is_new and self._is_finished
+
+    def start(self) -> None:
+        """Steer from the next step on: the route from its beginning, or on from where it was stopped.
+
+        Raises InputError with the obstacle when that is refused.
+        """
+        if self.state in UNDER_WAY:
+            return
+        if self._obstacle:
+            raise InputError(f"the autopilot cannot be started: {self._obstacle}")
+        self.state, self.reason = State.RUNNING, ""
+        self._is_new, self._engage = True, False
+
+    def stop(self, reason: str = "stopped by command") -> None:
+        """The safe output from now on, until started again. A pending `engage` is withdrawn."""
+        self._engage = False
+        if self.state in UNDER_WAY:
+            self.state, self.reason, self._is_new = State.STOPPED, reason, False
+
+    def link(self, name: str, alive: bool) -> None:
+        """Whether the peer of an output's link answers; without it the autopilot does not steer."""
+        self._watch.link(name, alive)
+        if not alive and self.state in UNDER_WAY:
+            self.stop(f"link {name} is lost")
+
+    def fix(self, row: Row) -> None:
+        """A fix was used, or rejected by the filter's gate."""
+        self._watch.fix(row)
+
+    def untimely(self) -> None:
+        """A position came whose time does not follow that of the last fix."""
+        self._watch.untimely()
+
+    def step(self, row: Row, leg: Leg | None, dt: float) -> Order:
+        """The order of a tick, dt s after the one before; leg None: the route is finished."""
+        trouble = self._watch.step(row, dt)
+        if self.state in UNDER_WAY:
+            self._go_on(row, leg, dt, trouble)
+        self._obstacle = self._watch.obstacle(row) or self._guard.obstacle(row, leg)
+        if self.state in (State.IDLE, State.READY):
+            self._wait()
+        return self._order(row, leg, dt)
+
+    def _go_on(self, row, leg, dt, trouble):
+        if self._is_new:
+            self._is_new = self._is_finished = False
+            self.pilot.restart()
+            self._guard.start()
+        if leg is None:
+            self._is_finished = True
+            trouble = trouble or "the route is finished"
+        trouble = trouble or self._guard.step(row, leg, dt)
+        if trouble:
+            self.stop(trouble)
+        else:
+            self.reason = self._watch.degradation(row)
+            self.state = State.DEGRADED if self.reason else State.RUNNING
+
+    def _wait(self):
+        self.state, self.reason = (State.IDLE, self._obstacle) if self._obstacle else (State.READY, "")
+        if self._engage and self.state is State.READY:
+            self.start()
+
+    def _order(self, row, leg, dt):
+        if self.state not in UNDER_WAY or self._is_new or leg is None:
+            return Order(self.state, self.reason, self.state is State.STOPPED and not self.hands_back)
+        pilot = self.pilot
+        pilot.autopilot.schedule.fix_interval = self._watch.interval
+        speed = max(self._slowest, leg.speed * self._slowing(leg.course_to_steer))
+        estimate = pilot.estimator.step(row, dt)
+        steered = pilot.steer(Reference(leg.course_to_steer, 0.0, 0.0), speed, estimate, dt)
+        return Order(self.state, self.reason, True, *steered.command, leg.course_to_steer, speed)
+
+    def _slowing(self, course_to_steer):
+        """Share of the route's speed, by the turn that the reference has still to make."""
+        reference = self.pilot.autopilot.shaper.reference
+        turn = 0.0 if reference is None else wrap(course_to_steer - reference.angle)
+        return max(_SLOWEST_TURN, math.cos(turn)) if math.isfinite(turn) else 1.0

@@ -1,0 +1,64 @@
+"""One row from an input, and one row of the estimate."""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from steerway.core.records import LOST, Fixes
+
+
+class InputRow(NamedTuple):
+    """One measurement of one source, as a row of Fixes: SI, rad, NaN for what it does not report."""
+
+    source: str
+    time: float  # Unix UTC, by the instrument
+    latitude: float = math.nan
+    longitude: float = math.nan
+    position_std: float = math.nan
+    sog: float = math.nan
+    cog: float = math.nan
+    heading: float = math.nan
+    water_speed: float = math.nan
+    yaw_rate: float = math.nan
+
+    @property
+    def has_position(self) -> bool:
+        """Whether it reports a position."""
+        return not (math.isnan(self.latitude) or math.isnan(self.longitude))
+
+
+class Row(NamedTuple):
+    """One estimate, as a row of Motion: SI, rad, NaN for unknown, `status` an index into `records.STATUSES`."""
+
+    time: float
+    latitude: float
+    longitude: float
+    sog: float
+    cog: float
+    course_rate: float
+    sog_std: float
+    cog_std: float
+    course_rate_std: float
+    position_std: float
+    nis: float
+    status: int
+
+    @property
+    def valid(self) -> bool:
+        """Whether the position is known."""
+        return not math.isnan(self.latitude)
+
+
+def lost(time: float) -> Row:
+    """The row of an unknown state."""
+    return Row(time, *[math.nan] * 10, LOST)
+
+
+def rows_of(sources: dict[str, Fixes]) -> Iterator[InputRow]:
+    """The rows of all sources in time order, without vessels reported by AIS, which are not aboard."""
+    rows = []
+    for name, fixes in sources.items():
+        if fixes.mmsi is None:
+            columns = [getattr(fixes, field).tolist() for field in InputRow._fields[1:]]
+            rows += [InputRow(name, *values) for values in zip(*columns, strict=True)]
+    yield from sorted(rows, key=lambda row: row.time)

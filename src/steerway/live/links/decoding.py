@@ -1,0 +1,143 @@
+"""Decoders: from the bytes of a link to rows, piece by piece; those of one protocol lie beside its link.
+
+A decoder holds the newest epoch back until a later one begins or the link is silent (`settle`): a receiver reports one
+moment in several messages, of which the last may have the finest position.
+"""
+
+import json
+import math
+import time
+from collections.abc import Mapping
+from typing import Protocol
+
+from steerway.core.timestamps import unix_times
+from steerway.formats import nmea0183, ubx
+from steerway.formats.nmea0183.epochs import NEAR, ROLLOVER
+from steerway.live.base.rows import InputRow, rows_of
+
+_DAY = 86400.0
+_UNDATED = 1e8  # Unix time below which the date is not known
+_LONGEST = 1 << 16  # bytes of a line of JSON
+
+
+class Decoder(Protocol):
+    """What makes rows of bytes; `skipped` counts rejected messages by reason."""
+
+    skipped: Mapping[str, int]
+
+    def feed(self, data: bytes) -> list[InputRow]:
+        """The rows that these bytes complete."""
+
+    def settle(self) -> list[InputRow]:
+        """The link is silent: the rows that were held back."""
+
+
+class ReceiverDecoder:
+    """NMEA 0183 and UBX, alone or mixed. `place` is appended to the names of sources where there are several links."""
+
+    def __init__(self, place: str = ""):
+        self._readers = nmea0183.Reader(), ubx.Reader()
+        self._place = place
+
+    @property
+    def skipped(self) -> dict[str, int]:
+        """Counts of rejected messages by reason."""
+        return {reason: count for reader in self._readers for reason, count in reader.skipped.items()}
+
+    def feed(self, data: bytes) -> list[InputRow]:
+        """See Decoder."""
+        for reader in self._readers:
+            reader.feed(data)
+        return self._taken(False)
+
+    def settle(self) -> list[InputRow]:
+        """See Decoder."""
+        return self._taken(True)
+
+    def _taken(self, settled):
+        recordings = [reader.take(settled) for reader in self._readers if reader.holds(settled)]
+        if not recordings:
+            return []
+        sources = {name: fixes for each in recordings for name, fixes in each.sources.items()}
+        return [self._named(row) for row in rows_of(sources)]
+
+    def _named(self, row):
+        source = f"{row.source} in {self._place}" if self._place else row.source
+        return row._replace(source=source, time=_dated(row.time, time.time()))
+
+
+def _dated(moment, today):
+    """A time with its date corrected by the computer's clock.
+
+    Without a date yet, that of today: the day that brings the time of day nearest. A receiver whose count of weeks
+    rolled over reports a date 1024 weeks ago, or a multiple.
+    """
+    if moment < _UNDATED:
+        return moment + _DAY * round((today - moment) / _DAY)
+    missing = ROLLOVER * round((today - moment) / ROLLOVER)
+    return moment + missing if missing > 0.0 and abs(today - moment - missing) < NEAR else moment
+
+
+class _Epochs:
+    """Messages of one source and moment become one row; later ones of the epoch replace earlier ones."""
+
+    def __init__(self):
+        self._open: dict[str, InputRow] = {}
+
+    def add(self, row: InputRow) -> list[InputRow]:
+        waiting = self._open.get(row.source)
+        if waiting is None or waiting.time == row.time:
+            self._open[row.source] = row if waiting is None else _replaced(waiting, row)
+            return []
+        self._open[row.source] = row
+        return [waiting]
+
+    def settle(self) -> list[InputRow]:
+        waiting, self._open = sorted(self._open.values(), key=lambda row: row.time), {}
+        return waiting
+
+
+def _replaced(old, new):
+    pairs = zip(old[2:], new[2:], strict=True)
+    return InputRow(old.source, old.time, *(a if math.isnan(b) else b for a, b in pairs))
+
+
+class JsonDecoder:
+    """Lines of JSON, one message each; others are counted and left out."""
+
+    def __init__(self):
+        self._tail = b""
+        self._epochs = _Epochs()
+        self.skipped: dict[str, int] = {}
+
+    def feed(self, data: bytes) -> list[InputRow]:
+        """See Decoder."""
+        *lines, self._tail = (self._tail + data).split(b"\n")
+        self._tail = self._tail[-_LONGEST:]
+        return [done for line in lines if line.strip() for done in self.message(line)]
+
+    def settle(self) -> list[InputRow]:
+        """See Decoder."""
+        return self._epochs.settle()
+
+    def message(self, text: bytes | str) -> list[InputRow]:
+        """The rows that one message completes."""
+        try:
+            rows = self._rows(json.loads(text))
+        except (ValueError, TypeError, KeyError, AttributeError):
+            self.skipped["malformed"] = self.skipped.get("malformed", 0) + 1
+            return []
+        return [done for row in rows for done in self._epochs.add(row)]
+
+    def _rows(self, message) -> list[InputRow]:
+        raise NotImplementedError
+
+
+def angle(degrees: float) -> float:
+    """Degrees as an angle in rad, in [−π, π]."""
+    return math.radians(math.remainder(degrees, 360.0))
+
+
+def moment(text: str) -> float:
+    """Unix time of an ISO 8601 text, s."""
+    return float(unix_times([text])[0])

@@ -1,0 +1,132 @@
+"""What every link shares: an input and a sink, bytes into a decoder, and reopening after a failure."""
+
+import asyncio
+import logging
+import math
+from collections.abc import Awaitable, Callable
+
+from steerway.live.base.uri import Uri
+from steerway.live.links.decoding import Decoder, ReceiverDecoder
+
+LOG = logging.getLogger("steerway.live")
+SILENCE = 0.05
+"""s without a byte after which an epoch is complete."""
+RETRY = 1.0
+"""s from the failure of a link to the next attempt."""
+PIECE = 4096
+"""Bytes read at once."""
+BACKLOG = 1 << 16
+"""Bytes that may wait for a peer."""
+WAITING = 1000
+"""Messages that may wait for a link to open or a file to be written."""
+
+Deliver = Callable[..., None]
+"""Takes a list of InputRow, and the arrival of the last of them where that was not just now (s, event loop's clock)."""
+
+
+class Feed:
+    """Feeds a decoder and delivers the rows that it makes."""
+
+    def __init__(self, decoder: Decoder, deliver: Deliver):
+        self.decoder, self._deliver = decoder, deliver
+        self._timer: asyncio.TimerHandle | None = None
+        self._arrived = math.nan
+
+    def feed(self, data: bytes) -> None:
+        """A piece of the stream has come."""
+        self.pass_on(self.decoder.feed(data))
+
+    def pass_on(self, rows: list) -> None:
+        """Deliver complete rows; incomplete ones follow when nothing comes for `SILENCE`."""
+        if rows:
+            self._deliver(rows)
+        if self._timer is not None:
+            self._timer.cancel()
+        loop = asyncio.get_running_loop()
+        self._arrived = loop.time()
+        self._timer = loop.call_later(SILENCE, self.settle)
+
+    def settle(self) -> None:
+        """The link is silent."""
+        rows = self.decoder.settle()
+        if rows:
+            self._deliver(rows, self._arrived)
+
+
+class Input:
+    """A link that is read. `place` is appended to the names of its sources where there are several links."""
+
+    def __init__(self, uri: Uri, place: str = ""):
+        self.uri, self.place = uri, place
+
+    async def run(self, deliver: Deliver) -> None:
+        """Read until cancelled."""
+        feed = Feed(self._decoder(), deliver)
+        try:
+            await kept_open(self.uri.text, lambda: self._read(feed))
+        finally:
+            feed.settle()
+
+    def _decoder(self) -> Decoder:
+        return ReceiverDecoder(self.place)
+
+    async def _read(self, feed: Feed) -> None:
+        """Open the link and feed what comes, until it ends."""
+        raise NotImplementedError
+
+
+class Sink:
+    """A link that is written to. It never waits for a peer: one that is too slow loses whole messages, counted in
+    `lost`."""
+
+    def __init__(self, uri: Uri | None):
+        self.uri = uri
+        self.lost = 0
+
+    async def run(self) -> None:
+        """Keep the link open until cancelled."""
+
+    def send(self, message: bytes) -> None:
+        """Write a whole message, or lose it."""
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """Nothing more will be written."""
+
+
+class StreamSink(Sink):
+    """Writes to any number of open streams."""
+
+    def __init__(self, uri: Uri):
+        super().__init__(uri)
+        self.writers: set = set()
+
+    def send(self, message: bytes) -> None:
+        """See Sink."""
+        for transport in list(self.writers):
+            if transport.is_closing():
+                self.writers.discard(transport)
+            elif transport.get_write_buffer_size() > BACKLOG:
+                self.lost += 1
+            else:
+                transport.write(message)
+
+    def close(self) -> None:
+        """See Sink."""
+        for transport in self.writers:
+            transport.close()
+
+
+async def kept_open(name: str, attempt: Callable[[], Awaitable[None]]) -> None:
+    """Open a link again and again; of equal failures in a row only the first is logged."""
+    logged = ""
+    while True:
+        try:
+            await attempt()
+            why = "closed by the other side"
+        except (OSError, EOFError) as error:
+            why = error.strerror if isinstance(error, OSError) and error.strerror else str(error) or "closed"
+        if why != logged:
+            LOG.warning("%s: %s; trying again every %g s", name, why, RETRY)
+            logged = why
+        await asyncio.sleep(RETRY)

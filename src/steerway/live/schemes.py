@@ -1,0 +1,152 @@
+"""The links by scheme: what each can read, what it can write, its options and its checks.
+
+A new link is a file of its own and a row here; a new form of output is a row in `outputs.formats`.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from steerway.core.checks import positive
+from steerway.core.errors import InputError
+from steerway.live.base import uri
+from steerway.live.base.uri import Uri
+from steerway.live.links.file import StdoutSink
+from steerway.live.links.gpsd import GpsdInput
+from steerway.live.links.link import Input, Sink
+from steerway.live.links.serial import SerialInput, SerialSink, speed_of
+from steerway.live.links.signalk import SignalKInput, SignalKSink, require_websockets
+from steerway.live.links.tcp import TcpInput, TcpServerSink, TcpSink
+from steerway.live.links.udp import UdpInput, UdpSink
+from steerway.live.mavlink.companion import CARRIERS, Commanded, Companion
+from steerway.live.outputs.foxglove import FoxgloveServer, require_foxglove
+from steerway.live.outputs.output import Output
+from steerway.live.outputs.table import TableFile
+
+
+class Context(NamedTuple):
+    """What an output is opened for.
+
+    every_tick: rows at a rate, else a row a fix.
+    lossless:   a log is replayed, which waits for slow outputs.
+    inputs:     those that are open already; a link that works both ways is not opened twice.
+    supervisor: gives the orders for a vehicle; None without a route.
+    """
+
+    every_tick: bool = False
+    lossless: bool = False
+    inputs: Sequence = ()
+    supervisor: Commanded | None = None
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """One kind of link.
+
+    check: the address itself, completed, or InputError.
+    port:  default, 0 for none.
+    source: (address, name of its place) → input; None for what cannot be read here.
+    source_options: of its address as an input.
+    sink:  (address, lossless) → sink, for any form of output; `form` is the default one, `forms` those that it takes.
+    output: (address, context) → output and its link, for what has a form of its own.
+    sink_options: of its address as an output.
+    """
+
+    check: Callable[[Uri], Uri] = uri.with_port
+    port: int = 0
+    source: Callable[[Uri, str], Input | Companion] | None = None
+    source_options: tuple[str, ...] = ()
+    sink: Callable[[Uri, bool], Sink] | None = None
+    form: str = "nmea"
+    forms: tuple[str, ...] = ("nmea", "json", "propellers")
+    output: Callable[[Uri, Context], tuple[Output, object]] | None = None
+    sink_options: tuple[str, ...] = ()
+
+
+def _serial(address: Uri) -> Uri:
+    speed_of(uri.with_path(address))
+    return address
+
+
+def _signalk(address: Uri) -> Uri:
+    require_websockets(uri.with_port(address))
+    return address
+
+
+def _foxglove(address: Uri) -> Uri:
+    require_foxglove(uri.with_port(address))
+    return address
+
+
+def _mavlink(address: Uri) -> Uri:
+    address = uri.carried(address, CARRIERS)
+    if address.path:
+        speed_of(address)
+    return address
+
+
+def _foxglove_output(address, context):
+    server = FoxgloveServer(address, positive(f"{address.text}: period", address.number("period", 0.1)))
+    return server, server
+
+
+def _table_output(address, context):
+    return TableFile(address.path, every_tick=context.every_tick, lossless=context.lossless), None
+
+
+def _mavlink_output(address, context):
+    """The companion that reads from the same link, or a new one."""
+    if context.supervisor is None or context.lossless:
+        what = "from a live link" if context.lossless else "of a route, expected --mission FILE with it"
+        raise InputError(f"{address.text}: a vehicle is steered by orders {what}")
+    companion = next((each for each in context.inputs if _is_on(each, address)), None) or Companion(address)
+    if companion.link.uri.options != address.options:
+        raise InputError(f"{address.text}: differs from {companion.link.uri.text}, expected the same options in both")
+    companion.supervisor = context.supervisor
+    return companion, companion
+
+
+def _is_on(link, address) -> bool:
+    return isinstance(link, Companion) and link.link.uri.place == address.place
+
+
+_COMPANION_OPTIONS = ("baud", "silence", "system")
+
+SCHEMES = {
+    "serial": Scheme(
+        check=_serial,
+        source=SerialInput,
+        source_options=("baud",),
+        sink=lambda address, _: SerialSink(address),
+        sink_options=("baud",),
+    ),
+    "tcp": Scheme(source=TcpInput, sink=lambda address, _: TcpSink(address)),
+    "tcp-server": Scheme(sink=lambda address, _: TcpServerSink(address)),
+    "udp": Scheme(source=UdpInput, sink=lambda address, _: UdpSink(address)),
+    "gpsd": Scheme(port=2947, source=GpsdInput),
+    "signalk": Scheme(
+        check=_signalk,
+        port=3000,
+        source=SignalKInput,
+        source_options=("token",),
+        sink=lambda address, _: SignalKSink(address),
+        form="signalk",
+        forms=("signalk",),
+        sink_options=("token",),
+    ),
+    "mavlink": Scheme(
+        check=_mavlink,
+        source=Companion,
+        source_options=_COMPANION_OPTIONS,
+        output=_mavlink_output,
+        sink_options=_COMPANION_OPTIONS,
+    ),
+    "foxglove": Scheme(check=_foxglove, port=8765, output=_foxglove_output, sink_options=("period",)),
+    "file": Scheme(check=uri.with_path, source_options=("speed",), output=_table_output),
+    "stdout": Scheme(check=lambda address: address, sink=StdoutSink, form="json"),
+}
+LOG = "file"
+"""The scheme whose input is a recorded log, replayed instead of read."""
+INPUTS = tuple(name for name, each in SCHEMES.items() if each.source or name == LOG)
+OUTPUTS = tuple(name for name, each in SCHEMES.items() if each.sink or each.output)
+PORTS = {name: each.port for name, each in SCHEMES.items() if each.port}

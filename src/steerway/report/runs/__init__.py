@@ -1,0 +1,1 @@
+"""Runs of the simulation as files and pages."""

@@ -1,0 +1,88 @@
+"""Many seeds in one table: mean, spread and worst of every number."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+
+from steerway.core.errors import InputError
+
+
+def gathered(results: list[dict[str, float]]) -> dict[str, np.ndarray]:
+    """Numbers by name, (seeds,) each."""
+    return {name: np.array([each[name] for each in results]) for name in results[0]}
+
+
+def spread(results: list[dict[str, float]]) -> list[tuple[str, str, str, str, str]]:
+    """(name, median, 5 %, 95 %, number of seeds without) of every number."""
+    rows = []
+    for name, values in gathered(results).items():
+        known = values[np.isfinite(values)]
+        if len(known) == 0:
+            rows.append((name, "unknown", "", "", str(len(values))))
+            continue
+        low, middle, high = np.quantile(known, (0.05, 0.5, 0.95))
+        rows.append((name, f"{middle:.4g}", f"{low:.4g}", f"{high:.4g}", str(len(values) - len(known) or "")))
+    return rows
+
+
+SPREAD_COLUMNS = ("", "median", "5 %", "95 %", "seeds without")
+
+
+def write_campaign(seeds, results, directory: Path, title: str, remarks=()) -> list[Path]:
+    """campaign.parquet (a row a seed), results.json (medians) and index.html; returns what was written."""
+    import polars as pl
+
+    from steerway.report.page import write_page
+
+    directory = Path(directory)
+    table, medians, page = directory / "campaign.parquet", directory / "results.json", directory / "index.html"
+    columns = gathered(results)
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        rows = [pl.Series("seed", list(seeds)), *(pl.Series(n, v, nan_to_null=True) for n, v in columns.items())]
+        pl.DataFrame(rows).write_parquet(table)
+        flat = {name: _median(values) for name, values in columns.items()} | {"seeds": len(results)}
+        medians.write_text(json.dumps(flat, indent=2) + "\n", encoding="utf-8")
+        write_page(
+            page,
+            title,
+            tables=[(f"{len(results)} seeds", SPREAD_COLUMNS, spread(results))],
+            figures=[(_figure(columns), "Cumulative distribution of each number over the seeds.")],
+            remarks=remarks,
+        )
+    except OSError as error:
+        raise InputError(f"cannot write {str(directory)!r}: {error.strerror or error}") from None
+    return [table, medians, page]
+
+
+def _median(values) -> float | None:
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else None
+
+
+_SHOWN = {
+    "cross_track_rms_m": "true cross-track RMS (m)",
+    "cog_rms_deg": "COG error RMS (°)",
+    "sog_rms_mps": "SOG error RMS (m/s)",
+    "duration_s": "time (s)",
+}
+
+
+def _figure(columns):
+    from matplotlib.figure import Figure
+
+    from steerway.report.figures import OURS
+
+    figure = Figure(figsize=(11.0, 6.0), layout="constrained")
+    for axes, (name, label) in zip(figure.subplots(2, 2).flat, _SHOWN.items(), strict=True):
+        known = np.sort(columns[name][np.isfinite(columns[name])])
+        axes.step(known, np.arange(1, len(known) + 1) / max(len(known), 1), where="post", color=OURS)
+        axes.set_xlabel(label)
+        axes.set_ylabel("share of seeds")
+        axes.set_ylim(0.0, 1.02)
+        axes.grid(alpha=0.25)
+        if len(known) and known[-1] - known[0] < 1e-9 * max(abs(known[0]), 1.0) + 1e-12 and math.isfinite(known[0]):
+            axes.set_xlim(known[0] - 1.0, known[0] + 1.0)
+    return figure

@@ -1,0 +1,149 @@
+"""Figures of a run: the track, the estimate against the truth, steering, and the actuators."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from steerway.pilot import Mode
+from steerway.report.figures import BAD, OURS, QUIET, THEIRS
+from steerway.simulation import outcome
+from steerway.simulation.loop import Run
+
+_MOST_POINTS = 6000
+TRUE = "#222222"
+
+
+def track_figure(run: Run, waypoints) -> Figure:
+    """True and estimated track with the route; waypoints (n, 2) north and east in m, with acceptance radii (n,)."""
+    places, radii = waypoints
+    run = _thinned(run)
+    figure = Figure(figsize=(9.0, 7.5), layout="constrained")
+    axes = figure.subplots()
+    axes.plot(places[:, 1], places[:, 0], "--", color=QUIET, linewidth=1.2, label="route")
+    for (north, east), radius in zip(places, radii, strict=True):
+        axes.add_patch(_circle(east, north, radius))
+    for number, (north, east) in enumerate(places):
+        axes.annotate(
+            str(number), (east, north), textcoords="offset points", xytext=(7, 7), fontsize=9, color="#52606d"
+        )
+    axes.plot(run["read_east"], run["read_north"], ".", color=THEIRS, markersize=2.0, alpha=0.5, label="fixes")
+    axes.plot(run["estimated_east"], run["estimated_north"], color=OURS, linewidth=1.2, label="estimated")
+    axes.plot(run["true_east"], run["true_north"], color=TRUE, linewidth=1.2, label="true")
+    holding = run["mode"] == Mode.HOLDING
+    if holding.any():
+        axes.plot(
+            run["true_east"][holding], run["true_north"][holding], ".", color=BAD, markersize=2, label="on station"
+        )
+    axes.plot(run["true_east"][0], run["true_north"][0], "o", color=TRUE, markersize=6, label="start")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("east (m)")
+    axes.set_ylabel("north (m)")
+    axes.grid(alpha=0.25)
+    axes.legend(loc="best", framealpha=0.85)
+    return figure
+
+
+def _circle(east, north, radius):
+    from matplotlib.patches import Circle
+
+    return Circle((east, north), radius, fill=False, edgecolor=QUIET, linewidth=0.8)
+
+
+def errors_figure(run: Run) -> Figure:
+    """Errors of the estimate in SOG, COG, course rate and position, with the ± 2σ of the estimator."""
+    run = _thinned(run)
+    errors = outcome.errors(run)
+    figure = Figure(figsize=(11.0, 9.5), layout="constrained")
+    axes = figure.subplots(4, 1, sharex=True)
+    for each, (name, label, scale) in zip(
+        axes,
+        (
+            ("sog", "SOG (m/s)", 1.0),
+            ("cog", "COG (°)", np.degrees(1.0)),
+            ("course_rate", "course rate (°/s)", np.degrees(1.0)),
+            ("position", "position (m)", 1.0),
+        ),
+        strict=True,
+    ):
+        band = 2.0 * scale * run[f"estimated_{name}_std"]
+        low = -band if name != "position" else np.zeros(len(run))
+        each.fill_between(run.time, low, band, color=OURS, alpha=0.18, linewidth=0, label="± 2σ of the estimator")
+        each.plot(run.time, scale * errors[name], color=OURS, linewidth=0.9, label="estimated − true")
+        each.set_ylabel(label)
+        settled = run.time > outcome.SETTLING
+        reach = (
+            np.nanquantile(np.abs(np.concatenate([scale * errors[name][settled], band[settled]])), 0.995)
+            if (np.isfinite(errors[name][settled]).any())
+            else 1.0
+        )
+        each.set_ylim(-1.25 * reach if name != "position" else 0.0, 1.25 * reach + 1e-9)
+    axes[-1].set_ylabel("position (m),\nlength of the error")
+    return _finished(figure, axes)
+
+
+def steering_figure(run: Run) -> Figure:
+    """Course made good and commanded course, speed, cross-track error and crab angle."""
+    run = _thinned(run)
+    figure = Figure(figsize=(11.0, 9.5), layout="constrained")
+    course, speed, cross, crab = axes = figure.subplots(4, 1, sharex=True)
+    course.plot(run.time, _compass(run["desired_angle"]), color=THEIRS, linewidth=1.0, label="commanded")
+    course.plot(run.time, _compass(run.true_cog), color=TRUE, linewidth=1.0, label="true course")
+    course.plot(run.time, _compass(run["true_heading"]), color=QUIET, linewidth=1.0, label="true heading")
+    course.set_ylim(0.0, 360.0)
+    course.set_yticks(range(0, 361, 90))
+    course.set_ylabel("course, heading (°)")
+    speed.plot(run.time, _known_speed(run), color=THEIRS, linewidth=1.0, label="commanded")
+    speed.plot(run.time, run.true_sog, color=TRUE, linewidth=1.0, label="true SOG")
+    speed.set_ylim(bottom=0.0)
+    speed.set_ylabel("SOG (m/s)")
+    cross.plot(run.time, run["leg_cross_track"], color=OURS, linewidth=1.0, label="estimated")
+    cross.plot(run.time, outcome.true_cross_track(run), color=TRUE, linewidth=1.0, label="true")
+    cross.axhline(0.0, color=QUIET, linewidth=0.8)
+    cross.set_ylabel("cross-track (m)\n+ starboard")
+    moving = np.where(run.true_sog > 0.3, np.degrees(outcome.crab_angle(run)), np.nan)
+    crab.plot(run.time, _lifted(moving), color=TRUE, linewidth=1.0, label="course − heading, true")
+    crab.axhline(0.0, color=QUIET, linewidth=0.8)
+    crab.set_ylabel("crab angle (°)\n+ starboard")
+    return _finished(figure, axes)
+
+
+def actuators_figure(run: Run, actuators) -> Figure:
+    """The commands of the actuators."""
+    run = _thinned(run)
+    figure = Figure(figsize=(11.0, 2.0 + 2.0 * len(actuators)), layout="constrained")
+    axes = np.atleast_1d(figure.subplots(len(actuators), 1, sharex=True))
+    for each, actuator, command in zip(axes, actuators, run.command.T, strict=True):
+        rudder = actuator.name == "rudder"
+        scale = np.degrees(1.0) if rudder else 1.0
+        each.plot(run.time, scale * command, color=OURS, linewidth=0.8, label="command")
+        for limit in (actuator.low, actuator.high):
+            if np.isfinite(limit):
+                each.axhline(scale * limit, color=BAD, linewidth=0.8, linestyle="--")
+        each.plot([], [], color=BAD, linewidth=0.8, linestyle="--", label="limits")
+        each.set_ylabel(f"{actuator.name}\n({'°' if rudder else 'rad/s'})")
+    return _finished(figure, axes)
+
+
+def _finished(figure, axes):
+    for each in axes:
+        each.grid(alpha=0.25)
+        each.margins(x=0.01)
+        each.legend(loc="upper right", fontsize=8, framealpha=0.85, ncols=3)
+    axes[-1].set_xlabel("time (s)")
+    return figure
+
+
+def _thinned(run: Run) -> Run:
+    return run.rows(slice(None, None, max(1, -(-len(run) // _MOST_POINTS))))
+
+
+def _known_speed(run):
+    return np.where(np.isin(run["mode"], (Mode.UNDER_WAY,)), run["asked_speed"], np.nan)
+
+
+def _compass(radians):
+    return _lifted(np.mod(np.degrees(radians), 360.0))
+
+
+def _lifted(degrees):
+    """The line interrupted where it jumps by more than half a turn."""
+    return np.where(np.abs(np.diff(degrees, prepend=degrees[:1])) > 180.0, np.nan, degrees)

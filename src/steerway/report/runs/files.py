@@ -1,0 +1,114 @@
+"""A run as files: a table with units in its column names, and the log of its receiver."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from steerway.core.earth import displaced_all
+from steerway.formats.nmea0183.writing import gga, hdt, rmc
+from steerway.simulation import outcome
+from steerway.simulation.loop import COLUMNS, Run
+
+_TRUE_DEGREES = ("heading", "cog", "angle", "direction", "bearing")  # of a compass: 0 to 360
+_DEGREES = ("roll", "pitch", "cog_std")
+_DEGREES_PER_SECOND = ("yaw_rate", "course_rate", "course_rate_std", "rate")
+_METRES_PER_SECOND = ("velocity", "surge", "sway", "sog", "sog_std", "speed")
+_METRES = ("north", "east", "along_track", "cross_track", "remaining", "distance", "position_std")
+_PLAIN = ("mode", "by_course", "leg_target")
+_SPECIAL = {
+    "desired_acceleration": ("desired_acceleration_dps2", np.degrees),
+    "reference_acceleration": ("reference_acceleration_dps2", np.degrees),
+    "force": ("force_n", None),
+    "yaw": ("yaw", None),  # N·m, or rad of rudder
+    "current_north": ("current_north_mps", None),
+    "current_east": ("current_east_mps", None),
+    "force_north": ("force_north_n", None),
+    "force_east": ("force_east_n", None),
+    "moment": ("moment_nm", None),
+}
+
+
+def _compass(radians):
+    turned = np.mod(np.degrees(radians), 360.0)
+    return np.where(turned >= 360.0, 0.0, turned)
+
+
+def _outward(name):
+    """(column name with its unit, conversion) of one of a run's columns."""
+    if name in _SPECIAL:
+        return _SPECIAL[name]
+    if name in _PLAIN:
+        return name, None
+    for endings, unit, convert in (
+        (_DEGREES_PER_SECOND, "dps", np.degrees),
+        (_DEGREES, "deg", np.degrees),
+        (_METRES_PER_SECOND, "mps", None),
+        (_METRES, "m", None),
+        (_TRUE_DEGREES, "deg", _compass),
+    ):
+        if any(name == ending or name.endswith(f"_{ending}") for ending in endings):
+            return f"{name}_{unit}", convert
+    raise KeyError(name)
+
+
+_NAMES = {name: _outward(name) for name in COLUMNS}
+
+
+def frame(run: Run, actuators=(), origin=(0.0, 0.0)):
+    """A polars DataFrame of the run: time_s, the columns with their units, derived ones, and a column an actuator.
+
+    `origin` is the (latitude, longitude) of north = east = 0 in rad. Rudders are in degrees, propellers in rad/s; what
+    is unknown is null.
+    """
+    import polars as pl
+
+    columns = {"time_s": run.time}
+    for name, (outward, convert) in _NAMES.items():
+        columns[outward] = convert(run[name]) if convert else run[name]
+    for whose in ("true", "estimated"):
+        latitude, longitude = displaced_all(*origin, run[f"{whose}_north"], run[f"{whose}_east"])
+        columns[f"{whose}_lat_deg"], columns[f"{whose}_lon_deg"] = np.degrees(latitude), np.degrees(longitude)
+    columns["true_sog_mps"], columns["true_cog_deg"] = run.true_sog, _compass(run.true_cog)
+    columns["true_crab_angle_deg"] = np.degrees(outcome.crab_angle(run))
+    for index, command in enumerate(run.command.T):
+        name, convert = _actuator(actuators[index].name if index < len(actuators) else f"actuator {index}")
+        columns[name] = convert(command)
+    return pl.DataFrame([pl.Series(name, values, nan_to_null=True) for name, values in columns.items()])
+
+
+def _actuator(name):
+    words = "command_" + name.replace(" ", "_")
+    if name == "rudder":
+        return f"{words}_deg", np.degrees
+    return (f"{words}_radps" if name.endswith("propeller speed") else words), np.asarray
+
+
+def write_table(run: Run, path: Path, actuators=(), origin=(0.0, 0.0)) -> None:
+    """The run as Parquet."""
+    frame(run, actuators, origin).write_parquet(path)
+
+
+def write_log(run: Run, path: Path, begins: float, origin) -> int:
+    """What the instruments read, as an NMEA 0183 log from Unix time `begins`; returns the number of fixes.
+
+    RMC and GGA for every fix, with the receiver's SOG and COG where it reports them, and HDT with the latest compass
+    reading since the previous fix: HDT has no time field, readers give it the time of the fix next to it.
+    `origin` is the (latitude, longitude) of north = east = 0 in rad.
+    """
+    read = {name: run[f"read_{name}"] for name in ("north", "east", "sog", "cog", "heading")}
+    latitude, longitude = displaced_all(*origin, read["north"], read["east"])
+    heading, fixes = math.nan, 0
+    with open(path, "w", encoding="ascii", newline="") as file:
+        for k in np.flatnonzero(np.isfinite(read["north"]) | np.isfinite(read["heading"])).tolist():
+            if math.isfinite(read["heading"][k]):
+                heading = float(read["heading"][k])
+            if not math.isfinite(latitude[k]):
+                continue
+            time = begins + float(run.time[k])
+            file.write(rmc(time, latitude[k], longitude[k], float(read["sog"][k]), float(read["cog"][k])))
+            file.write(gga(time, latitude[k], longitude[k]))
+            if math.isfinite(heading):
+                file.write(hdt(heading))
+            heading, fixes = math.nan, fixes + 1
+    return fixes

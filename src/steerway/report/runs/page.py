@@ -1,0 +1,84 @@
+"""The page of a run."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from steerway.report.page import write_page
+from steerway.report.runs.figures import actuators_figure, errors_figure, steering_figure, track_figure
+
+_TRACK = "Route with acceptance circles, true and estimated track, and the fixes of the receiver."
+_ERRORS = (
+    "Error of the estimate, with the ± 2σ of the estimator. Slow errors of a receiver are not distinguishable from "
+    "motion of the boat by positions alone: they appear in the position, hardly in SOG and COG."
+)
+_STEERING = (
+    "Commanded course, course made good and heading; speed; cross-track error. The crab angle, from the bow to the "
+    "course made good, is caused by current and wind; course control compensates it without measuring it."
+)
+_ACTUATORS = "Commands of the actuators, with their limits."
+
+
+def write_run_page(sailed, path: Path, remarks=()) -> None:
+    """The page of a `run.Sailed`: track, errors, steering with crab angle, actuators, numbers."""
+    run, scenario = sailed.run, sailed.scenario
+    actuators = sailed.assembly.vessel.actuators
+    figures = [
+        (track_figure(run, route_of(sailed)), _TRACK),
+        (errors_figure(run), _ERRORS),
+        (steering_figure(run), _STEERING),
+        (actuators_figure(run, actuators), _ACTUATORS),
+    ]
+    passages = [
+        (each.waypoint, "reached" if each.reached else "missed", each.why, f"{each.time:.1f}", f"{each.distance:.1f}")
+        for each in sailed.assembly.pilot.mission.passages
+    ]
+    tables = [
+        ("Estimated against true", ("", "RMS error"), comparison(sailed.numbers)),
+        ("Summary", ("", ""), summary(sailed.numbers)),
+        ("Waypoints", ("waypoint", "", "by", "under way (s)", "distance then (m)"), passages),
+    ]
+    write_page(path, scenario.name, tables, figures, remarks, scenario.description)
+
+
+def route_of(sailed) -> tuple[np.ndarray, np.ndarray]:
+    """Waypoints (n, 2), north and east, and their radii (n,)."""
+    routes = [mission.route for mission in sailed.assembly.pilot.mission.missions]
+    rows = {}
+    for route in routes:
+        for north, east, radius in zip(route.north, route.east, route.acceptance, strict=True):
+            rows.setdefault((float(north), float(east)), float(radius))
+    ordered = [(float(n), float(e)) for route in routes for n, e in zip(route.north, route.east, strict=True)]
+    places = [place for k, place in enumerate(ordered) if k == 0 or place != ordered[k - 1]]
+    return np.array(places), np.array([rows[place] for place in places])
+
+
+def comparison(numbers: dict[str, float]) -> list[tuple[str, str]]:
+    """Errors of the estimate as (what, value) pairs; the first 30 s are excluded."""
+    return [
+        ("speed over ground", _with_unit(numbers["sog_rms_mps"], "m/s", 3)),
+        ("course over ground", _with_unit(numbers["cog_rms_deg"], "°", 2)),
+        ("course rate", _with_unit(numbers["course_rate_rms_dps"], "°/s", 2)),
+        ("position", _with_unit(numbers["position_rms_m"], "m", 2)),
+        ("course within its own ± 2σ", _with_unit(numbers["cog_within_2sigma_pct"], "% of the time (95 expected)", 1)),
+    ]
+
+
+def summary(numbers: dict[str, float]) -> list[tuple[str, str]]:
+    """The run as (what, value) pairs."""
+    return [
+        ("time", _with_unit(numbers["duration_s"], "s", 1)),
+        ("waypoints", f"{numbers['waypoints_reached']:.0f} reached, {numbers['waypoints_missed']:.0f} missed"),
+        (
+            "cross-track error, true",
+            f"RMS {numbers['cross_track_rms_m']:.2f} m, maximum {numbers['cross_track_max_m']:.1f} m",
+        ),
+        ("cross-track error, as estimated", _with_unit(numbers["estimated_cross_track_rms_m"], "m RMS", 2)),
+        ("largest crab angle", _with_unit(numbers["crab_angle_max_deg"], "°", 1)),
+        ("switches between course and heading control", f"{numbers['hand_overs']:.0f}"),
+    ]
+
+
+def _with_unit(value, unit, decimals) -> str:
+    return "unknown" if math.isnan(value) else f"{value:.{decimals}f} {unit}"

@@ -1,0 +1,27 @@
+"""The files of one run in a directory."""
+
+from pathlib import Path
+
+from steerway.core.errors import InputError
+from steerway.report.runs.files import write_log, write_table
+from steerway.report.runs.page import write_run_page
+from steerway.simulation.assembly import begins
+from steerway.simulation.run import Sailed
+
+
+def write(simulated: Sailed, directory: Path, nmea: bool = False, remarks=()) -> list[Path]:
+    """run.parquet, index.html and, on request, run.nmea in `directory`; returns what was written.
+
+    Raises InputError for a directory that cannot be written.
+    """
+    directory = Path(directory)
+    table, page, log = directory / "run.parquet", directory / "index.html", directory / "run.nmea"
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        write_table(simulated.run, table, simulated.assembly.vessel.actuators, simulated.origin)
+        if nmea:
+            write_log(simulated.run, log, begins(simulated.scenario), simulated.origin)
+        write_run_page(simulated, page, remarks)
+    except OSError as error:
+        raise InputError(f"cannot write {str(directory)!r}: {error.strerror or error}") from None
+    return [table, page, *([log] if nmea else [])]

@@ -1,0 +1,160 @@
+"""P1's ship on its route: the set-up of section 4, sailed on true states, the printed filter or the product's."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from steerway.control import AnglePID, Autopilot, Rudder, place_poles
+from steerway.core import leg_direction, markov_std, rms, track_errors, wrap_array
+from steerway.estimation import FiveStateFilter, Profile
+from steerway.estimation.course import AtFaceValue, FilterEstimator
+from steerway.guidance import LineOfSight, LowPass, Mission, Route
+from steerway.pilot import Pilot
+from steerway.sensors import Gnss, Suite, Truth
+from steerway.simulation import Run, sail
+from steerway.vessels import MARINER_CRUISE_SPEED as CRUISE_SPEED
+from steerway.vessels import MARINER_RUDDER as RUDDER
+from steerway.vessels import Mariner
+from steerway_studies.papers.aboard import AlwaysByCourse, PrintedEstimator
+from steerway_studies.papers.course_autopilot import MARINER_NOMOTO
+from steerway_studies.papers.ekf_5states import Ekf5States
+
+STEP = 0.1
+DURATION = 5000.0
+NORTH = np.array([0.0, 2000.0, 5000.0, 3000.0, 6000.0, 10000.0])
+EAST = np.array([0.0, 0.0, 5000.0, 8000.0, 12000.0, 12000.0])
+SWITCH_RADIUS = 50.0
+LOOKAHEAD = 800.0
+BANDWIDTH = 0.05
+LOW_PASS = 40.0
+"""T_lp, s. P1's rule (44) asks for 100 to 200 s."""
+
+CORRELATION_TIME = 1100.0
+PRINTED_NOISE, STATED_NOISE = 0.21, 0.0634
+"""Driving noise of a fix a step, m: as printed, 15.6 m in the long run; what gives the 4.7 m that P1 states."""
+
+NOISES = {"0p21": PRINTED_NOISE, "0p0634": STATED_NOISE}
+
+SETTLED = 100.0
+"""s after which an estimate's error counts."""
+STEADY = 250.0
+"""s after a switch from which a leg counts as straight: by then low-pass and line of sight have settled."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run: which feedback, "truth", "printed" or "product", and in what circumstances."""
+
+    feedback: str
+    noise: float = PRINTED_NOISE  # driving noise, m a step
+    low_pass: float = LOW_PASS  # s
+    turned: float = 0.0  # the scene, rad
+    seed: int = 0
+
+
+def route(turned: float = 0.0) -> Route:
+    """P1's six waypoints, the scene turned about the first."""
+    c, s = math.cos(turned), math.sin(turned)
+    return Route(NORTH * c - EAST * s, NORTH * s + EAST * c, SWITCH_RADIUS)
+
+
+def receiver(noise: float) -> Gnss:
+    """P1 (40)–(43) at 10 Hz with this driving noise."""
+    std = markov_std(noise, CORRELATION_TIME, STEP)
+    return Gnss(rate=1.0 / STEP, markov=((std, CORRELATION_TIME),), settled=False)
+
+
+def product_profile(noise: float) -> Profile:
+    """The product's filter with the true model of the receiver's error, and the ship's motion as in P1.
+
+    S_ω is P1's h Q_d of 1e-6 rad²/s³; speed noise and α2 = 0.05 1/s suit a ship that turns for minutes.
+    """
+    return Profile(
+        name="mariner-los",
+        speed_noise=1e-3,
+        course_rate_noise=1e-6,
+        course_rate_decay=0.05,
+        position_std=0.02,
+        error_std=markov_std(noise, CORRELATION_TIME, STEP),
+        error_time=CORRELATION_TIME,
+    )
+
+
+def printed_filter() -> Ekf5States:
+    """P1 §4's tuning, started at zero speed and course, which the paper leaves open."""
+    return Ekf5States(STEP, 1, "NED", [1e-5, 1e-5], [0.1, 0.1], alpha_1=1e-5, alpha_2=0.2)
+
+
+def voyage(case: Case) -> tuple[Run, Mission]:
+    """Sail a case, until the last waypoint or for `DURATION`."""
+    mission = Mission(route(case.turned))
+    autopilot = AnglePID(place_poles(*MARINER_NOMOTO, bandwidth=BANDWIDTH, limit=RUDDER.high))
+    if case.feedback == "printed":
+        helm = Autopilot(autopilot, LowPass(case.low_pass), AlwaysByCourse())
+        estimator = PrintedEstimator(printed_filter())
+    else:
+        helm = Autopilot(autopilot, LowPass(case.low_pass))
+        filtered = case.feedback == "product"
+        estimator = FilterEstimator(FiveStateFilter(product_profile(case.noise))) if filtered else AtFaceValue()
+    instruments = Truth() if case.feedback == "truth" else Suite(receiver(case.noise))
+    pilot = Pilot(estimator, mission, LineOfSight(LOOKAHEAD), helm, Rudder(RUDDER.high), cruise=CRUISE_SPEED)
+    run = sail(Mariner(), pilot, instruments, DURATION, STEP, start=(0.0, 0.0, case.turned), seed=case.seed)
+    return run, mission
+
+
+def rudder(run: Run) -> np.ndarray:
+    """(n,) rudder angle, rad, + to starboard; the ship's state counts it the other way."""
+    return -run.state[:, 6]
+
+
+def asked_rudder_rate(run: Run) -> np.ndarray:
+    """(n,) what the steering engine is asked for, (command − rudder)/lag, rad/s."""
+    return (run.command[:, 0] - rudder(run)) / RUDDER.lag
+
+
+def cross_track(run: Run, turned: float = 0.0) -> np.ndarray:
+    """(n,) true cross-track error of the leg under way, m."""
+    way, target = route(turned), run["leg_target"].astype(int)
+    error = np.empty(len(run))
+    for leg in range(1, len(way)):
+        direction = leg_direction(way.north[leg - 1], way.east[leg - 1], way.north[leg], way.east[leg])
+        for k in np.flatnonzero(target == leg):
+            place = run["true_north"][k], run["true_east"][k]
+            error[k] = track_errors(*place, way.north[leg - 1], way.east[leg - 1], direction)[1]
+    return error
+
+
+def straight(run: Run) -> np.ndarray:
+    """(n,) bool: more than `STEADY` s after the last switch."""
+    target = run["leg_target"]
+    switched = np.flatnonzero(np.diff(target, prepend=target[0]) != 0.0)
+    began = np.zeros(len(run))
+    for row in switched:
+        began[row:] = run.time[row]
+    return run.time - began > STEADY
+
+
+def measured(case: Case) -> dict[str, float]:
+    """What one run amounts to; errors of the estimate against the truth, angles in degrees."""
+    run, mission = voyage(case)
+    counted = (run.time > SETTLED) & np.isfinite(run["estimated_cog"])
+    leg = straight(run)
+    asked = asked_rudder_rate(run)
+    achieved = np.gradient(rudder(run), STEP)
+    limited = (np.abs(run.command[:, 0]) > RUDDER.high - 1e-6) | (np.abs(asked) > RUDDER.rate)
+    numbers = {
+        "finished": float(len(mission.log.reached) == 5),
+        "duration_s": run.time[-1],
+        "cog_rms_deg": math.degrees(rms(wrap_array(run["estimated_cog"] - run.true_cog)[counted])),
+        "sog_rms_mps": rms((run["estimated_sog"] - run.true_sog)[counted]),
+        "rate_rms_dps": math.degrees(rms((run["estimated_course_rate"] - run["true_course_rate"])[counted])),
+        "cross_track_rms_m": rms(cross_track(run, case.turned)),
+        "cross_track_max_m": float(np.abs(cross_track(run, case.turned)).max()),
+        "rudder_max_deg": math.degrees(np.abs(rudder(run)).max()),
+        "rudder_rate_max_dps": math.degrees(np.abs(asked).max()),
+        "straight_rudder_rate_rms_dps": math.degrees(rms(asked[leg])),
+        "straight_achieved_rudder_rate_rms_dps": math.degrees(rms(achieved[leg])),
+        "saturated_pct": 100.0 * float(np.mean(limited)),
+    }
+    return numbers | {f"switch_s_{each.waypoint}": each.time for each in mission.log.passages}

@@ -1,0 +1,172 @@
+"""P0 section 5: the Otter on course commands of 20° and 0°, steered as published and by the product's blocks."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from steerway.control import OTTER_PROPELLERS, AnglePID, AnglePIDGains, Autopilot, place_poles
+from steerway.core import wrap
+from steerway.estimation import FiveStateFilter, Profile
+from steerway.estimation.course import FilterEstimator
+from steerway.guidance import Mission, Reference, ReferenceModel, Route
+from steerway.identification import YawModel, identify_yaw_from_fixes
+from steerway.pilot import Pilot, SteadyForce
+from steerway.sensors import Suite, white
+from steerway.simulation import Run, sail
+from steerway.vessels import CALM, Otter
+from steerway_studies.papers.course_autopilot import OTTER_NOMOTO, OTTER_PRINTED_GAINS
+from steerway_studies.papers.ekf_5states import Ekf5States
+from steerway_studies.papers.otter_allocation import propeller_speeds
+from steerway_studies.papers.references import reference_model
+
+STEP = 0.02
+FIX_EVERY = 10  # steps: 5 Hz
+DURATION = 40.0
+COMMAND = math.radians(20.0)
+BACK_AT = 20.0  # s
+SPEED = 1.0  # at the start, m/s
+FORCE = 100.0  # τ_X, N
+LAG = 1.0  # of the propellers, s
+REFERENCE_BANDWIDTH = 0.5  # rad/s, with ζ = 1
+PRINTED_INERTIA = 41.4  # T/K, kg·m²: what K_p = 93.15 was computed from
+PRINTED_DERIVATIVE = 0.889  # s; (68) rounds it
+
+PRODUCT_MOTION = {"speed_noise": 1e-2, "course_rate_noise": 1e-2, "course_rate_decay": 0.1}
+"""What the product's filter supposes of the boat: α2 as in P0, densities such that it carries 1 rad/s at 0.1 m."""
+RUN_IN = 60.0
+"""s on course 0 before the command: by then the course is known."""
+
+
+def boat() -> Otter:
+    """The Otter of the paper: the model's edition of that year, loaded with 25 kg, propellers that lag by 1 s."""
+    return Otter(25.0, (0.0, 0.0, -0.35), "2021", propeller_lag=LAG, method="euler")
+
+
+def commanded(time: float) -> float:
+    """The commanded course, rad: 20° from 0 s, 0 again from 20 s on."""
+    return COMMAND if 0.0 <= time < BACK_AT else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """A published run, arrays (n,); SI, rad. Propeller speeds `commanded` and `turning` (n, 2): left, right."""
+
+    time: np.ndarray
+    north: np.ndarray
+    east: np.ndarray
+    sog: np.ndarray
+    cog: np.ndarray
+    course_rate: np.ndarray
+    estimated_north: np.ndarray
+    estimated_east: np.ndarray
+    estimated_sog: np.ndarray
+    estimated_cog: np.ndarray
+    estimated_rate: np.ndarray
+    desired: np.ndarray
+    commanded: np.ndarray
+    turning: np.ndarray
+
+
+def as_published(noise: float = 0.0, seed: int = 0, duration: float = DURATION) -> Record:
+    """The paper's loop, Euler at 50 Hz: printed filter, (54)–(55) with (68), allocation (60)–(63).
+
+    `noise` is the 1σ of a fix, m; the paper's tuning, Q_d = 5e5·I and R_d = 1e-8·I, stands for none.
+    """
+    ship, draws = boat(), np.random.default_rng(seed)
+    state = ship.start(speed=SPEED)
+    ekf = Ekf5States(STEP, FIX_EVERY, "NED", [5e5, 5e5], [1e-8, 1e-8])
+    proportional, integral_time, _ = OTTER_PRINTED_GAINS
+    desired, integral, rows = (0.0, 0.0, 0.0), 0.0, []
+    for k in range(round(duration / STEP) + 1):
+        motion = ship.motion(state, CALM)
+        fix = np.array([motion.north, motion.east]) + noise * draws.standard_normal(2)
+        estimate = ekf.step(*fix)
+        error, rate_error = wrap(estimate[3] - desired[0]), estimate[4] - desired[1]
+        forward = PRINTED_INERTIA * (desired[2] + desired[1])
+        moment = forward - proportional * (error + integral / integral_time + PRINTED_DERIVATIVE * rate_error)
+        speeds = propeller_speeds(FORCE, moment)
+        true = motion.north, motion.east, motion.sog, motion.cog, motion.course_rate
+        rows.append((k * STEP, *true, *estimate, desired[0], *speeds, *state[12:]))
+        state = ship.step(state, speeds, CALM, STEP)
+        desired = reference_model(*desired, commanded(k * STEP), REFERENCE_BANDWIDTH, 1.0, math.inf, STEP)
+        integral += STEP * error
+    columns = np.array(rows)
+    return Record(*columns[:, :12].T, columns[:, 12:14], columns[:, 14:])
+
+
+class Ordered:
+    """A law that passes a course on, whatever the leg: the helmsman's order of P0 §5, after the run-in."""
+
+    def __init__(self, run_in: float):
+        self._time = -run_in
+
+    def step(self, leg, course, speed, dt) -> Reference:
+        """See `guidance.line_of_sight.GuidanceLaw`."""
+        desired = commanded(self._time + 1e-9)
+        self._time += dt
+        return Reference(desired, 0.0, 0.0)
+
+
+def product_profile(noise: float) -> Profile:
+    """The product's filter for white fixes of this 1σ, m."""
+    return Profile(name="otter-course", position_std=noise, **PRODUCT_MOTION)
+
+
+def steered_by_product(noise: float, bandwidth: float, yaw: YawModel | None, seed: int, run_in=RUN_IN) -> Run:
+    """The same order under the product's blocks; row 0 is `run_in` s before the command.
+
+    Feedback gains by pole placement at `bandwidth` (rad/s) on the paper's Nomoto model; the feedforward by the
+    identified course model `yaw`, or by the paper's where it is None.
+    """
+    gains = place_poles(1.0 / PRINTED_INERTIA, OTTER_NOMOTO[1], bandwidth)
+    if yaw is not None:
+        gains = _fed_forward(gains, yaw)
+    pilot = Pilot(
+        FilterEstimator(FiveStateFilter(product_profile(noise))),
+        Mission(Route([0.0, 10e3], [0.0, 0.0])),
+        Ordered(run_in),
+        Autopilot(AnglePID(gains), ReferenceModel(REFERENCE_BANDWIDTH)),
+        OTTER_PROPELLERS,
+        SteadyForce(FORCE),
+        cruise=SPEED,
+    )
+    seconds = run_in + DURATION + STEP
+    return sail(boat(), pilot, Suite(white(noise)), seconds, STEP, start=(0.0, 0.0, 0.0, SPEED), seed=seed)
+
+
+def _fed_forward(gains: AnglePIDGains, yaw: YawModel) -> AnglePIDGains:
+    return replace(
+        gains,
+        rate_feedforward=1.0 / yaw.gain.value,
+        acceleration_feedforward=yaw.time_constant.value / yaw.gain.value,
+    )
+
+
+def zigzag(noise: float, seed: int, moment: float = 5.0, turn: float = math.radians(10.0), duration: float = 120.0):
+    """A zigzag of ± `moment` N·m that turns about when the estimated course passes ± `turn`.
+
+    Returns (time, moment (n,), fixes): what `identify_yaw_from_fixes` takes.
+    """
+    ship, filter = boat(), FiveStateFilter(product_profile(noise))
+    state, receiver = ship.start(speed=SPEED), white(noise)
+    stream, rows, side = receiver.start(seed), [], 1.0
+    for k in range(round(duration / STEP)):
+        motion = ship.motion(state, CALM)
+        filter.predict(STEP)
+        if fix := stream.step(k * STEP, motion.north, motion.east):
+            filter.update_north_east(fix.north, fix.east)
+        if side * filter.cog > turn:  # an unknown course compares false
+            side = -side
+        command = side * moment if filter.underway else 0.0
+        rows.append((k * STEP, command, motion.north, motion.east))
+        state = ship.step(state, OTTER_PROPELLERS.step(FORCE, command)[:2], CALM, STEP)
+    time, moments, north, east = np.array(rows).T
+    return time, moments, receiver.fixes(time, north, east, seed)
+
+
+def identified(noise: float, seed: int) -> YawModel:
+    """The Otter's course model from a zigzag with fixes of this 1σ, m."""
+    time, moment, fixes = zigzag(noise, seed)
+    kept = slice(None, None, 5)
+    return identify_yaw_from_fixes(fixes, time[kept], moment[kept])

@@ -1,0 +1,186 @@
+"""P0 sections 6–7 on real logs: estimates compared with the receiver, drawn like figures 7–11.
+
+The papers' own logs are not public. These are three of other boats: a motor boat turning at 4 m/s with 5 Hz fixes in
+place of the Mariner USV, a sailing boat and a kayak at the Otter's speed. SOG and COG of receivers are filtered and
+late: they are no truth, as the paper notes of its own.
+"""
+
+import math
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from steerway import read
+from steerway.core import OK, Fixes, Motion, wrap
+from steerway.estimation import FiveStateFilter, choose_profile
+from steerway.estimation.course import compare
+from steerway.report import BAD, OURS, THEIRS, track_figure
+from steerway_studies.papers.ekf_5states import Ekf5States
+
+STEP = 0.02
+LONGEST = 1500.0
+"""s of a log that are shown."""
+
+
+@dataclass(frozen=True)
+class Log:
+    """A recorded log, the figures of P0 it stands for and the tuning of the paper that it is run with."""
+
+    name: str
+    path: str
+    boat: str
+    track_stem: str
+    signals_stem: str
+    instead_of: str
+    source: str | None
+    process_noise: tuple[float, float]
+    start: float = 0.0  # s after its beginning
+
+
+LOGS = (
+    Log(
+        "motor_boat",
+        "furuno_scx20_n2k/furuno-130842-figure8-fast.raw",
+        "motor boat, figures of eight at 4 m/s, 5 Hz",
+        "figure_7_track",
+        "figure_8_signals",
+        "7 and 8 (Mariner USV)",
+        "src 52",
+        (1e7, 1e3),
+    ),
+    Log(
+        "sailing_boat",
+        "rob_atlantic_1hz/gx_to_gavres.nmea",
+        "sailing boat, coastal passage at 2.7 m/s, u-blox at 1 Hz",
+        "figure_9_upper_track",
+        "figure_10_signals",
+        "9 and 10 (Otter in the fjord)",
+        None,
+        (5e5, 5e5),
+        600.0,
+    ),
+    Log(
+        "kayak",
+        "rob_atlantic_1hz/tomales_kayak.nmea",
+        "kayak at 0.8 m/s with stops, 1 Hz",
+        "figure_9_lower_track",
+        "figure_11_signals",
+        "9 and 11 (Otter in the harbour)",
+        None,
+        (5e5, 5e5),
+        300.0,
+    ),
+)
+
+
+def add_logs(results) -> None:
+    """Numbers and figures of every log there is; a remark for those there are not."""
+    folder = os.environ.get("STEERWAY_DATA")
+    if not folder:
+        results.remarks.append(
+            "P0 §6–7 on real logs was left out: STEERWAY_DATA names no folder of recorded logs on this machine."
+        )
+        return
+    for log in LOGS:
+        path = Path(folder) / "data" / log.path
+        if path.is_file():
+            _add(results, log, _opened(path, log))
+        else:
+            results.remarks.append(f"{log.path} is not among the recorded logs on this machine and was left out.")
+
+
+def _opened(path, log) -> Fixes:
+    fixes = read(path, source=log.source)
+    began = fixes.time[fixes.has_position][0] + log.start
+    return fixes.between(began, began + LONGEST)
+
+
+def _add(results, log, fixes):
+    profile = choose_profile(fixes)
+    ours, printed = FiveStateFilter(profile).filter(fixes), as_printed(fixes, log.process_noise)
+    for who, motion in (("product", ours), ("printed", printed)):
+        agreement = compare(fixes, motion)
+        stem, where = f"log_{log.name}_{who}", f"{log.boat}: {who} filter against the receiver above 1 m/s"
+        for key, value, what, unit in (
+            ("sog_rms_mps", agreement.sog_rms_aligned, f"SOG, RMS after a lag of {agreement.sog_lag:.1f} s", "m/s"),
+            ("cog_rms_deg", agreement.cog_rms_aligned, f"COG, RMS after a lag of {agreement.cog_lag:.1f} s", "°"),
+        ):
+            value = math.degrees(value) if unit == "°" else value
+            results.compare(f"{stem}_{key}", value, f"{where}: {what}", unit)
+    caption = f"In place of P0 figures {log.instead_of}: {log.boat}. "
+    results.figures[log.track_stem] = (
+        track_figure(ours),
+        caption + "Track of the product's filter; grey where course is not defined.",
+    )
+    results.figures[log.signals_stem] = (
+        _signals(fixes, ours, printed),
+        caption
+        + f"Speed and course over ground by the product's filter (profile {profile.name}), by the printed one with "
+        "the paper's tuning, and by the receiver. At rest course is not defined: the product gives none.",
+    )
+
+
+def as_printed(fixes: Fixes, process_noise) -> Motion:
+    """P0 Appendix A in latitude and longitude, predicting at 50 Hz, over a log; one row a fix.
+
+    Folded to U ≥ 0 for the comparison only: the mirrored solution that the filter may take is the same motion.
+    """
+    fixes = fixes.rows(fixes.has_position)
+    ekf = Ekf5States(STEP, None, "LL", process_noise, [1e-8, 1e-8])
+    rows, moment = [], fixes.time[0]
+    for time, latitude, longitude in zip(fixes.time, fixes.latitude, fixes.longitude, strict=True):
+        for _ in range(round((time - moment) / STEP) - 1):
+            ekf.step()
+        moment = time
+        rows.append(ekf.step(latitude, longitude))
+    latitude, longitude, speed, course, rate = np.array(rows).T
+    course = np.array([wrap(each) for each in course + np.where(speed < 0.0, math.pi, 0.0)])
+    unknown = np.full(len(fixes), np.nan)
+    return Motion(
+        time=fixes.time,
+        latitude=latitude,
+        longitude=longitude,
+        sog=np.abs(speed),
+        cog=course,
+        course_rate=rate,
+        sog_std=unknown,
+        cog_std=unknown,
+        course_rate_std=unknown,
+        nis=unknown,
+        status=np.full(len(fixes), OK, np.uint8),
+        position_std=unknown,
+    )
+
+
+def _signals(fixes, ours, printed):
+    """Figures 8, 10 and 11: SOG and COG over time."""
+    figure = Figure(figsize=(11.0, 6.5), layout="constrained")
+    speed, course = figure.subplots(2, 1, sharex=True)
+    began = ours.time[0]
+    reports = fixes.rows(np.isfinite(fixes.sog) | np.isfinite(fixes.cog))
+    for motion, name, colour, width in ((printed, "printed filter", BAD, 0.8), (ours, "product filter", OURS, 1.4)):
+        speed.plot(motion.time - began, motion.sog, color=colour, linewidth=width, label=name)
+        course.plot(motion.time - began, _lifted(motion.cog), color=colour, linewidth=width, label=name)
+    speed.plot(reports.time - began, reports.sog, ".", color=THEIRS, markersize=2.5, label="receiver")
+    course.plot(reports.time - began, np.degrees(np.mod(reports.cog, 2 * np.pi)), ".", color=THEIRS, markersize=2.5)
+    speed.set_ylabel("SOG (m/s)")
+    speed.set_ylim(0.0, 1.5 * np.nanquantile(ours.sog, 0.99))
+    course.set_ylabel("COG (°)")
+    course.set_ylim(0.0, 360.0)
+    course.set_yticks(range(0, 361, 90))
+    course.set_xlabel("time (s)")
+    for axes in (speed, course):
+        axes.grid(alpha=0.25)
+        axes.margins(x=0.01)
+    speed.legend(loc="upper right", fontsize=8, ncols=3, framealpha=0.85)
+    return figure
+
+
+def _lifted(course):
+    """Compass degrees, the line lifted where it passes north."""
+    degrees = np.mod(np.degrees(course), 360.0)
+    jump = np.abs(np.diff(degrees, prepend=degrees[:1])) > 180.0
+    return np.where(jump, np.nan, degrees)

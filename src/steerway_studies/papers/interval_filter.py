@@ -1,0 +1,179 @@
+"""The interval Kalman filter as printed, P4 (11)–(15) after Chen, Wang and Shieh (1997): the matrices of the ordinary
+filter with every product and quotient taken on intervals. A number that occurs twice counts as two, so that the bounds
+diverge within seconds; the product has `steerway.estimation.heading.IntervalFilter`.
+"""
+
+import math
+
+import numpy as np
+
+from steerway.core import InputError, kernel
+from steerway.estimation.heading.composite import (
+    A1,
+    A2,
+    COMPASS_NOISE,
+    INPUT_1,
+    OUTPUT_1,
+    POLE_1,
+    READING_NOISE,
+    SHIFT,
+    START_VARIANCE,
+    VEHICLE_NOISE,
+    B,
+    K,
+)
+from steerway.estimation.heading.interval import (
+    add,
+    at,
+    divide,
+    entry,
+    matrix_multiply,
+    matrix_multiply_transposed,
+    multiply,
+    outward_radians,
+    point,
+    put,
+    put_entry,
+    scale,
+    sound,
+    subtract,
+)
+from steerway.sensors import STATE_VARIANCE, TICKS
+
+WIDEST = 1e6
+"""Degrees: bounds further apart count as diverged."""
+WORKSPACE = (6, 4, 4, 2)
+
+
+class PrintedIntervalFilter:
+    """Bounds of the heading (rad) over a box of compasses, (14, 2) from `box_of`, second by second.
+
+    `low`, `high` bound the heading for the second that begins. `diverged`: bounds are lost, they are NaN from then on.
+    """
+
+    def __init__(self, box: np.ndarray):
+        self._box, self._work = box, workspace()
+        self._state, self._covariance = np.zeros((4, 2)), np.empty((4, 4, 2))
+        start(self._covariance, START_VARIANCE, STATE_VARIANCE)
+        self.low = self.high = 0.0
+        self.diverged = False
+
+    @property
+    def width(self) -> float:
+        """rad; NaN once diverged."""
+        return self.high - self.low
+
+    def step(self, difference: float, readings) -> tuple[float, float]:
+        """Take (40,) readings (rad) and advance a second by n_d (rad/s); returns (low, high), rad.
+
+        Raises InputError for another number of readings: the printed filter has no other.
+        """
+        degrees = np.degrees(readings)
+        if degrees.shape != (TICKS,):
+            raise InputError(f"interval.readings has shape {degrees.shape}, expected ({TICKS},)")
+        if not self.diverged:
+            low, high = second(self._state, self._covariance, self._box, difference, degrees, self._work)
+            self.diverged = not (high - low <= WIDEST)
+            self.low, self.high = (math.nan, math.nan) if self.diverged else outward_radians(low, high)
+        return self.low, self.high
+
+
+@kernel
+def second(x, p, box, difference, readings_deg, work):
+    """A tick a reading, then the vehicle; (low, high) of the heading in degrees, NaN once a bound is not a number."""
+    for k in range(len(readings_deg)):
+        tick(x, p, box, readings_deg[k], work)
+        for i in range(4):
+            if not sound(entry(x, i)) or not sound(at(p, i, i)):
+                return math.nan, math.nan
+    predict_vehicle(x, p, box, difference, work)
+    return heading(x, box)
+
+
+@kernel
+def compass_transition(box, out):
+    """A of one tick, (4, 4, 2); P4 (16) with the vehicle's heading for its input."""
+    out[:] = 0.0
+    for i in range(2):
+        put(out, i, i, point(1.0))
+        put(out, 2, i, multiply(entry(box, B), entry(box, OUTPUT_1 + i)))
+    put(out, 2, 2, entry(box, A1))
+    put(out, 2, 3, entry(box, A2))
+    put(out, 3, 2, entry(box, SHIFT))
+
+
+@kernel
+def transform(x, p, transition, work):
+    """x ← A x (11) and P ← A P Aᵀ (12), the noise still to come."""
+    matrix_multiply(transition, p, work[1])
+    matrix_multiply_transposed(work[1], transition, p)
+    moved = work[2, 0]
+    for i in range(4):
+        total = (0.0, 0.0)
+        for j in range(4):
+            total = add(total, multiply(at(transition, i, j), entry(x, j)))
+        put_entry(moved, i, total)
+    x[:] = moved
+
+
+@kernel
+def disturb(p, i, variance):
+    put(p, i, i, add(at(p, i, i), variance))
+
+
+@kernel
+def tick(x, p, box, reading_deg, work):
+    """One tick: predict the compass, correct by a reading. x (4, 2), P (4, 4, 2), box (14, 2), work WORKSPACE."""
+    compass_transition(box, work[0])
+    transform(x, p, work[0], work)
+    disturb(p, 2, entry(box, COMPASS_NOISE))
+    disturb(p, 3, entry(box, COMPASS_NOISE))
+    correct(x, p, box, reading_deg, work)
+
+
+@kernel
+def correct(x, p, box, reading_deg, work):
+    """K = P Cᵀ (C P Cᵀ + R)⁻¹ (13), x ← x + K (z − C x) (14), P ← (I − K C) P (15)."""
+    k = entry(box, K)
+    s = add(multiply(multiply(k, at(p, 2, 2)), k), entry(box, READING_NOISE))
+    innovation = subtract(point(reading_deg), multiply(k, entry(x, 2)))
+    left = work[0]
+    left[:] = 0.0
+    for i in range(4):
+        put(left, i, i, point(1.0))
+    for i in range(4):
+        gain = divide(multiply(at(p, i, 2), k), s)
+        put(left, i, 2, subtract(at(left, i, 2), multiply(gain, k)))
+        put_entry(x, i, add(entry(x, i), multiply(gain, innovation)))
+    matrix_multiply(left, p, work[1])
+    p[:] = work[1]
+
+
+@kernel
+def predict_vehicle(x, p, box, difference, work):
+    """One second of the vehicle, P4 (2)."""
+    move = work[0]
+    move[:] = 0.0
+    for i in range(4):
+        put(move, i, i, entry(box, POLE_1 + i) if i < 2 else point(1.0))
+    transform(x, p, move, work)
+    for i in range(2):
+        disturb(p, i, entry(box, VEHICLE_NOISE))
+        put_entry(x, i, add(entry(x, i), scale(difference, entry(box, INPUT_1 + i))))
+
+
+@kernel
+def start(p, vehicle_variance, compass_variance):
+    p[:] = 0.0
+    for i in range(4):
+        put(p, i, i, point(vehicle_variance if i < 2 else compass_variance))
+
+
+@kernel
+def heading(x, box):
+    """C v, degrees."""
+    return add(multiply(entry(box, OUTPUT_1), entry(x, 0)), multiply(entry(box, OUTPUT_1 + 1), entry(x, 1)))
+
+
+def workspace() -> np.ndarray:
+    return np.empty(WORKSPACE)

@@ -1,0 +1,155 @@
+"""Study unseen-logs: recorded logs that had no part in development, against Doppler or better instruments.
+
+For every log the default, tuned and smoothed estimate, a plain EKF fitted to the same log, position differences and
+the receiver's own. Half of the logs may be looked at (develop), the other half only judges (report).
+"""
+
+import math
+import os
+import time
+from dataclasses import asdict, dataclass
+from functools import partial
+
+import steerway
+from steerway.simulation import over_seeds
+from steerway_studies.study import Results, Study
+from steerway_studies.unseen_logs import page
+from steerway_studies.unseen_logs.catalogue import DEVELOP, KNOWN, REPORT, KnownLog, PublicLog, public_logs
+from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, contestants
+from steerway_studies.unseen_logs.judging import Verdict, judged_rows, verdict
+from steerway_studies.unseen_logs.prediction import held_back, worse
+from steerway_studies.unseen_logs.recordings import FOLDER, opened, path_of
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A log with all verdicts on it. `held_back` is (default, tuned) in m, see `prediction`; `cpu` in s."""
+
+    log: PublicLog | KnownLog
+    verdicts: dict[str, Verdict]
+    held_back: tuple[float, float]
+    lag: float
+    rate_lag: float
+    noise: tuple[float, float, float]
+    fixes: int
+    minutes: float
+    cpu: float
+
+
+def judge(logs, index) -> Judged | str:
+    """One log, or why it cannot be judged."""
+    log, began = logs[index], time.process_time()
+    try:
+        recording = opened(log)
+        said = contestants(recording)
+    except steerway.InputError as error:
+        return f"{log.name} was left out: {error}"
+    rows = judged_rows(recording, said)
+    reference, times = recording.reference, recording.fixes.time
+    return Judged(
+        log=log,
+        verdicts={name: verdict(recording, each, rows) for name, each in said.items()},
+        held_back=held_back(recording),
+        lag=reference.lag,
+        rate_lag=reference.rate_lag,
+        noise=reference.noise,
+        fixes=len(times),
+        minutes=float(times[-1] - times[0]) / 60.0,
+        cpu=time.process_time() - began,
+    )
+
+
+def run(seeds=None, first_seed=0, progress=None) -> Results:
+    """The study; there is nothing random in it. Logs are judged side by side, one a process."""
+    results = Results("Recorded logs that had no part in development", lead=page.LEAD)
+    known = [*public_logs(), *KNOWN]
+    logs = [log for log in known if path_of(log)]
+    found = over_seeds(
+        partial(judge, logs), range(len(logs)), progress=progress and (lambda share: progress(share, ""))
+    )
+    judged = [each for each in found if isinstance(each, Judged)]
+    results.remarks += [each for each in found if isinstance(each, str)]
+    results.remarks += missing(known, logs)
+    for half in (REPORT, DEVELOP):
+        summarise(results, [each for each in judged if each.log.half == half], half)
+    for each in judged:
+        stem = each.log.name.replace("-", "_")
+        for name, one in each.verdicts.items():
+            results.numbers |= {f"{stem}_{name}_{key}": float(value) for key, value in asdict(one).items()}
+        results.numbers[f"{stem}_held_back_default_m"], results.numbers[f"{stem}_held_back_tuned_m"] = each.held_back
+        results.numbers[f"{stem}_lag_s"] = each.lag
+    page.add_tables(results, judged, public_logs())
+    return results
+
+
+def missing(known, logs) -> list[str]:
+    """What is not on this machine, by name."""
+    gone = [log for log in known if log not in logs]
+    public = [log.name for log in gone if isinstance(log, PublicLog)]
+    remarks = []
+    if public:
+        where = os.environ.get(FOLDER)
+        reason = f"not in the folder {where}" if where else f"{FOLDER} names no folder"
+        remarks.append(f"Left out, {reason}: {', '.join(public)}.")
+    if len(gone) > len(public):
+        remarks.append(f"Left out, not in STEERWAY_DATA: {', '.join(x.name for x in gone if isinstance(x, KnownLog))}.")
+    return remarks
+
+
+def summarise(results: Results, judged: list[Judged], half: str) -> None:
+    """The numbers of a half: those of the report half under their plain names and with targets."""
+    prefix = "" if half == REPORT else f"{half}_"
+    results.section = f"{half} half, {len(judged)} logs"
+    for key, words in (("sog", "SOG"), ("cog", "COG"), ("rate", "course rate")):
+        ratios = ratios_of(judged, key)
+        if not ratios:
+            continue
+        worst = max(ratios, key=ratios.get)
+        mean = math.exp(sum(map(math.log, ratios.values())) / len(ratios))
+        for suffix, value, limit, what in (
+            ("ratio", mean, 0.85, f"geometric mean of {len(ratios)} logs"),
+            ("ratio_worst", ratios[worst], 1.05, f"worst log, {worst}"),
+        ):
+            _compare(
+                results, half, f"{prefix}{key}_{suffix}", value, f"{words} error over the plain EKF's: {what}", limit
+            )
+    default = [each.verdicts[DEFAULT] for each in judged]
+    asked = sum(one.refused_judged for one in default)
+    right = sum(one.refused_right for one in default)
+    fixes = sum(each.fixes for each in judged)
+    if fixes:
+        pct = 100.0 * right / asked if asked else 0.0
+        what = f"refused fixes that the reference says were right ({right} of {asked} that it knows of)"
+        _compare(results, half, f"{prefix}right_refused_pct", pct, what, 5.0, "% of refused")
+        _compare(results, half, f"{prefix}right_refused_of_all_pct", 100.0 * right / fixes, what, 0.05, "% of all")
+    covers = {
+        f"{each.log.name}, {words}": 100.0 * cover
+        for each in judged
+        for key, words in (("sog_cover", "SOG"), ("cog_cover", "COG"))
+        if math.isfinite(cover := getattr(each.verdicts[DEFAULT], key))
+    }
+    if covers:
+        least = min(covers, key=covers.get)
+        what = f"coverage of the 95 % interval, least: {least}"
+        _compare(results, half, f"{prefix}coverage_min_pct", covers[least], what, 90.0, "%", least=True)
+    tested = [each for each in judged if math.isfinite(each.held_back[1])]
+    if tested:
+        lost = [each.log.name for each in tested if worse(*each.held_back)]
+        what = f"logs of {len(tested)} whose last fifth tuning predicts worse{': ' if lost else ''}{', '.join(lost)}"
+        _compare(results, half, f"{prefix}tuned_worse", len(lost), what, 0)
+
+
+def ratios_of(judged: list[Judged], key: str) -> dict[str, float]:
+    """Error of the default over that of the plain EKF, by log, where both are known."""
+    ratios = {each.log.name: getattr(each.verdicts[DEFAULT], key) / getattr(each.verdicts[EKF], key) for each in judged}
+    return {name: ratio for name, ratio in ratios.items() if math.isfinite(ratio)}
+
+
+def _compare(results, half, key, value, what, limit, unit="", least=False):
+    """Only the report half has targets."""
+    met = value >= limit if least else value <= limit
+    target = {"target": f"{'≥' if least else '≤'} {limit:g}", "met": met} if half == REPORT else {}
+    results.compare(key, value, what, unit, **target)
+
+
+STUDY = Study("unseen-logs", "public logs with Doppler or better instruments, against a fitted plain EKF", run)

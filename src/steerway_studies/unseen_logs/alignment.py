@@ -1,0 +1,72 @@
+"""How late a reference is against the positions, found without any filter's estimate, so that it favours none.
+
+A displacement is the integral of the velocity over the same time. That lag is taken which brings the two closest, in
+the mean of clipped differences, if it gains at least 1 %.
+"""
+
+import numpy as np
+
+from steerway_studies.unseen_logs.reference import Integral, Reference
+
+LAGS = np.arange(-80, 121) * 0.05  # s
+_SPAN = 5.0  # s
+_HALF_TURN = 2.0  # s of each of the displacements that a turn is told by
+_WAY = 0.6  # m/s
+_LEAST_GAIN = 0.01
+_CLIP = 3.0
+_FEWEST = 30
+
+
+def velocity_lag(reference: Reference, time, places) -> float:
+    """s by which the velocity is late, by displacements over five seconds or two fixes; 0 where it is not found.
+
+    `reference` with its lag at 0; time: (n,) s; places: (n, 2) m. Without a course the ways are compared.
+    """
+    ahead = np.maximum(np.searchsorted(time, time + _SPAN - 1e-6), np.arange(len(time)) + 2)
+    rows = np.flatnonzero(ahead < len(time))
+    ahead = ahead[rows]
+    short = time[ahead] - time[rows] < 2.0 * max(_SPAN, 2.0 * float(np.median(np.diff(time))))
+    rows, ahead = rows[short], ahead[short]
+    moved = places[ahead] - places[rows]
+    directed = np.isfinite(reference.travelled(time[rows], time[ahead])[0]).sum() >= _FEWEST
+
+    def difference(lag):
+        begin, end = time[rows] + lag, time[ahead] + lag
+        if directed:
+            return np.hypot(*(moved.T - reference.travelled(begin, end)))
+        return np.abs(np.hypot(*moved.T) - reference.way(begin, end))
+
+    return _least(difference)
+
+
+def rate_lag(reference: Reference, time, places) -> float:
+    """The same of its rate, by the turn from the displacement before a fix to the one behind it, two seconds each."""
+    back = np.searchsorted(time, time - _HALF_TURN - 1e-6)
+    ahead = np.searchsorted(time, time + _HALF_TURN - 1e-6)
+    rows = np.flatnonzero((ahead < len(time)) & (time - time[back] < 1.5 * _HALF_TURN) & (back > 0))
+    first, last = (places[j] - places[i] for i, j in ((back[rows], rows), (rows, ahead[rows])))
+    half = 0.25 * (time[ahead[rows]] - time[back[rows]])
+    across = first[:, 0] * last[:, 1] - first[:, 1] * last[:, 0]
+    turn = np.arctan2(across, (first * last).sum(axis=1))
+    slow = np.minimum(np.hypot(*first.T), np.hypot(*last.T)) < _WAY * 2.0 * half
+    turned = Integral(reference.time, reference.rate)
+
+    def difference(lag):
+        at = time[rows] + lag
+        return np.where(slow, np.nan, np.abs(turn - turned.between(at - half, at + half)))
+
+    return _least(difference)
+
+
+def _least(difference) -> float:
+    unmoved = difference(0.0)
+    if np.isfinite(unmoved).sum() < _FEWEST:
+        return 0.0
+    most = _CLIP * np.nanmedian(unmoved)
+    costs = np.full(len(LAGS), np.inf)
+    for k, lag in enumerate(LAGS):
+        differences = difference(lag)
+        if np.isfinite(differences).sum() >= _FEWEST:
+            costs[k] = np.nanmean(np.minimum(differences, most))
+    best = int(np.argmin(costs))
+    return float(LAGS[best]) if costs[best] < (1.0 - _LEAST_GAIN) * np.nanmean(np.minimum(unmoved, most)) else 0.0

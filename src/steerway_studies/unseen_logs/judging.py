@@ -1,0 +1,118 @@
+"""What a contestant is worth beside the reference: errors, coverage of its interval, and which fixes it refused."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, Reported
+from steerway_studies.unseen_logs.recordings import Recording
+from steerway_studies.unseen_logs.reference import turned
+
+SETTLING = 20.0  # s, and
+SETTLING_FIXES = 10
+WAY = 0.6
+"""m/s by the reference above which course and rate are judged."""
+FEWEST = 100
+"""Rows from which an error is worth a number."""
+_RIGHT = 0.99
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """RMS errors (m/s, rad, rad/s), shares inside the 95 % interval; NaN where not known or too few rows."""
+
+    sog: float
+    cog: float
+    rate: float
+    sog_cover: float
+    cog_cover: float
+    rate_cover: float
+    rows: int
+    course_rows: int
+    course_defined: float
+    refused: int
+    refused_judged: int
+    refused_right: int
+
+
+def judged_rows(recording: Recording, said: dict[str, Reported]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(n,) bool each, the same for every contestant: rows judged for SOG, for COG and for the rate.
+
+    After 20 s and ten fixes, where the reference is known and default and plain EKF both answer.
+    """
+    time = recording.fixes.time
+    sog, cog, rate = recording.reference.at(time)
+    settled = (time >= time[0] + SETTLING) & (np.arange(len(time)) >= SETTLING_FIXES)
+    ours, ekf = said[DEFAULT], said[EKF]
+    both = settled & np.isfinite(ours.sog) & np.isfinite(ekf.sog)
+    moving = both & (np.where(np.isfinite(sog), sog, ours.sog) > WAY) & np.isfinite(ours.cog)
+    return both & np.isfinite(sog), moving & np.isfinite(sog) & np.isfinite(cog), moving & np.isfinite(rate)
+
+
+def verdict(recording: Recording, said: Reported, rows) -> Verdict:
+    """One contestant on one log; `rows` as `judged_rows` gives them."""
+    reference, time = recording.reference, recording.fixes.time
+    sog, cog, rate = reference.at(time)
+    sog_noise, across_noise, rate_noise = reference.noise
+    with np.errstate(divide="ignore", invalid="ignore"):
+        course_noise = across_noise / sog
+    errors = said.sog - sog, turned(said.cog - cog), said.rate - rate
+    stds = said.sog_std, said.cog_std, said.rate_std
+    found, covers = [], []
+    for error, std, noise, there in zip(errors, stds, (sog_noise, course_noise, rate_noise), rows, strict=True):
+        there = there & np.isfinite(error)
+        found.append(rms(error[there]))
+        inside = np.abs(error) <= 1.96 * np.hypot(std, noise)
+        there = there & np.isfinite(std)
+        covers.append(float(inside[there].mean()) if there.sum() >= FEWEST else math.nan)
+    way = rows[0] & (sog > WAY)
+    right, judged = right_refused(recording, said.refused)
+    return Verdict(
+        *found,
+        *covers,
+        rows=int(rows[0].sum()),
+        course_rows=int(rows[1].sum()),
+        course_defined=float(np.isfinite(said.cog[way]).mean()) if way.any() else math.nan,
+        refused=int(said.refused.sum()),
+        refused_judged=judged,
+        refused_right=right,
+    )
+
+
+def rms(error) -> float:
+    """NaN for fewer than 100 rows."""
+    return float(np.sqrt(np.mean(error**2))) if len(error) >= FEWEST else math.nan
+
+
+def right_refused(recording: Recording, refused) -> tuple[int, int]:
+    """(of them right, of them judged): refused fixes that the reference says were good.
+
+    From the last fix that was taken to the refused one the boat moved as far as the reference's velocity says, no
+    worse than 99 of 100 steps between fixes that were taken, times the root of the intervals that passed.
+    """
+    time = recording.fixes.time
+    rows = np.flatnonzero(refused)
+    taken = np.flatnonzero(~refused)
+    if not len(rows) or len(taken) < FEWEST:
+        return 0, 0
+    usual = _disagreement(recording, taken[:-1], taken[1:])
+    if np.isfinite(usual).sum() < FEWEST:
+        return 0, 0
+    limit, interval = np.nanquantile(usual, _RIGHT), float(np.median(np.diff(time)))
+    before = np.searchsorted(taken, rows) - 1
+    rows, before = rows[before >= 0], taken[before[before >= 0]]
+    off = _disagreement(recording, before, rows)
+    known = np.isfinite(off)
+    intervals = np.maximum((time[rows] - time[before]) / interval, 1.0)
+    return int((off[known] <= limit * np.sqrt(intervals[known])).sum()), int(known.sum())
+
+
+def _disagreement(recording, first, last):
+    """Metres between what fixes and reference say of the way from one to the other."""
+    time, places = recording.fixes.time, recording.places
+    moved = places[last] - places[first]
+    north, east = recording.reference.travelled(time[first], time[last])
+    if np.isfinite(north).any():
+        return np.hypot(moved[:, 0] - north, moved[:, 1] - east)
+    return np.abs(np.hypot(*moved.T) - recording.reference.way(time[first], time[last]))

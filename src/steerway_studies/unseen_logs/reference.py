@@ -1,0 +1,145 @@
+"""What is known of a motion beside the positions: where it is believed, and how noisy it is at least."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+MOST_ACCELERATION = 30.0
+"""m/s². A reference that changes faster is a spike of its receiver: three times gravity is beyond a boat and who sails
+it, and what receivers recorded as spikes is ten times beyond that."""
+WORST_ACCURACY = 1.5  # m/s, as the receiver states it
+_AROUND_SPIKES = 1.0  # s
+_WAY = 0.6  # m/s, above which the noise of a course is told
+_QUARTILE_OF_NORMAL = 0.3186
+_THIRD_DIFFERENCE = math.sqrt(20.0)
+_FEWEST = 30
+_LONGEST_LINE = 1.0  # s between rows that are joined by a line, at least
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """Speed, course and rate by another instrument than the positions', or by the same receiver (`own`).
+
+    Shapes: all (n,); time ascends strictly. NaN where unknown. The velocity is late by `lag` s, the rate by `rate_lag`.
+    """
+
+    time: np.ndarray
+    sog: np.ndarray
+    cog: np.ndarray
+    rate: np.ndarray
+    own: bool = True
+    lag: float = 0.0
+    rate_lag: float = 0.0
+
+    def believed(self, accuracy: np.ndarray | None = None) -> Self:
+        """Without the rows around spikes, and those whose stated accuracy (m/s) is poor.
+
+        Judged by the reference alone: agreement with positions plays no part.
+        """
+        known = np.flatnonzero(np.isfinite(self.sog))
+        time, sog, cog = self.time[known], self.sog[known], self.cog[known]
+        turn = np.where(np.isfinite(np.diff(cog)), np.diff(cog), 0.0)
+        change = np.abs(sog[1:] * np.exp(1j * turn) - sog[:-1]) / np.diff(time)
+        bad = near(self.time, time[1:][change > MOST_ACCELERATION], _AROUND_SPIKES)
+        if accuracy is not None:
+            bad |= accuracy > WORST_ACCURACY
+        return replace(self, sog=np.where(bad, np.nan, self.sog), cog=np.where(bad, np.nan, self.cog))
+
+    def at(self, time) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """SOG, COG and rate at other times, by lines between rows, the lags taken out."""
+        moved = time + self.lag
+        east, north = (line(moved, self.time, f(self.cog)) for f in (np.sin, np.cos))
+        rate = line(time + self.rate_lag, self.time, self.rate)
+        return line(moved, self.time, self.sog), np.arctan2(east, north), rate
+
+    def travelled(self, begin, end) -> tuple[np.ndarray, np.ndarray]:
+        """North and east (m) between two times by its velocity, the lag taken out; NaN without a course."""
+        return tuple(each.between(begin + self.lag, end + self.lag) for each in self._ways[:2])
+
+    def way(self, begin, end) -> np.ndarray:
+        """Metres sailed between two times by its speed alone, the lag taken out."""
+        return self._ways[2].between(begin + self.lag, end + self.lag)
+
+    @cached_property
+    def _ways(self) -> tuple["Integral", ...]:
+        speeds = self.sog * np.cos(self.cog), self.sog * np.sin(self.cog), self.sog
+        return tuple(Integral(self.time, each) for each in speeds)
+
+    @cached_property
+    def noise(self) -> tuple[float, float, float]:
+        """Standard deviations of its white noise: SOG (m/s), velocity across the course (m/s), rate (rad/s).
+
+        From third differences, by the quartile of their size: in the calm quarter of a log motion plays no part. No
+        smaller than rounding makes it. An error that lasts over several rows is not in it: the true one is larger.
+        """
+        fast = np.where(self.sog > _WAY, self.sog, np.nan)
+        changes = np.diff(self.sog), turned(np.diff(self.cog)) * fast[1:], np.diff(self.rate)
+        return tuple(_white_noise(self.time, each) for each in changes)
+
+
+class Integral:
+    """The integral of (n,) values over (n,) times by trapezoids, with account of its holes."""
+
+    def __init__(self, time, values):
+        step = np.diff(time)
+        area = 0.5 * (values[1:] + values[:-1]) * step
+        hole = ~np.isfinite(area) | (step > _longest_line(time))
+        self._time = time
+        self._total = np.concatenate([[0.0], np.cumsum(np.where(hole, 0.0, area))])
+        self._holes = np.concatenate([[0], np.cumsum(hole)])
+
+    def between(self, begin, end) -> np.ndarray:
+        """Its growth between times; NaN over a hole and outside the record."""
+        time = self._time
+        first = (np.searchsorted(time, begin, side="right") - 1).clip(0)
+        last = np.searchsorted(time, end, side="left").clip(0, len(time) - 1)
+        known = (begin >= time[0]) & (end <= time[-1]) & (self._holes[first] == self._holes[last])
+        growth = np.interp(end, time, self._total) - np.interp(begin, time, self._total)
+        return np.where(known, growth, np.nan)
+
+
+def turned(angle) -> np.ndarray:
+    """Angles of an array in [−π, π)."""
+    return (angle + np.pi) % (2.0 * np.pi) - np.pi
+
+
+def near(time, moments, reach) -> np.ndarray:
+    """(n,) bool: which times are within `reach` s of any of the moments. Both ascend."""
+    if not len(moments):
+        return np.zeros(len(time), dtype=bool)
+    after = np.searchsorted(moments, time).clip(0, len(moments) - 1)
+    before = (after - 1).clip(0)
+    return np.minimum(np.abs(moments[after] - time), np.abs(moments[before] - time)) <= reach
+
+
+def line(at, time, values) -> np.ndarray:
+    """Values at other times by lines between known rows; NaN outside them and in gaps."""
+    known = np.isfinite(values)
+    if known.sum() < 2:
+        return np.full(len(at), np.nan)
+    time, values = time[known], values[known]
+    after = np.searchsorted(time, at, side="left").clip(1, len(time) - 1)
+    joined = time[after] - time[after - 1] <= _longest_line(time)
+    within = (at >= time[0]) & (at <= time[-1])
+    return np.where(joined & within, np.interp(at, time, values), np.nan)
+
+
+def _longest_line(time) -> float:
+    return max(_LONGEST_LINE, 2.5 * float(np.median(np.diff(time))))
+
+
+def _white_noise(time, change) -> float:
+    """Of a slow signal by its change from row to row (n − 1,); 0 for too few rows."""
+    step = np.diff(time)
+    even = np.abs(step - np.median(step)) < 0.2 * np.median(step)
+    third = np.abs(np.diff(change, 2)[even[:-2] & even[1:-1] & even[2:]])
+    third = third[np.isfinite(third)]
+    if len(third) < _FEWEST:
+        return 0.0
+    white = float(np.quantile(third, 0.25)) / (_QUARTILE_OF_NORMAL * _THIRD_DIFFERENCE)
+    moved = np.abs(change[np.isfinite(change) & (np.abs(change) > 1e-9)])
+    rounding = float(np.quantile(moved, 0.05)) / math.sqrt(12.0) if len(moved) >= _FEWEST else 0.0
+    return max(white, rounding)

@@ -1,0 +1,28 @@
+"""What a service puts out, kept and compared."""
+
+import numpy as np
+
+from steerway.live.base.rows import Row
+
+
+class Kept:
+    """An output that keeps its rows."""
+
+    def __init__(self):
+        self.fixes, self.ticks = [], []
+
+    def fix(self, row):
+        self.fixes.append(row)
+
+    def tick(self, row, leg=None, order=None):
+        self.ticks.append(row)
+
+    def close(self):
+        pass
+
+
+def assert_equal(rows, motion):
+    assert len(rows) == len(motion)
+    columns = np.array(rows, dtype=float).reshape(-1, len(Row._fields)).T
+    for name, column in zip(Row._fields, columns, strict=True):
+        np.testing.assert_allclose(column, getattr(motion, name), rtol=1e-9, atol=1e-10, err_msg=name)

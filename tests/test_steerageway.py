@@ -1,0 +1,32 @@
+"""When a course is defined: never by the noise of a boat at rest, soon once it moves."""
+
+import numpy as np
+import pytest
+
+from steerway.core.earth import displaced_all
+from steerway.core.records import Fixes
+from steerway.estimation import FiveStateFilter, Profile
+
+
+def filtered(seed, rate, speed):
+    """Motion of a boat that goes north from the first fix on, with white errors of 0.5 m, for a minute."""
+    profile = Profile(speed_noise=1e-3, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.5)
+    time = np.arange(0.0, 60.0, 1.0 / rate)
+    north, east = 0.5 * np.random.default_rng(seed).standard_normal((2, len(time)))
+    return FiveStateFilter(profile).filter(Fixes(time, *displaced_all(0.9, 0.2, north + speed * time, east)))
+
+
+@pytest.mark.parametrize("rate", [1.0, 5.0])
+def test_noise_alone_gives_no_course(rate):
+    """A course at 4 standard deviations of the speed: at 2.5 every fourth start at 5 Hz has one in the first minute."""
+    assert not any(np.isfinite(filtered(seed, rate, 0.0).cog).any() for seed in range(150))
+
+
+@pytest.mark.parametrize("rate", [1.0, 5.0])
+def test_a_moving_boat_has_a_course_soon(rate):
+    """1.5 m/s is 3 of the fixes' deviations a second: most starts take less than 4 s."""
+    delays = []
+    for seed in range(60):
+        motion = filtered(seed, rate, 1.5)
+        delays.append(motion.time[np.isfinite(motion.cog)][0])
+    assert np.median(delays) <= 4.0 and max(delays) <= 8.0

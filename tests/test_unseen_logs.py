@@ -1,0 +1,226 @@
+"""The study of unseen logs on generated ones: what it measures is what was put in."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import polars as pl
+import pytest
+
+import steerway
+import steerway_studies as studies
+from steerway.core.earth import displaced_all
+from steerway_studies.unseen_logs import catalogue, plain_ekf, prediction, summarise
+from steerway_studies.unseen_logs.alignment import rate_lag, velocity_lag
+from steerway_studies.unseen_logs.contestants import difference
+from steerway_studies.unseen_logs.judging import right_refused
+from steerway_studies.unseen_logs.recordings import Recording, heading_rate, opened, plane
+from steerway_studies.unseen_logs.reference import Reference
+
+HOME = math.radians(54.0), math.radians(10.0)
+STEP = 0.2
+NOISE, VELOCITY_NOISE = 0.3, 0.05
+LATE = 0.6
+
+
+@pytest.fixture(scope="module")
+def weaving():
+    """(time, north, east, sog, cog, rate) of a boat that weaves at 3 m/s, faster and slower, for four minutes."""
+    time = 1.7e9 + np.arange(0.0, 240.0, STEP)
+    t = time - time[0]
+    sog = 3.0 + np.sin(0.11 * t)
+    cog = 1.2 * np.sin(0.09 * t)
+    north, east = (np.concatenate([[0.0], np.cumsum(STEP * sog * f(cog))[:-1]]) for f in (np.cos, np.sin))
+    return time, north, east, sog, cog, 1.2 * 0.09 * np.cos(0.09 * t)
+
+
+def reference_of(weaving, late=0.0, rng=None):
+    time, _, _, sog, cog, rate = weaving
+    noise = np.zeros((2, len(time))) if rng is None else rng.normal(0.0, VELOCITY_NOISE, (2, len(time)))
+    return Reference(time + late, sog + noise[0], cog + noise[1] / sog, rate)
+
+
+def recording_of(weaving, places=None, reference=None):
+    time, north, east, *_ = weaving
+    latitude, longitude = displaced_all(*HOME, north, east)
+    places = np.column_stack([north, east]) if places is None else places
+    fixes = steerway.Fixes(time, latitude, longitude)
+    return Recording(catalogue.public_logs()[0], fixes, places, reference or reference_of(weaving))
+
+
+def write_log(folder, name, weaving, seed, columns):
+    """A table as the page asks for it, with white noise on the positions."""
+    rng = np.random.default_rng(seed)
+    time, north, east, sog, cog, rate = weaving
+    places = displaced_all(*HOME, *(side + rng.normal(0.0, NOISE, len(time)) for side in (north, east)))
+    late = np.arange(len(time)) - round(LATE / STEP)
+    known = {
+        "ref_sog_mps": np.where(late >= 0, (sog + rng.normal(0.0, VELOCITY_NOISE, len(time)))[late], np.nan),
+        "ref_cog_deg": np.where(late >= 0, np.degrees(cog)[late] % 360.0, np.nan),
+        "ref_rate_dps": np.degrees(rate),
+    }
+    table = {"time_s": time, "lat_deg": np.degrees(places[0]), "lon_deg": np.degrees(places[1])}
+    (folder / name).mkdir()
+    frame = pl.DataFrame(table | {column: known[column] for column in columns}, nan_to_null=True)
+    frame.write_csv(folder / name / f"{name}.csv")
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory, weaving):
+    """(results, written page) of two logs of the catalogue, one a half, generated."""
+    folder = tmp_path_factory.mktemp("logs")
+    report = next(log.name for log in catalogue.public_logs() if log.half == catalogue.REPORT)
+    develop = next(log.name for log in catalogue.public_logs() if log.half == catalogue.DEVELOP)
+    write_log(folder, report, weaving, 1, ("ref_sog_mps", "ref_cog_deg", "ref_rate_dps"))
+    write_log(folder, develop, weaving, 2, ("ref_sog_mps",))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("STEERWAY_LOGS", str(folder))
+        patch.delenv("STEERWAY_DATA", raising=False)
+        results = studies.named("unseen-logs").run(None, 0, None)
+    page = results.write(folder / "out").read_text(encoding="utf-8")
+    return results, page, report, develop
+
+
+def test_numbers_of_the_report_half_stand_under_their_plain_names(study):
+    results, _, report, develop = study
+    numbers, stem = results.numbers, report.replace("-", "_")
+    for key in ("sog_ratio", "cog_ratio", "sog_ratio_worst", "cog_ratio_worst", "coverage_min_pct", "tuned_worse"):
+        assert math.isfinite(numbers[key])
+    assert numbers["sog_ratio"] == pytest.approx(numbers[f"{stem}_default_sog"] / numbers[f"{stem}_plain_ekf_sog"])
+    assert numbers["develop_sog_ratio"] != numbers["sog_ratio"] and "develop_cog_ratio" not in numbers
+    assert math.isnan(numbers[f"{develop.replace('-', '_')}_default_cog"])
+
+
+def test_lag_that_was_put_in_is_taken_out(study):
+    numbers, stem = study[0].numbers, study[2].replace("-", "_")
+    assert numbers[f"{stem}_lag_s"] == pytest.approx(LATE, abs=0.11)
+    # What is left of the smoothed estimate is below what the lag alone would make: 0.6 s of up to 0.11 m/s² and 6 °/s.
+    assert numbers[f"{stem}_smoothed_sog"] < 0.12
+    assert math.degrees(numbers[f"{stem}_smoothed_cog"]) < 2.5
+
+
+def test_page_says_where_each_log_is_from_and_which_is_missing(study):
+    results, page, report, _ = study
+    logs = catalogue.public_logs()
+    assert all(log.repository in page and log.half in (catalogue.DEVELOP, catalogue.REPORT) for log in logs)
+    assert f"{report} (report)" in page and "positions, 1 s" in page
+    left_out = next(remark for remark in results.remarks if remark.startswith("Left out, not in the folder"))
+    assert all((log.name in left_out) != (log.name in study[2:]) for log in logs)
+
+
+def test_halves_are_even():
+    halves = [log.half for log in catalogue.public_logs()]
+    assert abs(halves.count(catalogue.REPORT) - halves.count(catalogue.DEVELOP)) <= 1
+    assert {log.half for log in catalogue.KNOWN} == {catalogue.DEVELOP}
+
+
+def test_nothing_there_is_no_error(monkeypatch):
+    monkeypatch.delenv("STEERWAY_LOGS", raising=False)
+    monkeypatch.delenv("STEERWAY_DATA", raising=False)
+    results = studies.named("unseen-logs").run(None, 0, None)
+    assert not results.numbers and any("STEERWAY_LOGS names no folder" in remark for remark in results.remarks)
+
+
+@pytest.mark.parametrize("late", [-0.4, 0.0, 2.5])
+def test_lags_are_found_from_positions_alone(weaving, late):
+    time, north, east, *_ = weaving
+    places = np.column_stack([north, east]) + np.random.default_rng(3).normal(0.0, NOISE, (len(time), 2))
+    reference = reference_of(weaving, late)
+    assert velocity_lag(reference, time, places) == pytest.approx(late, abs=0.11)
+    assert velocity_lag(replace(reference, cog=np.full(len(time), np.nan)), time, places) == pytest.approx(
+        late, abs=0.2
+    )
+    assert rate_lag(reference, time, np.column_stack([north, east])) == pytest.approx(late, abs=0.16)
+
+
+def test_noise_of_the_reference_is_found_and_its_rounding_counts(weaving):
+    sog, across, _ = reference_of(weaving, rng=np.random.default_rng(4)).noise
+    assert sog == pytest.approx(VELOCITY_NOISE, rel=0.25) and across == pytest.approx(VELOCITY_NOISE, rel=0.25)
+    exact = reference_of(weaving)
+    assert exact.noise[0] < 0.005
+    rounded = replace(exact, sog=np.round(exact.sog, 1))
+    assert rounded.noise[0] == pytest.approx(0.1 / math.sqrt(12.0), rel=0.2)
+
+
+def test_spikes_gaps_and_poor_rows_of_the_reference_are_unknown(weaving):
+    reference = reference_of(weaving)
+    sog = reference.sog.copy()
+    sog[300] = 60.0
+    accuracy = np.where(np.arange(len(sog)) == 600, 4.0, 0.3)
+    believed = replace(reference, sog=sog).believed(accuracy)
+    unknown = np.flatnonzero(np.isnan(believed.sog))
+    assert {300, 600} <= set(unknown) and len(unknown) < 20
+    held = replace(reference, sog=np.where(np.abs(np.arange(len(sog)) - 800) < 20, np.nan, sog))
+    assert np.isnan(held.at(reference.time[800:801])[0]) and np.isnan(held.way(*reference.time[[770, 830], None])).all()
+
+
+def test_refused_fixes_are_right_or_wrong_by_the_reference(weaving):
+    places = np.column_stack(weaving[1:3]) + np.random.default_rng(5).normal(0.0, 0.02, (len(weaving[0]), 2))
+    refused = np.zeros(len(places), dtype=bool)
+    refused[[200, 400, 401, 402, 700]] = True
+    places[400:403] += 12.0
+    assert right_refused(recording_of(weaving, places), refused) == (2, 5)
+
+
+def test_differences_and_headings_are_those_of_the_motion(weaving):
+    time, north, east, sog, cog, rate = weaving
+    places = np.column_stack([north, east])
+    said = difference(time, places, 1.0)
+    assert np.isnan(said.sog[:5]).all() and np.nanmax(np.abs(said.sog[5:] - sog[2:-3])) < 0.05
+    assert np.nanmax(np.abs(said.cog[5:] - cog[2:-3])) < 0.03
+    turning = heading_rate(time, (cog + np.pi) % (2.0 * np.pi))
+    assert np.nanmax(np.abs(turning - rate)) < 0.003 and np.isnan(turning[[0, -1]]).all()
+
+
+def test_plane_follows_the_ellipsoid():
+    north = np.linspace(0.0, 400.0, 50)
+    latitude, longitude = displaced_all(*HOME, north, 2.0 * north)
+    assert plane(latitude, longitude)[-1] == pytest.approx([400.0, 800.0], abs=0.05)
+
+
+def test_plain_ekf_is_consistent_and_beats_differences(weaving):
+    time, north, east, sog, cog, rate = weaving
+    places = np.column_stack([north, east]) + np.random.default_rng(6).normal(0.0, NOISE, (len(time), 2))
+    said = plain_ekf.fitted(time - time[0], places)
+    late = time - time[0] > 20.0
+    error = said[late, 0] - sog[late]
+    assert np.sqrt(np.mean(error**2)) < 0.5 * np.nanstd(difference(time, places, 1.0).sog - sog)
+    assert 0.85 < np.mean(np.abs(error) < 1.96 * said[late, 3]) <= 1.0
+    course = (said[late, 1] - cog[late] + np.pi) % (2.0 * np.pi) - np.pi
+    assert np.sqrt(np.mean(course**2)) < math.radians(4.0)
+    assert np.sqrt(np.mean((said[late, 2] - rate[late]) ** 2)) < math.radians(3.0)
+
+
+def test_plain_ekf_turns_round_with_the_picture(weaving):
+    time, north, east, *_ = weaving
+    numbers, said, turned = (1e-2, 1e-3, 0.2, 0.09), np.empty((len(time), 6)), np.empty((len(time), 6))
+    cost = plain_ekf.run(time, np.column_stack([north, east]), *numbers, said)
+    other = plain_ekf.run(time, np.column_stack([-east, north]), *numbers, turned)
+    assert other == pytest.approx(cost, rel=1e-9)
+    assert np.allclose(turned[100:, [0, 2, 3, 4, 5]], said[100:, [0, 2, 3, 4, 5]], atol=1e-9)
+    assert np.allclose(np.mod(turned[100:, 1] - said[100:, 1], 2.0 * np.pi), 0.5 * np.pi, atol=1e-9)
+
+
+def test_prediction_is_of_what_comes(weaving):
+    recording = recording_of(weaving)
+    _, _, _, sog, cog, rate = weaving
+    true = replace(steerway.estimate(recording.fixes, "small-usv"), sog=sog, cog=cog, course_rate=rate)
+    # In two seconds a steady speed and rate miss 0.22 m of at most 0.11 m/s² and 0.05 m of at most 0.01 rad/s².
+    assert np.nanmax(prediction.prediction_error(recording, true)) < 0.23
+    slow = prediction.prediction_error(recording, replace(true, sog=0.8 * sog))
+    assert np.nanmean(slow) == pytest.approx(0.2 * 2.0 * 3.0, rel=0.1)
+    assert prediction.worse(1.0, 1.02) and not prediction.worse(1.0, 1.005) and not prediction.worse(1.0, 0.5)
+
+
+def test_a_half_without_logs_has_no_numbers():
+    results = studies.study.Results("none")
+    summarise(results, [], catalogue.REPORT)
+    assert not results.numbers
+
+
+def test_a_log_without_a_reference_is_said_so(tmp_path, monkeypatch, weaving):
+    log = catalogue.public_logs()[0]
+    write_log(tmp_path, log.name, weaving, 7, ())
+    monkeypatch.setenv("STEERWAY_LOGS", str(tmp_path))
+    recording = opened(log)
+    assert np.isnan(recording.reference.sog).all() and recording.reference.lag == 0.0
