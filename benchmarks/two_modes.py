@@ -22,7 +22,7 @@ def run():
     rows = winding(_FIXES * STEPS_A_FIX)
     record = Record(rows.time[::STEPS_A_FIX], rows.north[::STEPS_A_FIX], rows.east[::STEPS_A_FIX])
     models = {
-        "five states": PROFILE.model(),
+        "five states": PROFILE.parameters(),
         "five states, two slow errors": _with(_SLOW),
         "two modes": _with(_TURNS),
         "two modes, two slow errors": _with(_SLOW | _TURNS),
@@ -36,4 +36,4 @@ def run():
 
 
 def _with(update) -> np.ndarray:
-    return Profile(**(PROFILE.model_dump() | update)).model()
+    return Profile(**(PROFILE.model_dump() | update)).parameters()

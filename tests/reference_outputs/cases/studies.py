@@ -225,7 +225,7 @@ def limits_troubles():
 @case("study_limits_receivers")
 def limits_receivers():
     profiles = {"ship": correlated.ship_profile(STATED_NOISE), "boat": correlated.boat_profile()}
-    return flat({name: np.ravel(each.model()) for name, each in profiles.items()})
+    return flat({name: np.ravel(each.parameters()) for name, each in profiles.items()})
 
 
 @case("study_ais_prediction", recorded=True)
