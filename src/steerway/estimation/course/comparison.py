@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from steerway.core.angles import TURN
+from steerway.core.angles import wrap_array
 from steerway.core.records import Fixes, Motion
 
 STANDSTILL = 0.3
@@ -87,7 +87,7 @@ def compare(fixes: Fixes, motion: Motion) -> Agreement:
     pairs = [_paired(theirs, ours) for (_, theirs), (_, ours) in zip(fixes.tracks(), motion.tracks(), strict=True)]
     sog, cog, rest = (np.concatenate([pair[k] for pair in pairs], axis=1) for k in range(3))
     sog_rms, sog_robust, sog_lag, sog_aligned = _difference(sog)
-    cog_rms, cog_robust, cog_lag, cog_aligned = _difference(cog, turn=TURN)
+    cog_rms, cog_robust, cog_lag, cog_aligned = _difference(cog, is_angle=True)
     return Agreement(
         compared=sog.shape[1],
         sog_rms=sog_rms,
@@ -135,13 +135,13 @@ def _shifted(time, values, moments):
     return np.stack([np.interp(moments - lag, time, values, left=np.nan, right=np.nan) for lag in _LAGS])
 
 
-def _difference(table, turn=None):
+def _difference(table, is_angle=False):
     """RMS and robust deviation at no lag, the best lag and the RMS there."""
     if table.shape[1] == 0:
         return math.nan, math.nan, math.nan, math.nan
     differences = table[1:] - table[0]
-    if turn is not None:
-        differences = (differences + turn / 2.0) % turn - turn / 2.0
+    if is_angle:
+        differences = wrap_array(differences)
     known = np.isfinite(differences)
     counts = known.sum(axis=1)
     squares = np.where(known, differences, 0.0) ** 2
