@@ -7,7 +7,7 @@ velocity exceeds a multiple of its standard deviation the vessel is under way, w
 import math
 
 from steerway.core.angles import wrap
-from steerway.core.compiled import lean_kernel
+from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.course.motion.layout import (
     ACCELERATION_STATE,
     COURSE,
@@ -43,7 +43,7 @@ KNOWN_VELOCITY_STD = 0.5
 """m/s: with a velocity known this well and not above `COURSE_GAINED` the start is over, at low speed."""
 
 
-@lean_kernel
+@called_kernel
 def start(x, p, flags, north, east, variance_scale, parameters):
     """Start from one fix: its position, and a diffuse velocity."""
     n = len(x)
@@ -59,7 +59,7 @@ def start(x, p, flags, north, east, variance_scale, parameters):
     flags[PHASE] = FIRST
 
 
-@lean_kernel
+@called_kernel
 def set_position(x, p, north, east, variance_scale, parameters):
     """Set the position to one fix, and keep all other states."""
     g, pairs = int(parameters[ERROR_STATE]), int(parameters[ERROR_PAIRS])
@@ -107,10 +107,10 @@ def course_to_velocity(x, p):
 @lean_kernel
 def reset_manoeuvre(x, p, parameters):
     """Course rate, acceleration and oscillation become zero with their initial variances."""
-    reset_state(x, p, RATE, 0.0, parameters[START_RATE_VARIANCE])
-    for k in (int(parameters[ACCELERATION_STATE]), int(parameters[OSCILLATION_STATE])):
+    for k in (RATE, int(parameters[ACCELERATION_STATE]), int(parameters[OSCILLATION_STATE])):
         if k:
-            reset_state(x, p, k, 0.0, parameters[EXTRAS + 3 * (k - 5) + 2])
+            variance = parameters[START_RATE_VARIANCE] if k == RATE else parameters[EXTRAS + 3 * (k - 5) + 2]
+            reset_state(x, p, k, 0.0, variance)
 
 
 @lean_kernel
@@ -147,8 +147,8 @@ def update_phase(x, p, flags, parameters):
             course_to_velocity(x, p)
             reset_manoeuvre(x, p, parameters)
             if lost:
-                reset_state(x, p, VELOCITY_NORTH, x[VELOCITY_NORTH], parameters[START_SPEED_VARIANCE])
-                reset_state(x, p, VELOCITY_EAST, x[VELOCITY_EAST], parameters[START_SPEED_VARIANCE])
+                for i in range(VELOCITY_NORTH, VELOCITY_EAST + 1):
+                    reset_state(x, p, i, x[i], parameters[START_SPEED_VARIANCE])
             flags[PHASE] = LOW_SPEED
         return
     variance = 0.5 * (p[2, 2] + p[3, 3])

@@ -5,7 +5,7 @@ The same kernels serve the streaming filter, the record and the batch of records
 
 import math
 
-from steerway.core.compiled import kernel, lean_kernel
+from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.core.earth import displaced, displacement
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED
 from steerway.core.records import STARTING as STARTING_STATUS
@@ -214,7 +214,7 @@ def correct_modes(bank, first, count, parameters):
         update_probabilities(bank)
 
 
-@lean_kernel
+@called_kernel
 def reset_position(bank, north, east, variance_scale, parameters):
     """After unbroken rejections set the position to the fix and keep the motion; if that did not help, start anew."""
     n = bank.shape[2]
@@ -229,7 +229,7 @@ def reset_position(bank, north, east, variance_scale, parameters):
     flags[REJECTED_FOR] = -1.0
 
 
-@lean_kernel
+@called_kernel
 def take_aids(bank, aids, parameters):
     """Correct by every aid that is known (not NaN) and within the gate of at least one mode. Returns their nll.
 
@@ -248,7 +248,7 @@ def take_aids(bank, aids, parameters):
     return 0.0
 
 
-@lean_kernel
+@called_kernel
 def take_aid(bank, which, value, parameters):
     """Correct by one aid. Returns its nll, at most that of an outlier whether it is used or not."""
     n, first, count = bank.shape[2], first_mode(bank), mode_count(bank)

@@ -9,7 +9,7 @@ the step, after it the rest.
 
 import math
 
-from steerway.core.compiled import lean_kernel
+from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.course.motion.five_state import gauss_markov, turn_noise, turn_response
 from steerway.estimation.course.motion.five_state import predict as predict_five_states
 from steerway.estimation.course.motion.layout import (
@@ -42,7 +42,7 @@ def shares(step, parameters):
     return before, (gained - step[SPEED_LEFT] * before) / left
 
 
-@lean_kernel
+@called_kernel
 def predict(x, p, step, parameters):
     """x ← f(x), P ← F P Fᵀ + Q in place; the noise of a reaches U and the displacement along the course too."""
     a = int(parameters[ACCELERATION_STATE])

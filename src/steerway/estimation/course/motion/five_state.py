@@ -9,7 +9,7 @@ first-order Gauss–Markov; without them their loops are empty. Of a covariance 
 import math
 
 from steerway.core.arrays import Floats
-from steerway.core.compiled import lean_kernel
+from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.course.motion.layout import (
     ADDED,
     COURSE,
@@ -149,7 +149,7 @@ _NODE = math.sqrt(0.15)
 _CENTRE_WEIGHT, _SIDE_WEIGHT = 4.0 / 9.0, 5.0 / 18.0
 
 
-@lean_kernel
+@called_kernel
 def set_step(step: Floats, dt: float, parameters: Floats) -> None:
     """Fill `step` (3, n) with what a prediction over dt ≥ 0 seconds needs that depends on dt alone."""
     speed_noise, rate_noise = parameters[SPEED_NOISE], parameters[RATE_NOISE]

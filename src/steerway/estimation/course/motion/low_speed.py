@@ -4,7 +4,7 @@ A linear model, which no speed can mislead: from a diffuse velocity it is the st
 and at a standstill it has no course to lose. The course rate does not move.
 """
 
-from steerway.core.compiled import lean_kernel
+from steerway.core.compiled import called_kernel
 from steerway.estimation.course.motion.five_state import predict_extras
 from steerway.estimation.course.motion.layout import (
     DT,
@@ -23,7 +23,7 @@ SPEED_UP_TIME = 10.0
 which only costs a wider variance at rest."""
 
 
-@lean_kernel
+@called_kernel
 def predict(x, p, step, parameters):
     """x ← F x, P ← F P Fᵀ + Q in place."""
     dt, left, integral = step[DT], step[SPEED_LEFT], step[SPEED_INTEGRAL]

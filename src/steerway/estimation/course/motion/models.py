@@ -8,7 +8,7 @@ prediction multiplies by F alone. With P = 0 and the identity beside it, `predic
 import numpy as np
 
 from steerway.core.arrays import Floats
-from steerway.core.compiled import kernel, lean_kernel
+from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.estimation.course.motion import acceleration, five_state, low_speed, oscillation
 from steerway.estimation.course.motion.layout import MOTION
 
@@ -28,7 +28,7 @@ def pack(profile, row, add_state) -> None:
     row[MOTION] = max(k for k, model in enumerate(MODELS) if model.pack(profile, row, add_state))
 
 
-@lean_kernel
+@called_kernel
 def predict(x, p, step, parameters):
     """Prediction under way, by the model of the mode."""
     model = parameters[MOTION]
@@ -49,7 +49,7 @@ def predict_phase(x, p, under_way, step, parameters):
         _predict_low_speed(x, p, step, parameters)
 
 
-@lean_kernel
+@called_kernel
 def linearise(x, p, under_way, step, parameters):
     """Move x by a step and fill p (n, 2n): Q, upper triangle, and F beside it."""
     n = len(x)

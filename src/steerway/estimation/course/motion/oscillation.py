@@ -9,7 +9,7 @@ half after; over the step itself the mean course is constant. The factor `pushes
 
 import math
 
-from steerway.core.compiled import kernel, lean_kernel
+from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.estimation.course.motion.acceleration import add_share
 from steerway.estimation.course.motion.acceleration import predict as predict_accelerating
 from steerway.estimation.course.motion.five_state import LARGEST_START_RATE_STD
@@ -49,7 +49,7 @@ def pack(profile, row, add_state) -> bool:
     return True
 
 
-@lean_kernel
+@called_kernel
 def predict(x, p, step, parameters):
     """x ← f(x), P ← F P Fᵀ + Q in place."""
     d = int(parameters[OSCILLATION_STATE])

@@ -7,7 +7,7 @@ a record it is one whatever the deviation, and Λ = 0.
 import numpy as np
 
 from steerway.core.angles import wrap
-from steerway.core.compiled import kernel, lean_kernel
+from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.core.linear_algebra import fill_lower, square_root
 from steerway.estimation.course.motion.layout import COURSE, EAST, ERROR_PAIRS, ERROR_STATE, NORTH
 from steerway.estimation.course.smoothing.hypotheses import LOG_WEIGHT, MODES
@@ -51,7 +51,7 @@ def start_backward(bank, filtered, smoothed):
             bank[m, h, : n + 1] = one[: n + 1]
 
 
-@lean_kernel
+@called_kernel
 def take_fix(bank, fix, parameters, h):
     """Multiply every likelihood by that of a fix (north, east, variance); h is workspace (n,)."""
     north, east, variance = fix
@@ -66,7 +66,7 @@ def take_fix(bank, fix, parameters, h):
         multiply(bank, h, north if axis == NORTH else east, variance)
 
 
-@lean_kernel
+@called_kernel
 def take_aids(bank, aids, trajectory, accepted, parameters, h):
     """Multiply every likelihood by those of the aids that the forward bank accepted; h is workspace (n,)."""
     for which in range(len(aids)):
@@ -93,7 +93,7 @@ def multiply(bank, h, value, variance):
                     one[n, i] += h[i] * value / variance
 
 
-@lean_kernel
+@called_kernel
 def predict_backward(bank, f, offset, q, scale, root, product, lower, room):
     """Take the hypotheses (hypotheses + 1, n + 2, n) of one mode a step back, over what `linearise` fills.
 

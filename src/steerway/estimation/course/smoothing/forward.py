@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from steerway.core.angles import wrap
-from steerway.core.compiled import kernel, lean_kernel
+from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.estimation.course.motion.five_state import set_step
 from steerway.estimation.course.motion.layout import COURSE, DT, ERROR_PAIRS, ERROR_STATE, GATE, STARTS_IN
 from steerway.estimation.course.motion.models import predict as predict_mode
@@ -31,7 +31,7 @@ from steerway.estimation.course.update.outliers import AID_GATE, fix_nll
 from steerway.estimation.course.update.position import correct, innovation, normalised_square
 
 
-@lean_kernel
+@called_kernel
 def start_forward(bank, filtered, trajectory, modes):
     """All hypotheses equal: the filter state `filtered` (n + 2, n) at the first row with a course."""
     n = bank.shape[3]
@@ -80,7 +80,7 @@ def run_forward(record, kept, modes, bank, accepted, first, last, stored):
             stored[k - first] = bank[:, :-1]
 
 
-@lean_kernel
+@called_kernel
 def predict_hypothesis(one, kept, k, step, parameters, f, offset, work):
     """Predict a hypothesis from row k to the next."""
     n = one.shape[1]
@@ -95,7 +95,7 @@ def predict_hypothesis(one, kept, k, step, parameters, f, offset, work):
         d[i] = turned[i]
 
 
-@lean_kernel
+@called_kernel
 def take_fix(bank, fix, anew, accepted, parameters, work):
     """Correct every hypothesis and its weight by a fix (north, east, variance) within the gate of at least one of them.
 
@@ -139,7 +139,7 @@ def least_square(bank, fix, parameters):
     return least
 
 
-@lean_kernel
+@called_kernel
 def take_aids(bank, aids, trajectory, accepted, parameters, work):
     """Correct every hypothesis and its weight by every aid within the gate of at least one of them."""
     n = bank.shape[3]

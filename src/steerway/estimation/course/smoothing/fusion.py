@@ -2,7 +2,7 @@
 
 import math
 
-from steerway.core.compiled import lean_kernel
+from steerway.core.compiled import called_kernel
 from steerway.core.linear_algebra import square_root
 from steerway.estimation.course.motion.layout import RATE
 from steerway.estimation.course.smoothing.hypotheses import LEAST_PROBABILITY, LOG_WEIGHT, MODES, PROBABILITY
@@ -14,7 +14,7 @@ _NEGLIGIBLE = 1e-3
 """Weight, relative to the largest, below which a pair is left out of the mean."""
 
 
-@lean_kernel
+@called_kernel
 def combine(past, future, pairs, mean, scale, roots, product, lower, room):
     """Fill `mean` (VESSEL_STATES + 2, VESSEL_STATES), covariance and mean of the deviation, and set probabilities.
 
@@ -58,7 +58,7 @@ def combine(past, future, pairs, mean, scale, roots, product, lower, room):
             mean[i, j] = mean[i, j] / total - mean[VESSEL_STATES, i] * mean[VESSEL_STATES, j]
 
 
-@lean_kernel
+@called_kernel
 def pair_log_weight(ours, theirs, root, product, lower, room):
     """Log weight of a pair of hypotheses; leaves in `lower` and room[1] what `add_moments` needs of it."""
     n = ours.shape[1]
@@ -73,7 +73,7 @@ def pair_log_weight(ours, theirs, root, product, lower, room):
     return weight + here + log_mean_likelihood(root, theirs, gradient, product, lower, u)
 
 
-@lean_kernel
+@called_kernel
 def add_moments(ours, root, lower, room, weight, mean):
     """Add the moments of a pair of hypotheses, times its weight."""
     n = ours.shape[1]

@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from steerway.core.compiled import kernel, lean_kernel
+from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.estimation.course.motion.layout import LEAVING
 
 MODES = 2
@@ -44,7 +44,7 @@ def set_change_probabilities(change, dt, modes):
         change[m] = max(-modes[m, LEAVING] / both * math.expm1(-both * dt), _LEAST_CHANCE)
 
 
-@lean_kernel
+@called_kernel
 def normalise(bank):
     """Weights of sum one, and the probabilities by them."""
     n = bank.shape[3]
@@ -63,7 +63,7 @@ def normalise(bank):
             flags[PROBABILITY] = max(math.exp(flags[LOG_WEIGHT]), LEAST_PROBABILITY)
 
 
-@lean_kernel
+@called_kernel
 def spawn(bank, change, backwards):
     """The mode may change: one hypothesis is spawned in each, from the best of the other, with the weight of all those.
 
@@ -90,7 +90,7 @@ def spawn(bank, change, backwards):
         merge_closest(bank[m])
 
 
-@lean_kernel
+@called_kernel
 def merge_closest(bank):
     """Merge the closest pair of neighbours (hypotheses + 1, n + 2, n): the more probable stays, with both weights."""
     n = bank.shape[2]

@@ -8,7 +8,7 @@ changed only here.
 import math
 
 from steerway.core.angles import wrap
-from steerway.core.compiled import lean_kernel
+from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.core.earth import displacement
 from steerway.estimation.course.motion.layout import (
     COURSE,
@@ -31,7 +31,7 @@ _ANYWHERE = 1e8
 """m²: a variance beside which what was known of a position does not count."""
 
 
-@lean_kernel
+@called_kernel
 def linearise(kept, k, geodetic, step, parameters, both, f, offset, q):
     """A step from row k: a deviation d becomes f d + offset + w, where w has the covariance q (upper triangle).
 
@@ -69,7 +69,7 @@ def was_reset(kept, k):
     return kept[k, n + 1, RESETS] > kept[k - 1, n + 1, RESETS]
 
 
-@lean_kernel
+@called_kernel
 def fix_of(record, k, kept, parameters):
     """(north, east, variance) of the fix of row k as a deviation, m and m²; the variance of no fix is infinite."""
     _, first, second, variance_scales, _, geodetic = record

@@ -6,10 +6,10 @@ so that neither it nor the information need have an inverse.
 
 import math
 
-from steerway.core.compiled import lean_kernel
+from steerway.core.compiled import called_kernel
 
 
-@lean_kernel
+@called_kernel
 def log_mean_likelihood(root, information, gradient, product, lower, u):
     """Logarithm of the mean of exp(gᵀw − ½ wᵀΛw) where w is N(0, L Lᵀ).
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from steerway.core.angles import wrap
 from steerway.core.arrays import Floats
-from steerway.core.compiled import kernel, lean_kernel
+from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.core.earth import displacement
 from steerway.core.linear_algebra import factor, fill_lower, multiply, multiply_transposed, solve_rows
 from steerway.estimation.course.motion.five_state import set_step
@@ -44,7 +44,7 @@ _UNKNOWN = 1e12
 """Factor on a variance that leaves nothing of the later row's information, and keeps the factorisation regular."""
 
 
-@lean_kernel
+@called_kernel
 def change_coordinates(x, p, phase, x_predicted, p_predicted, predicted_phase, parameters):
     """Express the later row's smoothed (x, P) in the coordinates of its prediction, in place."""
     if (phase == UNDER_WAY) == (predicted_phase == UNDER_WAY):
@@ -145,7 +145,7 @@ def smoothing_step(
     apply_gain(x, p, gain, p_next, x_excess, p_later, lower, product, scale)
 
 
-@lean_kernel
+@called_kernel
 def apply_gain(x, p, gain, p_next, x_excess, p_later, lower, product, scale):
     """The same from `gain` = P Fᵀ (n, n), the covariance of the earlier row with its prediction."""
     n = len(x)

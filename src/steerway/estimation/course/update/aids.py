@@ -164,10 +164,10 @@ def take_scalar(x, p, pc, k, s, innovation, gate=AID_GATE):
 def aid_low_speed(x, p, work, sog, cog, parameters):
     """Without a course only the receiver's whole velocity is a measurement of the state."""
     if math.isfinite(sog) and math.isfinite(cog):
-        north, east = sog * math.cos(cog), sog * math.sin(cog)
         variance = parameters[VELOCITY_VARIANCE]
-        correct_scalar(x, p, work, VELOCITY_NORTH, 0, 0.0, north - x[VELOCITY_NORTH], variance, AID_GATE)
-        correct_scalar(x, p, work, VELOCITY_EAST, 0, 0.0, east - x[VELOCITY_EAST], variance, AID_GATE)
+        for i in range(VELOCITY_NORTH, VELOCITY_EAST + 1):
+            velocity = sog * (math.cos(cog) if i == VELOCITY_NORTH else math.sin(cog))
+            correct_scalar(x, p, work, i, 0, 0.0, velocity - x[i], variance, AID_GATE)
 
 
 @lean_kernel

@@ -7,23 +7,21 @@ the speed. Error states of the receiver rotate too, so that their sum with the p
 import math
 
 from steerway.core.arrays import Floats
-from steerway.core.compiled import lean_kernel
+from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.course.motion.layout import COURSE
 
 _SMALL_ANGLE = 1e-6
 """rad below which (1 − cos a)/a is a/2 to double precision."""
 
 
-@lean_kernel
+@called_kernel
 def rotate_correction(x: Floats, p: Floats, before: Floats, g: int, pairs: int) -> None:
     """Turn a linear correction of the state `before` into x and P into one of a pose in the plane."""
     angle = x[COURSE] - before[COURSE]
     c, s = math.cos(angle), math.sin(angle)
     along, across = (s / angle, (1.0 - c) / angle) if abs(angle) > _SMALL_ANGLE else (1.0, 0.5 * angle)
-    _rotate_pair(x, p, before, 0, c, s, along, across)
-    if g:
-        for i in range(g, g + 2 * pairs, 2):
-            _rotate_pair(x, p, before, i, c, s, along, across)
+    for pair in range(1 + pairs if g else 1):  # the position, and the errors of the receiver
+        _rotate_pair(x, p, before, g + 2 * (pair - 1) if pair else 0, c, s, along, across)
 
 
 @lean_kernel
