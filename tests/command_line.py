@@ -3,7 +3,7 @@
 import subprocess
 import sys
 
-STEERWAY = [sys.executable, "-c", "from steerway.cli import main; main()"]
+STEERWAY = [sys.executable, "-c", "from steerway.commands.cli import main; main()"]
 
 
 def run(*arguments, stdin=None):

@@ -66,7 +66,7 @@ def sailing(sea, port, *more, token=None, speed=5):
     """`steerway live` with a helm page that answers."""
     surroundings = {name: value for name, value in os.environ.items() if name != "STEERWAY_HELM_TOKEN"}
     command = (
-        *(sys.executable, "-c", "from steerway.cli import main; main()", "live"),
+        *(sys.executable, "-c", "from steerway.commands.cli import main; main()", "live"),
         *("--from", f"file:{sea / 'log.nmea'}?speed={speed}", "--to", f"file:{sea / 'run.csv'}"),
         *("--helm", f"127.0.0.1:{port}", *more),
     )

@@ -291,7 +291,7 @@ def test_a_serial_line_with_damaged_messages(tmp_path, source):
 def test_the_command_from_end_to_end(tmp_path):
     log = tmp_path / "sortie.nmea"
     log.write_bytes(sortie(30))
-    command = [sys.executable, "-c", "from steerway.cli import main; main()", "live"]
+    command = [sys.executable, "-c", "from steerway.commands.cli import main; main()", "live"]
     arguments = [
         "--from",
         f"file:{log}?speed=max",
@@ -317,7 +317,7 @@ def test_the_command_from_end_to_end(tmp_path):
 def test_a_live_run_ends_whole_when_it_is_told_to(tmp_path):
     port, out = free_port(), tmp_path / "run.csv"
     epochs = exact_log(20)
-    command = [sys.executable, "-c", "from steerway.cli import main; main()", "live"]
+    command = [sys.executable, "-c", "from steerway.commands.cli import main; main()", "live"]
 
     async def run():
         async with telling(epochs, port):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from steerway.cli import main
+from steerway.commands.cli import main
 from steerway.core.errors import InputError
 from steerway.formats.nmea0183.writing import gga, rmc
 from steerway.live import launch as launching

@@ -51,7 +51,7 @@ def test_the_walk_finds_what_is_not_public():
     assert unlisted("from steerway.control import AnglePID, course") == ["steerway.control.course"]
     assert unlisted("def f():\n    import steerway.core.angles") == ["steerway.core.angles"]
     assert unlisted("self._a = mpc.observer._output") == ["mpc.observer._output"]
-    assert unlisted("import steerway\nsteerway.estimate\nsteerway.cli") == ["steerway.cli"]
+    assert unlisted("import steerway\nsteerway.estimate\nsteerway.pilots") == ["steerway.pilots"]
 
 
 @pytest.mark.parametrize(

@@ -14,12 +14,12 @@ from steerway.commands.demo import SCENARIO, simulate_demo
 from steerway.core.errors import InputError
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.formats import nmea0183
-from steerway.report.runs.writing import write
 from steerway.simulation import outcome
 from steerway.simulation.assembly import begins
 from steerway.simulation.loop import COLUMNS
 from steerway.simulation.reading import load_scenario, parse_scenario
 from steerway.simulation.run import advise, origin, sail_scenario
+from steerway.simulation.runs.writing import write
 
 SHORT = """
 duration = 60.0

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from steerway.cli import main
+from steerway.commands.cli import main
 from steerway.core.errors import InputError
 from steerway.formats import nmea0183
 from steerway.live import addresses

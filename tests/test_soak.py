@@ -14,7 +14,7 @@ SECONDS = 15.0
 
 
 def test_a_quarter_of_a_minute_with_every_output_open():
-    code = "from steerway.cli import main; main()"
+    code = "from steerway.commands.cli import main; main()"
     subprocess.run([sys.executable, "-c", code, "warm"], check=True, capture_output=True)
     done = asyncio.run(soak(SECONDS))
     table = "\n".join(str(each) for each in results(done))

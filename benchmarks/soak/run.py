@@ -105,7 +105,7 @@ async def soak(seconds: float) -> Soak:
 
 
 async def _started(receiver, arguments):
-    code = "from steerway.cli import main; main()"
+    code = "from steerway.commands.cli import main; main()"
     source = ["--from", f"serial:{receiver.path}?baud=38400", "--source", "GP", "--rate", "50", "--to", "stdout:"]
     return await _process("-c", code, "live", *source, *arguments)
 

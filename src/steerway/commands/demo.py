@@ -62,10 +62,10 @@ def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str,
     Returns (rows, files): (what, value) rows of the estimate compared with the truth and of what the boat did, and the
     files written. Raises InputError for a directory that cannot be written.
     """
-    from steerway.report.runs.page import comparison, summary
-    from steerway.report.runs.writing import write
     from steerway.simulation import run
     from steerway.simulation.reading import parse_scenario
+    from steerway.simulation.runs.page import comparison, summary
+    from steerway.simulation.runs.writing import write
 
     scenario = parse_scenario(SCENARIO, "demo")
     sailed = run.sail_scenario(scenario, progress=progress)

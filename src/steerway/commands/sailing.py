@@ -71,9 +71,9 @@ def simulate(
 
         steerway simulate examples/otter-square.toml --live --mavlink udpout:127.0.0.1:14550
     """
-    from steerway.report.runs.writing import write
     from steerway.simulation import run
     from steerway.simulation.reading import load_scenario
+    from steerway.simulation.runs.writing import write
 
     if seeds is None and dask is not None:
         raise InputError("--dask needs many seeds, expected --seeds N with it")
@@ -111,9 +111,9 @@ def _refuse_with_live(**options) -> None:
 
 
 def _campaign(scenario, n, dask, out, sentence):
-    from steerway.report.runs.campaign import SPREAD_COLUMNS, spread, write_campaign
     from steerway.simulation.campaign import over_seeds
     from steerway.simulation.run import numbers_of_seed
+    from steerway.simulation.runs.campaign import SPREAD_COLUMNS, spread, write_campaign
 
     seeds = range(scenario.seed, scenario.seed + n)
     with progress_line(f"simulating {n} seeds of {scenario.name}") as step:
@@ -215,7 +215,7 @@ def _warned(fits: bool, sentence: str, strict: bool, quiet: bool = False) -> str
 
 def print_run(numbers: dict[str, float], title: str) -> None:
     """A run's numbers as tables."""
-    from steerway.report.runs.page import comparison, summary
+    from steerway.simulation.runs.page import comparison, summary
 
     print_table(f"{title}: estimated against true", ("", "RMS error"), comparison(numbers))
     print_table("summary", ("", ""), summary(numbers))

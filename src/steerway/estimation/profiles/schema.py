@@ -13,6 +13,7 @@ from steerway.core.toml import read_toml
 from steerway.estimation.course.motion.oscillation import SHORTEST_PERIOD
 from steerway.estimation.course.update.aids import AidNoise
 from steerway.estimation.profiles import packing
+from steerway.estimation.profiles.presets import PRESETS
 
 WIDEST_INTERVAL = 10.0
 """Ratio of the ends of a 95 % interval above which a log does not determine a number: not even its order."""
@@ -121,8 +122,6 @@ class Profile(AidNoise, ReceiverNoise, MotionNoise, _Named):
     @classmethod
     def named(cls, name: str) -> Self:
         """A built-in profile. Raises InputError with the names there are."""
-        from steerway.estimation.profiles.presets import BUILT_IN  # which is made of this class
-
         if name not in BUILT_IN:
             raise InputError(f"profile {name!r} is unknown, expected one of {', '.join(BUILT_IN)} or a .toml file")
         return BUILT_IN[name]
@@ -207,3 +206,7 @@ class Profile(AidNoise, ReceiverNoise, MotionNoise, _Named):
 
 def _toml(value) -> str:
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(float(value))
+
+
+BUILT_IN = {profile.name: profile for profile in (Profile(**numbers) for numbers in PRESETS)}
+"""The built-in profiles by name."""

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from steerway.report.page import write_page
-from steerway.report.runs.figures import actuators_figure, errors_figure, steering_figure, track_figure
+from steerway.simulation.runs.figures import actuators_figure, errors_figure, steering_figure, track_figure
 
 _TRACK = "Route with acceptance circles, true and estimated track, and the fixes of the receiver."
 _ERRORS = (

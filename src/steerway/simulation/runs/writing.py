@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from steerway.core.errors import InputError
-from steerway.report.runs.files import write_log, write_table
-from steerway.report.runs.page import write_run_page
 from steerway.simulation.assembly import begins
 from steerway.simulation.run import Sailed
+from steerway.simulation.runs.files import write_log, write_table
+from steerway.simulation.runs.page import write_run_page
 
 
 def write(simulated: Sailed, directory: Path, nmea: bool = False, remarks=()) -> list[Path]:
