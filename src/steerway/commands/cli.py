@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from steerway.commands import demo, identify, logs, profile, sailing, study
+from steerway.core import compiling
 from steerway.core.errors import InputError
 from steerway.live.commands import LiveCommand, live, warm
 
@@ -47,8 +48,14 @@ def options(
     """Speed over ground, course over ground and course rate from GNSS positions alone, and steering by them."""
 
 
+def _announce_compilation() -> None:
+    if sys.stderr.isatty():
+        print("compiling, once after an installation: 20 to 60 s", file=sys.stderr)
+
+
 def main() -> None:
     """Run the command line."""
+    compiling.announce = _announce_compilation
     try:
         app(standalone_mode=False)
     except InputError as error:

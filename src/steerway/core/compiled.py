@@ -17,12 +17,30 @@ from typing import Any, TypeVar
 
 import numba
 import numba.core.config
+from numba.core import event
+
+from steerway.core import compiling
 
 config: Any = numba.core.config  # sets its attributes at run time
 F = TypeVar("F", bound=Callable[..., Any])
 """A kernel has the signature of its function: numba's dispatcher is called in the same way."""
 _KEPT_CACHES = 8
 _OWN_FOLDER = Path(__file__).parents[1]
+
+
+class _Announcement(event.Listener):
+    """Calls `compiling.announce` when the first compilation of the process begins."""
+
+    def on_start(self, _: Any) -> None:
+        announce, compiling.announce = compiling.announce, None
+        if announce is not None:
+            announce()
+
+    def on_end(self, _: Any) -> None:
+        """Nothing."""
+
+
+event.register("numba:compile", _Announcement())
 
 
 def _kernel_source_digest(folders: Iterable[str | Path]) -> str:

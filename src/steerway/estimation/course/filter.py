@@ -22,16 +22,15 @@ from steerway.estimation.course.motion.layout import (
     VELOCITY_NORTH,
     empty_bank,
 )
+from steerway.estimation.course.output import OUTPUTS, write_output
 from steerway.estimation.course.replay import TrackOutput, replay, run_track
 from steerway.estimation.course.tracking import (
-    OUTPUTS,
     advance,
     conclude,
     recentre,
     settle,
     take_aids,
     take_position,
-    write_output,
 )
 from steerway.estimation.course.update.aids import AIDS, NO_AIDS, companion_of
 from steerway.estimation.course.update.reported_accuracy import variance_scale, variance_scales_of

@@ -9,10 +9,11 @@ import numpy as np
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Motion
 from steerway.estimation.course.motion.layout import LONGEST_GAP, LONGEST_STEP, STEP_SLACK, empty_bank
+from steerway.estimation.course.output import OUTPUTS
 from steerway.estimation.course.smoothing.hypotheses import HYPOTHESES
 from steerway.estimation.course.smoothing.multiple_hypothesis import smooth_modes
 from steerway.estimation.course.smoothing.rauch_tung_striebel import smooth
-from steerway.estimation.course.tracking import OUTPUTS, track
+from steerway.estimation.course.tracking import track
 from steerway.estimation.course.update.aids import AIDS, NO_AIDS
 from steerway.estimation.course.update.reported_accuracy import variance_scales_of
 

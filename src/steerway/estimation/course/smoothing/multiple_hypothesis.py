@@ -13,6 +13,7 @@ import numpy as np
 from steerway.core.compiled import kernel
 from steerway.estimation.course.motion.five_state import set_step
 from steerway.estimation.course.motion.layout import DT, LOW_SPEED, PHASE, STARTS_IN, UNDER_WAY
+from steerway.estimation.course.output import write_output
 from steerway.estimation.course.smoothing.backward import predict_backward, start_backward, take_aids, take_fix
 from steerway.estimation.course.smoothing.forward import run_forward, start_forward
 from steerway.estimation.course.smoothing.fusion import VESSEL_STATES, combine
@@ -27,7 +28,6 @@ from steerway.estimation.course.smoothing.linearised import (
 )
 from steerway.estimation.course.smoothing.rauch_tung_striebel import smooth
 from steerway.estimation.course.steerageway import fold
-from steerway.estimation.course.tracking import write_output
 
 _BLOCK = 128
 """Rows for which the forward bank is stored at a time, and computed again from the start of the block: for memory."""

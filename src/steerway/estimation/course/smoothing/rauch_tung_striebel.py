@@ -35,8 +35,8 @@ from steerway.estimation.course.motion.layout import (
     VELOCITY_NORTH,
 )
 from steerway.estimation.course.motion.models import predict_phase
+from steerway.estimation.course.output import write_output
 from steerway.estimation.course.steerageway import fold, transform_velocity
-from steerway.estimation.course.tracking import write_output
 
 _LEAST_SPEED = 1e-3
 """m/s, to divide by: a vessel under way is faster (see `steerageway`)."""
