@@ -1,52 +1,59 @@
 # make demo | test | bounds | install | bench | soak | faults | reference | lint — each creates .venv from the lock file by itself.
 PYTHON ?= python3
 BIN := .venv/bin
+PIP := $(BIN)/pip install --quiet --disable-pip-version-check
 
 # Tests that run commands, services or whole studies: the kernels they call are called by the others too.
 NO_KERNELS = live autopilot desk docs soak cli commands package public_names study studies mission reference_outputs fuzz mavlink campaign
 
 .PHONY: install demo test bounds bench soak faults reference lint lock
 
-install: .venv/.installed
+install: .venv/.test
 
-.venv/.installed: requirements.lock pyproject.toml
+# The core is what the program itself needs, with the build backend of the editable install.
+.venv/.core: requirements-core.lock pyproject.toml
 	$(PYTHON) -m venv .venv
-	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	$(PIP) --require-hashes -r requirements-core.lock
+	$(PIP) --no-deps --no-build-isolation -e .
 	@touch $@
 
-.venv/.bench: .venv/.installed requirements-bench.lock
-	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements-bench.lock
+.venv/.test: .venv/.core requirements.lock
+	$(PIP) --require-hashes -r requirements.lock
 	@touch $@
 
-demo: install
+.venv/.bench: .venv/.test requirements-bench.lock
+	$(PIP) --require-hashes -r requirements-bench.lock
+	@touch $@
+
+demo: .venv/.core
 	$(BIN)/steerway demo -o demo
 
-test: install
+test: .venv/.test
 	$(BIN)/python -m pytest --numprocesses 2 --dist loadfile
 
 # Kernels with index checks, compiled into a cache directory of their own: about ten minutes of two cores.
-bounds: install
+bounds: .venv/.test
 	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest --numprocesses 2 --dist loadfile $(NO_KERNELS:%='--ignore-glob=*/test_*%*')
 
 bench: .venv/.bench
 	$(BIN)/python -m benchmarks
 
-soak: install
+soak: .venv/.test
 	$(BIN)/python -m benchmarks.soak
 
-faults: install
+faults: .venv/.test
 	$(BIN)/python -m tests.faults
 
 # What every estimator, law and study returns on generated input; ONLY=WORD for some of the cases.
-reference: install
+reference: .venv/.test
 	$(BIN)/python -m tests.reference_outputs $(ONLY)
 
-lint: install
+lint: .venv/.test
 	$(BIN)/ruff check src tests benchmarks
 	$(BIN)/ruff format --check src tests benchmarks
 	$(BIN)/mypy
 
 lock:
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate --no-header --extra test -o requirements.lock pyproject.toml
+	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate --no-header --extra develop -c requirements.lock -o requirements-core.lock pyproject.toml
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate --no-header --extra test --extra bench -c requirements.lock -o requirements-bench.lock pyproject.toml
