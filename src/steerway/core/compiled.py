@@ -75,6 +75,15 @@ def lean_kernel(function: F) -> F:
     return _compiled(function, _nrt=False, forceinline=True, fastmath={"contract"})
 
 
+def inner_kernel(function: F) -> F:
+    """A larger `kernel` that neither makes nor returns an array and is called by kernels.
+
+    It does not count references to its array arguments, and stays a function of its own, lest its callers grow by it.
+    Sums may be taken in another order, so that loops over rows of a matrix become vector instructions.
+    """
+    return _compiled(function, _nrt=False, fastmath={"contract", "reassoc"})
+
+
 def _compiled(function: F, **options: Any) -> F:
     options |= {"error_model": "numpy"}
     directory = cache_directory(function.__module__.partition(".")[0])

@@ -6,7 +6,6 @@ import warnings
 import numpy as np
 
 from steerway.core.compiled import kernel, lean_kernel
-from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Motion
 from steerway.estimation.course.motion.layout import (
     COURSE,
@@ -31,7 +30,7 @@ from steerway.estimation.course.tracking import (
     take_position,
     write_output,
 )
-from steerway.estimation.course.update.aids import AIDS, NO_AIDS, companion_of
+from steerway.estimation.course.update.aids import AIDS, NO_AIDS, companion_of, expect_aids
 from steerway.estimation.course.update.reported_accuracy import variance_scale, variance_scales_of
 from steerway.estimation.profiles import Profile
 
@@ -85,9 +84,7 @@ class FiveStateFilter:
     """
 
     def __init__(self, profile: Profile | str = "small-usv", aid: tuple[str, ...] = ()):
-        unknown = [name for name in aid if name not in AIDS]
-        if unknown:
-            raise InputError(f"aid {unknown[0]!r} is unknown, expected some of {', '.join(AIDS)}")
+        expect_aids(aid)
         self.profile = Profile.named(profile) if isinstance(profile, str) else profile
         self.aid = tuple(aid)
         self._parameters = self.profile.parameters(self.aid)
