@@ -7,7 +7,7 @@ neither the rate of fixes nor a gap changes the tuning.
 import math
 
 from steerway.core.angles import wrap
-from steerway.core.compiled import inner_kernel, kernel, lean_kernel
+from steerway.core.compiled import inner_kernel, lean_kernel
 from steerway.estimation.inference.aids import take_aids
 from steerway.estimation.inference.discrete import set_steps
 from steerway.estimation.inference.fix import correct, of_fix, project
@@ -35,8 +35,10 @@ _NEGLIGIBLE = 1e-5
 """Part that one mode has in another below which it is left out."""
 _STEADY = 3.0
 """Speed in standard deviations across the course above which modes are averaged as speeds and courses, not vectors."""
-LONGEST_STEP = 1.0
+LONGEST_STEP = 3.0
 """s; a longer interval is predicted in equal parts of at most this."""
+MOST_STEPS = 20
+"""In an interval between fixes: of minutes without a fix a step in the motion says little."""
 SAME_STEP = 1e-4
 """Part of a step by which clocks err."""
 START_SPEED_STD, START_RATE_STD = 10.0, 0.2
@@ -169,7 +171,7 @@ def advance(bank, model, dt, motion_states):
     """Predict by dt > 0 seconds."""
     x, p, mixed_x, mixed_p, steps = bank.x, bank.p, bank.mixed_x, bank.mixed_p, bank.steps
     m, n = x.shape
-    parts = max(math.ceil(dt / LONGEST_STEP - 1e-3), 1)
+    parts = min(max(math.ceil(dt / LONGEST_STEP - 1e-3), 1), MOST_STEPS)
     part = dt / parts
     if abs(part - steps[0, 0, 0]) > SAME_STEP * part:
         set_steps(steps, bank.change, bank.work, part, model)
@@ -271,7 +273,7 @@ def take_fix(bank, model, north, east, excess):
 @lean_kernel
 def follow_run(bank, nu_n, nu_e, wrong, spread):
     """Count outliers in a row that agree; a step of the receiver is followed in position, and the motion kept."""
-    run, x, p = bank.run, bank.x, bank.p
+    run = bank.run
     run[WAS_OUTLIER] = wrong
     if wrong < 0.5:
         run[RUN] = 0.0
@@ -363,7 +365,7 @@ def fuse(x, p, probability, filters, out):
         u += weight * x[k, SPEED]
         across += weight * bend
         w += weight * rate
-    p_u = p_x = p_w = p_place = p_s = 0.0
+    p_u = p_w = p_place = p_s = 0.0
     for k in range(m):
         weight, bend = probability[k], wrap(x[k, COURSE] - reference)
         rate, variance = course_rate(x, p, k, filters)
@@ -376,8 +378,8 @@ def fuse(x, p, probability, filters, out):
     out[9] = 1.0
 
 
-@kernel
-def run_record(time, north, east, excess, aids, model, bank, motion_states, restarts, out, density, judged):
+@inner_kernel
+def run_record(time, north, east, excess, aids, model, bank, motion_states, restarts, out, density, judged, kept):
     """Over a record. Returns the sum of log densities of what counts: fixes and aids but for the first after a start.
 
     Args:
@@ -386,9 +388,11 @@ def run_record(time, north, east, excess, aids, model, bank, motion_states, rest
         out: (n or 0, FUSED + 2) filled: `fuse`, NIS and the probability of an outlier.
         density: (n or 0,) filled: log density of every row that counts, else 0.
         judged: rows after a start that do not count.
+        kept: of n or 0 rows, filled for the smoother.
     """
     total = 0.0
     since, r = 0, 0
+    run = bank.run
     for k in range(len(time)):
         fixed = math.isfinite(north[k]) and math.isfinite(east[k])
         begins = r < len(restarts) and restarts[r] == k
@@ -396,10 +400,12 @@ def run_record(time, north, east, excess, aids, model, bank, motion_states, rest
             r += 1
         nis = wrong = math.nan
         log_density = 0.0
-        if begins or bank.run[STARTED] == 0.0:
-            bank.run[STARTED] = 0.0
+        step_n, step_e = run[STEP_N], run[STEP_E]
+        if begins or run[STARTED] == 0.0:
+            run[STARTED] = 0.0
             if fixed:
                 start(bank, model, north[k], east[k])
+            begins = True
             since = 0
         else:
             dt = time[k] - time[k - 1]
@@ -415,9 +421,40 @@ def run_record(time, north, east, excess, aids, model, bank, motion_states, rest
                 if len(density):
                     density[k] = log_density
         if len(out):
-            if bank.run[STARTED] == 0.0:
-                out[k] = math.nan
+            if run[STARTED] == 0.0:
+                for i in range(out.shape[1]):
+                    out[k, i] = math.nan
             else:
                 fuse(bank.x, bank.p, bank.probability, model.filters, out[k])
             out[k, -2], out[k, -1] = nis, wrong
+        if len(kept.x):
+            keep(bank, kept, k)
+            kept.moved[k, 0], kept.moved[k, 1] = run[STEP_N] - step_n, run[STEP_E] - step_e
+            kept.moved[k, 2] = 1.0 if begins else 0.0
+            if run[STARTED] == 0.0:
+                kept.probability[k, 0] = math.nan
     return total
+
+
+@inner_kernel
+def keep(bank, kept, k):
+    """Copy the modes into row k."""
+    m, n = bank.x.shape
+    for i in range(m):
+        kept.probability[k, i] = bank.probability[i]
+        for a in range(n):
+            kept.x[k, i, a] = bank.x[i, a]
+            for b in range(n):
+                kept.p[k, i, a, b] = bank.p[i, a, b]
+
+
+@inner_kernel
+def recall(kept, k, x, p, probability):
+    """Copy the modes from row k."""
+    m, n = x.shape
+    for i in range(m):
+        probability[i] = kept.probability[k, i]
+        for a in range(n):
+            x[i, a] = kept.x[k, i, a]
+            for b in range(n):
+                p[i, a, b] = kept.p[k, i, a, b]

@@ -1,14 +1,14 @@
 """SOG, COG and course rate of a record or a stream, by the structures that an inference found.
 
-Every structure runs as a bank of modes; the estimate is their weighted mean, and its variance holds what they differ by.
+Every structure runs as a bank of modes. The estimate is their weighted mean; its variance holds their differences too.
 """
 
 import numpy as np
 
-from steerway.estimation.inference.bank import LONGEST_STEP, run_record
+from steerway.estimation.inference.bank import LONGEST_STEP, MOST_STEPS, run_record
 from steerway.estimation.inference.fit import Rows
-from steerway.estimation.inference.model import FUSED, empty_bank
-from steerway.estimation.inference.smoother import smooth_record
+from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
+from steerway.estimation.inference.smoother import ROOM, smooth_kept
 from steerway.estimation.inference.structures import model_of
 
 COURSE_STD = 0.6
@@ -25,7 +25,7 @@ def filter_record(record: Rows, structures):
         model, states, driving = model_of(each.parts, each.values)
         out = np.empty((len(record.time), FUSED + 2))
         *rows, restarts = record
-        run_record(*rows, model, empty_bank(states), driving, restarts, out, _EMPTY, 0)
+        run_record(*rows, model, empty_bank(states), driving, restarts, out, _EMPTY, 0, room_to_keep(0, states))
         outs.append(out)
     weights = [each.weight for each in structures]
     nis, wrong = (sum(w * out[:, column] for w, out in zip(weights, outs, strict=True)) for column in (-2, -1))
@@ -38,9 +38,14 @@ def smoothed_record(record: Rows, structures):
     outs = []
     for each in structures:
         model, states, driving = model_of(each.parts, each.values)
-        out = np.empty((len(record.time), FUSED + 2))
+        out, kept, bank = (
+            np.empty((len(record.time), FUSED + 2)),
+            room_to_keep(len(record.time), states),
+            empty_bank(states),
+        )
         *rows, restarts = record
-        smooth_record(*rows, model, empty_bank(states), driving, restarts, out)
+        run_record(*rows, model, bank, driving, restarts, out[:0], _EMPTY, 0, kept)
+        smooth_kept(record.time, model, bank, driving, kept, np.zeros((ROOM, states, states)), out)
         outs.append(out[own])
     return averaged(outs, [each.weight for each in structures])
 
@@ -67,7 +72,7 @@ def averaged(outs, weights):
 def with_fillers(record: Rows):
     """The record with rows added, so that no step of the smoother is too long, and the places of its own rows."""
     gaps = np.diff(record.time)
-    pieces = np.maximum(np.ceil(gaps / LONGEST_STEP - 1e-3).astype(int), 1)
+    pieces = np.ceil(gaps / LONGEST_STEP - 1e-3).astype(int).clip(1, MOST_STEPS)
     pieces[record.restarts - 1] = 1
     own = np.concatenate([[0], np.cumsum(pieces)])
     n = own[-1] + 1

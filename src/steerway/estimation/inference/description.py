@@ -12,6 +12,7 @@ _WORDS = {
     "antenna": "antenna rolling {antenna_std:.2g} m every {antenna_period:.2g} s",
     "clock": "time of a fix within {time_std:.2g} s",
     "error": "error of {error_std:.2g} m over {error_time:.2g} s",
+    "second_roll": "antenna rolling {roll_std:.2g} m every {roll_period:.2g} s too",
     "quick_error": "error of {quick_std:.2g} m over {quick_time:.2g} s",
     "sog": "SOG within {sog_std:.2g} m/s",
     "cog": "COG within {velocity_std:.2g} m/s across",

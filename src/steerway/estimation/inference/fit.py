@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.estimation.inference.bank import run_record
-from steerway.estimation.inference.model import FUSED, empty_bank
+from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.inference.structures import model_of, parameters_of
 
 _NO_OUT = np.empty((0, FUSED + 2))
@@ -59,7 +59,7 @@ class Posterior:
         self._bank.steps[:] = 0.0
         each = np.zeros(len(self.rows.time))
         *rows, restarts = self.rows
-        run_record(*rows, model, self._bank, driving, restarts, _NO_OUT, each, _SETTLING)
+        run_record(*rows, model, self._bank, driving, restarts, _NO_OUT, each, _SETTLING, room_to_keep(0, states))
         return each
 
     def log(self, x, each):

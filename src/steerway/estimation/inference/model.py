@@ -91,6 +91,33 @@ def empty_bank(states: int) -> Bank:
     """Memory of a filter that has seen nothing."""
     m, n = MODES, states
     return Bank(
-        np.zeros((m, n)), np.zeros((m, n, n)), np.zeros(m), np.zeros((m, n)), np.zeros((m, n, n)), np.zeros(8),
-        np.zeros((m, STEP_ROWS, n)), np.zeros((m, m)), np.zeros((12, max(n, 8))), np.zeros(FUSED),
-    )  # fmt: skip
+        np.zeros((m, n)),
+        np.zeros((m, n, n)),
+        np.zeros(m),
+        np.zeros((m, n)),
+        np.zeros((m, n, n)),
+        np.zeros(8),
+        np.zeros((m, STEP_ROWS, n)),
+        np.zeros((m, m)),
+        np.zeros((12, max(n, 8))),
+        np.zeros(FUSED),
+    )
+
+
+class Kept(NamedTuple):
+    """What a filter keeps of every row for the smoother; of no rows where nothing is to be smoothed."""
+
+    x: np.ndarray  # (rows, MODES, n)
+    p: np.ndarray  # (rows, MODES, n, n)
+    probability: np.ndarray  # (rows, MODES), NaN before the first fix
+    moved: np.ndarray  # (rows, 3) step of the receiver that was followed, north and east (m), and 1 where it began anew
+
+
+def room_to_keep(rows: int, states: int) -> Kept:
+    """Where a filter keeps so many rows."""
+    return Kept(
+        np.empty((rows, MODES, states)),
+        np.empty((rows, MODES, states, states)),
+        np.empty((rows, MODES)),
+        np.zeros((rows, 3)),
+    )

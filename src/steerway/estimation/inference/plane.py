@@ -1,8 +1,8 @@
 """A record in a plane: the way from fix to fix laid out flat, and back.
 
-The directions of the plane are carried along the track without a turn (parallel transport), as those of a wander-azimuth
-frame are (P. D. Groves, Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems, 2nd ed., 2013,
-§5.3.4), so that neither an ocean nor a pole nor the antimeridian bends a straight course.
+The directions of the plane are carried along the track without a turn (parallel transport), as those of a
+wander-azimuth frame are (P. D. Groves, Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems, 2nd
+ed., 2013, §5.3.4), so that neither an ocean nor a pole nor the antimeridian bends a straight course.
 """
 
 from typing import NamedTuple

@@ -30,8 +30,8 @@ def record_of(time, north, east, excess=None, aids=None) -> Rows:
 def without_copies(north, east):
     """North and east (n,) with copies of the fix before as unknown: receivers hold, loggers stutter.
 
-    Positions that are written in coarse steps repeat themselves as well, of a vessel that hardly moves; such a repeat is
-    followed by a step or two, a copy by all the way since.
+    Positions that are written in coarse steps repeat themselves as well, of a vessel that hardly moves; such a repeat
+    is followed by a step or two, a copy by all the way since.
     """
     north, east = np.array(north, dtype=np.float64), np.array(east, dtype=np.float64)
     known = np.flatnonzero(np.isfinite(north) & np.isfinite(east))
@@ -71,6 +71,8 @@ def white_std(time, north, east) -> float:
     return max(1.4826 * float(np.median(np.abs(third))) / math.sqrt(20.0), 1e-3)
 
 
+_LONG, _LONG_FOR = 60.0, 5.0
+"""s and usual intervals; behind a longer gap a fit begins anew: one fix after it tells nothing of any one number."""
 _PIECES, _BURSTS, _IN_BURSTS, _IN_PHASE = 8, 4, 0.25, 10
 """Pieces of a long record, bursts and the share of rows that are in them, rows between changes of phase."""
 
@@ -78,8 +80,8 @@ _PIECES, _BURSTS, _IN_BURSTS, _IN_PHASE = 8, 4, 0.25, 10
 def excerpt(record: Rows, most, apart) -> Rows:
     """At most so many rows with fixes, up to `apart` seconds apart: thinned over the whole record or pieces of it.
 
-    Thinned fixes determine motion as well as all do where its time constants are longer; bursts of all determine the rest. The
-    phase of the thinned ones changes now and then, lest they be those of one of two receivers.
+    Thinned fixes determine motion as well as all do where its time constants are longer; bursts of all determine the
+    rest. The phase of the thinned ones changes now and then, lest they be those of one of two receivers.
     """
     fixed = np.flatnonzero(np.isfinite(record.north))
     n = len(fixed)
@@ -107,7 +109,8 @@ def excerpt(record: Rows, most, apart) -> Rows:
 def rows_of(record: Rows, rows, restarts) -> Rows:
     """Rows of a record, with restarts of its own and where a gap is long."""
     time = record.time[rows]
-    gaps = np.flatnonzero(np.diff(time) > LONGEST_GAP) + 1
+    intervals = np.diff(time)
+    gaps = np.flatnonzero(intervals > max(_LONG, _LONG_FOR * np.median(intervals))) + 1
     excess = record.excess[rows] if len(record.excess) else record.excess
     aids = record.aids[rows] if len(record.aids) else record.aids
     return Rows(time, record.north[rows], record.east[rows], excess, aids, np.union1d(restarts, gaps))

@@ -16,7 +16,9 @@ from steerway.estimation.inference.structures import VESSELS
 
 PLAIN = ("base", "wander")
 OPTIONAL = ("waves", "antenna", "clock", "error")
-"""Parts that a structure may have beside the plain ones; behind "error" there may be "quick_error" as well."""
+"""Parts that a structure may have beside the plain ones."""
+SECOND = {"antenna": "second_roll", "error": "quick_error"}
+"""Parts that may come with one of these, where that is better than none."""
 
 FEW, MANY = 800, 2400
 """Rows for a first fit and for the last, a few minutes and half an hour of a usual receiver."""
@@ -64,9 +66,13 @@ def infer(record: Rows, aids=()) -> Inference:
     for part in OPTIONAL:
         parts = (*base, part)
         compete(parts, searched(parts, few, starts(part, plain.values, noise)))
-    with_error = (*base, "error")
-    if with_error in fits:
-        compete((*with_error, "quick_error"), fits[with_error].values)
+        if parts in fits and part in SECOND and fits[parts].evidence > plain.evidence + BETTER:
+            parts = (*parts, SECOND[part])
+            compete(parts, searched(parts, few, starts(SECOND[part], fits[parts[:-1]].values, noise)))
+    if (top := max(fits, key=lambda parts: fits[parts].evidence)) != base:
+        # a part must not win by a better place in the numbers that all share
+        again = fitted(base, many, fits[top].values, 3)
+        plain = fits[base] = max(plain, again, key=lambda fit: fit.evidence)
     better = sorted(
         (p for p, f in fits.items() if f.evidence > plain.evidence + BETTER), key=lambda p: -fits[p].evidence
     )
@@ -111,6 +117,10 @@ def starts(part, values, noise) -> list[list[dict]]:
     if part == "antenna":
         rolls = product((values, noisy, {"fix_std": 0.5 * noise}), _ROLLS, (0.02, 0.15))
         return [[v | {"antenna_period": period, "antenna_std": std} for v, period, std in rolls]]
+    if part == "second_roll":
+        return [[values | {"roll_period": period, "roll_std": std} for period, std in product(_ROLLS, (0.02, 0.1))]]
+    if part == "quick_error":
+        return [[values]]
     if part == "clock":
         clocks = product((1.0, 0.5), (0.01, 0.1))
         return [[values | {"fix_std": share * values["fix_std"], "time_std": std} for share, std in clocks]]

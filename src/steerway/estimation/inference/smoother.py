@@ -9,31 +9,23 @@ Estimation with Applications to Tracking and Navigation, 2001, §11.6).
 
 import math
 
-import numpy as np
-
 from steerway.core.angles import wrap
-from steerway.core.compiled import inner_kernel, kernel, lean_kernel
-from steerway.estimation.inference.aids import take_aids
+from steerway.core.compiled import inner_kernel, lean_kernel
 from steerway.estimation.inference.algebra import eigen, inverse, product, product_transposed
-from steerway.estimation.inference.bank import (
-    SAME_STEP,
-    STARTED,
-    STEP_E,
-    STEP_N,
-    advance,
-    fuse,
-    mix,
-    start,
-    take_fix,
-)
+from steerway.estimation.inference.bank import SAME_STEP, fuse, mix, recall
 from steerway.estimation.inference.discrete import LEFT, SPUN, set_steps
-from steerway.estimation.inference.model import COURSE, DRIFT_SPEED, RATE, SPEED
+from steerway.estimation.inference.model import COURSE, DRIFT_SPEED, EAST, MODES, NORTH, RATE, SPEED
 from steerway.estimation.inference.motion import predict, turn_pair
 
-_NEGLIGIBLE = 1e-3
-"""Probability of a pair of modes below which it is left out."""
+_NEGLIGIBLE, _NEGLIGIBLE_PART = 5e-4, 1e-5
+"""Probability of a mode, and share of a component in its mixture, below which they are left out."""
 _FARTHEST = 4.0
 """Standard deviations that what the future says may lie from what was expected of it."""
+_TEMPER = 0.3
+"""Exponent of what the future says of a component: Gaussians in which histories are merged share their errors, and with
+an exponent of 1 smoothed modes are overconfident (coverage of SOG 82 % where this gives 87, errors a tenth larger)."""
+ROOM, _INVERSES = 46, 31
+"""Matrices of workspace; where the inverses of the filter's covariances are."""
 _STEADY = 3.0
 """As in `bank`."""
 
@@ -111,7 +103,7 @@ def transition(step, work, motion_states, f):
 @inner_kernel
 def back(bank, model, motion_states, smooth_x, smooth_p, smooth_probability, room):
     """One step back: `bank` holds the filter's modes at a row and the step to the next; smooth_* those of the next row,
-    and are replaced by those of this one. room: (12, n, n)."""
+    and are replaced by those of this one. room: (ROOM, n, n)."""
     x, p, probability, mixed_x, mixed_p = bank.x, bank.p, bank.probability, bank.mixed_x, bank.mixed_p
     steps, change, work = bank.steps, bank.change, bank.work
     m, n = x.shape
@@ -138,10 +130,10 @@ def back(bank, model, motion_states, smooth_x, smooth_p, smooth_probability, roo
     d, d_mixed, d_smooth = room[7], room[8], room[9]
     for k in range(m):
         turned(p0, k, difference(x0, k, origin, steady, d[k]))
+        room[_INVERSES + MODES, 0, k] = inverse(p0[k], room[_INVERSES + k], room[13])
     f, gain, inverted, lower = room[10], room[11], room[12], room[13]
     a, b, c = room[14], room[15], room[16]
-    after = room[17, :, :]
-    new_weight = room[18]
+    after = room[17]
     new_x, new_p = room[19], room[20:25]
     for i in range(m):
         after[0, i] = 0.0
@@ -226,13 +218,22 @@ def future(smoothed, shift, before, information, vector, room):
     inverse(before, b, lower)
     product(lower, smoothed, a)
     product_transposed(a, lower, spread)
-    eigen(spread, vectors)
     whitened, reported = room[11, 3], room[11, 4]
     for u in range(n):
         total = 0.0
         for v in range(u + 1):
             total += lower[u, v] * shift[v]
         whitened[u] = total
+    if tells_everywhere(spread, whitened, a, reported):
+        inverse(smoothed, information, a)
+        for u in range(n):
+            total = 0.0
+            for v in range(n):
+                total += information[u, v] * shift[v]
+                information[u, v] -= b[u, v]
+            vector[u] = total
+        return
+    eigen(spread, vectors)
     for u in range(n):
         reported[u] = 0.0
         for v in range(n):
@@ -266,6 +267,32 @@ def future(smoothed, shift, before, information, vector, room):
 
 
 @inner_kernel
+def tells_everywhere(spread, whitened, factor, solved):
+    """Whether the future narrows every direction, and lies where it was expected: I − spread is positive definite."""
+    n = len(whitened)
+    distance = 0.0
+    for j in range(n):
+        for i in range(j, n):
+            total = -spread[i, j]
+            if i == j:
+                total += 1.0 - 1e-6
+            for k in range(j):
+                total -= factor[i, k] * factor[j, k]
+            if i == j:
+                if not total > 0.0:
+                    return False
+                factor[j, j] = math.sqrt(total)
+            else:
+                factor[i, j] = total / factor[j, j]
+        value = whitened[j]
+        for k in range(j):
+            value -= factor[j, k] * solved[k]
+        solved[j] = value / factor[j, j]
+        distance += solved[j] * solved[j]
+    return distance < _FARTHEST**2
+
+
+@inner_kernel
 def share(j, before, change, normal, d, p0, d_mixed, mixed_p, d_smooth, smoothed_p, weight, room):
     """Give mode j's smoothed row to the components that it was mixed of, by what the future says of each."""
     m, n = p0.shape[0], d.shape[1]
@@ -274,14 +301,14 @@ def share(j, before, change, normal, d, p0, d_mixed, mixed_p, d_smooth, smoothed
     for u in range(n):
         shift[u] = d_smooth[j, u] - d_mixed[j, u]
     future(smoothed_p[j], shift, mixed_p[j], information, vector, room)
-    lower, a, c = room[12], room[13], room[14]
+    lower, c = room[12], room[14]
     highest = -math.inf
     for i in range(m):
         part = before[i] * change[i, j] / normal
         weights[0, i] = -math.inf
-        if part < 1e-6:
+        if part < _NEGLIGIBLE_PART:
             continue
-        log_a = inverse(p0[i], a, lower)
+        a, log_a = room[_INVERSES + i], room[_INVERSES + MODES, 0, i]
         quadratic = 0.0
         for u in range(n):
             total = 0.0
@@ -300,7 +327,7 @@ def share(j, before, change, normal, d, p0, d_mixed, mixed_p, d_smooth, smoothed
                 total += covariance[u, v] * vectors[1, v]
             quadratic -= vectors[1, u] * total
             room[30, i, u] = total + d_mixed[j, u]
-        weights[0, i] = math.log(part) - 0.5 * (log_a + log_c + quadratic)
+        weights[0, i] = math.log(part) - 0.5 * _TEMPER * (log_a + log_c + quadratic)
         highest = max(highest, weights[0, i])
     total = 0.0
     for i in range(m):
@@ -324,53 +351,29 @@ def add(i, portion, mean, covariance, after, new_x, new_p):
             new_p[i, u, v] += portion * (covariance[u, v] + mean[u] * mean[v])
 
 
-@kernel
-def smooth_record(time, north, east, excess, aids, model, bank, motion_states, restarts, out):
-    """Smoothed `fuse` of every row. Arguments as `bank.run_record`; intervals of at most LONGEST_STEP."""
-    rows, m, n = len(time), bank.x.shape[0], bank.x.shape[1]
-    kept_x, kept_p, kept_probability = np.empty((rows, m, n)), np.empty((rows, m, n, n)), np.empty((rows, m))
-    moved = np.zeros((rows, 2))
-    begun = np.zeros(rows, np.bool_)
-    r = 0
-    for k in range(rows):
-        fixed = math.isfinite(north[k]) and math.isfinite(east[k])
-        begins = r < len(restarts) and restarts[r] == k
-        if begins:
-            r += 1
-        if begins or bank.run[STARTED] == 0.0:
-            bank.run[STARTED] = 0.0
-            if fixed:
-                start(bank, model, north[k], east[k])
-                begun[k] = True
-        else:
-            dt = time[k] - time[k - 1]
-            if dt > 0.0:
-                advance(bank, model, dt, motion_states)
-            if fixed:
-                was_n, was_e = bank.run[STEP_N], bank.run[STEP_E]
-                take_fix(bank, model, north[k], east[k], excess[k] if len(excess) else 1.0)
-                moved[k, 0], moved[k, 1] = bank.run[STEP_N] - was_n, bank.run[STEP_E] - was_e
-            if len(aids):
-                take_aids(bank, model, aids[k])
-        kept_x[k], kept_p[k], kept_probability[k] = bank.x, bank.p, bank.probability
-        if bank.run[STARTED] == 0.0:
-            kept_probability[k, 0] = math.nan
-    room = np.zeros((31, n, n))
-    xs, ps, probability = kept_x[rows - 1].copy(), kept_p[rows - 1].copy(), kept_probability[rows - 1].copy()
+@inner_kernel
+def smooth_kept(time, model, bank, motion_states, kept, room, out):
+    """Smoothed `fuse` of every row that `bank.run_record` kept; intervals of at most LONGEST_STEP.
+
+    room: (ROOM, n, n). out: (rows, FUSED + 2), of which the first FUSED columns are filled.
+    """
+    rows = len(time)
+    x, p, probability = room[ROOM - 9, :MODES], room[ROOM - 8 : ROOM - 3], room[ROOM - 2, 0]
+    m = kept.x.shape[1]
     for k in range(rows - 1, -1, -1):
-        if math.isnan(kept_probability[k, 0]):
-            out[k] = math.nan
+        if math.isnan(kept.probability[k, 0]):
+            for i in range(out.shape[1]):
+                out[k, i] = math.nan
             continue
-        if k < rows - 1:
-            if begun[k + 1]:
-                xs[:], ps[:], probability[:] = kept_x[k], kept_p[k], kept_probability[k]
-            elif time[k + 1] > time[k]:
-                dt = time[k + 1] - time[k]
-                if abs(dt - bank.steps[0, 0, 0]) > SAME_STEP * dt:
-                    set_steps(bank.steps, bank.change, bank.work, dt, model)
-                bank.x[:], bank.p[:], bank.probability[:] = kept_x[k], kept_p[k], kept_probability[k]
-                for i in range(m):
-                    xs[i, 0] -= moved[k + 1, 0]
-                    xs[i, 1] -= moved[k + 1, 1]
-                back(bank, model, motion_states, xs, ps, probability, room)
-        fuse(xs, ps, probability, model.filters, out[k])
+        if k == rows - 1 or kept.moved[k + 1, 2] == 1.0:
+            recall(kept, k, x, p, probability)
+        elif time[k + 1] > time[k]:
+            dt = time[k + 1] - time[k]
+            if abs(dt - bank.steps[0, 0, 0]) > SAME_STEP * dt:
+                set_steps(bank.steps, bank.change, bank.work, dt, model)
+            recall(kept, k, bank.x, bank.p, bank.probability)
+            for i in range(m):
+                x[i, NORTH] -= kept.moved[k + 1, 0]
+                x[i, EAST] -= kept.moved[k + 1, 1]
+            back(bank, model, motion_states, x, p, probability, room)
+        fuse(x, p, probability, model.filters, out[k])

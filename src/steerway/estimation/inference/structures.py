@@ -37,14 +37,14 @@ PRIORS = {
         "speed_walk": (0.004, 1.5),  # m/s per √s, held speed
         "yaw_size": (6.0 * _DEG, 1.5),  # rad/s, change of course rate in a yaw manoeuvre
         "yaw_time": (2.0, 1.2),  # s, how long it lasts
-        "yaw_every": (60.0, 1.2),  # s between them
+        "yaw_every": (100.0, 2.0),  # s between them
         "yaw_slip": (0.02, 1.5),  # m/s per √s, held speed in a yaw manoeuvre
         "turn_walk": (0.3 * _DEG, 1.5),  # rad/s per √s, course rate in a steady turn
-        "turn_time": (20.0, 1.2),  # s, how long a steady turn lasts
+        "turn_time": (30.0, 2.0),  # s, how long a steady turn lasts
         "rate_time": (0.8, 1.0),  # s, in which the course rate dies away on a held course
         "surge_size": (1.0, 1.5),  # m/s, change of speed in a speed manoeuvre
         "surge_time": (4.0, 1.2),  # s
-        "surge_every": (120.0, 1.2),  # s
+        "surge_every": (200.0, 1.5),  # s
         "emergency_every": (1e4, 2.0),  # s
     },
     "calm_rate": {"rate_std": (0.5 * _DEG, 1.5)},  # rad/s, on a held course
@@ -65,6 +65,11 @@ PRIORS = {
         "antenna_std": (0.1, 1.2),  # m athwart
         "antenna_period": (3.0, 0.6),  # s
         "antenna_damping": (0.03, 1.2),
+    },
+    "second_roll": {
+        "roll_std": (0.05, 1.2),  # m athwart
+        "roll_period": (3.0, 0.6),  # s
+        "roll_damping": (0.03, 1.2),
     },
     "clock": {"time_std": (0.03, 1.2)},  # s, of the moment of a fix
     "error": {"error_std": (0.7, 1.2), "error_time": (100.0, 1.5)},  # m, s
@@ -157,6 +162,9 @@ def model_of(parts, values) -> tuple[Model, int, int]:
     if "antenna" in parts:
         natural = 2.0 * math.pi / v["antenna_period"]
         add(ON_ANTENNA, v["antenna_damping"] * natural, natural, v["antenna_std"])
+    if "second_roll" in parts:
+        natural = 2.0 * math.pi / v["roll_period"]
+        add(ON_ANTENNA, v["roll_damping"] * natural, natural, v["roll_std"])
     if "error" in parts:
         add(ON_FIX, 1.0 / v["error_time"], 0.0, v["error_std"])
     if "quick_error" in parts:
@@ -184,9 +192,18 @@ VESSELS = (
     # kinds of vessel to begin from; what is not named is as the prior has it
     {},
     {
-        "yaw_size": 0.005, "yaw_time": 30.0, "yaw_every": 500.0, "turn_time": 120.0, "rate_time": 20.0, "turn_walk": 2e-4,
-        "surge_time": 60.0, "surge_every": 900.0, "wander_std": 5e-4, "speed_walk": 0.003, "emergency_every": 2e4,
+        "yaw_size": 0.005,
+        "yaw_time": 30.0,
+        "yaw_every": 500.0,
+        "turn_time": 120.0,
+        "rate_time": 20.0,
+        "turn_walk": 2e-4,
+        "surge_time": 60.0,
+        "surge_every": 900.0,
+        "wander_std": 5e-4,
+        "speed_walk": 0.003,
+        "emergency_every": 2e4,
     },
     {"yaw_size": 0.5, "yaw_time": 1.5, "rate_time": 0.4, "surge_size": 2.0, "turn_time": 6.0},
     {"yaw_size": 0.1, "speed_walk": 0.1, "wander_std": 0.05, "speed_std": 0.15, "surge_size": 5.0},
-)  # fmt: skip
+)

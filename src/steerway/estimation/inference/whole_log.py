@@ -1,5 +1,7 @@
 """Fixes of one vessel in, Motion out, by the structures that the record is evidence for."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from steerway.core.angles import wrap_array
@@ -13,12 +15,12 @@ from steerway.estimation.course.replay import (
     without_duplicates,
 )
 from steerway.estimation.course.update.aids import AIDS, expect_aids
-from steerway.estimation.inference.bank import LONGEST_STEP, run_record
+from steerway.estimation.inference.bank import LONGEST_STEP, MOST_STEPS, run_record
 from steerway.estimation.inference.course import COG, POSITION_STD, RATE, SOG, SOG_STD, averaged, smoothed_record
 from steerway.estimation.inference.fit import Rows
-from steerway.estimation.inference.model import FUSED, empty_bank
+from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.inference.plane import Plane, laid_out, placed, steps_between
-from steerway.estimation.inference.record import rows_of, without_copies
+from steerway.estimation.inference.record import LONGEST_GAP, without_copies
 from steerway.estimation.inference.selection import PLAIN, Inference, Structure, infer
 from steerway.estimation.inference.structures import model_of, parameters_of
 
@@ -30,7 +32,6 @@ _BLOCK, _OVERLAP = 20_000, 2_000
 """Rows filtered or smoothed at a time, which bounds the memory, and those smoothed beside them on either side: minutes,
 in which every motion is forgotten."""
 _NONE = np.empty(0)
-_ONLY_NEW = np.empty(0, np.int64)
 
 
 def infer_log(fixes: Fixes, aid: tuple[str, ...] = ()) -> Inference:
@@ -110,8 +111,8 @@ class _Track:
         if len(excess):
             excess = np.where(own, excess[origin], 1.0)
         first, second = np.where(own, first[origin], np.nan), np.where(own, second[origin], np.nan)
-        whole = Rows(self.time, first, second, excess, table, _ONLY_NEW)
-        self.record = rows_of(whole, slice(None), _ONLY_NEW)
+        restarts = np.flatnonzero(np.diff(self.time) > LONGEST_GAP) + 1
+        self.record = Rows(self.time, first, second, excess, table, restarts)
 
     @property
     def azimuth(self):
@@ -147,10 +148,17 @@ def _starting(estimate, restarts):
     known = estimate[:, SOG_STD] < _UNKNOWN_SPEED
     starting = np.zeros(len(known), bool)
     bounds = [0, *restarts.tolist(), len(known)]
-    for begin, end in zip(bounds[:-1], bounds[1:], strict=True):
+    for begin, end in pairwise(bounds):
         first = int(np.argmax(known[begin:end])) if known[begin:end].any() else end - begin
         starting[begin : begin + first] = True
     return starting
+
+
+def _part(record: Rows, begin, end) -> Rows:
+    """A copy of the rows from `begin` to before `end`."""
+    *columns, restarts = record
+    restarts = restarts[(restarts >= begin) & (restarts < end)] - begin
+    return Rows(*(column[begin:end].copy() for column in columns), restarts)
 
 
 def _filtered(record: Rows, structures):
@@ -162,16 +170,15 @@ def _filtered(record: Rows, structures):
     weights = [each.weight for each in structures]
     for begin in range(0, n, _BLOCK):
         before = begin if begin in record.restarts else max(begin - 1, 0)
-        rows = np.arange(before, min(begin + _BLOCK, n))
-        part, own = rows_of(record, rows, _ONLY_NEW), slice(begin - before, None)
+        part, own = _part(record, before, begin + _BLOCK), slice(begin - before, None)
         if before < begin:  # the row before, which the filters know, for the length of the first step
             part.north[0] = np.nan
             part.aids[:1] = np.nan
         outs = []
-        for (model, _, driving), bank in zip(models, banks, strict=True):
+        for (model, states, driving), bank in zip(models, banks, strict=True):
             out = np.empty((len(part.time), FUSED + 2))
             *columns, restarts = part
-            run_record(*columns, model, bank, driving, restarts, out, _NONE, 0)
+            run_record(*columns, model, bank, driving, restarts, out, _NONE, 0, room_to_keep(0, states))
             outs.append(out[own])
         rows = slice(begin, begin + _BLOCK)
         estimate[rows] = averaged(outs, weights)
@@ -184,7 +191,7 @@ def _smoothed(record: Rows, structures):
     n = len(record.time)
     gaps = np.diff(record.time)
     gaps[record.restarts - 1] = 0.0
-    steps = np.concatenate([[0], np.cumsum(np.maximum(np.ceil(gaps / LONGEST_STEP), 1.0))])
+    steps = np.concatenate([[0], np.cumsum(np.ceil(gaps / LONGEST_STEP).clip(1, MOST_STEPS))])
     if steps[-1] < _BLOCK + 2 * _OVERLAP:
         return smoothed_record(record, structures)
     estimate = np.empty((n, 9))
@@ -192,7 +199,7 @@ def _smoothed(record: Rows, structures):
     while begin < n:
         end = max(int(np.searchsorted(steps, steps[begin] + _BLOCK)), begin + 1)
         low, high = np.searchsorted(steps, [steps[begin] - _OVERLAP, steps[min(end, n - 1)] + _OVERLAP]).tolist()
-        part = rows_of(record, slice(low, high + 1), _ONLY_NEW)
+        part = _part(record, low, high + 1)
         estimate[begin:end] = smoothed_record(part, structures)[begin - low : end - low]
         begin = end
     return estimate
