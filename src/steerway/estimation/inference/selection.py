@@ -1,7 +1,7 @@
 """Which structures a record is evidence for: all declared ones are fitted and compared on the same rows.
 
-Each optional part is tried by itself, on few rows first; structures that fall behind there are given up. The best is
-tried together with the other parts that were better than none.
+Each optional part is tried by itself on few rows, and the best together with every other that is better than none.
+Structures that fall behind there are given up, the others are fitted and compared on many.
 """
 
 import math
@@ -22,8 +22,10 @@ SECOND = {"antenna": "second_roll", "error": "quick_error"}
 
 FEW, MANY = 800, 2400
 """Rows for a first fit and for the last, a few minutes and half an hour of a usual receiver."""
+FIRST_GRADIENTS, FEW_GRADIENTS, LAST_GRADIENTS = 5, 2, 4
+"""How many times a fit takes differences: the first, those on few rows, the last."""
 BEHIND = 4.0
-"""Log evidence by which a structure may be behind another on few rows before it is given up."""
+"""Log evidence by which a structure may be behind the best on few rows before it is given up."""
 BETTER = 3.0
 """Log evidence that is called strong (H. Jeffreys, Theory of Probability, 1961)."""
 LEAST_WEIGHT = 0.02
@@ -51,45 +53,39 @@ def infer(record: Rows, aids=()) -> Inference:
     few, many = excerpt(record, FEW, 1.0), excerpt(record, MANY, 0.5)
     fixed = np.isfinite(record.north)
     noise = white_std(record.time[fixed], record.north[fixed], record.east[fixed])
-    base = PLAIN + tuple(aids)
-    start = likeliest(base, few, [v | {"fix_std": noise * s} for v, s in product(VESSELS, (1.0, 0.5))])
-    plain = fitted(base, many, fitted(base, few, start, 4).values, 6)
-    level = fitted(base, few, plain.values, 1).evidence
-    fits = {base: plain}
-
-    def compete(parts, values):
-        """Fit a structure on few rows from these numbers, and on many unless it falls behind."""
-        fit = fitted(parts, few, values, 2)
-        if fit.evidence > level - BEHIND:
-            fits[parts] = fitted(parts, many, fit.values, 3)
-
-    for part in OPTIONAL:
-        parts = (*base, part)
-        compete(parts, searched(parts, few, starts(part, plain.values, noise)))
-        if parts in fits and part in SECOND and fits[parts].evidence > plain.evidence + BETTER:
-            parts = (*parts, SECOND[part])
-            compete(parts, searched(parts, few, starts(SECOND[part], fits[parts[:-1]].values, noise)))
-    if (top := max(fits, key=lambda parts: fits[parts].evidence)) != base:
-        # a part must not win by a better place in the numbers that all share
-        again = fitted(base, many, fits[top].values, 3)
-        plain = fits[base] = max(plain, again, key=lambda fit: fit.evidence)
-    better = sorted(
-        (p for p, f in fits.items() if f.evidence > plain.evidence + BETTER), key=lambda p: -fits[p].evidence
-    )
-    for other in better[1:]:
-        combine(fits, better[0], other, base, few, many)
+    contenders = screened(PLAIN + tuple(aids), few, noise)
+    fits = {parts: fitted(parts, many, fit.values, LAST_GRADIENTS) for parts, fit in contenders.items()}
     return weighed(fits)
 
 
-def combine(fits, best, other, base, few, many) -> None:
-    """Let the best structure compete with the parts of another added, if few rows say that it gains by them."""
-    parts = best + tuple(part for part in other[len(base) :] if part not in best)
-    if parts in fits:
-        return
-    own = {name: value for name, value in fits[other].values.items() if name not in fits[best].values}
-    fit = fitted(parts, few, fits[best].values | own, 2)
-    if fit.evidence > fitted(best, few, fits[best].values, 1).evidence:
-        fits[parts] = fitted(parts, many, fit.values, 3)
+def screened(base, few, noise) -> dict[tuple, Fit]:
+    """Fits of all structures on few rows, but for those that fall behind the best."""
+    begin = likeliest(base, few, [v | {"fix_std": noise * s} for v, s in product(VESSELS, (1.0, 0.5))])
+    plain = fitted(base, few, begin, FIRST_GRADIENTS)
+    fits = {base: plain}
+
+    def compete(part, with_parts, values):
+        parts = (*with_parts, part)
+        fits[parts] = fitted(parts, few, searched(parts, few, starts(part, values, noise)), FEW_GRADIENTS)
+        return parts, fits[parts].evidence > plain.evidence + BETTER
+
+    for part in OPTIONAL:
+        parts, better = compete(part, base, plain.values)
+        if better and part in SECOND:
+            compete(SECOND[part], parts, fits[parts].values)
+    ranked = sorted(fits, key=lambda parts: -fits[parts].evidence)
+    best = ranked[0]
+    if best != base:
+        # a part must not win by a better place in the numbers that all share
+        again = fitted(base, few, fits[best].values, FEW_GRADIENTS)
+        plain = fits[base] = max(plain, again, key=lambda fit: fit.evidence)
+    for other in ranked[1:]:
+        parts = best + tuple(part for part in other[len(base) :] if part not in best)
+        if fits[other].evidence > plain.evidence + BETTER and parts not in fits:
+            own = {name: value for name, value in fits[other].values.items() if name not in fits[best].values}
+            fits[parts] = fitted(parts, few, fits[best].values | own, FEW_GRADIENTS)
+    top = max(fit.evidence for fit in fits.values())
+    return {parts: fit for parts, fit in fits.items() if fit.evidence > top - BEHIND}
 
 
 def weighed(fits: dict[tuple, Fit]) -> Inference:
