@@ -37,8 +37,8 @@ _STEADY = 3.0
 """Speed in standard deviations across the course above which modes are averaged as speeds and courses, not vectors."""
 LONGEST_STEP = 3.0
 """s; a longer interval is predicted in equal parts of at most this."""
-MOST_STEPS = 20
-"""In an interval between fixes: of minutes without a fix a step in the motion says little."""
+MOST_STEPS = 150
+"""In an interval between fixes; with longer steps over several minutes the mixture is off by too much afterwards."""
 SAME_STEP = 1e-4
 """Part of a step by which clocks err."""
 START_SPEED_STD, START_RATE_STD = 10.0, 0.2
