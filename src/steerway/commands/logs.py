@@ -36,7 +36,9 @@ Until = Annotated[
 AsJson = Annotated[bool, flag("--json", help="JSON output.")]
 ProfileName = Annotated[
     str | None,
-    typer.Option("--profile", metavar="NAME|FILE.toml", help="Filter profile; by default selected from the log."),
+    typer.Option(
+        "--profile", metavar="NAME|FILE.toml", help="Filter profile; by default all is inferred from the log."
+    ),
 ]
 Aids = Annotated[
     str | None,
@@ -84,9 +86,10 @@ def estimate(
 
         cat ais.txt | steerway estimate - -o vessels.parquet
     """
-    from steerway.estimation import FiveStateFilter, choose_profile
     from steerway.estimation.course.latency import lateness, on_time
     from steerway.estimation.course.replay import variance_scales
+    from steerway.estimation.inference.description import structures_of
+    from steerway.estimation.log_estimate import LogEstimator
     from steerway.formats.writing import write, writer
     from steerway.report.summary import summarise
 
@@ -102,11 +105,12 @@ def estimate(
     fixes = on_time(read_logs(logs, source, start, stop), latency)
     if no_accuracy:
         fixes = replace(fixes, position_std=None)
-    chosen = choose_profile(fixes, profile, aids)
-    estimator = FiveStateFilter(chosen, aids)
-    motion = estimator.smooth(fixes, rate) if smooth else estimator.filter(fixes, rate)
-    late = lateness(fixes, chosen)
-    summary = summarise(fixes, motion, chosen.name, int((variance_scales(fixes) > 1.0).sum()), late.sog, late.cog)
+    estimator = LogEstimator(fixes, profile, aids)
+    motion = estimator.motion(fixes, rate, smooth)
+    late = lateness(fixes, estimator.smooth)
+    doubted = int((variance_scales(fixes) > 1.0).sum())
+    structures = structures_of(estimator.inference) if estimator.inference else []
+    summary = summarise(fixes, motion, estimator.name, doubted, late.sog, late.cog, structures)
     if out is not None:
         write(motion, out)
     if report is not None:

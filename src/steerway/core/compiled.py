@@ -94,8 +94,11 @@ def lean_kernel(function: F) -> F:
 
 
 def called_kernel(function: F) -> F:
-    """A `lean_kernel` that stays a call: where the time of a call does not count, it saves that of compilation."""
-    return _compiled(function, _nrt=False, fastmath={"contract"})
+    """A larger `lean_kernel` that stays a call: where the time of a call does not count, it saves that of compilation.
+
+    Sums may be taken in another order, so that loops over rows of a matrix become vector instructions.
+    """
+    return _compiled(function, _nrt=False, fastmath={"contract", "reassoc"})
 
 
 def _compiled(function: F, **options: Any) -> F:

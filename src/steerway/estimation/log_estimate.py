@@ -1,9 +1,11 @@
-"""`estimate`: the main job in one call, with a profile found from the log where none is given."""
+"""`estimate`: the main job in one call, with the vessel and her receiver inferred from the log itself."""
 
 from pathlib import Path
 
 from steerway.core.records import Fixes, Motion
 from steerway.estimation.course.filter import FiveStateFilter
+from steerway.estimation.inference.selection import Inference
+from steerway.estimation.inference.whole_log import infer_log, motion_of
 from steerway.estimation.profiles import Profile
 from steerway.estimation.selection.select_profile import select_profile
 
@@ -18,18 +20,48 @@ def estimate(
     """SOG, COG and course rate of every vessel in `fixes`.
 
     Args:
-        fixes: measurements of receivers and instruments.
-        profile: a Profile, the name of a built-in one or a .toml file; None takes the built-in one, and the noise of
-            fixes, of highest likelihood.
-        aid: what to use beside positions, of "sog", "cog", "heading", "water_speed", "yaw_rate".
+        fixes: measurements of receivers and instruments. Accuracy that a receiver reports (`position_std`) scales the
+            noise of a fix relative to what it usually reports.
+        profile: a Profile, the name of a built-in one or a .toml file. None infers vessel and receiver from the log:
+            several structures are fitted, and the estimate is their mean, weighted by their evidence. Reports of many
+            vessels (with `mmsi`) are filtered by the built-in profile "ais" then.
+        aid: what to use beside positions, of "sog", "cog", "heading", "water_speed", "yaw_rate". Their noise is
+            inferred too where no profile is given.
         rate: rows a second in the result (Hz); None gives a row a fix.
         smooth: use the whole record for every row (fixed-interval smoothing).
 
     Raises InputError for an unknown profile, aid or rate.
     """
-    chosen = choose_profile(fixes, profile, aid)
-    estimator = FiveStateFilter(chosen, aid)
-    return estimator.smooth(fixes, rate) if smooth else estimator.filter(fixes, rate)
+    return LogEstimator(fixes, profile, aid).motion(fixes, rate, smooth)
+
+
+class LogEstimator:
+    """The estimator of a log: by a profile, or by what is inferred from the log; arguments as `estimate`.
+
+    `name` is that of the profile or "inferred", `inference` None or what was inferred.
+    """
+
+    name: str
+    inference: Inference | None
+
+    def __init__(self, fixes: Fixes, profile: Profile | str | Path | None = None, aid: tuple[str, ...] = ()):
+        self.aid = tuple(aid)
+        if profile is None and fixes.mmsi is None:
+            self.name, self.inference = "inferred", infer_log(fixes, self.aid)
+        else:
+            chosen = choose_profile(fixes, profile, self.aid)
+            self.name, self.inference = chosen.name, None
+            self._filter = FiveStateFilter(chosen, self.aid)
+
+    def motion(self, fixes: Fixes, rate: float | None = None, smooth: bool = False) -> Motion:
+        """The estimate of the log or a part of it. Raises InputError for an impossible rate."""
+        if self.inference is not None:
+            return motion_of(fixes, self.inference, self.aid, rate, smooth)
+        return self._filter.smooth(fixes, rate) if smooth else self._filter.filter(fixes, rate)
+
+    def smooth(self, fixes: Fixes) -> Motion:
+        """The smoothed estimate of the log or a part of it."""
+        return self.motion(fixes, smooth=True)
 
 
 def choose_profile(fixes: Fixes, profile: Profile | str | Path | None = None, aid: tuple[str, ...] = ()) -> Profile:

@@ -1,6 +1,7 @@
 """The summary of an estimate: named numbers, and sentences made of them."""
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -33,12 +34,18 @@ def distance(motion: Motion) -> float:
 
 
 def summarise(
-    fixes: Fixes, motion: Motion, profile: str, doubted: int = 0, sog_late: float = math.nan, cog_late: float = math.nan
+    fixes: Fixes,
+    motion: Motion,
+    profile: str,
+    doubted: int = 0,
+    sog_late: float = math.nan,
+    cog_late: float = math.nan,
+    structures: Sequence[dict] = (),
 ) -> dict:
-    """The numbers of a run, flat, names with their units.
+    """The numbers of a run, flat but for `structures`, names with their units.
 
     doubted: number of fixes down-weighted for their reported accuracy. sog_late, cog_late: delay (s) of the receiver's
-    SOG and COG, NaN where unknown.
+    SOG and COG, NaN where unknown. structures: see `estimation.inference.description.structures_of`.
     """
     status = np.bincount(motion.status, minlength=len(STATUSES))
     defined = np.isfinite(motion.cog)
@@ -48,6 +55,7 @@ def summarise(
     return {
         "source": fixes.source,
         "profile": profile,
+        "structures": list(structures),
         "vessels": 1 if fixes.mmsi is None else len(np.unique(fixes.mmsi)),
         "start": iso(round(motion.time.min(), 3)) if len(motion) else None,
         "stop": iso(round(motion.time.max(), 3)) if len(motion) else None,
@@ -85,6 +93,7 @@ def sentences(summary: dict) -> list[tuple[str, str]]:
         *_receiver(s),
         ("rows", f"{s['rows']}: {status}"),
         ("profile", s["profile"]),
+        *((f"  weight {each['weight']:.2f}", _structure(each)) for each in s["structures"]),
         ("distance", f"{s['distance_m'] / 1000.0:.2f} km ({s['distance_m'] / NAUTICAL_MILE:.2f} NM) under way"),
         ("speed over ground", f"median {_speed(s['sog_median_mps'])}, highest {_speed(s['sog_max_mps'])}"),
         ("course defined", f"{s['course_defined_pct']:.1f} % of rows"),
@@ -106,6 +115,11 @@ def _receiver(s) -> list[tuple[str, str]]:
     if late:
         found.extend(late)
     return [("receiver", "; ".join(found))] if found else []
+
+
+def _structure(each) -> str:
+    known = math.isfinite(each["log_evidence"])
+    return each["words"] + (f" (log evidence {each['log_evidence']:.1f})" if known else " (as expected, not fitted)")
 
 
 def _speed(mps) -> str:

@@ -8,7 +8,6 @@ import numpy as np
 
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel, lean_kernel
-from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Motion
 from steerway.estimation.course.motion.layout import (
     COURSE,
@@ -32,7 +31,7 @@ from steerway.estimation.course.tracking import (
     take_aids,
     take_position,
 )
-from steerway.estimation.course.update.aids import AIDS, NO_AIDS, companion_of
+from steerway.estimation.course.update.aids import AIDS, NO_AIDS, companion_of, expect_aids
 from steerway.estimation.course.update.reported_accuracy import variance_scale, variance_scales_of
 from steerway.estimation.profiles import Profile
 
@@ -86,9 +85,7 @@ class FiveStateFilter:
     """
 
     def __init__(self, profile: Profile | str = "small-usv", aid: tuple[str, ...] = ()):
-        unknown = [name for name in aid if name not in AIDS]
-        if unknown:
-            raise InputError(f"aid {unknown[0]!r} is unknown, expected some of {', '.join(AIDS)}")
+        expect_aids(aid)
         self.profile = Profile.named(profile) if isinstance(profile, str) else profile
         self.aid = tuple(aid)
         self._parameters = self.profile.parameters(self.aid)

@@ -7,15 +7,14 @@ an input.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from steerway.core.checks import not_negative
-from steerway.core.records import Fixes
+from steerway.core.records import Fixes, Motion
 from steerway.estimation.course.comparison import LEAST_SPEED, LONGEST_LAG, compare
-from steerway.estimation.course.filter import FiveStateFilter
-from steerway.estimation.profiles import Profile
 
 _INSTRUMENTS = ("heading", "water_speed", "yaw_rate")
 _LONGEST_SAMPLE = 20_000
@@ -51,12 +50,15 @@ def on_time(fixes: Fixes, latency: float) -> Fixes:
     return replace(fixes, **columns).in_order()
 
 
-def lateness(fixes: Fixes, profile: Profile) -> Lateness:
-    """How late the receiver of one vessel is with its SOG and COG, by the part of the record with most motion."""
+def lateness(fixes: Fixes, smooth: Callable[[Fixes], Motion]) -> Lateness:
+    """How late the receiver of one vessel is with its SOG and COG, by the part of the record with most motion.
+
+    smooth: makes the smoothed estimate of a record.
+    """
     if fixes.mmsi is not None or not np.isfinite(fixes.sog).any():
         return Lateness()
     part = _busiest(fixes)
-    found = compare(part, FiveStateFilter(profile).smooth(part))
+    found = compare(part, smooth(part))
     if found.compared < _FEWEST:
         return Lateness()
     return Lateness(

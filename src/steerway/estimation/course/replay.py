@@ -23,15 +23,20 @@ _SMALLEST_SHARE = 20_000
 
 def replay(parameters, aid, fixes: Fixes, rate: float | None = None, smoothed: bool = False) -> Motion:
     """The filter of `parameters` over the fixes of any number of vessels; see `FiveStateFilter.filter`."""
-    if rate is not None and not 0.0 < rate <= 1000.0:
-        raise InputError(f"rate is {rate}, expected Hz between 0 and 1000")
+    expect_rate(rate)
     fixes = measured_rows(fixes, aid)
     if rate is not None:
-        fixes = _distinct_rows(fixes, aid)
+        fixes = distinct_rows(fixes, aid)
     if rate is None and not smoothed:
         return run_rows(parameters, aid, fixes).motion(fixes.time, fixes.mmsi, fixes.has_position)
     tracks = [_scheduled(parameters, aid, each, rate, smoothed) for _, each in fixes.tracks()]
     return _joined(tracks)
+
+
+def expect_rate(rate: float | None) -> None:
+    """Raises InputError for an output rate that is neither None nor possible."""
+    if rate is not None and not 0.0 < rate <= 1000.0:
+        raise InputError(f"rate is {rate}, expected Hz between 0 and 1000")
 
 
 def measured_rows(fixes: Fixes, aid) -> Fixes:
@@ -42,7 +47,7 @@ def measured_rows(fixes: Fixes, aid) -> Fixes:
     return fixes.rows(measured).in_order()
 
 
-def _without_duplicates(fixes: Fixes, aid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def without_duplicates(fixes: Fixes, aid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Latitude, longitude and aids of every row, NaN where the row before, of the same time and vessel, is equal.
 
     A value reported twice for one time is one measurement; two values, or two times, are two.
@@ -60,14 +65,15 @@ def _without_duplicates(fixes: Fixes, aid) -> tuple[np.ndarray, np.ndarray, np.n
     return latitude, longitude, aids
 
 
-def _repeat_status(status, repeats) -> None:
+def repeat_status(status, repeats) -> None:
     """A duplicate has the status of the row before."""
     for k in np.flatnonzero(repeats):
         status[k] = status[k - 1]
 
 
-def _distinct_rows(fixes: Fixes, aid) -> Fixes:
-    latitude, _, aids = _without_duplicates(fixes, aid)
+def distinct_rows(fixes: Fixes, aid) -> Fixes:
+    """The rows that hold something beside what the row before, of the same time and vessel, holds."""
+    latitude, _, aids = without_duplicates(fixes, aid)
     new = np.isfinite(latitude)
     if aid:
         new |= np.isfinite(aids).any(axis=1)
@@ -122,7 +128,7 @@ def run_rows(parameters, aid, fixes: Fixes) -> TrackOutput:
     """The filter over every row of every vessel in one pass, on as many threads as there is work for."""
     n = len(fixes)
     output = TrackOutput(n)
-    (latitude, longitude, aids), scales = _without_duplicates(fixes, aid), variance_scales(fixes)
+    (latitude, longitude, aids), scales = without_duplicates(fixes, aid), variance_scales(fixes)
     bounds = np.array([0, n]) if fixes.mmsi is None else np.r_[0, np.flatnonzero(np.diff(fixes.mmsi)) + 1, n]
     shares = min(len(bounds) - 1, os.cpu_count() or 1, n // _SMALLEST_SHARE + 1)
     cuts = np.linspace(0, len(bounds) - 1, max(shares, 1) + 1).astype(int)
@@ -143,7 +149,7 @@ def run_rows(parameters, aid, fixes: Fixes) -> TrackOutput:
         with ThreadPoolExecutor(shares) as pool:
             list(pool.map(work, range(shares)))
     if latitude is not fixes.latitude:
-        _repeat_status(output.status, fixes.has_position & np.isnan(latitude))
+        repeat_status(output.status, fixes.has_position & np.isnan(latitude))
     return output
 
 
@@ -156,7 +162,7 @@ def kept_rows(parameters, aid, fixes: Fixes, last: bool = False) -> np.ndarray:
     """(n, states + 2, states) covariance, state and flags after every row of one vessel, or after the last."""
     bank, n = empty_bank(parameters), len(fixes)
     kept = room_to_keep(bank, 0 if last else n)
-    latitude, longitude, aids = _without_duplicates(fixes, aid)
+    latitude, longitude, aids = without_duplicates(fixes, aid)
     record = (fixes.time, latitude, longitude, variance_scales(fixes), aids, True)
     run_track(np.array([0, n]), record, parameters, bank, TrackOutput(n).arrays(), kept)
     return bank[:1, : kept.shape[1]] if last else kept
@@ -165,10 +171,10 @@ def kept_rows(parameters, aid, fixes: Fixes, last: bool = False) -> np.ndarray:
 def _scheduled(parameters, aid, fixes: Fixes, rate, smoothed) -> Motion:
     """One vessel with output times of its own or smoothed: rows without a fix are added where they are needed."""
     longest = parameters[0, LONGEST_STEP]
-    time, origin, wanted = _schedule(fixes, rate, longest if smoothed else None)
+    time, origin, wanted = schedule(fixes, rate, longest if smoothed else None)
     mmsi = None if fixes.mmsi is None else np.full(len(time), fixes.mmsi[0] if len(fixes) else 0)
     blank = origin < 0
-    (first, second, aids), scales = _without_duplicates(fixes, aid), variance_scales(fixes)
+    (first, second, aids), scales = without_duplicates(fixes, aid), variance_scales(fixes)
     first, second = first[origin], second[origin]
     first[blank] = second[blank] = np.nan
     if len(scales):
@@ -185,7 +191,7 @@ def _scheduled(parameters, aid, fixes: Fixes, rate, smoothed) -> Motion:
         smooth_modes(record, parameters, kept, output.estimate, HYPOTHESES)
     elif smoothed:
         smooth(time, True, parameters[0], kept, output.estimate)
-    _repeat_status(output.status, fixes.has_position[origin] & ~blank & np.isnan(first))
+    repeat_status(output.status, fixes.has_position[origin] & ~blank & np.isnan(first))
     return output.motion(time, mmsi, wanted)
 
 
@@ -195,7 +201,7 @@ def room_to_keep(bank, rows) -> np.ndarray:
     return np.empty((rows, states + 2, states))
 
 
-def _schedule(fixes: Fixes, rate, longest):
+def schedule(fixes: Fixes, rate, longest):
     """Times to visit, the row of `fixes` each comes from (−1: none), and which of them go out.
 
     Beside those of the fixes and of the rate there are as many as steps of at most `longest` take, unless it is None.

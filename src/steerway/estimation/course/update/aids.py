@@ -13,6 +13,7 @@ from pydantic import BaseModel
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import lean_kernel
+from steerway.core.errors import InputError
 from steerway.core.profile_fields import positive_number
 from steerway.estimation.course.motion.layout import (
     COURSE,
@@ -84,6 +85,13 @@ _IS_ANGLE = np.array([aid.is_angle for aid in TABLE])
 _ACROSS_COURSE = np.array([aid.across_course for aid in TABLE])
 _LEAST_SPEED_SQUARED = 1e-4
 """(m/s)²: a centimetre a second, below which a velocity has no direction whatever its noise."""
+
+
+def expect_aids(names: tuple[str, ...]) -> None:
+    """Raises InputError for a name that is none of `AIDS`."""
+    unknown = [name for name in names if name not in AIDS]
+    if unknown:
+        raise InputError(f"aid {unknown[0]!r} is unknown, expected some of {', '.join(AIDS)}")
 
 
 def companion_states(profile, aids) -> tuple[dict[str, int], list[tuple[float, float]]]:

@@ -1,0 +1,129 @@
+"""What other instruments do to the modes: one scalar measurement at a time.
+
+Receiver's SOG and COG, heading = χ − crab angle, speed through water = U − the water's own speed along the course, yaw
+rate = course rate + the gyro's bias. The last three have the companion that they name as a state. SOG and COG of one
+moment are a velocity: they hold at rest as well.
+"""
+
+import math
+
+from steerway.core.angles import wrap
+from steerway.core.compiled import called_kernel, lean_kernel
+from steerway.estimation.inference.fix import turn_velocity
+from steerway.estimation.inference.model import (
+    ACTS_ON,
+    AID_VARIANCE,
+    COG,
+    COMPANION,
+    COURSE,
+    HEADING,
+    ON_RATE,
+    RATE,
+    SOG,
+    SPEED,
+    STATE,
+    WATER_SPEED,
+    YAW_RATE,
+)
+
+_OUTLIER_RATE = 1e-3
+"""Share of aids that have nothing to do with the motion."""
+_WIDEST = 30.0
+"""Standard deviations of the instrument over which such an aid is spread, for want of anything better."""
+_LEAST_SPEED = 0.1
+"""m/s; at less a heading does not determine the course."""
+_STEADY = 3.0
+"""Speed in standard deviations across the course above which SOG and COG are taken as such, not as a vector."""
+
+
+@called_kernel
+def take_aids(bank, model, aids):
+    """Weigh and take the aids (5,) that are known (not NaN). Returns the log density of them all."""
+    log_density = 0.0
+    for which in range(len(aids)):
+        if math.isfinite(aids[which]) and math.isfinite(model.aids[which, AID_VARIANCE]):
+            log_density += take_aid(bank, model, aids, which)
+    return log_density
+
+
+@called_kernel
+def take_aid(bank, model, aids, which):
+    """Weigh and take one of the aids (5,) in every mode. Returns its log density."""
+    x, p, probability, work = bank.x, bank.p, bank.probability, bank.work
+    m, n = x.shape
+    variance = model.aids[which, AID_VARIANCE]
+    outlier = _OUTLIER_RATE / (_WIDEST * math.sqrt(variance))
+    h, pc, density = work[0], work[1], work[8]
+    total = 0.0
+    for k in range(m):
+        innovation = measured(x, p, k, model, aids, which, h)
+        s = variance
+        for i in range(n):
+            value = 0.0
+            for j in range(SPEED, n):
+                value += h[j] * p[k, i, j]
+            pc[i] = value
+        for j in range(SPEED, n):
+            s += h[j] * pc[j]
+        usual = (1.0 - _OUTLIER_RATE) * math.exp(-0.5 * innovation * innovation / s) / math.sqrt(2.0 * math.pi * s)
+        density[k] = probability[k] * (usual + outlier)
+        total += density[k]
+        good = usual / (usual + outlier)
+        shift = innovation / s
+        spread = good * (1.0 / s - (1.0 - good) * shift * shift)
+        for i in range(n):
+            for j in range(n):
+                p[k, i, j] -= spread * pc[i] * pc[j]
+        for i in range(n):
+            if i != SPEED and i != COURSE:
+                x[k, i] += good * shift * pc[i]
+        if turn_velocity(x, p, k, good * shift * pc[SPEED], good * shift * pc[COURSE]):
+            for i in range(n):
+                for j in range(i):
+                    p[k, i, j] = p[k, j, i]
+    for k in range(m):
+        probability[k] = density[k] / total
+    return math.log(total)
+
+
+@lean_kernel
+def measured(x, p, k, model, aids, which, h):
+    """Innovation of an aid for mode k; what it measures of the state into h (n,)."""
+    for j in range(x.shape[1]):
+        h[j] = 0.0
+    speed, companion = x[k, SPEED], int(model.aids[which, COMPANION])
+    if which == SOG or which == COG:
+        whole = math.isfinite(aids[SOG]) and math.isfinite(aids[COG])
+        steady = speed * speed > _STEADY**2 * p[k, 3, 3]
+        bend = wrap(aids[COG] - x[k, COURSE]) if math.isfinite(aids[COG]) else 0.0
+        if which == SOG:
+            h[SPEED] = 1.0
+            return aids[SOG] - speed if steady or not whole else aids[SOG] * math.cos(bend) - speed
+        h[COURSE] = 1.0
+        return speed * bend if steady or not whole else aids[SOG] * math.sin(bend)
+    if which == HEADING:
+        if speed < _LEAST_SPEED:
+            return 0.0
+        h[COURSE] = 1.0 / speed
+        expected = x[k, COURSE]
+        if companion:
+            h[companion] = -1.0
+            expected -= x[k, companion]
+        return wrap(aids[HEADING] - expected)
+    if which == WATER_SPEED:
+        h[SPEED] = 1.0
+        expected = speed
+        if companion:
+            h[companion] = -1.0
+            expected -= x[k, companion]
+        return aids[WATER_SPEED] - expected
+    h[RATE] = 1.0
+    expected = x[k, RATE]
+    for f in range(len(model.filters)):
+        if model.filters[f, ACTS_ON] == ON_RATE:
+            h[int(model.filters[f, STATE])] = 1.0
+            expected += x[k, int(model.filters[f, STATE])]
+    if companion:
+        h[companion] = 1.0
+        expected += x[k, companion]
+    return aids[YAW_RATE] - expected

@@ -1,0 +1,44 @@
+"""An inference in words: structures, weights, evidence and the numbers that matter."""
+
+import math
+
+from steerway.estimation.inference.selection import Inference
+
+_WORDS = {
+    "base": "fixes with {fix_std:.2g} m of noise",
+    "wander": "speed within {speed_std:.2g} m/s and course rate within {wander_std:.2g}°/s of what is held",
+    "calm_rate": "course rate within {rate_std:.2g}°/s on a held course",
+    "waves": "waves: {wave_surge:.2g} m/s every {surge_period:.2g} s, {wave_yaw:.2g}°/s every {yaw_period:.2g} s",
+    "antenna": "antenna rolling {antenna_std:.2g} m every {antenna_period:.2g} s",
+    "clock": "time of a fix within {time_std:.2g} s",
+    "error": "error of {error_std:.2g} m over {error_time:.2g} s",
+    "second_roll": "antenna rolling {roll_std:.2g} m every {roll_period:.2g} s too",
+    "quick_error": "error of {quick_std:.2g} m over {quick_time:.2g} s",
+    "sog": "SOG within {sog_std:.2g} m/s",
+    "cog": "COG within {velocity_std:.2g} m/s across",
+    "heading": "heading within {heading_std:.2g}°",
+    "water_speed": "speed through water within {water_speed_std:.2g} m/s",
+    "yaw_rate": "yaw rate within {yaw_rate_std:.2g}°/s",
+}
+_ANGLES = ("wander_std", "rate_std", "wave_yaw", "heading_std", "yaw_rate_std")
+
+
+def structures_of(inference: Inference) -> list[dict]:
+    """Of every structure in use, best first: parts, weight, log_evidence (NaN of one not fitted), values, words."""
+    evidence = {fit.parts: fit.evidence for fit in inference.fits}
+    return [
+        {
+            "parts": list(each.parts),
+            "weight": each.weight,
+            "log_evidence": evidence.get(each.parts, math.nan),
+            "values": each.values,
+            "words": in_words(each.parts, each.values),
+        }
+        for each in sorted(inference.structures, key=lambda each: -each.weight)
+    ]
+
+
+def in_words(parts, values) -> str:
+    """What a structure says of vessel and receiver."""
+    shown = {name: math.degrees(value) if name in _ANGLES else value for name, value in values.items()}
+    return "; ".join(_WORDS[part].format(**shown) for part in parts)

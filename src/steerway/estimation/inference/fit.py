@@ -1,0 +1,132 @@
+"""Maximum a posteriori fit of a structure's numbers, and its evidence."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.estimation.inference.bank import run_record
+from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
+from steerway.estimation.inference.structures import model_of, parameters_of
+
+_NO_OUT = np.empty((0, FUSED + 2))
+_SETTLING = 10
+"""Fixes after a start that do not count: the start's prior is no part of the structure."""
+_DIFFERENCE = 0.05
+"""Prior deviations by which a number is varied for its score."""
+_TOLERANCE = 0.3
+"""Gain of log posterior below which an iteration is the last: a tenth of what distinguishes two structures."""
+_FURTHEST = 6.0
+"""Prior deviations beyond which no number is sought."""
+
+
+class Rows(NamedTuple):
+    """Fixes to fit to, and rows at which the filter begins anew; see `bank.run_record`."""
+
+    time: np.ndarray
+    north: np.ndarray
+    east: np.ndarray
+    excess: np.ndarray
+    aids: np.ndarray
+    restarts: np.ndarray
+
+
+class Fit(NamedTuple):
+    """A structure with its numbers (by name), log posterior, log evidence (Laplace) on the same rows, evaluations."""
+
+    parts: tuple
+    values: dict
+    log_posterior: float
+    evidence: float
+    calls: int
+
+
+class Posterior:
+    """Posterior of a structure's numbers, in prior deviations from the prior medians."""
+
+    def __init__(self, parts, rows: Rows):
+        self.parts, self.rows, self.calls = parts, rows, 0
+        self.names, self.medians, self.deviations = parameters_of(parts)
+        self._bank = None
+
+    def densities(self, x):
+        """(n,) log density of every row, 0 of those that do not count."""
+        self.calls += 1
+        model, states, driving = model_of(self.parts, self.values(x))
+        if self._bank is None:
+            self._bank = empty_bank(states)
+        self._bank.run[:] = 0.0
+        self._bank.steps[:] = 0.0
+        each = np.zeros(len(self.rows.time))
+        *rows, restarts = self.rows
+        run_record(*rows, model, self._bank, driving, restarts, _NO_OUT, each, _SETTLING, room_to_keep(0, states))
+        return each
+
+    def log(self, x, each):
+        """Log posterior (but for a constant) of these densities."""
+        value = float(each.sum()) - 0.5 * float(x @ x)
+        return value if math.isfinite(value) else -math.inf
+
+    def values(self, x) -> dict:
+        """The numbers by name."""
+        return dict(zip(self.names, np.exp(self.medians + self.deviations * x).tolist(), strict=True))
+
+    def point(self, values) -> np.ndarray:
+        """Numbers by name in prior deviations, those not named at their medians."""
+        x = np.zeros(len(self.names))
+        for i, name in enumerate(self.names):
+            if name in values:
+                x[i] = (math.log(values[name]) - self.medians[i]) / self.deviations[i]
+        return np.clip(x, -_FURTHEST, _FURTHEST)
+
+    def scores(self, x, each):
+        """(numbers, n) derivative of every row's log density by every number."""
+        steps = _DIFFERENCE * np.eye(len(x))
+        return np.array([(self.densities(x + step) - each) / _DIFFERENCE for step in steps])
+
+
+def likeliest(parts, rows, starts) -> dict:
+    """Of starting points (dicts) the likeliest."""
+    posterior = Posterior(parts, rows)
+    logs = [posterior.log(x, posterior.densities(x)) for x in map(posterior.point, starts)]
+    return starts[int(np.argmax(logs))]
+
+
+def fitted(parts, rows, start, gradients=4) -> Fit:
+    """Maximise the posterior from a starting point (dict) by Fisher's scoring within a trust region.
+
+    The information is the sum of outer products of the rows' scores (E. K. Berndt, B. H. Hall, R. E. Hall and J. A.
+    Hausman, Annals of Economic and Social Measurement 3(4), 1974) and the prior's. Between differences the scores are
+    kept up to date by the secants of the steps (C. G. Broyden, Mathematics of Computation 19, 1965).
+    """
+    posterior = Posterior(parts, rows)
+    x = posterior.point(start)
+    each = posterior.densities(x)
+    best = posterior.log(x, each)
+    scores, exact, reach, taken = posterior.scores(x, each), True, 1.0, 1
+    prior = np.eye(len(x))
+    while True:
+        information = scores @ scores.T + prior
+        step = np.linalg.solve(information, scores.sum(axis=1) - x)
+        largest = np.abs(step).max()
+        step *= min(1.0, reach / largest)
+        step = np.clip(x + step, -_FURTHEST, _FURTHEST) - x
+        new = posterior.densities(x + step)
+        log = posterior.log(x + step, new)
+        gained = log - best
+        if gained > 0.0:
+            scores = scores + np.outer(step, new - each - step @ scores) / float(step @ step)
+            x, each, best, reach = x + step, new, log, min(2.0, 1.5 * reach)
+            finished = gained < _TOLERANCE
+            exact, was_exact = False, exact
+        else:
+            reach, was_exact = 0.3 * min(reach, largest), False
+            finished = not exact
+            if exact and reach < 0.1:
+                break
+        if finished:
+            if was_exact or taken == gradients:
+                break
+            scores, exact, taken = posterior.scores(x, each), True, taken + 1
+    evidence = best - 0.5 * float(np.linalg.slogdet(information)[1])
+    return Fit(parts, posterior.values(x), best, evidence, posterior.calls)

@@ -1,0 +1,116 @@
+"""What a record is before it is fitted: copies of fixes, the white part of their noise, rows to fit to."""
+
+import math
+
+import numpy as np
+
+from steerway.estimation.inference.fit import Rows
+from steerway.estimation.inference.model import AIDS
+
+LONGEST_GAP = 1800.0
+"""s; after so long without a fix nothing of the motion is left, and the filter begins anew."""
+
+
+def record_of(time, north, east, excess=None, aids=None) -> Rows:
+    """A record of one vessel: copies as unknown, restarts after long gaps.
+
+    Args:
+        time: (n,) s, not decreasing. north, east: (n,) m in one plane, NaN where a row is no fix. excess: (n,), how
+            many times its usual variance the noise of a fix has. aids: columns (n,) by name, NaN where unknown.
+    """
+    time = np.ascontiguousarray(time, dtype=np.float64)
+    north, east = without_copies(north, east)
+    table = np.empty((0, len(AIDS)))
+    if aids:
+        table = np.column_stack([aids.get(name, np.full(len(time), np.nan)) for name in AIDS])
+    restarts = np.flatnonzero(np.diff(time) > LONGEST_GAP) + 1
+    return Rows(time, north, east, np.empty(0) if excess is None else np.asarray(excess, float), table, restarts)
+
+
+def without_copies(north, east):
+    """North and east (n,) with copies of the fix before as unknown: receivers hold, loggers stutter.
+
+    Positions that are written in coarse steps repeat themselves as well, of a vessel that hardly moves; such a repeat
+    is followed by a step or two, a copy by all the way since.
+    """
+    north, east = np.array(north, dtype=np.float64), np.array(east, dtype=np.float64)
+    known = np.flatnonzero(np.isfinite(north) & np.isfinite(east))
+    if len(known) < 3:
+        return north, east
+    steps = np.abs(np.diff(np.column_stack([north[known], east[known]]), axis=0))
+    same = (steps == 0.0).all(axis=1)
+    if not same.any():
+        return north, east
+    resolution = [np.nanquantile(np.where(column > 0.0, column, np.nan), 0.05) for column in steps.T]
+    coarse = np.maximum(np.nan_to_num(resolution), 1e-9)
+    far = (steps > _FEW_STEPS * coarse).any(axis=1)
+    follows = np.flatnonzero(~same)  # the next move after each run of repeats
+    after = np.searchsorted(follows, np.arange(len(same)))
+    moved = np.append(far[follows], True)[after]
+    copies = known[1:][same & moved]
+    north[copies] = east[copies] = np.nan
+    return north, east
+
+
+_FEW_STEPS = 2.5
+"""Steps of the resolution that a vessel which hardly moves goes at once."""
+
+
+def white_std(time, north, east) -> float:
+    """Standard deviation (m) of the white part of a fix, by third differences of equally spaced fixes.
+
+    A median, which turns and outliers do not move; the third difference of white noise has a variance of 20.
+    """
+    steps = np.diff(time)
+    usual = np.median(steps)
+    even = np.abs(steps - usual) < 0.1 * usual
+    even = even[2:] & even[1:-1] & even[:-2]
+    if even.sum() < 20:
+        return 0.3
+    third = np.concatenate([np.diff(north, 3)[even], np.diff(east, 3)[even]])
+    return max(1.4826 * float(np.median(np.abs(third))) / math.sqrt(20.0), 1e-3)
+
+
+_LONG, _LONG_FOR = 60.0, 5.0
+"""s and usual intervals; behind a longer gap a fit begins anew: one fix after it tells nothing of any one number."""
+_PIECES, _BURSTS, _IN_BURSTS, _IN_PHASE = 8, 4, 0.25, 10
+"""Pieces of a long record, bursts and the share of rows that are in them, rows between changes of phase."""
+
+
+def excerpt(record: Rows, most, apart) -> Rows:
+    """At most so many rows with fixes, up to `apart` seconds apart: thinned over the whole record or pieces of it.
+
+    Thinned fixes determine motion as well as all do where its time constants are longer; bursts of all determine the
+    rest. The phase of the thinned ones changes now and then, lest they be those of one of two receivers.
+    """
+    fixed = np.flatnonzero(np.isfinite(record.north))
+    n = len(fixed)
+    if n <= most:
+        return rows_of(record, fixed, np.empty(0, np.int64))
+    burst = int(_IN_BURSTS * most / _BURSTS)
+    coarse = most - _BURSTS * burst
+    stride = max(1, min(math.ceil(n / coarse), int(apart / np.median(np.diff(record.time[fixed])) + 0.01)))
+    if n <= coarse * stride:
+        rows, restarts = np.arange(0, n, stride), np.empty(0, np.int64)
+    else:
+        span = coarse // _PIECES
+        starts = np.linspace(0, n - span * stride, _PIECES).astype(int)
+        rows = (starts[:, None] + np.arange(span) * stride).ravel()
+        restarts = starts[1:]
+    if stride > 1:
+        phase = np.arange(len(rows)) // _IN_PHASE % stride
+        phase[np.isin(rows, restarts)] = 0
+        begins = rows[np.linspace(0, len(rows) - 1, _BURSTS + 2).astype(int)[1:-1]]
+        bursts = (begins[:, None] + np.arange(burst)).clip(0, n - 1)
+        rows = np.union1d((rows + phase).clip(0, n - 1), bursts)
+    return rows_of(record, fixed[rows], np.searchsorted(rows, restarts))
+
+
+def rows_of(record: Rows, rows, restarts) -> Rows:
+    """Rows of a record, with restarts of its own and where a gap is long."""
+    time = record.time[rows]
+    intervals = np.diff(time)
+    gaps = np.flatnonzero(intervals > max(_LONG, _LONG_FOR * np.median(intervals))) + 1
+    excess = record.excess[rows] if len(record.excess) else record.excess
+    aids = record.aids[rows] if len(record.aids) else record.aids
+    return Rows(time, record.north[rows], record.east[rows], excess, aids, np.union1d(restarts, gaps))

@@ -1,0 +1,132 @@
+"""Which structures a record is evidence for: all declared ones are fitted and compared on the same rows.
+
+Each optional part is tried by itself on few rows, and the best together with every other that is better than none.
+Structures that fall behind there are given up, the others are fitted and compared on many.
+"""
+
+import math
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.estimation.inference.fit import Fit, Rows, fitted, likeliest
+from steerway.estimation.inference.record import excerpt, white_std
+from steerway.estimation.inference.structures import VESSELS
+
+PLAIN = ("base", "wander")
+OPTIONAL = ("waves", "antenna", "clock", "error")
+"""Parts that a structure may have beside the plain ones."""
+SECOND = {"antenna": "second_roll", "error": "quick_error"}
+"""Parts that may come with one of these, where that is better than none."""
+
+FEW, MANY = 800, 2400
+"""Rows for a first fit and for the last, a few minutes and half an hour of a usual receiver."""
+FIRST_GRADIENTS, FEW_GRADIENTS, LAST_GRADIENTS = 5, 2, 4
+"""How many times a fit takes differences: the first, those on few rows, the last."""
+BEHIND = 4.0
+"""Log evidence by which a structure may be behind the best on few rows before it is given up."""
+BETTER = 3.0
+"""Log evidence that is called strong (H. Jeffreys, Theory of Probability, 1961)."""
+LEAST_WEIGHT = 0.02
+_PERIODS = (3.0, 4.5, 7.0, 10.0, 15.0, 22.0)
+_ROLLS = (1.5, 2.0, 2.5, 3.2, 4.0, 5.0)
+
+
+class Structure(NamedTuple):
+    """One of the structures that a record is evidence for."""
+
+    weight: float
+    parts: tuple
+    values: dict
+
+
+class Inference(NamedTuple):
+    """Structures with their weights, and all fits that competed to the end."""
+
+    structures: tuple
+    fits: tuple
+
+
+def infer(record: Rows, aids=()) -> Inference:
+    """Fit and compare the declared structures on a record (see `record.record_of`) with these of its aids."""
+    few, many = excerpt(record, FEW, 1.0), excerpt(record, MANY, 0.5)
+    fixed = np.isfinite(record.north)
+    noise = white_std(record.time[fixed], record.north[fixed], record.east[fixed])
+    contenders = screened(PLAIN + tuple(aids), few, noise)
+    fits = {parts: fitted(parts, many, fit.values, LAST_GRADIENTS) for parts, fit in contenders.items()}
+    return weighed(fits)
+
+
+def screened(base, few, noise) -> dict[tuple, Fit]:
+    """Fits of all structures on few rows, but for those that fall behind the best."""
+    begin = likeliest(base, few, [v | {"fix_std": noise * s} for v, s in product(VESSELS, (1.0, 0.5))])
+    plain = fitted(base, few, begin, FIRST_GRADIENTS)
+    fits = {base: plain}
+
+    def compete(part, with_parts, values):
+        parts = (*with_parts, part)
+        fits[parts] = fitted(parts, few, searched(parts, few, starts(part, values, noise)), FEW_GRADIENTS)
+        return parts, fits[parts].evidence > plain.evidence + BETTER
+
+    for part in OPTIONAL:
+        parts, better = compete(part, base, plain.values)
+        if better and part in SECOND:
+            compete(SECOND[part], parts, fits[parts].values)
+    ranked = sorted(fits, key=lambda parts: -fits[parts].evidence)
+    best = ranked[0]
+    if best != base:
+        # a part must not win by a better place in the numbers that all share
+        again = fitted(base, few, fits[best].values, FEW_GRADIENTS)
+        plain = fits[base] = max(plain, again, key=lambda fit: fit.evidence)
+    for other in ranked[1:]:
+        parts = best + tuple(part for part in other[len(base) :] if part not in best)
+        if fits[other].evidence > plain.evidence + BETTER and parts not in fits:
+            own = {name: value for name, value in fits[other].values.items() if name not in fits[best].values}
+            fits[parts] = fitted(parts, few, fits[best].values | own, FEW_GRADIENTS)
+    top = max(fit.evidence for fit in fits.values())
+    return {parts: fit for parts, fit in fits.items() if fit.evidence > top - BEHIND}
+
+
+def weighed(fits: dict[tuple, Fit]) -> Inference:
+    """The structures by their evidence; those of hardly any weight are left out."""
+    top = max(fit.evidence for fit in fits.values())
+    weights = {parts: math.exp(fit.evidence - top) for parts, fit in fits.items()}
+    least = LEAST_WEIGHT * sum(weights.values())
+    kept = {parts: weight for parts, weight in weights.items() if weight > least}
+    total = sum(kept.values())
+    structures = tuple(Structure(weight / total, parts, fits[parts].values) for parts, weight in kept.items())
+    return Inference(structures, tuple(fits.values()))
+
+
+def starts(part, values, noise) -> list[list[dict]]:
+    """Where to begin the search for a part's numbers: lists of numbers, each to be added to the likeliest so far."""
+    still = {"speed_std": 0.01, "wander_std": 0.003}
+    noisy = {"fix_std": noise}
+    if part == "waves":
+        surges = product((values, values | still), _PERIODS, (0.05, 0.2))
+        yaws = product((*_PERIODS, 30.0), (0.015, 0.05))
+        return [
+            [v | {"surge_period": period, "wave_surge": std, "wave_yaw": 0.005} for v, period, std in surges],
+            [{"yaw_period": period, "wave_yaw": std} for period, std in yaws],
+        ]
+    if part == "antenna":
+        rolls = product((values, noisy, {"fix_std": 0.5 * noise}), _ROLLS, (0.02, 0.15))
+        return [[v | {"antenna_period": period, "antenna_std": std} for v, period, std in rolls]]
+    if part == "second_roll":
+        return [[values | {"roll_period": period, "roll_std": std} for period, std in product(_ROLLS, (0.02, 0.1))]]
+    if part == "quick_error":
+        return [[values]]
+    if part == "clock":
+        clocks = product((1.0, 0.5), (0.01, 0.1))
+        return [[values | {"fix_std": share * values["fix_std"], "time_std": std} for share, std in clocks]]
+    errors = product((values, values | {"fix_std": 0.7 * values["fix_std"]}, noisy), (0.2, 1.0), (20.0, 200.0))
+    return [[v | {"error_std": std, "error_time": time} for v, std, time in errors]]
+
+
+def searched(parts, rows, stages) -> dict:
+    """The likeliest of the starting points, stage by stage."""
+    best = {}
+    for stage in stages:
+        best = likeliest(parts, rows, [best | start for start in stage])
+    return best

@@ -1,0 +1,379 @@
+"""Fixed-interval smoothing of interacting modes.
+
+One Gaussian a mode, backwards: through the interval after a row every mode is smoothed by the formula of H. E. Rauch,
+F. Tung and C. T. Striebel (AIAA Journal 3(8), 1965) from what it was mixed of. What the future thereby says of the row
+is the quotient of that and the mixture; it updates each component of the mixture and its probability by itself, so that
+a later manoeuvre is reported from an earlier one (the reduction of GPB2: Y. Bar-Shalom, X. R. Li and T. Kirubarajan,
+Estimation with Applications to Tracking and Navigation, 2001, §11.6).
+"""
+
+import math
+
+from steerway.core.angles import wrap
+from steerway.core.compiled import called_kernel, lean_kernel
+from steerway.estimation.inference.algebra import eigen, inverse, product, product_transposed
+from steerway.estimation.inference.bank import SAME_STEP, fuse, mix, recall
+from steerway.estimation.inference.discrete import LEFT, SPUN, set_steps
+from steerway.estimation.inference.model import COURSE, DRIFT_SPEED, EAST, MODES, NORTH, RATE, SPEED
+from steerway.estimation.inference.motion import predict, turn_pair
+
+_NEGLIGIBLE, _NEGLIGIBLE_PART = 5e-4, 1e-5
+"""Probability of a mode, and share of a component in its mixture, below which they are left out."""
+_FARTHEST = 4.0
+"""Standard deviations that what the future says may lie from what was expected of it."""
+_TEMPER = 0.3
+"""Exponent of what the future says of a component: Gaussians in which histories are merged share their errors, and with
+an exponent of 1 smoothed modes are overconfident (coverage of SOG 82 % where this gives 87, errors a tenth larger)."""
+ROOM, _INVERSES = 46, 31
+"""Matrices of workspace; where the inverses of the filter's covariances are."""
+_STEADY = 3.0
+"""As in `bank`."""
+
+
+@lean_kernel
+def is_steady(speed, variance_across):
+    """Whether velocities near this one are compared as speeds and courses rather than as vectors."""
+    return speed * speed > _STEADY**2 * variance_across
+
+
+@lean_kernel
+def difference(x, k, origin, steady, out):
+    """x[k] − origin (n,) as an error at `origin`. Returns the angle by which the covariance of x[k] turns."""
+    n = x.shape[1]
+    for i in range(n):
+        out[i] = x[k, i] - origin[i]
+    bend = wrap(x[k, COURSE] - origin[COURSE])
+    if steady:
+        out[COURSE] = origin[SPEED] * bend
+        return 0.0
+    out[SPEED] = x[k, SPEED] * math.cos(bend) - origin[SPEED]
+    out[COURSE] = x[k, SPEED] * math.sin(bend)
+    return bend
+
+
+@lean_kernel
+def shifted(origin, error, steady, x, p, k):
+    """x[k] ← origin + error (n,), with p[k] given at `origin`."""
+    n = x.shape[1]
+    along, across = origin[SPEED] + error[SPEED], error[COURSE]
+    for i in range(n):
+        if i != SPEED and i != COURSE:
+            x[k, i] = origin[i] + error[i]
+    if steady and along > 0.0:
+        x[k, SPEED] = along
+        x[k, COURSE] = wrap(origin[COURSE] + across / origin[SPEED])
+        return
+    angle = math.atan2(across, along)
+    x[k, SPEED] = math.hypot(along, across)
+    x[k, COURSE] = wrap(origin[COURSE] + angle)
+    turn_pair(p, k, SPEED, math.cos(angle), -math.sin(angle))
+    for i in range(n):
+        for j in range(i):
+            p[k, i, j] = p[k, j, i]
+
+
+@lean_kernel
+def turned(p, k, angle):
+    """The covariance p[k] in a body frame turned back by an angle."""
+    if angle != 0.0:
+        turn_pair(p, k, SPEED, math.cos(angle), math.sin(angle))
+        for i in range(p.shape[1]):
+            for j in range(i):
+                p[k, i, j] = p[k, j, i]
+
+
+@lean_kernel
+def transition(step, work, motion_states, f):
+    """The transition matrix (n, n) of the prediction that left its rows in `work` (see `motion.predict`)."""
+    n = f.shape[0]
+    for i in range(n):
+        for j in range(n):
+            f[i, j] = 1.0 if i == j else 0.0
+    for j in range(SPEED, motion_states):
+        for i in range(4):
+            f[i, j] += work[i, j]
+    for j in range(RATE, n):
+        if step[SPUN, j] != 0.0:
+            f[j, j], f[j, j + 1] = step[LEFT, j], -step[SPUN, j]
+            f[j + 1, j], f[j + 1, j + 1] = step[SPUN, j], step[LEFT, j]
+        elif step[SPUN, j - 1] == 0.0:
+            f[j, j] = step[LEFT, j]
+
+
+@called_kernel
+def back(bank, model, motion_states, smooth_x, smooth_p, smooth_probability, room):
+    """One step back: `bank` holds the filter's modes at a row and the step to the next; smooth_* those of the next row,
+    and are replaced by those of this one. room: (ROOM, n, n)."""
+    x, p, probability, mixed_x, mixed_p = bank.x, bank.p, bank.probability, bank.mixed_x, bank.mixed_p
+    steps, change, work = bank.steps, bank.change, bank.work
+    m, n = x.shape
+    x0, p0, before = room[0], room[1:6], room[6, 0]
+    for k in range(m):
+        before[k] = probability[k]
+        for i in range(n):
+            x0[k, i] = x[k, i]
+            for j in range(n):
+                p0[k, i, j] = p[k, i, j]
+    mix(bank)
+    reference = 0
+    for k in range(1, m):
+        if before[k] > before[reference]:
+            reference = k
+    across = 0.0
+    for k in range(m):
+        bend = wrap(x0[k, COURSE] - x0[reference, COURSE])
+        across += before[k] * (p0[k, 3, 3] + (x0[k, SPEED] * math.sin(bend)) ** 2)
+    steady = is_steady(x0[reference, SPEED], across)
+    origin = room[6, 1]
+    for i in range(n):
+        origin[i] = x0[reference, i]
+    d, d_mixed, d_smooth = room[7], room[8], room[9]
+    for k in range(m):
+        turned(p0, k, difference(x0, k, origin, steady, d[k]))
+        room[_INVERSES + MODES, 0, k] = inverse(p0[k], room[_INVERSES + k], room[13])
+    f, gain, inverted, lower = room[10], room[11], room[12], room[13]
+    a, b, c = room[14], room[15], room[16]
+    after = room[17]
+    new_x, new_p = room[19], room[20:25]
+    for i in range(m):
+        after[0, i] = 0.0
+        for u in range(n):
+            new_x[i, u] = 0.0
+            for v in range(n):
+                new_p[i, u, v] = 0.0
+    for j in range(m):
+        if smooth_probability[j] < _NEGLIGIBLE:
+            continue
+        # smoothed through the step: mixed_x[j], mixed_p[j] → a (covariance), d_smooth[j]
+        for u in range(n):
+            x[j, u] = mixed_x[j, u]
+            for v in range(n):
+                p[j, u, v] = mixed_p[j, u, v]
+        predict(x, p, j, steps[j], motion_states, model.receiver[DRIFT_SPEED], work)
+        transition(steps[j], work, motion_states, f)
+        level = is_steady(x[j, SPEED], max(p[j, 3, 3], smooth_p[j, 3, 3]))
+        turned(smooth_p, j, difference(smooth_x, j, x[j], level, work[0]))
+        if math.isnan(inverse(p[j], inverted, lower)):
+            continue
+        product_transposed(mixed_p[j], f, a)
+        product(a, inverted, gain)
+        for u in range(n):
+            for v in range(n):
+                b[u, v] = smooth_p[j, u, v] - p[j, u, v]
+        product(gain, b, c)
+        product_transposed(c, gain, a)
+        for u in range(n):
+            total = 0.0
+            for v in range(n):
+                total += gain[u, v] * work[0, v]
+                a[u, v] += mixed_p[j, u, v]
+            work[1, u] = total
+        # all at `origin`
+        angle = difference(mixed_x, j, origin, steady, d_mixed[j])
+        turned(mixed_p, j, angle)
+        for u in range(n):
+            for v in range(n):
+                p[j, u, v] = a[u, v]
+        turned(p, j, angle)
+        if angle != 0.0:
+            cosine, sine = math.cos(angle), math.sin(angle)
+            work[1, SPEED], work[1, COURSE] = (
+                cosine * work[1, SPEED] - sine * work[1, COURSE],
+                sine * work[1, SPEED] + cosine * work[1, COURSE],
+            )
+        for u in range(n):
+            d_smooth[j, u] = d_mixed[j, u] + work[1, u]
+        total = 0.0
+        for i in range(m):
+            total += before[i] * change[i, j]
+        share(j, before, change, total, d, p0, d_mixed, mixed_p, d_smooth, p, smooth_probability[j], room)
+    total = 0.0
+    for i in range(m):
+        total += after[0, i]
+    for i in range(m):
+        smooth_probability[i] = after[0, i] / total
+        if after[0, i] <= 0.0:
+            for u in range(n):
+                smooth_x[i, u] = x0[i, u]
+                for v in range(n):
+                    smooth_p[i, u, v] = p0[i, u, v]
+            continue
+        for u in range(n):
+            new_x[i, u] /= after[0, i]
+        for u in range(n):
+            for v in range(n):
+                smooth_p[i, u, v] = new_p[i, u, v] / after[0, i] - new_x[i, u] * new_x[i, v]
+        shifted(origin, new_x[i], steady, smooth_x, smooth_p, i)
+
+
+@called_kernel
+def future(smoothed, shift, before, information, vector, room):
+    """What the future says, in information form about the mean before: the quotient of two Gaussians.
+
+    Where merging has left the smoothed one wider than that before, the future says nothing.
+    smoothed, before: (n, n) covariances; shift: (n,) difference of means. Fills information (n, n), vector (n,).
+    """
+    n = len(shift)
+    a, b, lower, spread, vectors = room[13], room[14], room[15], room[16], room[12]
+    inverse(before, b, lower)
+    product(lower, smoothed, a)
+    product_transposed(a, lower, spread)
+    whitened, reported = room[11, 3], room[11, 4]
+    for u in range(n):
+        total = 0.0
+        for v in range(u + 1):
+            total += lower[u, v] * shift[v]
+        whitened[u] = total
+    if tells_everywhere(spread, whitened, a, reported):
+        inverse(smoothed, information, a)
+        for u in range(n):
+            total = 0.0
+            for v in range(n):
+                total += information[u, v] * shift[v]
+                information[u, v] -= b[u, v]
+            vector[u] = total
+        return
+    eigen(spread, vectors)
+    for u in range(n):
+        reported[u] = 0.0
+        for v in range(n):
+            information[u, v] = 0.0
+    for e in range(n):
+        value = max(spread[e, e], 1e-9)
+        if value > 1.0 - 1e-6:
+            continue
+        along = 0.0
+        for u in range(n):
+            along += vectors[u, e] * whitened[u]
+        most = _FARTHEST * math.sqrt(1.0 - value)
+        along = min(max(along, -most), most)
+        for u in range(n):
+            reported[u] += vectors[u, e] * along / value
+            for v in range(n):
+                information[u, v] += vectors[u, e] * (1.0 / value - 1.0) * vectors[v, e]
+    # back from the whitened coordinates: lowerᵀ (…) lower
+    for u in range(n):
+        total = 0.0
+        for v in range(u, n):
+            total += lower[v, u] * reported[v]
+        vector[u] = total
+    product(information, lower, a)
+    for u in range(n):
+        for v in range(n):
+            total = 0.0
+            for k in range(u, n):
+                total += lower[k, u] * a[k, v]
+            information[u, v] = total
+
+
+@called_kernel
+def tells_everywhere(spread, whitened, factor, solved):
+    """Whether the future narrows every direction, and lies where it was expected: I − spread is positive definite."""
+    n = len(whitened)
+    distance = 0.0
+    for j in range(n):
+        for i in range(j, n):
+            total = -spread[i, j]
+            if i == j:
+                total += 1.0 - 1e-6
+            for k in range(j):
+                total -= factor[i, k] * factor[j, k]
+            if i == j:
+                if not total > 0.0:
+                    return False
+                factor[j, j] = math.sqrt(total)
+            else:
+                factor[i, j] = total / factor[j, j]
+        value = whitened[j]
+        for k in range(j):
+            value -= factor[j, k] * solved[k]
+        solved[j] = value / factor[j, j]
+        distance += solved[j] * solved[j]
+    return distance < _FARTHEST**2
+
+
+@called_kernel
+def share(j, before, change, normal, d, p0, d_mixed, mixed_p, d_smooth, smoothed_p, weight, room):
+    """Give mode j's smoothed row to the components that it was mixed of, by what the future says of each."""
+    m, n = p0.shape[0], d.shape[1]
+    vectors, after, weights, new_x, new_p = room[11], room[17], room[18], room[19], room[20:25]
+    information, vector, shift = room[10], vectors[0], vectors[1]
+    for u in range(n):
+        shift[u] = d_smooth[j, u] - d_mixed[j, u]
+    future(smoothed_p[j], shift, mixed_p[j], information, vector, room)
+    lower, c = room[12], room[14]
+    highest = -math.inf
+    for i in range(m):
+        part = before[i] * change[i, j] / normal
+        weights[0, i] = -math.inf
+        if part < _NEGLIGIBLE_PART:
+            continue
+        a, log_a = room[_INVERSES + i], room[_INVERSES + MODES, 0, i]
+        quadratic = 0.0
+        for u in range(n):
+            total = 0.0
+            for v in range(n):
+                total += a[u, v] * (d[i, v] - d_mixed[j, v])
+                c[u, v] = a[u, v] + information[u, v]
+            quadratic += (d[i, u] - d_mixed[j, u]) * total
+            vectors[1, u] = total + vector[u]
+        covariance = room[25 + i]
+        log_c = inverse(c, covariance, lower)
+        if math.isnan(log_a) or math.isnan(log_c):
+            continue
+        for u in range(n):
+            total = 0.0
+            for v in range(n):
+                total += covariance[u, v] * vectors[1, v]
+            quadratic -= vectors[1, u] * total
+            room[30, i, u] = total + d_mixed[j, u]
+        weights[0, i] = math.log(part) - 0.5 * _TEMPER * (log_a + log_c + quadratic)
+        highest = max(highest, weights[0, i])
+    total = 0.0
+    for i in range(m):
+        if weights[0, i] > -math.inf:
+            total += math.exp(weights[0, i] - highest)
+    for i in range(m):
+        if weights[0, i] > -math.inf:
+            portion = weight * math.exp(weights[0, i] - highest) / total
+            if portion > 1e-6:
+                add(i, portion, room[30, i], room[25 + i], after, new_x, new_p)
+
+
+@lean_kernel
+def add(i, portion, mean, covariance, after, new_x, new_p):
+    """Add a Gaussian of this weight to the moments of mode i."""
+    n = len(mean)
+    after[0, i] += portion
+    for u in range(n):
+        new_x[i, u] += portion * mean[u]
+        for v in range(n):
+            new_p[i, u, v] += portion * (covariance[u, v] + mean[u] * mean[v])
+
+
+@called_kernel
+def smooth_kept(time, model, bank, motion_states, kept, room, out):
+    """Smoothed `fuse` of every row that `bank.run_record` kept; intervals of at most LONGEST_STEP.
+
+    room: (ROOM, n, n). out: (rows, FUSED + 2), of which the first FUSED columns are filled.
+    """
+    rows = len(time)
+    x, p, probability = room[ROOM - 9, :MODES], room[ROOM - 8 : ROOM - 3], room[ROOM - 2, 0]
+    m = kept.x.shape[1]
+    for k in range(rows - 1, -1, -1):
+        if math.isnan(kept.probability[k, 0]):
+            for i in range(out.shape[1]):
+                out[k, i] = math.nan
+            continue
+        if k == rows - 1 or kept.moved[k + 1, 2] == 1.0:
+            recall(kept, k, x, p, probability)
+        elif time[k + 1] > time[k]:
+            dt = time[k + 1] - time[k]
+            if abs(dt - bank.steps[0, 0, 0]) > SAME_STEP * dt:
+                set_steps(bank.steps, bank.change, bank.work, dt, model)
+            recall(kept, k, bank.x, bank.p, bank.probability)
+            for i in range(m):
+                x[i, NORTH] -= kept.moved[k + 1, 0]
+                x[i, EAST] -= kept.moved[k + 1, 1]
+            back(bank, model, motion_states, x, p, probability, room)
+        fuse(x, p, probability, model.filters, out[k])

@@ -1,0 +1,209 @@
+"""The declared structures: what a vessel and her receiver may be made of, each number with its weak prior.
+
+A structure is a tuple of parts; each part names its parameters. Numbers are fitted as logarithms, with normal priors of
+these medians and deviations. One deviation of 1 is a factor of 2.7 either way: about what vessels of one kind differ
+by; 1.5 and more span dinghies and ships.
+"""
+
+import math
+
+import numpy as np
+
+from steerway.estimation.inference.model import (
+    AIDS,
+    CALM,
+    EMERGENCY,
+    MODES,
+    ON_AID,
+    ON_ANTENNA,
+    ON_FIX,
+    ON_RATE,
+    ON_SPEED,
+    SURGE,
+    TURN,
+    YAW,
+    Model,
+    states_of,
+)
+
+_DEG = math.pi / 180.0
+
+PRIORS = {
+    # part: {parameter: (median, deviation of the logarithm)}
+    "base": {
+        "fix_std": (0.3, 2.0),  # m, white part of a fix
+        "poor_rate": (0.003, 1.5),  # share of fixes with much larger noise
+        "outlier_rate": (0.001, 1.2),  # share of fixes that are off by any distance
+        "speed_walk": (0.004, 1.5),  # m/s per √s, held speed
+        "yaw_size": (6.0 * _DEG, 1.5),  # rad/s, change of course rate in a yaw manoeuvre
+        "yaw_time": (2.0, 1.2),  # s, how long it lasts
+        "yaw_every": (100.0, 2.0),  # s between them
+        "yaw_slip": (0.02, 1.5),  # m/s per √s, held speed in a yaw manoeuvre
+        "turn_walk": (0.3 * _DEG, 1.5),  # rad/s per √s, course rate in a steady turn
+        "turn_time": (30.0, 2.0),  # s, how long a steady turn lasts
+        "rate_time": (0.8, 1.0),  # s, in which the course rate dies away on a held course
+        "surge_size": (1.0, 1.5),  # m/s, change of speed in a speed manoeuvre
+        "surge_time": (4.0, 1.2),  # s
+        "surge_every": (200.0, 1.5),  # s
+        "emergency_every": (1e4, 2.0),  # s
+    },
+    "calm_rate": {"rate_std": (0.5 * _DEG, 1.5)},  # rad/s, on a held course
+    "wander": {
+        "speed_std": (0.03, 1.5),  # m/s about the held speed
+        "speed_time": (6.0, 1.0),  # s
+        "wander_std": (0.5 * _DEG, 1.5),  # rad/s about the held course rate
+        "wander_time": (3.0, 1.0),  # s
+    },
+    "waves": {
+        "wave_surge": (0.15, 1.2),  # m/s
+        "surge_period": (9.0, 0.8),  # s
+        "wave_yaw": (2.5 * _DEG, 1.2),  # rad/s
+        "yaw_period": (12.0, 0.8),  # s
+        "wave_damping": (0.06, 1.2),  # of both, as a share of critical damping
+    },
+    "antenna": {
+        "antenna_std": (0.1, 1.2),  # m athwart
+        "antenna_period": (3.0, 0.6),  # s
+        "antenna_damping": (0.03, 1.2),
+    },
+    "second_roll": {
+        "roll_std": (0.05, 1.2),  # m athwart
+        "roll_period": (3.0, 0.6),  # s
+        "roll_damping": (0.03, 1.2),
+    },
+    "clock": {"time_std": (0.03, 1.2)},  # s, of the moment of a fix
+    "error": {"error_std": (0.7, 1.2), "error_time": (100.0, 1.5)},  # m, s
+    "quick_error": {"quick_std": (0.25, 1.2), "quick_time": (5.0, 0.8)},  # m, s
+    # aids: of instruments as they are sold
+    "sog": {"sog_std": (0.1, 1.0)},  # m/s
+    "cog": {"velocity_std": (0.1, 1.0)},  # m/s across the course
+    "heading": {
+        "heading_std": (1.0 * _DEG, 1.0),
+        "crab_std": (10.0 * _DEG, 0.7),
+        "crab_time": (60.0, 1.0),
+    },  # rad, rad, s
+    "water_speed": {
+        "water_speed_std": (0.1, 1.0),
+        "stream_std": (0.5, 0.7),
+        "stream_time": (300.0, 1.0),
+    },  # m/s, m/s, s
+    "yaw_rate": {
+        "yaw_rate_std": (0.2 * _DEG, 1.0),
+        "bias_std": (0.5 * _DEG, 0.7),
+        "bias_time": (1000.0, 1.0),
+    },  # rad/s, rad/s, s
+}
+
+EMERGENCY_ACCELERATION, EMERGENCY_YAW, EMERGENCY_TIME = 3.0, 1.5, 1.5
+"""m/s², rad/s² and s: a planing craft that stops, a small craft that spins."""
+DRIFT_SPEED = 0.2
+"""m/s: below it a vessel has hardly steerageway."""
+TURN_SHARE = 0.5
+"""Probability that a yaw manoeuvre ends in a steady turn rather than on a held course."""
+
+
+_AID_NUMBERS = (
+    # aid, its noise, its companion
+    ("sog", "sog_std", ""),
+    ("cog", "velocity_std", ""),
+    ("heading", "heading_std", "crab"),
+    ("water_speed", "water_speed_std", "stream"),
+    ("yaw_rate", "yaw_rate_std", "bias"),
+)
+
+
+def parameters_of(parts):
+    """Names, prior medians (log) and deviations of a structure's numbers."""
+    table = {name: prior for part in parts for name, prior in PRIORS[part].items()}
+    names = tuple(table)
+    return names, np.log([table[name][0] for name in names]), np.array([table[name][1] for name in names])
+
+
+def model_of(parts, values) -> tuple[Model, int, int]:
+    """Model of a structure with these numbers (dict), its number of states and of states that drive the motion."""
+    v = values
+    calm_noise = 2.0 * v["rate_std"] ** 2 / v["rate_time"] if "calm_rate" in parts else 0.0
+    turn_noise = v["turn_walk"] ** 2
+    decay = 1.0 / v["rate_time"]
+    speed = v["speed_walk"] ** 2
+    yaw, surge = v["yaw_size"] ** 2 / v["yaw_time"], v["surge_size"] ** 2 / v["surge_time"]
+    modes = np.zeros((MODES, 4))
+    modes[CALM] = speed, calm_noise, decay, 0.0
+    modes[TURN] = speed, turn_noise, 0.0, 0.0
+    modes[YAW] = v["yaw_slip"] ** 2, yaw, 0.0, 0.0
+    modes[SURGE] = surge, calm_noise, decay, 0.0
+    modes[EMERGENCY] = EMERGENCY_ACCELERATION**2 * EMERGENCY_TIME, EMERGENCY_YAW**2 * EMERGENCY_TIME, 0.0, 1.0
+    g = np.zeros((MODES, MODES))
+    yaw_begins, surge_begins = 1.0 / v["yaw_every"], 1.0 / v["surge_every"]
+    g[CALM, YAW], g[CALM, SURGE] = yaw_begins, surge_begins
+    g[TURN, YAW], g[TURN, CALM], g[TURN, SURGE] = 0.5 / v["turn_time"], 0.5 / v["turn_time"], surge_begins
+    g[YAW, TURN], g[YAW, CALM] = TURN_SHARE / v["yaw_time"], (1.0 - TURN_SHARE) / v["yaw_time"]
+    g[SURGE, CALM], g[SURGE, YAW] = 1.0 / v["surge_time"], yaw_begins
+    g[:, EMERGENCY] = 1.0 / v["emergency_every"]
+    g[EMERGENCY] = np.array([0.4, 0.2, 0.2, 0.2, 0.0]) / EMERGENCY_TIME
+    np.fill_diagonal(g, 0.0)
+    np.fill_diagonal(g, -g.sum(axis=1))
+
+    filters, at = [], 5
+
+    def add(acts_on, decay, frequency, std):
+        nonlocal at
+        filters.append((acts_on, at, decay, frequency, std * std))
+        at += 2 if acts_on == ON_FIX or frequency > 0.0 else 1
+
+    if "wander" in parts:
+        add(ON_SPEED, 1.0 / v["speed_time"], 0.0, v["speed_std"])
+        add(ON_RATE, 1.0 / v["wander_time"], 0.0, v["wander_std"])
+    if "waves" in parts:
+        for acts_on, std, period in ((ON_SPEED, "wave_surge", "surge_period"), (ON_RATE, "wave_yaw", "yaw_period")):
+            natural = 2.0 * math.pi / v[period]
+            add(acts_on, v["wave_damping"] * natural, natural, v[std])
+    driving = at
+    if "antenna" in parts:
+        natural = 2.0 * math.pi / v["antenna_period"]
+        add(ON_ANTENNA, v["antenna_damping"] * natural, natural, v["antenna_std"])
+    if "second_roll" in parts:
+        natural = 2.0 * math.pi / v["roll_period"]
+        add(ON_ANTENNA, v["roll_damping"] * natural, natural, v["roll_std"])
+    if "error" in parts:
+        add(ON_FIX, 1.0 / v["error_time"], 0.0, v["error_std"])
+    if "quick_error" in parts:
+        add(ON_FIX, 1.0 / v["quick_time"], 0.0, v["quick_std"])
+    aids = np.full((len(AIDS), 2), math.nan)
+    for name, noise, companion in _AID_NUMBERS:
+        if name in parts:
+            aids[AIDS.index(name)] = v[noise] ** 2, at if companion else 0
+            if companion:
+                add(ON_AID, 1.0 / v[f"{companion}_time"], 0.0, v[f"{companion}_std"])
+    table = np.array(filters, dtype=np.float64).reshape(-1, 5)
+    receiver = np.array(
+        [
+            v["fix_std"] ** 2,
+            min(v["outlier_rate"], 0.3),
+            DRIFT_SPEED,
+            min(v["poor_rate"], 0.3),
+            v.get("time_std", 0.0) ** 2,
+        ]
+    )
+    return Model(modes, g, table, receiver, aids), states_of(table), driving
+
+
+VESSELS = (
+    # kinds of vessel to begin from; what is not named is as the prior has it
+    {},
+    {
+        "yaw_size": 0.005,
+        "yaw_time": 30.0,
+        "yaw_every": 500.0,
+        "turn_time": 120.0,
+        "rate_time": 20.0,
+        "turn_walk": 2e-4,
+        "surge_time": 60.0,
+        "surge_every": 900.0,
+        "wander_std": 5e-4,
+        "speed_walk": 0.003,
+        "emergency_every": 2e4,
+    },
+    {"yaw_size": 0.5, "yaw_time": 1.5, "rate_time": 0.4, "surge_size": 2.0, "turn_time": 6.0},
+    {"yaw_size": 0.1, "speed_walk": 0.1, "wander_std": 0.05, "speed_std": 0.15, "surge_size": 5.0},
+)

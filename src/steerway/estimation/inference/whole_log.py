@@ -1,0 +1,205 @@
+"""Fixes of one vessel in, Motion out, by the structures that the record is evidence for."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from steerway.core.angles import wrap_array
+from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, Fixes, Motion
+from steerway.estimation.course.replay import (
+    distinct_rows,
+    expect_rate,
+    measured_rows,
+    schedule,
+    variance_scales,
+    without_duplicates,
+)
+from steerway.estimation.course.update.aids import AIDS, expect_aids
+from steerway.estimation.inference.bank import LONGEST_STEP, MOST_STEPS, run_record
+from steerway.estimation.inference.course import COG, POSITION_STD, RATE, SOG, SOG_STD, averaged, smoothed_record
+from steerway.estimation.inference.fit import Rows
+from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
+from steerway.estimation.inference.plane import Plane, laid_out, placed, steps_between
+from steerway.estimation.inference.record import LONGEST_GAP, without_copies
+from steerway.estimation.inference.selection import PLAIN, Inference, Structure, infer
+from steerway.estimation.inference.structures import model_of, parameters_of
+
+_FEWEST = 30
+"""Fixes below which nothing is fitted: a third of them settle the start, and the plain structure has 19 numbers."""
+_UNKNOWN_SPEED = 3.0
+"""m/s; a speed that is known worse after a start is not stated: a third of what is expected of a vessel unseen."""
+_BLOCK, _OVERLAP = 20_000, 2_000
+"""Rows filtered or smoothed at a time, which bounds the memory, and those smoothed beside them on either side: minutes,
+in which every motion is forgotten."""
+_NONE = np.empty(0)
+
+
+def infer_log(fixes: Fixes, aid: tuple[str, ...] = ()) -> Inference:
+    """The structures that a vessel's record is evidence for; of a very short one the plain structure as expected.
+
+    Raises InputError for an unknown aid.
+    """
+    expect_aids(aid)
+    track = _Track(fixes, aid)
+    known = [name for name in aid if np.isfinite(getattr(track.fixes, name)).any()]
+    if np.isfinite(track.record.north).sum() >= _FEWEST:
+        return infer(track.record, known)
+    parts = (*PLAIN, *known)
+    names, medians, _ = parameters_of(parts)
+    expected = dict(zip(names, np.exp(medians).tolist(), strict=True))
+    return Inference((Structure(1.0, parts, expected),), ())
+
+
+def motion_of(fixes: Fixes, inference: Inference, aid=(), rate: float | None = None, smooth: bool = False) -> Motion:
+    """The motion that the structures of an inference mean: a row a fix, or `rate` rows a second (Hz).
+
+    Raises InputError for an impossible rate or an unknown aid.
+    """
+    expect_rate(rate)
+    expect_aids(aid)
+    track = _Track(fixes, aid, rate)
+    wanted = track.wanted
+    record, structures = track.record, inference.structures
+    estimate, nis, wrong = _filtered(record, structures)
+    if smooth and len(record.time):
+        estimate = _smoothed(record, structures)
+    starting = _starting(estimate, record.restarts)
+    latitude, longitude = track.places(estimate)
+    cog = wrap_array(estimate[:, COG] + track.azimuth)
+    status = np.select(
+        [starting, wrong > 0.5, np.isnan(cog), np.isnan(record.north)],
+        [STARTING, REJECTED, NO_COURSE, PREDICTED],
+        OK,
+    ).astype(np.uint8)
+    estimate[starting, SOG:POSITION_STD] = np.nan
+    deviations = estimate[:, SOG_STD:].T
+    return Motion(
+        time=track.time[wanted],
+        latitude=latitude[wanted],
+        longitude=longitude[wanted],
+        sog=estimate[wanted, SOG],
+        cog=np.where(starting, np.nan, cog)[wanted],
+        course_rate=estimate[wanted, RATE],
+        sog_std=deviations[0, wanted],
+        cog_std=deviations[1, wanted],
+        course_rate_std=deviations[2, wanted],
+        position_std=deviations[3, wanted],
+        nis=nis[wanted],
+        status=status[wanted],
+    )
+
+
+class _Track:
+    """A vessel's rows as a `record` in a plane, and the way back; `wanted` says which rows go out, `time` when."""
+
+    def __init__(self, fixes: Fixes, aid, rate=None):
+        fixes = fixes.rows(np.isfinite(fixes.time))
+        self.fixes = fixes = measured_rows(fixes, aid)
+        if rate is not None:
+            self.fixes = fixes = distinct_rows(fixes, aid)
+        latitude, longitude, aids = without_duplicates(fixes, aid)
+        self.time, origin, self.wanted = schedule(fixes, rate, None)
+        fixed = np.isfinite(latitude) & np.isfinite(longitude)
+        self._plane = _plane_of(latitude[fixed], longitude[fixed])
+        first, second = np.full(len(fixes), np.nan), np.full(len(fixes), np.nan)
+        first[fixed], second[fixed] = self._plane.first, self._plane.second
+        first[~_new(latitude, longitude, fixed)] = np.nan
+        own = origin >= 0
+        self._fix = (np.cumsum(fixed[origin] & own) - 1).clip(0)
+        table = np.where(own[:, None], aids[origin], np.nan) if len(aids) else np.empty((0, len(AIDS)))
+        excess = variance_scales(fixes)
+        if len(excess):
+            excess = np.where(own, excess[origin], 1.0)
+        first, second = np.where(own, first[origin], np.nan), np.where(own, second[origin], np.nan)
+        restarts = np.flatnonzero(np.diff(self.time) > LONGEST_GAP) + 1
+        self.record = Rows(self.time, first, second, excess, table, restarts)
+
+    @property
+    def azimuth(self):
+        """(n,) direction of the plane's first axis at every row, rad east of north."""
+        return self._plane.azimuth[self._fix] if len(self._plane.azimuth) else np.zeros(len(self.time))
+
+    def places(self, estimate):
+        """Latitude and longitude (n,) of an estimate (n, 9) in the plane, NaN where there is none."""
+        if not len(self._plane.first):
+            return np.full(len(estimate), np.nan), np.full(len(estimate), np.nan)
+        return placed(self._plane, self._fix, estimate[:, 0], estimate[:, 1])
+
+
+def _plane_of(latitude, longitude) -> Plane:
+    if len(latitude):
+        return laid_out(latitude, longitude)
+    return Plane(latitude, longitude, _NONE, _NONE, _NONE)
+
+
+def _new(latitude, longitude, fixed):
+    """(n,) bool: fixes that are no copies. A vessel whose fixes are all at one place is at rest there."""
+    new = fixed.copy()
+    if fixed.sum() > 1:
+        north, east, _ = steps_between(latitude[fixed], longitude[fixed])
+        if north.any() or east.any():
+            kept, _ = without_copies(np.append(0.0, np.cumsum(north)), np.append(0.0, np.cumsum(east)))
+            new[fixed] = np.isfinite(kept)
+    return new
+
+
+def _starting(estimate, restarts):
+    """(n,) bool: rows from a start on until the speed is first known."""
+    known = estimate[:, SOG_STD] < _UNKNOWN_SPEED
+    starting = np.zeros(len(known), bool)
+    bounds = [0, *restarts.tolist(), len(known)]
+    for begin, end in pairwise(bounds):
+        first = int(np.argmax(known[begin:end])) if known[begin:end].any() else end - begin
+        starting[begin : begin + first] = True
+    return starting
+
+
+def _part(record: Rows, begin, end) -> Rows:
+    """A copy of the rows from `begin` to before `end`."""
+    *columns, restarts = record
+    restarts = restarts[(restarts >= begin) & (restarts < end)] - begin
+    return Rows(*(column[begin:end].copy() for column in columns), restarts)
+
+
+def _filtered(record: Rows, structures):
+    """Causal estimate (n, 9), NIS (n,) and probability of an outlier (n,) of every row."""
+    n = len(record.time)
+    estimate, nis, wrong = np.empty((n, 9)), np.empty(n), np.empty(n)
+    models = [model_of(each.parts, each.values) for each in structures]
+    banks = [empty_bank(states) for _, states, _ in models]
+    weights = [each.weight for each in structures]
+    for begin in range(0, n, _BLOCK):
+        before = begin if begin in record.restarts else max(begin - 1, 0)
+        part, own = _part(record, before, begin + _BLOCK), slice(begin - before, None)
+        if before < begin:  # the row before, which the filters know, for the length of the first step
+            part.north[0] = np.nan
+            part.aids[:1] = np.nan
+        outs = []
+        for (model, states, driving), bank in zip(models, banks, strict=True):
+            out = np.empty((len(part.time), FUSED + 2))
+            *columns, restarts = part
+            run_record(*columns, model, bank, driving, restarts, out, _NONE, 0, room_to_keep(0, states))
+            outs.append(out[own])
+        rows = slice(begin, begin + _BLOCK)
+        estimate[rows] = averaged(outs, weights)
+        nis[rows], wrong[rows] = (sum(w * o[:, k] for w, o in zip(weights, outs, strict=True)) for k in (-2, -1))
+    return estimate, nis, wrong
+
+
+def _smoothed(record: Rows, structures):
+    """Estimate (n, 9) of every row that knows the whole record, or all that bears on it."""
+    n = len(record.time)
+    gaps = np.diff(record.time)
+    gaps[record.restarts - 1] = 0.0
+    steps = np.concatenate([[0], np.cumsum(np.ceil(gaps / LONGEST_STEP).clip(1, MOST_STEPS))])
+    if steps[-1] < _BLOCK + 2 * _OVERLAP:
+        return smoothed_record(record, structures)
+    estimate = np.empty((n, 9))
+    begin = 0
+    while begin < n:
+        end = max(int(np.searchsorted(steps, steps[begin] + _BLOCK)), begin + 1)
+        low, high = np.searchsorted(steps, [steps[begin] - _OVERLAP, steps[min(end, n - 1)] + _OVERLAP]).tolist()
+        part = _part(record, low, high + 1)
+        estimate[begin:end] = smoothed_record(part, structures)[begin - low : end - low]
+        begin = end
+    return estimate

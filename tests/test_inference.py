@@ -1,0 +1,267 @@
+"""Estimates without a profile: what is inferred from the log, on scenes of known motion."""
+
+import json
+import math
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import steerway
+from steerway import Fixes
+from steerway.commands.cli import app
+from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING
+from steerway.estimation.inference import whole_log
+from steerway.estimation.inference.plane import laid_out, placed
+from steerway.estimation.log_estimate import LogEstimator
+from tests.scenes import EPOCH, HOME, angle_error, sailed, straight, turning
+
+SETTLED = 100
+
+
+@cache
+def small_craft(seed):
+    """A boat of 1.5 m/s that wanders, 5 Hz."""
+    return turning(1.5, 0.7, 200.0, seed=seed), 0.4
+
+
+@cache
+def ship(seed):
+    """A ship that holds her course between steady turns, 1 Hz."""
+    rate = np.zeros(1200)
+    for begin in (200, 550, 900):
+        rate[begin : begin + 90] = math.radians(0.8 if (begin + seed) % 100 else -0.8)
+    return sailed(np.full(1200, 6.0), 2.0 + np.cumsum(rate), 1.0), 1.5
+
+
+@cache
+def planing_craft(seed):
+    """A craft of 8 m/s that stops at 3 m/s² and accelerates again, 10 Hz, a good receiver."""
+    pull = np.zeros(1500)
+    pull[600:626] = -3.0
+    pull[900:978] = 1.0
+    return sailed(8.0 + 0.1 * np.cumsum(pull), 0.3 + 0.02 * np.sin(np.arange(1500) / 40.0 + seed), 10.0), 0.05
+
+
+SCENES = {each.__name__: each for each in (small_craft, ship, planing_craft)}
+
+
+@cache
+def estimated(name, seed, smooth=False):
+    scene, std = SCENES[name](seed)
+    fixes = scene.fixes(std, seed)
+    return scene, LogEstimator(fixes).motion(fixes, smooth=smooth)
+
+
+def rms(errors):
+    return math.sqrt(np.nanmean(errors[SETTLED:] ** 2))
+
+
+def turned(scene, angle, home=HOME):
+    """The scene turned by an angle, elsewhere."""
+    c, s = math.cos(angle), math.sin(angle)
+    north, east = c * scene.north - s * scene.east, s * scene.north + c * scene.east
+    return replace(scene, north=north, east=east, cog=scene.cog + angle, home=home)
+
+
+@pytest.mark.parametrize(
+    ("angle", "home"),
+    [(2.0, HOME), (0.0, (math.radians(-20.0), math.radians(40.0))), (1.0, (math.radians(50.0), math.pi - 2e-6))],
+    ids=["turned", "elsewhere", "over the antimeridian"],
+)
+def test_place_and_direction_change_nothing(angle, home):
+    """Of the filter, nothing; of the inference, whose search begins from medians north and east, little of a σ."""
+    scene, std = small_craft(1)
+    noise = np.random.default_rng(1).normal(0.0, std, (2, len(scene.time)))
+    noisy = replace(scene, north=scene.north + noise[0], east=scene.east + noise[1])
+    fixes, elsewhere = noisy.fixes(0.0, 0), turned(noisy, angle, home).fixes(0.0, 0)
+    place = laid_out(elsewhere.latitude, elsewhere.longitude)
+    assert np.hypot(np.diff(place.first), np.diff(place.second)).max() < 3.0
+    inference = whole_log.infer_log(fixes)
+    for smooth in (False, True):
+        usual, other = (whole_log.motion_of(each, inference, smooth=smooth) for each in (fixes, elsewhere))
+        np.testing.assert_array_equal(usual.status, other.status)
+        known = np.isfinite(usual.cog)
+        assert np.abs(usual.sog - other.sog)[known].max() < 1e-3
+        assert angle_error(usual.cog + angle, other.cog)[known].max() < math.radians(0.1)
+    anew = steerway.estimate(elsewhere)
+    known = np.isfinite(usual.cog) & np.isfinite(anew.cog)
+    known[:SETTLED] = False
+    usual = whole_log.motion_of(fixes, inference)
+    assert (np.abs(usual.sog - anew.sog) / usual.sog_std)[known].max() < 0.5
+    assert (angle_error(usual.cog + angle, anew.cog) / usual.cog_std)[known].max() < 0.5
+
+
+def test_a_straight_course_leads_over_the_pole():
+    from_pole = (np.arange(300) - 150.0) * 1e-6 + 3e-7  # rad, some 6.4 m a step
+    noise = np.random.default_rng(3).normal(0.0, 1e-8, 300)
+    latitude = 0.5 * math.pi - np.abs(from_pole) - noise
+    longitude = np.where(from_pole < 0.0, 0.4, 0.4 - math.pi)
+    motion = steerway.estimate(Fixes(EPOCH + np.arange(300.0), latitude, longitude))
+    assert abs(np.mean(motion.sog[20:]) - 6.3996) < 0.02
+    assert (np.abs(motion.sog - 6.3996) < 4.0 * motion.sog_std)[20:].all()
+    before, after = motion.cog[20:148], motion.cog[152:]
+    assert np.abs(before).max() < 0.05
+    assert angle_error(after, math.pi).max() < 0.05
+    assert (motion.status[20:] == OK).all()
+    np.testing.assert_allclose(motion.latitude, latitude, atol=1e-7)
+
+
+def test_the_plane_leads_back_to_the_place():
+    rng = np.random.default_rng(2)
+    latitude, longitude = np.cumsum(rng.normal(0.0, 1e-3, (2, 500)), axis=1)
+    plane = laid_out(latitude + 1.0, longitude + 3.1)
+    back = placed(plane, np.arange(500), plane.first, plane.second)
+    np.testing.assert_allclose(back[0], latitude + 1.0, atol=1e-14)
+    assert angle_error(back[1], longitude + 3.1).max() < 1e-14
+    there = placed(plane, np.arange(499), plane.first[1:], plane.second[1:])
+    np.testing.assert_allclose(there[0], latitude[1:] + 1.0, atol=1e-7)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_outliers_are_refused_and_good_fixes_kept(name):
+    scene, std = SCENES[name](2)
+    rng = np.random.default_rng(7)
+    wrong = np.zeros(len(scene.time), bool)
+    wrong[rng.choice(np.arange(50, len(wrong)), len(wrong) // 100, replace=False)] = True
+    direction, way = rng.uniform(-math.pi, math.pi, len(wrong)), rng.uniform(40.0, 100.0, len(wrong))
+    offset = np.where(wrong, way * std, 0.0) * np.array([np.cos(direction), np.sin(direction)])
+    motion = steerway.estimate(scene.fixes(std, 2, lambda _: offset))
+    refused = motion.status == REJECTED
+    assert refused[wrong].mean() >= 0.9
+    assert (refused & ~wrong).sum() <= max(3, 0.001 * len(wrong))
+
+
+def test_a_crash_stop_is_followed():
+    scene, motion = estimated("planing_craft", 1)
+    assert (motion.status == REJECTED).sum() <= 3
+    errors = motion.sog - scene.sog
+    assert rms(errors) < 0.25
+    assert np.abs(errors[660:890]).max() < 0.5
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "small_craft",
+        "ship",
+        pytest.param(
+            "planing_craft",
+            marks=pytest.mark.xfail(
+                strict=True,
+                reason="smoothed COG 2.49° RMS against 0.30° causal: off by 81° in a row at the start from 0.2 m/s",
+            ),
+        ),
+    ],
+)
+def test_smoothed_is_no_worse_than_causal(name):
+    (scene, causal), (_, smoothed) = estimated(name, 1), estimated(name, 1, smooth=True)
+    assert rms(smoothed.sog - scene.sog) <= rms(causal.sog - scene.sog)
+    both = np.isfinite(causal.cog) & np.isfinite(smoothed.cog) & (scene.sog > 0.5)
+    assert rms(angle_error(smoothed.cog, scene.cog)[both]) <= rms(angle_error(causal.cog, scene.cog)[both])
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+@pytest.mark.parametrize("name", SCENES)
+def test_deviations_hold_the_errors(name, smooth):
+    least = 0.85 if smooth else 0.88
+    for what in ("sog", "cog"):
+        inside = []
+        for seed in (1, 2):
+            scene, motion = estimated(name, seed, smooth)
+            error = motion.sog - scene.sog if what == "sog" else angle_error(motion.cog, scene.cog)
+            known = np.isfinite(error) & (scene.sog > 0.5)
+            known[:SETTLED] = False
+            inside.append((np.abs(error) < 1.96 * getattr(motion, f"{what}_std"))[known].mean())
+        assert np.mean(inside) >= least
+        assert min(inside) >= 0.78
+
+
+def test_copies_are_predicted_and_cost_nothing():
+    scene, std = small_craft(1)
+    fixes = scene.fixes(std, 1)
+    held = fixes.rows(np.repeat(np.arange(len(fixes)), 2))
+    held = replace(held, time=EPOCH + 0.1 * np.arange(len(held)))
+    motion = steerway.estimate(held)
+    assert (motion.status[21::2] == PREDICTED).mean() > 0.95  # one of a fix that hardly differs is no evident copy
+    assert (motion.status[20::2] == OK).all()
+    usual = rms(angle_error(estimated("small_craft", 1)[1].cog, scene.cog))
+    assert rms(angle_error(motion.cog[::2], scene.cog)) < 1.1 * usual
+
+
+def test_the_same_log_gives_the_same_estimate():
+    fixes = straight(2.0, 1.0, 60.0, 1.0).fixes(0.3, 5)
+    for smooth in (False, True):
+        one, other = (steerway.estimate(fixes, smooth=smooth).columns() for _ in range(2))
+        for name, column in one.items():
+            np.testing.assert_array_equal(column, other[name])
+    order = np.random.default_rng(1).permutation(len(fixes))
+    np.testing.assert_array_equal(steerway.estimate(fixes.rows(order)).sog, steerway.estimate(fixes).sog)
+
+
+def test_blocks_of_a_long_record_join(monkeypatch):
+    scene, std = small_craft(1)
+    fixes = scene.fixes(std, 1)
+    inference = whole_log.infer_log(fixes)
+    whole = [whole_log.motion_of(fixes, inference, smooth=smooth) for smooth in (False, True)]
+    monkeypatch.setattr(whole_log, "_BLOCK", 300)
+    monkeypatch.setattr(whole_log, "_OVERLAP", 200)
+    parts = [whole_log.motion_of(fixes, inference, smooth=smooth) for smooth in (False, True)]
+    np.testing.assert_allclose(parts[0].sog, whole[0].sog, rtol=1e-9)
+    np.testing.assert_array_equal(parts[0].status, whole[0].status)
+    np.testing.assert_allclose(parts[1].sog, whole[1].sog, atol=0.2 * whole[1].sog_std.min())
+
+
+FEW = {f"{n} fixes": straight(2.0, 1.0, 60.0, 1.0).fixes(0.3, 5).rows(slice(n)) for n in (0, 1, 2, 5, 20)}
+ONE_PLACE = replace(FEW["20 fixes"].rows(np.zeros(200, int)), time=EPOCH + np.arange(200.0))
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+@pytest.mark.parametrize("fixes", [*FEW.values(), ONE_PLACE], ids=[*FEW, "all at one place"])
+def test_little_evidence_is_enough_for_an_estimate(fixes, smooth):
+    motion = steerway.estimate(fixes, smooth=smooth)
+    assert len(motion) == len(fixes)
+    assert np.isfinite(motion.position_std).all()
+    for name in ("sog", "cog", "course_rate"):
+        known = np.isfinite(getattr(motion, name))
+        np.testing.assert_array_equal(known, np.isfinite(getattr(motion, f"{name}_std")))
+    assert np.isfinite(motion.sog[motion.status != STARTING]).all()
+
+
+def test_a_vessel_at_one_place_is_at_rest():
+    motion = steerway.estimate(ONE_PLACE)
+    assert (motion.status[10:] == NO_COURSE).all()
+    assert motion.sog[-1] < 3.0 * motion.sog_std[-1] < 0.3
+
+
+def test_rows_at_a_rate_and_gaps():
+    fixes = straight(2.0, 1.0, 120.0, 1.0).fixes(0.3, 5)
+    late = replace(fixes, time=np.where(np.arange(121) < 60, fixes.time, fixes.time + 4000.0))
+    for smooth in (False, True):
+        dense = steerway.estimate(late, rate=4.0, smooth=smooth)
+        usual = steerway.estimate(late, smooth=smooth)
+        assert (np.diff(dense.time) < 4000.0).sum() == len(dense) - 2
+        at_fixes = np.isin(dense.time, late.time)
+        assert (dense.status[~at_fixes] != OK).all()
+        settled = (usual.time - usual.time[0] > 15.0) & (np.abs(usual.time - late.time[60]) > 15.0)
+        difference = np.abs(dense.sog[at_fixes] - usual.sog) / usual.sog_std
+        assert difference[settled].max() < 0.3
+    assert usual.status[60] != REJECTED
+
+
+def test_the_summary_names_what_was_inferred(tmp_path):
+    path = tmp_path / "track.csv"
+    steerway.write(straight(2.0, 1.0, 90.0, 1.0).fixes(0.3, 5), path)
+    shown = CliRunner().invoke(app, ["estimate", str(path), "--json"])
+    assert shown.exit_code == 0
+    summary = json.loads(shown.stdout)
+    assert summary["profile"] == "inferred"
+    assert math.isclose(sum(each["weight"] for each in summary["structures"]), 1.0, rel_tol=1e-9)
+    assert {"parts", "weight", "log_evidence", "values", "words"} == set(summary["structures"][0])
+    printed = CliRunner().invoke(app, ["estimate", str(path)]).stdout
+    assert summary["structures"][0]["words"].split(";")[0] in " ".join(printed.split())
+    named = json.loads(CliRunner().invoke(app, ["estimate", str(path), "--json", "--profile", "small-usv"]).stdout)
+    assert named["profile"] == "small-usv"
+    assert named["structures"] == []
