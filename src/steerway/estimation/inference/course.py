@@ -13,6 +13,9 @@ from steerway.estimation.inference.structures import model_of
 
 COURSE_STD = 0.6
 """rad; a course that is known worse is not stated."""
+STEERAGEWAY = 0.3
+"""m/s; no course is stated below it, as by the profiles (`steerway study low-speed`): what a receiver at rest reports
+as motion is its own slow error."""
 _EMPTY = np.empty(0)
 NORTH, EAST, SOG, COG, RATE, SOG_STD, COG_STD, RATE_STD, POSITION_STD = range(9)
 """Columns of an estimate; SI, NaN where unknown."""
@@ -63,7 +66,7 @@ def averaged(outs, weights):
     within[:, :3] += between[:, 2:5]
     within[:, 3] += 0.5 * (between[:, 0] + between[:, 1])
     estimate = np.column_stack([mean, np.sqrt(within)])
-    unknown = ~(estimate[:, COG_STD] < COURSE_STD)
+    unknown = ~((estimate[:, COG_STD] < COURSE_STD) & (estimate[:, SOG] >= STEERAGEWAY))
     for column in (COG, RATE, COG_STD, RATE_STD):
         estimate[unknown, column] = np.nan
     return estimate
