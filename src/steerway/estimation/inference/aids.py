@@ -10,18 +10,16 @@ import math
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.inference.fix import turn_velocity
+from steerway.estimation.inference.fuse import rate_weights
 from steerway.estimation.inference.model import (
-    ACTS_ON,
     AID_VARIANCE,
     COG,
     COMPANION,
     COURSE,
     HEADING,
-    ON_RATE,
     RATE,
     SOG,
     SPEED,
-    STATE,
     WATER_SPEED,
     YAW_RATE,
 )
@@ -117,12 +115,10 @@ def measured(x, p, k, model, aids, which, h):
             h[companion] = -1.0
             expected -= x[k, companion]
         return aids[WATER_SPEED] - expected
-    h[RATE] = 1.0
-    expected = x[k, RATE]
-    for f in range(len(model.filters)):
-        if model.filters[f, ACTS_ON] == ON_RATE:
-            h[int(model.filters[f, STATE])] = 1.0
-            expected += x[k, int(model.filters[f, STATE])]
+    rate_weights(model.filters, h)
+    expected = 0.0
+    for j in range(RATE, x.shape[1]):
+        expected += h[j] * x[k, j]
     if companion:
         h[companion] = 1.0
         expected += x[k, companion]

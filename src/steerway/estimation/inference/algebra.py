@@ -75,7 +75,7 @@ def product_transposed(a, b, out):
 
 @called_kernel
 def eigen(a, vectors):
-    """Eigenvalues on the diagonal of a symmetric matrix (n, n), in place, and eigenvectors in columns (Jacobi)."""
+    """Eigenvalues onto the diagonal of a symmetric matrix (n, n), in place; eigenvectors in columns (Jacobi)."""
     n = len(a)
     for i in range(n):
         for j in range(n):

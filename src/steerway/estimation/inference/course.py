@@ -1,15 +1,16 @@
 """SOG, COG and course rate of a record or a stream, by the structures that an inference found.
 
-Every structure runs as a bank of modes. The estimate is their weighted mean; its variance holds their differences too.
+Every structure runs as a bank of modes. The estimate is their weighted mean; its variance holds their differences.
 """
 
 import numpy as np
 
-from steerway.estimation.inference.bank import LONGEST_STEP, MOST_STEPS, run_record
+from steerway.estimation.inference.bank import LONGEST_STEP, MOST_STEPS
 from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.inference.smoother import ROOM, smooth_kept
 from steerway.estimation.inference.structures import model_of
+from steerway.estimation.inference.track import run_record
 
 COURSE_STD = 0.6
 """rad; a course that is known worse is not stated."""

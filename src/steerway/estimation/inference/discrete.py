@@ -12,6 +12,7 @@ from steerway.estimation.inference.model import (
     ACTS_ON,
     DECAY,
     FREQUENCY,
+    ON_COURSE,
     ON_FIX,
     ON_RATE,
     ON_SPEED,
@@ -64,19 +65,20 @@ def add_process(step, j, pole, density, oscillates, acts_on, dt):
     """One process with first state j: its deterministic response over dt, and the noise of density it takes up."""
     whole, first, second = responses(pole, dt)
     step[LEFT, j] = whole.real
-    way = second if acts_on == ON_RATE else first
-    gain = first if acts_on == ON_RATE else whole
-    if acts_on == ON_RATE:
-        step[TURN, j], step[LEAN, j] = first.real, second.real / dt
-    else:
-        step[GAIN, j], step[WAY, j] = whole.real - 1.0, first.real - dt
     if oscillates:
-        k = j + 1
         step[SPUN, j] = whole.imag
-        if acts_on == ON_RATE:
-            step[TURN, k], step[LEAN, k] = -first.imag, -second.imag / dt
-        else:
-            step[GAIN, k], step[WAY, k] = -whole.imag, -first.imag
+    if acts_on == ON_SPEED:
+        step[GAIN, j], step[WAY, j] = whole.real - 1.0, first.real - dt
+        if oscillates:
+            step[GAIN, j + 1], step[WAY, j + 1] = -whole.imag, -first.imag
+    elif acts_on == ON_COURSE:
+        step[TURN, j], step[LEAN, j] = whole.real - 1.0, first.real / dt - 1.0
+        if oscillates:
+            step[TURN, j + 1], step[LEAN, j + 1] = -whole.imag, -first.imag / dt
+    else:
+        step[TURN, j], step[LEAN, j] = first.real, second.real / dt
+        if oscillates:
+            step[TURN, j + 1], step[LEAN, j + 1] = -first.imag, -second.imag / dt
     ww = wg = gg = sw = sg = ss = tw = tg = 0.0
     for i in range(3):
         whole, first, second = responses(pole, dt * _NODES[i])
@@ -119,7 +121,7 @@ def set_steps(steps, change, power, dt, model):
     for f in range(len(filters)):
         j, decay, frequency = int(filters[f, STATE]), filters[f, DECAY], filters[f, FREQUENCY]
         density, acts_on = 2.0 * decay * filters[f, VARIANCE], int(filters[f, ACTS_ON])
-        if acts_on == ON_SPEED or acts_on == ON_RATE:
+        if acts_on == ON_SPEED or acts_on == ON_RATE or acts_on == ON_COURSE:
             a, b, c = add_process(step, j, complex(-decay, frequency), density, frequency > 0.0, acts_on, dt)
             if acts_on == ON_SPEED:
                 ll, lu, uu = ll + a, lu + b, uu + c

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.estimation.inference.bank import run_record
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.inference.structures import model_of, parameters_of
+from steerway.estimation.inference.track import run_record
 
 _NO_OUT = np.empty((0, FUSED + 2))
 _SETTLING = 10

@@ -3,7 +3,8 @@
 Every mode has the state [x^n y^n U χ r …]: position, speed and course over ground, and the course rate that is held.
 Beyond the five come shaping filters (T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed.,
 §8.2 and §10.2), each a real or complex first-order Gauss–Markov process z with ż = (−λ + iν) z + w, of which the
-real part acts: on the speed, on the course rate, athwart on the antenna, or as the receiver's error north and east.
+real part acts: on the speed, on the course rate, on the course (waves swing a vessel about the course she holds; were
+it the rate, they would let it wander), athwart on the antenna, or as the receiver's error north and east.
 
 The covariance belongs to the error [δN δE δU δs δr …] with δs = U δχ: velocity along and across the course. It stays
 regular at rest, where course means nothing.
@@ -17,7 +18,7 @@ NORTH, EAST, SPEED, COURSE, RATE = range(5)
 ACROSS = COURSE
 """The error that belongs to the course is the velocity across it."""
 
-ON_SPEED, ON_RATE, ON_ANTENNA, ON_FIX, ON_AID = range(5)
+ON_SPEED, ON_RATE, ON_COURSE, ON_ANTENNA, ON_FIX, ON_AID = range(6)
 """What a shaping filter acts on. One on fixes has two states, north and east; a complex one two, real and imaginary."""
 
 SOG, COG, HEADING, WATER_SPEED, YAW_RATE = range(5)
@@ -71,7 +72,7 @@ class Bank(NamedTuple):
     probability: np.ndarray  # (MODES,)
     mixed_x: np.ndarray  # (MODES, n) as `x`, before the step
     mixed_p: np.ndarray  # (MODES, n, n)
-    run: np.ndarray  # (8,) of outliers in a row, see `outliers`
+    run: np.ndarray  # (8,) of outliers in a row, see RUN
     steps: np.ndarray  # (MODES, STEP_ROWS, n) see `discrete`
     change: np.ndarray  # (MODES, MODES) probabilities of change in a step
     work: np.ndarray  # (12, max(n, 8))
@@ -104,6 +105,11 @@ def empty_bank(states: int) -> Bank:
     )
 
 
+RUN, RUN_N, RUN_E, WAS_OUTLIER, STARTED, STEP_N, STEP_E = range(7)
+"""`run` of a bank: how many outliers in a row agree, and their offset; the probability that the last fix was one; 1
+once begun; the step of the receiver last followed."""
+
+
 class Kept(NamedTuple):
     """What a filter keeps of every row for the smoother; of no rows where nothing is to be smoothed."""
 
@@ -115,9 +121,5 @@ class Kept(NamedTuple):
 
 def room_to_keep(rows: int, states: int) -> Kept:
     """Where a filter keeps so many rows."""
-    return Kept(
-        np.empty((rows, MODES, states)),
-        np.empty((rows, MODES, states, states)),
-        np.empty((rows, MODES)),
-        np.zeros((rows, 3)),
-    )
+    shape = (rows, MODES, states)
+    return Kept(np.empty(shape), np.empty((*shape, states)), np.empty(shape[:2]), np.zeros((rows, 3)))

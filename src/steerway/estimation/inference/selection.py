@@ -22,9 +22,9 @@ SECOND = {"antenna": "second_roll", "error": "quick_error"}
 
 FEW, MANY = 800, 2400
 """Rows for a first fit and for the last, a few minutes and half an hour of a usual receiver."""
-FIRST_GRADIENTS, FEW_GRADIENTS, LAST_GRADIENTS = 5, 2, 4
+FIRST_GRADIENTS, FEW_GRADIENTS, LAST_GRADIENTS = 5, 3, 4
 """How many times a fit takes differences: the first, those on few rows, the last."""
-BEHIND = 4.0
+BEHIND = 5.0
 """Log evidence by which a structure may be behind the best on few rows before it is given up."""
 BETTER = 3.0
 """Log evidence that is called strong (H. Jeffreys, Theory of Probability, 1961)."""
@@ -105,9 +105,9 @@ def starts(part, values, noise) -> list[list[dict]]:
     noisy = {"fix_std": noise}
     if part == "waves":
         surges = product((values, values | still), _PERIODS, (0.05, 0.2))
-        yaws = product((*_PERIODS, 30.0), (0.015, 0.05))
+        yaws = product((*_PERIODS, 30.0), (0.03, 0.1))
         return [
-            [v | {"surge_period": period, "wave_surge": std, "wave_yaw": 0.005} for v, period, std in surges],
+            [v | {"surge_period": period, "wave_surge": std, "wave_yaw": 0.01} for v, period, std in surges],
             [{"yaw_period": period, "wave_yaw": std} for period, std in yaws],
         ]
     if part == "antenna":

@@ -12,10 +12,12 @@ import math
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.inference.algebra import eigen, inverse, product, product_transposed
-from steerway.estimation.inference.bank import SAME_STEP, fuse, mix, recall
+from steerway.estimation.inference.bank import SAME_STEP, forget_direction, loses_course, mix
 from steerway.estimation.inference.discrete import LEFT, SPUN, set_steps
+from steerway.estimation.inference.fuse import fuse
 from steerway.estimation.inference.model import COURSE, DRIFT_SPEED, EAST, MODES, NORTH, RATE, SPEED
 from steerway.estimation.inference.motion import predict, turn_pair
+from steerway.estimation.inference.track import recall
 
 _NEGLIGIBLE, _NEGLIGIBLE_PART = 5e-4, 1e-5
 """Probability of a mode, and share of a component in its mixture, below which they are left out."""
@@ -151,6 +153,12 @@ def back(bank, model, motion_states, smooth_x, smooth_p, smooth_probability, roo
                 p[j, u, v] = mixed_p[j, u, v]
         predict(x, p, j, steps[j], motion_states, model.receiver[DRIFT_SPEED], work)
         transition(steps[j], work, motion_states, f)
+        if loses_course(x, p, j):
+            # the future says nothing of what was before the course was lost
+            forget_direction(x, p, j)
+            for u in range(n):
+                for v in range(n):
+                    f[u, v] = 0.0
         level = is_steady(x[j, SPEED], max(p[j, 3, 3], smooth_p[j, 3, 3]))
         turned(smooth_p, j, difference(smooth_x, j, x[j], level, work[0]))
         if math.isnan(inverse(p[j], inverted, lower)):
@@ -376,4 +384,4 @@ def smooth_kept(time, model, bank, motion_states, kept, room, out):
                 x[i, NORTH] -= kept.moved[k + 1, 0]
                 x[i, EAST] -= kept.moved[k + 1, 1]
             back(bank, model, motion_states, x, p, probability, room)
-        fuse(x, p, probability, model.filters, out[k])
+        fuse(x, p, probability, model.filters, bank.work[0], out[k])

@@ -16,6 +16,7 @@ from steerway.estimation.inference.model import (
     MODES,
     ON_AID,
     ON_ANTENNA,
+    ON_COURSE,
     ON_FIX,
     ON_RATE,
     ON_SPEED,
@@ -57,18 +58,19 @@ PRIORS = {
     "waves": {
         "wave_surge": (0.15, 1.2),  # m/s
         "surge_period": (9.0, 0.8),  # s
-        "wave_yaw": (2.5 * _DEG, 1.2),  # rad/s
+        "wave_yaw": (3.0 * _DEG, 1.2),  # rad
         "yaw_period": (12.0, 0.8),  # s
-        "wave_damping": (0.06, 1.2),  # of both, as a share of critical damping
+        "surge_damping": (0.06, 1.2),  # as a share of critical damping
+        "yaw_damping": (0.06, 1.2),
     },
     "antenna": {
         "antenna_std": (0.1, 1.2),  # m athwart
-        "antenna_period": (3.0, 0.6),  # s
+        "antenna_period": (2.5, 0.25),  # s; craft under 15 m roll in 2 to 4 s
         "antenna_damping": (0.03, 1.2),
     },
     "second_roll": {
         "roll_std": (0.05, 1.2),  # m athwart
-        "roll_period": (3.0, 0.6),  # s
+        "roll_period": (2.5, 0.25),  # s
         "roll_damping": (0.03, 1.2),
     },
     "clock": {"time_std": (0.03, 1.2)},  # s, of the moment of a fix
@@ -155,9 +157,9 @@ def model_of(parts, values) -> tuple[Model, int, int]:
         add(ON_SPEED, 1.0 / v["speed_time"], 0.0, v["speed_std"])
         add(ON_RATE, 1.0 / v["wander_time"], 0.0, v["wander_std"])
     if "waves" in parts:
-        for acts_on, std, period in ((ON_SPEED, "wave_surge", "surge_period"), (ON_RATE, "wave_yaw", "yaw_period")):
-            natural = 2.0 * math.pi / v[period]
-            add(acts_on, v["wave_damping"] * natural, natural, v[std])
+        for acts_on, std, name in ((ON_SPEED, "wave_surge", "surge"), (ON_COURSE, "wave_yaw", "yaw")):
+            natural = 2.0 * math.pi / v[f"{name}_period"]
+            add(acts_on, v[f"{name}_damping"] * natural, natural, v[std])
     driving = at
     if "antenna" in parts:
         natural = 2.0 * math.pi / v["antenna_period"]
@@ -196,8 +198,8 @@ VESSELS = (
         "yaw_time": 30.0,
         "yaw_every": 500.0,
         "turn_time": 120.0,
-        "rate_time": 20.0,
         "turn_walk": 2e-4,
+        "rate_time": 20.0,
         "surge_time": 60.0,
         "surge_every": 900.0,
         "wander_std": 5e-4,

@@ -15,7 +15,7 @@ from steerway.estimation.course.replay import (
     without_duplicates,
 )
 from steerway.estimation.course.update.aids import AIDS, expect_aids
-from steerway.estimation.inference.bank import LONGEST_STEP, MOST_STEPS, run_record
+from steerway.estimation.inference.bank import LONGEST_STEP, MOST_STEPS
 from steerway.estimation.inference.course import COG, POSITION_STD, RATE, SOG, SOG_STD, averaged, smoothed_record
 from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
@@ -23,6 +23,7 @@ from steerway.estimation.inference.plane import Plane, laid_out, placed, steps_b
 from steerway.estimation.inference.record import LONGEST_GAP, without_copies
 from steerway.estimation.inference.selection import PLAIN, Inference, Structure, infer
 from steerway.estimation.inference.structures import model_of, parameters_of
+from steerway.estimation.inference.track import run_record
 
 _FEWEST = 30
 """Fixes below which nothing is fitted: a third of them settle the start, and the plain structure has 19 numbers."""

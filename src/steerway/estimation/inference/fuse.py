@@ -1,0 +1,94 @@
+"""What all modes together say: mean and spread of the mixture."""
+
+import math
+
+from steerway.core.angles import wrap
+from steerway.core.compiled import called_kernel, lean_kernel
+from steerway.estimation.inference.model import (
+    ACTS_ON,
+    COURSE,
+    DECAY,
+    EAST,
+    FREQUENCY,
+    NORTH,
+    ON_COURSE,
+    ON_RATE,
+    RATE,
+    SPEED,
+    STATE,
+    TURN,
+)
+
+
+@called_kernel
+def rate_weights(filters, h):
+    """What each state contributes to the course rate, into h (n,)."""
+    for i in range(len(h)):
+        h[i] = 0.0
+    h[RATE] = 1.0
+    for f in range(len(filters)):
+        j = int(filters[f, STATE])
+        if filters[f, ACTS_ON] == ON_RATE:
+            h[j] = 1.0
+        elif filters[f, ACTS_ON] == ON_COURSE:
+            h[j] = -filters[f, DECAY]
+            if filters[f, FREQUENCY] > 0.0:
+                h[j + 1] = -filters[f, FREQUENCY]
+
+
+@lean_kernel
+def course_rate(x, p, k, h):
+    """Course rate of mode k, held and shaped, and its variance; h as of `rate_weights`."""
+    n = x.shape[1]
+    rate = variance = 0.0
+    for i in range(RATE, n):
+        if h[i] != 0.0:
+            rate += h[i] * x[k, i]
+            for j in range(RATE, n):
+                variance += h[i] * h[j] * p[k, i, j]
+    return rate, variance
+
+
+@lean_kernel
+def mean_speed(x, p, k):
+    """Mean of the speed of mode k: where its velocity may lie in any direction, that of Rayleigh's distribution."""
+    speed, across = x[k, SPEED], p[k, 3, 3]
+    if k > TURN or across < speed * speed or across < _VAGUE**2:
+        return speed
+    return math.sqrt(speed * speed + 0.25 * math.pi * (p[k, 2, 2] + across))
+
+
+_VAGUE = 0.4
+"""m/s; a velocity that is known better and has no direction is that of a vessel at rest."""
+
+
+@called_kernel
+def fuse(x, p, probability, filters, h, out):
+    """Mean and spread of all modes into `out` (FUSED); h is workspace (n,)."""
+    m = x.shape[0]
+    rate_weights(filters, h)
+    likeliest = 0
+    for k in range(1, m):
+        if probability[k] > probability[likeliest]:
+            likeliest = k
+    reference = x[likeliest, COURSE]
+    north = east = u = across = w = 0.0
+    for k in range(m):
+        weight, bend = probability[k], wrap(x[k, COURSE] - reference)
+        rate, _ = course_rate(x, p, k, h)
+        north += weight * x[k, NORTH]
+        east += weight * x[k, EAST]
+        u += weight * mean_speed(x, p, k)
+        across += weight * bend
+        w += weight * rate
+    p_u = p_w = p_place = p_s = 0.0
+    for k in range(m):
+        weight, bend = probability[k], wrap(x[k, COURSE] - reference)
+        rate, variance = course_rate(x, p, k, h)
+        p_u += weight * (p[k, 2, 2] + (mean_speed(x, p, k) - u) ** 2)
+        p_s += weight * (p[k, 3, 3] + (x[k, SPEED] * (bend - across)) ** 2)
+        p_w += weight * (variance + (rate - w) ** 2)
+        p_place += weight * 0.5 * (p[k, 0, 0] + p[k, 1, 1] + (x[k, 0] - north) ** 2 + (x[k, 1] - east) ** 2)
+    out[0], out[1], out[2], out[3], out[4] = north, east, u, wrap(reference + across), w
+    out[5], out[6], out[7], out[8] = p_u, p_s / max(u * u, 1e-12), p_w, p_place
+    out[9] = 1.0

@@ -1,0 +1,187 @@
+"""What a fix does to all modes: good, poor, an outlier, or a step of the receiver.
+
+All hypotheses are weighed in one likelihood, and nothing is left out of it.
+"""
+
+import math
+
+from steerway.core.compiled import called_kernel, lean_kernel
+from steerway.estimation.inference.fix import correct, of_fix, project
+from steerway.estimation.inference.model import (
+    COURSE,
+    EAST,
+    FIX_VARIANCE,
+    NORTH,
+    OUTLIER_RATE,
+    POOR_RATE,
+    RUN,
+    RUN_E,
+    RUN_N,
+    SPEED,
+    STEP_E,
+    STEP_N,
+    TIME_VARIANCE,
+    WAS_OUTLIER,
+)
+
+LEAST_OUTLIER, DECADES = 10.0, 10.0
+"""An outlier is off by any distance from so many standard deviations of a fix to km, as likely in every decade:
+density 1/(2π (ρ² + a²) L) with a (m) and L = ln (km / a), about 10 for any receiver."""
+POOR = 6.0
+"""How many times as large the noise of a poor fix is."""
+OUTLIERS_LAST = 0.5
+"""Probability that a fix after an outlier is one too."""
+SAME_OFFSET = 0.5
+"""Probability that it is then off by the same."""
+RUN_FOLLOWED = 4
+"""So many outliers in a row that agree are a step of the receiver, and their position is followed."""
+
+RETURNS = 0.5
+"""Probability that the receiver then returns by the same step."""
+
+
+@lean_kernel
+def outlier_density(nu_n, nu_e, spread, variance):
+    """Density (1/m²) of an outlier so far from the predicted fix, which is uncertain by `spread` (m²) itself."""
+    return 1.0 / (2.0 * math.pi * DECADES * (nu_n * nu_n + nu_e * nu_e + spread + LEAST_OUTLIER**2 * variance))
+
+
+@called_kernel
+def take_fix(bank, model, north, east, excess):
+    """Weigh and take a fix. Returns (NIS of the mean of all modes, log density, probability of an outlier).
+
+    A fix is good, poor (its noise POOR times as large) or an outlier; in every mode all three are weighed, and the
+    correction is their mean (probabilistic data association: Y. Bar-Shalom and X. R. Li, Multitarget-Multisensor
+    Tracking, 1995, §3.4): x ← x + C Σ β_h s_h and P ← P − C (Σ β_h (S_h⁻¹ − s_h s_hᵀ) + s̄ s̄ᵀ) Cᵀ with C = P Hᵀ,
+    s_h = S_h⁻¹ ν, s̄ = Σ β_h s_h.
+    excess: how many times its usual variance the white noise of this fix has.
+    """
+    x, p, probability, run, work = bank.x, bank.p, bank.probability, bank.run, bank.work
+    m = x.shape[0]
+    filters, receiver = model.filters, model.receiver
+    variance, clock = excess * receiver[FIX_VARIANCE], receiver[TIME_VARIANCE]
+    return_step(bank, model, north, east, excess)
+    wrong_prior = receiver[OUTLIER_RATE] * (1.0 - run[WAS_OUTLIER]) + OUTLIERS_LAST * run[WAS_OUTLIER]
+    poor_prior = (1.0 - wrong_prior) * receiver[POOR_RATE]
+    good_prior = 1.0 - wrong_prior - poor_prior
+    density = work[8]
+    mean_n = mean_e = mean_nn = mean_ne = mean_ee = 0.0
+    total = wrong = 0.0
+    least = math.inf
+    for k in range(m):
+        pc_n, pc_e = work[0], work[1]
+        at_n, at_e = project(x, p, k, filters, pc_n, pc_e)
+        s_nn, s_ne, s_ee = of_fix(x, k, filters, pc_n, pc_e)
+        if clock > 0.0:
+            v_n, v_e = x[k, SPEED] * math.cos(x[k, COURSE]), x[k, SPEED] * math.sin(x[k, COURSE])
+            s_nn, s_ne, s_ee = s_nn + clock * v_n * v_n, s_ne + clock * v_n * v_e, s_ee + clock * v_e * v_e
+        s_nn, s_ee = s_nn + variance, s_ee + variance
+        nu_n, nu_e = north - at_n, east - at_e
+        outlier = outlier_density(nu_n, nu_e, s_nn + s_ee, variance)
+        if run[RUN] > 0.0:
+            same = gaussian(nu_n - run[RUN_N], nu_e - run[RUN_E], s_nn + variance, s_ne, s_ee + variance)
+            outlier = (1.0 - SAME_OFFSET) * outlier + SAME_OFFSET * same
+        outlier *= wrong_prior
+        usual = good_prior * gaussian(nu_n, nu_e, s_nn, s_ne, s_ee)
+        added = (POOR * POOR - 1.0) * variance
+        poor = poor_prior * gaussian(nu_n, nu_e, s_nn + added, s_ne, s_ee + added)
+        whole = usual + poor + outlier
+        weight = probability[k]
+        density[k] = weight * whole
+        total += weight * whole
+        wrong += weight * outlier
+        mean_n += weight * nu_n
+        mean_e += weight * nu_e
+        mean_nn += weight * (s_nn + nu_n * nu_n)
+        mean_ne += weight * (s_ne + nu_n * nu_e)
+        mean_ee += weight * (s_ee + nu_e * nu_e)
+        least = min(least, s_nn + s_ee)
+        good, poor = usual / whole, poor / whole
+        determinant = s_nn * s_ee - s_ne * s_ne
+        i_nn, i_ne, i_ee = s_ee / determinant, -s_ne / determinant, s_nn / determinant
+        s_n, s_e = i_nn * nu_n + i_ne * nu_e, i_ne * nu_n + i_ee * nu_e
+        m_nn, m_ne, m_ee = good * (i_nn - s_n * s_n), good * (i_ne - s_n * s_e), good * (i_ee - s_e * s_e)
+        mean_s_n, mean_s_e = good * s_n, good * s_e
+        if poor > 1e-6:
+            s_nn, s_ee = s_nn + added, s_ee + added
+            determinant = s_nn * s_ee - s_ne * s_ne
+            i_nn, i_ne, i_ee = s_ee / determinant, -s_ne / determinant, s_nn / determinant
+            s_n, s_e = i_nn * nu_n + i_ne * nu_e, i_ne * nu_n + i_ee * nu_e
+            m_nn, m_ne, m_ee = (
+                m_nn + poor * (i_nn - s_n * s_n),
+                m_ne + poor * (i_ne - s_n * s_e),
+                m_ee + poor * (i_ee - s_e * s_e),
+            )
+            mean_s_n, mean_s_e = mean_s_n + poor * s_n, mean_s_e + poor * s_e
+        m_nn, m_ne, m_ee = m_nn + mean_s_n * mean_s_n, m_ne + mean_s_n * mean_s_e, m_ee + mean_s_e * mean_s_e
+        correct(x, p, k, pc_n, pc_e, m_nn, m_ne, m_ee, mean_s_n, mean_s_e)
+    for k in range(m):
+        probability[k] = density[k] / total
+    mean_nn, mean_ne, mean_ee = mean_nn - mean_n * mean_n, mean_ne - mean_n * mean_e, mean_ee - mean_e * mean_e
+    nis = (mean_ee * mean_n * mean_n - 2.0 * mean_ne * mean_n * mean_e + mean_nn * mean_e * mean_e) / (
+        mean_nn * mean_ee - mean_ne * mean_ne
+    )
+    follow_run(bank, mean_n, mean_e, wrong / total, least)
+    return nis, math.log(total), wrong / total
+
+
+@lean_kernel
+def follow_run(bank, nu_n, nu_e, wrong, spread):
+    """Count outliers in a row that agree; a step of the receiver is followed in position, and the motion kept."""
+    run = bank.run
+    run[WAS_OUTLIER] = wrong
+    if wrong < 0.5:
+        run[RUN] = 0.0
+        return
+    a, b = nu_n - run[RUN_N], nu_e - run[RUN_E]
+    if run[RUN] > 0.0 and a * a + b * b < 9.0 * spread:
+        run[RUN] += 1.0
+        run[RUN_N] += a / run[RUN]
+        run[RUN_E] += b / run[RUN]
+    else:
+        run[RUN], run[RUN_N], run[RUN_E] = 1.0, nu_n, nu_e
+    if run[RUN] >= RUN_FOLLOWED:
+        shift(bank, run[RUN_N], run[RUN_E], spread / RUN_FOLLOWED)
+
+
+@lean_kernel
+def shift(bank, north, east, variance):
+    """Follow a step of the receiver in position, and keep the motion."""
+    run, x, p = bank.run, bank.x, bank.p
+    for k in range(x.shape[0]):
+        x[k, NORTH] += north
+        x[k, EAST] += east
+        p[k, 0, 0] += variance
+        p[k, 1, 1] += variance
+    run[RUN] = run[WAS_OUTLIER] = 0.0
+    run[STEP_N] += north
+    run[STEP_E] += east
+
+
+@called_kernel
+def return_step(bank, model, north, east, excess):
+    """Undo the step last followed where a fix is likelier so."""
+    x, p, probability, run, work = bank.x, bank.p, bank.probability, bank.run, bank.work
+    if run[STEP_N] == 0.0 and run[STEP_E] == 0.0:
+        return
+    variance = excess * model.receiver[FIX_VARIANCE]
+    stays = returns = 0.0
+    for k in range(x.shape[0]):
+        at_n, at_e = project(x, p, k, model.filters, work[0], work[1])
+        s_nn, s_ne, s_ee = of_fix(x, k, model.filters, work[0], work[1])
+        s_nn, s_ee = s_nn + variance, s_ee + variance
+        a, b = north - at_n, east - at_e
+        stays += probability[k] * gaussian(a, b, s_nn, s_ne, s_ee)
+        s_nn, s_ee = s_nn + variance, s_ee + variance
+        returns += probability[k] * gaussian(a + run[STEP_N], b + run[STEP_E], s_nn, s_ne, s_ee)
+    if RETURNS * model.receiver[OUTLIER_RATE] * returns > stays:
+        shift(bank, -run[STEP_N], -run[STEP_E], variance)
+        run[STEP_N] = run[STEP_E] = 0.0
+
+
+@lean_kernel
+def gaussian(a, b, s_nn, s_ne, s_ee):
+    """Density (1/m²) of an innovation (a, b)."""
+    determinant = s_nn * s_ee - s_ne * s_ne
+    nis = (s_ee * a * a - 2.0 * s_ne * a * b + s_nn * b * b) / determinant
+    return math.exp(-0.5 * nis) / (2.0 * math.pi * math.sqrt(determinant))
