@@ -8,7 +8,7 @@ moment are a velocity: they hold at rest as well.
 import math
 
 from steerway.core.angles import wrap
-from steerway.core.compiled import called_kernel, lean_kernel
+from steerway.core.compiled import called_kernel
 from steerway.estimation.inference.fix import turn_velocity
 from steerway.estimation.inference.fuse import rate_weights
 from steerway.estimation.inference.model import (
@@ -84,7 +84,7 @@ def take_aid(bank, model, aids, which):
     return math.log(total)
 
 
-@lean_kernel
+@called_kernel
 def measured(x, p, k, model, aids, which, h):
     """Innovation of an aid for mode k; what it measures of the state into h (n,)."""
     for j in range(x.shape[1]):

@@ -60,7 +60,7 @@ def responses(pole, s):
     return whole, first, (first - s) / pole
 
 
-@lean_kernel
+@called_kernel
 def add_process(step, j, pole, density, oscillates, acts_on, dt):
     """One process with first state j: its deterministic response over dt, and the noise of density it takes up."""
     whole, first, second = responses(pole, dt)
@@ -149,7 +149,7 @@ def set_steps(steps, change, power, dt, model):
     exponential(change, power, model.generator, dt)
 
 
-@lean_kernel
+@called_kernel
 def exponential(out, power, generator, dt):
     """out = e^{G dt} of a generator (m, m): Taylor's series of a fraction of dt, then squared; power (≥ 2m, m)."""
     m = len(generator)

@@ -8,7 +8,7 @@ Tracking, 1995, §3.4): the correction is the mean of both and its covariance ho
 import math
 
 from steerway.core.angles import wrap
-from steerway.core.compiled import called_kernel, lean_kernel
+from steerway.core.compiled import called_kernel
 from steerway.estimation.inference.model import (
     ACTS_ON,
     COURSE,
@@ -26,7 +26,7 @@ _STEADY = 2.0
 velocity; below, it is added to it."""
 
 
-@lean_kernel
+@called_kernel
 def project(x, p, k, filters, out_n, out_e):
     """Predicted fix (north, east) of mode k; its covariance with the state, P Hᵀ, into two vectors (n,)."""
     n = x.shape[1]
@@ -52,7 +52,7 @@ def project(x, p, k, filters, out_n, out_e):
     return north, east
 
 
-@lean_kernel
+@called_kernel
 def of_fix(x, k, filters, vector_n, vector_e):
     """(H v_n)_N, (H v_n)_E, (H v_e)_E of two vectors over the states: the covariance of a predicted fix."""
     nn, ne, ee = vector_n[NORTH], vector_n[EAST], vector_e[EAST]
@@ -89,7 +89,7 @@ def correct(x, p, k, pc_n, pc_e, m_nn, m_ne, m_ee, s_n, s_e):
                 p[k, i, j] = p[k, j, i]
 
 
-@lean_kernel
+@called_kernel
 def turn_velocity(x, p, k, along, across):
     """Add (along, across) to the velocity: as a turn where a vessel has way, else as a vector (upper triangle).
 

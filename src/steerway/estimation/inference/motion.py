@@ -138,7 +138,7 @@ def predict(x, p, k, step, motion_states, drift_speed, work):
             p[k, i, j] = p[k, j, i]
 
 
-@lean_kernel
+@called_kernel
 def decay_processes(x, p, k, step):
     """Every process beyond the pose and speed by itself (upper triangle)."""
     n = x.shape[1]
@@ -155,7 +155,7 @@ def decay_processes(x, p, k, step):
                 p[k, j, i] *= left
 
 
-@lean_kernel
+@called_kernel
 def turn_pair(p, k, a, c, s):
     """P ← J P Jᵀ in place (upper triangle), J = [[c, −s], [s, c]] on the states a and a + 1."""
     b = a + 1
@@ -169,7 +169,7 @@ def turn_pair(p, k, a, c, s):
     p[k, b, b] = s * s * aa + 2.0 * c * s * ab + c * c * bb
 
 
-@lean_kernel
+@called_kernel
 def take_noise(p, k, step, speed, c, s, drift_speed):
     """What the processes take up in a step (upper triangle); (c, s) is the direction of the way.
 
@@ -204,7 +204,7 @@ def take_noise(p, k, step, speed, c, s, drift_speed):
             p[k, 3, j] += speed * step[WITH_GAIN, j]
 
 
-@lean_kernel
+@called_kernel
 def reverse(x, p, k):
     """A vessel that runs backwards runs forwards on the opposite course (upper triangle)."""
     x[k, SPEED] = -x[k, SPEED]

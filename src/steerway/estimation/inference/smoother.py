@@ -38,7 +38,7 @@ def is_steady(speed, variance_across):
     return speed * speed > _STEADY**2 * variance_across
 
 
-@lean_kernel
+@called_kernel
 def difference(x, k, origin, steady, out):
     """x[k] − origin (n,) as an error at `origin`. Returns the angle by which the covariance of x[k] turns."""
     n = x.shape[1]
@@ -53,7 +53,7 @@ def difference(x, k, origin, steady, out):
     return bend
 
 
-@lean_kernel
+@called_kernel
 def shifted(origin, error, steady, x, p, k):
     """x[k] ← origin + error (n,), with p[k] given at `origin`."""
     n = x.shape[1]
@@ -74,7 +74,7 @@ def shifted(origin, error, steady, x, p, k):
             p[k, i, j] = p[k, j, i]
 
 
-@lean_kernel
+@called_kernel
 def turned(p, k, angle):
     """The covariance p[k] in a body frame turned back by an angle."""
     if angle != 0.0:
@@ -84,7 +84,7 @@ def turned(p, k, angle):
                 p[k, i, j] = p[k, j, i]
 
 
-@lean_kernel
+@called_kernel
 def transition(step, work, motion_states, f):
     """The transition matrix (n, n) of the prediction that left its rows in `work` (see `motion.predict`)."""
     n = f.shape[0]
@@ -348,7 +348,7 @@ def share(j, before, change, normal, d, p0, d_mixed, mixed_p, d_smooth, smoothed
                 add(i, portion, room[30, i], room[25 + i], after, new_x, new_p)
 
 
-@lean_kernel
+@called_kernel
 def add(i, portion, mean, covariance, after, new_x, new_p):
     """Add a Gaussian of this weight to the moments of mode i."""
     n = len(mean)

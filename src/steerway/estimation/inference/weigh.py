@@ -125,7 +125,7 @@ def take_fix(bank, model, north, east, excess):
     return nis, math.log(total), wrong / total
 
 
-@lean_kernel
+@called_kernel
 def follow_run(bank, nu_n, nu_e, wrong, spread):
     """Count outliers in a row that agree; a step of the receiver is followed in position, and the motion kept."""
     run = bank.run
@@ -144,7 +144,7 @@ def follow_run(bank, nu_n, nu_e, wrong, spread):
         shift(bank, run[RUN_N], run[RUN_E], spread / RUN_FOLLOWED)
 
 
-@lean_kernel
+@called_kernel
 def shift(bank, north, east, variance):
     """Follow a step of the receiver in position, and keep the motion."""
     run, x, p = bank.run, bank.x, bank.p
