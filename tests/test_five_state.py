@@ -381,3 +381,14 @@ def test_a_turn_to_starboard_is_positive():
 def test_the_parameters_have_the_decays_where_the_kernels_read_them():
     model = PROFILE.model_copy(update={"speed_decay": 0.07}).parameters()[0]
     assert (model[SPEED_DECAY], model[RATE_DECAY]) == (0.07, PROFILE.course_rate_decay)
+
+
+def test_a_position_has_one_unit():
+    estimator = FiveStateFilter("otter")
+    estimator.update(1.0, 0.2)
+    assert estimator.position == (1.0, 0.2) and np.isnan(estimator.position_north_east).all()
+    estimator = FiveStateFilter("otter")
+    estimator.update_north_east(30.0, 40.0)
+    assert estimator.position_north_east == (30.0, 40.0)
+    with pytest.warns(FutureWarning, match="position_north_east"):
+        assert estimator.position == (30.0, 40.0)

@@ -206,9 +206,20 @@ class FiveStateFilter:
 
     @property
     def position(self) -> tuple[float, float]:
-        """Latitude and longitude (rad), or north and east (m) after `update_north_east`; NaN before the first fix."""
-        north, east, *_ = self.output()
-        return north, east
+        """Latitude and longitude, rad; NaN before the first fix.
+
+        After `update_north_east`, in this version still, north and east in m, with a warning.
+        """
+        first, second, *_ = self.output()
+        if not self._geodetic:
+            warnings.warn("position in metres is now FiveStateFilter.position_north_east", FutureWarning, stacklevel=2)
+        return first, second
+
+    @property
+    def position_north_east(self) -> tuple[float, float]:
+        """North and east, m, after `update_north_east`; NaN before the first fix and after `update`."""
+        first, second, *_ = self.output()
+        return (math.nan, math.nan) if self._geodetic else (first, second)
 
     def output(self) -> list[float]:
         """All at the price of one property: position, SOG, COG, course rate, 1σ of these three and of position."""
