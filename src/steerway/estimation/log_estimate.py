@@ -68,7 +68,7 @@ class LogEstimator:
 
 
 SPARSE = 60.0
-"""s between fixes; at longer intervals manoeuvres begin and end unseen, and modes cannot be told apart."""
+"""s between fixes; at longer intervals manoeuvres begin and end unseen, and modes cannot be distinguished."""
 
 
 def _sparse(fixes: Fixes) -> bool:

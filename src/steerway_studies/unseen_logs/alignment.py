@@ -10,7 +10,7 @@ from steerway_studies.unseen_logs.reference import Integral, Reference
 
 LAGS = np.arange(-80, 121) * 0.05  # s
 _SPAN = 5.0  # s
-_HALF_TURN = 2.0  # s of each of the displacements that a turn is told by
+_HALF_TURN = 2.0  # s of each of the displacements that show a turn
 _WAY = 0.6  # m/s
 _LEAST_GAIN = 0.01
 _CLIP = 3.0

@@ -46,7 +46,7 @@ def prediction_error(recording: Recording, motion: steerway.Motion) -> np.ndarra
     with np.errstate(invalid="ignore"):
         chord = said.sog * elapsed * np.sinc(0.5 * turn / np.pi)
     course = np.where(np.isfinite(said.cog), said.cog, 0.0) + 0.5 * turn
-    # Without a course it is at rest or adrift: it is predicted to stay.
+    # Without a course it is at rest or below steerageway: it is predicted to stay.
     chord = np.where(np.isfinite(said.cog), chord, 0.0)
     moved = places[later] - places
     error = np.hypot(moved[:, 0] - chord * np.cos(course), moved[:, 1] - chord * np.sin(course))

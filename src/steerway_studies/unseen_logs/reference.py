@@ -12,7 +12,7 @@ MOST_ACCELERATION = 30.0
 it, and what receivers recorded as spikes is ten times beyond that."""
 WORST_ACCURACY = 1.5  # m/s, as the receiver states it
 _AROUND_SPIKES = 1.0  # s
-_WAY = 0.6  # m/s, above which the noise of a course is told
+_WAY = 0.6  # m/s, above which the noise of a course is determined
 _QUARTILE_OF_NORMAL = 0.3186
 _THIRD_DIFFERENCE = math.sqrt(20.0)
 _FEWEST = 30
