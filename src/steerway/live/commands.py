@@ -129,11 +129,11 @@ def warm() -> None:
 
         steerway warm
     """
-    from steerway.core.compiled import cache_directory
+    from steerway.core.kernel_cache import kernel_cache
     from steerway.live import warming
 
     begun = time.monotonic()
     warming.warm()
-    directory = cache_directory("steerway")
+    directory = kernel_cache()
     where = f"kept in {directory}" if directory else "not kept: no directory can be written"
     print(f"compiled in {time.monotonic() - begun:.1f} s, {where}")
