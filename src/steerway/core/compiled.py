@@ -6,6 +6,7 @@ from typing import Any, TypeVar
 import numba
 import numba.core.config
 from numba.core import event
+from numba.core.caching import UserProvidedCacheLocator
 
 from steerway.core import compiling
 from steerway.core.kernel_cache import module_directory
@@ -13,6 +14,14 @@ from steerway.core.kernel_cache import module_directory
 config: Any = numba.core.config  # sets its attributes at run time
 F = TypeVar("F", bound=Callable[..., Any])
 """A kernel has the signature of its function: numba's dispatcher is called in the same way."""
+
+
+class Locator(UserProvidedCacheLocator):
+    """The directory of a module as it is: its name tells sources apart, wherever the package is installed."""
+
+    @classmethod
+    def get_suitable_cache_subpath(cls, _: str) -> str:
+        return ""
 
 
 class _Announcement(event.Listener):
@@ -55,12 +64,13 @@ def called_kernel(function: F) -> F:
 
 def _compiled(function: F, **options: Any) -> F:
     options |= {"error_model": "numpy", "no_cfunc_wrapper": True}  # which only C would call: a tenth of the time
-    directory = module_directory(function.__module__, "-bounds" if config.BOUNDSCHECK else "")
+    variant = f"-numba{numba.__version__}" + ("-bounds" if config.BOUNDSCHECK else "")
+    directory = module_directory(function.__module__, variant)
     if directory is None:
         return numba.njit(**options)(function)
-    users_directory = config.CACHE_DIR
-    config.CACHE_DIR = str(directory)
+    users_settings = config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES
+    config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = str(directory), f"{__name__}.{Locator.__name__}"
     try:
         return numba.njit(cache=True, **options)(function)
     finally:
-        config.CACHE_DIR = users_directory
+        config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = users_settings
