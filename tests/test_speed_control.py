@@ -7,7 +7,10 @@ import pytest
 
 from steerway import InputError
 from steerway.control.speed import AdaptiveSpeed, AdaptiveSpeedGains
-from steerway.vessels import Surge
+from steerway.control.speed_force import ForceLoop, speed_loop
+from steerway.control.speed_observer import ObservedSpeed, SpeedObserverGains
+from steerway.control.speed_pi import SpeedPI, SpeedPIGains
+from steerway.vessels import CALM, Surge, conditions
 from steerway_studies.adaptive_speed import judge, plants, printed
 from steerway_studies.papers.speed_mrac import PrintedMrac
 
@@ -54,12 +57,14 @@ def test_a_speed_out_of_reach_teaches_nothing():
     assert late.min() > 2.9
 
 
-def test_parameters_stay_within_their_bounds():
+def test_parameters_stay_within_their_bounds_and_it_is_reported():
     control = AdaptiveSpeed(AdaptiveSpeedGains(adaptation=1e4))
+    low, high = control.gains.bounds()
+    assert not control.at_bounds
     for k in range(400):
         control.step(3.0, 3.0 + 2.0 * math.sin(0.1 * k), 0.05)
-        for value, (low, high) in zip(control.parameters, control.gains.projection, strict=True):
-            assert low <= value <= high
+        assert (low <= control.parameters).all() and (control.parameters <= high).all()
+    assert control.at_bounds
 
 
 def test_too_fast_for_the_model_lowers_the_command_and_what_it_is_made_of():
@@ -75,7 +80,7 @@ def test_too_fast_for_the_model_lowers_the_command_and_what_it_is_made_of():
 def test_the_first_step_sets_out_from_the_boat_s_speed():
     control = AdaptiveSpeed()
     control.step(6.0, 4.0, 0.05)
-    assert 4.0 < control.model < 4.02
+    assert 4.0 < control.model < 4.03
 
 
 def test_without_a_speed_nothing_is_learned_and_the_reference_is_held():
@@ -142,9 +147,100 @@ def test_printed_with_the_wrong_sign_it_does_not_settle():
         ({"model_rate": 0.0}, "speed.model_rate is 0"),
         ({"adaptation": -1.0}, "speed.adaptation is -1"),
         ({"high": 0.0}, "speed.high is 0"),
-        ({"projection": ((0.0, 1.0),)}, "expected three pairs"),
+        ({"reach": 0.0}, "speed.reach is 0"),
+        ({"thrust": 1e-9}, "top speed of 0.00.* expected 0.05 to 60 m/s"),
+        ({"linear_drag": 0.0, "quadratic_drag": 0.0}, "top speed of inf m/s"),
+        ({"thrust": 500.0, "quadratic_drag": 100.0}, "gives the top speed in"),
     ],
 )
 def test_bad_input_is_named(arguments, says):
     with pytest.raises(InputError, match=says):
         AdaptiveSpeedGains(**arguments)
+
+
+BOTH = pytest.mark.parametrize(
+    ("control", "gains"), [(AdaptiveSpeed, AdaptiveSpeedGains), (ObservedSpeed, SpeedObserverGains)]
+)
+
+
+@BOTH
+@pytest.mark.parametrize("setpoint", [1.5, 4.75, 9.0])
+@pytest.mark.parametrize("rate", [0.5, 2.0])
+def test_a_shaft_that_turns_up_slowly_makes_no_overshoot(control, gains, setpoint, rate):
+    boat = Surge(shaft=plants.shaft(lag=1.0, rate=rate))
+    track = printed.sail_true(boat, control(gains()), setpoint, 100.0, 0.02, 0.1)
+    found = judge.response(track.time, track.speed, track.shaft, setpoint)
+    assert found["settling_s"] <= 45.0 and found["overshoot_pct"] <= 0.1 and found["tail_pct"] <= 0.2
+
+
+@BOTH
+@pytest.mark.parametrize("mass", [10.0, 60.0, 2e3, 2e6])
+def test_boats_of_all_sizes_settle_alike_each_in_its_own_time(control, gains, mass):
+    """P3's boat scaled by Froude's law, its guess wrong by 30 %."""
+    length = (mass / plants.CALDAS_MASS) ** (1.0 / 3.0)
+    time, speed = math.sqrt(length), math.sqrt(length)
+    truth = plants.NOMINAL
+    propeller = plants.Propeller(diameter=0.8 * length)
+    machine = plants.shaft(lag=0.5 * time, rate=1.75 / length, high=17.5 / time)
+    boat = Surge(mass, 820.8 * length**2.5, 101.2 * length**2, propeller, machine)
+    told = gains(
+        linear_drag=1.3 * truth.linear_drag / time,
+        quadratic_drag=0.7 * truth.quadratic_drag / length,
+        thrust=1.3 * 0.0049 * length,
+        high=machine.high,
+    )
+    setpoint = 6.0 * speed
+    track = printed.sail_true(boat, control(told), setpoint, 100.0 * time, 0.02 * time, 0.1 * time)
+    found = judge.response(track.time, track.speed, track.shaft, setpoint)
+    assert found["settling_s"] <= 36.0 * time and found["overshoot_pct"] <= 0.5
+    np.testing.assert_allclose(track.speed[-1000:], setpoint, rtol=2e-3)
+
+
+def test_an_hour_of_waves_teaches_nothing():
+    boat, control = plants.plant("a"), AdaptiveSpeed()
+    state, after_minutes = boat.start(), None
+    for k in range(36_001):
+        push = conditions(force=(2000.0 * math.sin(2.0 * math.pi * 0.1 * k / 8.0), 0.0))
+        state = boat.step(state, (control.step(3.0, state[3], 0.1, state[4]),), push, 0.1)
+        if k == 3200:  # whole waves
+            after_minutes = control.parameters.copy()
+    np.testing.assert_allclose(control.parameters, after_minutes, rtol=1e-3)
+    assert abs(state[3] - 3.0) < 0.2
+
+
+def test_the_observer_finds_what_the_guess_leaves_out():
+    boat, control = plants.plant("a"), ObservedSpeed()
+    state = boat.start()
+    for _ in range(1000):
+        state = boat.step(state, (control.step(6.0, state[3], 0.05, state[4]),), CALM, 0.05)
+    gains, u, n = control.gains, state[3], state[4]
+    missed = gains.linear_drag * u + gains.quadratic_drag * u * u - gains.thrust * n * n
+    assert control.disturbance == pytest.approx(missed, rel=1e-3)
+    held = control.disturbance
+    control.step(6.0, math.nan, 0.05)
+    assert control.disturbance == held
+
+
+GAINS = SpeedPIGains(mass=85.0, linear_drag=60.0, bandwidth=0.4, limit=200.0, limit_astern=100.0)
+
+
+@pytest.mark.parametrize("kind", ["adaptive", "disturbance-observer"])
+def test_force_loops_hold_a_speed_against_a_drag_they_do_not_know(kind):
+    control, speed, within = speed_loop(kind, GAINS), 0.0, []
+    for k in range(1200):
+        force = max(-50.0, min(150.0, control.step(1.5, speed, 0.05)))
+        control.limited_to(force)
+        speed += 0.05 * (force - 77.5 * speed - 20.0) / 95.0
+        within.append(speed)
+    assert speed == pytest.approx(1.5, abs=0.005) and max(within) < 1.53
+    control.restart()
+    assert control.step(1.5, math.nan, 0.05) == 0.0
+
+
+def test_speed_loops_are_chosen_by_name_and_refused():
+    assert isinstance(speed_loop("pi", GAINS), SpeedPI)
+    assert isinstance(speed_loop("adaptive", GAINS), ForceLoop)
+    with pytest.raises(InputError, match="speed.controller is 'pid', expected one of pi, adaptive"):
+        speed_loop("pid", GAINS)
+    with pytest.raises(InputError, match="needs a limit of the force"):
+        speed_loop("adaptive", SpeedPIGains(mass=85.0, linear_drag=60.0))

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from steerway.control.positioning import PositioningGains, PositionPID
     from steerway.control.rudder import Rudder
     from steerway.control.speed import AdaptiveSpeed, AdaptiveSpeedGains
+    from steerway.control.speed_force import ForceLoop, speed_loop
+    from steerway.control.speed_observer import ObservedSpeed, SpeedObserverGains
     from steerway.control.speed_pi import SpeedPI, SpeedPIGains
     from steerway.control.station import StationGains, StationKeeper
 
@@ -29,9 +31,11 @@ __all__ = [
     "HeadingMpc",
     "InputLimits",
     "LinearPlant",
+    "ObservedSpeed",
     "PositionPID",
     "PositioningGains",
     "Rudder",
+    "SpeedObserverGains",
     "SpeedPI",
     "SpeedPIGains",
     "StationGains",
@@ -39,5 +43,6 @@ __all__ = [
     "TwoPropellers",
     "carried_bandwidth",
     "place_poles",
+    "speed_loop",
 ]
 __getattr__, __dir__ = on_demand(__name__)

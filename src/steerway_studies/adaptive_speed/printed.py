@@ -1,5 +1,6 @@
 """What the paper's own design does: steady states, its controller as printed and as published, its filter."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,15 +30,20 @@ def sail_true(boat, control, setpoint, duration=200.0, step=FINE, control_step=F
     n = round(duration / step)
     every = round(control_step / step)
     out = np.zeros((3, n + 1))
-    parameters = np.tile(control.parameters, (n + 1, 1))
+    parameters = np.tile(_parameters(control), (n + 1, 1))
     state, command = boat.start(), 0.0
     for k in range(n):
         if k % every == 0:
             command = control.step(setpoint, state[3], control_step, state[4])
         state = boat.step(state, (command,), CALM, step)
-        out[:, k + 1] = state[3], state[4], control.model
-        parameters[k + 1] = control.parameters
+        out[:, k + 1] = state[3], state[4], getattr(control, "model", math.nan)
+        parameters[k + 1] = _parameters(control)
     return Track(step * np.arange(n + 1), *out, parameters)
+
+
+def _parameters(control):
+    """(3,) â of a controller that adapts, NaN of another."""
+    return getattr(control, "parameters", (math.nan,) * 3)
 
 
 def steady_shaft(setpoint) -> float:

@@ -1,0 +1,88 @@
+"""A pilot's speed loop, from desired speed to surge force, made of a controller of the shaft speed."""
+
+import math
+from typing import Protocol
+
+from steerway.control.speed import AdaptiveSpeed, AdaptiveSpeedGains
+from steerway.control.speed_guess import signed_root, signed_square
+from steerway.control.speed_observer import ObservedSpeed, SpeedObserverGains
+from steerway.control.speed_pi import SpeedPI, SpeedPIGains
+from steerway.core.errors import InputError
+
+CONTROLLERS = ("pi", "adaptive", "disturbance-observer")
+
+
+class ShaftController(Protocol):
+    """`AdaptiveSpeed`, `ObservedSpeed`."""
+
+    def restart(self) -> None: ...
+
+    def step(self, setpoint: float, speed: float, dt: float, shaft: float = math.nan) -> float: ...
+
+
+class ForceLoop:
+    """The force is `unit` (N) times n|n| of the controller's command n.
+
+    A shaft that is measured, in rev/s of which `per_rev` make a unit of n, tells the controller what was achieved; else
+    the part of the force that `limited_to` reports does. The desired speed is approached at `acceleration` (m/s²).
+    """
+
+    def __init__(
+        self, controller: ShaftController, unit: float, acceleration: float = math.inf, per_rev: float = math.nan
+    ):
+        self.controller, self._unit, self._acceleration, self._per_rev = controller, unit, acceleration, per_rev
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget what was learned."""
+        self.controller.restart()
+        self.force = 0.0
+        self._achieved = self._approached = math.nan
+
+    def step(self, desired: float, speed: float, dt: float, shaft: float = math.nan) -> float:
+        """Surge force (N) for a desired and an actual speed (m/s) and a measured shaft speed (rev/s); NaN: unknown."""
+        if math.isnan(self._approached):
+            self._approached = speed
+        if math.isnan(self._approached):
+            return 0.0
+        most = self._acceleration * dt
+        self._approached += max(-most, min(most, desired - self._approached))
+        turning = shaft * self._per_rev
+        achieved = turning if math.isfinite(turning) else self._achieved
+        command = self.controller.step(self._approached, speed, dt, achieved)
+        self.force = self._unit * signed_square(command)
+        self._achieved = command
+        return self.force
+
+    def limited_to(self, achieved: float) -> None:
+        """What the propellers made of the last force."""
+        self._achieved = signed_root(achieved / self._unit)
+
+
+def speed_loop(kind: str, gains: SpeedPIGains, full_shaft: float = math.nan) -> SpeedPI | ForceLoop:
+    """The speed loop of one of CONTROLLERS for a boat known by its PI gains.
+
+    The others take mass and drag of the gains for the guess, the least force that the boat is limited to for full
+    thrust, and the bandwidth for the rate of the reference. `full_shaft`: shaft speed (rev/s) of full thrust, where a
+    shaft can be measured. Raises InputError for another kind and for gains without a limit or without drag.
+    """
+    if kind == "pi":
+        return SpeedPI(gains)
+    if kind not in CONTROLLERS:
+        raise InputError(f"speed.controller is {kind!r}, expected one of {', '.join(CONTROLLERS)}")
+    if gains.limit == math.inf:
+        raise InputError(f"speed.controller {kind} needs a limit of the force, expected speed.limit in N")
+    guess = {
+        "linear_drag": gains.linear_drag / gains.mass,
+        "quadratic_drag": gains.quadratic_drag / gains.mass,
+        "thrust": gains.limit / gains.mass,
+        "low": -math.sqrt(min(gains.limit_astern, gains.limit) / gains.limit),
+        "high": 1.0,
+        "model_rate": gains.bandwidth,
+    }
+    controller = (
+        AdaptiveSpeed(AdaptiveSpeedGains(**guess))
+        if kind == "adaptive"
+        else ObservedSpeed(SpeedObserverGains(**guess))
+    )
+    return ForceLoop(controller, gains.limit, gains.acceleration, 1.0 / full_shaft)
