@@ -148,7 +148,7 @@ def test_printed_with_the_wrong_sign_it_does_not_settle():
         ({"adaptation": -1.0}, "speed.adaptation is -1"),
         ({"high": 0.0}, "speed.high is 0"),
         ({"reach": 0.0}, "speed.reach is 0"),
-        ({"thrust": 1e-9}, "top speed of 0.00.* expected 0.05 to 60 m/s"),
+        ({"thrust": 1e-9}, r"top speed of 0\.00.* expected 0.05 to 60 m/s"),
         ({"linear_drag": 0.0, "quadratic_drag": 0.0}, "top speed of inf m/s"),
         ({"thrust": 500.0, "quadratic_drag": 100.0}, "gives the top speed in"),
     ],
@@ -227,7 +227,7 @@ GAINS = SpeedPIGains(mass=85.0, linear_drag=60.0, bandwidth=0.4, limit=200.0, li
 @pytest.mark.parametrize("kind", ["adaptive", "disturbance-observer"])
 def test_force_loops_hold_a_speed_against_a_drag_they_do_not_know(kind):
     control, speed, within = speed_loop(kind, GAINS), 0.0, []
-    for k in range(1200):
+    for _ in range(1200):
         force = max(-50.0, min(150.0, control.step(1.5, speed, 0.05)))
         control.limited_to(force)
         speed += 0.05 * (force - 77.5 * speed - 20.0) / 95.0
@@ -240,7 +240,7 @@ def test_force_loops_hold_a_speed_against_a_drag_they_do_not_know(kind):
 def test_speed_loops_are_chosen_by_name_and_refused():
     assert isinstance(speed_loop("pi", GAINS), SpeedPI)
     assert isinstance(speed_loop("adaptive", GAINS), ForceLoop)
-    with pytest.raises(InputError, match="speed.controller is 'pid', expected one of pi, adaptive"):
+    with pytest.raises(InputError, match=r"speed\.controller is 'pid', expected one of pi, adaptive"):
         speed_loop("pid", GAINS)
     with pytest.raises(InputError, match="needs a limit of the force"):
         speed_loop("adaptive", SpeedPIGains(mass=85.0, linear_drag=60.0))

@@ -27,6 +27,7 @@ __all__ = [
     "AnglePIDGains",
     "Autopilot",
     "BiasObserver",
+    "ForceLoop",
     "HeadingLqg",
     "HeadingMpc",
     "InputLimits",

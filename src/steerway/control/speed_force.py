@@ -81,8 +81,6 @@ def speed_loop(kind: str, gains: SpeedPIGains, full_shaft: float = math.nan) -> 
         "model_rate": gains.bandwidth,
     }
     controller = (
-        AdaptiveSpeed(AdaptiveSpeedGains(**guess))
-        if kind == "adaptive"
-        else ObservedSpeed(SpeedObserverGains(**guess))
+        AdaptiveSpeed(AdaptiveSpeedGains(**guess)) if kind == "adaptive" else ObservedSpeed(SpeedObserverGains(**guess))
     )
     return ForceLoop(controller, gains.limit, gains.acceleration, 1.0 / full_shaft)
