@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import steerway
 from steerway import Fixes
-from steerway.commands.cli import app
+from steerway.commands.app import app
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING
 from steerway.estimation.inference import whole_log
 from steerway.estimation.inference.plane import laid_out, placed

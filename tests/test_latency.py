@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import steerway
 from steerway import FiveStateFilter, Fixes, InputError, Profile
-from steerway.commands.cli import app
+from steerway.commands.app import app
 from steerway.estimation.course.latency import lateness, on_time
 from tests.scenes import angle_error, turning
 

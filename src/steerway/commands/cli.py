@@ -1,51 +1,50 @@
-"""The command line: the commands by topic, and errors of the user in one sentence with exit code 2."""
+"""The command line: errors in one sentence, exit code 2 for wrong input and 1 for what the machine refuses.
 
+Nothing but the handling of signals is loaded before they are handled.
+"""
+
+import os
 import sys
-from importlib.metadata import version
-from typing import Annotated
 
-import typer
-
-from steerway.commands import demo, identify, logs, profile, sailing, study
-from steerway.core import compiling
-from steerway.core.errors import InputError
-from steerway.live.commands import LiveCommand, live, warm
-
-app = typer.Typer(
-    name="steerway",
-    help="Speed over ground, course over ground and course rate from GNSS positions alone, and steering by them.",
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode="markdown",
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-
-LOGS, BOAT, SIMULATION, RESEARCH = "Logs", "On the boat", "Simulation", "Research"
-for panel, commands in (
-    (LOGS, (logs.estimate, logs.info, logs.compare, logs.predict, logs.tune)),
-    (SIMULATION, (demo.demo, sailing.simulate, sailing.advise)),
-    (RESEARCH, (study.study,)),
-):
-    for command in commands:
-        app.command(rich_help_panel=panel)(command)
-app.command(cls=LiveCommand, rich_help_panel=BOAT)(live)
-app.command(rich_help_panel=BOAT)(warm)
-app.add_typer(identify.app, name="identify", rich_help_panel=BOAT)
-app.add_typer(profile.app, name="profile", rich_help_panel=LOGS)
+from steerway.commands import interruption
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
-        print(f"steerway {version('steerway')}")
-        raise typer.Exit
+def main() -> None:
+    """Run the command line."""
+    with interruption.handled():
+        code = _run()
+        try:
+            sys.stdout.flush()
+        except OSError as error:
+            code = _output_refused(error)
+    sys.exit(code)
 
 
-@app.callback()
-def options(
-    _: Annotated[bool, typer.Option("--version", metavar="", is_eager=True, callback=_print_version)] = False,
-) -> None:
-    """Speed over ground, course over ground and course rate from GNSS positions alone, and steering by them."""
+def _run() -> int:
+    import typer
+
+    from steerway.commands.app import app
+    from steerway.core import compiling
+    from steerway.core.errors import InputError
+
+    compiling.announce = _announce_compilation
+    try:
+        return app(standalone_mode=False) or 0
+    except InputError as error:
+        return _failed(error, 2)
+    except typer.Abort:
+        return _failed("interrupted", 130)
+    except ChildProcessError as error:
+        return _failed(error, 1)
+    except OSError as error:
+        return _output_refused(error)
+    except MemoryError:
+        return _failed("memory is exhausted, expected a smaller log, interval (--from, --until) or --rate", 1)
+    except Exception as error:
+        if not hasattr(error, "format_message"):
+            raise
+        message = error.format_message()  # click's for a wrong option; empty after the help has been printed
+        return _failed(message, 2) if message else 2
 
 
 def _announce_compilation() -> None:
@@ -53,22 +52,15 @@ def _announce_compilation() -> None:
         print("compiling, once after an installation: 20 to 60 s", file=sys.stderr)
 
 
-def main() -> None:
-    """Run the command line."""
-    compiling.announce = _announce_compilation
-    try:
-        app(standalone_mode=False)
-    except InputError as error:
-        print(f"steerway: {error}", file=sys.stderr)
-        sys.exit(2)
-    except typer.Exit as leaving:
-        sys.exit(leaving.exit_code)
-    except typer.Abort:
-        print("steerway: interrupted", file=sys.stderr)
-        sys.exit(130)
-    except Exception as error:
-        if hasattr(error, "format_message"):  # click's message for a wrong option
-            if error.format_message():  # empty after the help has been printed
-                print(f"steerway: {error.format_message()}", file=sys.stderr)
-            sys.exit(2)
-        raise
+def _failed(why: object, code: int) -> int:
+    print(f"steerway: {why}", file=sys.stderr)
+    return code
+
+
+def _output_refused(error: OSError) -> int:
+    """A closed pipe ends the command silently, a full disk with a sentence; what is buffered is given up."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    if isinstance(error, BrokenPipeError):
+        return 1
+    where = error.filename or "standard output"
+    return _failed(f"cannot use {where!r}: {error.strerror or error}", 1)

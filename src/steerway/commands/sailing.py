@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from steerway.commands import interruption
 from steerway.commands.terminal import flag, print_table, progress_line
 from steerway.core.errors import InputError
 
@@ -26,6 +27,9 @@ def simulate(
         str | None,
         typer.Option("--dask", metavar="ADDRESS", help="Simulate the seeds on this Dask cluster (host:port)."),
     ] = None,
+    resume: Annotated[
+        bool, flag("--resume", help="With --seeds: continue an interrupted campaign with the seeds it has not done.")
+    ] = False,
     nmea: Annotated[bool, flag("--nmea", help="Also write the receiver's log, as input for `estimate`.")] = False,
     strict: Annotated[
         bool, flag("--strict", help="Exit with an error if the autopilot is too fast for the course estimate.")
@@ -77,6 +81,8 @@ def simulate(
 
     if seeds is None and dask is not None:
         raise InputError("--dask needs many seeds, expected --seeds N with it")
+    if seeds is None and resume:
+        raise InputError("--resume continues a campaign, expected --seeds N with it")
     if seeds is not None and nmea:
         raise InputError("--nmea writes the log of one run, expected no --seeds with it")
     chosen = load_scenario(scenario)
@@ -94,7 +100,7 @@ def simulate(
         raise InputError("-o is missing, expected an output directory")
     sentence = _warned(*run.advise(chosen), strict)
     if seeds is not None:
-        _campaign(chosen, seeds, dask, out, sentence)
+        _campaign(chosen, seeds, dask, out, resume, sentence)
         return
     with progress_line(f"simulating {chosen.name}") as step:
         sailed = run.sail_scenario(chosen, progress=step)
@@ -110,15 +116,29 @@ def _refuse_with_live(**options) -> None:
             raise InputError(f"--{name} cannot be combined with --live")
 
 
-def _campaign(scenario, n, dask, out, sentence):
+def _campaign(scenario, n, dask, out, resume, sentence):
     from steerway.simulation.campaign import over_seeds
     from steerway.simulation.run import numbers_of_seed
     from steerway.simulation.runs.campaign import SPREAD_COLUMNS, spread, write_campaign
+    from steerway.simulation.runs.unfinished import UnfinishedCampaign
 
     seeds = range(scenario.seed, scenario.seed + n)
+    kept = UnfinishedCampaign(out, scenario, resume)
+    missing = [seed for seed in seeds if seed not in kept.numbers]
+    before = 1.0 - len(missing) / n
+    if before:
+        print(f"resumed with {n - len(missing)} of {n} seeds", file=sys.stderr)
+
+    def finished(seed, numbers):
+        kept.add(seed, numbers)
+        interruption.note = f"{len(kept.numbers)} of {n} seeds are kept in {out}; --resume continues"
+
     with progress_line(f"simulating {n} seeds of {scenario.name}") as step:
-        results = over_seeds(partial(numbers_of_seed, scenario), seeds, progress=step, dask=dask)
+        progress = lambda part: step(before + (1.0 - before) * part)  # noqa: E731
+        over_seeds(partial(numbers_of_seed, scenario), missing, progress=progress, dask=dask, finished=finished)
+    results = [kept.numbers[seed] for seed in seeds]
     written = write_campaign(seeds, results, out, f"{scenario.name}, {n} seeds", [sentence])
+    kept.remove()
     print_table(f"{scenario.name}, {n} seeds", SPREAD_COLUMNS, spread(results))
     for path in written:
         print(f"wrote {path}")

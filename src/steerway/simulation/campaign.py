@@ -2,10 +2,10 @@
 
 import os
 from collections.abc import Callable, Iterable
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from contextlib import closing
 
 from steerway.core.errors import InputError
+from steerway.core.workers import in_workers
 
 CONNECTING = 10.0
 """s to wait for a cluster's scheduler."""
@@ -17,38 +17,30 @@ def over_seeds(
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
     dask: str | None = None,
+    finished: Callable[[int, object], None] | None = None,
 ) -> list:
     """`run(seed)` for every seed, in the order of the seeds.
 
     `run` is a module-level function or a functools.partial of one. Every seed is one's own generator: the results do
     not depend on the number of workers. `dask` is the address of a cluster's scheduler, whose workers have this
-    package; a seed whose worker dies is repeated by another. Raises InputError for a cluster that cannot be reached.
+    package; a seed whose worker dies is repeated by another. `finished(seed, result)` is called for every seed as soon
+    as it is done. Raises InputError for a cluster that cannot be reached.
     """
     seeds = list(seeds)
-    if dask is not None:
-        return _on_cluster(run, seeds, dask, progress)
-    workers = min(workers or os.cpu_count() or 1, len(seeds))
-    if workers <= 1:
-        return [_counted(run, seed, i, len(seeds), progress) for i, seed in enumerate(seeds)]
-    results = {}
-    # A fresh interpreter a worker: forking a process that runs threads can deadlock.
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        futures = {pool.submit(run, seed): seed for seed in seeds}
-        for done, future in enumerate(as_completed(futures), 1):
-            results[futures[future]] = future.result()
+    done: dict[int, object] = {}
+    counted = in_workers(run, seeds, min(workers or os.cpu_count() or 1, len(seeds)))
+    with closing(counted if dask is None else _on_cluster(run, seeds, dask)) as finished_runs:
+        for index, result in finished_runs:
+            done[index] = result
+            if finished:
+                finished(seeds[index], result)
             if progress:
-                progress(done / len(seeds))
-    return [results[seed] for seed in seeds]
+                progress(len(done) / len(seeds))
+    return [done[index] for index in range(len(seeds))]
 
 
-def _counted(run, seed, i, n, progress):
-    result = run(seed)
-    if progress:
-        progress((i + 1) / n)
-    return result
-
-
-def _on_cluster(run, seeds, address, progress):
+def _on_cluster(run, seeds, address):
+    """As `in_workers`, on a cluster."""
     try:
         from dask import distributed
     except ImportError:
@@ -57,13 +49,9 @@ def _on_cluster(run, seeds, address, progress):
         client = distributed.Client(address, timeout=CONNECTING, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         raise InputError(f"no Dask scheduler responds at {address!r}, expected host:port ({error})") from None
-    results = {}
     with client:
         # Not pure: a result is keyed by its seed, not by a hash of the function.
         futures = client.map(run, seeds, pure=False, key="seed")
-        of_key = {future.key: seed for future, seed in zip(futures, seeds, strict=True)}
+        index_of = {future.key: index for index, future in enumerate(futures)}
         for future in distributed.as_completed(futures, loop=client.loop):
-            results[of_key[future.key]] = future.result()
-            if progress:
-                progress(len(results) / len(seeds))
-    return [results[seed] for seed in seeds]
+            yield index_of[future.key], future.result()

@@ -6,7 +6,7 @@ import re
 import typer
 
 import steerway
-from steerway.commands.cli import app
+from steerway.commands.app import app
 from tests.reference_outputs.tables import case
 
 

@@ -1,0 +1,54 @@
+"""Output files that are complete or absent."""
+
+import contextlib
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+from steerway.core.errors import InputError
+
+_unfinished: set[Path] = set()
+
+
+@contextlib.contextmanager
+def complete_or_absent(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+    """A binary file that replaces `path` when the block ends, and is removed when it raises.
+
+    It is written under another name in the same directory, and its contents are on the disk before it is renamed. A
+    symbolic link is followed, a device or pipe is written to as it is. Raises InputError for what cannot be written,
+    a full disk included.
+    """
+    target = Path(os.path.realpath(path))
+    try:
+        if target.exists() and not target.is_file():
+            with open(target, "wb") as file:
+                yield file
+            return
+        beside = target.with_name(f".{target.name[:200]}.{os.getpid()}.part")
+        _unfinished.add(beside)
+        try:
+            with open(beside, "wb") as file:
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(beside, target)
+        except BaseException:
+            beside.unlink(missing_ok=True)
+            raise
+        finally:
+            _unfinished.discard(beside)
+    except OSError as error:
+        raise cannot_write(path, error) from error
+
+
+def cannot_write(path: str | os.PathLike[str], error: OSError) -> InputError:
+    """The sentence for an output that the operating system refuses."""
+    return InputError(f"cannot write {os.fspath(path)!r}: {error.strerror or error}, expected a path with free space")
+
+
+def remove_unfinished() -> None:
+    """Remove what is being written: the process ends without unwinding."""
+    for each in list(_unfinished):
+        with contextlib.suppress(OSError):
+            each.unlink()

@@ -1,0 +1,208 @@
+"""Workers and commands end when they should: with their parent, by Ctrl-C, leaving nothing but finished parts."""
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import closing
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from steerway.core.errors import InputError
+from steerway.core.workers import in_workers
+from tests.command_line import STEERWAY, run
+
+pytestmark = pytest.mark.skipif(not Path("/proc/self").exists(), reason="processes are counted in /proc")
+LIMIT = 2.0
+SCENARIO = """duration = 400
+[route]
+at_end = "stop"
+waypoints = [{ north = 0, east = 0 }, { north = 2000, east = 0 }]
+"""
+CAMPAIGN = """
+from tests.test_processes import endless
+from steerway.core.workers import in_workers
+list(in_workers(endless, range(4), 2))
+"""
+
+
+def endless(item):
+    """Work that compiled code could do: it never looks at signals."""
+    time.sleep(100.0)
+
+
+def fail_at(bad, item):
+    if item == bad:
+        raise InputError(f"item {item} is bad")
+    return item * item
+
+
+def killed_at(bad, item):
+    if item == bad:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return item
+
+
+def descendants(pid: int) -> list[int]:
+    found = []
+    for task in Path(f"/proc/{pid}/task").glob("*/children"):
+        for child in task.read_text().split():
+            found += [int(child), *descendants(int(child))]
+    return found
+
+
+def alive(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+def wait_until(true, limit: float) -> float:
+    """Seconds until `true()`; fails after the limit."""
+    began = time.monotonic()
+    while not true():
+        assert time.monotonic() - began < limit, f"not within {limit} s"
+        time.sleep(0.02)
+    return time.monotonic() - began
+
+
+def shared_objects() -> set[str]:
+    return set(os.listdir("/dev/shm"))
+
+
+def test_results_come_with_their_index_and_items_are_taken_when_a_worker_is_free():
+    taken = []
+
+    def items():
+        for k in range(12):
+            taken.append(k)
+            yield k
+
+    with closing(in_workers(partial(fail_at, None), items(), 2)) as results:
+        first = next(results)
+        assert len(taken) <= 4
+        assert dict([first, *results]) == {k: k * k for k in range(12)}
+
+
+def test_an_exception_of_a_worker_is_raised_here_and_ends_the_others():
+    with (
+        pytest.raises(InputError, match="item 1 is bad") as caught,
+        closing(in_workers(partial(fail_at, 1), range(50), 2)) as results,
+    ):
+        list(results)
+    assert "in fail_at" in "".join(caught.value.__notes__)
+    assert descendants_that_work() == []
+
+
+def test_a_worker_that_is_killed_is_reported():
+    with (
+        pytest.raises(ChildProcessError, match="was ended by signal 9 at item 2"),
+        closing(in_workers(partial(killed_at, 2), range(4), 2)) as results,
+    ):
+        list(results)
+
+
+def descendants_that_work() -> list[int]:
+    """Without the resource tracker, which multiprocessing keeps until the end."""
+    return [
+        pid
+        for pid in descendants(os.getpid())
+        if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes() and alive(pid)
+    ]
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP])
+def test_workers_end_with_their_parent(how):
+    before = shared_objects()
+    root = Path(__file__).parents[1]
+    parent = subprocess.Popen([sys.executable, "-c", CAMPAIGN], cwd=root, stderr=subprocess.PIPE)
+    wait_until(lambda: len(descendants(parent.pid)) >= 3, 20.0)  # two workers and the resource tracker
+    time.sleep(0.5)
+    family = descendants(parent.pid)
+    parent.send_signal(how)
+    parent.wait(LIMIT)
+    parent.stderr.close()
+    wait_until(lambda: not any(map(alive, family)), LIMIT)
+    assert shared_objects() <= before
+
+
+@contextlib.contextmanager
+def campaign_underway(out, *options):
+    """`simulate --seeds` in a process group of its own, as a terminal would start it, when some seeds are done."""
+    scenario = out / "leg.toml"
+    scenario.write_text(SCENARIO)
+    command = [*STEERWAY, "simulate", str(scenario), "-o", str(out), "--seeds", "400", *options]
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    kept = out / "campaign.unfinished"
+    wait_until(lambda: kept.exists() and kept.read_text().count("\n") > 3, 100.0)
+    yield process
+    assert process.poll() is not None
+
+
+def test_ctrl_c_keeps_the_seeds_that_are_done_and_resume_continues(tmp_path):
+    before = shared_objects()
+    with campaign_underway(tmp_path) as process:
+        family = descendants(process.pid)
+        os.killpg(process.pid, signal.SIGINT)  # as a terminal sends it: to the command and its workers
+        began = time.monotonic()
+        _, said = process.communicate(timeout=LIMIT)
+        assert process.returncode == 130
+        assert said.startswith("steerway: interrupted, ") and said.endswith("--resume continues\n")
+        assert said.count("\n") == 1
+        wait_until(lambda: not any(map(alive, family)), LIMIT - (time.monotonic() - began))
+    assert shared_objects() <= before
+    lines = [json.loads(line) for line in (tmp_path / "campaign.unfinished").read_text().splitlines()[1:]]
+    seeds = [each["seed"] for each in lines]
+    assert len(seeds) == len(set(seeds)) > 2
+
+    # The rest is done, no seed twice, and the numbers are those of a campaign that nobody interrupted.
+    first = lines[0]["seed"]
+    campaign = ("simulate", tmp_path / "leg.toml", "--seeds", 2, "--first-seed", first)
+    code, _, said = run(*campaign, "-o", tmp_path, "--resume")
+    assert code == 0 and said.startswith("resumed with ")
+    assert not (tmp_path / "campaign.unfinished").exists()
+    assert run(*campaign, "-o", tmp_path / "whole")[0] == 0
+    assert (tmp_path / "results.json").read_text() == (tmp_path / "whole" / "results.json").read_text()
+
+
+def test_resuming_another_scenario_is_refused(tmp_path):
+    (tmp_path / "campaign.unfinished").write_text('{"scenario": "another"}\n')
+    (tmp_path / "leg.toml").write_text(SCENARIO)
+    code, _, said = run("simulate", tmp_path / "leg.toml", "-o", tmp_path, "--seeds", 2, "--resume")
+    assert code == 2 and "is of another scenario or version" in said
+    assert run("simulate", tmp_path / "leg.toml", "-o", tmp_path, "--resume")[2] == (
+        "steerway: --resume continues a campaign, expected --seeds N with it\n"
+    )
+
+
+COMPILED = """
+import sys, time
+from steerway.commands import app, cli
+@app.app.command()
+def stuck():
+    import hashlib
+    print("begun", flush=True)
+    hashlib.pbkdf2_hmac("sha256", b"", b"", 10**9)  # as compiled code: no return to the interpreter
+sys.argv = ["steerway", "stuck"]
+cli.main()
+"""
+
+
+@pytest.mark.parametrize("number,code,word", [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")])
+def test_a_command_in_compiled_code_ends_with_one_line(number, code, word):
+    process = subprocess.Popen(
+        [sys.executable, "-c", COMPILED], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stdout.readline() == "begun\n"
+    for _ in range(3):  # an impatient user
+        process.send_signal(number)
+    _, said = process.communicate(timeout=LIMIT)
+    assert (process.returncode, said) == (code, f"steerway: {word}\n")
