@@ -8,7 +8,6 @@ import contextlib
 import os
 import pickle
 import signal
-import sys
 import threading
 import time
 import traceback
@@ -17,6 +16,8 @@ from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
+
+from steerway.core import files
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -131,7 +132,7 @@ def _interrupts_blocked() -> Generator[None, None, None]:
 
 def _work(pipe: Connection, function: Callable[[Any], Any]) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))  # what is open is closed, unfinished files are removed
+    signal.signal(signal.SIGTERM, _end)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with contextlib.suppress(EOFError, OSError):
         while True:
@@ -157,6 +158,10 @@ def _end_with_parent() -> None:
     parent = parent_process()
     assert parent is not None
     wait([parent.sentinel])
-    os.kill(os.getpid(), signal.SIGTERM)
-    time.sleep(GRACE)
+    _end()
+
+
+def _end(*_: object) -> None:
+    """Without unwinding: an exception in a callback of compiled code would be printed and forgotten."""
+    files.remove_unfinished()
     os._exit(1)
