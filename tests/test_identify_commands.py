@@ -51,10 +51,13 @@ def test_surge_tells_a_staircase_from_a_constant_speed(tmp_path):
     ):
         log = tmp_path / name
         pl.DataFrame({"time_s": time, "speed_mps": measured, "shaft_rps": shaft}).write_csv(log)
-        code, out, _ = run("identify", "surge", log)
+        code, out, _ = run("identify", "surge", log, "--diameter", "0.8")
         assert code == 0 and verdict in out.splitlines()[-1]
         if verdict == "Identified":
-            assert abs(float(out.splitlines()[2].split()[2]) / 0.05 - 1.0) < 0.1
+            assert abs(float(out.splitlines()[3].split()[2]) / 0.05 - 1.0) < 0.1
+    code, out, _ = run("identify", "surge", tmp_path / "staircase.csv", "--shaft", "shaft_rps")
+    assert code == 0 and "for one unit of shaft_rps" in out
+    assert run("identify", "surge", log, "--diameter", "0.8", "--shaft", "shaft_rps")[0] == 2
 
 
 def test_a_log_without_the_columns_is_told_which(tmp_path):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from steerway import InputError
+from steerway.control import AdaptiveSpeedGains
 from steerway.formats.surge_log import read_surge_log
 from steerway.identification import SurgeModel, identify_surge
 from steerway.vessels import CALM, Propeller, Surge
@@ -26,7 +27,7 @@ def log(commands=STEPS, seconds=40.0, noise=0.01, boat=None, every=0.1, seed=0, 
 
 
 def test_a_staircase_tells_drag_and_thrust():
-    found, truth = identify_surge(*log()), plants.NOMINAL
+    found, truth = identify_surge(*log(), Propeller()), plants.NOMINAL
     assert found.identified and found.verdict.startswith("Identified")
     assert found.model.linear_drag == pytest.approx(truth.linear_drag, rel=0.05)
     assert found.model.quadratic_drag == pytest.approx(truth.quadratic_drag, rel=0.05)
@@ -40,7 +41,7 @@ def test_the_deviations_are_those_of_the_estimates():
     scores = []
     for seed in range(12):
         noisy = boat[1] + 0.02 * np.random.default_rng(seed).standard_normal(len(boat[1]))
-        found = identify_surge(boat[0], noisy, boat[2])
+        found = identify_surge(boat[0], noisy, boat[2], Propeller())
         model = found.model
         scores.append((np.array([model.linear_drag, model.quadratic_drag, model.thrust]) - truth) / found.std)
     assert 0.5 < np.sqrt(np.mean(np.square(scores))) < 1.6
@@ -53,6 +54,37 @@ def test_another_boat_with_another_propeller_sampled_slowly():
     assert found.identified
     assert found.model.linear_drag == pytest.approx(30.0 / 800.0, rel=0.1)
     assert found.model.thrust == pytest.approx(propeller.gain / 800.0, rel=0.03)
+
+
+SMALL = Surge(60.0, 20.0, 15.0, Propeller(diameter=0.1), plants.shaft(lag=0.2, high=60.0))
+
+
+@pytest.mark.parametrize("unit", [1.0, 100.0 / 60.0, 400.0 / 60.0])
+def test_a_propeller_that_is_not_known_is_identified_in_any_unit_of_command(unit):
+    """rev/s, per cent and PWM; the linear curve taken is not P3's, whose slope changes."""
+    time, speed, shaft = log((20.0, 35.0, 55.0, 35.0, 20.0), 15.0, boat=SMALL)
+    found = identify_surge(time, speed, shaft * unit)
+    assert found.identified and "taken to fall evenly" in found.verdict
+    assert found.model.quadratic_drag == pytest.approx(0.25, rel=0.05)
+    assert found.model.linear_drag == pytest.approx(1.0 / 3.0, rel=0.05)
+    assert found.thrust_at_rest * unit**2 == pytest.approx(0.32 * SMALL.propeller.gain / 60.0, rel=0.02)
+    guess = AdaptiveSpeedGains(**found.guess(60.0 * unit))
+    state = SMALL.start()
+    for _ in range(3000):
+        state = SMALL.step(state, (60.0,), CALM, 0.02)
+    assert guess.top_speed == pytest.approx(state[3], rel=0.2)
+
+
+def test_a_known_diameter_gives_the_true_physics():
+    found = identify_surge(*log((20.0, 35.0, 55.0, 35.0, 20.0), 15.0, boat=SMALL), SMALL.propeller)
+    assert found.model.quadratic_drag == pytest.approx(0.25, rel=0.01)
+    assert found.model.thrust == pytest.approx(SMALL.propeller.gain / 60.0, rel=0.01) and found.pitch is None
+
+
+def test_what_is_known_together_is_stated_where_it_is_not_known_apart():
+    found = identify_surge(*log())
+    assert not found.identified and "only if the propeller's diameter is given" in found.verdict
+    assert "8.2" in found.verdict  # m/s at the highest command: what the log does tell
 
 
 @pytest.mark.parametrize("noise", [0.002, 0.03])
@@ -94,7 +126,9 @@ def test_the_time_at_full_throttle_is_the_boat_s():
 def test_unknown_rows_are_left_out():
     time, speed, shaft = log()
     speed[100:150] = np.nan
-    assert identify_surge(time, speed, shaft).model.thrust == pytest.approx(plants.NOMINAL.thrust, rel=0.02)
+    assert identify_surge(time, speed, shaft, Propeller()).model.thrust == pytest.approx(
+        plants.NOMINAL.thrust, rel=0.02
+    )
 
 
 @pytest.mark.parametrize(
@@ -123,8 +157,12 @@ def test_a_log_is_read_from_a_table(tmp_path):
 def test_a_table_that_is_none_is_refused(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("time_s,speed_mps\n0,1\n", encoding="utf-8")
+    path.with_name("pwm.csv").write_text("time_s,speed_mps,pwm\n0,1,1500\n", encoding="utf-8")
     with pytest.raises(InputError, match="has no column shaft_rps"):
         read_surge_log(path)
+    assert read_surge_log(path.with_name("pwm.csv"), "pwm")[2].tolist() == [1500.0]
+    with pytest.raises(InputError, match="has no column rpm"):
+        read_surge_log(path.with_name("pwm.csv"), "rpm")
     with pytest.raises(InputError, match="cannot be read as CSV"):
         read_surge_log(tmp_path / "none.csv")
 

@@ -95,26 +95,61 @@ def heading(
 
 
 @app.command()
-def surge(log: Log) -> None:
+def surge(
+    log: Log,
+    diameter: Annotated[
+        float | None, typer.Option(metavar="M", help="Diameter of the propeller: tells drag from a loss of thrust.")
+    ] = None,
+    shaft: Annotated[
+        str | None, typer.Option(metavar="COLUMN", help="Column of the shaft speed, or of a command in any unit.")
+    ] = None,
+    neutral: Annotated[
+        float, typer.Option(metavar="VALUE", help="Value of the column at which there is no thrust.")
+    ] = 0.0,
+) -> None:
     """Drag and thrust over mass from a staircase of speeds, with a verdict on whether the log determines them.
 
-    The log is a CSV with time_s, speed_mps (through the water, or over ground without a current) and shaft_rps.
+    The log is a CSV with time_s, speed_mps (through the water, or over ground without a current) and shaft_rps, or a
+    column named with --shaft of a command to which thrust is quadratic: per cent, PWM in µs. Thrust falls with speed
+    by the open-water curve of a usual propeller of the --diameter given; without it, that is identified too.
 
-    Example:
+    Examples:
 
-        steerway identify surge staircase.csv
+        steerway identify surge staircase.csv --diameter 0.25
+
+        steerway identify surge staircase.csv --shaft throttle_pct
+
+        steerway identify surge staircase.csv --shaft pwm_us --neutral 1500
     """
+    import numpy as np
+
+    from steerway.core.errors import InputError
     from steerway.formats.surge_log import read_surge_log
     from steerway.identification import identify_surge
+    from steerway.vessels import Propeller
 
-    found = identify_surge(*read_surge_log(log))
+    if diameter is not None and shaft is not None:
+        raise InputError("--diameter needs the shaft speed in rev/s, expected no --shaft with it")
+    time, speed, turns = read_surge_log(log, shaft)
+    turns = turns - neutral
+    found = identify_surge(time, speed, turns, None if diameter is None else Propeller(diameter=diameter))
     model, std = found.model, found.std
-    print_pairs(
-        [
-            ("linear drag d", f"{model.linear_drag:.4g} ± {2.0 * std[0]:.2g} 1/s"),
-            ("quadratic drag b", f"{model.quadratic_drag:.4g} ± {2.0 * std[1]:.2g} 1/m"),
-            ("thrust g", f"{model.thrust:.4g} ± {2.0 * std[2]:.2g} m/rev² for a K_t of 1"),
-            ("residual", f"{found.residual:.3g} m/s RMS"),
-            ("verdict", found.verdict),
-        ]
-    )
+    unit = "rev/s" if shaft is None else f"unit of {shaft}"
+    rows = [
+        ("linear drag d", f"{model.linear_drag:.4g} ± {2.0 * std[0]:.2g} 1/s"),
+        ("quadratic drag b", f"{model.quadratic_drag:.4g} ± {2.0 * std[1]:.2g} 1/m"),
+        ("thrust at rest", f"{found.thrust_at_rest:.4g} ± {200.0 * std[2] / model.thrust:.1f} % m/s² for one {unit}"),
+    ]
+    if found.pitch is not None:
+        falls = f"at {found.pitch:.3g} ± {2.0 * found.pitch_std:.2g} m/s for one {unit}"
+        rows.append(("no thrust", falls if found.pitch < np.inf else "at no speed of this log"))
+    else:
+        rows.append(("thrust g", f"{model.thrust:.4g} ± {2.0 * std[2]:.2g} m/rev² for a K_t of 1"))
+    full = float(np.nanmax(np.abs(turns)))
+    guess = found.guess(full)
+    rows += [
+        ("residual", f"{found.residual:.3g} m/s RMS"),
+        ("for speed control", f"thrust {guess['thrust']:.4g}, high {full:g}, with the drag above"),
+        ("verdict", found.verdict),
+    ]
+    print_pairs(rows)

@@ -1,4 +1,7 @@
-"""A table of speed and shaft speed, for identification: CSV with the columns time_s, speed_mps and shaft_rps."""
+"""A table of speed and shaft speed, for identification: CSV with the columns time_s, speed_mps and shaft_rps.
+
+The shaft's column may be another one, of a command in any unit to which thrust is quadratic.
+"""
 
 from pathlib import Path
 
@@ -9,8 +12,8 @@ from steerway.core.errors import InputError
 COLUMNS = ("time_s", "speed_mps", "shaft_rps")
 
 
-def read_surge_log(path: str | Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(n,) time s, speed m/s, shaft rev/s; what is not a number is NaN.
+def read_surge_log(path: str | Path, shaft: str | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(n,) time s, speed m/s, shaft rev/s (or the column named `shaft`, as it stands); what is not a number is NaN.
 
     Raises InputError for a file that cannot be read as CSV and for missing columns.
     """
@@ -20,8 +23,9 @@ def read_surge_log(path: str | Path) -> tuple[np.ndarray, np.ndarray, np.ndarray
         table = pl.read_csv(path, infer_schema=False)
     except (OSError, pl.exceptions.PolarsError) as error:
         raise InputError(f"{path} cannot be read as CSV: {str(error).splitlines()[0]}") from error
-    missing = [name for name in COLUMNS if name not in table.columns]
+    names = (*COLUMNS[:2], shaft or COLUMNS[2])
+    missing = [name for name in names if name not in table.columns]
     if missing:
-        raise InputError(f"{path} has no column {missing[0]}, expected {', '.join(COLUMNS)}")
-    numbers = (table[name].str.strip_chars().cast(pl.Float64, strict=False) for name in COLUMNS)
+        raise InputError(f"{path} has no column {missing[0]}, expected {', '.join(names)}")
+    numbers = (table[name].str.strip_chars().cast(pl.Float64, strict=False) for name in names)
     return tuple(column.fill_null(np.nan).to_numpy() for column in numbers)

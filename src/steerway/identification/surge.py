@@ -1,12 +1,16 @@
 """The surge model u̇ = −d u − b u|u| + g K_t(J) n|n|, P3 (13), from a log of speed and shaft speed.
 
 Output error: the model is simulated with the log's shaft speeds from an unknown first speed, and d, b, g and that speed
-minimise the squared error. Parameters that the log does not determine are reported as such: a log at one speed gives
-only the ratios of drag and thrust.
+minimise the squared error. How thrust falls with the advance ratio J = u/(n D) follows from the propeller's diameter
+and curve. Where these are not known, K_t falls evenly from 1 at rest to 0 at u = p n, with the pitch p a fourth
+unknown; n is then any command to which thrust is quadratic, in any unit.
+
+Parameters that the log does not determine are reported as such: a log at one speed gives only the ratio of drag to
+thrust, and a log without quick changes does not tell drag from a thrust that falls with speed.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,8 +21,8 @@ from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.statistics import rms
 from steerway.vessels.actuators import Actuator, follow
-from steerway.vessels.propeller import Propeller
-from steerway.vessels.surge import surge_step
+from steerway.vessels.propeller import Propeller, thrust_coefficient
+from steerway.vessels.surge import surge_rate, surge_step
 
 LONGEST_STEP = 0.1
 """s of one step of integration."""
@@ -27,6 +31,8 @@ LARGEST_SHARES = 0.1, 0.05
 LEAST_SPREAD = 0.3
 """Part of the highest speed over which the speeds of a log must spread."""
 _LEAST_ROWS = 50
+_NO_SLIP = 1e9
+"""m; the pitch that stands for a thrust that does not fall with speed."""
 
 
 @dataclass(frozen=True)
@@ -80,13 +86,40 @@ class PropellerLog:
 
 @dataclass(frozen=True)
 class SurgeIdentification:
-    """Result of an identification. `std` (3,): 1σ of d, b and g; `residual` RMS in m/s; `verdict` a sentence."""
+    """Result of an identification.
+
+    `std` (3,): 1σ of d, b and g; `residual` RMS in m/s; `verdict` a sentence. `pitch`: p in m a revolution (or unit of
+    command) with `pitch_std`, inf where thrust does not fall with speed; None for a propeller that was given.
+    """
 
     model: SurgeModel
     std: np.ndarray
     residual: float
     identified: bool
     verdict: str
+    pitch: float | None = None
+    pitch_std: float | None = None
+
+    @property
+    def thrust_at_rest(self) -> float:
+        """Thrust over mass of one revolution a second (or unit of command) at rest, m/rev²."""
+        return self.model.thrust * thrust_coefficient(0.0, self.model.curve())
+
+    def guess(self, high: float, low: float = 0.0) -> dict[str, float]:
+        """The guess of a speed controller, `AdaptiveSpeedGains(**found.guess(high))`, for a shaft (or command) from
+        `low` to `high`: drag, and the thrust that balances it half way to the top speed. Raises InputError for a
+        `high` that is not above 0."""
+        model = self.model
+        half = 0.5 * positive("surge.high", high)
+        speed = _steady(half, model.linear_drag, model.quadratic_drag, model.curve())
+        thrust = (model.linear_drag + model.quadratic_drag * speed) * speed / half**2
+        return {
+            "linear_drag": model.linear_drag,
+            "quadratic_drag": model.quadratic_drag,
+            "thrust": thrust,
+            "low": low,
+            "high": high,
+        }
 
 
 def identify_surge(
@@ -97,33 +130,87 @@ def identify_surge(
     Args:
         time: (n,) s, rising.
         speed: (n,) m/s through the water, or over ground where there is no current.
-        shaft: (n,) rev/s as measured, not as commanded.
-        propeller: whose curve is known; P3's if None. Its thrust need not be.
+        shaft: (n,) rev/s as measured, or a command to which thrust is quadratic (PWM from neutral, per cent).
+        propeller: whose diameter and curve are known; its thrust need not be. None: the fall of thrust with speed is
+            identified too.
 
     Rows with an unknown number are left out. Raises InputError for unequal lengths, time that does not rise, fewer than
     50 rows and a shaft that never turns.
     """
+    time, speed, shaft = _checked(time, speed, shaft)
+    found = _fit(time, speed, shaft, propeller)
+    if propeller is not None:
+        return found
+    # What one log cannot tell apart it may still tell together.
+    more = _ASSUMED if found.identified else _known_together(found, speed, shaft)
+    return replace(found, verdict=f"{found.verdict} {more}".strip())
+
+
+def _fit(time: Floats, speed: Floats, shaft: Floats, propeller: Propeller | None) -> SurgeIdentification:
+    """The least squares. Commands are fitted in units of their largest, at which g is an acceleration."""
     from scipy.optimize import least_squares
 
-    time, speed, shaft = _checked(time, speed, shaft)
-    propeller = propeller or Propeller()
+    unit = float(np.abs(shaft).max())
+    turns = shaft / unit
+    fastest = max(float(np.abs(speed).max()), 1e-3)
+    shortest = time - time[0]
+
+    def curve_of(parameters: Floats) -> Floats:
+        if propeller is None:
+            return np.array([parameters[2], parameters[4], 0.0, 1.0, 1.0, 0.0])
+        # The same advance ratios for the shaft in units of its largest.
+        curve = propeller.curve(parameters[2])
+        curve[1] /= unit
+        return curve
 
     def simulated(parameters: Floats) -> Floats:
-        curve = propeller.curve(parameters[2])
-        return _sail(time - time[0], shaft, parameters[3], parameters[0], parameters[1], curve)
+        curve = curve_of(parameters)
+        return _sail(shortest, turns, parameters[3], parameters[0], parameters[1], curve)
 
-    guess = np.array([0.05, 0.01, 0.05, speed[0]])
-    fit = least_squares(
-        lambda parameters: simulated(parameters) - speed,
-        guess,
-        bounds=([0.0, 0.0, 1e-6, -np.inf], np.inf),
-        x_scale=[0.05, 0.01, 0.05, 1.0],
-    )
-    linear_drag, quadratic_drag, thrust = fit.x[:3].tolist()
+    guess = [0.05, 0.05 / fastest, 0.1 * fastest, speed[0]]
+    scale = [0.05, 0.05 / fastest, 0.1 * fastest, fastest]
+    if propeller is None:
+        guess.append(0.5 / fastest)
+        scale.append(0.5 / fastest)
+    low = np.array([0.0, 0.0, 1e-9, -np.inf, 0.0][: len(guess)])
+    # From two starts: drag and the fall of thrust can change places.
+    fits = []
+    for factor in (1.0, 10.0):
+        start = np.array(guess) * (np.array((factor, 1.0, factor, 1.0, 1.0))[: len(guess)])
+        fits.append(least_squares(lambda p: simulated(p) - speed, start, bounds=(low, np.inf), x_scale=scale))
+    fit = min(fits, key=lambda each: each.cost)
+    spread = _deviations(fit.jac, fit.fun)
+    linear_drag, quadratic_drag, push = fit.x[:3].tolist()
+    thrust = push / unit**2
+    std = np.array([spread[0], spread[1], spread[2] / unit**2])
+    pitch = pitch_std = None
+    if propeller is None:
+        slip = float(fit.x[4])
+        pitch = math.inf if slip * fastest < 1e-3 else 1.0 / (slip * unit)
+        pitch_std = math.inf if math.isinf(pitch) else float(spread[4]) / slip * pitch
+        propeller = Propeller(diameter=min(pitch, _NO_SLIP), advance=(0.0, 1.0), coefficient=(1.0, 0.0))
     model = SurgeModel(linear_drag, quadratic_drag, thrust, propeller)
-    std = _deviations(fit.jac, fit.fun)
     identified, verdict = _verdict(model, std, speed)
-    return SurgeIdentification(model, std, rms(fit.fun), identified, verdict)
+    return SurgeIdentification(model, std, rms(fit.fun), identified, verdict, pitch, pitch_std)
+
+
+_ASSUMED = (
+    "Without the propeller's diameter its thrust is taken to fall evenly with speed; where it does not, the drag terms "
+    "contain the difference, and hold for the speeds of this log only."
+)
+
+
+def _known_together(found: SurgeIdentification, speed: Floats, shaft: Floats) -> str:
+    """What a log tells of a boat whose drag it cannot tell from a thrust that falls with speed."""
+    model, full = found.model, float(np.abs(shaft).max())
+    steady = _steady(full, model.linear_drag, model.quadratic_drag, model.curve())
+    if float(np.percentile(speed, 98.0) - np.percentile(speed, 2.0)) < LEAST_SPREAD * float(np.percentile(speed, 98.0)):
+        return ""
+    return (
+        f"Drag and the loss of thrust with speed are told apart only if the propeller's diameter is given; together "
+        f"they hold {steady:.2f} m/s at the highest command of {full:g}, from a thrust at rest of "
+        f"{found.thrust_at_rest * full**2:.2g} m/s²."
+    )
 
 
 def _checked(time: ArrayLike, speed: ArrayLike, shaft: ArrayLike) -> tuple[Floats, Floats, Floats]:
@@ -147,7 +234,7 @@ def _checked(time: ArrayLike, speed: ArrayLike, shaft: ArrayLike) -> tuple[Float
 
 
 def _deviations(jacobian: Floats, residual: Floats) -> Floats:
-    """1σ of d, b, g; correlated residuals count for less than their number."""
+    """1σ of every parameter; correlated residuals count for less than their number."""
     n = len(residual)
     spectrum = np.abs(np.fft.rfft(residual, 2 * n)) ** 2
     correlation = np.fft.irfft(spectrum)[: n // 4]
@@ -159,7 +246,7 @@ def _deviations(jacobian: Floats, residual: Floats) -> Floats:
     # A direction that the log does not determine gets an enormous deviation in place of a failed inverse.
     _, singular, rows = np.linalg.svd(jacobian / scale, full_matrices=False)
     weights = rows / np.maximum(singular, 1e-9)[:, None]
-    return np.sqrt(variance * (weights**2).sum(axis=0))[:3] / scale[:3]
+    return np.sqrt(variance * (weights**2).sum(axis=0)) / scale
 
 
 def _verdict(model: SurgeModel, std: Floats, speed: Floats) -> tuple[bool, str]:
@@ -224,3 +311,18 @@ def _time_to(
         speed = surge_step(speed, shaft, after, 0.0, 0.0, linear_drag, quadratic_drag, curve, step)
         shaft = after
     return math.inf
+
+
+@kernel
+def _steady(shaft: float, linear_drag: float, quadratic_drag: float, curve: Floats) -> float:
+    """The speed that a shaft speed holds, by bisection."""
+    low, high = 0.0, 1.0
+    while surge_rate(high, shaft, linear_drag, quadratic_drag, curve) > 0.0 and high < 1e3:
+        high *= 2.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if surge_rate(middle, shaft, linear_drag, quadratic_drag, curve) > 0.0:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)

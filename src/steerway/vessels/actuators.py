@@ -3,7 +3,9 @@
 import math
 from dataclasses import dataclass
 
-from steerway.core.compiled import kernel
+from steerway.core.following import follow
+
+__all__ = ["Actuator", "follow"]
 
 
 @dataclass(frozen=True)
@@ -15,14 +17,3 @@ class Actuator:
     high: float
     rate: float = math.inf
     lag: float = 0.0
-
-
-@kernel
-def follow(value, command, low, high, rate, lag, step):
-    """The position of an `Actuator` at `value` after `step` s of one command: exact lag, then limited to its rate."""
-    wanted = min(max(command, low), high)
-    change = wanted - value
-    if lag > 0.0:
-        change *= -math.expm1(-step / lag)
-    most = rate * step
-    return value + min(max(change, -most), most)

@@ -8,7 +8,7 @@ import numpy as np
 from steerway.control import SpeedPI, SpeedPIGains
 from steerway.core import rms
 from steerway.identification import identify_surge
-from steerway.vessels import conditions
+from steerway.vessels import Propeller, conditions
 from steerway_studies.adaptive_speed import judge, plants, printed
 from steerway_studies.adaptive_speed.loop import sail
 
@@ -103,9 +103,9 @@ def _identified(voyage, seed):
     """Identification from the speeds of the log and of the shaft at 10 Hz; and from one speed alone."""
     rows = np.flatnonzero(np.isfinite(voyage.log))
     logged = voyage.time[rows], voyage.log[rows], voyage.shaft[rows]
-    found = identify_surge(*logged)
+    found = identify_surge(*logged, Propeller())
     steady = (logged[0] > 150.0) & (logged[0] < 199.0)
-    constant = identify_surge(*(column[steady] for column in logged))
+    constant = identify_surge(*(column[steady] for column in logged), Propeller())
     truth = plants.NOMINAL
     return {
         "drag_linear_pct": 100.0 * abs(found.model.linear_drag / truth.linear_drag - 1.0),

@@ -67,7 +67,7 @@ def staircase(shafts=(5.0, 9.0, 14.0, 9.0)):
 def surge():
     found = {}
     for name, shafts in (("steps", (5.0, 9.0, 14.0, 9.0)), ("constant", (9.0,))):
-        said = identify_surge(*staircase(shafts))
+        said = identify_surge(*staircase(shafts), Propeller())
         model = said.model
         found |= {
             f"{name}_{key}": value
