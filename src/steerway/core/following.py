@@ -6,7 +6,7 @@ from steerway.core.compiled import kernel
 
 
 @kernel
-def follow(value, command, low, high, rate, lag, step):
+def follow(value: float, command: float, low: float, high: float, rate: float, lag: float, step: float) -> float:
     """Position after `step` s of one command of an actuator at `value`: exact lag, then limited to its rate."""
     wanted = min(max(command, low), high)
     change = wanted - value

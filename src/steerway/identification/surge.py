@@ -19,8 +19,9 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import array_of, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.following import follow
 from steerway.core.statistics import rms
-from steerway.vessels.actuators import Actuator, follow
+from steerway.vessels.actuators import Actuator
 from steerway.vessels.propeller import Propeller, thrust_coefficient
 from steerway.vessels.surge import surge_rate, surge_step
 
