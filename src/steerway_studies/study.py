@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
 
-from steerway.core import InputError
+from steerway.core import InputError, complete_or_absent, made_directory
 from steerway.report import write_page
 
 
@@ -58,12 +58,17 @@ class Results:
         return f"{text} {comparison.unit}".rstrip()
 
     def write(self, directory: Path) -> Path:
-        """Write results.json, the figures as PNG and the page that shows them; returns the page's path."""
-        directory.mkdir(parents=True, exist_ok=True)
+        """Write results.json, the figures as PNG and the page that shows them; returns the page's path.
+
+        Raises InputError for what cannot be written.
+        """
+        made_directory(directory)
         numbers = {key: value if math.isfinite(value) else None for key, value in self.numbers.items()}
-        (directory / "results.json").write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
+        with complete_or_absent(directory / "results.json") as file:
+            file.write(json.dumps(numbers, indent=2).encode() + b"\n")
         for stem, (figure, _) in self.figures.items():
-            figure.savefig(directory / f"{stem}.png", dpi=120)
+            with complete_or_absent(directory / f"{stem}.png") as file:
+                figure.savefig(file, format="png", dpi=120)
         sections = {}
         for each in self.comparisons:
             sections.setdefault(each.section, []).append(each)

@@ -9,6 +9,7 @@ import typer
 
 from steerway.commands.terminal import print_pairs, progress_line
 from steerway.core.errors import InputError
+from steerway.core.files import made_directory
 
 GROUP = "steerway.studies"
 """Each entry point names a table: study name → module, whose attribute STUDY is a `steerway_studies.study.Study`."""
@@ -34,6 +35,7 @@ def study(
         raise InputError(f"study {name!r} is unknown, expected one of {', '.join(modules)}")
     chosen = import_module(modules[name]).STUDY
     chosen.check_installed()
+    made_directory(out)
     with progress_line(name) as step:
         results = chosen.run(seeds, first_seed, lambda share, what="": step(share, what))
     page = results.write(out)

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from steerway.core.earth import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS, displacement, radii
     from steerway.core.errors import InputError
     from steerway.core.estimate import NO_MEASUREMENTS, Estimate, Estimator, Measurements
+    from steerway.core.files import complete_or_absent, made_directory
     from steerway.core.leg import LegState, leg_direction, track_errors
     from steerway.core.linear_algebra import fill_lower
     from steerway.core.noise import markov_decay, markov_std, markov_step, oscillator, oscillator_step
@@ -29,10 +30,12 @@ __all__ = [
     "LegState",
     "Measurements",
     "Motion",
+    "complete_or_absent",
     "displacement",
     "fill_lower",
     "kernel",
     "leg_direction",
+    "made_directory",
     "markov_decay",
     "markov_std",
     "markov_step",

@@ -1,7 +1,9 @@
 """Output files that are complete or absent."""
 
 import contextlib
+import errno
 import os
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
@@ -21,6 +23,8 @@ def complete_or_absent(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     """
     target = Path(os.path.realpath(path))
     try:
+        if target.is_symlink():
+            raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
         if target.exists() and not target.is_file():
             with open(target, "wb") as file:
                 yield file
@@ -38,13 +42,31 @@ def complete_or_absent(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
             raise
         finally:
             _unfinished.discard(beside)
+    except Exception as error:
+        if (refused := _of_the_system(error)) is None:
+            raise
+        raise cannot_write(path, refused) from error
+
+
+def made_directory(path: str | os.PathLike[str]) -> Path:
+    """The directory, made where it is missing. Raises InputError where that is refused."""
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise cannot_write(path, error) from error
+    return Path(path)
 
 
 def cannot_write(path: str | os.PathLike[str], error: OSError) -> InputError:
     """The sentence for an output that the operating system refuses."""
-    return InputError(f"cannot write {os.fspath(path)!r}: {error.strerror or error}, expected a path with free space")
+    return InputError(f"cannot write {os.fspath(path)!r}: {error.strerror or error}")
+
+
+def _of_the_system(error: Exception) -> OSError | None:
+    """The operating system's error: polars gives some of them as text of its own errors."""
+    if given := re.search(r"\(os error (\d+)\)", str(error)):
+        return OSError(int(given[1]), os.strerror(int(given[1])))
+    return error if isinstance(error, OSError) else None
 
 
 def remove_unfinished() -> None:

@@ -1,6 +1,5 @@
 """Output files, by the ending of their names."""
 
-import contextlib
 import gzip
 import os
 from collections.abc import Callable
@@ -8,6 +7,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 from steerway.core.errors import InputError
+from steerway.core.files import complete_or_absent
 from steerway.core.records import Fixes, Motion, Table
 from steerway.formats import geojson, gpx
 
@@ -73,15 +73,12 @@ def write(record: Table, path: str | os.PathLike) -> None:
     the same. Raises InputError for an unknown ending and a path that cannot be written.
     """
     kind, compressed = writer(path, isinstance(record, Fixes | Motion))
-    try:
-        with _complete_or_absent(Path(path)) as file:
-            if compressed:
-                with gzip.GzipFile(filename="", fileobj=file, mode="wb", mtime=0) as packed:
-                    kind.write(record, packed)
-            else:
-                kind.write(record, file)
-    except OSError as error:
-        raise InputError(f"cannot write {str(path)!r}: {error.strerror or error}") from error
+    with complete_or_absent(path) as file:
+        if compressed:
+            with gzip.GzipFile(filename="", fileobj=file, mode="wb", mtime=0) as packed:
+                kind.write(record, packed)
+        else:
+            kind.write(record, file)
 
 
 def same_file(one: str | os.PathLike, other: str | os.PathLike) -> bool:
@@ -90,17 +87,3 @@ def same_file(one: str | os.PathLike, other: str | os.PathLike) -> bool:
         return os.path.samefile(one, other)
     except OSError:
         return False
-
-
-@contextlib.contextmanager
-def _complete_or_absent(path):
-    """A binary file that replaces `path` when the block ends, and is removed when it raises."""
-    path = Path(os.path.realpath(path))
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with open(beside, "wb") as file:
-            yield file
-        os.replace(beside, path)
-    except BaseException:
-        beside.unlink(missing_ok=True)
-        raise

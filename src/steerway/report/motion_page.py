@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from steerway.core.errors import InputError
+from steerway.core.files import complete_or_absent
 from steerway.core.records import Fixes, Motion
 from steerway.report.figures import signals_figure, track_figure
 from steerway.report.page import write_page
@@ -51,7 +52,8 @@ def _picture(path, title, tables, figures, remarks):
     for image in images:
         sheet.paste(image, ((width - image.width) // 2, top))
         top += image.height
-    sheet.save(path)
+    with complete_or_absent(path) as file:
+        sheet.save(file, format="PNG")
 
 
 WRITERS = {".html": write_page, ".png": _picture}

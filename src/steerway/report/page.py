@@ -6,6 +6,8 @@ import io
 from collections.abc import Sequence
 from pathlib import Path
 
+from steerway.core.files import complete_or_absent
+
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 72rem; margin: 2rem auto; padding: 0 1rem; color: #1b2733; }
 h1 { font-weight: 600; } h2 { font-weight: 600; margin-top: 2rem; }
@@ -28,7 +30,7 @@ def write_page(
     """Write a page.
 
     Args:
-        path: the file to write.
+        path: the file to write; complete or absent.
         tables: (heading, column names, rows) each.
         figures: (matplotlib figure, caption) each.
         remarks: one paragraph each.
@@ -48,7 +50,8 @@ def write_page(
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head><body>{''.join(parts)}</body></html>\n"
     )
-    Path(path).write_text(page, encoding="utf-8")
+    with complete_or_absent(path) as file:
+        file.write(page.encode())
 
 
 def _remarks(remarks) -> list[str]:

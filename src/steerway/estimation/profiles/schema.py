@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from steerway.core.errors import InputError
+from steerway.core.files import complete_or_absent
 from steerway.core.profile_fields import positive_number
 from steerway.core.toml import read_toml
 from steerway.estimation.course.motion.oscillation import SHORTEST_PERIOD
@@ -138,7 +139,8 @@ class Profile(AidNoise, ReceiverNoise, MotionNoise, _Named):
 
     def save(self, path: str | Path) -> None:
         """Write the profile as a TOML file that `load` reads."""
-        Path(path).write_text(self.toml(), encoding="utf-8")
+        with complete_or_absent(path) as file:
+            file.write(self.toml().encode())
 
     def toml(self) -> str:
         """The text of such a file."""

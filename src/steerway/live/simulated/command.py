@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from steerway.core.errors import InputError
+from steerway.core.files import made_directory
 from steerway.live import addresses
 from steerway.live.process import log_to_stderr, until_stopped
 from steerway.live.simulated.boat import SimulatedBoat
@@ -25,10 +26,7 @@ def sail_live(
     if not to and mavlink is None:
         raise InputError("--live has no output, expected --to ADDRESS or --mavlink ADDRESS")
     if out is not None:
-        try:
-            Path(out).mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"cannot write {str(out)!r}: {error.strerror or error}") from None
+        made_directory(out)
     log_to_stderr("steerway simulate")
     sinks = [addresses.stream(each) for each in to]
     vehicle = None if mavlink is None else addresses.vehicle(mavlink)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from steerway.core.checks import positive
+from steerway.core.files import complete_or_absent
 from steerway.formats.nmea0183.writing import gga, hdt, rmc
 from steerway.live.base.uri import Uri
 from steerway.live.links.link import Sink
@@ -95,7 +96,8 @@ class RunningBoat:
     def write(self, directory: str | Path) -> Path:
         """The table as run.parquet in a directory."""
         path = Path(directory) / "run.parquet"
-        self.table().write_parquet(path)
+        with complete_or_absent(path) as file:
+            self.table().write_parquet(file)
         return path
 
     async def _sail(self):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from steerway.core.errors import InputError
+from steerway.core.files import complete_or_absent, made_directory
 
 
 def gathered(results: list[dict[str, float]]) -> dict[str, np.ndarray]:
@@ -36,24 +36,22 @@ def write_campaign(seeds, results, directory: Path, title: str, remarks=()) -> l
 
     from steerway.report.page import write_page
 
-    directory = Path(directory)
+    directory = made_directory(directory)
     table, medians, page = directory / "campaign.parquet", directory / "results.json", directory / "index.html"
     columns = gathered(results)
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        rows = [pl.Series("seed", list(seeds)), *(pl.Series(n, v, nan_to_null=True) for n, v in columns.items())]
-        pl.DataFrame(rows).write_parquet(table)
-        flat = {name: _median(values) for name, values in columns.items()} | {"seeds": len(results)}
-        medians.write_text(json.dumps(flat, indent=2) + "\n", encoding="utf-8")
-        write_page(
-            page,
-            title,
-            tables=[(f"{len(results)} seeds", SPREAD_COLUMNS, spread(results))],
-            figures=[(_figure(columns), "Cumulative distribution of each number over the seeds.")],
-            remarks=remarks,
-        )
-    except OSError as error:
-        raise InputError(f"cannot write {str(directory)!r}: {error.strerror or error}") from None
+    rows = [pl.Series("seed", list(seeds)), *(pl.Series(n, v, nan_to_null=True) for n, v in columns.items())]
+    with complete_or_absent(table) as file:
+        pl.DataFrame(rows).write_parquet(file)
+    flat = {name: _median(values) for name, values in columns.items()} | {"seeds": len(results)}
+    with complete_or_absent(medians) as file:
+        file.write(json.dumps(flat, indent=2).encode() + b"\n")
+    write_page(
+        page,
+        title,
+        tables=[(f"{len(results)} seeds", SPREAD_COLUMNS, spread(results))],
+        figures=[(_figure(columns), "Cumulative distribution of each number over the seeds.")],
+        remarks=remarks,
+    )
     return [table, medians, page]
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from steerway.core.earth import displaced_all
+from steerway.core.files import complete_or_absent
 from steerway.formats.nmea0183.writing import gga, hdt, rmc
 from steerway.simulation import outcome
 from steerway.simulation.loop import COLUMNS, Run
@@ -86,7 +87,8 @@ def _actuator(name):
 
 def write_table(run: Run, path: Path, actuators=(), origin=(0.0, 0.0)) -> None:
     """The run as Parquet."""
-    frame(run, actuators, origin).write_parquet(path)
+    with complete_or_absent(path) as file:
+        frame(run, actuators, origin).write_parquet(file)
 
 
 def write_log(run: Run, path: Path, begins: float, origin) -> int:
@@ -99,16 +101,17 @@ def write_log(run: Run, path: Path, begins: float, origin) -> int:
     read = {name: run[f"read_{name}"] for name in ("north", "east", "sog", "cog", "heading")}
     latitude, longitude = displaced_all(*origin, read["north"], read["east"])
     heading, fixes = math.nan, 0
-    with open(path, "w", encoding="ascii", newline="") as file:
+    with complete_or_absent(path) as file:
         for k in np.flatnonzero(np.isfinite(read["north"]) | np.isfinite(read["heading"])).tolist():
             if math.isfinite(read["heading"][k]):
                 heading = float(read["heading"][k])
             if not math.isfinite(latitude[k]):
                 continue
             time = begins + float(run.time[k])
-            file.write(rmc(time, latitude[k], longitude[k], float(read["sog"][k]), float(read["cog"][k])))
-            file.write(gga(time, latitude[k], longitude[k]))
+            text = rmc(time, latitude[k], longitude[k], float(read["sog"][k]), float(read["cog"][k]))
+            text += gga(time, latitude[k], longitude[k])
             if math.isfinite(heading):
-                file.write(hdt(heading))
+                text += hdt(heading)
+            file.write(text.encode("ascii"))
             heading, fixes = math.nan, fixes + 1
     return fixes

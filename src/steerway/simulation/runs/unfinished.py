@@ -6,7 +6,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from steerway.core.errors import InputError
-from steerway.core.files import cannot_write
+from steerway.core.files import cannot_write, made_directory
 from steerway.simulation.scenario import Scenario
 
 NAME = "campaign.unfinished"
@@ -24,8 +24,8 @@ class UnfinishedCampaign:
         self._path = Path(directory) / NAME
         without_seed = scenario.model_dump_json(exclude={"seed"})
         self._origin = {"scenario": hashlib.sha256(without_seed.encode()).hexdigest(), "version": version("steerway")}
+        made_directory(directory)
         try:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
             lines = [json.dumps(self._origin), *(self._read() if resume and self._path.exists() else ())]
             self._path.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
             self._file = open(self._path, "a", encoding="utf-8")

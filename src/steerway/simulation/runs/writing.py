@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from steerway.core.errors import InputError
+from steerway.core.files import made_directory
 from steerway.simulation.assembly import begins
 from steerway.simulation.run import Sailed
 from steerway.simulation.runs.files import write_log, write_table
@@ -14,14 +14,10 @@ def write(simulated: Sailed, directory: Path, nmea: bool = False, remarks=()) ->
 
     Raises InputError for a directory that cannot be written.
     """
-    directory = Path(directory)
+    directory = made_directory(directory)
     table, page, log = directory / "run.parquet", directory / "index.html", directory / "run.nmea"
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        write_table(simulated.run, table, simulated.assembly.vessel.actuators, simulated.origin)
-        if nmea:
-            write_log(simulated.run, log, begins(simulated.scenario), simulated.origin)
-        write_run_page(simulated, page, remarks)
-    except OSError as error:
-        raise InputError(f"cannot write {str(directory)!r}: {error.strerror or error}") from None
+    write_table(simulated.run, table, simulated.assembly.vessel.actuators, simulated.origin)
+    if nmea:
+        write_log(simulated.run, log, begins(simulated.scenario), simulated.origin)
+    write_run_page(simulated, page, remarks)
     return [table, page, *([log] if nmea else [])]

@@ -1,0 +1,128 @@
+"""A disk that is full: every writer says so in one sentence and leaves nothing under the final name."""
+
+import contextlib
+import json
+import os
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from steerway.core.errors import InputError
+from steerway.core.files import complete_or_absent
+from steerway.core.records import Fixes
+from steerway.estimation import estimate
+from steerway.estimation.profiles import Profile
+from steerway.formats.writing import endings, write
+from steerway.report.motion_page import WRITERS as REPORTS
+from steerway.report.motion_page import write_report
+from steerway.report.summary import summarise
+from steerway.simulation.reading import parse_scenario
+from steerway.simulation.run import sail_scenario
+from steerway.simulation.runs.campaign import write_campaign
+from steerway.simulation.runs.unfinished import UnfinishedCampaign
+from steerway.simulation.runs.writing import write as write_run
+from steerway_studies.study import Results
+from tests.command_line import run
+
+resource = pytest.importorskip("resource")
+SCENARIO = parse_scenario(
+    'duration = 15\n[route]\nat_end = "stop"\nwaypoints = [{ north = 0, east = 0 }, { north = 200, east = 0 }]'
+)
+
+
+@contextlib.contextmanager
+def full_after(size: int):
+    """Files cannot grow beyond `size` bytes meanwhile."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def refused(folder, size, writing) -> None:
+    with full_after(size), pytest.raises(InputError, match=r"cannot write '.*': File too large$"):
+        writing()
+    assert [path.name for path in folder.rglob("*") if path.is_file()] == []
+
+
+@pytest.fixture(scope="module")
+def track():
+    t = np.arange(120.0)
+    fixes = Fixes(1.7e9 + t, 0.9 + 3e-7 * t, np.full(120, 0.2))
+    return fixes, estimate(fixes, "small-usv")
+
+
+@pytest.mark.parametrize("ending", endings())
+def test_estimates(ending, track, tmp_path):
+    refused(tmp_path, 100, lambda: write(track[1], tmp_path / f"track{ending}"))
+
+
+@pytest.mark.parametrize("ending", REPORTS)
+def test_reports(ending, track, tmp_path):
+    summary = summarise(*track, "small-usv")
+    refused(tmp_path, 100, lambda: write_report(tmp_path / f"report{ending}", "A track", *track, summary))
+
+
+def test_profiles(tmp_path):
+    refused(tmp_path, 10, lambda: Profile.named("otter").save(tmp_path / "mine.toml"))
+
+
+def test_runs_and_campaigns(tmp_path):
+    sailed = sail_scenario(SCENARIO)
+    refused(tmp_path, 100, lambda: write_run(sailed, tmp_path / "run", nmea=True))
+    refused(tmp_path, 100, lambda: write_campaign([0], [sailed.numbers], tmp_path / "many", "Many"))
+    kept = UnfinishedCampaign(tmp_path, SCENARIO)
+    with full_after(300), pytest.raises(InputError, match=r"cannot write '.*campaign.unfinished': File too large"):
+        kept.add(0, sailed.numbers)
+    # The line that was cut off is not taken for a seed.
+    assert UnfinishedCampaign(tmp_path, SCENARIO, resume=True).numbers == {}
+
+
+def test_studies(tmp_path):
+    results = Results("A study", {"number": 1.0}, figures={"shown": (Figure(), "A figure")})
+    refused(tmp_path, 10, lambda: results.write(tmp_path))
+    with full_after(100), pytest.raises(InputError, match=r"cannot write '.*shown.png': File too large"):
+        results.write(tmp_path)
+    # What was complete before the disk was full stays.
+    assert [path.name for path in tmp_path.iterdir()] == ["results.json"]
+    assert json.loads((tmp_path / "results.json").read_text()) == {"number": 1.0}
+
+
+def test_a_file_that_was_there_stays_as_it_was(track, tmp_path):
+    path = tmp_path / "track.csv"
+    path.write_text("before")
+    with full_after(100), pytest.raises(InputError):
+        write(track[1], path)
+    assert path.read_text() == "before" and [each.name for each in tmp_path.iterdir()] == ["track.csv"]
+
+
+def test_links_are_followed_and_devices_written_to(tmp_path):
+    (tmp_path / "far").mkdir()
+    target, link = tmp_path / "far" / "target", tmp_path / "link"
+    link.symlink_to(target)
+    for text in (b"first", b"second"):
+        with complete_or_absent(link) as file:
+            file.write(text)
+        assert link.is_symlink() and target.read_bytes() == text
+    with pytest.raises(InputError, match=r"cannot write '.*': Too many levels of symbolic links"):
+        (tmp_path / "circle").symlink_to(tmp_path / "circle")
+        with complete_or_absent(tmp_path / "circle"):
+            pass
+    with complete_or_absent("/dev/null") as file:
+        file.write(b"gone")
+    assert os.path.exists("/dev/null") and not os.path.isfile("/dev/null")
+    with pytest.raises(InputError, match="cannot write '/dev/full': No space left on device"):
+        with complete_or_absent("/dev/full") as file:
+            file.write(b"none")
+
+
+def test_a_full_standard_output_is_an_error(tmp_path):
+    log = tmp_path / "log.csv"
+    log.write_text("time_s,lat_deg,lon_deg\n1,54,10\n2,54,10.001\n")
+    for arguments in (["info", log], ["info", log, "--json"], ["--help"], ["profile", "list"]):
+        with open("/dev/full", "wb") as full:
+            code, _, said = run(*arguments, stdout=full)
+        assert (code, said) == (1, "steerway: cannot use 'standard output': No space left on device\n")
