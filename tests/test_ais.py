@@ -127,7 +127,7 @@ def test_tracks_are_sorted_by_vessel_and_time_and_repeats_dropped():
     recording = ais.read(b"".join(lines))
     assert list(only(recording).mmsi) == [1, 2, 2]
     assert list(only(recording).time - MIDNIGHT) == [4, 3, 5]
-    assert recording.skipped == {"heard twice": 1}
+    assert recording.skipped == {"received twice": 1}
 
 
 def test_damage_costs_the_damaged_line():
@@ -157,7 +157,7 @@ def test_recorded_reports_are_kept_as_pyais_counts_them(shared_data, name):
     recording = ais.read(data)
     fixes = only(recording)
     assert ais.recognises(data[:65536])
-    assert len(fixes) + recording.skipped.get("heard twice", 0) == len(valid)
+    assert len(fixes) + recording.skipped.get("received twice", 0) == len(valid)
     assert len(fixes) >= 0.99 * len(valid)
     kept = zip(fixes.mmsi.tolist(), np.degrees(fixes.latitude), np.degrees(fixes.longitude), strict=True)
     assert {(mmsi, round(lat, 6), round(lon, 6)) for mmsi, lat, lon in kept} == set(valid)

@@ -1,14 +1,20 @@
 """The commands as a user types them."""
 
 import gzip
+import inspect
 import json
+import os
+import subprocess
+from importlib.metadata import version
 
 import polars as pl
 import pytest
+import typer
 
 import steerway
+from steerway.commands.app import command_tree
 from steerway.estimation import Profile
-from tests.command_line import run
+from tests.command_line import STEERWAY, run
 from tests.scenes import turning
 
 
@@ -64,7 +70,8 @@ def test_tune_writes_a_profile_that_estimate_takes(log, tmp_path):
 
 
 def test_compare_and_info(log):
-    assert run("compare", log)[0] == 0
+    code, _, err = run("compare", log)
+    assert code == 2 and "no SOG or COG of a receiver in it" in err
     code, out, _ = run("info", log)
     assert code == 0 and "5 Hz" in out
 
@@ -104,7 +111,38 @@ def test_mistakes_end_in_one_sentence_and_2(log, arguments, message):
     assert "Traceback" not in err and out == ""
 
 
-def test_help_has_examples():
-    for command in ("estimate", "info", "tune", "compare", "study"):
-        code, out, _ = run(command, "--help")
-        assert code == 0 and "Example" in out and f"steerway {command}" in out
+def commands_of(group, path=()):
+    """(words, command) of every command below a group."""
+    for name, command in group.commands.items():
+        if hasattr(command, "commands"):
+            yield from commands_of(command, (*path, name))
+        else:
+            yield (*path, name), command
+
+
+def test_every_help_has_an_example_and_no_types():
+    root = command_tree()
+    top = typer.Context(root, info_name="steerway", help_option_names=["-h", "--help"])
+    for words, command in commands_of(root):
+        name = " ".join(words)
+        assert f"steerway {name}" in inspect.cleandoc(command.help), f"{name} has no example"
+        help = " ".join(
+            filter(
+                None,
+                (each.display_type_rich(top) for each in command.get_params(top) if not getattr(each, "hidden", False)),
+            )
+        )
+        assert "<" not in help, f"the help of {name} shows a type: {help}"
+
+
+def test_the_shell_completes_commands_and_options():
+    for words, expected in (("steerway est", "estimate"), ("steerway compare --least", "--least-speed")):
+        setting = {"_STEERWAY_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(words.count(" "))}
+        done = subprocess.run(STEERWAY, env=os.environ | setting, capture_output=True, text=True)
+        assert done.stdout.split() == [expected]
+
+
+def test_version_and_short_help():
+    assert run("--version")[1].strip() == f"steerway {version('steerway')}"
+    code, out, _ = run("-h")
+    assert code == 0 and out.index("Logs") < out.index("On the boat") < out.index("Simulation") < out.index("Research")

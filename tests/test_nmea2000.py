@@ -104,6 +104,12 @@ def test_a_wrong_clock_is_set_by_gnss():
     assert "corrected by -100.0 s" in recording.notes[0]
 
 
+def test_a_receiver_without_a_date_does_not_set_the_clock():
+    recording = read(line(0.5, 129029, 3, gnss(1, 2, days=0)), line(1.5, 127251, 7, struct.pack("<Bi", 1, 3200000)))
+    assert_allclose(recording.sources["src 7"].time, [START + 1.5], rtol=0, atol=1e-6)
+    assert not any("clock" in note for note in recording.notes)
+
+
 def test_nothing_valid_is_lost_around_damage():
     good = [line(second, 129025, 52, position(10 + second, 20)) for second in range(1, 5)]
     spliced = good[0][:30] + good[1] + "garbage\n" + good[2].replace("02,", "0", 1)[:-4] + "\n" + good[3]

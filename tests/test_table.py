@@ -127,9 +127,9 @@ def test_bad_cells_are_counted_with_their_lines():
         "no position": 1,
     }
     assert [note for note in recording.notes if note.startswith("line")] == [
-        "line 5: 'foo' is no time",
-        "line 6: 'bar' is no latitude",
-        "line 8: 'baz' is no sog",
+        "line 5: 'foo' is not a valid time",
+        "line 6: 'bar' is not a valid latitude",
+        "line 8: 'baz' is not a valid sog",
     ]
 
 

@@ -4,6 +4,8 @@ from importlib.metadata import version
 from typing import Annotated
 
 import typer
+import typer.core
+import typer.main
 
 from steerway.commands import demo, identify, logs, profile, sailing, study
 from steerway.live.commands import LiveCommand, live, warm
@@ -12,22 +14,22 @@ app = typer.Typer(
     name="steerway",
     help="Speed over ground, course over ground and course rate from GNSS positions alone, and steering by them.",
     no_args_is_help=True,
-    add_completion=False,
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-LOGS, BOAT, SIMULATION, RESEARCH = "Logs", "On the boat", "Simulation", "Research"
+START, LOGS, BOAT, SIMULATION, RESEARCH = "Start here", "Logs", "On the boat", "Simulation", "Research"
 for panel, commands in (
+    (START, (demo.demo,)),
     (LOGS, (logs.estimate, logs.info, logs.compare, logs.predict, logs.tune)),
-    (SIMULATION, (demo.demo, sailing.simulate, sailing.advise)),
+    (BOAT, (warm,)),
+    (SIMULATION, (sailing.simulate, sailing.advise)),
     (RESEARCH, (study.study,)),
 ):
     for command in commands:
         app.command(rich_help_panel=panel)(command)
 app.command(cls=LiveCommand, rich_help_panel=BOAT)(live)
-app.command(rich_help_panel=BOAT)(warm)
 app.add_typer(identify.app, name="identify", rich_help_panel=BOAT)
 app.add_typer(profile.app, name="profile", rich_help_panel=LOGS)
 
@@ -40,6 +42,25 @@ def _print_version(wanted: bool) -> None:
 
 @app.callback()
 def options(
-    _: Annotated[bool, typer.Option("--version", metavar="", is_eager=True, callback=_print_version)] = False,
+    _: Annotated[
+        bool, typer.Option("--version", is_eager=True, callback=_print_version, help="Print the version.")
+    ] = False,
 ) -> None:
     """Speed over ground, course over ground and course rate from GNSS positions alone, and steering by them."""
+
+
+def command_tree() -> typer.core.TyperGroup:
+    """The commands, with a help that shows no types: flags take no value, and other metavars name what is expected."""
+    root = typer.main.get_command(app)
+    _hide_types(root, typer.Context(root, info_name="steerway", **root.context_settings))
+    return root
+
+
+def _hide_types(command, context) -> None:
+    for each in command.get_params(context):
+        if isinstance(each, typer.core.TyperArgument):
+            each.display_type_rich = lambda ctx: None
+        elif each.is_flag:
+            each.metavar = ""
+    for name, inner in getattr(command, "commands", {}).items():
+        _hide_types(inner, typer.Context(inner, parent=context, info_name=name))

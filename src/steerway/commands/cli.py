@@ -23,13 +23,13 @@ def main() -> None:
 def _run() -> int:
     import typer
 
-    from steerway.commands.app import app
+    from steerway.commands.app import command_tree
     from steerway.core import compiling
     from steerway.core.errors import InputError
 
     compiling.announce = _announce_compilation
     try:
-        return app(standalone_mode=False) or 0
+        return command_tree()(standalone_mode=False, prog_name="steerway") or 0
     except InputError as error:
         return _failed(error, 2)
     except typer.Abort:

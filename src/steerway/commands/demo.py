@@ -43,7 +43,7 @@ def demo(
         "demo"
     ),
 ) -> None:
-    """Simulate an Otter on a survey, steered by the estimate; compare the estimate with the truth; write log and page.
+    """Simulate a survey steered by the estimate, compare the estimate with the truth, write a log and a page.
 
     Example:
 

@@ -18,11 +18,11 @@ def yaw(
     rudder: Annotated[str | None, typer.Option(metavar="COLUMN", help="Column of the rudder or yaw moment.")] = None,
     angle: Annotated[str | None, typer.Option(metavar="COLUMN", help="Column of the heading or course.")] = None,
     bandwidth: Annotated[
-        float | None, typer.Option(metavar="RAD/S", help="Also print the autopilot gains for this bandwidth.")
+        float | None, typer.Option(metavar="RAD/S", help="Also print the autopilot gains for this bandwidth, rad/s.")
     ] = None,
     damping: Annotated[float, typer.Option(metavar="ZETA", help="Relative damping of the autopilot.")] = 1.0,
 ) -> None:
-    """Nomoto's K, T and rudder bias from a zigzag or a turning circle, with 95 % intervals.
+    """Identify Nomoto's K, T and rudder bias from a zigzag or a turning circle, with 95 % intervals.
 
     The log has time_s, a rudder (rudder_deg or yaw_moment_nm) and heading_deg or cog_deg; without these the course is
     estimated from lat_deg and lon_deg.
@@ -66,7 +66,7 @@ def heading(
     steering: Annotated[str | None, typer.Option(metavar="COLUMN", help="Column of the steering input.")] = None,
     angle: Annotated[str | None, typer.Option(metavar="COLUMN", help="Column of the heading.")] = None,
 ) -> None:
-    """A second-order heading model from a pseudo-random binary manoeuvre, for the heading MPC.
+    """Identify a second-order heading model from a pseudo-random binary manoeuvre, for the heading MPC.
 
     The log has time_s at even intervals, a steering input (rudder_deg, yaw_moment_nm or a column named), heading_deg.
 
@@ -107,7 +107,7 @@ def surge(
         float, typer.Option(metavar="VALUE", help="Value of the column at which there is no thrust.")
     ] = 0.0,
 ) -> None:
-    """Drag and thrust over mass from a staircase of speeds, with a verdict on whether the log determines them.
+    """Identify drag and thrust over mass from a staircase of speeds, and whether the log determines them.
 
     The log is a CSV with time_s, speed_mps (through the water, or over ground without a current) and shaft_rps, or a
     column named with --shaft of a command to which thrust is quadratic: per cent, PWM in µs. Thrust falls with speed

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from steerway.commands.terminal import flag, print_json, print_pairs, print_table, progress_line
+from steerway.commands.terminal import flag, print_json, print_notes, print_pairs, print_table, progress_line
 from steerway.core.errors import InputError
 
 
@@ -57,7 +57,7 @@ def estimate(
         Path | None, typer.Option(metavar="PAGE", help="Report: a page (.html) or picture (.png).")
     ] = None,
     rate: Annotated[
-        float | None, typer.Option(metavar="HZ", parser=_hertz, help="Output rate; by default one row per fix.")
+        float | None, typer.Option(metavar="HZ", parser=_hertz, help="Output rate in Hz; by default one row per fix.")
     ] = None,
     smooth: Annotated[
         bool, flag("--smooth", help="Smooth (fixed-interval, RTS): every estimate uses the whole log.")
@@ -180,6 +180,10 @@ def tune(
 def compare(
     logs: Logs,
     smooth: Annotated[bool, flag("--smooth", help="Compare the smoothed estimate.")] = False,
+    least_speed: Annotated[
+        float,
+        typer.Option("--least-speed", metavar="M/S", min=0.0, help="Compare rows with a reported SOG above this, m/s."),
+    ] = 1.0,
     profile: ProfileName = None,
     source: Source = None,
     start: From = None,
@@ -188,20 +192,28 @@ def compare(
 ) -> None:
     """Compare the estimate with the receiver's own SOG and COG, which are filtered and delayed.
 
-    Example:
+    Where the unit of a column is not in its name, the unit assumed is shown.
+
+    Examples:
 
         steerway compare sortie.nmea --smooth
+
+        steerway compare otter.csv --least-speed 0.3
     """
+    import numpy as np
+
     from steerway.estimation import estimate as run
     from steerway.estimation.course.comparison import compare as agreement
 
     fixes = read_logs(logs, source, start, stop)
-    motion = run(fixes, profile, smooth=smooth)
-    found = agreement(fixes, motion)
+    if not np.isfinite([fixes.sog, fixes.cog]).any():
+        raise InputError(f"{', '.join(logs)}: no SOG or COG of a receiver in it, expected at least one to compare with")
+    found = agreement(fixes, run(fixes, profile, smooth=smooth), least_speed)
     if as_json:
         print_json(found.as_dict())
-    else:
-        print_pairs(found.sentences())
+        return
+    print_pairs(found.sentences())
+    print_notes(fixes.notes)
 
 
 def predict(
@@ -322,8 +334,7 @@ def _print_summary(summary):
     from steerway.report.summary import sentences
 
     print_pairs(sentences(summary))
-    for note in summary["notes"]:
-        print(f"· {note}")
+    print_notes(summary["notes"])
 
 
 def _log_as_dict(log):

@@ -149,20 +149,24 @@ def advise(
     bandwidth: Annotated[
         float | None,
         typer.Option(
-            "--bandwidth", metavar="RAD/S", help="Bandwidth of the autopilot; without it, print the largest that fits."
+            "--bandwidth",
+            metavar="RAD/S",
+            help="Bandwidth of the autopilot, rad/s; without it, print the largest that fits.",
         ),
     ] = None,
-    speed: Annotated[float | None, typer.Option("--speed", metavar="M/S", help="Lowest speed over ground.")] = None,
-    rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Rate of the fixes.")] = 5.0,
+    speed: Annotated[
+        float | None, typer.Option("--speed", metavar="M/S", help="Lowest speed over ground, m/s.")
+    ] = None,
+    rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Rate of the fixes, Hz.")] = 5.0,
     position_std: Annotated[
         float | None,
         typer.Option(
-            "--position-std", metavar="M", help="Standard deviation of a fix per axis; by default the profile's."
+            "--position-std", metavar="M", help="Standard deviation of a fix per axis, m; by default the profile's."
         ),
     ] = None,
     nomoto_time: Annotated[
         float | None,
-        typer.Option("--nomoto-time", metavar="S", help="Nomoto time constant T, to assess the closed loop."),
+        typer.Option("--nomoto-time", metavar="S", help="Nomoto time constant T, s, to assess the closed loop."),
     ] = None,
     strict: Annotated[bool, flag("--strict", help="Exit with an error if it does not fit.")] = False,
 ) -> None:

@@ -16,10 +16,14 @@ GROUP = "steerway.studies"
 
 
 def study(
-    name: Annotated[str | None, typer.Argument(help="The study; without a name, list the studies.")] = None,
+    name: Annotated[
+        str | None, typer.Argument(metavar="NAME", help="The study; without a name, list the studies.")
+    ] = None,
     out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Output directory.")] = Path("study"),
-    seeds: Annotated[int | None, typer.Option(min=1, help="Number of seeds; by default the study's own.")] = None,
-    first_seed: Annotated[int, typer.Option(min=0, help="The first seed.")] = 0,
+    seeds: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="Number of seeds; by default the study's own.")
+    ] = None,
+    first_seed: Annotated[int, typer.Option(metavar="K", min=0, help="The first seed.")] = 0,
 ) -> None:
     """Run a study: compare published with measured numbers, with figures.
 

@@ -20,6 +20,12 @@ def print_pairs(pairs) -> None:
         print(f"{name:<{width}}  {value}")
 
 
+def print_notes(notes) -> None:
+    """One line a note."""
+    for note in notes:
+        print(f"· {note}")
+
+
 def print_table(title: str, columns, rows) -> None:
     """A plain table; 160 columns wide where the output is not a terminal."""
     from rich.console import Console

@@ -25,6 +25,8 @@ STATUSES = ("ok", "predicted", "rejected", "no_course", "starting", "lost")
 REPORTED = ("position_std", "sog", "cog", "heading", "water_speed", "yaw_rate")
 """Columns that a receiver or instrument may report beside time and position."""
 
+_ROUNDING = 1e-9
+
 Rows = slice | NDArray[np.bool_] | NDArray[np.integer]
 """Chosen rows of a table: a slice, a mask or indices."""
 
@@ -79,7 +81,7 @@ class Fixes(Table):
     A row may lack its position (a compass between two fixes); such a row aids the estimate and gets no row of its own
     in Motion.
 
-    Shapes: every array (n,). Raises InputError when lengths differ.
+    Shapes: every array (n,). Raises InputError when lengths differ, and for angles in degrees: latitudes beyond ±π/2.
     """
 
     position_std: np.ndarray | None = None  # the receiver's own 1σ of north and of east
@@ -100,6 +102,10 @@ class Fixes(Table):
             if column.shape != (n,):
                 raise InputError(f"Fixes.{name} has shape {column.shape}, expected ({n},) as time has")
             object.__setattr__(self, name, column)
+        for name, limit in (("latitude", 0.5 * np.pi), ("longitude", 2.0 * np.pi)):
+            largest = np.fmax.reduce(np.abs(getattr(self, name)), initial=0.0)
+            if largest > limit + _ROUNDING:
+                raise InputError(f"Fixes.{name} has {largest:g} rad, expected at most {limit:.4f} rad (not degrees)")
         if self.mmsi is not None:
             object.__setattr__(self, "mmsi", np.ascontiguousarray(self.mmsi, dtype=np.int64))
 
@@ -174,6 +180,7 @@ MOTION_COLUMNS: Columns = _POSITION_COLUMNS | {
     "sog_std_mps": ("sog_std", _as_is),
     "cog_std_deg": ("cog_std", _degrees),
     "course_rate_std_dps": ("course_rate_std", _degrees),
+    "position_std_m": ("position_std", _as_is),
     "nis": ("nis", _as_is),
 }
 

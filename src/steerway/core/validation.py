@@ -57,7 +57,15 @@ def refusal(place: str, error: ValidationError, model: type[BaseModel]) -> Input
     else:
         form = _EXPECTED.get(kind)
         expected = form.format(**problem.get("ctx", {})) if form else problem["msg"][0].lower() + problem["msg"][1:]
+        if problem.get("ctx"):
+            expected += _unit(keys[-1], holder)
     return InputError(f"{place}: {path} is {problem['input']!r}, {expected}")
+
+
+def _unit(key: str | int, holder: type[BaseModel]) -> str:
+    field = holder.model_fields.get(str(key))
+    extra = field.json_schema_extra if field is not None else None
+    return f" {extra['unit']}" if isinstance(extra, dict) and extra.get("unit") else ""
 
 
 def _path(location: Location) -> str:

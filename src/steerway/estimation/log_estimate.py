@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Motion
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.inference.selection import Inference
@@ -33,7 +34,7 @@ def estimate(
         rate: rows a second in the result (Hz); None gives a row a fix.
         smooth: use the whole record for every row (fixed-interval smoothing).
 
-    Raises InputError for an unknown profile, aid or rate.
+    Raises InputError for an unknown profile, aid or rate, and for a log of one vessel with fewer than two positions.
     """
     return LogEstimator(fixes, profile, aid).motion(fixes, rate, smooth)
 
@@ -49,6 +50,7 @@ class LogEstimator:
 
     def __init__(self, fixes: Fixes, profile: Profile | str | Path | None = None, aid: tuple[str, ...] = ()):
         self.aid = tuple(aid)
+        _refuse_single(fixes)
         if profile is None and fixes.mmsi is None and not _sparse(fixes):
             self.name, self.inference = "inferred", infer_log(fixes, self.aid)
         else:
@@ -65,6 +67,14 @@ class LogEstimator:
     def smooth(self, fixes: Fixes) -> Motion:
         """The smoothed estimate of the log or a part of it."""
         return self.motion(fixes, smooth=True)
+
+
+def _refuse_single(fixes: Fixes) -> None:
+    """InputError for the log of one vessel without two positions at different times."""
+    times = fixes.time[fixes.has_position]
+    if fixes.mmsi is None and not (len(times) and times.max() > times.min()):
+        found = f"{len(times)} positions at one time" if len(times) > 1 else f"{len(times)} position"
+        raise InputError(f"the log has {found}, expected at least two at different times")
 
 
 SPARSE = 60.0

@@ -213,5 +213,5 @@ def _fixes(time, columns, skipped):
     keys = (table.mmsi, table.time, table.latitude, table.longitude)
     fresh = np.any([np.diff(key, prepend=np.nan) != 0.0 for key in keys], axis=0)
     if not fresh.all():
-        skipped["heard twice"] += int((~fresh).sum())
+        skipped["received twice"] += int((~fresh).sum())
     return table.rows(fresh)

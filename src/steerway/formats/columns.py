@@ -51,13 +51,21 @@ class Column:
     name: str
     meaning: str
     factor: float | None
+    basis: str = ""  # "assumed" where the name states no unit, or how it was inferred
+
+    @property
+    def assumed(self) -> bool:
+        """Whether the unit is only assumed."""
+        return self.basis == "assumed"
 
     def __str__(self):
         kind = _KINDS.get(self.meaning, "none")
         if self.factor is None or kind in ("none", "time"):
             return f"{self.name} as {self.meaning}"
         unit = "degrees a second" if (kind, self.factor) == ("rate", DEGREE) else _UNIT_NAMES.get(self.factor)
-        return f"{self.name} as {self.meaning} in {unit or _PLAIN_UNITS[kind]}"
+        return (
+            f"{self.name} as {self.meaning} in {unit or _PLAIN_UNITS[kind]}{f' ({self.basis})' if self.basis else ''}"
+        )
 
 
 def understood(names) -> dict[str, Column]:
@@ -70,10 +78,13 @@ def understood(names) -> dict[str, Column]:
     is_ais = "mmsi" in best
     if is_ais:
         best.pop("position_std", None)  # what AIS calls accuracy is yes or no
-    return {
-        meaning: Column(index, name, meaning, unit if unit is not None else _default(meaning, name, is_ais))
-        for meaning, (_, index, name, unit) in best.items()
-    }
+    return {meaning: _column(index, name, meaning, unit, is_ais) for meaning, (_, index, name, unit) in best.items()}
+
+
+def _column(index, name, meaning, unit, is_ais):
+    if unit is not None or _KINDS.get(meaning, "time") == "time":
+        return Column(index, name, meaning, unit)
+    return Column(index, name, meaning, _default(meaning, name, is_ais), "" if is_ais else "assumed")
 
 
 def _meaning(name):

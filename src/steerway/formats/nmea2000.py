@@ -22,6 +22,7 @@ _LINE = re.compile(
     rb"(\d{1,4}),((?:[0-9A-Fa-f]{2},)*[0-9A-Fa-f]{2})(?=\s|,\s|$)"
 )
 _ANGLE, _SPEED, _RATE = 1e-4, 1e-2, 3.125e-8  # rad, m/s, rad/s a bit
+_FIRST_DATE = 946771200.0  # 2000-01-02, a year before the standard was published
 _CLOCK_ERROR = 2.0  # s; a smaller difference between the logger's clock and GNSS is the delay of the message
 _FRESH = 3.0  # s for which a dilution of precision holds
 _MAGNETIC = 1
@@ -197,7 +198,9 @@ def _correct_clock(tables, notes):
 
 
 def _gnss_time(table):
-    return table.value("days", 86400.0) + table.value("clock", 1e-4)
+    """Unix s; NaN where the date is that of a receiver which has not had a fix yet (1970, 1980 or 2000)."""
+    time = table.value("days", 86400.0) + table.value("clock", 1e-4)
+    return np.where(time < _FIRST_DATE, np.nan, time)
 
 
 def _fixes(name, own, variation, skipped, notes):

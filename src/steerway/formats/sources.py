@@ -35,7 +35,7 @@ class Quality:
     longest_gap: float  # s, 0 for none
     resolution: float  # m: the last decimal of the positions; NaN when it is unknown
     roughness: float  # m: median distance of a fix from the line between its neighbours; NaN below three fixes
-    says: tuple[str, ...]  # the columns beside the position that have values
+    says: tuple[str, ...]  # other columns with values
     vessels: int  # 0 for the own boat's log
     score: float  # rate × continuity over the whole record / (resolution + roughness); 0 without positions
 

@@ -17,6 +17,7 @@ from steerway.core.timestamps import unix_times
 from steerway.formats.columns import EXPECTED, Column, understood
 from steerway.formats.places import places
 from steerway.formats.recording import Recording
+from steerway.formats.units import by_positions, refuse_radians
 
 _DELIMITERS = (",", ";", "\t", "|")
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "unknown")
@@ -179,7 +180,7 @@ class _Reader:
             return
         self.skipped[f"{column.name} not understood"] += int(bad.sum())
         for row in np.flatnonzero(bad)[:_SHOWN]:
-            self.notes.append(f"line {self.first_line + row}: {text[int(row)][:40]!r} is no {column.meaning}")
+            self.notes.append(f"line {self.first_line + row}: {text[int(row)][:40]!r} is not a valid {column.meaning}")
         if column.meaning in _NEEDED:
             self.bad |= bad
 
@@ -207,20 +208,22 @@ def _scaled(numbers, factor):
 
 
 def _recording(kind, frame, columns, names, first_line, delimiter, skipped):
-    notes = [f"columns: {', '.join(str(column) for column in columns.values())}"]
-    if unused := [name for index, name in enumerate(names) if all(index != each.index for each in columns.values())]:
-        notes.append(f"columns not used: {', '.join(unused)}")
+    notes = []
     reader = _Reader(frame, first_line, delimiter, skipped, notes)
     is_ais = "mmsi" in columns
     time = reader.times(columns["time"], columns.get("date"))
-    place = [_degrees(reader.numbers(columns[name]), columns[name]) for name in ("latitude", "longitude")]
+    place = [reader.numbers(columns[name]) for name in ("latitude", "longitude")]
+    refuse_radians(columns, *place)
+    place = [_degrees(numbers, columns[name]) for numbers, name in zip(place, ("latitude", "longitude"), strict=True)]
     if not is_ais:  # where 181° means that there is none
         place[1] = np.where((place[1] > 180.0) & (place[1] <= 360.0), place[1] - 360.0, place[1])
     latitude, longitude = places(*place)
     mmsi = reader.numbers(columns["mmsi"]) if is_ais else None
-    reported = {
-        name: _said(name, reader.numbers(columns[name]), columns[name], is_ais) for name in REPORTED if name in columns
-    }
+    reported = {}
+    for name in (each for each in REPORTED if each in columns):
+        numbers = reader.numbers(columns[name])
+        columns[name] = by_positions(columns[name], numbers, time, latitude, longitude)
+        reported[name] = _said(name, numbers, columns[name], is_ais)
     empty = np.isnan(place[0]) & np.isnan(place[1])
     useful = np.isfinite(latitude) | (empty & np.any([np.isfinite(values) for values in reported.values()], axis=0))
     useful = np.broadcast_to(useful, len(time))
@@ -238,7 +241,10 @@ def _recording(kind, frame, columns, names, first_line, delimiter, skipped):
     reported = {name: values[keep] for name, values in reported.items()}
     fixes = Fixes(time[keep], latitude[keep], longitude[keep], **reported, mmsi=mmsi, source=name).in_order()
     counts = {"rows": int((~reader.blank).sum())}
-    return Recording(kind, {name: fixes} if len(fixes) else {}, counts, dict(skipped), tuple(notes))
+    meanings = [f"columns: {', '.join(str(column) for column in columns.values())}"]
+    if unused := [name for index, name in enumerate(names) if all(index != each.index for each in columns.values())]:
+        meanings.append(f"columns not used: {', '.join(unused)}")
+    return Recording(kind, {name: fixes} if len(fixes) else {}, counts, dict(skipped), (*meanings, *notes))
 
 
 def _degrees(numbers, column):
@@ -250,7 +256,6 @@ def _said(name, numbers, column, is_ais):
     values = numbers * column.factor
     with np.errstate(invalid="ignore"):
         if name in ("cog", "heading"):
-            values = np.radians(numbers) if column.factor != 1.0 else values
             limit = 2.0 * np.pi - 1e-9 if is_ais else 2.0 * np.pi + 1e-9
             return np.where((values > limit) | (values < -limit), np.nan, values)
         if name == "sog" and is_ais:

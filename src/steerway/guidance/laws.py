@@ -69,7 +69,7 @@ class GuidanceTable(Table):
     lookahead: Positive | None = None
     integral_gain: NotNegative | None = None
     adaptive_gain: NotNegative | None = None
-    approach_deg: Annotated[float, Field(gt=0.0, le=90.0)] = 90.0
+    approach_deg: Annotated[float, Field(strict=True, gt=0.0, le=90.0)] = 90.0
 
     @property
     def angle(self) -> str:

@@ -43,10 +43,12 @@ def live(
     ] = None,
     aid: Annotated[
         str | None,
-        typer.Option("--aid", metavar="LIST", help="Use also, of: sog, cog, heading, water-speed, yaw-rate."),
+        typer.Option(
+            "--aid", metavar="LIST", help="Further measurements to use, of: sog, cog, heading, water-speed, yaw-rate."
+        ),
     ] = None,
     rate: Annotated[
-        float | None, typer.Option("--rate", metavar="HZ", help="Rows a second; by default a row a fix.")
+        float | None, typer.Option("--rate", metavar="HZ", help="Output rate in Hz; by default one row per fix.")
     ] = None,
     mission: Annotated[
         str | None,
@@ -55,7 +57,9 @@ def live(
     max_dead_reckoning: Annotated[
         float | None,
         typer.Option(
-            "--max-dead-reckoning", metavar="S", help="Longest time without a fix to predict the motion; 10 by default."
+            "--max-dead-reckoning",
+            metavar="S",
+            help="Longest time without a fix to predict the motion, s; 10 by default.",
         ),
     ] = None,
     patience: Annotated[float | None, typer.Option("--patience", hidden=True)] = None,
@@ -63,7 +67,7 @@ def live(
         bool | None, typer.Option("--engage/--no-engage", help="Start the autopilot as soon as it is ready.")
     ] = None,
     latency: Annotated[
-        float | None, typer.Option("--latency", metavar="S", help="Least latency of the receiver's fixes.")
+        float | None, typer.Option("--latency", metavar="S", help="Least latency of the receiver's fixes, s.")
     ] = None,
     no_accuracy: Annotated[
         bool, typer.Option("--no-accuracy", help="Ignore the accuracy that the receiver reports.")
@@ -81,11 +85,12 @@ def live(
 ) -> None:
     """Estimate and steer on the boat, in real time.
 
-    From: serial:/dev/ttyACM0?baud=38400, tcp://host:port, udp://:port, gpsd://host:2947, signalk://host:3000,
+    Inputs: serial:/dev/ttyACM0?baud=38400, tcp://host:port, udp://:port, gpsd://host:2947, signalk://host:3000,
     mavlink:udpin:host:port (udpout, tcp, or mavlink:/dev/…), file:LOG?speed=10 (or speed=max).
-    To: stdout: (JSON lines), tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port, serial:…,
-    signalk://host:3000, mavlink:udpin:host:port (steers in GUIDED), foxglove://127.0.0.1:8765, file:RUN.parquet;
-    with ?format=nmea, json or propellers (commands of two propellers) on stdout, serial, tcp, tcp-server and udp.
+
+    Outputs: stdout: (JSON lines), tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port, serial:…,
+    signalk://host:3000, mavlink:udpin:host:port (steers in GUIDED), foxglove://127.0.0.1:8765, file:RUN.parquet.
+    On stdout, serial, tcp, tcp-server and udp ?format= selects nmea, json or propellers.
 
     Examples:
 

@@ -98,7 +98,7 @@ def sentences(summary: dict) -> list[tuple[str, str]]:
         ("speed over ground", f"median {_speed(s['sog_median_mps'])}, highest {_speed(s['sog_max_mps'])}"),
         ("course defined", f"{s['course_defined_pct']:.1f} % of rows"),
         ("typical 1σ", f"SOG {s['sog_std_median_mps']:.3f} m/s, COG {s['cog_std_median_deg']:.2f}°"),
-        ("NIS", f"{s['nis_mean']:.2f} (2 expected)"),
+        *([("NIS", f"{s['nis_mean']:.2f} (2 expected)")] if math.isfinite(s["nis_mean"]) else []),
     ]
 
 

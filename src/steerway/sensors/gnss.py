@@ -255,7 +255,7 @@ class GnssTable(Table):
     white: NotNegative = 0.05
     markov: tuple[tuple[NotNegative, Positive], ...] = ((1.5, 300.0), (0.25, 5.0))
     settled: bool = True
-    latency: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
+    latency: Annotated[float, Field(strict=True, ge=0.0, le=60.0)] = 0.0
     lever_arm: Triple = (0.0, 0.0, 0.0)
     velocity_std: NotNegative | None = None
     faults: tuple[FaultTable, ...] = ()

@@ -30,7 +30,7 @@ class StartTable(Table):
 class CurrentTable(Table):
     """Towards `direction_deg`; `std` of its Gauss–Markov variation with `time_constant`."""
 
-    speed: Annotated[float, Field(ge=0.0, le=10.0)] = 0.0
+    speed: Annotated[float, Field(strict=True, ge=0.0, le=10.0)] = 0.0
     direction_deg: Number = 0.0
     std: NotNegative = 0.0
     time_constant: Positive = 600.0
@@ -39,7 +39,7 @@ class CurrentTable(Table):
 class WindTable(Table):
     """From `direction_deg`; pushes on `drag_area` m²."""
 
-    speed: Annotated[float, Field(ge=0.0, le=80.0)] = 0.0
+    speed: Annotated[float, Field(strict=True, ge=0.0, le=80.0)] = 0.0
     direction_deg: Number = 0.0
     drag_area: NotNegative = 0.4
     gust_std: NotNegative = 0.0
@@ -52,7 +52,7 @@ class WavesTable(Table):
 
     direction_deg: Number = 0.0
     frequency: Positive = 1.2
-    damping: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.1
+    damping: Annotated[float, Field(strict=True, gt=0.0, lt=1.0)] = 0.1
     displacement_std: NotNegative = 0.0
     roll_std_deg: NotNegative = 0.0
     pitch_std_deg: NotNegative = 0.0
@@ -112,8 +112,8 @@ class WaypointTable(Table):
 
     north: Number | None = None
     east: Number | None = None
-    latitude_deg: Annotated[float, Field(ge=-89.0, le=89.0)] | None = None
-    longitude_deg: Annotated[float, Field(ge=-180.0, le=180.0)] | None = None
+    latitude_deg: Annotated[float, Field(strict=True, ge=-89.0, le=89.0)] | None = None
+    longitude_deg: Annotated[float, Field(strict=True, ge=-180.0, le=180.0)] | None = None
     speed: NotNegative | None = None
     acceptance: Positive | None = None
     stay: NotNegative = 0.0
@@ -131,8 +131,8 @@ class RouteTable(Table):
 class OriginTable(Table):
     """Where north = east = 0 lies, for logs and for waypoints in latitude and longitude."""
 
-    latitude_deg: Annotated[float, Field(ge=-89.0, le=89.0)] = 63.44
-    longitude_deg: Annotated[float, Field(ge=-180.0, le=180.0)] = 10.40
+    latitude_deg: Annotated[float, Field(strict=True, ge=-89.0, le=89.0)] = 63.44
+    longitude_deg: Annotated[float, Field(strict=True, ge=-180.0, le=180.0)] = 10.40
 
 
 _Instruments = create_model(
@@ -151,9 +151,9 @@ class Scenario(_Instruments):
 
     name: str = "simulation"
     description: str = ""
-    duration: Annotated[float, Field(gt=0.0, le=1e7)] = 600.0
-    step: Annotated[float, Field(gt=0.0, le=10.0)] = 0.02
-    seed: Annotated[int, Field(ge=0)] = 1
+    duration: Annotated[float, Field(strict=True, gt=0.0, le=1e7)] = 600.0
+    step: Annotated[float, Field(strict=True, gt=0.0, le=10.0)] = 0.02
+    seed: Annotated[int, Field(strict=True, ge=0)] = 1
     begins: str = "2026-06-01T12:00:00Z"  # of the logs that are written
     origin: OriginTable = OriginTable()
     vessel: AnyVesselTable = TABLES[0]()

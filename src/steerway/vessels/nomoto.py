@@ -133,7 +133,7 @@ class NomotoTable(VesselTable):
     gain: Positive = 0.2
     time_constant: Positive = 20.0
     speed: Positive = 2.0
-    rudder_limit_deg: Annotated[float, Field(gt=0.0, le=90.0)] = 35.0
+    rudder_limit_deg: Annotated[float, Field(strict=True, gt=0.0, le=90.0)] = 35.0
 
     def build(self) -> Nomoto:
         limit = math.radians(self.rudder_limit_deg)

@@ -11,7 +11,7 @@ from steerway.core.records import Fixes, Motion
 STANDSTILL = 0.3
 """m/s of the receiver's SOG below which it is at rest: twice the noise that receivers here report at a quay."""
 LEAST_SPEED = 1.0
-"""m/s of the receiver's SOG above which its COG is defined: the receivers here freeze it below some 0.5."""
+"""m/s of the receiver's SOG above which it is compared by default: the receivers here freeze COG below some 0.5."""
 LONGEST_LAG = 5.0
 """s to either side within which a lag is searched: receivers here are late by 0.15 to 4 s."""
 _LAGS = np.round(np.arange(-LONGEST_LAG, LONGEST_LAG + 0.05, 0.1), 1)
@@ -26,7 +26,9 @@ class Agreement:
     A positive lag: the receiver is later than the estimate. Robust deviations are 1.4826 times the median absolute one.
     """
 
-    compared: int  # rows of the receiver above `LEAST_SPEED` with an estimate near
+    least_speed: float  # m/s of the receiver's SOG above which rows are compared
+    fastest: float  # m/s, the receiver's largest SOG; NaN where it reports none
+    compared: int  # rows of the receiver above it with an estimate near
     sog_rms: float
     sog_robust: float
     sog_lag: float
@@ -36,9 +38,9 @@ class Agreement:
     cog_lag: float
     cog_rms_aligned: float
     standstill: int  # rows of the receiver below `STANDSTILL`
-    standstill_sog_median: float  # ours
+    standstill_sog_median: float  # of the estimate
     standstill_receiver_sog_median: float
-    standstill_undefined: float  # share of them in which we call the course undefined
+    standstill_undefined: float  # share of them in which the estimate has no course
 
     def as_dict(self) -> dict[str, float]:
         """The numbers by name, with their units."""
@@ -46,20 +48,44 @@ class Agreement:
 
     def sentences(self) -> list[tuple[str, str]]:
         """The agreement as (what, value) pairs of text."""
-        d = self.as_dict()
+        return [("rows compared", self._compared()), *self._under_way(), *self._at_rest()]
+
+    def _compared(self) -> str:
+        limit = f"receiver's SOG above {self.least_speed:g} m/s"
+        if self.compared:
+            return f"{self.compared} with the {limit}"
+        reported = f"largest {self.fastest:.2f} m/s" if math.isfinite(self.fastest) else "none is reported"
+        return f"none with the {limit}: {reported}"
+
+    def _under_way(self) -> list[tuple[str, str]]:
+        d, found = self.as_dict(), []
+        for name, unit, digits in (("sog", "m/s", 3), ("cog", "°", 2)):
+            rms, robust, aligned, lag = (
+                d[f"{name}_{key}"]
+                for key in (f"rms_{_UNIT[name]}", f"robust_{_UNIT[name]}", f"rms_aligned_{_UNIT[name]}", "lag_s")
+            )
+            if math.isfinite(rms):
+                space = "" if unit == "°" else " "
+                found += [
+                    (name.upper(), f"{rms:.{digits}f}{space}{unit} RMS, {robust:.{digits}f}{space}{unit} robust"),
+                    ("  aligned", f"{aligned:.{digits}f}{space}{unit} RMS; the receiver {_late(lag)}"),
+                ]
+        return found
+
+    def _at_rest(self) -> list[tuple[str, str]]:
+        if not self.standstill:
+            return []
         return [
-            ("rows compared", f"{self.compared} with the receiver above {LEAST_SPEED} m/s"),
-            ("SOG", f"{d['sog_rms_mps']:.3f} m/s RMS, {d['sog_robust_mps']:.3f} robust"),
-            ("  aligned", f"{d['sog_rms_aligned_mps']:.3f} m/s RMS; the receiver is {_late(self.sog_lag)}"),
-            ("COG", f"{d['cog_rms_deg']:.2f}° RMS, {d['cog_robust_deg']:.2f}° robust"),
-            ("  aligned", f"{d['cog_rms_aligned_deg']:.2f}° RMS; the receiver is {_late(self.cog_lag)}"),
-            ("at standstill", f"{self.standstill} rows with the receiver below {STANDSTILL} m/s"),
+            ("at standstill", f"{self.standstill} rows with the receiver's SOG below {STANDSTILL} m/s"),
             (
-                "  SOG median",
-                f"{self.standstill_sog_median:.3f} m/s ours, {self.standstill_receiver_sog_median:.3f} the receiver's",
+                "  median SOG",
+                f"estimate {self.standstill_sog_median:.3f}, receiver {self.standstill_receiver_sog_median:.3f} m/s",
             ),
             ("  course undefined", f"{100.0 * self.standstill_undefined:.1f} % of them"),
         ]
+
+
+_UNIT = {"sog": "mps", "cog": "deg"}
 
 
 def _with_unit(name):
@@ -67,7 +93,7 @@ def _with_unit(name):
         return f"{name}_s"
     if name.startswith("cog"):
         return f"{name}_deg"
-    if "sog" in name:
+    if "sog" in name or name in ("least_speed", "fastest"):
         return f"{name}_mps"
     return {"standstill_undefined": "standstill_undefined_pct"}.get(name, name)
 
@@ -79,16 +105,25 @@ def _in_units(name, value):
 
 
 def _late(lag):
-    return f"{abs(lag):.1f} s {'late' if lag >= 0.0 else 'early'} against us"
+    return f"{'lags' if lag >= 0.0 else 'leads'} the estimate by {abs(lag):.1f} s"
 
 
-def compare(fixes: Fixes, motion: Motion) -> Agreement:
-    """Agreement of an estimate with the SOG and COG in the fixes it was made from (all vessels together)."""
-    pairs = [_paired(theirs, ours) for (_, theirs), (_, ours) in zip(fixes.tracks(), motion.tracks(), strict=True)]
+def compare(fixes: Fixes, motion: Motion, least_speed: float = LEAST_SPEED) -> Agreement:
+    """Agreement of an estimate with the SOG and COG in the fixes it was made from (all vessels together).
+
+    Rows with a SOG of the receiver above `least_speed` (m/s) are compared.
+    """
+    pairs = [
+        _paired(theirs, estimated, least_speed)
+        for (_, theirs), (_, estimated) in zip(fixes.tracks(), motion.tracks(), strict=True)
+    ]
+    reported = fixes.sog[np.isfinite(fixes.sog)]
     sog, cog, rest = (np.concatenate([pair[k] for pair in pairs], axis=1) for k in range(3))
     sog_rms, sog_robust, sog_lag, sog_aligned = _difference(sog)
     cog_rms, cog_robust, cog_lag, cog_aligned = _difference(cog, is_angle=True)
     return Agreement(
+        least_speed=least_speed,
+        fastest=float(reported.max()) if len(reported) else math.nan,
         compared=sog.shape[1],
         sog_rms=sog_rms,
         sog_robust=sog_robust,
@@ -105,11 +140,14 @@ def compare(fixes: Fixes, motion: Motion) -> Agreement:
     )
 
 
-def _paired(fixes: Fixes, motion: Motion):
-    """SOG and COG (1 + lags, k): the receiver's, then ours at every lag; at rest (3, r): our SOG, its, our COG."""
+def _paired(fixes: Fixes, motion: Motion, least_speed: float):
+    """SOG and COG (1 + lags, k): the receiver's, then the estimated at every lag.
+
+    And at rest (3, r): estimated SOG, the receiver's, estimated COG.
+    """
     nearest = _nearest(motion.time, fixes.time)
     near = np.abs(motion.time[nearest] - fixes.time) < _NEAR if len(motion) else np.zeros(len(fixes), bool)
-    fast = near & (fixes.sog > LEAST_SPEED)
+    fast = near & (fixes.sog > least_speed)
     sog = _shifted(motion.time, motion.sog, fixes.time[fast])
     course = fast & np.isfinite(fixes.cog)
     known = np.isfinite(motion.cog)

@@ -8,6 +8,7 @@ import numpy as np
 
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel, lean_kernel
+from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Motion
 from steerway.estimation.course.motion.layout import (
     COURSE,
@@ -36,6 +37,7 @@ from steerway.estimation.course.update.reported_accuracy import variance_scale, 
 from steerway.estimation.profiles import Profile
 
 _NOW, _ONE_ROW = np.zeros(1), np.array([0, 1])
+_NORTH_POLE, _WHOLE_TURN = 0.5 * math.pi + 1e-9, 2.0 * math.pi + 1e-9
 _NO_SCALES = np.empty(0)
 
 
@@ -108,7 +110,14 @@ class FiveStateFilter:
         """Take a fix (rad). Returns its NIS: above 13.8 it was rejected, NaN for the first.
 
         `position_std` is the accuracy its receiver reports, as in `Fixes`: see `course.update.reported_accuracy`.
+
+        Raises InputError, a ValueError, for a latitude beyond ±π/2 or a longitude beyond ±2π: degrees.
         """
+        if abs(latitude) > _NORTH_POLE or abs(longitude) > _WHOLE_TURN:
+            raise InputError(
+                f"update takes radians: latitude is {latitude:g}, longitude {longitude:g}, expected at most "
+                f"±π/2 and ±2π (math.radians of degrees)"
+            )
         self._geodetic = True
         return self._take(latitude, longitude, position_std)
 

@@ -11,6 +11,7 @@ from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent
 from steerway.core.profile_fields import positive_number
 from steerway.core.toml import read_toml
+from steerway.core.validation import refusal
 from steerway.estimation.course.motion.oscillation import SHORTEST_PERIOD
 from steerway.estimation.course.update.aids import AidNoise
 from steerway.estimation.profiles import packing
@@ -33,7 +34,7 @@ class MotionNoise(BaseModel):
     course_rate_noise: float = positive_number(
         bounds=(1e-10, 10.0), prior=(1e-3, 4.0), words=("course-rate noise S_ω", "rad²/s³")
     )
-    speed_decay: float = positive_number(0.0, or_zero=True)  # α1, 1/s
+    speed_decay: float = positive_number(0.0, or_zero=True, unit="1/s", what="speed decay α1", most=10.0)
     course_rate_decay: float = positive_number(
         0.1, or_zero=True, bounds=(5e-3, 2.0), prior=(0.2, 2.0), words=("course-rate decay α2", "1/s")
     )
@@ -41,7 +42,7 @@ class MotionNoise(BaseModel):
     acceleration_std: float = positive_number(
         0.0, or_zero=True, bounds=(1e-3, 2.0), prior=(0.1, 2.0), words=("persistent acceleration", "m/s²")
     )
-    acceleration_time: float = positive_number(5.0)  # s, its time constant
+    acceleration_time: float = positive_number(5.0, unit="s", what="its time constant")
     # Wave-induced yaw about a mean course; 0: none.
     yawing_period: float = positive_number(
         0.0, or_zero=True, bounds=(3.0, 100.0), prior=(10.0, 1.0), words=("period of wave-induced yaw", "s")
@@ -49,7 +50,7 @@ class MotionNoise(BaseModel):
     yawing_time: float = positive_number(
         15.0, bounds=(1.0, 1e3), prior=(15.0, 1.0), words=("… and time constant of the mean course", "s")
     )
-    steerageway: float = positive_number(0.3)  # m/s: below it course is not defined
+    steerageway: float = positive_number(0.3, unit="m/s", what="speed below which course is not defined", most=20.0)
     turn_time: float = positive_number(
         0.0, or_zero=True, bounds=(2.0, 3e3), prior=(20.0, 2.0), words=("mean duration of a turn", "s")
     )
@@ -75,8 +76,10 @@ class ReceiverNoise(BaseModel):
     one that is gone within seconds would be a model of waves.
     """
 
-    position_std: float = positive_number(bounds=(2e-3, 30.0), prior=(0.5, 2.0), words=("white noise of a fix", "m"))
-    time_std: float = positive_number(0.0, or_zero=True)  # s, of the time of a fix
+    position_std: float = positive_number(
+        most=1e4, bounds=(2e-3, 30.0), prior=(0.5, 2.0), words=("white noise of a fix", "m")
+    )
+    time_std: float = positive_number(0.0, or_zero=True, unit="s", what="error of the time of a fix", most=60.0)
     error_std: float = positive_number(
         0.0, or_zero=True, bounds=(3e-3, 10.0), prior=(1.0, 2.0), words=("slow error of the receiver", "m")
     )
@@ -133,9 +136,7 @@ class Profile(AidNoise, ReceiverNoise, MotionNoise, _Named):
         try:
             return cls(**read_toml(path, "profile"))
         except ValidationError as error:
-            first = error.errors()[0]
-            key = ".".join(map(str, first["loc"]))
-            raise InputError(f"profile {path}: {key} is {first['input']!r}, expected: {first['msg']}") from None
+            raise refusal(f"profile {path}", error, cls) from None
 
     def save(self, path: str | Path) -> None:
         """Write the profile as a TOML file that `load` reads."""

@@ -32,6 +32,9 @@ _STARTS = [
 
 
 _NAMES = fitting_of(Profile.model_fields, "words")
+_BOUNDS = fitting_of(Profile.model_fields, "bounds")
+_AT_BOUND = 0.02
+"""Of the logarithm: numbers are searched to about a hundredth."""
 _WORDS = {name: words for name, (words, _) in _NAMES.items()}
 _UNITS = {name: unit for name, (_, unit) in _NAMES.items()}
 _MISSING = (
@@ -60,13 +63,23 @@ class Tuned:
         """Names of the parameters that this log does not determine: see `Profile.is_determined`."""
         return tuple(name for name in self.profile.intervals if not self.profile.is_determined(name))
 
+    @property
+    def at_bounds(self) -> tuple[str, ...]:
+        """Names of fitted parameters that ended at the least or the largest value that a fit tries."""
+        ended = {name: getattr(self.profile, name) for name in self.profile.intervals}
+        return tuple(
+            name
+            for name, value in ended.items()
+            if name in _BOUNDS and any(abs(math.log(value / end)) < _AT_BOUND for end in _BOUNDS[name])
+        )
+
     def as_dict(self) -> dict:
         """The numbers, flat, by their names in a profile; `intervals` and `cannot_tell` beside them."""
         fitted = dict.fromkeys((*MOTION, *ACCELERATION, *OSCILLATION, *TURNS, *SLOW_ERROR, *DRIFT))
         numbers = {name: getattr(self.profile, name) for name in fitted}
         own = {name: getattr(self, name) for name in ("fixes", "moving", "rejected", "nis_mean", "log_likelihood")}
         intervals = {name: list(ends) for name, ends in self.profile.intervals.items()}
-        determined = {"intervals": intervals, "cannot_tell": list(self.cannot_tell)}
+        determined = {"intervals": intervals, "cannot_tell": list(self.cannot_tell), "at_bounds": list(self.at_bounds)}
         return numbers | own | {"nis_band": list(self.nis_band)} | determined
 
     def sentences(self) -> list[tuple[str, str]]:
@@ -91,8 +104,13 @@ class Tuned:
             *((_WORDS[name], self._value(name)) for name in shown),
             *([("not found", ", ".join(missing))] if missing else []),
             *([("not determined", ", ".join(map(_WORDS.get, self.cannot_tell)))] if self.cannot_tell else []),
+            *([("at a bound", ", ".join(map(self._bound, self.at_bounds)))] if self.at_bounds else []),
             ("mean NIS", f"{self.nis_mean:.2f}, 95 % band {low:.2f} to {high:.2f}: {verdict}"),
         ]
+
+    def _bound(self, name) -> str:
+        low, high = _BOUNDS[name]
+        return f"{_WORDS[name]} (tried {low:g} to {high:g} {_UNITS[name]}: the log asks for a value outside)"
 
     def _value(self, name) -> str:
         value = f"{getattr(self.profile, name):.3g} {_UNITS[name]}"

@@ -146,7 +146,7 @@ class Guided:
     def _watch(self, guided, now):
         """Whether the vehicle follows while the autopilot steers."""
         if not self.is_rover:
-            self.refusal = "the vehicle is no boat of ArduPilot's Rover"
+            self.refusal = "the vehicle is not a boat of ArduPilot's Rover"
         elif not self.is_armed:
             self.refusal = "the vehicle is not armed"
         elif self.phase is Takeover.STEERING and not guided:

@@ -61,17 +61,36 @@ class AidNoise(BaseModel):
     """What a profile says of the aids; defaults are those of usual instruments."""
 
     # Receivers that filter less than 0.05 m/s are late, so that a fit does not go below it.
-    sog_std: float = positive_number(0.1, bounds=(0.05, 3.0), prior=(0.1, 1.0))  # m/s, receiver's own SOG
-    velocity_std: float = positive_number(0.1, bounds=(0.05, 3.0), prior=(0.1, 1.0))  # m/s across the course, for COG
-    heading_std: float = positive_number(math.radians(1.0))  # rad
-    crab_std: float = positive_number(math.radians(10.0), or_zero=True)  # rad, crab angle and compass bias
-    crab_time: float = positive_number(60.0)  # s
-    water_speed_std: float = positive_number(0.1)  # m/s
-    stream_std: float = positive_number(0.5, or_zero=True)  # m/s, water's speed along the course, and the log's bias
-    stream_time: float = positive_number(300.0)  # s
-    yaw_rate_std: float = positive_number(math.radians(0.2), bounds=(1e-3, 0.2), prior=(3e-3, 1.0))  # rad/s
-    gyro_bias_std: float = positive_number(math.radians(0.5), or_zero=True)  # rad/s
-    gyro_bias_time: float = positive_number(1000.0, bounds=(100.0, 1e5), prior=(3000.0, 1.5))  # s
+    sog_std: float = positive_number(
+        0.1, unit="m/s", what="error of the receiver's SOG", most=20.0, bounds=(0.05, 3.0), prior=(0.1, 1.0)
+    )
+    velocity_std: float = positive_number(
+        0.1,
+        unit="m/s",
+        what="error of the receiver's velocity across the course, from which that of its COG follows",
+        most=20.0,
+        bounds=(0.05, 3.0),
+        prior=(0.1, 1.0),
+    )
+    heading_std: float = positive_number(math.radians(1.0), unit="rad", what="error of the compass", most=0.5)
+    crab_std: float = positive_number(
+        math.radians(10.0), or_zero=True, unit="rad", what="crab angle and bias of the compass", most=math.pi / 2.0
+    )
+    crab_time: float = positive_number(60.0, unit="s", what="their correlation time")
+    water_speed_std: float = positive_number(0.1, unit="m/s", what="error of the speed log", most=20.0)
+    stream_std: float = positive_number(
+        0.5, or_zero=True, unit="m/s", what="current along the course, and bias of the speed log", most=20.0
+    )
+    stream_time: float = positive_number(300.0, unit="s", what="their correlation time")
+    yaw_rate_std: float = positive_number(
+        math.radians(0.2), unit="rad/s", what="noise of the gyro", most=1.0, bounds=(1e-3, 0.2), prior=(3e-3, 1.0)
+    )
+    gyro_bias_std: float = positive_number(
+        math.radians(0.5), or_zero=True, unit="rad/s", what="bias of the gyro", most=0.5
+    )
+    gyro_bias_time: float = positive_number(
+        1000.0, unit="s", what="its correlation time", bounds=(100.0, 1e5), prior=(3000.0, 1.5)
+    )
 
 
 AIDS = tuple(aid.name for aid in TABLE)

@@ -1,0 +1,133 @@
+"""What a user gets wrong: units, profiles, logs that are too short. One sentence each, or the right reading."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import steerway
+from steerway.core.earth import KNOT
+from steerway.core.records import Fixes
+from steerway.estimation import Profile
+from steerway.estimation.course.comparison import compare
+from steerway.estimation.selection.tune import Tuned
+from steerway.formats import table
+from steerway.simulation.reading import parse_scenario
+
+T = 1672531201
+NEEDED = "speed_noise = 1e-2\ncourse_rate_noise = 1e-2\n"
+
+
+def log(names="time,lat,lon", speed=2.0, course=0.7, n=120, place=(63.4, 10.3), columns=()):
+    """A straight track with 0.3 m of noise as CSV bytes; `columns` are further cells of every row."""
+    noise = np.random.default_rng(5).normal(0.0, 0.3, (n, 2))
+    rows = [names]
+    for k in range(n):
+        north, east = speed * k * math.cos(course) + noise[k, 0], speed * k * math.sin(course) + noise[k, 1]
+        latitude, longitude = place[0] + north / 111412.0, place[1] + east / 49900.0
+        rows.append(",".join([f"{T + k}", f"{latitude:.8f}", f"{longitude:.8f}", *(f"{each:.4f}" for each in columns)]))
+    return "\n".join(rows).encode()
+
+
+def only(recording):
+    (fixes,) = recording.sources.values()
+    return fixes
+
+
+@pytest.mark.parametrize(("unit", "words"), [(1.0, "m/s"), (KNOT, "knots"), (1 / 3.6, "km/h")])
+@pytest.mark.parametrize("name", ["sog", "Speed"])
+def test_the_unit_of_a_bare_speed_is_that_of_the_positions(name, unit, words):
+    recording = table.read(log(f"time,lat,lon,{name}", columns=(2.0 / unit,)))
+    assert_allclose(only(recording).sog, 2.0, rtol=1e-3)
+    assert f"{name} as sog in {words} (by the positions)" in recording.notes[0]
+
+
+def test_a_speed_that_fits_no_unit_keeps_the_usual_one_and_is_noted():
+    recording = table.read(log("time,lat,lon,sog", columns=(20.0,)))
+    assert_allclose(only(recording).sog, 20.0 * KNOT, rtol=1e-9)
+    assert "sog as sog in knots (assumed)" in recording.notes[0]
+
+
+def test_a_unit_in_the_name_is_never_overruled():
+    assert_allclose(only(table.read(log("time,lat,lon,sog_kn", columns=(2.0,)))).sog, 2.0 * KNOT, rtol=1e-9)
+
+
+@pytest.mark.parametrize("value", [0.7, math.degrees(0.7)])
+def test_a_bare_course_may_be_in_radians(value):
+    assert_allclose(only(table.read(log("time,lat,lon,cog", columns=(value,)))).cog, 0.7, atol=1e-4)
+
+
+def test_positions_in_radians_are_refused_unless_named_so():
+    rows = [f"{T + k},{math.radians(63.4 + 1e-5 * k):.10f},{math.radians(10.3):.10f}" for k in range(20)]
+    with pytest.raises(steerway.InputError, match=r"'latitude' and 'longitude' .* may be radians, expected names"):
+        table.read("\n".join(["time,latitude,longitude", *rows]).encode())
+    fixes = only(table.read("\n".join(["time,lat_rad,lon_rad", *rows]).encode()))
+    assert_allclose(np.degrees(fixes.latitude[0]), 63.4, atol=1e-6)
+
+
+def test_degrees_are_not_taken_for_radians_in_python():
+    estimator = steerway.FiveStateFilter()
+    with pytest.raises(ValueError, match=r"update takes radians: latitude is 63\.43"):
+        estimator.update(63.43, 10.39)
+    with pytest.raises(steerway.InputError, match="radians"):
+        estimator.update(0.5, 10.39)
+    estimator.update(math.radians(63.43), math.radians(10.39))
+    with pytest.raises(steerway.InputError, match=r"Fixes.latitude has 63\.4 rad"):
+        Fixes(np.arange(2.0), np.full(2, 63.4), np.full(2, 10.3))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (NEEDED + "position_std = 1e300", r"position_std is 1e\+300, expected at most 10000.0 m"),
+        (NEEDED + "position_std = 0.5\nheading_std = 1.0", "heading_std is 1.0, expected at most 0.5 rad"),
+        (NEEDED + 'position_std = "0.5"', "position_std is '0.5', expected a number"),
+        (NEEDED + "position_sdt = 0.5", "unknown key position_sdt, expected perhaps position_std"),
+        (NEEDED, "position_std is missing, expected white noise of a fix"),
+    ],
+)
+def test_a_profile_is_checked_like_a_scenario(tmp_path, text, message):
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    with pytest.raises(steerway.InputError, match=f"mine.toml: {message}"):
+        Profile.load(path)
+
+
+@pytest.mark.parametrize(("line", "message"), [('duration = "3"', "'3', expected a number"), ("seed = 1.5", "whole")])
+def test_numbers_of_a_scenario_are_no_texts(line, message):
+    route = "[vessel]\nkind = 'otter'\n[route]\nwaypoints = [{north = 0.0, east = 0.0}, {north = 50.0, east = 0.0}]"
+    with pytest.raises(steerway.InputError, match=message):
+        parse_scenario(f"{line}\n{route}")
+
+
+@pytest.mark.parametrize(("count", "found"), [(1, "1 position"), (3, "3 positions at one time")])
+def test_a_log_without_motion_is_refused(count, found):
+    fixes = Fixes(np.full(count, 5.0), np.full(count, 0.5), np.full(count, 0.5))
+    with pytest.raises(steerway.InputError, match=f"the log has {found}, expected at least two at different times"):
+        steerway.estimate(fixes)
+
+
+def test_a_comparison_of_a_slow_boat_says_that_nothing_is_left():
+    fixes = only(table.read(log("time,lat,lon,sog_mps", speed=0.7, columns=(0.7,))))
+    motion = steerway.estimate(fixes, "small-usv")
+    assert compare(fixes, motion).sentences() == [
+        ("rows compared", "none with the receiver's SOG above 1 m/s: largest 0.70 m/s")
+    ]
+    found = compare(fixes, motion, least_speed=0.3)
+    assert found.compared > 100 and found.sog_rms < 0.3
+    assert "nan" not in str(found.sentences())
+
+
+def test_a_tuned_number_at_the_end_of_its_range_is_marked():
+    profile = Profile.named("small-usv").model_copy(
+        update={"position_std": 30.0, "intervals": {"position_std": (20.0, 30.0), "speed_noise": (1e-3, 1e-2)}}
+    )
+    tuned = Tuned(profile, 100, 90, 0, 2.0, (1.9, 2.1), -100.0)
+    assert tuned.at_bounds == ("position_std",)
+    assert "white noise of a fix (tried 0.002 to 30 m" in dict(tuned.sentences())["at a bound"]
+
+
+def test_the_table_of_an_estimate_has_the_accuracy_of_its_positions():
+    frame = steerway.estimate(only(table.read(log())), "small-usv").to_frame()
+    assert 0.0 < frame["position_std_m"][-1] < 1.0
