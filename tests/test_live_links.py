@@ -199,7 +199,7 @@ def test_json_lines_carry_the_columns_of_estimate():
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("ftp://a:1", "no known address"),
+        ("ftp://a:1", "not a known address"),
         ("tcp://a", "names no port"),
         ("tcp://a:99999", "scheme://host:port"),
         ("serial:/dev/ttyS0?baud=1234", "baud is 1234"),
