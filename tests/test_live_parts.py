@@ -18,11 +18,12 @@ import pytest
 from steerway.core.timestamps import iso
 from steerway.estimation import estimate
 from steerway.formats import nmea0183, ubx
+from steerway.formats.reading import read
 from steerway.live import addresses
 from steerway.live.links.signalk import connected
 from steerway.live.navigator import Navigator
 from steerway.live.service import Service
-from tests.kept_outputs import Kept, assert_equal
+from tests.kept_outputs import Kept, assert_equal, first_of_each
 from tests.ports import free_port, until
 from tests.sentences import START, gga, pvt, rmc, sortie, track
 
@@ -335,3 +336,23 @@ def test_a_live_run_ends_whole_when_it_is_told_to(tmp_path):
     written = out.read_text().splitlines()
     assert len(written) >= 16
     assert json.loads(lines[14])["time_s"] == START + 14.0
+
+
+def test_through_gpsd_a_plotter_is_what_estimate_makes_of_its_log(shared_data, tmp_path):
+    gpsfake = installed("gpsfake")
+    installed("gpsd")
+    path, port = shared_data / "data" / "gpsd_logs" / "bundg_zeus_9.log", free_port()
+
+    async def chain():
+        async with serving([f"gpsd://127.0.0.1:{port}"], []) as kept:
+            with running(gpsfake, "-1", "-q", "-c", "0.003", "-P", str(port), str(path)):
+                await until(lambda: len(kept.fixes) >= 100, 30.0)
+            return kept.fixes
+
+    rows, fixes = asyncio.run(chain()), read(path)
+    fixes = fixes.rows(fixes.has_position)
+    first = int(np.searchsorted(fixes.time, rows[0].time))
+    assert fixes.source == "GP RMC" and first <= 30  # gpsd takes some to find out how to read them
+    fixes = fixes.rows(slice(first, None))
+    motion = estimate(fixes, "small-usv").rows(first_of_each(fixes))
+    assert_equal(rows, motion.rows(slice(0, len(rows))))

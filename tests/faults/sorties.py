@@ -141,10 +141,13 @@ def _one_stray(by):
 
 
 def _two_receivers(stops=None):
-    """A second receiver 20 m to the east, half an interval later; the first may stop for the fault's time."""
+    """A second, coarser receiver 20 m to the east, half an interval later; the first may stop for the fault's time."""
 
     def befall(epochs):
-        second = [replace(_moved(each, east=20.0), link=1, talker="GN", sent=each.sent + 0.1) for each in epochs]
+        second = [
+            replace(_moved(each, 0.1 * (-1.0) ** k, 20.0), link=1, talker="GN", sent=each.sent + 0.1)
+            for k, each in enumerate(epochs)
+        ]
         first = epochs if stops is None else _during(stops, lambda _: None)(epochs)
         return first + second
 

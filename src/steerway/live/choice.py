@@ -23,6 +23,7 @@ class SourceChoice:
     """
 
     def __init__(self, wanted: tuple[str, ...] = ()):
+        self.names = wanted
         self.wanted = tuple(name.casefold() for name in wanted)
         self.present = ""
         self.changes = 0
@@ -42,6 +43,13 @@ class SourceChoice:
             self.changes += self.present != ""
             self.present = row.source
         return row.source == self.present
+
+    def prefer(self, source: str, now: float) -> None:
+        """Take the positions of a source from now on."""
+        self.changes += self.present not in ("", source)
+        self.present = source
+        self._times.setdefault(source, deque(maxlen=_KEPT))
+        self._last[source] = now
 
     def gives(self, column: str, row: InputRow, now: float) -> bool:
         """Whether this source gives a column: that of the positions if it has the column, else the first."""

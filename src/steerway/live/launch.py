@@ -2,6 +2,7 @@
 
 import gc
 import math
+from pathlib import Path
 
 from steerway.core.errors import InputError
 from steerway.estimation.profiles import Profile
@@ -55,24 +56,29 @@ def launch(settings: Settings) -> None:
     if page is not None:
         links.append(HelmPage(service, page, route))
     if replayed:
-        rows = _rows_of_logs([each.path for each in found])
+        rows = _rows_of_logs([each.path for each in found], settings.source)
         until_stopped(service.replay(rows, speed, links))
-        wanted = ", ".join(settings.source)
-        if not navigator.counts["used"] and wanted:
-            raise InputError(f"source {wanted!r} has no position in {', '.join(each.path for each in found)}")
     else:
         _made_ready()
         until_stopped(service.run(inputs, links))
 
 
-def _rows_of_logs(paths):
-    """The rows of all logs in time order. Raises InputError as `read` does."""
-    from steerway.formats.reading import survey
-    from steerway.formats.sources import gather
+def _rows_of_logs(paths, wanted):
+    """The rows of all logs in time order: of the source that `estimate` chooses, or of all where several are wanted.
+
+    Raises InputError as `read` does.
+    """
+    from steerway.formats.reading import read, survey
+    from steerway.formats.sources import choose, gather
     from steerway.live.base.rows import rows_of
 
-    logs = survey(*paths)
-    return list(rows_of(gather([(log.name, log.recording.sources) for log in logs])))
+    if len(wanted) <= 1:
+        fixes = read(*paths, source=next(iter(wanted), None))
+        return list(rows_of({fixes.source: fixes}))
+    sources = gather([(Path(log.name).name, log.recording.sources) for log in survey(*paths)])
+    for each in wanted:
+        choose(sources, each)
+    return list(rows_of(sources))
 
 
 def _made_ready():

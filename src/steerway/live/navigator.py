@@ -122,10 +122,7 @@ class Navigator:
         aids = self._aids(row, now)
         if math.isnan(place[0]) and all(map(math.isnan, aids)):
             return []
-        news, aids = self._news(row.time, place, aids)
-        if news != place and row.time == self._time:
-            return self._again(row.time, aids)
-        place = news
+        place, aids = self._news(row.time, place, aids)
         if math.isnan(place[0]) and all(map(math.isnan, aids)):
             self.counts["repeated"] += 1
             return []
@@ -160,11 +157,6 @@ class Navigator:
             value if name in wanted and not math.isnan(value) and self.choice.gives(name, row, now) else math.nan
             for name, value in ((name, getattr(row, name)) for name in AIDS)
         )
-
-    def _again(self, time, aids):
-        """The row of a fix that was used already, with at most new aids."""
-        self.counts["repeated"] += 1
-        return [self._step(time, math.nan, math.nan, math.nan, aids)._replace(status=self._row.status)]
 
     def _news(self, time, place, aids):
         """What of position and aids no used row of the same time has given."""

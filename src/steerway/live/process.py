@@ -7,6 +7,8 @@ import os
 import signal
 import sys
 
+from steerway.core.errors import InputError
+
 
 def log_to_stderr(command: str) -> None:
     """Print the log of the live package under the command's name."""
@@ -29,7 +31,12 @@ def until_stopped(work) -> None:
         with contextlib.suppress(asyncio.CancelledError):
             await task
 
+    refused = ""
     try:
         asyncio.run(run())
+    except* InputError as group:
+        refused = str(group.exceptions[0])
     except* BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    if refused:
+        raise InputError(refused)

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from steerway.core.checks import positive
+from steerway.core.errors import InputError
 from steerway.core.leg import Leg
 from steerway.estimation.course.motion.layout import LONGEST_GAP
 from steerway.live.autopilot.route import Guide
@@ -20,6 +21,7 @@ from steerway.live.base.orders import Order, State
 from steerway.live.base.rows import InputRow, Row, lost
 from steerway.live.links.link import Input, Sink
 from steerway.live.navigator import MEETS, Navigator
+from steerway.live.opening import Opening
 from steerway.live.outputs.output import Output
 from steerway.live.outputs.rhythm import SLACK
 from steerway.live.pulse import Pulse
@@ -61,21 +63,28 @@ class Service:
         self.latest = Latest(lost(math.nan), None, None, navigator.counts)
         self.rate = positive("rate", rate)
         self.clock = FixClock(latency)
+        self.opening = Opening(navigator.choice.names)
+        self._preferred = ""
         self.pulse = Pulse()
         self._sent_until = -math.inf
         self._ticked = math.nan  # time of the last tick, by the clock that times the supervisor
 
     def receive(self, rows: Iterable[InputRow], arrived: float | None = None) -> None:
         """Rows of a live link that arrived at a time of the event loop's clock, by default just now."""
-        now = _now() if arrived is None else arrived
-        for row in rows:
-            steps = self.navigator.counts["clock steps"]
-            estimates = self._navigated(row, self.clock.now(now) - self.clock.latency)
-            if self.navigator.counts["clock steps"] != steps:
-                self.clock.forget()
-            for estimate in estimates:
-                self.clock.add(estimate.time, now)
-                self._fix(estimate)
+        for row, came in self.opening.admit(rows, _now() if arrived is None else arrived):
+            self._received(row, came)
+
+    def _received(self, row, now):
+        if self.opening.chosen != self._preferred:
+            self._preferred = self.opening.chosen
+            self.navigator.choice.prefer(self._preferred, row.time)
+        steps = self.navigator.counts["clock steps"]
+        estimates = self._navigated(row, self.clock.now(now) - self.clock.latency)
+        if self.navigator.counts["clock steps"] != steps:
+            self.clock.forget()
+        for estimate in estimates:
+            self.clock.add(estimate.time, now)
+            self._fix(estimate)
 
     async def run(self, inputs: Sequence[Input], links: Sequence[Sink] = ()) -> None:
         """Run until cancelled; `links` are those of the outputs."""
@@ -154,6 +163,10 @@ class Service:
             await asyncio.sleep(max(beat - now, 0.0))
             woken = _now()
             self.pulse.begin()
+            for row, arrived in self.opening.due(woken):
+                self._received(row, arrived)
+            if self.opening.refusal:
+                raise InputError(self.opening.refusal)
             present = self.clock.now(woken)
             if math.isfinite(present):
                 self._tick_once(math.floor(present * self.rate + SLACK) / self.rate)

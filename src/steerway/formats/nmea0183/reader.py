@@ -14,8 +14,9 @@ from steerway.core.angles import wrap_array
 from steerway.core.records import Fixes
 from steerway.formats.nmea0183 import epochs
 from steerway.formats.nmea0183.fields import REASONS, VALUES
-from steerway.formats.nmea0183.repair import mended_times, streams
+from steerway.formats.nmea0183.repair import mended_times
 from steerway.formats.nmea0183.scan import SHORTEST, TALKERS, scan, talker_name
+from steerway.formats.nmea0183.streams import POSITIONS, streams
 from steerway.formats.recording import Recording
 
 _CHUNK = 1 << 20
@@ -182,7 +183,7 @@ class Reader:
         counts, skipped = self._account()
         if homeless:
             skipped["magnetic heading without variation or place"] = homeless
-        sources = {}
+        sources, formatters = {}, {}
         for talker in np.unique(owners):
             mine = np.flatnonzero(owners == talker)
             mine = mine[np.argsort(time[mine], kind="stable")]
@@ -199,7 +200,8 @@ class Reader:
                     yaw_rate=rows[chosen, epochs.YAW],
                     source=name,
                 )
-        return Recording("NMEA 0183", sources, counts, skipped, tuple(notes + heading_notes))
+                formatters[name] = seen[chosen] & POSITIONS
+        return Recording("NMEA 0183", sources, counts, skipped, tuple(notes + heading_notes), formatters)
 
     def _account(self):
         counts, skipped = {}, dict(zip(REASONS, self._skipped.tolist(), strict=True))

@@ -1,8 +1,10 @@
 """One row from an input, and one row of the estimate."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
+
+import numpy as np
 
 from steerway.core.records import LOST, Fixes
 
@@ -20,6 +22,7 @@ class InputRow(NamedTuple):
     heading: float = math.nan
     water_speed: float = math.nan
     yaw_rate: float = math.nan
+    formatters: int = 0  # bits of the NMEA 0183 formatters that gave the position
 
     @property
     def has_position(self) -> bool:
@@ -54,11 +57,16 @@ def lost(time: float) -> Row:
     return Row(time, *[math.nan] * 10, LOST)
 
 
-def rows_of(sources: dict[str, Fixes]) -> Iterator[InputRow]:
-    """The rows of all sources in time order, without vessels reported by AIS, which are not aboard."""
+def rows_of(sources: dict[str, Fixes], formatters: Mapping[str, np.ndarray] | None = None) -> Iterator[InputRow]:
+    """The rows of all sources in time order, without vessels reported by AIS, which are not aboard.
+
+    formatters: by source, (n,), as of `Recording`.
+    """
     rows = []
     for name, fixes in sources.items():
         if fixes.mmsi is None:
-            columns = [getattr(fixes, field).tolist() for field in InputRow._fields[1:]]
+            columns = [getattr(fixes, field).tolist() for field in InputRow._fields[1:-1]]
+            bits = (formatters or {}).get(name)
+            columns.append([0] * len(fixes) if bits is None else bits.tolist())
             rows += [InputRow(name, *values) for values in zip(*columns, strict=True)]
     yield from sorted(rows, key=lambda row: row.time)

@@ -59,7 +59,8 @@ class ReceiverDecoder:
         if not recordings:
             return []
         sources = {name: fixes for each in recordings for name, fixes in each.sources.items()}
-        return [self._named(row) for row in rows_of(sources)]
+        formatters = {name: bits for each in recordings for name, bits in each.formatters.items()}
+        return [self._named(row) for row in rows_of(sources, formatters)]
 
     def _named(self, row):
         source = f"{row.source} in {self._place}" if self._place else row.source
@@ -79,22 +80,32 @@ def _dated(moment, today):
 
 
 class _Epochs:
-    """Messages of one source and moment become one row; later ones of the epoch replace earlier ones."""
+    """Messages of one source and moment become one row; later ones of the epoch replace earlier ones.
+
+    A position is given once: messages that come after their epoch was given bring only what else they report.
+    """
 
     def __init__(self):
         self._open: dict[str, InputRow] = {}
+        self._given: dict[str, float] = {}  # the time of the last position of each source
 
     def add(self, row: InputRow) -> list[InputRow]:
+        if self._given.get(row.source) == row.time:
+            row = row._replace(latitude=math.nan, longitude=math.nan, position_std=math.nan)
         waiting = self._open.get(row.source)
         if waiting is None or waiting.time == row.time:
             self._open[row.source] = row if waiting is None else _replaced(waiting, row)
             return []
         self._open[row.source] = row
-        return [waiting]
+        return self._taken([waiting])
 
     def settle(self) -> list[InputRow]:
         waiting, self._open = sorted(self._open.values(), key=lambda row: row.time), {}
-        return waiting
+        return self._taken(waiting)
+
+    def _taken(self, rows):
+        self._given |= {row.source: row.time for row in rows if row.has_position}
+        return rows
 
 
 def _replaced(old, new):

@@ -1,35 +1,89 @@
-"""gpsd: its JSON reports over TCP."""
+"""gpsd over TCP: the bytes of its receiver, or its JSON reports.
 
+One receiver that sends NMEA 0183 or UBX is read as it is, through gpsd: so epochs and sources are those of a log of it.
+Of several, and of other receivers, gpsd's own reports are read.
+"""
+
+import asyncio
+import json
 import math
 
 from steerway.live.base.rows import InputRow
-from steerway.live.links.decoding import JsonDecoder, angle, moment
-from steerway.live.links.tcp import TcpInput
+from steerway.live.links.decoding import JsonDecoder, ReceiverDecoder, angle, moment
+from steerway.live.links.link import PIECE, Input
+
+_JSON = b'?WATCH={"enable":true,"json":true}\n'
+_READ_AS_THEY_ARE = ("NMEA0183", "Garmin NMEA", "MTK-3301", "u-blox")
+"""gpsd's drivers of receivers whose bytes are read."""
 
 
-class GpsdInput(TcpInput):
-    """Reads the reports of gpsd."""
-
-    greeting = b'?WATCH={"enable":true,"json":true}\n'
+class GpsdInput(Input):
+    """Reads a receiver through gpsd."""
 
     def _decoder(self):
-        return GpsdDecoder()
+        return GpsdDecoder(self.place)
+
+    async def _read(self, feed):
+        feed.decoder.restart()
+        reader, writer = await asyncio.open_connection(self.uri.host or "127.0.0.1", self.uri.port)
+        try:
+            writer.write(_JSON)
+            while data := await reader.read(PIECE):
+                feed.feed(data)
+                if feed.decoder.request:
+                    writer.write(feed.decoder.request)
+                    feed.decoder.request = b""
+        finally:
+            writer.close()
 
 
 class GpsdDecoder(JsonDecoder):
-    """gpsd's JSON: TPV reports, several an epoch. `magtrack` is never read, its sign is not reliable.
+    """gpsd's JSON: DEVICES, and TPV reports, several an epoch. `magtrack` is never read, its sign is not reliable.
 
+    `request` is what has to be sent to gpsd; once it names a receiver, that receiver's bytes follow.
     Fields: gpsd_json(5).
     """
 
+    def __init__(self, place: str = ""):
+        super().__init__()
+        self._place = place
+        self.restart()
+
+    def restart(self) -> None:
+        """A new connection: reports again."""
+        self.request = b""
+        self._receiver: ReceiverDecoder | None = None
+        self._drivers: dict[str, str] = {}
+
+    def feed(self, data: bytes) -> list[InputRow]:
+        """See Decoder."""
+        return super().feed(data) if self._receiver is None else self._receiver.feed(data)
+
+    def settle(self) -> list[InputRow]:
+        """See Decoder."""
+        return super().settle() if self._receiver is None else self._receiver.settle()
+
     def _rows(self, message):
-        if message["class"] != "TPV" or message.get("mode", 0) < 2 or "lat" not in message:
+        if self._receiver is not None:  # the rest of a piece that came before the receiver's bytes
+            return []
+        if message["class"] in ("DEVICES", "DEVICE"):
+            self._devices(message.get("devices", [message]))
+        if message["class"] != "TPV" or message.get("mode", 0) < 2 or "lat" not in message or "time" not in message:
             return []
         speed = {"sog": message["speed"]} if "speed" in message else {}
         course = {"cog": angle(message["track"])} if "track" in message else {}
         place = math.radians(message["lat"]), angle(message["lon"])
         name = f"gpsd {message.get('device', '')}".strip()
         return [InputRow(name, moment(message["time"]), *place, _gpsd_deviation(message), **speed, **course)]
+
+    def _devices(self, devices):
+        self._drivers |= {each["path"]: each.get("driver", "") for each in devices if "path" in each}
+        if len(self._drivers) == 1:
+            ((path, driver),) = self._drivers.items()
+            if driver in _READ_AS_THEY_ARE:
+                watch = {"enable": True, "json": False, "raw": 2, "device": path}
+                self.request = f"?WATCH={json.dumps(watch)}\n".encode()
+                self._receiver = ReceiverDecoder(self._place)
 
 
 def _gpsd_deviation(message):

@@ -1,0 +1,157 @@
+"""One epoch, one source: what a live link gives is what `estimate` makes of a log of it."""
+
+import asyncio
+import json
+import math
+import re
+
+import pytest
+
+from steerway.core.errors import InputError
+from steerway.core.records import REJECTED
+from steerway.core.timestamps import iso
+from steerway.estimation import estimate
+from steerway.formats.reading import read
+from steerway.live import addresses
+from steerway.live.base.rows import InputRow
+from steerway.live.links.decoding import ReceiverDecoder
+from steerway.live.links.gpsd import GpsdDecoder
+from steerway.live.navigator import Navigator
+from steerway.live.opening import LONGEST, Opening
+from steerway.live.service import Service
+from tests.kept_outputs import Kept, assert_equal, first_of_each
+from tests.ports import free_port
+from tests.sentences import START, gga, rmc, track
+
+
+async def received(epochs, pace, sources=(), lines=False):
+    """What a service makes of epochs that a TCP server sends at a pace (s), at once or line by line."""
+    kept, port = Kept(), free_port()
+    service = Service(Navigator("small-usv", sources=sources), [kept])
+    ((address,), _) = addresses.sources([f"tcp://127.0.0.1:{port}"])
+    done = asyncio.Event()
+
+    async def send(reader, writer):
+        for epoch in epochs:
+            parts = epoch.splitlines(keepends=True) if lines else [epoch]
+            for part in parts:
+                writer.write(part)
+                await asyncio.sleep(pace / len(parts))
+        await asyncio.sleep(0.2)
+        done.set()
+
+    async with await asyncio.start_server(send, "127.0.0.1", port):
+        task = asyncio.create_task(service.run([addresses.opened(address, 1)]))
+        waits = asyncio.create_task(done.wait())
+        await asyncio.wait((task, waits), return_when=asyncio.FIRST_COMPLETED)
+        task.cancel()
+        (outcome,) = await asyncio.gather(task, return_exceptions=True)
+    return kept.fixes, outcome
+
+
+@pytest.mark.parametrize("lines", [False, True])
+def test_a_plotter_that_stamps_two_positions_with_one_second(shared_data, lines):
+    """A Zeus whose RMC has the position of the second before: `estimate` takes RMC, and so does live."""
+    path = shared_data / "data" / "gpsd_logs" / "bundg_zeus_9.log"
+    epochs = re.split(rb"(?=\$GPGGA)", path.read_bytes())
+    rows, _ = asyncio.run(received(epochs, 0.03, lines=lines))
+    fixes = read(path)
+    motion = estimate(fixes, "small-usv").rows(first_of_each(fixes))
+    assert fixes.source == "GP RMC" and len(rows) >= len(motion) - 1
+    assert_equal(rows, motion.rows(slice(0, len(rows))))
+
+
+def test_a_source_that_does_not_exist_is_refused_with_those_that_do():
+    epochs = [gga(*place) + rmc(*place) for place in zip(*track(40), strict=True)]
+    rows, outcome = asyncio.run(received(epochs, 0.001, sources=("GX",)))
+    (refused,) = outcome.exceptions
+    assert rows == [] and isinstance(refused, InputError)
+    assert "source 'GX' sends no position; the sources with positions are 'GP'" in str(refused)
+
+
+def opened(rows, pace=0.2, wanted=()):
+    opening = Opening(wanted)
+    return opening, [each for k, row in enumerate(rows) for each in opening.admit([row], k * pace)]
+
+
+def row_of(time, source="GP", **more):
+    return InputRow(source, START + time, math.radians(54.0) + 1e-7 * time, math.radians(10.0), **more)
+
+
+def test_the_only_source_is_used_after_half_a_second():
+    rows = [row_of(0.2 * k) for k in range(6)]
+    opening, used = opened(rows)
+    assert opening.chosen == "GP" and [row for row, _ in used] == rows
+    assert [arrived for _, arrived in used] == pytest.approx([0.2 * k for k in range(6)])
+    assert opened(rows[:3])[1] == []
+
+
+def test_of_two_sources_the_better_one_is_used_whichever_comes_first():
+    slow = [row_of(float(k), "GP") for k in range(12)]
+    fast = [row_of(0.05 + 0.2 * k, "GN") for k in range(60)]
+    rows = sorted(slow + fast, key=lambda row: row.time)
+    opening, used = opened(rows, 0.17)
+    assert opening.chosen == "GN" and [row for row, _ in used] == rows
+    assert opened(rows, 0.17, ("GP",))[0].chosen == "GP"
+
+
+def test_a_single_fix_is_used_in_the_end():
+    opening, used = opened([row_of(0.0)])
+    assert used == [] and opening.due(LONGEST - 0.1) == []
+    assert [row for row, _ in opening.due(LONGEST)] == [row_of(0.0)]
+
+
+def test_rows_before_the_first_date_get_it():
+    decoder, opening, used = ReceiverDecoder(), Opening(), []
+    for k, place in enumerate(zip(*track(8), strict=True)):
+        rows = decoder.feed(gga(*place)) if k < 1 else decoder.feed(gga(*place) + rmc(*place))
+        used += opening.admit(rows + decoder.settle(), float(k))
+    assert [row.time for row, _ in used] == pytest.approx([START + k for k in range(8)], abs=0.0)
+
+
+def test_two_receivers_of_one_talker_are_two_sources():
+    here, there = (54.0, 10.0), (54.001, 10.0)
+    decoder, opening, used = ReceiverDecoder(), Opening(), []
+    for k in range(30):
+        first, second = ((here, there), (there, here))[k % 2]
+        rows = decoder.feed(rmc(START + k, *first)) + decoder.feed(rmc(START + k, *second))
+        used += opening.admit(rows, float(k))
+    latitudes = {source: {row.latitude for row, _ in used if row.source == source} for source in ("GP", "GP 2")}
+    assert all(len(each) == 1 for each in latitudes.values()) and latitudes["GP"] != latitudes["GP 2"]
+
+
+def tpv(time, latitude, **more):
+    return {"class": "TPV", "device": "/dev/a", "mode": 3, "time": iso(time), "lat": latitude, "lon": 10.0} | more
+
+
+def test_gpsd_reports_a_position_once_an_epoch():
+    decoder, rows = GpsdDecoder(), []
+    for k in range(44):
+        for each in (tpv(START + k, 54.0 + 1e-5 * k), tpv(START + k, 54.0 + 1e-5 * k, speed=2.0)):
+            rows += decoder.feed(json.dumps(each).encode() + b"\n")
+        rows += decoder.settle()
+        for step in (0.5, 1.0, 1.0):  # sentences of the same second, later and with another position
+            rows += decoder.feed(json.dumps(tpv(START + k, 54.0 + 1e-5 * (k + step))).encode() + b"\n")
+    placed = [row for row in rows if row.has_position]
+    assert [row.time for row in placed] == [START + k for k in range(44)]
+    assert all(row.sog == 2.0 for row in placed)
+    navigator = Navigator("small-usv")
+    estimates = [each for row in rows for each in navigator.add(row)]
+    assert len(estimates) == 44 and all(row.status != REJECTED for row in estimates)
+
+
+def test_one_receiver_behind_gpsd_is_read_as_it_is():
+    decoder = GpsdDecoder()
+    device = {"class": "DEVICE", "path": "/dev/a", "driver": "NMEA0183"}
+    assert decoder.feed(json.dumps({"class": "DEVICES", "devices": [device]}).encode() + b"\n") == []
+    assert json.loads(decoder.request.partition(b"=")[2]) == {
+        "enable": True, "json": False, "raw": 2, "device": "/dev/a"
+    }  # fmt: skip
+    decoder.feed(gga(START, 54.0, 10.0) + rmc(START, 54.0, 10.0))
+    (row,) = decoder.settle()
+    assert row.source == "GP" and row.time == START
+    several = GpsdDecoder()
+    for _ in range(2):
+        both = [device, device | {"path": "/dev/b"}]
+        several.feed(json.dumps({"class": "DEVICES", "devices": both}).encode() + b"\n")
+    assert several.request == b""
