@@ -18,7 +18,8 @@ class ExactTurn:
         self.speed_left, self.way, _ = responses(speed_decay, dt)
         self.rate_left, self.turn, area = responses(rate_decay, dt)
         self.lean = area / dt
-        nodes, weights = np.polynomial.legendre.leggauss(3)
+        long = dt > 1.0 and rate_decay * dt > 0.5  # where the kernel takes the integral itself
+        nodes, weights = np.polynomial.legendre.leggauss(40 if long else 3)
         spent = [responses(rate_decay, 0.5 * dt * (1.0 + node)) for node in nodes]
         self.rate_covariance = (
             0.5

@@ -9,9 +9,8 @@ from scipy.linalg import expm
 import steerway
 from steerway.core.records import Fixes
 from steerway.estimation import Profile, choose_profile, tune
-from steerway.estimation.course.motion.five_state import set_step
 from steerway.estimation.course.motion.layout import STATES
-from steerway.estimation.course.motion.models import predict, transition
+from steerway.estimation.course.motion.models import predict, set_step, transition
 from steerway.estimation.course.steerageway import reset_manoeuvre
 from tests.scenes import angle_error, sailed, straight
 
@@ -27,7 +26,7 @@ SWELL = Profile(
 
 def predicted(x, p, dt, profile=SWELL):
     parameters = profile.parameters()[0]
-    step = np.empty((3, int(parameters[STATES])))
+    step = np.empty((5, int(parameters[STATES])))
     set_step(step, dt, parameters)
     x, p = x.copy(), np.triu(p)
     predict(x, p, step, parameters)
@@ -66,7 +65,7 @@ def test_two_half_steps_are_one_step():
 
 def test_the_smoothers_transition_is_the_predictions_jacobian():
     x = np.array([0.0, 0.0, 4.0, 0.7, 0.05, 0.2])
-    parameters, step, f = SWELL.parameters()[0], np.empty((3, 6)), np.empty((6, 6))
+    parameters, step, f = SWELL.parameters()[0], np.empty((5, 6)), np.empty((6, 6))
     set_step(step, 0.5, parameters)
     transition(x, True, step, parameters, f)
     for j in range(6):

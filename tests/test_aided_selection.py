@@ -8,6 +8,7 @@ import pytest
 
 from steerway.core.angles import wrap
 from steerway.estimation import FiveStateFilter, choose_profile
+from steerway.estimation.course.motion.layout import NLLS
 from steerway.estimation.course.replay import run_rows
 from steerway.estimation.course.update.aids import companion_of
 from steerway.estimation.selection.excerpts import moving, spaced
@@ -57,7 +58,7 @@ def test_the_nll_is_that_of_the_predicted_density_of_an_aid(aid, profile):
             continue
         bank, n = estimator._bank, estimator._bank.shape[-1]
         count = max(len(parameters) - 1, 1)
-        modes = [(1.0, bank[0])] if count == 1 else list(zip(bank[0, n + 9, :count], bank[1:], strict=False))
+        modes = [(1.0, bank[0])] if count == 1 else list(zip(bank[0, n + NLLS, :count], bank[1:], strict=False))
         density = 0.0
         for probability, mode in modes:
             upper = np.triu(mode[:n])

@@ -11,7 +11,6 @@ from steerway.core.errors import InputError
 from steerway.core.records import REJECTED
 from steerway.estimation import Profile, choose_profile
 from steerway.estimation.course.forecast import forecast
-from steerway.estimation.course.motion.five_state import set_step
 from steerway.estimation.course.motion.layout import (
     EXTRAS,
     GATE,
@@ -22,7 +21,7 @@ from steerway.estimation.course.motion.layout import (
     UNDER_WAY,
     empty_bank,
 )
-from steerway.estimation.course.motion.models import predict, transition
+from steerway.estimation.course.motion.models import predict, set_step, transition
 from steerway.estimation.course.replay import run_rows
 from steerway.estimation.selection.parameters import MOTION, OSCILLATION
 from steerway.estimation.selection.stages import Evidence, fitted
@@ -44,7 +43,7 @@ CHOSEN = np.array([3, 4, 5])
 
 def predicted(x, p, dt, steps=1, profile=SWELL):
     parameters = profile.parameters()[0]
-    step = np.empty((3, int(parameters[STATES])))
+    step = np.empty((5, int(parameters[STATES])))
     set_step(step, dt / steps, parameters)
     x, p = x.copy(), np.triu(p)
     for _ in range(steps):
@@ -94,7 +93,7 @@ def test_noise_keeps_the_variances_from_which_it_begins():
 def test_the_smoothers_transition_is_the_predictions_jacobian():
     profile = SWELL.model_copy(update={"acceleration_std": 0.3})
     x = np.array([0.0, 0.0, 4.0, 0.7, 0.05, 0.2, 0.1])
-    parameters, step, f = profile.parameters()[0], np.empty((3, 7)), np.empty((7, 7))
+    parameters, step, f = profile.parameters()[0], np.empty((5, 7)), np.empty((7, 7))
     set_step(step, 0.5, parameters)
     transition(x, True, step, parameters, f)
     for j in range(7):

@@ -92,7 +92,7 @@ def positions_cost(
             # The mean of the rudder's turn bends the step over ground, the rest changes the course at its end.
             mean = wanted * (0.5 * dt - area / dt) if steered and dt > 0.0 else 0.0
             x[COURSE] += mean
-            advance(bank, dt, parameters)
+            advance(bank, dt, parameters, bank[:0])
             if steered and flags[PHASE] == UNDER_WAY:
                 x[COURSE] += wanted * (dt - turn) - mean
                 x[RATE] += wanted * (1.0 - left)

@@ -7,7 +7,7 @@ from steerway.core.on_demand import on_demand
 if TYPE_CHECKING:
     from steerway.estimation.course.comparison import Agreement, compare
     from steerway.estimation.course.filter import FiveStateFilter
-    from steerway.estimation.course.motion.five_state import chord, set_step
+    from steerway.estimation.course.motion.five_state import chord
     from steerway.estimation.course.motion.five_state import predict as predict_five_state
     from steerway.estimation.course.motion.layout import (
         LEAVING,
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         START_SPEED_VARIANCE,
         TURN,
     )
-    from steerway.estimation.course.motion.models import transition
+    from steerway.estimation.course.motion.models import set_step, transition
     from steerway.estimation.course.onboard import AtFaceValue, FilterEstimator
     from steerway.estimation.course.smoothing.rauch_tung_striebel import smoothing_step
     from steerway.estimation.course.update.invariant import rotate_correction

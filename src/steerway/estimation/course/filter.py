@@ -43,7 +43,7 @@ _NO_SCALES = np.empty(0)
 
 @lean_kernel
 def _advance(bank, dt, parameters):
-    advance(bank, dt, parameters)
+    advance(bank, dt, parameters, bank[:0])
     conclude(bank)
 
 

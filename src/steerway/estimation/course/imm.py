@@ -15,21 +15,23 @@ import math
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.course.motion.five_state import predict as predict_five_states
-from steerway.estimation.course.motion.five_state import set_step
 from steerway.estimation.course.motion.layout import (
     AGEING,
     AGES_TO,
+    CHANGES,
     COURSE,
     LEAVING,
     LOST_COURSE_VARIANCE,
     MOTION,
     NLL,
+    NLLS,
     STARTS_IN,
+    STEP,
     SWITCHES_TO,
     first_mode,
     mode_count,
 )
-from steerway.estimation.course.motion.models import FIVE_STATE, predict
+from steerway.estimation.course.motion.models import FIVE_STATE, predict, set_step
 from steerway.estimation.course.steerageway import fold, reset_manoeuvre
 
 _LEAST_PROBABILITY = 1e-6
@@ -45,10 +47,10 @@ def set_steps(bank, dt, parameters):
     """Fill the step of every mode, and their transition probabilities in dt seconds: e^{G dt} of the rates G."""
     n, m = bank.shape[2], mode_count(bank)
     for k in range(len(parameters)):
-        set_step(bank[k, n + 6 : n + 9], dt, parameters[k])
+        set_step(bank[k, n + STEP : n + NLLS], dt, parameters[k])
     if m == 1:
         return
-    change, power, product = bank[0, n + 10 :], bank[1, n + 10 :], bank[2, n + 10 :]
+    change, power, product = bank[0, n + CHANGES :], bank[1, n + CHANGES :], bank[2, n + CHANGES :]
     for i in range(m):
         for j in range(m):
             power[i, j] = change[i, j] = 1.0 if i == j else 0.0
@@ -81,7 +83,7 @@ def split(bank, parameters):
             for j in range(n):
                 bank[k, i, j] = bank[0, i, j]
         reset_manoeuvre(bank[k, n], bank[k, :n], parameters[k])
-        bank[0, n + 9, k - 1] = parameters[k, STARTS_IN]
+        bank[0, n + NLLS, k - 1] = parameters[k, STARTS_IN]
     combine(bank)
 
 
@@ -90,7 +92,7 @@ def combine(bank):
     """The combined estimate: mean and covariance of the mixture of all modes."""
     n, m = bank.shape[2], mode_count(bank)
     if m > 1:
-        match_moments(bank, bank[0, n + 9], first_mode(bank), m, bank[0])
+        match_moments(bank, bank[0, n + NLLS], first_mode(bank), m, bank[0])
         fold(bank[0, n], bank[0, :n])
 
 
@@ -133,7 +135,7 @@ def match_moments(bank, weights, first, m, out):
 def mix(bank):
     """The initial condition of each mode for a step: the mixture of all, by the probability of a change to it."""
     n, m = bank.shape[2], mode_count(bank)
-    probability, change = bank[0, n + 9], bank[0, n + 10 :]
+    probability, change = bank[0, n + NLLS], bank[0, n + CHANGES :]
     for k in range(1, 1 + m):
         for i in range(n):
             bank[m + k, n, i] = bank[k, n, i]
@@ -163,7 +165,7 @@ def predict_modes(bank, parameters):
         mix(bank)
     n, first = bank.shape[2], first_mode(bank)
     for k in range(first, first + mode_count(bank)):
-        p, x, step = bank[k, :n], bank[k, n], bank[k, n + 6 : n + 9]
+        p, x, step = bank[k, :n], bank[k, n], bank[k, n + STEP : n + NLLS]
         if parameters[k, MOTION] == FIVE_STATE:
             predict_five_states(x, p, step, parameters[k])
         else:
@@ -186,13 +188,13 @@ def mixture_nll(bank):
     """Negative log likelihood of the last measurement under all modes together."""
     n, m, first = bank.shape[2], mode_count(bank), first_mode(bank)
     if m == 1:
-        return bank[first, n + 9, NLL]
+        return bank[first, n + NLLS, NLL]
     least = math.inf
     for k in range(m):
-        least = min(least, bank[first + k, n + 9, NLL])
+        least = min(least, bank[first + k, n + NLLS, NLL])
     density = 0.0
     for k in range(m):
-        density += bank[0, n + 9, k] * math.exp(least - bank[first + k, n + 9, NLL])
+        density += bank[0, n + NLLS, k] * math.exp(least - bank[first + k, n + NLLS, NLL])
     return least - math.log(density)
 
 
@@ -202,13 +204,13 @@ def update_probabilities(bank):
     n, m = bank.shape[2], mode_count(bank)
     if m == 1:
         return
-    probability = bank[0, n + 9]
+    probability = bank[0, n + NLLS]
     least = math.inf
     for k in range(m):
-        least = min(least, bank[1 + k, n + 9, NLL])
+        least = min(least, bank[1 + k, n + NLLS, NLL])
     total = 0.0
     for k in range(m):
-        probability[k] *= math.exp(least - bank[1 + k, n + 9, NLL])
+        probability[k] *= math.exp(least - bank[1 + k, n + NLLS, NLL])
         total += probability[k]
     for k in range(m):
         probability[k] = probability[k] / total * (1.0 - m * _LEAST_PROBABILITY) + _LEAST_PROBABILITY

@@ -12,7 +12,7 @@ from steerway.estimation.course.motion.layout import LONGEST_GAP, LONGEST_STEP, 
 from steerway.estimation.course.output import OUTPUTS
 from steerway.estimation.course.smoothing.hypotheses import HYPOTHESES
 from steerway.estimation.course.smoothing.multiple_hypothesis import smooth_modes
-from steerway.estimation.course.smoothing.rauch_tung_striebel import smooth
+from steerway.estimation.course.smoothing.rauch_tung_striebel import must_divide, smooth
 from steerway.estimation.course.tracking import track
 from steerway.estimation.course.update.aids import AIDS, NO_AIDS
 from steerway.estimation.course.update.reported_accuracy import variance_scales_of
@@ -170,9 +170,27 @@ def kept_rows(parameters, aid, fixes: Fixes, last: bool = False) -> np.ndarray:
 
 def _scheduled(parameters, aid, fixes: Fixes, rate, smoothed) -> Motion:
     """One vessel with output times of its own or smoothed: rows without a fix are added where they are needed."""
+    several = len(parameters) > 1
     longest = parameters[0, LONGEST_STEP]
-    time, origin, wanted = schedule(fixes, rate, longest if smoothed else None)
+    rows = schedule(fixes, rate, longest if smoothed and several else None)
+    record, output, kept = _run_schedule(parameters, aid, fixes, rows, smoothed)
+    if smoothed and several:
+        smooth_modes(record, parameters, kept, output.estimate, HYPOTHESES)
+    elif smoothed:
+        divide = must_divide(record[0], parameters[0], kept)
+        if divide.any():
+            rows = _merged(*rows, _fillers(record[0], longest, divide[:-1]), False)
+            record, output, kept = _run_schedule(parameters, aid, fixes, rows, smoothed)
+        smooth(record[0], True, parameters[0], kept, output.estimate)
+    time, origin, wanted = rows
+    repeat_status(output.status, fixes.has_position[origin] & (origin >= 0) & np.isnan(record[1]))
     mmsi = None if fixes.mmsi is None else np.full(len(time), fixes.mmsi[0] if len(fixes) else 0)
+    return output.motion(time, mmsi, wanted)
+
+
+def _run_schedule(parameters, aid, fixes, rows, keep):
+    """The filter over the rows of `schedule`: its record, what it gave, and what the smoother needs of it."""
+    time, origin, _ = rows
     blank = origin < 0
     (first, second, aids), scales = without_duplicates(fixes, aid), variance_scales(fixes)
     first, second = first[origin], second[origin]
@@ -183,16 +201,10 @@ def _scheduled(parameters, aid, fixes: Fixes, rate, smoothed) -> Motion:
         aids = aids[origin]
         aids[blank] = np.nan
     record = (time, first, second, scales, aids, True)
-    bank = empty_bank(parameters)
-    kept = room_to_keep(bank, len(time) if smoothed else 0)
-    output = TrackOutput(len(time))
+    bank, output = empty_bank(parameters), TrackOutput(len(time))
+    kept = room_to_keep(bank, len(time) if keep else 0)
     run_track(np.array([0, len(time)]), record, parameters, bank, output.arrays(), kept)
-    if smoothed and len(parameters) > 1:
-        smooth_modes(record, parameters, kept, output.estimate, HYPOTHESES)
-    elif smoothed:
-        smooth(time, True, parameters[0], kept, output.estimate)
-    repeat_status(output.status, fixes.has_position[origin] & ~blank & np.isnan(first))
-    return output.motion(time, mmsi, wanted)
+    return record, output, kept
 
 
 def room_to_keep(bank, rows) -> np.ndarray:
@@ -226,10 +238,10 @@ def schedule(fixes: Fixes, rate, longest):
     return time, origin, wanted
 
 
-def _fillers(time, longest):
-    """Times that divide every interval the smoother can cross into steps it can take."""
+def _fillers(time, longest, chosen=True):
+    """Times that divide the `chosen` intervals, of those the smoother can cross, into steps of at most `longest`."""
     gaps = np.diff(time)
-    long = np.flatnonzero((gaps > longest * (1.0 + STEP_SLACK)) & (gaps <= LONGEST_GAP))
+    long = np.flatnonzero((gaps > longest * (1.0 + STEP_SLACK)) & (gaps <= LONGEST_GAP) & chosen)
     pieces = [np.linspace(time[i], time[i + 1], math.ceil(gaps[i] / longest - STEP_SLACK) + 1)[1:-1] for i in long]
     return np.concatenate(pieces) if pieces else np.empty(0)
 

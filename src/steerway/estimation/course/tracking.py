@@ -5,6 +5,8 @@ The same kernels serve the streaming filter, the record and the batch of records
 
 import math
 
+import numpy as np
+
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.core.earth import displaced, displacement
 from steerway.estimation.course.imm import (
@@ -30,12 +32,15 @@ from steerway.estimation.course.motion.layout import (
     LONGEST_STEP,
     LONGITUDE,
     NLL,
+    NLLS,
     NORTH,
     PHASE,
     POSITION_VARIANCE,
     REJECTED_FOR,
     RESETS,
     SPEED,
+    STEP,
+    STEP_ROWS,
     STEP_SLACK,
     TIME_VARIANCE,
     UNDER_WAY,
@@ -45,6 +50,7 @@ from steerway.estimation.course.motion.layout import (
     mode_count,
 )
 from steerway.estimation.course.motion.low_speed import predict as predict_low_speed
+from steerway.estimation.course.motion.models import parts_of
 from steerway.estimation.course.output import copy_block, status_of, write_output
 from steerway.estimation.course.steerageway import set_position, start, update_phase
 from steerway.estimation.course.update.aids import (
@@ -66,12 +72,19 @@ from steerway.estimation.course.update.outliers import (
 )
 from steerway.estimation.course.update.position import correct, innovation, normalised_square
 
+_SLOTS = 128
+_SLOTS_PER_SECOND = 7.0
+"""Steps kept by their length; intervals of whole seconds, as AIS has them, meet in no slot up to two minutes."""
+
 
 @lean_kernel
-def advance(bank, dt, parameters):
-    """Predict by dt ≥ 0 seconds. Before output without a further measurement, `combine`."""
+def advance(bank, dt, parameters, terms):
+    """Predict by dt ≥ 0 seconds. Before output without a further measurement, `combine`.
+
+    terms: (any, STEP_ROWS, n), zero at first: steps of one mode taken before, to be taken again.
+    """
     n = bank.shape[2]
-    p, x, flags, step = bank[0, :n], bank[0, n], bank[0, n + 1], bank[0, n + 6 : n + 9]
+    p, x, flags, step = bank[0, :n], bank[0, n], bank[0, n + 1], bank[0, n + STEP : n + NLLS]
     if flags[PHASE] == EMPTY or not dt > 0.0:
         return
     if dt > LONGEST_GAP:
@@ -79,9 +92,12 @@ def advance(bank, dt, parameters):
         return
     if flags[REJECTED_FOR] >= 0.0:
         flags[REJECTED_FOR] += dt
-    steps = max(math.ceil(dt / parameters[0, LONGEST_STEP] - STEP_SLACK), 1)
+    if len(bank) == 1:
+        steps = parts_of(x, p, flags[PHASE] == UNDER_WAY, dt, parameters[0])
+    else:
+        steps = max(math.ceil(dt / parameters[0, LONGEST_STEP] - STEP_SLACK), 1)
     if dt / steps != step[DT]:
-        set_steps(bank, dt / steps, parameters)
+        recall_step(bank, dt / steps, parameters, terms)
     for _ in range(steps):
         if flags[PHASE] == UNDER_WAY:
             predict_modes(bank, parameters)
@@ -89,6 +105,21 @@ def advance(bank, dt, parameters):
                 update_phase(x, p, flags, parameters[0])
         else:
             predict_low_speed(x, p, step, parameters[0])
+
+
+@called_kernel
+def recall_step(bank, dt, parameters, terms):
+    """`set_steps`, or a copy of what it did before for one mode."""
+    if len(terms) == 0:
+        set_steps(bank, dt, parameters)
+        return
+    n = bank.shape[2]
+    known, step = terms[int(_SLOTS_PER_SECOND * dt) % len(terms)], bank[0, n + STEP : n + NLLS]
+    if known[DT] == dt:
+        copy_block(known, step)
+    else:
+        set_steps(bank, dt, parameters)
+        copy_block(step, known)
 
 
 @lean_kernel
@@ -147,9 +178,9 @@ def weigh_fix(bank, first, count, north, east, variance_scale, parameters):
     if count == 1:
         nu = bank[first, n + 2]
         nis = normalised_square(nu[0], nu[1], nu[2], nu[3], nu[4])
-        nll = bank[first, n + 9, NLL]
+        nll = bank[first, n + NLLS, NLL]
         return nis, nll, nis
-    probability = bank[0, n + 9]
+    probability = bank[0, n + NLLS]
     mean_n = mean_e = s_nn = s_ne = s_ee = 0.0
     least = math.inf
     for k in range(count):
@@ -187,7 +218,7 @@ def fix_innovation(mode, north, east, variance_scale, under_way, parameters):
         s_ne += time_variance * v_n * v_e
         s_ee += time_variance * v_e * v_e
     nu[0], nu[1], nu[2], nu[3], nu[4] = nu_n, nu_e, s_nn, s_ne, s_ee
-    mode[n + 9, NLL] = fix_nll(normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee), s_nn * s_ee - s_ne * s_ne)
+    mode[n + NLLS, NLL] = fix_nll(normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee), s_nn * s_ee - s_ne * s_ne)
 
 
 @lean_kernel
@@ -254,7 +285,7 @@ def take_aid(bank, which, value, parameters):
         i, companion, sign, nu, variance = measured(which, value, x, parameters[k])
         s = scalar_innovation(p, work, i, companion, sign, variance)
         least = min(least, nu * nu / s)
-        bank[k, n + 9, NLL] = aid_nll(nu * nu / s, s)
+        bank[k, n + NLLS, NLL] = aid_nll(nu * nu / s, s)
     nll = min(mixture_nll(bank), AID_OUTLIER_NLL)
     if least > AID_GATE:
         return nll
@@ -335,12 +366,13 @@ def track(
         output: (n, OUTPUTS), nis, nll, aid_nlls: (n,), status: (n,) uint8: filled. See `take_fix`, `take_aids`.
         kept: (n or 0, states + 2, states) receives covariance, state and flags after every row, for the smoother.
     """
+    terms = np.zeros((_SLOTS if len(bank) == 1 and len(time) > _SLOTS else 0, STEP_ROWS, bank.shape[2]))
     for i in range(len(bounds) - 1):
         if i > 0:
             bank[:] = 0.0
         for k in range(bounds[i], bounds[i + 1]):
             if k > bounds[i]:
-                advance(bank, time[k] - time[k - 1], parameters)
+                advance(bank, time[k] - time[k - 1], parameters, terms)
             fixed = math.isfinite(first[k]) and math.isfinite(second[k])
             accepted = False
             nis[k] = nll[k] = math.nan

@@ -9,6 +9,7 @@ the step, after it the rest.
 
 import math
 
+from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.course.motion.five_state import gauss_markov, turn_noise, turn_response
 from steerway.estimation.course.motion.five_state import predict as predict_five_states
@@ -18,6 +19,14 @@ from steerway.estimation.course.motion.layout import (
     DT,
     EXTRAS,
     LEAN,
+    PUSH_AFTER,
+    PUSH_BEFORE,
+    Q_AA,
+    Q_LA,
+    Q_LL_PUSH,
+    Q_LU_PUSH,
+    Q_UA,
+    Q_UU_PUSH,
     RATE,
     SPEED,
     SPEED_INTEGRAL,
@@ -33,13 +42,17 @@ def pack(profile, row, add_state) -> bool:
     return True
 
 
-@lean_kernel
-def shares(step, parameters):
-    """What a unit of acceleration adds to speed: before the prediction, and after it for a unit then left."""
-    a = int(parameters[ACCELERATION_STATE])
-    left, gained, distance = turn_response(parameters[EXTRAS + 3 * (a - 5)], step[DT])
-    before = distance / step[SPEED_INTEGRAL] if step[DT] > 0.0 else 0.0
-    return before, (gained - step[SPEED_LEFT] * before) / left
+@called_kernel
+def set_step(step: Floats, parameters: Floats) -> None:
+    """Fill what the rows of acceleration in a `step` (5, n) hold, from those of the five-state model."""
+    a, dt = int(parameters[ACCELERATION_STATE]), step[DT]
+    decay_rate, density = parameters[EXTRAS + 3 * (a - 5)], parameters[EXTRAS + 3 * (a - 5) + 1]
+    left, gained, distance = turn_response(decay_rate, dt)
+    before = distance / step[SPEED_INTEGRAL] if dt > 0.0 else 0.0
+    step[PUSH_BEFORE], step[PUSH_AFTER] = before, (gained - step[SPEED_LEFT] * before) / left
+    aa, ua, uu, la, lu, ll = turn_noise(decay_rate, dt)
+    step[Q_AA], step[Q_UA], step[Q_UU_PUSH] = density * aa, density * ua, density * uu
+    step[Q_LA], step[Q_LU_PUSH], step[Q_LL_PUSH] = density * la, density * lu, density * ll
 
 
 @called_kernel
@@ -48,23 +61,20 @@ def predict(x, p, step, parameters):
     a = int(parameters[ACCELERATION_STATE])
     mean_course = x[COURSE] + step[LEAN] * x[RATE]
     c, s = math.cos(mean_course), math.sin(mean_course)
-    before, after = shares(step, parameters)
-    add_share(x, p, SPEED, a, before)
+    add_share(x, p, SPEED, a, step[PUSH_BEFORE])
     predict_five_states(x, p, step, parameters)
-    decay_rate, density = parameters[EXTRAS + 3 * (a - 5)], parameters[EXTRAS + 3 * (a - 5) + 1]
-    aa, ua, uu, la, lu, ll = turn_noise(decay_rate, step[DT])
-    p[a, a] -= density * aa  # the noise of the step reaches the speed by its own integral, below
-    add_share(x, p, SPEED, a, after)
-    p[a, a] += density * aa
-    p[0, 0] += density * ll * c * c
-    p[0, 1] += density * ll * c * s
-    p[1, 1] += density * ll * s * s
-    p[0, 2] += density * lu * c
-    p[1, 2] += density * lu * s
-    p[2, 2] += density * uu
-    p[0, a] += density * la * c
-    p[1, a] += density * la * s
-    p[2, a] += density * ua
+    p[a, a] -= step[Q_AA]  # the noise of the step reaches the speed by its own integral, below
+    add_share(x, p, SPEED, a, step[PUSH_AFTER])
+    p[a, a] += step[Q_AA]
+    p[0, 0] += step[Q_LL_PUSH] * c * c
+    p[0, 1] += step[Q_LL_PUSH] * c * s
+    p[1, 1] += step[Q_LL_PUSH] * s * s
+    p[0, 2] += step[Q_LU_PUSH] * c
+    p[1, 2] += step[Q_LU_PUSH] * s
+    p[2, 2] += step[Q_UU_PUSH]
+    p[0, a] += step[Q_LA] * c
+    p[1, a] += step[Q_LA] * s
+    p[2, a] += step[Q_UA]
 
 
 @lean_kernel

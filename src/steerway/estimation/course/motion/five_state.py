@@ -130,8 +130,11 @@ def turn_noise(rate_decay, dt):
     """What a unit of S_ω adds in dt to the covariance of (ω, χ, ∫χ): q_ωω, q_χω, q_χχ, q_yω, q_yχ, q_yy.
 
     Gauss–Legendre quadrature of the response to noise at three moments: exact for α2 = 0, and positive semidefinite
-    whatever α2 and dt.
+    whatever α2 and dt. A step that is long beside 1 s and 1/α2 takes the integrals in closed form, which cancel in
+    shorter ones.
     """
+    if dt > _LONGEST_STEP and rate_decay * dt > _LONG_DECAY:
+        return long_turn_noise(rate_decay, dt)
     ww = xw = xx = yw = yx = yy = 0.0
     for k in range(-1, 2):
         w, x, y = turn_response(rate_decay, dt * (0.5 + k * _NODE))
@@ -145,6 +148,18 @@ def turn_noise(rate_decay, dt):
     return ww, xw, xx, yw, yx, yy
 
 
+@lean_kernel
+def long_turn_noise(rate_decay, dt):
+    """`turn_noise` in closed form, with the responses (w, x, y) of `turn_response`: ẏ = x, ẋ = w = 1 − α2 x."""
+    w, x, y = turn_response(rate_decay, dt)
+    xx = (dt - 2.0 * x + 0.5 * (1.0 - w * w) / rate_decay) / rate_decay**2
+    area = (0.5 * dt * dt - y) / rate_decay  # ∫ y
+    yx = 0.5 * y * y
+    yy = (dt**3 / 3.0 - 2.0 * (dt * y - area) + xx) / rate_decay**2
+    return 0.5 * (1.0 - w * w) / rate_decay, 0.5 * x * x, xx, area - rate_decay * yx, yx, yy
+
+
+_LONG_DECAY = 0.5
 _NODE = math.sqrt(0.15)
 _CENTRE_WEIGHT, _SIDE_WEIGHT = 4.0 / 9.0, 5.0 / 18.0
 

@@ -6,7 +6,7 @@ rate, noise density, initial variance) for each state beyond the five, and the a
 
 `bank` is (1, r, n) for one mode and (1 + 2m, r, n) for m: the combined estimate, the modes, and a copy of them to mix
 from; with one mode the combined estimate is that mode. Each (r, n) block holds the covariance (n rows, upper triangle),
-the state, the flags, four rows of workspace, three of the step taken last, which is most often the next one too, and
+the state, the flags, four rows of workspace, five of the step taken last, which is most often the next one too, and
 one that begins with the nll of the last measurement under this mode. Of several modes, in block 0, that row holds their
 probabilities and m rows of transition probabilities in a step follow.
 """
@@ -22,7 +22,7 @@ VELOCITY_NORTH, VELOCITY_EAST = SPEED, COURSE
 (
     MOTION,  # motion model, an index of `motion.models`
     STATES,  # n
-    LONGEST_STEP,  # s, a longer interval is predicted in equal parts of at most this
+    LONGEST_STEP,  # s: an interval of at most this is one step, see `motion.models.parts_of` for longer ones
     SPEED_NOISE,  # spectral density of w1 in (13), m²/s³
     RATE_NOISE,  # spectral density of w2 in (15), rad²/s³
     SPEED_DECAY,  # α1, 1/s
@@ -77,8 +77,23 @@ EMPTY, FIRST, STARTING, LOW_SPEED, UNDER_WAY = range(5)
     Q_YY,
 ) = ((row, column) for row in range(3) for column in range(5))
 """The step: what a prediction needs that depends on its length alone, in three rows."""
+(
+    PUSH_BEFORE,  # what a unit of acceleration adds to speed before the prediction without it,
+    PUSH_AFTER,  # and after it for a unit then left
+    Q_AA,  # what its noise adds to the covariance of acceleration, speed and distance along the course
+    Q_UA,
+    Q_UU_PUSH,
+    Q_LA,
+    Q_LU_PUSH,
+    Q_LL_PUSH,
+) = ((3 + k // 5, k % 5) for k in range(8))
+"""… and in two more where acceleration persists."""
+STEP_ROWS = 5
 LEFT, ADDED = range(2)
 """Rows of it whose further columns say what is left of, and what noise adds to, each state beyond the five."""
+
+STEP, NLLS, CHANGES = 6, 6 + STEP_ROWS, 7 + STEP_ROWS
+"""Rows of a block, counted from the state: the step, the nll or probabilities, the transition probabilities."""
 
 STEP_SLACK = 1e-3
 """Part of the longest step by which clocks err: a fix 1.0000002 s after another is one step away."""
@@ -94,7 +109,7 @@ def empty_bank(parameters):
     """State of a filter without a fix."""
     n, modes = int(parameters[0, STATES]), max(len(parameters) - 1, 1)
     blocks = 1 if len(parameters) == 1 else 1 + 2 * modes
-    return np.zeros((blocks, n + 10 + modes, n))
+    return np.zeros((blocks, n + CHANGES + modes, n))
 
 
 @lean_kernel

@@ -6,9 +6,9 @@ import numpy as np
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
-from steerway.estimation.course.motion.five_state import set_step
-from steerway.estimation.course.motion.layout import COURSE, DT, ERROR_PAIRS, ERROR_STATE, GATE, STARTS_IN
+from steerway.estimation.course.motion.layout import COURSE, DT, ERROR_PAIRS, ERROR_STATE, GATE, STARTS_IN, STEP_ROWS
 from steerway.estimation.course.motion.models import predict as predict_mode
+from steerway.estimation.course.motion.models import set_step
 from steerway.estimation.course.smoothing.hypotheses import (
     LOG_WEIGHT,
     MODES,
@@ -55,7 +55,7 @@ def run_forward(record, kept, modes, bank, accepted, first, last, stored):
     """
     n = kept.shape[2]
     time, aids, geodetic = record[0], record[4], record[5]
-    steps, change = np.zeros((MODES, 3, n)), np.empty(MODES)
+    steps, change = np.zeros((MODES, STEP_ROWS, n)), np.empty(MODES)
     both, offset, work = np.empty((n, 2 * n)), np.empty(n), np.empty((4, n))
     f, q = np.empty((n, n)), np.empty((n, n))
     if len(stored):

@@ -11,8 +11,8 @@ keeps four (see `hypotheses`).
 import numpy as np
 
 from steerway.core.compiled import kernel
-from steerway.estimation.course.motion.five_state import set_step
-from steerway.estimation.course.motion.layout import DT, LOW_SPEED, PHASE, STARTS_IN, UNDER_WAY
+from steerway.estimation.course.motion.layout import DT, LOW_SPEED, PHASE, STARTS_IN, STEP_ROWS, UNDER_WAY
+from steerway.estimation.course.motion.models import set_step
 from steerway.estimation.course.output import write_output
 from steerway.estimation.course.smoothing.backward import predict_backward, start_backward, take_aids, take_fix
 from steerway.estimation.course.smoothing.forward import run_forward, start_forward
@@ -95,7 +95,7 @@ def run_backward(record, kept, modes, future, accepted, start, end, first, store
     """Combine with the forward bank, `stored`, from row `end` to `start`; the backward bank goes to the row before."""
     n = kept.shape[2]
     time, aids, geodetic = record[0], record[4], record[5]
-    steps, change = np.zeros((MODES, 3, n)), np.empty(MODES)
+    steps, change = np.zeros((MODES, STEP_ROWS, n)), np.empty(MODES)
     both, offset, scale = np.empty((n, 2 * n)), np.empty(n), np.empty(n)
     f, q = np.empty((n, n)), np.empty((n, n))
     root, product, lower = np.empty((n, n)), np.empty((n, n)), np.empty((n, n))

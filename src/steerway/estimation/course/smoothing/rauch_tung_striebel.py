@@ -14,7 +14,6 @@ from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.core.earth import displacement
 from steerway.core.linear_algebra import factor, fill_lower, multiply, multiply_transposed, solve_rows
-from steerway.estimation.course.motion.five_state import set_step
 from steerway.estimation.course.motion.layout import (
     ACCELERATION_STATE,
     COURSE,
@@ -23,6 +22,7 @@ from steerway.estimation.course.motion.layout import (
     EMPTY,
     FIRST,
     LATITUDE,
+    LONGEST_STEP,
     LONGITUDE,
     NORTH,
     OSCILLATION_STATE,
@@ -30,11 +30,12 @@ from steerway.estimation.course.motion.layout import (
     RATE,
     RESETS,
     SPEED,
+    STEP_ROWS,
     UNDER_WAY,
     VELOCITY_EAST,
     VELOCITY_NORTH,
 )
-from steerway.estimation.course.motion.models import predict_phase
+from steerway.estimation.course.motion.models import may_lose_course, parts_of, predict_phase, set_step
 from steerway.estimation.course.output import write_output
 from steerway.estimation.course.steerageway import fold, transform_velocity
 
@@ -74,7 +75,8 @@ def smooth(time, geodetic, parameters, kept, output):
     """Backward pass: smooths `kept` in place and writes `output` (n, OUTPUTS) anew.
 
     Args:
-        time: (n,) s, spaced by no more than the longest step except where the filter started anew. parameters: (k,).
+        time: (n,) s, with rows wherever the course may become undefined between fixes, see `must_divide`.
+        parameters: (k,).
         kept: (n, states + 2, states) covariance, state and flags of the filter after every row.
     """
     n = kept.shape[2]
@@ -83,21 +85,23 @@ def smooth(time, geodetic, parameters, kept, output):
     x_later, p_later = np.empty(n), np.empty((n, n))
     x_next, p_next = np.empty(n), np.empty((n, 2 * n))
     later_phase = EMPTY
-    step = np.zeros((3, n))
+    step = np.zeros((STEP_ROWS, n))
     step[DT] = -1.0
     for k in range(len(time) - 1, -1, -1):
         x, p, flags = kept[k, n], kept[k, :n], kept[k, n + 1]
         phase = flags[PHASE]
         if later_phase != EMPTY and phase != EMPTY and not started_anew(kept[k], kept[k + 1]):
             dt = time[k + 1] - time[k]
-            if dt != step[DT]:
-                set_step(step, dt, parameters)
+            parts = parts_of(x, p, phase == UNDER_WAY, dt, parameters) if dt > 0.0 else 1
+            if dt / parts != step[DT]:
+                set_step(step, dt / parts, parameters)
             fill_lower(p)
             for i in range(n):
                 x_next[i] = x[i]
                 for j in range(n):
                     p_next[i, j] = p_next[i, n + j] = p[i, j]
-            predict_phase(x_next, p_next, phase == UNDER_WAY, step, parameters)
+            for _ in range(parts):
+                predict_phase(x_next, p_next, phase == UNDER_WAY, step, parameters)
             for i in range(n):
                 for j in range(n):
                     gain[j, i] = p_next[i, n + j]
@@ -120,6 +124,18 @@ def smooth(time, geodetic, parameters, kept, output):
         x_later[:], p_later[:], later_phase = x, p, phase
         if phase != EMPTY:
             write_output(kept[k], geodetic, output[k])
+
+
+@kernel
+def must_divide(time, parameters, kept):
+    """(n,) bool: whether the course may become undefined before the next row, which `smooth` cannot cross."""
+    found = np.zeros(len(time), np.bool_)
+    n = kept.shape[2]
+    for k in range(len(time) - 1):
+        dt = time[k + 1] - time[k]
+        under_way = kept[k, n + 1, PHASE] == UNDER_WAY and not started_anew(kept[k], kept[k + 1])
+        found[k] = under_way and dt > parameters[LONGEST_STEP] and may_lose_course(kept[k, :n], dt, parameters)
+    return found
 
 
 @lean_kernel

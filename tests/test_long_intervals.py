@@ -1,0 +1,71 @@
+"""Intervals of seconds to minutes in few steps: the same estimate as by steps of a second."""
+
+import numpy as np
+import pytest
+
+from benchmarks.support.fleet import generate
+from steerway.core.records import NO_COURSE, OK, Fixes
+from steerway.estimation import FiveStateFilter
+from steerway.estimation.course.motion.five_state import turn_noise
+from steerway.estimation.course.motion.layout import LONGEST_GAP
+from tests.five_state_by_matrices import responses
+
+
+@pytest.fixture(scope="module")
+def reports(tmp_path_factory):
+    """Reports of a few generated ships with the true SOG in `water_speed`, which no filter here uses."""
+    import polars as pl
+
+    directory = tmp_path_factory.mktemp("fleet")
+    generate(directory, count=5, days=1, seed=5)
+    truth = pl.read_parquet(directory / "truth.parquet").filter(pl.col("ship") >= 0, pl.col("lat_deg") < 91.0)
+    truth = truth.sort("ship", "time_s").unique(["ship", "time_s"], keep="first", maintain_order=True)
+    latitude, longitude = np.radians(truth["lat_deg"].to_numpy()), np.radians(truth["lon_deg"].to_numpy())
+    ship = truth["ship"].to_numpy().astype(np.int64)
+    return Fixes(truth["time_s"].to_numpy(), latitude, longitude, water_speed=truth["sog_mps"].to_numpy(), mmsi=ship)
+
+
+@pytest.mark.parametrize(("decay", "dt"), [(0.3, 2.0), (0.3, 60.0), (2.0, 1.1), (1 / 15, 30.0), (0.05, 600.0)])
+def test_the_noise_of_a_long_step_is_the_integral_of_the_response(decay, dt):
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    response = np.array([responses(decay, 0.5 * dt * (1.0 + node)) for node in nodes])
+    expected = 0.5 * dt * (response.T * weights) @ response
+    ww, xw, xx, yw, yx, yy = turn_noise(decay, dt)
+    np.testing.assert_allclose([[ww, xw, yw], [xw, xx, yx], [yw, yx, yy]], expected, rtol=1e-9)
+
+
+def test_few_steps_give_what_steps_of_a_second_give(reports):
+    """But where a fix lies at the very gate; and at rest to rounding."""
+    at_once, sog, course = FiveStateFilter("ais").filter(reports), [], []
+    for _, track in reports.tracks():
+        estimator = FiveStateFilter("ais")
+        for k in range(len(track)):
+            elapsed = track.time[k] - track.time[k - 1] if k else 0.0
+            steps = int(elapsed) if elapsed <= LONGEST_GAP else 1
+            for _ in range(steps):
+                estimator.predict(elapsed / steps)
+            estimator.update(track.latitude[k], track.longitude[k])
+            sog.append(estimator.sog)
+            course.append(estimator.cog)
+    assert (np.isfinite(course) == np.isfinite(at_once.cog)).mean() > 0.9999
+    moored = (at_once.status == NO_COURSE) & (reports.mmsi == 4)
+    assert moored.sum() > 300
+    np.testing.assert_allclose(at_once.sog[moored], np.array(sog)[moored], rtol=1e-6)
+    under_way = at_once.status == OK
+    away = (np.abs(at_once.sog - sog) / at_once.sog_std)[under_way]
+    turned = np.abs(np.angle(np.exp(1j * (at_once.cog - course)))) / at_once.cog_std
+    assert np.nanquantile(away, 0.9995) < 0.01
+    assert np.nanquantile(turned[under_way], 0.9995) < 0.01
+
+
+def test_the_smoother_crosses_an_interval_at_once_or_second_by_second(reports):
+    some = reports.rows(reports.mmsi == 1).rows(slice(0, 300))
+    estimator = FiveStateFilter("ais")
+    at_fixes, by_seconds = estimator.smooth(some), estimator.smooth(some, rate=1.0)
+    assert np.isfinite(at_fixes.latitude).all()
+    same = np.searchsorted(by_seconds.time, at_fixes.time)
+    away = np.abs(by_seconds.sog[same] - at_fixes.sog) / at_fixes.sog_std
+    assert np.nanmedian(away) < 1e-3
+    errors = [each - some.water_speed for each in (at_fixes.sog, by_seconds.sog[same])]
+    error, by_steps = (float(np.sqrt(np.nanmean(each**2))) for each in errors)
+    assert error < 1.05 * by_steps
