@@ -33,6 +33,12 @@ Until = Annotated[
     str | None,
     typer.Option("--until", metavar="TIME", help="End of the interval (excluded): ISO 8601 (UTC) or Unix s."),
 ]
+MaxSize = Annotated[
+    float | None,
+    typer.Option(
+        "--max-size", metavar="BYTES", help="Largest size to which a compressed log may unpack; 1e9 by default."
+    ),
+]
 AsJson = Annotated[bool, flag("--json", help="JSON output.")]
 ProfileName = Annotated[
     str | None,
@@ -74,6 +80,7 @@ def estimate(
     ] = 0.0,
     start: From = None,
     stop: Until = None,
+    max_size: MaxSize = None,
     as_json: AsJson = False,
 ) -> None:
     """Estimate SOG, COG and course rate from the positions in logs.
@@ -102,7 +109,7 @@ def estimate(
 
         report_writer(report)
     aids = _aids(aid)
-    fixes = on_time(read_logs(logs, source, start, stop), latency)
+    fixes = on_time(read_logs(logs, source, start, stop, max_size), latency)
     if no_accuracy:
         fixes = replace(fixes, position_std=None)
     estimator = LogEstimator(fixes, profile, aids)
@@ -126,7 +133,7 @@ def estimate(
         print("-o track.csv (or .parquet .geojson .gpx) writes the estimate, --report page.html a report")
 
 
-def info(logs: Logs, as_json: AsJson = False) -> None:
+def info(logs: Logs, max_size: MaxSize = None, as_json: AsJson = False) -> None:
     """Summarize log contents: sources, messages, rates, gaps, time span.
 
     Example:
@@ -136,7 +143,7 @@ def info(logs: Logs, as_json: AsJson = False) -> None:
     from steerway.formats.reading import survey
 
     with progress_line("reading") as step:
-        found = survey(*logs, progress=lambda done, total: step(done / total if total else 0.0))
+        found = survey(*logs, progress=lambda done, total: step(done / total if total else 0.0), max_size=max_size)
     if as_json:
         print_json([_log_as_dict(log) for log in found])
         return
@@ -152,6 +159,7 @@ def tune(
     source: Source = None,
     start: From = None,
     stop: Until = None,
+    max_size: MaxSize = None,
     as_json: AsJson = False,
 ) -> None:
     """Fit a profile to logs by maximum likelihood and report its consistency.
@@ -165,7 +173,7 @@ def tune(
     if out is not None:
         refuse_overwriting(out, logs)
         expect_toml(out)
-    fixes = read_logs(logs, source, start, stop)
+    fixes = read_logs(logs, source, start, stop, max_size)
     with progress_line("fitting") as step:
         tuned = fit(fixes, name=out.stem if out else "tuned", progress=step)
     if out is not None:
@@ -188,6 +196,7 @@ def compare(
     source: Source = None,
     start: From = None,
     stop: Until = None,
+    max_size: MaxSize = None,
     as_json: AsJson = False,
 ) -> None:
     """Compare the estimate with the receiver's own SOG and COG, which are filtered and delayed.
@@ -205,7 +214,7 @@ def compare(
     from steerway.estimation import estimate as run
     from steerway.estimation.course.comparison import compare as agreement
 
-    fixes = read_logs(logs, source, start, stop)
+    fixes = read_logs(logs, source, start, stop, max_size)
     if not np.isfinite([fixes.sog, fixes.cog]).any():
         raise InputError(f"{', '.join(logs)}: no SOG or COG of a receiver in it, expected at least one to compare with")
     found = agreement(fixes, run(fixes, profile, smooth=smooth), least_speed)
@@ -229,6 +238,7 @@ def predict(
     aid: Aids = None,
     start: From = None,
     stop: Until = None,
+    max_size: MaxSize = None,
     as_json: AsJson = False,
 ) -> None:
     """Predict positions after the end of logs, with 95 % confidence ellipses.
@@ -248,7 +258,7 @@ def predict(
         refuse_overwriting(out, logs)
         writer(out, tracks=False)
     horizons = horizon or [600.0]
-    fixes = read_logs(logs, source, start, stop)
+    fixes = read_logs(logs, source, start, stop, max_size)
     predictions = forecast(fixes, horizons, profile, None if aid is None else _aids(aid))
     frame = predictions.to_frame()
     if out is not None:
@@ -286,7 +296,7 @@ def expect_toml(path: Path) -> None:
         raise InputError(f"profile {path} ends in {path.suffix or 'nothing'!r}, expected .toml")
 
 
-def read_logs(logs, source, start, stop):
+def read_logs(logs, source, start, stop, max_size=None):
     """The record of logs, with a progress bar."""
     from steerway.formats.reading import read
 
@@ -298,6 +308,7 @@ def read_logs(logs, source, start, stop):
             start=begin,
             stop=end,
             progress=lambda done, total: step(done / total if total else 0.0),
+            max_size=max_size,
         )
 
 

@@ -4,6 +4,8 @@ A log is recognised by its content; a new format is its module and one line in F
 0183 with UBX, or with AIS) is read by each.
 """
 
+import io
+import math
 import sys
 import zlib
 from collections.abc import Callable, Iterator
@@ -34,8 +36,13 @@ Progress = Callable[[int, int], None]
 """Called with the number of bytes read so far and the number in all (0 when not known)."""
 
 _HEAD = 1 << 16
-_PIECE = 1 << 20
+_PIECE = 1 << 16
 _GZIP = b"\x1f\x8b"
+_DENSEST = 100
+"""Unpacked over packed size. Logs reach some 25; an archive that is denser unpacks to time and memory, not to fixes."""
+_ALWAYS_UNPACKED = 4 << 20
+MAX_SIZE = 1e9
+"""Bytes to which a compressed log may unpack."""
 
 
 @dataclass(frozen=True)
@@ -53,16 +60,18 @@ def read(
     start: float | None = None,
     stop: float | None = None,
     progress: Progress | None = None,
+    max_size: float | None = None,
 ) -> Fixes:
     """The record that logs hold together, in time order.
 
     Positions come from `source`, or from the best one by rate, resolution and continuity; headings, water speed and
     yaw rates of other instruments on board are merged in. The notes name the chosen source, corrections and omissions.
 
-    Parameters: `paths` see Source; `start` ≤ time < `stop` in Unix s. Raises InputError when a log is missing, empty or
-    of an unrecognized format, when there is no position in any, none between start and stop, or no such source.
+    Parameters: `paths` see Source; `start` ≤ time < `stop` in Unix s; `max_size` bytes to which a compressed log may
+    unpack, by default MAX_SIZE. Raises InputError when a log is missing, empty, too large or of an unrecognized format,
+    when there is no position in any, none between start and stop, or no such source.
     """
-    logs = list(_recordings(paths, progress))
+    logs = list(_recordings(paths, progress, max_size))
     sources = gather([(Path(name).name, recording.sources) for name, recording in logs])
     if not any(fixes.has_position.any() for fixes in sources.values()):
         raise InputError(_no_position(logs))
@@ -79,15 +88,15 @@ def read(
     return cut
 
 
-def survey(*paths: Source, progress: Progress | None = None) -> list[Log]:
+def survey(*paths: Source, progress: Progress | None = None, max_size: float | None = None) -> list[Log]:
     """What each log holds, format by format, before anything is chosen. Raises InputError as `read` does."""
     return [
         Log(name, recording, {key: quality(fixes) for key, fixes in recording.sources.items()})
-        for name, recording in _recordings(paths, progress)
+        for name, recording in _recordings(paths, progress, max_size)
     ]
 
 
-def _recordings(paths, progress) -> Iterator[tuple[str, Recording]]:
+def _recordings(paths, progress, max_size) -> Iterator[tuple[str, Recording]]:
     if not paths:
         raise InputError("no log is given, expected one or more paths, or - for standard input")
     total = sum(_size(path) for path in paths)
@@ -95,7 +104,7 @@ def _recordings(paths, progress) -> Iterator[tuple[str, Recording]]:
     for path in paths:
         name, data = _opened(path)
         done += len(data)
-        yield from ((name, recording) for recording in _parsed(name, _plain(name, data)))
+        yield from ((name, recording) for recording in _parsed(name, _plain(name, data, max_size)))
         if progress is not None:
             progress(done, max(total, done))
 
@@ -131,29 +140,41 @@ def _why(path, error):
     return "a directory" if Path(path).is_dir() else (error.strerror or "not readable").lower()
 
 
-def _plain(name, data):
+def _plain(name, data, max_size):
     """The bytes, unpacked when they are gzip; of a damaged archive, what comes before the damage."""
     if not data.startswith(_GZIP):
         return data
-    parts = []
-    while data.startswith(_GZIP):
+    largest, densest = max_size, math.inf
+    if max_size is None:
+        largest, densest = MAX_SIZE, max(_DENSEST * len(data), _ALWAYS_UNPACKED)
+    packed, at = memoryview(data), 0
+    plain = io.BytesIO()
+    while packed[at : at + len(_GZIP)] == _GZIP:
         unpacker = zlib.decompressobj(wbits=31)
         try:
-            for first in range(0, len(data), _PIECE):
-                parts.append(unpacker.decompress(data[first : first + _PIECE]))
-                if unpacker.eof:
-                    break
+            while at < len(packed) and not unpacker.eof:
+                piece = bytes(packed[at : at + _PIECE])
+                at += len(piece)
+                while piece and not unpacker.eof:
+                    plain.write(unpacker.decompress(piece, _PIECE))
+                    piece = unpacker.unconsumed_tail
+                    if plain.tell() > largest:
+                        size = f"{largest:g} bytes"
+                        raise InputError(f"{name}: unpacks to more than {size}, expected less (or a larger --max-size)")
+                    if plain.tell() > densest:
+                        times = f"{_DENSEST} times its size"
+                        raise InputError(f"{name}: unpacks to more than {times}, expected a log (or a --max-size)")
         except zlib.error:
             break
-        data = unpacker.unused_data + data[first + _PIECE :] if unpacker.eof else b""
-    if not any(parts):
+        at -= len(unpacker.unused_data)
+    if not plain.tell():
         raise InputError(f"{name}: the gzip archive is damaged from the beginning, expected a log")
-    return b"".join(parts)
+    return plain.getvalue()
 
 
 def _parsed(name, data):
     """The recordings of every format that recognises the bytes."""
-    if not data.strip():
+    if not data or data.isspace():
         raise InputError(f"{name}: is empty, expected a log")
     head = data[:_HEAD]
     readers = [reader for reader in FORMATS.values() if reader.recognises(head)]

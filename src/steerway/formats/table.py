@@ -4,7 +4,11 @@ A row needs a time and either a position or another measurement. The meaning of 
 rejects the row if it is time, position or MMSI, and is left empty elsewhere.
 """
 
+import contextlib
 import io
+import os
+import sys
+import tempfile
 from collections import Counter
 
 import numpy as np
@@ -22,6 +26,8 @@ from steerway.formats.units import by_positions, refuse_radians
 _DELIMITERS = (",", ";", "\t", "|")
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "unknown")
 _NEEDED = ("time", "latitude", "longitude", "mmsi")
+_MOST_COLUMNS = 2000  # of a header: a line with more is none
+_MOST_ROWS, _MOST_ROWS_OF_SMALL = 8, 100_000  # a byte of Parquet, and in any case: rows take memory
 _SHOWN = 3  # bad cells that are listed with their line
 
 
@@ -56,9 +62,35 @@ def _demand(columns, names):
 
 def _parquet(data):
     try:
-        return pl.read_parquet(io.BytesIO(data))
-    except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError) as error:
+        with _quiet():
+            declared = pl.scan_parquet(io.BytesIO(data)).select(pl.len()).collect().item()
+            if declared <= max(_MOST_ROWS * len(data), _MOST_ROWS_OF_SMALL):
+                return pl.read_parquet(io.BytesIO(data))
+    except (pl.exceptions.PolarsError, OSError, ValueError) as error:
         raise InputError(f"the Parquet file is damaged: {str(error).splitlines()[0]}") from error
+    except pl.exceptions.PanicException as error:
+        raise InputError("the Parquet file is damaged, expected one that polars reads") from error
+    raise InputError(f"the Parquet file declares {declared} rows, expected at most {_MOST_ROWS} a byte")
+
+
+@contextlib.contextmanager
+def _quiet():
+    """Drop what polars writes to standard error when it fails: a backtrace of some 27 lines before its exception."""
+    sys.stderr.flush()
+    try:
+        kept = os.dup(2)
+    except OSError:  # a service without standard error
+        yield
+        return
+    with tempfile.TemporaryFile() as written:
+        os.dup2(written.fileno(), 2)
+        try:
+            yield
+        finally:
+            os.dup2(kept, 2)
+            os.close(kept)
+        written.seek(0)
+        sys.stderr.write(written.read().decode(errors="replace"))
 
 
 def _header(text):
@@ -74,6 +106,8 @@ def _header(text):
         commented = line.startswith("#")
         plain = line.lstrip("# ")
         delimiter = max(_DELIMITERS, key=plain.count)
+        if plain.count(delimiter) > _MOST_COLUMNS:
+            return None
         names = [name.strip().strip('"').strip() for name in plain.split(delimiter)]
         known = {"time", "latitude", "longitude"} & understood(names).keys()
         if len(known) > 1 or (known and len(names) > 1 and not commented and not _is_sentence(names)):
@@ -216,7 +250,8 @@ def _recording(kind, frame, columns, names, first_line, delimiter, skipped):
     refuse_radians(columns, *place)
     place = [_degrees(numbers, columns[name]) for numbers, name in zip(place, ("latitude", "longitude"), strict=True)]
     if not is_ais:  # where 181° means that there is none
-        place[1] = np.where((place[1] > 180.0) & (place[1] <= 360.0), place[1] - 360.0, place[1])
+        with np.errstate(invalid="ignore"):  # altered bits can be a signalling NaN
+            place[1] = np.where((place[1] > 180.0) & (place[1] <= 360.0), place[1] - 360.0, place[1])
     latitude, longitude = places(*place)
     mmsi = reader.numbers(columns["mmsi"]) if is_ais else None
     reported = {}

@@ -1,0 +1,122 @@
+"""Inputs made to take time or memory: less than 1 MB is read or refused within 5 s, an archive within --max-size."""
+
+import gzip
+import io
+import subprocess
+import sys
+import time
+import tracemalloc
+
+import numpy as np
+import polars as pl
+import pytest
+
+from steerway.core.errors import InputError
+from steerway.formats.nmea0183.writing import gga, rmc
+from steerway.formats.reading import MAX_SIZE, read, survey
+from tests.canboat_lines import line, position
+from tests.ubx_frames import pvt
+
+LIMIT = 5.0  # s of processor time
+SIZE = 999_000
+TABLE = b"time_s,lat_deg,lon_deg\n"
+ENTITIES = b'<!DOCTYPE gpx [<!ENTITY a "aaaaaaaaaa">' + b"".join(
+    b'<!ENTITY %c "%s">' % (letter, b"&%c;" % (letter - 1) * 10) for letter in b"bcdefghijkl"
+)
+WORST = {
+    "commas": b",",
+    "columns": b"A,",
+    "a table of empty lines": TABLE + b"\n" * SIZE,
+    "a table of quotes": TABLE + b'"\n' * SIZE,
+    "heads of UBX frames": b"\xb5\x62\x01\x07\x5c\x00",
+    "UBX": pvt(3),
+    "NMEA 0183": (gga(1.7e9, 0.9, 0.2) + rmc(1.7e9, 0.9, 0.2)).encode(),
+    "canboat text": line(1.0, 129025, 52, position(1, -1)).encode(),
+    "damaged track points": b"<gpx>" + b"<trkpt " * SIZE,
+    "nested elements": b"<gpx>" + b"<a>" * SIZE,
+    "entities that contain entities": b'<?xml version="1.0"?>' + ENTITIES + b"]><gpx><trk><name>&l;</name></trk></gpx>",
+}
+
+
+def repeated(unit: bytes, size: int) -> bytes:
+    return (unit * (size // len(unit) + 1))[:size]
+
+
+@pytest.mark.parametrize("data", WORST.values(), ids=WORST)
+def test_less_than_a_megabyte_is_read_within_five_seconds(data):
+    began = time.process_time()
+    try:
+        survey(repeated(data, SIZE))
+    except InputError:
+        pass
+    assert time.process_time() - began < LIMIT
+
+
+@pytest.mark.parametrize("unit", [b"\0", WORST["NMEA 0183"]], ids=["zeros", "NMEA 0183"])
+def test_an_archive_that_unpacks_to_a_thousand_times_its_size_is_refused(unit):
+    packed = gzip.compress(repeated(unit, 30_000_000))
+    tracemalloc.start()
+    began = time.process_time()
+    with pytest.raises(
+        InputError, match=r"^bytes: unpacks to more than 100 times its size, expected a log \(or a --max-size\)$"
+    ):
+        survey(packed)
+    assert time.process_time() - began < 1.0
+    assert tracemalloc.get_traced_memory()[1] < 20e6
+    tracemalloc.stop()
+
+
+def test_an_archive_is_unpacked_to_the_size_that_is_allowed():
+    log = b"".join(b"%d,%.7f,10\n" % (k, 54 + 1e-6 * k) for k in range(20_000))
+    packed = gzip.compress(TABLE + log)
+    assert MAX_SIZE == 1e9
+    assert len(read(packed, max_size=len(TABLE + log))) == 20_000
+    with pytest.raises(
+        InputError, match=r"unpacks to more than 100000 bytes, expected less \(or a larger --max-size\)"
+    ):
+        read(packed, max_size=100_000)
+    # Archives one after another are one log, and what precedes the damage in the last is kept.
+    first, second = gzip.compress(TABLE + log[:100_000], 9), gzip.compress(log[100_000:])
+    assert len(read(first + second)) == 20_000
+    assert 4_000 < len(read(first + second[: len(second) // 2])) < 20_000
+
+
+def parquet(rows: int, **changes) -> bytes:
+    file = io.BytesIO()
+    time_s = np.arange(rows, dtype=float)
+    pl.DataFrame({"time_s": time_s, "lat_deg": 54.0 + 1e-6 * time_s, "lon_deg": 10.0, **changes}).write_parquet(file)
+    return file.getvalue()
+
+
+def test_a_parquet_file_that_declares_more_rows_than_it_can_hold_is_refused():
+    with pytest.raises(InputError, match=r"declares 1000000 rows, expected at most 8 a byte"):
+        survey(parquet(1_000_000, time_s=np.zeros(1_000_000), lat_deg=0.0))
+
+
+PANICS = """
+import sys
+from tests.test_hostile_input import parquet
+from steerway.core.errors import InputError
+from steerway.formats import table
+import numpy as np
+whole, rng, seen = parquet(2), np.random.default_rng(0), set()
+for _ in range(600):
+    data = bytearray(whole)
+    data[rng.integers(len(data) - 600, len(data))] = rng.integers(256)
+    try:
+        table.read(bytes(data))
+    except InputError as error:
+        assert "\\n" not in str(error)
+        seen.add(str(error))
+print(any("expected one that polars reads" in each for each in seen))
+print("a warning", file=sys.stderr)
+"""
+
+
+def test_a_damaged_parquet_file_is_one_sentence():
+    done = subprocess.run([sys.executable, "-c", PANICS], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (
+        0,
+        "True\n",
+        "a warning\n",
+    )  # panics occurred, and were quiet
