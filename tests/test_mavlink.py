@@ -141,7 +141,9 @@ def test_a_vehicle_that_is_not_armed_or_does_not_obey_is_a_complaint():
     pair.rover._set_mode = lambda number: messages.MAV_RESULT_FAILED
     pair.order = RUNNING
     assert pair.run(2.5).guided.refusal == ""
-    assert pair.run(1.0).guided.refusal == "the vehicle does not go into GUIDED"
+    assert pair.run(1.0).guided.refusal == (
+        "the vehicle does not go into GUIDED: it failed (FAILED), as before the vehicle has a position"
+    )
 
 
 def test_only_a_rover_is_steered_since_other_vehicles_number_their_modes_otherwise():
@@ -158,12 +160,12 @@ def test_only_a_rover_is_steered_since_other_vehicles_number_their_modes_otherwi
     pair.rover.due = lambda now, *rest: [heartbeat(now, *rest)]
     pair.run(2.0)
     pair.order = RUNNING
-    assert "no boat" in pair.run(0.5).guided.refusal and pair.rover.mode is RoverMode.MANUAL
+    assert "not a boat" in pair.run(0.5).guided.refusal and pair.rover.mode is RoverMode.MANUAL
     said = {"autopilot": messages.MAV_AUTOPILOT_PX4}
     pair.order = READY
     assert pair.run(0.5).guided.refusal == ""
     pair.order = RUNNING
-    assert "no boat" in pair.run(0.5).guided.refusal and pair.rover.mode is RoverMode.MANUAL
+    assert "not a boat" in pair.run(0.5).guided.refusal and pair.rover.mode is RoverMode.MANUAL
 
 
 def test_a_silent_link_is_lost_within_a_second_and_so_is_one_without_heartbeats():

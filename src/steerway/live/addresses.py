@@ -4,6 +4,7 @@ import logging
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from urllib.parse import quote
 
 from steerway.core.checks import positive
 from steerway.core.errors import InputError
@@ -77,6 +78,13 @@ def stream(text: str) -> Sink:
     address = uri.parse(text, streams, PORTS)
     scheme = SCHEMES[address.scheme]
     return scheme.sink(scheme.check(uri.with_options(address, scheme.sink_options)), False)
+
+
+def signed(text: str, key_file: str | None) -> str:
+    """An address with the file of the signing key, where it is one of MAVLink that names none."""
+    if key_file is None or not text.startswith("mavlink:") or "signing=" in text:
+        return text
+    return f"{text}{'&' if '?' in text else '?'}signing={quote(key_file)}"
 
 
 def vehicle(text: str) -> Uri:

@@ -82,6 +82,10 @@ def live(
         str | None,
         typer.Option("--helm-token-file", metavar="FILE", help="Token for other computers; or STEERWAY_HELM_TOKEN."),
     ] = None,
+    mavlink_signing: Annotated[
+        str | None,
+        typer.Option("--mavlink-signing", metavar="FILE", help="Sign MAVLink with the passphrase in a file."),
+    ] = None,
 ) -> None:
     """Estimate and steer on the boat, in real time.
 
@@ -123,6 +127,7 @@ def live(
         "accuracy": False if no_accuracy else None,
         "helm": helm,
         "helm_token_file": helm_token_file,
+        "mavlink_signing": mavlink_signing,
     }
     launch(settings.overridden(**given))
 

@@ -31,7 +31,8 @@ def launch(settings: Settings) -> None:
         raise InputError("--engage needs a route, expected --mission FILE with it")
     if settings.mission is not None and settings.rate is not None and settings.rate < SLOWEST_STEERING:
         raise InputError(f"--rate is {settings.rate:g} Hz, expected at least {SLOWEST_STEERING:g} Hz with --mission")
-    found, speed = addresses.sources(settings.inputs)
+    signing = settings.mavlink_signing
+    found, speed = addresses.sources([addresses.signed(each, signing) for each in settings.inputs])
     page = None if settings.helm is None else address(settings.helm, token_of(settings.helm_token_file))
     replayed, rate = not math.isnan(speed), settings.rate
     profile = settings.profile
@@ -39,7 +40,7 @@ def launch(settings: Settings) -> None:
     aids = tuple(name.replace("-", "_") for name in settings.aid)
     longest = settings.max_dead_reckoning
     navigator = Navigator(tuning, aids, settings.source, longest, rate=rate, accuracy=settings.accuracy)
-    to = [addresses.sink(each) for each in settings.outputs]
+    to = [addresses.sink(addresses.signed(each, signing)) for each in settings.outputs]
     takes = PROPELLERS if any(map(addresses.commands_propellers, to)) else YAW_RATE
     route = guide = supervisor = None
     if settings.mission is not None:

@@ -35,17 +35,21 @@ class Streams:
     def learn(self, row: InputRow) -> bool:
         """Whether this row shows that its talker has to be divided."""
         self._count += 1
-        if not (row.has_position and row.formatters) or row.source in self._divisions:
+        if not (row.has_position and row.formatters):
             return False
         newest = self._newest.setdefault(row.source, deque(maxlen=_REMEMBERED))
         newest.append((self._count, row))
+        return row.source not in self._divisions and self.divide(row.source)
+
+    def divide(self, source: str) -> bool:
+        """Divide a talker by its newest rows, where they show two streams."""
+        newest = self._newest.get(source, ())
         divided = None
-        if len(newest) >= FEW and self.is_double(row.source):
+        if len(newest) >= FEW and self.is_double(source):
             divided = _division(sorted(newest, key=lambda each: each[1].time))
-        if divided is None:
-            return False
-        self._divisions[row.source] = divided
-        return True
+        if divided is not None:
+            self._divisions[source] = divided
+        return divided is not None
 
     def newest(self, source: str) -> list[InputRow]:
         """The last rows of a talker, in order of arrival."""
@@ -64,6 +68,11 @@ class Streams:
             return [self.named(row).source]
         names = zip(divided.formatters, divided.names(row.source), strict=True)
         return [name for kind, name in names if row.formatters >> kind & 1]
+
+    def lesser(self) -> set[str]:
+        """The names, casefolded, of all formatters but the best of each talker divided by them."""
+        divided = ((source, each) for source, each in self._divisions.items() if each.formatters)
+        return {name.casefold() for source, each in divided for name in each.names(source)[1:]}
 
     def named(self, row: InputRow, present: str = "") -> InputRow:
         """The row under the name of its stream; `present` where it belongs to that one too."""
@@ -139,6 +148,8 @@ class Opening:
         sources = self._named(row for row, _ in self._held)
         wanted = {name: rows for name, rows in sources.items() if self._rank(name) is not None}
         if self._is_decided(wanted or sources, now, bool(wanted)):
+            for talker in {row.source for row, _ in self._held}:
+                self.streams.divide(talker)
             self.chosen = self._best(sources)
             if not self.chosen:
                 names = ", ".join(map(repr, self.names))
@@ -148,7 +159,10 @@ class Opening:
 
     def _best(self, sources):
         """What `estimate` chooses among the sources of the best rank; "" where none is wanted."""
-        ranks = {name: rank for name in sources if (rank := self._rank(name)) is not None}
+        lesser = self.streams.lesser() - set(self.wanted)  # a few epochs do not tell one formatter from another
+        ranks = {
+            name: rank for name in sources if name.casefold() not in lesser and (rank := self._rank(name)) is not None
+        }
         first = min(ranks.values(), default=0)
         tables = {name: fixes_of(sources[name]) for name, rank in ranks.items() if rank == first}
         return choose(tables) if tables else ""

@@ -10,10 +10,25 @@ import sys
 from steerway.core.errors import InputError
 
 
+class OneLine(logging.Formatter):
+    """A line a message: what names of devices and vessels contain of control characters is escaped."""
+
+    def format(self, record):
+        """See logging.Formatter; a traceback keeps its lines."""
+        record.message = printable(record.getMessage())
+        text = self.formatMessage(record)
+        return f"{text}\n{self.formatException(record.exc_info)}" if record.exc_info else text
+
+
+def printable(text: str) -> str:
+    """A text with all that a terminal does not print escaped, line ends and escape sequences among it."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
 def log_to_stderr(command: str) -> None:
     """Print the log of the live package under the command's name."""
     handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(logging.Formatter(f"{command}: %(message)s"))
+    handler.setFormatter(OneLine(f"{command}: %(message)s"))
     log = logging.getLogger("steerway.live")
     log.handlers[:] = [handler]
     log.setLevel(logging.INFO)

@@ -19,6 +19,7 @@ from steerway.live.links.signalk import SignalKInput, SignalKSink, require_webso
 from steerway.live.links.tcp import TcpInput, TcpServerSink, TcpSink
 from steerway.live.links.udp import UdpInput, UdpSink
 from steerway.live.mavlink.companion import CARRIERS, Commanded, Companion
+from steerway.live.mavlink.signing import key_of
 from steerway.live.outputs.foxglove import FoxgloveServer, require_foxglove
 from steerway.live.outputs.output import Output
 from steerway.live.outputs.table import TableFile
@@ -82,6 +83,8 @@ def _mavlink(address: Uri) -> Uri:
     address = uri.carried(address, CARRIERS)
     if address.path:
         speed_of(address)
+    if "signing" in address.options:
+        key_of(address.options["signing"])
     return address
 
 
@@ -110,7 +113,7 @@ def _is_on(link, address) -> bool:
     return isinstance(link, Companion) and link.link.uri.place == address.place
 
 
-_COMPANION_OPTIONS = ("baud", "silence", "system")
+_COMPANION_OPTIONS = ("baud", "silence", "system", "signing")
 
 SCHEMES = {
     "serial": Scheme(

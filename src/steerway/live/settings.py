@@ -50,6 +50,7 @@ class Settings(BaseModel):
     accuracy: bool = Field(True, strict=True)
     helm: Annotated[str | None, BeforeValidator(_page)] = None
     helm_token_file: str | None = None
+    mavlink_signing: str | None = None
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -70,7 +71,7 @@ class Settings(BaseModel):
 
     def _relative_to(self, folder):
         """The same with relative file names made relative to `folder`."""
-        files = {name: getattr(self, name) for name in ("mission", "helm_token_file")}
+        files = {name: getattr(self, name) for name in ("mission", "helm_token_file", "mavlink_signing")}
         if self.profile.endswith(".toml"):
             files["profile"] = self.profile
         found = {name: str(folder / path) for name, path in files.items() if path is not None}

@@ -49,6 +49,8 @@ class Supervisor:
         self.hands_back = route.safe == "hand-back"
         self._slowest = _SLOWEST * profile.steerageway
         self._engage = engage
+        self._was_engaged = False  # started by `engage`, not by hand
+        self._vehicle = ""
         self._is_finished = True  # a start begins the route from its first leg
         self._is_new = False  # started, and no step since
         self._obstacle = self.reason
@@ -70,7 +72,7 @@ class Supervisor:
         if self._obstacle:
             raise InputError(f"the autopilot cannot be started: {self._obstacle}")
         self.state, self.reason = State.RUNNING, ""
-        self._is_new, self._engage = True, False
+        self._is_new, self._was_engaged, self._engage = True, self._engage, False
 
     def stop(self, reason: str = "stopped by command") -> None:
         """The safe output from now on, until started again. A pending `engage` is withdrawn."""
@@ -83,6 +85,18 @@ class Supervisor:
         self._watch.link(name, alive)
         if not alive and self.state in UNDER_WAY:
             self.stop(f"link {name} is lost")
+
+    def vehicle(self, obstacle: str) -> None:
+        """Why the vehicle that carries out the orders could not be steered, "" when it could; under way it says so."""
+        self._vehicle = obstacle
+
+    def refused(self, reason: str) -> None:
+        """The vehicle was not taken over: stopped, or ready again later where `engage` had started it."""
+        if self._was_engaged and self.state in UNDER_WAY:
+            self.state, self.reason, self._is_new = State.IDLE, reason, False
+            self._obstacle, self._engage = reason, True
+        else:
+            self.stop(reason)
 
     def fix(self, row: Row) -> None:
         """A fix was used, or rejected by the filter's gate."""
@@ -97,7 +111,7 @@ class Supervisor:
         trouble = self._watch.step(row, dt)
         if self.state in UNDER_WAY:
             self._go_on(row, leg, dt, trouble)
-        self._obstacle = self._watch.obstacle(row) or self._guard.obstacle(row, leg)
+        self._obstacle = self._watch.obstacle(row) or self._guard.obstacle(row, leg) or self._vehicle
         if self.state in (State.IDLE, State.READY):
             self._wait()
         return self._order(row, leg, dt)

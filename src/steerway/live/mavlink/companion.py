@@ -1,6 +1,7 @@
 """The companion computer on a MAVLink link: it reads the vehicle's fixes and sends the autopilot's orders."""
 
 import asyncio
+import logging
 import time
 from typing import Protocol
 
@@ -12,7 +13,9 @@ from steerway.live.links.link import Deliver
 from steerway.live.mavlink.decoding import MavlinkDecoder
 from steerway.live.mavlink.guided import SYSTEM, Guided
 from steerway.live.mavlink.link import MavlinkLink
+from steerway.live.mavlink.signing import key_of
 
+LOG = logging.getLogger("steerway.live")
 CARRIERS = ("udpin", "udpout", "tcp")
 """What carries MAVLink, beside a serial line."""
 _PERIOD = 0.05  # s between checks of what is due
@@ -27,6 +30,10 @@ class Commanded(Protocol):
 
     def link(self, name: str, alive: bool) -> None: ...
 
+    def vehicle(self, obstacle: str) -> None: ...
+
+    def refused(self, reason: str) -> None: ...
+
     def stop(self, reason: str) -> None: ...
 
 
@@ -40,6 +47,8 @@ class Companion:
         silence = positive(f"{uri.text}: silence", uri.number("silence", 0.8))
         system = int(uri.number("system", 0))
         self.link = MavlinkLink(uri, self._receive, system or SYSTEM, _ONBOARD_COMPUTER)
+        if "signing" in uri.options:
+            self.link.sign(key_of(uri.options["signing"]))
         self.guided = Guided(self.link.messages, silence, system)
         self.decoder = MavlinkDecoder(place)
         self.supervisor: Commanded | None = None
@@ -78,6 +87,8 @@ class Companion:
         if not self.guided.receive(message, now):
             return False
         self.link.system = self.guided.vehicle[0]
+        if message.get_type() == "STATUSTEXT" and message.severity <= self.link.messages.MAV_SEVERITY_WARNING:
+            LOG.warning("vehicle: %s", message.text)
         rows = self.decoder.message(message, now)
         if rows and self._deliver is not None:
             self._deliver(rows)
@@ -91,12 +102,14 @@ class Companion:
     def _send_now(self, now):
         if self.supervisor is not None:
             self._report(self.guided.alive(now))
+            self.supervisor.vehicle(self.guided.obstacle(now))
         order = self._order
         if order is not None and order.engaged and now - self._ordered > _STALE:
             order = Order(State.STOPPED, "no orders come", engaged=True)
         self.link.send(self.guided.due(now, order))
         if self.guided.refusal and self.supervisor is not None:
-            self.supervisor.stop(self.guided.refusal)
+            end = self.supervisor.refused if self.guided.is_refused else self.supervisor.stop
+            end(self.guided.refusal)
 
     def _report(self, alive):
         if alive != self._was_alive:

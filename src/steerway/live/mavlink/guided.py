@@ -9,6 +9,7 @@ from enum import Enum
 
 from steerway.live.base.orders import Order, State
 from steerway.live.mavlink.dialect import RoverMode, mode_name
+from steerway.live.mavlink.readiness import Readiness, result_words
 
 SYSTEM = 1  # before the vehicle is known; then its own, as is usual for companion computers
 HEARTBEAT_LOST = 2.5  # s; the vehicle sends one a second
@@ -22,7 +23,11 @@ _WANTED = {
     "GLOBAL_POSITION_INT": 0.2,
     "ATTITUDE": 0.1,
     "SYSTEM_TIME": 1.0,
+    "EKF_STATUS_REPORT": 1.0,
+    "SYS_STATUS": 1.0,
+    "BATTERY_STATUS": 2.0,
 }  # messages and their intervals, s
+_NO_ROVER = "the vehicle is not a boat of ArduPilot's Rover"
 _MISSED = 5.0  # s between two requests for them while they do not come
 
 
@@ -46,7 +51,7 @@ class Guided:
     silence:  s without any message after which the link counts as lost.
     system:   id of the vehicle; 0: the first one that sends.
 
-    `refusal` is why the vehicle cannot be steered, "" while it can.
+    `refusal` is why the vehicle is not steered although it should be, "" otherwise; `obstacle` why it could not be.
     """
 
     def __init__(self, messages, silence: float = 0.8, system: int = 0):
@@ -56,6 +61,8 @@ class Guided:
         self.is_armed = self.is_rover = False
         self.phase = Takeover.FREE
         self.refusal = ""
+        self.readiness = Readiness(messages)
+        self._answer = ""  # why GUIDED was refused last
         self._since = -math.inf  # when the phase began
         self._received = self._heartbeat = self._fix_received = -math.inf
         self._own_heartbeat = self._target = self._asked_messages = -math.inf
@@ -73,6 +80,7 @@ class Guided:
         if now - self._received > self._silence:
             self._asked_messages = -math.inf
         self._received = now
+        self.readiness.receive(message, now)
         if kind == "HEARTBEAT":
             self._heartbeat = now
             self.mode = message.custom_mode
@@ -89,6 +97,8 @@ class Guided:
         if answer.command == self._messages.MAV_CMD_DO_SET_MODE and self._asked is not None:
             if answer.result == self._messages.MAV_RESULT_ACCEPTED:
                 self.mode = int(self._asked)
+            elif self._asked is RoverMode.GUIDED:
+                self._answer = result_words(self._messages, answer.result)
             self._asked = None
 
     def _is_vehicle(self, heartbeat):
@@ -105,6 +115,17 @@ class Guided:
     def alive(self, now: float) -> bool:
         """Whether the vehicle answers."""
         return now - self._received <= self._silence and now - self._heartbeat <= HEARTBEAT_LOST
+
+    def obstacle(self, now: float) -> str:
+        """Why the vehicle could not be steered now, "" when it could."""
+        if self.vehicle is None:
+            return "no vehicle answers"
+        return self.readiness.obstacle(now) if self.is_rover else _NO_ROVER
+
+    @property
+    def is_refused(self) -> bool:
+        """Whether the vehicle was not taken over at all."""
+        return bool(self.refusal) and self.phase is Takeover.TAKING
 
     def due(self, now: float, order: Order | None) -> list:
         """What to send now; to be called every 0.1 s or more often."""
@@ -146,15 +167,17 @@ class Guided:
     def _watch(self, guided, now):
         """Whether the vehicle follows while the autopilot steers."""
         if not self.is_rover:
-            self.refusal = "the vehicle is not a boat of ArduPilot's Rover"
+            self.refusal = _NO_ROVER
         elif not self.is_armed:
             self.refusal = "the vehicle is not armed"
         elif self.phase is Takeover.STEERING and not guided:
             self.refusal = f"the vehicle was put into {mode_name(self.mode)}"
             self._enter(Takeover.FREE, now)
         elif self.phase is Takeover.TAKING and now - self._since > _REFUSED:
-            self.refusal = "the vehicle does not go into GUIDED"
+            self.refusal = f"the vehicle does not go into GUIDED{f': {self._answer}' if self._answer else ''}"
+            self.readiness.refused(self.refusal, now)
         elif self.phase in (Takeover.FREE, Takeover.STOPPING, Takeover.RETURNING):
+            self._answer = ""
             self._enter(Takeover.TAKING, now)
 
     def _is_left(self, guided, now):

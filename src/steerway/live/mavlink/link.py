@@ -9,6 +9,7 @@ from steerway.live.base.uri import Uri
 from steerway.live.links.link import PIECE, kept_open
 from steerway.live.links.serial import opened
 from steerway.live.mavlink.dialect import dialect
+from steerway.live.mavlink.signing import sign
 
 _BACKLOG = 1 << 14  # bytes that may wait for a TCP peer
 
@@ -38,6 +39,10 @@ class MavlinkLink:
     @system.setter
     def system(self, number: int):
         self._codec.srcSystem = number
+
+    def sign(self, key: bytes) -> None:
+        """Sign what is sent, and accept only what is signed with the same key; the rest counts as `broken`."""
+        sign(self._codec, key)
 
     def send(self, messages) -> None:
         """Send messages of the dialect, or lose them."""

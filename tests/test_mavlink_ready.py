@@ -1,0 +1,193 @@
+"""When a vehicle may be taken over, what a refusal means, and signed packets."""
+
+import asyncio
+import socket
+
+import pytest
+
+from steerway.core.errors import InputError
+from steerway.live import addresses
+from steerway.live.base.orders import State
+from steerway.live.mavlink.companion import Companion
+from steerway.live.mavlink.link import MavlinkLink
+from steerway.live.mavlink.readiness import Readiness, result_words
+from steerway.live.mavlink.signing import key_of
+from steerway.live.settings import Settings
+from tests.desk import Desk, dock_all, square
+from tests.mavlink_wire import messages
+from tests.ports import free_port, until
+
+GOOD_EKF = messages.EKF_ATTITUDE | messages.EKF_VELOCITY_HORIZ | messages.EKF_POS_HORIZ_REL | messages.EKF_POS_HORIZ_ABS
+BATTERY = messages.MAV_SYS_STATUS_SENSOR_BATTERY
+PREARM = messages.MAV_SYS_STATUS_PREARM_CHECK
+PREARM_TEXT = messages.MAVLink_statustext_message(2, b"PreArm: GPS 1: bad")
+
+
+@pytest.fixture(autouse=True)
+def docked():
+    yield
+    dock_all()
+
+
+def heartbeat(armed=True, state=messages.MAV_STATE_ACTIVE):
+    flags = messages.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | (messages.MAV_MODE_FLAG_SAFETY_ARMED if armed else 0)
+    kinds = messages.MAV_TYPE_SURFACE_BOAT, messages.MAV_AUTOPILOT_ARDUPILOTMEGA
+    return messages.MAVLink_heartbeat_message(*kinds, flags, 0, state, 3)
+
+
+def ekf(flags=GOOD_EKF):
+    return messages.MAVLink_ekf_status_report_message(flags, 0.1, 0.1, 0.1, 0.1, 0.0)
+
+
+def gps(fix=messages.GPS_FIX_TYPE_3D_FIX):
+    return messages.MAVLink_gps_raw_int_message(0, fix, 1, 1, 0, 0, 0, 0, 0, 9)
+
+
+def status(failing=0):
+    enabled = BATTERY | PREARM
+    return messages.MAVLink_sys_status_message(enabled, enabled, enabled & ~failing, 0, 12000, 0, 50, 0, 0, 0, 0, 0, 0)
+
+
+def battery(state):
+    return messages.MAVLink_battery_status_message(0, 0, 1, 0, [12000] * 10, 0, 0, 0, 50, charge_state=state)
+
+
+GOOD = (heartbeat(), ekf(), gps(), status())
+
+
+@pytest.mark.parametrize(
+    ("reports", "why"),
+    [
+        (GOOD, ""),
+        ((*GOOD, ekf(GOOD_EKF & ~messages.EKF_POS_HORIZ_ABS)), "EKF is not ready: no position"),
+        ((*GOOD, ekf(GOOD_EKF | messages.EKF_CONST_POS_MODE)), "EKF is not ready: no position"),
+        ((*GOOD, ekf(messages.EKF_UNINITIALIZED)), "EKF is not ready: it is not initialised"),
+        ((*GOOD, ekf(GOOD_EKF | messages.EKF_GPS_GLITCHING)), "positions jump"),
+        ((*GOOD, gps(messages.GPS_FIX_TYPE_2D_FIX)), "no 3D fix"),
+        ((*GOOD, status(BATTERY)), "fault of its battery"),
+        ((*GOOD, battery(messages.MAV_BATTERY_CHARGE_STATE_CRITICAL)), "battery 1 is critically low"),
+        ((*GOOD, battery(messages.MAV_BATTERY_CHARGE_STATE_OK)), ""),
+        ((*GOOD, heartbeat(state=messages.MAV_STATE_CRITICAL)), "in a fail-safe"),
+        ((*GOOD, heartbeat(armed=False)), "the vehicle is not armed"),
+        (
+            (
+                *GOOD,
+                heartbeat(armed=False),
+                status(PREARM),
+                PREARM_TEXT,
+            ),
+            "not armed, its pre-arm checks fail: GPS 1: bad",
+        ),
+        (GOOD[:1], "EKF has not reported"),
+    ],
+)
+def test_a_vehicle_is_ready_when_all_its_parts_are(reports, why):
+    readiness = Readiness(messages)
+    for each in reports:
+        readiness.receive(each, 1.0)
+    assert why in readiness.obstacle(1.5) and bool(why) == bool(readiness.obstacle(1.5))
+
+
+def test_a_report_that_never_comes_is_not_waited_for_for_ever_and_an_old_one_does_not_hold():
+    readiness = Readiness(messages)
+    for moment in range(20):
+        readiness.receive(heartbeat(), float(moment))
+    assert readiness.obstacle(4.9) and not readiness.obstacle(19.5)
+    readiness.receive(ekf(0), 20.0)
+    assert readiness.obstacle(20.5) and not readiness.obstacle(26.0)
+
+
+def test_a_refusal_is_not_tried_again_at_once():
+    readiness = Readiness(messages)
+    for each in GOOD:
+        readiness.receive(each, 1.0)
+    readiness.refused("no", 2.0)
+    assert readiness.obstacle(3.0) == "no; tried again in 4 s"
+    for each in GOOD:
+        readiness.receive(each, 7.0)
+    assert readiness.obstacle(7.1) == ""
+
+
+def test_every_result_of_an_ack_has_words():
+    assert "(DENIED)" in result_words(messages, messages.MAV_RESULT_DENIED)
+    assert "(FAILED)" in result_words(messages, messages.MAV_RESULT_FAILED)
+    assert result_words(messages, 99) == "result 99"
+
+
+def test_engage_waits_for_the_vehicle_and_again_after_a_refusal():
+    desk = Desk(square(), engage=True)
+    desk.autopilot.vehicle("the vehicle's EKF is not ready: no position")
+    desk.sail(8.0)
+    assert desk.order.state is State.IDLE and "EKF" in desk.order.reason
+    with pytest.raises(InputError, match="EKF is not ready"):
+        desk.autopilot.start()
+    desk.autopilot.vehicle("")
+    desk.sail(0.1)
+    assert desk.order.state is State.RUNNING
+    desk.autopilot.vehicle("refused: FAILED; tried again in 5 s")
+    desk.autopilot.refused("refused: FAILED")
+    desk.sail(1.0)
+    assert desk.order.state is State.IDLE and "FAILED" in desk.order.reason and not desk.order.engaged
+    desk.autopilot.vehicle("")
+    desk.sail(0.1)
+    assert desk.order.state is State.RUNNING
+    desk.autopilot.stop("by hand")
+    desk.sail(5.0)
+    assert desk.order.state is State.STOPPED
+
+
+def test_a_refusal_of_a_start_by_hand_stops():
+    desk = Desk(square()).start()
+    desk.autopilot.refused("refused: DENIED")
+    desk.sail(1.0)
+    assert (desk.order.state, desk.order.reason) == (State.STOPPED, "refused: DENIED")
+
+
+def signed(path):
+    return f"?signing={path}" if path else ""
+
+
+@pytest.mark.parametrize(("ours", "theirs", "accepted"), [("a", "a", True), ("a", "b", False), ("a", None, False)])
+def test_signed_packets_are_taken_from_who_has_the_key(tmp_path, ours, theirs, accepted):
+    for name in "ab":
+        (tmp_path / name).write_text(f"a long passphrase {name}\n")
+    port = free_port(socket.SOCK_DGRAM)
+    address = f"mavlink:udpin:127.0.0.1:{port}{signed(tmp_path / ours)}"
+    ((found,), _) = addresses.sources([address])
+    companion = Companion(found)
+    other = MavlinkLink(addresses.vehicle(f"udpout:127.0.0.1:{port}"), lambda _: True)
+    received = []
+    other.receive = lambda message: received.append(message) or True
+    if theirs:
+        other.sign(key_of(str(tmp_path / theirs)))
+
+    async def run():
+        tasks = [asyncio.create_task(each) for each in (companion.run(lambda *_: None), other.run())]
+        await asyncio.sleep(0.1)
+        for _ in range(6):
+            other.send([heartbeat()])
+            await asyncio.sleep(0.05)
+        if accepted:
+            await until(lambda: received)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    asyncio.run(run())
+    assert (companion.guided.vehicle is not None) is accepted and bool(received) is accepted
+    assert (companion.link.broken > 0) is not accepted
+
+
+def test_the_signing_key_is_a_file_and_a_setting(tmp_path):
+    (tmp_path / "key").write_text("ab" * 32)
+    assert key_of(str(tmp_path / "key")) == bytes.fromhex("ab" * 32)
+    (tmp_path / "short").write_text("abc")
+    with pytest.raises(InputError, match=r"has 3 characters, expected at least 8"):
+        addresses.sources([f"mavlink:udpin:127.0.0.1:14550?signing={tmp_path / 'short'}"])
+    with pytest.raises(InputError, match="cannot be read"):
+        key_of(str(tmp_path / "none"))
+    (tmp_path / "boat.toml").write_text('from = ["mavlink:udpin:127.0.0.1:14550"]\nmavlink_signing = "key"\n')
+    settings = Settings.load(tmp_path / "boat.toml")
+    (text,) = (addresses.signed(each, settings.mavlink_signing) for each in settings.inputs)
+    ((found,), _) = addresses.sources([text])
+    assert found.options["signing"] == str(tmp_path / "key")
