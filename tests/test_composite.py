@@ -122,7 +122,7 @@ def test_scale_state_finds_the_gain():
 
 
 def test_without_unknowns_the_aided_filter_is_the_composite_one():
-    known = HeadingTuning(1e-7, 1e-6, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
+    known = HeadingTuning(1e-7, 1e-6, *[(0.0, 0.0)] * 4, water_speed=(0.0, 0.0))
     differences, readings, _, _ = record(compass=TCM2)
     one, other = AidedHeadingFilter(known, TCM2, PAPER_YAW), CompositeFilter(composite_model())
     for u, z in zip(differences, readings, strict=True):
@@ -139,9 +139,9 @@ def test_aided_filter_predicts_its_covariance_by_the_true_jacobian():
 
     estimator, rng = AidedHeadingFilter(), np.random.default_rng(4)
     model = estimator._model
-    x = rng.standard_normal(STATES) * [0.02, 0.02, 500.0, 500.0, 1.0, 0.2, 3.0, 3.0, 0.2, 0.2]
+    x = rng.standard_normal(STATES) * [0.02, 0.02, 500.0, 500.0, 1.0, 0.2, 3.0, 3.0, 0.2, 0.2, 0.1]
     x[5] += 1.0
-    steps = np.array([1e-6, 1e-6, 1e-2, 1e-2, 1e-4, 1e-5, 1e-4, 1e-4, 1e-4, 1e-4])
+    steps = np.array([1e-6, 1e-6, 1e-2, 1e-2, 1e-4, 1e-5, 1e-4, 1e-4, 1e-4, 1e-4, 1e-4])
 
     def compass(state):
         state = state.copy()
@@ -150,7 +150,7 @@ def test_aided_filter_predicts_its_covariance_by_the_true_jacobian():
 
     def vehicle(state):
         state = state.copy()
-        predict_vehicle(state, np.eye(STATES), model, 3.0, np.zeros(6))
+        predict_vehicle(state, np.eye(STATES), model, 3.0, np.zeros(7))
         return state
 
     root = rng.standard_normal((STATES, STATES))
@@ -158,11 +158,11 @@ def test_aided_filter_predicts_its_covariance_by_the_true_jacobian():
     jacobian = derivative(compass, x, steps)
     predicted = p.copy()
     predict_compass(x.copy(), predicted, np.empty(STATES), model)
-    noise = np.diag([0.0, 0.0, 1.0, 1.0, *[0.0] * 6])
+    noise = np.diag([0.0, 0.0, 1.0, 1.0, *[0.0] * 7])
     np.testing.assert_allclose(predicted, jacobian @ p @ jacobian.T + noise, rtol=1e-5, atol=1e-4)
     jacobian, predicted = derivative(vehicle, x, steps), p.copy()
-    predict_vehicle(x.copy(), predicted, model, 3.0, np.full(6, 0.25))
-    noise = np.diag([model[11]] * 2 + [0.0, 0.0] + [0.25] * 6)
+    predict_vehicle(x.copy(), predicted, model, 3.0, np.full(7, 0.25))
+    noise = np.diag([model[11]] * 2 + [0.0, 0.0] + [0.25] * 7)
     np.testing.assert_allclose(predicted, jacobian @ p @ jacobian.T + noise, rtol=1e-6, atol=1e-8)
 
 
@@ -170,23 +170,23 @@ def test_gnss_velocity_corrects_like_the_textbook():
     from steerway.estimation.heading.aided import STATES, take_velocity
 
     estimator, rng = AidedHeadingFilter(), np.random.default_rng(5)
-    x = estimator._state.copy()
-    x[0], x[8], x[9] = 0.02, 0.1, -0.1
+    x = np.zeros(STATES)
+    x[0], x[8], x[9], x[10] = 0.02, 0.1, -0.1, 1.5
     root = 0.01 * rng.standard_normal((STATES, STATES))
     p = root @ root.T
     psi = PHYSICAL_YAW.outputs[0] * x[0]
-    said = 1.5 * np.array([math.cos(psi), math.sin(psi)]) + x[8:] + [0.05, -0.02]
+    said = 1.5 * np.array([math.cos(psi), math.sin(psi)]) + x[8:10] + [0.05, -0.02]
     mine, covariance = x.copy(), p.copy()
-    take_velocity(mine, covariance, np.empty((2, STATES)), estimator._model, *said, 1.5, 0.01)
+    take_velocity(mine, covariance, np.empty((2, STATES)), estimator._model, *said, 0.01)
     for axis in range(2):
         psi = float(np.dot(PHYSICAL_YAW.outputs, x[:2]))
         direction = (math.cos(psi), math.sin(psi))
         slope = (-math.sin(psi), math.cos(psi))[axis]
         h = np.zeros(STATES)
-        h[:2] = 1.5 * slope * np.array(PHYSICAL_YAW.outputs)
-        h[8 + axis] = 1.0
+        h[:2] = x[10] * slope * np.array(PHYSICAL_YAW.outputs)
+        h[8 + axis], h[10] = 1.0, direction[axis]
         gain = p @ h / (h @ p @ h + 0.01)
-        x, p = x + gain * (said[axis] - 1.5 * direction[axis] - x[8 + axis]), p - np.outer(gain, h @ p)
+        x, p = x + gain * (said[axis] - x[10] * direction[axis] - x[8 + axis]), p - np.outer(gain, h @ p)
     np.testing.assert_allclose(mine, x, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(covariance, p, rtol=1e-8, atol=1e-12)
 
@@ -221,3 +221,27 @@ def test_readings_may_be_wrapped_unknown_or_missing():
 def test_unusable_tunings_are_named(wrong):
     with pytest.raises(InputError, match="heading_tuning"):
         HeadingTuning(**wrong)
+
+
+@pytest.mark.parametrize("first_deg", [0, 90, 180, -90, 315])
+def test_an_unknown_first_heading_is_found(first_deg):
+    seed = 40 + first_deg // 45
+    compass = random_compass(np.random.default_rng(seed))
+    data = record(300, compass, "physical", (0.1, -0.15), seed, heading=math.radians(first_deg))
+    estimator, errors = AidedHeadingFilter(heading=None), []
+    assert math.isnan(estimator.heading)
+    for u, z, heading, velocity in zip(*data, strict=True):
+        estimator.step(u, z, velocity)
+        errors.append(math.remainder(estimator.heading - heading, 2.0 * math.pi))
+    assert np.degrees(np.abs(errors[150:])).max() < 12.0
+
+
+def test_steering_for_a_course_in_the_estimated_current():
+    estimator = AidedHeadingFilter()
+    estimator._best.state[8:] = 0.3, -0.4, 1.5
+    for course in np.radians([0.0, 50.0, 200.0]):
+        psi = estimator.heading_for(course)
+        made = np.array([0.3, -0.4]) + 1.5 * np.array([math.cos(psi), math.sin(psi)])
+        assert math.remainder(math.atan2(made[1], made[0]) - course, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-12)
+    estimator._best.state[10] = 0.1  # the current is stronger: against it
+    assert math.isfinite(estimator.heading_for(0.0))

@@ -7,8 +7,14 @@ import pytest
 from scipy.optimize import nnls
 
 from steerway.control.heading_lqg import HeadingLqg
-from steerway.control.heading_mpc import BiasObserver, HeadingMpc, InputLimits, LinearPlant, prediction
+from steerway.control.heading_mpc import HeadingMpc, prediction
+from steerway.control.heading_plant import BiasObserver, InputLimits, LinearPlant
+from steerway.control.heading_steering import steering
+from steerway.core.angles import wrap
 from steerway.core.errors import InputError
+from steerway.identification.heading import binary_sequence, identify_heading
+from steerway.vessels.mariner import Mariner
+from steerway.vessels.nomoto import Nomoto
 from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, RPM, Springer
 from steerway.vessels.vessel import conditions
 from steerway_studies.papers.range_rate import OutputCorrectedMpc
@@ -158,3 +164,82 @@ def test_observer_is_a_kalman_filter():
         x, p = f @ x + np.append(plant.b, 0.0) * u, f @ p @ f.T + q
         observer.predict(u)
     np.testing.assert_allclose(observer.state, x, rtol=1e-9)
+
+
+def held_course(controller, boat, command, target, seconds, dt, noise=0.0, state=None):
+    """(n,) true headings of a boat whose controller steers to a heading."""
+    rng, state, headings = np.random.default_rng(0), boat.start() if state is None else state, []
+    for _ in range(round(seconds / dt)):
+        heading = boat.motion(state, CALM).heading
+        wanted = controller.step((target, 0.0, 0.0), wrap(heading + noise * rng.standard_normal()), 0.0, dt)
+        state = boat.step(state, command(wanted), CALM, dt)
+        headings.append(heading)
+    return np.array(headings)
+
+
+@pytest.mark.parametrize("kind", ["mpc", "lqg"])
+@pytest.mark.parametrize(
+    ("boat", "gain", "time", "dt"),
+    [
+        (Nomoto(0.2, 20.0, 2.0, bias=0.05), 0.2, 20.0, 0.1),
+        (Mariner(), 0.185, 107.3, 0.2),
+    ],
+)
+def test_any_boat_known_by_nomoto_s_numbers_is_steered_without_offset(kind, boat, gain, time, dt):
+    limit, noise = 0.6, math.radians(0.5)
+    control = steering(kind, gain, time, limit, noise)
+    headings = held_course(control, boat, lambda u: (u,), 1.0, 15.0 * time if time < 50.0 else 600.0, dt, noise)
+    late = headings[-len(headings) // 4 :]
+    assert abs(np.degrees(late.mean() - 1.0)) < 0.5 and np.degrees(np.abs(late - 1.0)).max() < 2.0
+    assert headings.max() < 1.0 + (0.3 if kind == "lqg" else 0.1)
+
+
+def test_an_identified_heading_makes_a_controller_in_its_own_unit():
+    rng = np.random.default_rng(1)
+    commands = binary_sequence(600, 10, 200.0, rng)
+    boat, state, headings = Springer("physical"), Springer("physical").start(), []
+    for each in commands:
+        headings.append(boat.heading(state))
+        state = boat.step(state, (each * RPM,), CALM, 1.0)
+    identified = identify_heading(np.arange(600.0), commands, headings)
+    control = HeadingMpc.for_(identified, limit=300.0, rate=20.0)
+    state, inputs = boat.start(heading=math.radians(170.0)), []
+    for _ in range(300):
+        inputs.append(control.step(math.radians(-150.0), wrap(boat.heading(state))))
+        state = boat.step(state, (inputs[-1] * RPM,), CALM, 1.0)
+    assert abs(math.degrees(wrap(boat.heading(state) - math.radians(-150.0)))) < 0.2
+    assert np.abs(inputs).max() <= 300.0 + 1e-9 and np.abs(np.diff(inputs)).max() <= 20.0 + 1e-9
+    assert boat.heading(state) == pytest.approx(math.radians(210.0), abs=0.01)  # the short way
+
+
+def test_default_weights_are_the_paper_s_in_proportion_to_the_limits():
+    plant, limits, observer = autopilot_parts(PAPER_YAW)
+    default, paper = HeadingMpc(plant, limits, observer), paper_mpc()
+    np.testing.assert_allclose(default.hessian, paper.hessian, rtol=1e-12)
+    first = default.step(1.0, 0.0) / RPM
+    assert first == pytest.approx(paper.step(1.0, 0.0) / RPM, abs=1e-6) and first > 15.0
+    with pytest.raises(InputError, match=r"mpc\.change_weight is missing"):
+        HeadingMpc(plant, InputLimits(), observer)
+
+
+def test_the_first_heading_known_is_where_a_controller_begins():
+    control = paper_mpc()
+    assert control.step(math.pi, math.nan) == 0.0
+    control.reset()
+    control.step(math.pi, 3.0)
+    assert control.observer.output == pytest.approx(3.0, abs=0.01)
+
+
+def test_sampled_steering_holds_between_samples_and_takes_over_without_a_jump():
+    control = steering("mpc", 0.2, 20.0, 0.6, 0.01)
+    commands = [control.step((0.5, 0.0, 0.0), 0.0, 0.0, 0.1) for _ in range(41)]
+    assert len(set(commands)) == 3 and control.sample == 2.0
+    trim = control.integral
+    control.start(0.2, (0.5, 0.0, 0.0), 0.4, 0.0)
+    assert control.command == 0.2 and control.integral == trim
+    control.limited_to(0.1)
+    assert control.design.input == 0.1
+    with pytest.raises(InputError, match=r"autopilot\.kind is 'pid'"):
+        steering("pid", 0.2, 20.0, 0.6, 0.01)
+    with pytest.raises(InputError, match=r"heading\.limit is 0"):
+        steering("lqg", 0.2, 20.0, 0.0, 0.01)

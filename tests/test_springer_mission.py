@@ -17,9 +17,10 @@ from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, random_compass
 from steerway.vessels.springer import RPM
 from steerway_studies import named
 from steerway_studies.papers.range_rate import RangeRatePassing
+from steerway_studies.springer_mission import perturbed
 from steerway_studies.springer_mission.missions import alarm_mission, real_mission, unseen_mission
 from steerway_studies.springer_mission.navigators import WeightedBounds, ideal, interval_box, nominal
-from steerway_studies.springer_mission.world import PAPER_CIRCUIT, World, random_circuit, replayed, sail
+from steerway_studies.springer_mission.world import PAPER_CIRCUIT, World, ideal_path, random_circuit, replayed, sail
 
 
 @pytest.fixture(scope="module")
@@ -148,13 +149,15 @@ def test_alarm_tells_compasses_outside_the_box():
 
 KEYS = """ideal_reached ideal_time_s nominal_reached nominal_heading_rms_deg circuits_ideal_all_pct
 circuits_nominal_mean_reached weight_net_heading_rms_deg scale_state_heading_rms_deg product_s2_reached_all_pct
-product_s2_heading_median_deg interval_inclusion_pct""".split()
+product_s2_heading_median_deg interval_inclusion_pct any_start_reached_pct current_30_reached_pct
+current_50_reached_pct water_speed_off_reached_pct deviation_printed_ideal_m deviation_printed_nominal_m""".split()
 
 
 def test_study_writes_its_keys_and_figures(tmp_path):
     shares = []
     results = named("springer-mission").run(1, 0, lambda share, what: shares.append(share))
     page = results.write(tmp_path)
+    assert results.lead.startswith("In world (a)")
     numbers = json.loads((tmp_path / "results.json").read_text())
     assert set(KEYS) <= set(numbers) and shares == sorted(shares) and shares[-1] == 1.0
     assert numbers["ideal_reached"] == 7.0 and numbers["interval_inclusion_pct"] == 100.0
@@ -164,3 +167,23 @@ def test_study_writes_its_keys_and_figures(tmp_path):
     assert numbers["literal_1pct_diverged_s"] <= 15.0 and numbers["literal_10pct_diverged_s"] <= 10.0
     assert {f"figure{n:02d}" for n in (2, 7, 8, 9, 10, 11)} <= {stem[:8] for stem in results.figures}
     assert "met" in page.read_text() and all((tmp_path / f"{stem}.png").exists() for stem in results.figures)
+
+
+@pytest.mark.parametrize("scene", ["start_90", "start_180", "current_50", "water_speed_off", "turned", "step_2"])
+def test_with_nothing_known_all_waypoints_are_reached(scene):
+    voyage = perturbed.voyage(scene, 70_000)
+    assert voyage.reached == 7 and math.isnan(voyage.estimate[0])
+    assert voyage.heading_median_deg < 6.0
+
+
+def test_deviation_as_printed(reached_all):
+    """The sum of the errors along and across: P4 (23) by the law of cosines is the distance of two points."""
+    path = ideal_path(PAPER_CIRCUIT, len(reached_all.position))
+    assert np.hypot(*path[100]) == pytest.approx(154.33, abs=0.01)
+    k = 50
+    to_ideal, to_actual = PAPER_CIRCUIT[0] - path[k], PAPER_CIRCUIT[0] - reached_all.position[k]
+    pb, pb_dash = np.hypot(*to_ideal), np.hypot(*to_actual)
+    cosine = to_ideal @ to_actual / (pb * pb_dash)
+    printed = math.sqrt(pb**2 + pb_dash**2 - 2.0 * pb * pb_dash * cosine)
+    assert printed == pytest.approx(np.hypot(*(path[k] - reached_all.position[k])))
+    assert reached_all.deviation_printed == pytest.approx(16.2, abs=0.2)

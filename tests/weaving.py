@@ -9,11 +9,11 @@ from steerway.vessels.springer import RPM, Springer
 from steerway.vessels.vessel import conditions
 
 
-def record(seconds=60, compass=TRUE_TCM2, plant="paper", current=(0.0, 0.15), seed=0, **vessel):
+def record(seconds=60, compass=TRUE_TCM2, plant="paper", current=(0.0, 0.15), seed=0, heading=0.0, **vessel):
     """(differences, readings, headings, velocities) of a weaving run."""
     rng = np.random.default_rng(seed)
-    boat, stream = Springer(plant, **vessel), DynamicCompass(compass).start(0.0, rng)
-    state, around, rows = boat.start(), conditions(current), []
+    boat, stream = Springer(plant, **vessel), DynamicCompass(compass).start(heading, rng)
+    state, around, rows = boat.start(heading=heading), conditions(current), []
     for k in range(seconds):
         difference = 60.0 * RPM * math.sin(k / 15.0)
         motion = boat.motion(state, around)

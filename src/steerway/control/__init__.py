@@ -10,7 +10,8 @@ if TYPE_CHECKING:
     from steerway.control.course import AnglePID, AnglePIDGains, place_poles
     from steerway.control.handover import Autopilot
     from steerway.control.heading_lqg import HeadingLqg
-    from steerway.control.heading_mpc import BiasObserver, HeadingMpc, InputLimits, LinearPlant
+    from steerway.control.heading_mpc import HeadingMpc
+    from steerway.control.heading_plant import BiasObserver, HeadingResponse, InputLimits, LinearPlant
     from steerway.control.positioning import PositioningGains, PositionPID
     from steerway.control.rudder import Rudder
     from steerway.control.speed import AdaptiveSpeed, AdaptiveSpeedGains
@@ -30,6 +31,7 @@ __all__ = [
     "ForceLoop",
     "HeadingLqg",
     "HeadingMpc",
+    "HeadingResponse",
     "InputLimits",
     "LinearPlant",
     "ObservedSpeed",

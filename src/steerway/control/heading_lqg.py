@@ -5,8 +5,8 @@ import math
 import numpy as np
 from scipy.linalg import solve_discrete_are
 
-from steerway.control.heading_mpc import BiasObserver, InputLimits, LinearPlant
-from steerway.core.checks import positive
+from steerway.control.heading_mpc import default_weights
+from steerway.control.heading_plant import BiasObserver, Identified, InputLimits, LinearPlant, parts_for
 
 
 class HeadingLqg:
@@ -20,11 +20,10 @@ class HeadingLqg:
         plant: LinearPlant,
         limits: InputLimits,
         observer: BiasObserver,
-        output_weight: float = 1.0,
-        change_weight: float = 0.1,
+        output_weight: float | None = None,
+        change_weight: float | None = None,
     ):
-        positive("lqg.output_weight", output_weight)
-        positive("lqg.change_weight", change_weight)
+        output_weight, change_weight = default_weights(limits, output_weight, change_weight)
         n = len(plant.b)
         self._plant, self._limits, self.observer = plant, limits, observer
         a, b = np.eye(n + 1), np.append(plant.b, 1.0)[:, None]
@@ -35,11 +34,30 @@ class HeadingLqg:
         at_rest = np.zeros((n + 1, n + 1))
         at_rest[:n, :n], at_rest[:n, n], at_rest[n, :n] = plant.a - np.eye(n), plant.b, plant.c
         self._rest = np.linalg.solve(at_rest, np.eye(n + 1)[n])
-        self.input = 0.0
+        self.reset()
+
+    @classmethod
+    def for_(
+        cls, identified: Identified, limit: float, rate: float = math.inf, angle_std: float = 0.0, **weights: float
+    ) -> "HeadingLqg":
+        """A controller for an identified heading; see `HeadingMpc.for_`."""
+        return cls(*parts_for(identified, limit, rate, angle_std), **weights)
+
+    def reset(self, applied: float = 0.0) -> None:
+        """Forget everything; begin at rest on the first heading known, with an input already applied."""
+        self.observer.reset()
+        self.input = applied
+        self._is_begun = False
 
     def step(self, wanted: float, estimated: float) -> float:
-        """The input for the next step; headings in the plant's unit, NaN for an unknown estimate."""
-        self.observer.correct(estimated)
+        """The input for the next step; headings in rad, NaN for an unknown estimate."""
+        if not self._is_begun:
+            if not math.isfinite(estimated):
+                return self.input
+            self.observer.begin(estimated)
+            self._is_begun = True
+        else:
+            self.observer.correct(estimated)
         state, limits = self.observer.state[:-1], self._limits
         if self._plant.circular:
             now = float(self._plant.c @ state)

@@ -7,105 +7,44 @@ states of a plant that is not stable to drift away.)
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from steerway.control.heading_plant import BiasObserver, Identified, InputLimits, LinearPlant, parts_for
 from steerway.core.checks import positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.core.linear_algebra import multiply, multiply_transposed
+
+FULL_CHANGE = 40.0
+"""Cost of a change of the input at its limit, where an error of 1° costs 1: P4's R = 0.1 per rpm² with 20 rpm."""
+LONGEST_HORIZON = 100
+_CHANGES = 15.0
+"""Steps from 0 to the limit of the input that stand for a limit of its change where there is none."""
 
 
-@dataclass(frozen=True)
-class LinearPlant:
-    """x(k+1) = A x(k) + B (u(k) + d(k)), y = C x: A (n, n), B (n,), C (n,); y an angle if `circular`."""
-
-    a: np.ndarray
-    b: np.ndarray
-    c: np.ndarray
-    circular: bool = True
-
-    def __post_init__(self):
-        a, b, c = (np.array(each, dtype=np.float64) for each in (self.a, self.b, self.c))
-        n = len(b)
-        if a.shape != (n, n) or b.shape != (n,) or c.shape != (n,):
-            raise InputError(f"plant has A {a.shape}, B {b.shape}, C {c.shape}, expected (n, n), (n,) and (n,)")
-        for name, value in zip("abc", (a, b, c), strict=True):
-            object.__setattr__(self, name, value)
-
-
-@dataclass(frozen=True)
-class InputLimits:
-    """|u| ≤ size, |Δu| ≤ change; infinity for none."""
-
-    size: float = math.inf
-    change: float = math.inf
-
-    def __post_init__(self):
-        for name in ("size", "change"):
-            if not getattr(self, name) > 0.0:
-                raise InputError(f"limits.{name} is {getattr(self, name)}, expected more than 0")
-
-
-class BiasObserver:
-    """A Kalman filter on [x, d], d the unknown part of the input: the states that an MPC or LQG starts from.
-
-    state_noise (n,) and bias_noise are variances a step, reading_variance that of one output, bias_start the variance
-    of the bias at first; units are the plant's own.
-    """
-
-    def __init__(
-        self, plant: LinearPlant, state_noise: ArrayLike, bias_noise: float, reading_variance: float, bias_start: float
-    ):
-        n = len(plant.b)
-        self._transition = np.eye(n + 1)
-        self._transition[:n, :n] = plant.a
-        self._transition[:n, n] = plant.b
-        self._input = np.append(plant.b, 0.0)
-        self._output = np.append(plant.c, 0.0)
-        self._noise = np.append(np.broadcast_to(np.asarray(state_noise, dtype=np.float64), n), bias_noise)
-        self._variance = float(reading_variance)
-        self._start = np.append(np.broadcast_to(np.asarray(state_noise, dtype=np.float64), n), bias_start)
-        self._turn = math.tau if plant.circular else math.inf
-        self.reset()
-
-    def reset(self, states: ArrayLike = 0.0) -> None:
-        """Begin anew at `states` (n,) with no bias."""
-        self.state = np.zeros(len(self._input))
-        self.state[:-1] = states
-        self._covariance = np.diag(self._start)
-        self._work = np.empty((3, len(self.state), len(self.state)))
-
-    @property
-    def bias(self) -> float:
-        """The unknown part of the input."""
-        return float(self.state[-1])
-
-    @property
-    def output(self) -> float:
-        """The output that belongs to the states, c x."""
-        return float(self._output @ self.state)
-
-    def correct(self, output: float) -> None:
-        """Take one output; NaN for unknown."""
-        _correct(self.state, self._covariance, self._output, output, self._variance, self._turn)
-
-    def predict(self, applied: float) -> None:
-        """Go one step on with the input that was applied."""
-        _predict(self.state, self._covariance, self._transition, self._input, applied, self._noise, self._work)
+def default_weights(limits: InputLimits, output_weight: float | None, change_weight: float | None):
+    """Q per rad² and R per unit² of input: as given, else P4's in proportion to the limits."""
+    change = limits.change if limits.change < math.inf else limits.size / _CHANGES
+    if output_weight is None:
+        output_weight = math.degrees(1.0) ** 2
+    if change_weight is None:
+        if change == math.inf:
+            raise InputError("mpc.change_weight is missing for an input without limits, expected a number above 0")
+        change_weight = FULL_CHANGE / change**2
+    return positive("mpc.output_weight", output_weight), positive("mpc.change_weight", change_weight)
 
 
 class HeadingMpc:
-    """Steps from a wanted and an estimated heading to the input; any linear plant, any horizon.
+    """Steps from a wanted and an estimated heading (rad) to the input; any linear plant, any horizon.
 
     Args:
         plant: the model predicted with.
         limits: what the input may do.
         observer: supplies the states.
         horizon, control_horizon: H_p and H_c, steps.
-        output_weight, change_weight: Q and R, per unit of the plant's output and input.
+        output_weight, change_weight: Q per rad² (or per the squared unit of a plant that is not circular) and R per
+            squared unit of the input; by default 1 per degree² and 40 per squared limit of the change, P4's numbers.
 
     `input` is what was last asked for. Raises InputError for horizons or weights that cannot be used, and
     RuntimeError when the solver fails.
@@ -118,13 +57,12 @@ class HeadingMpc:
         observer: BiasObserver,
         horizon: int = 10,
         control_horizon: int = 2,
-        output_weight: float = 1.0,
-        change_weight: float = 0.1,
+        output_weight: float | None = None,
+        change_weight: float | None = None,
     ):
         if not 1 <= control_horizon <= horizon:
             raise InputError(f"mpc.control_horizon is {control_horizon}, expected 1 to the horizon of {horizon} steps")
-        positive("mpc.output_weight", output_weight)
-        positive("mpc.change_weight", change_weight)
+        output_weight, change_weight = default_weights(limits, output_weight, change_weight)
         self._solve = _solver()
         self._plant, self._limits, self.observer = plant, limits, observer
         free, held, forced = prediction(plant, horizon, control_horizon)
@@ -138,14 +76,46 @@ class HeadingMpc:
         self._upper, self._lower = np.empty((2, 2 * control_horizon))
         self.reset()
 
-    def reset(self, states: ArrayLike = 0.0, applied: float = 0.0) -> None:
-        """Forget everything; begin at `states` (n,) with an input already applied."""
-        self.observer.reset(states)
+    @classmethod
+    def for_(
+        cls,
+        identified: Identified,
+        limit: float,
+        rate: float = math.inf,
+        angle_std: float = 0.0,
+        **design: float,
+    ) -> "HeadingMpc":
+        """A controller for an identified heading, one step a sample of it.
+
+        `limit` and `rate` (a second): of the input, in its unit; `angle_std`: of one estimated heading, rad. `design`:
+        horizons and weights. By default the horizon is three times the second time constant, from P4's 10 steps to
+        100, with 5 changes. Raises InputError for what cannot be used.
+        """
+        plant, limits, observer = parts_for(identified, limit, rate, angle_std)
+        steps = 10
+        if 0.0 < identified.poles[1] < 1.0:
+            steps = min(max(steps, round(-3.0 / math.log(identified.poles[1]))), LONGEST_HORIZON)
+        horizon = int(design.pop("horizon", steps))
+        control_horizon = int(design.pop("control_horizon", min(5, horizon)))
+        return cls(plant, limits, observer, horizon, control_horizon, **design)
+
+    def reset(self, states: ArrayLike | None = None, applied: float = 0.0) -> None:
+        """Forget everything; begin at `states` (n,), or at rest on the first heading known, with an input already
+        applied."""
+        self.observer.reset(0.0 if states is None else states)
         self.input = applied
+        self._is_begun = states is not None
 
     def step(self, wanted: float, estimated: float) -> float:
-        """The input for the next step. Headings in the plant's unit; an unknown (NaN) estimate is predicted over."""
-        self.observer.correct(estimated)
+        """The input for the next step. Headings in rad; an unknown (NaN) estimate is predicted over, before the
+        first known one the input is held."""
+        if not self._is_begun:
+            if not math.isfinite(estimated):
+                return self.input
+            self.observer.begin(estimated)
+            self._is_begun = True
+        else:
+            self.observer.correct(estimated)
         self.input += self.change(wanted)
         self.observer.predict(self.input)
         return self.input
@@ -219,38 +189,3 @@ def _problem(state, last, wanted, output, turn, size, change, slopes, gradient, 
             gradient[j] += slopes[j, i] * state[i]
         upper[j], lower[j] = change, -change
         upper[m + j], lower[m + j] = size - last, -size - last
-
-
-@kernel
-def _correct(x, p, output, reading, variance, turn):
-    if not math.isfinite(reading):
-        return
-    n = len(x)
-    pc = np.empty(n)
-    s, innovation = variance, reading
-    for i in range(n):
-        pc[i] = 0.0
-        for j in range(n):
-            pc[i] += p[i, j] * output[j]
-        innovation -= output[i] * x[i]
-    for i in range(n):
-        s += output[i] * pc[i]
-    if turn < math.inf:
-        innovation -= turn * round(innovation / turn)
-    for i in range(n):
-        x[i] += pc[i] / s * innovation
-        for j in range(n):
-            p[i, j] -= pc[i] * pc[j] / s
-
-
-@kernel
-def _predict(x, p, transition, inputs, applied, noise, work):
-    n = len(x)
-    multiply(transition, p, work[0])
-    multiply_transposed(work[0], transition, p)
-    for i in range(n):
-        work[1, 0, i] = inputs[i] * applied
-        for j in range(n):
-            work[1, 0, i] += transition[i, j] * x[j]
-        p[i, i] += noise[i]
-    x[:] = work[1, 0]

@@ -101,7 +101,7 @@ class DynamicCompass:
 
 
 class DynamicCompassStream:
-    """A compass that is switched on: `second(heading)` gives its 40 readings (rad) of a second at one heading."""
+    """A compass that is switched on: `readings(heading, ticks)` gives its readings (rad) at 40 Hz at one heading."""
 
     def __init__(self, compass: DynamicCompass, heading: float, seed):
         self._compass = compass
@@ -112,9 +112,13 @@ class DynamicCompassStream:
 
     def second(self, heading: float) -> np.ndarray:
         """(40,) readings, rad; the heading is held through the second, as in P4."""
-        readings = np.empty(TICKS)
-        noise = self._rng.standard_normal((TICKS, 3))
-        _second(self._compass._constants, self._state, self._seen(heading), noise, readings)
+        return self.readings(heading, TICKS)
+
+    def readings(self, heading: float, ticks: int) -> np.ndarray:
+        """(ticks,) readings, rad, of a heading that is held."""
+        readings = np.empty(ticks)
+        noise = self._rng.standard_normal((ticks, 3))
+        _ticks(self._compass._constants, self._state, self._seen(heading), noise, readings)
         readings = np.radians(readings)
         return np.array([wrap(each) for each in readings]) if self._compass.wrapped else readings
 
@@ -123,8 +127,8 @@ class DynamicCompassStream:
 
 
 @kernel
-def _second(model, state, heading_deg, noise, readings):
-    for k in range(TICKS):
+def _ticks(model, state, heading_deg, noise, readings):
+    for k in range(len(readings)):
         first = model[0] * state[0] + model[1] * state[1] + model[2] * heading_deg + noise[k, 0]
         state[1] = model[4] * state[0] + noise[k, 1]
         state[0] = first

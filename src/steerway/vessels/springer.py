@@ -40,9 +40,10 @@ class HeadingModel(NamedTuple):
     inputs: tuple[float, float]  # rad per rpm, as printed
     outputs: tuple[float, float]
 
-    def matrices(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """A (2, 2), B (2,) per rad/s of n_d, C (2,) to rad."""
-        return np.diag(self.poles), np.array(self.inputs) / RPM, np.array(self.outputs)
+    def matrices(self, step: float = 1.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """A (2, 2), B (2,) per rad/s of n_d, C (2,) to rad; for steps of `step` s."""
+        kept, entered = np.array([held(pole, step) for pole in self.poles]).T
+        return np.diag(kept), entered * np.array(self.inputs) / RPM, np.array(self.outputs)
 
     def scaled(self, effectiveness: float) -> "HeadingModel":
         """The same vessel with `effectiveness` times the yaw moment of its propellers."""

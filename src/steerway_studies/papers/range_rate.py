@@ -37,6 +37,7 @@ class OutputCorrectedMpc:
 
     def __init__(self, mpc):
         self._mpc = mpc
+        mpc.reset(0.0)
 
     def step(self, wanted: float, estimated: float) -> float:
         error = estimated - self._mpc.observer.output

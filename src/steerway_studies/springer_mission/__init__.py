@@ -1,7 +1,7 @@
 """springer-mission: P4, weighted interval Kalman filter, line of sight and MPC on Springer, and the aided filter."""
 
 from steerway.sensors import TRUE_TCM2
-from steerway_studies.springer_mission import bounds, comparisons, figures, missions
+from steerway_studies.springer_mission import bounds, comparisons, figures, missions, perturbed
 from steerway_studies.springer_mission.navigators import nominal
 from steerway_studies.springer_mission.world import World, sail
 from steerway_studies.study import Results, Study, seeds_from
@@ -32,7 +32,11 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     step(0.75, "harder worlds")
     worlds = {kind: missions.real_missions(kind, seeds_from(first_seed, seeds, WORLDS)) for kind in "abcd"}
     comparisons.worlds(results, worlds)
-    step(0.9, "alarms")
+    comparisons.boxed(results, worlds["a"])
+    step(0.85, "perturbed worlds")
+    scenes = missions.many(perturbed.missions, seeds_from(first_seed, seeds, WORLDS))
+    perturbed.compare(results, scenes)
+    step(0.95, "alarms")
     comparisons.alarms(results, missions.many(missions.alarm_mission, seeds_from(first_seed, seeds, ALARMS)))
     bounds.speeds(results, reference)
     lost = sail(World(compass=TRUE_TCM2), nominal(), first_seed)

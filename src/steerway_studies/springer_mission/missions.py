@@ -62,6 +62,7 @@ class Sailed:
     time_s: float
     distance_m: float
     deviation_m: float
+    deviation_printed_m: float
     cross_track_rms_m: float
     energy_rps2: float
     heading_rms_deg: float
@@ -76,6 +77,7 @@ class Sailed:
             float(len(voyage.heading)),
             log.distance,
             voyage.deviation,
+            voyage.deviation_printed,
             log.cross_track_rms,
             log.mean_effort,
             voyage.heading_rms_deg,
@@ -156,12 +158,17 @@ def real_world(kind: str, seed: int) -> World:
     )
 
 
+BOXED = ("weight_net", "half_bank")
+"""Estimators whose box the compasses of world (a) lie in."""
+
+
 def real_mission(kind: str, seed: int) -> dict[str, object]:
     """One harder world: product and nominal in the loop; product and GNSS alone on the product's own voyage."""
     world, circuit = real_world(kind, seed), PAPER_CIRCUIT
     voyage = sail(world, product(), seed, circuit)
     alone = np.abs(turnless_deg(replayed(voyage, GnssAlone()), voyage.heading))
-    return {
+    boxed = {name: Sailed.of(sail(world, RIVALS[name](), seed, circuit)) for name in BOXED} if kind == "a" else {}
+    return boxed | {
         "product": Sailed.of(voyage),
         "nominal": Sailed.of(sail(world, physical_nominal(), seed, circuit)),
         "gnss": Sailed.of(sail(world, GnssAlone(), seed, circuit)),

@@ -6,6 +6,7 @@ from steerway.estimation.heading import (
     SCALE_ONLY,
     AidedHeadingFilter,
     CompositeFilter,
+    HeadingTuning,
     IntervalFilter,
     LearnedHeading,
     ModelBank,
@@ -84,11 +85,15 @@ def scale_state() -> Blind:
     return Blind(AidedHeadingFilter(SCALE_ONLY, TCM2, PAPER_YAW))
 
 
+KNOWN_SPEED = HeadingTuning(current=(0.3, 2e-3), water_speed=(0.0, 0.0))
+"""For worlds (a) to (d), in which the speed through the water is known."""
+
+
 class GnssAlone:
     """The product filter without its compass."""
 
     def __init__(self):
-        self.estimator = AidedHeadingFilter()
+        self.estimator = AidedHeadingFilter(KNOWN_SPEED)
 
     @property
     def heading(self) -> float:
@@ -98,9 +103,28 @@ class GnssAlone:
         return self.estimator.step(difference, None, velocity)
 
 
+class ByBearing:
+    """The aided filter where the speed through the water is known, steering for a waypoint by its bearing."""
+
+    def __init__(self):
+        self.estimator = AidedHeadingFilter(KNOWN_SPEED)
+
+    @property
+    def heading(self) -> float:
+        return self.estimator.heading
+
+    def step(self, difference, readings, velocity) -> float:
+        return self.estimator.step(difference, readings, velocity)
+
+
 def product() -> Navigator:
-    """The aided filter with all its states."""
-    return AidedHeadingFilter()
+    """The aided filter as in worlds (a) to (d)."""
+    return ByBearing()
+
+
+def all_round() -> Navigator:
+    """The aided filter with nothing known: neither first heading nor speed nor current."""
+    return AidedHeadingFilter(heading=None)
 
 
 def physical_nominal() -> Blind:

@@ -15,7 +15,7 @@ from steerway.control import BiasObserver, HeadingMpc, InputLimits, LinearPlant
 from steerway.core import markov_decay, markov_step, rms, wrap, wrap_array
 from steerway.estimation.heading import WAVES
 from steerway.guidance import Mission, MissionLog, Passing, Phase, Route
-from steerway.sensors import TRUE_TCM2, CompassModel, DynamicCompass
+from steerway.sensors import TICKS, TRUE_TCM2, CompassModel, DynamicCompass
 from steerway.vessels import RPM, HeadingModel, Springer, conditions
 from steerway.vessels import SPRINGER_MAX_CHANGE_RPM as MAX_CHANGE_RPM
 from steerway.vessels import SPRINGER_MAX_DIFFERENCE_RPM as MAX_DIFFERENCE_RPM
@@ -27,6 +27,7 @@ PAPER_CIRCUIT = np.array([(170, 10), (310, 120), (340, 290), (220, 410), (50, 40
 """Read from figure 7a: 1294 m from (0, 0), heading 0."""
 ACCEPTANCE = 4.0
 CURRENT = (0.0, 0.1 * SPEED)
+UNKNOWN = (math.nan, math.nan)
 LONGEST = 1800
 """Seconds after which a mission is given up."""
 
@@ -70,6 +71,8 @@ class World:
     current_std: float = 0.0
     current_time: float = 600.0
     velocity_std: float = 0.1
+    speed: float = SPEED  # through the water
+    lag: int = 0  # steps by which GNSS velocities are late
 
 
 @dataclass
@@ -90,17 +93,18 @@ class Voyage:
 
     @property
     def error_deg(self) -> np.ndarray:
-        """Estimate less truth: with what a full turn would be left in it, as the paper's unwrapped angles have it."""
+        """Estimate less truth, NaN while there is none: with what a full turn would be left in it, as the paper has."""
         return np.degrees(self.estimate - self.heading)
 
     @property
     def heading_rms_deg(self) -> float:
-        return rms(self.error_deg)
+        error = self.error_deg
+        return rms(error[np.isfinite(error)])
 
     @property
     def heading_median_deg(self) -> float:
         """Median of the absolute error, a full turn left out: what steering feels."""
-        return float(np.median(np.abs(turnless_deg(self.estimate, self.heading))))
+        return float(np.nanmedian(np.abs(turnless_deg(self.estimate, self.heading))))
 
     @property
     def deviation(self) -> float:
@@ -108,8 +112,21 @@ class Voyage:
         return float(np.mean(np.abs(self.cross_track)))
 
     @property
+    def deviation_printed(self) -> float:
+        """Mean distance from where the boat would be at the same step on the ideal path, m; P4 (23)."""
+        return float(np.mean(np.hypot(*(self.position - ideal_path(self.circuit, len(self.position))).T)))
+
+    @property
     def reached(self) -> int:
         return len(self.log.reached)
+
+
+def ideal_path(circuit: np.ndarray, steps: int) -> np.ndarray:
+    """(steps, 2) positions at 1 s of a boat that sails the legs at her speed, without a current; then the end."""
+    corners = np.vstack([np.zeros(2), circuit])
+    ends = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
+    sailed = SPEED * np.arange(steps)
+    return np.stack([np.interp(sailed, ends, corners[:, axis]) for axis in range(2)], axis=1)
 
 
 def turnless_deg(estimate, heading) -> np.ndarray:
@@ -117,38 +134,56 @@ def turnless_deg(estimate, heading) -> np.ndarray:
     return np.degrees(wrap_array(estimate - heading))
 
 
-def paper_mpc(yaw: HeadingModel = PAPER_YAW) -> HeadingMpc:
-    """P4's autopilot: H_p 10, H_c 2, Q 1 per degree², R 0.1 per rpm²; (25)–(27)."""
-    return HeadingMpc(*autopilot_parts(yaw), output_weight=math.degrees(1.0) ** 2, change_weight=0.1 / RPM**2)
+def paper_mpc(yaw: HeadingModel = PAPER_YAW, step: float = 1.0) -> HeadingMpc:
+    """P4's autopilot: H_p 10, H_c 2, Q 1 per degree², R 0.1 per rpm²; (25)–(27). Weights and horizon hold for 1 s."""
+    horizon = round(10 / step)
+    weights = {"output_weight": step * math.degrees(1.0) ** 2, "change_weight": 0.1 / step / RPM**2}
+    return HeadingMpc(*autopilot_parts(yaw, step), horizon=horizon, **weights)
 
 
-def autopilot_parts(yaw: HeadingModel) -> tuple[LinearPlant, InputLimits, BiasObserver]:
+def autopilot_parts(yaw: HeadingModel, step: float = 1.0) -> tuple[LinearPlant, InputLimits, BiasObserver]:
     """What MPC and LQG share."""
-    plant = LinearPlant(*yaw.matrices())
-    observer = BiasObserver(plant, 1e-12, 0.01 * RPM**2, 0.05 * math.radians(1.0) ** 2, (20.0 * RPM) ** 2)
-    return plant, InputLimits(MAX_DIFFERENCE_RPM * RPM, MAX_CHANGE_RPM * RPM), observer
+    plant = LinearPlant(*yaw.matrices(step))
+    bias, reading = 0.01 * RPM**2 * step, 0.05 * math.radians(1.0) ** 2 / step
+    observer = BiasObserver(plant, 1e-12 * step, bias, reading, (20.0 * RPM) ** 2)
+    return plant, InputLimits(MAX_DIFFERENCE_RPM * RPM, MAX_CHANGE_RPM * RPM * step), observer
 
 
-def sail(world: World, navigator: Navigator, seed, circuit=PAPER_CIRCUIT, passing=None, autopilot=None) -> Voyage:
-    """Sail a circuit from (0, 0), heading 0. seed: waves, compass, current and GNSS; passing None: the plane."""
+def sail(
+    world: World,
+    navigator: Navigator,
+    seed,
+    circuit=PAPER_CIRCUIT,
+    passing=None,
+    autopilot=None,
+    heading: float = 0.0,
+    step: float = 1.0,
+) -> Voyage:
+    """Sail a circuit from (0, 0) with a first heading (rad). seed: waves, compass, current and GNSS; passing None: the
+    plane. Waypoints are steered for by their bearing, or by a navigator that knows the current by `heading_for` it.
+
+    step: s between two orders and steps of the vessel; the compass reads on at 40 Hz.
+    """
     rng = np.random.default_rng(seed)
-    vessel = Springer(world.plant, world.effectiveness, world.bias)
-    compass = DynamicCompass(world.compass, world.card).start(0.0, rng.spawn(1)[0])
+    vessel = Springer(world.plant, world.effectiveness, world.bias, world.speed)
+    compass = DynamicCompass(world.compass, world.card).start(heading, rng.spawn(1)[0])
     mission = Mission(
         Route(circuit[:, 0], circuit[:, 1], ACCEPTANCE, SPEED), passing or Passing("circle"), start="point"
     )
-    pilot = autopilot or paper_mpc(PAPER_YAW if world.plant == "paper" else PHYSICAL_YAW)
-    state, flow = vessel.start(), _Flow(world, rng.spawn(1)[0])
+    pilot = autopilot or paper_mpc(PAPER_YAW if world.plant == "paper" else PHYSICAL_YAW, step)
+    state, flow = vessel.start(heading=heading), _Flow(world, rng.spawn(1)[0])
+    made_good = getattr(navigator, "heading_for", None)
     draws, rows, read, velocities = rng.spawn(1)[0], [], [], []
     effort = 0.0
-    while mission.phase is Phase.UNDER_WAY and len(rows) < LONGEST:
-        heading, estimate, around = vessel.heading(state), navigator.heading, flow.step()
+    while mission.phase is Phase.UNDER_WAY and step * len(rows) < LONGEST:
+        heading, estimate, around = vessel.heading(state), navigator.heading, flow.step(step)
         passed = len(mission.log.passages)
-        leg = mission.step(state[0], state[1], 1.0 if rows else 0.0, effort)
+        leg = mission.step(state[0], state[1], step if rows else 0.0, effort)
         if len(mission.log.passages) > passed:
             leg = mission.step(state[0], state[1], 0.0)  # P4 turns to the next waypoint in the same second
-        wanted = estimate + wrap(leg.bearing - estimate)
-        difference = pilot.step(wanted, estimate)
+        steer = leg.bearing if made_good is None or math.isnan(estimate) else made_good(leg.bearing)
+        wanted = estimate + wrap(steer - estimate)
+        difference = pilot.step(wanted, estimate) if math.isfinite(wanted) else pilot.input
         effort = (difference / RPM / 60.0) ** 2
         motion = vessel.motion(state, around)
         noise = draws.standard_normal(4)
@@ -156,13 +191,17 @@ def sail(world: World, navigator: Navigator, seed, circuit=PAPER_CIRCUIT, passin
             motion.north_velocity + world.velocity_std * noise[0],
             motion.east_velocity + world.velocity_std * noise[1],
         )
-        readings = compass.second(heading)
+        readings = compass.readings(heading, round(TICKS * step))
         rows.append((state[0], state[1], heading, estimate, wanted, difference, leg.cross_track))
         read.append(readings)
         velocities.append(velocity)
-        navigator.step(difference, readings, velocity)
-        state = vessel.step(state, (difference,), around, 1.0)
-        state[2:4] += world.waves * noise[2:]
+        late = velocities[max(len(velocities) - 1 - world.lag, 0)] if world.lag < len(velocities) else UNKNOWN
+        if step == 1.0:
+            navigator.step(difference, readings, late)
+        else:
+            navigator.step(difference, readings, late, step)
+        state = vessel.step(state, (difference,), around, step)
+        state[2:4] += math.sqrt(step) * world.waves * noise[2:]
     table = np.array(rows)
     finished = mission.phase is not Phase.UNDER_WAY
     return Voyage(table[:, :2], *table[:, 2:].T, mission.log, np.array(read), np.array(velocities), finished, circuit)
@@ -173,14 +212,14 @@ class _Flow:
 
     def __init__(self, world: World, rng):
         self._world, self._rng = world, rng
-        self._decay = markov_decay(world.current_time, 1.0)
         self._part = world.current_std * rng.standard_normal(2)
 
-    def step(self) -> np.ndarray:
+    def step(self, dt: float) -> np.ndarray:
         north, east = self._world.current
         now = conditions((north + self._part[0], east + self._part[1]))
         std = self._world.current_std
-        self._part = np.array([markov_step(p, self._decay, std, self._rng.standard_normal()) for p in self._part])
+        decay = markov_decay(self._world.current_time, dt)
+        self._part = np.array([markov_step(p, decay, std, self._rng.standard_normal()) for p in self._part])
         return now
 
 

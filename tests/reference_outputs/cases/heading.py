@@ -6,7 +6,8 @@ from functools import cache
 import numpy as np
 
 from steerway.control.heading_lqg import HeadingLqg
-from steerway.control.heading_mpc import BiasObserver, HeadingMpc, InputLimits, LinearPlant
+from steerway.control.heading_mpc import HeadingMpc
+from steerway.control.heading_plant import BiasObserver, InputLimits, LinearPlant
 from steerway.estimation.heading.aided import PRODUCT, SCALE_ONLY, AidedHeadingFilter
 from steerway.estimation.heading.compass_alarm import gain_range, outside
 from steerway.estimation.heading.composite import CompositeFilter, composite_model
