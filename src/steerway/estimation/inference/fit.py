@@ -44,9 +44,14 @@ class Fit(NamedTuple):
 class Posterior:
     """Posterior of a structure's numbers, in prior deviations from the prior medians."""
 
-    def __init__(self, parts, rows: Rows):
+    def __init__(self, parts, rows: Rows, shortest=0.0):
         self.parts, self.rows, self.calls = parts, rows, 0
         self.names, self.medians, self.deviations = parameters_of(parts)
+        self.least = np.full(len(self.names), -_FURTHEST)
+        if shortest > 0.0:
+            for i, name in enumerate(self.names):
+                if name.endswith("_period"):
+                    self.least[i] = max((math.log(shortest) - self.medians[i]) / self.deviations[i], -_FURTHEST)
         self._bank = None
 
     def densities(self, x):
@@ -77,7 +82,11 @@ class Posterior:
         for i, name in enumerate(self.names):
             if name in values:
                 x[i] = (math.log(values[name]) - self.medians[i]) / self.deviations[i]
-        return np.clip(x, -_FURTHEST, _FURTHEST)
+        return self.within(x)
+
+    def within(self, x):
+        """The nearest point that may be sought."""
+        return np.clip(x, self.least, _FURTHEST)
 
     def scores(self, x, each):
         """(numbers, n) derivative of every row's log density by every number."""
@@ -85,21 +94,23 @@ class Posterior:
         return np.array([(self.densities(x + step) - each) / _DIFFERENCE for step in steps])
 
 
-def likeliest(parts, rows, starts) -> dict:
+def likeliest(parts, rows, starts, shortest=0.0) -> dict:
     """Of starting points (dicts) the likeliest."""
-    posterior = Posterior(parts, rows)
+    posterior = Posterior(parts, rows, shortest)
     logs = [posterior.log(x, posterior.densities(x)) for x in map(posterior.point, starts)]
     return starts[int(np.argmax(logs))]
 
 
-def fitted(parts, rows, start, gradients=4) -> Fit:
+def fitted(parts, rows, start, gradients=4, shortest=0.0) -> Fit:
     """Maximise the posterior from a starting point (dict) by Fisher's scoring within a trust region.
+
+    shortest: period (s) below which fixes do not resolve an oscillation.
 
     The information is the sum of outer products of the rows' scores (E. K. Berndt, B. H. Hall, R. E. Hall and J. A.
     Hausman, Annals of Economic and Social Measurement 3(4), 1974) and the prior's. Between differences the scores are
     kept up to date by the secants of the steps (C. G. Broyden, Mathematics of Computation 19, 1965).
     """
-    posterior = Posterior(parts, rows)
+    posterior = Posterior(parts, rows, shortest)
     x = posterior.point(start)
     each = posterior.densities(x)
     best = posterior.log(x, each)
@@ -110,7 +121,7 @@ def fitted(parts, rows, start, gradients=4) -> Fit:
         step = np.linalg.solve(information, scores.sum(axis=1) - x)
         largest = np.abs(step).max()
         step *= min(1.0, reach / largest)
-        step = np.clip(x + step, -_FURTHEST, _FURTHEST) - x
+        step = posterior.within(x + step) - x
         new = posterior.densities(x + step)
         log = posterior.log(x + step, new)
         gained = log - best

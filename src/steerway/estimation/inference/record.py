@@ -77,13 +77,42 @@ _PIECES, _BURSTS, _IN_BURSTS, _IN_PHASE = 8, 4, 0.25, 10
 """Pieces of a long record, bursts and the share of rows that are in them, rows between changes of phase."""
 
 
+_REST, _REST_SPEED = 10.0, 0.3
+"""s and m/s: a vessel that was so long before and will be so long after no farther off than this speed takes her is at
+rest."""
+_HELD = 0.5
+"""Ratio of the noise at rest to that under way below which a receiver holds or low-passes the positions of a vessel at
+rest: such fixes tell nothing of those under way. In recorded logs it is 0 to 0.45 of receivers that do, 0.6 to 1.2 of
+others."""
+
+
+def telling(record: Rows):
+    """Rows with fixes that a fit looks at: not those of a receiver that holds positions at rest."""
+    fixed = np.flatnonzero(np.isfinite(record.north))
+    time, north, east = record.time[fixed], record.north[fixed], record.east[fixed]
+    n = len(fixed)
+    moves = np.zeros(n, bool)
+    for other in (np.searchsorted(time, time - _REST), np.searchsorted(time, time + _REST)):
+        other = other.clip(0, n - 1)
+        moves |= np.hypot(north - north[other], east - east[other]) > _REST_SPEED * np.abs(time - time[other])
+    rest = ~moves
+    if min(moves.sum(), rest.sum()) < _ENOUGH:
+        return fixed
+    at_rest, under_way = (white_std(time[rows], north[rows], east[rows]) for rows in (rest, moves))
+    return fixed[moves] if at_rest < _HELD * under_way else fixed
+
+
+_ENOUGH = 100
+"""Rows from which their noise is known within a tenth."""
+
+
 def excerpt(record: Rows, most, apart) -> Rows:
     """At most so many rows with fixes, up to `apart` seconds apart: thinned over the whole record or pieces of it.
 
     Thinned fixes determine motion as well as all do where its time constants are longer; bursts of all determine the
     rest. The phase of the thinned ones changes now and then, lest they be those of one of two receivers.
     """
-    fixed = np.flatnonzero(np.isfinite(record.north))
+    fixed = telling(record)
     n = len(fixed)
     if n <= most:
         return rows_of(record, fixed, np.empty(0, np.int64))

@@ -29,7 +29,9 @@ BEHIND = 5.0
 BETTER = 3.0
 """Log evidence that is called strong (H. Jeffreys, Theory of Probability, 1961)."""
 LEAST_WEIGHT = 0.02
-_PERIODS = (3.0, 4.5, 7.0, 10.0, 15.0, 22.0)
+RESOLVED = 2.0
+"""Usual intervals between fixes in the shortest period that they resolve (the sampling theorem)."""
+_PERIODS = (0.8, 1.2, 2.0, 3.0, 4.5, 7.0, 10.0, 15.0, 22.0)
 _ROLLS = (1.5, 2.0, 2.5, 3.2, 4.0, 5.0)
 
 
@@ -53,12 +55,13 @@ def infer(record: Rows, aids=()) -> Inference:
     few, many = excerpt(record, FEW, 1.0), excerpt(record, MANY, 0.5)
     fixed = np.isfinite(record.north)
     noise = white_std(record.time[fixed], record.north[fixed], record.east[fixed])
-    contenders = screened(PLAIN + tuple(aids), few, noise)
-    fits = {parts: fitted(parts, many, fit.values, LAST_GRADIENTS) for parts, fit in contenders.items()}
+    shortest = RESOLVED * float(np.median(np.diff(record.time[fixed])))
+    contenders = screened(PLAIN + tuple(aids), few, noise, shortest)
+    fits = {parts: fitted(parts, many, fit.values, LAST_GRADIENTS, shortest) for parts, fit in contenders.items()}
     return weighed(fits)
 
 
-def screened(base, few, noise) -> dict[tuple, Fit]:
+def screened(base, few, noise, shortest=0.0) -> dict[tuple, Fit]:
     """Fits of all structures on few rows, but for those that fall behind the best."""
     begin = likeliest(base, few, [v | {"fix_std": noise * s} for v, s in product(VESSELS, (1.0, 0.5))])
     plain = fitted(base, few, begin, FIRST_GRADIENTS)
@@ -66,7 +69,7 @@ def screened(base, few, noise) -> dict[tuple, Fit]:
 
     def compete(part, with_parts, values):
         parts = (*with_parts, part)
-        fits[parts] = fitted(parts, few, searched(parts, few, starts(part, values, noise)), FEW_GRADIENTS)
+        fits[parts] = fitted(parts, few, searched(parts, few, starts(part, values, noise), shortest), FEW_GRADIENTS, shortest)
         return parts, fits[parts].evidence > plain.evidence + BETTER
 
     for part in OPTIONAL:
@@ -77,13 +80,13 @@ def screened(base, few, noise) -> dict[tuple, Fit]:
     best = ranked[0]
     if best != base:
         # a part must not win by a better place in the numbers that all share
-        again = fitted(base, few, fits[best].values, FEW_GRADIENTS)
+        again = fitted(base, few, fits[best].values, FEW_GRADIENTS, shortest)
         plain = fits[base] = max(plain, again, key=lambda fit: fit.evidence)
     for other in ranked[1:]:
         parts = best + tuple(part for part in other[len(base) :] if part not in best)
         if fits[other].evidence > plain.evidence + BETTER and parts not in fits:
             own = {name: value for name, value in fits[other].values.items() if name not in fits[best].values}
-            fits[parts] = fitted(parts, few, fits[best].values | own, FEW_GRADIENTS)
+            fits[parts] = fitted(parts, few, fits[best].values | own, FEW_GRADIENTS, shortest)
     top = max(fit.evidence for fit in fits.values())
     return {parts: fit for parts, fit in fits.items() if fit.evidence > top - BEHIND}
 
@@ -116,17 +119,22 @@ def starts(part, values, noise) -> list[list[dict]]:
     if part == "second_roll":
         return [[values | {"roll_period": period, "roll_std": std} for period, std in product(_ROLLS, (0.02, 0.1))]]
     if part == "quick_error":
-        return [[values]]
+        return [[values | {"quick_std": std, "quick_time": time} for std, time in product(_sizes(noise, 0.2), (1.5, 5.0))]]
     if part == "clock":
         clocks = product((1.0, 0.5), (0.01, 0.1))
         return [[values | {"fix_std": share * values["fix_std"], "time_std": std} for share, std in clocks]]
-    errors = product((values, values | {"fix_std": 0.7 * values["fix_std"]}, noisy), (0.2, 1.0), (20.0, 200.0))
+    errors = product((values, values | {"fix_std": 0.7 * values["fix_std"]}, noisy), _sizes(noise, 1.0), (20.0, 200.0))
     return [[v | {"error_std": std, "error_time": time} for v, std, time in errors]]
 
 
-def searched(parts, rows, stages) -> dict:
+def _sizes(noise, largest):
+    """Where to begin the search for the size (m) of a receiver's error: from its noise to that of a receiver alone."""
+    return noise, math.sqrt(noise * largest), largest
+
+
+def searched(parts, rows, stages, shortest=0.0) -> dict:
     """The likeliest of the starting points, stage by stage."""
     best = {}
     for stage in stages:
-        best = likeliest(parts, rows, [best | start for start in stage])
+        best = likeliest(parts, rows, [best | start for start in stage], shortest)
     return best

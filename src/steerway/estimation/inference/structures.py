@@ -47,6 +47,7 @@ PRIORS = {
         "surge_time": (4.0, 1.2),  # s
         "surge_every": (200.0, 1.5),  # s
         "emergency_every": (1e4, 2.0),  # s
+        "drift_speed": (0.2, 1.0),  # m/s, below which a vessel is pushed about in any direction
     },
     "calm_rate": {"rate_std": (0.5 * _DEG, 1.5)},  # rad/s, on a held course
     "wander": {
@@ -98,8 +99,6 @@ PRIORS = {
 
 EMERGENCY_ACCELERATION, EMERGENCY_YAW, EMERGENCY_TIME = 3.0, 1.5, 1.5
 """m/s², rad/s² and s: a planing craft that stops, a small craft that spins."""
-DRIFT_SPEED = 0.2
-"""m/s: below it a vessel has hardly steerageway."""
 TURN_SHARE = 0.5
 """Probability that a yaw manoeuvre ends in a steady turn rather than on a held course."""
 
@@ -182,7 +181,7 @@ def model_of(parts, values) -> tuple[Model, int, int]:
         [
             v["fix_std"] ** 2,
             min(v["outlier_rate"], 0.3),
-            DRIFT_SPEED,
+            v["drift_speed"],
             min(v["poor_rate"], 0.3),
             v.get("time_std", 0.0) ** 2,
         ]
