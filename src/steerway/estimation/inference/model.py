@@ -39,9 +39,9 @@ CALM, TURN, YAW, SURGE, EMERGENCY = range(5)
 """Modes: course held; steady turn; yaw manoeuvre; speed manoeuvre; whatever the vessel is capable of."""
 MODES = 5
 
-FIX_VARIANCE, OUTLIER_RATE, DRIFT_SPEED, POOR_RATE, TIME_VARIANCE = range(5)
+FIX_VARIANCE, OUTLIER_RATE, DRIFT_SPEED, POOR_RATE, TIME_VARIANCE, LATE_VARIANCE = range(6)
 """`receiver`: variance of a fix (white, m²), share of outliers, the speed (m/s) below which motion is isotropic, share
-of poor fixes, variance of the moment of a fix (s²)."""
+of poor fixes, variance of the moment of a fix and that of a poor one besides (s²)."""
 
 
 class Model(NamedTuple):
@@ -50,7 +50,7 @@ class Model(NamedTuple):
     modes: np.ndarray  # (MODES, 4)
     generator: np.ndarray  # (MODES, MODES) rates of change between modes, 1/s; rows sum to 0
     filters: np.ndarray  # (f, 5)
-    receiver: np.ndarray  # (5,)
+    receiver: np.ndarray  # (6,)
     aids: np.ndarray  # (5, 2)
 
 

@@ -34,6 +34,7 @@ PRIORS = {
     "base": {
         "fix_std": (0.3, 2.0),  # m, white part of a fix
         "poor_rate": (0.003, 1.5),  # share of fixes with much larger noise
+        "late_std": (0.03, 1.2),  # s, of the moment of such a fix
         "outlier_rate": (0.001, 1.2),  # share of fixes that are off by any distance
         "speed_walk": (0.004, 1.5),  # m/s per √s, held speed
         "yaw_size": (6.0 * _DEG, 1.5),  # rad/s, change of course rate in a yaw manoeuvre
@@ -184,6 +185,7 @@ def model_of(parts, values) -> tuple[Model, int, int]:
             v["drift_speed"],
             min(v["poor_rate"], 0.3),
             v.get("time_std", 0.0) ** 2,
+            v["late_std"] ** 2,
         ]
     )
     return Model(modes, g, table, receiver, aids), states_of(table), driving

@@ -11,6 +11,7 @@ from steerway.estimation.inference.model import (
     COURSE,
     EAST,
     FIX_VARIANCE,
+    LATE_VARIANCE,
     NORTH,
     OUTLIER_RATE,
     POOR_RATE,
@@ -59,7 +60,7 @@ def take_fix(bank, model, north, east, excess):
     x, p, probability, run, work = bank.x, bank.p, bank.probability, bank.run, bank.work
     m = x.shape[0]
     filters, receiver = model.filters, model.receiver
-    variance, clock = excess * receiver[FIX_VARIANCE], receiver[TIME_VARIANCE]
+    variance, clock, late = excess * receiver[FIX_VARIANCE], receiver[TIME_VARIANCE], receiver[LATE_VARIANCE]
     return_step(bank, model, north, east, excess)
     wrong_prior = receiver[OUTLIER_RATE] * (1.0 - run[WAS_OUTLIER]) + OUTLIERS_LAST * run[WAS_OUTLIER]
     poor_prior = (1.0 - wrong_prior) * receiver[POOR_RATE]
@@ -72,8 +73,8 @@ def take_fix(bank, model, north, east, excess):
         pc_n, pc_e = work[0], work[1]
         at_n, at_e = project(x, p, k, filters, pc_n, pc_e)
         s_nn, s_ne, s_ee = of_fix(x, k, filters, pc_n, pc_e)
+        v_n, v_e = x[k, SPEED] * math.cos(x[k, COURSE]), x[k, SPEED] * math.sin(x[k, COURSE])
         if clock > 0.0:
-            v_n, v_e = x[k, SPEED] * math.cos(x[k, COURSE]), x[k, SPEED] * math.sin(x[k, COURSE])
             s_nn, s_ne, s_ee = s_nn + clock * v_n * v_n, s_ne + clock * v_n * v_e, s_ee + clock * v_e * v_e
         s_nn, s_ee = s_nn + variance, s_ee + variance
         nu_n, nu_e = north - at_n, east - at_e
@@ -84,7 +85,8 @@ def take_fix(bank, model, north, east, excess):
         outlier *= wrong_prior
         usual = good_prior * gaussian(nu_n, nu_e, s_nn, s_ne, s_ee)
         added = (POOR * POOR - 1.0) * variance
-        poor = poor_prior * gaussian(nu_n, nu_e, s_nn + added, s_ne, s_ee + added)
+        p_nn, p_ne, p_ee = s_nn + added + late * v_n * v_n, s_ne + late * v_n * v_e, s_ee + added + late * v_e * v_e
+        poor = poor_prior * gaussian(nu_n, nu_e, p_nn, p_ne, p_ee)
         whole = usual + poor + outlier
         weight = probability[k]
         density[k] = weight * whole
@@ -103,9 +105,8 @@ def take_fix(bank, model, north, east, excess):
         m_nn, m_ne, m_ee = good * (i_nn - s_n * s_n), good * (i_ne - s_n * s_e), good * (i_ee - s_e * s_e)
         mean_s_n, mean_s_e = good * s_n, good * s_e
         if poor > 1e-6:
-            s_nn, s_ee = s_nn + added, s_ee + added
-            determinant = s_nn * s_ee - s_ne * s_ne
-            i_nn, i_ne, i_ee = s_ee / determinant, -s_ne / determinant, s_nn / determinant
+            determinant = p_nn * p_ee - p_ne * p_ne
+            i_nn, i_ne, i_ee = p_ee / determinant, -p_ne / determinant, p_nn / determinant
             s_n, s_e = i_nn * nu_n + i_ne * nu_e, i_ne * nu_n + i_ee * nu_e
             m_nn, m_ne, m_ee = (
                 m_nn + poor * (i_nn - s_n * s_n),
