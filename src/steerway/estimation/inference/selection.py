@@ -69,7 +69,9 @@ def screened(base, few, noise, shortest=0.0) -> dict[tuple, Fit]:
 
     def compete(part, with_parts, values):
         parts = (*with_parts, part)
-        fits[parts] = fitted(parts, few, searched(parts, few, starts(part, values, noise), shortest), FEW_GRADIENTS, shortest)
+        fits[parts] = fitted(
+            parts, few, searched(parts, few, starts(part, values, noise), shortest), FEW_GRADIENTS, shortest
+        )
         return parts, fits[parts].evidence > plain.evidence + BETTER
 
     for part in OPTIONAL:
@@ -119,7 +121,9 @@ def starts(part, values, noise) -> list[list[dict]]:
     if part == "second_roll":
         return [[values | {"roll_period": period, "roll_std": std} for period, std in product(_ROLLS, (0.02, 0.1))]]
     if part == "quick_error":
-        return [[values | {"quick_std": std, "quick_time": time} for std, time in product(_sizes(noise, 0.2), (1.5, 5.0))]]
+        return [
+            [values | {"quick_std": std, "quick_time": time} for std, time in product(_sizes(noise, 0.2), (1.5, 5.0))]
+        ]
     if part == "clock":
         clocks = product((1.0, 0.5), (0.01, 0.1))
         return [[values | {"fix_std": share * values["fix_std"], "time_std": std} for share, std in clocks]]
