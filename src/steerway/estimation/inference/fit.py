@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
-from steerway.estimation.inference.structures import model_of, parameters_of
+from steerway.estimation.inference.structures import SHORTEST_WAVE, WAVE_PERIODS, model_of, parameters_of
 from steerway.estimation.inference.track import run_record
 
 _NO_OUT = np.empty((0, FUSED + 2))
@@ -48,10 +48,11 @@ class Posterior:
         self.parts, self.rows, self.calls = parts, rows, 0
         self.names, self.medians, self.deviations = parameters_of(parts)
         self.least = np.full(len(self.names), -_FURTHEST)
-        if shortest > 0.0:
-            for i, name in enumerate(self.names):
-                if name.endswith("_period"):
-                    self.least[i] = max((math.log(shortest) - self.medians[i]) / self.deviations[i], -_FURTHEST)
+        for i, name in enumerate(self.names):
+            if name.endswith("_period"):
+                period = max(shortest, SHORTEST_WAVE if name in WAVE_PERIODS else shortest)
+                if period > 0.0:
+                    self.least[i] = max((math.log(period) - self.medians[i]) / self.deviations[i], -_FURTHEST)
         self._bank = None
 
     def densities(self, x):

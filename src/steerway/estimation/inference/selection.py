@@ -31,7 +31,9 @@ BETTER = 3.0
 LEAST_WEIGHT = 0.02
 RESOLVED = 2.0
 """Usual intervals between fixes in the shortest period that they resolve (the sampling theorem)."""
-_PERIODS = (0.8, 1.2, 2.0, 3.0, 4.5, 7.0, 10.0, 15.0, 22.0)
+NOISES = (3.0, 1.0, 0.5)
+"""Noise of a fix to begin from, in that of third differences, which motion makes larger and a receiver's filter less."""
+_PERIODS = (3.0, 4.5, 7.0, 10.0, 15.0, 22.0)
 _ROLLS = (1.5, 2.0, 2.5, 3.2, 4.0, 5.0)
 
 
@@ -63,7 +65,7 @@ def infer(record: Rows, aids=()) -> Inference:
 
 def screened(base, few, noise, shortest=0.0) -> dict[tuple, Fit]:
     """Fits of all structures on few rows, but for those that fall behind the best."""
-    begin = likeliest(base, few, [v | {"fix_std": noise * s} for v, s in product(VESSELS, (1.0, 0.5))])
+    begin = likeliest(base, few, [v | {"fix_std": noise * s} for v, s in product(VESSELS, NOISES)])
     plain = fitted(base, few, begin, FIRST_GRADIENTS)
     fits = {base: plain}
 

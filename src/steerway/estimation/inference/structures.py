@@ -100,6 +100,9 @@ PRIORS = {
 
 EMERGENCY_ACCELERATION, EMERGENCY_YAW, EMERGENCY_TIME = 3.0, 1.5, 1.5
 """m/s², rad/s² and s: a planing craft that stops, a small craft that spins."""
+WAVE_PERIODS, SHORTEST_WAVE = ("surge_period", "yaw_period"), 2.0
+"""s; waves of a shorter period are shorter than 6 m (g T²/2π) and move no vessel to and fro. What oscillates faster is
+of the receiver."""
 TURN_SHARE = 0.5
 """Probability that a yaw manoeuvre ends in a steady turn rather than on a held course."""
 
