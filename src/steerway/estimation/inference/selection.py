@@ -32,7 +32,7 @@ LEAST_WEIGHT = 0.02
 RESOLVED = 2.0
 """Usual intervals between fixes in the shortest period that they resolve (the sampling theorem)."""
 NOISES = (3.0, 1.0, 0.5)
-"""Noise of a fix to begin from, in that of third differences, which motion makes larger and a receiver's filter less."""
+"""Noise of a fix to begin from, in that of third differences: motion makes those larger, a receiver's filter less."""
 _PERIODS = (3.0, 4.5, 7.0, 10.0, 15.0, 22.0)
 _ROLLS = (1.5, 2.0, 2.5, 3.2, 4.0, 5.0)
 
