@@ -32,13 +32,13 @@ def test_estimate_without_a_place_to_write_says_how(log):
 
 
 def test_estimate_writes_what_is_asked(log, tmp_path):
+    pytest.importorskip("bokeh", reason="bokeh is not installed")
     table, page = tmp_path / "track.csv", tmp_path / "page.html"
     code, out, _ = run("estimate", log, "-o", table, "--report", page, "--smooth", "--profile", "small-usv")
     assert code == 0 and f"wrote {table}" in out
     assert len(pl.read_csv(table)) == 1001
     text = page.read_text()
-    assert text.count("data:image/png;base64,") == 2
-    assert "http" not in text.replace("http-equiv", ""), "the page opens offline"
+    assert 'id="data"' in text and "<script src" not in text, "the page opens offline"
 
 
 def test_json_is_for_machines(log):

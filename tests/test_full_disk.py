@@ -62,6 +62,8 @@ def test_estimates(ending, track, tmp_path):
 
 @pytest.mark.parametrize("ending", REPORTS)
 def test_reports(ending, track, tmp_path):
+    if ending == ".html":
+        pytest.importorskip("bokeh", reason="bokeh is not installed")
     summary = summarise(*track, "small-usv")
     refused(tmp_path, 100, lambda: write_report(tmp_path / f"report{ending}", "A track", *track, summary))
 

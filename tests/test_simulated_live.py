@@ -133,7 +133,7 @@ def test_sentences_of_a_boat_under_way_and_the_truth_at_the_end(tmp_path):
     [
         (["--live"], "has no output"),
         (["--live", "--mavlink", "udp:1"], "names no link"),
-        (["--live", "--to", "gpsd://localhost"], "no known address"),
+        (["--live", "--to", "gpsd://localhost"], "not a known address"),
         (["--live", "--seeds", "3", "--to", "stdout:"], "cannot be combined with --live"),
         (["--to", "stdout:"], "expected --live"),
         ([], "-o is missing"),

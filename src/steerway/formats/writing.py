@@ -1,6 +1,7 @@
 """Output files, by the ending of their names."""
 
 import gzip
+import io
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -17,7 +18,10 @@ def _csv(record, file):
 
 
 def _parquet(record, file):
-    record.to_frame().write_parquet(file)
+    # By way of memory: where the disk is full while the footer is written, polars gives no error of the system.
+    encoded = io.BytesIO()
+    record.to_frame().write_parquet(encoded)
+    file.write(encoded.getbuffer())
 
 
 def _geojson(record, file):

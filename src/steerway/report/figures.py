@@ -10,9 +10,11 @@ from matplotlib.figure import Figure
 from steerway.core.angles import wrap_array
 from steerway.core.earth import radii
 from steerway.core.records import NO_COURSE, REJECTED, STARTING, Fixes, Motion
+from steerway.report.course_axis import broken, course_cut, on_axis
 from steerway.report.summary import gaps
 
-OURS, THEIRS, BAD, QUIET = "#0b5394", "#e69138", "#c0392b", "#9aa5b1"
+OURS, THEIRS, BAD, QUIET = "#0072b2", "#d55e00", "#a4262c", "#9aa5b1"
+"""Estimate, receiver, rejected or missed, undefined: the first two after Okabe and Ito, for the colour-blind."""
 _MOST_POINTS = 20_000
 _GATE = 13.8
 
@@ -73,10 +75,12 @@ def signals_figure(fixes: Fixes, motion: Motion) -> Figure:
     sog.set_ylabel("SOG (m/s)")
 
     moving = np.where(reported.sog > 0.3, reported.cog, np.nan) if len(reported) else reported.cog
-    _receiver(cog, reported_time, _compass(moving), "receiver's COG above 0.3 m/s")
-    _banded(cog, time, _broken(_compass(shown.cog)), np.degrees(shown.cog_std), "COG ± 2σ")
-    cog.set_ylim(0.0, 360.0)
-    cog.set_yticks(range(0, 361, 90))
+    cut = 90.0 * round(course_cut(shown.cog) / 90.0)
+    _receiver(cog, reported_time, on_axis(moving, cut), "receiver's COG above 0.3 m/s")
+    _banded(cog, time, broken(on_axis(shown.cog, cut)), np.degrees(shown.cog_std), "COG ± 2σ")
+    cog.set_ylim(cut, cut + 360.0)
+    cog.set_yticks(cut + np.arange(0.0, 361.0, 90.0))
+    cog.yaxis.set_major_formatter(lambda tick, _: f"{tick % 360.0:.0f}")
     cog.set_ylabel("COG (°)")
 
     _banded(rate, time, np.degrees(shown.course_rate), np.degrees(shown.course_rate_std), "course rate ± 2σ")
@@ -140,16 +144,6 @@ def _dates(time):
     if np.ndim(time) == 0:
         return date2num(datetime.fromtimestamp(float(time), UTC))
     return np.asarray(time) / 86400.0  # matplotlib's dates are days since the Unix epoch
-
-
-def _compass(radians):
-    return np.mod(np.degrees(radians), 360.0)
-
-
-def _broken(degrees):
-    """The line lifted where it passes north, so that no stroke crosses the whole figure."""
-    jump = np.abs(np.diff(degrees, prepend=degrees[:1])) > 180.0
-    return np.where(jump, np.nan, degrees)
 
 
 def _top(*columns) -> float:

@@ -1,48 +1,68 @@
 """The page (or picture) of one estimate."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent
 from steerway.core.records import Fixes, Motion
-from steerway.report.figures import signals_figure, track_figure
-from steerway.report.page import write_page
+from steerway.report.events import events
 from steerway.report.summary import sentences
 
-_TRACK = "Track, coloured by speed over ground; grey below steerageway, where course is undefined."
-_SIGNALS = (
-    "Estimate with its ±2σ band. Dots: values reported by the receiver, which filters and delays them: no reference. "
-    "Below: the innovation of each fix relative to its predicted standard deviation (1 expected), with "
-    "the gate beyond which a fix is rejected."
-)
+
+@dataclass(frozen=True)
+class Report:
+    """What a report shows: an estimate, the fixes it was made of, tables and remarks."""
+
+    title: str
+    fixes: Fixes
+    motion: Motion
+    tables: Sequence[tuple[str, Sequence[str], Sequence[Sequence]]]
+    remarks: Sequence[str]
+    events: Sequence[tuple[float, float, str]] = ()
 
 
 def write_report(path: Path, title: str, fixes: Fixes, motion: Motion, summary: dict, tables=()) -> None:
-    """Write the report of an estimate as .html (self-contained) or .png.
+    """Write the report of an estimate as .html (interactive, self-contained) or .png.
 
     Args:
         tables: further (heading, column names, rows) for the page.
 
     Raises InputError for another ending.
     """
-    figures = [(track_figure(motion), _TRACK)]
-    if motion.mmsi is None:
-        figures.append((signals_figure(fixes, motion), _SIGNALS))
     vessels = [] if motion.mmsi is None else [_vessels(motion)]
     tables = [("Summary", ("", ""), sentences(summary)), *vessels, *tables]
-    report_writer(path)(Path(path), title, tables, figures, summary["notes"])
+    found = events(fixes, motion) if motion.mmsi is None else []
+    report_writer(path)(Path(path), Report(title, fixes, motion, tables, summary["notes"], found))
 
 
-def _picture(path, title, tables, figures, remarks):
+def _page(path, report: Report):
+    try:
+        from steerway.report.interactive import write_interactive_page
+    except ImportError:
+        raise InputError(
+            "the page needs the package bokeh, expected pip install bokeh, or a report ending in .png"
+        ) from None
+    write_interactive_page(
+        path, report.title, report.fixes, report.motion, report.tables, report.remarks, report.events
+    )
+
+
+def _picture(path, report: Report):
     """The figures below one another in one PNG."""
     import io
 
     from PIL import Image
 
+    from steerway.report.figures import signals_figure, track_figure
+
+    figures = [track_figure(report.motion)]
+    if report.motion.mmsi is None:
+        figures.append(signals_figure(report.fixes, report.motion))
     images = []
-    for figure, _ in figures:
+    for figure in figures:
         buffer = io.BytesIO()
         figure.savefig(buffer, format="png", dpi=120)
         images.append(Image.open(buffer))
@@ -56,11 +76,11 @@ def _picture(path, title, tables, figures, remarks):
         sheet.save(file, format="PNG")
 
 
-WRITERS = {".html": write_page, ".png": _picture}
-"""The kinds of report by their endings."""
+WRITERS = {".html": _page, ".png": _picture}
+"""The kinds of report by their endings: a function of the path and the Report."""
 
 
-def report_writer(path: str | Path) -> Callable:
+def report_writer(path: str | Path) -> Callable[[Path, Report], None]:
     """The writer for the ending of `path`. Raises InputError for an unknown one."""
     ending = Path(path).suffix.lower()
     if ending not in WRITERS:

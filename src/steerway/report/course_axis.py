@@ -1,0 +1,25 @@
+"""The axis of a course over time: one turn, cut where the course is steered least."""
+
+import numpy as np
+
+
+def course_cut(*courses: np.ndarray) -> float:
+    """The course (degrees) that is steered least: an axis cut there has the fewest breaks."""
+    values = np.concatenate([np.degrees(each[np.isfinite(each)]) for each in courses])
+    counts, edges = np.histogram(np.mod(values, 360.0), 36, (0.0, 360.0))
+    around = sum(np.roll(counts, shift) for shift in range(-2, 3))
+    fewest = np.flatnonzero(around == around.min())
+    runs = np.split(fewest, np.flatnonzero(np.diff(fewest) > 1) + 1)
+    widest = max(runs, key=len)
+    return float(edges[widest[len(widest) // 2]])
+
+
+def on_axis(course: np.ndarray, cut: float) -> np.ndarray:
+    """Courses (rad, (n,)) in degrees from `cut` to `cut` + 360."""
+    return cut + np.mod(np.degrees(course) - cut, 360.0)
+
+
+def broken(degrees: np.ndarray) -> np.ndarray:
+    """The line lifted where it passes the cut, so that no stroke crosses the whole chart."""
+    jump = np.abs(np.diff(degrees, prepend=degrees[:1])) > 180.0
+    return np.where(jump, np.nan, degrees)

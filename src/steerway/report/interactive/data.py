@@ -1,0 +1,118 @@
+"""What the interactive page draws, as one compressed block of columns that its script unpacks."""
+
+import base64
+import gzip
+import json
+import math
+
+import numpy as np
+
+from steerway.core.records import REJECTED, STATUSES, Fixes, Motion
+from steerway.report.course_axis import on_axis
+
+EARTH_RADIUS = 6378137.0
+"""m, of the web Mercator projection, in which map tiles are cut."""
+MOST_ROWS = 60_000
+"""A longer log is thinned evenly: two hours at 8 Hz are drawn row by row."""
+_GATE = 13.8
+
+
+def mercator(latitude: np.ndarray, longitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Web Mercator coordinates x, y of positions in rad, (n,) each."""
+    return EARTH_RADIUS * longitude, EARTH_RADIUS * np.arctanh(np.sin(latitude))
+
+
+def thinned(table, most: int = MOST_ROWS):
+    """Every k-th row of a table, so that at most `most` are left."""
+    return table.rows(slice(None, None, max(1, -(-len(table) // most))))
+
+
+def pack(fixes: Fixes, motion: Motion, cut: float) -> dict:
+    """The block: names, lengths and codes of the columns, and the base64 of their compressed bytes.
+
+    Positions are relative to the first, times are steps, so that single precision is a millimetre and a millisecond.
+    Other columns are 16-bit steps, of their range or of the logarithm, finer than a line is wide.
+    """
+    x, y = mercator(motion.latitude, np.unwrap(motion.longitude))
+    known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+    origin = (float(x[known[0]]), float(y[known[0]])) if len(known) else (0.0, 0.0)
+    begins = float(motion.time[0])
+    columns = {
+        "step": _single(_steps(motion.time, begins)),
+        "x": _single(x - origin[0]),
+        "y": _single(y - origin[1]),
+        "sog": _linear(motion.sog),
+        "sog_std": _logarithmic(motion.sog_std),
+        "cog": _linear(on_axis(motion.cog, cut)),
+        "cog_std": _logarithmic(np.degrees(motion.cog_std)),
+        "rate": _linear(np.degrees(motion.course_rate)),
+        "rate_std": _logarithmic(np.degrees(motion.course_rate_std)),
+        "ratio": _logarithmic(np.sqrt(motion.nis / 2.0)),
+        "position_std": _logarithmic(motion.position_std),
+        "status": _linear(motion.status.astype(float)),
+    }
+    placed = thinned(fixes.rows(fixes.has_position))
+    fix_x, fix_y = mercator(placed.latitude, np.unwrap(placed.longitude))
+    turns = np.round((fix_x[0] - x[known[0]]) / (2.0 * math.pi * EARTH_RADIUS)) if len(known) and len(placed) else 0.0
+    columns |= {
+        "fix_step": _single(_steps(placed.time, begins)),
+        "fix_x": _single(fix_x - origin[0] - turns * 2.0 * math.pi * EARTH_RADIUS),
+        "fix_y": _single(fix_y - origin[1]),
+    }
+    reported = thinned(fixes.rows(np.isfinite(fixes.sog) | np.isfinite(fixes.cog)))
+    columns |= {
+        "reported_step": _single(_steps(reported.time, begins)),
+        "reported_sog": _linear(reported.sog),
+        "reported_cog": _linear(np.where(reported.sog > 0.3, on_axis(reported.cog, cut), np.nan)),
+    }
+    return {
+        "columns": [[name, len(values), *code] for name, (values, *code) in columns.items()],
+        "begins": begins,
+        "origin": origin,
+        "scale": EARTH_RADIUS / _cosine(motion, known),
+        "cut": cut,
+        "gate": math.sqrt(_GATE / 2.0),
+        "statuses": STATUSES,
+        "rejected": REJECTED,
+        "bytes": base64.b64encode(gzip.compress(b"".join(each[0].tobytes() for each in columns.values()), 6)).decode(),
+    }
+
+
+_UNKNOWN = 65535
+_LEAST = 1e-6
+_FINENESS = 4e-4
+"""Of the logarithm: 0.04 %, so that 16 bits reach from a millionth to 2e5."""
+
+
+def _single(values):
+    return np.asarray(values, dtype="<f4"), "single"
+
+
+def _linear(values):
+    """16-bit steps over the range of the values; NaN is the last."""
+    known = np.isfinite(values)
+    low, high = (float(values[known].min()), float(values[known].max())) if known.any() else (0.0, 0.0)
+    step = max((high - low) / (_UNKNOWN - 1), 1e-12)
+    steps = np.where(known, np.round((values - low) / step), _UNKNOWN)
+    return steps.astype("<u2"), "linear", low, step
+
+
+def _logarithmic(values):
+    """16-bit steps of the logarithm of positive values; 0 stands for what is below a millionth, the last for NaN."""
+    known = np.isfinite(values)
+    steps = np.round(np.log(np.where(known, np.maximum(values, _LEAST), 1.0) / _LEAST) / _FINENESS)
+    return np.where(known, np.minimum(steps, _UNKNOWN - 1), _UNKNOWN).astype("<u2"), "logarithmic", _LEAST, _FINENESS
+
+
+def script_json(value) -> str:
+    """JSON that may stand inside a script element."""
+    return json.dumps(value, allow_nan=False, ensure_ascii=False).replace("<", "\\u003c")
+
+
+def _cosine(motion, known) -> float:
+    return EARTH_RADIUS * math.cos(float(motion.latitude[known[0]])) if len(known) else EARTH_RADIUS
+
+
+def _steps(time, begins):
+    """Times as steps from one to the next; the errors of rounding do not add up."""
+    return np.diff(np.round(time - begins, 3), prepend=0.0)

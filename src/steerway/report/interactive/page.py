@@ -1,0 +1,125 @@
+"""The page around the charts: one self-contained HTML file."""
+
+import html
+import math
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+
+import numpy as np
+from bokeh.embed import components
+from bokeh.resources import Resources
+
+from steerway.core.files import complete_or_absent
+from steerway.core.records import Fixes, Motion
+from steerway.core.timestamps import iso
+from steerway.report.course_axis import course_cut
+from steerway.report.interactive import charts
+from steerway.report.interactive.data import mercator, pack, script_json, thinned
+
+Table = tuple[str, Sequence[str], Sequence[Sequence]]
+
+
+def write_interactive_page(
+    path: str | Path,
+    title: str,
+    fixes: Fixes,
+    motion: Motion,
+    tables: Sequence[Table],
+    remarks: Sequence[str],
+    events: Sequence[tuple[float, float, str]] = (),
+) -> None:
+    """Write the page of an estimate.
+
+    Args:
+        tables: (heading, column names, rows) each; the first stands at the top.
+        remarks: one paragraph each.
+        events: (start, stop, what) each, in Unix s: the list whose entries move the charts there.
+    """
+    shown = thinned(motion)
+    if len(shown) < len(motion):
+        remarks = [*remarks, f"The charts show every {-(-len(motion) // len(shown))}th of {len(motion)} rows."]
+    known = np.isfinite(shown.latitude)
+    cosine = math.cos(float(np.nanmedian(shown.latitude))) if known.any() else 1.0
+    fastest = max(float(np.nanquantile(shown.sog, 0.999)) if np.isfinite(shown.sog).any() else 0.0, 0.1)
+    alone = motion.mmsi is None
+    parts = {
+        "map": charts.track_map(
+            fastest, cosine, [_box(shown)] if alone else _tracks(shown), _ends(shown) if alone else None
+        )
+    }
+    data = {"events": [], "vessels": not alone}
+    if alone:
+        cut = course_cut(shown.cog)
+        data = pack(fixes, shown, cut) | {"events": [list(each) for each in events], "vessels": False}
+        drawn = charts.strips(float(shown.time[0]), float(shown.time[-1]), cut, data["gate"])
+        parts |= {chart.name: chart for chart in drawn}
+    data["colours"] = {"low": 0.0, "high": fastest}
+    script, divisions = components(parts, wrap_script=False)
+    package = files("steerway.report.interactive")
+    page = Template((package / "page.html").read_text(encoding="utf-8"))
+    first, *others = tables
+    text = page.substitute(
+        title=html.escape(title),
+        library=Resources(mode="inline", components=["bokeh"]).render_js(),
+        charts=script,
+        script=(package / "page.js").read_text(encoding="utf-8"),
+        data=script_json(data),
+        map=divisions["map"],
+        strips="".join(divisions[name] for name in ("sog", "cog", "rate", "ratio") if name in divisions),
+        hidden="" if alone else "hidden",
+        fastest=f"{fastest:.2g}",
+        summary=_table(*first),
+        tables="".join(_table(*each) for each in others),
+        remarks="".join(f"<li>{html.escape(each)}</li>" for each in remarks) or "<li>none</li>",
+        events="".join(_event(number, *each) for number, each in enumerate(events)) or "<li>none</li>",
+    )
+    with complete_or_absent(path) as file:
+        file.write(text.encode())
+
+
+def _tracks(motion: Motion) -> list[dict]:
+    """One line a vessel, of its median speed."""
+    found = []
+    for mmsi, track in motion.tracks():
+        track = track.rows(np.isfinite(track.latitude))
+        if len(track) > 1:
+            x, y = mercator(track.latitude, np.unwrap(track.longitude))
+            known = track.sog[np.isfinite(track.cog)]
+            speed = float(np.median(known)) if len(known) else math.nan
+            found.append({"xs": x, "ys": y, "speed": speed, "name": str(mmsi)})
+    return found
+
+
+def _box(motion: Motion) -> dict:
+    """A diagonal of the whole track, from which the map has its ranges until the script draws the track."""
+    x, y = mercator(motion.latitude, np.unwrap(motion.longitude))
+    return {"xs": [np.nanmin(x), np.nanmax(x)], "ys": [np.nanmin(y), np.nanmax(y)], "speed": math.nan, "name": ""}
+
+
+def _ends(motion: Motion) -> dict:
+    known = np.flatnonzero(np.isfinite(motion.latitude))[[0, -1]]
+    x, y = mercator(motion.latitude, np.unwrap(motion.longitude))
+    return {"x": x[known].tolist(), "y": y[known].tolist()}
+
+
+def _event(number: int, start: float, stop: float, what: str) -> str:
+    moment = iso(round(start, 1))[11:19]
+    lasts = f", {stop - start:.1f} s" if stop > start else ""
+    return f'<li><button type="button" data-event="{number}">{moment}{lasts}: {html.escape(what)}</button></li>'
+
+
+def _table(heading, names, rows) -> str:
+    head = "".join(f'<th scope="col">{html.escape(str(name))}</th>' for name in names)
+    body = "".join(f"<tr>{''.join(map(_cell, range(len(row)), row))}</tr>" for row in rows)
+    named = f"<thead><tr>{head}</tr></thead>" if any(names) else ""
+    return (
+        f'<section><h2>{html.escape(heading)}</h2><div class="table" tabindex="0">'
+        f"<table>{named}<tbody>{body}</tbody></table></div></section>"
+    )
+
+
+def _cell(column, value) -> str:
+    text = html.escape(str(value))
+    return f"<td>{text}</td>" if column else f'<th scope="row">{text}</th>'

@@ -1,0 +1,139 @@
+"""The interactive page: what is packed into it, and how it behaves in a real browser."""
+
+import base64
+import gzip
+import json
+import math
+import re
+import shutil
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+pytest.importorskip("bokeh", reason="bokeh is not installed")
+
+import steerway
+from steerway.core.records import REJECTED
+from steerway.report.course_axis import course_cut
+from steerway.report.events import events
+from steerway.report.motion_page import write_report
+from steerway.report.summary import summarise
+from tests.scenes import turning
+
+CODES = {"single": "<f4", "linear": "<u2", "logarithmic": "<u2"}
+
+
+@pytest.fixture(scope="module")
+def estimated():
+    """A turning boat with a gap of 20 s, a fix that is rejected and the receiver's own velocity."""
+    scene = turning(2.0, 0.5, 240.0)
+    fixes = scene.fixes(0.3, 1)
+    fixes = replace(fixes, sog=np.full(len(fixes), 2.0), cog=np.mod(np.arange(len(fixes)) * 0.01, 2 * math.pi))
+    fixes = fixes.rows((fixes.time < fixes.time[0] + 100.0) | (fixes.time > fixes.time[0] + 120.0))
+    far = fixes.latitude.copy()
+    far[900] += 2e-5
+    fixes = replace(fixes, latitude=far)
+    return fixes, steerway.estimate(fixes, "otter")
+
+
+@pytest.fixture(scope="module")
+def page(estimated, tmp_path_factory):
+    path = tmp_path_factory.mktemp("page") / "page.html"
+    fixes, motion = estimated
+    write_report(path, "A boat <turning>", fixes, motion, summarise(fixes, motion, "otter"))
+    return path
+
+
+def unpacked(path):
+    """The columns of a page, as its script reads them."""
+    text = re.search(r'<script type="application/json" id="data">(.*?)</script>', path.read_text(), re.DOTALL)[1]
+    header = json.loads(text)
+    block, columns, at = gzip.decompress(base64.b64decode(header["bytes"])), {}, 0
+    for name, length, code, *ends in header["columns"]:
+        values = np.frombuffer(block, CODES[code], length, at)
+        at += values.nbytes
+        if code == "single":
+            columns[name] = values.astype(float)
+            continue
+        first, step = ends
+        found = first + step * values if code == "linear" else first * np.exp(step * values.astype(float))
+        columns[name] = np.where(values == 65535, np.nan, found)
+    assert at == len(block)
+    return header, columns
+
+
+def test_the_page_has_the_numbers_of_the_estimate(estimated, page):
+    fixes, motion = estimated
+    header, columns = unpacked(page)
+    assert_allclose(header["begins"] + np.cumsum(columns["step"]), motion.time, atol=2e-3)
+    assert_allclose(columns["sog"], motion.sog, atol=1e-3)
+    assert_allclose(columns["sog_std"], motion.sog_std, rtol=1e-3)
+    assert_allclose(columns["cog_std"], np.degrees(motion.cog_std), rtol=1e-3)
+    cog = np.mod(columns["cog"] - np.degrees(motion.cog) + 180.0, 360.0) - 180.0
+    assert np.nanmax(np.abs(cog)) < 0.01 and (np.isnan(cog) == np.isnan(motion.cog)).all()
+    assert (np.round(columns["status"]) == motion.status).all()
+    latitude = np.arctan(np.sinh((header["origin"][1] + columns["y"]) / 6378137.0))
+    assert_allclose(latitude, motion.latitude, atol=1e-9)
+    assert_allclose((header["origin"][0] + columns["fix_x"]) / 6378137.0, fixes.longitude, atol=1e-9)
+
+
+def test_the_list_of_events_has_the_gap_and_the_rejected_fix(estimated):
+    found = events(*estimated)
+    (gap,) = [each for each in found if each[2] == "no fixes"]
+    assert 19.9 < gap[1] - gap[0] < 20.5
+    rejected = [each for each in found if "rejected" in each[2]]
+    assert len(rejected) == (np.diff((estimated[1].status == REJECTED).astype(int)) > 0).sum() > 0
+
+
+def test_the_course_axis_is_cut_where_nobody_steers():
+    north = np.radians(np.random.default_rng(1).normal(0.0, 20.0, 1000))
+    assert 90.0 < course_cut(north) < 270.0
+    assert course_cut(np.full(3, np.nan)) >= 0.0
+
+
+def test_titles_are_text(page):
+    text = page.read_text()
+    assert "<title>A boat &lt;turning&gt;</title>" in text and "<turning>" not in text
+
+
+@pytest.fixture(scope="module")
+def browser():
+    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+    for name in ("chromium", "chromedriver"):
+        if shutil.which(name) is None:
+            pytest.skip(f"{name} is not installed")
+    options = webdriver.ChromeOptions()
+    options.binary_location = shutil.which("chromium")
+    for each in ("headless=new", "no-sandbox", "disable-gpu", "disable-dev-shm-usage", "window-size=1280,1000"):
+        options.add_argument(f"--{each}")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options, webdriver.ChromeService(shutil.which("chromedriver")))
+    yield driver
+    driver.quit()
+
+
+def test_in_a_browser_the_charts_move_together(page, browser):
+    browser.get(page.as_uri())
+    run = browser.execute_script
+    deadline = time.monotonic() + 20.0
+    while not run("return document.body.dataset.ready") and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert run("return performance.getEntriesByType('resource').length") == 0, "the page opens offline"
+    span = "const r = Bokeh.documents[0].get_model_by_name('time'); return r.end - r.start"
+    whole = run(span)
+    number = run(
+        "return [...document.querySelectorAll('[data-event]')].findIndex(e => e.textContent.includes('no fixes'))"
+    )
+    run(f"document.querySelector('[data-event=\"{number}\"]').click()")
+    assert run(span) < whole / 2.0
+    assert re.search(r"SOG [12]\.\d+ ± 0\.\d+ m/s", run("return document.getElementById('values').textContent"))
+    run("document.querySelector('input[value=kn]').click()")
+    assert "kn · COG" in run("return document.getElementById('values').textContent")
+    values = run("return Array.from(Bokeh.documents[0].get_model_by_name('line_sog').data.value)")
+    assert 3.5 < np.nanmedian([each for each in values if each is not None]) < 4.3
+    run("document.getElementById('whole').click()")
+    assert run(span) == pytest.approx(whole, rel=1e-6)
+    assert [each for each in browser.get_log("browser") if each["level"] in ("SEVERE", "WARNING")] == []
