@@ -33,6 +33,29 @@ def test_sentences_of_one_time_become_one_row():
     assert recording.skipped == {}
 
 
+def test_the_interpreter_reads_what_the_compiled_kernels_read():
+    """Short logs are read without compiling: sound ones, damaged ones, and one cut into pieces."""
+    sound = sortie(40) + b"\n".join(b"2024-07-01T12:01:00.25Z " + gga(START + k, 54.0, 10.0).strip() for k in range(5))
+    rng = np.random.default_rng(0)
+    for trial in range(24):
+        data = bytearray(sound)
+        for at in rng.integers(len(data), size=2 * trial):
+            data[at] = rng.integers(256) if trial % 2 else rng.choice(list(b"$*,.\r\n0A"))
+        found = []
+        for interpreted in (False, True):
+            reader = nmea0183.Reader(interpreted)
+            for first in range(0, len(data), 700):
+                reader.feed(bytes(data[first : first + 700]), received=START + first)
+            reader.finish()
+            found.append(reader.recording())
+        compiled, plain = found
+        assert (compiled.counts, compiled.skipped, compiled.notes) == (plain.counts, plain.skipped, plain.notes)
+        assert compiled.sources.keys() == plain.sources.keys()
+        for name, fixes in compiled.sources.items():
+            for column, values in fixes.columns().items():
+                np.testing.assert_array_equal(getattr(plain.sources[name], column), values, f"{name} {column}")
+
+
 @pytest.mark.parametrize("lat, lon", [(54.5, 10.25), (-33.75, 151.5), (-22.5, -17.25), (38.5, -122.75), (0.0, 179.99)])
 def test_every_quarter_of_the_earth(lat, lon):
     fixes = only(rmc(START, lat, lon) + gga(START, lat, lon))

@@ -31,6 +31,16 @@ list(in_workers(endless, range(4), 2))
 """
 
 
+def started(command, **options) -> subprocess.Popen:
+    """A process that heeds signals, also where the tests themselves run under nohup or in the background."""
+
+    def heed():
+        for each in (signal.SIGINT, signal.SIGHUP, signal.SIGTERM):
+            signal.signal(each, signal.SIG_DFL)
+
+    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=heed, **options)
+
+
 def endless(item):
     """Work that compiled code could do: it never looks at signals."""
     time.sleep(100.0)
@@ -121,7 +131,7 @@ def descendants_that_work() -> list[int]:
 def test_workers_end_with_their_parent(how):
     before = shared_objects()
     root = Path(__file__).parents[1]
-    parent = subprocess.Popen([sys.executable, "-c", CAMPAIGN], cwd=root, stderr=subprocess.PIPE)
+    parent = started([sys.executable, "-c", CAMPAIGN], cwd=root)
     wait_until(lambda: len(descendants(parent.pid)) >= 3, 20.0)  # two workers and the resource tracker
     time.sleep(0.5)
     family = descendants(parent.pid)
@@ -138,13 +148,13 @@ def campaign_underway(out, *options):
     scenario = out / "leg.toml"
     scenario.write_text(SCENARIO)
     command = [*STEERWAY, "simulate", str(scenario), "-o", str(out), "--seeds", "400", *options]
-    process = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
-    )
+    process = started(command, stdout=subprocess.PIPE, start_new_session=True)
     kept = out / "campaign.unfinished"
     wait_until(lambda: kept.exists() and kept.read_text().count("\n") > 3, 100.0)
-    yield process
-    assert process.poll() is not None
+    try:
+        yield process
+    finally:
+        process.kill()
 
 
 def test_ctrl_c_keeps_the_seeds_that_are_done_and_resume_continues(tmp_path):
@@ -198,9 +208,7 @@ cli.main()
 
 @pytest.mark.parametrize("number,code,word", [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")])
 def test_a_command_in_compiled_code_ends_with_one_line(number, code, word):
-    process = subprocess.Popen(
-        [sys.executable, "-c", COMPILED], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
+    process = started([sys.executable, "-c", COMPILED], stdout=subprocess.PIPE)
     assert process.stdout.readline() == "begun\n"
     for _ in range(3):  # an impatient user
         process.send_signal(number)

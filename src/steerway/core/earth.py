@@ -10,6 +10,7 @@ import numpy as np
 from steerway.core.angles import wrap
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
+from steerway.core.interpreted import part_of_kernels
 
 SEMI_MAJOR_AXIS = 6378137.0
 FLATTENING = 1.0 / 298.257223563
@@ -19,7 +20,7 @@ NAUTICAL_MILE = 1852.0
 KNOT = NAUTICAL_MILE / 3600.0
 
 
-@kernel
+@part_of_kernels
 def radii(latitude: float) -> tuple[float, float]:
     """Radii of curvature (meridian R_M, prime vertical R_N), m; P0 (33) and the corrected (34). Latitude in rad."""
     w = 1.0 - ECCENTRICITY_SQUARED * math.sin(latitude) ** 2

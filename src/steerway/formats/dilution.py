@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from steerway.core.compiled import kernel
+from steerway.core.interpreted import part_of_kernels
 
 RANGE_ERROR = np.array([np.nan, 3.0, 1.0, 1.0, 0.02, 0.3, 10.0, np.nan, np.nan])
 """m, by the quality of GGA and the method of PGN 129029: no fix, alone, differential, precise, RTK fixed, RTK float,
@@ -18,7 +18,7 @@ LARGEST = 50.0
 """HDOP from which on it indicates no fix."""
 
 
-@kernel
+@part_of_kernels
 def deviation(dilution, quality=ALONE):
     """1σ of north and of east (m) by HDOP and the quality of the fix; NaN where they are unknown."""
     if not 0.0 < dilution < LARGEST or not 0 <= quality < len(RANGE_ERROR):

@@ -33,6 +33,8 @@ PROFILE = CELL.profile.model_copy(
         "gyro_bias_time": 10_000.0,
     }
 )
+VARIANTS = {"": PROFILE, "default_": None}
+"""Prefix of the key → profile."""
 
 
 def aided_fixes(voyage, seed: int, bias: float = GYRO_BIAS) -> Fixes:
@@ -45,14 +47,14 @@ def aided_fixes(voyage, seed: int, bias: float = GYRO_BIAS) -> Fixes:
     return Fixes(fixes.time, fixes.latitude, fixes.longitude, sog=fixes.sog, cog=fixes.cog, yaw_rate=rate)
 
 
-def one(seed: int) -> dict[str, np.ndarray]:
-    """`sums` with each aid, and the history of the error of the gyro's bias as found."""
+def one(seed: int, profiles=VARIANTS) -> dict[str, np.ndarray]:
+    """`sums` with each aid and profile, and the history of the error of the gyro's bias as found."""
     voyage = sail(CELL.scenario, seed)
     found = {}
     bias = GYRO_BIAS if seed % 2 else -GYRO_BIAS
     fixes = aided_fixes(voyage, seed, bias)
     for name, aid in AIDS.items():
-        for variant, profile in (("", PROFILE), ("default_", None)):
+        for variant, profile in profiles.items():
             motion = steerway.estimate(fixes, profile, aid=aid)
             found[variant + name] = judged(motion, voyage, CELL.scenario)
     found["bias"] = bias_found(fixes) - bias

@@ -35,6 +35,8 @@ HELD_RATE = math.radians(1.0) / 60.0
 """A course that changes by less than 1° a minute is held."""
 OTHER_LIMITS = (1.2, 3.0, 6.0, 12.0)
 """° a minute: the error depends on what counts as a straight leg."""
+VARIANTS = ("", "default_")
+"""Prefixes of keys: with the known parameters, and as it comes."""
 SETTLED = 100.0
 WHITE = 0.005
 """m: P1's receiver has no white noise at all."""
@@ -65,7 +67,7 @@ def ship() -> Voyage:
     return Voyage(run.time, *place, run.true_sog, run.true_cog, rate, np.abs(rate) > HELD_RATE)
 
 
-def one(seed: int) -> dict[str, np.ndarray]:
+def one(seed: int, variants=VARIANTS) -> dict[str, np.ndarray]:
     """`sums` and NIS of one seed of every receiver, filter and variant."""
     found = {}
     truth = ship()
@@ -74,7 +76,9 @@ def one(seed: int) -> dict[str, np.ndarray]:
     for label, noise in NOISES.items():
         fixes = receiver(noise).fixes(truth.time, truth.north, truth.east, seed)
         found[f"printed_filter_mariner_{label}"] = sums(_printed(fixes, truth), masks)
-        for variant, profile in (("", ship_profile(noise)), ("default_", None)):
+        for variant, profile in zip(VARIANTS, (ship_profile(noise), None), strict=True):
+            if variant not in variants:
+                continue
             motion = steerway.estimate(fixes, profile)
             squares = error_squares(motion, truth)
             found[f"{variant}mariner_{label}"] = sums(squares, masks)
@@ -84,7 +88,9 @@ def one(seed: int) -> dict[str, np.ndarray]:
                 found[f"{variant}mariner_{label}_{limit:g}"] = sums(squares, (settled & holding, settled & ~holding))
     boat = sail(SMALL_BOAT, seed)
     fixes = boat.fixes(low_cost(), seed)
-    for variant, profile in (("", boat_profile()), ("default_", None)):
+    for variant, profile in zip(VARIANTS, (boat_profile(), None), strict=True):
+        if variant not in variants:
+            continue
         motion = steerway.estimate(fixes, profile)
         found[f"{variant}ublox_like"] = sums(error_squares(motion, boat), straight_and_turning(SMALL_BOAT, boat))
         found[f"{variant}ublox_like_nis"] = _nis(motion, boat.time > SMALL_BOAT.settling)

@@ -10,6 +10,7 @@ import numpy as np
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import kernel
+from steerway.core.interpreted import part_of_kernels, without_compiling
 from steerway.formats.nmea0183 import fields as field
 from steerway.formats.nmea0183.fields import GST, HDT, LAST_POSITION, RMC, THS, VALUES
 from steerway.formats.nmea0183.scan import TALKERS
@@ -41,6 +42,9 @@ _VALUE_OF = np.array([field.STD, field.SOG, field.COG, field.HEADING, field.WATE
 _COLUMN_OF = np.array([STD, SOG, COG, HEADING, WATER, YAW])
 
 
+_wrap = part_of_kernels(without_compiling(wrap))
+
+
 def new_memory() -> np.ndarray:
     """The initial state of the assembler."""
     memory = np.full(MEMORY, np.nan)
@@ -53,7 +57,7 @@ def new_open_rows() -> np.ndarray:
     return np.full((TALKERS, OPEN), -1, np.int64)
 
 
-@kernel
+@part_of_kernels
 def _dated_time(value, memory, reference):
     """The time of a sentence with a date: moved by whole 1024-week rollovers when it is that much too early."""
     time = DAY * value[field.DAY] + value[field.TOD]
@@ -64,13 +68,13 @@ def _dated_time(value, memory, reference):
     return time
 
 
-@kernel
+@part_of_kernels
 def _nearest_day(time_of_day, reference):
     """The Unix time of this time of day that is nearest to a reference."""
     return time_of_day + DAY * round((reference - time_of_day) / DAY)
 
 
-@kernel
+@part_of_kernels
 def _timed(value, memory):
     """Unix time of a sentence that has a time of day; sets the clock."""
     received, clock, time_of_day = value[field.RECEIVED], memory[CLOCK], value[field.TOD]
@@ -91,7 +95,7 @@ def _timed(value, memory):
     return time
 
 
-@kernel
+@part_of_kernels
 def _meets(row, value, kind, seen, time):
     """Whether a sentence belongs to a row: same time, no sentence of its kind yet, no other position."""
     if abs(row[TIME] - time) > _SAME_TIME or seen & (1 << kind):
@@ -99,20 +103,21 @@ def _meets(row, value, kind, seen, time):
     if math.isnan(value[field.LAT]) or math.isnan(row[LAT]):
         return True
     tolerance = 1.01 * max(row[QUANTUM], value[field.QUANTUM])
-    return abs(row[LAT] - value[field.LAT]) <= tolerance and abs(wrap(row[LON] - value[field.LON])) <= tolerance
+    return abs(row[LAT] - value[field.LAT]) <= tolerance and abs(_wrap(row[LON] - value[field.LON])) <= tolerance
 
 
-@kernel
+@part_of_kernels
 def _open_row(rows, n, time, received, undated, newest):
     """A new row of a talker, which becomes its newest; its index."""
     rows[n, :] = math.nan
     rows[n, TIME], rows[n, RECEIVED], rows[n, UNDATED] = time, received, undated
-    newest[1:] = newest[:-1].copy()
+    for k in range(OPEN - 1, 0, -1):
+        newest[k] = newest[k - 1]
     newest[0] = n
     return n
 
 
-@kernel
+@part_of_kernels
 def _put(row, value, overrule):
     """Write a sentence into its row. The position of finer resolution stays, other values are kept unless overruled."""
     if math.isfinite(value[field.LAT]) and not row[QUANTUM] <= value[field.QUANTUM]:
@@ -125,19 +130,19 @@ def _put(row, value, overrule):
         row[MAGNETIC] = value[field.MAGNETIC]
 
 
-@kernel
+@part_of_kernels
 def _make_true(value, memory):
     """A magnetic heading becomes true by its own variation, else by the last one RMC gave; else it stays magnetic."""
     variation, source = value[field.VARIATION], OWN_VARIATION
     if math.isnan(variation):
         variation, source = memory[LAST_VARIATION], RMC_VARIATION
     if math.isfinite(variation):
-        value[field.HEADING] = wrap(value[field.MAGNETIC] + variation)
+        value[field.HEADING] = _wrap(value[field.MAGNETIC] + variation)
         value[field.MAGNETIC] = math.nan
         memory[source] += 1.0
 
 
-@kernel
+@part_of_kernels
 def _says_nothing(value):
     for k in range(VALUES):
         if (
@@ -151,7 +156,7 @@ def _says_nothing(value):
     return True
 
 
-@kernel
+@part_of_kernels
 def _row_of_timed(rows, n, seen, value, kind, time, undated, newest):
     """The open row of a timed sentence, or a new one."""
     for k in range(OPEN):
@@ -161,7 +166,7 @@ def _row_of_timed(rows, n, seen, value, kind, time, undated, newest):
     return _open_row(rows, n, time, value[field.RECEIVED], undated, newest)
 
 
-@kernel
+@part_of_kernels
 def _row_of_received(rows, n, seen, value, kind, memory, latest, newest):
     """The row of a sentence with a receive time only: its own talker's in the same burst, else one of that time."""
     received, at = value[field.RECEIVED], newest[0]
@@ -175,7 +180,7 @@ def _row_of_received(rows, n, seen, value, kind, memory, latest, newest):
     return _open_row(rows, n, time, received, 0.0, newest)
 
 
-@kernel
+@part_of_kernels
 def _row_of_untimed(rows, n, seen, value, kind, memory, latest, newest):
     """The row of a sentence without any time: of its talker's epoch, else the log's; −1 − the reason if lost."""
     time = memory[CLOCK]
@@ -194,14 +199,15 @@ def _row_of_untimed(rows, n, seen, value, kind, memory, latest, newest):
     return _open_row(rows, n, time, math.nan, memory[IS_UNDATED], newest)
 
 
-@kernel
+@part_of_kernels
 def _date_all(rows, memory, latest):
     """At the first date: shift the times counted from 1970 until now."""
     for k in range(len(rows)):
         rows[k, TIME] += memory[SHIFT] * rows[k, UNDATED]
         rows[k, UNDATED] = 0.0
     memory[EPOCH] += memory[SHIFT]
-    latest[:, 0] += memory[SHIFT]
+    for talker in range(TALKERS):
+        latest[talker, 0] += memory[SHIFT]
 
 
 @kernel

@@ -6,8 +6,8 @@ be in its format and range. Formatters and fields: NMEA 0183 version 4.11, as re
 
 import math
 
-from steerway.core.compiled import kernel
 from steerway.core.earth import KNOT
+from steerway.core.interpreted import part_of_kernels
 from steerway.formats import dilution
 from steerway.formats.nmea0183.text import day_number, digits, is_digit, number
 
@@ -40,14 +40,14 @@ _DOT = ord(".")
 _MODES = (ord("N"), *b"ADPRFE")  # in the order of the quality of GGA
 
 
-@kernel
+@part_of_kernels
 def _within(buffer, fields, k, low, high):
     """Field k as a number in [low, high]; NaN when empty, infinity when it is not such a number."""
     value = number(buffer, fields[k], fields[k + 1] - 1)
     return math.inf if value < low or value > high else value
 
 
-@kernel
+@part_of_kernels
 def _letter(buffer, fields, k):
     """The one character of field k; 0 when empty, −1 when it holds more."""
     length = fields[k + 1] - 1 - fields[k]
@@ -56,7 +56,7 @@ def _letter(buffer, fields, k):
     return int(buffer[fields[k]]) if length == 1 else -1
 
 
-@kernel
+@part_of_kernels
 def _angle(buffer, fields, k, degree_digits, limit, positive, negative):
     """Latitude or longitude of fields k, k + 1 (ddmm.mmm and its letter) and its last digit, rad.
 
@@ -83,7 +83,7 @@ def _angle(buffer, fields, k, degree_digits, limit, positive, negative):
     return math.radians(angle if letter == positive else -angle), quantum
 
 
-@kernel
+@part_of_kernels
 def _position(buffer, fields, k, row):
     """Fields k to k + 3 into LAT, LON, QUANTUM; the reason or READ."""
     latitude, quantum = _angle(buffer, fields, k, 2, 90.0, _N, _S)
@@ -98,7 +98,7 @@ def _position(buffer, fields, k, row):
     return READ
 
 
-@kernel
+@part_of_kernels
 def _time_of_day(buffer, first, last):
     """hhmmss[.sss] as s; NaN when empty, infinity when impossible. A leap second reads 86400."""
     if first == last:
@@ -112,13 +112,13 @@ def _time_of_day(buffer, first, last):
     return 3600.0 * hours + 60.0 * minutes + seconds if 0.0 <= seconds < 61.0 else math.inf
 
 
-@kernel
+@part_of_kernels
 def _century(year):
     """A year of two digits: GPS knows none before 1980."""
     return year + (1900 if year >= 80 else 2000)
 
 
-@kernel
+@part_of_kernels
 def _speed_and_course(buffer, fields, speed_field, unit, course_field, row):
     """SOG in knots or km/h and true COG, where present; the reason or READ."""
     speed = _within(buffer, fields, speed_field, 0.0, _FASTEST / unit)
@@ -130,7 +130,7 @@ def _speed_and_course(buffer, fields, speed_field, unit, course_field, row):
     return READ
 
 
-@kernel
+@part_of_kernels
 def _signed(buffer, fields, k, limit):
     """An angle and its E or W, east positive, rad; NaN when either is empty, infinity when malformed."""
     angle = _within(buffer, fields, k, 0.0, limit)
@@ -142,7 +142,7 @@ def _signed(buffer, fields, k, limit):
     return math.radians(angle if letter == _E else -angle)
 
 
-@kernel
+@part_of_kernels
 def _gga(buffer, fields, n, row):
     quality = _within(buffer, fields, 6, 0.0, 8.0)
     hdop = _within(buffer, fields, 8, 0.0, 1e4)
@@ -152,7 +152,7 @@ def _gga(buffer, fields, n, row):
     return _position(buffer, fields, 2, row) if quality > 0.0 else NO_FIX
 
 
-@kernel
+@part_of_kernels
 def _rmc(buffer, fields, n, row):
     status = _letter(buffer, fields, 2)
     mode = _letter(buffer, fields, 12) if n > 12 else _A
@@ -177,7 +177,7 @@ def _rmc(buffer, fields, n, row):
     return _position(buffer, fields, 3, row) if reason == READ else reason
 
 
-@kernel
+@part_of_kernels
 def _gll(buffer, fields, n, row):
     if n >= 7:
         status = _letter(buffer, fields, 6)
@@ -189,7 +189,7 @@ def _gll(buffer, fields, n, row):
     return _position(buffer, fields, 1, row)
 
 
-@kernel
+@part_of_kernels
 def _gns(buffer, fields, n, row):
     fixed, least = False, math.inf
     hdop = _within(buffer, fields, 8, 0.0, 1e4)
@@ -204,7 +204,7 @@ def _gns(buffer, fields, n, row):
     return _position(buffer, fields, 2, row) if fixed else NO_FIX
 
 
-@kernel
+@part_of_kernels
 def _quality(mode):
     """The GGA quality that corresponds to a mode indicator; 0 for none."""
     for quality, letter in enumerate(_MODES):
@@ -213,7 +213,7 @@ def _quality(mode):
     return 0
 
 
-@kernel
+@part_of_kernels
 def _vtg(buffer, fields, n, row):
     if n > 9 and _letter(buffer, fields, 9) == _N:
         return NO_FIX
@@ -225,7 +225,7 @@ def _vtg(buffer, fields, n, row):
     return _speed_and_course(buffer, fields, 5, KNOT, 1, row)
 
 
-@kernel
+@part_of_kernels
 def _zda(buffer, fields, n, row):
     day = _within(buffer, fields, 2, 1.0, 31.0)
     month = _within(buffer, fields, 3, 1.0, 12.0)
@@ -237,7 +237,7 @@ def _zda(buffer, fields, n, row):
     return TIME if math.isinf(row[DAY]) else READ
 
 
-@kernel
+@part_of_kernels
 def _heading(buffer, fields, kind, row):
     """HDT, THS (true), HDM and HDG (magnetic; deviation applied, variation kept)."""
     angle = math.radians(_within(buffer, fields, 1, 0.0, 360.0))
@@ -262,7 +262,7 @@ def _heading(buffer, fields, kind, row):
     return READ
 
 
-@kernel
+@part_of_kernels
 def _vhw(buffer, fields, n, row):
     for k, unit in ((2, _T), (4, _M), (6, _N), (8, _K)):
         if _letter(buffer, fields, k) != 0 and _letter(buffer, fields, k) != unit:
@@ -277,7 +277,7 @@ def _vhw(buffer, fields, n, row):
     return READ
 
 
-@kernel
+@part_of_kernels
 def _rot(buffer, fields, n, row):
     if _letter(buffer, fields, 2) == _V:
         return NO_FIX
@@ -288,7 +288,7 @@ def _rot(buffer, fields, n, row):
     return READ
 
 
-@kernel
+@part_of_kernels
 def _gst(buffer, fields, n, row):
     north, east = _within(buffer, fields, 6, 0.0, 1e6), _within(buffer, fields, 7, 0.0, 1e6)
     if math.isinf(north) or math.isinf(east):
@@ -298,7 +298,7 @@ def _gst(buffer, fields, n, row):
     return READ
 
 
-@kernel
+@part_of_kernels
 def _fields_fit(kind, n):
     """Whether the number of fields, the header among them, is one that revisions of the standard or receivers use."""
     if kind == GGA:
@@ -320,7 +320,7 @@ def _fields_fit(kind, n):
     return n == 3
 
 
-@kernel
+@part_of_kernels
 def _time_field(kind, n):
     """Which field is the time; 0 for none."""
     if kind == GLL:
@@ -328,7 +328,7 @@ def _time_field(kind, n):
     return 1 if kind <= GNS or kind == ZDA or kind == GST else 0
 
 
-@kernel
+@part_of_kernels
 def _read_kind(buffer, fields, n, kind, row):
     """Read the fields of a sentence of this kind except its time; the reason for rejection or READ."""
     if kind == GGA:
@@ -352,7 +352,7 @@ def _read_kind(buffer, fields, n, kind, row):
     return _heading(buffer, fields, kind, row)
 
 
-@kernel
+@part_of_kernels
 def read_fields(buffer, fields, n, kind, row):
     """One sentence into its row; the reason or READ. A sentence without fix keeps its time, which sets the clock."""
     if not _fields_fit(kind, n):

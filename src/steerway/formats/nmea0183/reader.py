@@ -11,6 +11,7 @@ import numpy as np
 
 from steerway.core import magnetic
 from steerway.core.angles import wrap_array
+from steerway.core.interpreted import is_compiled, without_compiling
 from steerway.core.records import Fixes
 from steerway.formats.nmea0183 import epochs
 from steerway.formats.nmea0183.fields import REASONS, VALUES
@@ -20,6 +21,9 @@ from steerway.formats.nmea0183.streams import POSITIONS, streams
 from steerway.formats.recording import Recording
 
 _CHUNK = 1 << 20
+_WORTH_COMPILING = 12e6
+"""Bytes that the interpreter reads in the 10 s that compiling takes."""
+_bytes_interpreted = 0  # by this process: many short logs are worth compiling too
 _SENTENCE = re.compile(rb"\$(?:[A-Z][A-Z0-9][A-Z]{3}|P[A-Z][A-Z0-9]{2,6}),[ -~]*[\r\n*]")
 
 # Formatters of NMEA 0183 4.11 and of its forerunners that are still sent; any other means a damaged header.
@@ -54,12 +58,21 @@ def recognises(head: bytes) -> bool:
 
 def read(data: bytes) -> Recording:
     """All sources of a log; damage is skipped and counted, never raised."""
-    reader = Reader()
+    reader = Reader(interpreted=_is_short(len(data)))
     view = memoryview(data)
     for start in range(0, len(view), _CHUNK):
         reader.feed(view[start : start + _CHUNK])
     reader.finish()
     return reader.recording()
+
+
+def _is_short(size: int) -> bool:
+    """Whether to read without compiling: nothing is compiled yet, and it would take longer than reading so."""
+    global _bytes_interpreted
+    if is_compiled(scan) and is_compiled(epochs.assemble):
+        return False
+    _bytes_interpreted += size
+    return _bytes_interpreted < _WORTH_COMPILING
 
 
 def sentences(data: bytes) -> Sentences:
@@ -70,10 +83,13 @@ def sentences(data: bytes) -> Sentences:
 class Reader:
     """Reads a stream of bytes in pieces of any size: `feed` it, then take the `recording` so far.
 
-    A log has its receive times in its lines; a live link passes the time of reception to `feed`.
+    A log has its receive times in its lines; a live link passes the time of reception to `feed`. `interpreted`: without
+    compiled kernels, some forty times slower.
     """
 
-    def __init__(self):
+    def __init__(self, interpreted: bool = False):
+        kernels = scan, epochs.assemble
+        self._find, self._assemble = map(without_compiling, kernels) if interpreted else kernels
         self._tail = b""
         self._carry = np.full(1, np.nan)
         self._with_checksum = np.zeros(TALKERS, np.bool_)
@@ -132,14 +148,13 @@ class Reader:
         return taken
 
     def _scan(self, data, final, received):
-        buffer = np.frombuffer(data, np.uint8)
         most = len(data) // SHORTEST + 1
         headers, offsets = np.empty(most, np.int64), np.empty(most, np.int64)
         kinds, talkers = np.empty(most, np.int64), np.empty(most, np.int64)
         values = np.empty((most, VALUES))
         arrived = np.nan if received is None else received
-        n_sound, n, repeat = scan(
-            buffer, final, arrived, self._carry, self._with_checksum,
+        n_sound, n, repeat = self._find(
+            data, final, arrived, self._carry, self._with_checksum,
             headers, offsets, kinds, talkers, values, self._skipped,
         )  # fmt: skip
         for code, count in zip(*np.unique(headers[:n_sound], return_counts=True), strict=True):
@@ -154,7 +169,7 @@ class Reader:
             return
         self._has_news = True
         self._make_room(len(found.kind))
-        self._n = epochs.assemble(
+        self._n = self._assemble(
             found.kind, found.talker, found.values, self._memory, self._latest, self._newest,
             self._rows, self._seen, self._owners, self._n, self._lost,
         )  # fmt: skip

@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from steerway.core.compiled import kernel
+from steerway.core.interpreted import part_of_kernels
 from steerway.formats.nmea0183.fields import (
     CHECKSUM,
     CUT,
@@ -37,12 +38,12 @@ _INCOMPLETE, _NOISE, _BAD_HEADER = -2, -3, -4
 _EARLIEST = 5e8  # Unix time of 1985: ten digits below are a counter
 
 
-@kernel
+@part_of_kernels
 def _is_capital(c):
     return _A <= c <= _Z
 
 
-@kernel
+@part_of_kernels
 def _talker(first, second):
     """Two header bytes as an index below TALKERS."""
     high = first - _ZERO if is_digit(first) else first - _A + 10
@@ -56,7 +57,7 @@ def talker_name(index: int) -> str:
     return letters[index // 36] + letters[index % 36]
 
 
-@kernel
+@part_of_kernels
 def _hexadecimal(c):
     """The value of a hexadecimal digit in either case, or −1."""
     if is_digit(c):
@@ -66,7 +67,7 @@ def _hexadecimal(c):
     return c - _LOWER_A + 10 if _LOWER_A <= c <= _LOWER_F else -1
 
 
-@kernel
+@part_of_kernels
 def _iso_time(buffer, first, last):
     """YYYY-MM-DD, T or blank, hh:mm:ss[.sss][Z or ±hh:mm] at `first` as Unix time, or NaN."""
     if last - first < 19 or buffer[first + 4] != _DASH or buffer[first + 7] != _DASH:
@@ -90,7 +91,7 @@ def _iso_time(buffer, first, last):
     return time
 
 
-@kernel
+@part_of_kernels
 def _received(buffer, first, last):
     """The receive time in a line's prefix: the first ISO date and time, or Unix s, ms or µs (10, 13, 16 digits)."""
     i = first
@@ -120,7 +121,7 @@ def _received(buffer, first, last):
     return math.nan
 
 
-@kernel
+@part_of_kernels
 def _header_end(buffer, start, stop):
     """The index of the comma behind a header of 4 to 8 capitals and digits; else why not."""
     i = start + 1
@@ -133,7 +134,7 @@ def _header_end(buffer, start, stop):
     return _BAD_HEADER if i - start > 3 else _NOISE
 
 
-@kernel
+@part_of_kernels
 def _sentence_end(buffer, start, stop, final, talkers_with_checksum, talker, header_end, fields):
     """Walk a sentence: its fields' starts, and how it ends.
 

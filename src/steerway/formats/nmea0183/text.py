@@ -2,18 +2,18 @@
 
 import math
 
-from steerway.core.compiled import kernel
+from steerway.core.interpreted import part_of_kernels
 
 _DASH, _PLUS, _DOT, _ZERO, _NINE = b"-+.09"
 
 
-@kernel
+@part_of_kernels
 def is_digit(c):
     """Whether a byte is 0 to 9."""
     return _ZERO <= c <= _NINE
 
 
-@kernel
+@part_of_kernels
 def digits(buffer, first, n):
     """The integer that n digits spell, or −1."""
     value = 0
@@ -24,7 +24,7 @@ def digits(buffer, first, n):
     return value
 
 
-@kernel
+@part_of_kernels
 def number(buffer, first, last):
     """The number of a field; NaN when empty, infinity when it is none. Rounded once, so equal to Python's float()."""
     if first == last:
@@ -50,7 +50,7 @@ def number(buffer, first, last):
     return sign * mantissa / scale if digits > 0 else math.inf
 
 
-@kernel
+@part_of_kernels
 def day_number(year, month, day):
     """Days from 1970-01-01, infinity for no day of the calendar (Fliegel and Van Flandern 1968)."""
     if not (1 <= month <= 12 and 1 <= day and 1970 <= year < 2200):
