@@ -23,12 +23,13 @@ from steerway.live.base.rows import Row, lost
 from steerway.live.links.decoding import ReceiverDecoder
 from steerway.live.links.file import FileSink
 from steerway.live.links.gpsd import GpsdDecoder
-from steerway.live.links.signalk import SignalKDecoder
+from steerway.live.links.signalk import SignalKDecoder, token_of
 from steerway.live.navigator import Navigator
 from steerway.live.outputs.deltas import Deltas, delta, motion
 from steerway.live.outputs.json_lines import JsonLines, json_line
 from steerway.live.outputs.rhythm import Rhythm
 from steerway.live.outputs.sentences import Sentences
+from steerway.live.schemes import Context
 from steerway.live.service import Service
 from tests.kept_outputs import Kept, assert_equal
 from tests.ports import free_port, until
@@ -180,8 +181,55 @@ def test_a_delta_a_fix_and_the_present_where_fixes_stay_away():
     for k in range(100, 140):
         output.tick(lost(NOON + 0.1 * k))
     updates = [json.loads(message)["updates"][0] for message in said.messages]
-    assert [each["timestamp"][17:-1] for each in updates] == ["00", "01", "10", "11.5", "13"]
-    assert [each["values"][0]["value"] is None for each in updates] == [False, False, True, True, True]
+    assert [each["timestamp"][17:-1] for each in updates] == ["00", "01", "10"]
+    values = [{each["path"]: each["value"] for each in update["values"]} for update in updates]
+    assert [len(each) for each in values] == [4, 4, 3] and set(values[2].values()) == {None}
+    assert "navigation.position" not in values[2]
+    output.fix(SAILING._replace(time=NOON + 20.0))
+    output.tick(lost(NOON + 40.0))
+    assert [len(json.loads(message)["updates"][0]["values"]) for message in said.messages[3:]] == [4, 3]
+
+
+def test_the_own_position_is_not_sent_to_the_server_it_comes_from():
+    (address,), _ = addresses.sources(["signalk://127.0.0.1:3000?token=hidden"])
+    here = [addresses.opened(address, 1)]
+    for text, sent in (("", False), ("?position=yes", True), ("?position=no", False)):
+        output, _ = addresses.output(f"signalk://127.0.0.1:3000{text}", Context(inputs=here))
+        assert output.positions is sent
+    assert addresses.output("signalk://127.0.0.1:3001", Context(inputs=here))[0].positions
+    with pytest.raises(InputError, match="position is 'x', expected yes or no"):
+        addresses.output("signalk://127.0.0.1:3000?position=x")
+
+
+def test_own_values_are_not_read_back_whatever_the_server_calls_them():
+    decoder = SignalKDecoder()
+    for source in ("steerway", "steerway.XX", "ws.steerway"):
+        value = {"path": "navigation.speedOverGround", "value": 1.0}
+        decoder.message(json.dumps({"updates": [{"$source": source, "timestamp": iso(NOON), "values": [value]}]}))
+    assert decoder.settle() == []
+
+
+def test_a_token_is_in_no_text(tmp_path, caplog):
+    (found,), _ = addresses.sources(["signalk://127.0.0.1:1?token=abc123&x=y".replace("&x=y", "")])
+    assert found.options["token"] == "abc123" and "abc123" not in found.text and "***" in found.text
+    for text in ("signal://h:1?token=abc123", "signalk://h?x=1&token=abc123", "signalk://h:99999?token=abc123"):
+        with pytest.raises(InputError) as refused:
+            addresses.sources([text])
+        assert "abc123" not in str(refused.value)
+    (tmp_path / "token").write_text("abc123\n")
+    (found,), _ = addresses.sources([f"signalk://127.0.0.1:1?token-file={tmp_path / 'token'}"])
+    assert token_of(found) == "abc123"
+    with pytest.raises(InputError, match="cannot be read"):
+        addresses.sources(["signalk://127.0.0.1:1?token-file=/nowhere"])
+
+    async def fails():
+        task = asyncio.create_task(addresses.opened(found, 1).run(lambda rows: None))
+        await asyncio.sleep(0.2)
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+
+    asyncio.run(fails())
+    assert caplog.text and "abc123" not in caplog.text
 
 
 def test_json_lines_carry_the_columns_of_estimate():

@@ -22,6 +22,7 @@ from steerway.formats.reading import read
 from steerway.live import addresses
 from steerway.live.links.signalk import connected
 from steerway.live.navigator import Navigator
+from steerway.live.schemes import Context
 from steerway.live.service import Service
 from tests.kept_outputs import Kept, assert_equal, first_of_each
 from tests.ports import free_port, until
@@ -69,7 +70,11 @@ def signalk_port(tmp_path_factory):
     off = ("plugins", "appstore", "nmea-tcp", "tcp", "webapps", "logfiles")
     settings = {"interfaces": dict.fromkeys(off, False), "mdns": False, "ssl": False, "pipedProviders": []}
     ranks = [{"sourceRef": "steerway", "timeout": 0}, {"sourceRef": "receiver", "timeout": 60_000}]
-    settings["sourcePriorities"] = {"navigation.speedOverGround": ranks}
+    takes_over = [{"sourceRef": "steerway", "timeout": 0}, {"sourceRef": "receiver", "timeout": 1500}]
+    settings["sourcePriorities"] = {
+        "navigation.speedOverGround": ranks,
+        "navigation.courseOverGroundTrue": takes_over,
+    }
     (folder / "settings.json").write_text(json.dumps(settings))
     (folder / "loopback.js").write_text(LOOPBACK)
     surroundings = os.environ | {
@@ -93,13 +98,13 @@ def signalk_port(tmp_path_factory):
 
 
 @contextlib.asynccontextmanager
-async def serving(listen, say, sources=()):
+async def serving(listen, say, sources=(), **settings):
     """A live service; what it says besides."""
     kept = Kept()
-    pairs = [addresses.output(each) for each in say]
-    service = Service(Navigator("small-usv", sources=sources), [kept, *(output for output, _ in pairs)])
     found, _ = addresses.sources(listen)
     inputs = [addresses.opened(each, len(found)) for each in found]
+    pairs = [addresses.output(each, Context(inputs=inputs)) for each in say]
+    service = Service(Navigator("small-usv", sources=sources, **settings), [kept, *(output for output, _ in pairs)])
     links = [link for _, link in pairs if link]
     task = asyncio.create_task(service.run(inputs, links))
     try:
@@ -356,3 +361,39 @@ def test_through_gpsd_a_plotter_is_what_estimate_makes_of_its_log(shared_data, t
     fixes = fixes.rows(slice(first, None))
     motion = estimate(fixes, "small-usv").rows(first_of_each(fixes))
     assert_equal(rows, motion.rows(slice(0, len(rows))))
+
+
+def test_with_steerway_first_in_the_priorities_nobody_is_starved(signalk_port):
+    """It reads the positions of the server to which it sends, and another source takes over where it knows nothing."""
+    server = f"signalk://127.0.0.1:{signalk_port}"
+    address = f"http://127.0.0.1:{signalk_port}/signalk/v1/api/vessels/self/navigation/courseOverGroundTrue"
+    sends = {"positions": True}
+
+    async def receiver():
+        async with connected(addresses.sources([server])[0][0]) as stream:
+            for k in itertools.count():
+                place = {"latitude": 54.0 + 3e-6 * k, "longitude": 10.0}
+                values = [{"path": "navigation.courseOverGroundTrue", "value": 1.0}]
+                values += [{"path": "navigation.position", "value": place}] if sends["positions"] else []
+                update = {"$source": "receiver", "timestamp": iso(START + 0.2 * k), "values": values}
+                await stream.send(json.dumps({"context": "vessels.self", "updates": [update]}))
+                await asyncio.sleep(0.2)
+
+    def held():
+        return json.loads(urllib.request.urlopen(address).read())
+
+    async def chain():
+        other = asyncio.create_task(receiver())
+        async with serving([server], [server], max_dead_reckoning=1.0) as kept:
+            await until(lambda: len(kept.fixes) >= 25, 20.0)
+            under_way = await asyncio.to_thread(held)
+            sends["positions"] = False
+            await asyncio.sleep(4.5)
+            alone = await asyncio.to_thread(held)
+        other.cancel()
+        await asyncio.gather(other, return_exceptions=True)
+        return under_way, alone
+
+    under_way, alone = asyncio.run(chain())
+    assert under_way["$source"] == "steerway" and abs(math.remainder(under_way["value"], 2.0 * math.pi)) < 0.1
+    assert (alone["$source"], alone["value"]) == ("receiver", 1.0)

@@ -17,7 +17,7 @@ from steerway.live.base.rows import InputRow
 
 LONGEST = 10.0
 """s after the first position at which a source is chosen in any case."""
-_ALONE, _ALONE_SPAN = 2, 0.5  # epochs, and s, of the only source
+_ALONE, _ALONE_SPAN = 3, 0.5  # epochs, of which the last may be incomplete, and s, of the only source
 _COMPARED = 10  # epochs of each of several sources
 _HALF_DAY = 0.5 * DAY
 _REMEMBERED = 40  # rows of a talker by which it is divided

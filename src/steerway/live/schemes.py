@@ -15,11 +15,12 @@ from steerway.live.links.file import StdoutSink
 from steerway.live.links.gpsd import GpsdInput
 from steerway.live.links.link import Input, Sink
 from steerway.live.links.serial import SerialInput, SerialSink, speed_of
-from steerway.live.links.signalk import SignalKInput, SignalKSink, require_websockets
+from steerway.live.links.signalk import TOKENS, SignalKInput, SignalKSink, require_websockets, token_of
 from steerway.live.links.tcp import TcpInput, TcpServerSink, TcpSink
 from steerway.live.links.udp import UdpInput, UdpSink
 from steerway.live.mavlink.companion import CARRIERS, Commanded, Companion
 from steerway.live.mavlink.signing import key_of
+from steerway.live.outputs.deltas import Deltas
 from steerway.live.outputs.foxglove import FoxgloveServer, require_foxglove
 from steerway.live.outputs.output import Output
 from steerway.live.outputs.table import TableFile
@@ -71,6 +72,7 @@ def _serial(address: Uri) -> Uri:
 
 def _signalk(address: Uri) -> Uri:
     require_websockets(uri.with_port(address))
+    token_of(address)
     return address
 
 
@@ -95,6 +97,17 @@ def _foxglove_output(address, context):
 
 def _table_output(address, context):
     return TableFile(address.path, every_tick=context.every_tick, lossless=context.lossless), None
+
+
+def _signalk_output(address, context):
+    """The own position is not sent back to the server that the positions come from."""
+    read = any(isinstance(each, SignalKInput) and each.uri.place == address.place for each in context.inputs)
+    text = address.options.get("position", "no" if read else "yes")
+    if text not in ("yes", "no"):
+        raise InputError(f"{address.text}: position is {text!r}, expected yes or no")
+    sink = SignalKSink(address)
+    period = positive(f"{address.text}: period", address.number("period", 1.0))
+    return Deltas(sink, period, text == "yes"), sink
 
 
 def _mavlink_output(address, context):
@@ -131,11 +144,9 @@ SCHEMES = {
         check=_signalk,
         port=3000,
         source=SignalKInput,
-        source_options=("token",),
-        sink=lambda address, _: SignalKSink(address),
-        form="signalk",
-        forms=("signalk",),
-        sink_options=("token",),
+        source_options=TOKENS,
+        output=_signalk_output,
+        sink_options=(*TOKENS, "period", "position"),
     ),
     "mavlink": Scheme(
         check=_mavlink,

@@ -3,11 +3,14 @@
 A scheme that is no link itself names the one that carries it: `mavlink:udpin:host:port`.
 """
 
+import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from urllib.parse import parse_qsl, urlsplit
 
 from steerway.core.errors import InputError
+
+_TOKEN = re.compile(r"([?&]token=)[^&]*")
 
 
 @dataclass(frozen=True)
@@ -38,10 +41,12 @@ class Uri:
 def parse(text: str, schemes: Collection[str], default_ports: Mapping[str, int]) -> Uri:
     """The address that a text means; its options are not checked yet.
 
-    Raises InputError for a scheme that is not among `schemes`, and for a malformed host or port.
+    Raises InputError for a scheme that is not among `schemes`, and for a malformed host or port. A token stands in the
+    options only, never in the text that logs and messages show.
     """
+    given, text = text, _TOKEN.sub(r"\1***", text)
     try:
-        parts = urlsplit(text, allow_fragments=False)
+        parts = urlsplit(given, allow_fragments=False)
         host, port = parts.hostname or "", parts.port or default_ports.get(parts.scheme, 0)
     except ValueError as error:
         raise InputError(f"{text}: {error}, expected scheme://host:port") from None

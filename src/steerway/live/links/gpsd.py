@@ -70,6 +70,8 @@ class GpsdDecoder(JsonDecoder):
             self._devices(message.get("devices", [message]))
         if message["class"] != "TPV" or message.get("mode", 0) < 2 or "lat" not in message or "time" not in message:
             return []
+        if not self._drivers.get(message.get("device", ""), "unlisted"):
+            return []  # until gpsd knows what it is, which may then be read as it is
         speed = {"sog": message["speed"]} if "speed" in message else {}
         course = {"cog": angle(message["track"])} if "track" in message else {}
         place = math.radians(message["lat"]), angle(message["lon"])

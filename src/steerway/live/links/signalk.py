@@ -5,6 +5,7 @@ import contextlib
 import json
 import math
 from contextlib import asynccontextmanager
+from pathlib import Path
 
 from steerway.core.errors import InputError
 from steerway.formats.dilution import deviation
@@ -21,6 +22,8 @@ _PATHS = {
     "navigation.rateOfTurn": "yaw_rate",
 }
 _DILUTION = "navigation.gnss.horizontalDilution"
+TOKENS = ("token", "token-file")
+"""Options of an address for the server's token."""
 SUBSCRIBED = ("navigation.position", _DILUTION, *_PATHS)
 """The Signal K paths that are read."""
 
@@ -33,16 +36,32 @@ def require_websockets(uri: Uri) -> None:
         raise InputError(f"{uri.text}: needs the package websockets, expected pip install steerway[live]") from None
 
 
+def token_of(uri: Uri) -> str:
+    """The token of an address, given there or in the file that `token-file` names; "" without.
+
+    Raises InputError for a file that cannot be read.
+    """
+    path = uri.options.get("token-file")
+    if path is None:
+        return uri.options.get("token", "")
+    try:
+        return Path(path).read_text(encoding="utf-8").strip()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"token-file {path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+
+
 @asynccontextmanager
 async def connected(uri: Uri):
     """The stream's WebSocket without a subscription; its failures are OSError as those of any link."""
     from websockets.asyncio.client import connect
     from websockets.exceptions import WebSocketException
 
-    token = f"&token={uri.options['token']}" if uri.options.get("token") else ""
-    address = f"ws://{uri.host}:{uri.port}/signalk/v1/stream?subscribe=none{token}"
+    token = token_of(uri)
+    headers = {"Authorization": f"Bearer {token}"} if token else {}
+    host = f"[{uri.host}]" if ":" in uri.host else uri.host
+    address = f"ws://{host}:{uri.port}/signalk/v1/stream?subscribe=none"
     try:
-        async with connect(address, open_timeout=5.0) as socket:
+        async with connect(address, open_timeout=5.0, additional_headers=headers) as socket:
             yield socket
     except WebSocketException as error:
         raise ConnectionError(str(error)) from None
@@ -111,7 +130,7 @@ class SignalKDecoder(JsonDecoder):
         rows = []
         for update in message.get("updates", ()):
             source = str(update.get("$source") or update.get("source", {}).get("label", "signalk"))
-            if source == self._own_label or source.startswith(f"{self._own_label}."):
+            if self._own_label in source.split("."):
                 continue
             time = moment(update["timestamp"])
             values = {}

@@ -1,5 +1,7 @@
-"""Signal K deltas: motion, the leg under way, the state of the autopilot; SI and rad, null for unknown.
+"""Signal K deltas: motion, the leg under way, the state of the autopilot; SI and rad.
 
+What becomes unknown is sent as null once and then not at all, so that a server with source priorities passes another
+source on; a position is never null.
 Paths and states are those of the Signal K specification 1.5.1, groups navigation, steering and notifications.
 """
 
@@ -13,6 +15,7 @@ from steerway.live.base.rows import Row
 from steerway.live.links.link import Sink
 from steerway.live.outputs.rhythm import Rhythm
 
+POSITION = "navigation.position"
 _STATES = {
     State.IDLE: "standby",
     State.READY: "standby",
@@ -23,10 +26,14 @@ _STATES = {
 
 
 class Deltas:
-    """A delta at a fix once a period (s), at ticks while fixes are missing, and at changes of the autopilot's state."""
+    """A delta at a fix once a period (s), at ticks while fixes are missing, and at changes of the autopilot's state.
 
-    def __init__(self, sink: Sink, period: float = 1.0):
-        self.sink, self.period = sink, period
+    positions: whether the own position is sent.
+    """
+
+    def __init__(self, sink: Sink, period: float = 1.0, positions: bool = True):
+        self.sink, self.period, self.positions = sink, period, positions
+        self._known: set[str] = set()  # paths whose last value was not null
         self._rhythm = Rhythm(period)
         self._last = -math.inf
         self._leg: Leg | None = None
@@ -53,12 +60,19 @@ class Deltas:
     def _send(self, row, more=None):
         self._last = row.time
         values = motion(row)
+        if not self.positions:
+            del values[POSITION]
         if self._on_route:
             fit = self._order is None or self._order.state in FIT
             values |= course(self._leg if fit and not math.isnan(row.cog) else None)
         if self._order is not None:
             values |= autopilot(self._order)
-        self.sink.send(delta(row.time, values | (more or {})))
+        values |= more or {}
+        sent = {path: value for path, value in values.items() if value is not None or path in self._known}
+        sent = {path: value for path, value in sent.items() if value is not None or not path.endswith("position")}
+        self._known = {path for path, value in values.items() if value is not None}
+        if sent:
+            self.sink.send(delta(row.time, sent))
 
 
 def delta(time: float, values: dict) -> bytes:
@@ -74,7 +88,7 @@ def delta(time: float, values: dict) -> bytes:
 def motion(row: Row) -> dict:
     """The motion of a row by path; course in [0, 2π)."""
     return {
-        "navigation.position": _place(row.latitude, row.longitude),
+        POSITION: _place(row.latitude, row.longitude),
         "navigation.speedOverGround": _or_null(row.sog),
         "navigation.courseOverGroundTrue": _angle(row.cog),
         "navigation.rateOfTurn": _or_null(row.course_rate),

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from steerway.live.links.link import Sink
-from steerway.live.outputs.deltas import Deltas
 from steerway.live.outputs.json_lines import JsonLines
 from steerway.live.outputs.output import Output
 from steerway.live.outputs.propellers import PERIOD, PropellerCommands
@@ -26,7 +25,6 @@ class Format(NamedTuple):
 
 FORMATS = {
     "nmea": Format(lambda sink, period, _: Sentences(sink, period), 1.0),
-    "signalk": Format(lambda sink, period, _: Deltas(sink, period), 1.0),
     "json": Format(lambda sink, _, every_tick: JsonLines(sink, every_tick)),
     "propellers": Format(lambda sink, period, _: PropellerCommands(sink, period), PERIOD, commands_propellers=True),
 }
