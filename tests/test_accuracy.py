@@ -218,7 +218,8 @@ def test_after_a_jump_the_covariance_is_one_still():
 def test_the_profile_found_is_that_of_the_receiver_as_a_rule():
     _, fixes, _ = troubled(8, duration=900.0)
     chosen = steerway.estimation.choose_profile(fixes)
-    assert 0.25 < math.hypot(chosen.position_std, chosen.error_std) < 1.0
+    for each in chosen.structures:
+        assert 0.25 < math.hypot(each.values["fix_std"], each.values.get("error_std", 0.0)) < 1.0
 
 
 def test_rows_without_a_position_make_no_rule():

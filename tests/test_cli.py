@@ -13,7 +13,7 @@ import typer
 
 import steerway
 from steerway.commands.app import command_tree
-from steerway.estimation import Profile
+from steerway.estimation import load_profile
 from tests.command_line import STEERWAY, run
 from tests.scenes import turning
 
@@ -65,7 +65,7 @@ def test_tune_writes_a_profile_that_estimate_takes(log, tmp_path):
     profile = tmp_path / "mine.toml"
     code, out, _ = run("tune", log, "-o", profile)
     assert code == 0 and "NIS" in out
-    assert Profile.load(profile).name == "mine"
+    assert load_profile(profile).name == "mine"
     assert json.loads(run("estimate", log, "--json", "--profile", profile)[1])["profile"] == "mine"
 
 

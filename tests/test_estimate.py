@@ -144,18 +144,18 @@ def test_the_default_profile_suits_the_receiver():
     for std in (0.05, 0.5, 5.0):
         scene = straight(4.0, 1.0, 600.0, rate=1.0)
         chosen = choose_profile(scene.fixes(std, 3))
-        assert 0.3 * std < chosen.position_std < 3.5 * std
+        found = sum(each.weight * each.values["fix_std"] for each in chosen.structures)
+        assert 0.3 * std < found < 3.5 * std
 
 
 def test_tune_finds_noise_that_is_known():
     scene = turning(3.0, 0.5, 1500.0, rate=1.0, seed=4, decay=0.3, density=1e-3)
     tuned = steerway.tune(scene.fixes(0.3, 4))
-    p = tuned.profile
-    total = math.hypot(p.position_std, p.error_std)
-    assert 0.24 < total < 0.36
-    assert 0.3 * 1e-3 / 0.3**2 < p.course_rate_noise / p.course_rate_decay**2 < 3.0 * 1e-3 / 0.3**2
-    assert p.speed_noise < 1e-3
-    assert tuned.nis_band[0] - 0.1 < tuned.nis_mean < tuned.nis_band[1] + 0.1
+    for each in tuned.profile.structures:
+        assert 0.24 < math.hypot(each.values["fix_std"], each.values.get("error_std", 0.0)) < 0.36
+        assert each.values["speed_walk"] ** 2 < 1e-3
+    assert 1.8 < tuned.nis_mean < 2.2
+    assert 93.0 < tuned.nis_within_pct < 97.0
 
 
 def test_tune_refuses_a_log_that_tells_nothing():

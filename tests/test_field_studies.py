@@ -78,11 +78,16 @@ def test_studies_say_when_there_are_no_logs(monkeypatch):
             studies.named(name).run(None, 0, None)
 
 
+def expected(profile, *names):
+    """Root of the sum of squares of these numbers, weighted mean over structures; 0 where a structure has none."""
+    return sum(each.weight * math.hypot(*(each.values.get(n, 0.0) for n in names)) for each in profile.structures)
+
+
 @pytest.mark.parametrize(("std", "rate"), [(0.02, 5.0), (0.5, 5.0), (0.5, 1.0), (3.0, 1.0)])
 def test_the_receiver_is_found(std, rate):
     scene = turning(4.0, 1.0, 600.0, rate=rate, density=1e-3, decay=0.2)
     found = choose_profile(scene.fixes(std, 3))
-    total = math.hypot(found.position_std, found.error_std)
+    total = expected(found, "fix_std", "error_std")
     assert 0.6 * std < total < 1.7 * std
 
 
@@ -106,4 +111,5 @@ def test_stretches_from_all_over_a_long_record_are_looked_at():
     columns = {name: np.r_[getattr(rest, name), getattr(sortie, name)] for name in ("latitude", "longitude")}
     both = steerway.Fixes(np.r_[rest.time, sortie.time + 5001.0], **columns)
     found, alone = choose_profile(both), choose_profile(sortie)
-    assert 0.2 < found.course_rate_noise / alone.course_rate_noise < 5.0
+    assert 0.5 < expected(found, "fix_std") / expected(alone, "fix_std") < 2.0
+    assert 0.2 < expected(found, "yaw_size") / expected(alone, "yaw_size") < 5.0

@@ -7,8 +7,8 @@ import polars as pl
 import pytest
 
 import steerway
+from steerway.estimation import choose_profile
 from steerway.estimation.course.comparison import compare
-from steerway.estimation.selection.select_profile import select_profile
 
 ALL_LOGS = (
     "ais_misc/*.nm4",
@@ -115,7 +115,7 @@ def test_every_log_runs_through(shared_data):
                 steerway.read(path)
             continue
         fixes = steerway.read(path)
-        profile = select_profile(fixes)
+        profile = choose_profile(fixes)
         for smooth in (False, True):
             motion = steerway.estimate(fixes, profile, smooth=smooth)
             assert len(motion) == fixes.has_position.sum(), path.name

@@ -11,7 +11,6 @@ from steerway.core.earth import KNOT
 from steerway.core.records import Fixes
 from steerway.estimation import Profile
 from steerway.estimation.course.comparison import compare
-from steerway.estimation.selection.tune import Tuned
 from steerway.formats import table
 from steerway.simulation.reading import parse_scenario
 
@@ -117,15 +116,6 @@ def test_a_comparison_of_a_slow_boat_says_that_nothing_is_left():
     found = compare(fixes, motion, least_speed=0.3)
     assert found.compared > 100 and found.sog_rms < 0.3
     assert "nan" not in str(found.sentences())
-
-
-def test_a_tuned_number_at_the_end_of_its_range_is_marked():
-    profile = Profile.named("small-usv").model_copy(
-        update={"position_std": 30.0, "intervals": {"position_std": (20.0, 30.0), "speed_noise": (1e-3, 1e-2)}}
-    )
-    tuned = Tuned(profile, 100, 90, 0, 2.0, (1.9, 2.1), -100.0)
-    assert tuned.at_bounds == ("position_std",)
-    assert "white noise of a fix (tried 0.002 to 30 m" in dict(tuned.sentences())["at a bound"]
 
 
 def test_the_table_of_an_estimate_has_the_accuracy_of_its_positions():

@@ -13,7 +13,7 @@ import polars as pl
 
 from steerway import read
 from steerway.core import OK, REJECTED, Fixes, InputError, Motion, rms, wrap_array
-from steerway.estimation import Profile, choose_profile, estimate, tune
+from steerway.estimation import InferredProfile, Profile, choose_profile, estimate, tune
 from steerway.estimation.course import Agreement, compare
 from steerway_studies.recorded import logs_folder
 from steerway_studies.study import Results, Study
@@ -43,7 +43,7 @@ class Log(NamedTuple):
     """Fixes and the profile that the default finds for them."""
 
     fixes: Fixes
-    profile: Profile
+    profile: Profile | InferredProfile
 
     def estimate(self, smooth: bool = False) -> Motion:
         """What the default makes of the log."""

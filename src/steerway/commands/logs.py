@@ -116,8 +116,8 @@ def estimate(
     motion = estimator.motion(fixes, rate, smooth)
     late = lateness(fixes, estimator.smooth)
     doubted = int((variance_scales(fixes) > 1.0).sum())
-    structures = structures_of(estimator.inference) if estimator.inference else []
-    summary = summarise(fixes, motion, estimator.name, doubted, late.sog, late.cog, structures)
+    structures = structures_of(estimator.profile, estimator.inference) if estimator.is_inferred else []
+    summary = summarise(fixes, motion, estimator.profile.name, doubted, late.sog, late.cog, structures)
     if out is not None:
         write(motion, out)
     if report is not None:

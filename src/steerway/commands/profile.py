@@ -50,10 +50,11 @@ def show_profile(
         steerway profile show small-usv > mine.toml
     """
     from steerway.estimation.profiles import Profile
+    from steerway.estimation.profiles.inferred import load_profile
 
-    profile = Profile.load(name) if name.endswith(".toml") else Profile.named(name)
+    profile = load_profile(name) if name.endswith(".toml") else Profile.named(name)
     if as_json:
-        print_json(profile.model_dump())
+        print_json(profile.model_dump(mode="json"))
     else:
         print(profile.toml(), end="")
 
@@ -63,7 +64,7 @@ def make_profile(
     logs: Logs,
     out: Annotated[Path, typer.Option("-o", "--out", metavar="PROFILE.toml", help="Output file for the profile.")],
     tuned: Annotated[
-        bool, flag("--tune/--quick", help="Fit it as `tune` does, or select it as `estimate` does.")
+        bool, flag("--tune/--quick", help="Fit it as `tune` does, or infer it as `estimate` does.")
     ] = True,
     source: Source = None,
     start: From = None,
@@ -79,6 +80,7 @@ def make_profile(
     """
     from steerway.estimation import choose_profile
     from steerway.estimation import tune as fit
+    from steerway.estimation.inference.description import structures_of
 
     refuse_overwriting(out, logs)
     expect_toml(out)
@@ -89,8 +91,7 @@ def make_profile(
         profile = found.profile
         print_pairs(found.sentences())
     else:
-        profile = choose_profile(fixes)
-        profile = profile.model_copy(update={"description": profile.name, "name": out.stem})
-        print_pairs([("selected", profile.description)])
+        profile = choose_profile(fixes).model_copy(update={"name": out.stem})
+        print_pairs([(f"weight {each['weight']:.2f}", each["words"]) for each in structures_of(profile)])
     profile.save(out)
     print(f"wrote {out}")

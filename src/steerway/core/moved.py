@@ -37,7 +37,6 @@ MOVED = (
         "steerway.estimation.linear_algebra": "steerway.core.linear_algebra",
         "steerway.estimation.heading.h_infinity": "steerway_studies.springer_mission.h_infinity",
         "steerway.estimation.heading.interval.literal": "steerway_studies.papers.interval_filter",
-        "steerway.estimation.tuning": "steerway.estimation.selection",
         "steerway.guidance.leg": "steerway.core.leg",
         "steerway.cli": "steerway.commands.cli",
         "steerway.vessels.kinematics": "steerway.core.kinematics",

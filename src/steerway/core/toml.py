@@ -1,5 +1,6 @@
 """TOML files and texts, with errors that name the file and what it was expected to be."""
 
+import json
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -23,3 +24,8 @@ def parse_toml(text: str, place: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{place} is not valid TOML: {error}") from None
+
+
+def toml_value(value: str | float | list[str]) -> str:
+    """A text, number or list of texts as TOML has it."""
+    return repr(float(value)) if isinstance(value, int | float) else json.dumps(value, ensure_ascii=False)

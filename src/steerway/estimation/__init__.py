@@ -6,18 +6,21 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.estimation.course.filter import FiveStateFilter
+    from steerway.estimation.inference.tune import tune
     from steerway.estimation.log_estimate import choose_profile, estimate
     from steerway.estimation.prediction import Prediction, hindcast, predict
     from steerway.estimation.profiles import Profile
-    from steerway.estimation.selection.tune import tune
+    from steerway.estimation.profiles.inferred import InferredProfile, load_profile
 
 __all__ = [
     "FiveStateFilter",
+    "InferredProfile",
     "Prediction",
     "Profile",
     "choose_profile",
     "estimate",
     "hindcast",
+    "load_profile",
     "predict",
     "tune",
 ]

@@ -2,20 +2,20 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Motion
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.inference.selection import Inference
 from steerway.estimation.inference.whole_log import infer_log, motion_of
 from steerway.estimation.profiles import Profile
-from steerway.estimation.selection.select_profile import select_profile
+from steerway.estimation.profiles.inferred import InferredProfile, load_profile
+
+AnyProfile = Profile | InferredProfile | str | Path | None
 
 
 def estimate(
     fixes: Fixes,
-    profile: Profile | str | Path | None = None,
+    profile: AnyProfile = None,
     aid: tuple[str, ...] = (),
     rate: float | None = None,
     smooth: bool = False,
@@ -25,10 +25,9 @@ def estimate(
     Args:
         fixes: measurements of receivers and instruments. Accuracy that a receiver reports (`position_std`) scales the
             noise of a fix relative to what it usually reports.
-        profile: a Profile, the name of a built-in one or a .toml file. None infers vessel and receiver from the log:
+        profile: a profile, the name of a built-in one or a .toml file. None infers vessel and receiver from the log:
             several structures are fitted, and the estimate is their mean, weighted by their evidence. Reports of many
-            vessels (with `mmsi`) are filtered by the built-in profile "ais" then, and sparse fixes by the built-in
-            profile that fits best.
+            vessels (with `mmsi`) are filtered by the built-in profile "ais" then.
         aid: what to use beside positions, of "sog", "cog", "heading", "water_speed", "yaw_rate". Their noise is
             inferred too where no profile is given.
         rate: rows a second in the result (Hz); None gives a row a fix.
@@ -42,27 +41,33 @@ def estimate(
 class LogEstimator:
     """The estimator of a log: by a profile, or by what is inferred from the log; arguments as `estimate`.
 
-    `name` is that of the profile or "inferred", `inference` None or what was inferred.
+    `inference` has all that competed, None with a profile given.
     """
 
-    name: str
-    inference: Inference | None
+    profile: Profile | InferredProfile
+    inference: Inference | None = None
 
-    def __init__(self, fixes: Fixes, profile: Profile | str | Path | None = None, aid: tuple[str, ...] = ()):
+    def __init__(self, fixes: Fixes, profile: AnyProfile = None, aid: tuple[str, ...] = ()):
         self.aid = tuple(aid)
         _refuse_single(fixes)
-        if profile is None and fixes.mmsi is None and not _sparse(fixes):
-            self.name, self.inference = "inferred", infer_log(fixes, self.aid)
+        if profile is None and fixes.mmsi is None:
+            self.inference = infer_log(fixes, self.aid)
+            self.profile = InferredProfile.of(self.inference.structures)
         else:
-            chosen = choose_profile(fixes, profile, self.aid)
-            self.name, self.inference = chosen.name, None
-            self._filter = FiveStateFilter(chosen, self.aid)
+            self.profile = choose_profile(fixes, profile, self.aid)
+
+    @property
+    def is_inferred(self) -> bool:
+        """Whether the profile is one of structures, from this log or another."""
+        return isinstance(self.profile, InferredProfile)
 
     def motion(self, fixes: Fixes, rate: float | None = None, smooth: bool = False) -> Motion:
         """The estimate of the log or a part of it. Raises InputError for an impossible rate."""
-        if self.inference is not None:
-            return motion_of(fixes, self.inference, self.aid, rate, smooth)
-        return self._filter.smooth(fixes, rate) if smooth else self._filter.filter(fixes, rate)
+        profile = self.profile
+        if isinstance(profile, InferredProfile):
+            return motion_of(fixes, profile.weighed, self.aid, rate, smooth, profile.steerageway)
+        course_filter = FiveStateFilter(profile, self.aid)
+        return course_filter.smooth(fixes, rate) if smooth else course_filter.filter(fixes, rate)
 
     def smooth(self, fixes: Fixes) -> Motion:
         """The smoothed estimate of the log or a part of it."""
@@ -77,22 +82,15 @@ def _refuse_single(fixes: Fixes) -> None:
         raise InputError(f"the log has {found}, expected at least two at different times")
 
 
-SPARSE = 60.0
-"""s between fixes; at longer intervals manoeuvres begin and end unseen, and modes cannot be distinguished."""
+def choose_profile(fixes: Fixes, profile: AnyProfile = None, aid: tuple[str, ...] = ()) -> Profile | InferredProfile:
+    """The profile meant by `profile`; for None what `estimate` would use: inferred from the log, with these aids.
 
-
-def _sparse(fixes: Fixes) -> bool:
-    times = fixes.time[fixes.has_position]
-    return len(times) > 1 and float(np.median(np.diff(times))) > SPARSE
-
-
-def choose_profile(fixes: Fixes, profile: Profile | str | Path | None = None, aid: tuple[str, ...] = ()) -> Profile:
-    """The profile meant by `profile`; for None the built-in one, and the noise of the receiver, that fit best.
-
-    The noise of the aids in use is fitted with it.
+    Reports of many vessels have the built-in profile "ais". Raises InputError as `estimate` does.
     """
-    if isinstance(profile, Profile):
+    if isinstance(profile, Profile | InferredProfile):
         return profile
     if profile is not None:
-        return Profile.load(profile) if str(profile).endswith(".toml") else Profile.named(str(profile))
-    return select_profile(fixes, tuple(aid))
+        return load_profile(profile) if str(profile).endswith(".toml") else Profile.named(str(profile))
+    if fixes.mmsi is not None:
+        return Profile.named("ais")
+    return InferredProfile.of(infer_log(fixes, aid).structures)

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,8 +13,11 @@ from steerway.core.records import Fixes, Table
 from steerway.estimation.course.forecast import forecast
 from steerway.estimation.course.motion.layout import EAST, EMPTY, LATITUDE, LONGEST_GAP, LONGITUDE, NORTH, PHASE
 from steerway.estimation.course.replay import kept_rows
-from steerway.estimation.log_estimate import choose_profile
+from steerway.estimation.inference.forecast import forecasts, rotated
+from steerway.estimation.inference.whole_log import Track
+from steerway.estimation.log_estimate import AnyProfile, choose_profile
 from steerway.estimation.profiles import Profile
+from steerway.estimation.profiles.inferred import InferredProfile
 
 if TYPE_CHECKING:
     import polars as pl
@@ -73,7 +75,7 @@ class Prediction(Table):
 def predict(
     fixes: Fixes,
     horizons: float | Sequence[float] = 600.0,
-    profile: Profile | str | Path | None = None,
+    profile: AnyProfile = None,
     aid: tuple[str, ...] | None = None,
 ) -> Prediction:
     """Position and covariance of every vessel, `horizons` seconds after the end of the record.
@@ -92,14 +94,16 @@ def predict(
     wrong = horizons[~((horizons > 0.0) & (horizons <= LONGEST_HORIZON))]
     if len(wrong):
         raise InputError(f"horizon is {wrong[0]:g}, expected more than 0 and at most {LONGEST_HORIZON:g} s")
-    parameters, outlook, aid = predictor(fixes, profile, aid)
+    profile, aid = _chosen(fixes, profile, aid)
     now = fixes.time[fixes.has_position].max()
     rows, vessels = [], []
     for mmsi, track in fixes.rows(fixes.has_position).in_order().tracks():
         silent = now - track.time[-1]
-        block = kept_rows(parameters, aid, track, last=True)[0]
-        if silent <= LONGEST_GAP and block[-1, PHASE] != EMPTY:
-            rows += [(now + horizon, *ahead(block, outlook, silent + horizon)) for horizon in horizons]
+        if silent > LONGEST_GAP:
+            continue
+        found = _ahead_of_last(profile, aid, track, silent + horizons)
+        if found is not None:
+            rows += [(now + horizon, *each) for horizon, each in zip(horizons, found, strict=True)]
             vessels += [mmsi] * len(horizons)
     columns = np.array(rows, float).reshape(-1, 7).T
     mmsi = None if fixes.mmsi is None else np.array(vessels, np.int64)
@@ -110,7 +114,7 @@ def hindcast(
     track: Fixes,
     horizons: Sequence[float],
     spacing: float = 0.0,
-    profile: Profile | str | Path | None = None,
+    profile: AnyProfile = None,
     aid: tuple[str, ...] | None = None,
 ) -> tuple[np.ndarray, Prediction]:
     """What `predict` would have given at earlier rows of the record of one vessel, each from the rows up to it.
@@ -124,25 +128,64 @@ def hindcast(
     Returns the rows (n,) and the predictions from them, n times as many as horizons, horizons within rows.
     Raises InputError as `estimate` does.
     """
-    parameters, outlook, aid = predictor(track, profile, aid)
-    kept, rows, last = kept_rows(parameters, aid, track), [], -np.inf
+    profile, aid = _chosen(track, profile, aid)
+    rows, last = [], -np.inf
     for row, moment in enumerate(track.time):
         if moment - last >= spacing:
             rows, last = [*rows, row], moment
-    columns = [(track.time[row] + each, *ahead(kept[row], outlook, each)) for row in rows for each in horizons]
+    found = _ahead_of_rows(profile, aid, track, rows, np.asarray(horizons, float))
+    times = (np.asarray(track.time)[rows][:, None] + np.asarray(horizons, float)).ravel()
+    columns = np.column_stack([times, np.array(found, float).reshape(-1, 6)])
     mmsi = None if track.mmsi is None else np.full(len(columns), track.mmsi[0])
-    return np.array(rows, int), Prediction(*np.array(columns, float).reshape(-1, 7).T, mmsi=mmsi)
+    return np.array(rows, int), Prediction(*columns.reshape(-1, 7).T, mmsi=mmsi)
 
 
-def predictor(fixes: Fixes, profile=None, aid=None) -> tuple[np.ndarray, np.ndarray, tuple[str, ...]]:
-    """Of `predict`: the parameters of the filter (modes, k), those of the forecast (k,), and the aids.
+def _chosen(fixes, profile, aid):
+    """The profile of `predict`, and the aids."""
+    if aid is None:
+        aid = ("sog", "cog") if fixes.mmsi is not None else ()
+    return choose_profile(fixes, profile, aid), aid
+
+
+def _ahead_of_last(profile, aid, track, horizons):
+    """What `ahead` returns, at horizons after the last row of a vessel; None where its motion is not known."""
+    if isinstance(profile, InferredProfile):
+        return _by_structures(profile, aid, track, None, horizons)
+    parameters, outlook = predictor(profile, aid)
+    block = kept_rows(parameters, aid, track, last=True)[0]
+    return None if block[-1, PHASE] == EMPTY else [ahead(block, outlook, each) for each in horizons]
+
+
+def _ahead_of_rows(profile, aid, track, rows, horizons):
+    """What `ahead` returns, horizons within rows."""
+    if isinstance(profile, InferredProfile):
+        return _by_structures(profile, aid, track, rows, horizons)
+    parameters, outlook = predictor(profile, aid)
+    kept = kept_rows(parameters, aid, track)
+    return [ahead(kept[row], outlook, each) for row in rows for each in horizons]
+
+
+def _by_structures(profile, aid, fixes, rows, horizons):
+    """What `ahead` returns, by an inferred profile; rows None: after the last."""
+    track = Track(fixes, aid)
+    order = np.argsort(horizons)
+    moments = forecasts(track, profile.weighed, horizons[order], rows)
+    moments[:, order] = moments.copy()
+    found = []
+    for row, of_row in zip([len(fixes) - 1] if rows is None else rows, moments, strict=True):
+        for horizon, each in zip(horizons, of_row, strict=True):
+            latitude, longitude, azimuth = track.place_of(row, each[0], each[1])
+            nn, ne, ee = rotated(each, azimuth)
+            found.append((latitude, longitude, horizon, nn, ee, ne))
+    return found
+
+
+def predictor(profile: Profile, aid=()) -> tuple[np.ndarray, np.ndarray]:
+    """Of `predict` by a profile: the parameters of the filter (modes, k) and those of the forecast (k,).
 
     Future changes of mode are unknown: the forecast follows the one model that disperses as far in the long run.
     """
-    if aid is None:
-        aid = ("sog", "cog") if fixes.mmsi is not None else ()
-    chosen = choose_profile(fixes, profile, aid)
-    return chosen.parameters(aid), chosen.on_average.parameters(aid)[0], aid
+    return profile.parameters(aid), profile.on_average.parameters(aid)[0]
 
 
 @kernel

@@ -21,7 +21,6 @@ from steerway.core.checks import array_of
 from steerway.core.earth import displacement
 from steerway.core.errors import InputError
 from steerway.core.records import REJECTED, Fixes, Motion
-from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.course.motion.layout import (
     GATE,
     PHASE,
@@ -30,7 +29,7 @@ from steerway.estimation.course.motion.layout import (
     UNDER_WAY,
     empty_bank,
 )
-from steerway.estimation.log_estimate import choose_profile
+from steerway.estimation.log_estimate import estimate
 from steerway.estimation.profiles import Profile
 from steerway.identification.interval import Interval, covariance
 from steerway.identification.yaw_likelihood import angle_innovations, positions_cost
@@ -215,7 +214,7 @@ def _model(log_time: float, linear: Floats, spread: Floats, scale: float, sample
 
 def _smoothed(fixes: Fixes) -> Motion:
     """The smoothed fixes with a course that are not rejected: for a first guess and a start."""
-    motion = FiveStateFilter(choose_profile(fixes)).smooth(fixes)
+    motion = estimate(fixes, smooth=True)
     known = np.isfinite(motion.cog) & (motion.status != REJECTED)
     if known.sum() < _FEWEST:
         raise InputError(f"course is defined at {known.sum()} fixes, expected at least {_FEWEST} under way")

@@ -93,7 +93,7 @@ def sentences(summary: dict) -> list[tuple[str, str]]:
         *_receiver(s),
         ("rows", f"{s['rows']}: {status}"),
         ("profile", s["profile"]),
-        *((f"  weight {each['weight']:.2f}", _structure(each)) for each in s["structures"]),
+        *((f"  weight {each['weight']:.2f}", _structure(each)) for each in s["structures"] if each["weight"]),
         ("distance", f"{s['distance_m'] / 1000.0:.2f} km ({s['distance_m'] / NAUTICAL_MILE:.2f} NM) under way"),
         ("speed over ground", f"median {_speed(s['sog_median_mps'])}, highest {_speed(s['sog_max_mps'])}"),
         ("course defined", f"{s['course_defined_pct']:.1f} % of rows"),

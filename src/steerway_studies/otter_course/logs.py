@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from steerway import read
 from steerway.core import OK, Fixes, Motion, wrap
-from steerway.estimation import FiveStateFilter, choose_profile
+from steerway.estimation import choose_profile, estimate
 from steerway.estimation.course import compare
 from steerway.report import BAD, OURS, THEIRS, track_figure
 from steerway_studies.papers.ekf_5states import Ekf5States
@@ -100,7 +100,7 @@ def _opened(path, log) -> Fixes:
 
 def _add(results, log, fixes):
     profile = choose_profile(fixes)
-    ours, printed = FiveStateFilter(profile).filter(fixes), as_printed(fixes, log.process_noise)
+    ours, printed = estimate(fixes, profile), as_printed(fixes, log.process_noise)
     for who, motion in (("product", ours), ("printed", printed)):
         agreement = compare(fixes, motion)
         stem, where = f"log_{log.name}_{who}", f"{log.boat}: {who} filter against the receiver above 1 m/s"
@@ -117,8 +117,7 @@ def _add(results, log, fixes):
     )
     results.figures[log.signals_stem] = (
         _signals(fixes, ours, printed),
-        caption
-        + f"Speed and course over ground by the product's filter (profile {profile.name}), by the printed one with "
+        caption + f"Speed and course over ground by the product (profile {profile.name}), by the printed one with "
         "the paper's tuning, and by the receiver. At rest course is not defined: the product gives none.",
     )
 

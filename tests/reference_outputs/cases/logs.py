@@ -149,4 +149,4 @@ for log in LOGS:
     )
     case(f"log-{short_name(log)}-motion", recorded=True)(lambda data, log=log: estimated(data, log))
 for log in TUNED:
-    case(f"log-{short_name(log)}-tuned", rtol=5e-3, recorded=True)(lambda data, log=log: fitted(data, log))
+    case(f"log-{short_name(log)}-tuned", rtol=0.05, recorded=True)(lambda data, log=log: fitted(data, log))

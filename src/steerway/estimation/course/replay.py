@@ -30,7 +30,7 @@ def replay(parameters, aid, fixes: Fixes, rate: float | None = None, smoothed: b
     if rate is None and not smoothed:
         return run_rows(parameters, aid, fixes).motion(fixes.time, fixes.mmsi, fixes.has_position)
     tracks = [_scheduled(parameters, aid, each, rate, smoothed) for _, each in fixes.tracks()]
-    return _joined(tracks)
+    return joined(tracks)
 
 
 def expect_rate(rate: float | None) -> None:
@@ -255,7 +255,8 @@ def _merged(time, origin, wanted, added, added_wanted):
     return time[order], origin[order], wanted[order]
 
 
-def _joined(tracks: list[Motion]) -> Motion:
+def joined(tracks: list[Motion]) -> Motion:
+    """The motions of several vessels in one."""
     if len(tracks) == 1:
         return tracks[0]
     columns = {name: np.concatenate([t.columns()[name] for t in tracks]) for name in tracks[0].columns()}

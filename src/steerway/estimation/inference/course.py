@@ -3,8 +3,12 @@
 Every structure runs as a bank of modes. The estimate is their weighted mean; its variance holds their differences.
 """
 
+import math
+
 import numpy as np
 
+from steerway.core.angles import wrap
+from steerway.core.compiled import called_kernel, kernel
 from steerway.estimation.inference.bank import LONGEST_STEP, MOST_STEPS
 from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
@@ -22,21 +26,7 @@ NORTH, EAST, SOG, COG, RATE, SOG_STD, COG_STD, RATE_STD, POSITION_STD = range(9)
 """Columns of an estimate; SI, NaN where unknown."""
 
 
-def filter_record(record: Rows, structures):
-    """Causal estimate (n, 9), NIS (n,) and probability of an outlier (n,) of every row."""
-    outs = []
-    for each in structures:
-        model, states, driving = model_of(each.parts, each.values)
-        out = np.empty((len(record.time), FUSED + 2))
-        *rows, restarts = record
-        run_record(*rows, model, empty_bank(states), driving, restarts, out, _EMPTY, 0, room_to_keep(0, states))
-        outs.append(out)
-    weights = [each.weight for each in structures]
-    nis, wrong = (sum(w * out[:, column] for w, out in zip(weights, outs, strict=True)) for column in (-2, -1))
-    return averaged(outs, weights), nis, wrong
-
-
-def smoothed_record(record: Rows, structures):
+def smoothed_record(record: Rows, structures, steerageway=STEERAGEWAY):
     """Estimate (n, 9) of every row that knows the whole record."""
     record, own = with_fillers(record)
     outs = []
@@ -51,26 +41,55 @@ def smoothed_record(record: Rows, structures):
         run_record(*rows, model, bank, driving, restarts, out[:0], _EMPTY, 0, kept)
         smooth_kept(record.time, model, bank, driving, kept, np.zeros((ROOM, states, states)), out)
         outs.append(out[own])
-    return averaged(outs, [each.weight for each in structures])
+    return averaged(outs, [each.weight for each in structures], steerageway)
 
 
-def averaged(outs, weights):
+def averaged(outs, weights, steerageway=STEERAGEWAY):
     """Mean over structures of `fuse` (n, FUSED), and the spread within and between them, as (n, 9)."""
-    outs, weights = np.stack([out[:, :FUSED] for out in outs]), np.asarray(weights)[:, None, None]
-    likeliest = outs[int(np.argmax(weights))]
-    values = outs[:, :, :5].copy()
-    values[:, :, 3] = (values[:, :, 3] - likeliest[:, 3] + np.pi) % (2.0 * np.pi) - np.pi
-    mean = (weights * values).sum(axis=0)
-    between = (weights * (values - mean) ** 2).sum(axis=0)
-    within = (weights * outs[:, :, 5:9]).sum(axis=0)
-    mean[:, 3] = (mean[:, 3] + likeliest[:, 3] + np.pi) % (2.0 * np.pi) - np.pi
-    within[:, :3] += between[:, 2:5]
-    within[:, 3] += 0.5 * (between[:, 0] + between[:, 1])
-    estimate = np.column_stack([mean, np.sqrt(within)])
-    unknown = ~((estimate[:, COG_STD] < COURSE_STD) & (estimate[:, SOG] >= STEERAGEWAY))
-    for column in (COG, RATE, COG_STD, RATE_STD):
-        estimate[unknown, column] = np.nan
+    estimate = np.empty((len(outs[0]), POSITION_STD + 1))
+    _average_rows(np.stack([out[:, :FUSED] for out in outs], axis=1), np.asarray(weights, float), steerageway, estimate)
     return estimate
+
+
+@kernel
+def _average_rows(outs, weights, steerageway, estimate):
+    """`average` of every row: outs (n, structures, FUSED)."""
+    for k in range(len(estimate)):
+        average(outs[k], weights, steerageway, estimate[k])
+
+
+@called_kernel
+def average(outs, weights, steerageway, estimate):
+    """Mean of structures (s, FUSED) of these weights, and the spread within and between them, into `estimate` (9,)."""
+    likeliest = 0
+    for s in range(1, len(outs)):
+        if weights[s] > weights[likeliest]:
+            likeliest = s
+    reference = outs[likeliest, COG]
+    for i in range(NORTH, RATE + 1):
+        mean = 0.0
+        for s in range(len(outs)):
+            mean += weights[s] * (wrap(outs[s, i] - reference) if i == COG else outs[s, i])
+        spread = 0.0
+        for s in range(len(outs)):
+            value = wrap(outs[s, i] - reference) if i == COG else outs[s, i]
+            spread += weights[s] * (value - mean) ** 2
+        estimate[i] = mean if i != COG else wrap(mean + reference)
+        if i >= SOG:
+            within = 0.0
+            for s in range(len(outs)):
+                within += weights[s] * outs[s, i + 3]
+            estimate[i + 3] = math.sqrt(within + spread)
+        elif i == NORTH:
+            estimate[POSITION_STD] = spread
+        else:
+            estimate[POSITION_STD] += spread
+    within = 0.5 * estimate[POSITION_STD]
+    for s in range(len(outs)):
+        within += weights[s] * outs[s, 8]
+    estimate[POSITION_STD] = math.sqrt(within)
+    if not (estimate[COG_STD] < COURSE_STD and estimate[SOG] >= steerageway):
+        estimate[COG] = estimate[RATE] = estimate[COG_STD] = estimate[RATE_STD] = math.nan
 
 
 def with_fillers(record: Rows):

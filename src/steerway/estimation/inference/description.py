@@ -3,6 +3,7 @@
 import math
 
 from steerway.estimation.inference.selection import Inference
+from steerway.estimation.profiles.inferred import InferredProfile
 
 _WORDS = {
     "base": "fixes with {fix_std:.2g} m of noise",
@@ -23,19 +24,26 @@ _WORDS = {
 _ANGLES = ("wander_std", "rate_std", "wave_yaw", "heading_std", "yaw_rate_std")
 
 
-def structures_of(inference: Inference) -> list[dict]:
-    """Of every structure in use, best first: parts, weight, log_evidence (NaN of one not fitted), values, words."""
-    evidence = {fit.parts: fit.evidence for fit in inference.fits}
-    return [
+def structures_of(profile: InferredProfile, inference: Inference | None = None) -> list[dict]:
+    """Of every structure, best first: parts, weight, log_evidence (NaN of one not fitted), values, words.
+
+    With an inference also of those that competed and have no weight.
+    """
+    fits = inference.fits if inference else ()
+    evidence = {fit.parts: fit.evidence for fit in fits}
+    models = {fit.parts: (0.0, fit.values) for fit in fits}
+    models |= {each.parts: (each.weight, each.values) for each in profile.structures}
+    found = [
         {
-            "parts": list(each.parts),
-            "weight": each.weight,
-            "log_evidence": evidence.get(each.parts, math.nan),
-            "values": each.values,
-            "words": in_words(each.parts, each.values),
+            "parts": list(parts),
+            "weight": weight,
+            "log_evidence": evidence.get(parts, math.nan),
+            "values": values,
+            "words": in_words(parts, values),
         }
-        for each in sorted(inference.structures, key=lambda each: -each.weight)
+        for parts, (weight, values) in models.items()
     ]
+    return sorted(found, key=lambda each: (-each["weight"], -each["log_evidence"]))
 
 
 def in_words(parts, values) -> str:

@@ -16,7 +16,7 @@ _DIFFERENCE = 0.05
 """Prior deviations by which a number is varied for its score."""
 _TOLERANCE = 0.3
 """Gain of log posterior below which an iteration is the last: a tenth of what distinguishes two structures."""
-_FURTHEST = 6.0
+FURTHEST = 6.0
 """Prior deviations beyond which no number is sought."""
 
 
@@ -47,12 +47,12 @@ class Posterior:
     def __init__(self, parts, rows: Rows, shortest=0.0):
         self.parts, self.rows, self.calls = parts, rows, 0
         self.names, self.medians, self.deviations = parameters_of(parts)
-        self.least = np.full(len(self.names), -_FURTHEST)
+        self.least = np.full(len(self.names), -FURTHEST)
         for i, name in enumerate(self.names):
             if name.endswith("_period"):
                 period = max(shortest, SHORTEST_WAVE if name in WAVE_PERIODS else shortest)
                 if period > 0.0:
-                    self.least[i] = max((math.log(period) - self.medians[i]) / self.deviations[i], -_FURTHEST)
+                    self.least[i] = max((math.log(period) - self.medians[i]) / self.deviations[i], -FURTHEST)
         self._bank = None
 
     def densities(self, x):
@@ -87,7 +87,7 @@ class Posterior:
 
     def within(self, x):
         """The nearest point that may be sought."""
-        return np.clip(x, self.least, _FURTHEST)
+        return np.clip(x, self.least, FURTHEST)
 
     def scores(self, x, each):
         """(numbers, n) derivative of every row's log density by every number."""

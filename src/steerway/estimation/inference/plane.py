@@ -5,15 +5,15 @@ wander-azimuth frame are (P. D. Groves, Principles of GNSS, Inertial, and Multis
 ed., 2013, §5.3.4), so that neither an ocean nor a pole nor the antimeridian bends a straight course.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from steerway.core.angles import wrap_array
+from steerway.core.angles import wrap
 from steerway.core.arrays import Floats
+from steerway.core.compiled import kernel, lean_kernel
 from steerway.core.earth import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS
-
-_STARTS, _ENDS = slice(None, -1), slice(1, None)
 
 
 class Plane(NamedTuple):
@@ -26,23 +26,35 @@ class Plane(NamedTuple):
     azimuth: Floats
 
 
-def steps_between(latitude: Floats, longitude: Floats) -> tuple[Floats, Floats, Floats]:
-    """North and east (m) of every fix (n ≥ 1, rad) from the one before, and the convergence of meridians (rad).
+@lean_kernel
+def step_between(latitude, longitude, latitude_there, longitude_there):
+    """North and east (m) of a fix from the one before, and the convergence of meridians (rad).
 
-    Each (n − 1,). The chord in the tangent planes of both ends: the same there and back.
+    The chord in the tangent planes of both ends: the same there and back.
     """
-    axes = _axes(latitude, longitude)
-    curvature = SEMI_MAJOR_AXIS / np.sqrt(1.0 - ECCENTRICITY_SQUARED * np.sin(latitude) ** 2)
-    place = curvature * axes[2]
-    place[2] *= 1.0 - ECCENTRICITY_SQUARED
-    chord = np.diff(place)
-    (north, east), (north_there, east_there) = ((axes[:2, :, ends] * chord).sum(axis=1) for ends in (_STARTS, _ENDS))
-    turn = 0.5 * wrap_array(np.diff(longitude))
-    middle, apart = 0.5 * (latitude[1:] + latitude[:-1]), 0.5 * np.diff(latitude)
-    convergence = 2.0 * np.arctan2(np.sin(turn) * np.sin(middle), np.cos(turn) * np.cos(apart))
-    c, s = np.cos(convergence), np.sin(convergence)
+    if latitude == latitude_there and longitude == longitude_there:
+        return 0.0, 0.0, 0.0  # exactly, which products and sums rounded at once would miss
+    x, y, z = _place(latitude, longitude)
+    x_there, y_there, z_there = _place(latitude_there, longitude_there)
+    x, y, z = x_there - x, y_there - y, z_there - z
+    north, east = _in_tangent_plane(latitude, longitude, x, y, z)
+    north_there, east_there = _in_tangent_plane(latitude_there, longitude_there, x, y, z)
+    turn = 0.5 * wrap(longitude_there - longitude)
+    middle, apart = 0.5 * (latitude + latitude_there), 0.5 * (latitude_there - latitude)
+    convergence = 2.0 * math.atan2(math.sin(turn) * math.sin(middle), math.cos(turn) * math.cos(apart))
+    c, s = math.cos(convergence), math.sin(convergence)
     north = 0.5 * (north + c * north_there + s * east_there)
     east = 0.5 * (east + c * east_there - s * north_there)
+    return north, east, convergence
+
+
+@kernel
+def steps_between(latitude: Floats, longitude: Floats) -> tuple[Floats, Floats, Floats]:
+    """`step_between` of every fix (n ≥ 1, rad) from the one before: (n − 1,) each."""
+    n = len(latitude) - 1
+    north, east, convergence = np.empty(n), np.empty(n), np.empty(n)
+    for k in range(n):
+        north[k], east[k], convergence[k] = step_between(latitude[k], longitude[k], latitude[k + 1], longitude[k + 1])
     return north, east, convergence
 
 
@@ -56,24 +68,56 @@ def laid_out(latitude: Floats, longitude: Floats) -> Plane:
     return Plane(latitude, longitude, first, second, azimuth)
 
 
+@kernel
 def placed(plane: Plane, rows, first: Floats, second: Floats) -> tuple[Floats, Floats]:
     """Latitude and longitude (rad) of points of the plane, each (k,) near the fix of its number in `rows`."""
-    azimuth = plane.azimuth[rows]
-    ahead, aside = first - plane.first[rows], second - plane.second[rows]
-    north = np.cos(azimuth) * ahead - np.sin(azimuth) * aside
-    east = np.sin(azimuth) * ahead + np.cos(azimuth) * aside
-    w = 1.0 - ECCENTRICITY_SQUARED * np.sin(plane.latitude[rows]) ** 2
-    prime_vertical = SEMI_MAJOR_AXIS / np.sqrt(w)
+    n = len(rows)
+    latitude, longitude = np.empty(n), np.empty(n)
+    for k in range(n):
+        i = rows[k]
+        latitude[k], longitude[k] = place_near(
+            plane.latitude[i],
+            plane.longitude[i],
+            plane.azimuth[i],
+            first[k] - plane.first[i],
+            second[k] - plane.second[i],
+        )
+    return latitude, longitude
+
+
+@lean_kernel
+def place_near(latitude, longitude, azimuth, ahead, aside):
+    """Latitude and longitude (rad) of a point so far (m) from a place along the axes of the plane there."""
+    north = math.cos(azimuth) * ahead - math.sin(azimuth) * aside
+    east = math.sin(azimuth) * ahead + math.cos(azimuth) * aside
+    c, s, a, b = math.cos(latitude), math.sin(latitude), math.cos(longitude), math.sin(longitude)
+    w = 1.0 - ECCENTRICITY_SQUARED * s * s
+    prime_vertical = SEMI_MAJOR_AXIS / math.sqrt(w)
     meridian = prime_vertical * (1.0 - ECCENTRICITY_SQUARED) / w
-    to_north, to_east, up = _axes(plane.latitude[rows], plane.longitude[rows])
-    tilt = north / meridian * to_north + east / prime_vertical * to_east
-    angle = np.sqrt((tilt**2).sum(axis=0))
-    x, y, z = np.cos(angle) * up + np.sinc(angle / np.pi) * tilt
-    return np.arctan2(z, np.hypot(x, y)), wrap_array(np.arctan2(y, x))
+    v_n, v_e = north / meridian, east / prime_vertical
+    angle = math.hypot(v_n, v_e)
+    share = math.sin(angle) / angle if angle > 0.0 else 1.0
+    up = math.cos(angle)
+    x = up * c * a + share * (-s * a * v_n - b * v_e)
+    y = up * c * b + share * (-s * b * v_n + a * v_e)
+    z = up * s + share * c * v_n
+    return math.atan2(z, math.hypot(x, y)), wrap(math.atan2(y, x))
 
 
-def _axes(latitude, longitude):
-    """Unit vectors north, east and up (3, 3, n) on the axes of the Earth."""
-    c, s, a, b = np.cos(latitude), np.sin(latitude), np.cos(longitude), np.sin(longitude)
-    zero = np.zeros_like(c)
-    return np.array([[-s * a, -s * b, c], [-b, a, zero], [c * a, c * b, s]])
+@lean_kernel
+def _place(latitude, longitude):
+    """Place on the axes of the Earth, m."""
+    c, s = math.cos(latitude), math.sin(latitude)
+    curvature = SEMI_MAJOR_AXIS / math.sqrt(1.0 - ECCENTRICITY_SQUARED * s * s)
+    return (
+        curvature * c * math.cos(longitude),
+        curvature * c * math.sin(longitude),
+        (1.0 - ECCENTRICITY_SQUARED) * curvature * s,
+    )
+
+
+@lean_kernel
+def _in_tangent_plane(latitude, longitude, x, y, z):
+    """Parts north and east of a vector on the axes of the Earth."""
+    c, s, a, b = math.cos(latitude), math.sin(latitude), math.cos(longitude), math.sin(longitude)
+    return c * z - s * (a * x + b * y), a * y - b * x

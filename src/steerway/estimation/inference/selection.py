@@ -55,12 +55,17 @@ class Inference(NamedTuple):
 def infer(record: Rows, aids=()) -> Inference:
     """Fit and compare the declared structures on a record (see `record.record_of`) with these of its aids."""
     few, many = excerpt(record, FEW, 1.0), excerpt(record, MANY, 0.5)
-    fixed = np.isfinite(record.north)
-    noise = white_std(record.time[fixed], record.north[fixed], record.east[fixed])
-    shortest = RESOLVED * float(np.median(np.diff(record.time[fixed])))
+    noise, shortest = scales_of(record)
     contenders = screened(PLAIN + tuple(aids), few, noise, shortest)
     fits = {parts: fitted(parts, many, fit.values, LAST_GRADIENTS, shortest) for parts, fit in contenders.items()}
     return weighed(fits)
+
+
+def scales_of(record: Rows) -> tuple[float, float]:
+    """Noise of a fix by third differences (m), and the shortest period (s) that the fixes resolve."""
+    fixed = np.isfinite(record.north)
+    noise = white_std(record.time[fixed], record.north[fixed], record.east[fixed])
+    return noise, RESOLVED * float(np.median(np.diff(record.time[fixed])))
 
 
 def screened(base, few, noise, shortest=0.0) -> dict[tuple, Fit]:

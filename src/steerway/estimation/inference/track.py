@@ -30,22 +30,16 @@ def run_record(time, north, east, excess, aids, model, bank, motion_states, rest
         begins = r < len(restarts) and restarts[r] == k
         if begins:
             r += 1
-        nis = wrong = math.nan
-        log_density = 0.0
-        step_n, step_e = run[STEP_N], run[STEP_E]
-        if begins or run[STARTED] == 0.0:
             run[STARTED] = 0.0
-            if fixed:
-                start(bank, model, north[k], east[k])
-            begins = True
+        begins = run[STARTED] == 0.0
+        step_n, step_e = run[STEP_N], run[STEP_E]
+        dt = 0.0 if begins else time[k] - time[k - 1]
+        variance_scale = excess[k] if len(excess) else 1.0
+        nis, log_density, wrong = take_row(bank, model, dt, north[k], east[k], variance_scale, motion_states)
+        if begins:
             since = 0
         else:
-            dt = time[k] - time[k - 1]
-            if dt > 0.0:
-                advance(bank, model, dt, motion_states)
-            if fixed:
-                nis, log_density, wrong = take_fix(bank, model, north[k], east[k], excess[k] if len(excess) else 1.0)
-                since += 1
+            since += 1 if fixed else 0
             if len(aids):
                 log_density += take_aids(bank, model, aids[k])
             if since > judged:
@@ -66,6 +60,24 @@ def run_record(time, north, east, excess, aids, model, bank, motion_states, rest
             if run[STARTED] == 0.0:
                 kept.probability[k, 0] = math.nan
     return total
+
+
+@called_kernel
+def take_row(bank, model, dt, north, east, excess, motion_states):
+    """One row: begin at its fix, or predict by dt ≥ 0 s and take it, where it has one (m; NaN: none).
+
+    Returns NIS, log density and probability of an outlier, of a row that is no fix or begins NaN, 0 and NaN.
+    """
+    fixed = math.isfinite(north) and math.isfinite(east)
+    if bank.run[STARTED] == 0.0:
+        if fixed:
+            start(bank, model, north, east)
+    else:
+        if dt > 0.0:
+            advance(bank, model, dt, motion_states)
+        if fixed:
+            return take_fix(bank, model, north, east, excess)
+    return math.nan, 0.0, math.nan
 
 
 @called_kernel

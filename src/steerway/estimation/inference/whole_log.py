@@ -9,6 +9,7 @@ from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, 
 from steerway.estimation.course.replay import (
     distinct_rows,
     expect_rate,
+    joined,
     measured_rows,
     schedule,
     variance_scales,
@@ -16,7 +17,16 @@ from steerway.estimation.course.replay import (
 )
 from steerway.estimation.course.update.aids import AIDS, expect_aids
 from steerway.estimation.inference.bank import LONGEST_STEP, MOST_STEPS
-from steerway.estimation.inference.course import COG, POSITION_STD, RATE, SOG, SOG_STD, averaged, smoothed_record
+from steerway.estimation.inference.course import (
+    COG,
+    POSITION_STD,
+    RATE,
+    SOG,
+    SOG_STD,
+    STEERAGEWAY,
+    averaged,
+    smoothed_record,
+)
 from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.inference.plane import Plane, laid_out, placed, steps_between
@@ -41,7 +51,7 @@ def infer_log(fixes: Fixes, aid: tuple[str, ...] = ()) -> Inference:
     Raises InputError for an unknown aid.
     """
     expect_aids(aid)
-    track = _Track(fixes, aid)
+    track = Track(fixes, aid)
     known = [name for name in aid if np.isfinite(getattr(track.fixes, name)).any()]
     if np.isfinite(track.record.north).sum() >= _FEWEST:
         return infer(track.record, known)
@@ -51,19 +61,24 @@ def infer_log(fixes: Fixes, aid: tuple[str, ...] = ()) -> Inference:
     return Inference((Structure(1.0, parts, expected),), ())
 
 
-def motion_of(fixes: Fixes, inference: Inference, aid=(), rate: float | None = None, smooth: bool = False) -> Motion:
-    """The motion that the structures of an inference mean: a row a fix, or `rate` rows a second (Hz).
+def motion_of(
+    fixes: Fixes, structures, aid=(), rate: float | None = None, smooth: bool = False, steerageway: float = STEERAGEWAY
+) -> Motion:
+    """The motion that weighed structures mean, of every vessel: a row a fix, or `rate` rows a second (Hz).
 
     Raises InputError for an impossible rate or an unknown aid.
     """
     expect_rate(rate)
     expect_aids(aid)
-    track = _Track(fixes, aid, rate)
-    wanted = track.wanted
-    record, structures = track.record, inference.structures
-    estimate, nis, wrong = _filtered(record, structures)
+    return joined([_of_one(each, structures, aid, rate, smooth, steerageway) for _, each in fixes.tracks()])
+
+
+def _of_one(fixes, structures, aid, rate, smooth, steerageway) -> Motion:
+    track = Track(fixes, aid, rate)
+    wanted, record = track.wanted, track.record
+    estimate, nis, wrong = _filtered(record, structures, steerageway)
     if smooth and len(record.time):
-        estimate = _smoothed(record, structures)
+        estimate = _smoothed(record, structures, steerageway)
     starting = _starting(estimate, record.restarts)
     latitude, longitude = track.places(estimate)
     cog = wrap_array(estimate[:, COG] + track.azimuth)
@@ -74,6 +89,7 @@ def motion_of(fixes: Fixes, inference: Inference, aid=(), rate: float | None = N
     ).astype(np.uint8)
     estimate[starting, SOG:POSITION_STD] = np.nan
     deviations = estimate[:, SOG_STD:].T
+    mmsi = None if fixes.mmsi is None else np.full(int(wanted.sum()), fixes.mmsi[0] if len(fixes) else 0)
     return Motion(
         time=track.time[wanted],
         latitude=latitude[wanted],
@@ -87,10 +103,11 @@ def motion_of(fixes: Fixes, inference: Inference, aid=(), rate: float | None = N
         position_std=deviations[3, wanted],
         nis=nis[wanted],
         status=status[wanted],
+        mmsi=mmsi,
     )
 
 
-class _Track:
+class Track:
     """A vessel's rows as a `record` in a plane, and the way back; `wanted` says which rows go out, `time` when."""
 
     def __init__(self, fixes: Fixes, aid, rate=None):
@@ -126,6 +143,12 @@ class _Track:
             return np.full(len(estimate), np.nan), np.full(len(estimate), np.nan)
         return placed(self._plane, self._fix, estimate[:, 0], estimate[:, 1])
 
+    def place_of(self, row, first, second):
+        """Latitude, longitude of a point of the plane near this row, and the direction of its first axis there."""
+        fix = self._fix[row]
+        latitude, longitude = placed(self._plane, np.array([fix]), np.array([first]), np.array([second]))
+        return latitude[0], longitude[0], self._plane.azimuth[fix]
+
 
 def _plane_of(latitude, longitude) -> Plane:
     if len(latitude):
@@ -155,14 +178,14 @@ def _starting(estimate, restarts):
     return starting
 
 
-def _part(record: Rows, begin, end) -> Rows:
+def part_of(record: Rows, begin, end) -> Rows:
     """A copy of the rows from `begin` to before `end`."""
     *columns, restarts = record
     restarts = restarts[(restarts >= begin) & (restarts < end)] - begin
     return Rows(*(column[begin:end].copy() for column in columns), restarts)
 
 
-def _filtered(record: Rows, structures):
+def _filtered(record: Rows, structures, steerageway):
     """Causal estimate (n, 9), NIS (n,) and probability of an outlier (n,) of every row."""
     n = len(record.time)
     estimate, nis, wrong = np.empty((n, 9)), np.empty(n), np.empty(n)
@@ -171,7 +194,7 @@ def _filtered(record: Rows, structures):
     weights = [each.weight for each in structures]
     for begin in range(0, n, _BLOCK):
         before = begin if begin in record.restarts else max(begin - 1, 0)
-        part, own = _part(record, before, begin + _BLOCK), slice(begin - before, None)
+        part, own = part_of(record, before, begin + _BLOCK), slice(begin - before, None)
         if before < begin:  # the row before, which the filters know, for the length of the first step
             part.north[0] = np.nan
             part.aids[:1] = np.nan
@@ -182,25 +205,25 @@ def _filtered(record: Rows, structures):
             run_record(*columns, model, bank, driving, restarts, out, _NONE, 0, room_to_keep(0, states))
             outs.append(out[own])
         rows = slice(begin, begin + _BLOCK)
-        estimate[rows] = averaged(outs, weights)
+        estimate[rows] = averaged(outs, weights, steerageway)
         nis[rows], wrong[rows] = (sum(w * o[:, k] for w, o in zip(weights, outs, strict=True)) for k in (-2, -1))
     return estimate, nis, wrong
 
 
-def _smoothed(record: Rows, structures):
+def _smoothed(record: Rows, structures, steerageway):
     """Estimate (n, 9) of every row that knows the whole record, or all that bears on it."""
     n = len(record.time)
     gaps = np.diff(record.time)
     gaps[record.restarts - 1] = 0.0
     steps = np.concatenate([[0], np.cumsum(np.ceil(gaps / LONGEST_STEP).clip(1, MOST_STEPS))])
     if steps[-1] < _BLOCK + 2 * _OVERLAP:
-        return smoothed_record(record, structures)
+        return smoothed_record(record, structures, steerageway)
     estimate = np.empty((n, 9))
     begin = 0
     while begin < n:
         end = max(int(np.searchsorted(steps, steps[begin] + _BLOCK)), begin + 1)
         low, high = np.searchsorted(steps, [steps[begin] - _OVERLAP, steps[min(end, n - 1)] + _OVERLAP]).tolist()
-        part = _part(record, low, high + 1)
-        estimate[begin:end] = smoothed_record(part, structures)[begin - low : end - low]
+        part = part_of(record, low, high + 1)
+        estimate[begin:end] = smoothed_record(part, structures, steerageway)[begin - low : end - low]
         begin = end
     return estimate

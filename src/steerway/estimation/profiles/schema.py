@@ -1,6 +1,5 @@
 """Profiles: the vessel and its receiver as named, validated numbers in a TOML file."""
 
-import json
 from pathlib import Path
 from typing import Self
 
@@ -10,15 +9,13 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent
 from steerway.core.profile_fields import positive_number
-from steerway.core.toml import read_toml
+from steerway.core.toml import read_toml, toml_value
 from steerway.core.validation import refusal
 from steerway.estimation.course.motion.oscillation import SHORTEST_PERIOD
 from steerway.estimation.course.update.aids import AidNoise
 from steerway.estimation.profiles import packing
 from steerway.estimation.profiles.presets import PRESETS
 
-WIDEST_INTERVAL = 10.0
-"""Ratio of the ends of a 95 % interval above which a log does not determine a number: not even its order."""
 _LEAST_DECAY = 1e-3
 """1/s: below it a course rate lasts longer than any forecast, and the long run is never reached."""
 _OF_A_MODE = ("speed_noise", "course_rate_noise", "course_rate_decay")
@@ -30,68 +27,33 @@ class MotionNoise(BaseModel):
     With `turn_time` there are two modes, a course held and a turn; without it one.
     """
 
-    speed_noise: float = positive_number(bounds=(1e-7, 10.0), prior=(1e-2, 4.0), words=("speed noise S_U", "m²/s³"))
-    course_rate_noise: float = positive_number(
-        bounds=(1e-10, 10.0), prior=(1e-3, 4.0), words=("course-rate noise S_ω", "rad²/s³")
-    )
+    speed_noise: float = positive_number(unit="m²/s³", what="speed noise S_U")
+    course_rate_noise: float = positive_number(unit="rad²/s³", what="course-rate noise S_ω")
     speed_decay: float = positive_number(0.0, or_zero=True, unit="1/s", what="speed decay α1", most=10.0)
-    course_rate_decay: float = positive_number(
-        0.1, or_zero=True, bounds=(5e-3, 2.0), prior=(0.2, 2.0), words=("course-rate decay α2", "1/s")
-    )
+    course_rate_decay: float = positive_number(0.1, or_zero=True, unit="1/s", what="course-rate decay α2")
     # Acceleration along the course that persists; 0: none.
-    acceleration_std: float = positive_number(
-        0.0, or_zero=True, bounds=(1e-3, 2.0), prior=(0.1, 2.0), words=("persistent acceleration", "m/s²")
-    )
+    acceleration_std: float = positive_number(0.0, or_zero=True, unit="m/s²", what="persistent acceleration")
     acceleration_time: float = positive_number(5.0, unit="s", what="its time constant")
     # Wave-induced yaw about a mean course; 0: none.
-    yawing_period: float = positive_number(
-        0.0, or_zero=True, bounds=(3.0, 100.0), prior=(10.0, 1.0), words=("period of wave-induced yaw", "s")
-    )
-    yawing_time: float = positive_number(
-        15.0, bounds=(1.0, 1e3), prior=(15.0, 1.0), words=("… and time constant of the mean course", "s")
-    )
+    yawing_period: float = positive_number(0.0, or_zero=True, unit="s", what="period of wave-induced yaw")
+    yawing_time: float = positive_number(15.0, unit="s", what="time constant of the mean course")
     steerageway: float = positive_number(0.3, unit="m/s", what="speed below which course is not defined", most=20.0)
-    turn_time: float = positive_number(
-        0.0, or_zero=True, bounds=(2.0, 3e3), prior=(20.0, 2.0), words=("mean duration of a turn", "s")
-    )
-    straight_time: float = positive_number(
-        0.0, or_zero=True, bounds=(20.0, 1e4), prior=(100.0, 2.0), words=("mean duration of a held course", "s")
-    )
-    turn_speed_noise: float = positive_number(
-        0.0, or_zero=True, bounds=(1e-7, 10.0), prior=(1e-2, 4.0), words=("S_U in a turn", "m²/s³")
-    )
-    turn_course_rate_noise: float = positive_number(
-        0.0, or_zero=True, bounds=(1e-8, 10.0), prior=(1e-3, 4.0), words=("S_ω in a turn", "rad²/s³")
-    )
-    turn_course_rate_decay: float = positive_number(
-        0.0, or_zero=True, bounds=(5e-3, 1.0), prior=(0.2, 2.0), words=("α2 in a turn", "1/s")
-    )
+    turn_time: float = positive_number(0.0, or_zero=True, unit="s", what="mean duration of a turn")
+    straight_time: float = positive_number(0.0, or_zero=True, unit="s", what="mean duration of a held course")
+    turn_speed_noise: float = positive_number(0.0, or_zero=True, unit="m²/s³", what="S_U in a turn")
+    turn_course_rate_noise: float = positive_number(0.0, or_zero=True, unit="rad²/s³", what="S_ω in a turn")
+    turn_course_rate_decay: float = positive_number(0.0, or_zero=True, unit="1/s", what="α2 in a turn")
 
 
 class ReceiverNoise(BaseModel):
-    """Errors of fixes, north and east: white noise, and up to two first-order Gauss–Markov errors.
+    """Errors of fixes, north and east: white noise, and up to two first-order Gauss–Markov errors."""
 
-    How long a slow error lasts is hardly determined by a log: a walk that turns back after half a minute or after five
-    makes a log as likely, within one in a thousand. Errors of multipath and atmosphere last minutes, whence the prior;
-    one that is gone within seconds would be a model of waves.
-    """
-
-    position_std: float = positive_number(
-        most=1e4, bounds=(2e-3, 30.0), prior=(0.5, 2.0), words=("white noise of a fix", "m")
-    )
+    position_std: float = positive_number(most=1e4, unit="m", what="white noise of a fix")
     time_std: float = positive_number(0.0, or_zero=True, unit="s", what="error of the time of a fix", most=60.0)
-    error_std: float = positive_number(
-        0.0, or_zero=True, bounds=(3e-3, 10.0), prior=(1.0, 2.0), words=("slow error of the receiver", "m")
-    )
-    error_time: float = positive_number(
-        60.0, bounds=(30.0, 2e3), prior=(300.0, 1.0), words=("… and its correlation time", "s")
-    )
-    drift_std: float = positive_number(
-        0.0, or_zero=True, bounds=(3e-3, 30.0), prior=(1.0, 2.0), words=("slower error of the receiver", "m")
-    )
-    drift_time: float = positive_number(
-        600.0, bounds=(1.0, 1e4), prior=(300.0, 2.0), words=("… and its correlation time", "s")
-    )
+    error_std: float = positive_number(0.0, or_zero=True, unit="m", what="slow error of the receiver")
+    error_time: float = positive_number(60.0, unit="s", what="its correlation time")
+    drift_std: float = positive_number(0.0, or_zero=True, unit="m", what="slower error of the receiver")
+    drift_time: float = positive_number(600.0, unit="s", what="its correlation time")
 
 
 class _Named(BaseModel):
@@ -105,7 +67,7 @@ class Profile(AidNoise, ReceiverNoise, MotionNoise, _Named):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     intervals: dict[str, tuple[float, float]] = Field(default_factory=dict)
-    """95 % intervals of the numbers that were fitted to a log, by name."""
+    """95 % intervals by name, in files of earlier versions."""
 
     @model_validator(mode="after")
     def _whole_turn(self) -> Self:
@@ -133,8 +95,11 @@ class Profile(AidNoise, ReceiverNoise, MotionNoise, _Named):
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """A profile from a TOML file. Raises InputError naming the file and the key that is wrong."""
+        table = read_toml(path, "profile")
+        if "structures" in table:
+            raise InputError(f"profile {path} has structures, expected one of the five-state filter")
         try:
-            return cls(**read_toml(path, "profile"))
+            return cls(**table)
         except ValidationError as error:
             raise refusal(f"profile {path}", error, cls) from None
 
@@ -146,22 +111,11 @@ class Profile(AidNoise, ReceiverNoise, MotionNoise, _Named):
     def toml(self) -> str:
         """The text of such a file."""
         values = self.model_dump(exclude={"intervals"}).items()
-        text = "".join(f"{key} = {_toml(value)}{self._comment(key)}\n" for key, value in values)
+        text = "".join(f"{key} = {toml_value(value)}\n" for key, value in values)
         if not self.intervals:
             return text
         ends = "".join(f"{name} = [{low!r}, {high!r}]\n" for name, (low, high) in self.intervals.items())
         return f"{text}\n[intervals]  # 95 %, from the log that it was tuned on\n{ends}"
-
-    def _comment(self, name) -> str:
-        if name not in self.intervals:
-            return ""
-        words = "" if self.is_determined(name) else "not determined by this log: "
-        return "  # {}{:g} to {:g}".format(words, *self.intervals[name])
-
-    def is_determined(self, name: str) -> bool:
-        """Whether the log that it was tuned on determines this number; True of one that was not fitted."""
-        low, high = self.intervals.get(name, (1.0, 1.0))
-        return high <= WIDEST_INTERVAL * low
 
     @property
     def turning(self) -> Self | None:
@@ -205,10 +159,6 @@ class Profile(AidNoise, ReceiverNoise, MotionNoise, _Named):
     def modes(self) -> np.ndarray:
         """(2, k): the parameters of a held course and of a turn, with the rates (1/s) at which they end."""
         return packing.pack_two_modes(self)
-
-
-def _toml(value) -> str:
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(float(value))
 
 
 BUILT_IN = {profile.name: profile for profile in (Profile(**numbers) for numbers in PRESETS)}

@@ -38,22 +38,14 @@ class Aid(NamedTuple):
     sign: float = 0.0  # of the companion
     is_angle: bool = False
     across_course: bool = False
-    fitted: tuple[str, ...] = ()  # keys that a log determines, when a profile is selected
 
 
 TABLE = (
-    Aid("sog", SPEED, "sog_std", fitted=("sog_std",)),
-    Aid("cog", COURSE, "velocity_std", is_angle=True, across_course=True, fitted=("velocity_std",)),
+    Aid("sog", SPEED, "sog_std"),
+    Aid("cog", COURSE, "velocity_std", is_angle=True, across_course=True),
     Aid("heading", COURSE, "heading_std", ("crab_std", "crab_time"), sign=-1.0, is_angle=True),
     Aid("water_speed", SPEED, "water_speed_std", ("stream_std", "stream_time"), sign=-1.0),
-    Aid(
-        "yaw_rate",
-        RATE,
-        "yaw_rate_std",
-        ("gyro_bias_std", "gyro_bias_time"),
-        sign=1.0,
-        fitted=("yaw_rate_std", "gyro_bias_time"),
-    ),
+    Aid("yaw_rate", RATE, "yaw_rate_std", ("gyro_bias_std", "gyro_bias_time"), sign=1.0),
 )
 
 
@@ -61,16 +53,12 @@ class AidNoise(BaseModel):
     """What a profile says of the aids; defaults are those of usual instruments."""
 
     # Receivers that filter less than 0.05 m/s are late, so that a fit does not go below it.
-    sog_std: float = positive_number(
-        0.1, unit="m/s", what="error of the receiver's SOG", most=20.0, bounds=(0.05, 3.0), prior=(0.1, 1.0)
-    )
+    sog_std: float = positive_number(0.1, unit="m/s", what="error of the receiver's SOG", most=20.0)
     velocity_std: float = positive_number(
         0.1,
         unit="m/s",
         what="error of the receiver's velocity across the course, from which that of its COG follows",
         most=20.0,
-        bounds=(0.05, 3.0),
-        prior=(0.1, 1.0),
     )
     heading_std: float = positive_number(math.radians(1.0), unit="rad", what="error of the compass", most=0.5)
     crab_std: float = positive_number(
@@ -82,15 +70,11 @@ class AidNoise(BaseModel):
         0.5, or_zero=True, unit="m/s", what="current along the course, and bias of the speed log", most=20.0
     )
     stream_time: float = positive_number(300.0, unit="s", what="their correlation time")
-    yaw_rate_std: float = positive_number(
-        math.radians(0.2), unit="rad/s", what="noise of the gyro", most=1.0, bounds=(1e-3, 0.2), prior=(3e-3, 1.0)
-    )
+    yaw_rate_std: float = positive_number(math.radians(0.2), unit="rad/s", what="noise of the gyro", most=1.0)
     gyro_bias_std: float = positive_number(
         math.radians(0.5), or_zero=True, unit="rad/s", what="bias of the gyro", most=0.5
     )
-    gyro_bias_time: float = positive_number(
-        1000.0, unit="s", what="its correlation time", bounds=(100.0, 1e5), prior=(3000.0, 1.5)
-    )
+    gyro_bias_time: float = positive_number(1000.0, unit="s", what="its correlation time")
 
 
 AIDS = tuple(aid.name for aid in TABLE)

@@ -1,0 +1,207 @@
+"""`tune`: the inference of `estimate` with more effort, checked on a part of the log that it has not seen.
+
+The last fifth of the fixes is held back. What the quick inference finds and what the thorough one finds in the rest are
+compared by the density that they predict for the fixes held back. The thorough one is taken where it predicts better by
+what is called strong evidence, and what is taken is fitted to the whole log.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from steerway.core.errors import InputError
+from steerway.core.records import OK, REJECTED, Fixes
+from steerway.estimation.inference.description import in_words
+from steerway.estimation.inference.fit import FURTHEST, Posterior, Rows, fitted, likeliest
+from steerway.estimation.inference.record import excerpt
+from steerway.estimation.inference.selection import (
+    BETTER,
+    FEW,
+    LAST_GRADIENTS,
+    MANY,
+    PLAIN,
+    Inference,
+    infer,
+    scales_of,
+    screened,
+    weighed,
+)
+from steerway.estimation.inference.whole_log import Track, motion_of, part_of
+from steerway.estimation.profiles.inferred import InferredProfile, WeighedStructure
+
+_HELD_BACK = 0.2
+"""Share of the fixes."""
+_FEWEST = 60
+"""Fixes with a course; with fewer no number of the motion is determined."""
+_MORE = 2
+"""How many times the rows and the differences of the quick inference: four times its work, some ten seconds."""
+_INTERVAL = 1.96
+"""Standard deviations of a 95 % interval."""
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """A profile fitted to a log, and how well what was found in the rest predicts the fixes that were held back."""
+
+    profile: InferredProfile
+    fixes: int
+    moving: int
+    rejected: int
+    nis_mean: float
+    """Over all fixes; 2 where noise is as inferred and no fix is wrong."""
+    nis_within_pct: float
+    """Share of fixes within the predicted 95 % region."""
+    held_back: int
+    held_back_log_likelihood: float
+    default_held_back_log_likelihood: float
+    at_bounds: tuple[str, ...]
+    """Numbers that ended at the bounds of the search."""
+
+    @property
+    def is_default(self) -> bool:
+        """Whether more effort found nothing that predicts better than the default."""
+        return self.held_back_log_likelihood <= self.default_held_back_log_likelihood
+
+    @property
+    def cannot_tell(self) -> tuple[str, ...]:
+        """Names of the numbers that this log does not determine: see `InferredProfile`."""
+        return tuple(
+            dict.fromkeys(
+                name for each in self.profile.structures for name in each.values if not each.is_determined(name)
+            )
+        )
+
+    def as_dict(self) -> dict:
+        """All as plain numbers, texts and lists; `structures` as in the profile."""
+        names = ("fixes", "moving", "rejected", "nis_mean", "nis_within_pct", "held_back", "held_back_log_likelihood")
+        own = {name: getattr(self, name) for name in (*names, "default_held_back_log_likelihood", "is_default")}
+        structures = [each.model_dump(mode="json") for each in self.profile.structures]
+        lists = {"at_bounds": list(self.at_bounds), "cannot_tell": list(self.cannot_tell)}
+        return own | lists | {"structures": structures}
+
+    def sentences(self) -> list[tuple[str, str]]:
+        """The fit as (what, value) pairs of text."""
+        ours, default = self.held_back_log_likelihood, self.default_held_back_log_likelihood
+        verdict = (
+            "the default's, which more effort does not improve"
+            if self.is_default
+            else f"better by {ours - default:.1f}"
+        )
+        return [
+            ("fixes", f"{self.fixes}, {self.moving} under way, {self.rejected} rejected"),
+            *((f"weight {each.weight:.2f}", in_words(each.parts, each.values)) for each in self.profile.structures),
+            *([("at a bound", ", ".join(self.at_bounds))] if self.at_bounds else []),
+            *([("not determined", ", ".join(self.cannot_tell))] if self.cannot_tell else []),
+            ("NIS", f"{self.nis_mean:.2f} (2 expected), {self.nis_within_pct:.1f} % of fixes in the predicted 95 %"),
+            (f"log likelihood of {self.held_back} fixes held back", f"{ours:.1f}, default {default:.1f}: {verdict}"),
+        ]
+
+
+def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | None = None) -> Tuned:
+    """Fit a profile to the longest track of `fixes`.
+
+    Args:
+        fixes: at least a minute of motion.
+        name: of the profile.
+        progress: called with the share of the work done, 0 to 1.
+
+    Raises InputError when there is too little motion to fit anything.
+    """
+    report = progress or (lambda _: None)
+    fixes = _longest_track(fixes)
+    record = Track(fixes, ()).record
+    known = np.flatnonzero(np.isfinite(record.north))
+    cut = int(known[int((1.0 - _HELD_BACK) * len(known))]) if len(known) else 0
+    seen = part_of(record, 0, cut)
+    if len(known) < _FEWEST:
+        raise InputError(f"the log has {len(known)} fixes, expected at least {_FEWEST} under way to tune by")
+    quick = infer(seen)
+    report(0.15)
+    moving = int(np.isfinite(motion_of(fixes, quick.structures).cog).sum())
+    if moving < _FEWEST:
+        raise InputError(f"{moving} of {len(known)} fixes are under way, expected at least {_FEWEST} to tune by")
+    found = _thorough(seen, quick, lambda share: report(0.15 + 0.5 * share))
+    scores = [_predictive(record, each.structures, cut) for each in (quick, found)]
+    best = found if scores[1] > scores[0] + BETTER else quick
+    final = _refitted(record, best, lambda share: report(0.65 + 0.35 * share))
+    if _predictive(record, final.structures, cut) < scores[best is found]:
+        final = best  # what only later fixes show may predict them worse than what was found before
+    report(1.0)
+    return _tuned(
+        fixes, record, final, name, moving, len(known) - int(np.sum(known < cut)), scores[best is found], scores[0]
+    )
+
+
+def _thorough(record: Rows, quick: Inference, report) -> Inference:
+    """The inference on more rows, begun from the quick one's results and from those of a search of its own."""
+    few, many = excerpt(record, _MORE * FEW, 0.5), excerpt(record, _MORE * MANY, 0.25)
+    noise, shortest = scales_of(record)
+    starts = {fit.parts: [fit.values] for fit in quick.fits}
+    for parts, fit in screened(PLAIN, few, noise, shortest).items():
+        starts.setdefault(parts, []).append(fit.values)
+    report(0.5)
+    fits = {}
+    for parts, each in starts.items():
+        fits[parts] = fitted(parts, many, likeliest(parts, many, each, shortest), _MORE * LAST_GRADIENTS, shortest)
+        report(0.5 + 0.5 * len(fits) / len(starts))
+    return weighed(fits)
+
+
+def _refitted(record: Rows, found: Inference, report) -> Inference:
+    """The structures of an inference fitted to a whole record."""
+    many, fits = excerpt(record, _MORE * MANY, 0.25), {}
+    _, shortest = scales_of(record)
+    for each in found.structures:
+        fits[each.parts] = fitted(each.parts, many, each.values, _MORE * LAST_GRADIENTS, shortest)
+        report(len(fits) / len(found.structures))
+    return weighed(fits)
+
+
+def _predictive(record: Rows, structures, cut) -> float:
+    """Log density that the weighted structures predict for the rows from `cut` on, each from those before it."""
+    logs = []
+    for each in structures:
+        posterior = Posterior(each.parts, record)
+        logs.append(math.log(each.weight) + posterior.densities(posterior.point(each.values))[cut:])
+    return float(np.logaddexp.reduce(logs, axis=0).sum())
+
+
+def _tuned(fixes, record, found: Inference, name, moving, held_back, ours, default) -> Tuned:
+    many = excerpt(record, _MORE * MANY, 0.25)
+    kept, at_bounds = [], {}
+    for weight, parts, values in found.structures:
+        intervals, ends = _intervals(Posterior(parts, many), values)
+        kept.append(WeighedStructure(weight=weight, parts=parts, values=values, intervals=intervals))
+        at_bounds |= dict.fromkeys(ends)
+    motion = motion_of(fixes, found.structures)
+    nis = motion.nis[np.isin(motion.status, (OK, REJECTED)) & np.isfinite(motion.nis)]
+    return Tuned(
+        profile=InferredProfile(name=name, structures=tuple(kept)),
+        fixes=int(np.isfinite(record.north).sum()),
+        moving=moving,
+        rejected=int((motion.status == REJECTED).sum()),
+        nis_mean=float(nis.mean()) if len(nis) else math.nan,
+        nis_within_pct=100.0 * float((nis < -2.0 * math.log(0.05)).mean()) if len(nis) else math.nan,
+        held_back=held_back,
+        held_back_log_likelihood=ours,
+        default_held_back_log_likelihood=default,
+        at_bounds=tuple(at_bounds),
+    )
+
+
+def _intervals(posterior: Posterior, values):
+    """95 % intervals of the numbers by name (Laplace), and names of those at a bound of the search."""
+    x = posterior.point(values)
+    scores = posterior.scores(x, posterior.densities(x))
+    spread = np.sqrt(np.diag(np.linalg.inv(scores @ scores.T + np.eye(len(x)))))
+    ends = [list(posterior.values(x + sign * _INTERVAL * spread).values()) for sign in (-1.0, 1.0)]
+    intervals = {name: (low, high) for name, low, high in zip(posterior.names, *ends, strict=True)}
+    return intervals, [name for name, each in zip(posterior.names, x, strict=True) if abs(each) > 0.999 * FURTHEST]
+
+
+def _longest_track(fixes: Fixes) -> Fixes:
+    """The fixes of the vessel that has most of them."""
+    fixes = fixes.rows(fixes.has_position).in_order()
+    return max((track for _, track in fixes.tracks()), key=len)

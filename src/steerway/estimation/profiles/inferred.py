@@ -1,0 +1,137 @@
+"""Inferred profiles: structures of vessel and receiver with their weights and numbers, in a TOML file."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from steerway.core.files import complete_or_absent
+from steerway.core.profile_fields import positive_number
+from steerway.core.toml import read_toml, toml_value
+from steerway.core.validation import refusal
+from steerway.estimation.inference.course import STEERAGEWAY
+from steerway.estimation.inference.selection import PLAIN, Structure
+from steerway.estimation.inference.structures import PRIORS, parameters_of
+from steerway.estimation.profiles.schema import Profile
+
+WIDEST_INTERVAL = 10.0
+"""Ratio of the ends of a 95 % interval above which a log does not determine a number: not even its order."""
+_SUM = 1e-6
+"""By which weights, as written by hand, may miss a sum of one."""
+
+
+class WeighedStructure(BaseModel):
+    """One structure: its parts, weight, numbers by name, and 95 % intervals of those that a log was fitted to."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    weight: float = positive_number()
+    parts: tuple[str, ...]
+    values: dict[str, float]
+    intervals: dict[str, tuple[float, float]] = Field(default_factory=dict)
+
+    @field_validator("parts")
+    @classmethod
+    def _declared(cls, parts):
+        for part in parts:
+            if part not in PRIORS:
+                raise ValueError(f"part {part!r} is unknown, expected some of {', '.join(PRIORS)}")
+        for part in PLAIN:
+            if part not in parts:
+                raise ValueError(f"part {part!r} is missing, expected {', '.join(PLAIN)} in every structure")
+        return parts
+
+    @model_validator(mode="after")
+    def _whole(self) -> Self:
+        names, _, _ = parameters_of(self.parts)
+        for name in names:
+            if name not in self.values:
+                raise ValueError(f"values has no {name}, which the parts {', '.join(self.parts)} need")
+        for name, value in self.values.items():
+            if name not in names:
+                raise ValueError(f"values has {name}, which none of the parts {', '.join(self.parts)} takes")
+            if not 0.0 < value < float("inf"):
+                raise ValueError(f"{name} is {value}, expected a positive number")
+        return self
+
+    def is_determined(self, name: str) -> bool:
+        """Whether the log that it was tuned on determines this number; True of one without an interval."""
+        low, high = self.intervals.get(name, (1.0, 1.0))
+        return high <= WIDEST_INTERVAL * low
+
+
+class InferredProfile(BaseModel):
+    """What was inferred of a vessel and her receiver: structures, each a bank of modes, and how much each counts."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: str = "inferred"
+    description: str = ""
+    steerageway: float = positive_number(STEERAGEWAY)
+    """m/s, below which no course is stated."""
+    structures: tuple[WeighedStructure, ...] = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _shared_out(self) -> Self:
+        total = sum(each.weight for each in self.structures)
+        if abs(total - 1.0) > _SUM:
+            raise ValueError(f"the weights of the structures add up to {total:g}, expected 1")
+        return self
+
+    @classmethod
+    def of(cls, structures: Iterable[Structure], name: str = "inferred") -> Self:
+        """The profile of weighed structures (see `inference.selection`)."""
+        kept = (WeighedStructure(weight=w, parts=parts, values=values) for w, parts, values in structures)
+        return cls(name=name, structures=tuple(kept))
+
+    @property
+    def weighed(self) -> tuple[Structure, ...]:
+        """The structures as the estimators take them."""
+        return tuple(Structure(each.weight, each.parts, each.values) for each in self.structures)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """An inferred profile from a TOML file. Raises InputError naming the file and the key that is wrong."""
+        return _made(cls, read_toml(path, "profile"), path)
+
+    def save(self, path: str | Path) -> None:
+        """Write the profile as a TOML file that `load` reads."""
+        with complete_or_absent(path) as file:
+            file.write(self.toml().encode())
+
+    def toml(self) -> str:
+        """The text of such a file."""
+        text = "".join(f"{key} = {toml_value(getattr(self, key))}\n" for key in ("name", "description", "steerageway"))
+        return text + "".join(map(_structure_toml, self.structures))
+
+
+def load_profile(path: str | Path) -> Profile | InferredProfile:
+    """The profile in a TOML file, of either kind: inferred ones have structures. Raises InputError."""
+    table = read_toml(path, "profile")
+    return _made(InferredProfile if "structures" in table else Profile, table, path)
+
+
+def _made(kind, table, path):
+    try:
+        return kind(**table)
+    except ValidationError as error:
+        raise refusal(f"profile {path}", error, kind) from None
+
+
+def _structure_toml(structure) -> str:
+    text = f"\n[[structures]]\nweight = {structure.weight!r}\nparts = {toml_value(list(structure.parts))}\n"
+    text += "\n[structures.values]  # SI, angles in rad\n"
+    for name, value in structure.values.items():
+        text += f"{name} = {value!r}{_comment(structure, name)}\n"
+    if structure.intervals:
+        text += "\n[structures.intervals]  # 95 %, from the log that it was tuned on\n"
+        text += "".join(f"{name} = [{low!r}, {high!r}]\n" for name, (low, high) in structure.intervals.items())
+    return text
+
+
+def _comment(structure, name) -> str:
+    if name not in structure.intervals:
+        return ""
+    words = "" if structure.is_determined(name) else "not determined by this log: "
+    return "  # {}{:.3g} to {:.3g}".format(words, *structure.intervals[name])
