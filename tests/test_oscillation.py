@@ -146,7 +146,6 @@ def test_the_inference_finds_who_swings_and_who_does_not():
     assert "waves" not in likeliest(scene.fixes(0.3, 3)).parts
 
 
-@pytest.mark.xfail(strict=True, reason="taken for waves of 4.5 s with a damping of 0.7, weight 1.0")
 def test_a_wandering_receiver_is_not_taken_for_swings():
     chance, wander = np.random.default_rng(4), np.zeros((900, 2))
     for k in range(1, 900):
