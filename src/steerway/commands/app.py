@@ -7,7 +7,7 @@ import typer
 import typer.core
 import typer.main
 
-from steerway.commands import demo, identify, logs, profile, sailing, study
+from steerway.commands import demo, identify, logs, plot, profile, sailing, study
 from steerway.live.commands import LiveCommand, live, warm
 
 app = typer.Typer(
@@ -22,7 +22,7 @@ app = typer.Typer(
 START, LOGS, BOAT, SIMULATION, RESEARCH = "Start here", "Logs", "On the boat", "Simulation", "Research"
 for panel, commands in (
     (START, (demo.demo,)),
-    (LOGS, (logs.estimate, logs.info, logs.compare, logs.predict, logs.tune)),
+    (LOGS, (logs.estimate, logs.info, logs.compare, logs.predict, logs.tune, plot.plot)),
     (BOAT, (warm,)),
     (SIMULATION, (sailing.simulate, sailing.advise)),
     (RESEARCH, (study.study,)),

@@ -5,7 +5,8 @@ only in the frames of `to_frame`, whose column names carry their units.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import KW_ONLY, dataclass, fields, replace
+from importlib import import_module
 from itertools import pairwise
 from typing import TYPE_CHECKING, Self
 
@@ -17,6 +18,7 @@ from steerway.core.errors import InputError
 
 if TYPE_CHECKING:
     import polars as pl
+    from matplotlib.figure import Figure
 
 OK, PREDICTED, REJECTED, NO_COURSE, STARTING, LOST = range(6)
 STATUSES = ("ok", "predicted", "rejected", "no_course", "starting", "lost")
@@ -26,12 +28,14 @@ REPORTED = ("position_std", "sog", "cog", "heading", "water_speed", "yaw_rate")
 """Columns that a receiver or instrument may report beside time and position."""
 
 _ROUNDING = 1e-9
+_OF_EVERY_TABLE = ("time", "latitude", "longitude", "mmsi", "status")
+_SHOWN_ROWS = 5
 
 Rows = slice | NDArray[np.bool_] | NDArray[np.integer]
 """Chosen rows of a table: a slice, a mask or indices."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Table:
     """Equal-length columns, selected and sorted by row."""
 
@@ -41,6 +45,35 @@ class Table:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def __repr__(self) -> str:
+        known = [name for name in self.columns() if name not in _OF_EVERY_TABLE and self._has(name)]
+        return f"{type(self).__name__}: {self._extent()}" + (f"; {', '.join(known)}" if known else "")
+
+    def _repr_html_(self) -> str:
+        """The extent and the first rows, for notebooks."""
+        return f"<p>{type(self).__name__}: {self._extent()}</p>{self.to_frame().head(_SHOWN_ROWS)._repr_html_()}"
+
+    def to_frame(self) -> "pl.DataFrame":
+        """A polars DataFrame of the columns under their outward names."""
+        raise NotImplementedError
+
+    def _has(self, name: str) -> bool:
+        column = getattr(self, name)
+        return column.dtype.kind != "f" or bool(np.isfinite(column).any())
+
+    def _extent(self) -> str:
+        """Number of rows, vessels, time span and rate."""
+        from steerway.core.timestamps import iso
+
+        if len(self) == 0:
+            return "no rows"
+        vessels = self.columns().get("mmsi")
+        of = "" if vessels is None else f" of {len(np.unique(vessels))} vessels"
+        steps = np.diff(np.unique(self.time)) if vessels is None else np.empty(0)
+        rate = f", {1.0 / np.median(steps):.3g} Hz" if len(steps) else ""
+        ends = [iso(round(float(end), 3)) for end in (self.time.min(), self.time.max())]
+        return f"{len(self)} rows{of}, {ends[0]} to {ends[1]}{rate}"
 
     def columns(self) -> dict[str, np.ndarray]:
         """The arrays of this table by field name."""
@@ -74,7 +107,7 @@ class Table:
             yield int(mmsi[first]), self.rows(slice(first, last))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Fixes(Table):
     """Measurements of receivers: one row an epoch, in time order (by vessel, then time, where `mmsi` is given).
 
@@ -84,6 +117,7 @@ class Fixes(Table):
     Shapes: every array (n,). Raises InputError when lengths differ, and for angles in degrees: latitudes beyond ±π/2.
     """
 
+    _: KW_ONLY
     position_std: np.ndarray | None = None  # the receiver's own 1σ of north and of east
     sog: np.ndarray | None = None
     cog: np.ndarray | None = None  # true, rad
@@ -119,13 +153,14 @@ class Fixes(Table):
         return _frame(self, _FIXES_COLUMNS, optional=True)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Motion(Table):
     """Estimates: position, SOG, COG and course rate with their standard deviations, one row a fix or output time.
 
     Shapes: every array (n,). `cog`, `course_rate` and their deviations are NaN where course is not defined.
     """
 
+    _: KW_ONLY
     sog: np.ndarray
     cog: np.ndarray  # rad, [−π, π)
     course_rate: np.ndarray  # + starboard, rad/s
@@ -142,6 +177,25 @@ class Motion(Table):
         import polars as pl
 
         return _frame(self, MOTION_COLUMNS).with_columns(pl.Series("status", np.array(STATUSES)[self.status]))
+
+    def plot(self, fixes: Fixes | None = None, kind: str = "signals") -> "Figure":
+        """A matplotlib Figure of the estimate of one vessel.
+
+        Args:
+            fixes: what it was made of, for the receiver's own SOG and COG and the gaps.
+            kind: "signals" (SOG, COG, course rate with ±2σ and innovations over time) or "track".
+
+        Raises InputError for another kind, and for signals of several vessels.
+        """
+        if kind not in ("signals", "track"):
+            raise InputError(f"kind is {kind!r}, expected signals or track")
+        # By name: the types that all packages exchange do not depend on those that draw them.
+        figures = import_module("steerway.report.figures")
+        if kind == "track":
+            return figures.track_figure(self)
+        if self.mmsi is not None:
+            raise InputError("signals are those of one vessel, expected one of `tracks()`, or kind='track'")
+        return figures.signals_figure(fixes or Fixes(self.time, self.latitude, self.longitude), self)
 
 
 def _degrees(radians: Floats) -> Floats:

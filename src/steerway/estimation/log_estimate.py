@@ -16,6 +16,7 @@ AnyProfile = Profile | InferredProfile | str | Path | None
 def estimate(
     fixes: Fixes,
     profile: AnyProfile = None,
+    *,
     aid: tuple[str, ...] = (),
     rate: float | None = None,
     smooth: bool = False,

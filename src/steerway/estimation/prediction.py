@@ -26,7 +26,7 @@ LONGEST_HORIZON = 3600.0
 """s"""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Prediction(Table):
     """Positions to come: one row a vessel and horizon. Shapes: every array (n,); mmsi None for one's own boat."""
 

@@ -97,6 +97,20 @@ class FiveStateFilter:
         self._usual = np.zeros(2)
         self._geodetic = True
 
+    def __repr__(self) -> str:
+        aided = f", aid={self.aid}" if self.aid else ""
+        return f"FiveStateFilter({self.profile.name!r}{aided}): {self._now()}"
+
+    def _now(self) -> str:
+        if not self.started:
+            return "not started"
+        _, _, sog, cog, rate, sog_std, cog_std, *_ = self.output()
+        speed = f"SOG {sog:.2f} ± {sog_std:.2f} m/s"
+        if not self.underway:
+            return f"{speed}, course not defined"
+        course, width = math.degrees(cog) % 360.0, math.degrees(cog_std)
+        return f"{speed}, COG {course:.1f} ± {width:.1f}°, course rate {math.degrees(rate):+.2f} °/s (1σ)"
+
     def reset(self) -> None:
         """Return to the state before the first fix."""
         self._bank[:] = 0.0

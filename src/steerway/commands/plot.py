@@ -1,0 +1,82 @@
+"""The command that compares several results: plot."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from steerway.commands.logs import AsJson, refuse_overwriting
+from steerway.commands.terminal import print_json, print_table
+from steerway.core.errors import InputError
+
+ENDINGS = (".png", ".svg", ".pdf")
+
+
+def plot(
+    files: Annotated[
+        list[str],
+        typer.Argument(metavar="FILE...", help="Estimates, runs of simulate, or logs; the first is the reference."),
+    ],
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", metavar="FIGURE", help=f"Output file: {', '.join(ENDINGS)}.")
+    ] = None,
+    show_differences: Annotated[
+        Path | None,
+        typer.Option("--differences", metavar="FIGURE", help="Output file for the differences from the first."),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compare results: overlay, differences from the first, and their statistics.
+
+    A file is a table that `estimate` wrote, a run that `simulate` wrote (true and estimated), or a log, of which the
+    receiver's own SOG and COG are shown. Statistics are of magnitudes: RMS, median, 95 % and largest.
+
+    Examples:
+
+        steerway plot causal.csv smoothed.csv sortie.nmea -o overlay.png
+
+        steerway plot sailed/run.parquet --differences errors.pdf
+    """
+    from steerway.formats.results import read_tracks
+    from steerway.report.overlay import differences_figure, overlay_figure, statistics_table
+
+    for path in filter(None, (out, show_differences)):
+        if path.suffix.lower() not in ENDINGS:
+            raise InputError(
+                f"figure {path} ends in {path.suffix or 'nothing'!r}, expected one of {', '.join(ENDINGS)}"
+            )
+        refuse_overwriting(path, files)
+    tracks = [track for path in files for track in read_tracks(path)]
+    if len(tracks) < 2 and show_differences is not None:
+        raise InputError("--differences needs two tracks, expected another file")
+    table = statistics_table(tracks)
+    written = [(out, overlay_figure)] if out is not None else []
+    written += [(show_differences, differences_figure)] if show_differences is not None else []
+    for path, figure in written:
+        _save(figure(tracks), path)
+    if as_json:
+        print_json(table)
+        return
+    if table:
+        print_table(
+            f"differences from {tracks[0].name}",
+            ("track", "", "unit", "rows", "RMS", "median", "95 %", "max"),
+            _rows(table),
+        )
+    for path, _ in written:
+        print(f"wrote {path}")
+    if not written:
+        print("-o overlay.png (or .svg .pdf) writes the tracks, --differences errors.png what they are off the first")
+
+
+def _rows(table):
+    for row in table:
+        numbers = (f"{row[key]:.3g}" for key in ("rms", "median", "p95", "max"))
+        yield (row["track"], row["quantity"], row["unit"], row["n"], *numbers)
+
+
+def _save(figure, path) -> None:
+    from steerway.core.files import complete_or_absent
+
+    with complete_or_absent(path) as file:
+        figure.savefig(file, format=path.suffix[1:].lower(), dpi=150)

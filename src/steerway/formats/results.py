@@ -1,0 +1,92 @@
+"""Tracks to compare: tables that `estimate` and `simulate` wrote, and logs with the receiver's own values."""
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from steerway.core.errors import InputError
+
+_COLUMNS = {
+    "latitude": "lat_deg",
+    "longitude": "lon_deg",
+    "sog": "sog_mps",
+    "cog": "cog_deg",
+    "course_rate": "course_rate_dps",
+    "sog_std": "sog_std_mps",
+    "cog_std": "cog_std_deg",
+    "course_rate_std": "course_rate_std_dps",
+}
+_NEEDED = ("lat_deg", "lon_deg", "sog_mps", "cog_deg")
+
+
+@dataclass(frozen=True, eq=False)
+class NamedTrack:
+    """Position and motion over time of one vessel by one source; (n,) each, SI and radians, NaN for unknown."""
+
+    name: str
+    time: np.ndarray
+    latitude: np.ndarray
+    longitude: np.ndarray
+    sog: np.ndarray
+    cog: np.ndarray
+    course_rate: np.ndarray
+    sog_std: np.ndarray
+    cog_std: np.ndarray
+    course_rate_std: np.ndarray
+
+
+def read_tracks(path: str | Path) -> list[NamedTrack]:
+    """The tracks in a file: of a table one, of a run of `simulate` true and estimated, of a log its best source.
+
+    Raises InputError for a file that cannot be read, or with reports of several vessels.
+    """
+    frame = _table(path)
+    name = Path(path).name
+    if frame is not None:
+        prefixes = [each for each in ("true_", "estimated_", "") if all(each + c in frame.columns for c in _NEEDED)]
+        if prefixes and "mmsi" not in frame.columns:
+            return [_of_frame(f"{name} {prefix.removesuffix('_')}".strip(), frame, prefix) for prefix in prefixes[:2]]
+    from steerway.formats.reading import read
+
+    fixes = read(path)
+    if fixes.mmsi is not None:
+        raise InputError(f"{path} has reports of several vessels, expected the log or the estimate of one")
+    placed = fixes.rows(fixes.has_position)
+    unknown = np.full(len(placed), np.nan)
+    motion = (placed.sog, placed.cog, unknown, unknown, unknown, unknown)
+    return [NamedTrack(name, placed.time, placed.latitude, placed.longitude, *motion)]
+
+
+def _table(path) -> pl.DataFrame | None:
+    """The file as a table whose first column is time_s or mmsi, None for any other file."""
+    try:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({(error.strerror or 'not readable').lower()})") from None
+    try:
+        if data.startswith(b"PAR1"):
+            frame = pl.read_parquet(io.BytesIO(data))
+        elif data.startswith((b"time_s,", b"mmsi,time_s,")):
+            frame = pl.read_csv(io.BytesIO(data), infer_schema_length=None)
+        else:
+            return None
+    except pl.exceptions.PolarsError:
+        return None
+    return frame if "time_s" in frame.columns else None
+
+
+def _of_frame(name, frame, prefix) -> NamedTrack:
+    def column(outward):
+        if outward not in frame.columns:
+            return np.full(len(frame), np.nan)
+        return frame[outward].cast(pl.Float64, strict=False).fill_null(np.nan).to_numpy()
+
+    values = {field: column(prefix + outward) for field, outward in _COLUMNS.items()}
+    values = {
+        field: np.radians(each) if _COLUMNS[field].endswith(("_deg", "_dps")) else each
+        for field, each in values.items()
+    }
+    return NamedTrack(name, column("time_s"), **values)

@@ -1,0 +1,103 @@
+"""Results side by side: the command `plot`, the numbers it prints, and what a notebook shows."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import steerway
+from steerway.core.errors import InputError
+from steerway.core.records import Fixes
+from steerway.formats.results import read_tracks
+from steerway.report.overlay import differences, statistics, statistics_table
+from tests.command_line import run
+from tests.scenes import turning
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A log, its causal and its smoothed estimate."""
+    path = tmp_path_factory.mktemp("results")
+    fixes = turning(2.0, 0.5, 120.0).fixes(0.3, 1)
+    steerway.write(fixes, path / "log.csv")
+    steerway.write(steerway.estimate(fixes, "otter"), path / "causal.csv")
+    steerway.write(steerway.estimate(fixes, "otter", smooth=True), path / "smooth.parquet")
+    return path
+
+
+def test_a_written_estimate_is_read_back(folder):
+    motion = steerway.estimate(steerway.read(folder / "log.csv"), "otter")
+    (track,) = read_tracks(folder / "causal.csv")
+    for name in ("latitude", "longitude", "sog", "course_rate", "cog_std"):
+        assert_allclose(getattr(track, name), getattr(motion, name), atol=1e-9, err_msg=name)
+    assert_allclose(np.cos(track.cog - motion.cog)[np.isfinite(motion.cog)], 1.0)
+
+
+def test_differences_are_those_of_shifted_tracks(folder):
+    (track,) = read_tracks(folder / "smooth.parquet")
+    moved = track.__class__(
+        **{name: getattr(track, name) for name in track.__dataclass_fields__}
+        | {"name": "moved", "latitude": track.latitude + 1e-6, "sog": track.sog + 0.25, "cog": track.cog + 6.2}
+    )
+    found = differences(track, moved)
+    known = np.isfinite(track.sog)
+    assert known.mean() > 0.9 and (np.isfinite(found["sog"]) == known).all()
+    assert_allclose(found["sog"][known], 0.25, atol=1e-12)
+    assert_allclose(found["cog"][np.isfinite(track.cog)], 6.2 - 2.0 * math.pi, atol=1e-9)
+    assert_allclose(found["position"], 6.39, atol=0.03)
+    later = track.__class__(
+        **{name: getattr(track, name) for name in track.__dataclass_fields__} | {"time": track.time + 1e6}
+    )
+    with pytest.raises(InputError, match="share no time"):
+        differences(track, later)
+
+
+def test_statistics_are_of_magnitudes():
+    found = statistics(np.array([-3.0, 4.0, np.nan, 0.0, 1.0]))
+    assert found["n"] == 4 and found["max"] == 4.0 and found["median"] == 2.0
+    assert_allclose(found["rms"], math.sqrt(26.0 / 4.0))
+
+
+def test_the_command_prints_and_draws(folder, tmp_path):
+    files = [folder / name for name in ("smooth.parquet", "causal.csv", "log.csv")]
+    code, out, err = run("plot", *files, "-o", tmp_path / "all.svg", "--differences", tmp_path / "off.pdf", "--json")
+    assert (code, err) == (0, "")
+    rows = json.loads(out)
+    tracks = [each for path in files for each in read_tracks(path)]
+    assert rows == json.loads(json.dumps(statistics_table(tracks)))
+    assert {(row["track"], row["quantity"]) for row in rows} == {
+        *(("causal.csv", name) for name in ("position", "SOG", "COG", "course rate")),
+        ("log.csv", "position"),
+    }
+    assert (tmp_path / "all.svg").read_bytes().startswith(b"<?xml")
+    assert (tmp_path / "off.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_a_notebook_shows_extent_and_first_rows():
+    fixes = Fixes(1.7e9 + 0.2 * np.arange(50.0), np.full(50, 0.9), 0.2 + 1e-8 * np.arange(50), sog=np.full(50, 1.0))
+    assert repr(fixes) == "Fixes: 50 rows, 2023-11-14T22:13:20Z to 2023-11-14T22:13:29.8Z, 5 Hz; sog"
+    motion = steerway.estimate(fixes, "otter")
+    assert repr(motion).startswith("Motion: 50 rows, 2023-11-14T22:13:20Z to")
+    assert "<td>1.7000e9</td>" in motion._repr_html_()
+    assert repr(fixes.rows(slice(0))) == "Fixes: no rows"
+
+
+def test_a_filter_shows_what_it_estimates():
+    estimator = steerway.FiveStateFilter("otter")
+    assert repr(estimator) == "FiveStateFilter('otter'): not started"
+    for k in range(200):
+        estimator.predict(0.2)
+        estimator.update(0.9 + 2.0 * 0.2 * k / 6.39e6, 0.2)
+    assert repr(estimator).startswith("FiveStateFilter('otter'): SOG 2.0")
+    assert "° (1σ)" not in repr(estimator) and "°/s (1σ)" in repr(estimator)
+
+
+def test_an_estimate_draws_itself():
+    fixes = turning(2.0, 0.5, 60.0).fixes(0.3, 1)
+    motion = steerway.estimate(fixes, "otter")
+    assert len(motion.plot(fixes).axes) == 4
+    assert motion.plot(kind="track").axes
+    with pytest.raises(InputError, match="expected signals or track"):
+        motion.plot(kind="map")
