@@ -44,7 +44,8 @@ def differences(reference: NamedTrack, track: NamedTrack) -> dict[str, np.ndarra
         low, high = values[after - 1], values[after]
         share = (track.time - time[after - 1]) / (time[after] - time[after - 1])
         step = wrap_array(high - low) if angle else high - low
-        return np.where(inside, low + share * step, np.nan)
+        between = np.where(share >= 1.0, high, np.where(share <= 0.0, low, low + share * step))
+        return np.where(inside, between, np.nan)
 
     latitude, longitude = at(reference.latitude), at(reference.longitude, angle=True)
     meridian, prime_vertical = radii(float(np.nanmedian(reference.latitude)))
