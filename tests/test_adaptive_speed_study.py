@@ -73,5 +73,7 @@ def test_the_whole_study_with_one_seed(tmp_path, monkeypatch):
     numbers = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
     for key in ("mracplus_settling_s_3", "mracplus_overshoot_pct_9", "printed_mrac_settling_s_6", "fusion_rms_pct_9"):
         assert numbers[key] > 0.0
+    asked = "speed_grid_passed_pct speed_grid_overshoot_max_pct scaled_boats_settled_pct dvl_scale_coverage_pct"
+    assert {*asked.split(), "dvl_false_exclusions"} <= numbers.keys()
     assert {"fusion_nis", "random_plants_pass_pct", "fault_dvl_ramp_named_s"} <= numbers.keys()
     assert page.stat().st_size > 1e5 and len(list(tmp_path.glob("*.png"))) == len(results.figures)

@@ -13,12 +13,12 @@ from steerway_studies.papers.speed_ekf import SENSOR_STDS, PrintedSpeedEkf
 
 GATE = 10.8
 """χ² with one degree of freedom at 0.1 %: 10.83."""
-TUNING = SurgeTuning(current_walk=0.01)
+TUNING = SurgeTuning(current_walk=0.01, scale_std=0.0)
 ROWS = {
-    "sog": [1, 0, 0, 0],
-    "bottom_speed": [1, 0, 0, 0],
-    "water_speed": [1, 0, 0, -1],
-    "propeller_speed": [1, 0, 0, -1],
+    "sog": [1, 0, 0, 0, 0],
+    "bottom_speed": [1, 0, 0, 0, 0],
+    "water_speed": [1, 0, 0, -1, 0],
+    "propeller_speed": [1, 0, 0, -1, 0],
 }
 STDS = {name: getattr(TUNING, f"{name.removesuffix('_speed')}_std") for name in ROWS}
 
@@ -40,13 +40,13 @@ class ByMatrices:
 
     def __init__(self, t):
         self.t = t
-        self.x = np.zeros(4)
-        self.p = np.diag([400.0, t.bias_std**2, t.leak_std**2, t.current_std**2])
+        self.x = np.zeros(5)
+        self.p = np.diag([400.0, t.bias_std**2, t.leak_std**2, t.current_std**2, t.scale_std**2])
 
     def predict(self, acceleration, dt):
         t = self.t
         known = np.isfinite(acceleration)
-        rates = np.zeros((4, 4))
+        rates = np.zeros((5, 5))
         rates[LEAK, LEAK] = -1.0 / t.leak_time
         if known:
             rates[SPEED, BIAS] = rates[SPEED, LEAK] = -1.0
@@ -56,6 +56,7 @@ class ByMatrices:
                 2.0 * t.bias_wander**2 / t.bias_time,
                 2.0 * t.leak_std**2 / t.leak_time,
                 t.current_walk**2,
+                0.0,
             ]
         )
         # Van Loan's integral of the noise over a step.
@@ -73,7 +74,7 @@ class ByMatrices:
                 continue
             gain = self.p @ h / s
             self.x = self.x + gain * innovation
-            self.p = (np.eye(4) - np.outer(gain, h)) @ self.p
+            self.p = (np.eye(5) - np.outer(gain, h)) @ self.p
 
 
 def test_it_is_the_filter_of_the_textbook():
@@ -198,3 +199,31 @@ def test_bad_input_is_named():
         SurgeTuning(sog_std=0.0)
     with pytest.raises(InputError, match=r"surge\.current_walk is -1"):
         SurgeTuning(current_walk=-1.0)
+
+
+@pytest.mark.parametrize("through_water", [False, True])
+def test_the_log_s_scale_is_found_against_the_receiver(through_water):
+    """Half a per cent while the speed changes slowly, in a current where the log sees the water."""
+    estimator, draws = SurgeFilter(), np.random.default_rng(3)
+    stream = 0.4 if through_water else 0.0
+    for k in range(12_000):
+        phase = 0.02 * 0.05 * k
+        speed = 5.0 + 2.0 * math.sin(phase)
+        estimator.predict(0.04 * math.cos(phase), 0.05)
+        estimator.aid_by(sog=speed + 0.03 * draws.standard_normal())
+        reading = 1.005 * (speed - stream) + 0.002 * draws.standard_normal()
+        estimator.aid_by(**{"water_speed" if through_water else "bottom_speed": reading})
+    assert estimator.log_scale == pytest.approx(1.005, abs=4.0 * estimator.log_scale_std)
+    if through_water:  # a scale error and a current look alike
+        assert estimator.log_scale_std > 0.002
+    else:
+        assert estimator.log_scale_std < 0.0002
+    assert abs(estimator.speed - speed) < 4.0 * estimator.speed_std
+    assert estimator.current == pytest.approx(stream, abs=0.04)
+
+
+def test_a_log_without_a_scale_error_has_none():
+    estimator = SurgeFilter(SurgeTuning(scale_std=0.0))
+    estimator.predict(0.0, 0.1)
+    estimator.aid_by(sog=3.0, bottom_speed=3.1)
+    assert estimator.log_scale == 1.0 and estimator.log_scale_std == 0.0

@@ -27,7 +27,7 @@ def sail(fault, seed=0, seconds=60.0, fusion=None, third=3.1, log="bottom_speed"
             said["sog"] = 3.0 + gps
         if k % 5 == 2:
             said[log] = 3.0 + doppler - (stream(time) if stream else 0.0)
-        fusion.step(0.02 + felt, STEP, reference=third, **said)
+        fusion.step(0.02 + felt, STEP, reference=third(time) if callable(third) else third, **said)
         errors.append(fusion.speed - 3.0)
     return fusion, STEP * np.arange(1, n + 1), np.array(errors)
 
@@ -92,10 +92,28 @@ def test_one_that_is_sound_again_is_taken_back():
     assert fusion.excluded is None and fusion.events[1].time - fusion.events[0].time >= 5.0
 
 
-def test_without_a_third_voice_nobody_is_named():
+def test_without_a_third_instrument_the_accelerometer_tells_sudden_faults():
     fusion, _, errors = sail(after(30.0, 0.0, 0.0, 0.1), third=math.nan)
+    assert names(fusion) == [("bottom_speed", "excluded")] and np.abs(errors).max() < 0.25
+    fusion, _, _ = sail(ramp(30.0, 0.005), third=math.nan)
     assert fusion.excluded is None and fusion.events == []
-    assert np.abs(errors).max() < 0.25
+
+
+def test_a_third_that_drifts_in_a_transient_accuses_nobody_wrongly():
+    """A propeller model that is wrong by tenths while the speed changes, and the log ramps away."""
+
+    def third(time):
+        return 3.1 - 0.5 * math.exp(-abs(time - 35.0) / 6.0)
+
+    for seed in range(3):
+        fusion, _, _ = sail(ramp(30.0, 0.005), seed, third=third, seconds=90.0)
+        assert all(name != "sog" for name, _ in names(fusion))
+
+
+def test_a_scale_error_of_the_log_is_no_fault():
+    for seed in range(3):
+        fusion, time, errors = sail(lambda time: np.array([0.0, 0.0, 0.002 * 3.0]), seed, seconds=120.0)
+        assert fusion.events == [] and np.abs(errors[time > 100.0]).max() < 0.006
 
 
 def test_a_current_that_begins_is_found_and_not_taken_for_a_fault():

@@ -1,7 +1,7 @@
 """adaptive-speed: P3, adaptive speed control and fusion of GPS, Doppler log and accelerometer."""
 
 from steerway.simulation import over_seeds
-from steerway_studies.adaptive_speed import cases, printed
+from steerway_studies.adaptive_speed import cases, perturbed, printed
 from steerway_studies.adaptive_speed.cases import FAULTS, Job
 from steerway_studies.adaptive_speed.comparisons import compare_all
 from steerway_studies.adaptive_speed.figures import all_figures
@@ -31,11 +31,17 @@ def voyages(seeds: int | None, first: int) -> list[Job]:
         *of("gps_only", FEW),
         *of("water_track", FEW),
         *of("fault", FEW, setpoints=(3,), plants=FAULTS),
+        *of("grid", FEW, setpoints=(0,)),
+        *of("scaled", FEW, setpoints=(0,)),
+        *of("log_scale", FEW, setpoints=(0,)),
+        *of("imperfect", FEW, setpoints=(0,)),
+        *of("drift", BASELINE, setpoints=(3,)),
+        *of("scene", FEW, setpoints=(0,), plants=tuple(perturbed.SCENES)),
     ]
 
 
 def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results:
-    """See Study; under three minutes on four idle cores. `seeds` sets every repetition count."""
+    """See Study; some ten minutes on four idle cores. `seeds` sets every repetition count."""
     jobs = voyages(seeds, first_seed)
     step = stage(progress, 0.0, 0.9, f"{len(jobs)} voyages")
     judged = dict(zip(jobs, over_seeds(cases.run, jobs, progress=step), strict=True))
@@ -45,6 +51,7 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     }
     results = Results("P3: adaptive speed control and speed fusion")
     compare_all(results, judged, tracks)
+    perturbed.compare(results, judged)
     if progress:
         progress(0.95, "drawing")
     results.figures |= all_figures(judged, tracks, first_seed)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.estimation.speed import SurgeFusion
+from steerway.estimation.speed import SurgeFusion, SurgeTuning
 from steerway.sensors import Instrument, accelerometer
 from steerway.vessels import CALM, CURRENT_NORTH
 
@@ -15,6 +15,8 @@ ACCELEROMETER = accelerometer(rate=200.0)
 LEAK = Instrument(rate=200.0, wander=(0.0034, 5.0))
 GPS = Instrument(rate=10.0, white=0.03)
 LOG = Instrument(rate=10.0, white=0.002)
+TABLE_III = SurgeTuning(scale_std=0.0)
+"""The filter for P3's instruments, whose log has no scale error."""
 
 
 @dataclass(frozen=True)
@@ -70,34 +72,41 @@ def sail(
     aid_by_propeller: bool = False,
     fault: tuple[str | None, float] = (None, 0.0),
     outage: tuple[float, float] = (math.inf, math.inf),
+    tuning: SurgeTuning = TABLE_III,
+    log_scale: float = 1.0,
+    noise: float = 1.0,
+    every: int = _CONTROL,
+    shaft_seen: bool = True,
 ) -> Voyage:
     """Sail. `setpoints` and `sea` are ((from, value), …).
 
     `log`: "bottom", "water" or None; `propeller` a `SurgeModel` that gives the vote its third voice and with
-    `aid_by_propeller` aids the filter; `fault` (kind, since); `outage` of GPS and log from, to. Control sees
-    the estimate.
+    `aid_by_propeller` aids the filter; `fault` (kind, since); `outage` of GPS and log from, to. `tuning` of the filter;
+    `log_scale` of the log's readings; `noise` a factor on that of all instruments; `every` steps an order;
+    `shaft_seen` whether control is given the shaft's. A `sea` may be a function of time. Control sees the estimate.
     """
     time = STEP * np.arange(round(duration / STEP) + 1)
     n = len(time)
     draws = np.random.default_rng(seed).spawn(4)
     errors = ACCELEROMETER.measured(time, 0.0, draws[0])[1] + LEAK.measured(time, 0.0, draws[1])[1]
-    gps_errors = GPS.measured(time, 0.0, draws[2])[1].tolist()
-    log_errors = LOG.measured(time, 0.0, draws[3])[1].tolist()
-    errors = errors.tolist()
+    gps_errors = (noise * GPS.measured(time, 0.0, draws[2])[1]).tolist()
+    log_errors = (noise * LOG.measured(time, 0.0, draws[3])[1]).tolist()
+    errors = (noise * errors).tolist()
 
-    fusion, turns = SurgeFusion(), None if propeller is None else propeller.start()
+    fusion, turns = SurgeFusion(tuning), None if propeller is None else propeller.start()
     state = boat.start()
     out = np.zeros((7, n))
     parameters = np.full((n, 3), np.nan)
     received = np.full((2, n), np.nan)
     nis = []
     setpoint = _at(setpoints, 0.0)
-    out[6], command, estimate, conditions = setpoint, 0.0, 0.0, _at(sea, 0.0)
+    out[6], command, estimate = setpoint, 0.0, 0.0
     for k in range(1, n):
         now = k * STEP
         if k % _CONTROL == 1:
-            setpoint, conditions = _at(setpoints, now), _at(sea, now)
-            command = control.step(setpoint, estimate, _CONTROL * STEP, state[4])
+            setpoint, conditions = _at(setpoints, now), sea(now) if callable(sea) else _at(sea, now)
+        if k % every == 1:
+            command = control.step(setpoint, estimate, every * STEP, state[4] if shaft_seen else math.nan)
         before = state[3]
         state = boat.step(state, (command,), conditions, STEP)
         speed = state[3]
@@ -112,11 +121,19 @@ def sail(
                 reported["propeller_speed"] = third
         elif k % _AID == _AID // 2 and log and not silent:
             stream = conditions[CURRENT_NORTH] if log == "water" else 0.0
-            reported[f"{log}_speed"] = received[1, k] = speed - stream + log_errors[k // _AID] + of_log
+            reported[f"{log}_speed"] = received[1, k] = log_scale * (speed - stream) + log_errors[k // _AID] + of_log
         acceleration = (speed - before) / STEP + errors[k] + of_acceleration
         estimate = fusion.step(acceleration, STEP, reference=third, **reported)
         if reported and now > 10.0:
             nis += [each for each in fusion.nis[:3] if not math.isnan(each)]
-        out[:, k] = speed, estimate, fusion.speed_std, fusion.current, state[4], control.model, setpoint
-        parameters[k] = control.parameters
+        out[:, k] = (
+            speed,
+            estimate,
+            fusion.speed_std,
+            fusion.current,
+            state[4],
+            getattr(control, "model", math.nan),
+            setpoint,
+        )
+        parameters[k] = getattr(control, "parameters", (math.nan,) * 3)
     return Voyage(time, out[6], *out[:6], parameters, np.array(nis), fusion.events, *received)

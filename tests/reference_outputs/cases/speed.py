@@ -52,7 +52,7 @@ def surge_filter():
             filter.open(0, 4.0)
         deviations = np.sqrt(np.diag(filter.covariance))
         rows.append((*filter.state, *deviations, filter.speed, filter.current, filter.speed_std, *nis))
-    names = "x0 x1 x2 x3 std0 std1 std2 std3 speed current speed_std nis_sog nis_bottom nis_water nis_propeller"
+    names = "x0 x1 x2 x3 x4 std0 std1 std2 std3 std4 speed current speed_std nis_sog nis_bottom nis_water nis_propeller"
     return columns(names, rows, 25)
 
 

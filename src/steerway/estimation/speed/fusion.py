@@ -1,8 +1,9 @@
 """One speed from GPS, Doppler log and accelerometer, with fault detection.
 
 A reading outside its gate is skipped. Lasting contradictions are resolved so: GPS and log by `FaultVote`, with speed
-from shaft speed as third instrument; the accelerometer is faulty when the best of the others has been refused for
-`PATIENCE` while those two agree; the current has changed when only speeds through the water are refused.
+from shaft speed as third instrument and the integrated acceleration beside it; the accelerometer is faulty when the
+best of the others has been refused for `PATIENCE` while those two agree; the current has changed when only speeds
+through the water are refused.
 """
 
 import math
@@ -47,7 +48,7 @@ class SurgeFusion:
         self._time = 0.0
         self._refused = [math.nan] * 4  # since when
         self._measured_at = [-math.inf] * 4
-        self._propeller = math.nan
+        self._inertial = 0.0
 
     def step(
         self,
@@ -67,6 +68,9 @@ class SurgeFusion:
         """
         self._time += dt
         self.filter.predict(acceleration, dt)
+        # After a pause of the accelerometer its integral begins anew, far from where it was: no change is known.
+        before = 0.0 if math.isnan(self._inertial) else self._inertial
+        self._inertial = before + dt * (acceleration - self.filter.acceleration_error)
         measured = [sog, bottom_speed, water_speed, propeller_speed]
         if not any(map(math.isfinite, measured)):
             return self.filter.speed
@@ -96,12 +100,13 @@ class SurgeFusion:
 
     def _hold_vote(self, measured: list[float], third: float) -> None:
         """Drop the excluded aid; increase the covariance when the filter has followed a faulty one."""
-        before = self._vote.excluded
+        before, speed = self._vote.excluded, self.filter.speed
         present = [which for which in (SOG, BOTTOM) if math.isfinite(measured[which])]
         for which in present:
-            self._vote.take(which, self._time, measured[which], self.filter.speed, third)
+            reading = measured[which] / (self.filter.log_scale if which == BOTTOM else 1.0)
+            self._vote.take(which, self._time, reading, speed, third, self._inertial)
         if present:
-            misled, window = self._vote.judge(self._time)
+            misled, window = self._vote.judge(self._time, abs(speed) * self.filter.log_scale_std)
             now = self._vote.excluded
             if now is not None and now != before:
                 self._note(now, "excluded")

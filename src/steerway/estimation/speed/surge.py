@@ -1,10 +1,11 @@
 """Speed along the hull from an accelerometer, aided by whatever measures speed: over ground, through the water, or
 computed from shaft speed.
 
-State [u b g c]: speed over ground along the hull, the accelerometer's bias, the component of gravity along a hull that
-is not level, and the speed of the current along the hull. g is first-order Gauss–Markov, b and c are random walks:
-u̇ = a − b − g. P3 (22)–(30) treats the accelerometer as a speed sensor; here it is the input. Each aid is u, or
-u − c, through the same scalar update and gate as the aids of the five-state filter.
+State [u b g c k]: speed over ground along the hull, the accelerometer's bias, the component of gravity along a hull
+that is not level, the speed of the current along the hull, and the log's scale error. g is first-order Gauss–Markov,
+b, c and k are random walks: u̇ = a − b − g. P3 (22)–(30) treats the accelerometer as a speed sensor; here it is the
+input. The receiver measures u, the propeller u − c, and the log (1 + k) u or (1 + k) (u − c): over the ground its
+scale becomes known against the receiver's speed. All pass the gate of the aids of the five-state filter.
 """
 
 import math
@@ -17,10 +18,13 @@ from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.estimation.course.motion.five_state import decay
-from steerway.estimation.course.update.aids import correct_scalar
+from steerway.estimation.course.update.aids import correct_scalar, take_scalar
+from steerway.estimation.course.update.outliers import AID_GATE
 
-SPEED, BIAS, LEAK, CURRENT = range(4)
-STATES = 4
+SPEED, BIAS, LEAK, CURRENT, SCALE = range(5)
+STATES = 5
+_STATE = STATES
+"""Row of the state below the covariance."""
 
 START_SPEED_VARIANCE = 400.0
 """(m/s)² of an unknown speed."""
@@ -33,8 +37,9 @@ class SurgeTuning:
     Accelerometer: `acceleration_walk` its noise density in m/s²/√Hz, `bias_std` at switching on, `bias_wander` in the
     run over `bias_time` (a random walk that begins as such a process does), `leak_std` of gravity over `leak_time`;
     `unmeasured` the density in m/s²/√Hz of accelerations while there is none. `current_std` at the start,
-    `current_walk` m/s/√s after. Aids, one reading each: `sog_std`, `bottom_std`, `water_std`, `propeller_std`. As
-    given: P3 Table III's instruments.
+    `current_walk` m/s/√s after; `scale_std` of the log's scale error and `scale_walk` 1/√s after, 0 for a log without
+    one. Aids, one reading each: `sog_std`, `bottom_std`, `water_std`, `propeller_std`. As given: P3 Table III's
+    instruments, with the scale error that data sheets of Doppler logs state.
     """
 
     acceleration_walk: float = 60e-6 * 9.80665
@@ -46,6 +51,8 @@ class SurgeTuning:
     unmeasured: float = 0.3
     current_std: float = 0.5
     current_walk: float = 0.003
+    scale_std: float = 0.003
+    scale_walk: float = 1e-6
     sog_std: float = 0.03
     bottom_std: float = 0.002
     water_std: float = 0.002
@@ -53,7 +60,7 @@ class SurgeTuning:
 
     def __post_init__(self) -> None:
         for each in fields(self):
-            check = positive if each.name.endswith(("_std", "_time")) else not_negative
+            check = positive if each.name.endswith(("_std", "_time")) and each.name != "scale_std" else not_negative
             check(f"surge.{each.name}", getattr(self, each.name))
 
     def packed(self) -> Floats:
@@ -68,6 +75,7 @@ class SurgeTuning:
                 self.leak_std**2,
                 self.current_walk**2,
                 *(std**2 for std in aids),
+                self.scale_walk**2 if self.scale_std > 0.0 else 0.0,
             ]
         )
 
@@ -86,8 +94,9 @@ class SurgeFilter:
     def reset(self) -> None:
         """Start anew."""
         t = self.tuning
-        self._filter_state = np.zeros((7, 4))  # covariance (upper triangle), state, two rows of workspace
-        self._filter_state[range(4), range(4)] = (START_SPEED_VARIANCE, t.bias_std**2, t.leak_std**2, t.current_std**2)
+        self._filter_state = np.zeros((STATES + 3, STATES))  # covariance (upper triangle), state, two rows of workspace
+        variances = (START_SPEED_VARIANCE, t.bias_std**2, t.leak_std**2, t.current_std**2, t.scale_std**2)
+        self._filter_state[range(STATES), range(STATES)] = variances
 
     def predict(self, acceleration: float, dt: float) -> None:
         """Advance by dt s of one acceleration along the hull (m/s², NaN for unknown)."""
@@ -104,7 +113,7 @@ class SurgeFilter:
         return _aid(self._filter_state, sog, bottom_speed, water_speed, propeller_speed, self._model)
 
     def open(self, state: int, variance: float) -> None:
-        """Set the variance of `state` (0 to 3) and its correlations to 0. Raises InputError for another index."""
+        """Set the variance of `state` (0 to 4) and its correlations to 0. Raises InputError for another index."""
         if state not in range(STATES):
             raise InputError(f"surge.state is {state}, expected 0 to {STATES - 1}")
         _open(self._filter_state, state, variance)
@@ -112,7 +121,7 @@ class SurgeFilter:
     @property
     def speed(self) -> float:
         """Speed over ground along the hull, m/s."""
-        return float(self._filter_state[4, SPEED])
+        return float(self._filter_state[_STATE, SPEED])
 
     @property
     def speed_std(self) -> float:
@@ -121,28 +130,42 @@ class SurgeFilter:
     @property
     def current(self) -> float:
         """Speed of the current along the hull, m/s."""
-        return float(self._filter_state[4, CURRENT])
+        return float(self._filter_state[_STATE, CURRENT])
 
     @property
     def current_std(self) -> float:
         return math.sqrt(self._filter_state[CURRENT, CURRENT])
 
     @property
+    def acceleration_error(self) -> float:
+        """Of the accelerometer's reading: bias and gravity, m/s²."""
+        return float(self._filter_state[_STATE, BIAS] + self._filter_state[_STATE, LEAK])
+
+    @property
+    def log_scale(self) -> float:
+        """Factor of the log's reading on the speed."""
+        return 1.0 + float(self._filter_state[_STATE, SCALE])
+
+    @property
+    def log_scale_std(self) -> float:
+        return math.sqrt(self._filter_state[SCALE, SCALE])
+
+    @property
     def state(self) -> Floats:
-        """(4,) copy of [u b g c]."""
-        return self._filter_state[4].copy()
+        """(5,) copy of [u b g c k]."""
+        return self._filter_state[_STATE].copy()
 
     @property
     def covariance(self) -> Floats:
-        """(4, 4) covariance of `state`."""
-        upper = np.triu(self._filter_state[:4])
+        """(5, 5) covariance of `state`."""
+        upper = np.triu(self._filter_state[:STATES])
         return upper + np.triu(upper, 1).T
 
 
 @kernel
 def _predict(filter_state: Floats, acceleration: float, dt: float, model: Floats) -> None:
     """x ← F x + [a dt 0 0 0], P ← F P Fᵀ + Q, in place and exact, so that the rate changes nothing."""
-    p, x = filter_state[:4], filter_state[4]
+    p, x = filter_state[:STATES], filter_state[_STATE]
     leak_left, leak_area = decay(model[3], dt)
     noise, bias_noise, leak_variance = model[0], model[2], model[4]
     if math.isfinite(acceleration):
@@ -155,7 +178,8 @@ def _predict(filter_state: Floats, acceleration: float, dt: float, model: Floats
     uu = p[0, 0] - bias_area * p[0, 1] - leak_area * p[0, 2]
     ub = p[0, 1] - bias_area * p[1, 1] - leak_area * p[1, 2]
     ug = p[0, 2] - bias_area * p[1, 2] - leak_area * p[2, 2]
-    p[0, 3] -= bias_area * p[1, 3] + leak_area * p[2, 3]
+    for j in range(CURRENT, STATES):
+        p[0, j] -= bias_area * p[1, j] + leak_area * p[2, j]
     p[0, 0] = uu - bias_area * ub - leak_area * ug + noise * dt + bias_noise * bias_area**3 / 3.0
     p[0, 1] = ub - 0.5 * bias_noise * bias_area**2
     p[0, 2] = leak_left * ug - leak_variance * model[3] * leak_area**2
@@ -164,8 +188,41 @@ def _predict(filter_state: Floats, acceleration: float, dt: float, model: Floats
     p[1, 1] += bias_noise * dt
     p[1, 2] *= leak_left
     p[2, 2] = leak_left**2 * p[2, 2] + (1.0 - leak_left**2) * leak_variance
-    p[2, 3] *= leak_left
+    for j in range(CURRENT, STATES):
+        p[2, j] *= leak_left
     p[3, 3] += model[5] * dt
+    p[4, 4] += model[10] * dt
+
+
+@kernel
+def _take_log(x: Floats, p: Floats, work: Floats, reading: float, through_water: bool, variance: float) -> float:
+    """A reading (1 + k)(u − c), c only through the water. Returns its NIS.
+
+    Through the water scale and current are hardly told apart: the scale's uncertainty counts, but it is not corrected
+    (Schmidt's consider filter).
+    """
+    scale, speed = 1.0 + x[SCALE], x[SPEED] - (x[CURRENT] if through_water else 0.0)
+    pc, s = work[0], variance
+    for j in range(STATES):
+        pc[j] = scale * p[min(SPEED, j), max(SPEED, j)] + speed * p[min(SCALE, j), max(SCALE, j)]
+        if through_water:
+            pc[j] -= scale * p[min(CURRENT, j), max(CURRENT, j)]
+    s += scale * pc[SPEED] + speed * pc[SCALE]
+    if through_water:
+        s -= scale * pc[CURRENT]
+    # The product of two errors is left out of the slopes; it is part of the variance.
+    s += p[SPEED, SPEED] * p[SCALE, SCALE]
+    innovation = reading - scale * speed
+    if not through_water:
+        return float(take_scalar(x, p, pc, work[1], s, innovation))
+    nis = innovation * innovation / s
+    if nis <= AID_GATE:
+        for i in range(SCALE):
+            x[i] += pc[i] / s * innovation
+        for i in range(SCALE):
+            for j in range(i, STATES):
+                p[i, j] -= pc[i] * pc[j] / s
+    return nis
 
 
 @kernel
@@ -173,15 +230,14 @@ def _aid(
     filter_state: Floats, sog: float, bottom_speed: float, water_speed: float, propeller_speed: float, model: Floats
 ) -> tuple[float, float, float, float]:
     """(NIS of sog, of bottom_speed, of water_speed, of propeller_speed)."""
-    p, x, work = filter_state[:4], filter_state[4], filter_state[5:]
+    p, x, work = filter_state[:STATES], filter_state[_STATE], filter_state[_STATE + 1 :]
     first = second = third = fourth = math.nan
     if math.isfinite(sog):
         first = correct_scalar(x, p, work, SPEED, 0, 0.0, sog - x[SPEED], model[6])
     if math.isfinite(bottom_speed):
-        second = correct_scalar(x, p, work, SPEED, 0, 0.0, bottom_speed - x[SPEED], model[7])
+        second = _take_log(x, p, work, bottom_speed, False, model[7])
     if math.isfinite(water_speed):
-        innovation = water_speed - (x[SPEED] - x[CURRENT])
-        third = correct_scalar(x, p, work, SPEED, CURRENT, -1.0, innovation, model[8])
+        third = _take_log(x, p, work, water_speed, True, model[8])
     if math.isfinite(propeller_speed):
         innovation = propeller_speed - (x[SPEED] - x[CURRENT])
         fourth = correct_scalar(x, p, work, SPEED, CURRENT, -1.0, innovation, model[9])
@@ -190,6 +246,6 @@ def _aid(
 
 @kernel
 def _open(filter_state: Floats, state: int, variance: float) -> None:
-    for i in range(4):
+    for i in range(STATES):
         filter_state[min(i, state), max(i, state)] = 0.0
     filter_state[state, state] = variance
