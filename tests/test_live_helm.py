@@ -407,12 +407,13 @@ class Steered:
 def test_orders_reach_the_autopilot_and_a_refusal_is_shown():
     pilot = Steered()
     helm = HelmPage(Service(Navigator(), [], supervisor=pilot), Address("127.0.0.1", 8080))
-    helm._do("start", "10.0.0.7")
+    helm._do("start", None, "10.0.0.7")
     assert pilot.told == ["start"] and "not ready" in helm._notice
-    helm._do("stop", "10.0.0.7")
-    helm._do("sink", "10.0.0.7")
+    helm._do("sink", None, "10.0.0.7")
+    assert "request is 'sink'" in helm._notice
+    helm._do("stop", None, "10.0.0.7")
     assert pilot.told == ["start", "stopped at the helm page"] and helm._notice == ""
-    HelmPage(Service(Navigator(), []), Address("127.0.0.1", 8080))._do("start", "")
+    HelmPage(Service(Navigator(), []), Address("127.0.0.1", 8080))._do("start", None, "")
 
 
 def test_the_page_leaves_the_estimator_out():

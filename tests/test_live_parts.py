@@ -9,17 +9,21 @@ import os
 import shutil
 import subprocess
 import sys
+import urllib.error
 import urllib.request
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from steerway.core.errors import InputError
 from steerway.core.timestamps import iso
 from steerway.estimation import estimate
 from steerway.formats import nmea0183, ubx
 from steerway.formats.reading import read
 from steerway.live import addresses
+from steerway.live.control_port import ControlPort
+from steerway.live.helm.address import Address
 from steerway.live.links.signalk import connected
 from steerway.live.navigator import Navigator
 from steerway.live.schemes import Context
@@ -95,6 +99,100 @@ def signalk_port(tmp_path_factory):
     with running(server, env=surroundings, cwd=folder):
         asyncio.run(answers())
         yield port
+
+
+class Asked:
+    """Controls that note what they are asked."""
+
+    def __init__(self):
+        self.asked, self.engaged = [], False
+
+    def do(self, what, value, who):
+        if what == "hold-position":
+            raise InputError("the position is not known, expected one that can be held")
+        self.asked.append((what, value))
+        self.engaged = what != "stop" if what in ("start", "stop") else self.engaged
+
+    def state(self):
+        state = "running" if self.engaged else "ready"
+        return {"state": state, "reason": "", "mode": "course", "target": 1.25, "engaged": self.engaged}
+
+
+def test_the_plugin_steers_by_the_autopilot_api_of_a_server(tmp_path):
+    """`integrations/signalk`, installed into a server, against the control port."""
+    server = installed("signalk-server")
+    plugin = Path(__file__).parents[1] / "integrations" / "signalk"
+    token, control, port = "token of the control port", free_port(), free_port()
+    (tmp_path / "node_modules").mkdir()
+    shutil.copytree(plugin, tmp_path / "node_modules" / "signalk-steerway")
+    package = {"name": "config", "version": "0.0.1", "dependencies": {"signalk-steerway": "0.1.0"}}
+    (tmp_path / "package.json").write_text(json.dumps(package))
+    off = ("appstore", "nmea-tcp", "tcp", "webapps", "logfiles")
+    settings = {"interfaces": dict.fromkeys(off, False), "mdns": False, "ssl": False, "pipedProviders": []}
+    (tmp_path / "settings.json").write_text(json.dumps(settings))
+    (tmp_path / "loopback.js").write_text(LOOPBACK)
+    (tmp_path / "token").write_text(token)
+    (tmp_path / "plugin-config-data").mkdir()
+    options = {"enabled": True, "configuration": {"port": control, "tokenFile": str(tmp_path / "token")}}
+    (tmp_path / "plugin-config-data" / "signalk-steerway.json").write_text(json.dumps(options))
+    surroundings = os.environ | {
+        "PORT": str(port),
+        "SIGNALK_NODE_CONFIG_DIR": str(tmp_path),
+        "NODE_OPTIONS": f"--require {tmp_path / 'loopback.js'}",
+        "HOME": str(tmp_path),
+    }
+    pilots = f"http://127.0.0.1:{port}/signalk/v2/api/vessels/self/autopilots"
+
+    def call(method, path="", value=None):
+        body = None if value is None else json.dumps({"value": value}).encode()
+        request = urllib.request.Request(pilots + path, body, {"Content-Type": "application/json"}, method=method)
+        try:
+            with urllib.request.urlopen(request) as reply:
+                return reply.status, json.loads(reply.read())
+        except urllib.error.HTTPError as error:
+            return error.code, json.loads(error.read())
+        except OSError:
+            return 0, {}
+
+    asked = Asked()
+
+    async def chain():
+        task = asyncio.create_task(ControlPort(asked, Address("127.0.0.1", control, token)).run())
+        for _ in range(200):
+            status, found = await asyncio.to_thread(call, "GET", "/steerway")
+            if status == 200 and found["state"] != "offline":
+                break
+            await asyncio.sleep(0.1)
+        answers = [found, (await asyncio.to_thread(call, "GET"))[1]]
+        for method, path, value in (
+            ("POST", "/_default/engage", None),
+            ("PUT", "/steerway/target", 1.25),
+            ("PUT", "/steerway/target/adjust", -0.125),
+            ("PUT", "/steerway/mode", "route"),
+            ("POST", "/steerway/tack/port", None),
+            ("PUT", "/steerway/mode", "wind"),
+            ("PUT", "/steerway/mode", "position"),
+            ("POST", "/steerway/disengage", None),
+        ):
+            answers.append(await asyncio.to_thread(call, method, path, value))
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+        await asyncio.sleep(0.3)
+        return (
+            answers,
+            await asyncio.to_thread(call, "GET", "/steerway/state"),
+            await asyncio.to_thread(call, "POST", "/steerway/engage"),
+        )
+
+    with running(server, env=surroundings, cwd=tmp_path):
+        (found, devices, *answers), offline, refused = asyncio.run(chain())
+    assert (found["state"], found["mode"], found["target"], found["engaged"]) == ("standby", "course", 1.25, False)
+    assert devices["steerway"]["provider"] == "signalk-steerway"
+    assert asked.asked == [("start", None), ("hold-course", 1.25), ("adjust", -0.125), ("route", None), ("stop", None)]
+    assert [status for status, _ in answers] == [200, 200, 200, 200, 501, 501, 400, 200]
+    assert "tacking is not supported" in answers[4][1]["message"] and "mode wind" in answers[5][1]["message"]
+    assert "the position is not known" in answers[6][1]["message"]
+    assert offline[1] == {"value": "offline"} and refused[0] == 503
 
 
 @contextlib.asynccontextmanager

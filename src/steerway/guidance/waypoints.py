@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from steerway.core.checks import not_negative, one_of, positive
+from steerway.core.errors import InputError
 from steerway.core.leg import LegState, leg_direction, seen_from_leg
 from steerway.guidance.mission_log import MissionLog, Passage
 from steerway.guidance.route import Route
@@ -109,6 +110,20 @@ class Mission:
         if self.phase is Phase.UNDER_WAY and self._target is not None:
             north, east = self._last_seen
             self._pass(False, why, (north, east), math.hypot(self._ends[2] - north, self._ends[3] - east))
+
+    def go_to(self, target: int) -> None:
+        """Sail the leg that leads to a waypoint, whichever is under way, and go on from there.
+
+        A boat that is beyond the leg's end, and not at the waypoint, sails straight to it.
+        """
+        if not 1 <= target < len(self.route) or self._target is None:
+            raise InputError(f"waypoint is {target}, expected 1 to {len(self.route) - 1} of a mission under way")
+        self.phase = Phase.UNDER_WAY
+        north, east = self._last_seen
+        self._sail(target, self.route.north[target - 1], self.route.east[target - 1], north, east)
+        remaining = seen_from_leg(north, east, *self._ends, self._direction, self._length)[2]
+        if remaining <= self._acceptance < math.hypot(self._ends[2] - north, self._ends[3] - east):
+            self._sail(target, north, east, north, east)
 
     def _begin(self, north, east):
         route = self.route

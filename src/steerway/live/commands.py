@@ -86,6 +86,14 @@ def live(
         str | None,
         typer.Option("--mavlink-signing", metavar="FILE", help="Sign MAVLink with the passphrase in a file."),
     ] = None,
+    control: Annotated[
+        str | None,
+        typer.Option("--control", metavar="HOST:PORT", help="Control port for programs on this computer."),
+    ] = None,
+    control_token_file: Annotated[
+        str | None,
+        typer.Option("--control-token-file", metavar="FILE", help="Its token; or STEERWAY_CONTROL_TOKEN."),
+    ] = None,
 ) -> None:
     """Estimate and steer on the boat, in real time.
 
@@ -128,6 +136,8 @@ def live(
         "helm": helm,
         "helm_token_file": helm_token_file,
         "mavlink_signing": mavlink_signing,
+        "control": control,
+        "control_token_file": control_token_file,
     }
     launch(settings.overridden(**given))
 

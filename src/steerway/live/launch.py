@@ -7,10 +7,12 @@ from pathlib import Path
 from steerway.core.errors import InputError
 from steerway.estimation.profiles import Profile
 from steerway.live import addresses
+from steerway.live.autopilot.holding import HoldingGuide
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE
 from steerway.live.autopilot.route import Guide
 from steerway.live.autopilot.supervisor import Supervisor
+from steerway.live.control_port import ControlPort, control_address
 from steerway.live.helm.address import address, token_of
 from steerway.live.helm.bridge import HelmPage
 from steerway.live.navigator import Navigator
@@ -34,6 +36,7 @@ def launch(settings: Settings) -> None:
     signing = settings.mavlink_signing
     found, speed = addresses.sources([addresses.signed(each, signing) for each in settings.inputs])
     page = None if settings.helm is None else address(settings.helm, token_of(settings.helm_token_file))
+    control = None if settings.control is None else control_address(settings.control, settings.control_token_file)
     replayed, rate = not math.isnan(speed), settings.rate
     profile = settings.profile
     tuning = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
@@ -46,7 +49,7 @@ def launch(settings: Settings) -> None:
     if settings.mission is not None:
         route = GeodeticRoute.load(settings.mission)
         supervisor = Supervisor(route, tuning, longest, settings.engage, takes)
-        guide = Guide(route, supervisor.pilot)
+        guide = HoldingGuide(Guide(route, supervisor.pilot), route)
     elif takes == PROPELLERS:
         raise InputError("format=propellers needs a route, expected --mission FILE with it")
     inputs = [] if replayed else [addresses.opened(each, len(found)) for each in found]
@@ -54,6 +57,8 @@ def launch(settings: Settings) -> None:
     pairs = [addresses.output(each, context) for each in to]
     links = [link for _, link in pairs if link is not None]
     service = Service(navigator, [each for each, _ in pairs], rate or RATE, settings.latency, guide, supervisor)
+    if control is not None:
+        links.append(ControlPort(service.controls, control))
     if page is not None:
         links.append(HelmPage(service, page, route))
     if replayed:

@@ -19,6 +19,7 @@ from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.base.clock import FixClock
 from steerway.live.base.orders import Order, State
 from steerway.live.base.rows import InputRow, Row, lost
+from steerway.live.controls import Controls
 from steerway.live.links.link import Input, Sink
 from steerway.live.navigator import MEETS, Navigator
 from steerway.live.opening import Opening
@@ -65,6 +66,7 @@ class Service:
         self.clock = FixClock(latency)
         self.opening = Opening(navigator.choice.names)
         self._preferred = ""
+        self.controls = Controls(supervisor, guide)
         self.pulse = Pulse()
         self._sent_until = -math.inf
         self._ticked = math.nan  # time of the last tick, by the clock that times the supervisor
@@ -134,7 +136,7 @@ class Service:
 
     def _tick(self, moment, now):
         """Output a time; `now` is by the clock that times the supervisor."""
-        row = self.navigator.at(moment)
+        row = self.controls.row = self.navigator.at(moment)
         if self.guide is not None and self.supervisor is not None and self.supervisor.begins:
             self.guide.restart()
         leg = None if self.guide is None else self.guide.step(row)

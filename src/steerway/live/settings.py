@@ -27,6 +27,8 @@ def _page(value):
 
 Texts = Annotated[tuple[str, ...], BeforeValidator(_several)]
 Aid = Literal["sog", "cog", "heading", "water-speed", "yaw-rate"]
+FILES = ("mission", "helm_token_file", "mavlink_signing", "control_token_file")
+"""Keys that name a file."""
 RENAMED = {"patience": "max_dead_reckoning"}
 """Old keys and their present names."""
 LOG = logging.getLogger("steerway.live")
@@ -51,6 +53,8 @@ class Settings(BaseModel):
     helm: Annotated[str | None, BeforeValidator(_page)] = None
     helm_token_file: str | None = None
     mavlink_signing: str | None = None
+    control: str | None = None
+    control_token_file: str | None = None
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -71,7 +75,7 @@ class Settings(BaseModel):
 
     def _relative_to(self, folder):
         """The same with relative file names made relative to `folder`."""
-        files = {name: getattr(self, name) for name in ("mission", "helm_token_file", "mavlink_signing")}
+        files = {name: getattr(self, name) for name in FILES}
         if self.profile.endswith(".toml"):
             files["profile"] = self.profile
         found = {name: str(folder / path) for name, path in files.items() if path is not None}

@@ -66,26 +66,28 @@ def address(text: str, token: str | None = None) -> Address:
     return found
 
 
-def checked(token: str | None) -> str | None:
+def checked(token: str | None, whose: str = "helm") -> str | None:
     """The token itself when it is long enough. Raises InputError, which does not repeat it."""
     if token is not None and not (_SHORTEST <= len(token) <= _LONGEST and token.isprintable()):
-        raise InputError(f"the helm's token has {len(token)} characters, expected {_SHORTEST} to {_LONGEST} printable")
+        raise InputError(
+            f"the {whose}'s token has {len(token)} characters, expected {_SHORTEST} to {_LONGEST} printable"
+        )
     return token
 
 
-def token_of(path: str | None) -> str | None:
+def token_of(path: str | None, variable: str = TOKEN_VARIABLE, whose: str = "helm") -> str | None:
     """The token in a file, else in the environment; None without either.
 
     It is no option of its own: a command line is visible in logs and in the list of processes.
     """
     if path is None:
-        return os.environ.get(TOKEN_VARIABLE) or None
+        return os.environ.get(variable) or None
     try:
         with open(path, encoding="utf-8") as file:
             return file.read(4096).strip()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(
-            f"helm-token-file {path} cannot be read: {getattr(error, 'strerror', None) or error}"
+            f"{whose}-token-file {path} cannot be read: {getattr(error, 'strerror', None) or error}"
         ) from None
 
 

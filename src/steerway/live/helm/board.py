@@ -25,6 +25,6 @@ class Board:
         self.notice, self.seq = message["notice"], message["seq"]
         self.history.add(self.view)
 
-    def order(self, what: str, who: str) -> None:
-        """Ask the service to start or stop."""
-        self._send({"do": what, "who": who})
+    def order(self, what: str, who: str, value: object = None) -> None:
+        """Send a request to the service; see `live.controls.Controls`."""
+        self._send({"do": what, "value": value, "who": who})

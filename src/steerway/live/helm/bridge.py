@@ -102,21 +102,15 @@ class HelmPage:
             if message.get("ready"):
                 LOG.info("helm page: %s", self.address.url)
             elif message.get("do"):
-                self._do(message["do"], message.get("who", ""))
+                self._do(message["do"], message.get("value"), message.get("who", ""))
 
-    def _do(self, what, who):
-        if self.service.supervisor is None:
-            return
-        LOG.info("helm page: %s requests %s", who, what)
+    def _do(self, what, value, who):
+        LOG.info("helm page: %s", who)
         self._notice = ""
         try:
-            if what == "start":
-                self.service.supervisor.start()
-            elif what == "stop":
-                self.service.supervisor.stop("stopped at the helm page")
+            self.service.controls.do(what, value, "the helm page")
         except InputError as error:
             self._notice = str(error)
-            LOG.info("helm page: refused: %s", error)
 
 
 def seen(service: Running) -> Seen:

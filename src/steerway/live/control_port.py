@@ -1,0 +1,116 @@
+"""The control port: requests of other programs on this computer, lines of JSON over TCP.
+
+A client sends `{"token": "…"}` first, then requests `{"id": 1, "do": "adjust", "value": 0.17}`; each is answered by
+`{"id": 1, "ok": true}` or `{"id": 1, "error": "…"}`. `{"state": {…}}` (see `Controls.state`) comes after the token,
+once a second and at every change. Requests are those of `Controls`.
+"""
+
+import asyncio
+import contextlib
+import hmac
+import json
+
+from steerway.core.errors import InputError
+from steerway.live.controls import Controls
+from steerway.live.helm.address import Address, checked, is_loopback, token_of
+from steerway.live.links.link import BACKLOG, kept_open
+
+DEFAULT = "127.0.0.1:10120"
+TOKEN_VARIABLE = "STEERWAY_CONTROL_TOKEN"
+_LONGEST = 4096  # bytes of a request
+_FIRST = 5.0  # s for the token
+_MOST = 16  # connections
+_LOOK = 0.1  # s between two looks at the state
+_PERIOD = 1.0  # s in which it is sent at least once
+
+
+def control_address(text: str, token_file: str | None) -> Address:
+    """The address of a text `host:port` of this computer, with the token of a file or of the environment.
+
+    Raises InputError for any other address, and without a token.
+    """
+    host, colon, port = text.rpartition(":")
+    if not (colon and is_loopback(host.strip("[]")) and port.isdigit() and 0 < int(port) < 65536):
+        raise InputError(f"control is {text!r}, expected host:port of this computer such as {DEFAULT}")
+    token = checked(token_of(token_file, TOKEN_VARIABLE, "control"), "control")
+    if token is None:
+        raise InputError(
+            f"control {text!r} lets other programs steer, expected a token for them in the environment variable "
+            f"{TOKEN_VARIABLE} or in a file that --control-token-file names"
+        )
+    return Address(host.strip("[]"), int(port), token)
+
+
+class ControlPort:
+    """Runs beside the service like a link."""
+
+    def __init__(self, controls: Controls, address: Address):
+        self.controls, self.address = controls, address
+        self._clients: set[asyncio.StreamWriter] = set()
+
+    async def run(self) -> None:
+        """Keep the port open until cancelled."""
+        await kept_open(f"control {self.address.host}:{self.address.port}", self._serve)
+
+    async def _serve(self):
+        server = await asyncio.start_server(self._client, self.address.host, self.address.port, limit=_LONGEST)
+        try:
+            async with server:
+                await server.serve_forever()
+        finally:
+            for client in self._clients:
+                client.transport.abort()
+
+    async def _client(self, reader, writer):
+        if len(self._clients) >= _MOST:
+            writer.close()
+            return
+        self._clients.add(writer)
+        try:
+            with contextlib.suppress(OSError, ValueError, asyncio.IncompleteReadError, asyncio.LimitOverrunError):
+                await self._talk(reader, writer)
+        finally:
+            self._clients.discard(writer)
+            writer.close()
+
+    async def _talk(self, reader, writer):
+        try:
+            async with asyncio.timeout(_FIRST):
+                first = json.loads(await reader.readline() or b"{}")
+        except TimeoutError:
+            return
+        token = first.get("token") if isinstance(first, dict) else None
+        if not (isinstance(token, str) and hmac.compare_digest(token.encode(), self.address.token.encode())):
+            _send(writer, {"error": "the token is not this one"})
+            await asyncio.sleep(1.0)
+            return
+        states = asyncio.create_task(self._send_states(writer))
+        try:
+            while line := await reader.readline():
+                _send(writer, self._answer(json.loads(line)))
+        finally:
+            states.cancel()
+
+    def _answer(self, request):
+        if not isinstance(request, dict):
+            return {"error": "a request is no object, expected one with do and id"}
+        try:
+            self.controls.do(request.get("do"), request.get("value"), "the control port")
+        except InputError as error:
+            return {"id": request.get("id"), "error": str(error)}
+        return {"id": request.get("id"), "ok": True}
+
+    async def _send_states(self, writer):
+        loop = asyncio.get_running_loop()
+        sent, at = None, 0.0
+        while True:
+            state = self.controls.state()
+            if state != sent or loop.time() - at >= _PERIOD:
+                sent, at = state, loop.time()
+                if writer.transport.get_write_buffer_size() < BACKLOG:
+                    _send(writer, {"state": state})
+            await asyncio.sleep(_LOOK)
+
+
+def _send(writer, message):
+    writer.write(json.dumps(message).encode() + b"\n")

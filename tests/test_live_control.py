@@ -1,0 +1,206 @@
+"""What may be asked of a run while it runs: a course or a position that is held, legs, marks; and the control port."""
+
+import asyncio
+import json
+import math
+
+import pytest
+
+from steerway.core.angles import wrap
+from steerway.core.earth import displacement
+from steerway.core.errors import InputError
+from steerway.live.autopilot.holding import HoldingGuide
+from steerway.live.autopilot.route import Guide
+from steerway.live.base.orders import State
+from steerway.live.control_port import ControlPort, control_address
+from steerway.live.controls import Controls
+from steerway.live.helm.address import Address
+from tests.desk import Desk, dock_all, square
+from tests.ports import free_port
+
+TOKEN = "a token for programs"
+
+
+@pytest.fixture(autouse=True)
+def docked():
+    yield
+    dock_all()
+
+
+def holding_desk(**settings):
+    """A desk whose guide can hold."""
+    route = square()
+    desk = Desk(route, noise=0.2, **settings)
+    desk.service.guide = desk.service.controls.guide = HoldingGuide(Guide(route, desk.autopilot.pilot), route)
+    return desk
+
+
+def asks(desk, what, value=None):
+    desk.service.controls.do(what, value, "a test")
+
+
+def test_a_course_is_held_and_adjusted():
+    desk = holding_desk().start()
+    desk.sail(5.0)
+    asks(desk, "hold-course", math.radians(60.0))
+    desk.sail(25.0)
+    assert desk.order.state is State.RUNNING
+    errors = [abs(wrap(row.cog - math.radians(60.0))) for row in desk.rows[-500:]]
+    assert sum(errors) / len(errors) < math.radians(4.0)
+    asks(desk, "adjust", math.radians(10.0))
+    assert desk.service.controls.state()["target"] == pytest.approx(math.radians(70.0))
+    desk.sail(20.0)
+    errors = [abs(wrap(row.cog - math.radians(70.0))) for row in desk.rows[-500:]]
+    assert sum(errors) / len(errors) < math.radians(4.0)
+    asks(desk, "route")
+    desk.sail(1.0)
+    assert desk.leg.destination == "WP1" and desk.service.controls.state()["mode"] == "route"
+
+
+def test_a_position_is_held_by_a_circle_about_it():
+    desk = holding_desk().start()
+    asks(desk, "hold-position")
+    guide = desk.service.guide
+    desk.sail(120.0)
+    assert desk.order.state is State.RUNNING
+    distances = [math.hypot(*displacement(row.latitude, row.longitude, *guide.place)) for row in desk.rows[-3000:]]
+    assert 0.4 * guide.radius < min(distances) and max(distances) < 2.0 * guide.radius
+
+
+def test_the_route_goes_on_from_any_leg():
+    desk = holding_desk().start()
+    desk.sail(3.0)
+    asks(desk, "leg", 3)
+    desk.sail(0.5)
+    assert desk.leg.destination == "WP3" and desk.order.state is State.RUNNING
+    for leg in (0, 5, "2", True, None):
+        if leg is not None:
+            with pytest.raises(InputError, match="expected 1 to 4"):
+                asks(desk, "leg", leg)
+    asks(desk, "stop")
+    desk.sail(1.0)
+    asks(desk, "leg", 2)
+    desk.until(lambda: not desk.autopilot._obstacle)
+    asks(desk, "start")
+    desk.sail(0.5)
+    assert desk.leg.destination == "WP2"
+
+
+def test_a_man_overboard_is_marked_where_the_boat_was():
+    desk = holding_desk().until_ready()
+    here = desk.rows[-1]
+    asks(desk, "mob")
+    mark = desk.service.controls.mark
+    assert (mark.latitude, mark.longitude) == (here.latitude, here.longitude)
+    asks(desk, "mob-over")
+    assert desk.service.controls.mark is None
+
+
+@pytest.mark.parametrize(
+    ("what", "value", "why"),
+    [
+        ("fly", None, "request is 'fly', expected one of start, stop"),
+        ("start\n\x1b[2J", None, r"request is 'start\n\x1b"),
+        ("hold-course", "north", "expected a number in rad"),
+        ("hold-course", math.nan, "expected a number in rad"),
+        ("adjust", None, "expected a number in rad"),
+        ("adjust", 2.0, "adjustment is 115°, expected at most 90°"),
+        ("hold-position", None, "the position is not known"),
+        ("start", None, "the autopilot cannot be started: no position yet"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_in_a_sentence(what, value, why):
+    with pytest.raises(InputError) as refused:
+        asks(holding_desk(), what, value)
+    assert why in str(refused.value)
+    with pytest.raises(InputError, match="nothing is steered"):
+        Controls().do("start", None, "a test")
+
+
+class Steered:
+    """Controls that only remember."""
+
+    def __init__(self):
+        self.done, self.mode = [], "route"
+
+    def do(self, what, value, who):
+        if what == "start":
+            raise InputError("the autopilot cannot be started: no position yet")
+        self.done.append((what, value))
+
+    def state(self):
+        return {"state": "ready", "mode": self.mode}
+
+
+async def talk(port, *lines):
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    for line in lines:
+        writer.write(line if isinstance(line, bytes) else json.dumps(line).encode() + b"\n")
+    answers = []
+    try:
+        async with asyncio.timeout(1.3):
+            while line := await reader.readline():
+                answers.append(json.loads(line))
+    except TimeoutError:
+        pass
+    writer.close()
+    return answers
+
+
+def test_the_port_answers_who_knows_the_token_and_sends_the_state():
+    steered, port = Steered(), free_port()
+
+    async def run():
+        task = asyncio.create_task(ControlPort(steered, Address("127.0.0.1", port, TOKEN)).run())
+        await asyncio.sleep(0.1)
+        found = await asyncio.gather(
+            talk(port, {"token": TOKEN}, {"id": 1, "do": "adjust", "value": 0.1}, {"id": 2, "do": "start"}, [1]),
+            talk(port, {"token": "another"}, {"id": 1, "do": "stop"}),
+            talk(port, {"id": 1, "do": "stop"}),
+            talk(port, b"x" * 9000 + b"\n"),
+            talk(port, {"token": TOKEN}, b"no json\n", {"id": 1, "do": "stop"}),
+        )
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+        return found
+
+    known, *others = asyncio.run(run())
+    assert [each for each in known if "id" in each] == [
+        {"id": 1, "ok": True},
+        {"id": 2, "error": "the autopilot cannot be started: no position yet"},
+    ]
+    assert sum("state" in each for each in known) >= 2 and steered.done == [("adjust", 0.1)]
+    assert not any("ok" in answer for answers in others for answer in answers)
+
+
+def test_silent_connections_do_not_keep_others_out(monkeypatch):
+    monkeypatch.setattr("steerway.live.control_port._FIRST", 0.2)
+    steered, port = Steered(), free_port()
+
+    async def run():
+        task = asyncio.create_task(ControlPort(steered, Address("127.0.0.1", port, TOKEN)).run())
+        await asyncio.sleep(0.1)
+        silent = [await asyncio.open_connection("127.0.0.1", port) for _ in range(30)]
+        await asyncio.sleep(0.4)
+        answers = await talk(port, {"token": TOKEN}, {"id": 1, "do": "stop"})
+        for _, writer in silent:
+            writer.close()
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+        return answers
+
+    assert {"id": 1, "ok": True} in asyncio.run(run())
+
+
+def test_only_this_computer_and_with_a_token(tmp_path, monkeypatch):
+    monkeypatch.delenv("STEERWAY_CONTROL_TOKEN", raising=False)
+    (tmp_path / "token").write_text(TOKEN)
+    found = control_address("127.0.0.1:10120", str(tmp_path / "token"))
+    assert found == Address("127.0.0.1", 10120, TOKEN)
+    with pytest.raises(InputError, match="expected host:port of this computer"):
+        control_address("0.0.0.0:10120", str(tmp_path / "token"))
+    with pytest.raises(InputError, match="expected a token"):
+        control_address("127.0.0.1:10120", None)
+    (tmp_path / "token").write_text("short")
+    with pytest.raises(InputError, match="control's token has 5 characters"):
+        control_address("127.0.0.1:10120", str(tmp_path / "token"))
