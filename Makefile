@@ -1,4 +1,4 @@
-# make demo | test | bounds | install | bench | soak | faults | reference | lint — each creates .venv from the lock file by itself.
+# make demo | test | bounds | fuzz | install | bench | soak | faults | reference | lint — each creates .venv from the lock file by itself.
 PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/pip install --quiet --disable-pip-version-check
@@ -6,7 +6,7 @@ PIP := $(BIN)/pip install --quiet --disable-pip-version-check
 # Tests that run commands, services or whole studies: the kernels they call are called by the others too.
 NO_KERNELS = live autopilot desk docs soak cli commands package public_names study studies mission reference_outputs fuzz mavlink campaign
 
-.PHONY: install demo test bounds bench soak faults reference lint lock
+.PHONY: install demo test bounds fuzz bench soak faults reference lint lock
 
 install: .venv/.test
 
@@ -34,6 +34,11 @@ test: .venv/.test
 # Kernels with index checks, compiled into a cache directory of their own: about ten minutes of two cores.
 bounds: .venv/.test
 	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest --numprocesses 2 --dist loadfile $(NO_KERNELS:%='--ignore-glob=*/test_*%*')
+
+# Mutated inputs to everything that reads what others wrote; by branch coverage too where atheris is installed. The
+# corpus is kept in ~/.cache/steerway/fuzz.
+fuzz: .venv/.test
+	$(BIN)/python -m tests.fuzz --minutes $(or $(MINUTES),15)
 
 bench: .venv/.bench
 	$(BIN)/python -m benchmarks

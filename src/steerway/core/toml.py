@@ -22,8 +22,8 @@ def parse_toml(text: str, place: str) -> dict[str, Any]:
     """The tables of a TOML text; `place` names it in errors. Raises InputError."""
     try:
         return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{place} is not valid TOML: {error}") from None
+    except (ValueError, RecursionError) as error:  # a date out of range is a plain ValueError
+        raise InputError(f"{place} is not valid TOML: {str(error).splitlines()[0]}") from None
 
 
 def toml_value(value: str | float | list[str]) -> str:

@@ -96,9 +96,9 @@ class HelmPage:
     async def _read(self, process):
         """The page's messages, a line each, until it ends."""
         async for line in process.stdout:
-            message = json.loads(line)
+            message = _message(line)
             if "failed" in message:
-                raise OSError(0, message["failed"])
+                raise OSError(0, str(message["failed"]))
             if message.get("ready"):
                 LOG.info("helm page: %s", self.address.url)
             elif message.get("do"):
@@ -125,6 +125,15 @@ def seen(service: Running) -> Seen:
         navigator.choice.present,
         latest.counts,
     )
+
+
+def _message(line: bytes) -> dict:
+    """A line of the page's process; empty for what is none of its messages, as a library may print."""
+    try:
+        message = json.loads(line)
+    except (ValueError, RecursionError):
+        return {}
+    return message if isinstance(message, dict) else {}
 
 
 def _send(process, message):

@@ -135,7 +135,7 @@ class JsonDecoder:
         """The rows that one message completes."""
         try:
             rows = self._rows(json.loads(text))
-        except (ValueError, TypeError, KeyError, AttributeError):
+        except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
             self.skipped["malformed"] = self.skipped.get("malformed", 0) + 1
             return []
         return [done for row in rows for done in self._epochs.add(row)]

@@ -1,0 +1,226 @@
+"""Sound inputs to begin from: generated here, examples of the project, and windows of recorded logs where they are."""
+
+import io
+import json
+import os
+import random
+from functools import cache
+from pathlib import Path
+
+import polars as pl
+
+from tests.ais_sentences import sentences, tagged
+from tests.canboat_lines import frames, gnss, line, position
+from tests.gpx_documents import WHOLE
+from tests.sentences import sealed, sortie
+from tests.ubx_frames import pvt
+
+ROOT = Path(__file__).parents[2]
+_WINDOW = 1500  # bytes of a recorded log
+_WINDOWS = 12
+
+
+@cache
+def recorded() -> list[bytes]:
+    """Windows of every recorded log below STEERWAY_DATA: its beginning, and places within it."""
+    folder = os.environ.get("STEERWAY_DATA")
+    rng, found = random.Random(0), []
+    for path in sorted(Path(folder, "data").rglob("*")) if folder else ():
+        if path.is_file() and (path.suffix not in (".md", "") or path.name.startswith("NBP")):
+            data = path.read_bytes()
+            found.append(data[:_WINDOW])
+            found += [data[at : at + _WINDOW] for at in (rng.randrange(len(data) or 1) for _ in range(_WINDOWS))]
+    return found or [*nmea(), *ubx(), *canboat(), *ais(), *gpx(), *csv()]
+
+
+def _recorded_with(*signs: bytes) -> list[bytes]:
+    return (
+        [each for each in recorded() if any(sign in each for sign in signs)] if os.environ.get("STEERWAY_DATA") else []
+    )
+
+
+def nmea():
+    """NMEA 0183, with every formatter that is read."""
+    others = ("GPGNS,120000.00,5400.0,N,01000.0,E,AA,10,0.9,1.0,47.0,,", "GPZDA,120000.00,01,07,2024,00,00")
+    others += ("GPTHS,350.0,A", "HCHDM,350.0,M", "VWVHW,350.0,T,348.0,M,5.0,N,9.3,K", "TIROT,3.5,A")
+    others += ("GPGST,120000.00,1.0,1.0,0.5,45.0,0.9,0.8,2.0", "HEHDT,350.0,T")
+    times = b"2024-07-01T12:00:00.250Z " + sealed(others[0]) + b"1719835200123 " + sealed(others[2])
+    return [sortie(6), b"".join(map(sealed, others)), times, *_recorded_with(b"GGA,", b"RMC,")]
+
+
+def ubx():
+    """Frames of NAV-PVT."""
+    return [b"".join(pvt(second) for second in range(1, 8)), *_recorded_with(b"\xb5\x62")]
+
+
+def canboat():
+    """NMEA 2000 as canboat writes it."""
+    lines = [line(second, 129025, 52, position(second, -second)).encode() for second in range(1, 9)]
+    lines += [line(9.0, 129029, 3, frame).encode() for frame in frames(gnss(1.0, 2.0))]
+    return [b"\n".join(lines), *_recorded_with(b",12902", b",127250", b",130")]
+
+
+def ais():
+    """Reports with and without a tag block."""
+    reports = [tagged(1565222400 + each, *sentences(mmsi=each + 1, second=each)) for each in range(8)]
+    return [b"".join(reports), *_recorded_with(b"!AIVDM", b"!BSVDM", b"VDO,")]
+
+
+def gpx():
+    """A track."""
+    return [WHOLE]
+
+
+def csv():
+    """Tables."""
+    plain = b"time,lat,lon,sog,cog,hdg\n" + b"".join(b"%d,54.%03d,10,2,90,91\n" % (k, k) for k in range(8))
+    dated = b"# comment\ntimestamp;latitude;longitude;mmsi\n" + b"".join(
+        b"01/07/2024 12:00:%02d;54,%03d;10,5;211000001\n" % (k, k) for k in range(8)
+    )
+    return [plain, dated, *_recorded_with(b"MMSI", b"Latitude", b"lat")]
+
+
+def parquet():
+    """Small tables, compressed in three ways."""
+    found = []
+    for kind in ("zstd", "snappy", "uncompressed"):
+        file = io.BytesIO()
+        pl.DataFrame({"time_s": [1.0, 2.0], "lat_deg": [1.0, 2.0], "lon_deg": [1.0, 2.0]}).write_parquet(
+            file, compression=kind
+        )
+        found.append(file.getvalue())
+    return found
+
+
+def examples(pattern: str):
+    """Files of the project's examples."""
+    return [path.read_bytes() for path in sorted((ROOT / "examples").rglob(pattern))]
+
+
+def profiles():
+    """The built-in profiles as files."""
+    from steerway.estimation.profiles import BUILT_IN
+
+    return [profile.toml().encode() for profile in BUILT_IN.values()]
+
+
+def settings():
+    """Settings of `live`."""
+    keys = {
+        "from": '["udp://:10110", "serial:/dev/ttyUSB0?baud=38400"]', "to": '"stdout:"', "profile": '"otter"',
+        "aid": '["sog", "water-speed"]', "rate": "10.0", "mission": '"route.toml"', "engage": "false", "helm": "true",
+        "max_dead_reckoning": "5.0", "latency": "0.2", "accuracy": "true", "source": '["GN"]',
+    }  # fmt: skip
+    return ["\n".join(f"{key} = {value}" for key, value in keys.items()).encode(), *examples("live/*.toml")]
+
+
+_MISSION = """name = "round"
+speed_mps = 1.2
+lookahead = 15.0
+safe = "hand-back"
+law = "line-of-sight"
+fence = [{ lat_deg = 53.9, lon_deg = 9.9 }, { lat_deg = 53.9, lon_deg = 10.1 }, { lat_deg = 54.1, lon_deg = 10.0 }]
+[limits]
+cross_track = 20.0
+[boat]
+max_yaw_rate_dps = 15.0
+[[waypoint]]
+lat_deg = 54.0
+lon_deg = 10.0
+[[waypoint]]
+lat_deg = 54.001
+lon_deg = 10.0
+acceptance = 5.0
+"""
+
+
+def missions_toml():
+    """A route with everything that a file may set."""
+    return [_MISSION.encode(), *examples("live/*.toml")]
+
+
+def missions_gpx():
+    """A route of two points."""
+    points = '<rtept lat="54.0" lon="10.0"><name>a</name></rtept><rtept lat="54.001" lon="10.0"/>'
+    return [f'<gpx version="1.1" xmlns="http://www.topografix.com/GPX/1/1"><rte>{points}</rte></gpx>'.encode()]
+
+
+def missions_geojson():
+    """A line and a fence."""
+    line_ = {"type": "LineString", "coordinates": [[10.0, 54.0], [10.0, 54.001]]}
+    fence = {"type": "Polygon", "coordinates": [[[9.9, 53.9], [10.1, 53.9], [10.0, 54.1], [9.9, 53.9]]]}
+    features = [{"type": "Feature", "properties": {"speed_mps": 1.0}, "geometry": each} for each in (line_, fence)]
+    return [json.dumps({"type": "FeatureCollection", "features": features}).encode()]
+
+
+def mixed():
+    """NMEA 0183 and UBX on one line."""
+    return [sortie(2) + pvt(1) + sortie(1) + pvt(2), *nmea(), *ubx()]
+
+
+def signalk():
+    """Deltas."""
+    values = [
+        ("navigation.position", {"latitude": 54.0, "longitude": 10.0}), ("navigation.speedOverGround", 2.0),
+        ("navigation.courseOverGroundTrue", 1.0), ("navigation.rateOfTurn", None),
+        ("navigation.gnss.horizontalDilution", 0.9),
+    ]  # fmt: skip
+    updates = [
+        {"$source": "gps.1", "timestamp": "2024-07-01T12:00:00.000Z", "values": [{"path": p, "value": v}]}
+        for p, v in values
+    ]
+    hello = {"name": "server", "version": "2.0.0", "roles": ["master"], "self": "vessels.urn:mrn:imo:mmsi:1"}
+    delta = {"context": "vessels.self", "updates": updates}
+    return [b"\n".join(json.dumps(each).encode() for each in (hello, delta, delta)), *_recorded_with(b'"updates"')]
+
+
+def gpsd():
+    """Reports of gpsd."""
+    device = {"class": "DEVICE", "path": "/dev/ttyACM0", "driver": "u-blox"}
+    tpv = {
+        "class": "TPV", "device": "/dev/ttyACM0", "mode": 3, "time": "2024-07-01T12:00:00.000Z", "lat": 54.0, "lon": 10,
+        "track": 90.0, "speed": 2.0, "eph": 3.0, "epx": 1.0, "epy": 2.0,
+    }  # fmt: skip
+    messages = [
+        {"class": "VERSION", "release": "3.25"},
+        {"class": "DEVICES", "devices": [device, device | {"path": "b"}]},
+    ]
+    later = tpv | {"time": "2024-07-01T12:00:01.000Z"}
+    return [b"\n".join(json.dumps(each).encode() for each in (*messages, tpv, later)), json.dumps(device).encode()]
+
+
+def mavlink():
+    """Packets of a vehicle."""
+    from pymavlink.dialects.v20 import ardupilotmega as messages
+
+    codec = messages.MAVLink(None, 1, 1)
+    said = [
+        messages.MAVLink_heartbeat_message(10, 3, 81, 4, 4, 3),
+        messages.MAVLink_system_time_message(1_780_000_000_000_000, 60_000),
+        messages.MAVLink_gps_raw_int_message(60_000_000, 3, 540000000, 100000000, 0, 90, 120, 200, 9000, 12),
+        messages.MAVLink_global_position_int_message(60_000, 540000000, 100000000, 0, 0, 200, 0, 0, 9000),
+        messages.MAVLink_attitude_message(60_000, 0.0, 0.0, 1.0, 0.0, 0.0, 0.1),
+        messages.MAVLink_command_ack_message(176, 0),
+        messages.MAVLink_param_value_message(b"GUID_OPTIONS", 0.0, 4, 1, 0),
+        messages.MAVLink_statustext_message(4, b"mode change denied"),
+    ]
+    packets = [each.pack(codec) for each in said]
+    return [b"".join(packets), *packets]
+
+
+def requests():
+    """Requests to the helm page: read, log in, act, from here and from elsewhere."""
+    cookie = b"cookie: steerway_helm=99999999999.0123456789abcdef"
+    host = b"host: boat.local:8080"
+    return [
+        b"GET / http\n" + host,
+        b"GET /login http\n" + host + b"\norigin: http://evil.example",
+        b"POST /login http\n" + host + b"\norigin: http://boat.local:8080\n\ntoken=wrong",
+        b"GET /_nicegui_ws/socket.io ws\n" + host + b"\norigin: http://boat.local:8080\n" + cookie,
+        b"HEAD / https\nhost: [::1]:8080\n" + cookie,
+    ]
+
+
+HELM_LINES = (
+    {"ready": True}, {"do": "start", "who": "10.0.0.7"}, {"do": "stop", "who": ""}, {"failed": "port in use"},
+)  # fmt: skip

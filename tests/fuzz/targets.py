@@ -1,0 +1,276 @@
+"""What is fuzzed: everything that reads what others wrote, with sound inputs to begin from."""
+
+import asyncio
+import gzip
+import json
+import logging
+import os
+import tempfile
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.core.errors import InputError
+from tests.fuzz import seeds
+
+REFUSED = "refused"
+
+
+class Target(NamedTuple):
+    """`read(data)` returns the outcome, the same text for inputs of one kind; anything it raises is a crash."""
+
+    seeds: Callable[[], list[bytes]]
+    read: Callable[[bytes], str]
+    pure: bool = False  # Python alone: coverage guides atheris
+
+
+def swallow(module, data: bytes):
+    """Read by one format; what is wrong with the data may only come out as InputError, of one line."""
+    assert module.recognises(data[:65536]) in (True, False)
+    try:
+        recording = module.read(data)
+    except InputError as error:
+        assert "\n" not in str(error)
+        return None
+    for fixes in recording.sources.values():
+        check(fixes)
+    assert all(count > 0 for count in recording.skipped.values())
+    return recording
+
+
+def check(fixes) -> None:
+    """A record as every reader promises it."""
+    assert np.isfinite(fixes.time).all()
+    assert len(fixes) > 0
+    with np.errstate(invalid="ignore"):
+        assert not (np.abs(fixes.latitude) > np.pi / 2).any()
+        assert not ((fixes.longitude < -np.pi) | (fixes.longitude >= np.pi)).any()
+
+
+def _format(name):
+    def read(data):
+        from steerway import formats
+
+        module = __import__(f"{formats.__name__}.{name}", fromlist=["read"])
+        recording = swallow(module, data)
+        return REFUSED if recording is None else f"{sorted(recording.counts)[:5]} {sorted(recording.skipped)}"
+
+    return read
+
+
+def _any_log(data):
+    from steerway.formats.reading import survey
+
+    try:
+        logs = survey(data, max_size=1e7)
+    except InputError as error:
+        assert "\n" not in str(error)
+        return REFUSED
+    for log in logs:
+        for fixes in log.recording.sources.values():
+            check(fixes)
+    return str(sorted(log.recording.format for log in logs))
+
+
+def _file(ending, load):
+    """A reader of files."""
+
+    def read(data):
+        handle, path = tempfile.mkstemp(ending, dir=_MEMORY)
+        try:
+            os.write(handle, data)
+            load(path)
+        except InputError as error:
+            assert "\n" not in str(error)
+            return f"{REFUSED} {str(error).replace(path, '')[:60]}"
+        finally:
+            os.close(handle)
+            os.unlink(path)
+        return "read"
+
+    return read
+
+
+_MEMORY = "/dev/shm" if os.path.isdir("/dev/shm") else None
+
+
+def _scenario(path):
+    from steerway.simulation.reading import load_scenario
+
+    load_scenario(path)
+
+
+def _profile(path):
+    from steerway.estimation.profiles import Profile
+
+    profile = Profile.load(path)
+    assert Profile.load.__self__ is Profile and profile.toml()
+
+
+def _settings(path):
+    from steerway.live.settings import Settings
+
+    Settings.load(path)
+
+
+def _mission(path):
+    from steerway.live.autopilot.mission import GeodeticRoute
+
+    GeodeticRoute.load(path)
+
+
+def _link(make):
+    """A decoder of a live link, fed in two pieces."""
+
+    def read(data):
+        decoder = make()
+        rows = [*decoder.feed(data[: len(data) // 2]), *decoder.feed(data[len(data) // 2 :] + b"\n"), *decoder.settle()]
+        for row in rows:
+            assert isinstance(row.source, str)
+        return f"{bool(rows)} {sorted(decoder.skipped)}"
+
+    return read
+
+
+def _receiver():
+    from steerway.live.links.decoding import ReceiverDecoder
+
+    return ReceiverDecoder()
+
+
+def _signalk():
+    from steerway.live.links.signalk import SignalKDecoder
+
+    return SignalKDecoder()
+
+
+def _gpsd():
+    from steerway.live.links.gpsd import GpsdDecoder
+
+    return GpsdDecoder()
+
+
+def _mavlink(data):
+    """Packets of a vehicle to the companion computer: nothing they hold may raise."""
+    from steerway.live import addresses
+    from steerway.live.mavlink.companion import Companion
+
+    logging.getLogger("steerway.live").setLevel(logging.CRITICAL)
+    companion = Companion(addresses.sources(["mavlink:udpin:127.0.0.1:1"])[0][0])
+    rows = []
+    companion._deliver = lambda *given: rows.append(given)
+    companion.link._feed(data[: len(data) // 2])
+    companion.link._feed(data[len(data) // 2 :])
+    return f"{len(rows) > 0} {companion.link.broken > 0}"
+
+
+TOKEN = "correct-horse-battery"
+
+
+def _helm(data):
+    """A request to the helm page, which is reached by nobody without a login."""
+    from steerway.live.helm import gate
+    from steerway.live.helm.address import Address
+
+    gate._PAUSE = 0.0
+    head, _, body = data.partition(b"\n\n")
+    first, *lines = head.split(b"\n")
+    method, path, scheme = [*first.decode("latin-1").split(" "), "", "", ""][:3]
+    headers = [tuple(part.strip() for part in line.lower().split(b":", 1)) for line in lines if b":" in line]
+    answers = []
+
+    async def inside(scope, receive, send):
+        cookies = dict(headers).get(b"cookie", b"").decode("latin-1").split(";")
+        assert any(sessions.knows(each.partition("=")[2].strip()) for each in cookies), "reached without login"
+        answers.append("inside")
+
+    async def receive():
+        return {"type": "http.request", "body": body, "more_body": False}
+
+    async def send(message):
+        answers.append(str(message.get("status", message["type"])))
+
+    kind = "websocket" if scheme in ("ws", "wss") else "http"
+    scope = {"type": kind, "method": method.upper(), "path": path, "scheme": scheme if scheme in SCHEMES else "http"}
+    scope |= {"headers": headers, "query_string": b"", "root_path": "", "client": ("10.0.0.7", 5)}
+    sessions = gate.Sessions(TOKEN)
+    served = gate.Gate(inside, Address("0.0.0.0", 8080, TOKEN))(scope, receive, send)
+    try:
+        while True:
+            served.send(None)
+    except StopIteration:
+        pass
+    assert answers, "no answer"
+    return answers[0]
+
+
+SCHEMES = ("http", "https", "ws", "wss")
+
+
+def _helm_lines(data):
+    """Lines of the page's process to the service."""
+    from types import SimpleNamespace
+
+    from steerway.live.helm import bridge
+
+    logging.getLogger("steerway.live").setLevel(logging.CRITICAL)
+    asked = []
+
+    class Supervisor:
+        def start(self):
+            asked.append("start")
+            raise InputError("not now")
+
+        def stop(self, why):
+            asked.append("stop")
+
+    page = bridge.HelmPage.__new__(bridge.HelmPage)
+    page.service, page._notice = SimpleNamespace(supervisor=Supervisor()), ""
+    page.address = SimpleNamespace(url="")
+
+    async def lines():
+        for line in data.split(b"\n"):
+            if line:
+                yield line
+
+    try:
+        asyncio.run(page._read(SimpleNamespace(stdout=lines())))
+    except OSError:
+        return "failed"
+    return str(asked[:3])
+
+
+def _packed(given):
+    return lambda: [gzip.compress(each[:4000]) for each in given()] + given()
+
+
+TARGETS = {
+    "NMEA 0183": Target(seeds.nmea, _format("nmea0183")),
+    "UBX": Target(seeds.ubx, _format("ubx"), pure=True),
+    "NMEA 2000": Target(seeds.canboat, _format("nmea2000"), pure=True),
+    "AIS": Target(seeds.ais, _format("ais"), pure=True),
+    "GPX": Target(seeds.gpx, _format("gpx"), pure=True),
+    "CSV": Target(seeds.csv, _format("table")),
+    "Parquet": Target(seeds.parquet, _format("table")),
+    "any log, packed": Target(_packed(seeds.recorded), _any_log),
+    "scenario": Target(lambda: seeds.examples("*.toml"), _file(".toml", _scenario)),
+    "profile": Target(seeds.profiles, _file(".toml", _profile)),
+    "settings": Target(seeds.settings, _file(".toml", _settings), pure=True),
+    "mission TOML": Target(seeds.missions_toml, _file(".toml", _mission)),
+    "mission GPX": Target(seeds.missions_gpx, _file(".gpx", _mission)),
+    "mission GeoJSON": Target(seeds.missions_geojson, _file(".geojson", _mission)),
+    "receiver link": Target(seeds.mixed, _link(_receiver)),
+    "Signal K": Target(seeds.signalk, _link(_signalk), pure=True),
+    "gpsd": Target(seeds.gpsd, _link(_gpsd), pure=True),
+    "MAVLink": Target(seeds.mavlink, _mavlink, pure=True),
+    "helm request": Target(seeds.requests, _helm, pure=True),
+    "helm lines": Target(lambda: [json.dumps(each).encode() for each in seeds.HELM_LINES], _helm_lines),
+}
+
+
+def named(name: str) -> Target:
+    """Raises InputError for another name."""
+    if name not in TARGETS:
+        raise InputError(f"target {name!r} is unknown, expected one of {', '.join(TARGETS)}")
+    return TARGETS[name]
