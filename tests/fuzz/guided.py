@@ -5,6 +5,7 @@ A crash ends the process; the input is kept in the folder. Prints the number of 
 
 import atexit
 import json
+import logging
 import sys
 
 import atheris
@@ -14,6 +15,7 @@ with atheris.instrument_imports(include=["steerway.formats", "steerway.live"]):
     from tests.fuzz.targets import REFUSED, named
 
     _, name, seconds, folder = sys.argv
+    logging.disable()
     target = named(name)
     seeds = target.seeds()
     for each in seeds:

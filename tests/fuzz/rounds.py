@@ -2,6 +2,7 @@
 
 import faulthandler
 import hashlib
+import logging
 import os
 import random
 import re
@@ -37,6 +38,7 @@ def fuzz(job: tuple[str, float, int, str]) -> Round:
     name, seconds, seed, folder = job
     place = Path(folder, re.sub(r"\W+", "-", name))
     place.mkdir(parents=True, exist_ok=True)
+    logging.disable()
     target, rng, done = named(name), random.Random(seed), Round(name)
     corpus = target.seeds() + [path.read_bytes() for path in sorted(place.glob("seen-*"))]
     outcomes = {_outcome(target, each, done, place) for each in corpus}

@@ -3,7 +3,6 @@
 import asyncio
 import gzip
 import json
-import logging
 import os
 import tempfile
 from collections.abc import Callable
@@ -156,7 +155,6 @@ def _mavlink(data):
     from steerway.live import addresses
     from steerway.live.mavlink.companion import Companion
 
-    logging.getLogger("steerway.live").setLevel(logging.CRITICAL)
     companion = Companion(addresses.sources(["mavlink:udpin:127.0.0.1:1"])[0][0])
     rows = []
     companion._deliver = lambda *given: rows.append(given)
@@ -214,7 +212,6 @@ def _helm_lines(data):
 
     from steerway.live.helm import bridge
 
-    logging.getLogger("steerway.live").setLevel(logging.CRITICAL)
     asked = []
 
     class Supervisor:

@@ -49,7 +49,7 @@ def read(data: bytes) -> Recording:
     mmsi = np.array([int(name.group(1)) for name in names]) if all(names) else None
     cog = np.radians(_numbers(cog))
     std = np.array([dilution.deviation(each) for each in _numbers(hdop)])
-    fixes = Fixes(time, latitude, longitude, std, sog=_numbers(sog), cog=cog, mmsi=mmsi, source="GPX")
+    fixes = Fixes(time, latitude, longitude, position_std=std, sog=_numbers(sog), cog=cog, mmsi=mmsi, source="GPX")
     for reason, good in (("no time", np.isfinite(time)), ("no position", fixes.has_position)):
         if not good.all():
             skipped[reason] += int((~good).sum())

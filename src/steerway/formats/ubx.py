@@ -83,7 +83,9 @@ class Reader:
             return Recording("UBX", {}, counts, skipped)
         time, latitude, longitude, position_std, sog, cog = np.array(rows, dtype=np.float64).T
         latitude, longitude = places(latitude, longitude)
-        fixes = Fixes(time, latitude, longitude, position_std, sog, np.radians(cog), source="UBX").in_order()
+        fixes = Fixes(
+            time, latitude, longitude, position_std=position_std, sog=sog, cog=np.radians(cog), source="UBX"
+        ).in_order()
         note = f"{surveyed} positions are the surveyed one of a receiver that solves for time only"
         return Recording("UBX", {"UBX": fixes}, counts, skipped, (note,) if surveyed else ())
 

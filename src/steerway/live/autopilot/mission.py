@@ -131,15 +131,7 @@ class GeodeticRoute:
             raise InputError(f"route {path} cannot be read: {error.strerror}") from None
         except ValidationError as error:
             raise refusal(f"route {path}", error, _File) from None
-        except (
-            ValueError,
-            KeyError,
-            TypeError,
-            AttributeError,
-            IndexError,
-            RecursionError,
-            ElementTree.ParseError,
-        ) as error:
+        except (ValueError, LookupError, TypeError, AttributeError, RecursionError, ElementTree.ParseError) as error:
             raise InputError(f"route {path} is malformed ({error}), expected waypoints in degrees") from None
         if len(table.waypoint) < 2:
             raise InputError(f"route {path} has {len(table.waypoint)} waypoints, expected at least 2")
