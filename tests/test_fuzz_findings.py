@@ -4,11 +4,16 @@ import asyncio
 import random
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from steerway.core.errors import InputError
 from steerway.estimation.profiles import Profile
+from steerway.live.autopilot.holding import HoldingGuide
 from steerway.live.autopilot.mission import GeodeticRoute
+from steerway.live.autopilot.route import Guide
+from steerway.live.autopilot.supervisor import Supervisor
+from steerway.live.controls import Controls
 from steerway.live.links.gpsd import GpsdDecoder
 from steerway.live.links.signalk import SignalKDecoder
 from steerway.live.settings import Settings
@@ -50,13 +55,21 @@ def test_messages_of_other_computers_are_counted_as_malformed(message):
     assert decoder.skipped == {"malformed": 1} and len(decoder.settle()) == 1
 
 
+@pytest.mark.parametrize("what, value", [("adjust", 10**400), ("hold-course", 10**400), ([], 1.0), ({}, None)])
+def test_requests_beyond_numbers_are_refused(what, value):
+    route = GeodeticRoute(np.radians([54.0, 54.001]), np.radians([10.0, 10.0]))
+    supervisor = Supervisor(route, Profile.named("small-usv"), engage=True)
+    with pytest.raises(InputError, match=r"expected"):
+        Controls(supervisor, HoldingGuide(Guide(route, supervisor.pilot), route)).do(what, value, "a test")
+
+
 def test_what_a_library_prints_in_the_page_does_not_end_it(monkeypatch):
     pytest.importorskip("nicegui")
     from steerway.live.helm import bridge
 
     page, asked = bridge.HelmPage.__new__(bridge.HelmPage), []
     page.address = SimpleNamespace(url="http://127.0.0.1:8080")
-    monkeypatch.setattr(page, "_do", lambda what, who: asked.append(what), raising=False)
+    monkeypatch.setattr(page, "_do", lambda what, *_: asked.append(what))
 
     async def lines():
         for line in (b"a warning\n", b"[1]\n", b"3\n", DEEP.encode() + b"\n", b'{"do": "stop"}\n'):

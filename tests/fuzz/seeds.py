@@ -223,4 +223,6 @@ def requests():
 
 HELM_LINES = (
     {"ready": True}, {"do": "start", "who": "10.0.0.7"}, {"do": "stop", "who": ""}, {"failed": "port in use"},
+    {"do": "hold-course", "value": 1.0}, {"do": "adjust", "value": -0.1}, {"do": "hold-position"}, {"do": "route"},
+    {"do": "leg", "value": 1}, {"do": "mob"}, {"do": "mob-over"},
 )  # fmt: skip

@@ -6,6 +6,7 @@ import json
 import os
 import tempfile
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -207,24 +208,20 @@ SCHEMES = ("http", "https", "ws", "wss")
 
 
 def _helm_lines(data):
-    """Lines of the page's process to the service."""
-    from types import SimpleNamespace
-
+    """Lines of the page's process to the service, which carries out what they request."""
+    from steerway.estimation.profiles import Profile
+    from steerway.live.autopilot.holding import HoldingGuide
+    from steerway.live.autopilot.mission import GeodeticRoute
+    from steerway.live.autopilot.route import Guide
+    from steerway.live.autopilot.supervisor import Supervisor
+    from steerway.live.controls import Controls
     from steerway.live.helm import bridge
 
-    asked = []
-
-    class Supervisor:
-        def start(self):
-            asked.append("start")
-            raise InputError("not now")
-
-        def stop(self, why):
-            asked.append("stop")
-
+    route = GeodeticRoute(np.radians([54.0, 54.001]), np.radians([10.0, 10.0]))
+    supervisor = Supervisor(route, Profile.named("small-usv"), engage=True)
+    controls = Controls(supervisor, HoldingGuide(Guide(route, supervisor.pilot), route))
     page = bridge.HelmPage.__new__(bridge.HelmPage)
-    page.service, page._notice = SimpleNamespace(supervisor=Supervisor()), ""
-    page.address = SimpleNamespace(url="")
+    page.service, page._notice, page.address = SimpleNamespace(controls=controls), "", SimpleNamespace(url="")
 
     async def lines():
         for line in data.split(b"\n"):
@@ -235,7 +232,7 @@ def _helm_lines(data):
         asyncio.run(page._read(SimpleNamespace(stdout=lines())))
     except OSError:
         return "failed"
-    return str(asked[:3])
+    return f"{controls.state()['state']} {page._notice[:30]}"
 
 
 def _packed(given):

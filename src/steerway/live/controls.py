@@ -11,6 +11,7 @@ from steerway.live.base.orders import UNDER_WAY
 from steerway.live.base.rows import Row, lost
 
 LOG = logging.getLogger("steerway.live")
+_TURNS = 1e6  # rad; of a larger number the angle is not known to a degree
 _LARGEST = math.radians(90.0)  # of one adjustment of the course
 
 
@@ -46,7 +47,7 @@ class Controls:
 
     def do(self, what: str, value: object, who: str) -> None:
         """Carry out a request. Raises InputError that says why it is refused."""
-        request = self._requests.get(what)
+        request = self._requests.get(what) if isinstance(what, str) else None
         if request is None:
             raise InputError(f"request is {what!r}, expected one of {', '.join(self._requests)}")
         LOG.info("%s requests %s%s", who, what, "" if value is None else f" {value}")
@@ -116,6 +117,8 @@ class Controls:
 
 
 def _number(value):
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < math.inf:
         raise InputError(f"value is {value!r}, expected a number in rad")
+    if abs(value) > _TURNS:
+        raise InputError(f"value is beyond {_TURNS:g} rad, expected an angle")
     return float(value)
