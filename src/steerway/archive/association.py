@@ -1,0 +1,224 @@
+"""Reports under one MMSI to ships: the filter of every ship, and which of them a report belongs to.
+
+A report goes to the track whose prediction makes it most probable, by the filter's own gate (nearest neighbour; Y.
+Bar-Shalom and X.-R. Li, Multitarget-Multisensor Tracking, 1995, ch. 3), weighed by the hull that is reported. One out of
+the reach of every track begins a tentative track. Where reports go on at both places there are two ships; where they
+go on at the new place alone the ship has moved there: its track goes on, and a jump is noted. All is causal, so that it
+does not matter where a record is cut.
+"""
+
+import math
+
+import numpy as np
+
+from steerway.core.compiled import called_kernel, kernel, lean_kernel
+from steerway.core.earth import displacement
+from steerway.core.records import REJECTED
+from steerway.estimation.course.motion.layout import EMPTY, LATITUDE, LONGEST_GAP, LONGITUDE, PHASE
+from steerway.estimation.course.output import copy_block, status_of, write_output
+from steerway.estimation.course.tracking import advance, conclude, recentre, settle, take_aids, take_position, weigh_fix
+from steerway.estimation.course.update.aids import any_known
+from steerway.estimation.course.update.outliers import fix_is_accepted
+
+SLOTS = 4
+"""Tracks under one MMSI at a time."""
+(
+    USE,  # one of the uses below
+    NUMBER,  # of the track, from 0 on
+    LAST,  # time and place of the last report that the filter took
+    NOW,  # time to which the filter is predicted
+    HITS,  # reports taken since it is tentative
+    SINCE,  # how many reports the other tracks had taken when it became so
+    HULL,  # 0: none reported
+    PROFILE,  # index of the parameters
+    LAST_LATITUDE,
+    LAST_LONGITUDE,
+) = range(10)
+FIELDS = 10
+FREE, TENTATIVE, LEFT, TRACK = range(4)
+"""Uses of a slot. LEFT: where a ship was before it moved, tentative too."""
+CURRENT, NEXT, TAKEN = range(3)
+"""Of a vessel: the slot of the last report, the number of the next track, reports taken by tracks."""
+NOTHING, JUMP, MOVED, ANOTHER = range(4)
+"""What a row tells: nothing; a position out of reach; the ship is there now; there is another ship."""
+
+_REACH, _REACH_PER_SECOND = 300.0, 25.0
+"""m, and for each second (49 kn), from the last report that a filter took within which another may be of the ship."""
+_CONFIRMING = 3
+"""Reports that make a tentative track one; two make a velocity of any two."""
+_AMONG = 2
+"""Reports of other tracks meanwhile that make it another ship."""
+_TENTATIVE_TIME = LONGEST_GAP
+_OTHER_HULL = 15.0
+"""Nll of a report whose hull is not that of the track: hulls are sent apart from positions and are mixed up."""
+_REJECTED = 22.0
+"""Nll of a report within reach that the gate of a track refuses, as in a hard turn."""
+_UNPROVEN = 10.0
+"""… and what it is raised by for a track that is tentative."""
+_UNDETERMINED = 25.0
+"""Nll of a report for a track within reach whose filter has no state: of a uniform density over a square of 300 km."""
+
+
+@kernel
+def associate(bounds, record, parameters, vessels, slots, banks, terms, estimate, found, kept):
+    """Run over the reports of vessels that stand behind one another, vessel v in rows bounds[v] to bounds[v + 1].
+
+    Args:
+        record: (time, latitude, longitude, aids, hull, profile), (n,) each and aids (n or 0, aids); rad, NaN latitude
+            for a row that is none but asks for output.
+        parameters: (profiles, 1, k). vessels: (v, 3), slots: (v, SLOTS, FIELDS), banks: (v, SLOTS, 1, rows, states):
+            the state before, zero at first, and after. terms: (profiles, any, STEP_ROWS, states), zero.
+        estimate, found: filled; (n, OUTPUTS), and (nis, status, track, event) of (n,) each.
+        kept: (n or 0, states + 2, states) receives the filter after every row that a track took.
+    """
+    time, latitude, longitude, aids, hull, profile = record
+    nis, status, track, event = found
+    for v in range(len(bounds) - 1):
+        vessel, slot, bank = vessels[v], slots[v], banks[v]
+        for k in range(bounds[v], bounds[v + 1]):
+            event[k] = NOTHING
+            nis[k] = math.nan
+            cur = int(vessel[CURRENT])
+            if slot[cur, USE] == FREE:
+                begin(slot[cur], bank[cur], time[k], profile[k], TRACK)
+                slot[cur, NUMBER], vessel[NEXT] = 0.0, 1.0
+                chosen, accepted = cur, True
+            elif not math.isfinite(latitude[k]):
+                chosen, accepted = cur, False
+                predict_to(slot[cur], bank[cur], time[k], parameters, terms)
+            else:
+                chosen, accepted = choose(
+                    vessel, slot, bank, time[k], latitude[k], longitude[k], hull[k], parameters, terms
+                )
+            fixed, aided, tentative = math.isfinite(latitude[k]), False, False
+            if chosen < 0:  # out of the reach of every track
+                chosen = vacant(vessel, slot)
+                begin(slot[chosen], bank[chosen], time[k], profile[k], TENTATIVE)
+                slot[chosen, SINCE] = vessel[TAKEN]
+            p = int(slot[chosen, PROFILE])
+            if fixed:
+                took, nis[k], _ = take_position(bank[chosen], latitude[k], longitude[k], True, 1.0, parameters[p])
+                accepted = accepted and took
+                aided = len(aids) > 0 and any_known(aids[k])
+                if aided:
+                    take_aids(bank[chosen], aids[k], parameters[p])
+                settle(bank[chosen], parameters[p])
+                recentre(bank[chosen])
+                if took:
+                    slot[chosen, LAST_LATITUDE], slot[chosen, LAST_LONGITUDE] = latitude[k], longitude[k]
+                    slot[chosen, LAST] = time[k]
+                if hull[k]:
+                    slot[chosen, HULL] = hull[k]
+                event[k], tentative = conclude_report(vessel, slot, chosen)
+            else:
+                conclude(bank[chosen])
+            if tentative:
+                cur = int(vessel[CURRENT])
+                predict_to(slot[cur], bank[cur], time[k], parameters, terms)
+                conclude(bank[cur])
+                chosen, accepted = cur, False
+            track[k] = slot[chosen, NUMBER]
+            status[k] = REJECTED if tentative else status_of(bank[chosen], fixed, accepted)
+            write_output(bank[chosen][0], True, estimate[k])
+            if len(kept):
+                copy_block(bank[chosen][0], kept[k])
+
+
+@called_kernel
+def choose(vessel, slot, bank, time, latitude, longitude, hull, parameters, terms):
+    """The slot that a report belongs to and whether its gate accepts it; (−1, False) out of the reach of all."""
+    best, least, within = -1, math.inf, False
+    for s in range(len(slot)):
+        if slot[s, USE] == FREE:
+            continue
+        if slot[s, USE] != TRACK and time - slot[s, LAST] > _TENTATIVE_TIME:
+            slot[s, USE] = FREE
+            continue
+        predict_to(slot[s], bank[s], time, parameters, terms)
+        flags = bank[s][0, bank.shape[3] + 1]
+        elapsed = time - slot[s, LAST]
+        other = hull > 0 and slot[s, HULL] > 0 and hull != slot[s, HULL]
+        north, east = displacement(latitude, longitude, slot[s, LAST_LATITUDE], slot[s, LAST_LONGITUDE])
+        away = math.hypot(north, east)
+        if flags[PHASE] == EMPTY:
+            accepted, cost = slot[s, USE] == TRACK, _UNDETERMINED
+        else:
+            north, east = displacement(latitude, longitude, flags[LATITUDE], flags[LONGITUDE])
+            row = parameters[int(slot[s, PROFILE])]
+            _, cost, gate = weigh_fix(bank[s], 0, 1, north, east, 1.0, row)
+            accepted = fix_is_accepted(gate, cost, row[0])
+        if away > _REACH + _REACH_PER_SECOND * elapsed or not (accepted or slot[s, USE] == TRACK):
+            continue
+        if not accepted:
+            cost = _REJECTED
+        if other:
+            cost += _OTHER_HULL
+        if slot[s, USE] != TRACK:
+            cost += _UNPROVEN
+        if cost < least:
+            best, least, within = s, cost, accepted
+    return best, within
+
+
+@lean_kernel
+def predict_to(slot, bank, time, parameters, terms):
+    """Predict a filter to a time; after a long gap it is empty."""
+    p = int(slot[PROFILE])
+    if time - slot[LAST] > LONGEST_GAP:
+        bank[0, bank.shape[2] + 1, PHASE] = EMPTY
+        bank[0, bank.shape[2], 0] = bank[0, bank.shape[2], 1] = 0.0
+    advance(bank, time - slot[NOW], parameters[p], terms[p])
+    slot[NOW] = time
+
+
+@called_kernel
+def begin(slot, bank, time, profile, use):
+    """A track without a report."""
+    slot[:] = 0.0
+    slot[USE], slot[PROFILE], slot[LAST], slot[NOW] = use, profile, time, time
+    slot[NUMBER] = -1.0
+    bank[:] = 0.0
+
+
+@called_kernel
+def vacant(vessel, slot):
+    """A slot for a tentative track: a free one, else that of the longest silent tentative one, else track."""
+    best, rank, last = -1, 4, math.inf
+    for s in range(len(slot)):
+        use = int(slot[s, USE])
+        if s != int(vessel[CURRENT]) and (use < rank or (use == rank and slot[s, LAST] < last)):
+            best, rank, last = s, use, slot[s, LAST]
+    return best
+
+
+@called_kernel
+def conclude_report(vessel, slot, s):
+    """After slot s has taken a report: what that tells, and whether the track is tentative still."""
+    if slot[s, USE] == TRACK:
+        vessel[TAKEN] += 1.0
+        vessel[CURRENT] = s
+        return NOTHING, False
+    if slot[s, HITS] == 0.0:
+        slot[s, SINCE] = vessel[TAKEN]
+    slot[s, HITS] += 1.0
+    cur = int(vessel[CURRENT])
+    if slot[s, HITS] < _CONFIRMING:
+        return JUMP, True
+    other = slot[s, HULL] > 0.0 and slot[cur, HULL] > 0.0 and slot[s, HULL] != slot[cur, HULL]
+    told = ANOTHER
+    if other or vessel[TAKEN] - slot[s, SINCE] >= _AMONG:
+        slot[s, NUMBER] = vessel[NEXT]
+        vessel[NEXT] += 1.0
+    else:
+        told = MOVED
+        slot[s, NUMBER] = slot[cur, NUMBER]
+        slot[cur, USE], slot[cur, HITS] = LEFT, 0.0
+    slot[s, USE] = TRACK
+    vessel[TAKEN] += 1.0
+    vessel[CURRENT] = s
+    return told, False
+
+
+def empty_vessels(count, banks_shape) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(vessels, slots, banks) before the first report; banks_shape: (1, rows, states) of `empty_bank`."""
+    return np.zeros((count, 3)), np.zeros((count, SLOTS, FIELDS)), np.zeros((count, SLOTS, *banks_shape))

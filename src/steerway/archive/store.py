@@ -1,0 +1,148 @@
+"""The directory of an archive: what was asked for, the shuffled reports, the results, and what is done.
+
+    manifest.json                                  inputs and settings
+    staged/INPUT/day=N/bucket=N/…parquet           reports of an input by day and bucket of vessels
+    estimate|events|trips/day=YYYY-MM-DD/bucket=NN.parquet
+    state/day=YYYY-MM-DD/bucket=NN.npz             filters after the day; its presence means that the unit is done
+
+Every file is complete or absent, and the state is written last.
+"""
+
+import datetime
+import json
+import shutil
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from steerway.core.errors import InputError
+from steerway.core.files import complete_or_absent
+from steerway.formats.ais_tables import SCHEMA
+
+DAY = 86_400
+TABLES = ("estimate", "events", "trips")
+_EPOCH = datetime.date(1970, 1, 1)
+
+
+def date_of(day: int) -> str:
+    """YYYY-MM-DD of a day since 1970."""
+    return (_EPOCH + datetime.timedelta(days=day)).isoformat()
+
+
+def day_of(date: str) -> int:
+    """Its inverse."""
+    return (datetime.date.fromisoformat(date) - _EPOCH).days
+
+
+@dataclass(frozen=True)
+class State:
+    """The vessels of a bucket after a day, sorted by MMSI, and the histories of their tracks."""
+
+    mmsi: np.ndarray  # (v,)
+    vessels: np.ndarray  # (v, 3)
+    slots: np.ndarray  # (v, SLOTS, FIELDS)
+    banks: np.ndarray  # (v, SLOTS, 1, rows, states)
+    tracks: np.ndarray  # (t, 2) MMSI and number, sorted
+    carry: np.ndarray  # (t, CARRIED)
+
+
+@dataclass(frozen=True)
+class Store:
+    """The files of an archive."""
+
+    root: Path
+
+    @classmethod
+    def opened(cls, directory: str | Path) -> "Store":
+        """An archive that exists. Raises InputError where there is none."""
+        store = cls(Path(directory))
+        if not store.manifest_path.is_file():
+            raise InputError(f"{directory} holds no archive, expected a directory that `steerway archive run` has made")
+        return store
+
+    @property
+    def manifest_path(self) -> Path:
+        return self.root / "manifest.json"
+
+    def manifest(self) -> dict[str, Any]:
+        """Inputs and settings. Raises InputError for a file that is damaged."""
+        try:
+            return json.loads(self.manifest_path.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise InputError(f"{self.manifest_path}: cannot be read ({error}), expected the manifest") from None
+
+    def write_manifest(self, manifest: dict[str, Any]) -> None:
+        with complete_or_absent(self.manifest_path) as file:
+            file.write((json.dumps(manifest, indent=1, ensure_ascii=False) + "\n").encode())
+
+    def staged_directory(self, key: str) -> Path:
+        """Where the reports of an input stand, by the key of the input."""
+        return self.root / "staged" / key
+
+    def staged_units(self) -> list[tuple[int, int]]:
+        """(day, bucket) of all staged reports, in order."""
+        found = {_unit_of(each) for each in (self.root / "staged").glob("*/day=*/bucket=*")}
+        return sorted(unit for unit in found if unit[1] >= 0)
+
+    def staged(self, day: int, bucket: int, until: float | None = None) -> pl.DataFrame:
+        """The reports of a unit, before a time (Unix s) where one is given."""
+        files = sorted((self.root / "staged").glob(f"*/day={day}/bucket={bucket}/*.parquet"))
+        if not files:
+            return pl.DataFrame(schema={name: kind for name, kind in SCHEMA.items() if name != "reason"})
+        frame = pl.scan_parquet(files, glob=False)
+        return (frame if until is None else frame.filter(pl.col("time_s") < until)).drop("reason").collect()
+
+    def path(self, table: str, day: int, bucket: int) -> Path:
+        """The file of a unit in a table; its directory is made."""
+        ending = "npz" if table == "state" else "parquet"
+        path = self.root / table / f"day={date_of(day)}" / f"bucket={bucket:02d}.{ending}"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return path
+
+    def done(self) -> set[tuple[int, int]]:
+        """(day, bucket) of the units that are done."""
+        found = (self.root / "state").glob("day=*/bucket=*.npz")
+        return {(day_of(each.parent.name[4:]), int(each.stem[7:])) for each in found}
+
+    def files(self, table: str, buckets: Iterable[int] | None = None) -> list[Path]:
+        """The files of a table of units that are done, by day and bucket."""
+        done = self.done()
+        chosen = sorted(unit for unit in done if buckets is None or unit[1] in set(buckets))
+        return [path for unit in chosen if (path := self.path(table, *unit)).is_file()]
+
+    def finish(self, day: int, bucket: int, state: State, numbers: dict[str, Any]) -> None:
+        """Write the state of a unit whose tables are written, with its numbers."""
+        text = np.frombuffer(json.dumps(numbers).encode(), np.uint8)
+        with complete_or_absent(self.path("state", day, bucket)) as file:
+            np.savez(file, numbers=text, **vars(state))
+
+    def state(self, day: int, bucket: int) -> State:
+        """The state after a day."""
+        with np.load(self.path("state", day, bucket)) as arrays:
+            return State(**{name: arrays[name] for name in State.__dataclass_fields__})
+
+    def numbers(self, day: int, bucket: int) -> dict[str, Any]:
+        """The numbers of a unit."""
+        with np.load(self.path("state", day, bucket)) as arrays:
+            return json.loads(arrays["numbers"].tobytes())
+
+    def undo(self, day: int, bucket: int) -> None:
+        """Forget a unit: its state first, since that says that the rest is there."""
+        for table in ("state", *TABLES):
+            self.path(table, day, bucket).unlink(missing_ok=True)
+
+    def remove_unfinished(self) -> None:
+        """Remove what a run that was killed has left."""
+        for part in (*self.root.glob("*/day=*/.*.part"), *self.root.glob(".*.part"), *self.root.glob("staged/.*.part")):
+            if part.is_dir():
+                shutil.rmtree(part, ignore_errors=True)
+            else:
+                part.unlink(missing_ok=True)
+
+
+def _unit_of(path):
+    return int(path.parent.name[4:]), int(path.name[7:])

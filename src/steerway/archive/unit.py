@@ -1,0 +1,346 @@
+"""The unit of work: the reports of one bucket of vessels on one day, from yesterday's state to today's."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import polars as pl
+
+from steerway.archive.association import FREE, LAST, MOVED, USE, associate, empty_vessels
+from steerway.archive.histories import CARRIED, EVENT_COLUMNS, EVENTS, MODES, TRIP_COLUMNS, carries, history
+from steerway.archive.smoothing import LONGEST_CROSSED, smoothed
+from steerway.archive.store import DAY, State, Store
+from steerway.core.files import complete_or_absent
+from steerway.core.records import NO_COURSE, OK, REJECTED, STATUSES
+from steerway.estimation.course.motion.layout import STEP_ROWS, empty_bank
+from steerway.estimation.course.output import OUTPUTS
+from steerway.estimation.course.update.aids import AIDS, NO_AIDS
+from steerway.estimation.profiles import Profile
+
+LOOKAHEAD = 3600.0
+"""s of the next day that smoothing looks at: an estimate depends on fixes of the next minutes."""
+_SLOTS = 128
+_ORDER = ("mmsi", "time_s", "lat_deg", "lon_deg", "sog_mps", "cog_deg", "heading_deg", "hull", "mobile")
+_STATUS, _EVENT, _MODE = (pl.Series(names, dtype=pl.Enum(names)) for names in (STATUSES, EVENTS, MODES))
+_LEAST_EVENTS = 1000
+
+
+@dataclass(frozen=True)
+class Work:
+    """What to do with a unit: all of it travels to a worker."""
+
+    directory: str
+    day: int  # since 1970
+    bucket: int
+    before: int | None  # the day whose state to go on from
+    profiles: tuple[dict[str, Any], ...]  # of `formats.ais_tables.MOBILES`
+    aid: tuple[str, ...] = ()
+    smooth: bool = False
+    rate: float | None = None
+
+
+class Rows(NamedTuple):
+    """Reports by vessel and time, with rows that only ask for output (NaN latitude)."""
+
+    mmsi: np.ndarray
+    time: np.ndarray
+    latitude: np.ndarray  # rad
+    longitude: np.ndarray
+    reported: np.ndarray  # (n, 4) latitude, longitude, SOG, COG
+    aids: np.ndarray
+    hull: np.ndarray
+    profile: np.ndarray
+    wanted: np.ndarray  # rows that go out
+
+
+class Found(NamedTuple):
+    """What `associate` gives for rows."""
+
+    estimate: np.ndarray
+    nis: np.ndarray
+    status: np.ndarray
+    track: np.ndarray
+    event: np.ndarray
+    kept: np.ndarray
+
+
+def run_unit(work: Work) -> dict[str, Any]:
+    """Filter a unit, write its files and, when they are there, its state; returns its numbers."""
+    store = Store(Path(work.directory))
+    parameters = np.stack([Profile(**each).parameters(work.aid) for each in work.profiles])
+    frame = store.staged(work.day, work.bucket)
+    received = len(frame)
+    frame = _ordered(frame)
+    state = store.state(work.before, work.bucket) if work.before is not None else _no_state(parameters)
+    following = _ordered(store.staged(work.day + 1, work.bucket, until=(work.day + 1) * DAY + LOOKAHEAD))
+    if not work.smooth and work.rate is None:
+        following = following.clear()
+    rows = _rows(frame, work, parameters, state, following)
+    state = _with_vessels(state, np.unique(rows.mmsi), parameters)
+    found = _filtered(rows, parameters, state, work.smooth)
+    order, bounds = _by_track(rows.mmsi, found.track)
+    estimate = found.estimate[order]
+    if work.smooth:
+        estimate = _smoothed(rows, found, order, following, parameters, state, work)
+    tracks = np.column_stack([rows.mmsi[order], found.track[order]])[bounds[:-1]] if len(order) else state.tracks[:0]
+    state, events, trips = _histories(rows, found, order, bounds, estimate, tracks, state)
+    tables = {
+        "estimate": _estimate_table(rows, found, order, estimate),
+        "events": _event_table(tracks, events),
+        "trips": trip_table(tracks, trips),
+    }
+    for kind, table in tables.items():
+        with complete_or_absent(store.path(kind, work.day, work.bucket)) as file:
+            table.write_parquet(file, compression="zstd", compression_level=1)
+    numbers = _numbers(rows, found, estimate, order) | {
+        "reports": received,
+        "doubled": received - len(frame),
+        "looked_ahead": len(following),
+    }
+    store.finish(work.day, work.bucket, state, numbers)
+    return numbers
+
+
+def _ordered(frame: pl.DataFrame) -> pl.DataFrame:
+    """By vessel and time, in an order that no order of files changes; a report received twice counts once."""
+    frame = frame.sort(_ORDER, nulls_last=True)
+    again = pl.all_horizontal(pl.col(name) == pl.col(name).shift() for name in _ORDER[:4])
+    return frame.filter(~again.fill_null(False))
+
+
+def _rows(frame, work, parameters, state, following) -> Rows:
+    columns = {name: frame[name].to_numpy() for name in ("mmsi", "time_s", "hull")}
+    values = [frame[name].cast(pl.Float64).fill_null(np.nan).to_numpy() for name in _ORDER[2:7]]
+    latitude, longitude, sog, cog, heading = values[0], values[1], values[2], *values[3:]
+    latitude, longitude, cog, heading = (np.radians(each) for each in (latitude, longitude, cog, heading))
+    reported = np.column_stack([latitude, longitude, sog, cog])
+    known = {"sog": sog, "cog": cog, "heading": heading}
+    unknown = np.full(len(frame), np.nan)
+    aids = NO_AIDS
+    if work.aid:
+        aids = np.column_stack([known.get(name, unknown) if name in work.aid else unknown for name in AIDS])
+    profile = frame["mobile"].to_numpy().astype(np.int64)
+    wanted = np.ones(len(frame), bool)
+    rows = Rows(columns["mmsi"], columns["time_s"], latitude, longitude, reported, aids, columns["hull"], profile, wanted)
+    return rows if work.rate is None else _on_grid(rows, work, state, following)
+
+
+def _on_grid(rows: Rows, work, state, following) -> Rows:
+    """With rows at the output rate between reports that are no long gap apart; of reports those on the grid go out."""
+    first, last = work.day * DAY, (work.day + 1) * DAY
+    after = {mmsi: group for mmsi, group in following.group_by("mmsi", maintain_order=True).agg(pl.col("time_s").min()).iter_rows()}
+    ended = np.where(state.slots[:, :, USE] != FREE, state.slots[:, :, LAST], -math.inf).max(axis=1, initial=-math.inf)
+    before = dict(zip(state.mmsi.tolist(), ended.tolist(), strict=True))
+    added = []
+    for mmsi in sorted({*rows.mmsi.tolist(), *(before.keys() & after.keys())}):
+        times = rows.time[np.searchsorted(rows.mmsi, mmsi) : np.searchsorted(rows.mmsi, mmsi, "right")]
+        times = np.array([before.get(mmsi, -math.inf), *times, after.get(mmsi, math.inf)])
+        grid = np.arange(math.ceil(first * work.rate), math.ceil(last * work.rate)) / work.rate
+        at = np.searchsorted(times, grid, side="right")
+        at = np.clip(at, 1, len(times) - 1)
+        bridged = (times[at] - times[at - 1] <= LONGEST_CROSSED) & (grid - times[at - 1] > 1e-4) & (times[at] - grid > 1e-4)
+        added.append((mmsi, grid[bridged & (grid > times[0]) & (grid < times[-1])]))
+    count = sum(len(grid) for _, grid in added)
+    time = np.concatenate([rows.time, *(grid for _, grid in added)])
+    mmsi = np.concatenate([rows.mmsi, *(np.full(len(grid), number) for number, grid in added)])
+    place = np.lexsort((time, mmsi))
+    blank, nothing = np.full(count, np.nan), np.zeros(count, np.int64)
+    on_grid = np.abs(rows.time - np.round(rows.time * work.rate) / work.rate) < 1e-4
+    return Rows(
+        mmsi[place],
+        time[place],
+        np.r_[rows.latitude, blank][place],
+        np.r_[rows.longitude, blank][place],
+        np.concatenate([rows.reported, np.full((count, 4), np.nan)])[place],
+        np.concatenate([rows.aids, np.full((count, len(AIDS)), np.nan)])[place] if len(rows.aids) else rows.aids,
+        np.r_[rows.hull, nothing][place],
+        np.r_[rows.profile, nothing][place],
+        np.r_[on_grid, np.ones(count, bool)][place],
+    )
+
+
+def _no_state(parameters) -> State:
+    shape = empty_bank(parameters[0]).shape
+    vessels, slots, banks = empty_vessels(0, shape)
+    return State(np.zeros(0, np.int64), vessels, slots, banks, np.zeros((0, 2), np.int64), carries(0))
+
+
+def _with_vessels(state: State, mmsi, parameters) -> State:
+    """The state with vessels that are new."""
+    new = np.setdiff1d(mmsi, state.mmsi)
+    added = empty_vessels(len(new), empty_bank(parameters[0]).shape)
+    numbers = np.concatenate([state.mmsi, new])
+    place = np.argsort(numbers, kind="stable")
+    old = (state.vessels, state.slots, state.banks)
+    arrays = (np.concatenate([each, more])[place] for each, more in zip(old, added, strict=True))
+    return State(numbers[place], *arrays, state.tracks, state.carry)
+
+
+def _filtered(rows: Rows, parameters, state: State, keep) -> Found:
+    """The rows through the filters of `state`, which go on."""
+    n, states = len(rows.time), state.banks.shape[-1]
+    estimate = np.full((n, OUTPUTS), np.nan)
+    found = (np.empty(n), np.empty(n, np.uint8), np.empty(n, np.int64), np.empty(n, np.uint8))
+    kept = np.empty((n if keep else 0, states + 2, states))
+    here = np.searchsorted(state.mmsi, np.unique(rows.mmsi))
+    bounds = np.r_[0, np.flatnonzero(np.diff(rows.mmsi)) + 1, n] if n else np.zeros(1, np.int64)
+    arrays = [each[here] for each in (state.vessels, state.slots, state.banks)]
+    terms = np.zeros((len(parameters), _SLOTS, STEP_ROWS, states))
+    record = (rows.time, rows.latitude, rows.longitude, rows.aids, rows.hull, rows.profile)
+    associate(bounds, record, parameters, *arrays, terms, estimate, found, kept)
+    for whole, part in zip((state.vessels, state.slots, state.banks), arrays, strict=True):
+        whole[here] = part
+    nis, status, track, event = found
+    return Found(estimate, nis, status, track, event, kept)
+
+
+def _by_track(mmsi, track) -> tuple[np.ndarray, np.ndarray]:
+    """The rows by vessel and track, in their order of time, and where tracks begin."""
+    order = np.lexsort((track, mmsi))
+    change = (np.diff(mmsi[order]) != 0) | (np.diff(track[order]) != 0)
+    return order, np.r_[0, np.flatnonzero(change) + 1, len(order)] if len(order) else np.zeros(1, np.int64)
+
+
+def _smoothed(rows, found, order, following, parameters, state, work) -> np.ndarray:
+    """The estimate in `order`, from an hour of the next day back. Pieces end at gaps and where a ship moved."""
+    ahead = _rows(following, Work(**{**vars(work), "rate": None}), parameters, state, following)
+    later = _with_vessels(state, np.unique(ahead.mmsi), parameters)
+    beyond = _filtered(ahead, parameters, State(*(np.copy(each) for each in vars(later).values())), True)
+    mmsi, time, profile = (np.concatenate([getattr(r, name) for r in (rows, ahead)]) for name in ("mmsi", "time", "profile"))
+    track, event, estimate, kept = (
+        np.concatenate([getattr(f, name) for f in (found, beyond)]) for name in ("track", "event", "estimate", "kept")
+    )
+    whole, bounds = _by_track(mmsi, track)
+    split = (np.diff(time[whole]) > LONGEST_CROSSED) | (event[whole][1:] == MOVED)
+    pieces = np.union1d(bounds, np.flatnonzero(split) + 1)
+    result = np.empty_like(estimate)
+    result[whole] = smoothed(whole, pieces, profile, time, parameters, kept, estimate)
+    return result[order]
+
+
+def _histories(rows, found, order, bounds, estimate, tracks, state):
+    """The state with the histories gone on, and the events and trips."""
+    known = {tuple(each): i for i, each in enumerate(state.tracks.tolist())}
+    places = [known.get(tuple(each), -1) for each in tracks.tolist()]
+    carry = np.array([state.carry[i] if i >= 0 else np.zeros(CARRIED) for i in places]).reshape(-1, CARRIED)
+    record = (
+        rows.time[order],
+        estimate,
+        found.status[order],
+        found.event[order],
+        rows.reported[order],
+    )
+    room = _LEAST_EVENTS + len(order) // 8
+    while True:
+        events, trips = np.empty((room, EVENT_COLUMNS)), np.empty((room, TRIP_COLUMNS))
+        gone_on = carry.copy()
+        e, t = history(bounds, record, gone_on, events, trips)
+        if max(e, t) <= room:
+            break
+        room = max(e, t)
+    kept = np.ones(len(state.tracks), bool)
+    kept[[i for i in places if i >= 0]] = False
+    keys = np.concatenate([state.tracks[kept], tracks])
+    place = np.lexsort((keys[:, 1], keys[:, 0]))
+    carried = np.concatenate([state.carry[kept], gone_on])[place]
+    whole = State(state.mmsi, state.vessels, state.slots, state.banks, keys[place], carried)
+    return whole, events[:e], trips[:t]
+
+
+def _estimate_table(rows, found, order, estimate) -> pl.DataFrame:
+    order_wanted = rows.wanted[order]
+    chosen, values = order[order_wanted], estimate[order_wanted]
+    compass = np.mod(np.degrees(values[:, 3]), 360.0).astype(np.float32)
+    compass[compass >= 360.0] = 0.0
+
+    def single(array):
+        return pl.Series(array.astype(np.float32), nan_to_null=True)
+
+    return pl.DataFrame(
+        {
+            "mmsi": rows.mmsi[chosen],
+            "track": found.track[chosen].astype(np.int16),
+            "time_s": rows.time[chosen],
+            "lat_deg": pl.Series(np.degrees(values[:, 0]), nan_to_null=True),
+            "lon_deg": pl.Series(np.degrees(values[:, 1]), nan_to_null=True),
+            "sog_mps": single(values[:, 2]),
+            "cog_deg": single(compass),
+            "course_rate_dps": single(np.degrees(values[:, 4])),
+            "sog_std_mps": single(values[:, 5]),
+            "cog_std_deg": single(np.degrees(values[:, 6])),
+            "course_rate_std_dps": single(np.degrees(values[:, 7])),
+            "position_std_m": single(values[:, 8]),
+            "nis": single(found.nis[chosen]),
+            "status": _STATUS.gather(found.status[chosen]),
+        }
+    )
+
+
+def _event_table(tracks, events) -> pl.DataFrame:
+    track = tracks[events[:, 0].astype(np.int64)] if len(events) else np.zeros((0, 2), np.int64)
+    return pl.DataFrame(
+        {
+            "mmsi": track[:, 0],
+            "track": track[:, 1].astype(np.int16),
+            "event": _EVENT.gather(events[:, 1].astype(np.uint32)),
+            "start_s": events[:, 2],
+            "end_s": events[:, 3],
+            "lat_deg": np.degrees(events[:, 4]),
+            "lon_deg": np.degrees(events[:, 5]),
+            "value": events[:, 6],
+            "reports": events[:, 7].astype(np.int32),
+        }
+    )
+
+
+def trip_table(tracks, trips) -> pl.DataFrame:
+    """Trips and stops: mmsi, track, what, start and end with their places, distance, duration, speeds."""
+    track = tracks[trips[:, 0].astype(np.int64)] if len(trips) else np.zeros((0, 2), np.int64)
+    duration = trips[:, 3] - trips[:, 2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = np.where(duration > 0.0, trips[:, 8] / duration, np.nan)
+    return pl.DataFrame(
+        {
+            "mmsi": track[:, 0],
+            "track": track[:, 1].astype(np.int16),
+            "what": _MODE.gather(trips[:, 1].astype(np.uint32)),
+            "start_s": trips[:, 2],
+            "end_s": trips[:, 3],
+            "start_lat_deg": np.degrees(trips[:, 4]),
+            "start_lon_deg": np.degrees(trips[:, 5]),
+            "end_lat_deg": np.degrees(trips[:, 6]),
+            "end_lon_deg": np.degrees(trips[:, 7]),
+            "distance_m": trips[:, 8],
+            "duration_s": duration,
+            "mean_speed_mps": pl.Series(mean, nan_to_null=True),
+            "greatest_sog_mps": trips[:, 9],
+        }
+    )
+
+
+def _numbers(rows, found, estimate, order) -> dict[str, Any]:
+    """Counts of a unit for the page: by class the rows, and the NIS under way and at rest."""
+    fixed = np.isfinite(rows.latitude)
+    numbers: dict[str, Any] = {
+        "rows": int(rows.wanted.sum()),
+        "vessels": len(np.unique(rows.mmsi)),
+        "tracks": len(np.unique(np.column_stack([rows.mmsi, found.track]), axis=0)),
+        "rejected": int((fixed & (found.status == REJECTED)).sum()),
+    }
+    counted = fixed & np.isfinite(found.nis) & (found.status != REJECTED)
+    for mobile in range(3):
+        for name, status in (("under_way", OK), ("at_rest", NO_COURSE)):
+            chosen = counted & (rows.profile == mobile) & (found.status == status)
+            numbers[f"{name}_{mobile}"] = int(chosen.sum())
+            numbers[f"{name}_{mobile}_nis"] = float(found.nis[chosen].sum())
+    same = np.diff(rows.mmsi) == 0
+    elapsed = np.diff(rows.time)[same & fixed[1:] & fixed[:-1]]
+    edges = np.array(INTERVALS)
+    numbers["intervals"] = np.bincount(np.searchsorted(edges, elapsed), minlength=len(edges) + 1).tolist()
+    return numbers
+
+
+INTERVALS = (2.5, 5.0, 7.5, 10.5, 15.0, 30.5, 60.5, 120.5, 180.5, 600.0, 1800.0)
+"""s, upper ends of the classes of intervals that are counted."""

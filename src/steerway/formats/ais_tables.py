@@ -1,0 +1,215 @@
+"""AIS reports in tables of any size, as lazy polars frames with one set of columns.
+
+The layouts are told apart by the names of their columns (see `formats.columns`): those of the Danish authority, of
+MarineCadastre before and since 2025, GeoParquet with points, and any table with MMSI, time and position. Values that
+mean "unknown" (91°, 181°, 102.3 kn, 360°, 511°) are null.
+"""
+
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import polars as pl
+
+from steerway.core.earth import KNOT
+from steerway.core.errors import InputError
+from steerway.formats.columns import plain_name, understood
+
+SCHEMA = {
+    "mmsi": pl.Int64,
+    "time_s": pl.Float64,
+    "lat_deg": pl.Float64,
+    "lon_deg": pl.Float64,
+    "sog_mps": pl.Float32,
+    "cog_deg": pl.Float32,
+    "heading_deg": pl.Float32,
+    "mobile": pl.UInt8,
+    "hull": pl.UInt32,
+    "reason": pl.UInt8,
+}
+"""Columns of `reports`: `mobile` an index of MOBILES, `hull` a number of the type and size that were reported (0:
+none), `reason` an index of REASONS."""
+MOBILES = ("unknown", "class A", "class B")
+REASONS = (
+    "",
+    "no time",
+    "no MMSI",
+    "no position",
+    "base station",
+    "aid to navigation",
+    "aircraft or search and rescue",
+    "other station",
+)
+"""Why a row is left out; "" for those that are not."""
+
+_TIMES = ("%d/%m/%Y %H:%M:%S", "%Y-%m-%dT%H:%M:%S", "%Y-%m-%d %H:%M:%S", "%Y-%m-%dT%H:%M:%S%.fZ", "%Y-%m-%d %H:%M:%S%.f")
+_SIZES = ("length", "width")
+_TYPES = ("ship_type", "vessel_type", "vesseltype", "shiptype", "ship_and_cargo_type")
+_CLASSES = ("type_of_mobile", "transceiver_class", "transceiverclass", "transceiver", "class", "ais_class")
+_SAMPLE = 2000
+
+
+@contextmanager
+def reports(path: Path, beside: Path) -> Iterator[pl.LazyFrame | None]:
+    """The rows of a table as a lazy frame with SCHEMA, or None where the file is none with MMSI, time and position.
+
+    beside: a directory in which an archive may be unpacked meanwhile. Raises InputError for a damaged file.
+    """
+    unpacked = None
+    try:
+        if zipfile.is_zipfile(path):
+            unpacked = _unzipped(path, beside)
+        yield _scanned(unpacked or path)
+    except (pl.exceptions.PolarsError, zipfile.BadZipFile, EOFError) as error:
+        raise InputError(f"{path}: {str(error).splitlines()[0] or 'the table is damaged'}") from error
+    finally:
+        if unpacked is not None:
+            unpacked.unlink(missing_ok=True)
+
+
+def _unzipped(path, beside) -> Path:
+    """The largest member of a ZIP file, which may come with a text that describes it."""
+    import shutil
+
+    with zipfile.ZipFile(path) as archive:
+        member = max(archive.infolist(), key=lambda each: each.file_size)
+        target = beside / f".{path.name}.unpacked.part"
+        with archive.open(member) as packed, open(target, "wb") as file:
+            shutil.copyfileobj(packed, file, 1 << 20)
+    return target
+
+
+def _scanned(path: Path) -> pl.LazyFrame | None:
+    with open(path, "rb") as file:
+        head = file.read(1 << 16)
+    if head.startswith(b"PAR1"):
+        frame = pl.scan_parquet(path, glob=False)
+        names = frame.collect_schema().names()
+    else:
+        text = _first_text(path, head)
+        first = text.split(b"\n", 1)[0].decode("utf-8-sig", "replace").strip()
+        separator = max(",;\t|", key=first.count)
+        names = [name.strip().strip('"') for name in first.split(separator)]
+        if not _is_ais(names):
+            return None
+        quote = '"' if b'"' in text else None
+        options = {"separator": separator, "infer_schema": False, "truncate_ragged_lines": True, "quote_char": quote}
+        frame = pl.scan_csv(path, glob=False, encoding="utf8-lossy", **options)
+        frame = frame.rename(dict(zip(frame.collect_schema().names(), names, strict=False)))
+    return _canonical(frame, names) if _is_ais(names) else None
+
+
+def _first_text(path, head) -> bytes:
+    """The first bytes, unpacked."""
+    import zlib
+
+    if head.startswith(b"\x1f\x8b"):
+        try:
+            return zlib.decompressobj(wbits=31).decompress(head, 1 << 16)
+        except zlib.error as error:
+            raise InputError(f"{path}: the gzip archive is damaged from the beginning ({error})") from None
+    if head.startswith(b"\x28\xb5\x2f\xfd"):
+        lines = pl.read_csv(path, has_header=False, n_rows=1, separator="\x01", quote_char=None)
+        return lines.item().encode()
+    return head
+
+
+def _is_ais(names) -> bool:
+    known = understood(names)
+    placed = {"latitude", "longitude"} <= known.keys() or "geometry" in map(plain_name, names)
+    return placed and {"mmsi", "time"} <= known.keys()
+
+
+def _canonical(frame: pl.LazyFrame, names) -> pl.LazyFrame:
+    known, plain = understood(names), {plain_name(name): name for name in names}
+    schema = frame.collect_schema()
+
+    def number(meaning, dtype=pl.Float64):
+        if meaning not in known:
+            return pl.lit(None, dtype=dtype)
+        return pl.col(known[meaning].name).cast(dtype, strict=False)
+
+    def first_of(spellings, dtype):
+        found = next((plain[each] for each in spellings if each in plain), None)
+        return pl.lit(None, dtype=dtype) if found is None else pl.col(found).cast(dtype, strict=False)
+
+    if "latitude" in known:
+        latitude, longitude = number("latitude"), number("longitude")
+    else:  # well-known binary: byte order, type, x, y
+        point = pl.col(plain["geometry"])
+        latitude, longitude = (
+            point.bin.slice(at, 8).bin.reinterpret(dtype=pl.Float64, endianness="little") for at in (13, 5)
+        )
+    on_earth = (latitude.abs() <= 90.0) & (longitude.abs() <= 180.0)
+    sog, cog, heading = (number(each, pl.Float32) for each in ("sog", "cog", "heading"))
+    factor = known["sog"].factor if "sog" in known else KNOT
+    kind, size = first_of(_TYPES, pl.String), [first_of((each,), pl.Float64) for each in _SIZES]
+    mobile = first_of(_CLASSES, pl.String).str.strip_chars().str.to_lowercase()
+    described = size[0].fill_null(0.0) > 0.0
+    hull = pl.concat_str(kind.fill_null(""), *(each.fill_null(0.0) for each in size), separator="|")
+    numbered = ((hull.hash(seed=1) % 0xFFFFFFFF) + 1).cast(pl.UInt32)
+    mmsi = pl.col(known["mmsi"].name).cast(pl.Int64, strict=False)
+    return frame.select(
+        mmsi=mmsi,
+        time_s=_time(frame, known["time"], schema),
+        lat_deg=pl.when(on_earth).then(latitude),
+        lon_deg=pl.when(on_earth).then(pl.when(longitude == 180.0).then(-180.0).otherwise(longitude)),
+        sog_mps=pl.when((sog >= 0.0) & (sog * factor < 102.25 * KNOT)).then(sog * factor).cast(pl.Float32),
+        cog_deg=pl.when((cog >= 0.0) & (cog < 360.0)).then(cog),
+        heading_deg=pl.when((heading >= 0.0) & (heading < 360.0)).then(heading),
+        mobile=pl.when(mobile.is_in(["class a", "a"])).then(1).when(mobile.is_in(["class b", "b"])).then(2).otherwise(0)
+        .cast(pl.UInt8),
+        hull=pl.when(described).then(numbered).otherwise(0).cast(pl.UInt32),
+        station=_station(mmsi, mobile),
+    ).select(*(name for name in SCHEMA if name != "reason"), reason=_reason())
+
+
+def _time(frame, column, schema):
+    dtype, named = schema[column.name], pl.col(column.name)
+    if dtype.is_temporal():
+        return named.cast(pl.Datetime("us")).to_physical() / 1e6
+    sample = frame.select(named).head(_SAMPLE).collect().to_series()
+    if dtype == pl.String:
+        counts = {each: sample.str.to_datetime(each, strict=False, time_unit="us").is_not_null().sum() for each in _TIMES}
+        best = max(counts, key=counts.get)
+        if counts[best]:
+            if best == _TIMES[0]:
+                return _day_first(named)
+            return named.str.to_datetime(best, strict=False, time_unit="us").dt.replace_time_zone(None).to_physical() / 1e6
+    numbers = sample.cast(pl.Float64, strict=False).drop_nulls()
+    size = abs(float(numbers.median() or 0.0))
+    unit = next((each for limit, each in ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3)) if size > limit), 1.0)
+    return named.cast(pl.Float64, strict=False) / unit
+
+
+def _day_first(named):
+    return named.str.to_datetime(_TIMES[0], strict=False, time_unit="us").to_physical() / 1e6
+
+
+def _station(mmsi, mobile):
+    """Index of the reason why a station is no ship, by its type or its number (ITU-R M.585); 0 for a ship."""
+    return (
+        pl.when(mobile.str.contains("base") | ((mmsi < 10_000_000) & (mmsi > 0)))
+        .then(4)
+        .when(mobile.str.contains("aton") | (mmsi // 10_000_000 == 99))
+        .then(5)
+        .when(mobile.str.contains("sar") | (mmsi // 1_000_000 == 111) | (mmsi // 10_000_000 == 97))
+        .then(6)
+        .when((mmsi < 100_000_000) & (mmsi >= 10_000_000) & (mmsi // 10_000_000 != 9) & (mmsi // 10_000_000 != 8))
+        .then(7)
+        .otherwise(0)
+    )
+
+
+def _reason():
+    lacking = [
+        (pl.col("time_s").is_null() | pl.col("time_s").is_nan(), 1),
+        (pl.col("mmsi").is_null() | ~pl.col("mmsi").is_between(1, 9_999_999_999), 2),
+        (pl.col("station") > 0, pl.col("station")),
+        (pl.col("lat_deg").is_null() | pl.col("lon_deg").is_null(), 3),
+    ]
+    expression = pl.lit(0)
+    for condition, reason in reversed(lacking):
+        expression = pl.when(condition.fill_null(True)).then(reason).otherwise(expression)
+    return expression.cast(pl.UInt8)
