@@ -1,10 +1,10 @@
 """Reports under one MMSI to ships: the filter of every ship, and which of them a report belongs to.
 
-A report goes to the track whose prediction makes it most probable, by the filter's own gate (nearest neighbour; Y.
-Bar-Shalom and X.-R. Li, Multitarget-Multisensor Tracking, 1995, ch. 3), weighed by the hull that is reported. One out of
-the reach of every track begins a tentative track. Where reports go on at both places there are two ships; where they
-go on at the new place alone the ship has moved there: its track goes on, and a jump is noted. All is causal, so that it
-does not matter where a record is cut.
+A report goes to the track whose prediction makes it most probable, by the filter's own gate (nearest neighbour;
+Y. Bar-Shalom and X.-R. Li, Multitarget-Multisensor Tracking, 1995, ch. 3), weighed by the hull that is reported. One
+out of the reach of every track begins a tentative track. Where reports go on at both places there are two ships; where
+they go on at the new place alone the ship has moved there: its track goes on, and a jump is noted. All is causal, so
+that it does not matter where a record is cut.
 """
 
 import math

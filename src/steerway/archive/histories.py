@@ -29,7 +29,7 @@ STOP_RADIUS, STOP_TIME = 250.0, 900.0
 _DARK_SPEED, _DARK_DISTANCE = 1.0, 2000.0
 _TURN_RATE, _TURN_LEAST = math.radians(0.1), math.radians(45.0)
 _EXCURSION, _EXCURSION_TIME, _BACK = 500.0, 7200.0, 0.3
-"""m there and back, within so many seconds, that are a jump, and the largest part of that by which the ship is elsewhere then."""
+"""m there and back, within so many seconds, that are a jump; at most the last part of it separates both ends."""
 _LIMIT = 4.0
 """Standard deviations of both beyond which a transmitted value differs from the derived, and how many reports one
 behind the other make an event."""

@@ -111,7 +111,10 @@ def _ordered(frame: pl.DataFrame) -> pl.DataFrame:
 
 
 def _rows(frame, work, parameters, state, following) -> Rows:
-    columns = {name: frame[name].to_numpy() for name in ("mmsi", "time_s", "hull")}
+    columns = {
+        name: frame[name].to_numpy(writable=True) for name in ("mmsi", "time_s")
+    }  # one kind of array: one kernel
+    hull = frame["hull"].to_numpy().astype(np.int64)
     values = [frame[name].cast(pl.Float64).fill_null(np.nan).to_numpy() for name in _ORDER[2:7]]
     latitude, longitude, sog, cog, heading = values[0], values[1], values[2], *values[3:]
     latitude, longitude, cog, heading = (np.radians(each) for each in (latitude, longitude, cog, heading))
@@ -123,14 +126,17 @@ def _rows(frame, work, parameters, state, following) -> Rows:
         aids = np.column_stack([known.get(name, unknown) if name in work.aid else unknown for name in AIDS])
     profile = frame["mobile"].to_numpy().astype(np.int64)
     wanted = np.ones(len(frame), bool)
-    rows = Rows(columns["mmsi"], columns["time_s"], latitude, longitude, reported, aids, columns["hull"], profile, wanted)
+    rows = Rows(columns["mmsi"], columns["time_s"], latitude, longitude, reported, aids, hull, profile, wanted)
     return rows if work.rate is None else _on_grid(rows, work, state, following)
 
 
 def _on_grid(rows: Rows, work, state, following) -> Rows:
     """With rows at the output rate between reports that are no long gap apart; of reports those on the grid go out."""
     first, last = work.day * DAY, (work.day + 1) * DAY
-    after = {mmsi: group for mmsi, group in following.group_by("mmsi", maintain_order=True).agg(pl.col("time_s").min()).iter_rows()}
+    after = {
+        mmsi: group
+        for mmsi, group in following.group_by("mmsi", maintain_order=True).agg(pl.col("time_s").min()).iter_rows()
+    }
     ended = np.where(state.slots[:, :, USE] != FREE, state.slots[:, :, LAST], -math.inf).max(axis=1, initial=-math.inf)
     before = dict(zip(state.mmsi.tolist(), ended.tolist(), strict=True))
     added = []
@@ -140,7 +146,9 @@ def _on_grid(rows: Rows, work, state, following) -> Rows:
         grid = np.arange(math.ceil(first * work.rate), math.ceil(last * work.rate)) / work.rate
         at = np.searchsorted(times, grid, side="right")
         at = np.clip(at, 1, len(times) - 1)
-        bridged = (times[at] - times[at - 1] <= LONGEST_CROSSED) & (grid - times[at - 1] > 1e-4) & (times[at] - grid > 1e-4)
+        bridged = (
+            (times[at] - times[at - 1] <= LONGEST_CROSSED) & (grid - times[at - 1] > 1e-4) & (times[at] - grid > 1e-4)
+        )
         added.append((mmsi, grid[bridged & (grid > times[0]) & (grid < times[-1])]))
     count = sum(len(grid) for _, grid in added)
     time = np.concatenate([rows.time, *(grid for _, grid in added)])
@@ -208,7 +216,9 @@ def _smoothed(rows, found, order, following, parameters, state, work) -> np.ndar
     ahead = _rows(following, Work(**{**vars(work), "rate": None}), parameters, state, following)
     later = _with_vessels(state, np.unique(ahead.mmsi), parameters)
     beyond = _filtered(ahead, parameters, State(*(np.copy(each) for each in vars(later).values())), True)
-    mmsi, time, profile = (np.concatenate([getattr(r, name) for r in (rows, ahead)]) for name in ("mmsi", "time", "profile"))
+    mmsi, time, profile = (
+        np.concatenate([getattr(r, name) for r in (rows, ahead)]) for name in ("mmsi", "time", "profile")
+    )
     track, event, estimate, kept = (
         np.concatenate([getattr(f, name) for f in (found, beyond)]) for name in ("track", "event", "estimate", "kept")
     )

@@ -7,7 +7,7 @@ import typer
 import typer.core
 import typer.main
 
-from steerway.commands import demo, identify, logs, plot, profile, sailing, study
+from steerway.commands import archive, demo, identify, logs, plot, profile, sailing, study
 from steerway.live.commands import LiveCommand, live, warm
 
 app = typer.Typer(
@@ -22,7 +22,7 @@ app = typer.Typer(
 START, LOGS, BOAT, SIMULATION, RESEARCH = "Start here", "Logs", "On the boat", "Simulation", "Research"
 for panel, commands in (
     (START, (demo.demo,)),
-    (LOGS, (logs.estimate, logs.info, logs.compare, logs.predict, logs.tune, plot.plot)),
+    (LOGS, (logs.estimate, logs.info, logs.compare, logs.predict, logs.tune, plot.plot, archive.encounters)),
     (BOAT, (warm,)),
     (SIMULATION, (sailing.simulate, sailing.advise)),
     (RESEARCH, (study.study,)),
@@ -31,6 +31,7 @@ for panel, commands in (
         app.command(rich_help_panel=panel)(command)
 app.command(cls=LiveCommand, rich_help_panel=BOAT)(live)
 app.add_typer(identify.app, name="identify", rich_help_panel=BOAT)
+app.add_typer(archive.app, name="archive", rich_help_panel=LOGS)
 app.add_typer(profile.app, name="profile", rich_help_panel=LOGS)
 
 

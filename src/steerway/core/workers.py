@@ -41,12 +41,12 @@ def in_workers(
         for index, item in numbered:
             yield index, function(item)
         return
-    team: list[_Worker] = []
-    busy: dict[Any, _Worker] = {}
+    team: list[Worker] = []
+    busy: dict[Any, Worker] = {}
     try:
         for index, item in numbered:
             if len(team) < count:
-                worker = _Worker(function)
+                worker = Worker(function)
                 team.append(worker)
             else:
                 worker = _first_of(busy)
@@ -69,7 +69,7 @@ def in_workers(
             each.end()
 
 
-class _Worker:
+class Worker:
     """A process and the item it is at."""
 
     def __init__(self, function: Callable[[Any], Any]) -> None:
@@ -82,6 +82,7 @@ class _Worker:
         theirs.close()
 
     def begin(self, index: int, item: Any) -> None:
+        """Send it an item. Raises ChildProcessError when it was killed."""
         self.index, self.item = index, item
         try:
             self.pipe.send(item)
@@ -89,6 +90,7 @@ class _Worker:
             raise self._killed() from None
 
     def result(self) -> tuple[int, Any]:
+        """(index, result), when it has one. Raises what the function raised, ChildProcessError when it was killed."""
         try:
             succeeded, outcome = self.pipe.recv()
         except (EOFError, ConnectionResetError):
@@ -98,6 +100,7 @@ class _Worker:
         return self.index, outcome
 
     def end(self) -> None:
+        """End the process."""
         self.pipe.close()
         if self.process.is_alive():
             self.process.kill()
@@ -113,7 +116,7 @@ class _Worker:
         )
 
 
-def _first_of(busy: dict[Any, _Worker]) -> _Worker:
+def _first_of(busy: dict[Any, Worker]) -> Worker:
     return busy.pop(wait(list(busy))[0])
 
 

@@ -43,7 +43,13 @@ REASONS = (
 )
 """Why a row is left out; "" for those that are not."""
 
-_TIMES = ("%d/%m/%Y %H:%M:%S", "%Y-%m-%dT%H:%M:%S", "%Y-%m-%d %H:%M:%S", "%Y-%m-%dT%H:%M:%S%.fZ", "%Y-%m-%d %H:%M:%S%.f")
+_TIMES = (
+    "%d/%m/%Y %H:%M:%S",
+    "%Y-%m-%dT%H:%M:%S",
+    "%Y-%m-%d %H:%M:%S",
+    "%Y-%m-%dT%H:%M:%S%.fZ",
+    "%Y-%m-%d %H:%M:%S%.f",
+)
 _SIZES = ("length", "width")
 _TYPES = ("ship_type", "vessel_type", "vesseltype", "shiptype", "ship_and_cargo_type")
 _CLASSES = ("type_of_mobile", "transceiver_class", "transceiverclass", "transceiver", "class", "ais_class")
@@ -158,7 +164,11 @@ def _canonical(frame: pl.LazyFrame, names) -> pl.LazyFrame:
         sog_mps=pl.when((sog >= 0.0) & (sog * factor < 102.25 * KNOT)).then(sog * factor).cast(pl.Float32),
         cog_deg=pl.when((cog >= 0.0) & (cog < 360.0)).then(cog),
         heading_deg=pl.when((heading >= 0.0) & (heading < 360.0)).then(heading),
-        mobile=pl.when(mobile.is_in(["class a", "a"])).then(1).when(mobile.is_in(["class b", "b"])).then(2).otherwise(0)
+        mobile=pl.when(mobile.is_in(["class a", "a"]))
+        .then(1)
+        .when(mobile.is_in(["class b", "b"]))
+        .then(2)
+        .otherwise(0)
         .cast(pl.UInt8),
         hull=pl.when(described).then(numbered).otherwise(0).cast(pl.UInt32),
         station=_station(mmsi, mobile),
@@ -171,12 +181,16 @@ def _time(frame, column, schema):
         return named.cast(pl.Datetime("us")).to_physical() / 1e6
     sample = frame.select(named).head(_SAMPLE).collect().to_series()
     if dtype == pl.String:
-        counts = {each: sample.str.to_datetime(each, strict=False, time_unit="us").is_not_null().sum() for each in _TIMES}
+        counts = {
+            each: sample.str.to_datetime(each, strict=False, time_unit="us").is_not_null().sum() for each in _TIMES
+        }
         best = max(counts, key=counts.get)
         if counts[best]:
             if best == _TIMES[0]:
                 return _day_first(named)
-            return named.str.to_datetime(best, strict=False, time_unit="us").dt.replace_time_zone(None).to_physical() / 1e6
+            return (
+                named.str.to_datetime(best, strict=False, time_unit="us").dt.replace_time_zone(None).to_physical() / 1e6
+            )
     numbers = sample.cast(pl.Float64, strict=False).drop_nulls()
     size = abs(float(numbers.median() or 0.0))
     unit = next((each for limit, each in ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3)) if size > limit), 1.0)

@@ -10,15 +10,21 @@ def text(record) -> str:
     Coordinates are longitude and latitude in degrees; a track that crosses the antimeridian is a line in parts, as the
     RFC asks. Numbers stand in their shortest form that reads back the same.
     """
-    features = []
+    collected = []
     for mmsi, track in record.tracks():
-        rows = track.rows(track.has_position).to_frame().to_dicts()
-        if rows:
-            features.append(_line(mmsi, rows))
-            features.extend(_point(row) for row in rows)
-    return (
-        json.dumps({"type": "FeatureCollection", "features": features}, allow_nan=False, separators=(",", ":")) + "\n"
-    )
+        collected += features(mmsi, track.rows(track.has_position).to_frame().to_dicts())
+    return collection(collected)
+
+
+def features(mmsi, rows) -> list[dict]:
+    """Of a track's rows (dicts with lon_deg, lat_deg and time_s): its line, and the points."""
+    return [_line(mmsi, rows), *(_point(row) for row in rows)] if rows else []
+
+
+def collection(collected) -> str:
+    """The text of a FeatureCollection."""
+    whole = {"type": "FeatureCollection", "features": collected}
+    return json.dumps(whole, allow_nan=False, separators=(",", ":")) + "\n"
 
 
 def _line(mmsi, rows):

@@ -1,0 +1,172 @@
+"""Encounters: the closest point of approach of pairs of vessels, at equal times, and how sure it is.
+
+Both vessels are brought to one time before their distance is taken, by the estimates before and after it.
+"""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from steerway.archive.store import DAY, Store
+from steerway.core.earth import NAUTICAL_MILE, radii
+from steerway.core.errors import InputError
+
+STEP = 60.0
+"""s between the times at which pairs are looked for; in between both go on as they do."""
+_LONGEST_INTERVAL = 600.0
+"""s between two estimates of a vessel beyond which it is not known where it is."""
+_APART_AGAIN = 900.0
+"""s for which a pair is farther apart than asked for before the next encounter of it."""
+_FASTEST = 30.0
+_COLUMNS = ("mmsi", "track", "time_s", "lat_deg", "lon_deg", "sog_mps", "sog_std_mps", "position_std_m", "status")
+
+
+def encounters(
+    directory: str | Path, distance: float = NAUTICAL_MILE, progress: Callable[[float], None] | None = None
+) -> pl.DataFrame:
+    """Pairs that come within `distance` (m) of each other, a row an encounter, in order of time.
+
+    Columns: both mmsi and track, `start_s` from when on they are within the distance, `cpa_time_s`, `tcpa_s` between
+    the two, `cpa_m` with its standard deviation, the speed at which they pass, where that is, and both speeds. Raises
+    InputError for a distance that is not positive, and where there is no archive.
+    """
+    if not 0.0 < distance <= 50e3:
+        raise InputError(f"distance is {distance:g} m, expected more than 0 and at most 50 km")
+    store = Store.opened(directory)
+    days = sorted({day for day, _ in store.done()})
+    found: list[pl.DataFrame] = []
+    before = None
+    for i, day in enumerate(days):
+        files = [store.path("estimate", *unit) for unit in sorted(store.done()) if unit[0] == day]
+        frame = pl.scan_parquet(files, glob=False).select(_COLUMNS).collect()
+        frame = frame.filter(pl.col("lat_deg").is_not_null() & (pl.col("status") != "rejected"))
+        whole = frame if before is None else pl.concat([before, frame])
+        found += list(_near(whole, day, distance))
+        before = frame.filter(pl.col("time_s") > (day + 1) * DAY - _LONGEST_INTERVAL)
+        if progress:
+            progress((i + 1) / len(days))
+    return _encounters(pl.concat(found) if found else pl.DataFrame(schema=_NEAR), distance)
+
+
+_NEAR = dict.fromkeys(("a", "track_a", "b", "track_b"), pl.Int64) | dict.fromkeys(
+    ("time_s", "distance_m", "cpa_time_s", "cpa_m", "std_m", "speed_mps", "lat_deg", "lon_deg", "sog_a", "sog_b"),
+    pl.Float64,
+)
+
+
+def _near(frame: pl.DataFrame, day: int, distance: float) -> Iterator[pl.DataFrame]:
+    """Pairs near each other at the times of a day, with the closest approach within half a step of each."""
+    from scipy.spatial import cKDTree
+
+    frame = frame.sort("mmsi", "track", "time_s")
+    ids = frame.select("mmsi", "track").unique(maintain_order=True).to_numpy().astype(np.int64)
+    columns = {name: frame[name].cast(pl.Float64).fill_null(np.nan).to_numpy() for name in _COLUMNS[2:8]}
+    same = (frame["mmsi"].diff() == 0) & (frame["track"].diff() == 0)
+    number = np.cumsum(~same.fill_null(False).to_numpy()) - 1
+    time = columns["time_s"]
+    # rows of all tracks in one order that searches: the track, then the time
+    span = DAY * 4.0
+    origin = (day - 1) * DAY
+    order = number * span + (time - origin)
+    latitude, longitude = np.radians(columns["lat_deg"]), np.radians(columns["lon_deg"])
+    tracks = np.arange(len(ids))
+    for moment in np.arange(day * DAY, (day + 1) * DAY, STEP):
+        after = np.searchsorted(order, tracks * span + (moment - origin), side="left")
+        inside = (after > 0) & (after < len(order))
+        after = np.where(inside, after, 1) if len(order) > 1 else np.ones(len(tracks), int)
+        if len(order) < 2:
+            return
+        row = after - 1
+        known = inside & (number[row] == tracks) & (number[after] == tracks)
+        elapsed = time[after] - time[row]
+        known &= (elapsed > 0.0) & (elapsed <= _LONGEST_INTERVAL)
+        who = np.flatnonzero(known)
+        if len(who) < 2:
+            continue
+        row, after, elapsed = row[who], after[who], elapsed[who]
+        share = (moment - time[row]) / elapsed
+        step_longitude = (longitude[after] - longitude[row] + np.pi) % (2.0 * np.pi) - np.pi
+        lat, lon = latitude[row] + share * (latitude[after] - latitude[row]), longitude[row] + share * step_longitude
+        flat = np.column_stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)]) * 6.371e6
+        pairs = cKDTree(flat).query_pairs(distance + 2.0 * _FASTEST * STEP / 2.0, output_type="ndarray")
+        if not len(pairs):
+            continue
+        i, j = pairs.T
+        meridian, prime_vertical = radii(float(np.mean(lat[i])))
+        scale = prime_vertical * np.cos(0.5 * (lat[i] + lat[j]))
+        north = (lat[j] - lat[i]) * meridian
+        east = ((lon[j] - lon[i] + np.pi) % (2.0 * np.pi) - np.pi) * scale
+        v_n, v_e = (latitude[after] - latitude[row]) / elapsed * meridian, step_longitude / elapsed
+        along_n, along_e = v_n[j] - v_n[i], (v_e[j] - v_e[i]) * scale
+        speed = np.hypot(along_n, along_e)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            wait = np.where(speed > 1e-3, -(north * along_n + east * along_e) / speed**2, 0.0)
+        wait = np.clip(np.nan_to_num(wait), -0.5 * STEP, 0.5 * STEP)
+        closest = np.hypot(north + wait * along_n, east + wait * along_e)
+        std = _std(columns, row, after, np.minimum(share, 1.0 - share) * elapsed)
+        close = closest <= distance
+        if not close.any():
+            continue
+        i, j, (at,) = i[close], j[close], np.where([close])[1:]
+        yield pl.DataFrame(
+            {
+                "a": ids[who[i], 0],
+                "track_a": ids[who[i], 1],
+                "b": ids[who[j], 0],
+                "track_b": ids[who[j], 1],
+                "time_s": np.full(len(i), float(moment)),
+                "distance_m": np.hypot(north, east)[at],
+                "cpa_time_s": moment + wait[at],
+                "cpa_m": closest[at],
+                "std_m": np.hypot(std[i], std[j]),
+                "speed_mps": speed[at],
+                "lat_deg": np.degrees(0.5 * (lat[i] + lat[j])),
+                "lon_deg": np.degrees(lon[i]),
+                "sog_a": columns["sog_mps"][row[i]],
+                "sog_b": columns["sog_mps"][row[j]],
+            },
+            schema=_NEAR,
+        )
+
+
+def _std(columns, row, after, away) -> np.ndarray:
+    """Of a position between two estimates: theirs, and what the speed is uncertain by since the nearer of them."""
+    position = np.maximum(columns["position_std_m"][row], columns["position_std_m"][after])
+    return np.hypot(position, np.nan_to_num(columns["sog_std_mps"][row]) * away)
+
+
+def _encounters(near: pl.DataFrame, distance: float) -> pl.DataFrame:
+    pair = ["a", "track_a", "b", "track_b"]
+    near = near.sort(*pair, "time_s")
+    fresh = (pl.col("time_s").diff().over(pair).fill_null(np.inf) > _APART_AGAIN).cum_sum().over(pair)
+    closest = pl.col("cpa_m").arg_min()
+    grouped = (
+        near.with_columns(encounter=fresh)
+        .group_by(*pair, "encounter", maintain_order=True)
+        .agg(
+            start_s=pl.col("time_s").min(),
+            end_s=pl.col("time_s").max(),
+            **{
+                name: pl.col(column).get(closest)
+                for name, column in (
+                    ("cpa_time_s", "cpa_time_s"),
+                    ("cpa_m", "cpa_m"),
+                    ("cpa_std_m", "std_m"),
+                    ("relative_speed_mps", "speed_mps"),
+                    ("lat_deg", "lat_deg"),
+                    ("lon_deg", "lon_deg"),
+                    ("sog_a_mps", "sog_a"),
+                    ("sog_b_mps", "sog_b"),
+                )
+            },
+        )
+    )
+    return (
+        grouped.filter(pl.col("cpa_m") <= distance)
+        .with_columns(tcpa_s=pl.col("cpa_time_s") - pl.col("start_s"))
+        .rename({"a": "mmsi_a", "b": "mmsi_b"})
+        .drop("encounter")
+        .sort("cpa_time_s", "mmsi_a", "mmsi_b")
+    )

@@ -1,0 +1,116 @@
+"""Inputs of an archive: which they are, and their reports by day and bucket of vessels on the disk.
+
+The reports of one input are shuffled through files by polars' streaming engine, so that memory does not grow with them;
+rows that are left out are counted by reason.
+"""
+
+import glob
+import hashlib
+import shutil
+import zlib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from steerway.archive.store import DAY, Store
+from steerway.core.errors import InputError
+from steerway.formats.ais_tables import REASONS, SCHEMA, reports
+from steerway.formats.reading import read
+
+_LEFT_OUT = -1
+_FIRST_FLEET = 10_000_000_000
+"""Numbers of vessels without MMSI, above all MMSI: of their files."""
+ROWS_A_BYTE = {".parquet": 1 / 25, ".gz": 1 / 20, ".zip": 1 / 20, ".zst": 1 / 20}
+"""Rows that an input holds for each byte, to choose the number of buckets; of text 1 in 110."""
+
+
+def found(paths: Iterable[str | Path]) -> list[Path]:
+    """The files that paths and patterns name, in order. Raises InputError for one that names none."""
+    files: dict[Path, None] = {}
+    for path in paths:
+        matches = sorted(glob.glob(str(path), recursive=True)) if glob.has_magic(str(path)) else [str(path)]
+        named = [Path(each) for each in matches]
+        named = [inner for each in named for inner in (sorted(each.rglob("*")) if each.is_dir() else [each])]
+        named = [each for each in named if each.is_file()]
+        if not named:
+            raise InputError(f"{path}: no such file, expected files, folders or patterns of them")
+        files |= dict.fromkeys(named)
+    return list(files)
+
+
+def identity(path: Path, known: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Size, time of change and hash of a file; the hash of one that has not changed since `known` is not taken anew."""
+    try:
+        stat = path.stat()
+        same = known and known["size"] == stat.st_size and known["changed_ns"] == stat.st_mtime_ns
+        if same:
+            digest = known["sha256"]
+        else:
+            with open(path, "rb") as file:
+                digest = hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    return {"size": stat.st_size, "changed_ns": stat.st_mtime_ns, "sha256": digest}
+
+
+def stage(path: Path, store: Store, key: str, buckets: int) -> tuple[Path, dict[str, int], int]:
+    """Write the reports of an input by day and bucket into a directory beside their place.
+
+    Returns the directory, the rows left out by reason and the rows kept. Raises InputError for an input that cannot be
+    read.
+    """
+    part = store.root / "staged" / f".{key}.part"
+    shutil.rmtree(part, ignore_errors=True)
+    part.mkdir(parents=True)
+    skipped: dict[str, int] = {}
+    with reports(path, store.root / "staged") as table:
+        if table is None:
+            table, skipped = _log(path)
+        bucket = pl.when(pl.col("reason") > 0).then(_LEFT_OUT).otherwise(bucket_of(pl.col("mmsi"), buckets))
+        day = pl.when(pl.col("reason") > 0).then(0).otherwise((pl.col("time_s") // DAY).cast(pl.Int32))
+        keyed = table.with_columns(day=day.fill_null(0), bucket=bucket.cast(pl.Int16))
+        into = pl.PartitionBy(part, key=["day", "bucket"], include_key=False)
+        keyed.sink_parquet(into, mkdir=True, compression="lz4", statistics=False)
+    dropped = part / "day=0" / f"bucket={_LEFT_OUT}"
+    if dropped.is_dir():
+        counts = pl.scan_parquet(dropped / "*.parquet").group_by("reason").len().collect()
+        for reason, count in counts.iter_rows():
+            skipped[REASONS[reason]] = skipped.get(REASONS[reason], 0) + count
+        shutil.rmtree(dropped)
+    kept = list(part.glob("day=*/bucket=*/*.parquet"))
+    rows = pl.scan_parquet(kept, glob=False).select(pl.len()).collect().item() if kept else 0
+    return part, skipped, rows
+
+
+def bucket_of(mmsi: pl.Expr, buckets: int) -> pl.Expr:
+    """A stable hash of a vessel's number."""
+    return (mmsi % 9_999_999_967 * 40_503 // 256) % buckets
+
+
+def _log(path: Path) -> tuple[pl.LazyFrame, dict[str, int]]:
+    """A log of any format that `steerway.read` knows: raw AIS, or one vessel, numbered by the name of its file."""
+    fixes = read(path)
+    mmsi = fixes.mmsi
+    if mmsi is None:
+        mmsi = np.full(len(fixes), _FIRST_FLEET + zlib.crc32(path.name.encode()))
+    placed = fixes.has_position
+    columns = {
+        "mmsi": mmsi,
+        "time_s": fixes.time,
+        "lat_deg": np.degrees(fixes.latitude),
+        "lon_deg": np.degrees(fixes.longitude),
+        "sog_mps": fixes.sog,
+        "cog_deg": np.degrees(fixes.cog) % 360.0,
+        "heading_deg": np.degrees(fixes.heading) % 360.0,
+    }
+    zeros = np.zeros(len(fixes), np.int64)
+    frame = pl.DataFrame(columns, nan_to_null=True).with_columns(mobile=zeros, hull=zeros, reason=zeros).cast(SCHEMA)
+    return frame.filter(placed).lazy(), {}
+
+
+def staged_units(directory: Path) -> set[tuple[int, int]]:
+    """(day, bucket) of the reports of an input."""
+    return {(int(each.parent.name[4:]), int(each.name[7:])) for each in directory.glob("day=*/bucket=*")}

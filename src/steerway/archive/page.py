@@ -1,0 +1,120 @@
+"""The page of an archive: a map, counts, coverage in time, intervals, consistency by class, the worst vessels."""
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from steerway.archive.store import Store, date_of
+from steerway.archive.unit import INTERVALS
+from steerway.formats.ais_tables import MOBILES
+from steerway.report.page import write_page
+
+_MAP_POINTS = 200_000
+_WORST = 20
+
+
+def write(store: Store, manifest: dict[str, Any]) -> None:
+    """Write index.html."""
+    units = sorted(store.done())
+    if not units:
+        return
+    numbers = {unit: store.numbers(*unit) for unit in units}
+    totals: Counter[str] = Counter()
+    for each in numbers.values():
+        totals.update({name: value for name, value in each.items() if isinstance(value, int | float)})
+    left_out: Counter[str] = Counter()
+    for each in manifest["inputs"].values():
+        left_out.update(each["left_out"])
+    days = sorted({day for day, _ in units})
+    counts = [
+        ("days", f"{date_of(days[0])} to {date_of(days[-1])}, {len(days)}"),
+        ("reports", f"{totals['reports']:,}, of which {totals['doubled']:,} were received twice"),
+        ("rows", f"{totals['rows']:,}"),
+        ("refused by the filter", f"{totals['rejected']:,}"),
+        *((f"left out: {reason}", f"{count:,}") for reason, count in left_out.most_common()),
+    ]
+    intervals = np.sum([each["intervals"] for each in numbers.values()], axis=0)
+    tables = [
+        ("Counts", ("", ""), counts),
+        ("Consistency (2 is expected)", ("class", "", "fixes", "mean NIS"), _consistency(totals)),
+        ("Events", ("event", "count"), _event_counts(store)),
+        ("Vessels with the most jumps and wrong values", ("MMSI", "events"), _worst(store)),
+    ]
+    figures = [
+        (_map(store, totals["rows"]), "Estimated positions; lighter where there are more."),
+        (_coverage(numbers, days), "Rows a day."),
+        (_intervals(intervals), "Time from report to report."),
+    ]
+    title = f"Archive of {len(manifest['inputs'])} inputs"
+    write_page(store.root / "index.html", title, tables=tables, figures=figures)
+
+
+def _consistency(totals):
+    rows = []
+    for mobile, name in enumerate(MOBILES):
+        for key, words in (("under_way", "under way"), ("at_rest", "at rest")):
+            count = totals[f"{key}_{mobile}"]
+            if count:
+                rows.append((name, words, f"{count:,}", f"{totals[f'{key}_{mobile}_nis'] / count:.2f}"))
+    return rows
+
+
+def _event_counts(store):
+    files = store.files("events")
+    counted = pl.scan_parquet(files, glob=False).group_by("event").len().collect().sort("len", descending=True)
+    return [(event, f"{count:,}") for event, count in counted.iter_rows()]
+
+
+def _worst(store):
+    wrong = pl.col("event").is_in(["jump", "moved", "another ship", "speed", "course"])
+    events = pl.scan_parquet(store.files("events"), glob=False).filter(wrong)
+    counted = events.group_by("mmsi").len().sort(["len", "mmsi"], descending=[True, False]).head(_WORST).collect()
+    return list(counted.iter_rows())
+
+
+def _map(store, rows):
+    from matplotlib.figure import Figure
+
+    every = max(1, rows // _MAP_POINTS)
+    points = [
+        pl.scan_parquet(path, glob=False).select("lon_deg", "lat_deg").gather_every(every).collect().drop_nulls()
+        for path in store.files("estimate")
+    ]
+    points = pl.concat(points)
+    longitude, latitude = points["lon_deg"].to_numpy(), points["lat_deg"].to_numpy()
+    figure = Figure(figsize=(11.0, 8.0), layout="constrained")
+    axes = figure.subplots()
+    if len(points):
+        axes.hexbin(longitude, latitude, gridsize=300, bins="log", mincnt=1, cmap="viridis", linewidths=0.0)
+        axes.set_aspect(1.0 / max(np.cos(np.radians(np.median(latitude))), 0.1))
+    axes.set_xlabel("longitude (°)")
+    axes.set_ylabel("latitude (°)")
+    axes.grid(alpha=0.25)
+    return figure
+
+
+def _coverage(numbers, days):
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11.0, 3.0), layout="constrained")
+    axes = figure.subplots()
+    rows = [sum(each["rows"] for (day, _), each in numbers.items() if day == wanted) for wanted in days]
+    axes.bar([date_of(day) for day in days], rows)
+    axes.set_ylabel("rows")
+    if len(days) > 10:
+        axes.set_xticks(range(0, len(days), -(-len(days) // 10)))
+    return figure
+
+
+def _intervals(counts):
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11.0, 3.0), layout="constrained")
+    axes = figure.subplots()
+    names = [f"≤ {edge:g}" for edge in INTERVALS] + ["longer"]
+    axes.bar(names, counts)
+    axes.set_xlabel("interval (s)")
+    axes.set_ylabel("reports")
+    return figure

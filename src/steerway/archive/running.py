@@ -1,0 +1,300 @@
+"""`run`: from files of reports to an archive of estimates; what is done is not done again."""
+
+import errno
+import hashlib
+import os
+import shutil
+from collections import Counter
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from steerway.archive import inputs, page
+from steerway.archive.schedule import run_chains
+from steerway.archive.store import TABLES, Store, date_of
+from steerway.archive.summaries import write_unfinished_trips
+from steerway.archive.unit import LOOKAHEAD, Work
+from steerway.core.errors import InputError
+from steerway.core.files import made_directory
+from steerway.estimation.course.update.aids import expect_aids
+from steerway.estimation.profiles import BUILT_IN, Profile
+
+PROFILES = ("ais", "ais", "ais")
+"""Built-in profiles of `formats.ais_tables.MOBILES`: unknown, class A, class B."""
+UNIT_ROWS = 400_000
+"""Rows of a unit to aim at: below 200,000 reading and writing cost more than filtering."""
+_BYTES_A_ROW, _BYTES_A_WORKER = 700, 250e6
+"""Memory that a unit takes for each of its rows, and a worker without one."""
+_SETTINGS = ("version", "kernels", "buckets", "profiles", "aid", "smooth", "rate")
+
+
+class DiskFull(InputError):
+    """The disk is full; what is done is kept, and the next run goes on."""
+
+
+@dataclass
+class Report:
+    """What a run did: `left_out` rows by reason, `failed` inputs and `given_up` units with the reason."""
+
+    directory: Path
+    inputs: int = 0
+    rows: int = 0
+    units: int = 0
+    units_before: int = 0
+    left_out: dict[str, int] = field(default_factory=dict)
+    failed: dict[str, str] = field(default_factory=dict)
+    given_up: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def complete(self) -> bool:
+        """Whether every input was read and every unit run."""
+        return not self.failed and not self.given_up
+
+
+def run(
+    paths: Iterable[str | Path],
+    directory: str | Path,
+    *,
+    buckets: int | None = None,
+    memory: float = 4e9,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    smooth: bool = False,
+    rate: float | None = None,
+    aid: tuple[str, ...] = (),
+    profile: Profile | None = None,
+    strict: bool = False,
+    progress: Callable[[float, str], None] | None = None,
+) -> Report:
+    """Estimate SOG, COG and course rate of every vessel in files of reports, a day and a bucket of vessels at a time.
+
+    The same call again goes on where the last one ended; further files are added, and what they touch is run again.
+
+    Args:
+        paths: files, folders and patterns: AIS tables (CSV, Parquet, GeoParquet; .gz, .zip, .zst), and any log that
+            `steerway.read` knows. directory: of the archive.
+        buckets: parts into which vessels are divided; None chooses by the size of the inputs and `memory` (bytes).
+        workers: processes; None: as many as cores and memory allow. scheduler: address of a Dask cluster instead.
+        smooth: use later fixes too, up to an hour into the next day. rate: rows a second (Hz); None: a row a report.
+        aid: of "sog", "cog", "heading". profile: of all vessels; None: of their classes.
+        strict: stop at an input that cannot be read. progress: called with the part done and what is being done.
+
+    Raises InputError for wrong arguments, an archive made with other settings and, if `strict`, an input that cannot be
+    read; DiskFull.
+    """
+    expect_aids(aid)
+    if rate is not None and not 0.0 < rate <= 10.0:
+        raise InputError(f"rate is {rate}, expected Hz between 0 and 10")
+    for name, value in (("buckets", buckets), ("workers", workers)):
+        if value is not None and not 1 <= value <= 4096:
+            raise InputError(f"{name} is {value}, expected 1 to 4096")
+    if not memory >= 5e8:
+        raise InputError(f"memory is {memory / 1e9:g} GB, expected at least 0.5 GB")
+    tell = progress or (lambda part, what: None)
+    files = inputs.found(paths)
+    store = Store(made_directory(directory))
+    workers = workers or max(1, min(os.cpu_count() or 1, int(memory / 6e8)))
+    manifest = _manifest(store, files, buckets, memory, workers, smooth, rate, aid, profile)
+    try:
+        report = Report(store.root)
+        store.remove_unfinished()
+        _forget_orphans(store, manifest)
+        _stage(store, manifest, files, strict, report, tell)
+        _run_units(store, manifest, workers, scheduler, report, tell)
+        write_unfinished_trips(store)
+        page.write(store, manifest)
+    except (InputError, OSError) as error:
+        if isinstance(error, DiskFull) or os.strerror(errno.ENOSPC) not in str(error):
+            raise
+        store.remove_unfinished()
+        raise DiskFull(f"{directory}: the disk is full; what is done is kept, the same command goes on") from None
+    return report
+
+
+def kernels_digest() -> str:
+    """Of the source that the results of an archive depend on."""
+    package = Path(__file__).parents[1]
+    digest = hashlib.sha256()
+    for folder in ("archive", "estimation/course", "estimation/profiles", "core"):
+        for path in sorted((package / folder).rglob("*.py")):
+            source = path.read_bytes()
+            if b"kernel" in source or folder == "archive":
+                digest.update(source)
+    digest.update((package / "formats" / "ais_tables.py").read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _manifest(store, files, buckets, memory, workers, smooth, rate, aid, profile) -> dict[str, Any]:
+    """The manifest of the archive, begun where there is none. Raises InputError where it was made with others."""
+    chosen = [profile or BUILT_IN[name] for name in PROFILES]
+    profiles = [each.model_dump(exclude={"intervals"}) for each in chosen]
+    wanted: dict[str, Any] = {
+        "version": version("steerway"),
+        "kernels": kernels_digest(),
+        "profiles": profiles,
+        "aid": list(aid),
+        "smooth": smooth,
+        "rate": rate,
+    }
+    if not store.manifest_path.exists():
+        if any(store.root.iterdir()):
+            raise InputError(f"{store.root} is not empty and holds no archive, expected a new or an empty directory")
+        wanted["buckets"] = buckets or _bucket_count(files, memory, workers)
+        manifest = {name: wanted[name] for name in _SETTINGS} | {"inputs": {}}
+        store.write_manifest(manifest)
+        return manifest
+    manifest = store.manifest()
+    wanted["buckets"] = buckets or manifest.get("buckets")
+    for name in _SETTINGS:
+        if manifest.get(name) != wanted[name]:
+            shown = (
+                (manifest.get(name), wanted[name])
+                if name != "profiles"
+                else ("/".join(each["name"] for each in manifest[name]), "others")
+            )
+            raise InputError(
+                f"{store.root} was made with {name} {shown[0]!r}, not {shown[1]!r}: expected the same settings, or "
+                "another directory"
+            )
+    return manifest
+
+
+def _bucket_count(files, memory, workers) -> int:
+    rows = max(each.stat().st_size * inputs.ROWS_A_BYTE.get(each.suffix.lower(), 1 / 110) for each in files)
+    room = max(memory / workers - _BYTES_A_WORKER, 1e8) / _BYTES_A_ROW
+    return max(1, min(round(rows / UNIT_ROWS), 256), int(-(-rows // room)))
+
+
+def _forget_orphans(store, manifest) -> None:
+    """Remove reports of inputs that were staged by a run that was killed before it noted them."""
+    known = {each["sha256"][:16] for each in manifest["inputs"].values()}
+    for directory in (store.root / "staged").glob("[!.]*"):
+        if directory.name not in known:
+            _undo(store, manifest, inputs.staged_units(directory))
+            shutil.rmtree(directory)
+
+
+def _undo(store, manifest, touched) -> set[tuple[int, int]]:
+    """Forget the units that depend on reports of these: of the same bucket, from their day on."""
+    first: dict[int, int] = {}
+    for day, bucket in touched:
+        first[bucket] = min(day, first.get(bucket, day))
+    looks_ahead = 1 if manifest["smooth"] or manifest["rate"] else 0
+    undone = {unit for unit in store.done() if unit[1] in first and unit[0] >= first[unit[1]] - looks_ahead}
+    for day, bucket in sorted(undone, reverse=True):
+        store.undo(day, bucket)
+    return undone
+
+
+def _stage(store, manifest, files, strict, report, tell) -> None:
+    """Shuffle every input that is new or has changed."""
+    known = manifest["inputs"]
+    for i, path in enumerate(files):
+        tell(0.3 * i / len(files), f"shuffling {path.name}")
+        name = str(path.resolve())
+        try:
+            this = inputs.identity(path, known.get(name))
+        except InputError as error:
+            _fail(report, path, error, strict)
+            continue
+        if name in known and known[name]["sha256"] == this["sha256"]:
+            known[name] |= this
+            continue
+        key = this["sha256"][:16]
+        same = next((other for other, each in known.items() if each["sha256"] == this["sha256"]), None)
+        if same is not None and same != name:
+            report.notes.append(f"{path.name} has the content of {Path(same).name} and counts once")
+            continue
+        try:
+            part, skipped, rows = inputs.stage(path, store, key, manifest["buckets"])
+        except (InputError, OSError) as error:
+            shutil.rmtree(store.root / "staged" / f".{key}.part", ignore_errors=True)
+            if os.strerror(errno.ENOSPC) in str(error):
+                raise
+            _fail(report, path, error, strict)
+            continue
+        touched = inputs.staged_units(part)
+        if name in known:
+            old = store.staged_directory(known[name]["sha256"][:16])
+            touched |= inputs.staged_units(old)
+        undone = _undo(store, manifest, touched)
+        if undone:
+            days = sorted({day for day, _ in undone})
+            verb = "has changed" if name in known else "is new"
+            report.notes.append(f"{path.name} {verb}: {len(undone)} units from {date_of(days[0])} on are run again")
+        if name in known:
+            shutil.rmtree(old, ignore_errors=True)
+        target = store.staged_directory(key)
+        shutil.rmtree(target, ignore_errors=True)
+        part.rename(target)
+        known[name] = this | {"rows": rows, "left_out": skipped}
+        store.write_manifest(manifest)
+        report.inputs += 1
+    store.write_manifest(manifest)
+    left_out: Counter[str] = Counter()
+    for each in known.values():
+        left_out.update(each["left_out"])
+    report.left_out = dict(left_out)
+
+
+def _fail(report, path, error, strict) -> None:
+    why = str(error).removeprefix(f"{path}: ")
+    if strict:
+        raise InputError(f"{path}: {why}") from None
+    report.failed[str(path)] = why
+
+
+def chains(store: Store, manifest: dict[str, Any]) -> list[list[Work]]:
+    """The units that are to be run, of every bucket in the order of days."""
+    done, of_bucket = store.done(), {}
+    for day, bucket in store.staged_units():
+        of_bucket.setdefault(bucket, []).append(day)
+    found = []
+    for bucket, days in sorted(of_bucket.items()):
+        todo = next((i for i, day in enumerate(days) if (day, bucket) not in done), len(days))
+        found.append(
+            [
+                Work(
+                    str(store.root.resolve()),
+                    days[i],
+                    bucket,
+                    days[i - 1] if i else None,
+                    tuple(manifest["profiles"]),
+                    tuple(manifest["aid"]),
+                    manifest["smooth"],
+                    manifest["rate"],
+                )
+                for i in range(todo, len(days))
+            ]
+        )
+    return found
+
+
+def _run_units(store, manifest, workers, scheduler, report, tell) -> None:
+    todo = chains(store, manifest)
+    count = sum(map(len, todo))
+    report.units_before = len(store.done())
+    outcomes = run_chains(todo, workers, scheduler)
+    try:
+        for work, numbers in outcomes:
+            unit = f"{date_of(work.day)} bucket {work.bucket:02d}"
+            if numbers is None:
+                report.given_up.append(unit)
+                continue
+            report.units += 1
+            report.rows += numbers["rows"]
+            tell(0.3 + 0.7 * report.units / count, unit)
+    finally:
+        if hasattr(outcomes, "close"):
+            outcomes.close()
+    if manifest["smooth"]:
+        report.notes.append(
+            f"smoothed with the fixes of the day and, where there are any, {LOOKAHEAD / 3600:g} h of the next; "
+            "cut at gaps beyond 30 min"
+        )
+
+
+__all__ = ["TABLES", "DiskFull", "Report", "run"]

@@ -1,0 +1,119 @@
+"""Rows of an archive: `scan` as a lazy frame, `export` to files."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from steerway.archive.inputs import bucket_of
+from steerway.archive.store import DAY, Store, day_of
+from steerway.core.errors import InputError
+from steerway.core.files import complete_or_absent
+from steerway.formats import geojson
+
+ENDINGS = (".parquet", ".geojson", ".csv")
+_GEO = {
+    "version": "1.1.0",
+    "primary_column": "geometry",
+    "columns": {"geometry": {"encoding": "WKB", "geometry_types": ["Point"]}},
+}
+
+
+def scan(directory: str | Path, table: str = "estimate") -> pl.LazyFrame:
+    """The rows of an archive: of "estimate", "events" or "trips" (with the trips that go on at the end).
+
+    Units appear when they are done; rows are sorted by vessel, track and time within each. Raises InputError where
+    there is no archive, or nothing in it is done.
+    """
+    store = Store.opened(directory)
+    if table not in ("estimate", "events", "trips"):
+        raise InputError(f"table is {table!r}, expected 'estimate', 'events' or 'trips'")
+    files = store.files(table)
+    if table == "trips" and (unfinished := store.root / "trips" / "unfinished.parquet").is_file():
+        files.append(unfinished)
+    if not files:
+        raise InputError(f"{directory}: no unit is done yet, expected `steerway archive run` to have ended")
+    return pl.scan_parquet(files, glob=False)
+
+
+def export(
+    directory: str | Path,
+    path: str | Path,
+    mmsi: Sequence[int] = (),
+    box: tuple[float, float, float, float] | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+) -> int:
+    """Write rows of the estimate as GeoParquet, GeoJSON or CSV, by the ending of `path`; returns how many.
+
+    Args:
+        mmsi: of the vessels; none: all. box: west, south, east, north (degrees), west > east across the antimeridian.
+            start ≤ time < stop (Unix s).
+
+    Raises InputError for another ending, a box that is none, a path that cannot be written, and as `scan`.
+    """
+    ending = Path(path).suffix.lower()
+    if ending not in ENDINGS:
+        raise InputError(f"{str(path)!r} has an unknown ending, expected one of {', '.join(ENDINGS)}")
+    rows = _chosen(directory, mmsi, box, start, stop).collect(engine="streaming")
+    rows = rows.sort("mmsi", "track", "time_s", maintain_order=True)
+    with complete_or_absent(path) as file:
+        if ending == ".csv":
+            rows.write_csv(file)
+        elif ending == ".geojson":
+            collected = []
+            for (vessel, _), track in rows.group_by("mmsi", "track", maintain_order=True):
+                collected += geojson.features(vessel, _plain(track))
+            file.write(geojson.collection(collected).encode())
+        else:
+            placed = rows.filter(pl.col("lat_deg").is_not_null())
+            placed = placed.with_columns(geometry=_points(placed))
+            placed.write_parquet(file, metadata={"geo": json.dumps(_GEO)})
+    return len(rows)
+
+
+def _chosen(directory, mmsi, box, start, stop) -> pl.LazyFrame:
+    store = Store.opened(directory)
+    files = store.files("estimate")
+    if mmsi:
+        buckets = pl.select(bucket_of(pl.Series(mmsi, dtype=pl.Int64), store.manifest()["buckets"])).to_series()
+        files = store.files("estimate", set(buckets.to_list()))
+    first = -1 if start is None else int((start - 3600.0) // DAY)
+    last = None if stop is None else int(stop // DAY) + 1
+    files = [
+        each
+        for each in files
+        if first <= day_of(each.parent.name[4:]) and (last is None or day_of(each.parent.name[4:]) <= last)
+    ]
+    if not files:
+        raise InputError(
+            f"{directory}: no unit that is done holds such rows, expected a vessel and days of the archive"
+        )
+    frame = pl.scan_parquet(files, glob=False)
+    if mmsi:
+        frame = frame.filter(pl.col("mmsi").is_in(list(mmsi)))
+    if box is not None:
+        west, south, east, north = box
+        if not (-90.0 <= south < north <= 90.0 and -180.0 <= west <= 180.0 and -180.0 <= east <= 180.0):
+            raise InputError(f"box is {box}, expected west, south, east, north in degrees")
+        frame = frame.filter(pl.col("lat_deg").is_between(south, north))
+        inside = [pl.col("lon_deg") >= west, pl.col("lon_deg") <= east]
+        frame = frame.filter(inside[0] & inside[1] if west <= east else inside[0] | inside[1])
+    if start is not None:
+        frame = frame.filter(pl.col("time_s") >= start)
+    return frame if stop is None else frame.filter(pl.col("time_s") < stop)
+
+
+def _plain(track):
+    return track.filter(pl.col("lat_deg").is_not_null()).with_columns(pl.col("status").cast(pl.String)).to_dicts()
+
+
+def _points(frame) -> pl.Series:
+    """Well-known binary of points: byte order, type, longitude, latitude."""
+    packed = np.zeros(len(frame), dtype=[("order", "u1"), ("type", "<u4"), ("x", "<f8"), ("y", "<f8")])
+    packed["order"], packed["type"] = 1, 1
+    packed["x"], packed["y"] = frame["lon_deg"].to_numpy(), frame["lat_deg"].to_numpy()
+    data, size = packed.tobytes(), packed.dtype.itemsize
+    return pl.Series([data[i : i + size] for i in range(0, len(data), size)], dtype=pl.Binary)

@@ -1,0 +1,69 @@
+"""One digest of the results: over all rows by vessel, track and time, whatever files they stand in."""
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from steerway.archive.store import Store
+from steerway.core.errors import InputError
+
+_TABLES = ("estimate", "events", "trips")
+
+
+def digest(directory: str | Path, progress: Callable[[float], None] | None = None) -> tuple[str, int]:
+    """(SHA-256, rows of the estimate) of an archive.
+
+    Every track has a hash of its rows in order of time, over all days; the digest is that of the sorted hashes. Raises
+    InputError where there is no archive, or a file of it is damaged or missing.
+    """
+    store = Store.opened(directory)
+    units = sorted(store.done(), key=lambda unit: (unit[1], unit[0]))
+    hashes: dict[tuple[str, int, int], hashlib._Hash] = {}
+    rows = 0
+    for i, unit in enumerate(units):
+        for table in _TABLES:
+            path = store.path(table, *unit)
+            try:
+                frame = pl.read_parquet(path, glob=False)
+            except (pl.exceptions.PolarsError, OSError) as error:
+                raise InputError(
+                    f"{path}: cannot be read ({str(error).splitlines()[0]}), expected a complete file"
+                ) from None
+            rows += len(frame) if table == "estimate" else 0
+            _update(hashes, table, frame)
+        if progress:
+            progress((i + 1) / len(units))
+    whole = hashlib.sha256()
+    for key in sorted(hashes):
+        whole.update(repr(key).encode() + hashes[key].digest())
+    return whole.hexdigest(), rows
+
+
+def _update(hashes, table, frame) -> None:
+    time = "time_s" if table == "estimate" else "start_s"
+    frame = frame.sort("mmsi", "track", time, maintain_order=True)
+    mmsi, track = frame["mmsi"].to_numpy(), frame["track"].to_numpy()
+    if len(frame) == 0:
+        return
+    packed = np.concatenate([_bytes(frame[name]) for name in frame.columns], axis=1)
+    edges = np.flatnonzero((np.diff(mmsi) != 0) | (np.diff(track) != 0)) + 1
+    for first, last in zip([0, *edges], [*edges, len(frame)], strict=True):
+        key = (table, int(mmsi[first]), int(track[first]))
+        hashes.setdefault(key, hashlib.sha256()).update(packed[first:last].tobytes())
+
+
+def _bytes(series) -> np.ndarray:
+    """(n, size) uint8 of a column; unknown is NaN."""
+    if series.dtype.is_float():
+        values = series.fill_null(float("nan")).to_numpy().copy()
+        values[np.isnan(values)] = np.nan
+        values += 0.0  # −0 is 0
+    elif series.dtype == pl.Enum:
+        values = series.to_physical().to_numpy()
+    else:
+        values = series.to_numpy()
+    values = np.ascontiguousarray(values)
+    return values.view(np.uint8).reshape(len(values), values.dtype.itemsize)

@@ -1,0 +1,239 @@
+"""The commands for archives: archive run, status, verify, export; encounters."""
+
+import re
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from steerway.commands.logs import Aids, From, Until, _aids, _moment
+from steerway.commands.terminal import flag, print_json, print_pairs, print_table, progress_line
+from steerway.core.errors import InputError
+
+app = typer.Typer(
+    help="Archives of many vessels and days: AIS of a nation, logs of a fleet.",
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+INCOMPLETE, DISK_FULL = 3, 4
+"""Exit codes: an input or a unit was left out; the disk is full."""
+Directory = Annotated[Path, typer.Argument(metavar="DIR", help="Directory of the archive.")]
+
+
+@app.command()
+def run(
+    inputs: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="IN...",
+            help="Files, folders or patterns: AIS tables (CSV, Parquet, GeoParquet, also packed), raw AIS, logs.",
+        ),
+    ],
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Directory of the archive.")],
+    buckets: Annotated[int | None, typer.Option(metavar="N", help="Parts into which vessels are divided.")] = None,
+    memory: Annotated[str, typer.Option(metavar="SIZE", help="Memory to use, of all processes, such as 4GB.")] = "4GB",
+    workers: Annotated[int | None, typer.Option(metavar="N", help="Processes; by default one a core.")] = None,
+    scheduler: Annotated[str | None, typer.Option(metavar="URL", help="Scheduler of a Dask cluster to run on.")] = None,
+    smooth: Annotated[
+        bool, flag("--smooth", help="Smooth: use later fixes too, up to an hour of the next day.")
+    ] = False,
+    rate: Annotated[
+        float | None, typer.Option(metavar="HZ", help="Output rate; by default one row per report.")
+    ] = None,
+    aid: Aids = None,
+    profile: Annotated[
+        str | None, typer.Option(metavar="NAME|FILE.toml", help="Filter profile; by default by the class of AIS.")
+    ] = None,
+    strict: Annotated[bool, flag("--strict", help="Stop at an input that cannot be read.")] = False,
+    as_json: Annotated[bool, flag("--json", help="JSON output.")] = False,
+) -> None:
+    """Estimate all vessels of an archive. The same command again goes on where it ended; further inputs are added.
+
+    Exit code 3: an input or a unit was left out; 4: the disk is full.
+
+    Example:
+
+        steerway archive run aisdk-2024-03-*.zip -o march
+    """
+    from steerway.archive.running import DiskFull
+    from steerway.archive.running import run as run_archive
+    from steerway.commands import interruption
+    from steerway.estimation import Profile
+
+    chosen = None
+    if profile is not None:
+        chosen = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
+    interruption.note = "what is done is kept, the same command goes on"
+    try:
+        with progress_line("archive") as step:
+            report = run_archive(
+                inputs,
+                out,
+                buckets=buckets,
+                memory=_bytes(memory),
+                workers=workers,
+                scheduler=scheduler,
+                smooth=smooth,
+                rate=rate,
+                aid=_aids(aid),
+                profile=chosen,
+                strict=strict,
+                progress=step,
+            )
+    except DiskFull as error:
+        typer.echo(f"steerway: {error}", err=True)
+        raise typer.Exit(DISK_FULL) from None
+    if as_json:
+        print_json(vars(report) | {"directory": str(report.directory)})
+    else:
+        print_pairs(
+            [
+                ("inputs shuffled", f"{report.inputs:,}"),
+                ("units run", f"{report.units:,}, {report.units_before:,} were done before"),
+                ("rows", f"{report.rows:,}"),
+                *((f"left out: {reason}", f"{count:,}") for reason, count in sorted(report.left_out.items())),
+            ]
+        )
+        for note in report.notes:
+            print(f"· {note}")
+        print(f"wrote {out / 'index.html'}")
+    for path, why in report.failed.items():
+        typer.echo(f"steerway: {path}: left out, {why}", err=True)
+    for unit in report.given_up:
+        typer.echo(f"steerway: {unit}: given up, its workers were lost three times (is memory short?)", err=True)
+    if not report.complete:
+        raise typer.Exit(INCOMPLETE)
+
+
+@app.command()
+def status(directory: Directory, as_json: Annotated[bool, flag("--json", help="JSON output.")] = False) -> None:
+    """Show what an archive was made of, what is done and what is to be done.
+
+    Example:
+
+        steerway archive status march
+    """
+    from steerway.archive.status import status as status_of
+
+    found = status_of(directory)
+    if as_json:
+        print_json(found)
+        return
+    print_pairs([(name, found[name]) for name in ("settings", "inputs", "days", "units", "rows", "reports")])
+    columns = ("input", "rows", "left out")
+    rows = [
+        (each["input"], f"{each['rows']:,}", ", ".join(f"{n:,} × {why}" for why, n in each["left_out"].items()))
+        for each in found["files"]
+    ]
+    print_table("", columns, rows)
+
+
+@app.command()
+def verify(directory: Directory) -> None:
+    """Read all results and print one digest of them: equal results have equal digests, however they were made.
+
+    Example:
+
+        steerway archive verify march
+    """
+    from steerway.archive.verifying import digest
+
+    with progress_line("verifying") as step:
+        found, rows = digest(directory, step)
+    print(f"{found}  {rows:,} rows")
+
+
+@app.command()
+def export(
+    directory: Directory,
+    out: Annotated[Path, typer.Argument(metavar="FILE", help="Output file: .parquet (GeoParquet), .geojson or .csv.")],
+    mmsi: Annotated[list[int] | None, typer.Option(metavar="N", help="A vessel; can be repeated.")] = None,
+    bbox: Annotated[
+        str | None, typer.Option(metavar="W,S,E,N", help="West, south, east and north of a box, in degrees.")
+    ] = None,
+    start: From = None,
+    stop: Annotated[
+        str | None,
+        typer.Option("--to", "--until", metavar="TIME", help="End of the interval (excluded): ISO 8601 or Unix s."),
+    ] = None,
+) -> None:
+    """Write the estimate of some vessels, a box or an interval to a file.
+
+    Example:
+
+        steerway archive export march ferry.geojson --mmsi 219000001 --from 2024-03-02T06:00:00Z
+    """
+    from steerway.archive.selecting import export as export_rows
+
+    count = export_rows(directory, out, mmsi or (), _box(bbox), _moment("--from", start), _moment("--to", stop))
+    print(f"wrote {out}: {count:,} rows")
+
+
+def encounters(
+    directory: Directory,
+    distance: Annotated[float, typer.Option("--distance", metavar="M", help="Largest distance of a pair, m.")] = 1852.0,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", metavar="OUT", help="Output file: .csv or .parquet.")
+    ] = None,
+    as_json: Annotated[bool, flag("--json", help="JSON output.")] = False,
+) -> None:
+    """Find encounters in an archive: closest points of approach (CPA) of pairs, at equal times, with their uncertainty.
+
+    Example:
+
+        steerway encounters march --distance 500 -o encounters.csv
+    """
+    from steerway.archive.encounters import encounters as find
+    from steerway.core.files import complete_or_absent
+
+    if out is not None and out.suffix not in (".csv", ".parquet"):
+        raise InputError(f"{str(out)!r} has an unknown ending, expected .csv or .parquet")
+    with progress_line("encounters") as step:
+        found = find(directory, distance, step)
+    if out is not None:
+        with complete_or_absent(out) as file:
+            found.write_csv(file) if out.suffix == ".csv" else found.write_parquet(file)
+        print(f"wrote {out}: {len(found):,} encounters")
+    elif as_json:
+        print_json(found.to_dicts())
+    else:
+        _print_encounters(found)
+
+
+def _print_encounters(found):
+    from steerway.core.timestamps import iso
+
+    rows = [
+        (
+            row["mmsi_a"],
+            row["mmsi_b"],
+            iso(round(row["cpa_time_s"])),
+            f"{row['cpa_m']:.0f} ± {row['cpa_std_m']:.0f} m",
+            f"{row['tcpa_s']:.0f} s",
+            f"{row['relative_speed_mps']:.1f} m/s",
+        )
+        for row in found.sort("cpa_m").head(50).iter_rows(named=True)
+    ]
+    print_table(
+        f"{len(found):,} encounters", ("vessel", "vessel", "time of CPA", "CPA", "TCPA", "relative speed"), rows
+    )
+
+
+def _bytes(text: str) -> float:
+    match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([kMGT]?)i?B?\s*", text, re.IGNORECASE)
+    if match is None:
+        raise InputError(f"--memory is {text!r}, expected a size such as 4GB")
+    return float(match[1]) * {"": 1.0, "K": 1e3, "M": 1e6, "G": 1e9, "T": 1e12}[match[2].upper()]
+
+
+def _box(text):
+    if text is None:
+        return None
+    try:
+        west, south, east, north = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"--bbox is {text!r}, expected west,south,east,north in degrees") from None
+    return west, south, east, north
+
+
+__all__ = ["Until", "app", "encounters", "export", "run", "status", "verify"]

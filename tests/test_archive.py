@@ -1,0 +1,402 @@
+"""Archives: results that do not depend on how they are made, every layout, faults, ships told apart, events."""
+
+import gzip
+import json
+import shutil
+import zipfile
+
+import numpy as np
+import polars as pl
+import pytest
+from benchmarks.support.fleet import day_path, generate
+
+import steerway.archive
+from steerway.archive import running
+from steerway.archive.encounters import encounters
+from steerway.archive.selecting import export
+from steerway.archive.status import status
+from steerway.archive.store import Store
+from steerway.archive.verifying import digest
+from steerway.core.errors import InputError
+from steerway.core.records import Fixes
+from steerway.estimation import FiveStateFilter
+
+DAYS = 2
+START = 1_709_251_200.0
+
+
+@pytest.fixture(scope="module")
+def fleet(tmp_path_factory):
+    """Two days of generated reports in the Danish layout, and the truth."""
+    directory = tmp_path_factory.mktemp("fleet")
+    generate(directory, count=26, days=DAYS, seed=11)
+    return directory
+
+
+@pytest.fixture(scope="module")
+def files(fleet):
+    return [day_path(fleet, day) for day in range(DAYS)]
+
+
+@pytest.fixture(scope="module")
+def whole(files, tmp_path_factory):
+    """The archive in one bucket, by one process."""
+    directory = tmp_path_factory.mktemp("archive")
+    steerway.archive.run(files, directory, buckets=1, workers=1)
+    return directory
+
+
+def rows_of(directory, table="estimate"):
+    return steerway.archive.scan(directory, table).collect()
+
+
+@pytest.mark.parametrize("buckets", [5, 16])
+def test_the_digest_does_not_depend_on_buckets(files, whole, tmp_path, buckets):
+    steerway.archive.run(reversed(files), tmp_path, buckets=buckets, workers=1)
+    assert digest(tmp_path) == digest(whole)
+
+
+def test_days_that_are_added_later_in_any_order_give_the_same(files, whole, tmp_path):
+    steerway.archive.run(files[1:], tmp_path, buckets=2, workers=1)
+    report = steerway.archive.run(files[:1], tmp_path, buckets=2, workers=1)
+    assert report.units == 4 and "are run again" in report.notes[0]
+    assert digest(tmp_path) == digest(whole)
+    again = steerway.archive.run(files, tmp_path, workers=1)
+    assert again.units == 0 and again.inputs == 0
+
+
+def test_workers_that_are_processes_give_the_same(files, whole, tmp_path):
+    steerway.archive.run(files, tmp_path, buckets=3, workers=2)
+    assert digest(tmp_path) == digest(whole)
+
+
+def test_a_cluster_gives_the_same(files, whole, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        1, threads_per_worker=1, processes=False, dashboard_address=None, protocol="tcp", scheduler_port=0
+    ) as cluster:
+        steerway.archive.run(files, tmp_path, buckets=2, scheduler=cluster.scheduler_address)
+    assert digest(tmp_path) == digest(whole)
+
+
+def test_a_run_that_was_killed_goes_on(files, whole, tmp_path):
+    steerway.archive.run(files, tmp_path, buckets=2, workers=1)
+    store = Store(tmp_path)
+    day = max(day for day, _ in store.done())
+    store.path("state", day, 1).unlink()  # killed after the tables of a unit, and in the middle of another file
+    beside = store.path("estimate", day, 1).with_name(".bucket=01.parquet.123.part")
+    beside.write_bytes(b"half")
+    assert (day, 1) not in store.done()
+    report = steerway.archive.run(files, tmp_path, workers=1)
+    assert report.units == 1 and not beside.exists()
+    assert digest(tmp_path) == digest(whole)
+
+
+def test_a_lost_worker_is_replaced_and_a_unit_that_loses_three_is_given_up(files, tmp_path, monkeypatch):
+    class Lost:
+        """Stands for a worker that is killed at the first bucket, and works elsewhere."""
+
+        def __init__(self, function):
+            self.function, self.pipe = function, object()
+            self.process = self
+
+        def begin(self, index, item):
+            self.item = item
+
+        def result(self):
+            if self.item.bucket == 0:
+                raise ChildProcessError("killed")
+            return 0, self.function(self.item)
+
+        def terminate(self):
+            pass
+
+        end = terminate
+
+    monkeypatch.setattr("steerway.archive.schedule.Worker", Lost)
+    monkeypatch.setattr("steerway.archive.schedule.wait", lambda pipes: pipes)
+    report = steerway.archive.run(files, tmp_path, buckets=2, workers=2)
+    assert report.given_up == ["2024-03-01 bucket 00"] and not report.complete
+    assert {bucket for _, bucket in Store(tmp_path).done()} == {1}
+
+
+def test_other_settings_are_refused_in_one_sentence(files, whole):
+    with pytest.raises(InputError, match=r"was made with smooth False, not True: expected the same settings"):
+        steerway.archive.run(files, whole, smooth=True)
+    with pytest.raises(InputError, match="was made with profiles"):
+        steerway.archive.run(files, whole, profile=FiveStateFilter("ship").profile)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"rate": 11.0}, "rate is 11.0"),
+        ({"buckets": 0}, "buckets is 0"),
+        ({"memory": 1e6}, "memory is 0.001 GB"),
+        ({"aid": ("wind",)}, "wind"),
+    ],
+)
+def test_wrong_arguments(files, tmp_path, arguments, words):
+    with pytest.raises(InputError, match=words):
+        steerway.archive.run(files, tmp_path, **arguments)
+
+
+def test_no_input_and_a_directory_that_is_used(tmp_path, files):
+    with pytest.raises(InputError, match="no such file"):
+        steerway.archive.run([tmp_path / "none*.csv"], tmp_path / "out")
+    (tmp_path / "mine.txt").write_text("mine")
+    with pytest.raises(InputError, match="is not empty and holds no archive"):
+        steerway.archive.run(files, tmp_path)
+    with pytest.raises(InputError, match="holds no archive"):
+        status(tmp_path)
+
+
+def test_a_bad_file_is_named_and_left_out(files, tmp_path):
+    bad = tmp_path / "bad.parquet"
+    bad.write_bytes(b"PAR1" + bytes(100))
+    broken = tmp_path / "broken.csv.gz"
+    broken.write_bytes(b"\x1f\x8b" + bytes(50))
+    report = steerway.archive.run([files[0], bad, broken], tmp_path / "out", workers=1)
+    assert set(report.failed) == {str(bad), str(broken)} and report.units > 0
+    with pytest.raises(InputError, match=r"bad\.parquet"):
+        steerway.archive.run([bad], tmp_path / "strict", strict=True)
+
+
+def test_a_full_disk_ends_the_run_and_the_next_one_goes_on(files, whole, tmp_path, monkeypatch):
+    from steerway.core import files as core_files
+
+    real, writes = core_files.complete_or_absent, []
+
+    def refused(path):
+        writes.append(path)
+        if len(writes) > 4:
+            raise core_files.cannot_write(path, OSError(28, "No space left on device"))
+        return real(path)
+
+    monkeypatch.setattr("steerway.archive.unit.complete_or_absent", refused)
+    with pytest.raises(running.DiskFull, match="the same command goes on"):
+        steerway.archive.run(files, tmp_path, buckets=1, workers=1)
+    assert len(Store(tmp_path).done()) == 1
+    monkeypatch.setattr("steerway.archive.unit.complete_or_absent", real)
+    assert steerway.archive.run(files, tmp_path, workers=1).units == 1
+    assert digest(tmp_path) == digest(whole)
+
+
+def test_rows_left_out_are_counted_by_reason_and_file(files, whole):
+    found = status(whole)
+    table = pl.concat([pl.read_csv(each, infer_schema=False) for each in files])
+    left_out = [each["left_out"] for each in found["files"]]
+    count = {reason: sum(each.get(reason, 0) for each in left_out) for reason in left_out[0]}
+    assert count["base station"] == (table["Type of mobile"] == "Base Station").sum()
+    assert count["aid to navigation"] == (table["Type of mobile"] == "AtoN").sum()
+    assert count["aircraft or search and rescue"] == (table["Type of mobile"] == "SAR Airborne").sum()
+    assert sum(each["rows"] for each in found["files"]) + sum(count.values()) == len(table)
+    assert found["rows"] == len(rows_of(whole)) and found["to_do"] == 0
+
+
+def _marine_cadastre(table, old):
+    time = pl.col("# Timestamp").str.to_datetime("%d/%m/%Y %H:%M:%S")
+    names = ("MMSI", "BaseDateTime", "LAT", "LON", "SOG", "COG", "Heading", "VesselType", "Length", "Width")
+    if not old:
+        names = (
+            "mmsi",
+            "base_date_time",
+            "latitude",
+            "longitude",
+            "sog",
+            "cog",
+            "heading",
+            "vessel_type",
+            "length",
+            "width",
+        )
+    columns = ("MMSI", None, "Latitude", "Longitude", "SOG", "COG", "Heading", "Ship type", "Length", "Width")
+    written = time.dt.strftime("%Y-%m-%dT%H:%M:%S" if old else "%Y-%m-%d %H:%M:%S")
+    chosen = {name: written if column is None else pl.col(column) for name, column in zip(names, columns, strict=True)}
+    mobile = pl.col("Type of mobile").replace({"Class A": "A", "Class B": "B"})
+    return table.select(**chosen, **{"TransceiverClass" if old else "transceiver": mobile})
+
+
+@pytest.mark.parametrize("layout", ["old", "new", "geoparquet", "zip", "gz"])
+def test_every_layout_gives_the_same(files, whole, tmp_path, layout):
+    inputs = []
+    for path in files:
+        table = pl.read_csv(path, infer_schema=False)
+        out = tmp_path / path.name
+        if layout == "zip":
+            out = out.with_suffix(".zip")
+            with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+                archive.write(path, path.name)
+        elif layout == "gz":
+            out = out.with_suffix(".csv.gz")
+            out.write_bytes(gzip.compress(path.read_bytes(), 1))
+        elif layout == "geoparquet":
+            out = out.with_suffix(".parquet")
+            places = table.select(x=pl.col("Longitude").cast(pl.Float64), y=pl.col("Latitude").cast(pl.Float64))
+            points = [b"\x01\x01\x00\x00\x00" + np.array(each, "<f8").tobytes() for each in places.iter_rows()]
+            numbers = [pl.col(name).cast(pl.Float64) for name in ("sog", "cog", "heading", "length", "width")]
+            plain = _marine_cadastre(table, False).with_columns(
+                pl.col("base_date_time").str.to_datetime("%Y-%m-%d %H:%M:%S"), pl.col("mmsi").cast(pl.Int64), *numbers
+            )
+            plain.drop("latitude", "longitude").with_columns(geometry=pl.Series(points)).write_parquet(out)
+        else:
+            _marine_cadastre(table, layout == "old").write_csv(out)
+        inputs.append(out)
+    steerway.archive.run(inputs, tmp_path / "out", buckets=1, workers=1)
+    assert digest(tmp_path / "out") == digest(whole)
+
+
+def test_logs_of_a_fleet_are_vessels_by_their_files(tmp_path):
+    for name, speed in (("one.csv", 2.0), ("two.csv", 3.0)):
+        time = np.arange(0.0, 600.0, 5.0)
+        frame = pl.DataFrame(
+            {"time_s": START + time, "lat_deg": 55.0 + speed * time / 111_200.0, "lon_deg": 0.0 * time}
+        )
+        frame.write_csv(tmp_path / name)
+    steerway.archive.run([tmp_path / "one.csv", tmp_path / "two.csv"], tmp_path / "out", workers=1)
+    speeds = rows_of(tmp_path / "out").group_by("mmsi").agg(pl.col("sog_mps").last())["sog_mps"].sort()
+    np.testing.assert_allclose(speeds, [2.0, 3.0], atol=0.05)
+
+
+def test_the_estimate_is_that_of_the_filter(fleet, whole):
+    """For ships alone under their number, up to the first report that is out of reach."""
+    truth = pl.read_parquet(fleet / "truth.parquet").filter(pl.col("ship") >= 0, pl.col("lat_deg") < 91.0)
+    alone = truth.filter(pl.col("ship").n_unique().over("mmsi") == 1, ~pl.col("jump").any().over("mmsi"))
+    alone = alone.unique(["mmsi", "time_s", "lat_deg"]).sort("mmsi", "time_s", "lat_deg")
+    angles = np.radians(alone["lat_deg"].to_numpy()), np.radians(alone["lon_deg"].to_numpy())
+    motion = FiveStateFilter("ais").filter(Fixes(alone["time_s"].to_numpy(), *angles, mmsi=alone["mmsi"].to_numpy()))
+    found = rows_of(whole).join(alone.select("mmsi").unique(), on="mmsi", how="semi").sort("mmsi", "time_s", "lat_deg")
+    assert len(found) == len(motion.time) > 4000
+    sog = np.nan_to_num(found["sog_mps"].fill_null(np.nan).to_numpy(), nan=-1.0)
+    same = np.abs(sog - np.nan_to_num(motion.sog, nan=-1.0)) < 1e-4
+    assert same.mean() > 0.99
+
+
+def test_ships_under_one_number_are_told_apart_and_jumps_found(fleet, whole):
+    truth = pl.read_parquet(fleet / "truth.parquet").filter(pl.col("ship") >= 0, pl.col("lat_deg") < 91.0)
+    truth = truth.unique().filter(pl.len().over("mmsi", "time_s") == 1)
+    found = truth.join(rows_of(whole).select("mmsi", "time_s", "track"), on=["mmsi", "time_s"])
+    shared = found.filter(pl.col("ship").n_unique().over("mmsi") > 1)
+    assert shared["mmsi"].n_unique() == 1 and len(shared) > 1000
+    right = shared.with_columns(most=pl.col("ship").mode().first().over("mmsi", "track"))
+    assert (right["most"] == right["ship"]).mean() > 0.99
+    assert found.filter(pl.col("ship").n_unique().over("mmsi") == 1)["track"].max() == 0
+    jumps = rows_of(whole, "events").filter(pl.col("event") == "jump").select("mmsi", time_s="start_s").unique()
+    seen = truth.join(jumps.with_columns(found=True), on=["mmsi", "time_s"], how="left")
+    seen = seen.with_columns(pl.col("found").fill_null(False))
+    assert seen.filter("jump")["found"].mean() > 0.9
+    assert seen.filter(~pl.col("jump"))["found"].mean() < 1e-3
+
+
+def test_smoothing_looks_into_the_next_day_whatever_the_buckets(fleet, files, whole, tmp_path):
+    report = steerway.archive.run(files, tmp_path / "one", buckets=1, workers=1, smooth=True)
+    assert "1 h of the next" in report.notes[-1]
+    steerway.archive.run(files[1:], tmp_path / "three", buckets=3, workers=1, smooth=True)
+    steerway.archive.run(files, tmp_path / "three", workers=1, smooth=True)
+    assert digest(tmp_path / "one") == digest(tmp_path / "three")
+    truth = pl.read_parquet(fleet / "truth.parquet").filter(~pl.col("jump"), pl.col("ship") >= 0)
+    truth = truth.unique(["mmsi", "time_s"]).select("mmsi", "time_s", true="sog_mps")
+
+    def error(directory):
+        both = rows_of(directory).filter(pl.col("status") == "ok").join(truth, on=["mmsi", "time_s"])
+        return float(both.select((pl.col("sog_mps") - pl.col("true")).abs().median()).item())
+
+    assert error(tmp_path / "one") < 0.85 * error(whole)
+
+
+def test_rows_at_a_rate(files, tmp_path):
+    steerway.archive.run(files, tmp_path / "one", buckets=1, workers=1, rate=0.1)
+    steerway.archive.run(files, tmp_path / "two", buckets=4, workers=1, rate=0.1)
+    assert digest(tmp_path / "one") == digest(tmp_path / "two")
+    time = rows_of(tmp_path / "one")["time_s"]
+    assert ((time * 0.1) % 1.0 == 0.0).all()
+
+
+def crossing(tmp_path):
+    """Two vessels that cross ahead of each other, reporting at different times, and a third that stops and turns."""
+    rows = []
+    for mmsi, first, step in ((1_000_000_01, 0.0, 20.0), (1_000_000_02, 7.0, 30.0)):
+        for t in np.arange(first, 3600.0, step):
+            along = 5.0 * (t - 1800.0) / 111_320.0
+            place = (55.0 + along, 10.0) if mmsi % 10 == 1 else (55.0 + 300.0 / 111_320.0, 10.0 + along / 0.5736)
+            rows.append((mmsi, START + t, *place, 5.0 / 0.514444, 0.0 if mmsi % 10 == 1 else 90.0))
+    for t in np.arange(0.0, 9000.0, 15.0):
+        moving = t < 2400.0
+        place = 56.0 + 6.0 * min(t, 2400.0) / 111_320.0
+        rows.append((1_000_000_03, START + t, place, 11.0, 12.0 / 0.514444 if moving else 0.0, 0.0))
+    names = ("mmsi", "time_s", "latitude", "longitude", "sog", "cog")
+    pl.DataFrame(rows, schema=names, orient="row").write_csv(tmp_path / "crossing.csv")
+    steerway.archive.run([tmp_path / "crossing.csv"], tmp_path / "out", workers=1)
+    return tmp_path / "out"
+
+
+def test_encounters_trips_and_wrong_values(tmp_path):
+    directory = crossing(tmp_path)
+    found = encounters(directory, 1000.0)
+    assert len(found) == 1
+    row = found.row(0, named=True)
+    # each passes the crossing of the tracks when the other is 300 m from there: closest at 300 / √2
+    assert row["cpa_m"] == pytest.approx(300.0 / np.sqrt(2.0), abs=15.0)
+    assert row["cpa_time_s"] == pytest.approx(START + 1830.0, abs=10.0)
+    assert 1.0 < row["cpa_std_m"] < 60.0
+    assert row["relative_speed_mps"] == pytest.approx(5.0 * np.sqrt(2.0), abs=0.3)
+    with pytest.raises(InputError, match="distance is -1 m"):
+        encounters(directory, -1.0)
+    trips = rows_of(directory, "trips").filter(pl.col("mmsi") == 1_000_000_03).sort("start_s")
+    assert trips["what"].to_list() == ["trip", "stop"]
+    assert trips["distance_m"][0] == pytest.approx(14_400.0, rel=0.03)
+    wrong = rows_of(directory, "events").filter(pl.col("event") == "speed")
+    assert wrong["mmsi"].to_list() == [1_000_000_03]  # it transmits twice its speed
+    assert abs(wrong["value"][0]) == pytest.approx(6.0, abs=0.6)
+
+
+def test_export(whole, tmp_path):
+    everything = rows_of(whole)
+    vessel = everything["mmsi"][0]
+    middle = START + 43_200.0
+    wanted = everything.filter(pl.col("mmsi") == vessel, pl.col("time_s") < middle)
+    assert export(whole, tmp_path / "some.csv", mmsi=[vessel], stop=middle) == len(wanted)
+    assert len(pl.read_csv(tmp_path / "some.csv")) == len(wanted)
+    box = (8.0, 55.0, 12.0, 57.0)
+    count = export(whole, tmp_path / "box.parquet", box=box)
+    inside = pl.read_parquet(tmp_path / "box.parquet")
+    assert 0 < count == len(inside) < len(everything)
+    assert inside["lon_deg"].is_between(8.0, 12.0).all()
+    point = inside["geometry"][0]
+    np.testing.assert_array_equal(np.frombuffer(point[5:], "<f8"), [inside["lon_deg"][0], inside["lat_deg"][0]])
+    assert b"primary_column" in (tmp_path / "box.parquet").read_bytes()
+    export(whole, tmp_path / "track.geojson", mmsi=[vessel], start=START, stop=START + 3600.0)
+    features = json.loads((tmp_path / "track.geojson").read_text())["features"]
+    assert features[0]["geometry"]["type"] in ("LineString", "MultiLineString")
+    with pytest.raises(InputError, match="unknown ending"):
+        export(whole, tmp_path / "x.shp")
+
+
+def test_a_file_that_is_damaged_later_is_found(files, tmp_path):
+    steerway.archive.run(files[:1], tmp_path, buckets=1, workers=1)
+    path = Store(tmp_path).files("estimate")[0]
+    path.write_bytes(path.read_bytes()[:1000])
+    with pytest.raises(InputError, match="expected a complete file"):
+        digest(tmp_path)
+
+
+def test_the_page_and_the_commands(files, whole, tmp_path, capsys):
+    from click.testing import CliRunner
+
+    from steerway.commands.app import command_tree
+
+    assert "<img" in (whole / "index.html").read_text()
+    program, runner = command_tree(), CliRunner()
+    bad = tmp_path / "bad.parquet"
+    bad.write_bytes(b"PAR1 and no more")
+    out = str(tmp_path / "out")
+    result = runner.invoke(program, ["archive", "run", str(files[0]), str(bad), "-o", out, "--workers", "1"])
+    assert result.exit_code == 3 and "bad.parquet: left out" in result.stderr
+    assert "units run" in result.stdout
+    result = runner.invoke(program, ["archive", "status", out, "--json"])
+    assert json.loads(result.stdout)["to_do"] == 0
+    result = runner.invoke(program, ["archive", "verify", out])
+    assert result.stdout.split()[0] == digest(out)[0]
+    result = runner.invoke(program, ["encounters", out, "--distance", "2000", "-o", str(tmp_path / "e.csv")])
+    assert result.exit_code == 0 and (tmp_path / "e.csv").exists()
+    shutil.rmtree(out)
