@@ -1,4 +1,5 @@
-# make demo | test | bounds | fuzz | install | bench | soak | faults | reference | lint — each creates .venv from the lock file by itself.
+# make demo | test | bounds | fuzz | install | bench | soak | faults | reference | lint | docs | package
+# Each creates .venv from the lock file by itself.
 PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/pip install --quiet --disable-pip-version-check
@@ -6,7 +7,7 @@ PIP := $(BIN)/pip install --quiet --disable-pip-version-check
 # Tests that run commands, services or whole studies: the kernels they call are called by the others too.
 NO_KERNELS = live autopilot desk docs soak cli commands package public_names study studies mission reference_outputs fuzz mavlink campaign
 
-.PHONY: install demo test bounds fuzz bench soak faults reference lint lock
+.PHONY: install demo test bounds fuzz bench soak faults reference lint docs package lock
 
 install: .venv/.test
 
@@ -23,6 +24,10 @@ install: .venv/.test
 
 .venv/.bench: .venv/.test requirements-bench.lock
 	$(PIP) --require-hashes -r requirements-bench.lock
+	@touch $@
+
+.venv/.docs: .venv/.test requirements-docs.lock
+	$(PIP) --require-hashes -r requirements-docs.lock
 	@touch $@
 
 demo: .venv/.core
@@ -53,12 +58,21 @@ faults: .venv/.test
 reference: .venv/.test
 	$(BIN)/python -m tests.reference_outputs $(ONLY)
 
+# The site, with its tutorials run and its links checked: site/index.html.
+docs: .venv/.docs
+	$(BIN)/python docs/build.py
+
+# Wheel and sdist in dist/, each tried in an environment of its own.
+package: .venv/.core
+	.ci/package
+
 lint: .venv/.test
-	$(BIN)/ruff check src tests benchmarks
-	$(BIN)/ruff format --check src tests benchmarks
+	$(BIN)/ruff check src tests benchmarks docs
+	$(BIN)/ruff format --check src tests benchmarks docs
 	$(BIN)/mypy
 
 lock:
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate --no-header --extra test -o requirements.lock pyproject.toml
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate --no-header --extra develop -c requirements.lock -o requirements-core.lock pyproject.toml
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate --no-header --extra test --extra bench -c requirements.lock -o requirements-bench.lock pyproject.toml
+	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate --no-header --extra test --extra docs -c requirements.lock -o requirements-docs.lock pyproject.toml

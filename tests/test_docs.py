@@ -1,20 +1,121 @@
-"""The code in the documentation runs, in the order in which it is read."""
+"""The documentation: its code runs, its commands are ones that there are, its links lead somewhere."""
 
 import re
-from pathlib import Path
+import shlex
 
 import pytest
+import typer
+from docs import reference
+from docs.build import ROOT, home, run_python, snippets
 
-DOCS = Path(__file__).parents[1] / "docs"
+from steerway.commands.app import command_tree
+from steerway.commands.schema import KINDS, schema_of
+
+PAGES = sorted(path for path in (ROOT / "docs").rglob("*.md"))
+FRONT = [ROOT / name for name in ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md")]
+SNIPPETS = [path for path in PAGES if "```python" in path.read_text("utf-8")]
 
 
-@pytest.mark.parametrize("page", ["vessels.md", "raspberry-pi.md"])
-def test_the_code_of_a_page_runs(page):
-    text = (DOCS / page).read_text(encoding="utf-8")
-    blocks = list(re.finditer(r"```python\n(.*?)```", text, re.DOTALL))
-    assert blocks
-    names = {}
-    for block in blocks:
-        line = text[: block.start()].count("\n") + 1
-        code = compile("\n" * line + block[1], f"{page}", "exec")
-        exec(code, names)
+def named(path):
+    return path.relative_to(ROOT).as_posix()
+
+
+@pytest.mark.parametrize("path", SNIPPETS, ids=named)
+def test_the_code_of_a_page_runs(path):
+    names = {"__name__": "__main__"}
+    for snippet in snippets(path.read_text("utf-8")):
+        if snippet.kind == "python":
+            run_python(snippet, named(path), names)
+
+
+def test_the_code_of_the_front_page_runs(tmp_path, monkeypatch):
+    import steerway
+    from tests.scenes import turning
+
+    monkeypatch.chdir(tmp_path)
+    steerway.write(turning(2.0, 0.5, 60.0).fixes(0.3, 1), "sortie.csv")
+    names = {"__name__": "__main__"}
+    for snippet in snippets((ROOT / "README.md").read_text("utf-8")):
+        if snippet.kind == "python":
+            run_python(
+                snippet.__class__(
+                    "python", snippet.text.replace("sortie.nmea", "sortie.csv"), snippet.line, snippet.stop
+                ),
+                "README.md",
+                names,
+            )
+    assert (tmp_path / "sortie.parquet").exists()
+
+
+def command_lines():
+    """(page, command) of every line of a block that begins with the program's name."""
+    for path in [*PAGES, *FRONT]:
+        for line in path.read_text("utf-8").splitlines():
+            plain = line.strip()
+            if plain.startswith("steerway ") and (line.startswith("    ") or not line.startswith(" ")):
+                for part in re.split(r"&&|;", plain):
+                    if part.strip().startswith("steerway "):
+                        yield named(path), part.strip()
+
+
+@pytest.mark.parametrize(("page", "line"), sorted(set(command_lines())))
+def test_the_commands_of_a_page_are_understood(page, line):
+    words = shlex.split(line, comments=True)[1:]
+    words = words[: next((k for k, word in enumerate(words) if word in ("|", ">", "<", "2>")), len(words))]
+    command, context = command_tree(), None
+    context = typer.Context(command, info_name="steerway")
+    while hasattr(command, "commands"):
+        assert words and words[0] in command.commands, f"{page}: there is no command in {line!r}"
+        command = command.commands[words.pop(0)]
+    command.make_context(command.name, words, parent=context)
+
+
+def anchors(page):
+    titles = re.findall(r"^#+ (.*)$", page, re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", title.lower()).strip().replace(" ", "-") for title in titles}
+
+
+@pytest.mark.parametrize("path", [*PAGES, *FRONT], ids=named)
+def test_links_lead_somewhere(path):
+    text = path.read_text("utf-8")
+    made = {f"{name}.md" for name in ("commands", "columns", "equations", "python", *KINDS)}
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if re.match(r"https?:|mailto:", target):
+            continue
+        place, _, anchor = target.partition("#")
+        goal = (path.parent / place).resolve() if place else path
+        if goal.parent.name in ("reference", "schemas") and goal.name in made:
+            continue
+        assert goal.exists(), f"{target} is not there"
+        assert not anchor or anchor in anchors(goal.read_text("utf-8")), f"{target} has no such heading"
+
+
+def test_every_page_is_in_the_contents():
+    contents = (ROOT / "docs" / "mkdocs.yml").read_text("utf-8")
+    missing = [path for path in PAGES if path.relative_to(ROOT / "docs").as_posix() not in contents]
+    assert missing == []
+
+
+def test_the_reference_has_every_public_name(tmp_path):
+    import steerway.guidance
+
+    page = reference.module("steerway.guidance")
+    assert all(f"## {name}\n" in page for name in steerway.guidance.__all__)
+    assert "`course`" in reference.keys("scenario") or "| `law` |" in reference.keys("scenario")
+    assert "| (54)–(59) | `steerway.control.course" in reference.equations()
+    assert "## steerway estimate" in reference.commands() and "position_std_m" in reference.columns()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_number_in_a_schema_has_a_unit(kind):
+    schema = schema_of(kind)
+    for name, table in {"": schema, **schema.get("$defs", {})}.items():
+        for key, value in table.get("properties", {}).items():
+            plain = {k: v for k, v in value.items() if k not in ("default", "additionalProperties")}
+            if '"number"' in str(plain).replace("'", '"'):
+                assert value.get("unit"), f"{kind} {name} {key}"
+
+
+def test_the_front_page_of_the_site_links_beside_itself():
+    page = home("[a](docs/live.md) [b](ARCHITECTURE.md) [c](LICENSE) ![d](docs/images/demo.png)")
+    assert page == "[a](live.md) [b](architecture.md) c ![d](images/demo.png)"

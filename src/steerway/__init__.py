@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from steerway.formats.reading import read, survey
     from steerway.formats.writing import write
 
+__version__ = "0.1.0"
 __all__ = ["FiveStateFilter", "Fixes", "InputError", "Motion", "Profile", "estimate", "read", "survey", "tune", "write"]
 __getattr__, __dir__ = on_demand(__name__)
 

@@ -7,7 +7,7 @@ import typer
 import typer.core
 import typer.main
 
-from steerway.commands import archive, demo, identify, logs, plot, profile, sailing, study
+from steerway.commands import archive, demo, identify, logs, plot, profile, sailing, schema, study
 from steerway.live.commands import LiveCommand, live, warm
 
 app = typer.Typer(
@@ -24,7 +24,7 @@ for panel, commands in (
     (START, (demo.demo,)),
     (LOGS, (logs.estimate, logs.info, logs.compare, logs.predict, logs.tune, plot.plot, archive.encounters)),
     (BOAT, (warm,)),
-    (SIMULATION, (sailing.simulate, sailing.advise)),
+    (SIMULATION, (sailing.simulate, sailing.advise, schema.schema)),
     (RESEARCH, (study.study,)),
 ):
     for command in commands:

@@ -5,13 +5,25 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from steerway.simulation.assembly import Assembly, assemble
     from steerway.simulation.campaign import over_seeds
     from steerway.simulation.loop import Run, Start, sail
+    from steerway.simulation.reading import load_scenario, parse_scenario
+    from steerway.simulation.run import Sailed, numbers_of_seed, sail_scenario
+    from steerway.simulation.scenario import Scenario
 
 __all__ = [
+    "Assembly",
     "Run",
+    "Sailed",
+    "Scenario",
     "Start",
+    "assemble",
+    "load_scenario",
+    "numbers_of_seed",
     "over_seeds",
+    "parse_scenario",
     "sail",
+    "sail_scenario",
 ]
 __getattr__, __dir__ = on_demand(__name__)

@@ -1,5 +1,6 @@
 """One simulated scenario: the run and its numbers."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,7 +32,9 @@ def origin(scenario: Scenario) -> tuple[float, float]:
     return tuple(np.radians((scenario.origin.latitude_deg, scenario.origin.longitude_deg)).tolist())
 
 
-def sail_scenario(scenario: Scenario, seed: int | None = None, progress=None) -> Sailed:
+def sail_scenario(
+    scenario: Scenario, seed: int | None = None, progress: Callable[[float], None] | None = None
+) -> Sailed:
     """Simulate a scenario once; `seed` in place of its own."""
     blocks = assemble(scenario)
     run = sail(

@@ -79,7 +79,7 @@ class MissionTable(_Table):
     boat: BoatTable = BoatTable()
 
 
-class _File(MissionTable):
+class MissionFile(MissionTable):
     waypoint: list[Waypoint] = Field(description="[[waypoint]] tables with lat_deg and lon_deg")
     fence: list[Corner] = []
 
@@ -126,11 +126,11 @@ class GeodeticRoute:
         if reader is None:
             raise InputError(f"route {path} has an unknown ending, expected one of {', '.join(readers)}")
         try:
-            table = _File(**reader(Path(path).read_text(encoding="utf-8")))
+            table = MissionFile(**reader(Path(path).read_text(encoding="utf-8")))
         except OSError as error:
             raise InputError(f"route {path} cannot be read: {error.strerror}") from None
         except ValidationError as error:
-            raise refusal(f"route {path}", error, _File) from None
+            raise refusal(f"route {path}", error, MissionFile) from None
         except (ValueError, LookupError, TypeError, AttributeError, RecursionError, ElementTree.ParseError) as error:
             raise InputError(f"route {path} is malformed ({error}), expected waypoints in degrees") from None
         if len(table.waypoint) < 2:
