@@ -1,4 +1,4 @@
-"""The command that prints the JSON Schemas of TOML files, with the units of their keys; editors complete keys by them."""
+"""The command that prints the JSON Schemas of TOML files, with units; editors complete keys by them."""
 
 import json
 from pathlib import Path
