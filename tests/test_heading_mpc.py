@@ -8,7 +8,7 @@ from scipy.optimize import nnls
 
 from steerway.control.heading_lqg import HeadingLqg
 from steerway.control.heading_mpc import HeadingMpc, prediction
-from steerway.control.heading_plant import BiasObserver, InputLimits, LinearPlant
+from steerway.control.heading_plant import BiasObserver, HeadingResponse, InputLimits, LinearPlant
 from steerway.control.heading_steering import steering
 from steerway.core.angles import wrap
 from steerway.core.errors import InputError
@@ -187,7 +187,7 @@ def held_course(controller, boat, command, target, seconds, dt, noise=0.0, state
 )
 def test_any_boat_known_by_nomoto_s_numbers_is_steered_without_offset(kind, boat, gain, time, dt):
     limit, noise = 0.6, math.radians(0.5)
-    control = steering(kind, gain, time, limit, noise)
+    control = steering(kind, HeadingResponse.of_nomoto(gain, time), limit, angle_std=noise)
     headings = held_course(control, boat, lambda u: (u,), 1.0, 15.0 * time if time < 50.0 else 600.0, dt, noise)
     late = headings[-len(headings) // 4 :]
     assert abs(np.degrees(late.mean() - 1.0)) < 0.5 and np.degrees(np.abs(late - 1.0)).max() < 2.0
@@ -231,7 +231,8 @@ def test_the_first_heading_known_is_where_a_controller_begins():
 
 
 def test_sampled_steering_holds_between_samples_and_takes_over_without_a_jump():
-    control = steering("mpc", 0.2, 20.0, 0.6, 0.01)
+    response = HeadingResponse.of_nomoto(0.2, 20.0)
+    control = steering("mpc", response, 0.6, angle_std=0.01)
     commands = [control.step((0.5, 0.0, 0.0), 0.0, 0.0, 0.1) for _ in range(41)]
     assert len(set(commands)) == 3 and control.sample == 2.0
     trim = control.integral
@@ -240,6 +241,6 @@ def test_sampled_steering_holds_between_samples_and_takes_over_without_a_jump():
     control.limited_to(0.1)
     assert control.design.input == 0.1
     with pytest.raises(InputError, match=r"autopilot\.kind is 'pid'"):
-        steering("pid", 0.2, 20.0, 0.6, 0.01)
+        steering("pid", response, 0.6)
     with pytest.raises(InputError, match=r"heading\.limit is 0"):
-        steering("lqg", 0.2, 20.0, 0.0, 0.01)
+        steering("lqg", response, 0.0)

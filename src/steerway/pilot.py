@@ -138,6 +138,8 @@ class Pilot:
         self.cruise = cruise
         self.max_dead_reckoning = positive("pilot.max_dead_reckoning", max_dead_reckoning)
         self._law_of_course = one_of("pilot.steer_by", steer_by, ("course", "heading")) == "course"
+        self._turns = getattr(speed, "turns", None)  # for a speed loop that uses the measured shaft speed
+        self._order = getattr(estimator, "order", None)  # for an estimator that uses what was ordered
         self._blind = 0.0
         self._mode = Mode.WAITING
 
@@ -149,6 +151,8 @@ class Pilot:
     def step(self, measurements: Measurements, dt: float) -> Orders:
         """The commands now, dt s after the step before."""
         estimate = self.estimator.step(measurements, dt)
+        if self._turns is not None:
+            self._turns(measurements.shaft)
         leg = self.mission.step(estimate.north, estimate.east, dt)
         mode = self._supervise(measurements, estimate, dt)
         desired, speed = UNKNOWN, 0.0
@@ -219,6 +223,8 @@ class Pilot:
         """The commands; integrals are kept within what limits leave of them."""
         *command, achieved_force, achieved_yaw = self.actuation.step(force, yaw)
         self.autopilot.limited_to(achieved_yaw)
+        if self._order is not None:
+            self._order(achieved_yaw)
         if self.speed is not None:
             self.speed.limited_to(achieved_force)
         return Steered(tuple(command), force, yaw, self._reference())

@@ -4,12 +4,16 @@ No vessel model: a handful of numbers that an afternoon of trials gives for any 
 for the vessels that a scenario can name.
 """
 
+import math
 import warnings
 from dataclasses import dataclass, replace
 from importlib import import_module
 
 from steerway.control.course import AnglePID, place_poles
 from steerway.control.handover import Autopilot, HandOver, Steerageway
+from steerway.control.heading_plant import HeadingResponse
+from steerway.control.heading_steering import KINDS, steering
+from steerway.control.speed_force import ForceLoop, speed_loop
 from steerway.control.speed_pi import SpeedPI, SpeedPIGains
 from steerway.control.station import StationGains, StationKeeper
 
@@ -20,7 +24,9 @@ class Boat:
 
     nomoto_gain K and nomoto_time T as in T ω̇ + ω = K u, u being the autopilot's output (N·m, or rad of rudder);
     yaw_limit of |u|; bandwidth ω_n of the autopilot, rad/s; lookahead Δ and acceptance, m; cruise and top_speed, m/s;
-    speed and station None for a boat whose thrust is not controlled.
+    speed and station None for a boat whose thrust is not controlled. full_shaft: shaft speed (rev/s) of full thrust,
+    where one shaft drives the boat. response: the heading's own, where it is known better than by K and T; yaw_slew:
+    what the autopilot's output can change by in a second. steers: whether the boat can turn.
     """
 
     nomoto_gain: float
@@ -36,9 +42,23 @@ class Boat:
     damping: float = 1.0
     speed: SpeedPIGains | None = None
     station: StationGains | None = None
+    full_shaft: float = math.nan
+    response: HeadingResponse | None = None
+    yaw_slew: float = math.inf
+    steers: bool = True
 
-    def autopilot(self, shaper, steerageway: Steerageway | None = None) -> Autopilot:
-        """An autopilot behind a shaper of references."""
+    def autopilot(
+        self, shaper, steerageway: Steerageway | None = None, kind: str = KINDS[0], angle_std: float = 0.0
+    ) -> Autopilot:
+        """An autopilot behind a shaper of references, of one of `heading_steering.KINDS`.
+
+        angle_std: 1σ of the estimated course or heading (rad), for the kinds that have an observer.
+        """
+        if kind != KINDS[0]:
+            response = self.response or HeadingResponse.of_nomoto(self.nomoto_gain, self.nomoto_time)
+            bandwidth = self.bandwidth if self.response is None else None
+            controller = steering(kind, response, self.yaw_limit, self.yaw_slew, angle_std, bandwidth)
+            return Autopilot(controller, shaper, HandOver(steerageway))
         gains = place_poles(self.nomoto_gain, self.nomoto_time, self.bandwidth, self.damping, self.yaw_limit)
         return Autopilot(AnglePID(gains), shaper, HandOver(steerageway))
 
@@ -47,9 +67,9 @@ class Boat:
         warnings.warn("Boat.helm is now Boat.autopilot", FutureWarning, stacklevel=2)
         return self.autopilot(shaper, steerageway)
 
-    def speed_loop(self) -> SpeedPI | None:
-        """A speed loop, None for a boat without one."""
-        return SpeedPI(self.speed) if self.speed else None
+    def speed_loop(self, kind: str = "pi") -> SpeedPI | ForceLoop | None:
+        """A speed loop of one of `speed_force.CONTROLLERS`, None for a boat without one."""
+        return speed_loop(kind, self.speed, self.full_shaft) if self.speed else None
 
     def station_keeper(self) -> StationKeeper | None:
         """A station keeper, None for a boat that cannot keep station."""

@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from scipy.linalg import solve_discrete_are
 
 from steerway.control.heading_mpc import default_weights
 from steerway.control.heading_plant import BiasObserver, Identified, InputLimits, LinearPlant, parts_for
@@ -23,6 +22,8 @@ class HeadingLqg:
         output_weight: float | None = None,
         change_weight: float | None = None,
     ):
+        from scipy.linalg import solve_discrete_are
+
         output_weight, change_weight = default_weights(limits, output_weight, change_weight)
         n = len(plant.b)
         self._plant, self._limits, self.observer = plant, limits, observer

@@ -4,12 +4,14 @@ import math
 from typing import Protocol
 
 from steerway.control.heading_lqg import HeadingLqg
-from steerway.control.heading_mpc import HeadingMpc
+from steerway.control.heading_mpc import LONGEST_HORIZON, HeadingMpc
 from steerway.control.heading_plant import BiasObserver, HeadingResponse
 from steerway.core.checks import one_of, positive
 
 KINDS = ("pole-placement", "mpc", "lqg")
 """Of autopilots; the first is `control.course.AnglePID`."""
+_LOOK_AHEAD = 6.0
+"""Horizon over 1/ω: what an MPC does not see it does not settle."""
 
 
 class Sampled(Protocol):
@@ -67,13 +69,37 @@ class SampledSteering:
         self.design.input = achieved
 
 
-def steering(kind: str, nomoto_gain: float, nomoto_time: float, limit: float, angle_std: float) -> SampledSteering:
-    """The controller of a kind ("mpc", "lqg") for a boat by Nomoto's K and T; `limit` of its output, in its unit.
+def steering(
+    kind: str,
+    response: HeadingResponse,
+    limit: float,
+    slew: float = math.inf,
+    angle_std: float = 0.0,
+    bandwidth: float | None = None,
+) -> SampledSteering:
+    """The controller of a kind ("mpc", "lqg") for the response of a heading; `limit` of its output and `slew` of its
+    change a second, in its unit.
 
-    angle_std: of one estimated course or heading, rad. Raises InputError for numbers that cannot be used, and without
+    angle_std: of one estimated course or heading, rad. bandwidth: of the loop, rad/s, for Nomoto's response; by
+    default the weights follow from the limits. Raises InputError for numbers that cannot be used, and without
     the package that solves the MPC's problem.
     """
     one_of("autopilot.kind", kind, KINDS[1:])
-    response = HeadingResponse.of_nomoto(nomoto_gain, nomoto_time)
     design = HeadingMpc if kind == "mpc" else HeadingLqg
-    return SampledSteering(design.for_(response, limit, angle_std=angle_std), response.sample)
+    weights: dict[str, float] = {}
+    if bandwidth is not None:
+        weights["change_weight"] = change_weight(response, bandwidth)
+        if kind == "mpc":
+            weights["horizon"] = min(max(10, round(_LOOK_AHEAD / (bandwidth * response.sample))), LONGEST_HORIZON)
+    return SampledSteering(design.for_(response, limit, slew, angle_std, **weights), response.sample)
+
+
+def change_weight(response: HeadingResponse, bandwidth: float) -> float:
+    """R for a loop of `bandwidth` ω (rad/s), with Q of 1 per degree².
+
+    Above 1/T the heading is K/T times the threefold integral of the input's rate, and min ∫ Q e² + R u̇² puts its poles
+    at ω⁶ = (K/T)² Q/R.
+    """
+    h = response.sample
+    time = -h / math.log(response.poles[1])
+    return math.degrees(1.0) ** 2 * (response.gains[0] / (h * time)) ** 2 / (bandwidth**6 * h**2)

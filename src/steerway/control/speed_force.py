@@ -10,6 +10,10 @@ from steerway.control.speed_pi import SpeedPI, SpeedPIGains
 from steerway.core.errors import InputError
 
 CONTROLLERS = ("pi", "adaptive", "disturbance-observer")
+LONGEST_HOLD = 1.0
+"""s for which a measured shaft speed holds."""
+_SHARE = 0.5
+"""Rate of the reference model over the bandwidth of a PI loop with about the same settling."""
 
 
 class ShaftController(Protocol):
@@ -37,17 +41,24 @@ class ForceLoop:
         """Forget what was learned."""
         self.controller.restart()
         self.force = 0.0
-        self._achieved = self._approached = math.nan
+        self._achieved = self._approached = self._shaft = math.nan
+        self._since = math.inf
 
-    def step(self, desired: float, speed: float, dt: float, shaft: float = math.nan) -> float:
-        """Surge force (N) for a desired and an actual speed (m/s) and a measured shaft speed (rev/s); NaN: unknown."""
+    def turns(self, shaft: float) -> None:
+        """The shaft's measured speed now, rev/s; NaN for none: the last one holds for a while."""
+        if math.isfinite(shaft):
+            self._shaft, self._since = shaft, 0.0
+
+    def step(self, desired: float, speed: float, dt: float) -> float:
+        """Surge force (N) for a desired and an actual speed (m/s); NaN for an unknown speed."""
         if math.isnan(self._approached):
             self._approached = speed
         if math.isnan(self._approached):
             return 0.0
         most = self._acceleration * dt
         self._approached += max(-most, min(most, desired - self._approached))
-        turning = shaft * self._per_rev
+        turning = self._shaft * self._per_rev if self._since < LONGEST_HOLD else math.nan
+        self._since += dt
         achieved = turning if math.isfinite(turning) else self._achieved
         command = self.controller.step(self._approached, speed, dt, achieved)
         self.force = self._unit * signed_square(command)
@@ -62,9 +73,9 @@ class ForceLoop:
 def speed_loop(kind: str, gains: SpeedPIGains, full_shaft: float = math.nan) -> SpeedPI | ForceLoop:
     """The speed loop of one of CONTROLLERS for a boat known by its PI gains.
 
-    The others take mass and drag of the gains for the guess, the least force that the boat is limited to for full
-    thrust, and the bandwidth for the rate of the reference. `full_shaft`: shaft speed (rev/s) of full thrust, where a
-    shaft can be measured. Raises InputError for another kind and for gains without a limit or without drag.
+    The others take mass and drag of the gains for the guess, the largest force ahead for full thrust, and half the
+    bandwidth for the rate of the reference. `full_shaft`: shaft speed (rev/s) of full thrust, where a shaft can be
+    measured. Raises InputError for another kind and for gains without a limit or without drag.
     """
     if kind == "pi":
         return SpeedPI(gains)
@@ -78,7 +89,7 @@ def speed_loop(kind: str, gains: SpeedPIGains, full_shaft: float = math.nan) -> 
         "thrust": gains.limit / gains.mass,
         "low": -math.sqrt(min(gains.limit_astern, gains.limit) / gains.limit),
         "high": 1.0,
-        "model_rate": gains.bandwidth,
+        "model_rate": _SHARE * gains.bandwidth,
     }
     controller = (
         AdaptiveSpeed(AdaptiveSpeedGains(**guess)) if kind == "adaptive" else ObservedSpeed(SpeedObserverGains(**guess))

@@ -15,6 +15,9 @@ class Measurements(NamedTuple):
     heading: float = math.nan
     yaw_rate: float = math.nan
     water_speed: float = math.nan
+    bottom_speed: float = math.nan  # along the hull over ground
+    acceleration: float = math.nan  # along the hull, with gravity where it pitches
+    shaft: float = math.nan  # rev/s
 
 
 NO_MEASUREMENTS = Measurements()

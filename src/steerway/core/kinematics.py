@@ -24,6 +24,12 @@ class GroundMotion(NamedTuple):
     sway: float  # through the water, to starboard
     roll: float
     pitch: float
+    shaft: float = math.nan  # of the propeller, rev/s; NaN for a vessel whose model has none
+
+    @property
+    def along(self) -> float:
+        """Speed over ground along the hull, m/s."""
+        return self.north_velocity * math.cos(self.heading) + self.east_velocity * math.sin(self.heading)
 
     @property
     def sog(self) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from steerway.core.noise import Seed
-from steerway.core.schema import NotNegative, Number, Rate
+from steerway.core.schema import NotNegative, Number, Positive, Rate
 from steerway.sensors.instrument import Instrument
 from steerway.sensors.table import InstrumentTable
 
@@ -56,11 +56,25 @@ class LogTable(InstrumentTable):
     rate: Rate = 5.0
     std: NotNegative = 0.05
     bias: Number = 0.0
+    scale: Positive = 1.0
 
     def build(self) -> DopplerLog:
-        return DopplerLog(Instrument(self.rate, white=self.std, bias=self.bias))
+        return DopplerLog(Instrument(self.rate, white=self.std, bias=self.bias, scale=self.scale))
 
     @staticmethod
     def read(stream, time, motion) -> float | None:
         velocity = stream.step(time, motion.surge, motion.sway)
+        return None if velocity is None else velocity[0]
+
+
+class BottomLogTable(LogTable):
+    """The keys of a Doppler log with bottom lock, of the speed along the hull over ground, in a scenario."""
+
+    measures: ClassVar[str] = "bottom_speed"
+    rate: Rate = 10.0
+    std: NotNegative = 0.002
+
+    @staticmethod
+    def read(stream, time, motion) -> float | None:
+        velocity = stream.step(time, motion.along, 0.0)
         return None if velocity is None else velocity[0]

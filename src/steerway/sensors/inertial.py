@@ -1,9 +1,13 @@
 """Gyro and accelerometer by the terms of data sheets: noise density, turn-on bias, in-run bias."""
 
 import math
+from dataclasses import dataclass
 from typing import ClassVar
 
-from steerway.core.schema import NotNegative, Rate
+import numpy as np
+
+from steerway.core.noise import Seed
+from steerway.core.schema import NotNegative, Positive, Rate
 from steerway.sensors.instrument import Instrument
 from steerway.sensors.table import InstrumentTable
 
@@ -60,3 +64,55 @@ class GyroTable(InstrumentTable):
     @staticmethod
     def read(stream, time, motion) -> float | None:
         return stream.step(time, motion.yaw_rate)
+
+
+@dataclass(frozen=True)
+class Accelerometer:
+    """An accelerometer along the hull; `leak` its error by a hull that pitches, Gauss–Markov as an `Instrument`."""
+
+    instrument: Instrument
+    leak: Instrument
+
+    def start(self, seed: Seed) -> "AccelerometerStream":
+        """The accelerometer switched on. `seed`: an int or a numpy Generator."""
+        return AccelerometerStream(self, seed)
+
+
+class AccelerometerStream:
+    """An accelerometer that is switched on: the mean acceleration since its last reading when one is due, else None."""
+
+    def __init__(self, accelerometer: Accelerometer, seed):
+        own, leak = np.random.default_rng(seed).spawn(2)
+        self._own, self._leak = accelerometer.instrument.start(own), accelerometer.leak.start(leak)
+        self._last = (math.nan, math.nan)
+
+    def step(self, time: float, speed: float) -> float | None:
+        before, then = self._last
+        mean = (speed - then) / (time - before) if time > before else 0.0
+        error = self._leak.step(time, 0.0)
+        reading = self._own.step(time, mean)
+        if reading is None or error is None:
+            return None
+        self._last = (time, speed)
+        return reading + error
+
+
+class AccelerometerTable(InstrumentTable):
+    """The keys of an accelerometer along the hull in a scenario; `leak_std` m/s² of gravity over `leak_time` s."""
+
+    measures: ClassVar[str] = "acceleration"
+    rate: Rate = 50.0
+    noise_density_micro_g: NotNegative = 60.0
+    turn_on_milli_g: NotNegative = 5.0
+    in_run_micro_g: NotNegative = 5.0
+    leak_std: NotNegative = 0.0034
+    leak_time: Positive = 5.0
+
+    def build(self) -> Accelerometer:
+        keys = self.model_dump(exclude={"leak_std", "leak_time"})
+        leak = Instrument(rate=self.rate, wander=(self.leak_std, self.leak_time))
+        return Accelerometer(accelerometer(**keys), leak)
+
+    @staticmethod
+    def read(stream, time, motion) -> float | None:
+        return stream.step(time, motion.along)

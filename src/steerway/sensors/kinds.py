@@ -4,8 +4,16 @@ A new one is one entry at the end: each draws from a random stream of its place 
 """
 
 from steerway.sensors.compass import CompassTable
-from steerway.sensors.doppler import LogTable
-from steerway.sensors.inertial import GyroTable
+from steerway.sensors.doppler import BottomLogTable, LogTable
+from steerway.sensors.inertial import AccelerometerTable, GyroTable
 from steerway.sensors.table import InstrumentTable
+from steerway.sensors.tachometer import TachometerTable
 
-INSTRUMENTS: dict[str, type[InstrumentTable]] = {"compass": CompassTable, "gyro": GyroTable, "log": LogTable}
+INSTRUMENTS: dict[str, type[InstrumentTable]] = {
+    "compass": CompassTable,
+    "gyro": GyroTable,
+    "log": LogTable,
+    "accelerometer": AccelerometerTable,
+    "bottom_log": BottomLogTable,
+    "tachometer": TachometerTable,
+}

@@ -90,4 +90,7 @@ class Truth:
             motion.heading,
             motion.yaw_rate,
             motion.surge,
+            motion.along,
+            math.nan,
+            motion.shaft,
         )

@@ -9,11 +9,15 @@ import numpy as np
 
 from steerway.control.boats import Boat
 from steerway.control.handover import Steerageway
+from steerway.control.heading_plant import HeadingResponse
 from steerway.core.earth import displacement
 from steerway.core.errors import InputError
+from steerway.estimation.aboard import ComposedEstimator
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.course.onboard import AtFaceValue, FilterEstimator
+from steerway.estimation.heading.aboard import HeadingAboard, model_of
 from steerway.estimation.profiles import Profile
+from steerway.estimation.speed import SurgeFusion, SurgeTuning
 from steerway.guidance.route import Route
 from steerway.guidance.shapers import SHAPERS
 from steerway.guidance.voyage import Voyage
@@ -26,6 +30,8 @@ from steerway.vessels.environment import Environment
 from steerway.vessels.vessel import Vessel
 
 STEERAGEWAY = Steerageway()
+ANGLE_STD = math.radians(1.0)
+"""1σ of an estimated course or heading, as predictive and LQG autopilots take it."""
 
 
 class Assembly(NamedTuple):
@@ -47,7 +53,8 @@ def assemble(scenario: Scenario) -> Assembly:
 def boat(scenario: Scenario) -> Boat:
     """What the controllers use of the vessel, with what the scenario changes of it."""
     known = scenario.vessel.boat()
-    changes = {name: value for name, value in scenario.autopilot.model_dump().items() if value is not None}
+    numbers = scenario.autopilot.model_dump(exclude={"kind"})
+    changes = {name: value for name, value in numbers.items() if value is not None}
     if scenario.guidance.lookahead is not None:
         changes["lookahead"] = scenario.guidance.lookahead
     if scenario.route.acceptance is not None:
@@ -87,17 +94,33 @@ def pilot(scenario: Scenario) -> Pilot:
     truth = scenario.estimator.kind == "truth"
     filtering = None if truth else FiveStateFilter(profile(scenario), scenario.estimator.aid)
     shaper = SHAPERS[scenario.reference.kind or scenario.vessel.reference]
+    estimator = AtFaceValue() if truth else composed(scenario, known, FilterEstimator(filtering))
+    angle_std = 0.0 if truth else ANGLE_STD
     return Pilot(
-        AtFaceValue() if truth else FilterEstimator(filtering),
+        estimator,
         voyage(scenario, known),
         guidance.design(known.lookahead, known.cruise),
-        known.autopilot(shaper(scenario.reference), STEERAGEWAY),
+        known.autopilot(shaper(scenario.reference), STEERAGEWAY, scenario.autopilot.kind, angle_std),
         known.propulsion,
-        known.speed_loop(),
+        known.speed_loop(scenario.speed.controller),
         known.station_keeper(),
         cruise=known.cruise,
         steer_by=guidance.angle,
     )
+
+
+def composed(scenario: Scenario, known: Boat, ground: FilterEstimator) -> FilterEstimator | ComposedEstimator:
+    """The estimator with heading and speed by filters of their own, where the scenario asks for them."""
+    table, speeds = scenario.estimator.heading, scenario.estimator.speed
+    heading = speed = None
+    if table.kind != "tracker":
+        response = known.response or HeadingResponse.of_nomoto(known.nomoto_gain, known.nomoto_time)
+        yaw = model_of(response.poles, response.gains, response.sample, known.yaw_limit)
+        stds = math.radians(table.compass_std_deg), math.radians(table.deviation_std_deg)
+        heading = HeadingAboard(table.kind, yaw, known.yaw_limit, known.cruise, *stds)
+    if speeds.kind == "fusion":
+        speed = SurgeFusion(SurgeTuning(**speeds.model_dump(exclude={"kind"})))
+    return ground if heading is None and speed is None else ComposedEstimator(ground, heading, speed)
 
 
 def voyage(scenario: Scenario, known: Boat) -> Voyage:

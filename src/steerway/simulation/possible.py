@@ -17,7 +17,7 @@ def check(scenario: Scenario) -> None:
     """Raise InputError, one sentence with the key's path, for the first that is found; then build every block once,
     which checks the rest."""
     assembly.begins(scenario)
-    for rule in (_steps, _rates, _places, _speeds, _instruments, _propulsion):
+    for rule in (_steps, _rates, _places, _speeds, _steering, _estimators, _instruments, _propulsion):
         rule(scenario)
     assembly.assemble(scenario)
 
@@ -74,6 +74,69 @@ def _speeds(scenario):
             raise InputError(f"{place} is {speed:g} m/s, expected more than {least:g} m/s{below}")
         if speed > known.top_speed:
             raise InputError(f"{place} is {speed:g} m/s, expected at most the vessel's {known.top_speed:g} m/s")
+
+
+def _steering(scenario):
+    """What a boat that cannot turn, or is unstable in yaw, needs."""
+    kind, known = scenario.vessel.kind, assembly.boat(scenario)
+    if not known.steers:
+        if scenario.autopilot.model_fields_set:
+            raise InputError(f"autopilot has no effect on a vessel of kind {kind}, which cannot turn")
+        heading = math.radians(scenario.start.heading_deg)
+        for index in range(len(scenario.route.waypoints)):
+            north, east = assembly.place_of(scenario, index)
+            north, east = north - scenario.start.north, east - scenario.start.east
+            across = abs(east * math.cos(heading) - north * math.sin(heading))
+            if across > known.acceptance:
+                raise InputError(
+                    f"route.waypoints[{index}] is {across:.0f} m to the side of the boat's heading, expected at most "
+                    f"{known.acceptance:g} m for a vessel of kind {kind}, which cannot turn"
+                )
+    if kind == "caldas" and scenario.estimator.kind != "truth":
+        if scenario.compass is None or scenario.gyro is None:
+            raise InputError("vessel.kind caldas is unstable in yaw, expected tables [compass] and [gyro]")
+        if scenario.guidance.angle != "heading":
+            raise InputError(
+                f"guidance.law {scenario.guidance.law} commands a course, expected one that commands a heading: "
+                "vessel.kind caldas is unstable in yaw"
+            )
+    if kind == "caldas" and scenario.autopilot.kind != "pole-placement":
+        raise InputError(
+            f"autopilot.kind {scenario.autopilot.kind} predicts a stable response, "
+            "expected pole-placement for vessel.kind caldas, which is unstable in yaw"
+        )
+
+
+def _estimators(scenario):
+    heading, speed = scenario.estimator.heading, scenario.estimator.speed
+    kind = scenario.vessel.kind
+    if scenario.estimator.kind == "truth":
+        for name, table in (("heading", heading), ("speed", speed)):
+            if table.model_fields_set:
+                raise InputError(f'estimator.{name} has no effect with estimator.kind "truth"')
+        return
+    if heading.kind != "tracker":
+        if not assembly.boat(scenario).steers:
+            raise InputError(f"estimator.heading.kind {heading.kind} needs a boat that is steered, not {kind}")
+        if heading.kind == "aided" and scenario.gnss.velocity_std is None:
+            raise InputError("estimator.heading.kind aided needs the receiver's velocity, expected gnss.velocity_std")
+        if heading.kind == "composite" and scenario.compass is None:
+            raise InputError("estimator.heading.kind composite needs a compass, expected a table [compass]")
+        if kind == "caldas":
+            raise InputError(
+                f"estimator.heading.kind {heading.kind} predicts a stable response, "
+                "expected tracker for vessel.kind caldas, which is unstable in yaw"
+            )
+    measured = scenario.gnss.velocity_std is not None or scenario.log is not None or scenario.bottom_log is not None
+    if speed.kind == "fusion" and not measured:
+        raise InputError(
+            "estimator.speed.kind fusion needs a measured speed, "
+            "expected gnss.velocity_std or a table [log] or [bottom_log]"
+        )
+    if scenario.speed.controller != "pi" and assembly.boat(scenario).speed is None:
+        raise InputError(f"speed.controller has no effect on a vessel of kind {kind}, which has no speed control")
+    if scenario.tachometer is not None and math.isnan(assembly.boat(scenario).full_shaft):
+        raise InputError(f"tachometer measures one shaft, which a vessel of kind {kind} has not")
 
 
 def _instruments(scenario):

@@ -76,17 +76,44 @@ class EnvironmentTable(Table):
         return Environment(Current(**current), Wind(**wind), Waves(**waves), self.force, self.moment)
 
 
+class HeadingEstimatorTable(Table):
+    """What gives the heading: "tracker" a smoothed compass, "composite" compass and orders, "aided" GNSS velocity too.
+
+    `compass_std_deg` of one reading and `deviation_std_deg` of the compass's deviation are what the filters use.
+    """
+
+    kind: Literal["tracker", "aided", "composite"] = "tracker"
+    compass_std_deg: Positive = 1.0
+    deviation_std_deg: NotNegative = 4.0
+
+
+class SpeedEstimatorTable(Table):
+    """What gives the speed: "course" the course filter, "fusion" receiver, logs and accelerometer together.
+
+    1σ of one reading of the receiver's speed and of the logs, m/s; `scale_std` of the log's scale error.
+    """
+
+    kind: Literal["course", "fusion"] = "course"
+    sog_std: Positive = 0.05
+    bottom_std: Positive = 0.002
+    water_std: Positive = 0.05
+    scale_std: NotNegative = 0.003
+
+
 class EstimatorTable(Table):
     """The filter in the loop; "truth" gives the pilot the true motion. `profile`: built in, or a .toml file."""
 
     kind: Literal["five-state", "truth"] = "five-state"
     profile: str | None = None
     aid: tuple[Literal["sog", "cog", "heading", "water_speed", "yaw_rate"], ...] = ()
+    heading: HeadingEstimatorTable = HeadingEstimatorTable()
+    speed: SpeedEstimatorTable = SpeedEstimatorTable()
 
 
 class AutopilotTable(Table):
-    """Pole placement on a Nomoto vessel; by default the boat's own numbers."""
+    """Pole placement on a Nomoto vessel, model predictive control or LQG; by default the boat's own numbers."""
 
+    kind: Literal["pole-placement", "mpc", "lqg"] = "pole-placement"
     bandwidth: Positive | None = None
     damping: Positive | None = None
     nomoto_gain: Positive | None = None
@@ -94,8 +121,12 @@ class AutopilotTable(Table):
 
 
 class SpeedTable(Table):
-    """Speed over ground where a waypoint gives none, and the bandwidth of its control loop."""
+    """Speed over ground where a waypoint gives none, and its control loop: PI, adaptive, or a disturbance observer.
 
+    `bandwidth`: of the PI loop, or the rate of the reference that the others follow.
+    """
+
+    controller: Literal["pi", "adaptive", "disturbance-observer"] = "pi"
     cruise: NotNegative | None = None
     bandwidth: Positive | None = None
 

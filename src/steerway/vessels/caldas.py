@@ -9,15 +9,27 @@ State x y ψ u v r n (m, m, rad, m/s, m/s, rad/s, rev/s); u and v over ground al
 
 import math
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 
+from steerway.control.boats import Boat
+from steerway.control.shafts import ShaftAndMoment
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
+from steerway.core.schema import Positive
 from steerway.vessels.actuators import Actuator, follow
 from steerway.vessels.propeller import Propeller, thrust
-from steerway.vessels.surge import CALDAS_LINEAR_DRAG, CALDAS_MASS, CALDAS_QUADRATIC_DRAG, SHAFT
+from steerway.vessels.surge import (
+    CALDAS_LINEAR_DRAG,
+    CALDAS_MASS,
+    CALDAS_QUADRATIC_DRAG,
+    SHAFT,
+    ShaftKeys,
+    Surge,
+    top_speed_of,
+)
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT
 
 MASS = (CALDAS_MASS, 29277.3, 331146.3)
@@ -111,4 +123,36 @@ def _motion(state, curve, conditions):
         state[4] - set_across,
         0.0,
         0.0,
+        state[6],
     )
+
+
+class CaldasTable(ShaftKeys):
+    """The keys of P3's USV in a scenario; it needs a compass, for it is unstable in yaw."""
+
+    kind: Literal["caldas"] = "caldas"
+    moment_limit: Positive = 400e3
+
+    def build(self) -> Caldas:
+        return Caldas(Propeller(self.diameter), self.shaft(), self.moment_limit)
+
+    def boat(self) -> Boat:
+        """K and T of the hull's inertia alone: its yaw damping is quadratic, and nil going straight."""
+        thrust_gain, gains = self.guessed(_M1, _D1, _B1)
+        shaft = self.shaft()
+        top_speed = top_speed_of(Surge(_M1, _D1, _B1, Propeller(self.diameter), shaft))
+        time = 10.0
+        return Boat(
+            nomoto_gain=time / _M3,
+            nomoto_time=time,
+            yaw_limit=self.moment_limit,
+            bandwidth=1.0,
+            propulsion=ShaftAndMoment(thrust_gain, shaft.high, shaft.low, self.moment_limit),
+            lookahead=60.0,
+            acceptance=25.0,
+            cruise=3.0,
+            top_speed=top_speed,
+            profile="mariner-usv",
+            speed=gains,
+            full_shaft=shaft.high,
+        )

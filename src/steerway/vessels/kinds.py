@@ -1,9 +1,12 @@
 """The vessels that a scenario can name in `vessel.kind`. A new one is one entry here; the first is the default."""
 
 from steerway.core.schema import one_of_kinds
+from steerway.vessels.caldas import CaldasTable
 from steerway.vessels.mariner import MarinerTable
 from steerway.vessels.nomoto import NomotoTable
 from steerway.vessels.otter import OtterTable
+from steerway.vessels.springer import SpringerTable
+from steerway.vessels.surge import SurgeTable
 
-TABLES = (OtterTable, MarinerTable, NomotoTable)
+TABLES = (OtterTable, MarinerTable, NomotoTable, SpringerTable, CaldasTable, SurgeTable)
 AnyVesselTable = one_of_kinds(TABLES)

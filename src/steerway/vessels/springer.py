@@ -10,16 +10,22 @@ course at 57° takes −8 rpm; the physical one has 1 there, and heading is an i
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
+from pydantic import Field
 
+from steerway.control.boats import Boat
+from steerway.control.heading_plant import HeadingResponse
+from steerway.control.rudder import Rudder
 from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, one_of
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
+from steerway.core.schema import Positive
 from steerway.vessels.actuators import Actuator
+from steerway.vessels.table import VesselTable
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH
 
 RPM = 2.0 * math.pi / 60.0
@@ -121,3 +127,39 @@ def _step(state, difference, parameters, conditions, step):
     out[4] = given
     out[5] = (parameters[4] * out[2] + parameters[5] * out[3] - heading) / step
     return out
+
+
+_GAINS = tuple(g * c / RPM for g, c in zip(PHYSICAL_YAW.inputs, PHYSICAL_YAW.outputs, strict=True))
+
+BOAT = Boat(
+    nomoto_gain=2.07e-3,
+    nomoto_time=12.0,
+    yaw_limit=MAX_DIFFERENCE_RPM * RPM,
+    bandwidth=0.12,
+    propulsion=Rudder(MAX_DIFFERENCE_RPM * RPM),
+    lookahead=25.0,
+    acceptance=4.0,
+    cruise=SPEED,
+    top_speed=SPEED,
+    profile="small-usv",
+    response=HeadingResponse(PHYSICAL_YAW.poles, _GAINS, 1.0),
+    yaw_slew=MAX_CHANGE_RPM * RPM,
+)
+"""For the controllers; the autopilot's output is n_d in rad/s. K is that of a steady turn, T stands for the ramp of n_d
+by 20 rpm a second."""
+
+
+class SpringerTable(VesselTable):
+    """The keys of Springer in a scenario; `bias_rpm` is an error of n_d."""
+
+    kind: Literal["springer"] = "springer"
+    plant: Literal["paper", "physical"] = "physical"
+    effectiveness: Positive = 1.0
+    bias_rpm: Annotated[float, Field(ge=-100.0, le=100.0)] = 0.0
+    speed: Positive = SPEED
+
+    def build(self) -> Springer:
+        return Springer(self.plant, self.effectiveness, self.bias_rpm * RPM, self.speed)
+
+    def boat(self) -> Boat:
+        return BOAT.but(cruise=self.speed, top_speed=self.speed)

@@ -6,15 +6,22 @@ State x y ψ u n (m, m, rad, m/s, rev/s). The heading is constant; a current acr
 
 import math
 from collections.abc import Sequence
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 
+from steerway.control.boats import Boat
+from steerway.control.shafts import ShaftSpeed
+from steerway.control.speed_pi import SpeedPIGains
 from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.kinematics import GroundMotion, in_body, over_ground
+from steerway.core.schema import NotNegative, Positive
 from steerway.vessels.actuators import Actuator, follow
-from steerway.vessels.propeller import Propeller, thrust
+from steerway.vessels.propeller import Propeller, thrust, thrust_coefficient
+from steerway.vessels.table import VesselTable
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH
 
 SHAFT = Actuator("shaft speed", 0.0, 17.5)
@@ -124,4 +131,90 @@ def _motion(state, conditions):
         0.0,
         0.0,
         0.0,
+        state[4],
     )
+
+
+_ADVANCE = 0.6
+"""Advance ratio at which boats go steadily, roughly: what thrust a controller reckons with."""
+
+
+def speed_gains(mass: float, linear_drag: float, quadratic_drag: float, propeller: Propeller, shaft: Actuator):
+    """(thrust in N per (rev/s)², gains of a speed loop) of a boat on one shaft speed; the loop's rate as P3's."""
+    thrust_gain = propeller.gain * thrust_coefficient(_ADVANCE, propeller.curve(1.0))
+    gains = SpeedPIGains(
+        mass,
+        linear_drag,
+        quadratic_drag,
+        bandwidth=0.12,
+        limit=thrust_gain * shaft.high**2,
+        limit_astern=thrust_gain * shaft.low**2,
+    )
+    return thrust_gain, gains
+
+
+class ShaftKeys(VesselTable):
+    """The keys of a vessel on one shaft speed: `shaft_limit` rev/s, `shaft_lag` s, `shaft_rate` rev/s² (0: at once),
+    `reverse`, and the guess of drag and thrust that the controllers are given, as factors of the true ones.
+    """
+
+    shaft_limit: Positive = 17.5
+    shaft_lag: NotNegative = 0.5
+    shaft_rate: NotNegative = 0.0
+    reverse: bool = False
+    diameter: Positive = 0.8
+    guessed_drag: Annotated[float, Field(ge=0.1, le=10.0)] = 1.0
+    guessed_thrust: Annotated[float, Field(ge=0.1, le=10.0)] = 1.0
+
+    def shaft(self) -> Actuator:
+        """The shaft."""
+        low = -self.shaft_limit if self.reverse else 0.0
+        return Actuator("shaft speed", low, self.shaft_limit, self.shaft_rate or math.inf, self.shaft_lag)
+
+    def guessed(self, mass: float, linear_drag: float, quadratic_drag: float) -> tuple[float, SpeedPIGains]:
+        """`speed_gains` by the guess."""
+        drags = self.guessed_drag * linear_drag, self.guessed_drag * quadratic_drag
+        propeller = Propeller(self.diameter, efficiency=0.8 * self.guessed_thrust)
+        return speed_gains(mass, *drags, propeller, self.shaft())
+
+
+class SurgeTable(ShaftKeys):
+    """The keys of a boat that only goes ahead; as given P3's."""
+
+    kind: Literal["surge"] = "surge"
+    mass: Positive = CALDAS_MASS
+    linear_drag: NotNegative = CALDAS_LINEAR_DRAG
+    quadratic_drag: NotNegative = CALDAS_QUADRATIC_DRAG
+
+    def build(self) -> Surge:
+        propeller = Propeller(self.diameter)
+        return Surge(self.mass, self.linear_drag, self.quadratic_drag, propeller, self.shaft())
+
+    def boat(self) -> Boat:
+        thrust_gain, gains = self.guessed(self.mass, self.linear_drag, self.quadratic_drag)
+        shaft = self.shaft()
+        top_speed = top_speed_of(self.build())
+        return Boat(
+            nomoto_gain=1.0,
+            nomoto_time=1.0,
+            yaw_limit=1.0,
+            bandwidth=1.0,
+            propulsion=ShaftSpeed(thrust_gain, shaft.high, shaft.low),
+            lookahead=100.0,
+            acceptance=10.0,
+            cruise=0.5 * top_speed,
+            top_speed=top_speed,
+            profile="mariner-usv",
+            speed=gains,
+            full_shaft=shaft.high,
+            steers=False,
+        )
+
+
+def top_speed_of(boat: Surge) -> float:
+    """Speed (m/s) at full throttle, by bisection."""
+    low, high = 0.0, 100.0
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if boat.acceleration(middle, boat.actuators[0].high) > 0.0 else (low, middle)
+    return low

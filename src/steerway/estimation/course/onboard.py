@@ -65,7 +65,7 @@ class FilterEstimator:
 
     def step(self, measurements: Measurements, dt: float) -> Estimate:
         """See Estimator."""
-        north, east, sog, cog, _, heading, yaw_rate, water_speed = measurements
+        north, east, sog, cog, _, heading, yaw_rate, water_speed, *_ = measurements
         self.filter.predict(dt)
         if not math.isnan(north):
             self.filter.update_north_east(north, east)
@@ -84,5 +84,5 @@ class AtFaceValue:
         """See Estimator."""
         kept = [old if math.isnan(new) else new for old, new in zip(self._last, measurements, strict=True)]
         self._last = kept
-        north, east, sog, cog, course_rate, heading, yaw_rate, _ = kept
+        north, east, sog, cog, course_rate, heading, yaw_rate, *_ = kept
         return Estimate(north, east, sog, cog, course_rate, 0.0, 0.0, 0.0, 0.0, heading, yaw_rate)

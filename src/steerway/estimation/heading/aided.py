@@ -42,9 +42,10 @@ from steerway.estimation.heading.composite import (
     heading_deg,
     heading_variance_deg2,
     stepped,
+    yaw_rate_deg,
 )
 from steerway.estimation.heading.readings import LARGEST_READING, Ticks, checked_difference
-from steerway.sensors.tcm2 import STATE_VARIANCE, TCM2, CompassModel
+from steerway.sensors.tcm2 import READING_VARIANCE_DEG2, STATE_VARIANCE, TCM2, CompassModel
 from steerway.vessels.springer import PHYSICAL_YAW, RPM, SPEED, HeadingModel
 
 BIAS, SCALE, SINE, COSINE, CURRENT_NORTH, CURRENT_EAST, WATER_SPEED = range(4, 11)
@@ -73,6 +74,8 @@ class HeadingTuning:
     velocity_std: float = 0.1  # of GNSS velocity, north and east, m/s
     speed: float = SPEED  # through the water at first, m/s
     water_speed: tuple[float, float] = (0.1, 1e-4)  # m/s
+    compass_std_deg: float = math.sqrt(STATE_VARIANCE)  # of each state of the compass a tick, as in P4 (7)
+    reading_std_deg: float = math.sqrt(READING_VARIANCE_DEG2)  # of one reading
 
     def __post_init__(self) -> None:
         for name in ("vehicle_std", "vehicle_start_std"):
@@ -80,7 +83,8 @@ class HeadingTuning:
         for name in ("bias", "scale", "deviation", "current", "water_speed"):
             for value in getattr(self, name):
                 not_negative(f"heading_tuning.{name}", value)
-        positive("heading_tuning.velocity_std", self.velocity_std)
+        for name in ("velocity_std", "compass_std_deg", "reading_std_deg"):
+            positive(f"heading_tuning.{name}", getattr(self, name))
         positive("heading_tuning.speed", self.speed)
 
     def pairs(self) -> Floats:
@@ -122,6 +126,7 @@ class AidedHeadingFilter:
         heading: float | None = 0.0,
     ) -> None:
         self._model = composite_model(compass, yaw, tuning.vehicle_std**2)
+        self._model[COMPASS_NOISE], self._model[READING_NOISE] = tuning.compass_std_deg**2, tuning.reading_std_deg**2
         pairs = tuning.pairs()
         self._walks = pairs[:, 1] ** 2
         self._velocity_variance = tuning.velocity_std**2
@@ -134,7 +139,8 @@ class AidedHeadingFilter:
             headings = [heading]
         else:
             raise InputError(f"heading.heading is {heading:g} rad, expected None or at most {LARGEST_READING:g} rad")
-        start = [std**2, tuning.vehicle_start_std**2, STATE_VARIANCE, STATE_VARIANCE]
+        noise = tuning.compass_std_deg**2
+        start = [std**2, tuning.vehicle_start_std**2, noise, noise]
         self._covariance_at_first = np.diag([*start, *pairs[:, 0] ** 2])
         self._beginnings = [self._begin(each, tuning.speed) for each in headings]
         self._best = self._beginnings[0]
@@ -206,6 +212,10 @@ class AidedHeadingFilter:
     @property
     def water_speed(self) -> float:
         return float(self._best.state[WATER_SPEED])
+
+    def yaw_rate(self, difference: float) -> float:
+        """Of the model with n_d (rad/s) and its bias, rad/s."""
+        return math.radians(yaw_rate_deg(self._best.state, self._model, difference + self.bias))
 
     def heading_for(self, course: float) -> float:
         """The heading (rad, in [−π, π)) that makes a course over ground good in the estimated current.

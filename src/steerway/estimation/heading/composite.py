@@ -48,6 +48,7 @@ __all__ = [
     "predict_vehicle",
     "start_covariance",
     "stepped",
+    "yaw_rate_deg",
 ]
 """Public, kernels and places in `model` too: another filter of the same model is built of them."""
 
@@ -135,6 +136,10 @@ class CompositeFilter:
         """rad."""
         return math.radians(math.sqrt(heading_variance_deg2(self._covariance, self._model)))
 
+    def yaw_rate(self, difference: float) -> float:
+        """Of the model with n_d (rad/s) in force, rad/s."""
+        return math.radians(yaw_rate_deg(self._state, self._model, difference))
+
     def step(
         self, difference: float, readings: ArrayLike | None = None, dt: float = 1.0, times: ArrayLike | None = None
     ) -> float:
@@ -158,6 +163,16 @@ class CompositeFilter:
 def heading_deg(x: Floats, model: Floats) -> float:
     """Heading (deg) of a state (4,): C v of P4 (2)."""
     return model[OUTPUT_1] * x[0] + model[OUTPUT_2] * x[1]
+
+
+@kernel
+def yaw_rate_deg(x: Floats, model: Floats, difference: float) -> float:
+    """C ((A − I) v + B n_d), the change of heading in a second of the model's steps, deg/s."""
+    rate = 0.0
+    for i in range(2):
+        change = (model[POLE_1 + i] - 1.0) * x[i] + model[INPUT_1 + i] * difference
+        rate += model[OUTPUT_1 + i] * change
+    return rate
 
 
 @kernel

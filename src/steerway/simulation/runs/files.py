@@ -27,6 +27,9 @@ _SPECIAL = {
     "force_north": ("force_north_n", None),
     "force_east": ("force_east_n", None),
     "moment": ("moment_nm", None),
+    "true_shaft": ("true_shaft_rps", None),
+    "read_shaft": ("read_shaft_rps", None),
+    "read_acceleration": ("read_acceleration_mps2", None),
 }
 
 

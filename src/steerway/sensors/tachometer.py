@@ -1,0 +1,22 @@
+"""A sensor of the shaft's speed."""
+
+from typing import ClassVar
+
+from steerway.core.schema import NotNegative, Rate
+from steerway.sensors.instrument import Instrument
+from steerway.sensors.table import InstrumentTable
+
+
+class TachometerTable(InstrumentTable):
+    """The keys of a tachometer in a scenario; `std` in rev/s. Only vessels whose model has a shaft can have one."""
+
+    measures: ClassVar[str] = "shaft"
+    rate: Rate = 10.0
+    std: NotNegative = 0.02
+
+    def build(self) -> Instrument:
+        return Instrument(self.rate, white=self.std)
+
+    @staticmethod
+    def read(stream, time, motion) -> float | None:
+        return stream.step(time, motion.shaft)
