@@ -25,6 +25,7 @@ _BY_KEY = {
     "rate": "Hz",
     "per_hour": "1/h",
     "damping": "1",
+    "scale": "1",
     "seed": "1",
     "integral_gain": "m/s",
     "adaptive_gain": "1/(m s)",
@@ -37,6 +38,31 @@ _OF_TABLE = {
     "LogTable": {"std": "m/s", "bias": "m/s"},
     "GyroTable": {"noise_density_deg": "°/√s", "turn_on_deg": "°/s", "in_run_deg_hour": "°/h"},
     "ReferenceTable": {"max_rate_deg": "°/s"},
+    "BottomLogTable": {"std": "m/s", "bias": "m/s"},
+    "AccelerometerTable": {
+        "noise_density_micro_g": "µg/√Hz",
+        "turn_on_milli_g": "mg",
+        "in_run_micro_g": "µg",
+        "leak_std": "m/s²",
+    },
+    "TachometerTable": {"std": "rev/s"},
+    "SpeedEstimatorTable": {"sog_std": "m/s", "bottom_std": "m/s", "water_std": "m/s", "scale_std": "1"},
+    "SpringerTable": {"effectiveness": "1", "bias_rpm": "rev/min"},
+    **dict.fromkeys(
+        ("SurgeTable", "CaldasTable"),
+        {
+            "shaft_limit": "rev/s",
+            "shaft_lag": "s",
+            "shaft_rate": "rev/s²",
+            "diameter": "m",
+            "guessed_drag": "1",
+            "guessed_thrust": "1",
+            "mass": "kg",
+            "linear_drag": "N s/m",
+            "quadratic_drag": "N s²/m²",
+            "moment_limit": "N·m",
+        },
+    ),
 }
 """Units of keys that mean something else in one table."""
 
