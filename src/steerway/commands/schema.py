@@ -33,6 +33,18 @@ _BY_KEY = {
     "gain": "1/s for a rad of rudder",
     "size": "m, or a factor: see the kind",
 }
+_SHAFT = {
+    "shaft_limit": "rev/s",
+    "shaft_lag": "s",
+    "shaft_rate": "rev/s²",
+    "diameter": "m",
+    "guessed_drag": "1",
+    "guessed_thrust": "1",
+    "mass": "kg",
+    "linear_drag": "N s/m",
+    "quadratic_drag": "N s²/m²",
+    "moment_limit": "N·m",
+}
 _OF_TABLE = {
     "CurrentTable": {"std": "m/s"},
     "LogTable": {"std": "m/s", "bias": "m/s"},
@@ -44,25 +56,13 @@ _OF_TABLE = {
         "turn_on_milli_g": "mg",
         "in_run_micro_g": "µg",
         "leak_std": "m/s²",
+        "leak_time": "s",
     },
     "TachometerTable": {"std": "rev/s"},
     "SpeedEstimatorTable": {"sog_std": "m/s", "bottom_std": "m/s", "water_std": "m/s", "scale_std": "1"},
     "SpringerTable": {"effectiveness": "1", "bias_rpm": "rev/min"},
-    **dict.fromkeys(
-        ("SurgeTable", "CaldasTable"),
-        {
-            "shaft_limit": "rev/s",
-            "shaft_lag": "s",
-            "shaft_rate": "rev/s²",
-            "diameter": "m",
-            "guessed_drag": "1",
-            "guessed_thrust": "1",
-            "mass": "kg",
-            "linear_drag": "N s/m",
-            "quadratic_drag": "N s²/m²",
-            "moment_limit": "N·m",
-        },
-    ),
+    "SurgeTable": _SHAFT,
+    "CaldasTable": _SHAFT,
 }
 """Units of keys that mean something else in one table."""
 
