@@ -9,6 +9,10 @@ import sys
 from steerway.commands import interruption
 
 
+OPTIONAL = ("scipy", "sklearn", "bokeh")
+"""Packages that only some commands need; others are named where they are missed."""
+
+
 def main() -> None:
     """Run the command line."""
     with interruption.handled():
@@ -34,6 +38,11 @@ def _run() -> int:
         return _failed(error, 2)
     except typer.Abort:
         return _failed("interrupted", 130)
+    except ModuleNotFoundError as error:
+        package = (error.name or "").split(".")[0]
+        if package not in OPTIONAL:
+            raise
+        return _failed(f"this needs the package {package}, expected pip install {package}", 2)
     except ChildProcessError as error:
         return _failed(error, 1)
     except OSError as error:
