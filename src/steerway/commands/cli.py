@@ -8,7 +8,6 @@ import sys
 
 from steerway.commands import interruption
 
-
 OPTIONAL = ("scipy", "sklearn", "bokeh")
 """Packages that only some commands need; others are named where they are missed."""
 
