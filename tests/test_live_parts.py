@@ -401,6 +401,8 @@ def test_the_command_from_end_to_end(tmp_path):
         f"file:{log}?speed=max",
         "--source",
         "GP",
+        "--profile",
+        "small-usv",
         "--to",
         "stdout:",
         "--to",

@@ -39,14 +39,14 @@ def test_what_a_file_says(tmp_path):
 
 def test_what_it_does_not_say_is_as_on_the_command_line():
     settings = Settings()
-    assert settings.outputs == ("stdout:",) and settings.profile == "small-usv" and settings.max_dead_reckoning == 10.0
+    assert settings.outputs == ("stdout:",) and settings.profile is None and settings.max_dead_reckoning == 10.0
     assert (settings.rate, settings.mission, settings.helm, settings.engage) == (None, None, None, False)
 
 
 def test_the_command_line_goes_first(tmp_path):
     settings = said(tmp_path, 'from = "udp://:1"\nrate = 10\nengage = true\nhelm = false\n')
     other = settings.overridden(rate=2.0, engage=False, profile=None, helm="127.0.0.1:9000")
-    assert (other.rate, other.engage, other.profile, other.helm) == (2.0, False, "small-usv", "127.0.0.1:9000")
+    assert (other.rate, other.engage, other.profile, other.helm) == (2.0, False, None, "127.0.0.1:9000")
     assert other.inputs == settings.inputs
 
 

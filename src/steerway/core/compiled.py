@@ -59,7 +59,7 @@ def called_kernel(function: F) -> F:
 
     Sums may be taken in another order, so that loops over rows of a matrix become vector instructions.
     """
-    return _compiled(function, _nrt=False, fastmath={"contract", "reassoc"})
+    return _compiled(function, _nrt=False, nogil=True, fastmath={"contract", "reassoc"})
 
 
 def _compiled(function: F, **options: Any) -> F:

@@ -6,6 +6,8 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.estimation.course.filter import FiveStateFilter
+    from steerway.estimation.inference.learning import LearningFilter
+    from steerway.estimation.inference.stream import InferredFilter
     from steerway.estimation.inference.tune import tune
     from steerway.estimation.log_estimate import choose_profile, estimate
     from steerway.estimation.prediction import Prediction, hindcast, predict
@@ -14,7 +16,9 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FiveStateFilter",
+    "InferredFilter",
     "InferredProfile",
+    "LearningFilter",
     "Prediction",
     "Profile",
     "choose_profile",

@@ -8,7 +8,7 @@ from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.inference.selection import Inference
 from steerway.estimation.inference.whole_log import infer_log, motion_of
 from steerway.estimation.profiles import Profile
-from steerway.estimation.profiles.inferred import InferredProfile, load_profile
+from steerway.estimation.profiles.inferred import InferredProfile, profile_of
 
 AnyProfile = Profile | InferredProfile | str | Path | None
 
@@ -88,10 +88,8 @@ def choose_profile(fixes: Fixes, profile: AnyProfile = None, aid: tuple[str, ...
 
     Reports of many vessels have the built-in profile "ais". Raises InputError as `estimate` does.
     """
-    if isinstance(profile, Profile | InferredProfile):
-        return profile
     if profile is not None:
-        return load_profile(profile) if str(profile).endswith(".toml") else Profile.named(str(profile))
+        return profile_of(profile)
     if fixes.mmsi is not None:
         return Profile.named("ais")
     return InferredProfile.of(infer_log(fixes, aid).structures)

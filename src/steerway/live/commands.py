@@ -36,7 +36,13 @@ def live(
     ] = None,
     profile: Annotated[
         str | None,
-        typer.Option("--profile", metavar="NAME|FILE.toml", help="Tuning of the filter; small-usv by default."),
+        typer.Option(
+            "--profile", metavar="NAME|FILE.toml", help="Filter profile; by default all is inferred while sailing."
+        ),
+    ] = None,
+    learned: Annotated[
+        str | None,
+        typer.Option("--learned", metavar="FILE.toml", help="Keep what is inferred in a file, and begin from it."),
     ] = None,
     source: Annotated[
         list[str] | None, typer.Option("--source", metavar="NAME", help="Sources of positions in order of priority.")
@@ -125,6 +131,7 @@ def live(
         "inputs": inputs and tuple(inputs),
         "outputs": outputs and tuple(outputs),
         "profile": profile,
+        "learned": learned,
         "source": source and tuple(source),
         "aid": None if aid is None else tuple(name.strip() for name in aid.split(",") if name.strip()),
         "rate": rate,

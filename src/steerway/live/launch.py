@@ -5,7 +5,8 @@ import math
 from pathlib import Path
 
 from steerway.core.errors import InputError
-from steerway.estimation.profiles import Profile
+from steerway.estimation.inference.learning import LearningFilter
+from steerway.estimation.profiles.inferred import InferredProfile, profile_of
 from steerway.live import addresses
 from steerway.live.autopilot.holding import HoldingGuide
 from steerway.live.autopilot.mission import GeodeticRoute
@@ -38,17 +39,17 @@ def launch(settings: Settings) -> None:
     page = None if settings.helm is None else address(settings.helm, token_of(settings.helm_token_file))
     control = None if settings.control is None else control_address(settings.control, settings.control_token_file)
     replayed, rate = not math.isnan(speed), settings.rate
-    profile = settings.profile
-    tuning = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
     aids = tuple(name.replace("-", "_") for name in settings.aid)
     longest = settings.max_dead_reckoning
+    tuning = _tuning(settings, aids, replayed)
     navigator = Navigator(tuning, aids, settings.source, longest, rate=rate, accuracy=settings.accuracy)
     to = [addresses.sink(addresses.signed(each, signing)) for each in settings.outputs]
     takes = PROPELLERS if any(map(addresses.commands_propellers, to)) else YAW_RATE
     route = guide = supervisor = None
     if settings.mission is not None:
         route = GeodeticRoute.load(settings.mission)
-        supervisor = Supervisor(route, tuning, longest, settings.engage, takes)
+        of_pilot = (tuning.learned or "small-usv") if isinstance(tuning, LearningFilter) else tuning
+        supervisor = Supervisor(route, of_pilot, longest, settings.engage, takes)
         guide = HoldingGuide(Guide(route, supervisor.pilot), route)
     elif takes == PROPELLERS:
         raise InputError("format=propellers needs a route, expected --mission FILE with it")
@@ -67,6 +68,17 @@ def launch(settings: Settings) -> None:
     else:
         _made_ready()
         until_stopped(service.run(inputs, links))
+
+
+def _tuning(settings, aids, replayed):
+    """The profile that is given, or a filter that learns one, from the file of what it learned last on."""
+    if settings.profile is not None:
+        return profile_of(settings.profile)
+    start, keep = None, None
+    if settings.learned is not None:
+        path = Path(settings.learned)
+        start, keep = InferredProfile.load(path) if path.exists() else None, lambda profile: profile.save(path)
+    return LearningFilter(start, aids, not replayed, keep)
 
 
 def _rows_of_logs(paths, wanted):

@@ -8,13 +8,14 @@ import math
 from collections import Counter, deque
 from typing import NamedTuple
 
-import numpy as np
-
 from steerway.core.checks import not_negative, positive
 from steerway.core.records import REJECTED
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.course.motion.layout import LONGEST_GAP
+from steerway.estimation.inference.learning import LearningFilter
+from steerway.estimation.inference.stream import InferredFilter
 from steerway.estimation.profiles import AIDS, Profile
+from steerway.estimation.profiles.inferred import InferredProfile
 from steerway.live.base.rows import InputRow, Row, lost
 from steerway.live.choice import SourceChoice
 
@@ -40,13 +41,14 @@ class _Used(NamedTuple):
     longitude: float
     position_std: float
     aids: tuple[float, ...]
-    before: np.ndarray
+    before: object
 
 
 class Navigator:
     """The course estimate aboard.
 
-    profile, aid: as of `FiveStateFilter`.
+    profile: of the five-state filter or of structures, or the name of a built-in one; or a filter that learns.
+    aid: as of the filter.
     sources:  names of sources in order of priority; see `SourceChoice`.
     max_dead_reckoning: time without a fix for which the motion is predicted, s; then it is unknown.
     rate:     Hz at whose multiples the filter makes a step, as `estimate` does when it gives rows at a rate; without it
@@ -62,7 +64,7 @@ class Navigator:
 
     def __init__(
         self,
-        profile: Profile | str = "small-usv",
+        profile: Profile | InferredProfile | LearningFilter | str = "small-usv",
         aid: tuple[str, ...] = (),
         sources: tuple[str, ...] = (),
         max_dead_reckoning: float = 10.0,
@@ -70,7 +72,7 @@ class Navigator:
         rate: float | None = None,
         accuracy: bool = True,
     ):
-        self.filter = FiveStateFilter(profile, aid)
+        self.filter = profile if isinstance(profile, LearningFilter) else filter_of(profile, aid)
         self.choice = SourceChoice(sources)
         self.max_dead_reckoning = positive("max_dead_reckoning", max_dead_reckoning)
         self.recall = not_negative("recall", recall)
@@ -85,7 +87,7 @@ class Navigator:
         self._lead = math.nan
         self._before_behind = self.filter.snapshot(), math.nan
         self._row = lost(math.nan)
-        self._ahead = FiveStateFilter(self.filter.profile, aid)
+        self._ahead = filter_of(self.filter.profile, aid)
         self._ahead_time = math.nan
         self._receiver = ""
         self._last_filter = self.filter  # which one gave the last row
@@ -270,6 +272,11 @@ class Navigator:
                     estimator.predict(step - start)
                     start = step
         return max(stop - start, 0.0)
+
+
+def filter_of(profile: Profile | InferredProfile | str, aid: tuple[str, ...] = ()) -> FiveStateFilter | InferredFilter:
+    """The filter of a profile."""
+    return InferredFilter(profile, aid) if isinstance(profile, InferredProfile) else FiveStateFilter(profile, aid)
 
 
 def _row(time, values, nis, status):

@@ -27,7 +27,7 @@ def _page(value):
 
 Texts = Annotated[tuple[str, ...], BeforeValidator(_several)]
 Aid = Literal["sog", "cog", "heading", "water-speed", "yaw-rate"]
-FILES = ("mission", "helm_token_file", "mavlink_signing", "control_token_file")
+FILES = ("mission", "helm_token_file", "mavlink_signing", "control_token_file", "learned")
 """Keys that name a file."""
 RENAMED = {"patience": "max_dead_reckoning"}
 """Old keys and their present names."""
@@ -41,7 +41,8 @@ class Settings(BaseModel):
 
     inputs: Texts = Field((), alias="from")
     outputs: Texts = Field(("stdout:",), alias="to", min_length=1)
-    profile: str = "small-usv"
+    profile: str | None = None
+    learned: str | None = None
     source: Texts = ()
     aid: Annotated[tuple[Aid, ...], BeforeValidator(_several)] = ()
     rate: float | None = Field(None, gt=0.0, le=1000.0, allow_inf_nan=False, strict=True)
@@ -76,7 +77,7 @@ class Settings(BaseModel):
     def _relative_to(self, folder):
         """The same with relative file names made relative to `folder`."""
         files = {name: getattr(self, name) for name in FILES}
-        if self.profile.endswith(".toml"):
+        if self.profile is not None and self.profile.endswith(".toml"):
             files["profile"] = self.profile
         found = {name: str(folder / path) for name, path in files.items() if path is not None}
         found |= {name: tuple(_placed(each, folder) for each in getattr(self, name)) for name in ("inputs", "outputs")}

@@ -5,6 +5,9 @@ import math
 
 import numpy as np
 
+from steerway.core.records import Fixes
+from steerway.estimation.inference.learning import LearningFilter
+from steerway.estimation.inference.whole_log import infer_log
 from steerway.estimation.profiles import Profile
 from steerway.formats.nmea0183.writing import gga, rmc
 from steerway.live.autopilot.mission import GeodeticRoute
@@ -33,7 +36,7 @@ class _NullSink:
 
 def warm() -> int:
     """Run a short track through decoder, filter, route, autopilot and outputs; the number of fixes that were used."""
-    decoder, navigator = ReceiverDecoder(), Navigator("small-usv")
+    decoder, navigator = ReceiverDecoder(), Navigator(LearningFilter(background=False))
     place, rows = (math.radians(54.0), math.radians(10.0)), []
     for k in range(_SECONDS):
         moment = 1.7e9 + k, place[0] + _STEP * k, place[1]
@@ -50,4 +53,12 @@ def warm() -> int:
         )
     finally:
         LOG.disabled = was_disabled
+    _infer()
     return navigator.counts["used"]
+
+
+def _infer():
+    """What the first inference compiles."""
+    chance = np.random.default_rng(0)
+    latitude = math.radians(54.0) + _STEP * np.arange(40.0) + chance.normal(0.0, 1e-8, 40)
+    infer_log(Fixes(1.7e9 + np.arange(40.0), latitude, np.full(40, math.radians(10.0))))

@@ -43,7 +43,7 @@ def without_copies(north, east):
         return north, east
     resolution = [np.nanquantile(np.where(column > 0.0, column, np.nan), 0.05) for column in steps.T]
     coarse = np.maximum(np.nan_to_num(resolution), 1e-9)
-    far = (steps > _FEW_STEPS * coarse).any(axis=1)
+    far = (steps > FEW_STEPS * coarse).any(axis=1)
     follows = np.flatnonzero(~same)  # the next move after each run of repeats
     after = np.searchsorted(follows, np.arange(len(same)))
     moved = np.append(far[follows], True)[after]
@@ -52,7 +52,7 @@ def without_copies(north, east):
     return north, east
 
 
-_FEW_STEPS = 2.5
+FEW_STEPS = 2.5
 """Steps of the resolution that a vessel which hardly moves goes at once."""
 
 

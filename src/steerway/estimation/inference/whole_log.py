@@ -37,7 +37,7 @@ from steerway.estimation.inference.track import run_record
 
 _FEWEST = 30
 """Fixes below which nothing is fitted: a third of them settle the start, and the plain structure has 19 numbers."""
-_UNKNOWN_SPEED = 3.0
+UNKNOWN_SPEED = 3.0
 """m/s; a speed that is known worse after a start is not stated: a third of what is expected of a vessel unseen."""
 _BLOCK, _OVERLAP = 20_000, 2_000
 """Rows filtered or smoothed at a time, which bounds the memory, and those smoothed beside them on either side: minutes,
@@ -169,7 +169,7 @@ def _new(latitude, longitude, fixed):
 
 def _starting(estimate, restarts):
     """(n,) bool: rows from a start on until the speed is first known."""
-    known = estimate[:, SOG_STD] < _UNKNOWN_SPEED
+    known = estimate[:, SOG_STD] < UNKNOWN_SPEED
     starting = np.zeros(len(known), bool)
     bounds = [0, *restarts.tolist(), len(known)]
     for begin, end in pairwise(bounds):

@@ -90,6 +90,16 @@ class InferredProfile(BaseModel):
         """The structures as the estimators take them."""
         return tuple(Structure(each.weight, each.parts, each.values) for each in self.structures)
 
+    @property
+    def agility(self) -> float:
+        """Spectral density of the course-rate noise in a yaw manoeuvre, rad²/s³, mean over the structures."""
+        return sum(each.weight * each.values["yaw_size"] ** 2 / each.values["yaw_time"] for each in self.structures)
+
+    @property
+    def position_std(self) -> float:
+        """White noise of a fix, m, mean over the structures."""
+        return sum(each.weight * each.values["fix_std"] for each in self.structures)
+
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """An inferred profile from a TOML file. Raises InputError naming the file and the key that is wrong."""
@@ -110,6 +120,13 @@ def load_profile(path: str | Path) -> Profile | InferredProfile:
     """The profile in a TOML file, of either kind: inferred ones have structures. Raises InputError."""
     table = read_toml(path, "profile")
     return _made(InferredProfile if "structures" in table else Profile, table, path)
+
+
+def profile_of(given: Profile | InferredProfile | str | Path) -> Profile | InferredProfile:
+    """A profile as it is, of a built-in name or in a .toml file. Raises InputError for an unknown name."""
+    if isinstance(given, Profile | InferredProfile):
+        return given
+    return load_profile(given) if str(given).endswith(".toml") else Profile.named(str(given))
 
 
 def _made(kind, table, path):

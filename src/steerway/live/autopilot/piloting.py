@@ -18,6 +18,7 @@ from steerway.core.checks import one_of
 from steerway.core.earth import displacement
 from steerway.core.estimate import Estimate
 from steerway.estimation.profiles import Profile
+from steerway.estimation.profiles.inferred import InferredProfile
 from steerway.guidance import laws
 from steerway.guidance.reference import ReferenceModel
 from steerway.guidance.route import Route
@@ -78,7 +79,7 @@ class BoatActuation:
 
 def pilot_of(
     line: GeodeticRoute,
-    profile: Profile | str = "small-usv",
+    profile: Profile | InferredProfile | str = "small-usv",
     takes: str = YAW_RATE,
     max_dead_reckoning: float = 10.0,
 ) -> Pilot:
@@ -103,7 +104,7 @@ def pilot_of(
     )
 
 
-def autopilot(boat: BoatTable, profile: Profile, takes: str = YAW_RATE) -> Autopilot:
+def autopilot(boat: BoatTable, profile: Profile | InferredProfile, takes: str = YAW_RATE) -> Autopilot:
     """The course autopilot of a boat, its gains limited by what the profile's estimate carries."""
     most = math.radians(boat.max_yaw_rate_dps)
     nomoto_time = boat.yaw_time if takes == PROPELLERS else None

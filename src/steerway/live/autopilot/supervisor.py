@@ -10,6 +10,7 @@ from steerway.core.angles import wrap
 from steerway.core.errors import InputError
 from steerway.core.leg import Leg
 from steerway.estimation.profiles import Profile
+from steerway.estimation.profiles.inferred import InferredProfile
 from steerway.guidance.reference import Reference
 from steerway.live.autopilot.limits import LimitGuard
 from steerway.live.autopilot.mission import GeodeticRoute
@@ -37,7 +38,7 @@ class Supervisor:
     def __init__(
         self,
         route: GeodeticRoute,
-        profile: Profile | str = "small-usv",
+        profile: Profile | InferredProfile | str = "small-usv",
         max_dead_reckoning: float = 10.0,
         engage: bool = False,
         takes: str = YAW_RATE,

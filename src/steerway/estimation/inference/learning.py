@@ -1,0 +1,166 @@
+"""LearningFilter: a filter that begins from a broad prior and infers vessel and receiver anew while it runs.
+
+The latest fixes are kept in a window. From time to time the inference of `estimate` runs on it, in the background; the
+weight then goes over to what was found within some seconds, so that the estimate makes no jump.
+"""
+
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+from itertools import product
+
+import numpy as np
+
+from steerway.core.arrays import Floats
+from steerway.estimation.inference.fit import Rows
+from steerway.estimation.inference.model import AIDS, FUSED, Bank, empty_bank, room_to_keep
+from steerway.estimation.inference.record import LONGEST_GAP
+from steerway.estimation.inference.selection import PLAIN, Structure, infer
+from steerway.estimation.inference.stream import ELAPSED, InferredFilter, Set, set_of, step
+from steerway.estimation.inference.structures import VESSELS, parameters_of
+from steerway.estimation.inference.track import run_record
+from steerway.estimation.profiles.inferred import InferredProfile
+
+LOG = logging.getLogger("steerway.live")
+_NOISES = (0.02, 0.1, 0.4, 1.5, 5.0)
+"""m, white noise of receivers, from real-time kinematics to a receiver under trees, a factor of four apart."""
+_WINDOW, _ROWS = 1200.0, 12_000
+"""s and rows that are kept: the inference looks at no more of a usual receiver."""
+_FIRST, _FEWEST = 60.0, 100
+"""s and fixes after which vessel and receiver are inferred first: about what `tune` needs."""
+_LATER, _LATEST = 2.0, 600.0
+"""Factor from one inference to the next, and s between two at most: the window is then half another one."""
+_UNKNOWN = float("nan")
+
+
+def prior_profile() -> InferredProfile:
+    """Vessels and receivers of every declared kind, all alike probable: what is known before the first fix."""
+    names, medians, _ = parameters_of(PLAIN)
+    expected = dict(zip(names, np.exp(medians).tolist(), strict=True))
+    kinds = [expected | vessel | {"fix_std": noise} for vessel, noise in product(VESSELS, _NOISES)]
+    return InferredProfile.of([Structure(1.0 / len(kinds), PLAIN, _known(names, each)) for each in kinds], "prior")
+
+
+def _known(names, values):
+    return {name: values[name] for name in names}
+
+
+class LearningFilter(InferredFilter):
+    """An `InferredFilter` that learns its profile.
+
+    Args:
+        start: profile to begin with, None for the prior.
+        aid: as of `InferredFilter`.
+        background: whether inferences run in a thread; otherwise within the row that makes one due, as in a replay.
+        keep: called with every profile that is found, in the background.
+    """
+
+    def __init__(
+        self,
+        start: InferredProfile | None = None,
+        aid: tuple[str, ...] = (),
+        background: bool = True,
+        keep: Callable[[InferredProfile], None] | None = None,
+    ):
+        super().__init__(start or prior_profile(), aid, learns=start is None)
+        self.background, self.keep = background, keep
+        self.learned = start
+        self._rows: deque = deque(maxlen=_ROWS)
+        self._due = _FIRST
+        self._thread: threading.Thread | None = None
+        self._found: tuple[Set, list[Bank], float] | None = None
+
+    def reset(self) -> None:
+        """Return to the state before the first fix; what was learned stays."""
+        super().reset()
+        self._rows.clear()
+        self._found, self._due = None, _FIRST
+
+    def restore(self, snapshot: tuple[Set, Floats]) -> None:
+        """Return to the state of a `snapshot`."""
+        super().restore(snapshot)
+        while self._rows and self._rows[-1][0] > self._state[ELAPSED]:
+            self._rows.pop()
+
+    def row(
+        self,
+        dt: float,
+        latitude: float = _UNKNOWN,
+        longitude: float = _UNKNOWN,
+        aids: Sequence[float] | Floats | None = None,
+        position_std: float = _UNKNOWN,
+    ) -> tuple[list[float], float, int]:
+        """As of `InferredFilter.row`."""
+        if dt > LONGEST_GAP:
+            self._rows.clear()
+        self._go_over()
+        found = super().row(dt, latitude, longitude, aids, position_std)
+        self._infer_if_due()
+        return found
+
+    def _advance(self, dt, first, second, excess, aids):
+        super()._advance(dt, first, second, excess, aids)
+        if np.isfinite(first) or len(aids):
+            self._rows.append((self._state[ELAPSED], first, second, excess, tuple(aids[0]) if len(aids) else ()))
+            while self._rows[0][0] < self._state[ELAPSED] - _WINDOW:
+                self._rows.popleft()
+
+    def _infer_if_due(self):
+        elapsed = self._state[ELAPSED]
+        if self._thread is not None or self._found is not None or elapsed < self._due or len(self._rows) < _FEWEST:
+            return
+        self._due = min(_LATER * elapsed, elapsed + _LATEST)
+        rows = list(self._rows)
+        if not self.background:
+            self._infer(rows)
+            return
+        self._thread = threading.Thread(target=self._infer, args=(rows,), daemon=True, name="inference")
+        self._thread.start()
+
+    def _infer(self, rows):
+        try:
+            record = _record(rows)
+            known = [name for name, column in zip(AIDS, record.aids.T, strict=False) if np.isfinite(column).any()]
+            structures = infer(record, [name for name in known if name in self.aid]).structures
+            running, banks = set_of(structures), []
+            for each in running.structures:
+                bank, nothing = empty_bank(each.states), np.empty(0)
+                *columns, restarts = record
+                out, kept = np.empty((0, FUSED + 2)), room_to_keep(0, each.states)
+                run_record(*columns, each.model, bank, each.motion_states, restarts, out, nothing, 0, kept)
+                banks.append(bank)
+            self.learned = InferredProfile.of(structures, "learned")
+            if self.keep is not None:
+                self.keep(self.learned)
+            self._found = running, banks, rows[-1][0]
+        except Exception:  # the filter goes on with what it has
+            LOG.exception("vessel and receiver could not be inferred anew")
+        finally:
+            self._thread = None
+
+    def _go_over(self):
+        """Take up what was found, with the fixes that came meanwhile."""
+        if self._found is None or self._set.fading:
+            return
+        (running, banks, until), self._found = self._found, None
+        out = np.empty(FUSED + 3)
+        for time, first, second, excess, aids in [each for each in self._rows if each[0] > until]:
+            table = np.array([aids]) if aids else np.empty((0, len(AIDS)))
+            for one, bank in zip(running.structures, banks, strict=True):
+                step(bank, one.model, time - until, first, second, excess, table, one.motion_states, out)
+            until = time
+        rest = self._state[ELAPSED] - until
+        for one, bank in zip(running.structures, banks, strict=True):
+            step(bank, one.model, rest, _UNKNOWN, _UNKNOWN, 1.0, np.empty((0, len(AIDS))), one.motion_states, out)
+        self.take_up(running, banks)
+
+
+def _record(rows) -> Rows:
+    """Rows of a window as a record in the plane of the filter."""
+    time, north, east, excess = (np.array([each[i] for each in rows], dtype=np.float64) for i in range(4))
+    unknown = (_UNKNOWN,) * len(AIDS)
+    table = (
+        np.array([each[4] or unknown for each in rows]) if any(each[4] for each in rows) else np.empty((0, len(AIDS)))
+    )
+    return Rows(time, north, east, excess, table, np.empty(0, np.int64))

@@ -1,0 +1,303 @@
+"""InferredFilter: weighed structures as a filter, fix by fix, by the arithmetic of `estimate`.
+
+Its whole state is one array, so that a snapshot is one copy. Rows between and ahead of fixes are predicted with another
+filter that is given the snapshot.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.core.arrays import Floats
+from steerway.core.compiled import kernel
+from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING
+from steerway.estimation.course.update.aids import AIDS, NO_AIDS, expect_aids
+from steerway.estimation.course.update.reported_accuracy import variance_scale
+from steerway.estimation.inference.aids import take_aids
+from steerway.estimation.inference.course import COG, EAST, NORTH, POSITION_STD, RATE, SOG, SOG_STD, average
+from steerway.estimation.inference.forecast import MOMENTS, mixed, place_moments, rotated
+from steerway.estimation.inference.fuse import fuse
+from steerway.estimation.inference.model import FUSED, STARTED, Bank, Model, empty_bank
+from steerway.estimation.inference.plane import place_near, step_between
+from steerway.estimation.inference.record import FEW_STEPS, LONGEST_GAP
+from steerway.estimation.inference.structures import model_of
+from steerway.estimation.inference.track import take_row
+from steerway.estimation.inference.whole_log import UNKNOWN_SPEED
+from steerway.estimation.profiles.inferred import InferredProfile
+
+(
+    LATITUDE,  # of the last fix, rad
+    LONGITUDE,
+    FIRST,  # … its place in the plane, m
+    SECOND,
+    AZIMUTH,  # … direction of the first axis of the plane there, rad east of north
+    PLACED,  # 1 once there is one
+    KNOWN,  # 1 once the speed is known
+    USUAL,  # state of `variance_scale`
+    USUAL_COUNT,
+    ELAPSED,  # s since the first row
+    FADED,  # s since another set of structures was taken up
+    COARSE,  # least step between fixes, m
+    SINCE,  # s since the last fix that was no copy
+    LAST_SOG,
+) = range(14)
+"""State of the filter beside the banks."""
+_HEADER = 14
+HELD = 1.0
+"""s for which a fix may be a copy of the one before: loggers stutter for less, and a boat that is longer at one place
+has stopped."""
+FADE = 10.0
+"""s in which the weight goes over from one set of structures to the next: a few fixes of a usual receiver."""
+LEAST_LOG_WEIGHT = -40.0
+"""No structure whose weight is learned is ever excluded; a filter that is lost has lucky runs of fixes, though."""
+NIS, WRONG, LOG_DENSITY = FUSED, FUSED + 1, FUSED + 2
+"""Columns after those of `fuse`: the last two are the probability of an outlier and the density of the row."""
+
+
+class Running(NamedTuple):
+    """What a structure needs to run: its model, number of states and of states that drive the motion."""
+
+    model: Model
+    states: int
+    motion_states: int
+
+
+class Set(NamedTuple):
+    """Structures that run together: those fading out first. `learns`: weights follow the likelihood, as of a prior."""
+
+    structures: tuple[Running, ...]
+    weights: tuple[float, ...]
+    fading: int
+    fading_weights: tuple[float, ...]
+    learns: bool
+
+
+def set_of(structures, learns: bool = False) -> Set:
+    """The set of weighed structures."""
+    running = tuple(Running(*model_of(each.parts, each.values)) for each in structures)
+    return Set(running, tuple(each.weight for each in structures), 0, (), learns)
+
+
+class InferredFilter:
+    """SOG, COG and course rate fix by fix, by a profile of structures; two filters share nothing.
+
+    Args:
+        profile: structures with their weights.
+        aid: which of "sog", "cog", "heading", "water_speed", "yaw_rate" to take beside positions, where the structures
+            have a part for it.
+        learns: whether the weights follow the likelihood of the fixes, for structures of which none is known to hold.
+
+    Raises InputError for an unknown aid.
+    """
+
+    def __init__(self, profile: InferredProfile, aid: tuple[str, ...] = (), learns: bool = False):
+        expect_aids(aid)
+        self.profile, self.aid = profile, tuple(aid)
+        self._first = set_of(profile.weighed, learns)
+        self._arrange(self._first, None)
+
+    def _arrange(self, running: Set, header: Floats | None) -> None:
+        """Make room for a set of structures."""
+        self._set = running
+        shapes = [[each.shape for each in empty_bank(one.states)] for one in running.structures]
+        sizes = [sum(math.prod(shape) for shape in each) for each in shapes]
+        n = len(shapes)
+        self._state = np.zeros(_HEADER + n + sum(sizes))
+        if header is not None:
+            self._state[:_HEADER] = header
+        self._weights = self._state[_HEADER : _HEADER + n]
+        self._weights[:] = running.weights
+        self._banks, at = [], _HEADER + n
+        for each in shapes:
+            parts = []
+            for shape in each:
+                size = math.prod(shape)
+                parts.append(self._state[at : at + size].reshape(shape))
+                at += size
+            self._banks.append(Bank(*parts))
+        self._outs = np.full((n, FUSED + 3), np.nan)
+        self._estimate = np.full(POSITION_STD + 1, np.nan)
+
+    def reset(self) -> None:
+        """Return to the state before the first fix."""
+        self._arrange(self._set, None)
+
+    def snapshot(self) -> tuple[Set, Floats]:
+        """The whole state, for `restore`, of this filter or another."""
+        return self._set, self._state.copy()
+
+    def restore(self, snapshot: tuple[Set, Floats]) -> None:
+        """Return to the state of a `snapshot`."""
+        if snapshot[0] is not self._set:
+            self._arrange(snapshot[0], None)
+        self._state[:] = snapshot[1]
+
+    def change_receiver(self) -> None:
+        """Fixes come from another receiver from now on: the usual accuracy of the last one does not apply to it."""
+        self._state[USUAL] = self._state[USUAL_COUNT] = 0.0
+
+    def predict(self, dt: float) -> None:
+        """Advance by dt ≥ 0 seconds."""
+        self._advance(dt, math.nan, math.nan, 1.0, NO_AIDS)
+
+    def row(
+        self,
+        dt: float,
+        latitude: float = math.nan,
+        longitude: float = math.nan,
+        aids: Sequence[float] | Floats | None = None,
+        position_std: float = math.nan,
+    ) -> tuple[list[float], float, int]:
+        """One row of `estimate`, streaming: advance by dt, then take the measurements of that time.
+
+        Arguments and what is returned as of `FiveStateFilter.row`.
+        """
+        state = self._state
+        table = NO_AIDS
+        if self.aid and aids is not None:
+            table = np.array([[a if name in self.aid else math.nan for name, a in zip(AIDS, aids, strict=True)]])
+        fixed = math.isfinite(latitude) and math.isfinite(longitude)
+        state[SINCE] += dt
+        if fixed and self._is_copy(latitude, longitude):
+            fixed = False
+        excess = variance_scale(state[USUAL : USUAL_COUNT + 1], position_std) if fixed else 1.0
+        first = second = math.nan
+        if fixed:
+            state[SINCE] = 0.0
+            first, second = _walk(state, latitude, longitude)
+        self._advance(dt, first, second, excess, table)
+        nis, wrong = (float(self._weights @ self._outs[:, column]) for column in (NIS, WRONG))
+        return self._row(fixed, nis, wrong)
+
+    def _is_copy(self, latitude, longitude):
+        """Whether a fix is the one before once more, though the boat has moved on by steps that fixes resolve."""
+        state = self._state
+        if latitude != state[LATITUDE] or longitude != state[LONGITUDE] or not 0.0 < state[SINCE] <= HELD:
+            return False
+        return state[LAST_SOG] * state[SINCE] > FEW_STEPS * state[COARSE] > 0.0
+
+    def _advance(self, dt, first, second, excess, aids):
+        state = self._state
+        if dt > LONGEST_GAP:
+            state[KNOWN] = 0.0
+            for bank in self._banks:
+                bank.run[STARTED] = 0.0
+            dt = 0.0
+        if self._set.fading:
+            self._fade(dt)
+        for one, bank, out in zip(self._set.structures, self._banks, self._outs, strict=True):
+            step(bank, one.model, dt, first, second, excess, aids, one.motion_states, out)
+        state[ELAPSED] += dt
+        if self._set.learns and math.isfinite(first):
+            self._learn()
+
+    def _learn(self):
+        logs = np.log(self._weights) + self._outs[:, LOG_DENSITY]
+        logs = np.maximum(logs - logs.max(), LEAST_LOG_WEIGHT)
+        weights = np.exp(logs)
+        self._weights[:] = weights / weights.sum()
+
+    def _fade(self, dt):
+        """Let the weight go over to the newer structures."""
+        running, state = self._set, self._state
+        state[FADED] += dt
+        share = min(state[FADED] / FADE, 1.0)
+        if share == 1.0:
+            left, kept = self._banks[running.fading :], running.structures[running.fading :]
+            newer = running.weights[running.fading :]
+            self._arrange(Set(kept, newer, 0, (), False), state[:_HEADER].copy())
+            for bank, old in zip(self._banks, left, strict=True):
+                for part, other in zip(bank, old, strict=True):
+                    part[...] = other
+            return
+        self._weights[: running.fading] = (1.0 - share) * np.array(running.fading_weights)
+        self._weights[running.fading :] = share * np.array(running.weights[running.fading :])
+
+    def take_up(self, running: Set, banks: Sequence[Bank]) -> None:
+        """Go over to other structures without a jump; their banks know the fixes so far in the plane of this filter."""
+        older, old, weights = self._set, self._banks, self._weights.copy()
+        n = len(older.structures)
+        joined = Set(older.structures + running.structures, (0.0,) * n + running.weights, n, tuple(weights), False)
+        self._arrange(joined, self._state[:_HEADER].copy())
+        for bank, from_ in zip(self._banks, [*old, *banks], strict=True):
+            for part, other in zip(bank, from_, strict=True):
+                part[...] = other
+        self._weights[:n], self._weights[n:] = weights, 0.0
+        self._state[FADED] = 0.0
+
+    def _row(self, fixed, nis, wrong):
+        state, estimate = self._state, self._estimate
+        average(self._outs, self._weights, self.profile.steerageway, estimate)
+        state[LAST_SOG] = estimate[SOG]
+        known = state[KNOWN] == 1.0 or estimate[SOG_STD] < UNKNOWN_SPEED
+        state[KNOWN] = 1.0 if known else 0.0
+        latitude, longitude = _place(state, estimate)
+        if not known:
+            unknown = [math.nan] * 6
+            return [latitude, longitude, *unknown, float(estimate[POSITION_STD])], nis, STARTING
+        cog = _true(state, estimate)
+        if wrong > 0.5:
+            status = REJECTED
+        elif math.isnan(cog):
+            status = NO_COURSE
+        else:
+            status = OK if fixed and not math.isnan(nis) else PREDICTED
+        values = [latitude, longitude, float(estimate[SOG]), cog, *estimate[RATE:].tolist()]
+        return values, nis, status
+
+    @property
+    def covariance(self) -> Floats:
+        """(2, 2) covariance of the position north and east, m²."""
+        moments = np.zeros((len(self._banks), MOMENTS))
+        for bank, out in zip(self._banks, moments, strict=True):
+            place_moments(bank.x, bank.p, bank.probability, out)
+        nn, ne, ee = rotated(mixed(moments, self._weights), self._state[AZIMUTH])
+        return np.array([[nn, ne], [ne, ee]])
+
+
+@kernel
+def step(bank, model, dt, first, second, excess, aids, motion_states, out):
+    """One row of a structure, as `run_record` does it. Into `out`: `fuse`, NIS, WRONG and LOG_DENSITY."""
+    begins = bank.run[STARTED] == 0.0
+    nis, log_density, wrong = take_row(bank, model, dt, first, second, excess, motion_states)
+    if len(aids) and not begins:
+        log_density += take_aids(bank, model, aids[0])
+    if bank.run[STARTED] == 0.0:
+        for i in range(len(out)):
+            out[i] = math.nan
+    else:
+        fuse(bank.x, bank.p, bank.probability, model.filters, bank.work[0], out)
+    out[NIS], out[WRONG], out[LOG_DENSITY] = nis, wrong, log_density
+
+
+@kernel
+def _walk(state, latitude, longitude):
+    """Go on to a fix in the plane; its place there (m)."""
+    if state[PLACED] == 0.0:
+        state[PLACED] = 1.0
+    else:
+        north, east, convergence = step_between(state[LATITUDE], state[LONGITUDE], latitude, longitude)
+        c, s = math.cos(state[AZIMUTH]), math.sin(state[AZIMUTH])
+        state[FIRST] += c * north + s * east
+        state[SECOND] += c * east - s * north
+        state[AZIMUTH] += convergence
+        for way in (abs(north), abs(east)):
+            if way > 0.0 and (way < state[COARSE] or state[COARSE] == 0.0):
+                state[COARSE] = way
+    state[LATITUDE], state[LONGITUDE] = latitude, longitude
+    return state[FIRST], state[SECOND]
+
+
+@kernel
+def _place(state, estimate):
+    """Latitude and longitude (rad) of an estimate."""
+    ahead, aside = estimate[NORTH] - state[FIRST], estimate[EAST] - state[SECOND]
+    return place_near(state[LATITUDE], state[LONGITUDE], state[AZIMUTH], ahead, aside)
+
+
+def _true(state, estimate) -> float:
+    """Course from true north."""
+    cog = float(estimate[COG] + state[AZIMUTH])
+    return (cog + math.pi) % (2.0 * math.pi) - math.pi

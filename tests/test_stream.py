@@ -1,0 +1,180 @@
+"""Structures fix by fix: the rows of `estimate`, and what is learned while sailing."""
+
+import math
+import time
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+import steerway
+from steerway.core.records import PREDICTED
+from steerway.estimation import InferredFilter, InferredProfile, LearningFilter, choose_profile
+from steerway.estimation.inference import learning
+from steerway.estimation.inference.learning import prior_profile
+from steerway.live.base.rows import rows_of
+from steerway.live.navigator import Navigator
+from tests.scenes import angle_error, turning
+
+NAMES = ("sog", "cog", "course_rate", "sog_std", "cog_std", "course_rate_std", "position_std")
+
+
+@cache
+def sortie(seed=1, duration=200.0):
+    scene = turning(1.5, 0.7, duration, seed=seed)
+    return scene, scene.fixes(0.4, seed)
+
+
+@cache
+def profile():
+    return choose_profile(sortie()[1])
+
+
+def streamed(estimator, fixes):
+    """(n, 9) values, NIS and status of every row."""
+    steps = np.diff(fixes.time, prepend=fixes.time[0])
+    aids = np.column_stack([fixes.sog, fixes.cog, *np.full((3, len(fixes)), math.nan)])
+    columns = steps, fixes.latitude, fixes.longitude, aids, fixes.position_std
+    values, nis, status = zip(*(estimator.row(*row) for row in zip(*columns, strict=True)), strict=True)
+    return np.array(values), np.array(nis), np.array(status)
+
+
+def with_trouble(fixes):
+    """A gap of a minute, a jump, and reported accuracy."""
+    late = np.where(np.arange(len(fixes)) < 400, 0.0, 60.0)
+    latitude = fixes.latitude + np.where(np.arange(len(fixes)) == 700, 3e-6, 0.0)
+    std = np.where(np.arange(len(fixes)) % 50 < 45, 0.4, 4.0)
+    return replace(fixes, time=fixes.time + late, latitude=latitude, position_std=std)
+
+
+@pytest.mark.parametrize("trouble", [False, True])
+@pytest.mark.parametrize("aid", [(), ("sog", "cog")])
+def test_the_rows_are_those_of_estimate(aid, trouble):
+    scene, fixes = sortie()
+    fixes = with_trouble(fixes) if trouble else fixes
+    chosen = profile()
+    if aid:
+        chance = np.random.default_rng(3)
+        sog, cog = scene.sog + chance.normal(0.0, 0.1, len(fixes)), scene.cog + chance.normal(0.0, 0.05, len(fixes))
+        fixes = replace(fixes, sog=sog, cog=cog)
+        extra = {"sog_std": 0.1, "velocity_std": 0.1}
+        structures = [s._replace(parts=(*s.parts, *aid), values=s.values | extra) for s in chosen.weighed]
+        chosen = InferredProfile.of(structures)
+    motion = steerway.estimate(fixes, chosen, aid)
+    values, nis, status = streamed(InferredFilter(chosen, aid), fixes)
+    for name, column in zip(("latitude", "longitude", *NAMES), values.T, strict=True):
+        np.testing.assert_allclose(column, getattr(motion, name), rtol=1e-9, atol=1e-12, err_msg=name)
+    np.testing.assert_allclose(nis, motion.nis, rtol=1e-9)
+    np.testing.assert_array_equal(status, motion.status)
+
+
+def test_a_snapshot_is_the_whole_filter():
+    _, fixes = sortie()
+    estimator, other = InferredFilter(profile()), InferredFilter(prior_profile())
+    streamed(estimator, fixes.rows(slice(300)))
+    kept = estimator.snapshot()
+    other.restore(kept)
+    rest = fixes.rows(slice(300, 400))
+    expected = streamed(estimator, rest)[0]
+    np.testing.assert_array_equal(streamed(other, rest)[0], expected)
+    estimator.restore(kept)
+    np.testing.assert_array_equal(streamed(estimator, rest)[0], expected)
+
+
+@pytest.mark.parametrize("rate", [None, 10.0])
+def test_the_navigator_gives_the_rows_of_estimate(rate):
+    _, fixes = sortie()
+    navigator = Navigator(profile(), rate=rate)
+    rows = [row for each in rows_of({"": fixes}) for row in navigator.add(each)]
+    motion = steerway.estimate(fixes, profile(), rate=rate)
+    there = np.searchsorted(motion.time, fixes.time - 1e-4)
+    for name in NAMES:
+        np.testing.assert_allclose([getattr(row, name) for row in rows], getattr(motion, name)[there], rtol=1e-9)
+    ahead = navigator.at(fixes.time[-1] + 2.0)
+    assert ahead.status == PREDICTED and ahead.sog_std > rows[-1].sog_std
+    assert navigator.at(fixes.time[-1]).sog == rows[-1].sog, "asking ahead changes nothing"
+    assert all(math.isfinite(each) for each in navigator.position_covariance)
+
+
+def test_a_late_fix_is_used_at_its_own_time():
+    _, fixes = sortie()
+    inputs = list(rows_of({"": fixes.rows(slice(500))}))
+    late = [*inputs[:450], *inputs[451:453], inputs[450], *inputs[453:]]
+    rows = []
+    for order in (inputs, late):
+        navigator = Navigator(profile())
+        rows.append([row for each in order for row in navigator.add(each)][-1])
+    assert rows[1].sog == pytest.approx(rows[0].sog, rel=1e-9)
+
+
+def test_held_fixes_are_predicted():
+    """Five fixes a second in a table of ten rows."""
+    _, fixes = sortie()
+    held = fixes.rows(np.repeat(np.arange(len(fixes)), 2))
+    held = replace(held, time=fixes.time[0] + 0.1 * np.arange(len(held)))
+    values, _, status = streamed(InferredFilter(profile()), held)
+    assert (status[201::2] == PREDICTED).mean() > 0.95
+    plain = streamed(InferredFilter(profile()), fixes)[0]
+    np.testing.assert_allclose(np.nanmean(angle_error(values[200::2, 3], plain[100:, 3])), 0.0, atol=0.05)
+
+
+@cache
+def learnt(seed):
+    """Rows of a filter that begins from the prior, and its profile in the end."""
+    _, fixes = sortie(seed, 300.0)
+    found = []
+    estimator = LearningFilter(background=False, keep=found.append)
+    values, *_ = streamed(estimator, fixes)
+    return values, estimator, found
+
+
+def test_what_is_learned_is_nearly_what_estimate_infers():
+    scene, fixes = sortie(2, 300.0)
+    values, estimator, found = learnt(2)
+    motion = steerway.estimate(fixes)
+    rows = slice(500, None)
+    errors = [angle_error(each, scene.cog)[rows] for each in (values[:, 3], motion.cog)]
+    assert np.sqrt(np.nanmean(errors[0] ** 2)) < 1.15 * np.sqrt(np.nanmean(errors[1] ** 2))
+    assert np.sqrt(np.mean((values[rows, 2] - scene.sog[rows]) ** 2)) < 0.02
+    assert found[-1] == estimator.learned and found[-1].name == "learned"
+    assert all(0.3 < each.values["fix_std"] < 0.5 for each in found[-1].structures)
+
+
+def test_before_anything_is_learned_the_prior_serves():
+    scene, fixes = sortie()
+    values, *_ = streamed(InferredFilter(prior_profile(), learns=True), fixes)
+    settled = slice(100, None)
+    assert np.isfinite(values[settled, 3]).all()
+    error = np.abs(values[settled, 2] - scene.sog[settled])
+    assert np.mean(error < 1.96 * values[settled, 5]) > 0.9
+    assert np.sqrt(np.mean(error**2)) < 0.05
+
+
+def test_the_estimate_makes_no_jump_when_something_is_learned(monkeypatch):
+    """From fix to fix the estimate changes no more in the seconds of the change than a fix changes it at most."""
+    monkeypatch.setattr(learning, "_LATER", 1.5)
+    _, fixes = sortie(4, 200.0)
+    estimator, changed, sog = LearningFilter(background=False), [], []
+    for k in range(len(fixes)):
+        before = len(estimator.snapshot()[0].structures)
+        values, _, _ = estimator.row(0.2 if k else 0.0, fixes.latitude[k], fixes.longitude[k])
+        changed.append(len(estimator.snapshot()[0].structures) != before)
+        sog.append(values[2])
+    steps = np.abs(np.diff(sog, prepend=sog[0]))
+    changes = np.flatnonzero(changed)
+    assert len(changes) >= 2
+    assert steps[changes].max() <= np.nanquantile(steps[100:], 0.999)
+
+
+def test_inferences_in_the_background_hold_nobody_up():
+    _, fixes = sortie(2, 300.0)
+    estimator, longest = LearningFilter(), 0.0
+    for k in range(len(fixes)):
+        begun = time.perf_counter()
+        estimator.row(0.2 if k else 0.0, fixes.latitude[k], fixes.longitude[k])
+        longest = max(longest, time.perf_counter() - begun)
+        if k >= 310 and estimator._thread is not None:
+            time.sleep(0.01)
+    assert estimator.learned is not None
+    assert longest < 0.5
