@@ -70,8 +70,7 @@ def test_what_is_told_twice_is_taken_once(fixes, rate):
     aided = Fixes(fixes.time, fixes.latitude, fixes.longitude, yaw_rate=np.full(len(fixes), 0.2))
     twice = aided.rows(np.repeat(np.arange(len(fixes)), 2))
     at_fixes, at_ticks = replayed({"GP": twice}, rate, aid=("yaw_rate",))
-    estimator = "small-usv", ("yaw_rate",), rate
-    motion = estimate(twice, *estimator)
+    motion = estimate(twice, "small-usv", aid=("yaw_rate",), rate=rate)
     if rate is None:
         assert_equal(at_fixes, motion.rows(slice(None, None, 2)))
     else:

@@ -61,7 +61,7 @@ def test_the_rows_are_those_of_estimate(aid, trouble):
         extra = {"sog_std": 0.1, "velocity_std": 0.1}
         structures = [s._replace(parts=(*s.parts, *aid), values=s.values | extra) for s in chosen.weighed]
         chosen = InferredProfile.of(structures)
-    motion = steerway.estimate(fixes, chosen, aid)
+    motion = steerway.estimate(fixes, chosen, aid=aid)
     values, nis, status = streamed(InferredFilter(chosen, aid), fixes)
     for name, column in zip(("latitude", "longitude", *NAMES), values.T, strict=True):
         np.testing.assert_allclose(column, getattr(motion, name), rtol=1e-9, atol=1e-12, err_msg=name)
