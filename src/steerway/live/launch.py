@@ -32,6 +32,8 @@ def launch(settings: Settings) -> None:
     """Run to the end of the logs, or until stopped. Raises InputError for what cannot be run."""
     if settings.engage and settings.mission is None:
         raise InputError("--engage needs a route, expected --mission FILE with it")
+    if settings.mission is None and (settings.autopilot.model_fields_set or settings.speed.model_fields_set):
+        raise InputError("settings: autopilot and speed are of a boat that is steered, expected mission with them")
     if settings.mission is not None and settings.rate is not None and settings.rate < SLOWEST_STEERING:
         raise InputError(f"--rate is {settings.rate:g} Hz, expected at least {SLOWEST_STEERING:g} Hz with --mission")
     signing = settings.mavlink_signing
@@ -46,10 +48,11 @@ def launch(settings: Settings) -> None:
     to = [addresses.sink(addresses.signed(each, signing)) for each in settings.outputs]
     takes = PROPELLERS if any(map(addresses.commands_propellers, to)) else YAW_RATE
     route = guide = supervisor = None
+    kinds = settings.autopilot.kind, settings.speed.controller
     if settings.mission is not None:
         route = GeodeticRoute.load(settings.mission)
         of_pilot = (tuning.learned or "small-usv") if isinstance(tuning, LearningFilter) else tuning
-        supervisor = Supervisor(route, of_pilot, longest, settings.engage, takes)
+        supervisor = Supervisor(route, of_pilot, longest, settings.engage, takes, kinds)
         guide = HoldingGuide(Guide(route, supervisor.pilot), route)
     elif takes == PROPELLERS:
         raise InputError("format=propellers needs a route, expected --mission FILE with it")

@@ -10,6 +10,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
+from steerway.core.schema import Table
 from steerway.core.toml import read_toml
 from steerway.core.validation import refusal
 from steerway.live.helm.address import DEFAULT
@@ -34,6 +35,18 @@ RENAMED = {"patience": "max_dead_reckoning"}
 LOG = logging.getLogger("steerway.live")
 
 
+class SpeedSettings(Table):
+    """How the autopilot holds a speed: PI, adaptive, or a disturbance observer, as in scenarios."""
+
+    controller: Literal["pi", "adaptive", "disturbance-observer"] = "pi"
+
+
+class AutopilotSettings(Table):
+    """How the autopilot holds a course: pole placement, model predictive control or LQG, as in scenarios."""
+
+    kind: Literal["pole-placement", "mpc", "lqg"] = "pole-placement"
+
+
 class Settings(BaseModel):
     """The options of `steerway live`; its help describes them."""
 
@@ -56,6 +69,8 @@ class Settings(BaseModel):
     mavlink_signing: str | None = None
     control: str | None = None
     control_token_file: str | None = None
+    speed: SpeedSettings = SpeedSettings()
+    autopilot: AutopilotSettings = AutopilotSettings()
 
     @classmethod
     def load(cls, path: str | Path) -> Self:

@@ -13,6 +13,10 @@ from steerway.control.allocation import TwoPropellers
 from steerway.control.bandwidth import GainSchedule
 from steerway.control.course import AnglePID
 from steerway.control.handover import Autopilot, HandOver, Steerageway
+from steerway.control.heading_plant import HeadingResponse
+from steerway.control.heading_steering import steering
+from steerway.control.speed_force import ForceLoop
+from steerway.control.speed_force import speed_loop as control_speed
 from steerway.control.speed_pi import SpeedPI, SpeedPIGains
 from steerway.core.checks import one_of
 from steerway.core.earth import displacement
@@ -31,6 +35,14 @@ YAW_RATE, PROPELLERS = ACTUATIONS = ("yaw-rate", "propellers")
 """What takes the commands: a vehicle with a yaw-rate loop, or two propellers side by side."""
 MAX_BANDWIDTH = 0.5
 """rad/s of the course loop, however good the estimate."""
+DEFAULT_KINDS = "pole-placement", "pi"
+"""Of the autopilot and of the speed controller."""
+_SAMPLE = 0.2
+"""s between two steps of a predictive or LQG autopilot."""
+_STEERED_BANDWIDTH = 0.25
+"""rad/s of its loop."""
+_COURSE_STD = math.radians(1.0)
+"""1σ of an estimated course, as it takes it."""
 SPEED_BANDWIDTH = 0.3
 """rad/s of the speed loop: what the estimate of the speed carries, roughly."""
 ACCELERATION = 0.15
@@ -82,10 +94,12 @@ def pilot_of(
     profile: Profile | InferredProfile | str = "small-usv",
     takes: str = YAW_RATE,
     max_dead_reckoning: float = 10.0,
+    kinds: tuple[str, str] = DEFAULT_KINDS,
 ) -> Pilot:
     """The pilot of a route; its estimator takes rows.
 
-    profile: of the course estimator, which limits the bandwidth of the loop. takes: one of `ACTUATIONS`.
+    profile: of the course estimator, which limits the bandwidth of the loop. takes: one of `ACTUATIONS`. kinds: one of
+    `control.heading_steering.KINDS` and one of `control.speed_force.CONTROLLERS`.
     Raises InputError for a route that cannot be sailed.
     """
     profile = Profile.named(profile) if isinstance(profile, str) else profile
@@ -97,28 +111,31 @@ def pilot_of(
         RowEstimator(origin),
         Mission(route, Passing(time_factor=None)),
         laws.law(line.law, line.lookahead, float(np.mean(line.speed))),
-        autopilot(line.boat, profile, takes),
+        autopilot(line.boat, profile, takes, kinds[0]),
         BoatActuation(line.boat, takes),
-        speed_loop(line.boat),
+        speed_loop(line.boat, kinds[1]),
         max_dead_reckoning=max_dead_reckoning,
     )
 
 
-def autopilot(boat: BoatTable, profile: Profile | InferredProfile, takes: str = YAW_RATE) -> Autopilot:
+def autopilot(
+    boat: BoatTable, profile: Profile | InferredProfile, takes: str = YAW_RATE, kind: str = DEFAULT_KINDS[0]
+) -> Autopilot:
     """The course autopilot of a boat, its gains limited by what the profile's estimate carries."""
     most = math.radians(boat.max_yaw_rate_dps)
     nomoto_time = boat.yaw_time if takes == PROPELLERS else None
     schedule = GainSchedule(nomoto_time, profile.agility, profile.position_std, MAX_BANDWIDTH)
     least = profile.steerageway
-    return Autopilot(
-        AnglePID(schedule.gains(math.nan)),
-        ReferenceModel(1.0, max_rate=most, max_acceleration=most / _TURN_TIME),
-        HandOver(Steerageway(take=least, give=_GIVE_UP * least, dwell=0.0)),
-        schedule,
-    )
+    shaper = ReferenceModel(1.0, max_rate=most, max_acceleration=most / _TURN_TIME)
+    hand_over = HandOver(Steerageway(take=least, give=_GIVE_UP * least, dwell=0.0))
+    if kind != DEFAULT_KINDS[0]:
+        response = HeadingResponse.of_nomoto(1.0, max(boat.yaw_time, _SAMPLE), _SAMPLE)
+        controller = steering(kind, response, most, angle_std=_COURSE_STD, bandwidth=_STEERED_BANDWIDTH)
+        return Autopilot(controller, shaper, hand_over)
+    return Autopilot(AnglePID(schedule.gains(math.nan)), shaper, hand_over, schedule)
 
 
-def speed_loop(boat: BoatTable) -> SpeedPI:
+def speed_loop(boat: BoatTable, controller: str = DEFAULT_KINDS[1]) -> SpeedPI | ForceLoop:
     """The speed loop of a boat; its output is a fraction of full thrust."""
     gains = SpeedPIGains(
         mass=boat.surge_time / boat.top_speed_mps,
@@ -128,4 +145,4 @@ def speed_loop(boat: BoatTable) -> SpeedPI:
         limit_astern=1.0 if boat.reverse else 0.0,
         acceleration=ACCELERATION,
     )
-    return SpeedPI(gains)
+    return control_speed(controller, gains)

@@ -14,7 +14,7 @@ from steerway.estimation.profiles.inferred import InferredProfile
 from steerway.guidance.reference import Reference
 from steerway.live.autopilot.limits import LimitGuard
 from steerway.live.autopilot.mission import GeodeticRoute
-from steerway.live.autopilot.piloting import YAW_RATE, pilot_of
+from steerway.live.autopilot.piloting import DEFAULT_KINDS, YAW_RATE, pilot_of
 from steerway.live.autopilot.watch import Watch
 from steerway.live.base.orders import UNDER_WAY, Order, State
 from steerway.live.base.rows import Row
@@ -33,6 +33,7 @@ class Supervisor:
     max_dead_reckoning: time without a fix for which it steers on, s.
     engage:  start once without being asked, as soon as it is ready.
     takes:   what carries out the orders, one of `piloting.ACTUATIONS`.
+    kinds:   of the autopilot and of the speed controller; see `piloting.pilot_of`.
     """
 
     def __init__(
@@ -42,9 +43,10 @@ class Supervisor:
         max_dead_reckoning: float = 10.0,
         engage: bool = False,
         takes: str = YAW_RATE,
+        kinds: tuple[str, str] = DEFAULT_KINDS,
     ):
         profile = Profile.named(profile) if isinstance(profile, str) else profile
-        self.pilot = pilot_of(route, profile, takes, max_dead_reckoning)
+        self.pilot = pilot_of(route, profile, takes, max_dead_reckoning, kinds)
         self.state = State.IDLE
         self.reason = "no position yet"
         self.hands_back = route.safe == "hand-back"
@@ -141,7 +143,8 @@ class Supervisor:
         if self.state not in UNDER_WAY or self._is_new or leg is None:
             return Order(self.state, self.reason, self.state is State.STOPPED and not self.hands_back)
         pilot = self.pilot
-        pilot.autopilot.schedule.fix_interval = self._watch.interval
+        if pilot.autopilot.schedule is not None:
+            pilot.autopilot.schedule.fix_interval = self._watch.interval
         speed = max(self._slowest, leg.speed * self._slowing(leg.course_to_steer))
         estimate = pilot.estimator.step(row, dt)
         steered = pilot.steer(Reference(leg.course_to_steer, 0.0, 0.0), speed, estimate, dt)
