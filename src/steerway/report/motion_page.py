@@ -10,6 +10,7 @@ from steerway.core.files import complete_or_absent
 from steerway.core.records import Fixes, Motion
 from steerway.report.events import events
 from steerway.report.summary import sentences
+from steerway.report.tables import Table
 
 
 @dataclass(frozen=True)
@@ -19,7 +20,7 @@ class Report:
     title: str
     fixes: Fixes
     motion: Motion
-    tables: Sequence[tuple[str, Sequence[str], Sequence[Sequence]]]
+    tables: Sequence[Table]
     remarks: Sequence[str]
     events: Sequence[tuple[float, float, str]] = ()
 

@@ -7,13 +7,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from steerway.core.files import complete_or_absent
+from steerway.report.tables import Table, html_table
 
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 72rem; margin: 2rem auto; padding: 0 1rem; color: #1b2733; }
 h1 { font-weight: 600; } h2 { font-weight: 600; margin-top: 2rem; }
 table { border-collapse: collapse; margin: 1rem 0; }
 th, td { text-align: left; padding: .25rem .9rem .25rem 0; border-bottom: 1px solid #d8dee4; vertical-align: top; }
-th { font-weight: 600; } figure { margin: 1.5rem 0; } figcaption { color: #52606d; max-width: 60rem; }
+th { font-weight: 600; } tbody th { font-weight: 400; }
+.table { overflow-x: auto; } figure { margin: 1.5rem 0; } figcaption { color: #52606d; max-width: 60rem; }
 img { max-width: 100%; height: auto; } .missed { color: #a4262c; font-weight: 600; } .met { color: #1d7a46; }
 """
 
@@ -21,11 +23,11 @@ img { max-width: 100%; height: auto; } .missed { color: #a4262c; font-weight: 60
 def write_page(
     path: Path,
     title: str,
-    tables: Sequence[tuple[str, Sequence[str], Sequence[Sequence]]] = (),
+    tables: Sequence[Table] = (),
     figures: Sequence[tuple[object, str]] = (),
     remarks: Sequence[str] = (),
     lead: str = "",
-    details: Sequence[tuple[str, Sequence[str], Sequence[Sequence]]] = (),
+    details: Sequence[Table] = (),
 ) -> None:
     """Write a page.
 
@@ -40,15 +42,15 @@ def write_page(
     parts = [f"<h1>{html.escape(title)}</h1>"]
     if lead:
         parts.append(f"<p>{html.escape(lead)}</p>")
-    parts += [_table(*table) for table in tables]
+    parts += [html_table(*table) for table in tables]
     shown = [_figure(figure, caption) for figure, caption in figures]
     paragraphs = _remarks(remarks) if remarks else []
     parts += [*paragraphs, *shown] if details else [*shown, *paragraphs]
-    parts += [_table(*table) for table in details]
+    parts += [html_table(*table) for table in details]
     page = (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head><body>{''.join(parts)}</body></html>\n"
+        f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head><body><main>{''.join(parts)}</main></body></html>\n"
     )
     with complete_or_absent(path) as file:
         file.write(page.encode())
@@ -57,17 +59,6 @@ def write_page(
 def _remarks(remarks) -> list[str]:
     items = "".join(f"<li>{html.escape(remark)}</li>" for remark in remarks)
     return [f"<h2>Remarks</h2><ul>{items}</ul>"]
-
-
-def _table(heading, names, rows) -> str:
-    head = "".join(f"<th>{html.escape(str(name))}</th>" for name in names)
-    body = "".join("<tr>" + "".join(_cell(value) for value in row) + "</tr>" for row in rows)
-    return f"<h2>{html.escape(heading)}</h2><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
-
-
-def _cell(value) -> str:
-    text = html.escape(str(value))
-    return f'<td class="{text}">{text}</td>' if text in ("met", "missed") else f"<td>{text}</td>"
 
 
 def _figure(figure, caption) -> str:

@@ -8,6 +8,7 @@ from bokeh.models import (
     ColumnDataSource,
     CustomJSTickFormatter,
     DatetimeTickFormatter,
+    HoverTool,
     LinearColorMapper,
     PanTool,
     Range1d,
@@ -70,6 +71,10 @@ def track_map(fastest: float, cosine: float, tracks: Sequence[dict], start_and_e
     source = ColumnDataSource({key: [piece[key] for piece in tracks] for key in keys}, name="pieces")
     lines = chart.multi_line("xs", "ys", source=source, line_width=2.5, color=transform("speed", mapper))
     chart.x_range.renderers = chart.y_range.renderers = [lines]
+    if start_and_end is None:
+        chart.add_tools(
+            HoverTool(renderers=[lines], tooltips=[("MMSI", "@name"), ("median SOG (m/s)", "@speed{0.00}")])
+        )
     rejected = ColumnDataSource({"x": [], "y": []}, name="rejected")
     chart.scatter("x", "y", source=rejected, marker="x", size=5, line_width=1, alpha=0.7, color=REJECTED)
     if start_and_end is not None:

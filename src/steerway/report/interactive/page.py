@@ -17,8 +17,7 @@ from steerway.core.timestamps import iso
 from steerway.report.course_axis import course_cut
 from steerway.report.interactive import charts
 from steerway.report.interactive.data import mercator, pack, script_json, thinned
-
-Table = tuple[str, Sequence[str], Sequence[Sequence]]
+from steerway.report.tables import Table, html_table
 
 
 def write_interactive_page(
@@ -70,8 +69,8 @@ def write_interactive_page(
         strips="".join(divisions[name] for name in ("sog", "cog", "rate", "ratio") if name in divisions),
         hidden="" if alone else "hidden",
         fastest=f"{fastest:.2g}",
-        summary=_table(*first),
-        tables="".join(_table(*each) for each in others),
+        summary=html_table(*first),
+        tables="".join(html_table(*each) for each in others),
         remarks="".join(f"<li>{html.escape(each)}</li>" for each in remarks) or "<li>none</li>",
         events="".join(_event(number, *each) for number, each in enumerate(events)) or "<li>none</li>",
     )
@@ -108,18 +107,3 @@ def _event(number: int, start: float, stop: float, what: str) -> str:
     moment = iso(round(start, 1))[11:19]
     lasts = f", {stop - start:.1f} s" if stop > start else ""
     return f'<li><button type="button" data-event="{number}">{moment}{lasts}: {html.escape(what)}</button></li>'
-
-
-def _table(heading, names, rows) -> str:
-    head = "".join(f'<th scope="col">{html.escape(str(name))}</th>' for name in names)
-    body = "".join(f"<tr>{''.join(map(_cell, range(len(row)), row))}</tr>" for row in rows)
-    named = f"<thead><tr>{head}</tr></thead>" if any(names) else ""
-    return (
-        f'<section><h2>{html.escape(heading)}</h2><div class="table" tabindex="0">'
-        f"<table>{named}<tbody>{body}</tbody></table></div></section>"
-    )
-
-
-def _cell(column, value) -> str:
-    text = html.escape(str(value))
-    return f"<td>{text}</td>" if column else f'<th scope="row">{text}</th>'
