@@ -9,7 +9,7 @@ from steerway.core.compiled import lean_kernel
 @lean_kernel
 def fill_lower(a: Floats) -> None:
     """Copy the upper triangle of a square matrix into the lower."""
-    for i in range(1, len(a)):
+    for i in range(1, min(a.shape[0], a.shape[1])):
         for j in range(i):
             a[i, j] = a[j, i]
 

@@ -35,6 +35,14 @@ Rows = slice | NDArray[np.bool_] | NDArray[np.integer]
 """Chosen rows of a table: a slice, a mask or indices."""
 
 
+def rows_of(values: np.ndarray, chosen: Rows) -> np.ndarray:
+    """The rows of a slice, mask or index array. Raises InputError for rows that are not there."""
+    try:
+        return values[chosen]
+    except IndexError as error:
+        raise InputError(f"no rows {chosen!r:.60} among {len(values)} ({error})") from None
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Table:
     """Equal-length columns, selected and sorted by row."""
@@ -87,7 +95,7 @@ class Table:
 
     def rows(self, chosen: Rows) -> Self:
         """The same table with the rows of a slice, mask or index array."""
-        return replace(self, **{name: column[chosen] for name, column in self.columns().items()})
+        return replace(self, **{name: rows_of(column, chosen) for name, column in self.columns().items()})
 
     def between(self, start: float | None = None, stop: float | None = None) -> Self:
         """The rows with start ≤ time < stop (Unix s); None leaves an end open."""

@@ -64,7 +64,7 @@ class MissionLog:
         """Count one step; an unknown position adds time and effort only, the way is closed by the next known one."""
         self.time += dt
         self.energy += effort * dt
-        if not (math.isfinite(north) and math.isfinite(east)):
+        if leg is None or not (math.isfinite(north) and math.isfinite(east)):
             return
         if self._at is not None:
             self.distance += math.hypot(north - self._at[0], east - self._at[1])

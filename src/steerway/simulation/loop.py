@@ -17,7 +17,7 @@ from steerway.core.estimate import Estimate, Measurements
 from steerway.core.kinematics import GroundMotion
 from steerway.core.leg import LegState
 from steerway.core.noise import Seed
-from steerway.core.records import Rows
+from steerway.core.records import Rows, rows_of
 from steerway.pilot import Orders, Pilot
 from steerway.vessels.environment import Environment, WaveMotion
 from steerway.vessels.vessel import Vessel
@@ -87,7 +87,7 @@ class Run:
 
     def rows(self, chosen: Rows) -> "Run":
         """The same run with the rows of a slice, mask or index array."""
-        return Run(self.time[chosen], self.values[chosen], self.command[chosen], self.state[chosen])
+        return Run(*(rows_of(each, chosen) for each in (self.time, self.values, self.command, self.state)))
 
 
 def sail(

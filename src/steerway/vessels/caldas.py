@@ -30,7 +30,7 @@ from steerway.vessels.surge import (
     Surge,
     top_speed_of,
 )
-from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT
+from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT, check_shapes
 
 MASS = (CALDAS_MASS, 29277.3, 331146.3)
 """m11, m22 in kg, m33 in kg·m²: P3 Table I, printed in t and t·m²."""
@@ -56,15 +56,19 @@ class Caldas:
         return np.array([north, east, heading, speed, 0.0, 0.0, 0.0], dtype=np.float64)
 
     def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
+        check_shapes(state, 7, conditions)
         shaft, moment = command
         return _step(state, shaft, moment, self._machine, self._curve, conditions, step)
 
     def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
+        check_shapes(state, 7, conditions)
         return _motion(state, self._curve, conditions)
 
     def rates(self, state: Floats, moment: float, conditions: Floats) -> np.ndarray:
         """(7,) time derivative of the state for a yaw moment (N·m), the shaft held."""
-        return _rates(np.asarray(state, dtype=np.float64), state[6], moment, self._curve, conditions)
+        state = np.asarray(state, dtype=np.float64)
+        check_shapes(state, 7, conditions)
+        return _rates(state, state[6], moment, self._curve, conditions)
 
 
 @kernel

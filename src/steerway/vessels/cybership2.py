@@ -17,7 +17,15 @@ from steerway.core.checks import one_of
 from steerway.core.compiled import kernel
 from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
 from steerway.vessels.actuators import Actuator
-from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT, checked_method
+from steerway.vessels.vessel import (
+    CURRENT_EAST,
+    CURRENT_NORTH,
+    FORCE_EAST,
+    FORCE_NORTH,
+    MOMENT,
+    check_shapes,
+    checked_method,
+)
 
 LENGTH = 1.255
 MASS, YAW_INERTIA = 23.8, 1.76
@@ -66,10 +74,12 @@ class CyberShip2:
         return np.array([north, east, heading, speed, 0.0, 0.0], dtype=np.float64)
 
     def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
+        check_shapes(state, 6, conditions)
         surge, sway, yaw = command
         return _step(state, surge, sway, yaw, self._nonlinear, conditions, step, self._runge_kutta)
 
     def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
+        check_shapes(state, 6, conditions)
         return _motion(state, self._nonlinear, conditions)
 
 

@@ -24,7 +24,15 @@ from steerway.core.kinematics import SHORTLY, GroundMotion, over_ground, turning
 from steerway.core.schema import Positive
 from steerway.vessels.actuators import Actuator
 from steerway.vessels.table import VesselTable
-from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT, checked_method
+from steerway.vessels.vessel import (
+    CURRENT_EAST,
+    CURRENT_NORTH,
+    FORCE_EAST,
+    FORCE_NORTH,
+    MOMENT,
+    check_shapes,
+    checked_method,
+)
 
 LENGTH = 160.93
 CRUISE_SPEED = 7.7175  # 15 knots
@@ -122,10 +130,12 @@ class Mariner:
         return state
 
     def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
+        check_shapes(state, 7, conditions)
         (rudder,) = command
         return _step(state, rudder, self.cruise_speed, conditions, step, self._runge_kutta)
 
     def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
+        check_shapes(state, 7, conditions)
         return _motion(state, self.cruise_speed, conditions)
 
 

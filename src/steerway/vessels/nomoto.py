@@ -19,7 +19,7 @@ from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
 from steerway.core.schema import Positive
 from steerway.vessels.actuators import Actuator
 from steerway.vessels.table import VesselTable
-from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, checked_method
+from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, check_shapes, checked_method
 
 IDEAL = Actuator("rudder", -math.inf, math.inf)
 
@@ -76,10 +76,12 @@ class Nomoto:
         return np.array([north, east, heading, 0.0, 0.0], dtype=np.float64)
 
     def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
+        check_shapes(state, 5, conditions)
         (rudder,) = command
         return _step(state, rudder, self._parameters, conditions, step, self._runge_kutta)
 
     def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
+        check_shapes(state, 5, conditions)
         return _motion(state, self._parameters, conditions)
 
 

@@ -51,7 +51,15 @@ from steerway.vessels.otter_hull import (
     loaded,
 )
 from steerway.vessels.table import VesselTable
-from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT, checked_method
+from steerway.vessels.vessel import (
+    CURRENT_EAST,
+    CURRENT_NORTH,
+    FORCE_EAST,
+    FORCE_NORTH,
+    MOMENT,
+    check_shapes,
+    checked_method,
+)
 
 _STATION = LENGTH / (STRIPS - 1)
 
@@ -230,10 +238,12 @@ class Otter:
         return state
 
     def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
+        check_shapes(state, 14, conditions)
         left, right = command
         return _step(state, left, right, self._lag, self._hull, conditions, step, self._runge_kutta)
 
     def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
+        check_shapes(state, 14, conditions)
         return _motion(state, self._hull, conditions)
 
 

@@ -69,6 +69,8 @@ def thrust_coefficient(advance, curve):
 @kernel
 def thrust(speed: float, shaft: float, curve: Floats) -> float:
     """Thrust (N, or in the unit of the curve's gain) at a speed through the water (m/s) and a shaft speed (rev/s)."""
+    if curve.ndim != 1 or len(curve) < _CURVE + 4:
+        raise ValueError("curve is too short, expected that of a Propeller")
     if shaft == 0.0:
         return 0.0
     return curve[_GAIN] * thrust_coefficient(curve[_REACH] * speed / shaft, curve) * shaft * abs(shaft)

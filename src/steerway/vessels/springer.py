@@ -26,7 +26,7 @@ from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
 from steerway.core.schema import Positive
 from steerway.vessels.actuators import Actuator
 from steerway.vessels.table import VesselTable
-from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH
+from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, check_shapes
 
 RPM = 2.0 * math.pi / 60.0
 """One revolution a minute, rad/s."""
@@ -88,10 +88,12 @@ class Springer:
         return np.array([north, east, heading / self.yaw.outputs[0], 0.0, 0.0, 0.0])
 
     def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
+        check_shapes(state, 6, conditions)
         (difference,) = command
         return _step(state, difference, self._parameters, conditions, step)
 
     def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
+        check_shapes(state, 6, conditions)
         heading, speed = self.heading(state), self._parameters[7]
         north, east = over_ground(speed, 0.0, heading)
         velocity = (north + conditions[CURRENT_NORTH], east + conditions[CURRENT_EAST])
@@ -100,6 +102,7 @@ class Springer:
 
     def heading(self, state: Floats) -> float:
         """Heading (rad), unwrapped: it counts the turns made."""
+        check_shapes(state, 6)
         return self.yaw.outputs[0] * state[2] + self.yaw.outputs[1] * state[3]
 
 

@@ -22,7 +22,7 @@ from steerway.core.schema import NotNegative, Positive
 from steerway.vessels.actuators import Actuator, follow
 from steerway.vessels.propeller import Propeller, thrust, thrust_coefficient
 from steerway.vessels.table import VesselTable
-from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH
+from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, check_shapes
 
 SHAFT = Actuator("shaft speed", 0.0, 17.5)
 """P3's shaft, without dynamics; its limit of 17.5 rev/s is not printed."""
@@ -77,10 +77,12 @@ class Surge:
         return np.array([north, east, heading, speed, 0.0], dtype=np.float64)
 
     def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
+        check_shapes(state, 5, conditions)
         (shaft,) = command
         return _step(state, shaft, self._hull, self._curve, conditions, step)
 
     def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
+        check_shapes(state, 5, conditions)
         return _motion(state, conditions)
 
     def acceleration(self, speed: float, shaft: float) -> float:

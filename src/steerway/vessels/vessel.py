@@ -45,6 +45,14 @@ def conditions(
 CALM = conditions()
 CALM.flags.writeable = False
 
+
+def check_shapes(state: Floats, size: int, conditions: Floats = CALM) -> None:
+    """Raises InputError unless `state` is an array (size,) and `conditions` (5,): kernels do not check indices."""
+    for name, values, expected in (("state", state, size), ("conditions", conditions, 5)):
+        if getattr(values, "shape", None) != (expected,):
+            raise InputError(f"{name} has shape {np.shape(values)}, expected ({expected},)")
+
+
 METHODS = ("rk4", "euler")
 
 

@@ -262,6 +262,9 @@ class AidedHeadingFilter:
 
     def _weights(self) -> Floats:
         scores = np.array([each.score for each in self._beginnings])
+        scores = np.where(np.isfinite(scores), scores, -np.inf)  # of a state beyond floating point
+        if np.isneginf(scores).all():
+            return np.full(len(scores), 1.0 / len(scores))
         likely = np.exp(scores - scores.max())
         return likely / likely.sum()
 

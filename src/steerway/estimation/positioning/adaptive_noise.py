@@ -52,6 +52,7 @@ class VariationalNoise:
             raise InputError(f"variational_noise.memory is {memory} fixes, expected more than 1")
         self._fading = 1.0 - 1.0 / memory
         self._confidence = positive("variational_noise.confidence", confidence)
+        self._shape, self._scale = np.empty(0), np.empty(0)
 
     def start(self, variances: tuple[float, float]) -> None:
         """Begin from the variances (north, east) of `noise.position_std`."""
@@ -62,9 +63,14 @@ class VariationalNoise:
         return self._variances()
 
     def learned(self, x: Floats, p: Floats, north: float, east: float) -> tuple[float, float]:
+        if x.ndim != 1 or len(x) < 2 or p.shape != (len(x), len(x)):
+            raise InputError(f"x and p have shapes {x.shape} and {p.shape}, expected (n,) and (n, n)")
+        self._variances()
         learn(x, p, north, east, self._shape, self._scale, self._fading)
         return self._variances()
 
     def _variances(self) -> tuple[float, float]:
+        if not len(self._scale):
+            raise InputError("the variances are not known, expected start() before")
         north, east = (self._scale / self._shape).tolist()
         return north, east

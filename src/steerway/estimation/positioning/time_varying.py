@@ -62,6 +62,8 @@ class SpeedDependentFixNoise:
         """Nothing: the noise at rest is a parameter."""
 
     def expected(self, x: Floats) -> tuple[float, float]:
+        if len(x) < 5:
+            raise InputError(f"x has {len(x)} states, expected north, east, heading, surge and sway first")
         variance = (self.std * (1.0 + math.hypot(x[3], x[4]) / self.doubling)) ** 2
         return variance, variance
 

@@ -1,0 +1,34 @@
+"""No index is unchecked: public names with hostile arguments, where NumPy checks every index of every kernel.
+
+The long form, with checks in the compiled kernels, is `make bounds`.
+"""
+
+import json
+import os
+import subprocess
+import sys
+
+CALLED = 200
+"""Least number of public functions, classes and methods."""
+
+
+def test_public_names_with_hostile_arguments():
+    command = [sys.executable, "-m", "tests.hostile_arguments", "--rounds", "10"]
+    done = subprocess.run(command, env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True)
+    found = json.loads(done.stdout)
+    assert found["findings"] == {}
+    assert found["names"] > CALLED and done.returncode == 0
+
+
+def test_an_unchecked_index_is_found():
+    code = (
+        "import numpy as np, sys\n"
+        "from tests import hostile_arguments as hostile\n"
+        "def unchecked(state: np.ndarray) -> float:\n"
+        "    return state[6]\n"
+        "hostile.public = lambda: [('unchecked', unchecked)]\n"
+        "sys.argv[1:] = ['--rounds', '20']\n"
+        "hostile.main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 1 and "unchecked: IndexError" in done.stdout
