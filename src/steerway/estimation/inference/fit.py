@@ -32,13 +32,17 @@ class Rows(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """A structure with its numbers (by name), log posterior, log evidence (Laplace) on the same rows, evaluations."""
+    """A structure with its numbers (by name), log posterior, log evidence (Laplace) on the same rows, evaluations.
+
+    others: numbers drawn from the posterior (Laplace), as likely as one another.
+    """
 
     parts: tuple
     values: dict
     log_posterior: float
     evidence: float
     calls: int
+    others: tuple
 
 
 class Posterior:
@@ -141,4 +145,16 @@ def fitted(parts, rows, start, gradients=4, shortest=0.0) -> Fit:
                 break
             scores, exact, taken = posterior.scores(x, each), True, taken + 1
     evidence = best - 0.5 * float(np.linalg.slogdet(information)[1])
-    return Fit(parts, posterior.values(x), best, evidence, posterior.calls)
+    return Fit(parts, posterior.values(x), best, evidence, posterior.calls, drawn(posterior, x, information))
+
+
+def drawn(posterior: Posterior, x, information) -> tuple:
+    """DRAWS sets of numbers from the normal distribution about x of this information, in pairs of opposite ones."""
+    lower = np.linalg.cholesky(information)
+    normal = np.random.default_rng(0).standard_normal((len(x), DRAWS // 2))
+    steps = np.linalg.solve(lower.T, normal).T
+    return tuple(posterior.values(posterior.within(x + side * step)) for step in steps for side in (1.0, -1.0))
+
+
+DRAWS = 6
+"""Sets of numbers that stand for what a short record leaves open."""

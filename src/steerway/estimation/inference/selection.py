@@ -21,7 +21,8 @@ SECOND = {"antenna": "second_roll", "error": "quick_error"}
 """Parts that may come with one of these, where that is better than none."""
 
 FEW, MANY = 800, 2400
-"""Rows for a first fit and for the last, a few minutes and half an hour of a usual receiver."""
+"""Rows for a first fit and for the last, a few minutes and half an hour of a usual receiver. A record that has no more
+than the first leaves open what the numbers of a structure are."""
 FIRST_GRADIENTS, FEW_GRADIENTS, LAST_GRADIENTS = 5, 3, 4
 """How many times a fit takes differences: the first, those on few rows, the last."""
 BEHIND = 5.0
@@ -58,7 +59,7 @@ def infer(record: Rows, aids=()) -> Inference:
     noise, shortest = scales_of(record)
     contenders = screened(PLAIN + tuple(aids), few, noise, shortest)
     fits = {parts: fitted(parts, many, fit.values, LAST_GRADIENTS, shortest) for parts, fit in contenders.items()}
-    return weighed(fits)
+    return weighed(fits, fixed.sum() <= FEW)
 
 
 def scales_of(record: Rows) -> tuple[float, float]:
@@ -100,14 +101,22 @@ def screened(base, few, noise, shortest=0.0) -> dict[tuple, Fit]:
     return {parts: fit for parts, fit in fits.items() if fit.evidence > top - BEHIND}
 
 
-def weighed(fits: dict[tuple, Fit]) -> Inference:
-    """The structures by their evidence; those of hardly any weight are left out."""
+def weighed(fits: dict[tuple, Fit], short=False) -> Inference:
+    """The structures by their evidence; those of hardly any weight are left out.
+
+    short: of a short record, which leaves the numbers of a structure open, they are averaged too.
+    """
     top = max(fit.evidence for fit in fits.values())
     weights = {parts: math.exp(fit.evidence - top) for parts, fit in fits.items()}
     least = LEAST_WEIGHT * sum(weights.values())
     kept = {parts: weight for parts, weight in weights.items() if weight > least}
     total = sum(kept.values())
-    structures = tuple(Structure(weight / total, parts, fits[parts].values) for parts, weight in kept.items())
+    structures = tuple(
+        Structure(weight / total / len(numbers), parts, values)
+        for parts, weight in kept.items()
+        for numbers in [fits[parts].others if short else (fits[parts].values,)]
+        for values in numbers
+    )
     return Inference(structures, tuple(fits.values()))
 
 
