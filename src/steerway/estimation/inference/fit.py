@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from steerway.estimation.inference.ascent import Ascent, climb, sweep
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.inference.structures import SHORTEST_WAVE, WAVE_PERIODS, model_of, parameters_of
 from steerway.estimation.inference.track import run_record
@@ -12,10 +13,12 @@ from steerway.estimation.inference.track import run_record
 _NO_OUT = np.empty((0, FUSED + 2))
 _SETTLING = 10
 """Fixes after a start that do not count: the start's prior is no part of the structure."""
+DRAWS, _WIDTH = 6, 0.6
+"""Sets of numbers that stand for what a short record leaves open, and how wide they lie in deviations of the normal
+distribution: it is wider than the posterior, which falls steeply where a noise is too large. With 1 the rate is within
+its 95 % interval in all rows of the scenes `reports` and `circles` (with 0.6 in 95 %, without draws in 92 %)."""
 _DIFFERENCE = 0.05
 """Prior deviations by which a number is varied for its score."""
-_TOLERANCE = 0.3
-"""Gain of log posterior below which an iteration is the last: a tenth of what distinguishes two structures."""
 FURTHEST = 6.0
 """Prior deviations beyond which no number is sought."""
 
@@ -106,55 +109,25 @@ def likeliest(parts, rows, starts, shortest=0.0) -> dict:
     return starts[int(np.argmax(logs))]
 
 
-def fitted(parts, rows, start, gradients=4, shortest=0.0) -> Fit:
-    """Maximise the posterior from a starting point (dict) by Fisher's scoring within a trust region.
+def fitted(parts, rows, start, gradients=2, shortest=0.0) -> Fit:
+    """Maximise the posterior from a starting point (dict).
 
     shortest: period (s) below which fixes do not resolve an oscillation.
-
-    The information is the sum of outer products of the rows' scores (E. K. Berndt, B. H. Hall, R. E. Hall and J. A.
-    Hausman, Annals of Economic and Social Measurement 3(4), 1974) and the prior's. Between differences the scores are
-    kept up to date by the secants of the steps (C. G. Broyden, Mathematics of Computation 19, 1965).
     """
     posterior = Posterior(parts, rows, shortest)
-    x = posterior.point(start)
-    each = posterior.densities(x)
-    best = posterior.log(x, each)
-    scores, exact, reach, taken = posterior.scores(x, each), True, 1.0, 1
-    prior = np.eye(len(x))
-    while True:
-        information = scores @ scores.T + prior
-        step = np.linalg.solve(information, scores.sum(axis=1) - x)
-        largest = np.abs(step).max()
-        step *= min(1.0, reach / largest)
-        step = posterior.within(x + step) - x
-        new = posterior.densities(x + step)
-        log = posterior.log(x + step, new)
-        gained = log - best
-        if gained > 0.0:
-            scores = scores + np.outer(step, new - each - step @ scores) / float(step @ step)
-            x, each, best, reach = x + step, new, log, min(2.0, 1.5 * reach)
-            finished = gained < _TOLERANCE
-            exact, was_exact = False, exact
-        else:
-            reach, was_exact = 0.3 * min(reach, largest), False
-            finished = not exact
-            if exact and reach < 0.1:
-                break
-        if finished:
-            if was_exact or taken == gradients:
-                break
-            scores, exact, taken = posterior.scores(x, each), True, taken + 1
-    evidence = best - 0.5 * float(np.linalg.slogdet(information)[1])
-    return Fit(parts, posterior.values(x), best, evidence, posterior.calls, drawn(posterior, x, information))
+    ascent = Ascent(posterior, posterior.point(start))
+    climb(ascent, gradients)
+    if sweep(ascent):
+        climb(ascent, 0)
+    information = ascent.information()
+    evidence = ascent.log - 0.5 * float(np.linalg.slogdet(information)[1])
+    others = drawn(posterior, ascent.x, information)
+    return Fit(parts, posterior.values(ascent.x), ascent.log, evidence, posterior.calls, others)
 
 
 def drawn(posterior: Posterior, x, information) -> tuple:
-    """DRAWS sets of numbers from the normal distribution about x of this information, in pairs of opposite ones."""
+    """DRAWS sets of numbers about x, by the normal distribution of this information, in pairs of opposite ones."""
     lower = np.linalg.cholesky(information)
     normal = np.random.default_rng(0).standard_normal((len(x), DRAWS // 2))
-    steps = np.linalg.solve(lower.T, normal).T
+    steps = _WIDTH * np.linalg.solve(lower.T, normal).T
     return tuple(posterior.values(posterior.within(x + side * step)) for step in steps for side in (1.0, -1.0))
-
-
-DRAWS = 6
-"""Sets of numbers that stand for what a short record leaves open."""

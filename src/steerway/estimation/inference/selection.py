@@ -23,7 +23,7 @@ SECOND = {"antenna": "second_roll", "error": "quick_error"}
 FEW, MANY = 800, 2400
 """Rows for a first fit and for the last, a few minutes and half an hour of a usual receiver. A record that has no more
 than the first leaves open what the numbers of a structure are."""
-FIRST_GRADIENTS, FEW_GRADIENTS, LAST_GRADIENTS = 5, 3, 4
+FIRST_GRADIENTS, FEW_GRADIENTS, LAST_GRADIENTS = 3, 1, 2
 """How many times a fit takes differences: the first, those on few rows, the last."""
 BEHIND = 5.0
 """Log evidence by which a structure may be behind the best on few rows before it is given up."""
