@@ -31,8 +31,10 @@ def structures_of(profile: InferredProfile, inference: Inference | None = None) 
     """
     fits = inference.fits if inference else ()
     evidence = {fit.parts: fit.evidence for fit in fits}
-    models = {fit.parts: (0.0, fit.values) for fit in fits}
-    models |= {each.parts: (each.weight, each.values) for each in profile.structures}
+    models: dict = {fit.parts: (0.0, fit.values) for fit in fits}
+    for each in profile.structures:  # of a short record there are several sets of numbers to the same parts
+        weight, values = models.get(each.parts, (0.0, each.values))
+        models[each.parts] = weight + each.weight, values
     found = [
         {
             "parts": list(parts),

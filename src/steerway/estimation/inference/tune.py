@@ -153,9 +153,10 @@ def _refitted(record: Rows, found: Inference, report) -> Inference:
     """The structures of an inference fitted to a whole record."""
     many, fits = excerpt(record, _MORE * MANY, 0.25), {}
     _, shortest = scales_of(record)
-    for each in found.structures:
-        fits[each.parts] = fitted(each.parts, many, each.values, _MORE * LAST_GRADIENTS, shortest)
-        report(len(fits) / len(found.structures))
+    starts = {each.parts: each.values for each in found.structures}
+    for parts, values in starts.items():
+        fits[parts] = fitted(parts, many, values, _MORE * LAST_GRADIENTS, shortest)
+        report(len(fits) / len(starts))
     return weighed(fits)
 
 
