@@ -59,7 +59,7 @@ def infer(record: Rows, aids=()) -> Inference:
     noise, shortest = scales_of(record)
     contenders = screened(PLAIN + tuple(aids), few, noise, shortest)
     fits = {parts: fitted(parts, many, fit.values, LAST_GRADIENTS, shortest) for parts, fit in contenders.items()}
-    return weighed(fits, fixed.sum() <= FEW)
+    return weighed(fits, np.isfinite(record.north).sum() <= FEW)
 
 
 def scales_of(record: Rows) -> tuple[float, float]:
