@@ -99,8 +99,8 @@ def build(site: Path) -> None:
     reference.write(pages / "reference")
     reference.write_schemas(pages / "schemas")
     (pages / "index.md").write_text(home((ROOT / "README.md").read_text("utf-8")), "utf-8")
-    for name in ("ARCHITECTURE.md", "CHANGELOG.md"):
-        (pages / name.lower()).write_text((ROOT / name).read_text("utf-8"), "utf-8")
+    for name in ("ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md"):
+        (pages / name.lower()).write_text(home((ROOT / name).read_text("utf-8")), "utf-8")
     settings = (DOCS / "mkdocs.yml").read_text("utf-8")
     listed = "".join(
         f"\n          - reference/{each.name}" for each in sorted((pages / "reference").glob("python-*.md"))
@@ -112,9 +112,9 @@ def build(site: Path) -> None:
 
 
 def home(readme: str) -> str:
-    """The README as the first page: links into docs are links beside it."""
+    """A page of the repository's root as one of the site: links into docs are links beside it."""
     page = re.sub(r"\]\(docs/", "](", readme)
-    page = page.replace("](ARCHITECTURE.md)", "](architecture.md)").replace("](CHANGELOG.md)", "](changelog.md)")
+    page = re.sub(r"\]\((ARCHITECTURE|CHANGELOG|CONTRIBUTING)\.md\)", lambda found: f"]({found[1].lower()}.md)", page)
     return re.sub(r"\[([^\]]*)\]\((?!https?:|#|[\w/.-]+\.(?:md|png|html)(?:#|\)))([^)]*)\)", r"\1", page)
 
 

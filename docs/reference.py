@@ -13,7 +13,7 @@ MODULES = (
         f"steerway.{name}"
         for name in ("estimation", "simulation", "vessels", "sensors", "guidance", "control", "pilot")
     ),
-    *(f"steerway.{name}" for name in ("identification", "report", "core")),
+    *(f"steerway.{name}" for name in ("identification", "archive", "report", "core")),
     *(f"steerway.estimation.{name}" for name in ("course", "heading", "heading.interval", "speed", "positioning")),
     "steerway_studies.papers",
 )
