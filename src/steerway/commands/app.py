@@ -8,7 +8,7 @@ import typer.core
 import typer.main
 
 from steerway.commands import archive, demo, identify, logs, plot, profile, sailing, schema, study
-from steerway.live.commands import LiveCommand, live, warm
+from steerway.live.commands import LiveCommand, live, replay, warm
 
 app = typer.Typer(
     name="steerway",
@@ -23,7 +23,7 @@ START, LOGS, BOAT, SIMULATION, RESEARCH = "Start here", "Logs", "On the boat", "
 for panel, commands in (
     (START, (demo.demo,)),
     (LOGS, (logs.estimate, logs.info, logs.compare, logs.predict, logs.tune, plot.plot, archive.encounters)),
-    (BOAT, (warm,)),
+    (BOAT, (replay, warm)),
     (SIMULATION, (sailing.simulate, sailing.advise, schema.schema)),
     (RESEARCH, (study.study,)),
 ):

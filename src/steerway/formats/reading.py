@@ -16,7 +16,7 @@ from typing import BinaryIO
 
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes
-from steerway.formats import ais, gpx, nmea0183, nmea2000, table, ubx
+from steerway.formats import ais, gpx, mcap, nmea0183, nmea2000, ros2, table, ubx
 from steerway.formats.recording import Recording
 from steerway.formats.sources import Quality, choose, described, gather, quality, with_instruments
 
@@ -27,6 +27,8 @@ FORMATS = {
     "AIS": ais,
     "GPX": gpx,
     "CSV or Parquet": table,
+    "MCAP": mcap,
+    "ROS 2 bag": ros2,
 }
 
 Source = str | PathLike | bytes | BinaryIO

@@ -10,7 +10,7 @@ from typing import Any, BinaryIO, NamedTuple
 from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent
 from steerway.core.records import Fixes, Motion, Table
-from steerway.formats import geojson, gpx
+from steerway.formats import geojson, gpx, mcap
 
 
 def _csv(record, file):
@@ -46,6 +46,7 @@ WRITERS = {
     ".geojson": Writer(_geojson, tracks=True),
     ".json": Writer(_geojson, tracks=True),
     ".gpx": Writer(_gpx, tracks=True),
+    ".mcap": Writer(mcap.write_odometry, compresses=False, tracks=True),
 }
 """The kinds of output file by their endings; a new one is its module, and one entry here."""
 

@@ -60,6 +60,10 @@ def live(
         str | None,
         typer.Option("--mission", metavar="FILE", help="A route (.toml .gpx .geojson) to steer along."),
     ] = None,
+    record: Annotated[
+        str | None,
+        typer.Option("--record", metavar="FILE.mcap", help="Record every input, estimate and order."),
+    ] = None,
     max_dead_reckoning: Annotated[
         float | None,
         typer.Option(
@@ -136,6 +140,7 @@ def live(
         "aid": None if aid is None else tuple(name.strip() for name in aid.split(",") if name.strip()),
         "rate": rate,
         "mission": mission,
+        "record": record,
         "max_dead_reckoning": max_dead_reckoning,
         "engage": engage,
         "latency": latency,
@@ -147,6 +152,33 @@ def live(
         "control_token_file": control_token_file,
     }
     launch(settings.overridden(**given))
+
+
+def replay(
+    recording: Annotated[str, typer.Argument(metavar="FILE.mcap", help="A recording of `live --record`.")],
+    out: Annotated[
+        str | None, typer.Option("-o", "--out", metavar="OUT", help="Output file for the estimates.")
+    ] = None,
+) -> None:
+    """Repeat a recorded run and compare its estimates, bit by bit; exit code 1 where they differ.
+
+    Example:
+
+        steerway replay sortie.mcap -o sortie.parquet
+    """
+    from steerway.formats.writing import write, writer
+    from steerway.live.replaying import replay as repeat
+
+    if out is not None:
+        writer(out)
+    found = repeat(recording)
+    print(f"{found.inputs} inputs, {len(found.recorded)} estimates, {found.orders} orders recorded")
+    print("every estimate is the same" if not found.differing else f"{found.differing} estimates differ")
+    if out is not None:
+        write(found.motion(), out)
+        print(f"wrote {out}")
+    if found.differing:
+        raise typer.Exit(1)
 
 
 def warm() -> None:

@@ -2,6 +2,7 @@
 
 import gc
 import math
+from functools import partial
 from pathlib import Path
 
 from steerway.core.errors import InputError
@@ -16,6 +17,8 @@ from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.control_port import ControlPort, control_address
 from steerway.live.helm.address import address, token_of
 from steerway.live.helm.bridge import HelmPage
+from steerway.live.learning import NotedLearning
+from steerway.live.links.link import Input
 from steerway.live.navigator import Navigator
 from steerway.live.process import until_stopped
 from steerway.live.schemes import Context
@@ -60,7 +63,11 @@ def launch(settings: Settings) -> None:
     context = Context(rate is not None, replayed, inputs, supervisor)
     pairs = [addresses.output(each, context) for each in to]
     links = [link for _, link in pairs if link is not None]
-    service = Service(navigator, [each for each, _ in pairs], rate or RATE, settings.latency, guide, supervisor)
+    outputs = [each for each, _ in pairs]
+    recorder = None if settings.record is None else _recorder(settings, tuning, aids, inputs)
+    if recorder is not None:
+        outputs.append(recorder)
+    service = Service(navigator, outputs, rate or RATE, settings.latency, guide, supervisor, recorder)
     if control is not None:
         links.append(ControlPort(service.controls, control))
     if page is not None:
@@ -81,7 +88,40 @@ def _tuning(settings, aids, replayed):
     if settings.learned is not None:
         path = Path(settings.learned)
         start, keep = InferredProfile.load(path) if path.exists() else None, lambda profile: profile.save(path)
-    return LearningFilter(start, aids, not replayed, keep)
+    return NotedLearning(start, aids, not replayed, keep)
+
+
+def _recorder(settings, tuning, aids, inputs):
+    """The recorder of a run, which gets also the bytes of the links. Raises InputError where it cannot be written."""
+    from steerway.live.recording import Recorder
+
+    if any(_is_input(settings.record, each) for each in settings.inputs):
+        raise InputError(f"record {settings.record} is also an input, expected another file")
+    learns = isinstance(tuning, NotedLearning)
+    start = tuning.learned if learns else tuning
+    needed = {
+        "profile": None if start is None else start.toml(),
+        "learns": learns,
+        "aid": aids,
+        "sources": settings.source,
+        "max_dead_reckoning": settings.max_dead_reckoning,
+        "rate": settings.rate,
+        "accuracy": settings.accuracy,
+        "latency": settings.latency,
+    }
+    recorder = Recorder(settings.record, needed)
+    if learns:
+        tuning.note = recorder.learning
+    for each in inputs:
+        if isinstance(each, Input):
+            each.tap = partial(recorder.raw, each.uri.text)
+    return recorder
+
+
+def _is_input(path, address):
+    from steerway.formats.writing import same_file
+
+    return address.startswith("file:") and same_file(path, address.removeprefix("file:").partition("?")[0])
 
 
 def _rows_of_logs(paths, wanted):

@@ -26,6 +26,7 @@ from steerway.live.opening import Opening
 from steerway.live.outputs.output import Output
 from steerway.live.outputs.rhythm import SLACK
 from steerway.live.pulse import Pulse
+from steerway.live.recording import Recorder
 
 LOG = logging.getLogger("steerway.live")
 RATE = 50.0  # Hz
@@ -49,6 +50,7 @@ class Service:
     latency: least latency of fixes, s; see FixClock.
     guide:   gives the leg of a route at every tick.
     supervisor: gets every fix and steps every tick; the service never starts it.
+    recorder: gets every row before it is used; it is also one of the outputs.
     """
 
     def __init__(
@@ -59,6 +61,7 @@ class Service:
         latency: float = 0.0,
         guide: Guide | None = None,
         supervisor: Supervisor | None = None,
+        recorder: Recorder | None = None,
     ):
         self.navigator, self.outputs, self.guide, self.supervisor = navigator, tuple(outputs), guide, supervisor
         self.latest = Latest(lost(math.nan), None, None, navigator.counts)
@@ -66,6 +69,7 @@ class Service:
         self.clock = FixClock(latency)
         self.opening = Opening(navigator.choice.names)
         self._preferred = ""
+        self.recorder = recorder
         self.controls = Controls(supervisor, guide)
         self.pulse = Pulse()
         self._sent_until = -math.inf
@@ -74,18 +78,23 @@ class Service:
     def receive(self, rows: Iterable[InputRow], arrived: float | None = None) -> None:
         """Rows of a live link that arrived at a time of the event loop's clock, by default just now."""
         for row, came in self.opening.admit(rows, _now() if arrived is None else arrived):
-            self._received(row, came)
+            self.use(row, came)
 
-    def _received(self, row, now):
+    def use(self, row: InputRow, now: float = math.nan) -> None:
+        """A row whose source is known, and when it arrived; NaN: of a log."""
+        if self.recorder is not None:
+            self.recorder.input(row, now, self.opening.chosen)
         if self.opening.chosen != self._preferred:
             self._preferred = self.opening.chosen
             self.navigator.choice.prefer(self._preferred, row.time)
         steps = self.navigator.counts["clock steps"]
-        estimates = self._navigated(row, self.clock.now(now) - self.clock.latency)
+        present = math.nan if math.isnan(now) else self.clock.now(now) - self.clock.latency
+        estimates = self._navigated(row, present)
         if self.navigator.counts["clock steps"] != steps:
             self.clock.forget()
         for estimate in estimates:
-            self.clock.add(estimate.time, now)
+            if not math.isnan(now):
+                self.clock.add(estimate.time, now)
             self._fix(estimate)
 
     async def run(self, inputs: Sequence[Input], links: Sequence[Sink] = ()) -> None:
@@ -166,7 +175,7 @@ class Service:
             woken = _now()
             self.pulse.begin()
             for row, arrived in self.opening.due(woken):
-                self._received(row, arrived)
+                self.use(row, arrived)
             if self.opening.refusal:
                 raise InputError(self.opening.refusal)
             present = self.clock.now(woken)
@@ -192,8 +201,7 @@ class Service:
                 next_tick += 1
             await self._until(origin, row.time, speed)
             before = row.time
-            for estimate in self._navigated(row):
-                self._fix(estimate)
+            self.use(row)
             if k % _YIELD == 0:
                 await asyncio.sleep(0)
         for row in self.navigator.finish():

@@ -28,7 +28,7 @@ def _page(value):
 
 Texts = Annotated[tuple[str, ...], BeforeValidator(_several)]
 Aid = Literal["sog", "cog", "heading", "water-speed", "yaw-rate"]
-FILES = ("mission", "helm_token_file", "mavlink_signing", "control_token_file", "learned")
+FILES = ("mission", "record", "helm_token_file", "mavlink_signing", "control_token_file", "learned")
 """Keys that name a file."""
 RENAMED = {"patience": "max_dead_reckoning"}
 """Old keys and their present names."""
@@ -60,6 +60,7 @@ class Settings(BaseModel):
     aid: Annotated[tuple[Aid, ...], BeforeValidator(_several)] = ()
     rate: float | None = Field(None, gt=0.0, le=1000.0, allow_inf_nan=False, strict=True)
     mission: str | None = None
+    record: str | None = None
     engage: bool = Field(False, strict=True)
     max_dead_reckoning: float = Field(10.0, gt=0.0, allow_inf_nan=False, strict=True)
     latency: float = Field(0.0, ge=0.0, allow_inf_nan=False, strict=True)

@@ -1,6 +1,10 @@
 """Open files, standard output among them, written by a thread of their own."""
 
 import contextlib
+import errno
+import io
+import logging
+import os
 import queue
 import sys
 import threading
@@ -8,25 +12,31 @@ import threading
 from steerway.live.base.uri import Uri
 from steerway.live.links.link import WAITING, Sink
 
+LOG = logging.getLogger("steerway.live")
+
 
 class FileSink(Sink):
     """An open file, written by a thread of its own: a full pipe or a slow disk delays nothing else.
 
-    With `lossless` (a replayed log) the replay waits for the file.
+    With `lossless` (a replayed log) the replay waits for the file. A disk that is full costs whole messages, counted in
+    `lost`, and a line in the log at its beginning and its end; with `whole` it ends the file at the message before.
     """
 
-    def __init__(self, file, lossless: bool = False, uri: Uri | None = None):
+    def __init__(self, file, lossless: bool = False, uri: Uri | None = None, name: str = "", whole: bool = False):
         super().__init__(uri)
-        self.lossless = lossless
-        self.broken = False
+        self.lossless, self.whole = lossless, whole
+        self.broken = False  # nothing more is written
         self.file = file
+        self._name = name or str(getattr(file, "name", "output"))
+        self._has_reader = True
+        self._fails = ""  # why messages are being lost
         self._lines: queue.Queue = queue.Queue(WAITING)
         self._thread = threading.Thread(target=self._write, daemon=True)
         self._thread.start()
 
     def send(self, message: bytes) -> None:
-        """See Sink. Raises BrokenPipeError when the file can no longer be written."""
-        if self.broken:
+        """See Sink. Raises BrokenPipeError when nobody reads the pipe any more."""
+        if not self._has_reader:
             raise BrokenPipeError
         try:
             self._lines.put(message, block=self.lossless)
@@ -35,27 +45,74 @@ class FileSink(Sink):
 
     def close(self) -> None:
         """See Sink."""
-        if not self.broken:
+        if self._thread.is_alive():
             with contextlib.suppress(queue.Full):
                 self._lines.put(None, timeout=5.0)
             self._thread.join(5.0)
+        if self.lost:
+            LOG.warning("%s: %d messages are missing", self._name, self.lost)
 
     def _write(self):
         while (line := self._lines.get()) is not None:
             if self.broken:
+                self.lost += self._has_reader
                 continue
             try:
-                self.file.write(line)
+                self._put(line)
                 if self._lines.empty():
                     self.file.flush()
-            except (OSError, ValueError):
-                self.broken = True
+            except (BrokenPipeError, ValueError):
+                self.broken, self._has_reader = True, False
+            except OSError as error:
+                self._lose(error.strerror or str(error))
+            else:
+                self._resume()
         with contextlib.suppress(OSError, ValueError):
             self.file.flush()
+
+    def _put(self, line):
+        """Write a message, or nothing of it."""
+        if not isinstance(self.file, io.FileIO) or not self.file.seekable():
+            self.file.write(line)
+            return
+        begin = self.file.seek(0, os.SEEK_END)
+        written = 0
+        try:
+            while written < len(line):
+                part = self.file.write(line[written:])
+                if not part:
+                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+                written += part
+        except OSError:
+            self.file.truncate(begin)
+            raise
+
+    def _lose(self, why):
+        self.lost += 1
+        if self.whole:
+            self.broken = True
+            LOG.error("%s: %s; the file ends here, the run goes on", self._name, why)
+        elif not self._fails:
+            self._fails = why
+            LOG.error("%s: %s; what cannot be written is lost, the run goes on", self._name, why)
+
+    def _resume(self):
+        if self._fails:
+            LOG.warning("%s: can be written again, %d messages are missing", self._name, self.lost)
+            self._fails = ""
 
 
 class StdoutSink(FileSink):
     """Standard output."""
 
     def __init__(self, uri: Uri, lossless: bool = False):
-        super().__init__(sys.stdout.buffer, lossless, uri)
+        super().__init__(sys.stdout.buffer, lossless, uri, "standard output")
+
+    def close(self) -> None:
+        """See Sink. What a full disk did not take is dropped, so that the interpreter does not try again at its end."""
+        super().close()
+        try:
+            sys.stdout.buffer.flush()
+        except (OSError, ValueError):
+            with contextlib.suppress(OSError, ValueError):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

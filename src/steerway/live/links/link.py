@@ -23,17 +23,22 @@ WAITING = 1000
 Deliver = Callable[..., None]
 """Takes a list of InputRow, and the arrival of the last of them where that was not just now (s, event loop's clock)."""
 
+Tap = Callable[[bytes], None]
+"""Gets the bytes of a link as they come."""
+
 
 class Feed:
     """Feeds a decoder and delivers the rows that it makes."""
 
-    def __init__(self, decoder: Decoder, deliver: Deliver):
-        self.decoder, self._deliver = decoder, deliver
+    def __init__(self, decoder: Decoder, deliver: Deliver, tap: Tap | None = None):
+        self.decoder, self._deliver, self._tap = decoder, deliver, tap
         self._timer: asyncio.TimerHandle | None = None
         self._arrived = math.nan
 
     def feed(self, data: bytes) -> None:
         """A piece of the stream has come."""
+        if self._tap is not None:
+            self._tap(data)
         self.pass_on(self.decoder.feed(data))
 
     def pass_on(self, rows: list) -> None:
@@ -58,10 +63,11 @@ class Input:
 
     def __init__(self, uri: Uri, place: str = ""):
         self.uri, self.place = uri, place
+        self.tap: Tap | None = None
 
     async def run(self, deliver: Deliver) -> None:
         """Read until cancelled."""
-        feed = Feed(self._decoder(), deliver)
+        feed = Feed(self._decoder(), deliver, self.tap)
         try:
             await kept_open(self.uri.text, lambda: self._read(feed))
         finally:

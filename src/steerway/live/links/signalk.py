@@ -107,7 +107,9 @@ class SignalKSink(Sink):
             try:
                 while not discard.done():
                     with contextlib.suppress(TimeoutError):
-                        await connection.send(await asyncio.wait_for(self._waiting.get(), 0.5))
+                        async with asyncio.timeout(0.5):  # `wait_for` of Python 3.11 can swallow a cancellation
+                            message = await self._waiting.get()
+                        await connection.send(message)
             finally:
                 self._is_open = False
                 discard.cancel()

@@ -1,5 +1,6 @@
 """A table of the whole run, written to the disk row by row while it grows."""
 
+import logging
 import os
 import struct
 from collections.abc import Sequence
@@ -16,6 +17,7 @@ from steerway.live.base.orders import Order, State
 from steerway.live.base.rows import Row
 from steerway.live.links.file import FileSink
 
+LOG = logging.getLogger("steerway.live")
 _REASON = 160  # bytes stored of a reason
 _ROW = struct.Struct(f"={len(Row._fields)}db{_REASON}s")
 _KEPT = np.dtype([("row", np.float64, len(Row._fields)), ("state", np.int8), ("reason", f"S{_REASON}")])
@@ -57,12 +59,16 @@ class TableFile:
             self._sink.close()
             self._sink.file.close()
         kept = np.fromfile(self._part, _KEPT) if self._part.exists() else np.empty(0, _KEPT)
-        write(_motion(kept), self.path)
-        self._part.unlink(missing_ok=True)
+        try:
+            write(_motion(kept), self.path)
+        except InputError as error:
+            LOG.error("%s; its rows are kept in %s", error, self._part)
+        else:
+            self._part.unlink(missing_ok=True)
 
     def _store(self, row):
         if self._sink is None:
-            self._sink = FileSink(_whole_rows(self._part), self.lossless)
+            self._sink = FileSink(_whole_rows(self._part), self.lossless, name=str(self._part))
         if not self._sink.broken:
             order = self._order
             state, reason = (_NO_AUTOPILOT, "") if order is None else (_STATES.index(order.state), order.reason)
@@ -71,7 +77,7 @@ class TableFile:
 
 def _whole_rows(part):
     """The file to append to, without the incomplete row of a run that was cut off."""
-    file = open(part, "ab")
+    file = open(part, "ab", buffering=0)
     file.truncate(file.tell() // _ROW.size * _ROW.size)
     return file
 

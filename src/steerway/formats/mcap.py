@@ -1,0 +1,139 @@
+"""MCAP: messages of topics in one file, as ROS 2 and Foxglove record and show them. Needs the package `mcap`.
+
+Read: `sensor_msgs/msg/NavSatFix` of ROS 2, `foxglove.LocationFix` as JSON, and the inputs of `steerway live --record`.
+Written: `nav_msgs/msg/Odometry`. A file that was cut off is read up to the damage. Format: mcap.dev/spec.
+"""
+
+import importlib.util
+import io
+import json
+import math
+import struct
+from collections import Counter
+from collections.abc import Iterator
+from typing import BinaryIO, NamedTuple
+
+import numpy as np
+
+from steerway.core.errors import InputError
+from steerway.core.records import REPORTED, Fixes
+from steerway.formats import ros2
+from steerway.formats.recording import Recording
+
+MAGIC = b"\x89MCAP0\r\n"
+INPUT = "/input"
+"""The topic of the inputs in a recording of `steerway live`."""
+_LOCATION_FIX = "foxglove.LocationFix"
+
+
+class Message(NamedTuple):
+    """One message: its topic, the name of its schema, how it is encoded, its log time (ns) and its bytes."""
+
+    topic: str
+    schema: str
+    encoding: str
+    time: int
+    data: bytes
+
+
+def require_mcap(name: str) -> None:
+    """Raises InputError without the package that reads and writes MCAP."""
+    if importlib.util.find_spec("mcap") is None:
+        raise InputError(f"{name}: needs the package mcap, expected pip install steerway[mcap]")
+
+
+def recognises(head: bytes) -> bool:
+    """Whether the first bytes are those of MCAP."""
+    return head.startswith(MAGIC)
+
+
+def messages(file: BinaryIO, metadata: dict | None = None) -> Iterator[Message]:
+    """The messages of a file in the order of writing, up to its end or to where it is damaged.
+
+    `metadata` is filled with the metadata records by their names.
+    """
+    from mcap.exceptions import McapError
+    from mcap.records import Channel, Metadata, Schema
+    from mcap.records import Message as Record
+    from mcap.stream_reader import CRCValidationError, StreamReader
+
+    schemas, channels = {}, {}
+    try:
+        for record in StreamReader(file).records:
+            if isinstance(record, Schema):
+                schemas[record.id] = record.name
+            elif isinstance(record, Channel):
+                channels[record.id] = record
+            elif isinstance(record, Metadata) and metadata is not None:
+                metadata[record.name] = record.metadata
+            elif isinstance(record, Record) and record.channel_id in channels:
+                channel = channels[record.channel_id]
+                schema = schemas.get(channel.schema_id, "")
+                yield Message(channel.topic, schema, channel.message_encoding, record.log_time, record.data)
+    except (McapError, CRCValidationError, struct.error, ValueError, EOFError, KeyError) as error:
+        if not schemas and not channels:
+            raise InputError(f"MCAP is damaged from the beginning ({error}), expected a recording") from None
+
+
+def read(data: bytes) -> Recording:
+    """The positions of every topic, each a source. Raises InputError without the package `mcap`."""
+    require_mcap("MCAP")
+    rows: dict[str, list[tuple]] = {}
+    counts, skipped = Counter(), Counter()
+    for message in messages(io.BytesIO(data)):
+        counts[message.schema or message.topic] += 1
+        made = _row(message)
+        if made is None:
+            continue
+        name, row = made
+        if math.isfinite(row[0]):
+            rows.setdefault(name, []).append(row)
+        else:
+            skipped["no fix"] += 1
+    sources = {name: _fixes(name, each) for name, each in rows.items()}
+    return Recording("MCAP", sources, dict(counts), dict(skipped))
+
+
+def _row(message):
+    """Source and (time, latitude, longitude, *REPORTED) of a message, time NaN without a fix; None for another kind."""
+    if message.schema == ros2.NAV_SAT_FIX and message.encoding == "cdr":
+        return message.topic, ros2.nav_sat_fix(message.data)
+    if message.schema == _LOCATION_FIX and message.encoding == "json" and message.topic != "/position":
+        return message.topic, _location_fix(json.loads(message.data))
+    if message.topic == INPUT and message.encoding == "json":
+        row = json.loads(message.data)
+        return row["source"], tuple(_number(row[name]) for name in ("time", "latitude", "longitude", *REPORTED))
+    return None
+
+
+def _location_fix(message):
+    time = message["timestamp"]["sec"] + 1e-9 * message["timestamp"]["nsec"]
+    place = math.radians(message["latitude"]), math.radians(message["longitude"])
+    variance = message.get("position_covariance") or [math.nan] * 9
+    known = message.get("position_covariance_type", 0) != 0
+    std = math.sqrt(0.5 * (variance[0] + variance[4])) if known else math.nan
+    return time, *place, std, *[math.nan] * 5
+
+
+def _number(value):
+    return math.nan if value is None else float(value)
+
+
+def _fixes(name, rows):
+    columns = np.array(rows, dtype=float).T
+    names = ("time", "latitude", "longitude", *REPORTED)
+    return Fixes(**dict(zip(names, columns, strict=True)), source=name).in_order()
+
+
+def write_odometry(record, file: BinaryIO) -> None:
+    """An estimate as `nav_msgs/msg/Odometry` on the topic /odometry, for ROS 2 and Foxglove; see `ros2.odometry`."""
+    require_mcap("Odometry")
+    from mcap.writer import Writer
+
+    writer = Writer(file)
+    writer.start(profile="ros2", library="steerway")
+    schema = writer.register_schema(ros2.ODOMETRY, "ros2msg", ros2.ODOMETRY_TEXT.encode())
+    channel = writer.register_channel("/odometry", "cdr", schema)
+    for time, data in ros2.odometry(record):
+        writer.add_message(channel, time, data, time)
+    writer.finish()

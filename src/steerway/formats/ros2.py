@@ -1,0 +1,160 @@
+"""Messages of ROS 2 without ROS: NavSatFix in, Odometry out, in the little-endian CDR of its bags; bags of SQLite.
+
+Fields: sensor_msgs/msg/NavSatFix, nav_msgs/msg/Odometry, std_msgs/msg/Header. Axes: REP 103 (x east, y north, yaw from
+east counter-clockwise: π/2 − χ).
+"""
+
+import math
+import sqlite3
+import struct
+from collections import Counter
+from collections.abc import Iterator
+
+import numpy as np
+
+from steerway.core.earth import displacement
+from steerway.core.errors import InputError
+from steerway.core.records import REPORTED, Fixes
+from steerway.formats.recording import Recording
+
+NAV_SAT_FIX = "sensor_msgs/msg/NavSatFix"
+ODOMETRY = "nav_msgs/msg/Odometry"
+_BAG = b"SQLite format 3\0"
+_UNKNOWN = 1e6
+"""Variance of what is unknown: consumers expect a number."""
+_SEPARATOR = "=" * 80 + "\n"
+ODOMETRY_TEXT = (
+    "std_msgs/Header header\nstring child_frame_id\n"
+    "geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist\n"
+    + _SEPARATOR
+    + "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
+    + _SEPARATOR
+    + "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"
+    + _SEPARATOR
+    + "MSG: geometry_msgs/PoseWithCovariance\ngeometry_msgs/Pose pose\nfloat64[36] covariance\n"
+    + _SEPARATOR
+    + "MSG: geometry_msgs/Pose\ngeometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n"
+    + _SEPARATOR
+    + "MSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z\n"
+    + _SEPARATOR
+    + "MSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"
+    + _SEPARATOR
+    + "MSG: geometry_msgs/TwistWithCovariance\ngeometry_msgs/Twist twist\nfloat64[36] covariance\n"
+    + _SEPARATOR
+    + "MSG: geometry_msgs/Twist\ngeometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n"
+    + _SEPARATOR
+    + "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
+)
+"""The definition of Odometry as an MCAP schema holds it."""
+
+
+class _Cursor:
+    """Reads CDR; alignment counts from behind the four bytes of the header."""
+
+    def __init__(self, data: bytes):
+        self._order = "<" if data[1] & 1 else ">"
+        self._data, self._at = data[4:], 0
+
+    def take(self, kind: str, size: int, count: int = 1) -> tuple:
+        self._at += -self._at % size
+        values = struct.unpack_from(f"{self._order}{count}{kind}", self._data, self._at)
+        self._at += size * count
+        return values
+
+    def text(self) -> str:
+        (length,) = self.take("I", 4)
+        self._at += length
+        return self._data[self._at - length : self._at - 1].decode(errors="replace")
+
+
+def nav_sat_fix(data: bytes) -> tuple[float, ...]:
+    """(time, latitude, longitude, *REPORTED) of a serialized NavSatFix; s, rad, m; time NaN where it has no fix."""
+    cursor = _Cursor(data)
+    (seconds,), (nanoseconds,) = cursor.take("i", 4), cursor.take("I", 4)
+    cursor.text()
+    (status,) = cursor.take("b", 1)
+    cursor.take("H", 2)
+    latitude, longitude, _ = cursor.take("d", 8, 3)
+    covariance = cursor.take("d", 8, 9)
+    (kind,) = cursor.take("B", 1)
+    if status < 0 or not (abs(latitude) <= 90.0 and abs(longitude) <= 360.0):
+        return math.nan, *[math.nan] * (2 + len(REPORTED))
+    variance = 0.5 * (covariance[0] + covariance[4])
+    std = math.sqrt(variance) if kind and variance > 0.0 else math.nan
+    place = math.radians(latitude), math.radians(math.remainder(longitude, 360.0))
+    return seconds + 1e-9 * nanoseconds, *place, std, *[math.nan] * (len(REPORTED) - 1)
+
+
+def recognises(head: bytes) -> bool:
+    """Whether the first bytes are those of SQLite, as ROS 2 bags of that storage are."""
+    return head.startswith(_BAG)
+
+
+def read(data: bytes) -> Recording:
+    """The topics of NavSatFix in a bag, each a source. Raises InputError for a database that is no bag."""
+    rows: dict[str, list[tuple]] = {}
+    counts, skipped = Counter(), Counter()
+    base = sqlite3.connect(":memory:")
+    try:
+        base.deserialize(data)
+        topics = {number: (name, kind) for number, name, kind in base.execute("SELECT id, name, type FROM topics")}
+        for topic, message in base.execute("SELECT topic_id, data FROM messages ORDER BY timestamp"):
+            name, kind = topics.get(topic, ("", ""))
+            counts[kind] += 1
+            if kind == NAV_SAT_FIX:
+                row = nav_sat_fix(message)
+                skipped["no fix"] += not math.isfinite(row[0])
+                if math.isfinite(row[0]):
+                    rows.setdefault(name, []).append(row)
+    except (sqlite3.Error, struct.error) as error:
+        raise InputError(f"is no ROS 2 bag ({error}), expected the tables topics and messages") from None
+    finally:
+        base.close()
+    names = ("time", "latitude", "longitude", *REPORTED)
+    sources = {
+        name: Fixes(**dict(zip(names, np.array(each).T, strict=True)), source=name).in_order()
+        for name, each in rows.items()
+    }
+    return Recording("ROS 2 bag", sources, dict(counts), {why: count for why, count in skipped.items() if count})
+
+
+def odometry(record) -> Iterator[tuple[int, bytes]]:
+    """(time in ns, serialized Odometry) of the rows of an estimate that have a position.
+
+    Pose in the frame `map`, m east and north of the first position; yaw is that of the course, π/2 − χ. Twist in the
+    frame `course`, whose x axis is the course: SOG along x, −χ̇ about z. What is unknown is 0 with a variance of 1e6.
+    """
+    known = np.flatnonzero(record.has_position)
+    if not len(known):
+        return
+    origin = float(record.latitude[known[0]]), float(record.longitude[known[0]])
+    for k in known:
+        moment = round(float(record.time[k]) * 1e9)
+        north, east = displacement(float(record.latitude[k]), float(record.longitude[k]), *origin)
+        sog, cog, rate = float(record.sog[k]), float(record.cog[k]), float(record.course_rate[k])
+        yaw = 0.5 * math.pi - cog if math.isfinite(cog) else 0.0
+        orientation = 0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+        place = _variance(record.position_std[k])
+        pose = _diagonal(place, place, _UNKNOWN, _UNKNOWN, _UNKNOWN, _variance(record.cog_std[k]))
+        speed, turn = _variance(record.sog_std[k]), _variance(record.course_rate_std[k])
+        twist = _diagonal(speed, _UNKNOWN, _UNKNOWN, _UNKNOWN, _UNKNOWN, turn)
+        motion = _or_zero(sog), 0.0, 0.0, 0.0, 0.0, -_or_zero(rate)
+        data = bytearray(struct.pack("<BBBBiI", 0, 1, 0, 0, *divmod(moment, 1_000_000_000)))
+        for text in ("map", "course"):
+            data += bytes(-(len(data) - 4) % 4)
+            data += struct.pack("<I", len(text) + 1) + text.encode() + b"\0"
+        data += bytes(-(len(data) - 4) % 8)
+        data += struct.pack("<7d36d6d36d", east, north, 0.0, *orientation, *pose, *motion, *twist)
+        yield moment, bytes(data)
+
+
+def _diagonal(*values):
+    return [values[k // 7] if k % 7 == 0 else 0.0 for k in range(36)]
+
+
+def _variance(std):
+    return float(std) ** 2 if math.isfinite(std) else _UNKNOWN
+
+
+def _or_zero(value):
+    return value if math.isfinite(value) else 0.0

@@ -1,0 +1,65 @@
+"""The filter that learns its profile, with the moments noted at which it does: they depend on other threads.
+
+A recording has them, so that a replay learns at the same rows.
+"""
+
+from collections.abc import Callable, Mapping
+
+from steerway.estimation.inference.learning import LearningFilter
+from steerway.estimation.profiles.inferred import InferredProfile
+
+BEGINS, TAKES = "begins", "takes"
+"""An inference begins with the rows so far; what it found is taken up."""
+
+
+class NotedLearning(LearningFilter):
+    """A `LearningFilter` that reports (what, number of the row) to `note`."""
+
+    note: Callable[[str, int], None] | None = None
+    _count = 0
+
+    def row(self, *arguments, **more):
+        """As of `LearningFilter.row`."""
+        self._count += 1
+        return super().row(*arguments, **more)
+
+    def _infer_if_due(self):
+        due = self._due
+        super()._infer_if_due()
+        if self._due != due:
+            self._report(BEGINS)
+
+    def _go_over(self):
+        waits = self._found is not None and not self._set.fading
+        super()._go_over()
+        if waits:
+            self._report(TAKES)
+
+    def _report(self, what):
+        if self.note is not None:
+            self.note(what, self._count)
+
+
+class RepeatedLearning(LearningFilter):
+    """Learns at the rows that a recording names: `moments` by row, of `BEGINS` and `TAKES`."""
+
+    def __init__(self, start: InferredProfile | None, aid: tuple[str, ...], moments: Mapping[tuple[str, int], bool]):
+        super().__init__(start, aid, background=False)
+        self._moments = moments
+        self._count = 0
+        self._inferred = None
+
+    def row(self, *arguments, **more):
+        """As of `LearningFilter.row`."""
+        self._count += 1
+        return super().row(*arguments, **more)
+
+    def _infer_if_due(self):
+        if (BEGINS, self._count) in self._moments:
+            self._infer(list(self._rows))
+            self._inferred, self._found = self._found, None
+
+    def _go_over(self):
+        if (TAKES, self._count) in self._moments:
+            self._found, self._inferred = self._inferred, None
+            super()._go_over()

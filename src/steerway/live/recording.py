@@ -1,0 +1,140 @@
+"""A recording of a run as MCAP: every input as it came, every estimate and every order; Foxglove shows it.
+
+Topics: `/raw` the bytes of the links, `/input` the rows decoded from them as the navigator gets them, `/estimate` a row
+a fix, `/order` a row a tick with an autopilot, `/position` for maps, `/learning` when a profile was inferred. The metadata `steerway` holds what `replay` needs.
+"""
+
+import json
+import logging
+import math
+import time
+from pathlib import Path
+
+from steerway.core.errors import InputError
+from steerway.core.leg import Leg
+from steerway.formats.mcap import INPUT, require_mcap
+from steerway.live.base.orders import Order
+from steerway.live.base.rows import InputRow, Row
+from steerway.live.links.file import FileSink
+
+LOG = logging.getLogger("steerway.live")
+RAW, ESTIMATE, ORDER, POSITION, LEARNING = "/raw", "/estimate", "/order", "/position", "/learning"
+SETTINGS = "steerway"
+"""The name of the metadata, with the key `settings`."""
+_CHUNK = 1 << 16  # bytes; what a loss of power costs
+
+
+class Recorder:
+    """An output, and the place to which inputs are reported. Raises InputError for a file that cannot be written.
+
+    A disk that is full ends the recording with a line in the log, at its last whole chunk; the run goes on.
+    """
+
+    def __init__(self, path: str | Path, settings: dict):
+        require_mcap(f"record {path}")
+        from mcap.writer import Writer
+
+        if Path(path).suffix != ".mcap":
+            raise InputError(f"record {path} ends in {Path(path).suffix or 'nothing'!r}, expected .mcap")
+        try:
+            self._sink = FileSink(open(path, "wb", buffering=0), lossless=True, name=str(path), whole=True)
+        except OSError as error:
+            raise InputError(f"record {path} cannot be written: {error.strerror}") from None
+        self.path = path
+        self._pieces, self._size = bytearray(), 0
+        self._writer = Writer(self, chunk_size=_CHUNK)
+        self._writer.start(profile="", library="steerway")
+        self._writer.add_metadata(SETTINGS, {"settings": json.dumps(settings)})
+        self._channels = {}
+        for topic, name in (
+            (INPUT, "steerway.Input"),
+            (ESTIMATE, "steerway.Row"),
+            (ORDER, "steerway.Order"),
+            (LEARNING, "steerway.Learning"),
+        ):
+            self._channels[topic] = self._channel(topic, name)
+        self._channels[POSITION] = self._channel(POSITION, "foxglove.LocationFix")
+        self._channels[RAW] = self._writer.register_channel(RAW, "application/octet-stream", 0)
+        self._send()
+
+    def write(self, data: bytes) -> int:
+        """See io.RawIOBase: pieces of the format are kept until a whole chunk is there."""
+        self._pieces += data
+        self._size += len(data)
+        return len(data)
+
+    def tell(self) -> int:
+        """See io.RawIOBase."""
+        return self._size
+
+    def flush(self) -> None:
+        """See io.RawIOBase."""
+
+    def raw(self, link: str, data: bytes) -> None:
+        """Bytes that came on a link."""
+        self._add(RAW, link.encode() + b"\0" + data, time.time())
+
+    def input(self, row: InputRow, arrived: float, chosen: str) -> None:
+        """A row as the navigator gets it: when it came (s, monotonic) and which source is chosen."""
+        values = {name: _or_null(value) for name, value in row._asdict().items()}
+        self._json(INPUT, values | {"arrived": _or_null(arrived), "chosen": chosen}, row.time)
+
+    def learning(self, what: str, count: int) -> None:
+        """The filter begins to infer its profile, or takes one up, at its row of this number."""
+        self._json(LEARNING, {"what": what, "row": count}, time.time())
+
+    def fix(self, row: Row) -> None:
+        """See Output."""
+        self._json(ESTIMATE, {name: _or_null(value) for name, value in row._asdict().items()}, row.time)
+        if row.valid:
+            variance = row.position_std**2
+            moment = divmod(round(row.time * 1e9), 1_000_000_000)
+            place = {
+                "timestamp": {"sec": moment[0], "nsec": moment[1]},
+                "frame_id": "boat",
+                "latitude": math.degrees(row.latitude),
+                "longitude": math.degrees(row.longitude),
+                "altitude": 0.0,
+                "position_covariance": [variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, 0.0],
+                "position_covariance_type": 1,
+            }
+            self._json(POSITION, place, row.time)
+
+    def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
+        """See Output."""
+        if order is not None:
+            values = {name: _or_null(value) for name, value in row._asdict().items()}
+            values["order"] = {name: _or_null(value) for name, value in order._asdict().items()}
+            self._json(ORDER, values, row.time)
+
+    def close(self) -> None:
+        """See Output."""
+        self._writer.finish()
+        self._send()
+        self._sink.close()
+        self._sink.file.close()
+
+    def _channel(self, topic, name):
+        schema = self._writer.register_schema(name, "jsonschema", b'{"type": "object"}')
+        return self._writer.register_channel(topic, "json", schema)
+
+    def _json(self, topic, values, moment):
+        self._add(topic, json.dumps(values).encode(), moment)
+
+    def _add(self, topic, data, moment):
+        if self._sink.broken:
+            return
+        published = round(moment * 1e9) if math.isfinite(moment) and moment > 0.0 else 0
+        self._writer.add_message(self._channels[topic], time.time_ns(), data, published)
+        self._send()
+
+    def _send(self):
+        """Hand over what the writer has finished: whole chunks, so that a file that ends early is sound."""
+        if self._pieces and not self._sink.broken:
+            self._sink.send(bytes(self._pieces))
+        self._pieces.clear()
+
+
+def _or_null(value):
+    """A value for JSON: NaN and infinity are null; every other float reads back the same."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,204 @@
+"""Recordings: what is recorded is repeated to the last bit, also after a cut; messages of ROS 2 in and out."""
+
+import asyncio
+import json
+import math
+import sqlite3
+import struct
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from steerway.core.errors import InputError
+from steerway.estimation import estimate
+from steerway.estimation.profiles import Profile
+from steerway.formats import nmea0183
+from steerway.formats.reading import read
+from steerway.formats.writing import write
+from steerway.live.base.orders import Order, State
+from steerway.live.links.decoding import ReceiverDecoder
+from steerway.live.links.link import Feed
+from steerway.live.navigator import Navigator
+from steerway.live.service import Service
+from tests.kept_outputs import Kept, assert_equal
+from tests.scenes import turning
+from tests.sentences import START, sortie
+
+pytest.importorskip("mcap", reason="mcap is not installed")
+from steerway.formats import mcap, ros2
+from steerway.live.recording import ESTIMATE, INPUT, ORDER, RAW, Recorder
+from steerway.live.replaying import replay
+
+SETTINGS = {
+    "profile": Profile.named("small-usv").toml(),
+    "aid": ["sog", "cog"],
+    "sources": [],
+    "max_dead_reckoning": 10.0,
+    "rate": None,
+    "accuracy": True,
+    "latency": 0.1,
+}
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """(path of a recording, the rows that the run gave, the log it got)."""
+    path, kept = tmp_path_factory.mktemp("recorded") / "run.mcap", Kept()
+    recorder = Recorder(path, dict(SETTINGS))
+    log = sortie(120)
+    service = Service(Navigator("small-usv", ("sog", "cog")), [kept, recorder], 50.0, 0.1, recorder=recorder)
+
+    async def receives(deliver):
+        feed = Feed(ReceiverDecoder(), deliver, lambda data: recorder.raw("tcp://a:1", data))
+        for k in range(0, len(log), 83):
+            feed.feed(log[k : k + 83])
+            await asyncio.sleep(0.0005)
+        feed.settle()
+        service.recorder.tick(kept.fixes[-1], None, Order(State.RUNNING, engaged=True, yaw_rate=0.125))
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        asyncio.run(service.run([SimpleNamespace(run=receives)]))
+    return path, kept.fixes, log
+
+
+def test_a_recording_is_repeated_bit_by_bit(recorded):
+    path, rows, log = recorded
+    found = replay(path)
+    assert found.differing == 0 and len(found.recorded) == len(rows) >= 119 and found.orders == 1
+    assert np.array(found.repeated).tobytes() == np.array(rows).tobytes()
+    motion = estimate(nmea0183.read(log).sources["GP"], "small-usv", aid=("sog", "cog"))
+    assert_equal(found.repeated, motion.rows(slice(0, len(rows))))
+
+
+def test_it_holds_every_byte_row_estimate_and_order(recorded):
+    path, rows, log = recorded
+    with open(path, "rb") as file:
+        messages = list(mcap.messages(file))
+    raw = [message.data for message in messages if message.topic == RAW]
+    assert b"".join(data.partition(b"\0")[2] for data in raw) == log
+    assert {data.partition(b"\0")[0] for data in raw} == {b"tcp://a:1"}
+    assert sum(message.topic == INPUT for message in messages) >= len(rows)
+    assert sum(message.topic == ESTIMATE for message in messages) == len(rows)
+    (order,) = (json.loads(message.data) for message in messages if message.topic == ORDER)
+    assert order["order"]["yaw_rate"] == 0.125 and order["order"]["state"] == "running"
+
+
+def test_another_estimate_is_noticed(recorded, monkeypatch):
+    monkeypatch.setattr("steerway.live.replaying.load_profile", lambda path: Profile.named("otter"))
+    assert replay(recorded[0]).differing > 100
+
+
+def test_a_recording_that_was_cut_off_is_repeated_as_far_as_it_goes(recorded, tmp_path):
+    whole = recorded[0].read_bytes()
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(whole[: len(whole) * 3 // 5])
+    found = replay(cut)
+    assert found.differing == 0
+    (tmp_path / "noise.mcap").write_bytes(b"noise")
+    with pytest.raises(InputError, match="is no MCAP"):
+        replay(tmp_path / "noise.mcap")
+    with pytest.raises(InputError, match="cannot be read"):
+        replay(tmp_path / "none.mcap")
+
+
+def test_a_recording_is_a_log_too(recorded):
+    path, _, log = recorded
+    fixes, direct = read(path), nmea0183.read(log).sources["GP"]
+    assert fixes.source == "GP"
+    placed = fixes.rows(fixes.has_position)
+    np.testing.assert_array_equal(placed.latitude, direct.latitude[: len(placed)])
+
+
+def test_a_recording_is_refused_where_it_cannot_be():
+    with pytest.raises(InputError, match=r"expected \.mcap"):
+        Recorder("run.bag", SETTINGS)
+    with pytest.raises(InputError, match="cannot be written"):
+        Recorder("/nowhere/run.mcap", SETTINGS)
+
+
+def nav_sat_fix(time, latitude, longitude, status=0, variance=0.25, frame="gps"):
+    """A message as a ROS 2 node writes it."""
+    data = bytearray(struct.pack("<BBBBiI", 0, 1, 0, 0, int(time), round(time % 1.0 * 1e9)))
+    data += struct.pack("<I", len(frame) + 1) + frame.encode() + b"\0"
+    data += struct.pack("<b", status)
+    data += bytes(-(len(data) - 4) % 2) + struct.pack("<H", 1)
+    data += bytes(-(len(data) - 4) % 8)
+    data += struct.pack("<3d9dB", latitude, longitude, 0.0, *[variance, 0, 0, 0, variance, 0, 0, 0, 1.0], 2)
+    return bytes(data)
+
+
+@pytest.mark.parametrize("frame", ["gps", "gp", "a_longer_frame"])
+def test_a_fix_of_ros_2(frame):
+    time, latitude, longitude, std, *rest = ros2.nav_sat_fix(nav_sat_fix(1700000000.25, 54.0, 190.0, frame=frame))
+    assert (time, math.degrees(latitude), std) == (1700000000.25, pytest.approx(54.0), 0.5)
+    assert math.degrees(longitude) == pytest.approx(-170.0) and len(rest) == 5
+    assert math.isnan(ros2.nav_sat_fix(nav_sat_fix(1.0, 54.0, 10.0, status=-1))[0])
+    assert math.isnan(ros2.nav_sat_fix(nav_sat_fix(1.0, math.nan, 10.0))[0])
+
+
+def test_a_bag_of_ros_2(tmp_path):
+    path = tmp_path / "bag_0.db3"
+    base = sqlite3.connect(path)
+    base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)")
+    base.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)")
+    base.execute("INSERT INTO topics VALUES (1, '/gps/fix', 'sensor_msgs/msg/NavSatFix', 'cdr')")
+    base.execute("INSERT INTO topics VALUES (2, '/imu', 'sensor_msgs/msg/Imu', 'cdr')")
+    for k in range(20):
+        data = nav_sat_fix(START + k, 54.0 + 1e-5 * k, 10.0, status=-1 if k == 7 else 0)
+        base.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES (1, ?, ?)", (int(1e9 * (START + k)), data))
+        base.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES (2, ?, ?)", (int(1e9 * START), b"\0" * 40))
+    base.commit()
+    base.close()
+    fixes = read(path)
+    assert fixes.source == "/gps/fix" and len(fixes) == 19 and fixes.position_std[0] == 0.5
+    np.testing.assert_allclose(np.degrees(fixes.latitude[:3]), [54.0, 54.00001, 54.00002], atol=1e-12)
+    other = sqlite3.connect(tmp_path / "other.db3")
+    other.execute("CREATE TABLE a(b)")
+    other.commit()
+    other.close()
+    with pytest.raises(InputError, match="is no ROS 2 bag"):
+        read(tmp_path / "other.db3")
+
+
+def test_an_mcap_of_ros_2(tmp_path):
+    from mcap.writer import Writer
+
+    with open(tmp_path / "bag.mcap", "wb") as file:
+        writer = Writer(file)
+        writer.start("ros2", "test")
+        schema = writer.register_schema(ros2.NAV_SAT_FIX, "ros2msg", b"")
+        channel = writer.register_channel("/fix", "cdr", schema)
+        for k in range(10):
+            writer.add_message(channel, k, nav_sat_fix(START + k, 54.0 + 1e-5 * k, 10.0), k)
+        writer.finish()
+    fixes = read(tmp_path / "bag.mcap")
+    assert fixes.source == "/fix" and len(fixes) == 10 and fixes.time[3] == START + 3.0
+
+
+def test_odometry_has_the_axes_of_ros(tmp_path):
+    """Read by another implementation: x east, y north, yaw = π/2 − χ, ω_z = −χ̇."""
+    rosbags = pytest.importorskip("rosbags.typesys", reason="rosbags is not installed")
+    fixes = turning(2.0, 0.5, 60.0).fixes(0.3, 1)
+    motion = estimate(fixes, "small-usv")
+    write(motion, tmp_path / "track.mcap")
+    store = rosbags.get_typestore(rosbags.Stores.ROS2_HUMBLE)
+    with open(tmp_path / "track.mcap", "rb") as file:
+        found = [store.deserialize_cdr(each.data, ros2.ODOMETRY) for each in mcap.messages(file)]
+    assert len(found) == len(motion)
+    for k in (50, -1):
+        pose, twist = found[k].pose.pose, found[k].twist.twist
+        yaw = 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)
+        assert math.remainder(yaw - (0.5 * math.pi - motion.cog[k]), 2.0 * math.pi) == pytest.approx(0.0, abs=1e-12)
+        assert twist.linear.x == motion.sog[k] and twist.angular.z == -motion.course_rate[k]
+        assert found[k].pose.covariance[35] == pytest.approx(motion.cog_std[k] ** 2)
+        assert found[k].header.stamp.sec + 1e-9 * found[k].header.stamp.nanosec == pytest.approx(
+            motion.time[k], abs=1e-6
+        )
+    east = (motion.longitude[-1] - motion.longitude[0]) * math.cos(motion.latitude[0]) * 6.39e6
+    north = (motion.latitude[-1] - motion.latitude[0]) * 6.37e6
+    last = found[-1].pose.pose.position
+    assert (last.x, last.y) == (pytest.approx(east, abs=1.0, rel=0.01), pytest.approx(north, abs=1.0, rel=0.01))
+    unknown = next(each for each, cog in zip(found, motion.cog, strict=True) if math.isnan(cog))
+    assert unknown.pose.covariance[35] == 1e6
