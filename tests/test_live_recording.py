@@ -17,6 +17,8 @@ from steerway.formats import nmea0183
 from steerway.formats.reading import read
 from steerway.formats.writing import write
 from steerway.live.base.orders import Order, State
+from steerway.live.base.rows import rows_of
+from steerway.live.learning import NotedLearning
 from steerway.live.links.decoding import ReceiverDecoder
 from steerway.live.links.link import Feed
 from steerway.live.navigator import Navigator
@@ -83,6 +85,31 @@ def test_it_holds_every_byte_row_estimate_and_order(recorded):
     assert sum(message.topic == ESTIMATE for message in messages) == len(rows)
     (order,) = (json.loads(message.data) for message in messages if message.topic == ORDER)
     assert order["order"]["yaw_rate"] == 0.125 and order["order"]["state"] == "running"
+
+
+def test_a_run_that_learns_is_repeated_too(tmp_path):
+    """The profile is inferred in a thread, and taken up when that is done: at the same row again."""
+    path, kept, took = tmp_path / "run.mcap", Kept(), []
+    recorder = Recorder(path, SETTINGS | {"profile": None, "learns": True, "aid": []})
+    learning = NotedLearning(background=True)
+    learning.note = lambda what, count: (took.append(what), recorder.learning(what, count))
+    service = Service(Navigator(learning), [kept, recorder], 50.0, 0.1, recorder=recorder)
+    fixes = nmea0183.read(sortie(400)).sources["GP"]
+
+    async def receives(deliver):
+        for k, row in enumerate(rows_of({"GP": fixes})):
+            deliver([row], 0.2 * k)
+            if k % 50 == 0:
+                for _ in range(1000):
+                    await asyncio.sleep(0.01)
+                    if learning._thread is None:
+                        break
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        asyncio.run(service.run([SimpleNamespace(run=receives)]))
+    found = replay(path)
+    assert "takes" in took and len(found.recorded) == 400 and found.differing == 0
 
 
 def test_another_estimate_is_noticed(recorded, monkeypatch):

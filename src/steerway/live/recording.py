@@ -1,7 +1,8 @@
 """A recording of a run as MCAP: every input as it came, every estimate and every order; Foxglove shows it.
 
 Topics: `/raw` the bytes of the links, `/input` the rows decoded from them as the navigator gets them, `/estimate` a row
-a fix, `/order` a row a tick with an autopilot, `/position` for maps, `/learning` when a profile was inferred. The metadata `steerway` holds what `replay` needs.
+a fix, `/order` a row a tick with an autopilot, `/position` for maps, `/learning` when a profile was inferred. The
+metadata `steerway` holds what `replay` needs.
 """
 
 import json
@@ -46,13 +47,9 @@ class Recorder:
         self._writer.start(profile="", library="steerway")
         self._writer.add_metadata(SETTINGS, {"settings": json.dumps(settings)})
         self._channels = {}
-        for topic, name in (
-            (INPUT, "steerway.Input"),
-            (ESTIMATE, "steerway.Row"),
-            (ORDER, "steerway.Order"),
-            (LEARNING, "steerway.Learning"),
-        ):
-            self._channels[topic] = self._channel(topic, name)
+        names = {INPUT: "Input", ESTIMATE: "Row", ORDER: "Order", LEARNING: "Learning"}
+        for topic, name in names.items():
+            self._channels[topic] = self._channel(topic, f"steerway.{name}")
         self._channels[POSITION] = self._channel(POSITION, "foxglove.LocationFix")
         self._channels[RAW] = self._writer.register_channel(RAW, "application/octet-stream", 0)
         self._send()
