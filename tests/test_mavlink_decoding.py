@@ -99,3 +99,20 @@ def test_boot_clock_waits_then_goes_by_the_computer_and_follows_steps():
     assert clock.unix(10.0, 105.0) - NOON == pytest.approx(1.001, abs=1e-6)
     clock.set(NOON + 10.0, 2.0)  # she started anew
     assert clock.unix(2.0, 106.0) - NOON == pytest.approx(10.0, abs=1e-6)
+
+
+def test_accelerations_and_motors_are_rows_of_their_own_and_the_gyro_waits_for_the_fix():
+    told, fix = system_time(NOON, 50.0), raw_fix(50_000_000)
+    scaled = messages.MAVLink_scaled_imu_message(50_100, 102, 0, 1000, 0, 0, 250, 0, 0, 0)
+    raw = messages.MAVLink_raw_imu_message(50_200_000, -102, 0, 1000, 0, 0, 250, 0, 0, 0)
+    fine = messages.MAVLink_highres_imu_message(50_300_000, 0.5, 0, 9.8, 0, 0, 0.25, 0, 0, 0, 0, 0, 0, 0, 0)
+    motors = messages.MAVLink_esc_telemetry_1_to_4_message(
+        [0] * 4, [0] * 4, [0] * 4, [0] * 4, [600, 1200, 0, 0], [0] * 4
+    )
+    decoder, wire = MavlinkDecoder(), Wire(1, 1)
+    rows = [row for each in wire.carry([told, fix, scaled, raw, fine, motors]) for row in decoder.message(each, 100.0)]
+    assert [round(row.acceleration, 3) for row in rows[1:4]] == [1.0, -1.0, 0.5]
+    assert all(math.isnan(row.yaw_rate) and not row.has_position for row in rows[1:])
+    assert rows[4].shaft == pytest.approx(15.0) and rows[4].time == pytest.approx(NOON + 0.3)
+    (after,) = [row for each in wire.carry([raw_fix(50_400_000)]) for row in decoder.message(each, 100.1)]
+    assert after.yaw_rate == pytest.approx(0.25)

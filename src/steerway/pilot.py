@@ -151,8 +151,7 @@ class Pilot:
     def step(self, measurements: Measurements, dt: float) -> Orders:
         """The commands now, dt s after the step before."""
         estimate = self.estimator.step(measurements, dt)
-        if self._turns is not None:
-            self._turns(measurements.shaft)
+        self.measured_shaft(measurements.shaft)
         leg = self.mission.step(estimate.north, estimate.east, dt)
         mode = self._supervise(measurements, estimate, dt)
         desired, speed = UNKNOWN, 0.0
@@ -172,6 +171,11 @@ class Pilot:
         """Control: the commands for a desired course (or heading) and speed (m/s)."""
         force = 0.0 if self.speed is None else self.speed.step(speed, estimate.sog, dt)
         return self._actuate(force, self._yaw(desired, estimate, dt, self._law_of_course))
+
+    def measured_shaft(self, shaft: float) -> None:
+        """The shaft's measured speed now (rev/s, NaN for none), for a speed loop that uses it."""
+        if self._turns is not None:
+            self._turns(shaft)
 
     def restart(self) -> None:
         """Forget the trim and the reference: the next `steer` begins with the boat's own course."""

@@ -24,7 +24,10 @@ OK, PREDICTED, REJECTED, NO_COURSE, STARTING, LOST = range(6)
 STATUSES = ("ok", "predicted", "rejected", "no_course", "starting", "lost")
 """Status of a row of Motion. "lost" occurs live only: no measurement for so long that there is no estimate."""
 
-REPORTED = ("position_std", "sog", "cog", "heading", "water_speed", "yaw_rate")
+REPORTED = (
+    *("position_std", "sog", "cog", "heading", "water_speed", "yaw_rate"),
+    *("bottom_speed", "acceleration", "shaft"),
+)
 """Columns that a receiver or instrument may report beside time and position."""
 
 _ROUNDING = 1e-9
@@ -132,6 +135,9 @@ class Fixes(Table):
     heading: np.ndarray | None = None  # true, rad
     water_speed: np.ndarray | None = None  # along the hull
     yaw_rate: np.ndarray | None = None  # + starboard, rad/s
+    bottom_speed: np.ndarray | None = None  # along the hull over ground, by a Doppler log
+    acceleration: np.ndarray | None = None  # along the hull, m/s², with gravity where it pitches
+    shaft: np.ndarray | None = None  # of the propeller, rev/s
     mmsi: np.ndarray | None = None  # int64
     source: str = ""
     notes: tuple[str, ...] = ()  # rows left out or corrected by the reader, one sentence each
@@ -234,6 +240,9 @@ _FIXES_COLUMNS: Columns = _POSITION_COLUMNS | {
     "heading_deg": ("heading", _compass_degrees),
     "water_speed_mps": ("water_speed", _as_is),
     "yaw_rate_dps": ("yaw_rate", _degrees),
+    "bottom_speed_mps": ("bottom_speed", _as_is),
+    "acceleration_mps2": ("acceleration", _as_is),
+    "shaft_rps": ("shaft", _as_is),
 }
 MOTION_COLUMNS: Columns = _POSITION_COLUMNS | {
     "sog_mps": ("sog", _as_is),

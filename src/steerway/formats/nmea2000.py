@@ -34,9 +34,12 @@ def _layout(length, **fields):
     return np.dtype({"names": list(fields), "offsets": list(offsets), "formats": list(types), "itemsize": length})
 
 
+_TURNS = 0.25 / 60.0  # rev/s
+
 _LAYOUTS = {
     127250: _layout(8, heading=(1, "<u2"), deviation=(3, "<i2"), variation=(5, "<i2"), reference=(7, "u1")),
     127251: _layout(5, rate=(1, "<i4")),
+    127488: _layout(3, turns=(1, "<u2")),
     127258: _layout(6, variation=(4, "<i2")),
     128259: _layout(3, speed=(1, "<u2")),
     129025: _layout(8, latitude=(0, "<i4"), longitude=(4, "<i4")),
@@ -55,6 +58,7 @@ _NAMES = {
     127250: "heading",
     127251: "rate of turn",
     127258: "magnetic variation",
+    127488: "engine speed",
     128259: "water speed",
     129025: "position",
     129026: "SOG and COG",
@@ -210,6 +214,7 @@ def _fixes(name, own, variation, skipped, notes):
     columns.append(_heading(name, own[127250], variation, skipped, notes))
     columns.append({"time": own[127251].time, "yaw_rate": own[127251].value("rate", _RATE)})
     columns.append({"time": own[128259].time, "water_speed": own[128259].value("speed", _SPEED)})
+    columns.append({"time": own[127488].time, "shaft": own[127488].value("turns", _TURNS)})
     time = np.unique(np.concatenate([each["time"] for each in columns]))
     fields = {"latitude": np.full(len(time), np.nan), "longitude": np.full(len(time), np.nan)}
     for each in columns:

@@ -10,7 +10,7 @@ from steerway.core.errors import InputError
 from steerway.core.records import REPORTED, Fixes
 from steerway.core.rounding import written_step
 
-INSTRUMENTS = ("heading", "water_speed", "yaw_rate")
+INSTRUMENTS = ("heading", "water_speed", "yaw_rate", "bottom_speed", "acceleration", "shaft")
 
 _SAME_TIME = 1e-3
 _OVERLAP = 2.0  # s that the end of one log and the beginning of the next may share

@@ -13,6 +13,7 @@ from steerway.live.autopilot.holding import HoldingGuide
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE
 from steerway.live.autopilot.route import Guide
+from steerway.live.autopilot.speeds import MeasuredSpeed
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.control_port import ControlPort, control_address
 from steerway.live.helm.address import address, token_of
@@ -35,8 +36,9 @@ def launch(settings: Settings) -> None:
     """Run to the end of the logs, or until stopped. Raises InputError for what cannot be run."""
     if settings.engage and settings.mission is None:
         raise InputError("--engage needs a route, expected --mission FILE with it")
-    if settings.mission is None and (settings.autopilot.model_fields_set or settings.speed.model_fields_set):
-        raise InputError("settings: autopilot and speed are of a boat that is steered, expected mission with them")
+    steering = settings.autopilot, settings.speed, settings.estimator
+    if settings.mission is None and any(table.model_fields_set for table in steering):
+        raise InputError("settings: autopilot, speed and estimator are of a boat that is steered, expected mission too")
     if settings.mission is not None and settings.rate is not None and settings.rate < SLOWEST_STEERING:
         raise InputError(f"--rate is {settings.rate:g} Hz, expected at least {SLOWEST_STEERING:g} Hz with --mission")
     signing = settings.mavlink_signing
@@ -52,10 +54,11 @@ def launch(settings: Settings) -> None:
     takes = PROPELLERS if any(map(addresses.commands_propellers, to)) else YAW_RATE
     route = guide = supervisor = None
     kinds = settings.autopilot.kind, settings.speed.controller
+    measured = MeasuredSpeed() if settings.estimator.speed.kind == "fusion" else None
     if settings.mission is not None:
         route = GeodeticRoute.load(settings.mission)
         of_pilot = (tuning.learned or "small-usv") if isinstance(tuning, LearningFilter) else tuning
-        supervisor = Supervisor(route, of_pilot, longest, settings.engage, takes, kinds)
+        supervisor = Supervisor(route, of_pilot, longest, settings.engage, takes, kinds, measured)
         guide = HoldingGuide(Guide(route, supervisor.pilot), route)
     elif takes == PROPELLERS:
         raise InputError("format=propellers needs a route, expected --mission FILE with it")

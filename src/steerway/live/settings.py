@@ -47,6 +47,18 @@ class AutopilotSettings(Table):
     kind: Literal["pole-placement", "mpc", "lqg"] = "pole-placement"
 
 
+class SpeedEstimatorSettings(Table):
+    """What gives the speed that is held: the course filter, or receiver, logs and accelerometer together."""
+
+    kind: Literal["course", "fusion"] = "course"
+
+
+class EstimatorSettings(Table):
+    """Estimators beside the course filter, as in scenarios."""
+
+    speed: SpeedEstimatorSettings = SpeedEstimatorSettings()
+
+
 class Settings(BaseModel):
     """The options of `steerway live`; its help describes them."""
 
@@ -72,6 +84,7 @@ class Settings(BaseModel):
     control_token_file: str | None = None
     speed: SpeedSettings = SpeedSettings()
     autopilot: AutopilotSettings = AutopilotSettings()
+    estimator: EstimatorSettings = EstimatorSettings()
 
     @classmethod
     def load(cls, path: str | Path) -> Self:

@@ -16,8 +16,10 @@ from steerway.formats.nmea0183.fields import GST, HDT, LAST_POSITION, RMC, THS, 
 from steerway.formats.nmea0183.scan import TALKERS
 
 # Columns of a row. UNDATED is 1 while no date was known, GIVEN 1 once its position has been handed out.
-COLUMNS = 14
-TIME, LAT, LON, STD, SOG, COG, HEADING, WATER, YAW, MAGNETIC, QUANTUM, RECEIVED, UNDATED, GIVEN = range(COLUMNS)
+COLUMNS = 16
+TIME, LAT, LON, STD, SOG, COG, HEADING, WATER, YAW, MAGNETIC, QUANTUM, RECEIVED, UNDATED, GIVEN, BOTTOM, SHAFT = range(
+    COLUMNS
+)
 
 # The state of the assembler between calls.
 MEMORY = 9
@@ -38,8 +40,10 @@ _BURST = 0.5  # s within which one device sends the sentences of one epoch
 _FRESH = 5.0  # s for which an epoch is the current one
 NEAR = 30.0 * DAY
 
-_VALUE_OF = np.array([field.STD, field.SOG, field.COG, field.HEADING, field.WATER, field.YAW])
-_COLUMN_OF = np.array([STD, SOG, COG, HEADING, WATER, YAW])
+_VALUE_OF = np.array(
+    [field.STD, field.SOG, field.COG, field.HEADING, field.WATER, field.YAW, field.BOTTOM, field.SHAFT]
+)
+_COLUMN_OF = np.array([STD, SOG, COG, HEADING, WATER, YAW, BOTTOM, SHAFT])
 
 
 _wrap = part_of_kernels(without_compiling(wrap))

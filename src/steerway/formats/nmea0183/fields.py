@@ -11,8 +11,8 @@ from steerway.core.interpreted import part_of_kernels
 from steerway.formats import dilution
 from steerway.formats.nmea0183.text import day_number, digits, is_digit, number
 
-FORMATTERS = ("GGA", "RMC", "GLL", "GNS", "VTG", "ZDA", "HDT", "HDG", "HDM", "THS", "VHW", "ROT", "GST")
-GGA, RMC, GLL, GNS, VTG, ZDA, HDT, HDG, HDM, THS, VHW, ROT, GST = range(len(FORMATTERS))
+FORMATTERS = ("GGA", "RMC", "GLL", "GNS", "VTG", "ZDA", "HDT", "HDG", "HDM", "THS", "VHW", "ROT", "GST", "VBW", "RPM")
+GGA, RMC, GLL, GNS, VTG, ZDA, HDT, HDG, HDM, THS, VHW, ROT, GST, VBW, RPM = range(len(FORMATTERS))
 LAST_POSITION = GNS  # the kinds up to here carry a position
 
 REASONS = (
@@ -31,8 +31,10 @@ READ = -1
 
 # Columns of a sentence's values, SI and NaN for unknown. TOD is s of the day, DAY counts days from 1970-01-01,
 # QUANTUM is the last digit of the position in rad, RECEIVED is the receive time in front of the sentence.
-VALUES = 14
-TOD, DAY, LAT, LON, QUANTUM, SOG, COG, HEADING, MAGNETIC, VARIATION, WATER, YAW, STD, RECEIVED = range(VALUES)
+VALUES = 16
+TOD, DAY, LAT, LON, QUANTUM, SOG, COG, HEADING, MAGNETIC, VARIATION, WATER, YAW, STD, BOTTOM, SHAFT, RECEIVED = range(
+    VALUES
+)
 
 _FASTEST = 1000.0 * KNOT
 _A, _E, _K, _M, _N, _S, _T, _V, _W, _Z = b"AEKMNSTVWZ"
@@ -289,6 +291,32 @@ def _rot(buffer, fields, n, row):
 
 
 @part_of_kernels
+def _vbw(buffer, fields, n, row):
+    """Speeds along the hull through the water and over ground, each with a status; those across are not used."""
+    for speed, status, column in ((1, 3, WATER), (4, 6, BOTTOM)):
+        knots = _within(buffer, fields, speed, -100.0, 100.0)
+        letter = _letter(buffer, fields, status)
+        if math.isinf(knots) or (letter != _A and letter != _V and letter != 0):
+            return FIELD
+        if letter == _A:
+            row[column] = knots * KNOT
+    return READ if math.isfinite(row[WATER]) or math.isfinite(row[BOTTOM]) else NO_FIX
+
+
+@part_of_kernels
+def _rpm(buffer, fields, n, row):
+    """Speed of a shaft or engine; astern is negative."""
+    source, status = _letter(buffer, fields, 1), _letter(buffer, fields, 5)
+    turns = _within(buffer, fields, 3, -1e5, 1e5)
+    if (source != _S and source != _E) or math.isinf(turns) or (status != _A and status != _V):
+        return FIELD
+    if status == _V:
+        return NO_FIX
+    row[SHAFT] = turns / 60.0
+    return READ
+
+
+@part_of_kernels
 def _gst(buffer, fields, n, row):
     north, east = _within(buffer, fields, 6, 0.0, 1e6), _within(buffer, fields, 7, 0.0, 1e6)
     if math.isinf(north) or math.isinf(east):
@@ -317,6 +345,10 @@ def _fields_fit(kind, n):
         return n == 6
     if kind == VHW or kind == GST:
         return n == 9
+    if kind == VBW:
+        return n == 7 or n == 11
+    if kind == RPM:
+        return n == 6
     return n == 3
 
 
@@ -349,6 +381,10 @@ def _read_kind(buffer, fields, n, kind, row):
         return _rot(buffer, fields, n, row)
     if kind == GST:
         return _gst(buffer, fields, n, row)
+    if kind == VBW:
+        return _vbw(buffer, fields, n, row)
+    if kind == RPM:
+        return _rpm(buffer, fields, n, row)
     return _heading(buffer, fields, kind, row)
 
 

@@ -213,6 +213,8 @@ class Reader:
                     heading=heading[chosen],
                     water_speed=rows[chosen, epochs.WATER],
                     yaw_rate=rows[chosen, epochs.YAW],
+                    bottom_speed=rows[chosen, epochs.BOTTOM],
+                    shaft=rows[chosen, epochs.SHAFT],
                     source=name,
                 )
                 formatters[name] = seen[chosen] & POSITIONS

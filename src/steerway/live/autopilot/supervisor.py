@@ -15,6 +15,7 @@ from steerway.guidance.reference import Reference
 from steerway.live.autopilot.limits import LimitGuard
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.piloting import DEFAULT_KINDS, YAW_RATE, pilot_of
+from steerway.live.autopilot.speeds import MeasuredSpeed
 from steerway.live.autopilot.watch import Watch
 from steerway.live.base.orders import UNDER_WAY, Order, State
 from steerway.live.base.rows import Row
@@ -34,6 +35,7 @@ class Supervisor:
     engage:  start once without being asked, as soon as it is ready.
     takes:   what carries out the orders, one of `piloting.ACTUATIONS`.
     kinds:   of the autopilot and of the speed controller; see `piloting.pilot_of`.
+    measured: gives the speed that is held; None: the row's.
     """
 
     def __init__(
@@ -44,12 +46,14 @@ class Supervisor:
         engage: bool = False,
         takes: str = YAW_RATE,
         kinds: tuple[str, str] = DEFAULT_KINDS,
+        measured: MeasuredSpeed | None = None,
     ):
         profile = Profile.named(profile) if isinstance(profile, str) else profile
         self.pilot = pilot_of(route, profile, takes, max_dead_reckoning, kinds)
         self.state = State.IDLE
         self.reason = "no position yet"
         self.hands_back = route.safe == "hand-back"
+        self.measured = measured
         self._slowest = _SLOWEST * profile.steerageway
         self._engage = engage
         self._was_engaged = False  # started by `engage`, not by hand
@@ -147,6 +151,11 @@ class Supervisor:
             pilot.autopilot.schedule.fix_interval = self._watch.interval
         speed = max(self._slowest, leg.speed * self._slowing(leg.course_to_steer))
         estimate = pilot.estimator.step(row, dt)
+        if self.measured is not None:
+            along = self.measured.speed(row.time)
+            if math.isfinite(along):
+                estimate = estimate._replace(sog=abs(along))
+            pilot.measured_shaft(self.measured.shaft)
         steered = pilot.steer(Reference(leg.course_to_steer, 0.0, 0.0), speed, estimate, dt)
         return Order(self.state, self.reason, True, *steered.command, leg.course_to_steer, speed)
 

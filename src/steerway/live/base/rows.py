@@ -22,6 +22,9 @@ class InputRow(NamedTuple):
     heading: float = math.nan
     water_speed: float = math.nan
     yaw_rate: float = math.nan
+    bottom_speed: float = math.nan
+    acceleration: float = math.nan
+    shaft: float = math.nan
     formatters: int = 0  # bits of the NMEA 0183 formatters that gave the position
 
     @property

@@ -21,6 +21,7 @@ _SHARE = 1.0 / 16.0  # of a smaller difference that each SYSTEM_TIME corrects
 _FRESH = 0.5  # s for which an aid may wait for its fix
 _NO_FIX = 1.0  # s without a fix after which aids are rows of their own
 _UNKNOWN_16 = 0xFFFF
+_GRAVITY = 9.80665
 
 
 class BootClock:
@@ -66,6 +67,7 @@ class MavlinkDecoder:
         self._passed_over = 0  # of its own positions since the receiver's last
         self._aids: dict[str, tuple[float, float]] = {}  # newest value and its arrival
         self._fixed = -math.inf  # arrival of the newest fix
+        self._moment = self._moment_came = math.nan  # of the newest row
 
     def message(self, message, arrival: float) -> list[InputRow]:
         """The rows, none or one, of a message that came in at `arrival` (s, monotonic)."""
@@ -73,6 +75,8 @@ class MavlinkDecoder:
             self._receiver_sent = self._fixed = arrival  # the receiver's may yet come
         made = _MAKERS.get(message.get_type())
         row = None if made is None else made(self, message, arrival)
+        if row is not None and math.isfinite(row.time):
+            self._moment, self._moment_came = row.time, arrival
         return [] if row is None or math.isnan(row.time) else [row]
 
     def _system_time(self, message, arrival):
@@ -84,8 +88,7 @@ class MavlinkDecoder:
         if message.fix_type < 2 or message.time_usec == self._fix_time or (message.lat == 0 and message.lon == 0):
             return None
         self._fix_time = message.time_usec
-        seconds = message.time_usec * 1e-6
-        moment = seconds if message.time_usec > _UNIX_USEC else self.clock.unix(seconds, arrival)
+        moment = self._stamped(message.time_usec, arrival)
         sog = math.nan if message.vel == _UNKNOWN_16 else message.vel * 1e-2
         cog = math.nan if message.cog == _UNKNOWN_16 else _angle(message.cog * 1e-2)
         std = message.h_acc * 1e-3 / math.sqrt(2.0) if message.h_acc else math.nan
@@ -123,6 +126,38 @@ class MavlinkDecoder:
         row = InputRow(f"mavlink ATTITUDE{self._place}", self._since_start(message, arrival), yaw_rate=message.yawspeed)
         return self._aid(row, "yaw_rate", arrival)
 
+    def _scaled_inertial(self, message, arrival):
+        """Acceleration and yaw rate by SCALED_IMU: mg and mrad/s, with x ahead and z down."""
+        time = self._since_start(message, arrival)
+        return self._inertial(time, message.xacc * 1e-3 * _GRAVITY, message.zgyro * 1e-3, arrival)
+
+    def _raw_inertial(self, message, arrival):
+        """RAW_IMU, which ArduPilot fills with the units of SCALED_IMU."""
+        time = self._stamped(message.time_usec, arrival)
+        return self._inertial(time, message.xacc * 1e-3 * _GRAVITY, message.zgyro * 1e-3, arrival)
+
+    def _fine_inertial(self, message, arrival):
+        """HIGHRES_IMU: m/s² and rad/s."""
+        return self._inertial(self._stamped(message.time_usec, arrival), message.xacc, message.zgyro, arrival)
+
+    def _inertial(self, time, acceleration, yaw_rate, arrival):
+        """A row of its own with the acceleration; the yaw rate waits for the next fix as that of ATTITUDE."""
+        row = InputRow(f"mavlink IMU{self._place}", time, yaw_rate=yaw_rate)
+        alone = self._aid(row, "yaw_rate", arrival) is not None
+        return row._replace(yaw_rate=yaw_rate if alone else math.nan, acceleration=acceleration)
+
+    def _turns(self, message, arrival):
+        """ESC_TELEMETRY_1_TO_4: the mean of the motors that turn. It has no time: that of the newest row goes on."""
+        turns = [each for each in message.rpm[:4] if each]
+        mean = sum(turns) / len(turns) / 60.0 if turns else 0.0
+        time = self._moment + arrival - self._moment_came
+        return InputRow(f"mavlink ESC_TELEMETRY{self._place}", time, shaft=mean)
+
+    def _stamped(self, microseconds, arrival):
+        """Unix time of a stamp that is Unix time or the time since the start."""
+        seconds = microseconds * 1e-6
+        return seconds if microseconds > _UNIX_USEC else self.clock.unix(seconds, arrival)
+
     def _since_start(self, message, arrival):
         return self.clock.unix(message.time_boot_ms * 1e-3, arrival)
 
@@ -132,6 +167,10 @@ _MAKERS = {
     "GPS_RAW_INT": MavlinkDecoder._receiver,
     "GLOBAL_POSITION_INT": MavlinkDecoder._vehicle,
     "ATTITUDE": MavlinkDecoder._attitude,
+    "SCALED_IMU": MavlinkDecoder._scaled_inertial,
+    "RAW_IMU": MavlinkDecoder._raw_inertial,
+    "HIGHRES_IMU": MavlinkDecoder._fine_inertial,
+    "ESC_TELEMETRY_1_TO_4": MavlinkDecoder._turns,
 }
 
 
