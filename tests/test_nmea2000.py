@@ -24,6 +24,7 @@ def test_each_message_in_si_and_radians():
         line(3.0, 127250, 7, struct.pack("<BHhhB", 1, 31000, 0x7FFF, 0x7FFF, 0xFC)),
         line(4.0, 127251, 7, struct.pack("<Bi", 1, -3200000)),
         line(5.0, 128259, 9, struct.pack("<BHHB", 1, 250, 65535, 0)),
+        line(6.0, 127488, 9, struct.pack("<BHHbH", 0, 4800, 65535, 127, 65535)),
     )
     receiver, compass, log = (recording.sources[name] for name in ("src 52", "src 7", "src 9"))
     assert_allclose(receiver.time, START + np.array([1.0, 2.0]), rtol=0, atol=1e-6)
@@ -33,7 +34,8 @@ def test_each_message_in_si_and_radians():
     assert list(receiver.has_position) == [True, False]
     assert_allclose(compass.heading[0], 3.1)
     assert_allclose(compass.yaw_rate[1], -0.1)
-    assert_allclose(log.water_speed, [2.5])
+    assert_allclose(log.water_speed, [2.5, np.nan])
+    assert_allclose(log.shaft, [np.nan, 20.0])
     assert recording.skipped == {}
 
 
