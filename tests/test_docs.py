@@ -54,7 +54,7 @@ def command_lines():
         lines = [line.strip() for line in text.splitlines() if re.match(r"( {4})?steerway ", line)]
         lines += re.findall(r"`(steerway [^`]+)`", text)
         for part in (part.strip() for line in lines for part in re.split(r"&&|;", line)):
-            if part.startswith("steerway ") and not re.search("[…A-Z]{4}|[[]", part):
+            if part.startswith("steerway ") and not re.search(r"[…A-Z]{4}|\[", part):
                 yield named(path), part
 
 

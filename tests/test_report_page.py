@@ -21,6 +21,8 @@ from steerway.report.course_axis import course_cut
 from steerway.report.events import events
 from steerway.report.motion_page import write_report
 from steerway.report.summary import summarise
+from steerway.simulation import parse_scenario, sail_scenario
+from steerway.simulation.runs.story import write_story
 from tests.scenes import turning
 
 CODES = {"single": "<f4", "linear": "<u2", "logarithmic": "<u2"}
@@ -92,6 +94,19 @@ def test_the_course_axis_is_cut_where_nobody_steers():
     north = np.radians(np.random.default_rng(1).normal(0.0, 20.0, 1000))
     assert 90.0 < course_cut(north) < 270.0
     assert course_cut(np.full(3, np.nan)) >= 0.0
+
+
+def test_the_page_of_a_run_has_the_truth_beside_the_estimate(tmp_path):
+    scenario = parse_scenario(
+        "duration = 40.0\n[route]\nwaypoints = [{ north = 0.0, east = 0.0 }, { north = 90.0, east = 0.0 }]"
+    )
+    sailed = sail_scenario(scenario)
+    write_story(sailed, tmp_path / "page.html")
+    header, columns = unpacked(tmp_path / "page.html")
+    run = sailed.run.rows(np.isfinite(sailed.run["read_north"]))
+    assert_allclose(columns["true_sog"], run.true_sog, atol=1e-3)
+    assert_allclose(columns["sog"], run["estimated_sog"], atol=1e-3)
+    assert_allclose((columns["true_y"] - columns["true_y"][0]) / header["scale"][1], run["true_north"], atol=0.01)
 
 
 def test_titles_are_text(page):

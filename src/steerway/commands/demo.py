@@ -1,5 +1,6 @@
 """The demo: an Otter sails a survey in a current, steered by the estimate from a small receiver's fixes."""
 
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
@@ -57,7 +58,7 @@ def demo(
 
 
 def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str, str]], list[Path]]:
-    """Simulate the demo's mission; write run.parquet, run.nmea and index.html into `directory`.
+    """Simulate the demo's mission; write run.parquet, run.nmea, index.html and details.html into `directory`.
 
     Returns (rows, files): (what, value) rows of the estimate compared with the truth and of what the boat did, and the
     files written. Raises InputError for a directory that cannot be written.
@@ -65,10 +66,17 @@ def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str,
     from steerway.simulation import run
     from steerway.simulation.reading import parse_scenario
     from steerway.simulation.runs.page import comparison, summary
+    from steerway.simulation.runs.story import write_story
     from steerway.simulation.runs.writing import write
 
     scenario = parse_scenario(SCENARIO, "demo")
     sailed = run.sail_scenario(scenario, progress=progress)
-    written = write(sailed, directory, nmea=True, remarks=[run.advise(scenario)[1]])
+    remarks = [run.advise(scenario)[1]]
+    written = write(sailed, directory, nmea=True, remarks=remarks)
+    page = Path(directory) / "index.html"
+    if find_spec("bokeh"):  # else the page of figures is the only one
+        page.replace(page.with_name("details.html"))
+        write_story(sailed, page, [*remarks, "details.html has the actuators, the waypoints and the errors over time."])
+        written.append(page.with_name("details.html"))
     rows = [(f"{what}, estimated against true", value) for what, value in comparison(sailed.numbers)]
     return rows + summary(sailed.numbers), written

@@ -75,6 +75,8 @@ def track_map(fastest: float, cosine: float, tracks: Sequence[dict], start_and_e
         chart.add_tools(
             HoverTool(renderers=[lines], tooltips=[("MMSI", "@name"), ("median SOG (m/s)", "@speed{0.00}")])
         )
+    true = ColumnDataSource({"x": [], "y": []}, name="true_track")
+    chart.line("x", "y", source=true, line_color="black", line_dash="dashed", line_width=1.2)
     rejected = ColumnDataSource({"x": [], "y": []}, name="rejected")
     chart.scatter("x", "y", source=rejected, marker="x", size=5, line_width=1, alpha=0.7, color=REJECTED)
     if start_and_end is not None:
@@ -102,8 +104,8 @@ def _tiles() -> WMTSTileSource:
     )
 
 
-def strips(begins: float, ends: float, cut: float, gate: float) -> list[LayoutDOM]:
-    """SOG, COG, course rate and innovations over one shared time axis (Unix s)."""
+def strips(begins: float, ends: float, cut: float, gate: float | None) -> list[LayoutDOM]:
+    """SOG, COG, course rate and, with a gate, innovations over one shared time axis (Unix s)."""
     margin = 0.01 * max(ends - begins, 1.0)
     span = Range1d(
         1e3 * (begins - margin),
@@ -113,11 +115,9 @@ def strips(begins: float, ends: float, cut: float, gate: float) -> list[LayoutDO
     )
     reported = ColumnDataSource({"t": [], "sog": [], "cog": []}, name="reported")
     differences = ColumnDataSource({"t": [], "sog": [], "cog": []}, name="differences")
-    refused = ColumnDataSource({"t": [], "ratio": []}, name="refused")
     sog = _strip("sog", "SOG (m/s)", span)
     cog = _strip("cog", "COG (°)", span)
     rate = _strip("rate", "course rate (°/s)", span)
-    ratio = _strip("ratio", "innovation ratio", span, y_axis_type="log", height=170)
     for chart, name in ((sog, "sog"), (cog, "cog")):
         chart.line(
             "t", name, source=differences, color=DIFFERENCE, alpha=0.6, name=f"differences_{name}", visible=False
@@ -128,23 +128,33 @@ def strips(begins: float, ends: float, cut: float, gate: float) -> list[LayoutDO
         chart.varea("t", "low", "high", source=band, fill_color=ESTIMATE, fill_alpha=0.22)
         line = ColumnDataSource({"t": [], "value": []}, name=f"line_{name}")
         chart.line("t", "value", source=line, color=ESTIMATE, line_width=1.5)
+        true = ColumnDataSource({"t": [], "value": []}, name=f"true_{name}")
+        chart.line("t", "value", source=true, color="black", line_dash="dashed", line_width=1.2)
     cog.yaxis.formatter = CustomJSTickFormatter(
         code="const a = ((tick % 360) + 360) % 360; return (Math.round(1e3 * a) / 1e3).toString();"
     )
     cog.yaxis.ticker = AdaptiveTicker(base=10, mantissas=[1.0, 1.5, 3.0, 4.5, 9.0])
     cog.y_range.update(start=cut, end=cut + 360.0)
     rate.add_layout(Span(location=0.0, dimension="width", line_color=DIFFERENCE, line_width=0.8))
-    accepted = ColumnDataSource({"t": [], "ratio": []}, name="accepted")
-    ratio.scatter("t", "ratio", source=accepted, size=2, color=ESTIMATE, alpha=0.6)
-    ratio.scatter("t", "ratio", source=refused, marker="x", size=8, line_width=2, color=REJECTED)
-    ratio.add_layout(Span(location=gate, dimension="width", line_color=REJECTED, line_dash="dashed"))
-    ratio.xaxis.axis_label = "time (UTC)"
-    charts = [sog, cog, rate, ratio]
+    charts = [sog, cog, rate]
+    if gate is not None:
+        charts.append(_innovations(span, gate))
+    charts[-1].xaxis.axis_label = "time (UTC)"
     for chart in charts:
         chart.add_layout(
             Span(location=1e3 * begins, dimension="height", line_color="black", visible=False, name="cursor")
         )
     return charts
+
+
+def _innovations(span, gate):
+    ratio = _strip("ratio", "innovation ratio", span, y_axis_type="log", height=170)
+    accepted = ColumnDataSource({"t": [], "ratio": []}, name="accepted")
+    ratio.scatter("t", "ratio", source=accepted, size=2, color=ESTIMATE, alpha=0.6)
+    refused = ColumnDataSource({"t": [], "ratio": []}, name="refused")
+    ratio.scatter("t", "ratio", source=refused, marker="x", size=8, line_width=2, color=REJECTED)
+    ratio.add_layout(Span(location=gate, dimension="width", line_color=REJECTED, line_dash="dashed"))
+    return ratio
 
 
 def _strip(name, label, span, height=200, **options):

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from steerway.core.earth import radii
 from steerway.core.records import REJECTED, STATUSES, Fixes, Motion
 from steerway.report.course_axis import on_axis
 
@@ -27,7 +28,7 @@ def thinned(table, most: int = MOST_ROWS):
     return table.rows(slice(None, None, max(1, -(-len(table) // most))))
 
 
-def pack(fixes: Fixes, motion: Motion, cut: float) -> dict:
+def pack(fixes: Fixes, motion: Motion, cut: float, truth: Motion | None = None) -> dict:
     """The block: names, lengths and codes of the columns, and the base64 of their compressed bytes.
 
     Positions are relative to the first, times are steps, so that single precision is a millimetre and a millisecond.
@@ -51,6 +52,15 @@ def pack(fixes: Fixes, motion: Motion, cut: float) -> dict:
         "position_std": _logarithmic(motion.position_std),
         "status": _linear(motion.status.astype(float)),
     }
+    if truth is not None:
+        true_x, true_y = mercator(truth.latitude, np.unwrap(truth.longitude))
+        columns |= {
+            "true_x": _single(true_x - origin[0]),
+            "true_y": _single(true_y - origin[1]),
+            "true_sog": _linear(truth.sog),
+            "true_cog": _linear(on_axis(truth.cog, cut)),
+            "true_rate": _linear(np.degrees(truth.course_rate)),
+        }
     placed = thinned(fixes.rows(fixes.has_position))
     fix_x, fix_y = mercator(placed.latitude, np.unwrap(placed.longitude))
     turns = np.round((fix_x[0] - x[known[0]]) / (2.0 * math.pi * EARTH_RADIUS)) if len(known) and len(placed) else 0.0
@@ -69,7 +79,7 @@ def pack(fixes: Fixes, motion: Motion, cut: float) -> dict:
         "columns": [[name, len(values), *code] for name, (values, *code) in columns.items()],
         "begins": begins,
         "origin": origin,
-        "scale": EARTH_RADIUS / _cosine(motion, known),
+        "scale": _scale(float(motion.latitude[known[0]])) if len(known) else (1.0, 1.0),
         "cut": cut,
         "gate": math.sqrt(_GATE / 2.0),
         "statuses": STATUSES,
@@ -109,8 +119,10 @@ def script_json(value) -> str:
     return json.dumps(value, allow_nan=False, ensure_ascii=False).replace("<", "\\u003c")
 
 
-def _cosine(motion, known) -> float:
-    return EARTH_RADIUS * math.cos(float(motion.latitude[known[0]])) if len(known) else EARTH_RADIUS
+def _scale(latitude):
+    """Units of the projection for a metre east and north: it is of a sphere, metres are on the ellipsoid."""
+    meridian, prime_vertical = radii(latitude)
+    return EARTH_RADIUS / (prime_vertical * math.cos(latitude)), EARTH_RADIUS / (meridian * math.cos(latitude))
 
 
 def _steps(time, begins):

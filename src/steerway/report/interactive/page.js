@@ -94,10 +94,10 @@
   }
 
   const rows = { t: times(raw.step), x: moved(raw.x, header.origin[0]), y: moved(raw.y, header.origin[1]) };
-  rows.ratio = raw.ratio.map((each, k) => (raw.status[k] === header.rejected ? NaN : each));
+  rows.ratio = raw.ratio.map((each, k) => (Math.round(raw.status[k]) === header.rejected ? NaN : each));
   const refused = { t: [], ratio: [], x: [], y: [] };
   raw.status.forEach((each, k) => {
-    if (each !== header.rejected) return;
+    if (Math.round(each) !== header.rejected) return;
     refused.t.push(rows.t[k]);
     refused.ratio.push(raw.ratio[k]);
     refused.x.push(rows.x[k]);
@@ -138,8 +138,8 @@
     const count = Math.max(fixes.t.length - 1, 0);
     const found = { t: new Float64Array(count), sog: new Float32Array(count), cog: new Float32Array(count) };
     for (let k = 0; k < count; k++) {
-      const east = (raw.fix_x[k + 1] - raw.fix_x[k]) / header.scale;
-      const north = (raw.fix_y[k + 1] - raw.fix_y[k]) / header.scale;
+      const east = (raw.fix_x[k + 1] - raw.fix_x[k]) / header.scale[0];
+      const north = (raw.fix_y[k + 1] - raw.fix_y[k]) / header.scale[1];
       const elapsed = (fixes.t[k + 1] - fixes.t[k]) / 1e3;
       found.t[k] = 0.5 * (fixes.t[k] + fixes.t[k + 1]);
       found.sog[k] = elapsed > 0 ? Math.hypot(east, north) / elapsed : NaN;
@@ -151,7 +151,10 @@
   }
   const differences = differenced();
 
-  const SPEEDS = [[rows, ["sog"]], [bands.sog, ["low", "high"]], [reported, ["sog"]], [differences, ["sog"]]];
+  const strips = ["sog", "cog", "rate", "ratio"].filter((name) => model(name));
+  const innovations = strips.includes("ratio");
+  const truth = raw.true_sog && { sog: raw.true_sog, cog: broken(raw.true_cog), rate: raw.true_rate };
+  const SPEEDS = [[rows, ["sog"]], ...(truth ? [[truth, ["sog"]]] : []), [bands.sog, ["low", "high"]], [reported, ["sog"]], [differences, ["sog"]]];
   function show() {
     model("differences").data = { ...differences };
   }
@@ -165,7 +168,10 @@
     model(name).data = Object.fromEntries(keys.map((key) => [key, chosen(table[key])]));
   }
   model("pieces").data = pieces({ x: rows.x, y: rows.y, cog: raw.cog, sog: raw.sog });
-  model("refused").data = { t: refused.t, ratio: refused.ratio };
+  if (innovations) model("refused").data = { t: refused.t, ratio: refused.ratio };
+  if (truth) {
+    model("true_track").data = { x: moved(raw.true_x, header.origin[0]), y: moved(raw.true_y, header.origin[1]) };
+  }
   model("rejected").data = { x: refused.x, y: refused.y };
   model("fixes").data = { x: fixes.x, y: fixes.y };
 
@@ -229,16 +235,19 @@
     set("cog", turn, turn[1] - turn[0] > 300 ? 0 : 5);
     const rate = extent(rows.t, rows.rate, span, none());
     set("rate", rate, Math.max(0.3, 0.25 * (rate[1] - rate[0])));
+    if (innovations) {
     let ratio = extent(rows.t, rows.ratio, span, none());
     ratio = [Math.max(0.01, ratio[0]), Math.max(ratio[1], 1.5 * header.gate)];
     for (const each of refused.ratio) ratio[1] = Math.max(ratio[1], each);
     model("ratio").y_range.setv({ start: ratio[0] / 1.2, end: 1.3 * ratio[1] });
+    dotted("accepted", rows, ["t", "ratio"]);
+    }
     for (const name of Object.keys(bands)) {
       model("line_" + name).data = outline(rows.t, rows[name], rows[name], "value");
       model("band_" + name).data = outline(bands[name].t, bands[name].low, bands[name].high);
+      if (truth) model("true_" + name).data = outline(rows.t, truth[name], truth[name], "value");
     }
     dotted("reported", reported, ["t", "sog", "cog"]);
-    dotted("accepted", rows, ["t", "ratio"]);
     const first = at(rows.t, span.start), last = at(rows.t, span.end);
     const all = first === 0 && last === rows.t.length;
     model("window").data = all ? { x: [], y: [] } : { x: rows.x.slice(first, last), y: rows.y.slice(first, last) };
@@ -257,7 +266,7 @@
   fit();
 
   // Cursor
-  const cursors = ["sog", "cog", "rate", "ratio"].map((name) => model(name).center.find((each) => each.name === "cursor"));
+  const cursors = strips.map((name) => model(name).center.find((each) => each.name === "cursor"));
   let unit = { factor: 1, name: "m/s" };
   const number = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
   function degrees(value, positive, negative) {
@@ -274,8 +283,9 @@
       `SOG ${number(raw.sog[k] * unit.factor, 3)} ± ${number(2 * raw.sog_std[k] * unit.factor, 3)} ${unit.name}`,
       `COG ${number(course, 1)} ± ${number(2 * raw.cog_std[k], 1)}°`,
       `course rate ${number(raw.rate[k], 2)} ± ${number(2 * raw.rate_std[k], 2)} °/s`,
-      `innovation ratio ${number(raw.ratio[k], 2)}`,
-      header.statuses[raw.status[k]],
+      ...(innovations ? [`innovation ratio ${number(raw.ratio[k], 2)}`] : []),
+      ...(truth ? [`true: ${number(truth.sog[k], 3)} ${unit.name}, ${number(((raw.true_cog[k] % 360) + 360) % 360, 1)}°`] : []),
+      header.statuses[Math.round(raw.status[k])],
     ].join(" · ");
   }
   function point(k, fromSlider) {
@@ -300,7 +310,7 @@
     }
     return best;
   }
-  for (const name of ["sog", "cog", "rate", "ratio"]) {
+  for (const name of strips) {
     model(name).on_event("mousemove", (event) => point(nearest(event.x)));
     model(name).on_event("tap", (event) => point(nearest(event.x)));
   }
@@ -330,7 +340,7 @@
       if (last <= first) return;
       const bounds = (values) => extent(rows.t, values, { start: 1e3 * (start - around), end: 1e3 * (stop + around) }, [Infinity, -Infinity]);
       const x = bounds(rows.x), y = bounds(rows.y);
-      const half = 0.65 * Math.max(x[1] - x[0], y[1] - y[0], 10 * header.scale);
+      const half = 0.65 * Math.max(x[1] - x[0], y[1] - y[0], 10 * header.scale[0]);
       const centre = [0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1])];
       const shape = map.inner_width / map.inner_height || 1;
       map.x_range.have_updated_interactively = map.y_range.have_updated_interactively = true;

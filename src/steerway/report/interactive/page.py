@@ -28,6 +28,8 @@ def write_interactive_page(
     tables: Sequence[Table],
     remarks: Sequence[str],
     events: Sequence[tuple[float, float, str]] = (),
+    truth: Motion | None = None,
+    lead: str = "",
 ) -> None:
     """Write the page of an estimate.
 
@@ -35,6 +37,8 @@ def write_interactive_page(
         tables: (heading, column names, rows) each; the first stands at the top.
         remarks: one paragraph each.
         events: (start, stop, what) each, in Unix s: the list whose entries move the charts there.
+        truth: the true motion at the rows of `motion`, of a simulation.
+        lead: a sentence under the title.
     """
     shown = thinned(motion)
     if len(shown) < len(motion):
@@ -51,8 +55,11 @@ def write_interactive_page(
     data = {"events": [], "vessels": not alone}
     if alone:
         cut = course_cut(shown.cog)
-        data = pack(fixes, shown, cut) | {"events": [list(each) for each in events], "vessels": False}
-        drawn = charts.strips(float(shown.time[0]), float(shown.time[-1]), cut, data["gate"])
+        true = None if truth is None else thinned(truth)
+        data = pack(fixes, shown, cut, true) | {"events": [list(each) for each in events], "vessels": False}
+        drawn = charts.strips(
+            float(shown.time[0]), float(shown.time[-1]), cut, data["gate"] if np.isfinite(shown.nis).any() else None
+        )
         parts |= {chart.name: chart for chart in drawn}
     data["colours"] = {"low": 0.0, "high": fastest}
     script, divisions = components(parts, wrap_script=False)
@@ -68,6 +75,10 @@ def write_interactive_page(
         map=divisions["map"],
         strips="".join(divisions[name] for name in ("sog", "cog", "rate", "ratio") if name in divisions),
         hidden="" if alone else "hidden",
+        without_truth="hidden" if truth is None else "",
+        without_ratio="" if "ratio" in divisions else "hidden",
+        without_reported="" if np.isfinite(fixes.sog).any() or np.isfinite(fixes.cog).any() else "hidden",
+        lead=f"<p>{html.escape(lead)}</p>" if lead else "",
         fastest=f"{fastest:.2g}",
         summary=html_table(*first),
         tables="".join(html_table(*each) for each in others),
