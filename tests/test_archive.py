@@ -2,8 +2,10 @@
 
 import gzip
 import json
+import re
 import shutil
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import polars as pl
@@ -20,6 +22,7 @@ from steerway.archive.verifying import digest
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes
 from steerway.estimation import FiveStateFilter
+from tests.ais_sentences import checksum, sentences
 
 DAYS = 2
 START = 1_709_251_200.0
@@ -258,18 +261,21 @@ def test_logs_of_a_fleet_are_vessels_by_their_files(tmp_path):
     np.testing.assert_allclose(speeds, [2.0, 3.0], atol=0.05)
 
 
-def test_the_estimate_is_that_of_the_filter(fleet, whole):
+def test_the_estimate_is_that_of_the_filter(fleet, files, tmp_path):
     """For ships alone under their number, up to the first report that is out of reach."""
+    steerway.archive.run(files, tmp_path, buckets=1, workers=1, profile=FiveStateFilter("ais").profile)
     truth = pl.read_parquet(fleet / "truth.parquet").filter(pl.col("ship") >= 0, pl.col("lat_deg") < 91.0)
     alone = truth.filter(pl.col("ship").n_unique().over("mmsi") == 1, ~pl.col("jump").any().over("mmsi"))
     alone = alone.unique(["mmsi", "time_s", "lat_deg"]).sort("mmsi", "time_s", "lat_deg")
     angles = np.radians(alone["lat_deg"].to_numpy()), np.radians(alone["lon_deg"].to_numpy())
     motion = FiveStateFilter("ais").filter(Fixes(alone["time_s"].to_numpy(), *angles, mmsi=alone["mmsi"].to_numpy()))
-    found = rows_of(whole).join(alone.select("mmsi").unique(), on="mmsi", how="semi").sort("mmsi", "time_s", "lat_deg")
+    found = rows_of(tmp_path).join(alone.select("mmsi").unique(), on="mmsi", how="semi")
+    found = found.sort("mmsi", "time_s", "lat_deg")
     assert len(found) == len(motion.time) > 4000
-    sog = np.nan_to_num(found["sog_mps"].fill_null(np.nan).to_numpy(), nan=-1.0)
-    same = np.abs(sog - np.nan_to_num(motion.sog, nan=-1.0)) < 1e-4
-    assert same.mean() > 0.99
+    known = np.isfinite(motion.sog)  # an archive gives that of vessels with reports minutes apart too
+    sog = found["sog_mps"].fill_null(np.nan).to_numpy()[known]
+    assert known.sum() > 1500
+    assert (np.abs(sog - motion.sog[known]) < 1e-4).mean() > 0.99
 
 
 def test_ships_under_one_number_are_told_apart_and_jumps_found(fleet, whole):
@@ -348,6 +354,42 @@ def test_encounters_trips_and_wrong_values(tmp_path):
     wrong = rows_of(directory, "events").filter(pl.col("event") == "speed")
     assert wrong["mmsi"].to_list() == [1_000_000_03]  # it transmits twice its speed
     assert abs(wrong["value"][0]) == pytest.approx(6.0, abs=0.6)
+
+
+def test_raw_ais_with_tag_blocks(tmp_path):
+    lines = []
+    for k in range(30):
+        second = (int(START) + 10 * k) % 60
+        (sentence,) = sentences(speed=10.0, lat=55.0 + 0.0005 * k, lon=11.0, course=0.0, second=second)
+        tag = b"g:1-1-%d,s:2573345,c:%d" % (k, int(START) + 10 * k + 1)  # received a second later
+        lines.append(b"\\%s*%s\\%s" % (tag, checksum(tag), sentence))
+    (tmp_path / "raw.nmea").write_bytes(b"\n".join(lines))
+    steerway.archive.run([tmp_path / "raw.nmea"], tmp_path / "out", workers=1)
+    rows = rows_of(tmp_path / "out")
+    assert len(rows) == 30 and (rows["time_s"].diff().drop_nulls() == 10.0).all()
+    assert rows["sog_mps"][-1] == pytest.approx(0.0005 * 111_300.0 / 10.0, rel=0.05)
+
+
+def test_the_commands_of_the_page_run(fleet, tmp_path, monkeypatch):
+    """From the download on, on a generated day in the place of the download."""
+    from click.testing import CliRunner
+
+    from steerway.commands.app import command_tree
+
+    page = Path(__file__).parents[1] / "docs" / "archives.md"
+    lines = [line.strip() for line in page.read_text(encoding="utf-8").splitlines()]
+    commands = [line.split()[1:] for line in lines if line.startswith("steerway ")]
+    assert len(commands) == 4
+    monkeypatch.chdir(tmp_path)
+    with zipfile.ZipFile("aisdk-2024-03-01.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.write(day_path(fleet, 0), "aisdk-2024-03-01.csv")
+    for command in commands:
+        command += ["--workers", "1"] if command[1] == "run" else []
+        result = CliRunner().invoke(command_tree(), command)
+        assert result.exit_code == 0, result.output
+    assert Path("map.geojson").exists() and Path("encounters.csv").exists()
+    code = re.search(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    exec(compile(code[1], "archives.md", "exec"), {})
 
 
 def test_export(whole, tmp_path):

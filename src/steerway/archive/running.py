@@ -21,7 +21,7 @@ from steerway.core.files import made_directory
 from steerway.estimation.course.update.aids import expect_aids
 from steerway.estimation.profiles import BUILT_IN, Profile
 
-PROFILES = ("ais", "ais", "ais")
+PROFILES = ("ais", "ais-class-a", "ais-class-b")
 """Built-in profiles of `formats.ais_tables.MOBILES`: unknown, class A, class B."""
 UNIT_ROWS = 400_000
 """Rows of a unit to aim at: below 200,000 reading and writing cost more than filtering."""
