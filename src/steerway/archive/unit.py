@@ -94,7 +94,7 @@ def run_unit(work: Work) -> dict[str, Any]:
     for kind, table in tables.items():
         with complete_or_absent(store.path(kind, work.day, work.bucket)) as file:
             table.write_parquet(file, compression="zstd", compression_level=1)
-    numbers = _numbers(rows, found, estimate, order) | {
+    numbers = _numbers(rows, found, tracks) | {
         "reports": received,
         "doubled": received - len(frame),
         "looked_ahead": len(following),
@@ -105,7 +105,17 @@ def run_unit(work: Work) -> dict[str, Any]:
 
 def _ordered(frame: pl.DataFrame) -> pl.DataFrame:
     """By vessel and time, in an order that no order of files changes; a report received twice counts once."""
-    frame = frame.sort(_ORDER, nulls_last=True)
+    frame = frame.sort("mmsi", "time_s")
+    same = ((pl.col("mmsi") == pl.col("mmsi").shift()) & (pl.col("time_s") == pl.col("time_s").shift())).fill_null(
+        False
+    )
+    tied = frame.select(same | same.shift(-1, fill_value=False)).to_series()
+    if not tied.any():
+        return frame
+    rows = tied.arg_true()  # few: sorting all rows by all columns takes as long as all else
+    order = pl.arange(len(frame), eager=True).cast(pl.UInt32)
+    within = frame.filter(tied).select(pl.arg_sort_by(_ORDER, nulls_last=True)).to_series()
+    frame = frame[order.scatter(rows, rows.gather(within))]
     again = pl.all_horizontal(pl.col(name) == pl.col(name).shift() for name in _ORDER[:4])
     return frame.filter(~again.fill_null(False))
 
@@ -330,13 +340,13 @@ def trip_table(tracks, trips) -> pl.DataFrame:
     )
 
 
-def _numbers(rows, found, estimate, order) -> dict[str, Any]:
+def _numbers(rows, found, tracks) -> dict[str, Any]:
     """Counts of a unit for the page: by class the rows, and the NIS under way and at rest."""
     fixed = np.isfinite(rows.latitude)
     numbers: dict[str, Any] = {
         "rows": int(rows.wanted.sum()),
         "vessels": len(np.unique(rows.mmsi)),
-        "tracks": len(np.unique(np.column_stack([rows.mmsi, found.track]), axis=0)),
+        "tracks": len(tracks),
         "rejected": int((fixed & (found.status == REJECTED)).sum()),
     }
     counted = fixed & np.isfinite(found.nis) & (found.status != REJECTED)
