@@ -112,12 +112,14 @@ def _ordered(frame: pl.DataFrame) -> pl.DataFrame:
     tied = frame.select(same | same.shift(-1, fill_value=False)).to_series()
     if not tied.any():
         return frame
-    rows = tied.arg_true()  # few: sorting all rows by all columns takes as long as all else
-    order = pl.arange(len(frame), eager=True).cast(pl.UInt32)
-    within = frame.filter(tied).select(pl.arg_sort_by(_ORDER, nulls_last=True)).to_series()
-    frame = frame[order.scatter(rows, rows.gather(within))]
-    again = pl.all_horizontal(pl.col(name) == pl.col(name).shift() for name in _ORDER[:4])
-    return frame.filter(~again.fill_null(False))
+    # Few rows: sorting all of them by all columns takes as long as all else.
+    rows = tied.arg_true().to_numpy()
+    ranked = frame.filter(tied).with_columns(place=rows).sort(_ORDER, nulls_last=True)
+    again = ranked.select(pl.all_horizontal(pl.col(name) == pl.col(name).shift() for name in _ORDER[:4])).to_series()
+    order, kept = np.arange(len(frame)), np.ones(len(frame), bool)
+    order[rows] = ranked["place"].to_numpy()
+    kept[rows] = ~again.fill_null(False).to_numpy()
+    return frame[order[kept]]
 
 
 def _rows(frame, work, parameters, state, following) -> Rows:
@@ -270,9 +272,11 @@ def _histories(rows, found, order, bounds, estimate, tracks, state):
 
 
 def _estimate_table(rows, found, order, estimate) -> pl.DataFrame:
-    order_wanted = rows.wanted[order]
-    chosen, values = order[order_wanted], estimate[order_wanted]
-    compass = np.mod(np.degrees(values[:, 3]), 360.0).astype(np.float32)
+    chosen, values = order, np.ascontiguousarray(estimate.T)
+    if not rows.wanted.all():
+        wanted = rows.wanted[order]
+        chosen, values = order[wanted], values[:, wanted]
+    compass = np.mod(np.degrees(values[3]), 360.0).astype(np.float32)
     compass[compass >= 360.0] = 0.0
 
     def single(array):
@@ -283,15 +287,15 @@ def _estimate_table(rows, found, order, estimate) -> pl.DataFrame:
             "mmsi": rows.mmsi[chosen],
             "track": found.track[chosen].astype(np.int16),
             "time_s": rows.time[chosen],
-            "lat_deg": pl.Series(np.degrees(values[:, 0]), nan_to_null=True),
-            "lon_deg": pl.Series(np.degrees(values[:, 1]), nan_to_null=True),
-            "sog_mps": single(values[:, 2]),
+            "lat_deg": pl.Series(np.degrees(values[0]), nan_to_null=True),
+            "lon_deg": pl.Series(np.degrees(values[1]), nan_to_null=True),
+            "sog_mps": single(values[2]),
             "cog_deg": single(compass),
-            "course_rate_dps": single(np.degrees(values[:, 4])),
-            "sog_std_mps": single(values[:, 5]),
-            "cog_std_deg": single(np.degrees(values[:, 6])),
-            "course_rate_std_dps": single(np.degrees(values[:, 7])),
-            "position_std_m": single(values[:, 8]),
+            "course_rate_dps": single(np.degrees(values[4])),
+            "sog_std_mps": single(values[5]),
+            "cog_std_deg": single(np.degrees(values[6])),
+            "course_rate_std_dps": single(np.degrees(values[7])),
+            "position_std_m": single(values[8]),
             "nis": single(found.nis[chosen]),
             "status": _STATUS.gather(found.status[chosen]),
         }

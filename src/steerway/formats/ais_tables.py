@@ -153,7 +153,7 @@ def _canonical(frame: pl.LazyFrame, names) -> pl.LazyFrame:
     kind, size = first_of(_TYPES, pl.String), [first_of((each,), pl.Float64) for each in _SIZES]
     mobile = first_of(_CLASSES, pl.String).str.strip_chars().str.to_lowercase()
     described = size[0].fill_null(0.0) > 0.0
-    hull = pl.concat_str(kind.fill_null(""), *(each.fill_null(0.0) for each in size), separator="|")
+    hull = pl.struct(kind=kind.fill_null(""), length=size[0].fill_null(0.0), width=size[1].fill_null(0.0))
     numbered = ((hull.hash(seed=1) % 0xFFFFFFFF) + 1).cast(pl.UInt32)
     mmsi = pl.col(known["mmsi"].name).cast(pl.Int64, strict=False)
     return frame.select(
@@ -204,11 +204,11 @@ def _day_first(named):
 def _station(mmsi, mobile):
     """Index of the reason why a station is no ship, by its type or its number (ITU-R M.585); 0 for a ship."""
     return (
-        pl.when(mobile.str.contains("base") | ((mmsi < 10_000_000) & (mmsi > 0)))
+        pl.when(mobile.str.contains("base", literal=True) | ((mmsi < 10_000_000) & (mmsi > 0)))
         .then(4)
-        .when(mobile.str.contains("aton") | (mmsi // 10_000_000 == 99))
+        .when(mobile.str.contains("aton", literal=True) | (mmsi // 10_000_000 == 99))
         .then(5)
-        .when(mobile.str.contains("sar") | (mmsi // 1_000_000 == 111) | (mmsi // 10_000_000 == 97))
+        .when(mobile.str.contains("sar", literal=True) | (mmsi // 1_000_000 == 111) | (mmsi // 10_000_000 == 97))
         .then(6)
         .when((mmsi < 100_000_000) & (mmsi >= 10_000_000) & (mmsi // 10_000_000 != 9) & (mmsi // 10_000_000 != 8))
         .then(7)
