@@ -4,6 +4,7 @@ import gzip
 import json
 import re
 import shutil
+import textwrap
 import zipfile
 from pathlib import Path
 
@@ -388,8 +389,8 @@ def test_the_commands_of_the_page_run(fleet, tmp_path, monkeypatch):
         result = CliRunner().invoke(command_tree(), command)
         assert result.exit_code == 0, result.output
     assert Path("map.geojson").exists() and Path("encounters.csv").exists()
-    code = re.search(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
-    exec(compile(code[1], "archives.md", "exec"), {})
+    code = re.search(r"In Python:\n\n((?:    .*\n|\n)+)", page.read_text(encoding="utf-8"))
+    exec(compile(textwrap.dedent(code[1]), "archives.md", "exec"), {})
 
 
 def test_export(whole, tmp_path):
