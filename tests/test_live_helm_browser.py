@@ -165,7 +165,8 @@ def test_the_helm(page, sea):
     """One voyage: what is seen, start, stop, another service in the place of the first."""
     port = free_port()
     mission = ("--mission", str(sea / "route.toml"))
-    with sailing(sea, port, *mission) as process:
+    motors = ("--to", f"udp://127.0.0.1:{free_port()}?format=propellers")
+    with sailing(sea, port, *mission, *motors) as process:
         page.hosts()
         page.browser.get(f"http://127.0.0.1:{port}/")
         until(lambda: page.text("state") == "ready" and page.text("leg") == "WP1", 60.0)
@@ -184,6 +185,9 @@ def test_the_helm(page, sea):
         until(lambda: page.text("state") == "ready")
         before = page.text("position")
         until(lambda: page.text("position") != before)
+        until(lambda: page.text("unreachable") == "STOP does not reach the boat: no output carries orders")
+        red, green, _ = map(int, re.findall(r"\d+", page.find("stop").value_of_css_property("background-color"))[:3])
+        assert abs(red - green) < 40
 
 
 def sees_what_is(page):
@@ -216,6 +220,21 @@ def works(page):
     page.click("sure")
     until(lambda: page.text("state") == "running")
     until(lambda: "0 %" != page.text("thrust") != "–")
+    page.click("hold-course")
+    until(lambda: "is held" in page.text("mode"))
+    held = page.text("mode")
+    page.click("starboard-10")
+    until(lambda: "is held" in page.text("mode") and page.text("mode") != held)
+    page.click("route")
+    until(lambda: page.text("mode") == "" and page.text("state") == "running")
+    page.click("mob")
+    until(lambda: "bearing" in page.text("overboard"))
+    assert page.browser.find_elements(By.CSS_SELECTOR, "svg .mob")
+    page.click("mob-over")
+    until(lambda: page.text("overboard") == "")
+    assert page.browser.execute_script("return document.documentElement.lang") == "en"
+    assert len(page.browser.find_elements(By.CSS_SELECTOR, "[role=heading]")) >= 5
+    assert page.find("state").get_attribute("aria-live") == "assertive"
     page.click("stop")
     until(lambda: page.text("state") == "stopped")
     assert "helm page" in page.text("reason")

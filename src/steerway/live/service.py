@@ -80,6 +80,16 @@ class Service:
         for row, came in self.opening.admit(rows, _now() if arrived is None else arrived):
             self.use(row, came)
 
+    def unreachable(self) -> str:
+        """Why no order reaches the boat, "" when they do."""
+        if self.supervisor is None:
+            return ""
+        for name in ("unreachable", "leg_unreachable"):  # orders, or else the leg for another autopilot
+            reasons = [getattr(each, name)() for each in self.outputs if hasattr(each, name)]
+            if reasons:
+                return reasons[0] if all(reasons) else ""
+        return "no output carries orders"
+
     def use(self, row: InputRow, now: float = math.nan) -> None:
         """A row whose source is known, and when it arrived; NaN: of a log."""
         if self.recorder is not None:

@@ -8,6 +8,7 @@ import contextlib
 import importlib.util
 import json
 import logging
+import math
 import sys
 from typing import Protocol
 
@@ -30,6 +31,9 @@ class Running(Protocol):
     navigator: object
     supervisor: object
     latest: object
+    controls: object
+
+    def unreachable(self) -> str: ...
 
 
 class HelmPage:
@@ -115,7 +119,8 @@ class HelmPage:
 
 def seen(service: Running) -> Seen:
     """What is known now."""
-    navigator, latest = service.navigator, service.latest
+    navigator, latest, controls = service.navigator, service.latest, service.controls
+    guide, mark = controls.guide, controls.mark
     return Seen(
         latest.row,
         latest.leg,
@@ -124,6 +129,10 @@ def seen(service: Running) -> Seen:
         navigator.last_fix,
         navigator.choice.present,
         latest.counts,
+        None if guide is None else guide.mode,
+        math.nan if guide is None or guide.mode != "course" else guide.course,
+        service.unreachable(),
+        None if mark is None else (mark.latitude, mark.longitude),
     )
 
 

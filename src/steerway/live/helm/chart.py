@@ -51,10 +51,11 @@ def still(window: Window, route, track, target: int | None, fence=()) -> str:
 
 def moving(window: Window, view: View, route=()) -> str:
     """The boat: its ellipse, course vector and offset from the leg."""
+    mark = _mark(window, view)
     if view.north is None:
-        return _svg(window, "")
+        return _svg(window, mark)
     x, y = window.at(view.north, view.east)
-    drawn, ellipse = _offset(window, view, route), _ellipse(window, view, x, y)
+    drawn, ellipse = mark + _offset(window, view, route), _ellipse(window, view, x, y)
     if view.cog_deg is None:
         return _svg(window, f'{drawn}<circle class="boat" cx="{x:.1f}" cy="{y:.1f}" r="8"/>{ellipse}')
     course = math.radians(view.cog_deg)
@@ -63,6 +64,14 @@ def moving(window: Window, view: View, route=()) -> str:
     turn = f"translate({x:.1f} {y:.1f}) rotate({view.cog_deg:.1f})"
     drawn += _fan(view, x, y, run) + f'<path class="vector" d="M{x:.1f} {y:.1f}L{ahead}"/>'
     return _svg(window, f'{drawn}<path class="boat" transform="{turn}" d="M0 -15L8.5 11Q0 6 -8.5 11Z"/>{ellipse}')
+
+
+def _mark(window, view):
+    """A cross where a man went overboard."""
+    if view.mark is None:
+        return ""
+    x, y = window.at(*view.mark)
+    return f'<path class="mob" d="M{x - 9:.1f} {y - 9:.1f}l18 18m0 -18l-18 18"/>'
 
 
 def _svg(window, drawn):

@@ -20,10 +20,12 @@ from starlette.requests import Request, cookie_parser
 from starlette.responses import HTMLResponse, PlainTextResponse, RedirectResponse
 
 from steerway.live.helm.address import Address, is_loopback
+from steerway.live.helm.places import Places
 
 COOKIE = "steerway_helm"
 LOGIN = "/login"
 _VALID = 30 * 86400  # s for which a login lasts
+_PATIENCE = 10.0  # s for a request of one who has not logged in
 _PAUSE = 1.0  # s after a wrong token before the same computer may try again
 _REMEMBERED = 1000  # computers whose wrong tokens are remembered
 _MOST_BYTES = 4096  # of a login
@@ -59,8 +61,9 @@ class Sessions:
 class Gate:
     """An ASGI application that passes permitted requests to another one."""
 
-    def __init__(self, app, address: Address):
+    def __init__(self, app, address: Address, places: Places | None = None):
         self.app, self._address = app, address
+        self._places = places or Places()
         self._sessions = None if address.token is None else Sessions(address.token)
         self._wrong: OrderedDict[str, float] = OrderedDict()  # when which computer may try again
 
@@ -70,9 +73,22 @@ class Gate:
             await self.app(scope, receive, send)
             return
         headers = Headers(scope=scope)
+        knows = self._sessions is None or self._sessions.knows(_cookie(headers))
+        client, loop = scope.get("client"), asyncio.get_running_loop()
+        self._places.begin(client, knows and not is_foreign(scope, headers, self._address))
+        try:
+            async with asyncio.timeout(None if knows else _PATIENCE):
+                await self._passed(scope, receive, send, headers, knows)
+        except TimeoutError:
+            if knows:
+                raise
+        finally:
+            self._places.end(client, loop.time())
+
+    async def _passed(self, scope, receive, send, headers, knows):
         if is_foreign(scope, headers, self._address):
             await _refuse(scope, receive, send, 403, "Only this page itself may send requests.")
-        elif self._sessions is None or self._sessions.knows(_cookie(headers)):
+        elif knows:
             if scope["path"] == LOGIN:
                 await RedirectResponse("/", 303)(scope, receive, send)
                 return

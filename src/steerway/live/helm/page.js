@@ -12,6 +12,7 @@ function helmShade() {
   Quasar.Dark.set(dark);
   localStorage.setItem("helmDark", dark);
 }
+document.documentElement.lang = "en";
 document.body.classList.add("stale");
 setInterval(() => {
   if (Date.now() - helmLast > 1500) document.body.classList.add("stale");

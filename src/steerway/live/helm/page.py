@@ -1,6 +1,7 @@
 """The page: its layout, and how a view gets there. All texts come from `words`, all lines from `chart`."""
 
 import json
+import math
 from importlib.resources import files
 
 from nicegui import ui
@@ -12,6 +13,7 @@ from steerway.live.helm.words import tone, words
 
 _LOOK = 0.1  # s between two checks for a new view
 _FRESH = 10  # views by which a page may lag and its start still be accepted
+_LEGS = 20  # buttons of legs at most
 _SPAN = 300.0  # s on the strips
 _ZOOM = 1.5
 _PADDING = 14.0  # pixels inside of a card, as page.css has it
@@ -63,7 +65,7 @@ class Page:
 
     def _build(self):
         with _box("banner"):
-            ui.label("No connection to the boat. The values are old, and no button works.")
+            ui.label("No connection to the boat. The values are old, and no button works.").props("role=alert")
         with _box("helm"):
             self._build_head()
             self._build_chart()
@@ -74,6 +76,7 @@ class Page:
                     self._reading("rate", "Course rate", "°/s", "rate_within")
                 if self._board.has_autopilot:
                     self._build_autopilot()
+                    self._build_holding()
                 if self._board.route:
                     self._build_route()
                 self._build_strips()
@@ -83,9 +86,9 @@ class Page:
 
     def _build_head(self):
         with _box("head", "header"):
-            ui.label("Steerway").classes("name")
+            ui.label("Steerway").classes("name").props("role=heading aria-level=1")
             self._dot = _box("dot good")
-            self._text("status")
+            self._text("status").props("aria-live=polite")
             self._text("fresh").classes("within fresh")
             self._text("time").classes("time")
             _button("Day / dark", "quiet", "shade").on("click", js_handler="() => helmShade()")
@@ -108,9 +111,11 @@ class Page:
     def _build_autopilot(self):
         with _card("Autopilot", "pilot"):
             with _box("line"):
-                self._state = self._text("state").classes("state")
-                self._text("reason").classes("reason")
-            self._text("notice").classes("notice")
+                self._state = self._text("state").classes("state").props("aria-live=assertive")
+                self._text("reason").classes("reason").props("aria-live=assertive")
+            self._text("notice").classes("notice").props("role=alert")
+            self._text("unreachable").classes("notice").props("role=alert")
+            self._text("mode").props("aria-live=polite")
             with _box("pairs"):
                 self._pair("asked_course", "Steer")
                 self._pair("asked_speed", "Speed")
@@ -118,6 +123,37 @@ class Page:
                 self._pair("thrust", "Thrust")
                 self._pair("port", "Port")
                 self._pair("starboard", "Starboard")
+
+    def _build_holding(self):
+        with _card("Hold", "holding"):
+            with _box("line keys"):
+                self._key("Hold course", "hold-course", "hold-course")
+                for degrees in (-10, -1, 1, 10):
+                    name = f"{'port' if degrees < 0 else 'starboard'}-{abs(degrees)}"
+                    self._key(f"{degrees:+d}°".replace("-", "−"), name, "adjust", math.radians(degrees))
+                self._key("Hold position", "hold-position", "hold-position")
+                self._key("Route", "route", "route")
+            if len(self._board.route) > 2:
+                with _box("line keys"):
+                    ui.label("Go on from leg")
+                    for leg in range(1, min(len(self._board.route), _LEGS + 1)):
+                        self._key(str(leg), f"leg-{leg}", "leg", leg)
+            with _box("line keys"):
+                self._key("Man overboard", "mob", "mob")
+                self._key("Take the mark away", "mob-over", "mob-over")
+            self._text("overboard").classes("notice").props("role=alert")
+
+    def _key(self, text, name, what, value=None):
+        """A button whose request is obeyed from a page that shows the present only."""
+
+        def ask(event):
+            if self._is_fresh(event.args):
+                self._board.order(what, self._client.ip or "", value)
+
+        return _button(text, "quiet", name).on("click", ask, js_handler="() => emit(helmSeq)")
+
+    def _is_fresh(self, seen):
+        return isinstance(seen, int) and 0 <= self._board.seq - seen <= _FRESH
 
     def _build_route(self):
         with _card("Cross-track error", "route-card"):
@@ -160,7 +196,8 @@ class Page:
                 sure.on("click", asks.close)
         with _box("bar", "footer"):
             self._starter = _button("START", "start", "start").on("click", asks.open)
-            _button("STOP", "stop", "stop").on("click", self._stop).on("click", asks.close)
+            self._stopper = _button("STOP", "stop", "stop")
+            self._stopper.on("click", self._stop).on("click", asks.close)
 
     def _text(self, name):
         self._texts[name] = ui.label("").props(f'data-name="{name}"')
@@ -181,8 +218,7 @@ class Page:
 
     def _start(self, event):
         """Only for a page that shows the present: a delayed click does not start anything."""
-        seen = event.args
-        if isinstance(seen, int) and 0 <= self._board.seq - seen <= _FRESH:
+        if self._is_fresh(event.args):
             self._board.order("start", self._client.ip or "")
 
     def _stop(self):
@@ -222,6 +258,7 @@ class Page:
         if self._board.has_autopilot:
             self._state.classes(replace=f"value state {view.state or 'idle'}")
             self._starter.set_enabled(view.state in ("ready", "stopped"))
+            self._stopper.classes(replace=f"stop{' mute' if view.unreachable else ''}")
         if self._board.route:
             self._bar.style(f"width: {100.0 * (view.done or 0.0):.0f}%")
         self._draw()
@@ -274,7 +311,7 @@ def _box(names, tag="div"):
 def _card(title, names):
     card = _box(f"card {names}", "section")
     with card:
-        ui.label(title).classes("title")
+        ui.label(title).classes("title").props("role=heading aria-level=2")
     return card
 
 

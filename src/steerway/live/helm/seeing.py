@@ -26,6 +26,9 @@ class Seen(NamedTuple):
 
     covariance: of the position of `row`: variance of north, covariance, variance of east, m².
     fix:        the row of the last fix that was used.
+    mode, course: what is followed, and the course that is held, rad.
+    unreachable: why no order reaches the boat, "" when they do.
+    mark:       of a man overboard: latitude and longitude, rad.
     """
 
     row: Row
@@ -35,6 +38,10 @@ class Seen(NamedTuple):
     fix: Row
     source: str
     counts: Mapping[str, int]
+    mode: str | None = None
+    course: float = math.nan
+    unreachable: str = ""
+    mark: tuple[float, float] | None = None
 
 
 @dataclass
@@ -89,6 +96,10 @@ def view(seen: Seen, plane: Plane) -> View:
         status=STATUSES[_status(row, seen.fix)],
         source=seen.source,
         counts=dict(seen.counts),
+        mode=seen.mode,
+        held_deg=None if math.isnan(seen.course) else _compass(seen.course),
+        unreachable=seen.unreachable,
+        mark=None if seen.mark is None else plane.place(*seen.mark),
         **_ordered(seen.order) | _on_route(seen, plane.route),
     )
 

@@ -16,7 +16,6 @@ from steerway.live.helm.board import Board
 
 _NICE = 10  # where the processor is short, the service has priority
 _LONGEST = 1 << 20  # bytes of a line, and of a message of a browser
-_MOST = 200  # connections
 
 
 def main() -> None:
@@ -47,26 +46,30 @@ def _listener(address):
 async def _serve(address, listener, board, send):
     import uvicorn
     from fastapi import FastAPI
+    from uvicorn.protocols.http.auto import AutoHTTPProtocol
 
     from steerway.live.helm.gate import Gate
     from steerway.live.helm.page import serve_with
+    from steerway.live.helm.places import Places, protocol_with
 
     app = FastAPI(openapi_url=None)
     serve_with(app, board)
+    places = Places()
     config = uvicorn.Config(
-        Gate(app, address),
+        Gate(app, address, places),
+        http=protocol_with(places, AutoHTTPProtocol),
         log_level="warning",
         access_log=False,
         server_header=False,
         proxy_headers=False,
         ws="websockets-sansio",
         ws_max_size=_LONGEST,
-        limit_concurrency=_MOST,
     )
     serving = asyncio.create_task(uvicorn.Server(config).serve([listener]))
     reading = asyncio.create_task(_read(board))
+    watching = asyncio.create_task(places.watch())
     send({"ready": True})
-    await asyncio.wait((serving, reading), return_when=asyncio.FIRST_COMPLETED)
+    await asyncio.wait((serving, reading, watching), return_when=asyncio.FIRST_COMPLETED)
     for task in (serving, reading):
         if task.done() and task.exception() is not None:
             traceback.print_exception(task.exception())

@@ -38,6 +38,10 @@ class View(NamedTuple):
     state: str | None = None  # of the autopilot; None without one
     reason: str = ""
     is_engaged: bool = False
+    mode: str | None = None  # what is followed: route, course, position
+    held_deg: float | None = None  # the course that is held
+    unreachable: str = ""  # why no order reaches the boat
+    mark: tuple[float, float] | None = None  # of a man overboard, m in the chart's plane
     asked_course_deg: float | None = None
     asked_rate_dps: float | None = None
     asked_speed_kn: float | None = None

@@ -6,6 +6,8 @@ import math
 from steerway.live.helm.view import View
 
 UNKNOWN = "–"
+_GOOD_M, _GOOD_DEG = 10.0, 20.0
+"""95 % of position and course within which the estimate is called good."""
 _STATUS = {
     "ok": "good",
     "predicted": "predicted",
@@ -39,13 +41,16 @@ def words(view: View) -> dict[str, str]:
         "time": "–"
         if view.time is None
         else f"{datetime.datetime.fromtimestamp(view.time, datetime.UTC):%H:%M:%S} UTC",
-        "status": _STATUS.get(view.status, view.status),
+        "status": _status(view),
         "age": UNKNOWN if view.age is None else f"{view.age:.1f} s",
         "fresh": "" if view.age is None else f"fix {view.age:.1f} s old",
         "nis": _number(view.nis, 1),
         "source": view.source or UNKNOWN,
         "counts": ", ".join(f"{count} {what}" for what, count in view.counts.items()) or UNKNOWN,
         "state": view.state or "",
+        "unreachable": f"STOP does not reach the boat: {view.unreachable}" if view.unreachable else "",
+        "mode": _mode(view),
+        "overboard": _overboard(view),
         "reason": view.reason,
         "asked_course": _course(view.asked_course_deg),
         "asked_rate": _asked(view.asked_rate_dps) if view.is_engaged else UNKNOWN,
@@ -57,8 +62,35 @@ def words(view: View) -> dict[str, str]:
 
 
 def tone(view: View) -> str:
-    """The quality of the estimate: "good", "fair" or "bad"."""
-    return {"ok": "good", "lost": "bad"}.get(view.status, "fair")
+    """The quality of the estimate: "good", "fair" or "bad"; good only where what is not known of it is small."""
+    found = {"ok": "good", "lost": "bad"}.get(view.status, "fair")
+    return "fair" if found == "good" and not _is_sure(view) else found
+
+
+def _is_sure(view):
+    known = view.ellipse is not None and view.cog_within_deg is not None
+    return known and view.ellipse[0] <= _GOOD_M and view.cog_within_deg <= _GOOD_DEG
+
+
+def _status(view):
+    if view.status == "ok" and not _is_sure(view):
+        return "uncertain"
+    return _STATUS.get(view.status, view.status)
+
+
+def _mode(view):
+    held = f"course {_course(view.held_deg)} is held"
+    return {"course": held, "position": "the position is held, on a circle about it"}.get(view.mode, "")
+
+
+def _overboard(view):
+    if view.mark is None:
+        return ""
+    if view.north is None:
+        return "man overboard: marked"
+    north, east = view.mark[0] - view.north, view.mark[1] - view.east
+    bearing = math.degrees(math.atan2(east, north)) % 360.0
+    return f"man overboard: {_metres(math.hypot(north, east))}, bearing {_course(bearing)}"
 
 
 def _number(value, digits, unit=""):

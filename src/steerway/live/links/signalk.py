@@ -87,7 +87,7 @@ class SignalKSink(Sink):
     def __init__(self, uri: Uri):
         super().__init__(uri)
         self._waiting: asyncio.Queue = asyncio.Queue(WAITING)
-        self._is_open = False
+        self.is_open = False
 
     async def run(self) -> None:
         """See Sink."""
@@ -95,14 +95,14 @@ class SignalKSink(Sink):
 
     def send(self, message: bytes) -> None:
         """See Sink."""
-        if not self._is_open or self._waiting.full():
+        if not self.is_open or self._waiting.full():
             self.lost += 1
             return
         self._waiting.put_nowait(message.decode())
 
     async def _write(self):
         async with connected(self.uri) as connection:
-            self._is_open = True
+            self.is_open = True
             discard = asyncio.create_task(_discard(connection))
             try:
                 while not discard.done():
@@ -111,7 +111,7 @@ class SignalKSink(Sink):
                             message = await self._waiting.get()
                         await connection.send(message)
             finally:
-                self._is_open = False
+                self.is_open = False
                 discard.cancel()
 
 

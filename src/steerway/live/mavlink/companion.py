@@ -79,6 +79,10 @@ class Companion:
         """See Output."""
         self._order, self._ordered = order, time.monotonic()
 
+    def unreachable(self) -> str:
+        """Why no order reaches the vehicle, "" when they do."""
+        return "" if self.guided.alive(time.monotonic()) else f"link {self.link.uri.text} is lost"
+
     def close(self) -> None:
         """See Output. The last messages are sent when the link is left."""
 

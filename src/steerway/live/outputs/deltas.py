@@ -53,6 +53,10 @@ class Deltas:
         if changed or row.time - self._last >= 1.5 * self.period:
             self._send(row, notification(order) if changed and _alarms(before, order) else {})
 
+    def leg_unreachable(self) -> str:
+        """Why another autopilot does not get the leg, "" as far as the link shows."""
+        return "" if getattr(self.sink, "is_open", True) else "the Signal K server is not connected"
+
     def close(self) -> None:
         """See Output."""
         self.sink.close()

@@ -36,6 +36,10 @@ class PropellerCommands:
             self._state = order.state
             self.sink.send(propeller_line(row.time, order))
 
+    def unreachable(self) -> str:
+        """Why no command reaches the motors, "" as far as the link shows."""
+        return "nothing is connected that drives the motors" if getattr(self.sink, "writers", True) == set() else ""
+
     def close(self) -> None:
         """See Output."""
         self.sink.close()

@@ -24,6 +24,10 @@ class Sentences:
         if self._rhythm.is_due(row.time):
             self.sink.send("".join(self.sentences(row, leg, order)).encode())
 
+    def leg_unreachable(self) -> str:
+        """Why another autopilot does not get the leg, "" as far as the link shows."""
+        return "nothing is connected that takes sentences" if getattr(self.sink, "writers", True) == set() else ""
+
     def close(self) -> None:
         """See Output."""
         self.sink.close()

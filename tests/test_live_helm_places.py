@@ -1,0 +1,122 @@
+"""Connections to the page: idle ones keep nobody out, and who has logged in keeps the place."""
+
+import asyncio
+import json
+import socket
+import sys
+import time
+import urllib.request
+
+import pytest
+
+from steerway.live.helm.places import Places
+from tests.ports import free_port
+
+TOKEN = "correct horse"
+
+
+class Transport:
+    """A connection of a client."""
+
+    def __init__(self, address, port):
+        self._peer, self._closing = (address, port), False
+
+    def get_extra_info(self, name):
+        return self._peer
+
+    def is_closing(self):
+        return self._closing
+
+    def abort(self):
+        self._closing = True
+
+
+def crowd(places, address, count, now=0.0, first=1000):
+    found = [Transport(address, first + k) for k in range(count)]
+    return found, [places.admit(each, now) for each in found]
+
+
+def test_idle_connections_are_closed_and_those_with_requests_are_not():
+    places = Places(idle=5.0)
+    (busy, idle, asked), _ = crowd(places, "10.0.0.1", 3)
+    places.begin(("10.0.0.1", 1000), True)
+    places.begin(("10.0.0.1", 1002), False)
+    places.end(("10.0.0.1", 1002), 3.0)
+    places.close_idle(5.1)
+    assert (busy.is_closing(), idle.is_closing(), asked.is_closing()) == (False, True, False)
+    places.close_idle(8.1)
+    assert asked.is_closing() and not busy.is_closing() and len(places) == 1
+
+
+def test_who_has_not_logged_in_gives_way():
+    places = Places(most=20, from_one=8)
+    known, _ = crowd(places, "10.0.0.1", 4)
+    for k in range(4):
+        places.begin(("10.0.0.1", 1000 + k), True)
+    for other in range(2, 12):
+        assert all(crowd(places, f"10.0.0.{other}", 4)[1])
+    assert not any(each.is_closing() for each in known) and len(places) == 20
+    assert all(crowd(places, "10.0.0.9", 30, first=3000)[1]) and len(places) <= 20
+    assert not any(each.is_closing() for each in known)
+
+
+def test_when_all_have_logged_in_nobody_is_closed():
+    places = Places(most=6, from_one=6)
+    known, _ = crowd(places, "10.0.0.1", 6)
+    for k in range(6):
+        places.begin(("10.0.0.1", 1000 + k), True)
+    assert crowd(places, "10.0.0.2", 1)[1] == [False] and not any(each.is_closing() for each in known)
+
+
+@pytest.fixture
+def page():
+    """The port of a page with a token."""
+    pytest.importorskip("nicegui", reason="nicegui is not installed")
+    port = free_port()
+    settings = {"host": "127.0.0.1", "port": port, "token": TOKEN, "route": [], "fence": [], "has_autopilot": True}
+
+    async def begun():
+        process = await asyncio.create_subprocess_exec(
+            *(sys.executable, "-m", "steerway.live.helm.server"),
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+        )
+        process.stdin.write(json.dumps(settings).encode() + b"\n")
+        assert json.loads(await process.stdout.readline()) == {"ready": True}
+        return process
+
+    with asyncio.Runner() as runner:
+        process = runner.run(begun())
+        yield port
+        process.stdin.close()
+        runner.run(process.wait())
+
+
+def answers(port):
+    with urllib.request.urlopen(f"http://127.0.0.1:{port}/login", timeout=3.0) as reply:
+        return reply.status
+
+
+def test_two_hundred_idle_connections_lock_nobody_out(page):
+    idle = []
+    for k in range(300):
+        each = socket.socket()
+        each.bind((f"127.0.0.{2 + k % 10}", 0))
+        each.connect(("127.0.0.1", page))
+        if k % 2:
+            each.sendall(b"GET /login HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Slow: ")  # headers that never end
+        idle.append(each)
+    begun = time.monotonic()
+    assert answers(page) == 200 and time.monotonic() - begun < 3.0
+    time.sleep(6.5)
+    closed = 0
+    for each in idle:
+        each.settimeout(0.2)
+        try:
+            closed += each.recv(1) == b""
+        except ConnectionError:
+            closed += 1
+        except TimeoutError:
+            pass
+        each.close()
+    assert closed == 300 and answers(page) == 200
