@@ -10,78 +10,24 @@ Estimation with Applications to Tracking and Navigation, 2001, §11.6).
 import math
 
 from steerway.core.angles import wrap
-from steerway.core.compiled import called_kernel, lean_kernel
-from steerway.estimation.inference.algebra import eigen, inverse, product, product_transposed
+from steerway.core.compiled import called_kernel
+from steerway.estimation.inference.algebra import inverse, product, product_transposed
 from steerway.estimation.inference.bank import SAME_STEP, forget_direction, loses_course, mix
 from steerway.estimation.inference.discrete import LEFT, SPUN, set_steps
 from steerway.estimation.inference.fuse import fuse
+from steerway.estimation.inference.future import future
 from steerway.estimation.inference.model import COURSE, DRIFT_SPEED, EAST, MODES, NORTH, RATE, SPEED
-from steerway.estimation.inference.motion import predict, turn_pair
+from steerway.estimation.inference.motion import predict
+from steerway.estimation.inference.relative import difference, is_steady, shifted, turned
 from steerway.estimation.inference.track import recall
 
 _NEGLIGIBLE, _NEGLIGIBLE_PART = 5e-4, 1e-5
 """Probability of a mode, and share of a component in its mixture, below which they are left out."""
-_FARTHEST = 4.0
-"""Standard deviations that what the future says may lie from what was expected of it."""
 _TEMPER = 0.3
 """Exponent of what the future says of a component: Gaussians in which histories are merged share their errors, and with
 an exponent of 1 smoothed modes are overconfident (coverage of SOG 82 % where this gives 87, errors a tenth larger)."""
 ROOM, _INVERSES = 46, 31
 """Matrices of workspace; where the inverses of the filter's covariances are."""
-_STEADY = 3.0
-"""As in `bank`."""
-
-
-@lean_kernel
-def is_steady(speed, variance_across):
-    """Whether velocities near this one are compared as speeds and courses rather than as vectors."""
-    return speed * speed > _STEADY**2 * variance_across
-
-
-@called_kernel
-def difference(x, k, origin, steady, out):
-    """x[k] − origin (n,) as an error at `origin`. Returns the angle by which the covariance of x[k] turns."""
-    n = x.shape[1]
-    for i in range(n):
-        out[i] = x[k, i] - origin[i]
-    bend = wrap(x[k, COURSE] - origin[COURSE])
-    if steady:
-        out[COURSE] = origin[SPEED] * bend
-        return 0.0
-    out[SPEED] = x[k, SPEED] * math.cos(bend) - origin[SPEED]
-    out[COURSE] = x[k, SPEED] * math.sin(bend)
-    return bend
-
-
-@called_kernel
-def shifted(origin, error, steady, x, p, k):
-    """x[k] ← origin + error (n,), with p[k] given at `origin`."""
-    n = x.shape[1]
-    along, across = origin[SPEED] + error[SPEED], error[COURSE]
-    for i in range(n):
-        if i != SPEED and i != COURSE:
-            x[k, i] = origin[i] + error[i]
-    if steady and along > 0.0:
-        x[k, SPEED] = along
-        x[k, COURSE] = wrap(origin[COURSE] + across / origin[SPEED])
-        return
-    angle = math.atan2(across, along)
-    x[k, SPEED] = math.hypot(along, across)
-    x[k, COURSE] = wrap(origin[COURSE] + angle)
-    turn_pair(p, k, SPEED, math.cos(angle), -math.sin(angle))
-    for i in range(n):
-        for j in range(i):
-            p[k, i, j] = p[k, j, i]
-
-
-@called_kernel
-def turned(p, k, angle):
-    """The covariance p[k] in a body frame turned back by an angle."""
-    if angle != 0.0:
-        turn_pair(p, k, SPEED, math.cos(angle), math.sin(angle))
-        for i in range(p.shape[1]):
-            for j in range(i):
-                p[k, i, j] = p[k, j, i]
 
 
 @called_kernel
@@ -212,92 +158,6 @@ def back(bank, model, motion_states, smooth_x, smooth_p, smooth_probability, roo
             for v in range(n):
                 smooth_p[i, u, v] = new_p[i, u, v] / after[0, i] - new_x[i, u] * new_x[i, v]
         shifted(origin, new_x[i], steady, smooth_x, smooth_p, i)
-
-
-@called_kernel
-def future(smoothed, shift, before, information, vector, room):
-    """What the future says, in information form about the mean before: the quotient of two Gaussians.
-
-    Where merging has left the smoothed one wider than that before, the future says nothing.
-    smoothed, before: (n, n) covariances; shift: (n,) difference of means. Fills information (n, n), vector (n,).
-    """
-    n = len(shift)
-    a, b, lower, spread, vectors = room[13], room[14], room[15], room[16], room[12]
-    inverse(before, b, lower)
-    product(lower, smoothed, a)
-    product_transposed(a, lower, spread)
-    whitened, reported = room[11, 3], room[11, 4]
-    for u in range(n):
-        total = 0.0
-        for v in range(u + 1):
-            total += lower[u, v] * shift[v]
-        whitened[u] = total
-    if tells_everywhere(spread, whitened, a, reported):
-        inverse(smoothed, information, a)
-        for u in range(n):
-            total = 0.0
-            for v in range(n):
-                total += information[u, v] * shift[v]
-                information[u, v] -= b[u, v]
-            vector[u] = total
-        return
-    eigen(spread, vectors)
-    for u in range(n):
-        reported[u] = 0.0
-        for v in range(n):
-            information[u, v] = 0.0
-    for e in range(n):
-        value = max(spread[e, e], 1e-9)
-        if value > 1.0 - 1e-6:
-            continue
-        along = 0.0
-        for u in range(n):
-            along += vectors[u, e] * whitened[u]
-        most = _FARTHEST * math.sqrt(1.0 - value)
-        along = min(max(along, -most), most)
-        for u in range(n):
-            reported[u] += vectors[u, e] * along / value
-            for v in range(n):
-                information[u, v] += vectors[u, e] * (1.0 / value - 1.0) * vectors[v, e]
-    # back from the whitened coordinates: lowerᵀ (…) lower
-    for u in range(n):
-        total = 0.0
-        for v in range(u, n):
-            total += lower[v, u] * reported[v]
-        vector[u] = total
-    product(information, lower, a)
-    for u in range(n):
-        for v in range(n):
-            total = 0.0
-            for k in range(u, n):
-                total += lower[k, u] * a[k, v]
-            information[u, v] = total
-
-
-@called_kernel
-def tells_everywhere(spread, whitened, factor, solved):
-    """Whether the future narrows every direction, and lies where it was expected: I − spread is positive definite."""
-    n = len(whitened)
-    distance = 0.0
-    for j in range(n):
-        for i in range(j, n):
-            total = -spread[i, j]
-            if i == j:
-                total += 1.0 - 1e-6
-            for k in range(j):
-                total -= factor[i, k] * factor[j, k]
-            if i == j:
-                if not total > 0.0:
-                    return False
-                factor[j, j] = math.sqrt(total)
-            else:
-                factor[i, j] = total / factor[j, j]
-        value = whitened[j]
-        for k in range(j):
-            value -= factor[j, k] * solved[k]
-        solved[j] = value / factor[j, j]
-        distance += solved[j] * solved[j]
-    return distance < _FARTHEST**2
 
 
 @called_kernel

@@ -1,0 +1,63 @@
+"""A mode relative to another: means as an error at an origin, covariances in its frame."""
+
+import math
+
+from steerway.core.angles import wrap
+from steerway.core.compiled import called_kernel, lean_kernel
+from steerway.estimation.inference.model import COURSE, SPEED
+from steerway.estimation.inference.motion import turn_pair
+
+_STEADY = 3.0
+"""As in `bank`."""
+
+
+@lean_kernel
+def is_steady(speed, variance_across):
+    """Whether velocities near this one are compared as speeds and courses rather than as vectors."""
+    return speed * speed > _STEADY**2 * variance_across
+
+
+@called_kernel
+def difference(x, k, origin, steady, out):
+    """x[k] − origin (n,) as an error at `origin`. Returns the angle by which the covariance of x[k] turns."""
+    n = x.shape[1]
+    for i in range(n):
+        out[i] = x[k, i] - origin[i]
+    bend = wrap(x[k, COURSE] - origin[COURSE])
+    if steady:
+        out[COURSE] = origin[SPEED] * bend
+        return 0.0
+    out[SPEED] = x[k, SPEED] * math.cos(bend) - origin[SPEED]
+    out[COURSE] = x[k, SPEED] * math.sin(bend)
+    return bend
+
+
+@called_kernel
+def shifted(origin, error, steady, x, p, k):
+    """x[k] ← origin + error (n,), with p[k] given at `origin`."""
+    n = x.shape[1]
+    along, across = origin[SPEED] + error[SPEED], error[COURSE]
+    for i in range(n):
+        if i != SPEED and i != COURSE:
+            x[k, i] = origin[i] + error[i]
+    if steady and along > 0.0:
+        x[k, SPEED] = along
+        x[k, COURSE] = wrap(origin[COURSE] + across / origin[SPEED])
+        return
+    angle = math.atan2(across, along)
+    x[k, SPEED] = math.hypot(along, across)
+    x[k, COURSE] = wrap(origin[COURSE] + angle)
+    turn_pair(p, k, SPEED, math.cos(angle), -math.sin(angle))
+    for i in range(n):
+        for j in range(i):
+            p[k, i, j] = p[k, j, i]
+
+
+@called_kernel
+def turned(p, k, angle):
+    """The covariance p[k] in a body frame turned back by an angle."""
+    if angle != 0.0:
+        turn_pair(p, k, SPEED, math.cos(angle), math.sin(angle))
+        for i in range(p.shape[1]):
+            for j in range(i):
+                p[k, i, j] = p[k, j, i]
