@@ -1,7 +1,8 @@
 """What other instruments do to the modes: one scalar measurement at a time.
 
 Receiver's SOG and COG, heading = χ − crab angle, speed through water = U − the water's own speed along the course, yaw
-rate = course rate + the gyro's bias. The last three have the companion that they name as a state. SOG and COG of one
+rate = course rate + the gyro's bias. Each has the companion that it names as a state, SOG and COG an error that lasts, as
+of a receiver that filters its velocity. SOG and COG of one
 moment are a velocity: they hold at rest as well.
 """
 
@@ -94,11 +95,15 @@ def measured(x, p, k, model, aids, which, h):
         whole = math.isfinite(aids[SOG]) and math.isfinite(aids[COG])
         steady = speed * speed > _STEADY**2 * p[k, 3, 3]
         bend = wrap(aids[COG] - x[k, COURSE]) if math.isfinite(aids[COG]) else 0.0
+        error = 0.0
+        if companion:
+            h[companion] = 1.0
+            error = x[k, companion]
         if which == SOG:
             h[SPEED] = 1.0
-            return aids[SOG] - speed if steady or not whole else aids[SOG] * math.cos(bend) - speed
+            return (aids[SOG] if steady or not whole else aids[SOG] * math.cos(bend)) - speed - error
         h[COURSE] = 1.0
-        return speed * bend if steady or not whole else aids[SOG] * math.sin(bend)
+        return (speed * bend if steady or not whole else aids[SOG] * math.sin(bend)) - error
     if which == HEADING:
         if speed < _LEAST_SPEED:
             return 0.0

@@ -25,8 +25,8 @@ SOG, COG, HEADING, WATER_SPEED, YAW_RATE = range(5)
 """Aids: rows of `aids` of a model, columns of a table of aids."""
 AIDS = ("sog", "cog", "heading", "water_speed", "yaw_rate")
 AID_VARIANCE, COMPANION = range(2)
-"""Columns of `aids`: variance (of COG: of the velocity across, m²/s²); state of the companion (crab angle, the water's
-own speed along the course, the gyro's bias), 0 for none."""
+"""Columns of `aids`: variance (of COG: of the velocity across, m²/s²); state of the companion (error of the
+receiver's velocity, crab angle, the water's own speed along the course, the gyro's bias), 0 for none."""
 
 ACTS_ON, STATE, DECAY, FREQUENCY, VARIANCE = range(5)
 """Columns of `filters`: what it acts on, its first state, λ (1/s), ν (rad/s; 0: real), stationary variance."""

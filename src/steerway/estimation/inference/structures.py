@@ -79,8 +79,8 @@ PRIORS = {
     "error": {"error_std": (0.7, 1.2), "error_time": (100.0, 1.5)},  # m, s
     "quick_error": {"quick_std": (0.25, 1.2), "quick_time": (5.0, 0.8)},  # m, s
     # aids: of instruments as they are sold
-    "sog": {"sog_std": (0.1, 1.0)},  # m/s
-    "cog": {"velocity_std": (0.1, 1.0)},  # m/s across the course
+    "sog": {"sog_std": (0.1, 1.0), "sog_error_std": (0.02, 1.2), "sog_error_time": (2.0, 1.0)},  # m/s, m/s, s
+    "cog": {"velocity_std": (0.1, 1.0), "cog_error_std": (0.02, 1.2), "cog_error_time": (2.0, 1.0)},  # m/s across, s
     "heading": {
         "heading_std": (1.0 * _DEG, 1.0),
         "crab_std": (10.0 * _DEG, 0.7),
@@ -109,8 +109,8 @@ TURN_SHARE = 0.5
 
 _AID_NUMBERS = (
     # aid, its noise, its companion
-    ("sog", "sog_std", ""),
-    ("cog", "velocity_std", ""),
+    ("sog", "sog_std", "sog_error"),
+    ("cog", "velocity_std", "cog_error"),
     ("heading", "heading_std", "crab"),
     ("water_speed", "water_speed_std", "stream"),
     ("yaw_rate", "yaw_rate_std", "bias"),

@@ -1,0 +1,84 @@
+"""`--aid auto`: the receiver's own SOG and COG as far as a log shows them to be informative.
+
+They are used if, and with the noise with which, the fixes are predicted better with them than without: by the density of
+every fix given the fixes and velocities before it (C. W. J. Granger, Econometrica 37(3), 1969). A velocity that is a
+difference of the same positions predicts no fix better; one that is late, or whose errors last over several rows, gets
+as much more noise as that costs.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.core.records import Fixes
+from steerway.estimation.inference.fit import Posterior, Rows
+from steerway.estimation.inference.model import AIDS, COG, SOG
+from steerway.estimation.inference.selection import BETTER, Structure
+from steerway.estimation.inference.whole_log import Track
+
+AUTO = "auto"
+VELOCITY = ("sog", "cog")
+_NOISES = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6)
+"""m/s, of a Doppler velocity to that of a poor receiver, a factor of two apart."""
+_NO_ERROR = {"sog_error_std": 1e-3, "sog_error_time": 2.0, "cog_error_std": 1e-3, "cog_error_time": 2.0}
+"""Numbers of a velocity whose errors do not last."""
+_BLOCKS, _BLOCK = 4, 400
+"""Pieces of the log that are looked at, and fixes in each."""
+
+
+class Velocity(NamedTuple):
+    """How the receiver's velocity is used: its noise along and across (m/s), and the fixes' gain of log density."""
+
+    noise: float
+    gain: float
+
+
+def velocity_of(fixes: Fixes, structures: Sequence[Structure]) -> Velocity | None:
+    """The noise with which SOG and COG predict the fixes of a vessel best; None where they predict none better.
+
+    structures: inferred from positions alone.
+    """
+    known = np.isfinite(fixes.sog) & np.isfinite(fixes.cog)
+    if fixes.mmsi is not None or known.sum() < _BLOCK // 4:
+        return None
+    return velocity_in(Track(fixes, VELOCITY).record, structures)
+
+
+def velocity_in(record: Rows, structures: Sequence[Structure]) -> Velocity | None:
+    """`velocity_of` for a record with these aids."""
+    if not len(record.aids) or np.isfinite(record.north).sum() < _BLOCK // 4:
+        return None
+    best = max(structures, key=lambda each: each.weight)
+    rows, is_fix = _pieces(record)
+    without = _density(best, rows, is_fix)
+    found = [Velocity(noise, _density(with_noise(best, noise), rows, is_fix) - without) for noise in _NOISES]
+    chosen = max(found, key=lambda each: each.gain)
+    return chosen if chosen.gain > BETTER else None
+
+
+def with_noise(structure: Structure, noise: float) -> Structure:
+    """A structure with the receiver's velocity as a part, of this noise (m/s)."""
+    numbers = {"sog_std": noise, "velocity_std": noise} | _NO_ERROR
+    values = structure.values | numbers
+    return Structure(structure.weight, (*structure.parts, *VELOCITY), values)
+
+
+def _density(structure, rows: Rows, is_fix) -> float:
+    """Log density of the fixes of a record, each given the rows before it."""
+    posterior = Posterior(structure.parts, rows)
+    return float(posterior.densities(posterior.point(structure.values))[is_fix].sum())
+
+
+def _pieces(record: Rows) -> tuple[Rows, np.ndarray]:
+    """Pieces from all over a record, every row once with its fix and once more with its velocity; which have a fix."""
+    fixed = np.flatnonzero(np.isfinite(record.north))
+    starts = np.unique(np.linspace(0, max(len(fixed) - _BLOCK, 0), _BLOCKS).astype(int))
+    own = [np.arange(fixed[begin], fixed[min(begin + _BLOCK, len(fixed)) - 1] + 1) for begin in starts]
+    rows = np.repeat(np.concatenate(own), 2)
+    restarts = 2 * np.cumsum([len(each) for each in own])[:-1]
+    second = np.arange(len(rows)) % 2 == 1
+    north, east = (np.where(second, np.nan, column[rows]) for column in (record.north, record.east))
+    aids = np.where(second[:, None] & np.isin(np.arange(len(AIDS)), (SOG, COG)), record.aids[rows], np.nan)
+    excess = record.excess[rows] if len(record.excess) else record.excess
+    return Rows(record.time[rows], north, east, excess, aids, restarts), np.isfinite(north)
