@@ -60,7 +60,7 @@ def test_the_command_line_goes_first(tmp_path):
         ("rate = true", "rate is True, expected a number"),
         ("max_dead_reckoning = inf", "max_dead_reckoning is inf, expected a finite number"),
         ("latency = -0.1", "latency is -0.1, expected at least 0"),
-        ('aid = ["sonar"]', "aid[0] is 'sonar', expected one of sog, cog, heading, water-speed, yaw-rate"),
+        ('aid = ["sonar"]', "aid[0] is 'sonar', expected one of auto, sog, cog, heading, water-speed, yaw-rate"),
         ("engage = 1", "engage is 1, expected true or false"),
         ("to = []", "to is [], expected at least 1 entries"),
         ("from = 7", "from is 7, expected a list"),

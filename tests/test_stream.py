@@ -58,7 +58,8 @@ def test_the_rows_are_those_of_estimate(aid, trouble):
         chance = np.random.default_rng(3)
         sog, cog = scene.sog + chance.normal(0.0, 0.1, len(fixes)), scene.cog + chance.normal(0.0, 0.05, len(fixes))
         fixes = replace(fixes, sog=sog, cog=cog)
-        extra = {"sog_std": 0.1, "velocity_std": 0.1}
+        extra = {"sog_std": 0.1, "sog_error_std": 0.05, "sog_error_time": 3.0}
+        extra |= {"velocity_std": 0.1, "cog_error_std": 0.05, "cog_error_time": 3.0}
         structures = [s._replace(parts=(*s.parts, *aid), values=s.values | extra) for s in chosen.weighed]
         chosen = InferredProfile.of(structures)
     motion = steerway.estimate(fixes, chosen, aid=aid)

@@ -49,7 +49,7 @@ ProfileName = Annotated[
 Aids = Annotated[
     str | None,
     typer.Option(
-        "--aid", metavar="LIST", help="Further measurements to use, of: sog, cog, heading, water-speed, yaw-rate."
+        "--aid", metavar="LIST", help="Further measurements to use, of: auto, sog, cog, heading, water-speed, yaw-rate."
     ),
 ]
 
@@ -93,6 +93,8 @@ def estimate(
 
         cat ais.txt | steerway estimate - -o vessels.parquet
     """
+    import numpy as np
+
     from steerway.estimation.course.latency import lateness, on_time
     from steerway.estimation.course.replay import variance_scales
     from steerway.estimation.inference.description import structures_of
@@ -130,6 +132,8 @@ def estimate(
         if written is not None:
             print(f"wrote {written}")
     if out is None and report is None:
+        if estimator.inference is not None and not aids and np.isfinite(fixes.sog).any():
+            print("--aid auto uses the receiver's own SOG and COG where they are informative")
         print("-o track.csv (or .parquet .geojson .gpx) writes the estimate, --report page.html a report")
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Motion
 from steerway.estimation.course.filter import FiveStateFilter
+from steerway.estimation.inference.auto_aids import AUTO, VELOCITY, velocity_of, velocity_parts
 from steerway.estimation.inference.selection import Inference
 from steerway.estimation.inference.whole_log import infer_log, motion_of
 from steerway.estimation.profiles import Profile
@@ -30,7 +31,8 @@ def estimate(
             several structures are fitted, and the estimate is their mean, weighted by their evidence. Reports of many
             vessels (with `mmsi`) are filtered by the built-in profile "ais" then.
         aid: what to use beside positions, of "sog", "cog", "heading", "water_speed", "yaw_rate". Their noise is
-            inferred too where no profile is given.
+            inferred too where no profile is given. "auto" uses the receiver's SOG and COG where the fixes are predicted
+            better with them; with a profile, where its structures have them.
         rate: rows a second in the result (Hz); None gives a row a fix.
         smooth: use the whole record for every row (fixed-interval smoothing).
 
@@ -49,13 +51,18 @@ class LogEstimator:
     inference: Inference | None = None
 
     def __init__(self, fixes: Fixes, profile: AnyProfile = None, aid: tuple[str, ...] = ()):
-        self.aid = tuple(aid)
         _refuse_single(fixes)
+        self.aid = tuple(each for each in aid if each != AUTO)
         if profile is None and fixes.mmsi is None:
             self.inference = infer_log(fixes, self.aid)
+            if AUTO in aid and velocity_of(fixes, self.inference.structures):
+                self.aid = tuple(dict.fromkeys((*self.aid, *VELOCITY)))
+                self.inference = infer_log(fixes, self.aid)
             self.profile = InferredProfile.of(self.inference.structures)
         else:
             self.profile = choose_profile(fixes, profile, self.aid)
+            if AUTO in aid:
+                self.aid = tuple(dict.fromkeys((*self.aid, *velocity_parts(self.profile))))
 
     @property
     def is_inferred(self) -> bool:

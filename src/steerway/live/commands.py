@@ -50,7 +50,9 @@ def live(
     aid: Annotated[
         str | None,
         typer.Option(
-            "--aid", metavar="LIST", help="Further measurements to use, of: sog, cog, heading, water-speed, yaw-rate."
+            "--aid",
+            metavar="LIST",
+            help="Further measurements, of: auto (default), sog, cog, heading, water-speed, yaw-rate.",
         ),
     ] = None,
     rate: Annotated[

@@ -12,6 +12,7 @@ from steerway.core.checks import not_negative, positive
 from steerway.core.records import REJECTED
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.course.motion.layout import LONGEST_GAP
+from steerway.estimation.inference.auto_aids import AUTO, velocity_parts
 from steerway.estimation.inference.learning import LearningFilter
 from steerway.estimation.inference.stream import InferredFilter
 from steerway.estimation.profiles import AIDS, Profile
@@ -48,7 +49,7 @@ class Navigator:
     """The course estimate aboard.
 
     profile: of the five-state filter or of structures, or the name of a built-in one; or a filter that learns.
-    aid: as of the filter.
+    aid: as of the filter, or "auto".
     sources:  names of sources in order of priority; see `SourceChoice`.
     max_dead_reckoning: time without a fix for which the motion is predicted, s; then it is unknown.
     rate:     Hz at whose multiples the filter makes a step, as `estimate` does when it gives rows at a rate; without it
@@ -87,7 +88,7 @@ class Navigator:
         self._lead = math.nan
         self._before_behind = self.filter.snapshot(), math.nan
         self._row = lost(math.nan)
-        self._ahead = filter_of(self.filter.profile, aid)
+        self._ahead = filter_of(self.filter.profile, self.filter.aid)
         self._ahead_time = math.nan
         self._receiver = ""
         self._last_filter = self.filter  # which one gave the last row
@@ -275,7 +276,9 @@ class Navigator:
 
 
 def filter_of(profile: Profile | InferredProfile | str, aid: tuple[str, ...] = ()) -> FiveStateFilter | InferredFilter:
-    """The filter of a profile."""
+    """The filter of a profile; "auto" among the aids is what its structures have of SOG and COG."""
+    if AUTO in aid:
+        aid = tuple(dict.fromkeys(each for each in (*aid, *velocity_parts(profile)) if each != AUTO))
     return InferredFilter(profile, aid) if isinstance(profile, InferredProfile) else FiveStateFilter(profile, aid)
 
 

@@ -27,7 +27,7 @@ def _page(value):
 
 
 Texts = Annotated[tuple[str, ...], BeforeValidator(_several)]
-Aid = Literal["sog", "cog", "heading", "water-speed", "yaw-rate"]
+Aid = Literal["auto", "sog", "cog", "heading", "water-speed", "yaw-rate"]
 FILES = ("mission", "record", "helm_token_file", "mavlink_signing", "control_token_file", "learned")
 """Keys that name a file."""
 RENAMED = {"patience": "max_dead_reckoning"}
@@ -69,7 +69,7 @@ class Settings(BaseModel):
     profile: str | None = None
     learned: str | None = None
     source: Texts = ()
-    aid: Annotated[tuple[Aid, ...], BeforeValidator(_several)] = ()
+    aid: Annotated[tuple[Aid, ...], BeforeValidator(_several)] = ("auto",)
     rate: float | None = Field(None, gt=0.0, le=1000.0, allow_inf_nan=False, strict=True)
     mission: str | None = None
     record: str | None = None

@@ -1,9 +1,8 @@
 """What other instruments do to the modes: one scalar measurement at a time.
 
 Receiver's SOG and COG, heading = χ − crab angle, speed through water = U − the water's own speed along the course, yaw
-rate = course rate + the gyro's bias. Each has the companion that it names as a state, SOG and COG an error that lasts, as
-of a receiver that filters its velocity. SOG and COG of one
-moment are a velocity: they hold at rest as well.
+rate = course rate + the gyro's bias. Each has the companion that it names as a state; SOG and COG have an error that
+lasts, as of a receiver that filters its velocity. SOG and COG of one moment are a velocity: they hold at rest as well.
 """
 
 import math

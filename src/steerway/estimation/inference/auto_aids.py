@@ -1,11 +1,11 @@
 """`--aid auto`: the receiver's own SOG and COG as far as a log shows them to be informative.
 
-They are used if, and with the noise with which, the fixes are predicted better with them than without: by the density of
-every fix given the fixes and velocities before it (C. W. J. Granger, Econometrica 37(3), 1969). A velocity that is a
-difference of the same positions predicts no fix better; one that is late, or whose errors last over several rows, gets
-as much more noise as that costs.
+They are used if the fixes are predicted better with them than without, by the density of every fix given
+the fixes and velocities before it (C. W. J. Granger, Econometrica 37(3), 1969). A velocity that is a difference of the
+same positions predicts no fix better. One that is used gets its noise, and an error that lasts, by the inference.
 """
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -28,7 +28,10 @@ _BLOCKS, _BLOCK = 4, 400
 
 
 class Velocity(NamedTuple):
-    """How the receiver's velocity is used: its noise along and across (m/s), and the fixes' gain of log density."""
+    """How the receiver's velocity is used: its noise along and across (m/s), and the fixes' gain of log density.
+
+    The density is the mean over the noises that are tried.
+    """
 
     noise: float
     gain: float
@@ -52,9 +55,9 @@ def velocity_in(record: Rows, structures: Sequence[Structure]) -> Velocity | Non
     best = max(structures, key=lambda each: each.weight)
     rows, is_fix = _pieces(record)
     without = _density(best, rows, is_fix)
-    found = [Velocity(noise, _density(with_noise(best, noise), rows, is_fix) - without) for noise in _NOISES]
-    chosen = max(found, key=lambda each: each.gain)
-    return chosen if chosen.gain > BETTER else None
+    gains = [_density(with_noise(best, noise), rows, is_fix) - without for noise in _NOISES]
+    gain = float(np.logaddexp.reduce(gains)) - math.log(len(_NOISES))
+    return Velocity(_NOISES[int(np.argmax(gains))], gain) if gain > BETTER else None
 
 
 def with_noise(structure: Structure, noise: float) -> Structure:
@@ -62,6 +65,12 @@ def with_noise(structure: Structure, noise: float) -> Structure:
     numbers = {"sog_std": noise, "velocity_std": noise} | _NO_ERROR
     values = structure.values | numbers
     return Structure(structure.weight, (*structure.parts, *VELOCITY), values)
+
+
+def velocity_parts(profile: object) -> tuple[str, ...]:
+    """SOG and COG as far as the structures of a profile have them; of one without structures none."""
+    structures = getattr(profile, "structures", ())
+    return tuple(name for name in VELOCITY if any(name in each.parts for each in structures))
 
 
 def _density(structure, rows: Rows, is_fix) -> float:

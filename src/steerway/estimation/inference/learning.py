@@ -13,6 +13,7 @@ from itertools import product
 import numpy as np
 
 from steerway.core.arrays import Floats
+from steerway.estimation.inference.auto_aids import AUTO, VELOCITY, velocity_in
 from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import AIDS, FUSED, Bank, empty_bank, room_to_keep
 from steerway.estimation.inference.record import LONGEST_GAP
@@ -51,7 +52,7 @@ class LearningFilter(InferredFilter):
 
     Args:
         start: profile to begin with, None for the prior.
-        aid: as of `InferredFilter`.
+        aid: as of `InferredFilter`; "auto" for the receiver's SOG and COG where they predict the fixes better.
         background: whether inferences run in a thread; otherwise within the row that makes one due, as in a replay.
         keep: called with every profile that is found, in the background.
     """
@@ -63,7 +64,9 @@ class LearningFilter(InferredFilter):
         background: bool = True,
         keep: Callable[[InferredProfile], None] | None = None,
     ):
-        super().__init__(start or prior_profile(), aid, learns=start is None)
+        self._auto = AUTO in aid
+        used = tuple(each for each in aid if each != AUTO) + (VELOCITY if self._auto else ())
+        super().__init__(start or prior_profile(), tuple(dict.fromkeys(used)), learns=start is None)
         self.background, self.keep = background, keep
         self.learned = start
         self._rows: deque = deque(maxlen=_ROWS)
@@ -122,7 +125,7 @@ class LearningFilter(InferredFilter):
         try:
             record = _record(rows)
             known = [name for name, column in zip(AIDS, record.aids.T, strict=False) if np.isfinite(column).any()]
-            structures = infer(record, [name for name in known if name in self.aid]).structures
+            structures = self._structures(record, [name for name in known if name in self.aid])
             running, banks = set_of(structures), []
             for each in running.structures:
                 bank, nothing = empty_bank(each.states), np.empty(0)
@@ -138,6 +141,12 @@ class LearningFilter(InferredFilter):
             LOG.exception("vessel and receiver could not be inferred anew")
         finally:
             self._thread = None
+
+    def _structures(self, record, aids):
+        if not self._auto:
+            return infer(record, aids).structures
+        structures = infer(record, [name for name in aids if name not in VELOCITY]).structures
+        return infer(record, aids).structures if velocity_in(record, structures) else structures
 
     def _go_over(self):
         """Take up what was found, with the fixes that came meanwhile."""
