@@ -100,9 +100,11 @@ from steerway.core.errors import InputError
 from steerway.formats import table
 import numpy as np
 whole, rng, seen = parquet(2), np.random.default_rng(0), set()
-for _ in range(600):
+ends = [(rng.integers(len(whole) - 600, len(whole)), rng.integers(256)) for _ in range(600)]
+counts = [(at, value) for at in range(4, 250) for value in (1, 3, 127)]  # in the headers of pages 1 is -1
+for at, value in ends + counts:
     data = bytearray(whole)
-    data[rng.integers(len(data) - 600, len(data))] = rng.integers(256)
+    data[at] = value
     try:
         table.read(bytes(data))
     except InputError as error:

@@ -75,7 +75,7 @@ def test_noise_alone(name, data):
 @quick
 @given(data=st.data())
 def test_parquet_cut_short(data):
-    """Cut only: on altered bytes inside a Parquet file polars can, rarely, end the process, which nothing can catch."""
+    """Cut; altered bytes are in `test_hostile_input`, in a process of their own."""
     module, (whole,) = samples()["parquet"]
     swallow(module, whole[: data.draw(st.integers(0, len(whole)))])
 

@@ -18,6 +18,7 @@ from steerway.core.earth import KNOT
 from steerway.core.errors import InputError
 from steerway.core.records import REPORTED, Fixes
 from steerway.core.timestamps import unix_times
+from steerway.formats import parquet_structure
 from steerway.formats.columns import EXPECTED, Column, understood
 from steerway.formats.places import places
 from steerway.formats.recording import Recording
@@ -61,6 +62,7 @@ def _demand(columns, names):
 
 
 def _parquet(data):
+    parquet_structure.check(data)
     try:
         with _quiet():
             declared = pl.scan_parquet(io.BytesIO(data)).select(pl.len()).collect().item()

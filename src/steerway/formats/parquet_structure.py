@@ -1,0 +1,108 @@
+"""Whether a Parquet file declares what it can hold: its footer and the headers of its pages.
+
+A decoder that believes an altered count asks for 2⁶¹ bytes, which ends the process: there is no exception to catch.
+Both are in Thrift's compact protocol (thrift-compact-protocol.md of Apache Thrift; parquet.thrift of Apache Parquet
+names the fields by the numbers used here).
+"""
+
+from steerway.core.errors import InputError
+
+_MAGIC = b"PAR1"
+_DEEPEST = 16
+_TRUE, _FALSE, _BYTE, _DOUBLE, _BINARY, _LIST, _SET, _STRUCT = 1, 2, 3, 7, 8, 9, 10, 12
+_ROW_GROUPS, _COLUMNS, _META_DATA = 4, 1, 3
+_COMPRESSED, _DATA_PAGE, _DICTIONARY_PAGE = 7, 9, 11  # of a column
+_PAGE_SIZE, _PAGE_HEADERS = 3, (5, 7, 8)  # of a page; its headers begin with the number of values
+
+
+def check(data: bytes) -> None:
+    """Raises InputError for a file whose structure cannot be followed to its end."""
+    size = int.from_bytes(data[-8:-4], "little")
+    if len(data) < 12 or data[-4:] != _MAGIC or not 0 < size <= len(data) - 12:
+        raise InputError("the Parquet file is damaged: it does not end in a footer")
+    try:
+        footer, _ = _struct(data, len(data) - 8 - size, len(data) - 8, 0)
+        for group in footer[_ROW_GROUPS]:
+            for column in group[_COLUMNS]:
+                _check_pages(data, column[_META_DATA])
+    except (IndexError, KeyError, TypeError):
+        raise InputError("the Parquet file is damaged: it declares more than it holds") from None
+
+
+def _check_pages(data, column):
+    at = min(column[_DATA_PAGE], column.get(_DICTIONARY_PAGE) or column[_DATA_PAGE])
+    stop = at + column[_COMPRESSED]
+    if not 0 <= at <= stop <= len(data):
+        raise IndexError
+    while at < stop:
+        page, at = _struct(data, at, stop, 0)
+        for kind in _PAGE_HEADERS:
+            if kind in page and page[kind][1] < 0:
+                raise IndexError
+        if page[_PAGE_SIZE] < 0:
+            raise IndexError
+        at += page[_PAGE_SIZE]
+
+
+def _varint(data, at, stop):
+    """(value, index behind it)."""
+    value = shift = 0
+    while at < stop and shift < 64:
+        value |= (data[at] & 0x7F) << shift
+        at, shift = at + 1, shift + 7
+        if data[at - 1] < 0x80:
+            return value, at
+    raise IndexError
+
+
+def _struct(data, at, stop, depth):
+    """(field number → value, index behind it)."""
+    if depth > _DEEPEST:
+        raise IndexError
+    fields, number = {}, 0
+    while at < stop:
+        kind, step = data[at] & 0x0F, data[at] >> 4
+        at += 1
+        if kind == 0:
+            return fields, at
+        if step:
+            number += step
+        else:
+            coded, at = _varint(data, at, stop)
+            number = _signed(coded)
+        if kind in (_TRUE, _FALSE):  # of a field they are its value
+            fields[number] = kind == _TRUE
+        else:
+            fields[number], at = _value(data, at, stop, kind, depth)
+    raise IndexError
+
+
+def _value(data, at, stop, kind, depth):
+    if kind in (_TRUE, _FALSE, _BYTE, _DOUBLE):
+        return None, at + (8 if kind == _DOUBLE else 1)
+    if kind == _STRUCT:
+        return _struct(data, at, stop, depth + 1)
+    if kind == _BINARY:
+        length, at = _varint(data, at, stop)
+        return None, at + length
+    if kind in (_LIST, _SET) and at < stop:
+        inner, length = data[at] & 0x0F, data[at] >> 4
+        at += 1
+        if length == 15:
+            length, at = _varint(data, at, stop)
+        if length > stop - at:
+            raise IndexError
+        values = []
+        for _ in range(length):
+            value, at = _value(data, at, stop, inner, depth + 1)
+            values.append(value)
+        return values, at
+    if not _BYTE < kind < _DOUBLE:
+        raise IndexError  # maps are in no Parquet file
+    coded, at = _varint(data, at, stop)
+    return _signed(coded), at
+
+
+def _signed(coded):
+    """Of zigzag coding."""
+    return coded >> 1 if coded % 2 == 0 else -(coded >> 1) - 1

@@ -1,0 +1,171 @@
+"""`python -m tests.mutants`: mutations of the estimator's and guidance's core files that the tests must notice.
+
+A random sample of cosmic-ray's mutations of the files below, each in a copy of the project, with the tests that cover
+its file and kernels run as Python. Lists what survives; `SURVIVING` says why some may. Decorators and annotations are
+left alone: without compilation they have no effect.
+"""
+
+import argparse
+import ast
+import difflib
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+from contextlib import closing
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+from steerway.core.workers import in_workers
+
+ROOT = Path(__file__).parents[1]
+LEAST = 0.9
+"""Share that the tests must notice."""
+_COPIED = ("src", "tests", "examples", "docs", "pyproject.toml", "README.md")
+_LIMIT = 90.0  # s: a mutation may loop for ever
+_LEFT_ALONE = ("remove-decorator", "exception-replacer", "variable-")
+COURSE = ("test_five_state", "test_steerageway", "test_course_core")
+GUIDANCE = ("test_guidance", "test_waypoints", "test_guidance_core")
+COVERED = {
+    "core/angles.py": ("test_angles",),
+    "core/earth.py": ("test_earth",),
+    "core/kinematics.py": ("test_kinematics",),
+    "estimation/course/motion/five_state.py": COURSE,
+    "estimation/course/motion/low_speed.py": COURSE,
+    "estimation/course/update/position.py": COURSE,
+    "estimation/course/steerageway.py": COURSE,
+    "guidance/adaptive_line_of_sight.py": GUIDANCE,
+    "guidance/integral_line_of_sight.py": GUIDANCE,
+    "guidance/line_of_sight.py": GUIDANCE,
+    "guidance/reference.py": GUIDANCE,
+    "guidance/route.py": GUIDANCE,
+    "guidance/vector_field.py": GUIDANCE,
+    "guidance/waypoints.py": GUIDANCE,
+}
+"""File of `steerway` → tests that cover it."""
+
+
+class Mutant(NamedTuple):
+    """One mutation: of a file, by an operator of cosmic-ray, at one of the places it applies to."""
+
+    file: str
+    operator: str
+    occurrence: int
+
+
+def mutants() -> list[Mutant]:
+    """All of the files above that change what a file does."""
+    from cosmic_ray import plugins
+    from cosmic_ray.ast import ast_nodes, get_ast_from_path
+
+    found = []
+    for file in COVERED:
+        tree = get_ast_from_path(_source(file))
+        for name in plugins.operator_names():
+            kind = plugins.get_operator(name)
+            if kind.arguments() or any(words in name for words in _LEFT_ALONE):
+                continue
+            places = [place for node in ast_nodes(tree) for place in kind().mutation_positions(node)]
+            found += [Mutant(file, name, k) for k in range(len(places))]
+    return found
+
+
+def mutated(mutant: Mutant) -> str | None:
+    """The file's text with the mutation; None where it does the same."""
+    from cosmic_ray import plugins
+    from cosmic_ray.mutating import mutate_code
+
+    before = _source(mutant.file).read_text(encoding="utf-8")
+    after = mutate_code(before, plugins.get_operator(mutant.operator)(), mutant.occurrence)
+    if after is None:
+        return None
+    try:
+        return None if _meaning(after) == _meaning(before) else after
+    except SyntaxError:
+        return None
+
+
+def survives(folder: str, mutant: Mutant) -> str:
+    """The mutation as changed lines, if the tests do not notice it; else "" ."""
+    copy = Path(folder, str(os.getpid()))
+    if not copy.exists():
+        for name in _COPIED:
+            source = ROOT / name
+            (shutil.copytree if source.is_dir() else shutil.copy)(source, _made(copy) / name)
+    path, before = copy / "src" / "steerway" / mutant.file, _source(mutant.file).read_text(encoding="utf-8")
+    after = mutated(mutant)
+    path.write_text(after, encoding="utf-8")
+    tests = [f"tests/{name}.py" for name in COVERED[mutant.file] if (copy / "tests" / f"{name}.py").exists()]
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": f"{copy / 'src'}{os.pathsep}{copy}"}
+    environment |= {"PYTHONDONTWRITEBYTECODE": "1"}
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", *tests]
+    try:
+        code = subprocess.run(command, cwd=copy, env=environment, capture_output=True, timeout=_LIMIT).returncode
+    except subprocess.TimeoutExpired:
+        code = 1
+    path.write_text(before, encoding="utf-8")
+    if code:
+        return ""
+    lines = difflib.unified_diff(before.splitlines(), after.splitlines(), lineterm="", n=0)
+    return "\n".join(line for line in lines if line[:1] in "@+-" and line[:3] not in ("+++", "---"))
+
+
+def _source(file):
+    return ROOT / "src" / "steerway" / file
+
+
+def _made(folder):
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def _meaning(source):
+    """The syntax tree without annotations."""
+    tree = ast.parse(source)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            node.returns = None
+        elif isinstance(node, ast.arg):
+            node.annotation = None
+        elif isinstance(node, ast.AnnAssign):
+            node.annotation = ast.Constant(None)
+    return ast.dump(tree)
+
+
+def main() -> None:
+    """Run the sample; exit code 1 where fewer are noticed than `LEAST`."""
+    parser = argparse.ArgumentParser("python -m tests.mutants", description=__doc__)
+    parser.add_argument("--sample", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--processes", type=int, default=os.cpu_count())
+    given = parser.parse_args()
+    everything = mutants()
+    random.Random(given.seed).shuffle(everything)
+    chosen = []
+    for each in everything:
+        if len(chosen) == given.sample:
+            break
+        if mutated(each) is not None:
+            chosen.append(each)
+    left = []
+    with tempfile.TemporaryDirectory() as folder:
+        with closing(in_workers(partial(survives, folder), chosen, max(given.processes, 2))) as results:
+            for done, (index, difference) in enumerate(results, 1):
+                if difference:
+                    left.append((chosen[index], difference))
+                    print(f"{chosen[index].file}: {chosen[index].operator}\n{difference}", flush=True)
+                if done % 25 == 0:
+                    print(f"{done} of {len(chosen)}: {done - len(left)} noticed", file=sys.stderr, flush=True)
+    share = 1.0 - len(left) / len(chosen)
+    print(
+        f"{len(chosen)} of {len(everything)} mutations, seed {given.seed}: "
+        f"{100.0 * share:.1f} % noticed, {len(left)} not"
+    )
+    sys.exit(share < LEAST)
+
+
+if __name__ == "__main__":
+    main()
