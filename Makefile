@@ -1,4 +1,4 @@
-# make demo | test | bounds | fuzz | install | bench | soak | faults | reference | lint | docs | package
+# make demo | test | bounds | fuzz | mutants | licences | install | bench | soak | faults | reference | lint | docs | package
 # Each creates .venv from the lock file by itself.
 PYTHON ?= python3
 BIN := .venv/bin
@@ -7,7 +7,7 @@ PIP := $(BIN)/pip install --quiet --disable-pip-version-check
 # Tests that run commands, services or whole studies: the kernels they call are called by the others too.
 NO_KERNELS = live autopilot desk docs soak cli commands package public_names study studies mission reference_outputs fuzz mavlink campaign
 
-.PHONY: install demo test bounds fuzz bench soak faults reference lint docs package lock
+.PHONY: install demo test bounds fuzz mutants licences bench soak faults reference lint docs package lock
 
 install: .venv/.test
 
@@ -46,6 +46,14 @@ bounds: .venv/.test
 # corpus is kept in ~/.cache/steerway/fuzz.
 fuzz: .venv/.test
 	$(BIN)/python -m tests.fuzz --minutes $(or $(MINUTES),15)
+
+# Mutations of core files that the tests have to notice; cosmic-ray is installed beside the locked packages.
+mutants: .venv/.test
+	$(PIP) cosmic-ray==8.7.0
+	$(BIN)/python -m tests.mutants --sample $(or $(SAMPLE),300)
+
+licences: .venv/.test
+	$(BIN)/python -m tests.licences
 
 bench: .venv/.bench
 	$(BIN)/python -m benchmarks
