@@ -64,7 +64,7 @@ class Desk:
         self.boat = Otter(25.0, (0.05, 0.0, -0.35))
         self.sea = conditions((current * math.cos(0.7), current * math.sin(0.7)))
         self.state = self.boat.start(-30.0, 0.0, 0.0, 1.0)
-        self.trim = 0.0
+        self.trim, self.drive = 0.0, 90.0
         self.fixes = lambda time, north, east: [InputRow("gps", NOON + time, *displaced(*HOME, north, east))]
         self.said, self.rows = [], []
         self.loop = HastenedLoop()
@@ -136,7 +136,7 @@ class Desk:
     def _propeller_speeds(self):
         order = self.order
         if order is None or not order.engaged:
-            return OTTER_PROPELLERS.step(90.0, 0.0)[:2]  # someone drives her straight on
+            return OTTER_PROPELLERS.step(self.drive, 0.0)[:2]  # someone drives her straight on
         if self.by == "propellers":
             return order.port * OTTER_PROPELLERS.max_speed, order.starboard * OTTER_PROPELLERS.max_speed
         error = order.yaw_rate - self.state[5]

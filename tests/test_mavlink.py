@@ -138,7 +138,7 @@ def test_a_vehicle_that_is_not_armed_or_does_not_obey_is_a_complaint():
     assert pair.run(0.2).guided.refusal == "the vehicle is not armed"
     assert pair.rover.mode is RoverMode.MANUAL
     pair = Pair().run(2.0)
-    pair.rover._set_mode = lambda number: messages.MAV_RESULT_FAILED
+    pair.rover._set_mode = lambda number, now: messages.MAV_RESULT_FAILED
     pair.order = RUNNING
     assert pair.run(2.5).guided.refusal == ""
     assert pair.run(1.0).guided.refusal == (
@@ -252,7 +252,7 @@ def test_requests_come_twice_a_second_and_end():
     pair = Pair().run(2.0)
     pair.order = RUNNING
     pair.run(2.0)
-    pair.rover._set_mode = lambda number: messages.MAV_RESULT_FAILED
+    pair.rover._set_mode = lambda number, now: messages.MAV_RESULT_FAILED
     pair.order, stopped = STOPPED, pair.time
     pair.run(15.0)
     asked = [each for each in pair.said("COMMAND_LONG", stopped) if each.command == messages.MAV_CMD_DO_SET_MODE]

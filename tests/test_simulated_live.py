@@ -207,6 +207,11 @@ class Commanding:
     def stop(self, reason):
         self.stops.append(reason)
 
+    refused = stop
+
+    def vehicle(self, obstacle):
+        self.obstacle = obstacle
+
 
 class Desk:
     """A vehicle and a companion on a link, in one process; `order` is what the companion is told 50 times a second."""

@@ -11,6 +11,7 @@ from enum import IntEnum
 from typing import NamedTuple, Protocol
 
 from steerway.control.handover import Autopilot
+from steerway.control.in_current import InCurrent
 from steerway.control.station import StationKeeper
 from steerway.core.checks import one_of, positive
 from steerway.core.estimate import Estimate, Estimator, Measurements
@@ -30,6 +31,7 @@ class Mode(IntEnum):
     HOLDING = 2  # keeping station
     STOPPED = 3  # the route is finished, engines off
     BLIND = 4  # no position for too long, engines off
+    OVERPOWERED = 5  # no way is made: the current exceeds the boat's speed; engines off
 
 
 STEERED = (Mode.UNDER_WAY, Mode.HOLDING)
@@ -39,6 +41,10 @@ class Mission(Protocol):
     """What gives the leg under way: `guidance.waypoints.Mission`, `guidance.voyage.Voyage`."""
 
     phase: Phase
+    lead: float
+
+    @property
+    def following(self) -> float: ...
 
     def step(self, north: float, east: float, dt: float, effort: float = 0.0) -> LegState: ...
 
@@ -51,6 +57,8 @@ class SpeedLoop(Protocol):
     def limited_to(self, achieved: float) -> None: ...
 
     def restart(self) -> None: ...
+
+    def speed_of(self, force: float) -> float: ...
 
 
 class Actuation(Protocol):
@@ -69,6 +77,10 @@ class SteadyForce:
     def step(self, desired: float, speed: float, dt: float) -> float:
         """The force while the desired speed is above 0."""
         return self.force if desired > 0.0 else 0.0
+
+    def speed_of(self, force: float) -> float:
+        """Not known."""
+        return math.nan
 
     def limited_to(self, achieved: float) -> None:
         """Does nothing: there is no integral."""
@@ -116,6 +128,7 @@ class Pilot:
     station:   keeps a point where the mission says so; without it the pilot stops there. Needs a compass.
     cruise:    speed where the mission gives none, m/s.
     steer_by:  "course", or "heading" for a law that gives a heading.
+    in_current: where the estimator knows the current: by the heading that makes the course good, turns begun early.
     max_dead_reckoning: time without a position after which the engines stop, s.
     """
 
@@ -131,33 +144,36 @@ class Pilot:
         *,
         cruise: float = math.nan,
         steer_by: str = "course",
+        in_current: InCurrent | None = None,
         max_dead_reckoning: float = 10.0,
     ):
         self.estimator, self.mission, self.law, self.autopilot = estimator, mission, law, autopilot
         self.actuation, self.speed, self.station = actuation, speed, station
         self.cruise = cruise
+        self.in_current = in_current
         self.max_dead_reckoning = positive("pilot.max_dead_reckoning", max_dead_reckoning)
         self._law_of_course = one_of("pilot.steer_by", steer_by, ("course", "heading")) == "course"
         self._turns = getattr(speed, "turns", None)  # for a speed loop that uses the measured shaft speed
-        self._order = getattr(estimator, "order", None)  # for an estimator that uses what was ordered
         self._blind = 0.0
         self._mode = Mode.WAITING
+        self._orders = getattr(estimator, "order", _no_order)  # for an estimator that uses what was ordered
 
     @property
     def finished(self) -> bool:
-        """Whether the route is finished and the engines are off."""
-        return self._mode is Mode.STOPPED
+        """Whether the engines are off for good: the route is finished, or the current too strong for it."""
+        return self._mode in (Mode.STOPPED, Mode.OVERPOWERED)
 
     def step(self, measurements: Measurements, dt: float) -> Orders:
         """The commands now, dt s after the step before."""
         estimate = self.estimator.step(measurements, dt)
         self.measured_shaft(measurements.shaft)
         leg = self.mission.step(estimate.north, estimate.east, dt)
+        self.look_ahead(leg, estimate, dt)
         mode = self._supervise(measurements, estimate, dt)
         desired, speed = UNKNOWN, 0.0
         if mode is Mode.UNDER_WAY:
-            desired = self.law.step(leg, estimate.cog, estimate.sog, dt)
             speed = self.cruise if math.isnan(leg.speed) else leg.speed
+            desired = self.law.step(self.seen(leg, speed, estimate), estimate.cog, estimate.sog, dt)
             steered = self.steer(desired, speed, estimate, dt)
         elif mode is Mode.HOLDING:
             desired, steered = self._hold(leg, estimate, dt)
@@ -169,6 +185,8 @@ class Pilot:
 
     def steer(self, desired: Reference, speed: float, estimate: Estimate, dt: float) -> Steered:
         """Control: the commands for a desired course (or heading) and speed (m/s)."""
+        if self.in_current is not None and estimate.knows_current:
+            return self._steer_in_current(desired, speed, estimate, dt)
         force = 0.0 if self.speed is None else self.speed.step(speed, estimate.sog, dt)
         return self._actuate(force, self._yaw(desired, estimate, dt, self._law_of_course))
 
@@ -177,10 +195,43 @@ class Pilot:
         if self._turns is not None:
             self._turns(shaft)
 
+    def seen(self, leg: LegState, speed: float, estimate: Estimate) -> LegState:
+        """The leg as the guidance law sees it, for a speed of the route (m/s)."""
+        knows = self.in_current is not None and estimate.knows_current
+        return self.in_current.seen(leg, speed, estimate) if knows else leg
+
+    def look_ahead(self, leg: LegState, estimate: Estimate, dt: float) -> None:
+        """Tell the mission, for its next step, at which distance from the waypoint the turn into the next leg begins.
+
+        And whether the boat can make way along the leg is watched, `in_current.trouble`.
+        """
+        lead, following = math.nan, self.mission.following
+        if self.in_current is not None and estimate.knows_current:
+            self.in_current.watch(leg, estimate, dt)
+            if math.isfinite(following):
+                lead = self.in_current.lead(leg.direction, following, estimate, self.autopilot.shaper)
+        self.mission.lead = lead
+
+    def _steer_in_current(self, desired, speed, estimate, dt):
+        self.in_current.tune(self.autopilot, estimate)
+        speed, force = self.in_current.water_speed(desired.angle, speed, estimate), 0.0
+        if self.speed is not None:
+            force = self.speed.step(*self.in_current.controlled(speed, estimate), dt)
+        if self.in_current.departs(estimate, dt):
+            self.autopilot.release()
+            return self._actuate(force, 0.0)
+        heading = self.in_current.heading(desired, speed, estimate)
+        yaw = self._yaw(heading, estimate, dt, course_wanted=False)
+        _, rate, acceleration = self._reference()
+        fed = self.in_current.response.order(rate, acceleration, estimate.water_speed, estimate.yaw_bias)
+        return self._actuate(force, yaw, fed)
+
     def restart(self) -> None:
         """Forget the trim and the reference: the next `steer` begins with the boat's own course."""
         self.autopilot.release()
         self.autopilot.controller.restart()
+        if self.in_current is not None:
+            self.in_current.restart()
         if self.speed is not None:
             self.speed.restart()
 
@@ -188,6 +239,7 @@ class Pilot:
         """Engines off: the commands that do nothing. The autopilot begins anew with the next `steer`."""
         self.autopilot.release()
         *command, _, _ = self.actuation.step(0.0, 0.0)
+        self._orders(0.0, self.cruise if self.speed is None else 0.0)
         return Steered(tuple(command), 0.0, 0.0, self._reference())
 
     def _supervise(self, measurements, estimate, dt):
@@ -199,6 +251,8 @@ class Pilot:
             mode = Mode.BLIND
         elif self.mission.phase is Phase.STOPPED or (self.mission.phase is Phase.HOLDING and self.station is None):
             mode = Mode.STOPPED
+        elif self._mode is Mode.OVERPOWERED or (self.in_current is not None and self.in_current.trouble):
+            mode = Mode.OVERPOWERED
         else:
             mode = Mode.HOLDING if self.mission.phase is Phase.HOLDING else Mode.UNDER_WAY
         if mode is not self._mode:
@@ -214,24 +268,29 @@ class Pilot:
         self._mode = mode
 
     def _hold(self, leg, estimate, dt):
-        _, _, sog, cog, *_, heading, _ = estimate
+        sog, cog, heading = estimate.sog, estimate.cog, estimate.heading
         wanted, force = self.station.step(leg.distance, leg.bearing, cog, sog, heading, dt)
         desired = Reference(*wanted)
         return desired, self._actuate(force, self._yaw(desired, estimate, dt, course_wanted=False))
 
     def _yaw(self, desired, estimate, dt, course_wanted):
-        _, _, sog, cog, course_rate, *_, heading, yaw_rate = estimate
+        _, _, sog, cog, course_rate, _, _, _, _, heading, yaw_rate, *_ = estimate
         return self.autopilot.step(desired, cog, course_rate, heading, yaw_rate, sog, dt, course_wanted)
 
-    def _actuate(self, force, yaw):
-        """The commands; integrals are kept within what limits leave of them."""
-        *command, achieved_force, achieved_yaw = self.actuation.step(force, yaw)
-        self.autopilot.limited_to(achieved_yaw)
-        if self._order is not None:
-            self._order(achieved_yaw)
+    def _actuate(self, force, yaw, fed=0.0):
+        """The commands; integrals are kept within what limits leave of them. `fed` is added to the autopilot's
+        output.
+        """
+        *command, achieved_force, achieved_yaw = self.actuation.step(force, yaw + fed)
+        self.autopilot.limited_to(achieved_yaw - fed)
         if self.speed is not None:
             self.speed.limited_to(achieved_force)
-        return Steered(tuple(command), force, yaw, self._reference())
+        self._orders(achieved_yaw, self.cruise if self.speed is None else self.speed.speed_of(achieved_force))
+        return Steered(tuple(command), force, yaw + fed, self._reference())
 
     def _reference(self):
         return self.autopilot.shaper.reference or UNKNOWN
+
+
+def _no_order(yaw, speed):
+    """For an estimator that does not use the orders."""

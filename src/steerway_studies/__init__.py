@@ -18,6 +18,7 @@ STUDIES = {
     "real-logs": "steerway_studies.real_logs",
     "springer-mission": "steerway_studies.springer_mission",
     "unseen-logs": "steerway_studies.unseen_logs",
+    "at-sea": "steerway_studies.at_sea",
 }
 """Study name → module. The entry point `steerway.studies` names this table; other packages may name theirs."""
 

@@ -13,9 +13,14 @@ from steerway.control.course import AnglePID, place_poles
 from steerway.control.handover import Autopilot, HandOver, Steerageway
 from steerway.control.heading_plant import HeadingResponse
 from steerway.control.heading_steering import KINDS, steering
+from steerway.control.in_current import InCurrent, YawResponse
 from steerway.control.speed_force import ForceLoop, speed_loop
 from steerway.control.speed_pi import SpeedPI, SpeedPIGains
 from steerway.control.station import StationGains, StationKeeper
+from steerway.guidance.reference import ReferenceModel
+
+_SLOWEST = 0.6
+"""Share of the cruise speed, through the water, that is kept in a following current."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +31,8 @@ class Boat:
     yaw_limit of |u|; bandwidth ω_n of the autopilot, rad/s; lookahead Δ and acceptance, m; cruise and top_speed, m/s;
     speed and station None for a boat whose thrust is not controlled. full_shaft: shaft speed (rev/s) of full thrust,
     where one shaft drives the boat. response: the heading's own, where it is known better than by K and T; yaw_slew:
-    what the autopilot's output can change by in a second. steers: whether the boat can turn.
+    what the autopilot's output can change by in a second. steers: whether the boat can turn. turn_rate: the largest
+    that is ordered, rad/s; yaw: the response to orders where K and T alone do not describe it.
     """
 
     nomoto_gain: float
@@ -40,6 +46,8 @@ class Boat:
     top_speed: float
     profile: str
     damping: float = 1.0
+    turn_rate: float = math.radians(15.0)
+    yaw: YawResponse | None = None
     speed: SpeedPIGains | None = None
     station: StationGains | None = None
     full_shaft: float = math.nan
@@ -61,6 +69,24 @@ class Boat:
             return Autopilot(controller, shaper, HandOver(steerageway))
         gains = place_poles(self.nomoto_gain, self.nomoto_time, self.bandwidth, self.damping, self.yaw_limit)
         return Autopilot(AnglePID(gains), shaper, HandOver(steerageway))
+
+    def autopilot_in_current(self) -> Autopilot:
+        """An autopilot behind a reference model that the boat can follow."""
+        bandwidth, response = 2.0 * self.bandwidth, self.yaw_response
+        quickest = min(0.5 * response.gain * self.yaw_limit / response.time, bandwidth * self.turn_rate)
+        model = ReferenceModel(bandwidth, 1.0, self.turn_rate, quickest)
+        return Autopilot(AnglePID(response.gains(self.bandwidth, 0.0, self.yaw_limit)), model)
+
+    def in_current(self) -> InCurrent:
+        """What steering in a current knows of the boat."""
+        slowest = _SLOWEST * self.cruise
+        fastest = max(self.cruise, min(self.top_speed, self.yaw_response.stable_speed))
+        return InCurrent(self.yaw_response, fastest, slowest, self.turn_rate, self.bandwidth, self.yaw_limit)
+
+    @property
+    def yaw_response(self) -> YawResponse:
+        """The response of the yaw rate to the autopilot's output."""
+        return self.yaw or YawResponse(self.nomoto_gain, self.nomoto_time)
 
     def helm(self, shaper, steerageway: Steerageway | None = None) -> Autopilot:
         """The old name of `autopilot`."""

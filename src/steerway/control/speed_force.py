@@ -65,6 +65,10 @@ class ForceLoop:
         self._achieved = command
         return self.force
 
+    def speed_of(self, force: float) -> float:
+        """The speed that a force holds: not known."""
+        return math.nan
+
     def limited_to(self, achieved: float) -> None:
         """What the propellers made of the last force."""
         self._achieved = signed_root(achieved / self._unit)

@@ -94,6 +94,14 @@ class SpeedPI:
         self._approached = before + max(-most, min(most, desired - before))
         return self._approached
 
+    def speed_of(self, force: float) -> float:
+        """The speed (m/s) at which the drag is as large as a force (N); NaN without drag."""
+        linear, quadratic = self.gains.linear_drag, self.gains.quadratic_drag
+        if linear + quadratic == 0.0:
+            return math.nan
+        size = abs(force)
+        return math.copysign(2.0 * size / (linear + math.sqrt(linear**2 + 4.0 * quadratic * size)), force)
+
     def limited_to(self, achieved: float) -> None:
         """What the propellers made of the last force."""
         self._excess = beyond(self.force, achieved)

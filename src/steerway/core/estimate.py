@@ -18,6 +18,7 @@ class Measurements(NamedTuple):
     bottom_speed: float = math.nan  # along the hull over ground
     acceleration: float = math.nan  # along the hull, with gravity where it pitches
     shaft: float = math.nan  # rev/s
+    age: float = 0.0  # of the position: s since its epoch
 
 
 NO_MEASUREMENTS = Measurements()
@@ -37,6 +38,17 @@ class Estimate(NamedTuple):
     position_std: float
     heading: float
     yaw_rate: float
+    heading_std: float = math.nan  # from here on only an estimator that knows the orders has numbers
+    water_speed: float = math.nan
+    current_north: float = math.nan
+    current_east: float = math.nan
+    yaw_bias: float = math.nan  # rate at which the boat settles without an order
+    speed_gain: float = math.nan  # speed through the water over the ordered one
+
+    @property
+    def knows_current(self) -> bool:
+        """Whether heading, speed through the water and current are estimated."""
+        return not math.isnan(self.current_north)
 
 
 class Estimator(Protocol):

@@ -102,3 +102,43 @@ def turning_rate(
     if squared == 0.0:
         return math.nan
     return (north_velocity * east_acceleration - east_velocity * north_acceleration) / squared
+
+
+_STEEPEST = 0.98
+"""Sine of the largest crab angle: beyond it the heading is set across the current."""
+
+
+@kernel
+def heading_for(course: float, water_speed: float, current_north: float, current_east: float) -> tuple[float, float]:
+    """(heading ψ, speed over ground along the course) that make a course good; rad, m/s.
+
+    Where the current across is as fast as the boat: the heading that is carried off least, and the speed along the
+    course at it, which is negative where the boat goes astern.
+    """
+    c, s = math.cos(course), math.sin(course)
+    along, across = current_north * c + current_east * s, current_east * c - current_north * s
+    if not water_speed > 0.0:
+        return course, along
+    sine = min(_STEEPEST, max(-_STEEPEST, -across / water_speed))
+    return wrap(course + math.asin(sine)), along + water_speed * math.sqrt(1.0 - sine * sine)
+
+
+@kernel
+def water_speed_for(
+    course: float, speed: float, current_north: float, current_east: float, least: float, most: float
+) -> float:
+    """Speed through the water (m/s), within limits, that gives a speed over ground along a course."""
+    north, east = speed * math.cos(course) - current_north, speed * math.sin(course) - current_east
+    return min(most, max(least, math.hypot(north, east)))
+
+
+@kernel
+def course_per_heading(water_speed: float, sog: float, crab_angle: float) -> float:
+    """dχ/dψ = (U_r/U) cos(χ − ψ); crab_angle χ − ψ in rad. In a current of half the speed it is from 2/3 to 2."""
+    return water_speed / sog * math.cos(crab_angle)
+
+
+@kernel
+def largest_course_gain(current: float, water_speed: float) -> float:
+    """Largest dχ/dψ (against the current), 1/(1 − V/U_r); infinite in a current as fast as the boat."""
+    return water_speed / (water_speed - current) if current < water_speed else math.inf

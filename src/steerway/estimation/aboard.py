@@ -20,8 +20,8 @@ class ComposedEstimator:
     ) -> None:
         self.ground, self.heading, self.speed = ground, heading, speed
 
-    def order(self, yaw: float) -> None:
-        """The autopilot's output in force until the next order."""
+    def order(self, yaw: float, speed: float = math.nan) -> None:
+        """The autopilot's output in force until the next order; the ordered speed is not used."""
         if self.heading is not None:
             self.heading.order(yaw)
 

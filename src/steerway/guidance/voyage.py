@@ -59,6 +59,20 @@ class Voyage:
         """What the boat should be doing."""
         return self.missions[self._part].phase
 
+    @property
+    def following(self) -> float:
+        """See `Mission.following`."""
+        return self.missions[self._part].following
+
+    @property
+    def lead(self) -> float:
+        """See `Mission`."""
+        return self.missions[self._part].lead
+
+    @lead.setter
+    def lead(self, lead: float) -> None:
+        self.missions[self._part].lead = lead
+
     def step(self, north: float, east: float, dt: float, effort: float = 0.0) -> LegState:
         """See `Mission.step`."""
         mission = self.missions[self._part]

@@ -51,8 +51,13 @@ class Passing:
             positive("passing.time_factor", self.time_factor)
         not_negative("passing.time_margin", self.time_margin)
 
-    def verdict(self, leg: LegState, acceptance: float) -> tuple[bool, str] | None:
-        """(reached, why) when the leg is done, None when it is not; unknown position leaves it open."""
+    def verdict(self, leg: LegState, acceptance: float, lead: float = math.nan) -> tuple[bool, str] | None:
+        """(reached, why) when the leg is done, None when it is not; unknown position leaves it open.
+
+        lead: distance along the leg (m) at which the turn into the next one begins, in place of the rule.
+        """
+        if not math.isnan(lead):
+            return (True, "turn") if leg.remaining <= lead else None
         left = leg.remaining if self.rule == "remaining" else leg.distance
         if left <= acceptance:
             return True, self.rule
@@ -70,7 +75,8 @@ class Mission:
     at_end "continue" | "hold" | "stop": beyond the last waypoint the last leg's line goes on; the asked speed is the
         last leg's for "continue" and 0 otherwise. `phase` says which.
     A passed waypoint switches the leg for the next step: the step that passes it still answers for the old leg, and at
-    most one waypoint is passed in a step.
+    most one waypoint is passed in a step. `lead` (m before the waypoint, NaN for none) may be set before a step by who
+    knows how the boat turns: then the leg ends there, in place of the rule.
     """
 
     def __init__(self, route: Route, passing: Passing | None = None, *, start: str = "line", at_end: str = "stop"):
@@ -82,6 +88,7 @@ class Mission:
 
     def restart(self) -> None:
         """Forget everything sailed so far."""
+        self.lead = math.nan
         self.phase = Phase.UNDER_WAY
         self.log = MissionLog()
         self._target = None
@@ -104,6 +111,15 @@ class Mission:
             if known:
                 self._judge(leg, north, east)
         return leg
+
+    @property
+    def following(self) -> float:
+        """Direction of the leg after the one under way, rad; NaN where there is none."""
+        target = self._target
+        if target is None or target + 1 >= len(self.route) or self.phase is not Phase.UNDER_WAY:
+            return math.nan
+        ends = (self._ends[2], self._ends[3], self.route.north[target + 1], self.route.east[target + 1])
+        return float(leg_direction(*ends))
 
     def skip(self, why: str = "skipped") -> None:
         """Give up the waypoint under way as missed, on the word of an outer judge or a person."""
@@ -163,7 +179,7 @@ class Mission:
 
     def _judge(self, leg, north, east):
         self._last_seen = (north, east)
-        verdict = self.passing.verdict(leg, self._acceptance)
+        verdict = self.passing.verdict(leg, self._acceptance, self.lead)
         if verdict is None and self.log.time - self._leg_since > self._time_limit:
             verdict = (False, "time")
         if verdict is not None:

@@ -82,6 +82,7 @@ class Navigator:
         self.counts: Counter = Counter()
         self.fix_time = math.nan
         self._time = math.nan
+        self.last_input: InputRow | None = None  # the last row with a position that was used in order
         self._used: deque[_Used] = deque()
         self._stray: InputRow | None = None
         self._behind: list[InputRow] = []
@@ -239,6 +240,7 @@ class Navigator:
         if not row.has_position:
             return []
         self.counts["used"] += 1
+        self.last_input = row
         self.fix_time = row.time
         self._row = estimate
         return [estimate]

@@ -151,7 +151,7 @@ class Service:
 
     def _fix(self, row):
         if self.supervisor is not None:
-            self.supervisor.fix(row)
+            self.supervisor.fix(row, self.navigator.last_input)
         for output in self.outputs:
             output.fix(row)
 

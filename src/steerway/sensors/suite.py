@@ -68,8 +68,8 @@ class SuiteStream:
                 measured[quantity] = value
         if fix is None and not measured:
             return NO_MEASUREMENTS
-        _, north, east, sog, cog = fix or (math.nan,) * 5
-        return Measurements(north, east, sog, cog, **measured)
+        epoch, north, east, sog, cog = fix or (time, *(math.nan,) * 4)
+        return Measurements(north, east, sog, cog, **measured, age=max(time - epoch, 0.0))
 
 
 class Truth:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.simulation.assembly import Assembly, assemble
+    from steerway.simulation.assembly import Assembly, assemble, steering_pilot
     from steerway.simulation.campaign import over_seeds
     from steerway.simulation.loop import Run, Start, sail
     from steerway.simulation.reading import load_scenario, parse_scenario
@@ -25,5 +25,6 @@ __all__ = [
     "parse_scenario",
     "sail",
     "sail_scenario",
+    "steering_pilot",
 ]
 __getattr__, __dir__ = on_demand(__name__)

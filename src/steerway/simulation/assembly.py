@@ -18,11 +18,13 @@ from steerway.estimation.course.onboard import AtFaceValue, FilterEstimator
 from steerway.estimation.heading.aboard import HeadingAboard, model_of
 from steerway.estimation.profiles import Profile
 from steerway.estimation.speed import SurgeFusion, SurgeTuning
+from steerway.estimation.steering import Response, SteeringEstimator, SteeringFilter
+from steerway.guidance.line_of_sight import GuidanceLaw
 from steerway.guidance.route import Route
 from steerway.guidance.shapers import SHAPERS
 from steerway.guidance.voyage import Voyage
 from steerway.guidance.waypoints import Passing
-from steerway.pilot import Pilot
+from steerway.pilot import Mission, Pilot
 from steerway.sensors.suite import Suite, Truth
 from steerway.simulation.loop import Start
 from steerway.simulation.scenario import Scenario
@@ -52,7 +54,8 @@ def assemble(scenario: Scenario) -> Assembly:
 
 def boat(scenario: Scenario) -> Boat:
     """What the controllers use of the vessel, with what the scenario changes of it."""
-    known = scenario.vessel.boat()
+    steered = scenario.estimator.kind == "steering"
+    known = scenario.vessel.boat_in_current() if steered else scenario.vessel.boat()
     numbers = scenario.autopilot.model_dump(exclude={"kind"})
     changes = {name: value for name, value in numbers.items() if value is not None}
     if scenario.guidance.lookahead is not None:
@@ -91,6 +94,9 @@ def profile(scenario: Scenario) -> Profile:
 def pilot(scenario: Scenario) -> Pilot:
     """A pilot in its initial state."""
     known, guidance = boat(scenario), scenario.guidance
+    if scenario.estimator.kind == "steering":
+        law = scenario.guidance.design(known.lookahead, known.cruise)
+        return steering_pilot(known, voyage(scenario, known), law, profile(scenario).position_std)
     truth = scenario.estimator.kind == "truth"
     filtering = None if truth else FiveStateFilter(profile(scenario), scenario.estimator.aid)
     shaper = SHAPERS[scenario.reference.kind or scenario.vessel.reference]
@@ -121,6 +127,41 @@ def composed(scenario: Scenario, known: Boat, ground: FilterEstimator) -> Filter
     if speeds.kind == "fusion":
         speed = SurgeFusion(SurgeTuning(**speeds.model_dump(exclude={"kind"})))
     return ground if heading is None and speed is None else ComposedEstimator(ground, heading, speed)
+
+
+def steering_pilot(
+    known: Boat,
+    mission: Mission,
+    law: GuidanceLaw,
+    position_std: float = 0.3,
+    *,
+    learn: bool = True,
+    follows_orders: bool = True,
+) -> Pilot:
+    """A pilot that steers by the estimated current, its estimator knowing what is ordered.
+
+    position_std (m) of a fix is where learning the receiver's noise begins; `learn` and `follows_orders` False take
+    that away, and the knowledge of the orders, to see what they are worth.
+    """
+    filtering = SteeringFilter(response_of(known), position_std, learn=learn)
+    return Pilot(
+        SteeringEstimator(filtering, known.yaw_response.gain, follows_orders),
+        mission,
+        law,
+        known.autopilot_in_current(),
+        known.propulsion,
+        known.speed_loop(),
+        known.station_keeper(),
+        cruise=known.cruise,
+        in_current=known.in_current(),
+    )
+
+
+def response_of(known: Boat) -> Response:
+    """What the steering filter knows of a boat."""
+    _, time, *damping = known.yaw_response
+    speed_time = 60.0 if known.speed is None else known.speed.mass / max(known.speed.linear_drag, 1e-9)
+    return Response(time, known.turn_rate, known.cruise, known.top_speed, *damping, speed_time=speed_time)
 
 
 def voyage(scenario: Scenario, known: Boat) -> Voyage:

@@ -101,9 +101,12 @@ class SpeedEstimatorTable(Table):
 
 
 class EstimatorTable(Table):
-    """The filter in the loop; "truth" gives the pilot the true motion. `profile`: built in, or a .toml file."""
+    """The filter in the loop; "truth" gives the pilot the true motion. `profile`: built in, or a .toml file.
 
-    kind: Literal["five-state", "truth"] = "five-state"
+    "steering" knows the orders: it estimates heading, current and the boat's response too.
+    """
+
+    kind: Literal["five-state", "steering", "truth"] = "five-state"
     profile: str | None = None
     aid: tuple[Literal["sog", "cog", "heading", "water_speed", "yaw_rate"], ...] = ()
     heading: HeadingEstimatorTable = HeadingEstimatorTable()

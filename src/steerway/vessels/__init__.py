@@ -22,12 +22,16 @@ if TYPE_CHECKING:
     )
     from steerway.vessels.environment import Current, Environment
     from steerway.vessels.mariner import BOAT as MARINER_BOAT
+    from steerway.vessels.mariner import BOAT_IN_CURRENT as MARINER_BOAT_IN_CURRENT
     from steerway.vessels.mariner import CRUISE_SPEED as MARINER_CRUISE_SPEED
     from steerway.vessels.mariner import RUDDER as MARINER_RUDDER
     from steerway.vessels.mariner import Mariner
+    from steerway.vessels.motorboat import BOAT as MOTORBOAT_BOAT
+    from steerway.vessels.motorboat import Motorboat
     from steerway.vessels.nomoto import Nomoto
     from steerway.vessels.otter import BOAT as OTTER_BOAT
     from steerway.vessels.otter import BOAT_FOR_SMALL_MOMENTS as OTTER_BOAT_FOR_SMALL_MOMENTS
+    from steerway.vessels.otter import BOAT_IN_CURRENT as OTTER_BOAT_IN_CURRENT
     from steerway.vessels.otter import Otter
     from steerway.vessels.propeller import Propeller
     from steerway.vessels.propeller import thrust as propeller_thrust
@@ -74,10 +78,13 @@ __all__ = [
     "CYBERSHIP2_INERTIA",
     "CYBERSHIP2_THRUST",
     "MARINER_BOAT",
+    "MARINER_BOAT_IN_CURRENT",
     "MARINER_CRUISE_SPEED",
     "MARINER_RUDDER",
+    "MOTORBOAT_BOAT",
     "OTTER_BOAT",
     "OTTER_BOAT_FOR_SMALL_MOMENTS",
+    "OTTER_BOAT_IN_CURRENT",
     "RPM",
     "SPRINGER_MAX_CHANGE_RPM",
     "SPRINGER_MAX_DIFFERENCE_RPM",
@@ -92,6 +99,7 @@ __all__ = [
     "GroundMotion",
     "HeadingModel",
     "Mariner",
+    "Motorboat",
     "Nomoto",
     "Otter",
     "Propeller",

@@ -3,10 +3,11 @@
 from steerway.core.schema import one_of_kinds
 from steerway.vessels.caldas import CaldasTable
 from steerway.vessels.mariner import MarinerTable
+from steerway.vessels.motorboat import MotorboatTable
 from steerway.vessels.nomoto import NomotoTable
 from steerway.vessels.otter import OtterTable
 from steerway.vessels.springer import SpringerTable
 from steerway.vessels.surge import SurgeTable
 
-TABLES = (OtterTable, MarinerTable, NomotoTable, SpringerTable, CaldasTable, SurgeTable)
+TABLES = (OtterTable, MarinerTable, NomotoTable, SpringerTable, CaldasTable, SurgeTable, MotorboatTable)
 AnyVesselTable = one_of_kinds(TABLES)

@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 
 from steerway.control.boats import Boat
+from steerway.control.in_current import YawResponse
 from steerway.control.rudder import Rudder
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
@@ -181,9 +182,14 @@ BOAT = Boat(
     acceptance=50.0,
     cruise=CRUISE_SPEED,
     top_speed=10.0,
+    turn_rate=math.radians(0.45),
     profile="ship",
 )
 """For the controllers: K in 1/s and T in s of P1 §4, a mid-range fit."""
+
+
+BOAT_IN_CURRENT = BOAT.but(yaw=YawResponse(0.104, 40.0, 0.0, 0.0, 220.0), bandwidth=0.04)
+"""The yaw response fits the first acceleration and the steady turns by rudders of 5° to 20°."""
 
 
 class MarinerTable(VesselTable):
@@ -197,3 +203,6 @@ class MarinerTable(VesselTable):
 
     def boat(self) -> Boat:
         return BOAT.but(cruise=self.cruise_speed)
+
+    def boat_in_current(self) -> Boat:
+        return BOAT_IN_CURRENT.but(cruise=self.cruise_speed)

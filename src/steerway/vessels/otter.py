@@ -17,6 +17,7 @@ from pydantic import Field
 
 from steerway.control.allocation import OTTER_PROPELLERS
 from steerway.control.boats import Boat
+from steerway.control.in_current import YawResponse
 from steerway.control.speed_pi import SpeedPIGains
 from steerway.control.station import StationGains
 from steerway.core.arrays import Floats
@@ -322,6 +323,11 @@ BOAT_FOR_SMALL_MOMENTS = BOAT.but(nomoto_gain=0.05, nomoto_time=2.5, bandwidth=0
 """For poor fixes on long legs: K and T of small moments allow a lower bandwidth. Turns are wide."""
 
 
+BOAT_IN_CURRENT = BOAT.but(yaw=YawResponse(0.0222, 1.0, 1.0, 0.69, 12.0), turn_rate=math.radians(12.0))
+"""The yaw response fits the turns of the model at 0.8, 1.2 and 1.8 m/s by moments of 1 to 30 N·m: above 1.2 m/s it is
+unstable on a straight course."""
+
+
 class OtterTable(VesselTable):
     """The keys of an Otter in a scenario."""
 
@@ -337,3 +343,6 @@ class OtterTable(VesselTable):
 
     def boat(self) -> Boat:
         return BOAT
+
+    def boat_in_current(self) -> Boat:
+        return BOAT_IN_CURRENT

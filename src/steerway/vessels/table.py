@@ -23,3 +23,7 @@ class VesselTable(Table):
     def boat(self) -> Boat:
         """The numbers and default gains its controllers use."""
         raise NotImplementedError
+
+    def boat_in_current(self) -> Boat:
+        """The same for steering by an estimator that knows the orders, whose response to them has to fit well."""
+        return self.boat()

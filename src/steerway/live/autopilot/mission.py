@@ -60,6 +60,9 @@ class BoatTable(_Table):
 
     max_yaw_rate_dps: float = Field(20.0, gt=0.0, allow_inf_nan=False)  # largest that is commanded
     yaw_time: float = Field(1.5, ge=0.0, allow_inf_nan=False)  # s, time constant of the yaw rate with propellers
+    rate_time: float = Field(1.3, gt=0.0, allow_inf_nan=False)  # s, of the yaw rate with a loop of its own
+    yaw_munk: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # s²/m², loss of damping with the speed squared
+    yaw_quadratic: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # s/rad, damping that grows with the yaw rate
     full_yaw_rate_dps: float = Field(90.0, gt=0.0, allow_inf_nan=False)  # with one propeller ahead, the other astern
     top_speed_mps: float = Field(3.0, gt=0.0, allow_inf_nan=False)  # at full thrust
     surge_time: float = Field(1.5, gt=0.0, allow_inf_nan=False)  # s, time constant of the speed

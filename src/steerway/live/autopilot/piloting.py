@@ -15,20 +15,21 @@ from steerway.control.course import AnglePID
 from steerway.control.handover import Autopilot, HandOver, Steerageway
 from steerway.control.heading_plant import HeadingResponse
 from steerway.control.heading_steering import steering
+from steerway.control.in_current import InCurrent, YawResponse
 from steerway.control.speed_force import ForceLoop
 from steerway.control.speed_force import speed_loop as control_speed
 from steerway.control.speed_pi import SpeedPI, SpeedPIGains
 from steerway.core.checks import one_of
 from steerway.core.earth import displacement
-from steerway.core.estimate import Estimate
 from steerway.estimation.profiles import Profile
 from steerway.estimation.profiles.inferred import InferredProfile
+from steerway.estimation.steering import Response
 from steerway.guidance import laws
 from steerway.guidance.reference import ReferenceModel
 from steerway.guidance.route import Route
 from steerway.guidance.waypoints import Mission, Passing
+from steerway.live.autopilot.aboard import Aboard
 from steerway.live.autopilot.mission import BoatTable, GeodeticRoute
-from steerway.live.base.rows import Row
 from steerway.pilot import Pilot
 
 YAW_RATE, PROPELLERS = ACTUATIONS = ("yaw-rate", "propellers")
@@ -45,25 +46,14 @@ _COURSE_STD = math.radians(1.0)
 """1σ of an estimated course, as it takes it."""
 SPEED_BANDWIDTH = 0.3
 """rad/s of the speed loop: what the estimate of the speed carries, roughly."""
+SLOWEST = 0.6
+"""Share of the route's speed that is kept through the water in a following current."""
 ACCELERATION = 0.15
 """m/s² at which another speed is approached."""
 _TURN_TIME = 1.0
 """s in which the reference reaches its largest yaw rate."""
 _GIVE_UP = 0.9
 """Share of the profile's steerageway below which the course is no longer steered by."""
-
-
-class RowEstimator:
-    """Rows of the navigator as estimates in the tangent plane around an origin (latitude, longitude; rad)."""
-
-    def __init__(self, origin: tuple[float, float]):
-        self._origin = origin
-
-    def step(self, row: Row, dt: float) -> Estimate:
-        """See `core.estimate.Estimator`; heading and yaw rate are unknown."""
-        north, east = displacement(row.latitude, row.longitude, *self._origin) if row.valid else (math.nan, math.nan)
-        motion = row.sog, row.cog, row.course_rate, row.sog_std, row.cog_std, row.course_rate_std, row.position_std
-        return Estimate(north, east, *motion, math.nan, math.nan)
 
 
 class BoatActuation:
@@ -108,14 +98,41 @@ def pilot_of(
     north, east = np.array(places).T
     route = Route(north, east, acceptance=line.acceptance, speed=line.speed)
     return Pilot(
-        RowEstimator(origin),
+        Aboard(origin, response_of(line, takes), profile.position_std),
         Mission(route, Passing(time_factor=None)),
         laws.law(line.law, line.lookahead, float(np.mean(line.speed))),
         autopilot(line.boat, profile, takes, kinds[0]),
         BoatActuation(line.boat, takes),
         speed_loop(line.boat, kinds[1]),
+        in_current=in_current(line, takes) if kinds == DEFAULT_KINDS else None,
         max_dead_reckoning=max_dead_reckoning,
     )
+
+
+def yaw_response(boat: BoatTable, takes: str) -> YawResponse:
+    """The response to the ordered yaw rate, of a vehicle's own loop or of the hull to its propellers."""
+    if takes == YAW_RATE:
+        return YawResponse(1.0, boat.rate_time)
+    return YawResponse(1.0, boat.yaw_time, 1.0, boat.yaw_munk, boat.yaw_quadratic)
+
+
+def response_of(line: GeodeticRoute, takes: str) -> Response:
+    """What the steering filter knows of the boat."""
+    boat = line.boat
+    _, time, *damping = yaw_response(boat, takes)
+    rate, cruise = math.radians(boat.max_yaw_rate_dps), float(np.mean(line.speed))
+    return Response(
+        time, rate, cruise, boat.top_speed_mps, *damping, speed_time=boat.surge_time, over_ground=takes == YAW_RATE
+    )
+
+
+def in_current(line: GeodeticRoute, takes: str) -> InCurrent:
+    """What steering in a current knows of the boat."""
+    boat, cruise = line.boat, float(np.mean(line.speed))
+    response = yaw_response(boat, takes)
+    fastest = max(cruise, min(boat.top_speed_mps, response.stable_speed))
+    rate = math.radians(boat.max_yaw_rate_dps)
+    return InCurrent(response, fastest, SLOWEST * cruise, rate, MAX_BANDWIDTH, over_ground=takes == YAW_RATE)
 
 
 def autopilot(

@@ -51,8 +51,9 @@ class Guide:
         self._time = row.time
         estimate = self._pilot.estimator.step(row, dt)
         seen = self._pilot.mission.step(estimate.north, estimate.east, dt)
+        self._pilot.look_ahead(seen, estimate, dt)
         target = seen.target
-        steer = self._pilot.law.step(seen, row.cog, row.sog, dt).angle
+        steer = self._pilot.law.step(self._pilot.seen(seen, seen.speed, estimate), estimate.cog, estimate.sog, dt).angle
         closing = row.sog * math.cos(wrap(seen.bearing - row.cog))
         return Leg(
             seen.cross_track,

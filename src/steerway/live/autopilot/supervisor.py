@@ -18,7 +18,7 @@ from steerway.live.autopilot.piloting import DEFAULT_KINDS, YAW_RATE, pilot_of
 from steerway.live.autopilot.speeds import MeasuredSpeed
 from steerway.live.autopilot.watch import Watch
 from steerway.live.base.orders import UNDER_WAY, Order, State
-from steerway.live.base.rows import Row
+from steerway.live.base.rows import InputRow, Row
 
 _SLOWEST = 1.5
 """Of the profile's steerageway: the least speed that is demanded."""
@@ -105,9 +105,11 @@ class Supervisor:
         else:
             self.stop(reason)
 
-    def fix(self, row: Row) -> None:
-        """A fix was used, or rejected by the filter's gate."""
-        self._watch.fix(row)
+    def fix(self, row: Row, measured: InputRow | None = None) -> None:
+        """A fix was used, or rejected by the navigator's filter; `measured` is what the receiver gave."""
+        estimator = self.pilot.estimator
+        fits = estimator.fix(measured) if measured is not None and measured.time == row.time else None
+        self._watch.fix(row, fits if estimator.filter.started else None)
 
     def untimely(self) -> None:
         """A position came whose time does not follow that of the last fix."""
@@ -131,6 +133,8 @@ class Supervisor:
         if leg is None:
             self._is_finished = True
             trouble = trouble or "the route is finished"
+        if self.pilot.in_current is not None:
+            trouble = trouble or self.pilot.in_current.trouble
         trouble = trouble or self._guard.step(row, leg, dt)
         if trouble:
             self.stop(trouble)
@@ -145,12 +149,14 @@ class Supervisor:
 
     def _order(self, row, leg, dt):
         if self.state not in UNDER_WAY or self._is_new or leg is None:
+            self.pilot.estimator.order(math.nan, math.nan)
             return Order(self.state, self.reason, self.state is State.STOPPED and not self.hands_back)
         pilot = self.pilot
         if pilot.autopilot.schedule is not None:
             pilot.autopilot.schedule.fix_interval = self._watch.interval
-        speed = max(self._slowest, leg.speed * self._slowing(leg.course_to_steer))
         estimate = pilot.estimator.step(row, dt)
+        knows = pilot.in_current is not None and estimate.knows_current
+        speed = max(self._slowest, leg.speed * (1.0 if knows else self._slowing(leg.course_to_steer)))
         if self.measured is not None:
             along = self.measured.speed(row.time)
             if math.isfinite(along):

@@ -40,6 +40,7 @@ class Watch:
         self.max_dead_reckoning = positive("max_dead_reckoning", max_dead_reckoning)
         self.settled = 0.0  # s since the last trouble
         self._now = 0.0
+        self._knows_orders = False
         self._event = ""
         self._links: dict[str, bool] = {}
         self._nis: deque[float] = deque(maxlen=_KEPT)
@@ -59,17 +60,22 @@ class Watch:
         """Whether the peer of a link answers."""
         self._links[name] = alive
 
-    def fix(self, row: Row) -> None:
-        """A fix was used, or rejected by the filter's gate."""
+    def fix(self, row: Row, fits: bool | None = None) -> None:
+        """A fix was used. fits: whether by the autopilot's own estimate, which knows the orders; None without one.
+
+        Then refusals of the navigator's filter do not count: it does not know of the turns that are ordered.
+        """
         self._untimely_since = math.nan
         self._judge_time(row.time)
-        if row.status == _REJECTED:
+        self._knows_orders = fits is not None
+        if row.status == _REJECTED if fits is None else not fits:
             self._unfit_since = _since(self._unfit_since, self._now)
             return
         self._unfit_since = math.nan
-        self._unknown_since = _since(self._unknown_since, self._now) if math.isnan(row.cog) else math.nan
+        lost = math.isnan(row.cog) and not self._knows_orders
+        self._unknown_since = _since(self._unknown_since, self._now) if lost else math.nan
         self._accepted, self._accepted_time = self._now, row.time
-        if not math.isnan(row.nis):
+        if not math.isnan(row.nis) and not self._knows_orders:
             self._nis.append(row.nis)
 
     def untimely(self) -> None:
@@ -92,7 +98,7 @@ class Watch:
             return f"no fix for {self._age(row):.0f} s, by dead reckoning"
         if not math.isnan(self._unfit_since):
             return "fixes do not fit the estimate"
-        return "the course is not known" if math.isnan(row.cog) else ""
+        return "the course is not known" if math.isnan(row.cog) and not self._knows_orders else ""
 
     def obstacle(self, row: Row) -> str:
         """Why not to start yet, "" for no reason."""
@@ -104,6 +110,8 @@ class Watch:
     def _obstacle_now(self, row):
         if math.isnan(self._accepted) or not row.valid:
             return "no position yet" if math.isnan(self._accepted) else "no position"
+        if self._knows_orders:
+            return self._lost_link() or self.degradation(row)
         if math.isnan(row.cog):
             return "the course is not known, the boat is below steerageway"
         if not row.cog_std <= LARGEST_COURSE_STD:

@@ -1,13 +1,14 @@
 """A MAVLink vehicle like ArduPilot's Rover, as far as a companion computer sees: modes, GUIDED targets, their timeout.
 
 No clock and no I/O: messages have the boat's time. As ArduPilot's Rover does, it takes thrust in GUIDED as a share of a
-speed (CRUISE_SPEED), drops a target after 3 s, and counts the times of its messages from its start.
+speed (CRUISE_SPEED), drops a target after 3 s, counts the times of its messages from its start, and takes GUIDED only
+once its own estimate (EKF) has a position.
 """
 
 import math
 from typing import NamedTuple
 
-from steerway.core.checks import positive
+from steerway.core.checks import not_negative, positive
 from steerway.core.kinematics import GroundMotion
 from steerway.live.mavlink.dialect import RoverMode
 from steerway.live.simulated.boat import ReceiverFix
@@ -17,6 +18,8 @@ TIMEOUT = 3.0
 _MODES = (RoverMode.MANUAL, RoverMode.HOLD, RoverMode.GUIDED)
 _FIX_LOST = 1.5  # s without a fix after which the receiver has none
 _UNKNOWN_16 = 0xFFFF
+_EKF_ATTITUDE, _EKF_ALL = 0b0010000001, 0b1100111111
+"""Flags of EKF_STATUS_REPORT: attitude and constant position, and attitude, velocity and position, also predicted."""
 
 
 class Target(NamedTuple):
@@ -34,12 +37,24 @@ class Rover:
     cruise:   speed over ground at thrust 1, m/s.
     unix:     Unix time of the boat's time 0.
     armed:    whether it is armed from the start.
+    ekf_time: s from the start until its EKF has a position.
+    compass:  whether it has one; without, its headings are not known.
     """
 
-    def __init__(self, messages, cruise: float, unix: float, timeout: float = TIMEOUT, armed: bool = True):
+    def __init__(
+        self,
+        messages,
+        cruise: float,
+        unix: float,
+        timeout: float = TIMEOUT,
+        armed: bool = True,
+        ekf_time: float = 0.0,
+        compass: bool = True,
+    ):
         self._messages = messages
         self.cruise, self.timeout = positive("cruise", cruise), positive("timeout", timeout)
         self.unix, self.armed = unix, armed
+        self.ekf_time, self.compass = not_negative("ekf", ekf_time), compass
         self.system, self.component = 1, 1
         self.mode = RoverMode.MANUAL
         self.heading = math.nan  # by the compass; without one the truth
@@ -51,6 +66,7 @@ class Rover:
             "ATTITUDE": 0.1,
             "GLOBAL_POSITION_INT": 0.2,
             "GPS_RAW_INT": 0.2,
+            "EKF_STATUS_REPORT": 0.5,
         }
         self._sent = dict.fromkeys(self._intervals, -math.inf)
 
@@ -79,23 +95,23 @@ class Rover:
                 due.append(_MAKERS[name](self, now, motion, place))
         return due
 
-    def _set_mode(self, number):
+    def _set_mode(self, number, now):
         """The result of a request."""
-        if number not in _MODES:
+        if number not in _MODES or (number == RoverMode.GUIDED and now < self.ekf_time):
             return self._messages.MAV_RESULT_FAILED
         if RoverMode(number) is not self.mode:
             self.mode, self._target = RoverMode(number), None
         return self._messages.MAV_RESULT_ACCEPTED
 
     def _on_set_mode(self, message, now):
-        return [self._answer(self._messages.MAVLINK_MSG_ID_SET_MODE, self._set_mode(message.custom_mode))]
+        return [self._answer(self._messages.MAVLINK_MSG_ID_SET_MODE, self._set_mode(message.custom_mode, now))]
 
     def _on_command(self, message, now):
         m = self._messages
         result = m.MAV_RESULT_UNSUPPORTED
         if message.command == m.MAV_CMD_DO_SET_MODE:
             custom = int(message.param1) & m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
-            result = self._set_mode(int(message.param2)) if custom else m.MAV_RESULT_FAILED
+            result = self._set_mode(int(message.param2), now) if custom else m.MAV_RESULT_FAILED
         elif message.command == m.MAV_CMD_COMPONENT_ARM_DISARM:
             self.armed = message.param1 == 1.0
             result = m.MAV_RESULT_ACCEPTED
@@ -133,20 +149,32 @@ class Rover:
             m.MAV_TYPE_SURFACE_BOAT, m.MAV_AUTOPILOT_ARDUPILOTMEGA, flags, int(self.mode), state, 3
         )
 
+    def _ekf(self, now, motion, place):
+        """Attitude only and a constant position at first, then all."""
+        flags = _EKF_ALL if now >= self.ekf_time else _EKF_ATTITUDE
+        return self._messages.MAVLink_ekf_status_report_message(flags, 0.1, 0.1, 0.1, 0.1, 0.0)
+
+    def _heading_of(self, motion):
+        if not self.compass:
+            return math.nan
+        return motion.heading if math.isnan(self.heading) else self.heading
+
     def _system_time(self, now, motion, place):
         return self._messages.MAVLink_system_time_message(round((self.unix + now) * 1e6), round(now * 1e3))
 
     def _attitude(self, now, motion, place):
-        yaw = motion.heading if math.isnan(self.heading) else self.heading
+        heading = self._heading_of(motion)
+        yaw = 0.0 if math.isnan(heading) else math.remainder(heading, math.tau)
         return self._messages.MAVLink_attitude_message(
-            round(now * 1e3), motion.roll, motion.pitch, math.remainder(yaw, math.tau), 0.0, 0.0, motion.yaw_rate
+            round(now * 1e3), motion.roll, motion.pitch, yaw, 0.0, 0.0, motion.yaw_rate
         )
 
     def _global_position(self, now, motion, place):
-        yaw = motion.heading if math.isnan(self.heading) else self.heading
+        heading = self._heading_of(motion)
+        yaw = _UNKNOWN_16 if math.isnan(heading) else _hundredths(heading)
         velocity = round(motion.north_velocity * 100.0), round(motion.east_velocity * 100.0), 0
         return self._messages.MAVLink_global_position_int_message(
-            round(now * 1e3), *_ten_millionths(*place), 0, 0, *velocity, _hundredths(yaw)
+            round(now * 1e3), *_ten_millionths(*place), 0, 0, *velocity, yaw
         )
 
     def _gps_raw(self, now, motion, place):
@@ -181,6 +209,7 @@ _MAKERS = {
     "ATTITUDE": Rover._attitude,
     "GLOBAL_POSITION_INT": Rover._global_position,
     "GPS_RAW_INT": Rover._gps_raw,
+    "EKF_STATUS_REPORT": Rover._ekf,
 }
 
 

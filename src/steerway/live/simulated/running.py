@@ -68,7 +68,13 @@ class RunningBoat:
         self.link = self.rover = None
         if mavlink is not None:
             self.link = MavlinkLink(mavlink, self._receive)
-            self.rover = Rover(self.link.messages, cruise or boat.known.top_speed, self.unix)
+            self.rover = Rover(
+                self.link.messages,
+                cruise or boat.known.top_speed,
+                self.unix,
+                ekf_time=mavlink.number("ekf", 0.0),
+                compass=mavlink.number("compass", 1.0) > 0.0,
+            )
         self.propellers = None if propellers is None else PropellerReceiver(propellers, boat.vessel.actuators)
         self._loops = InnerLoops(boat.known)
         self._skipper = Skipper(boat.motion)

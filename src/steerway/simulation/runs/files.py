@@ -12,11 +12,11 @@ from steerway.simulation import outcome
 from steerway.simulation.loop import COLUMNS, Run
 
 _TRUE_DEGREES = ("heading", "cog", "angle", "direction", "bearing")  # of a compass: 0 to 360
-_DEGREES = ("roll", "pitch", "cog_std")
-_DEGREES_PER_SECOND = ("yaw_rate", "course_rate", "course_rate_std", "rate")
+_DEGREES = ("roll", "pitch", "cog_std", "heading_std")
+_DEGREES_PER_SECOND = ("yaw_rate", "course_rate", "course_rate_std", "rate", "yaw_bias")
 _METRES_PER_SECOND = ("velocity", "surge", "sway", "sog", "sog_std", "speed")
 _METRES = ("north", "east", "along_track", "cross_track", "remaining", "distance", "position_std")
-_PLAIN = ("mode", "by_course", "leg_target")
+_PLAIN = ("mode", "by_course", "leg_target", "estimated_speed_gain")
 _SPECIAL = {
     "desired_acceleration": ("desired_acceleration_dps2", np.degrees),
     "reference_acceleration": ("reference_acceleration_dps2", np.degrees),
@@ -24,6 +24,9 @@ _SPECIAL = {
     "yaw": ("yaw", None),  # N·m, or rad of rudder
     "current_north": ("current_north_mps", None),
     "current_east": ("current_east_mps", None),
+    "estimated_current_north": ("estimated_current_north_mps", None),
+    "estimated_current_east": ("estimated_current_east_mps", None),
+    "read_age": ("read_age_s", None),
     "force_north": ("force_north_n", None),
     "force_east": ("force_east_n", None),
     "moment": ("moment_nm", None),

@@ -1,0 +1,197 @@
+"""Steering a course over ground where the current is known: by the heading that makes it good.
+
+On the estimated heading the loop is that of the boat alone; on the course it would have dχ/dψ as a factor (see
+`core.kinematics.course_per_heading`), which in a current of 80 % of the boat's speed is from 0.6 to 5. Since heading,
+speed through the water and current are estimated together from the motion over ground, an error of one of them is made
+up for by the others, and the course has none.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from steerway.control.course import AnglePIDGains
+from steerway.control.handover import Autopilot
+from steerway.core.checks import positive
+from steerway.core.estimate import Estimate
+from steerway.core.kinematics import heading_for, water_speed_for
+from steerway.core.leg import LegState
+from steerway.guidance.reference import Reference, ReferenceModel
+from steerway.guidance.wheel_over import turn_displacement, wheel_over
+
+_ORDERED_NOISE = 0.15
+"""Share of the largest rate that the noise of the estimate may order."""
+_UNSURE = 0.5
+"""rad of heading: beyond it the boat turns at half the rate."""
+_RETUNED = 0.05
+_PATIENCE = 15.0
+"""s for which the current has to exceed the boat's speed."""
+_LOST = 1.0
+"""rad of heading: beyond it a boat that begins to steer goes straight ahead at first."""
+_DEPARTURE = 10.0
+"""s for which a boat goes straight ahead at the most; turns show the rest."""
+_LONGEST_WITHOUT_WAY = 60.0
+"""s without coming nearer to the waypoint, of a boat whose yaw rate answers within 1 s."""
+_LEAST_WAY = 0.03
+"""Share of the boat's speed that it has to make along a leg."""
+_SHORTEST = 0.3
+"""Least share of the lookahead."""
+_LEAST = 0.1
+"""Least share of the bandwidth."""
+
+
+class YawResponse(NamedTuple):
+    """T ω̇ + (d_0 − m U²) ω + n ω|ω| = K u: gain K in rad/s for a unit of u, time T (s), linear d_0, munk m (s²/m²; the
+    Munk moment of a slender hull grows with the square of the speed), quadratic n (s/rad).
+    """
+
+    gain: float
+    time: float
+    linear: float = 1.0
+    munk: float = 0.0
+    quadratic: float = 0.0
+
+    @property
+    def stable_speed(self) -> float:
+        """Speed through the water (m/s) up to which the boat keeps a straight course by herself."""
+        return math.sqrt(max(self.linear, 0.0) / self.munk) if self.munk > 0.0 else math.inf
+
+    def gains(self, bandwidth: float, speed: float, limit: float) -> AnglePIDGains:
+        """Gains that place both poles at the bandwidth, at a speed through the water; feedforward is that of `order`.
+
+        Without an integral: the estimate knows the bias.
+
+        A response without a lag (T = 0) takes proportional action alone.
+        """
+        damping = self.linear - self.munk * speed * speed
+        stiffness, spread = self.time * bandwidth**2, 2.0 * self.time * bandwidth - damping
+        if spread <= 0.0:  # the boat damps more than asked for: the slower of its poles
+            slow = min(bandwidth, 0.5 * damping / self.time) if self.time > 0.0 else bandwidth
+            stiffness, spread = slow * (damping - slow * self.time), 0.0
+        return AnglePIDGains(stiffness / self.gain, derivative_time=spread / stiffness, limit=limit)
+
+    def order(self, rate: float, acceleration: float, speed: float, bias: float) -> float:
+        """The output u for a rate and its acceleration, at a speed through the water and with a bias of the rate."""
+        damping = self.linear - self.munk * speed * speed + self.quadratic * abs(rate)
+        return (self.time * acceleration + damping * rate - bias) / self.gain
+
+
+@dataclass
+class InCurrent:
+    """What steering in a current has to know of the boat.
+
+    response: to the autopilot's output, which is at most `limit`. top_speed and slowest (m/s): limits of the speed
+    through the water; below the slowest she hardly steers. turn_rate: the largest that is ordered, rad/s. bandwidth:
+    of the heading loop with a perfect estimate, rad/s. over_ground: whether the speed that is controlled is that over
+    ground along the bow, else that through the water.
+    """
+
+    response: YawResponse
+    top_speed: float
+    slowest: float
+    turn_rate: float
+    bandwidth: float
+    limit: float = math.inf
+    over_ground: bool = False
+
+    def __post_init__(self):
+        for name in ("top_speed", "slowest", "turn_rate", "bandwidth"):
+            positive(f"in_current.{name}", getattr(self, name))
+        self._designed = (math.nan, math.nan)
+        self.restart()
+
+    def restart(self) -> None:
+        """The boat begins to steer."""
+        self._carried_off = self._without_way = self._departing = 0.0
+        self._target, self._nearest, self._before = -1, math.inf, math.inf
+
+    @property
+    def trouble(self) -> str:
+        """Why the boat cannot go on along the leg, "" while it can."""
+        if self._carried_off > _PATIENCE:
+            return "the current exceeds the boat's speed"
+        if self._without_way > _LONGEST_WITHOUT_WAY * max(1.0, self.response.time):
+            return f"no way is made towards the waypoint for {self._without_way:.0f} s"
+        return ""
+
+    def watch(self, leg: LegState, estimate: Estimate, dt: float) -> None:
+        """Judge whether the boat comes nearer to the waypoint of a leg, or by the estimate could."""
+        least = _LEAST_WAY * self.top_speed
+        is_new = leg.target != self._target
+        if is_new:
+            self._target, self._nearest, self._before = leg.target, leg.distance, leg.distance
+        nearer = is_new or leg.distance < self._before - least * _LONGEST_WITHOUT_WAY
+        gains = is_new or leg.distance < self._nearest - least * _PATIENCE
+        self._before = leg.distance if nearer else self._before
+        self._nearest = leg.distance if gains else self._nearest
+        self._without_way = 0.0 if nearer else self._without_way + dt
+        able = self.progress(leg.direction, estimate) > least or estimate.heading_std > _UNSURE
+        self._carried_off = 0.0 if able or gains else self._carried_off + dt
+
+    def departs(self, estimate: Estimate, dt: float) -> bool:
+        """Whether the boat has to go straight ahead, until it is known which way that is."""
+        lost = estimate.heading_std > (_LOST if self._departing == 0.0 else _UNSURE)
+        departs = lost and self._departing < _DEPARTURE
+        self._departing = self._departing + dt if departs else math.inf
+        return departs
+
+    def water_speed(self, course: float, speed: float, estimate: Estimate) -> float:
+        """Speed through the water (m/s) for a speed over ground along a course, as far as the boat can and steers."""
+        current = estimate.current_north, estimate.current_east
+        return float(water_speed_for(course, speed, *current, min(self.slowest, speed), self._fastest(estimate)))
+
+    def _fastest(self, estimate):
+        """The speed through the water that the largest allowed order gives: the estimate may split motion wrongly."""
+        return self.top_speed * estimate.speed_gain
+
+    def controlled(self, water_speed: float, estimate: Estimate) -> tuple[float, float]:
+        """(desired, actual) of the speed that is controlled, m/s, for a speed through the water."""
+        heading = estimate.heading
+        along = estimate.current_north * math.cos(heading) + estimate.current_east * math.sin(heading)
+        offset = along if self.over_ground else 0.0
+        return water_speed + offset, estimate.water_speed + offset
+
+    def heading(self, desired: Reference, water_speed: float, estimate: Estimate) -> Reference:
+        """The heading that makes a course good."""
+        fastest = max(estimate.water_speed, 0.7 * water_speed)
+        heading, _ = heading_for(desired.angle, fastest, estimate.current_north, estimate.current_east)
+        return Reference(float(heading), 0.0, 0.0)
+
+    def seen(self, leg: LegState, speed: float, estimate: Estimate) -> LegState:
+        """The leg for a guidance law whose lookahead is meant for a speed over ground (m/s): shorter where she is
+        slower.
+
+        So that the distance from the leg dies away in the same time; in place of the lookahead the distance is scaled.
+        """
+        slower = min(1.0, max(_SHORTEST, estimate.sog / speed)) if speed > 0.0 else 1.0
+        return leg._replace(cross_track=leg.cross_track / slower)
+
+    def lead(self, direction: float, following: float, estimate: Estimate, model: ReferenceModel) -> float:
+        """Distance (m) from a waypoint at which the turn from one leg's direction to the next has to begin."""
+        current = estimate.current_north, estimate.current_east
+        after, _ = heading_for(following, estimate.water_speed, *current)
+        limits = model.bandwidth, self.turn_rate, model.max_acceleration
+        turn = turn_displacement(estimate.heading, after, estimate.water_speed, *current, *limits, 0.0)
+        return float(wheel_over(direction, following, *turn[:2]))
+
+    def progress(self, course: float, estimate: Estimate) -> float:
+        """The fastest that the boat can be along a course over ground, m/s; not above 0 where the current is too
+        strong.
+        """
+        north, east = estimate.current_north, estimate.current_east
+        fastest = self._fastest(estimate)
+        along = float(heading_for(course, fastest, north, east)[1])
+        across = abs(east * math.cos(course) - north * math.sin(course))
+        return along if across < fastest else min(along, 0.0)
+
+    def tune(self, autopilot: Autopilot, estimate: Estimate) -> None:
+        """Limit bandwidth and rate to what the estimate carries now."""
+        across = estimate.cog_std * estimate.sog / max(estimate.water_speed, 0.3 * self.slowest)
+        carried = _ORDERED_NOISE * self.turn_rate / max(across, 1e-9)
+        bandwidth = min(self.bandwidth, max(_LEAST * self.bandwidth, carried))
+        before, speed = self._designed
+        slower = abs(estimate.water_speed - speed) <= _RETUNED * self.top_speed
+        if not (abs(bandwidth - before) <= _RETUNED * bandwidth and slower):
+            autopilot.controller.gains = self.response.gains(bandwidth, estimate.water_speed, self.limit)
+            self._designed = bandwidth, estimate.water_speed
+        autopilot.shaper.max_rate = self.turn_rate * (1.0 if estimate.heading_std < _UNSURE else 0.5)

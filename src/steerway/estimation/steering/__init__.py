@@ -1,0 +1,13 @@
+"""What steering by course needs of a boat whose orders are known: motion through the water, current, response."""
+
+from typing import TYPE_CHECKING
+
+from steerway.core.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from steerway.estimation.steering.filter import Found, SteeringFilter
+    from steerway.estimation.steering.motion import Response
+    from steerway.estimation.steering.onboard import SteeringEstimator
+
+__all__ = ["Found", "Response", "SteeringEstimator", "SteeringFilter"]
+__getattr__, __dir__ = on_demand(__name__)

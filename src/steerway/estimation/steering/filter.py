@@ -1,0 +1,302 @@
+"""SteeringFilter: motion through the water, current and response to orders, by a bank of hypotheses of the current.
+
+One position tells speed and course over ground, not which of it is current. Every hypothesis of the current is an
+extended Kalman filter of `motion`; the first turns show which is right.
+"""
+
+import math
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.core.angles import wrap
+from steerway.core.checks import positive
+from steerway.core.kinematics import turning_rate
+from steerway.estimation.steering.correction import (
+    GOOD,
+    REFUSED,
+    fold,
+    take_number,
+    take_position,
+    take_velocity,
+)
+from steerway.estimation.steering.motion import (
+    BIAS,
+    CURRENT_E,
+    CURRENT_N,
+    EAST,
+    HEADING,
+    NORTH,
+    SPEED_GAIN,
+    WATER_SPEED,
+    YAW_RATE,
+    Response,
+    moved_by_orders,
+    predict_bank,
+)
+from steerway.estimation.steering.receiver import ReceiverNoise
+from steerway.estimation.steering.start import hypotheses, straight_line
+
+START_TIME, START_FIXES, LONGEST_START = 2.0, 3, 6.0
+"""s and fixes of the first straight line, and s at most."""
+_START_STD = 0.1
+"""1σ of the first velocity, in shares of the usual speed, that is waited for."""
+_LOST = 3.0
+"""s of refused fixes after which they are believed: the receiver's position has jumped."""
+_IMPROBABLE = -9.0
+"""Log weight at which a hypothesis is dropped."""
+_LEAST_STD, _MOST_STD, _FIRST_SLOW = 0.01, 3.0, 0.1
+"""m: limits of what is learned of the receiver, and its slow error before it is learned."""
+_LATELY, _WORST, _LARGEST_MISFIT = 0.1, 50.0, 9.0
+"""Part of a fix in the mean NIS, the largest that counts, and the mean above which the hypotheses are made anew."""
+_GYRO_STD = math.radians(2.0)
+"""rad/s: in and out of a turn the bow is ahead of the motion through the water."""
+_COMPASS_STD = math.radians(10.0)
+"""rad, deviation and drift angle included."""
+_COMPASS_NEEDED = math.radians(6.0)
+"""rad of heading, above which a compass is asked: positions know it better, and have no deviation."""
+
+
+class Found(NamedTuple):
+    """What is known at a time; SI, rad. Deviations are 1σ, NaN where nothing is known."""
+
+    north: float
+    east: float
+    sog: float
+    cog: float
+    course_rate: float
+    sog_std: float
+    cog_std: float
+    course_rate_std: float
+    position_std: float
+    heading: float  # of the motion through the water
+    yaw_rate: float
+    heading_std: float
+    water_speed: float
+    current_north: float
+    current_east: float
+    yaw_bias: float
+    speed_gain: float
+    velocity_std: float
+
+
+NOTHING = Found(*[math.nan] * len(Found._fields))
+
+
+class SteeringFilter:
+    """The filter of one boat; times are s of any one clock.
+
+    response: what the boat makes of orders. position_std (m): of a fix, where learning begins. velocity_std (m/s): of
+    the receiver's velocity. learn: whether the receiver's noise is learned from its fixes.
+    """
+
+    def __init__(self, response: Response, position_std: float = 0.3, velocity_std: float = 0.1, *, learn: bool = True):
+        self.response = response
+        self.position_std = positive("position_std", position_std)
+        self.velocity_std = positive("velocity_std", velocity_std)
+        self.learn = learn
+        self.refused_for = 0.0  # s since the last fix that fitted
+        self._parameters = np.array(response.packed())
+        self._noise = ReceiverNoise()
+        self.slow_std = _FIRST_SLOW
+        self._misfit = 2.0  # NIS in the mean of the last fixes
+        self._recent: deque[tuple[float, float, float]] = deque()
+        self._begun = -math.inf  # when the hypotheses were made
+        self._orders: deque[tuple[float, float, float]] = deque([(-math.inf, math.nan, math.nan)])
+        self._table = np.array(self._orders)
+        self._states = np.empty((0, 0))
+        self._time = math.nan
+        self._ahead = (math.nan, np.empty(0))
+
+    @property
+    def started(self) -> bool:
+        """Whether the motion is known."""
+        return len(self._states) > 0
+
+    def order(self, time: float, yaw_rate: float, speed: float) -> None:
+        """What is ordered from now on: yaw rate (rad/s) as the boat settles at, speed through the water (m/s).
+
+        NaN where someone else steers, or the speed is not controlled.
+        """
+        _, rate, before = last = self._orders[-1]
+        if _same(rate, yaw_rate) and _same(before, speed):
+            return
+        if time <= last[0]:
+            self._orders.pop()
+        self._orders.append((time, yaw_rate, speed))
+        while len(self._orders) > 2 and self._orders[1][0] < self._oldest:
+            self._orders.popleft()
+        self._table = np.array(self._orders)
+
+    @property
+    def _oldest(self):
+        """Orders before this time have no further effect."""
+        return self._time - 1.0 if self.started else math.inf
+
+    def fix(
+        self,
+        time: float,
+        north: float,
+        east: float,
+        north_velocity: float = math.nan,
+        east_velocity: float = math.nan,
+        heading: float = math.nan,
+        yaw_rate: float = math.nan,
+    ) -> int:
+        """Use a fix of a time: m, m/s, rad and rad/s, NaN for what is not measured. GOOD, MANOEUVRED or REFUSED."""
+        self._remember(time, north, east)
+        if not self.started:
+            self._begin(time, START_TIME)
+            return GOOD
+        interval = max(time - self._time, 0.0)
+        predict_bank(self._states, self._covariances, self._table, self._parameters, self.slow_std**2, self._time, time)
+        self._time = time
+        kind, nis = take_position(
+            self._states,
+            self._covariances,
+            self._weights,
+            north,
+            east,
+            self.position_std,
+            interval,
+            self.response.speed,
+            self.response.rate,
+        )
+        if kind == REFUSED and self.refused_for == 0.0:
+            self._recent = deque([(time, north, east)])  # after a jump, those before it tell no velocity
+        self.refused_for = self.refused_for + interval if kind == REFUSED else 0.0
+        if kind != REFUSED:
+            self._misfit += _LATELY * (min(nis, _WORST) - self._misfit)
+        if self.refused_for > _LOST or (self._misfit > _LARGEST_MISFIT and time - self._begun > LONGEST_START):
+            self._begin(time, 0.5 * START_TIME)
+            return kind
+        if math.isfinite(north_velocity + east_velocity) and kind != REFUSED:
+            measured = north_velocity, east_velocity, self.velocity_std
+            take_velocity(self._states, self._covariances, self._weights, *measured)
+        if math.isfinite(heading) and self._heading_std(int(np.argmax(self._weights))) > _COMPASS_NEEDED:
+            take_number(self._states, self._covariances, self._weights, heading, _COMPASS_STD, HEADING)
+        if math.isfinite(yaw_rate):
+            take_number(self._states, self._covariances, self._weights, yaw_rate, _GYRO_STD, YAW_RATE)
+        fold(self._states, self._covariances)
+        if len(self._weights) > 1:
+            self._prune()
+        self._ahead = (math.nan, self._ahead[1])
+        return kind
+
+    def at(self, time: float) -> Found:
+        """The motion at a time, by the orders since the last fix."""
+        if not self.started:
+            return NOTHING
+        best = int(np.argmax(self._weights))
+        return _found(self._moved(best, time), self._covariances[best], self._heading_std(best), time - self._time)
+
+    def _moved(self, best, time):
+        """The state at a time, from the state asked for last where that was earlier."""
+        before, x = self._ahead
+        if not before <= time:
+            before, x = self._time, self._states[best]
+        x = moved_by_orders(x, self._table, self._parameters, before, time)
+        self._ahead = time, x
+        return x
+
+    def _remember(self, time, north, east):
+        self._noise.add(time, north, east)
+        if self.learn:
+            self._learn()
+        self._recent.append((time, north, east))
+        while time - self._recent[0][0] > LONGEST_START and len(self._recent) > START_FIXES:
+            self._recent.popleft()
+
+    def _begin(self, time, least):
+        """Hypotheses by a straight line through the last fixes; none before they span `least` s.
+
+        Anew where fixes do not fit for long: the position has jumped, or all hypotheses have gone astray.
+        """
+        fixes = np.array(self._recent)
+        line = None
+        for since in range(len(fixes) - START_FIXES, -1, -1):
+            lasted = time - fixes[since, 0]
+            if lasted < least:
+                continue
+            line = straight_line(*fixes[since:].T, self.position_std)
+            if line[3] < _START_STD * self.response.speed:
+                break
+        if line is None or (
+            not self.started and line[3] > _START_STD * self.response.speed and lasted < 0.9 * LONGEST_START
+        ):
+            return
+        self._states, self._covariances, self._weights = hypotheses(*line, self.response)
+        self._time = self._begun = time
+        self._misfit, self.refused_for = 2.0, 0.0
+        self._ahead = (math.nan, self._ahead[1])
+
+    def _learn(self):
+        """The receiver's noise is what its fixes show."""
+        if not math.isnan(self._noise.white):
+            self.position_std = min(_MOST_STD, max(_LEAST_STD, self._noise.white))
+        if not math.isnan(self._noise.slow):
+            self.slow_std = min(_MOST_STD, max(_LEAST_STD, self._noise.slow))
+
+    def _prune(self):
+        """Drop what is improbable, or the same as a more probable one."""
+        top = self._weights.max()
+        kept: list[int] = []
+        for k in np.argsort(-self._weights):
+            near = any(self._alike(self._states[k], self._states[j]) for j in kept)
+            if self._weights[k] > top + _IMPROBABLE and not near:
+                kept.append(int(k))
+        self._states, self._covariances = self._states[kept], self._covariances[kept]
+        weights = self._weights[kept]
+        self._weights = weights - (weights.max() + np.log(np.sum(np.exp(weights - weights.max()))))
+
+    def _alike(self, one, other):
+        near = 0.05 * self.response.speed
+        current = math.hypot(one[CURRENT_N] - other[CURRENT_N], one[CURRENT_E] - other[CURRENT_E])
+        return current < near and abs(wrap(one[HEADING] - other[HEADING])) < 0.05
+
+    def _heading_std(self, best):
+        share = np.exp(self._weights)
+        apart = np.array([wrap(each - self._states[best, HEADING]) for each in self._states[:, HEADING]])
+        return math.sqrt(float(np.sum(share * (self._covariances[:, HEADING, HEADING] + apart**2))))
+
+
+def _same(one, other):
+    return one == other or (math.isnan(one) and math.isnan(other))
+
+
+def _found(x, p, heading_std, age):
+    c, s = math.cos(x[HEADING]), math.sin(x[HEADING])
+    u, rate = x[WATER_SPEED], x[YAW_RATE]
+    north, east = u * c + x[CURRENT_N], u * s + x[CURRENT_E]
+    sog, cog = math.hypot(north, east), math.atan2(east, north)
+    h = np.zeros((2, len(x)))
+    h[0, CURRENT_N] = h[1, CURRENT_E] = 1.0
+    h[:, WATER_SPEED], h[:, HEADING] = (c, s), (-u * s, u * c)
+    velocity = h @ p @ h.T
+    ahead = np.array([math.cos(cog), math.sin(cog)])
+    abeam = np.array([-ahead[1], ahead[0]])
+    along, across = (math.sqrt(max(float(axis @ velocity @ axis), 0.0)) for axis in (ahead, abeam))
+    rate_std = math.sqrt(max(p[YAW_RATE, YAW_RATE], 0.0))
+    position_std = math.sqrt(max(0.5 * (p[NORTH, NORTH] + p[EAST, EAST]), 0.0))
+    velocity_std = math.hypot(along, across)
+    return Found(
+        float(x[NORTH]),
+        float(x[EAST]),
+        sog,
+        cog,
+        turning_rate(north, east, -u * rate * s, u * rate * c) if sog > 0.0 else 0.0,
+        along,
+        min(math.pi, across / max(sog, 1e-6)),
+        rate_std,
+        position_std + velocity_std * max(age, 0.0),
+        wrap(float(x[HEADING])),
+        float(rate),
+        heading_std,
+        float(u),
+        float(x[CURRENT_N]),
+        float(x[CURRENT_E]),
+        float(x[BIAS]),
+        float(x[SPEED_GAIN]),
+        velocity_std,
+    )

@@ -1,0 +1,304 @@
+"""Motion of a boat whose orders are known: through the water along its bow, carried by a current.
+
+States [x^n y^n V_N V_E U_r ψ r g b δ k e^n e^e]: position (m), current (m/s), speed through the water (m/s), heading
+of that speed (rad), its rate (rad/s), gain of the response to orders (1: as declared), bias of the rate (rad/s), and
+what the linear damping is beyond the declared one; gain of the speed; slow error of the receiver (m). The rate
+answers an ordered rate u by T ṙ + (d + δ) r + n r|r| = g u + b: Nomoto's first-order model with Norrbin's damping
+(Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd edition, sections 7.2 and 7.3); d = d_0 − m
+U_r², since the Munk moment of a slender hull grows with the square of the speed. So the uncertainty of the rate grows
+in an ordered turn as far as the response is uncertain, and not between turns. The speed tends to k times an ordered
+one. Sideslip in a turn counts as a part of the response. A covariance is kept whole.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.core.arrays import Floats
+from steerway.core.compiled import kernel, lean_kernel
+
+STATES = 13
+NORTH, EAST, CURRENT_N, CURRENT_E, WATER_SPEED, HEADING, YAW_RATE, GAIN, BIAS, DAMPING, SPEED_GAIN, ERROR_N, ERROR_E = (
+    range(STATES)
+)
+_LONGEST_STEP = 0.25
+"""s of one step, and share of the response's time constant that it may have in addition."""
+
+
+class Response(NamedTuple):
+    """What a boat makes of its orders, and how well that is known; SI, rad. Deviations are 1σ.
+
+    time T (s), linear d_0, munk m (s²/m²) and quadratic n (s/rad) of the yaw rate; rate: the largest that is ordered;
+    speed: usual through the water, top_speed the largest; speed_time: its time constant, s; wander: of the yaw rate
+    beside the response, as a share of `rate`; current: of its components at the start, in shares of the speed, and
+    current_noise, spectral density of its changes, m²/s³; speed_noise: 1σ of the speed through the water beside its
+    response, and speed_gain_std of that, in shares; slip: lost share of the speed in a turn at `rate`; manual: yaw
+    rate of an unknown helmsman, as a share of `rate`; over_ground: whether an ordered speed is one over ground along
+    the bow, as of vehicles with a speed loop of their own, else one through the water.
+    """
+
+    time: float
+    rate: float
+    speed: float
+    top_speed: float
+    linear: float = 1.0
+    munk: float = 0.0
+    quadratic: float = 0.0
+    speed_time: float = 2.0
+    wander: float = 0.04
+    gain_std: float = 0.15
+    damping_std: float = 0.3
+    bias_std: float = 0.05
+    current: float = 0.5
+    current_noise: float = 1e-4
+    speed_noise: float = 0.05
+    speed_gain_std: float = 0.1
+    slip: float = 0.1
+    manual: float = 0.5
+    over_ground: bool = False
+
+    def packed(self) -> "list[float]":
+        """The parameters of the kernels."""
+        return [float(each) for each in self]
+
+
+(
+    _TIME,
+    _RATE,
+    _SPEED,
+    _TOP,
+    _LINEAR,
+    _MUNK,
+    _QUADRATIC,
+    _SPEED_TIME,
+    _WANDER,
+    _GAIN_STD,
+    _DAMPING_STD,
+    _BIAS_STD,
+    _CURRENT,
+    _CURRENT_NOISE,
+    _SPEED_NOISE,
+    _SPEED_GAIN_STD,
+    _SLIP,
+    _MANUAL,
+    _OVER_GROUND,
+) = range(len(Response._fields))
+
+_IDENTIFIED, _TIMES = 300.0, 100.0
+"""s, and time constants of the yaw rate, in which gain, bias and damping may drift by their first deviations."""
+ERROR_TIME = 5.0
+"""s, time constant of the receiver's slow error: two receivers drift apart by 0.05 m in 1 s and 0.25 m in 10 s."""
+
+
+@lean_kernel
+def _response(x, order, parameters, dt):
+    """What becomes in dt of a unit of the rate, as (rate, angle), and of a unit of order; and the rate that damps
+    it.
+    """
+    if not math.isfinite(order):
+        return 1.0, dt, 0.0, 0.0, 0.0  # a helmsman who goes on as he does
+    time, u = parameters[_TIME], x[WATER_SPEED]
+    quadratic = parameters[_QUADRATIC] * abs(x[YAW_RATE])
+    damping = parameters[_LINEAR] - parameters[_MUNK] * u * u + x[DAMPING] + 2.0 * quadratic
+    a = min(20.0, max(-1.0, damping * dt / time))
+    if abs(a) < 0.02:
+        first, second = 1.0 - 0.5 * a + a * a / 6.0, 0.5 - a / 6.0 + a * a / 24.0
+    else:
+        first = -math.expm1(-a) / a
+        second = (1.0 - first) / a
+    steady = x[GAIN] * order + x[BIAS] + quadratic * x[YAW_RATE]
+    return 1.0 - a * first, dt * first, dt / time * first, dt * dt / time * second, steady
+
+
+@lean_kernel
+def move(x: Floats, order: float, speed: float, parameters: Floats, dt: float) -> None:
+    """The state after a short dt under an ordered yaw rate and speed; NaN for one that is not known."""
+    left, angle_left, to_rate, to_angle, steady = _response(x, order, parameters, dt)
+    turned = x[YAW_RATE] * angle_left + steady * to_angle
+    mean = x[HEADING] + 0.5 * turned
+    x[NORTH] += dt * (x[WATER_SPEED] * math.cos(mean) + x[CURRENT_N])
+    x[EAST] += dt * (x[WATER_SPEED] * math.sin(mean) + x[CURRENT_E])
+    x[HEADING] += turned
+    x[ERROR_N] *= math.exp(-dt / ERROR_TIME)
+    x[ERROR_E] *= math.exp(-dt / ERROR_TIME)
+    x[YAW_RATE] = x[YAW_RATE] * left + steady * to_rate
+    if math.isfinite(speed):
+        share = -math.expm1(-dt / parameters[_SPEED_TIME])
+        if parameters[_OVER_GROUND] > 0.0:
+            asked = min(parameters[_TOP], max(0.0, x[SPEED_GAIN] * speed - _along(x)))
+        else:
+            asked = x[SPEED_GAIN] * speed
+        x[WATER_SPEED] += share * (asked - x[WATER_SPEED])
+
+
+@lean_kernel
+def _along(x):
+    """The current along the bow."""
+    return x[CURRENT_N] * math.cos(x[HEADING]) + x[CURRENT_E] * math.sin(x[HEADING])
+
+
+@lean_kernel
+def predict(
+    x: Floats,
+    p: Floats,
+    order: float,
+    speed: float,
+    parameters: Floats,
+    wander: float,
+    dt: float,
+    f: Floats,
+    work: Floats,
+) -> None:
+    """State and covariance after a short dt, in place; wander: variance of the slow error, m²; f and work are (13,
+    13) of scratch.
+    """
+    known = math.isfinite(order)
+    left, angle_left, to_rate, to_angle, steady = _response(x, order, parameters, dt)
+    rate, water = x[YAW_RATE], x[WATER_SPEED]
+    mean = x[HEADING] + 0.5 * (rate * angle_left + steady * to_angle)
+    c, s = math.cos(mean), math.sin(mean)
+    asked = x[SPEED_GAIN] * speed - _along(x)
+    move(x, order, speed, parameters, dt)
+
+    for i in range(STATES):
+        for j in range(STATES):
+            f[i, j] = 1.0 if i == j else 0.0
+    f[ERROR_N, ERROR_N] = f[ERROR_E, ERROR_E] = math.exp(-dt / ERROR_TIME)
+    f[NORTH, CURRENT_N] = f[EAST, CURRENT_E] = dt
+    f[NORTH, WATER_SPEED], f[EAST, WATER_SPEED] = dt * c, dt * s
+    f[NORTH, HEADING], f[EAST, HEADING] = -dt * water * s, dt * water * c
+    f[HEADING, YAW_RATE], f[YAW_RATE, YAW_RATE] = angle_left, left
+    if known:
+        f[HEADING, GAIN], f[YAW_RATE, GAIN] = to_angle * order, to_rate * order
+        f[HEADING, BIAS], f[YAW_RATE, BIAS] = to_angle, to_rate
+        f[HEADING, DAMPING], f[YAW_RATE, DAMPING] = -to_angle * rate, -to_rate * rate
+    for k in range(YAW_RATE, SPEED_GAIN):
+        half = 0.5 * f[HEADING, k] * dt * water
+        f[NORTH, k], f[EAST, k] = -half * s, half * c
+    if math.isfinite(speed):
+        kept = math.exp(-dt / parameters[_SPEED_TIME])
+        f[WATER_SPEED, WATER_SPEED] = kept
+        over_ground = parameters[_OVER_GROUND] > 0.0
+        limited = over_ground and not 0.0 < asked < parameters[_TOP]
+        f[WATER_SPEED, SPEED_GAIN] = 0.0 if limited else (1.0 - kept) * speed
+        if over_ground and not limited:
+            f[WATER_SPEED, CURRENT_N], f[WATER_SPEED, CURRENT_E] = -(1.0 - kept) * c, -(1.0 - kept) * s
+
+    _transform(f, p, work)
+    _add_noise(x, p, known, math.isfinite(speed), parameters, wander, dt)
+
+
+@lean_kernel
+def _transform(f, p, work):
+    """P ← F P Fᵀ, by the rows of F that differ from those of the identity."""
+    for i in range(STATES):
+        for j in range(STATES):
+            total = 0.0
+            for k in range(STATES):
+                total += f[i, k] * p[k, j]
+            work[i, j] = total
+    for i in range(STATES):
+        for j in range(i, STATES):
+            total = 0.0
+            for k in range(STATES):
+                total += work[i, k] * f[j, k]
+            p[i, j] = total
+            p[j, i] = total
+
+
+@lean_kernel
+def _add_noise(x, p, known, has_speed, parameters, wander, dt):
+    rate, time = parameters[_RATE], parameters[_TIME]
+    aside = parameters[_WANDER] * rate if known else parameters[_MANUAL] * rate
+    q = 2.0 * aside * aside / (max(time, 0.3) if known else 1.0)
+    p[YAW_RATE, YAW_RATE] += q * dt
+    p[HEADING, YAW_RATE] += 0.5 * q * dt * dt
+    p[YAW_RATE, HEADING] = p[HEADING, YAW_RATE]
+    # In a turn the boat loses speed and slips sideways, which neither lasts.
+    turning, speed_time = min(1.0, abs(x[YAW_RATE]) / rate), parameters[_SPEED_TIME]
+    unsteady = parameters[_SPEED_NOISE] * parameters[_SPEED] * (1.0 if has_speed else 2.0)
+    slip = parameters[_SLIP] * x[WATER_SPEED] * turning
+    p[HEADING, HEADING] += dt * ((0.02 * turning) ** 2 / max(time, 1.0) + q * dt * dt / 3.0)
+    p[WATER_SPEED, WATER_SPEED] += dt * 2.0 / speed_time * (unsteady * unsteady + slip * slip)
+    for k in (CURRENT_N, CURRENT_E):
+        p[k, k] += dt * parameters[_CURRENT_NOISE]
+    identified = max(_IDENTIFIED, _TIMES * time)
+    p[SPEED_GAIN, SPEED_GAIN] += dt * parameters[_SPEED_GAIN_STD] ** 2 / identified
+    p[GAIN, GAIN] += dt * parameters[_GAIN_STD] ** 2 / identified
+    p[DAMPING, DAMPING] += dt * parameters[_DAMPING_STD] ** 2 / identified
+    p[BIAS, BIAS] += dt * (parameters[_BIAS_STD] * rate) ** 2 / (0.2 * identified)
+    for k in (ERROR_N, ERROR_E):
+        p[k, k] += wander * -math.expm1(-2.0 * dt / ERROR_TIME)
+
+
+@lean_kernel
+def steps_of(parameters: Floats, dt: float) -> int:
+    """As many steps as keep each short: in `_LONGEST_STEP`, of a slow vessel in a share of its time constant."""
+    longest = _LONGEST_STEP * max(1.0, 0.2 * parameters[_TIME])
+    return max(1, math.ceil(dt / longest - 1e-9))
+
+
+@kernel
+def moved(x: Floats, order: float, speed: float, parameters: Floats, dt: float) -> Floats:
+    """A state (13,) after dt."""
+    after = x.copy()
+    n = steps_of(parameters, dt)
+    for _ in range(n):
+        move(after, order, speed, parameters, dt / n)
+    return after
+
+
+@kernel
+def predict_bank(
+    states: Floats,
+    covariances: Floats,
+    orders: Floats,
+    parameters: Floats,
+    wander: float,
+    start: float,
+    stop: float,
+) -> None:
+    """All states (m, 13) and covariances (m, 13, 13) from time start to stop, in place.
+
+    orders: (k, 3), rows of time, yaw rate and speed that are in force from that time on; the first also before it.
+    """
+    f, work = np.zeros((STATES, STATES)), np.zeros((STATES, STATES))
+    k = 0
+    now = start
+    while now < stop:
+        while k + 1 < len(orders) and orders[k + 1, 0] <= now:
+            k += 1
+        until = min(stop, orders[k + 1, 0]) if k + 1 < len(orders) else stop
+        n = steps_of(parameters, until - now)
+        for _ in range(n):
+            for m in range(len(states)):
+                predict(
+                    states[m],
+                    covariances[m],
+                    orders[k, 1],
+                    orders[k, 2],
+                    parameters,
+                    wander,
+                    (until - now) / n,
+                    f,
+                    work,
+                )
+        now = until
+
+
+@kernel
+def moved_by_orders(x: Floats, orders: Floats, parameters: Floats, start: float, stop: float) -> Floats:
+    """One state (13,) from time start to stop under orders as of `predict_bank`."""
+    after = x.copy()
+    k = 0
+    now = start
+    while now < stop:
+        while k + 1 < len(orders) and orders[k + 1, 0] <= now:
+            k += 1
+        until = min(stop, orders[k + 1, 0]) if k + 1 < len(orders) else stop
+        n = steps_of(parameters, until - now)
+        for _ in range(n):
+            move(after, orders[k, 1], orders[k, 2], parameters, (until - now) / n)
+        now = until
+    return after

@@ -1,0 +1,110 @@
+"""The first hypotheses: what current and which heading the first fixes may mean."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from steerway.core.angles import wrap
+from steerway.core.arrays import Floats
+from steerway.estimation.steering.motion import (
+    BIAS,
+    CURRENT_E,
+    CURRENT_N,
+    DAMPING,
+    EAST,
+    GAIN,
+    HEADING,
+    NORTH,
+    SPEED_GAIN,
+    STATES,
+    WATER_SPEED,
+    YAW_RATE,
+    Response,
+)
+
+_DIRECTIONS = 8
+_SHARES = 0.45, 0.9
+"""Currents that are tried, in shares of the usual speed."""
+_MOVING, _SLOW = 4.0, 0.15
+"""Standard deviations, and share of the usual speed, from which on a velocity may be one through the water."""
+_ADRIFT = 1.0
+"""Cost (−log probability) of a boat that moves and is all the same adrift."""
+
+
+def straight_line(
+    time: Floats, north: Floats, east: Floats, std: float
+) -> tuple[tuple[float, float], tuple[float, float], float, float]:
+    """(position, velocity, position's 1σ, velocity's 1σ) at the last of the fixes (n,), n ≥ 2, by least squares."""
+    t = np.asarray(time) - time[-1]
+    mean = t.mean()
+    spread = float(np.sum((t - mean) ** 2))
+    velocity = [float(np.sum((t - mean) * axis) / spread) for axis in (np.asarray(north), np.asarray(east))]
+    place = [float(np.mean(axis) - v * mean) for axis, v in zip((north, east), velocity, strict=True)]
+    place_std = std * math.sqrt(1.0 / len(t) + float(mean) ** 2 / spread)
+    return (place[0], place[1]), (velocity[0], velocity[1]), place_std, std / math.sqrt(spread)
+
+
+def hypotheses(
+    place: Sequence[float],
+    velocity: Sequence[float],
+    place_std: float,
+    velocity_std: float,
+    response: Response,
+) -> tuple[Floats, Floats, Floats]:
+    """(states (m, 13), covariances (m, 13, 13), log weights (m,)) for a first position (m) and velocity (m/s).
+
+    A moving boat: for currents of all directions the motion through the water that is left. A boat at rest, or adrift:
+    any heading.
+    """
+    directions = [math.tau * k / _DIRECTIONS for k in range(_DIRECTIONS)]
+    moving = math.hypot(*velocity) > max(_MOVING * velocity_std, _SLOW * response.speed)
+    # At rest, or adrift: the current is what is seen.
+    found = [((velocity[0], velocity[1]), 0.0, a, _ADRIFT if moving else 0.0) for a in directions]
+    if moving:
+        currents = [(0.0, 0.0)]
+        currents += [(k * response.speed, a) for k in _SHARES for a in directions]
+        for size, towards in currents:
+            current = size * math.cos(towards), size * math.sin(towards)
+            water = velocity[0] - current[0], velocity[1] - current[1]
+            speed = math.hypot(*water)
+            if 0.25 * response.speed < speed < 1.1 * response.top_speed:
+                unusual = (speed - response.speed) / (0.4 * response.speed)
+                cost = 0.5 * ((size / (response.current * response.speed)) ** 2 + unusual**2)
+                found.append((current, speed, math.atan2(water[1], water[0]), cost))
+    states = np.zeros((len(found), STATES))
+    covariances = np.zeros((len(found), STATES, STATES))
+    for x, p, (current, speed, course, _) in zip(states, covariances, found, strict=True):
+        x[[NORTH, EAST, CURRENT_N, CURRENT_E, WATER_SPEED, HEADING]] = *place, *current, speed, wrap(course)
+        x[GAIN] = x[SPEED_GAIN] = 1.0
+        _spread(x, p, place_std, velocity_std, response)
+    weights = -np.array([cost for *_, cost in found])
+    return states, covariances, weights - np.log(np.sum(np.exp(weights)))
+
+
+def _spread(x, p, place_std, velocity_std, response):
+    """Current and motion through the water are uncertain, less so their sum."""
+    speed, c, s = x[WATER_SPEED], math.cos(x[HEADING]), math.sin(x[HEADING])
+    for k in (NORTH, EAST):
+        p[k, k] = place_std**2
+        p[k, k + 2] = p[k + 2, k] = 0.5 * place_std * velocity_std
+    p[YAW_RATE, YAW_RATE] = (response.manual * response.rate) ** 2
+    p[GAIN, GAIN] = response.gain_std**2
+    p[SPEED_GAIN, SPEED_GAIN] = response.speed_gain_std**2
+    p[BIAS, BIAS] = (response.bias_std * response.rate) ** 2
+    p[DAMPING, DAMPING] = response.damping_std**2
+    if speed == 0.0:
+        p[CURRENT_N, CURRENT_N] = p[CURRENT_E, CURRENT_E] = velocity_std**2 + (0.1 * response.speed) ** 2
+        p[WATER_SPEED, WATER_SPEED] = (0.05 * response.speed) ** 2
+        p[HEADING, HEADING] = (math.pi / _DIRECTIONS) ** 2
+        return
+    # (δU, U δψ) are the components, along and across the heading, of the error of velocity less that of the current.
+    current = (0.25 * response.speed) ** 2
+    whole = current + velocity_std**2
+    for k in (CURRENT_N, CURRENT_E):
+        p[k, k] = current
+    p[WATER_SPEED, WATER_SPEED] = whole
+    p[HEADING, HEADING] = whole / speed**2
+    for k, (along, across) in ((CURRENT_N, (c, -s)), (CURRENT_E, (s, c))):
+        p[k, WATER_SPEED] = p[WATER_SPEED, k] = -current * along
+        p[k, HEADING] = p[HEADING, k] = -current * across / speed

@@ -1,0 +1,55 @@
+"""The estimate that the autopilot aboard steers by: fixes and its own orders in, motion and current out."""
+
+import math
+
+from steerway.core.earth import displacement
+from steerway.core.estimate import Estimate
+from steerway.estimation.steering import Response, SteeringFilter
+from steerway.estimation.steering.onboard import estimate_of
+from steerway.live.base.rows import InputRow, Row
+
+_LONGEST_GAP = 30.0
+"""s between two fixes, forward, after which the filter begins anew; at once where time goes back."""
+
+
+class Aboard:
+    """Rows of the navigator as estimates in the tangent plane around an origin (latitude, longitude; rad).
+
+    Where the steering filter knows the motion the estimate is its own; before, and where only rows are given, it is the
+    row's, without heading and current.
+    """
+
+    def __init__(self, origin: tuple[float, float], response: Response, position_std: float):
+        self._origin, self._response, self._std = origin, response, position_std
+        self._moment = self._fixed = math.nan
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the motion."""
+        self.filter = SteeringFilter(self._response, self._std)
+
+    def fix(self, row: InputRow) -> bool:
+        """Use a fix; whether it fits the estimate."""
+        if not 0.0 <= row.time - self._fixed <= _LONGEST_GAP:
+            self.restart()
+        self._fixed = row.time
+        place = displacement(row.latitude, row.longitude, *self._origin)
+        velocity = row.sog * math.cos(row.cog), row.sog * math.sin(row.cog)
+        self.filter.fix(row.time, *place, *velocity, row.heading, row.yaw_rate)
+        return self.filter.refused_for == 0.0
+
+    def step(self, row: Row, dt: float) -> Estimate:
+        """See `core.estimate.Estimator`."""
+        self._moment = row.time
+        if not row.valid:
+            return Estimate(*[math.nan] * 11)
+        if self.filter.started and row.time - self._fixed <= _LONGEST_GAP:
+            return estimate_of(self.filter.at(row.time))
+        north, east = displacement(row.latitude, row.longitude, *self._origin)
+        motion = row.sog, row.cog, row.course_rate, row.sog_std, row.cog_std, row.course_rate_std, row.position_std
+        return Estimate(north, east, *motion, math.nan, math.nan)
+
+    def order(self, yaw_rate: float, speed: float) -> None:
+        """What is ordered from the last step on; NaN: someone else steers."""
+        if math.isfinite(self._moment):
+            self.filter.order(self._moment, yaw_rate, speed)

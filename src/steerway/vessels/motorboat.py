@@ -1,0 +1,166 @@
+"""A small motorboat with one steered outboard, as small as an autopilot's test boat: 2 m/s, turns of 25 °/s.
+
+State x y ψ u v r (m, m, rad, m/s, m/s, rad/s), velocities through the water. Each of surge, sway and yaw answers as a
+first-order system, which sideslips in a turn: T_u u̇ + u = U_max √n, T_v v̇ + v = −T_v u r, T_r ṙ + r = R s f, s the
+steering and n the throttle, both −1 to 1 (throttle from 0). The rudder force is that of the propeller's stream and of
+the boat's speed: f = min(1, (u/U_max + √n)/2 + 0.1).
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Literal, NamedTuple
+
+import numpy as np
+
+from steerway.control.boats import Boat
+from steerway.control.speed_pi import SpeedPIGains
+from steerway.control.station import StationGains
+from steerway.core.arrays import Floats
+from steerway.core.checks import positive
+from steerway.core.compiled import kernel
+from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
+from steerway.core.schema import Positive
+from steerway.vessels.actuators import Actuator
+from steerway.vessels.table import VesselTable
+from steerway.vessels.vessel import (
+    CURRENT_EAST,
+    CURRENT_NORTH,
+    FORCE_EAST,
+    FORCE_NORTH,
+    MOMENT,
+    checked_method,
+    euler,
+    runge_kutta,
+)
+
+MASS, INERTIA = 20.0, 5.0
+"""kg and kg·m², with added mass: what disturbing forces and moments act on."""
+SWAY_TIME = 0.5
+"""s."""
+
+
+class OutboardCommand(NamedTuple):
+    """Steering (−1 to 1) and throttle (0 to 1), and what they achieve of the demanded force and steering."""
+
+    steering: float
+    throttle: float
+    surge_force: float
+    yaw: float
+
+
+@dataclass(frozen=True)
+class Outboard:
+    """One steered propeller, `max_force` N; the autopilot's output is the steering itself. It does not reverse."""
+
+    max_force: float
+
+    def __post_init__(self):
+        positive("outboard.max_force", self.max_force)
+
+    def step(self, surge_force: float, yaw: float) -> OutboardCommand:
+        """Commands for a surge force (N) and a steering."""
+        force, steering = min(self.max_force, max(0.0, surge_force)), min(1.0, max(-1.0, yaw))
+        return OutboardCommand(steering, force / self.max_force, force, steering)
+
+
+class Motorboat:
+    """The boat for the loop. Command: steering, throttle. State (6,): see the module.
+
+    top_speed U_max m/s, turn_rate R rad/s, surge_time T_u and yaw_time T_r in s.
+    """
+
+    actuators = (Actuator("steering", -1.0, 1.0), Actuator("throttle", 0.0, 1.0))
+
+    def __init__(
+        self,
+        top_speed: float = 2.0,
+        turn_rate: float = math.radians(25.0),
+        surge_time: float = 2.0,
+        yaw_time: float = 0.6,
+        method: str = "rk4",
+    ):
+        given = {"top_speed": top_speed, "turn_rate": turn_rate, "surge_time": surge_time, "yaw_time": yaw_time}
+        for name, value in given.items():
+            positive(f"motorboat.{name}", value)
+        self._parameters = np.array([top_speed, turn_rate, surge_time, yaw_time], dtype=np.float64)
+        self._integrate = runge_kutta if checked_method(method) else euler
+
+    def start(self, north: float = 0.0, east: float = 0.0, heading: float = 0.0, speed: float = 0.0) -> np.ndarray:
+        """The state on a straight course through the water."""
+        return np.array([north, east, heading, speed, 0.0, 0.0], dtype=np.float64)
+
+    def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
+        steering, throttle = command
+        return self._integrate(
+            lambda each: _rates(each, float(steering), float(throttle), self._parameters, conditions), state, step
+        )
+
+    def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
+        return _motion(state, self._parameters, conditions)
+
+
+@kernel
+def _rates(state, steering, throttle, parameters, conditions):
+    top, turn_rate, surge_time, yaw_time = parameters[0], parameters[1], parameters[2], parameters[3]
+    heading, u, v, r = state[2], state[3], state[4], state[5]
+    pushed = math.sqrt(min(1.0, max(0.0, throttle)))
+    bite = min(1.0, 0.5 * (max(0.0, u) / top + pushed) + 0.1)
+    c, s = math.cos(heading), math.sin(heading)
+    ahead = conditions[FORCE_NORTH] * c + conditions[FORCE_EAST] * s
+    abeam = conditions[FORCE_EAST] * c - conditions[FORCE_NORTH] * s
+    north, east = over_ground(u, v, heading)
+    out = np.empty(6)
+    out[0], out[1], out[2] = north + conditions[CURRENT_NORTH], east + conditions[CURRENT_EAST], r
+    out[3] = (top * pushed - u) / surge_time + ahead / MASS
+    out[4] = -v / SWAY_TIME - u * r + abeam / MASS
+    out[5] = (turn_rate * min(1.0, max(-1.0, steering)) * bite - r) / yaw_time + conditions[MOMENT] / INERTIA
+    return out
+
+
+@kernel
+def _motion(state, parameters, conditions):
+    heading, u, v, r = state[2], state[3], state[4], state[5]
+    north, east = over_ground(u, v, heading)
+    over_north, over_east = north + conditions[CURRENT_NORTH], east + conditions[CURRENT_EAST]
+    course_rate = turning_rate(over_north, over_east, -east * r, north * r)
+    return GroundMotion(state[0], state[1], heading, over_north, over_east, r, course_rate, u, v, 0.0, 0.0)
+
+
+class MotorboatTable(VesselTable):
+    """The keys of a motorboat in a scenario."""
+
+    kind: Literal["motorboat"] = "motorboat"
+    top_speed: Positive = 2.0
+    turn_rate_deg: Positive = 25.0
+    surge_time: Positive = 2.0
+    yaw_time: Positive = 0.6
+    reference: ClassVar[str] = "model"
+
+    def build(self) -> Motorboat:
+        rate = math.radians(self.turn_rate_deg)
+        return Motorboat(self.top_speed, rate, self.surge_time, self.yaw_time, self.method)
+
+    def boat(self) -> Boat:
+        """The autopilot's output is the steering; the surge force is counted as what holds a speed."""
+        drag = MASS / self.surge_time
+        force = drag * self.top_speed
+        return Boat(
+            nomoto_gain=math.radians(self.turn_rate_deg),
+            nomoto_time=self.yaw_time,
+            yaw_limit=1.0,
+            bandwidth=1.0 / max(self.yaw_time, 1.0),
+            propulsion=Outboard(force),
+            lookahead=6.0 * self.top_speed,
+            acceptance=2.0 * self.top_speed,
+            cruise=0.75 * self.top_speed,
+            top_speed=self.top_speed,
+            turn_rate=0.8 * math.radians(self.turn_rate_deg),
+            profile="small-usv",
+            speed=SpeedPIGains(mass=MASS, linear_drag=drag, bandwidth=0.4, limit=force, acceleration=0.3),
+            station=StationGains(mass=MASS, limit=force, limit_astern=0.0, least_force=0.1 * force),
+        )
+
+
+BOAT = MotorboatTable().boat()
+"""Of a boat of the default keys."""

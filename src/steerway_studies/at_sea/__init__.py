@@ -1,0 +1,40 @@
+"""at-sea: the autopilot in currents up to 80 % of the boat's speed: squares and surveys, three boats, many receivers.
+
+Each seed draws a balanced part of the grid: every direction of the current with the Otter and the motorboat, currents,
+routes and receivers evenly mixed. Boats start from rest, with no compass. An autopilot as aboard would have stopped
+where fixes do not fit its estimate for as long as the one aboard allows: `own_gate_stops`.
+"""
+
+import os
+
+from steerway.simulation import over_seeds
+from steerway_studies.at_sea.cases import ablations, all_cases, drawn
+from steerway_studies.at_sea.comparisons import compare_all
+from steerway_studies.at_sea.figures import all_figures
+from steerway_studies.at_sea.sailing import judged
+from steerway_studies.study import Results, Study, seeds_from, stage
+
+SEEDS = 8
+FULL = "STEERWAY_AT_SEA_FULL"
+"""Set in the environment: the full grid of every seed in place of the part that it draws."""
+
+
+def run(seeds=None, first_seed=0, progress=None) -> Results:
+    """See Study; `seeds` parts of the grid, 8 by default."""
+    chosen = seeds_from(first_seed, seeds, SEEDS)
+    full = all_cases() if os.environ.get(FULL) else None
+    pairs = [(case, seed) for seed in chosen for case in (full or drawn(seed))]
+    others = [(case, seed) for seed in chosen for case in ablations(seed)]
+    found = over_seeds(_judged_of, pairs, progress=stage(progress, 0.0, 0.85, "squares and surveys"))
+    without = over_seeds(_judged_of, others, progress=stage(progress, 0.85, 0.15, "ablations"))
+    results = Results("The autopilot in currents up to 80 % of the boat's speed")
+    compare_all(results, found, without)
+    results.figures |= all_figures(found, first_seed)
+    return results
+
+
+def _judged_of(pair):
+    return judged(*pair)
+
+
+STUDY = Study("at-sea", "squares and surveys in currents up to 80 % of the boat's speed, from rest, no compass", run)

@@ -1,0 +1,164 @@
+"""One run, and what is judged of it."""
+
+import math
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.core import rms
+from steerway.estimation import FiveStateFilter, Profile
+from steerway.estimation.course import FilterEstimator
+from steerway.guidance import LineOfSight, Mission, ReferenceModel, Route
+from steerway.pilot import Mode, Pilot
+from steerway.sensors import Gnss, Suite
+from steerway.simulation import Run, Start, sail, steering_pilot
+from steerway.vessels import Current, Environment
+from steerway_studies.at_sea.cases import CRAFT, LATENCY, VELOCITY_STD, WANDERING, WHITE, Case, waypoints
+
+GATE = 0.75, 1.5
+"""s of refused fixes after which the autopilot aboard stops: three intervals, within these."""
+
+
+class Sailed(NamedTuple):
+    """A run judged; m, NaN where there is nothing to judge."""
+
+    case: Case
+    finished: bool
+    own_stop: bool  # whether the autopilot aboard had stopped because fixes do not fit its estimate
+    legs: float  # RMS distance from the legs, after settling
+    corners: float  # largest distance from the route at the corners, in turn radii
+    time: float
+
+
+class Gated:
+    """An estimator, and for how long at the most its fixes were refused without a break."""
+
+    def __init__(self, estimator):
+        self._estimator, self.refused = estimator, 0.0
+        self.order = estimator.order
+
+    def step(self, measurements, dt):
+        """See `Estimator`."""
+        estimate = self._estimator.step(measurements, dt)
+        self.refused = max(self.refused, self._estimator.filter.refused_for)
+        return estimate
+
+
+def _receiver(case) -> Gnss:
+    errors, rate, velocity = case.receiver
+    velocity = velocity and case.variant != "positions"
+    return Gnss(
+        rate=rate,
+        white=WHITE[errors],
+        markov=WANDERING if errors == "wandering" else (),
+        latency=LATENCY if CRAFT[case.craft].step < LATENCY else 0.0,
+        velocity_std=VELOCITY_STD if velocity else None,
+    )
+
+
+class _NotEarly(Mission):
+    """A mission whose waypoints are passed by the rule."""
+
+    @property
+    def following(self) -> float:
+        return math.nan
+
+
+def pilot(case: Case) -> Pilot:
+    """The autopilot of a case."""
+    boat = CRAFT[case.craft].boat
+    points = waypoints(case)
+    route = Route(points[:, 0], points[:, 1], boat.acceptance)
+    mission = (_NotEarly if case.variant == "early" else Mission)(route)
+    law = LineOfSight(boat.lookahead)
+    if case.variant == "five-state":
+        estimator = FilterEstimator(FiveStateFilter(Profile.named(boat.profile)))
+        shaper = ReferenceModel(1.0, 1.0, boat.turn_rate)
+        steered = boat.autopilot(shaper), boat.propulsion, boat.speed_loop()
+        return Pilot(estimator, mission, law, *steered, cruise=boat.cruise)
+    options = {"learn": case.variant != "learning", "follows_orders": case.variant != "orders"}
+    made = steering_pilot(boat, mission, law, **options)
+    made.estimator = Gated(made.estimator)
+    return made
+
+
+def sailed(case: Case, seed: int) -> tuple[Run, Pilot]:
+    """A run from rest."""
+    craft = CRAFT[case.craft]
+    current = Current(case.share * craft.boat.cruise, case.direction)
+    made = pilot(case)
+    longest = sum(np.hypot(*np.diff(waypoints(case), axis=0).T)) / (0.1 * craft.boat.cruise)
+    start = Start(0.0, 0.0, 0.3, craft.boat.cruise if case.craft == "mariner" else 0.0)
+    run = sail(
+        craft.build(),
+        made,
+        Suite(_receiver(case)),
+        longest,
+        craft.step,
+        start=start,
+        environment=Environment(current),
+        seed=seed,
+    )
+    return run, made
+
+
+def judged(case: Case, seed: int) -> Sailed:
+    """Sail and judge."""
+    run, made = sailed(case, seed)
+    interval = 1.0 / case.receiver.rate
+    allowed = min(max(GATE[0], 3.0 * interval), GATE[1])
+    refused = getattr(made.estimator, "refused", 0.0)
+    legs, corners = _distances(case, run)
+    finished = bool(run["mode"][-1] == Mode.STOPPED)
+    return Sailed(case, finished, refused >= allowed, legs, corners, float(run.time[-1]))
+
+
+def _distances(case, run):
+    """(RMS from the legs, largest at the corners in turn radii)."""
+    craft, target = CRAFT[case.craft], run["leg_target"]
+    across = _across(run)
+    if case.receiver.errors == "wandering":
+        across = across + _slow_error(case, run)
+    began = np.searchsorted(target, target, side="left") if np.all(np.diff(target) >= 0.0) else np.zeros(len(run), int)
+    on_leg = run.time - run.time[began]
+    settled = (run["mode"] == Mode.UNDER_WAY) & (on_leg > craft.settling * np.where(target <= 1.0, 2.0, 1.0))
+    turning = (run["mode"] == Mode.UNDER_WAY) & (target > 1.0) & (on_leg <= craft.settling)
+    legs = rms(across[settled]) if settled.any() else math.nan
+    if not turning.any():
+        return legs, math.nan
+    boat = craft.boat
+    radius = (1.0 + case.share) * boat.cruise / boat.turn_rate
+    return legs, float(np.max(_from_route(case, run, turning))) / radius
+
+
+def _across(run):
+    """True distance from the leg under way, + to starboard."""
+    error_north = run["estimated_north"] - run["true_north"]
+    error_east = run["estimated_east"] - run["true_east"]
+    direction = run["leg_direction"]
+    return run["leg_cross_track"] - (error_east * np.cos(direction) - error_north * np.sin(direction))
+
+
+def _slow_error(case, run):
+    """The receiver's slow error across the leg: that of its fixes in the mean of 10 s."""
+    direction = run["leg_direction"]
+    lag = round(LATENCY / CRAFT[case.craft].step) if CRAFT[case.craft].step < LATENCY else 0
+    north, east = (run[f"read_{axis}"] - np.roll(run[f"true_{axis}"], lag) for axis in ("north", "east"))
+    error = east * np.cos(direction) - north * np.sin(direction)
+    known = np.isfinite(error) & (run.time > 1.0)
+    width = max(1, round(10.0 * case.receiver.rate))
+    mean = np.convolve(np.pad(error[known], width // 2, mode="edge"), np.full(width, 1.0 / width), mode="same")
+    return np.interp(run.time, run.time[known], mean[width // 2 : width // 2 + known.sum()])
+
+
+def _from_route(case, run, rows):
+    """Distance of the true position from the nearest point of the route, (m,)."""
+    points = waypoints(case)
+    places = np.column_stack((run["true_north"][rows], run["true_east"][rows]))
+    nearest = np.full(len(places), math.inf)
+    for start, stop in pairwise(points):
+        ahead = stop - start
+        share = np.clip((places - start) @ ahead / (ahead @ ahead), 0.0, 1.0)
+        nearest = np.minimum(nearest, np.hypot(*(places - start - share[:, None] * ahead).T))
+    return nearest
