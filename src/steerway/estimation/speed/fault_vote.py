@@ -3,7 +3,8 @@
 A conflict is a mean difference, over a short or a long window, that their noise does not explain. The faulty one is the
 one whose offset to the others has changed, by the likelihood of the offsets' changes: over a short lag those to a speed
 integrated from an accelerometer, over a long one those to a third instrument. The third is a model's speed that may be
-wrong, most so while the speed changes: its drift is what both offsets have lately had in common.
+wrong, most so while the speed changes: its drift is what both offsets have lately had in common, and a share of what
+the speed has changed by.
 """
 
 import math
@@ -23,19 +24,23 @@ LAG = 10.0
 """s between the two windows whose offsets a vote compares."""
 THIRD_DRIFT = 0.01
 """Least 1σ of the third instrument's own drift over LAG, in the instruments' unit (m/s)."""
+MODEL_SHARE = 0.1
+"""1σ of the third's drift over LAG as a part of what the speed has changed by."""
 REMEMBERED = 15.0
 """s in which a larger drift of the third is forgotten to 1/e."""
 SHORT_LAG, INERTIAL_DRIFT = 3.0, 0.012
 """s between the two windows of the integrated acceleration, and 1σ of its own drift over them (m/s)."""
 SUDDEN = 0.7
 """Part of a difference that has to be newer than SHORT_LAG for the accelerometer to be asked."""
+SURE = 4.0
+"""Standard deviations by which it has to be."""
 CLEAR = 3.0
 """Logarithm of the likelihood ratio of the two for a decision."""
 _ROWS = 1024
 """Readings kept of each instrument: enough for LAG and LONG at 68 Hz."""
 
 NONE = -1
-_TIME, _OFFSET, _THIRD, _INERTIAL = range(4)
+_TIME, _OFFSET, _THIRD, _INERTIAL, _READING = range(5)
 
 
 class FaultVote:
@@ -49,7 +54,9 @@ class FaultVote:
         self.excluded: int | None = None
         self.conflict = False
         self._since = -math.inf
-        self._kept = np.full((2, _ROWS, 4), -math.inf)  # time, reading − estimate, − third, − inertial (NaN: none)
+        self._kept = np.full(
+            (2, _ROWS, 5), -math.inf
+        )  # time, reading − estimate, − third, − inertial (NaN: none); reading
         self._last = np.zeros(2, dtype=np.int64)
         self._drift, self._judged = 0.0, math.nan
 
@@ -61,7 +68,7 @@ class FaultVote:
         if which not in (0, 1):
             raise InputError(f"fault_vote.which is {which}, expected 0 or 1")
         self._last[which] = (self._last[which] + 1) % _ROWS
-        self._kept[which, self._last[which]] = (time, reading - estimate, reading - third, reading - inertial)
+        self._kept[which, self._last[which]] = (time, reading - estimate, reading - third, reading - inertial, reading)
 
     def judge(self, time: float, explained: float = 0.0) -> tuple[float, float]:
         """Decide anew. Returns, where an instrument has just been excluded, the other one's mean difference from the
@@ -189,12 +196,16 @@ def _wrong(
 ) -> int:
     """The instrument whose offsets to the others have clearly changed more, NONE where that is not clear."""
     stds = (std, other_std)
-    lead = _likelihood(kept, last, time, window, LAG, _THIRD, stds, max(drift, THIRD_DRIFT))
+    faster, _ = _change(kept[0], last[0], time, window, LAG, _READING)
+    other, _ = _change(kept[1], last[1], time, window, LAG, _READING)
+    drift = max(drift, MODEL_SHARE * min(abs(faster), abs(other)), THIRD_DRIFT)
+    lead = _likelihood(kept, last, time, window, LAG, _THIRD, stds, drift)
     # An accelerometer tells sudden faults only: of slow ones the estimate of its bias has its part.
-    first, _ = _change(kept[0], last[0], time, SHORT, SHORT_LAG, _OFFSET)
-    second, _ = _change(kept[1], last[1], time, SHORT, SHORT_LAG, _OFFSET)
+    first, n = _change(kept[0], last[0], time, SHORT, SHORT_LAG, _OFFSET)
+    second, m = _change(kept[1], last[1], time, SHORT, SHORT_LAG, _OFFSET)
     difference, _ = _difference(kept, last, time, SHORT, std, other_std, 0.0)
-    if abs(first - second) > SUDDEN * abs(difference):
+    noise = math.sqrt(std**2 * n + other_std**2 * m)
+    if abs(first - second) > max(SUDDEN * abs(difference), SURE * noise):
         lead += _likelihood(kept, last, time, SHORT, SHORT_LAG, _INERTIAL, stds, INERTIAL_DRIFT)
     if not abs(lead) > CLEAR:
         return NONE
