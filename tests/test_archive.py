@@ -23,6 +23,7 @@ from steerway.archive.verifying import digest
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes
 from steerway.estimation import FiveStateFilter
+from steerway.formats.ais import class_b
 from tests.ais_sentences import checksum, sentences
 
 DAYS = 2
@@ -369,6 +370,20 @@ def test_raw_ais_with_tag_blocks(tmp_path):
     rows = rows_of(tmp_path / "out")
     assert len(rows) == 30 and (rows["time_s"].diff().drop_nulls() == 10.0).all()
     assert rows["sog_mps"][-1] == pytest.approx(0.0005 * 111_300.0 / 10.0, rel=0.05)
+
+
+def test_raw_ais_of_class_b_has_its_profile(tmp_path):
+    lines = []
+    for k in range(30):
+        for each in ({"type": 18, "mmsi": 338_000_001}, {"type": 1, "mmsi": 257_000_001}):
+            (sentence,) = sentences(**each, speed=10.0, lat=55.0 + 0.0005 * k, lon=11.0, second=(10 * k) % 60)
+            lines.append(b"%d %s" % (START + 10 * k, sentence))
+    (tmp_path / "raw.nmea").write_bytes(b"\n".join(lines))
+    assert class_b((tmp_path / "raw.nmea").read_bytes()) == {338_000_001}
+    steerway.archive.run([tmp_path / "raw.nmea"], tmp_path / "out", workers=1)
+    store = Store(tmp_path / "out")
+    (unit,) = store.done()
+    assert store.numbers(*unit)["under_way_2"] > 20 < store.numbers(*unit)["under_way_0"]
 
 
 def test_the_commands_of_the_page_run(fleet, tmp_path, monkeypatch):

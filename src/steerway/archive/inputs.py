@@ -17,8 +17,9 @@ import polars as pl
 
 from steerway.archive.store import DAY, Store
 from steerway.core.errors import InputError
-from steerway.formats.ais_tables import REASONS, SCHEMA, reports
-from steerway.formats.reading import read
+from steerway.formats import ais
+from steerway.formats.ais_tables import MOBILES, REASONS, SCHEMA, reports
+from steerway.formats.reading import plain, read
 
 _LEFT_OUT = -1
 _FIRST_FLEET = 10_000_000_000
@@ -93,9 +94,11 @@ def bucket_of(mmsi: pl.Expr, buckets: int) -> pl.Expr:
 def _log(path: Path) -> tuple[pl.LazyFrame, dict[str, int]]:
     """A log of any format that `steerway.read` knows: raw AIS, or one vessel, numbered by the name of its file."""
     fixes = read(path)
-    mmsi = fixes.mmsi
+    mmsi, mobile = fixes.mmsi, np.zeros(len(fixes), np.int64)
     if mmsi is None:
         mmsi = np.full(len(fixes), _FIRST_FLEET + zlib.crc32(path.name.encode()))
+    else:
+        mobile = np.where(np.isin(mmsi, list(ais.class_b(plain(path)))), MOBILES.index("class B"), mobile)
     placed = fixes.has_position
     columns = {
         "mmsi": mmsi,
@@ -107,8 +110,9 @@ def _log(path: Path) -> tuple[pl.LazyFrame, dict[str, int]]:
         "heading_deg": np.degrees(fixes.heading) % 360.0,
     }
     zeros = np.zeros(len(fixes), np.int64)
-    frame = pl.DataFrame(columns, nan_to_null=True).with_columns(mobile=zeros, hull=zeros, reason=zeros).cast(SCHEMA)
-    return frame.filter(placed).lazy(), {}
+    frame = pl.DataFrame(columns, nan_to_null=True).with_columns(mobile=mobile, hull=zeros, reason=zeros).cast(SCHEMA)
+    lacking = int((~placed).sum())
+    return frame.filter(placed).lazy(), {"no position": lacking} if lacking else {}
 
 
 def staged_units(directory: Path) -> set[tuple[int, int]]:

@@ -29,6 +29,7 @@ _TAG_TIME = re.compile(rb"[\\,]c:([12]\d{9}(?:\d{3})?)(?!\d)")
 _ISO = re.compile(rb"\d{4}-?\d\d-?\d\d[T _-]\d\d:?\d\d:?\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?")
 _UNIX = re.compile(rb"(?<![\w.:])([12]\d{9}(?:\.\d+)?|[12]\d{12})(?![\d.])")
 _RMC = re.compile(rb"\$([A-Z]{2}RMC,(\d{6})(?:\.\d+)?,A,(?:[^,*\r\n]*,){6}(\d{6}),[^*\r\n]*)\*([0-9A-Fa-f]{2})")
+_CLASS_B = re.compile(rb"![A-Z]{2}VD[MO],[12],1,\d?,[^,]*,([BC][0-W`-w]{6})")  # messages of type 18 and 19
 _POSITION_TYPES = {1, 2, 3, 18, 19, 27}
 _CLOCK_TYPES = {4, 11}
 _EARLY, _LATE = -3.5, 10.5  # s a report may be received before (a slow clock) and after the second it was made in
@@ -66,6 +67,17 @@ def read(data: bytes) -> Recording:
         )
     fixes = _fixes(time, columns, skipped)
     return Recording("AIS", {"AIS": fixes} if len(fixes) else {}, dict(counts), dict(skipped), tuple(notes))
+
+
+def class_b(data: bytes) -> set[int]:
+    """MMSI of the vessels that report as AIS of class B does, from the first bits of their messages."""
+    found = set()
+    for match in _CLASS_B.finditer(data):
+        number = 0
+        for character in match[1]:
+            number = number << 6 | (character - 48 if character < 88 else character - 56)
+        found.add(number >> 4 & (1 << 30) - 1)
+    return found
 
 
 def _messages(data, counts, skipped):

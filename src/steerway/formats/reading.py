@@ -98,6 +98,11 @@ def survey(*paths: Source, progress: Progress | None = None, max_size: float | N
     ]
 
 
+def plain(path: Source, max_size: float | None = None) -> bytes:
+    """The bytes of a log, unpacked. Raises InputError as `read` does."""
+    return _plain(*_opened(path), max_size)
+
+
 def _recordings(paths, progress, max_size) -> Iterator[tuple[str, Recording]]:
     if not paths:
         raise InputError("no log is given, expected one or more paths, or - for standard input")
