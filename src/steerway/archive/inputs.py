@@ -19,13 +19,14 @@ from steerway.archive.store import DAY, Store
 from steerway.core.errors import InputError
 from steerway.formats import ais
 from steerway.formats.ais_tables import MOBILES, REASONS, SCHEMA, reports
-from steerway.formats.reading import plain, read
+from steerway.formats.reading import plain, read, survey
 
 _LEFT_OUT = -1
 _FIRST_FLEET = 10_000_000_000
 """Numbers of vessels without MMSI, above all MMSI: of their files."""
-ROWS_A_BYTE = {".parquet": 1 / 25, ".gz": 1 / 20, ".zip": 1 / 20, ".zst": 1 / 20}
-"""Rows that an input holds for each byte, to choose the number of buckets; of text 1 in 110."""
+_ROWS_A_BYTE = {".parquet": 1 / 25, ".gz": 1 / 20, ".zip": 1 / 20, ".zst": 1 / 20}
+"""Rows that a packed input holds for each byte, to choose the number of buckets; see `rows_in`."""
+_TEXT_ROW = 110
 
 
 def found(paths: Iterable[str | Path]) -> list[Path]:
@@ -40,6 +41,11 @@ def found(paths: Iterable[str | Path]) -> list[Path]:
             raise InputError(f"{path}: no such file, expected files, folders or patterns of them")
         files |= dict.fromkeys(named)
     return list(files)
+
+
+def rows_in(path: Path) -> float:
+    """About how many rows an input holds, by its size."""
+    return path.stat().st_size * _ROWS_A_BYTE.get(path.suffix.lower(), 1.0 / _TEXT_ROW)
 
 
 def identity(path: Path, known: dict[str, Any] | None = None) -> dict[str, Any]:
@@ -93,12 +99,16 @@ def bucket_of(mmsi: pl.Expr, buckets: int) -> pl.Expr:
 
 def _log(path: Path) -> tuple[pl.LazyFrame, dict[str, int]]:
     """A log of any format that `steerway.read` knows: raw AIS, or one vessel, numbered by the name of its file."""
-    fixes = read(path)
-    mmsi, mobile = fixes.mmsi, np.zeros(len(fixes), np.int64)
-    if mmsi is None:
-        mmsi = np.full(len(fixes), _FIRST_FLEET + zlib.crc32(path.name.encode()))
+    recordings = [log.recording for log in survey(path)]
+    recording = next((each for each in recordings if "AIS" in each.sources), None)
+    if recording is not None:
+        fixes, skipped = recording.sources["AIS"], dict(recording.skipped)
+        mmsi = fixes.mmsi
+        mobile = np.where(np.isin(mmsi, list(ais.class_b(plain(path)))), MOBILES.index("class B"), 0)
     else:
-        mobile = np.where(np.isin(mmsi, list(ais.class_b(plain(path)))), MOBILES.index("class B"), mobile)
+        fixes, skipped = read(path), {}
+        mmsi = np.full(len(fixes), _FIRST_FLEET + zlib.crc32(path.name.encode()))
+        mobile = np.zeros(len(fixes), np.int64)
     placed = fixes.has_position
     columns = {
         "mmsi": mmsi,
@@ -111,8 +121,9 @@ def _log(path: Path) -> tuple[pl.LazyFrame, dict[str, int]]:
     }
     zeros = np.zeros(len(fixes), np.int64)
     frame = pl.DataFrame(columns, nan_to_null=True).with_columns(mobile=mobile, hull=zeros, reason=zeros).cast(SCHEMA)
-    lacking = int((~placed).sum())
-    return frame.filter(placed).lazy(), {"no position": lacking} if lacking else {}
+    if lacking := int((~placed).sum()):
+        skipped["no position"] = skipped.get("no position", 0) + lacking
+    return frame.filter(placed).lazy(), skipped
 
 
 def staged_units(directory: Path) -> set[tuple[int, int]]:

@@ -163,7 +163,7 @@ def _manifest(store, files, buckets, memory, workers, smooth, rate, aid, profile
 
 
 def _bucket_count(files, memory, workers) -> int:
-    rows = max(each.stat().st_size * inputs.ROWS_A_BYTE.get(each.suffix.lower(), 1 / 110) for each in files)
+    rows = max(map(inputs.rows_in, files))
     room = max(memory / workers - _BYTES_A_WORKER, 1e8) / _BYTES_A_ROW
     return max(1, min(round(rows / UNIT_ROWS), 256), int(-(-rows // room)))
 
