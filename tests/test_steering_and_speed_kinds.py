@@ -76,6 +76,7 @@ def test_a_poor_compass_is_enough_to_steer_by_heading(vessel, kind):
     run = finished(vessel, tables).run
     error = np.remainder(run["estimated_heading"] - run["true_heading"] + np.pi, 2.0 * np.pi) - np.pi
     known = np.isfinite(error) & (run.time > 30.0)
+    assert (np.isfinite(run["estimated_current_north"]) == (kind == "aided")).all()
     assert np.degrees(np.median(np.abs(error[known]))) < 8.0
 
 
@@ -91,6 +92,8 @@ def test_a_poor_compass_is_enough_to_steer_by_heading(vessel, kind):
         ("otter", '[estimator.speed]\nkind = "fusion"\n', "needs a measured speed"),
         ("otter", "[tachometer]\n", "tachometer measures one shaft"),
         ("otter", '[estimator]\nkind = "truth"\nspeed = { kind = "fusion" }\n', "estimator.speed has no effect"),
+        ("otter", '[estimator]\nkind = "steering"\n[autopilot]\nkind = "lqg"\n', "expected pole-placement with"),
+        ("otter", '[estimator]\nkind = "steering"\n[speed]\ncontroller = "adaptive"\n', "expected pi with"),
         ("otter", '[autopilot]\nkind = "pid"\n', "autopilot.kind"),
         ("otter", '[speed]\ncontroller = "mrac"\n', "speed.controller"),
         ("surge", "[start]\nheading_deg = 30.0\n", "to the side of the boat's heading"),

@@ -34,7 +34,15 @@ class ComposedEstimator:
             heading, yaw_rate = self.heading.step(measurements.heading, dt, velocity)
             if math.isfinite(measurements.yaw_rate):
                 yaw_rate = measurements.yaw_rate
-            estimate = estimate._replace(heading=heading, yaw_rate=yaw_rate)
+            north, east = self.heading.current
+            estimate = estimate._replace(
+                heading=heading,
+                yaw_rate=yaw_rate,
+                heading_std=self.heading.heading_std,
+                water_speed=self.heading.water_speed,
+                current_north=north,
+                current_east=east,
+            )
         if self.speed is not None:
             speed = self.speed.step(
                 measurements.acceleration,

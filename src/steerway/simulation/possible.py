@@ -110,10 +110,16 @@ def _steering(scenario):
 def _estimators(scenario):
     heading, speed = scenario.estimator.heading, scenario.estimator.speed
     kind = scenario.vessel.kind
-    if scenario.estimator.kind == "truth":
+    if scenario.estimator.kind in ("truth", "steering"):
         for name, table in (("heading", heading), ("speed", speed)):
             if table.model_fields_set:
-                raise InputError(f'estimator.{name} has no effect with estimator.kind "truth"')
+                raise InputError(f'estimator.{name} has no effect with estimator.kind "{scenario.estimator.kind}"')
+    if scenario.estimator.kind == "steering":
+        chosen = (("autopilot.kind", scenario.autopilot.kind), ("speed.controller", scenario.speed.controller))
+        for (name, value), own in zip(chosen, ("pole-placement", "pi"), strict=True):
+            if value != own:
+                raise InputError(f'{name} is {value}, expected {own} with estimator.kind "steering"')
+    if scenario.estimator.kind == "truth":
         return
     if heading.kind != "tracker":
         if not assembly.boat(scenario).steers:

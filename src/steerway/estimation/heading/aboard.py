@@ -112,6 +112,17 @@ class HeadingAboard:
         return self.heading, self.yaw_rate
 
     @property
+    def heading_std(self) -> float:
+        """rad; NaN while the heading is unknown."""
+        known = self._aided or self._composite
+        return math.nan if known is None or math.isnan(self.heading) else known.heading_std
+
+    @property
+    def water_speed(self) -> float:
+        """m/s; NaN for the filter without GNSS."""
+        return math.nan if self._aided is None else self._aided.water_speed
+
+    @property
     def current(self) -> tuple[float, float]:
         """North and east, m/s; NaN for the filter without GNSS."""
         return (math.nan, math.nan) if self._aided is None else self._aided.current
