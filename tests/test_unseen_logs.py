@@ -10,6 +10,7 @@ import pytest
 import steerway
 import steerway_studies as studies
 from steerway.core.earth import displaced_all
+from steerway.estimation import choose_profile, log_likelihood
 from steerway_studies.unseen_logs import catalogue, plain_ekf, prediction, summarise
 from steerway_studies.unseen_logs.alignment import rate_lag, velocity_lag
 from steerway_studies.unseen_logs.contestants import difference
@@ -201,15 +202,16 @@ def test_plain_ekf_turns_round_with_the_picture(weaving):
     assert np.allclose(np.mod(turned[100:, 1] - said[100:, 1], 2.0 * np.pi), 0.5 * np.pi, atol=1e-9)
 
 
-def test_prediction_is_of_what_comes(weaving):
-    recording = recording_of(weaving)
-    _, _, _, sog, cog, rate = weaving
-    true = replace(steerway.estimate(recording.fixes, "small-usv"), sog=sog, cog=cog, course_rate=rate)
-    # In two seconds a steady speed and rate miss 0.22 m of at most 0.11 m/s² and 0.05 m of at most 0.01 rad/s².
-    assert np.nanmax(prediction.prediction_error(recording, true)) < 0.23
-    slow = prediction.prediction_error(recording, replace(true, sog=0.8 * sog))
-    assert np.nanmean(slow) == pytest.approx(0.2 * 2.0 * 3.0, rel=0.1)
-    assert prediction.worse(1.0, 1.02) and not prediction.worse(1.0, 1.005) and not prediction.worse(1.0, 0.5)
+def test_of_two_profiles_the_right_one_predicts_better(weaving):
+    fixes = recording_of(weaving).fixes
+    profile = choose_profile(fixes)
+    noisy = [each.model_copy(update={"values": each.values | {"fix_std": 3.0}}) for each in profile.structures]
+    middle = float(np.median(fixes.time))
+    right, wrong = (
+        log_likelihood(fixes, each, middle) for each in (profile, profile.model_copy(update={"structures": noisy}))
+    )
+    assert prediction.worse(right, wrong) and not prediction.worse(wrong, right)
+    assert log_likelihood(fixes, profile, fixes.time[-1] + 1.0) == 0.0
 
 
 def test_a_half_without_logs_has_no_numbers():

@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from steerway.estimation.course.filter import FiveStateFilter
     from steerway.estimation.inference.learning import LearningFilter
     from steerway.estimation.inference.stream import InferredFilter
-    from steerway.estimation.inference.tune import tune
+    from steerway.estimation.inference.tune import log_likelihood, tune
     from steerway.estimation.log_estimate import choose_profile, estimate
     from steerway.estimation.prediction import Prediction, hindcast, predict
     from steerway.estimation.profiles import Profile
@@ -25,6 +25,7 @@ __all__ = [
     "estimate",
     "hindcast",
     "load_profile",
+    "log_likelihood",
     "predict",
     "tune",
 ]

@@ -23,7 +23,7 @@ from steerway_studies.unseen_logs.recordings import FOLDER, opened, path_of
 
 @dataclass(frozen=True)
 class Judged:
-    """A log with all verdicts on it. `held_back` is (default, tuned) in m, see `prediction`; `cpu` in s."""
+    """A log with all verdicts on it. `held_back` is (default, tuned), see `prediction`; `cpu` in s."""
 
     log: PublicLog | KnownLog
     verdicts: dict[str, Verdict]
@@ -76,7 +76,8 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
         stem = each.log.name.replace("-", "_")
         for name, one in each.verdicts.items():
             results.numbers |= {f"{stem}_{name}_{key}": float(value) for key, value in asdict(one).items()}
-        results.numbers[f"{stem}_held_back_default_m"], results.numbers[f"{stem}_held_back_tuned_m"] = each.held_back
+        for name, likelihood in zip(("default", "tuned"), each.held_back, strict=True):
+            results.numbers[f"{stem}_held_back_{name}"] = likelihood
         results.numbers[f"{stem}_lag_s"] = each.lag
     page.add_tables(results, judged, public_logs())
     return results

@@ -37,7 +37,7 @@ def add_tables(results: Results, judged, known) -> None:
 _SUMMARY = (
     *("log", "fixes", "min", "lag s", "SOG m/s: default", "plain EKF", "ratio", "tuned", "smoothed"),
     *("COG °: default", "plain EKF", "ratio", "tuned", "smoothed", "rate °/s: default", "plain EKF", "ratio"),
-    *("cover % s/c/r", "refused", "right of known", "held back m: default", "tuned", "CPU s"),
+    *("cover % s/c/r", "refused", "right of known", "log likelihood held back: default", "tuned", "CPU s"),
 )
 
 
@@ -56,7 +56,7 @@ def _summary(each) -> tuple:
     one = verdicts[DEFAULT]
     return (
         *(each.log.name, each.fixes, f"{each.minutes:.0f}", f"{each.lag:.2f}", *cells, _covers(one), one.refused),
-        *(f"{one.refused_right} of {one.refused_judged}", *map(_number, each.held_back), f"{each.cpu:.0f}"),
+        *(f"{one.refused_right} of {one.refused_judged}", *(f"{likelihood:.1f}" for likelihood in each.held_back), f"{each.cpu:.0f}"),
     )
 
 

@@ -134,6 +134,15 @@ def tune(fixes: Fixes, name: str = "tuned", progress: Callable[[float], None] | 
     )
 
 
+def log_likelihood(fixes: Fixes, profile: InferredProfile, since: float) -> float:
+    """Log density (1/m² a fix) that a profile predicts for the fixes of one vessel from a time (s) on.
+
+    Every fix from those before it.
+    """
+    record = Track(fixes, ()).record
+    return _predictive(record, profile.weighed, int(np.searchsorted(record.time, since)))
+
+
 def _thorough(record: Rows, quick: Inference, report) -> Inference:
     """The inference on more rows, begun from the quick one's results and from those of a search of its own."""
     few, many = excerpt(record, _MORE * FEW, 0.5), excerpt(record, _MORE * MANY, 0.25)
