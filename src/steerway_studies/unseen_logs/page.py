@@ -56,7 +56,11 @@ def _summary(each) -> tuple:
     one = verdicts[DEFAULT]
     return (
         *(each.log.name, each.fixes, f"{each.minutes:.0f}", f"{each.lag:.2f}", *cells, _covers(one), one.refused),
-        *(f"{one.refused_right} of {one.refused_judged}", *(f"{likelihood:.1f}" for likelihood in each.held_back), f"{each.cpu:.0f}"),
+        *(
+            f"{one.refused_right} of {one.refused_judged}",
+            *(f"{likelihood:.1f}" for likelihood in each.held_back),
+            f"{each.cpu:.0f}",
+        ),
     )
 
 
