@@ -110,10 +110,12 @@ def live(
     """Estimate and steer on the boat, in real time.
 
     Inputs: serial:/dev/ttyACM0?baud=38400, tcp://host:port, udp://:port, gpsd://host:2947, signalk://host:3000,
-    mavlink:udpin:host:port (udpout, tcp, or mavlink:/dev/…), file:LOG?speed=10 (or speed=max).
+    mavlink:udpin:host:port (udpout, tcp, or mavlink:/dev/…), n2k:can0, n2k+tcp://host:port, file:LOG?speed=10 (or
+    speed=max).
 
     Outputs: stdout: (JSON lines), tcp-server://127.0.0.1:10110, tcp://host:port, udp://host:port, serial:…,
-    signalk://host:3000, mavlink:udpin:host:port (steers in GUIDED), foxglove://127.0.0.1:8765, file:RUN.parquet.
+    signalk://host:3000, mavlink:udpin:host:port (steers in GUIDED), n2k:can0, foxglove://127.0.0.1:8765,
+    file:RUN.parquet.
     On stdout, serial, tcp, tcp-server and udp ?format= selects nmea, json or propellers.
 
     Examples:
@@ -121,6 +123,8 @@ def live(
         steerway live --from serial:/dev/ttyACM0?baud=38400 --to tcp-server://127.0.0.1:10110 --helm
 
         steerway live boat.toml
+
+        steerway live --from n2k:can0 --to n2k:can0 --mission route.toml --record sortie.mcap
 
         steerway live --from file:sortie.nmea?speed=max > rows.jsonl
     """

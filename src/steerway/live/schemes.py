@@ -20,6 +20,7 @@ from steerway.live.links.tcp import TcpInput, TcpServerSink, TcpSink
 from steerway.live.links.udp import UdpInput, UdpSink
 from steerway.live.mavlink.companion import CARRIERS, Commanded, Companion
 from steerway.live.mavlink.signing import key_of
+from steerway.live.n2k.device import N2kDevice, require_can
 from steerway.live.outputs.deltas import Deltas
 from steerway.live.outputs.foxglove import FoxgloveServer, require_foxglove
 from steerway.live.outputs.output import Output
@@ -126,6 +127,20 @@ def _is_on(link, address) -> bool:
     return isinstance(link, Companion) and link.link.uri.place == address.place
 
 
+def _n2k(address: Uri) -> Uri:
+    require_can(uri.with_path(address))
+    return address
+
+
+def _n2k_output(address, context):
+    """The device that reads from the same bus, or a new one."""
+    if context.lossless:
+        raise InputError(f"{address.text}: a log is replayed, expected a live link")
+    found = (each for each in context.inputs if isinstance(each, N2kDevice) and each.uri.place == address.place)
+    device = next(found, None) or N2kDevice(address)
+    return device, device
+
+
 _COMPANION_OPTIONS = ("baud", "silence", "system", "signing")
 
 SCHEMES = {
@@ -155,6 +170,14 @@ SCHEMES = {
         output=_mavlink_output,
         sink_options=_COMPANION_OPTIONS,
     ),
+    "n2k": Scheme(
+        check=_n2k,
+        source=N2kDevice,
+        source_options=("interface",),
+        output=_n2k_output,
+        sink_options=("interface",),
+    ),
+    "n2k+tcp": Scheme(source=N2kDevice, output=_n2k_output),
     "foxglove": Scheme(check=_foxglove, port=8765, output=_foxglove_output, sink_options=("period",)),
     "file": Scheme(check=uri.with_path, source_options=("speed",), output=_table_output),
     "stdout": Scheme(check=lambda address: address, sink=StdoutSink, form="json"),

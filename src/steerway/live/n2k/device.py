@@ -1,0 +1,209 @@
+"""A device on the bus: an input and an output on one link, SocketCAN by python-can or a gateway's TCP port.
+
+The gateway's lines are those of Yacht Devices' RAW format: `hh:mm:ss.sss R 19F51323 01 2F …` in, `19F51323 01 2F …`
+out.
+"""
+
+import asyncio
+import contextlib
+import importlib.util
+import logging
+import math
+import time
+import uuid
+
+from steerway.core.errors import InputError
+from steerway.core.leg import Leg
+from steerway.live.base.orders import UNDER_WAY, Order
+from steerway.live.base.rows import InputRow, Row
+from steerway.live.base.uri import Uri
+from steerway.live.links.link import BACKLOG, Deliver, kept_open
+from steerway.live.n2k import messages
+from steerway.live.n2k.claim import AddressClaim, name_of
+from steerway.live.n2k.frames import Frame, Joiner, Splitter, frame_of, identifier_of
+from steerway.live.outputs.rhythm import Rhythm
+
+LOG = logging.getLogger("steerway.live")
+_PERIODS = {"motion": 0.1, "leg": 1.0, "orders": 0.25}
+_CLOCK_ERROR = 2.0  # s; a smaller difference between this computer's clock and GNSS is the delay of the message
+_LONGEST = 256  # characters of a gateway's line
+
+
+def require_can(uri: Uri) -> None:
+    """Raises InputError without the package that reads and writes the bus."""
+    if uri.scheme == "n2k" and importlib.util.find_spec("can") is None:
+        raise InputError(f"{uri.text}: needs the package python-can, expected pip install steerway[n2k]")
+
+
+class N2kDecoder:
+    """Rows of the messages of all senders, each a source "src N", with a second one for the full position."""
+
+    def __init__(self, place: str = ""):
+        self._place = f" in {place}" if place else ""
+        self._joiner = Joiner()
+        self._clock_error = 0.0
+
+    def frame(self, frame: Frame, arrived: float) -> list[InputRow]:
+        """The rows, none or one, of a frame that arrived at a Unix time."""
+        reader, least = messages.READERS.get(frame.pgn, (None, 0))
+        if reader is None:
+            return []
+        data = self._joiner.add(frame)
+        if data is None or len(data) < least:
+            return []
+        values = {name: value for name, value in reader(data).items() if not math.isnan(value)}
+        if not values:
+            return []
+        source = f"src {frame.source}"
+        if "time" in values:
+            error = values["time"] - arrived
+            self._clock_error = error if abs(error) > _CLOCK_ERROR else 0.0
+            source += " GNSS"
+        moment = values.pop("time", arrived + self._clock_error)
+        return [InputRow(f"{source}{self._place}", moment, **values)]
+
+
+class N2kDevice:
+    """Output and link in one, and an input with `run(deliver)`; opened once for both.
+
+    Sent: 129026 and 127251 ten times a second, 129283 and 129284 once a second on a route, and 127237 four times a
+    second while the autopilot is engaged, never otherwise. Nothing is sent before an address is held.
+    """
+
+    def __init__(self, uri: Uri, place: str = "", name: int | None = None):
+        self.uri = uri
+        self.decoder = N2kDecoder(place)
+        self.claim = AddressClaim(name_of(uuid.getnode()) if name is None else name)
+        self.lost = 0
+        self._splitter = Splitter()
+        self._write = None
+        self._deliver: Deliver | None = None
+        self._runs = False
+        self._rhythms = {what: Rhythm(period) for what, period in _PERIODS.items()}
+        self._sid = 0
+
+    async def run(self, deliver: Deliver | None = None) -> None:
+        """Keep the link open until cancelled."""
+        self._deliver = deliver or self._deliver
+        if self._runs:
+            await asyncio.Event().wait()
+        self._runs = True
+        await kept_open(self.uri.text, self._bus if self.uri.scheme == "n2k" else self._gateway)
+
+    def fix(self, row: Row) -> None:
+        """See Output."""
+
+    def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
+        """See Output."""
+        if not self.claim.holds(time.monotonic()):
+            return
+        if self._rhythms["motion"].is_due(row.time):
+            self._sid = (self._sid + 1) % 253
+            self._send(129026, messages.write_course_and_speed(self._sid, row.cog, row.sog), priority=2)
+            self._send(127251, messages.write_rate_of_turn(self._sid, row.course_rate), priority=2)
+        if leg is not None and self._rhythms["leg"].is_due(row.time):
+            self._send(129283, messages.write_cross_track(self._sid, leg))
+            if math.isfinite(leg.distance):
+                self._send(
+                    129284, messages.write_navigation(self._sid, leg, _number(leg.origin), _number(leg.destination))
+                )
+        engaged = order is not None and order.engaged and order.state in UNDER_WAY
+        if engaged and self._rhythms["orders"].is_due(row.time):
+            self._send(127237, messages.write_track_control(order.course, order.yaw_rate), priority=2)
+
+    def close(self) -> None:
+        """See Output; the link ends with `run`."""
+
+    def unreachable(self) -> str:
+        """Why no order reaches the bus, "" when they do."""
+        if self._write is None:
+            return f"{self.uri.text} is not open"
+        return "" if self.claim.holds(time.monotonic()) else "no address is held on the bus"
+
+    def _frame(self, frame: Frame, arrived: float):
+        for pgn, data in self.claim.receive(frame, time.monotonic()):
+            self._send(pgn, data, priority=6)
+        if self._deliver is not None and (rows := self.decoder.frame(frame, arrived)):
+            self._deliver(rows)
+
+    def _opened(self, write):
+        self._write = write
+        for pgn, data in self.claim.begin(time.monotonic()):
+            self._send(pgn, data, priority=6)
+
+    def _send(self, pgn, payload, priority=3):
+        identifier = identifier_of(pgn, self.claim.address, priority=priority)
+        for data in self._splitter.parts(pgn, payload):
+            try:
+                if self._write is None:
+                    raise OSError
+                self._write(identifier, data)
+            except OSError:
+                self.lost += 1
+
+    async def _bus(self):
+        import can
+
+        interface = self.uri.options.get("interface", "socketcan")
+        try:
+            bus = can.Bus(interface=interface, channel=self.uri.path, receive_own_messages=False)
+        except (can.CanError, OSError, ValueError) as error:
+            raise OSError(getattr(error, "strerror", None) or str(error)) from None
+
+        def write(identifier, data):
+            try:
+                bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=True), timeout=0.0)
+            except can.CanError as error:
+                raise OSError(str(error)) from None
+
+        received: asyncio.Queue = asyncio.Queue()
+        loop = asyncio.get_running_loop()
+        notifier = can.Notifier(bus, [received.put_nowait], loop=loop)
+        try:
+            self._opened(write)
+            while True:
+                message = await received.get()
+                if message.is_error_frame or not message.is_extended_id:
+                    continue
+                self._frame(frame_of(message.arbitration_id, message.data), message.timestamp or time.time())
+        finally:
+            self._write = None
+            notifier.stop()
+            bus.shutdown()
+
+    async def _gateway(self):
+        reader, writer = await asyncio.open_connection(self.uri.host, self.uri.port, limit=_LONGEST)
+
+        def write(identifier, data):
+            if writer.transport.get_write_buffer_size() > BACKLOG:
+                raise OSError
+            writer.write(f"{identifier:08X} {data.hex(' ').upper()}\r\n".encode())
+
+        try:
+            self._opened(write)
+            while line := await reader.readline():
+                frame = _raw_line(line)
+                if frame is not None:
+                    self._frame(frame, time.time())
+        except ValueError:
+            raise OSError(f"a line of more than {_LONGEST} characters, expected the RAW format") from None
+        finally:
+            self._write = None
+            with contextlib.suppress(OSError):
+                writer.close()
+
+
+def _raw_line(line):
+    """The frame of a gateway's line; None for any other, and for one that was sent."""
+    words = line.decode("ascii", "replace").split()
+    if len(words) < 4 or words[1] != "R":
+        return None
+    try:
+        return frame_of(int(words[2], 16), bytes.fromhex("".join(words[3:])))
+    except ValueError:
+        return None
+
+
+def _number(waypoint):
+    digits = waypoint.removeprefix("WP")
+    return int(digits) if digits.isdigit() else 0xFFFFFFFF

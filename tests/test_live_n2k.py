@@ -1,0 +1,242 @@
+"""NMEA 2000 on the wire: messages against another implementation, fast packets, address claim, a bus and a gateway."""
+
+import asyncio
+import math
+import struct
+import time
+
+import pytest
+
+from steerway.core.errors import InputError
+from steerway.core.leg import Leg
+from steerway.core.records import OK
+from steerway.live import addresses
+from steerway.live.base.orders import Order, State
+from steerway.live.base.rows import Row
+from steerway.live.n2k import messages
+from steerway.live.n2k.claim import CLAIM, NO_ADDRESS, REQUEST, AddressClaim, name_of
+from steerway.live.n2k.device import N2kDecoder, N2kDevice
+from steerway.live.n2k.frames import Frame, Joiner, Splitter, frame_of, identifier_of
+from steerway.live.navigator import Navigator
+from steerway.live.schemes import Context
+from steerway.live.service import Service
+from tests.canboat_lines import frames as split
+from tests.canboat_lines import gnss, position
+from tests.kept_outputs import Kept
+from tests.ports import free_port, until
+
+LEG = Leg(-3.25, 1.0, 1.1, 120.5, 1.05, 1.2, math.radians(54.0), math.radians(-10.0), "WP1", "WP2")
+ROW = Row(1.7e9, 0.9, 0.2, 2.34, -0.5, -0.02, 0.1, 0.02, 0.01, 0.3, 1.2, OK)
+SENT = {
+    129026: (
+        messages.write_course_and_speed(3, -0.5, 2.34),
+        {"cog": math.tau - 0.5, "sog": 2.34, "cogReference": "True"},
+    ),
+    127251: (messages.write_rate_of_turn(3, -0.02), {"rate": -0.02}),
+    129283: (messages.write_cross_track(3, LEG), {"xte": -3.25, "navigationTerminated": "No"}),
+    129284: (
+        messages.write_navigation(3, LEG, 1, 2),
+        {
+            "distanceToWaypoint": 120.5,
+            "bearingOriginToDestinationWaypoint": 1.0,
+            "bearingPositionToDestinationWaypoint": 1.1,
+            "originWaypointNumber": 1,
+            "destinationWaypointNumber": 2,
+            "destinationLatitude": 54.0,
+            "destinationLongitude": -10.0,
+            "waypointClosingVelocity": 1.2,
+            "calculationType": "Great Circle",
+        },
+    ),
+    127237: (
+        messages.write_track_control(1.05, 0.1),
+        {
+            "headingToSteerCourse": 1.05,
+            "rateOfTurnOrder": 0.1,
+            "steeringMode": "Heading Control",
+            "headingReference": "True",
+        },
+    ),
+}
+
+
+@pytest.mark.parametrize("pgn", SENT)
+def test_what_is_sent_as_another_implementation_reads_it(pgn):
+    library = pytest.importorskip("nmea2000", reason="nmea2000 is not installed")
+    can = pytest.importorskip("can", reason="python-can is not installed")
+    payload, wanted = SENT[pgn]
+    decoder, found = library.NMEA2000Decoder(), None
+    for data in Splitter().parts(pgn, payload):
+        message = can.Message(arbitration_id=identifier_of(pgn, 40), data=data, is_extended_id=True)
+        found = decoder.decode(message) or found
+    values = {field.id: field.value for field in found.fields}
+    for name, value in wanted.items():
+        assert values[name] == (value if isinstance(value, str) else pytest.approx(value, abs=1e-4)), name
+
+
+def test_what_is_unknown_is_sent_as_not_available():
+    nan = math.nan
+    assert messages.write_course_and_speed(1, nan, nan)[2:6] == b"\xff" * 4
+    assert messages.write_rate_of_turn(1, nan)[1:5] == b"\xff\xff\xff\x7f"
+    assert messages.write_cross_track(1, None)[1] >> 6 == 1
+    assert messages.course_and_speed(messages.write_course_and_speed(1, nan, 2.0)) == {
+        "sog": 2.0,
+        "cog": pytest.approx(nan, nan_ok=True),
+    }
+
+
+@pytest.mark.parametrize("pgn", [127237, 129026, 129029, 129284, 59904, 60928])
+def test_an_identifier_and_its_parts(pgn):
+    frame = frame_of(identifier_of(pgn, 17, 33, 5), b"12")
+    assert frame == Frame(pgn, 17, 33 if pgn in (59904, 60928) else 255, 5, b"12")
+    assert identifier_of(129025, 1, priority=2) == 0x09F80101
+
+
+def test_messages_over_several_frames():
+    payload, joiner = gnss(54.0, 10.0), Joiner()
+    parts = Splitter().parts(129029, payload)
+    assert parts == split(payload, sequence=0)
+    found = [joiner.add(Frame(129029, 5, 255, 3, part)) for part in parts]
+    assert found[:-1] == [None] * (len(parts) - 1) and found[-1] == payload
+    missing = [part for k, part in enumerate(parts) if k != 2]
+    assert [joiner.add(Frame(129029, 5, 255, 3, part)) for part in missing] == [None] * len(missing)
+    assert joiner.incomplete == 1
+
+
+def test_what_is_read():
+    decoder = N2kDecoder()
+
+    def rows(pgn, payload, at=1.7e9):
+        return [
+            row for part in Splitter().parts(pgn, payload) for row in decoder.frame(Frame(pgn, 7, 255, 2, part), at)
+        ]
+
+    (row,) = rows(129025, position(54.0, -10.0))
+    assert (row.source, row.time) == ("src 7", 1.7e9)
+    assert (math.degrees(row.latitude), math.degrees(row.longitude)) == (pytest.approx(54.0), pytest.approx(-10.0))
+    (row,) = rows(129026, messages.write_course_and_speed(1, 1.25, 2.5))
+    assert (row.sog, row.cog) == (pytest.approx(2.5), pytest.approx(1.25))
+    (row,) = rows(127250, struct.pack("<BHhhB", 1, 10000, 0x7FFF, 500, 1))
+    assert row.heading == pytest.approx(1.05)
+    assert rows(127250, struct.pack("<BHhhB", 1, 10000, 0x7FFF, 0x7FFF, 1)) == []
+    (row,) = rows(127251, messages.write_rate_of_turn(1, 0.125))
+    assert row.yaw_rate == pytest.approx(0.125)
+    (row,) = rows(128259, struct.pack("<BHHBB", 1, 123, 0xFFFF, 0, 0xFF))
+    assert row.water_speed == pytest.approx(1.23)
+    (row,) = rows(129029, gnss(54.0, 10.0))
+    assert row.source == "src 7 GNSS" and row.time == 20668 * 86400.0 + 17220.5
+    (row,) = rows(129025, position(54.0, 10.0), 1.7e9)  # the computer's clock is wrong
+    assert row.time == pytest.approx(20668 * 86400.0 + 17220.5)
+    assert rows(129029, gnss(54.0, 10.0, method=0)) == [] and rows(129025, b"\xff\xff\xff\x7f" * 2) == []
+    assert rows(126992, bytes(8)) == [] and rows(129025, b"\0") == []
+
+
+def claimed(name, source):
+    return Frame(CLAIM, source, 255, 6, struct.pack("<Q", name))
+
+
+def test_the_lower_name_keeps_the_address():
+    claim = AddressClaim(100, 40)
+    assert not claim.holds(0.0)
+    assert claim.begin(0.0) == [(CLAIM, struct.pack("<Q", 100))] and not claim.holds(0.2) and claim.holds(0.3)
+    assert claim.receive(claimed(200, 40), 1.0) and claim.address == 40 and claim.holds(1.0)
+    assert claim.receive(claimed(50, 40), 2.0) and claim.address == 41 and not claim.holds(2.1)
+    assert claim.receive(claimed(50, 39), 3.0) == [] and claim.receive(claimed(100, 41), 3.0) == []
+    request = Frame(REQUEST, 3, 255, 6, CLAIM.to_bytes(3, "little"))
+    assert claim.receive(request, 3.0) == [(CLAIM, struct.pack("<Q", 100))]
+    for address in [*range(41, 252), *range(41)]:
+        claim.receive(claimed(50, address), 4.0)
+    assert claim.address == NO_ADDRESS and not claim.holds(100.0)
+    assert name_of(1 << 40 | 5) & 0x1FFFFF == 5 and name_of(5) >> 63 == 1
+
+
+def test_a_bus_in_and_out():
+    can = pytest.importorskip("can", reason="python-can is not installed")
+    text = "n2k:steerway-test?interface=virtual"
+    ((address,), _) = addresses.sources([text])
+    device = addresses.opened(address, 1)
+    output, link = addresses.output(text, Context(inputs=[device]))
+    assert output is link is device
+    kept, heard = Kept(), []
+    service = Service(Navigator("small-usv", sources=("src 9",)), [kept, device], 50.0)
+    orders = iter(
+        [Order(State.READY, course=1.0)] * 60 + [Order(State.RUNNING, engaged=True, course=1.0, yaw_rate=0.1)] * 1000
+    )
+
+    async def run():
+        tasks = [asyncio.create_task(service.run([device], [device]))]
+        with can.Bus(interface="virtual", channel="steerway-test") as other:
+            await asyncio.sleep(0.1)
+            for k in range(40):
+                data = position(54.0 + 3e-6 * k, 10.0)
+                other.send(
+                    can.Message(arbitration_id=identifier_of(129025, 9, priority=2), data=data, is_extended_id=True)
+                )
+                await asyncio.sleep(0.05)
+                device.tick(ROW._replace(time=1.7e9 + 0.05 * k), LEG, next(orders))
+                if k == 20:  # another device with a lower name wants the address
+                    claim = identifier_of(CLAIM, device.claim.address, priority=6)
+                    other.send(can.Message(arbitration_id=claim, data=struct.pack("<Q", 1), is_extended_id=True))
+                while (message := other.recv(0.0)) is not None:
+                    heard.append(frame_of(message.arbitration_id, message.data))
+            engaged = len(heard)
+            for k in range(40, 110):
+                device.tick(ROW._replace(time=1.7e9 + 0.05 * k), LEG, next(orders))
+                await asyncio.sleep(0.005)
+                while (message := other.recv(0.0)) is not None:
+                    heard.append(frame_of(message.arbitration_id, message.data))
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        return engaged
+
+    engaged = asyncio.run(run())
+    assert (
+        len(kept.fixes) >= 30
+        and abs(kept.fixes[-1].sog - 6.7) < 1.0
+        and kept.fixes[0].time == pytest.approx(time.time(), abs=30)
+    )
+    kinds = {frame.pgn for frame in heard}
+    assert kinds == {CLAIM, 129026, 127251, 129283, 129284, 127237}
+    assert all(frame.pgn != 127237 for frame in heard[:engaged])
+    assert {frame.source for frame in heard if frame.pgn == 129026} == {40, 41}
+
+
+def test_a_gateway_in_and_out():
+    port, heard, kept = free_port(), [], Kept()
+    ((address,), _) = addresses.sources([f"n2k+tcp://127.0.0.1:{port}"])
+    device = N2kDevice(address)
+
+    async def gateway(reader, writer):
+        async def read():
+            while line := await reader.readline():
+                heard.append(line)
+
+        task = asyncio.create_task(read())
+        writer.write(b"garbage\r\n12:00:00.000 R 0G 00\r\n12:00:00.000 T 09F80109 00 00 00 00 00 00 00 00\r\n")
+        for k in range(30):
+            data = position(54.0 + 3e-6 * k, 10.0).hex(" ").upper()
+            writer.write(f"12:00:00.000 R {identifier_of(129025, 9, priority=2):08X} {data}\r\n".encode())
+            await asyncio.sleep(0.04)
+            device.tick(ROW._replace(time=1.7e9 + 0.05 * k))
+        task.cancel()
+
+    async def run():
+        service = Service(Navigator("small-usv"), [kept], 50.0)
+        async with await asyncio.start_server(gateway, "127.0.0.1", port):
+            task = asyncio.create_task(service.run([device]))
+            await until(lambda: len(kept.fixes) >= 25, 10.0)
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+
+    asyncio.run(run())
+    assert any(line.startswith(f"{identifier_of(129026, 40, priority=2):08X} ".encode()) for line in heard)
+
+
+def test_what_cannot_be_is_refused():
+    with pytest.raises(InputError, match="names no path"):
+        addresses.sources(["n2k:"])
+    with pytest.raises(InputError, match="names no port"):
+        addresses.sources(["n2k+tcp://gateway"])
+    with pytest.raises(InputError, match="expected a live link"):
+        addresses.output("n2k+tcp://gateway:1", Context(lossless=True))
