@@ -62,6 +62,14 @@ def estimate(
     report: Annotated[
         Path | None, typer.Option(metavar="PAGE", help="Report: a page (.html) or picture (.png).")
     ] = None,
+    episodes: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Output file for episodes: refused fixes, restarts, gaps, disagreements with position differences; "
+            ".csv or .json.",
+        ),
+    ] = None,
     rate: Annotated[
         float | None, typer.Option(metavar="HZ", parser=_hertz, help="Output rate in Hz; by default one row per fix.")
     ] = None,
@@ -100,6 +108,7 @@ def estimate(
     from steerway.estimation.inference.description import structures_of
     from steerway.estimation.log_estimate import LogEstimator
     from steerway.formats.writing import write, writer
+    from steerway.report.episodes import episodes_of, expect_writable, write_episodes
     from steerway.report.summary import summarise
 
     if out is not None:
@@ -110,6 +119,9 @@ def estimate(
         from steerway.report.motion_page import report_writer, write_report
 
         report_writer(report)
+    if episodes is not None:
+        expect_writable(episodes)
+        refuse_overwriting(episodes, logs)
     aids = _aids(aid)
     fixes = on_time(read_logs(logs, source, start, stop, max_size), latency)
     if no_accuracy:
@@ -124,11 +136,13 @@ def estimate(
         write(motion, out)
     if report is not None:
         write_report(report, f"Estimate of {', '.join(Path(log).name for log in logs)}", fixes, motion, summary)
+    if episodes is not None:
+        write_episodes(episodes_of(fixes, motion), episodes)
     if as_json:
         print_json(summary)
         return
     _print_summary(summary)
-    for written in (out, report):
+    for written in (out, report, episodes):
         if written is not None:
             print(f"wrote {written}")
     if out is None and report is None:

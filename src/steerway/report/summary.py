@@ -9,6 +9,7 @@ import numpy as np
 from steerway.core.earth import KNOT, NAUTICAL_MILE, displacement
 from steerway.core.records import OK, STATUSES, Fixes, Motion
 from steerway.core.timestamps import iso
+from steerway.report.episodes import episodes_of, in_words
 
 _GAP_INTERVALS = 3.0
 
@@ -76,6 +77,7 @@ def summarise(
         "course_rate_p95_dps": math.degrees(_quantile(np.abs(motion.course_rate), 0.95)),
         "course_defined_pct": 100.0 * float(defined.mean()) if len(motion) else 0.0,
         "nis_mean": float(accepted.mean()) if len(accepted) else math.nan,
+        "episodes": [each.as_dict() for each in episodes_of(fixes, motion)] if fixes.mmsi is None else [],
         "notes": list(fixes.notes),
     }
 
@@ -98,6 +100,7 @@ def sentences(summary: dict) -> list[tuple[str, str]]:
         ("speed over ground", f"median {_speed(s['sog_median_mps'])}, highest {_speed(s['sog_max_mps'])}"),
         ("course defined", f"{s['course_defined_pct']:.1f} % of rows"),
         ("typical 1σ", f"SOG {s['sog_std_median_mps']:.3f} m/s, COG {s['cog_std_median_deg']:.2f}°"),
+        ("episodes", in_words(s["episodes"])),
         *([("NIS", f"{s['nis_mean']:.2f} (2 expected)")] if math.isfinite(s["nis_mean"]) else []),
     ]
 

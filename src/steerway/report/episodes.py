@@ -1,0 +1,160 @@
+"""Episodes: where an estimate refused fixes, started anew, had none, or disagrees with plain position differences."""
+
+import csv
+import io
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from steerway.core.arrays import Floats
+from steerway.core.earth import displacement
+from steerway.core.errors import InputError
+from steerway.core.files import complete_or_absent
+from steerway.core.records import REJECTED, STARTING, Fixes, Motion
+from steerway.core.timestamps import iso
+
+REFUSED, RESTARTED, GAP, DISAGREES = "refused", "restarted", "gap", "disagrees"
+_WORDS = {
+    REFUSED: "fixes refused as wrong",
+    RESTARTED: "the estimate began anew",
+    GAP: "no fixes",
+    DISAGREES: "the velocity differs from that of position differences by more than both are uncertain",
+}
+_GAP_INTERVALS = 3.0
+"""Usual intervals in a gap."""
+_SPAN = 2.0
+"""s between the fixes of a position difference: long beside noise, short beside manoeuvres."""
+_ALLOWED, _LEAST = 5.0, 3
+"""Standard deviations by which the two may differ (of 100,000 rows less than one by chance), and rows in an episode."""
+_APART = 2
+"""Rows between two episodes of a kind below which they are one."""
+
+
+@dataclass(frozen=True)
+class Episode:
+    """One of them: kind, first and last moment (Unix s, UTC), number of rows, vessel (None: one's own)."""
+
+    kind: str
+    start: float
+    stop: float
+    rows: int
+    mmsi: int | None = None
+
+    def as_dict(self) -> dict[str, object]:
+        """Plain numbers and texts."""
+        vessel = {} if self.mmsi is None else {"mmsi": self.mmsi}
+        return vessel | {
+            "kind": self.kind,
+            "start": iso(round(self.start, 3)),
+            "stop": iso(round(self.stop, 3)),
+            "duration_s": round(self.stop - self.start, 3),
+            "rows": self.rows,
+            "what": _WORDS[self.kind],
+        }
+
+
+def episodes_of(fixes: Fixes, motion: Motion) -> list[Episode]:
+    """All episodes of an estimate of these fixes, in order of vessel and time."""
+    placed = {mmsi: track for mmsi, track in fixes.rows(fixes.has_position).in_order().tracks()}
+    found = []
+    for mmsi, track in motion.tracks():
+        own = [
+            *_runs(REFUSED, track.time, track.status == REJECTED, mmsi),
+            *_restarts(track, mmsi),
+        ]
+        if mmsi in placed and len(placed[mmsi]) > 1:
+            own += _gaps(placed[mmsi].time, mmsi)
+        if mmsi is None and len(placed[mmsi]) > 1:
+            own += _disagreements(placed[mmsi], track, mmsi)
+        found += sorted(own, key=lambda each: each.start)
+    return found
+
+
+def _runs(kind, time, marked, mmsi, least=1) -> list[Episode]:
+    """An episode of every run of marked rows; runs that are hardly apart are one."""
+    rows = np.flatnonzero(marked)
+    if not len(rows):
+        return []
+    parts = np.split(rows, np.flatnonzero(np.diff(rows) > _APART) + 1)
+    return [Episode(kind, float(time[p[0]]), float(time[p[-1]]), len(p), mmsi) for p in parts if len(p) >= least]
+
+
+def _restarts(track, mmsi) -> list[Episode]:
+    starting = track.status == STARTING
+    return [each for each in _runs(RESTARTED, track.time, starting, mmsi) if each.start > track.time[0]]
+
+
+def _gaps(time, mmsi) -> list[Episode]:
+    intervals = np.diff(time)
+    usual = np.median(intervals[intervals > 0.0]) if (intervals > 0.0).any() else math.inf
+    wide = np.flatnonzero(intervals > _GAP_INTERVALS * usual)
+    return [Episode(GAP, float(time[k]), float(time[k + 1]), 0, mmsi) for k in wide]
+
+
+def _disagreements(fixes, motion, mmsi) -> list[Episode]:
+    time = fixes.time
+    before = np.searchsorted(time, time - _SPAN + 1e-3, side="right") - 1
+    before = np.minimum(before, np.arange(len(time)) - 1).clip(0)
+    elapsed = time - time[before]
+    usual = max(_SPAN, float(np.median(np.diff(time))))
+    known = (elapsed > 0.0) & (elapsed < 2.0 * usual)
+    if known.sum() < _LEAST:
+        return []
+    at = np.searchsorted(motion.time, time - 1e-4).clip(0, len(motion) - 1)
+    apart = np.full((2, len(time)), np.nan)
+    moved = [_moved(fixes, i, j) for i, j in zip(before[known], np.flatnonzero(known), strict=True)]
+    means = _mean_velocities(motion, at[before[known]], at[known])
+    apart[:, known] = np.array(moved).T / elapsed[known] - means
+    if not np.isfinite(apart).any():
+        return []
+    spread = 1.4826 * float(np.nanmedian(np.abs(apart)))
+    allowed = _ALLOWED * np.sqrt(spread**2 + motion.sog_std[at] ** 2)
+    return _runs(DISAGREES, time, np.hypot(*apart) > allowed, mmsi, _LEAST)
+
+
+def _moved(fixes, i, j):
+    return displacement(fixes.latitude[j], fixes.longitude[j], fixes.latitude[i], fixes.longitude[i])
+
+
+def _mean_velocities(motion, first, last) -> Floats:
+    """(2, n) mean velocity north and east of the estimate between rows; at rest where there is no course."""
+    cog = np.where(np.isfinite(motion.cog), motion.cog, 0.0)
+    sog = np.where(np.isfinite(motion.cog), motion.sog, 0.0)
+    dt = np.diff(motion.time)
+    found = []
+    for speed in (sog * np.cos(cog), sog * np.sin(cog)):
+        way = np.append(0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * dt))
+        found.append((way[last] - way[first]) / np.maximum(motion.time[last] - motion.time[first], 1e-9))
+    return np.array(found)
+
+
+def in_words(found: list[dict[str, object]]) -> str:
+    """How many of each kind, for a summary."""
+    kinds = [str(each["kind"]) for each in found]
+    return ", ".join(f"{kinds.count(kind)} × {kind}" for kind in _WORDS if kind in kinds) or "none"
+
+
+def expect_writable(path: str | Path) -> None:
+    """Raises InputError for a path of which the suffix is neither .csv nor .json."""
+    if Path(path).suffix not in (".csv", ".json"):
+        raise InputError(f"episodes {path} ends in {Path(path).suffix or 'nothing'!r}, expected .csv or .json")
+
+
+def write_episodes(found: list[Episode], path: str | Path) -> None:
+    """Write episodes as CSV or JSON, by the suffix. Raises InputError for another one."""
+    expect_writable(path)
+    rows = [each.as_dict() for each in found]
+    if Path(path).suffix == ".json":
+        text = json.dumps(rows, indent=1) + "\n"
+    else:
+        names = list(rows[0]) if rows else list(Episode("gap", 0.0, 0.0, 0).as_dict())
+        table = io.StringIO()
+        writer = csv.DictWriter(table, names, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+        text = table.getvalue()
+    with complete_or_absent(path) as file:
+        file.write(text.encode())
