@@ -46,7 +46,7 @@ def _axes(rows=1, height=4.0, title=""):
 def _response(speed, ours, as_printed, as_published):
     figure, axes = _axes(title=f"set-point {speed} m/s")
     axes.axhspan(0.98 * speed, 1.02 * speed, color="#eef4f7", label="±2 % of the set-point")
-    axes.axvline(40.0, color=FAINT, lw=1.0, ls="--", label="40 s asked for")
+    axes.axvline(40.0, color=FAINT, lw=1.0, ls="--", label="target: 40 s")
     axes.plot(as_published.time, as_published.speed, color=PUBLISHED, label="published curve (plant P, no adaptation)")
     axes.plot(as_printed.time, as_printed.speed, color=PRINTED, label="printed MRAC on plant T")
     axes.plot(ours.time, ours.speed, color=OURS, label="MRAC+ on plant T with 0.5 s of shaft lag, fused speed")
@@ -115,11 +115,11 @@ def _filter(speed, ours, as_printed, _):
     voices = (
         (time, drifting - truth, PUBLISHED, "printed filter, accelerometer integrated"),
         (time, estimate - truth, PRINTED, "printed filter, accelerometer as speed"),
-        (ours.time, ours.estimate - ours.speed, OURS, "ours"),
+        (ours.time, ours.estimate - ours.speed, OURS, "this work"),
     )
     for when, error, colour, label in voices:
         below.plot(*_largest_by_second(when, 100.0 / speed * error), color=colour, label=label)
-    below.axhline(1.0, color=TRUTH, lw=1.0, ls="--", label="1 % asked for")
+    below.axhline(1.0, color=TRUTH, lw=1.0, ls="--", label="target: 1 %")
     below.set(
         xlabel="time, s",
         ylabel="largest |error|\nof a second, % of set-point",
@@ -164,7 +164,7 @@ def _chance(judged):
     axes.spines[["top", "right"]].set_visible(False)
     axes.set(xlabel="settling, s", ylabel="peak after current and wind, %", ylim=(0.0, 4.4))
     axes.legend(frameon=False)
-    return figure, "MRAC+ on random boats; dashed: what is asked for. The boat's own speed over ground throughout."
+    return figure, "MRAC+ on random boats; dashed: the target. The boat's own speed over ground throughout."
 
 
 def _staircase(seed):

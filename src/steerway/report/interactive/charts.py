@@ -32,7 +32,7 @@ ESTIMATE, RECEIVER, REJECTED, DIFFERENCE, FIX, UNDEFINED = (
     "#111111",
     "#9aa5b1",
 )
-"""After Okabe and Ito: distinguishable for the colour-blind; further told apart by line, dot and cross."""
+"""After Okabe and Ito: distinguishable for the colour-blind; also distinguished by line, dot and cross."""
 _CLOSEST = 8.0
 """m across the map at the closest zoom."""
 _FORMATS = ("microseconds", "milliseconds", "seconds", "minsec", "minutes", "hourmin", "hours")
