@@ -51,6 +51,12 @@ def whole(files, tmp_path_factory):
     return directory
 
 
+@pytest.fixture(autouse=True)
+def without_a_page(monkeypatch):
+    """Drawing it takes longer than a small archive; that of `whole` is made before."""
+    monkeypatch.setattr("steerway.archive.running.page.write", lambda store, manifest: None)
+
+
 def rows_of(directory, table="estimate"):
     return steerway.archive.scan(directory, table).collect()
 
@@ -222,20 +228,13 @@ def _marine_cadastre(table, old):
     return table.select(**chosen, **{"TransceiverClass" if old else "transceiver": mobile})
 
 
-@pytest.mark.parametrize("layout", ["old", "new", "geoparquet", "zip", "gz"])
+@pytest.mark.parametrize("layout", ["old, zipped", "new, gzipped", "geoparquet"])
 def test_every_layout_gives_the_same(files, whole, tmp_path, layout):
     inputs = []
     for path in files:
         table = pl.read_csv(path, infer_schema=False)
         out = tmp_path / path.name
-        if layout == "zip":
-            out = out.with_suffix(".zip")
-            with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-                archive.write(path, path.name)
-        elif layout == "gz":
-            out = out.with_suffix(".csv.gz")
-            out.write_bytes(gzip.compress(path.read_bytes(), 1))
-        elif layout == "geoparquet":
+        if layout == "geoparquet":
             out = out.with_suffix(".parquet")
             places = table.select(x=pl.col("Longitude").cast(pl.Float64), y=pl.col("Latitude").cast(pl.Float64))
             points = [b"\x01\x01\x00\x00\x00" + np.array(each, "<f8").tobytes() for each in places.iter_rows()]
@@ -245,7 +244,14 @@ def test_every_layout_gives_the_same(files, whole, tmp_path, layout):
             )
             plain.drop("latitude", "longitude").with_columns(geometry=pl.Series(points)).write_parquet(out)
         else:
-            _marine_cadastre(table, layout == "old").write_csv(out)
+            text = _marine_cadastre(table, layout.startswith("old")).write_csv()
+            if layout == "old, zipped":
+                out = out.with_suffix(".zip")
+                with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+                    archive.writestr(path.name, text)
+            else:
+                out = out.with_suffix(".csv.gz")
+                out.write_bytes(gzip.compress(text.encode(), 1))
         inputs.append(out)
     steerway.archive.run(inputs, tmp_path / "out", buckets=1, workers=1)
     assert digest(tmp_path / "out") == digest(whole)
@@ -313,11 +319,11 @@ def test_smoothing_looks_into_the_next_day_whatever_the_buckets(fleet, files, wh
 
 
 def test_rows_at_a_rate(files, tmp_path):
-    steerway.archive.run(files, tmp_path / "one", buckets=1, workers=1, rate=0.1)
-    steerway.archive.run(files, tmp_path / "two", buckets=4, workers=1, rate=0.1)
+    steerway.archive.run(files, tmp_path / "one", buckets=1, workers=1, rate=1 / 60)
+    steerway.archive.run(files, tmp_path / "two", buckets=4, workers=1, rate=1 / 60)
     assert digest(tmp_path / "one") == digest(tmp_path / "two")
     time = rows_of(tmp_path / "one")["time_s"]
-    assert ((time * 0.1) % 1.0 == 0.0).all()
+    assert len(time) > 1000 and (time % 60.0 == 0.0).all()
 
 
 def crossing(tmp_path):

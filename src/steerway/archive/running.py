@@ -13,7 +13,7 @@ from typing import Any
 
 from steerway.archive import inputs, page
 from steerway.archive.schedule import run_chains
-from steerway.archive.store import TABLES, Store, date_of
+from steerway.archive.store import Store, date_of
 from steerway.archive.summaries import write_unfinished_trips
 from steerway.archive.unit import LOOKAHEAD, Work
 from steerway.core.errors import InputError
@@ -295,6 +295,3 @@ def _run_units(store, manifest, workers, scheduler, report, tell) -> None:
             f"smoothed with the fixes of the day and, where there are any, {LOOKAHEAD / 3600:g} h of the next; "
             "cut at gaps beyond 30 min"
         )
-
-
-__all__ = ["TABLES", "DiskFull", "Report", "run"]

@@ -4,7 +4,7 @@ A unit whose worker is lost is run again; after some losses it is given up, and 
 """
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from multiprocessing.connection import wait
 from typing import Any
 
@@ -93,6 +93,6 @@ def _on_cluster(chains: Chains, address: str) -> Iterator[Outcome]:
                 yield work, future.result()
 
 
-def _run_after(before: Any, work: Work, run: Callable[[Work], dict[str, Any]] = run_unit) -> dict[str, Any]:
-    del before  # done, that is all
-    return run(work)
+def _run_after(_: Any, work: Work) -> dict[str, Any]:
+    """The unit, when the one before it is done: on a cluster that is said by an argument."""
+    return run_unit(work)

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from steerway.commands.logs import Aids, From, Until, _aids, _moment
+from steerway.commands.logs import Aids, From, _aids, _moment
 from steerway.commands.terminal import flag, print_json, print_pairs, print_table, progress_line
 from steerway.core.errors import InputError
 
@@ -234,6 +234,3 @@ def _box(text):
     except ValueError:
         raise InputError(f"--bbox is {text!r}, expected west,south,east,north in degrees") from None
     return west, south, east, north
-
-
-__all__ = ["Until", "app", "encounters", "export", "run", "status", "verify"]
