@@ -32,7 +32,7 @@ SHORT_LAG, INERTIAL_DRIFT = 3.0, 0.012
 """s between the two windows of the integrated acceleration, and 1σ of its own drift over them (m/s)."""
 SUDDEN = 0.7
 """Part of a difference that has to be newer than SHORT_LAG for the accelerometer to be asked."""
-SURE = 4.0
+SURE = 6.0
 """Standard deviations by which it has to be."""
 CLEAR = 3.0
 """Logarithm of the likelihood ratio of the two for a decision."""
