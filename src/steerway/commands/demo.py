@@ -1,5 +1,6 @@
 """The demo: an Otter sails a survey in a current, steered by the estimate from a small receiver's fixes."""
 
+import json
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
@@ -23,6 +24,9 @@ force = [0.0, 5.0]
 speed = 0.3
 direction_deg = 90.0
 
+[estimator]
+kind = "steering"
+
 [speed]
 cruise = 1.2
 
@@ -37,6 +41,12 @@ waypoints = [
     { north = 150.0, east = 200.0 },
 ]
 """
+
+WITH_VELOCITY = """
+[gnss]
+velocity_std = 0.05
+"""
+"""Of the same boat with a receiver that gives its velocity too (m/s of north and of east)."""
 
 
 def demo(
@@ -58,12 +68,12 @@ def demo(
 
 
 def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str, str]], list[Path]]:
-    """Simulate the demo's mission; write run.parquet, run.nmea, index.html and details.html into `directory`.
+    """Simulate the demo's mission; write run.parquet, run.nmea, index.html, details.html and results.json.
 
     Returns (rows, files): (what, value) rows of the estimate compared with the truth and of what the boat did, and the
     files written. Raises InputError for a directory that cannot be written.
     """
-    from steerway.simulation import run
+    from steerway.simulation import outcome, run
     from steerway.simulation.reading import parse_scenario
     from steerway.simulation.runs.page import comparison, summary
     from steerway.simulation.runs.story import write_story
@@ -78,5 +88,16 @@ def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str,
         page.replace(page.with_name("details.html"))
         write_story(sailed, page, [*remarks, "details.html has the actuators, the waypoints and the errors over time."])
         written.append(page.with_name("details.html"))
+    with_velocity = run.sail_scenario(parse_scenario(SCENARIO + WITH_VELOCITY, "demo"))
+    true, relative = outcome.leg_rms(sailed.run)
+    results = {
+        "cog_rms_positions_deg": sailed.numbers["cog_rms_deg"],
+        "cog_rms_velocity_deg": with_velocity.numbers["cog_rms_deg"],
+        "sog_rms_positions_mps": sailed.numbers["sog_rms_mps"],
+        "leg_rms_m": relative,
+        "leg_rms_true_m": true,
+    }
+    written.append(Path(directory) / "results.json")
+    written[-1].write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
     rows = [(f"{what}, estimated against true", value) for what, value in comparison(sailed.numbers)]
     return rows + summary(sailed.numbers), written

@@ -74,3 +74,29 @@ def true_cross_track(run):
     east = run["estimated_east"] - run["true_east"]
     direction = run["leg_direction"]
     return run["leg_cross_track"] - (east * np.cos(direction) - north * np.sin(direction))
+
+
+LEG_SETTLING = 20.0
+"""s after a turn begins, before the distance from a leg counts."""
+SLOW = 10.0
+"""s over which the error of fixes is averaged: what is left is the receiver's slow error."""
+
+
+def leg_rms(run: Run) -> tuple[float, float]:
+    """RMS distance (m) of the true position from the legs, and of the same beside the receiver's slow error.
+
+    An autopilot that knows only positions keeps to the legs as the receiver sees them.
+    """
+    target, direction = run["leg_target"], run["leg_direction"]
+    began = run.time[np.searchsorted(target, target, side="left")]
+    rows = evaluated(run) & (run.time - began > LEG_SETTLING)
+    true = true_cross_track(run)
+    north, east = (run[f"read_{axis}"] - run[f"true_{axis}"] for axis in ("north", "east"))
+    error = east * np.cos(direction) - north * np.sin(direction)
+    fixed = np.isfinite(error)
+    if not rows.any() or fixed.sum() < 2:
+        return _known_rms(true[rows]), math.nan
+    width = max(1, round(SLOW / float(np.median(np.diff(run.time[fixed])))))
+    padded = np.pad(error[fixed], (width // 2, width - 1 - width // 2), mode="edge")
+    slow = np.interp(run.time, run.time[fixed], np.convolve(padded, np.full(width, 1.0 / width), mode="valid"))
+    return _known_rms(true[rows]), _known_rms((true + slow)[rows])

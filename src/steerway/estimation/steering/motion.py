@@ -49,7 +49,7 @@ class Response(NamedTuple):
     wander: float = 0.04
     gain_std: float = 0.15
     damping_std: float = 0.3
-    bias_std: float = 0.05
+    bias_std: float = 0.12
     current: float = 0.5
     current_noise: float = 1e-4
     speed_noise: float = 0.05
@@ -227,7 +227,7 @@ def _add_noise(x, p, known, has_speed, parameters, wander, dt):
     p[SPEED_GAIN, SPEED_GAIN] += dt * parameters[_SPEED_GAIN_STD] ** 2 / identified
     p[GAIN, GAIN] += dt * parameters[_GAIN_STD] ** 2 / identified
     p[DAMPING, DAMPING] += dt * parameters[_DAMPING_STD] ** 2 / identified
-    p[BIAS, BIAS] += dt * (parameters[_BIAS_STD] * rate) ** 2 / (0.2 * identified)
+    p[BIAS, BIAS] += dt * (parameters[_BIAS_STD] * rate) ** 2 / (0.1 * identified)
     for k in (ERROR_N, ERROR_E):
         p[k, k] += wander * -math.expm1(-2.0 * dt / ERROR_TIME)
 

@@ -1,0 +1,46 @@
+"""at-sea: what is drawn is balanced, and runs in currents of half the boat's speed are finished close to their legs."""
+
+import math
+from collections import Counter
+
+import pytest
+
+from steerway.estimation.steering.receiver import ReceiverNoise
+from steerway.sensors import Gnss
+from steerway_studies.at_sea.cases import CRAFT, SHARES, Case, Receiver, drawn
+from steerway_studies.at_sea.sailing import judged
+
+
+def test_a_seed_draws_every_direction_and_current_evenly():
+    cases = drawn(3)
+    small = [case for case in cases if case.craft != "mariner"]
+    assert Counter(Counter(case.direction for case in small).values()) == {2: 16}
+    for craft, made in CRAFT.items():
+        shares = Counter(case.share for case in cases if case.craft == craft)
+        assert shares == dict.fromkeys(SHARES, made.runs // 4)
+    assert len({case.receiver for case in cases}) == 18
+
+
+@pytest.mark.parametrize(
+    ("craft", "share", "velocity", "most"),
+    [
+        ("motorboat", 0.5, True, 0.3),
+        ("motorboat", 0.8, True, 1.0),
+        ("otter", 0.5, True, 0.5),
+        ("otter", 0.25, False, 0.9),
+    ],
+)
+def test_a_square_in_a_current_from_rest_without_a_compass(craft, share, velocity, most):
+    found = judged(Case(craft, "square", share, 0.25 * math.pi, Receiver("white", 5.0, velocity)), 1)
+    assert found.finished and not found.own_stop
+    assert found.legs <= most and found.corners <= 1.5
+
+
+@pytest.mark.parametrize(("white", "markov"), [(0.3, ()), (0.02, ()), (0.05, ((0.25, 5.0),))])
+def test_white_and_slow_errors_are_told_apart(white, markov):
+    stream, noise = Gnss(rate=5.0, white=white, markov=markov).start(1), ReceiverNoise()
+    for k in range(600):
+        fix = stream.step(0.2 * k, 0.4 * k, 0.0)
+        noise.add(fix.time, fix.north, fix.east)
+    assert noise.white == pytest.approx(white, rel=0.35)
+    assert noise.slow > 0.1 if markov else noise.slow < white
