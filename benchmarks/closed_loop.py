@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 
-from benchmarks.support.harness import Result, interleaved
+from benchmarks.support.harness import Result, interleaved, progress_of
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.course.onboard import FilterEstimator
 from steerway.guidance.line_of_sight import LineOfSight
@@ -104,7 +104,7 @@ def _seeds(alone):
 
 def _timed(work, n, cores) -> float:
     began = time.perf_counter()
-    over_seeds(work, range(n), workers=cores)
+    over_seeds(work, range(n), workers=cores, progress=progress_of(f"{n:,} × {work.__name__} on {cores} cores"))
     return time.perf_counter() - began
 
 

@@ -16,3 +16,26 @@ def shared_data() -> Path:
     if not folder:
         pytest.skip("STEERWAY_DATA is not set: no recorded logs and reference numbers on this machine")
     return Path(folder)
+
+
+SLOW = (
+    "test_field_studies", "test_recorded_logs", "test_estimator_limits", "test_inference", "test_adaptive_speed_study",
+    "test_unseen_logs", "test_mariner_los", "test_otter_path", "test_square_live", "study_", "test_tuning",
+)  # fmt: skip
+"""Words in the names of tests that take more than half of the time: `-m "not slow"` leaves them out."""
+
+
+def pytest_collection_modifyitems(items):
+    """Mark the slow tests."""
+    for item in items:
+        if any(word in item.nodeid for word in SLOW):
+            item.add_marker("slow")
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Print what to run for the tests that failed."""
+    failed = [each.nodeid for kind in ("failed", "error") for each in terminalreporter.getreports(kind)]
+    if failed:
+        data = "STEERWAY_DATA=… " if os.environ.get("STEERWAY_DATA") else ""
+        shown = " ".join(f"'{nodeid}'" for nodeid in failed[:10])
+        terminalreporter.write_line(f"to run again: {data}.venv/bin/python -m pytest {shown}")

@@ -1,6 +1,8 @@
 """Generic claims of the five-state filter: what a step does, that Q is sound, that order and place do not matter."""
 
+import copy
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -381,6 +383,24 @@ def test_a_turn_to_starboard_is_positive():
 def test_the_parameters_have_the_decays_where_the_kernels_read_them():
     model = PROFILE.model_copy(update={"speed_decay": 0.07}).parameters()[0]
     assert (model[SPEED_DECAY], model[RATE_DECAY]) == (0.07, PROFILE.course_rate_decay)
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda each: pickle.loads(pickle.dumps(each))])
+def test_a_copy_goes_on_by_itself(copied):
+    def sail(estimator, first, last):
+        for k in range(first, last):
+            estimator.predict(1.0)
+            estimator.update_north_east(2.0 * k, 1.0 * k)
+
+    whole_way, first_half = FiveStateFilter(PROFILE), FiveStateFilter(PROFILE)
+    sail(whole_way, 0, 40)
+    sail(first_half, 0, 20)
+    before = first_half.state.copy()
+    second_half = copied(first_half)
+    sail(second_half, 20, 40)
+    np.testing.assert_array_equal(second_half.state, whole_way.state)
+    np.testing.assert_array_equal(second_half.covariance, whole_way.covariance)
+    np.testing.assert_array_equal(first_half.state, before)
 
 
 def test_a_position_has_one_unit():

@@ -3,6 +3,7 @@
 import os
 import platform
 import statistics
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -39,6 +40,7 @@ class Result:
 def interleaved(contenders: dict[str, Callable[[], object]], rounds: int, clock=time.process_time) -> dict[str, float]:
     """Median seconds of each contender; they take turns (A B C A B C …), so that a slow moment slows them alike."""
     taken = {name: [] for name in contenders}
+    print(f"    timing {', '.join(map(str, contenders))}, {rounds} rounds …", file=sys.stderr, flush=True)
     for work in contenders.values():
         work()  # compiles, and warms what is warm in use
     for _ in range(rounds):
@@ -47,6 +49,20 @@ def interleaved(contenders: dict[str, Callable[[], object]], rounds: int, clock=
             work()
             taken[name].append(clock() - start)
     return {name: statistics.median(times) for name, times in taken.items()}
+
+
+def progress_of(what: str) -> Callable[[float], None]:
+    """A function of the share that is done, which prints it at every tenth, with the time left."""
+    began, printed = time.monotonic(), [0]
+    print(f"    {what} …", file=sys.stderr, flush=True)
+
+    def progress(share: float) -> None:
+        if share < 1.0 and int(10.0 * share) > printed[0]:
+            printed[0] = int(10.0 * share)
+            left = (time.monotonic() - began) * (1.0 - share) / share
+            print(f"    {what}: {100.0 * share:.0f} %, {left:.0f} s left", file=sys.stderr, flush=True)
+
+    return progress
 
 
 def machine() -> str:

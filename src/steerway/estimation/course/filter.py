@@ -97,6 +97,14 @@ class FiveStateFilter:
         self._usual = np.zeros(2)
         self._geodetic = True
 
+    def __getstate__(self) -> dict:
+        own = {"_bank": self._bank.copy(), "_usual": self._usual.copy()}
+        return {name: value for name, value in self.__dict__.items() if name != "_combined"} | own
+
+    def __setstate__(self, state: dict) -> None:
+        self.__dict__.update(state)
+        self._combined = self._bank[0]  # a view, which copies and pickles would make an array of its own
+
     def __repr__(self) -> str:
         aided = f", aid={self.aid}" if self.aid else ""
         return f"FiveStateFilter({self.profile.name!r}{aided}): {self._now()}"
