@@ -64,7 +64,7 @@ def _licence(name):
     except PackageNotFoundError:
         return None
     classifiers = [each.split("::")[-1].strip() for each in metadata.get_all("Classifier") or [] if "License" in each]
-    named = [each for each in classifiers if each not in ("OSI Approved", "")]
+    named = [each for each in classifiers if each not in ("OSI Approved", "DFSG approved")]
     return metadata.get("License-Expression") or "; ".join(named) or (metadata.get("License") or "?").splitlines()[0]
 
 
