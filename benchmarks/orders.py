@@ -1,7 +1,7 @@
-"""python -m benchmarks.orders: how long an order takes to the wire, and a STOP, with every output of this computer open.
+"""python -m benchmarks.orders: how long orders and a STOP take to the wire, with every output of this computer open.
 
-A receiver is imitated over UDP (5 Hz, a boat at 2 m/s); the propeller commands come back over UDP. An order's latency is
-from the time of its tick, by the receiver's clock, to its arrival here; that of STOP from the request at the control
+A receiver is imitated over UDP (5 Hz, a boat at 2 m/s); the propeller commands come back over UDP. An order's latency
+is from the time of its tick, by the receiver's clock, to its arrival here; that of STOP from the request at the control
 port to the first command that is stopped.
 """
 
