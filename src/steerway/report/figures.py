@@ -60,8 +60,11 @@ def track_figure(motion: Motion) -> Figure:
     return figure
 
 
-def signals_figure(fixes: Fixes, motion: Motion) -> Figure:
-    """SOG, COG and course rate with ±2σ against the receiver's own, the innovation ratio, gaps and rejections."""
+def signals_figure(fixes: Fixes, motion: Motion, gate: bool = True) -> Figure:
+    """SOG, COG and course rate with ±2σ against the receiver's own, the innovation ratio, gaps and rejections.
+
+    gate: whether the estimate has a gate, as that of a profile; structures weigh every fix.
+    """
     figure = Figure(figsize=(11.0, 11.0), layout="constrained")
     sog, cog, rate, nis = figure.subplots(4, 1, sharex=True)
     shown = _thinned(motion)
@@ -93,7 +96,8 @@ def signals_figure(fixes: Fixes, motion: Motion) -> Figure:
     nis.semilogy(time, np.where(rejected, np.nan, ratio), ".", color=OURS, markersize=2, label="accepted")
     if rejected.any():
         nis.semilogy(time[rejected], ratio[rejected], "x", color=BAD, markersize=5, label="rejected")
-    nis.axhline(np.sqrt(_GATE / 2.0), color=BAD, linewidth=0.8, linestyle="--", label="gate")
+    if gate:
+        nis.axhline(np.sqrt(_GATE / 2.0), color=BAD, linewidth=0.8, linestyle="--", label="gate")
     nis.set_ylabel("innovation ratio √(NIS/2)")
     nis.set_xlabel("time (UTC)")
 

@@ -23,6 +23,7 @@ class Report:
     tables: Sequence[Table]
     remarks: Sequence[str]
     events: Sequence[tuple[float, float, str]] = ()
+    gate: bool = True
 
 
 def write_report(path: Path, title: str, fixes: Fixes, motion: Motion, summary: dict, tables=()) -> None:
@@ -36,7 +37,9 @@ def write_report(path: Path, title: str, fixes: Fixes, motion: Motion, summary: 
     vessels = [] if motion.mmsi is None else [_vessels(motion)]
     tables = [("Summary", ("", ""), sentences(summary)), *vessels, *tables]
     found = events(fixes, motion) if motion.mmsi is None else []
-    report_writer(path)(Path(path), Report(title, fixes, motion, tables, summary["notes"], found))
+    report_writer(path)(
+        Path(path), Report(title, fixes, motion, tables, summary["notes"], found, not summary["structures"])
+    )
 
 
 def _page(path, report: Report):
@@ -61,7 +64,7 @@ def _picture(path, report: Report):
 
     figures = [track_figure(report.motion)]
     if report.motion.mmsi is None:
-        figures.append(signals_figure(report.fixes, report.motion))
+        figures.append(signals_figure(report.fixes, report.motion, report.gate))
     images = []
     for figure in figures:
         buffer = io.BytesIO()
