@@ -73,3 +73,14 @@ def test_the_command_writes_them(tmp_path, suffix):
     assert any(row["kind"] == GAP and float(row["duration_s"]) == pytest.approx(100.2) for row in rows)
     code, _, message = run("estimate", log, "--episodes", tmp_path / "episodes.txt")
     assert code == 2 and "expected .csv or .json" in message
+
+
+def test_info_lists_the_models(tmp_path):
+    log = tmp_path / "sortie.csv"
+    fixes, _ = estimated()
+    fixes.rows(slice(300)).to_frame().write_csv(log)
+    code, printed, _ = run("info", log, "--models")
+    assert code == 0 and "repeated positions" in printed and "log evidence" in printed
+    (found,) = json.loads(run("info", log, "--models", "--json")[1])
+    assert sum(each["weight"] for each in found["inferred"]["models"]) == pytest.approx(1.0)
+    assert found["inferred"]["fixes"] == 300 and len(found["inferred"]["models"]) >= 3

@@ -151,22 +151,57 @@ def estimate(
         print("-o track.csv (or .parquet .geojson .gpx) writes the estimate, --report page.html a report")
 
 
-def info(logs: Logs, max_size: MaxSize = None, as_json: AsJson = False) -> None:
+def info(
+    logs: Logs,
+    models: Annotated[
+        bool, flag("--models", help="Infer vessel and receiver: all models with their evidence and weights.")
+    ] = False,
+    max_size: MaxSize = None,
+    as_json: AsJson = False,
+) -> None:
     """Summarize log contents: sources, messages, rates, gaps, time span.
 
-    Example:
+    Examples:
 
         steerway info sortie.nmea plotter.n2k
+
+        steerway info sortie.nmea --models
     """
     from steerway.formats.reading import survey
 
     with progress_line("reading") as step:
         found = survey(*logs, progress=lambda done, total: step(done / total if total else 0.0), max_size=max_size)
+    inferred = _models(logs, max_size) if models else {}
     if as_json:
-        print_json([_log_as_dict(log) for log in found])
+        print_json([_log_as_dict(log) | ({"inferred": inferred} if models else {}) for log in found])
         return
     for log in found:
         _print_log(log)
+    if models:
+        print_pairs(
+            [
+                ("repeated positions", f"{inferred['repeated']} of {inferred['fixes']}"),
+                *(
+                    (f"weight {m['weight']:.2f}", f"log evidence {m['log_evidence']:.1f}: {m['words']}")
+                    for m in inferred["models"]
+                ),
+            ]
+        )
+
+
+def _models(logs, max_size) -> dict:
+    """Number of fixes and of those that repeat the one before, and the models of the logs as one record."""
+    import numpy as np
+
+    from steerway.estimation.inference.description import structures_of
+    from steerway.estimation.log_estimate import LogEstimator
+
+    fixes = read_logs(logs, None, None, None, max_size)
+    placed = fixes.rows(fixes.has_position)
+    same = (np.diff(placed.latitude) == 0.0) & (np.diff(placed.longitude) == 0.0)
+    estimator = LogEstimator(fixes)
+    found = structures_of(estimator.profile, estimator.inference) if estimator.is_inferred else []
+    return {"fixes": len(placed), "repeated": int(same.sum()), "models": found}
 
 
 def tune(
