@@ -10,6 +10,7 @@ from steerway import Profile
 from steerway.estimation.course.motion import low_speed
 from steerway.estimation.course.motion.five_state import set_step
 from steerway.estimation.course.motion.layout import (
+    ACCELERATION_STATE,
     EXTRAS,
     FIRST,
     LOST_COURSE_VARIANCE,
@@ -30,6 +31,7 @@ from steerway.estimation.course.steerageway import (
     KNOWN_VELOCITY_STD,
     course_to_velocity,
     fold,
+    reset_manoeuvre,
     set_position,
     start,
     update_phase,
@@ -259,3 +261,14 @@ def test_a_course_beyond_a_radian_is_lost_with_its_velocity():
     assert after == LOW_SPEED and p[2, 2] == p[3, 3] == PARAMETERS[START_SPEED_VARIANCE]
     assert p[2, 3] == 0.0 and not p[:2, 2:4].any() and not p[2:4, 4].any()
     assert_allclose(x[2:4], [5.0 * math.cos(0.5), 5.0 * math.sin(0.5)])
+
+
+def test_acceleration_begins_anew_with_its_own_variance_when_the_phase_changes():
+    parameters = profile_with(1).model_copy(update={"acceleration_std": 0.3, "acceleration_time": 5.0}).parameters()[0]
+    k = int(parameters[ACCELERATION_STATE])
+    n = 8 if k else 0
+    assert n and k >= 5
+    x, p = state(9, n)
+    reset_manoeuvre(x, p, parameters)
+    assert x[k] == x[4] == 0.0 and p[k, k] == pytest.approx(0.3**2) and p[4, 4] == parameters[START_RATE_VARIANCE]
+    assert not p[:k, k].any() and not p[k, k + 1 :].any()

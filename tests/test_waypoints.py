@@ -233,3 +233,11 @@ def test_the_arrays_of_a_route_are_its_own():
     assert route.north[1] == 50.0
     with pytest.raises(ValueError):
         route.north[0] = 1.0
+
+
+def test_the_plane_through_a_waypoint_is_crossed_behind_it_not_before():
+    passing = Passing("circle")
+    leg = Mission(Route([0.0, 100.0], [0.0, 0.0])).step(99.5, 40.0, 1.0)
+    assert 0.0 < leg.remaining < 1.0 and passing.verdict(leg, 10.0) is None
+    assert passing.verdict(leg._replace(remaining=-0.5), 10.0) == (False, "plane")
+    assert Passing("remaining").verdict(leg._replace(remaining=10.5), 10.0) is None
