@@ -19,7 +19,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
-sys.path.insert(0, str(ROOT))
+sys.path[:0] = [str(ROOT), str(ROOT / "src")]
 _BLOCK = re.compile(r"^```(python|sh run|sh)\n(.*?)^```\n", re.DOTALL | re.MULTILINE)
 
 
