@@ -50,7 +50,7 @@ def _page(path, report: Report):
             "the page needs the package bokeh, expected pip install bokeh, or a report ending in .png"
         ) from None
     write_interactive_page(
-        path, report.title, report.fixes, report.motion, report.tables, report.remarks, report.events
+        path, report.title, report.fixes, report.motion, report.tables, report.remarks, report.events, gate=report.gate
     )
 
 

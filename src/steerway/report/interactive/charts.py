@@ -104,8 +104,8 @@ def _tiles() -> WMTSTileSource:
     )
 
 
-def strips(begins: float, ends: float, cut: float, gate: float | None) -> list[LayoutDOM]:
-    """SOG, COG, course rate and, with a gate, innovations over one shared time axis (Unix s)."""
+def strips(begins: float, ends: float, cut: float, innovations: bool, gate: float | None) -> list[LayoutDOM]:
+    """SOG, COG, course rate and, where they are known, innovations over one shared time axis (Unix s)."""
     margin = 0.01 * max(ends - begins, 1.0)
     span = Range1d(
         1e3 * (begins - margin),
@@ -137,7 +137,7 @@ def strips(begins: float, ends: float, cut: float, gate: float | None) -> list[L
     cog.y_range.update(start=cut, end=cut + 360.0)
     rate.add_layout(Span(location=0.0, dimension="width", line_color=DIFFERENCE, line_width=0.8))
     charts = [sog, cog, rate]
-    if gate is not None:
+    if innovations:
         charts.append(_innovations(span, gate))
     charts[-1].xaxis.axis_label = "time (UTC)"
     for chart in charts:
@@ -153,7 +153,8 @@ def _innovations(span, gate):
     ratio.scatter("t", "ratio", source=accepted, size=2, color=ESTIMATE, alpha=0.6)
     refused = ColumnDataSource({"t": [], "ratio": []}, name="refused")
     ratio.scatter("t", "ratio", source=refused, marker="x", size=8, line_width=2, color=REJECTED)
-    ratio.add_layout(Span(location=gate, dimension="width", line_color=REJECTED, line_dash="dashed"))
+    if gate is not None:
+        ratio.add_layout(Span(location=gate, dimension="width", line_color=REJECTED, line_dash="dashed"))
     return ratio
 
 

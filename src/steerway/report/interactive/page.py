@@ -30,6 +30,7 @@ def write_interactive_page(
     events: Sequence[tuple[float, float, str]] = (),
     truth: Motion | None = None,
     lead: str = "",
+    gate: bool = True,
 ) -> None:
     """Write the page of an estimate.
 
@@ -39,6 +40,7 @@ def write_interactive_page(
         events: (start, stop, what) each, in Unix s: the list whose entries move the charts there.
         truth: the true motion at the rows of `motion`, of a simulation.
         lead: a sentence under the title.
+        gate: whether the estimate has a gate, as that of a profile; structures weigh every fix.
     """
     shown = thinned(motion)
     if len(shown) < len(motion):
@@ -57,9 +59,8 @@ def write_interactive_page(
         cut = course_cut(shown.cog)
         true = None if truth is None else thinned(truth)
         data = pack(fixes, shown, cut, true) | {"events": [list(each) for each in events], "vessels": False}
-        drawn = charts.strips(
-            float(shown.time[0]), float(shown.time[-1]), cut, data["gate"] if np.isfinite(shown.nis).any() else None
-        )
+        innovations, limit = bool(np.isfinite(shown.nis).any()), data["gate"] if gate else None
+        drawn = charts.strips(float(shown.time[0]), float(shown.time[-1]), cut, innovations, limit)
         parts |= {chart.name: chart for chart in drawn}
     data["colours"] = {"low": 0.0, "high": fastest}
     script, divisions = components(parts, wrap_script=False)
@@ -76,6 +77,7 @@ def write_interactive_page(
         strips="".join(divisions[name] for name in ("sog", "cog", "rate", "ratio") if name in divisions),
         hidden="" if alone else "hidden",
         without_truth="hidden" if truth is None else "",
+        without_gate="" if gate else "hidden",
         without_ratio="" if "ratio" in divisions else "hidden",
         without_reported="" if np.isfinite(fixes.sog).any() or np.isfinite(fixes.cog).any() else "hidden",
         lead=f"<p>{html.escape(lead)}</p>" if lead else "",
