@@ -51,6 +51,16 @@ def test_at_a_standstill_there_is_no_course(field):
     assert field.numbers["standstill_undefined_pct"] >= 95.0
 
 
+@pytest.mark.xfail(
+    strict=True,
+    reason="0.566 and 0.381 °/s: a slow error of the receiver is likelier by 28, and takes a part of the turns",
+)
+def test_course_rate_of_the_figure_of_eight_while_it_is_sailed(field):
+    n = field.numbers
+    assert n["figure8_rate_rms_dps"] <= 0.545
+    assert n["figure8_rate_rms_aligned_dps"] <= 0.335
+
+
 def test_no_log_is_mirrored_and_every_innovation_is_as_expected(field):
     assert sum(key.endswith("mirrored_pct") for key in field.numbers) >= 15
     for key, value in field.numbers.items():
