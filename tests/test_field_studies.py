@@ -26,15 +26,15 @@ def missed(reason):
 @pytest.mark.parametrize(
     ("key", "most"),
     [
-        ("figure8_rate_rms_dps", 0.545),
-        pytest.param("figure8_rate_rms_smoothed_dps", 0.36, marks=missed("0.368 °/s, inferred; 0.342 tuned")),
-        ("figure8_rate_rms_aligned_dps", 0.335),
-        pytest.param("figure8_rate_rms_smoothed_aligned_dps", 0.21, marks=missed("0.224 °/s, inferred")),
+        pytest.param("figure8_rate_rms_dps", 0.545, marks=missed("0.566 °/s: a slow error takes part of the turns")),
+        ("figure8_rate_rms_smoothed_dps", 0.36),
+        pytest.param("figure8_rate_rms_aligned_dps", 0.335, marks=missed("0.381 °/s: as above")),
+        ("figure8_rate_rms_smoothed_aligned_dps", 0.21),
         ("s330_sog_rms_mps", 0.035),
         ("s330_cog_rms_deg", 0.45),
         ("seap_sog_rms_mps", 0.05),
         ("seap_cog_rms_deg", 0.5),
-        pytest.param("standstill_gps_sog_median_mps", 0.15, marks=missed("0.178 m/s: a slow error taken for motion")),
+        pytest.param("standstill_gps_sog_median_mps", 0.15, marks=missed("0.151 m/s: a slow error taken for motion")),
         ("standstill_ac42_sog_median_mps", 0.15),
     ],
 )
@@ -46,19 +46,9 @@ def test_the_lag_of_the_figure_of_eight_is_found(field):
     assert 2.4 < field.numbers["figure8_receiver_lag_s"] < 3.2  # the error is flat from 2.5 to 3.2 s
 
 
-@missed("81 % of rows: a slow error taken for motion")
+@missed("85 % of rows: a slow error taken for motion")
 def test_at_a_standstill_there_is_no_course(field):
     assert field.numbers["standstill_undefined_pct"] >= 95.0
-
-
-@pytest.mark.xfail(
-    strict=True,
-    reason="0.566 and 0.381 °/s: a slow error of the receiver is likelier by 28, and takes a part of the turns",
-)
-def test_course_rate_of_the_figure_of_eight_while_it_is_sailed(field):
-    n = field.numbers
-    assert n["figure8_rate_rms_dps"] <= 0.545
-    assert n["figure8_rate_rms_aligned_dps"] <= 0.335
 
 
 def test_no_log_is_mirrored_and_every_innovation_is_as_expected(field):
