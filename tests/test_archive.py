@@ -228,7 +228,7 @@ def _marine_cadastre(table, old):
     return table.select(**chosen, **{"TransceiverClass" if old else "transceiver": mobile})
 
 
-@pytest.mark.parametrize("layout", ["old, zipped", "new, gzipped", "geoparquet"])
+@pytest.mark.parametrize("layout", ["old, zipped", "new, gzipped and zstd", "geoparquet"])
 def test_every_layout_gives_the_same(files, whole, tmp_path, layout):
     inputs = []
     for path in files:
@@ -244,11 +244,15 @@ def test_every_layout_gives_the_same(files, whole, tmp_path, layout):
             )
             plain.drop("latitude", "longitude").with_columns(geometry=pl.Series(points)).write_parquet(out)
         else:
-            text = _marine_cadastre(table, layout.startswith("old")).write_csv()
+            plain = _marine_cadastre(table, layout.startswith("old"))
+            text = plain.write_csv()
             if layout == "old, zipped":
                 out = out.with_suffix(".zip")
                 with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
                     archive.writestr(path.name, text)
+            elif inputs:
+                out = out.with_suffix(".csv.zst")
+                plain.write_csv(out, compression="zstd")
             else:
                 out = out.with_suffix(".csv.gz")
                 out.write_bytes(gzip.compress(text.encode(), 1))
@@ -267,6 +271,30 @@ def test_logs_of_a_fleet_are_vessels_by_their_files(tmp_path):
     steerway.archive.run([tmp_path / "one.csv", tmp_path / "two.csv"], tmp_path / "out", workers=1)
     speeds = rows_of(tmp_path / "out").group_by("mmsi").agg(pl.col("sog_mps").last())["sog_mps"].sort()
     np.testing.assert_allclose(speeds, [2.0, 3.0], atol=0.05)
+
+
+def test_a_column_says_of_which_vessel_a_row_is(tmp_path):
+    time = np.arange(0.0, 600.0, 5.0)
+    parts = [
+        pl.DataFrame({"ts": START + time, "boat": name, "lat": 55.0 + speed * time / 111_200.0, "lon": 0.0 * time})
+        for name, speed in (("Alma", 2.0), ("7", 3.0), ("", 1.0))
+    ]
+    table = pl.concat(parts).sort("ts")
+    table.write_csv(tmp_path / "fleet.csv", separator=";", quote_style="always")
+    table.filter(pl.col("boat") == "7").cast({"boat": pl.Float64}).write_parquet(tmp_path / "seven.parquet")
+    (tmp_path / "no.gpx").write_text("<gpx></gpx>")
+    inputs = [tmp_path / name for name in ("fleet.csv", "seven.parquet", "no.gpx")]
+    report = steerway.archive.run(inputs, tmp_path / "out", workers=1, vessel_column="boat")
+    assert report.left_out == {"no vessel": len(time)} and report.rows == 2 * len(time)  # seven came twice
+    assert report.failed == {str(inputs[2]): "is no table, expected CSV or Parquet with the column 'boat'"}
+    names = Store(tmp_path / "out").names()
+    assert sorted(names.values()) == ["7", "Alma"] and names[7] == "7" and min(names) == 7 < 1 << 52 < max(names)
+    speeds = {
+        names[row[0]]: row[1] for row in rows_of(tmp_path / "out").group_by("mmsi").agg(pl.last("sog_mps")).rows()
+    }
+    assert speeds == pytest.approx({"Alma": 2.0, "7": 3.0}, abs=0.05)
+    with pytest.raises(InputError, match=r"fleet\.csv: the table has no column 'ship', expected .*'ts', 'boat', 'lat'"):
+        steerway.archive.run(inputs[:1], tmp_path / "other", vessel_column="ship", strict=True)
 
 
 def test_the_estimate_is_that_of_the_filter(fleet, files, tmp_path):
@@ -449,7 +477,12 @@ def test_the_page_and_the_commands(files, whole, tmp_path, capsys):
 
     from steerway.commands.app import command_tree
 
-    assert "<img" in (whole / "index.html").read_text()
+    html = (whole / "index.html").read_text()
+    judged = rows_of(whole).filter(pl.col("status") == "ok", pl.col("nis").is_not_null()).group_by("mmsi")
+    means = judged.agg(pl.len(), pl.mean("nis")).filter(pl.col("len") >= 100).sort("nis", descending=True)
+    worst = html[html.index("largest mean NIS under way") :]
+    shown = [int(number) for number in re.findall(r">(\d{9})<", worst)]
+    assert "<img" in html and shown[: len(means)] == means["mmsi"].to_list()[:20]
     program, runner = command_tree(), CliRunner()
     bad = tmp_path / "bad.parquet"
     bad.write_bytes(b"PAR1 and no more")

@@ -6,9 +6,10 @@ rows that are left out are counted by reason.
 
 import glob
 import hashlib
+import re
 import shutil
-import zlib
 from collections.abc import Iterable
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +18,13 @@ import polars as pl
 
 from steerway.archive.store import DAY, Store
 from steerway.core.errors import InputError
-from steerway.formats import ais
+from steerway.formats import ais, table
 from steerway.formats.ais_tables import MOBILES, REASONS, SCHEMA, reports
 from steerway.formats.reading import plain, read, survey
 
 _LEFT_OUT = -1
-_FIRST_FLEET = 10_000_000_000
-"""Numbers of vessels without MMSI, above all MMSI: of their files."""
+_FIRST_NAMED = 1 << 52
+"""Numbers of vessels that have a name and no number: above all MMSI and serial numbers, exact in JSON."""
 _ROWS_A_BYTE = {".parquet": 1 / 25, ".gz": 1 / 20, ".zip": 1 / 20, ".zst": 1 / 20}
 """Rows that a packed input holds for each byte, to choose the number of buckets; see `rows_in`."""
 _TEXT_ROW = 110
@@ -63,22 +64,27 @@ def identity(path: Path, known: dict[str, Any] | None = None) -> dict[str, Any]:
     return {"size": stat.st_size, "changed_ns": stat.st_mtime_ns, "sha256": digest}
 
 
-def stage(path: Path, store: Store, key: str, buckets: int) -> tuple[Path, dict[str, int], int]:
+def stage(
+    path: Path, store: Store, key: str, buckets: int, vessel_column: str | None = None
+) -> tuple[Path, dict[str, int], int, dict[str, int]]:
     """Write the reports of an input by day and bucket into a directory beside their place.
 
-    Returns the directory, the rows left out by reason and the rows kept. Raises InputError for an input that cannot be
-    read.
+    Returns the directory, the rows left out by reason, the rows kept, and the numbers of vessels that have names.
+    Raises InputError for an input that cannot be read, or has no such column.
     """
     part = store.root / "staged" / f".{key}.part"
     shutil.rmtree(part, ignore_errors=True)
     part.mkdir(parents=True)
     skipped: dict[str, int] = {}
-    with reports(path, store.root / "staged") as table:
-        if table is None:
-            table, skipped = _log(path)
+    names: dict[str, int] = {}
+    with nullcontext() if vessel_column else reports(path, store.root / "staged") as frame:
+        if vessel_column:
+            frame, skipped, names = _fleet(path, vessel_column)
+        elif frame is None:
+            frame, skipped, names = _log(path)
         bucket = pl.when(pl.col("reason") > 0).then(_LEFT_OUT).otherwise(bucket_of(pl.col("mmsi"), buckets))
         day = pl.when(pl.col("reason") > 0).then(0).otherwise((pl.col("time_s") // DAY).cast(pl.Int32))
-        keyed = table.with_columns(day=day.fill_null(0), bucket=bucket.cast(pl.Int16))
+        keyed = frame.with_columns(day=day.fill_null(0), bucket=bucket.cast(pl.Int16))
         into = pl.PartitionBy(part, key=["day", "bucket"], include_key=False)
         keyed.sink_parquet(into, mkdir=True, compression="lz4", statistics=False)
     dropped = part / "day=0" / f"bucket={_LEFT_OUT}"
@@ -89,7 +95,7 @@ def stage(path: Path, store: Store, key: str, buckets: int) -> tuple[Path, dict[
         shutil.rmtree(dropped)
     kept = list(part.glob("day=*/bucket=*/*.parquet"))
     rows = pl.scan_parquet(kept, glob=False).select(pl.len()).collect().item() if kept else 0
-    return part, skipped, rows
+    return part, skipped, rows, names
 
 
 def bucket_of(mmsi: pl.Expr, buckets: int) -> pl.Expr:
@@ -97,8 +103,33 @@ def bucket_of(mmsi: pl.Expr, buckets: int) -> pl.Expr:
     return (mmsi % 9_999_999_967 * 40_503 // 256) % buckets
 
 
-def _log(path: Path) -> tuple[pl.LazyFrame, dict[str, int]]:
+def vessel_number(name: str) -> int:
+    """The number of a vessel that is named: a whole number is its own, a text has one above all those."""
+    if re.fullmatch(r"[1-9]\d{0,14}", name):
+        return int(name)
+    return _FIRST_NAMED + int.from_bytes(hashlib.sha256(name.encode()).digest()[:6])
+
+
+def _fleet(path: Path, vessel_column: str) -> tuple[pl.LazyFrame, dict[str, int], dict[str, int]]:
+    """A table of several vessels, numbered by the values of a column, and their numbers by name."""
+    data = plain(path)
+    if not table.recognises(data):
+        raise InputError(f"{path}: is no table, expected CSV or Parquet with the column {vessel_column!r}")
+    try:
+        recordings, skipped = table.read_vessels(data, vessel_column)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    names = {name: vessel_number(name) for name in recordings}
+    frames = [pl.DataFrame(schema=SCHEMA)]
+    for name, recording in recordings.items():
+        for fixes in recording.sources.values():
+            frames.append(_reports(fixes, np.full(len(fixes), names[name]), np.zeros(len(fixes), np.int64), skipped))
+    return pl.concat(frames).lazy(), skipped, names
+
+
+def _log(path: Path) -> tuple[pl.LazyFrame, dict[str, int], dict[str, int]]:
     """A log of any format that `steerway.read` knows: raw AIS, or one vessel, numbered by the name of its file."""
+    names: dict[str, int] = {}
     recordings = [log.recording for log in survey(path)]
     recording = next((each for each in recordings if "AIS" in each.sources), None)
     if recording is not None:
@@ -107,8 +138,14 @@ def _log(path: Path) -> tuple[pl.LazyFrame, dict[str, int]]:
         mobile = np.where(np.isin(mmsi, list(ais.class_b(plain(path)))), MOBILES.index("class B"), 0)
     else:
         fixes, skipped = read(path), {}
-        mmsi = np.full(len(fixes), _FIRST_FLEET + zlib.crc32(path.name.encode()))
+        names[path.name] = vessel_number(path.name)
+        mmsi = np.full(len(fixes), names[path.name])
         mobile = np.zeros(len(fixes), np.int64)
+    return _reports(fixes, mmsi, mobile, skipped).lazy(), skipped, names
+
+
+def _reports(fixes, mmsi, mobile, skipped) -> pl.DataFrame:
+    """The positions among fixes, with SCHEMA; those that have none are counted."""
     placed = fixes.has_position
     columns = {
         "mmsi": mmsi,
@@ -123,7 +160,7 @@ def _log(path: Path) -> tuple[pl.LazyFrame, dict[str, int]]:
     frame = pl.DataFrame(columns, nan_to_null=True).with_columns(mobile=mobile, hull=zeros, reason=zeros).cast(SCHEMA)
     if lacking := int((~placed).sum()):
         skipped["no position"] = skipped.get("no position", 0) + lacking
-    return frame.filter(placed).lazy(), skipped
+    return frame.filter(placed)
 
 
 def staged_units(directory: Path) -> set[tuple[int, int]]:

@@ -13,6 +13,8 @@ from steerway.report.page import write_page
 
 _MAP_POINTS = 200_000
 _WORST = 20
+_LEAST_FIXES = 100
+"""Of a vessel whose mean NIS is shown: its standard deviation is 0.2 then."""
 
 
 def write(store: Store, manifest: dict[str, Any]) -> None:
@@ -35,12 +37,18 @@ def write(store: Store, manifest: dict[str, Any]) -> None:
         ("refused by the filter", f"{totals['rejected']:,}"),
         *((f"left out: {reason}", f"{count:,}") for reason, count in left_out.most_common()),
     ]
+    names = store.names()
     intervals = np.sum([each["intervals"] for each in numbers.values()], axis=0)
     tables = [
         ("Counts", ("", ""), counts),
         ("Consistency (2 is expected)", ("class", "", "fixes", "mean NIS"), _consistency(totals)),
         ("Events", ("event", "count"), _event_counts(store)),
-        ("Vessels with the most jumps and wrong values", ("MMSI", "events"), _worst(store)),
+        ("Vessels with the most jumps and wrong values", ("vessel", "events"), _named(_worst(store), names)),
+        (
+            "Vessels with the largest mean NIS under way (2 is expected)",
+            ("vessel", "fixes", "mean NIS"),
+            _named(_inconsistent(numbers.values()), names),
+        ),
     ]
     figures = [
         (_map(store, totals["rows"]), "Estimated positions; lighter where there are more."),
@@ -72,6 +80,21 @@ def _worst(store):
     events = pl.scan_parquet(store.files("events"), glob=False).filter(wrong)
     counted = events.group_by("mmsi").len().sort(["len", "mmsi"], descending=[True, False]).head(_WORST).collect()
     return list(counted.iter_rows())
+
+
+def _inconsistent(numbers):
+    fixes, total = Counter[int](), Counter[int]()
+    for each in numbers:
+        vessels, counts, sums = each["nis_of"]
+        fixes.update(dict(zip(vessels, counts, strict=True)))
+        total.update(dict(zip(vessels, sums, strict=True)))
+    judged = [(vessel, count, total[vessel] / count) for vessel, count in fixes.items() if count >= _LEAST_FIXES]
+    judged.sort(key=lambda row: (-row[2], row[0]))
+    return [(vessel, f"{count:,}", f"{mean:.2f}") for vessel, count, mean in judged[:_WORST]]
+
+
+def _named(rows, names):
+    return [(names.get(vessel, vessel), *others) for vessel, *others in rows]
 
 
 def _map(store, rows):

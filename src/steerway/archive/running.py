@@ -66,6 +66,7 @@ def run(
     rate: float | None = None,
     aid: tuple[str, ...] = (),
     profile: Profile | None = None,
+    vessel_column: str | None = None,
     strict: bool = False,
     progress: Callable[[float, str], None] | None = None,
 ) -> Report:
@@ -80,6 +81,7 @@ def run(
         workers: processes; None: as many as cores and memory allow. scheduler: address of a Dask cluster instead.
         smooth: use later fixes too, up to an hour into the next day. rate: rows a second (Hz); None: a row a report.
         aid: of "sog", "cog", "heading". profile: of all vessels; None: of their classes.
+        vessel_column: of all of these tables, the column whose values (texts or numbers) say of which vessel a row is.
         strict: stop at an input that cannot be read. progress: called with the part done and what is being done.
 
     Raises InputError for wrong arguments, an archive made with other settings and, if `strict`, an input that cannot be
@@ -102,7 +104,7 @@ def run(
         report = Report(store.root)
         store.remove_unfinished()
         _forget_orphans(store, manifest)
-        _stage(store, manifest, files, strict, report, tell)
+        _stage(store, manifest, files, vessel_column, strict, report, tell)
         _run_units(store, manifest, workers, scheduler, report, tell)
         write_unfinished_trips(store)
         page.write(store, manifest)
@@ -189,7 +191,7 @@ def _undo(store, manifest, touched) -> set[tuple[int, int]]:
     return undone
 
 
-def _stage(store, manifest, files, strict, report, tell) -> None:
+def _stage(store, manifest, files, vessel_column, strict, report, tell) -> None:
     """Shuffle every input that is new or has changed."""
     known = manifest["inputs"]
     for i, path in enumerate(files):
@@ -200,7 +202,8 @@ def _stage(store, manifest, files, strict, report, tell) -> None:
         except InputError as error:
             _fail(report, path, error, strict)
             continue
-        if name in known and known[name]["sha256"] == this["sha256"]:
+        this["vessel_column"] = vessel_column
+        if name in known and all(known[name][each] == this[each] for each in ("sha256", "vessel_column")):
             known[name] |= this
             continue
         key = this["sha256"][:16]
@@ -209,7 +212,7 @@ def _stage(store, manifest, files, strict, report, tell) -> None:
             report.notes.append(f"{path.name} has the content of {Path(same).name} and counts once")
             continue
         try:
-            part, skipped, rows = inputs.stage(path, store, key, manifest["buckets"])
+            part, skipped, rows, names = inputs.stage(path, store, key, manifest["buckets"], vessel_column)
         except (InputError, OSError) as error:
             shutil.rmtree(store.root / "staged" / f".{key}.part", ignore_errors=True)
             if os.strerror(errno.ENOSPC) in str(error):
@@ -230,7 +233,7 @@ def _stage(store, manifest, files, strict, report, tell) -> None:
         target = store.staged_directory(key)
         shutil.rmtree(target, ignore_errors=True)
         part.rename(target)
-        known[name] = this | {"rows": rows, "left_out": skipped}
+        known[name] = this | {"rows": rows, "left_out": skipped, "vessels": names}
         store.write_manifest(manifest)
         report.inputs += 1
     store.write_manifest(manifest)

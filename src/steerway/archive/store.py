@@ -79,6 +79,10 @@ class Store:
         with complete_or_absent(self.manifest_path) as file:
             file.write((json.dumps(manifest, indent=1, ensure_ascii=False) + "\n").encode())
 
+    def names(self) -> dict[int, str]:
+        """The names of the vessels that have one, by their numbers."""
+        return {number: name for each in self.manifest()["inputs"].values() for name, number in each["vessels"].items()}
+
     def staged_directory(self, key: str) -> Path:
         """Where the reports of an input stand, by the key of the input."""
         return self.root / "staged" / key

@@ -345,7 +345,7 @@ def trip_table(tracks, trips) -> pl.DataFrame:
 
 
 def _numbers(rows, found, tracks) -> dict[str, Any]:
-    """Counts of a unit for the page: by class the rows, and the NIS under way and at rest."""
+    """Counts of a unit for the page: by class the rows, and the NIS under way and at rest; by vessel under way."""
     fixed = np.isfinite(rows.latitude)
     numbers: dict[str, Any] = {
         "rows": int(rows.wanted.sum()),
@@ -359,6 +359,10 @@ def _numbers(rows, found, tracks) -> dict[str, Any]:
             chosen = counted & (rows.profile == mobile) & (found.status == status)
             numbers[f"{name}_{mobile}"] = int(chosen.sum())
             numbers[f"{name}_{mobile}_nis"] = float(found.nis[chosen].sum())
+    under_way = counted & (found.status == OK)
+    vessel, of_row = np.unique(rows.mmsi[under_way], return_inverse=True)
+    nis = np.bincount(of_row, found.nis[under_way], minlength=len(vessel))
+    numbers["nis_of"] = [vessel.tolist(), np.bincount(of_row, minlength=len(vessel)).tolist(), nis.tolist()]
     same = np.diff(rows.mmsi) == 0
     elapsed = np.diff(rows.time)[same & fixed[1:] & fixed[:-1]]
     edges = np.array(INTERVALS)

@@ -44,6 +44,12 @@ def run(
     profile: Annotated[
         str | None, typer.Option(metavar="NAME|FILE.toml", help="Filter profile; by default by the class of AIS.")
     ] = None,
+    vessel_column: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Column of the tables that says of which vessel a row is, in place of an MMSI."
+        ),
+    ] = None,
     strict: Annotated[bool, flag("--strict", help="Stop at an input that cannot be read.")] = False,
     as_json: Annotated[bool, flag("--json", help="JSON output.")] = False,
 ) -> None:
@@ -77,6 +83,7 @@ def run(
                 rate=rate,
                 aid=_aids(aid),
                 profile=chosen,
+                vessel_column=vessel_column,
                 strict=strict,
                 progress=step,
             )
@@ -126,6 +133,9 @@ def status(directory: Directory, as_json: Annotated[bool, flag("--json", help="J
         for each in found["files"]
     ]
     print_table("", columns, rows)
+    named = {(name, number) for each in found["files"] for name, number in each["vessels"].items()}
+    if named:
+        print_table("Vessels that have a name", ("name", "number (mmsi)"), sorted(named))
 
 
 @app.command()

@@ -10,6 +10,7 @@ import os
 import sys
 import tempfile
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import polars as pl
@@ -29,6 +30,7 @@ _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "unknown")
 _NEEDED = ("time", "latitude", "longitude", "mmsi")
 _MOST_COLUMNS = 2000  # of a header: a line with more is none
 _MOST_ROWS, _MOST_ROWS_OF_SMALL = 8, 100_000  # a byte of Parquet, and in any case: rows take memory
+_VESSEL = "/vessel"  # no name of a column
 _SHOWN = 3  # bad cells that are listed with their line
 
 
@@ -43,15 +45,50 @@ def read(data: bytes) -> Recording:
     Raises InputError where columns for time, latitude and longitude cannot be found, or a Parquet file is damaged.
     """
     skipped = Counter()
-    if data.startswith(b"PAR1"):
-        kind, frame, first_line, delimiter = "Parquet", _parquet(data), 1, ","
-        names = frame.columns
-    else:
-        kind = "CSV"
-        frame, names, first_line, delimiter = _csv(data, skipped)
+    kind, frame, names, first_line, delimiter = _frame(data, skipped)
     columns = understood(names)
     _demand(columns, names)
     return _recording(kind, frame, columns, names, first_line, delimiter, skipped)
+
+
+def read_vessels(data: bytes, vessel_column: str) -> tuple[dict[str, Recording], dict[str, int]]:
+    """The recordings of a table of several vessels, by the values of a column, and the rows left out by reason.
+
+    A recording has no notes: lines are those of one vessel. Raises InputError as `read`, and where there is no such
+    column.
+    """
+    skipped = Counter[str]()
+    kind, frame, names, first_line, delimiter = _frame(data, skipped, vessel_column)
+    columns = understood(names)
+    _demand(columns, names)
+    if vessel_column not in names:
+        found = ", ".join(map(repr, names))
+        raise InputError(f"the table has no column {vessel_column!r}, expected one of its columns: {found}")
+    values = frame[vessel_column if kind == "Parquet" else f"{names.index(vessel_column)}"]
+    if values.dtype.is_float() and (values == values.floor()).all():
+        values = values.fill_nan(None).cast(pl.Int64, strict=False)
+    vessel = values.cast(pl.String).str.strip_chars(' \t\r"').replace("", None)
+    named = vessel.is_not_null()
+    if lacking := int((~named.to_numpy() & ~_blank(frame)).sum()):
+        skipped["no vessel"] += lacking
+    found = {}
+    parts = (
+        frame.with_columns(vessel.alias(_VESSEL)).filter(named).partition_by(_VESSEL, as_dict=True, include_key=False)
+    )
+    for (name,), rows in parts.items():
+        of_vessel = Counter[str]()
+        recording = _recording(kind, rows, columns.copy(), names, first_line, delimiter, of_vessel)
+        skipped.update(of_vessel)
+        found[name] = replace(recording, notes=())
+    return found, dict(skipped)
+
+
+def _frame(data, skipped, vessel_column=None):
+    """(kind, frame, column names, line number of its first row, delimiter)."""
+    if data.startswith(b"PAR1"):
+        frame = _parquet(data)
+        return "Parquet", frame, frame.columns, 1, ","
+    return "CSV", *_csv(data, skipped, vessel_column)
 
 
 def _demand(columns, names):
@@ -125,7 +162,7 @@ def _is_sentence(names):
     return "$" in names[0] or "!" in names[0] or "t" in map(str.lower, names)
 
 
-def _csv(data, skipped):
+def _csv(data, skipped, vessel_column=None):
     """(frame of text, column names, line number of its first row, delimiter)."""
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         data = data.decode("utf-16", "replace").encode()
@@ -140,7 +177,8 @@ def _csv(data, skipped):
         body = _without_stray_quotes(body, skipped)
     schema = {f"{index}": pl.String for index in range(len(names))}
     body = delimiter.encode() * (len(names) - 1) + b"\n" + body  # polars counts columns in the first row
-    wanted = sorted(column.index for column in understood(names).values())
+    wanted = {column.index for column in understood(names).values()}
+    wanted = sorted(wanted | {index for index, name in enumerate(names) if name == vessel_column})
     options = {"has_header": False, "schema": schema, "columns": wanted, "separator": delimiter}
     options |= {"truncate_ragged_lines": True, "encoding": "utf8-lossy"}
     try:
