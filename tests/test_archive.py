@@ -354,6 +354,22 @@ def test_rows_at_a_rate(files, tmp_path):
     assert len(time) > 1000 and (time % 60.0 == 0.0).all()
 
 
+def test_rows_at_a_rate_are_of_the_track_whose_reports_enclose_them(tmp_path):
+    """Two ships under one number, of which one ends earlier: reports at 3 and at 8 s, rows at 0 s."""
+    names = ("mmsi", "time_s", "latitude", "longitude")
+    first = [(100_000_001, START + t, 55.0 + 5.0 * t / 111_300.0, 10.0) for t in np.arange(3.0, 600.0, 10.0)]
+    second = [(100_000_001, START + t, 57.0 - 5.0 * t / 111_400.0, 10.0) for t in np.arange(8.0, 400.0, 10.0)]
+    pl.DataFrame(first + second, schema=names, orient="row").write_csv(tmp_path / "shared.csv")
+    steerway.archive.run([tmp_path / "shared.csv"], tmp_path / "out", workers=1, rate=0.1)
+    rows = rows_of(tmp_path / "out").with_columns(t=pl.col("time_s") - START)
+    one, other = (rows.filter(pl.col("track") == track) for track in (0, 1))
+    assert one["t"].to_list() == [10.0 * k for k in range(1, 60)]
+    assert other["t"].to_list() == [10.0 * k for k in range(3, 40)]  # from its third report on it is a ship
+    one = one[1:]  # one report is before the first row: no velocity
+    np.testing.assert_allclose(one["lat_deg"], 55.0 + 5.0 * one["t"] / 111_300.0, atol=3e-4)
+    np.testing.assert_allclose(other["lat_deg"], 57.0 - 5.0 * other["t"] / 111_400.0, atol=3e-4)
+
+
 def crossing(tmp_path):
     """Two vessels that cross ahead of each other, reporting at different times, and a third that stops and turns."""
     rows = []

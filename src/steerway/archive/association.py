@@ -56,6 +56,8 @@ CURRENT, NEXT, TAKEN = range(3)
 NOTHING, JUMP, MOVED, ANOTHER = range(4)
 """What a row tells: nothing; a position out of reach; the ship is there now; there is another ship."""
 
+CURRENT_TRACK = -1
+
 _REACH, _REACH_PER_SECOND = 300.0, 25.0
 """m, and for each second (49 kn), from the last report that a filter took within which another may be of the ship."""
 _CONFIRMING = 3
@@ -78,14 +80,14 @@ def associate(bounds, record, parameters, vessels, slots, banks, terms, estimate
     """Run over the reports of vessels that stand behind one another, vessel v in rows bounds[v] to bounds[v + 1].
 
     Args:
-        record: (time, latitude, longitude, aids, hull, profile), (n,) each and aids (n or 0, aids); rad, NaN latitude
-            for a row that is none but asks for output.
+        record: (time, latitude, longitude, aids, hull, profile, asked), (n,) each and aids (n or 0, aids); rad, NaN
+            latitude for a row that is none but asks for output, of track `asked` or CURRENT_TRACK, of the last report.
         parameters: (profiles, 1, k). vessels: (v, 3), slots: (v, SLOTS, FIELDS), banks: (v, SLOTS, 1, rows, states):
             the state before, zero at first, and after. terms: (profiles, any, STEP_ROWS, states), zero.
         estimate, found: filled; (n, OUTPUTS), and (nis, status, track, event) of (n,) each.
         kept: (n or 0, states + 2, states) receives the filter after every row that a track took.
     """
-    time, latitude, longitude, aids, hull, profile = record
+    time, latitude, longitude, aids, hull, profile, asked = record
     nis, status, track, event = found
     for v in range(len(bounds) - 1):
         vessel, slot, bank = vessels[v], slots[v], banks[v]
@@ -98,8 +100,8 @@ def associate(bounds, record, parameters, vessels, slots, banks, terms, estimate
                 slot[cur, NUMBER], vessel[NEXT] = 0.0, 1.0
                 chosen, accepted = cur, True
             elif not math.isfinite(latitude[k]):
-                chosen, accepted = cur, False
-                predict_to(slot[cur], bank[cur], time[k], parameters, terms)
+                chosen, accepted = slot_of(slot, asked[k], cur), False
+                predict_to(slot[chosen], bank[chosen], time[k], parameters, terms)
             else:
                 chosen, accepted = choose(
                     vessel, slot, bank, time[k], latitude[k], longitude[k], hull[k], parameters, terms
@@ -141,6 +143,15 @@ def associate(bounds, record, parameters, vessels, slots, banks, terms, estimate
                 estimate[k, 5] = math.sqrt(0.5 * (var[2, 2] + var[3, 3]))
             if len(kept):
                 copy_block(bank[chosen][0], kept[k])
+
+
+@called_kernel
+def slot_of(slot, number, otherwise):
+    """The slot of a track."""
+    for s in range(len(slot)):
+        if slot[s, USE] == TRACK and slot[s, NUMBER] == number:
+            return s
+    return otherwise
 
 
 @called_kernel

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import polars as pl
 
-from steerway.archive.association import FREE, LAST, MOVED, USE, associate, empty_vessels
+from steerway.archive.association import CURRENT_TRACK, LAST, MOVED, NUMBER, TRACK, USE, associate, empty_vessels
 from steerway.archive.histories import CARRIED, EVENT_COLUMNS, EVENTS, MODES, TRIP_COLUMNS, carries, history
 from steerway.archive.smoothing import LONGEST_CROSSED, smoothed
 from steerway.archive.store import DAY, State, Store
@@ -22,6 +22,8 @@ from steerway.estimation.profiles import Profile
 LOOKAHEAD = 3600.0
 """s of the next day that smoothing looks at: an estimate depends on fixes of the next minutes."""
 _SLOTS = 128
+_AT_ONCE = 1e-4
+"""s between a report and a row at the output rate that are one."""
 _ORDER = ("mmsi", "time_s", "lat_deg", "lon_deg", "sog_mps", "cog_deg", "heading_deg", "hull", "mobile")
 _STATUS, _EVENT, _MODE = (pl.Series(names, dtype=pl.Enum(names)) for names in (STATUSES, EVENTS, MODES))
 _LEAST_EVENTS = 1000
@@ -53,6 +55,7 @@ class Rows(NamedTuple):
     hull: np.ndarray
     profile: np.ndarray
     wanted: np.ndarray  # rows that go out
+    asked: np.ndarray  # track of a row that only asks, or CURRENT_TRACK
 
 
 class Found(NamedTuple):
@@ -77,7 +80,10 @@ def run_unit(work: Work) -> dict[str, Any]:
     following = _ordered(store.staged(work.day + 1, work.bucket, until=(work.day + 1) * DAY + LOOKAHEAD))
     if not work.smooth and work.rate is None:
         following = following.clear()
-    rows = _rows(frame, work, parameters, state, following)
+    rows = _rows(frame, work)
+    if work.rate is not None:
+        reports = _rows(pl.concat([frame, following]).sort("mmsi", maintain_order=True), work)
+        rows = _on_grid(rows, work, parameters, state, reports)
     state = _with_vessels(state, np.unique(rows.mmsi), parameters)
     found = _filtered(rows, parameters, state, work.smooth)
     order, bounds = _by_track(rows.mmsi, found.track)
@@ -122,7 +128,7 @@ def _ordered(frame: pl.DataFrame) -> pl.DataFrame:
     return frame[order[kept]]
 
 
-def _rows(frame, work, parameters, state, following) -> Rows:
+def _rows(frame, work) -> Rows:
     columns = {
         name: frame[name].to_numpy(writable=True) for name in ("mmsi", "time_s")
     }  # one kind of array: one kernel
@@ -138,47 +144,62 @@ def _rows(frame, work, parameters, state, following) -> Rows:
         aids = np.column_stack([known.get(name, unknown) if name in work.aid else unknown for name in AIDS])
     profile = frame["mobile"].to_numpy().astype(np.int64)
     wanted = np.ones(len(frame), bool)
-    rows = Rows(columns["mmsi"], columns["time_s"], latitude, longitude, reported, aids, hull, profile, wanted)
-    return rows if work.rate is None else _on_grid(rows, work, state, following)
+    asked = np.full(len(frame), CURRENT_TRACK)
+    return Rows(columns["mmsi"], columns["time_s"], latitude, longitude, reported, aids, hull, profile, wanted, asked)
 
 
-def _on_grid(rows: Rows, work, state, following) -> Rows:
-    """With rows at the output rate between reports that are no long gap apart; of reports those on the grid go out."""
-    first, last = work.day * DAY, (work.day + 1) * DAY
-    after = {
-        mmsi: group
-        for mmsi, group in following.group_by("mmsi", maintain_order=True).agg(pl.col("time_s").min()).iter_rows()
-    }
-    ended = np.where(state.slots[:, :, USE] != FREE, state.slots[:, :, LAST], -math.inf).max(axis=1, initial=-math.inf)
-    before = dict(zip(state.mmsi.tolist(), ended.tolist(), strict=True))
-    added = []
-    for mmsi in sorted({*rows.mmsi.tolist(), *(before.keys() & after.keys())}):
-        times = rows.time[np.searchsorted(rows.mmsi, mmsi) : np.searchsorted(rows.mmsi, mmsi, "right")]
-        times = np.array([before.get(mmsi, -math.inf), *times, after.get(mmsi, math.inf)])
-        grid = np.arange(math.ceil(first * work.rate), math.ceil(last * work.rate)) / work.rate
-        at = np.searchsorted(times, grid, side="right")
-        at = np.clip(at, 1, len(times) - 1)
-        bridged = (
-            (times[at] - times[at - 1] <= LONGEST_CROSSED) & (grid - times[at - 1] > 1e-4) & (times[at] - grid > 1e-4)
-        )
-        added.append((mmsi, grid[bridged & (grid > times[0]) & (grid < times[-1])]))
-    count = sum(len(grid) for _, grid in added)
-    time = np.concatenate([rows.time, *(grid for _, grid in added)])
-    mmsi = np.concatenate([rows.mmsi, *(np.full(len(grid), number) for number, grid in added)])
-    place = np.lexsort((time, mmsi))
-    blank, nothing = np.full(count, np.nan), np.zeros(count, np.int64)
-    on_grid = np.abs(rows.time - np.round(rows.time * work.rate) / work.rate) < 1e-4
-    return Rows(
-        mmsi[place],
-        time[place],
-        np.r_[rows.latitude, blank][place],
-        np.r_[rows.longitude, blank][place],
-        np.concatenate([rows.reported, np.full((count, 4), np.nan)])[place],
-        np.concatenate([rows.aids, np.full((count, len(AIDS)), np.nan)])[place] if len(rows.aids) else rows.aids,
-        np.r_[rows.hull, nothing][place],
-        np.r_[rows.profile, nothing][place],
-        np.r_[on_grid, np.ones(count, bool)][place],
+def _on_grid(rows: Rows, work, parameters, state, reports) -> Rows:
+    """With rows at the output rate, of every track between its own reports; of reports those on the grid go out.
+
+    reports: those of the day and the first of the next. Which track each is of shows a first pass of the filters.
+    """
+    whole = _with_vessels(state, np.unique(reports.mmsi), parameters)
+    seen = _filtered(reports, parameters, whole, False)
+    taken = seen.status != REJECTED
+    vessel, slot = np.nonzero(state.slots[:, :, USE] == TRACK)
+    before = state.slots[vessel, slot]
+    mmsi = np.concatenate([state.mmsi[vessel], reports.mmsi[taken]])
+    track = np.concatenate([before[:, NUMBER].astype(np.int64), seen.track[taken]])
+    time = np.concatenate([before[:, LAST], reports.time[taken]])
+    order = np.lexsort((time, track, mmsi))
+    mmsi, track, time = mmsi[order], track[order], time[order]
+    bridged = (np.diff(mmsi) == 0) & (np.diff(track) == 0) & (np.diff(time) <= LONGEST_CROSSED)
+    ends = [math.ceil(day * DAY * work.rate) for day in (work.day, work.day + 1)]
+    first = np.clip(np.ceil((time[:-1] + _AT_ONCE) * work.rate), *ends)[bridged].astype(np.int64)
+    stop = np.clip(np.floor((time[1:] - _AT_ONCE) * work.rate) + 1.0, *ends)[bridged].astype(np.int64)
+    count = np.maximum(stop - first, 0)
+    place = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + np.repeat(first, count)
+    added = {"mmsi": np.repeat(mmsi[:-1][bridged], count), "track": np.repeat(track[:-1][bridged], count)}
+    refused = {"mmsi": reports.mmsi[~taken], "track": seen.track[~taken]}
+    refused["place"], refused_on_grid = _on_the_grid(reports.time[~taken], work.rate)
+    grid = pl.DataFrame(added | {"place": place}).join(
+        pl.DataFrame(refused).filter(refused_on_grid), on=["mmsi", "track", "place"], how="anti"
     )
+    n = len(grid)
+    time = np.concatenate([rows.time, grid["place"].to_numpy() / work.rate])
+    mmsi, asked = (
+        np.concatenate([of_rows, grid[name]]) for of_rows, name in ((rows.mmsi, "mmsi"), (rows.asked, "track"))
+    )
+    order = np.lexsort((asked, time, mmsi))
+    blank, nothing = np.full(n, np.nan), np.zeros(n, np.int64)
+    return Rows(
+        mmsi[order],
+        time[order],
+        np.r_[rows.latitude, blank][order],
+        np.r_[rows.longitude, blank][order],
+        np.concatenate([rows.reported, np.full((n, 4), np.nan)])[order],
+        np.concatenate([rows.aids, np.full((n, len(AIDS)), np.nan)])[order] if len(rows.aids) else rows.aids,
+        np.r_[rows.hull, nothing][order],
+        np.r_[rows.profile, nothing][order],
+        np.r_[_on_the_grid(rows.time, work.rate)[1], np.ones(n, bool)][order],
+        asked[order],
+    )
+
+
+def _on_the_grid(time, rate):
+    """The nearest places of times on the grid of a rate, and which are there."""
+    place = np.round(time * rate)
+    return place.astype(np.int64), np.abs(time - place / rate) < _AT_ONCE
 
 
 def _no_state(parameters) -> State:
@@ -208,7 +229,7 @@ def _filtered(rows: Rows, parameters, state: State, keep) -> Found:
     bounds = np.r_[0, np.flatnonzero(np.diff(rows.mmsi)) + 1, n] if n else np.zeros(1, np.int64)
     arrays = [each[here] for each in (state.vessels, state.slots, state.banks)]
     terms = np.zeros((len(parameters), _SLOTS, STEP_ROWS, states))
-    record = (rows.time, rows.latitude, rows.longitude, rows.aids, rows.hull, rows.profile)
+    record = (rows.time, rows.latitude, rows.longitude, rows.aids, rows.hull, rows.profile, rows.asked)
     associate(bounds, record, parameters, *arrays, terms, estimate, found, kept)
     for whole, part in zip((state.vessels, state.slots, state.banks), arrays, strict=True):
         whole[here] = part
@@ -225,7 +246,7 @@ def _by_track(mmsi, track) -> tuple[np.ndarray, np.ndarray]:
 
 def _smoothed(rows, found, order, following, parameters, state, work) -> np.ndarray:
     """The estimate in `order`, from an hour of the next day back. Pieces end at gaps and where a ship moved."""
-    ahead = _rows(following, Work(**{**vars(work), "rate": None}), parameters, state, following)
+    ahead = _rows(following, work)
     later = _with_vessels(state, np.unique(ahead.mmsi), parameters)
     beyond = _filtered(ahead, parameters, State(*(np.copy(each) for each in vars(later).values())), True)
     mmsi, time, profile = (
