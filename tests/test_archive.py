@@ -488,11 +488,13 @@ def test_a_file_that_is_damaged_later_is_found(files, tmp_path):
         digest(tmp_path)
 
 
-def test_the_page_and_the_commands(files, whole, tmp_path, capsys):
+def test_the_page_and_the_commands(files, whole, tmp_path, monkeypatch):
     from click.testing import CliRunner
 
+    from steerway.commands import interruption
     from steerway.commands.app import command_tree
 
+    monkeypatch.setattr(interruption, "note", "")
     html = (whole / "index.html").read_text()
     judged = rows_of(whole).filter(pl.col("status") == "ok", pl.col("nis").is_not_null()).group_by("mmsi")
     means = judged.agg(pl.len(), pl.mean("nis")).filter(pl.col("len") >= 100).sort("nis", descending=True)
@@ -506,6 +508,7 @@ def test_the_page_and_the_commands(files, whole, tmp_path, capsys):
     result = runner.invoke(program, ["archive", "run", str(files[0]), str(bad), "-o", out, "--workers", "1"])
     assert result.exit_code == 3 and "bad.parquet: left out" in result.stderr
     assert "units run" in result.stdout
+    assert interruption.note == "what is done is kept, the same command goes on"  # of the line at Ctrl-C
     result = runner.invoke(program, ["archive", "status", out, "--json"])
     assert json.loads(result.stdout)["to_do"] == 0
     result = runner.invoke(program, ["archive", "verify", out])

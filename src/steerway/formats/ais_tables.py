@@ -53,6 +53,8 @@ _TIMES = (
 _SIZES = ("length", "width")
 _TYPES = ("ship_type", "vessel_type", "vesseltype", "shiptype", "ship_and_cargo_type")
 _CLASSES = ("type_of_mobile", "transceiver_class", "transceiverclass", "transceiver", "class", "ais_class")
+_OTHER_STATIONS = (("base", 4), ("aton", 5), ("sar", 6))
+"""Parts of the texts of other stations, and the index of REASONS."""
 _SAMPLE = 2000
 
 
@@ -151,28 +153,29 @@ def _canonical(frame: pl.LazyFrame, names) -> pl.LazyFrame:
     sog, cog, heading = (number(each, pl.Float32) for each in ("sog", "cog", "heading"))
     factor = known["sog"].factor if "sog" in known else KNOT
     kind, size = first_of(_TYPES, pl.String), [first_of((each,), pl.Float64) for each in _SIZES]
-    mobile = first_of(_CLASSES, pl.String).str.strip_chars().str.to_lowercase()
+    classes = first_of(_CLASSES, pl.String).map_batches(_described, return_dtype=pl.UInt8, is_elementwise=True)
     described = size[0].fill_null(0.0) > 0.0
     hull = pl.struct(kind=kind.fill_null(""), length=size[0].fill_null(0.0), width=size[1].fill_null(0.0))
     numbered = ((hull.hash(seed=1) % 0xFFFFFFFF) + 1).cast(pl.UInt32)
     mmsi = pl.col(known["mmsi"].name).cast(pl.Int64, strict=False)
-    return frame.select(
-        mmsi=mmsi,
-        time_s=_time(frame, known["time"], schema),
-        lat_deg=pl.when(on_earth).then(latitude),
-        lon_deg=pl.when(on_earth).then(pl.when(longitude == 180.0).then(-180.0).otherwise(longitude)),
-        sog_mps=pl.when((sog >= 0.0) & (sog * factor < 102.25 * KNOT)).then(sog * factor).cast(pl.Float32),
-        cog_deg=pl.when((cog >= 0.0) & (cog < 360.0)).then(cog),
-        heading_deg=pl.when((heading >= 0.0) & (heading < 360.0)).then(heading),
-        mobile=pl.when(mobile.is_in(["class a", "a"]))
-        .then(1)
-        .when(mobile.is_in(["class b", "b"]))
-        .then(2)
-        .otherwise(0)
-        .cast(pl.UInt8),
-        hull=pl.when(described).then(numbered).otherwise(0).cast(pl.UInt32),
-        station=_station(mmsi, mobile),
-    ).select(*(name for name in SCHEMA if name != "reason"), reason=_reason())
+    return (
+        frame.select(
+            mmsi=mmsi,
+            time_s=_time(frame, known["time"], schema),
+            lat_deg=pl.when(on_earth).then(latitude),
+            lon_deg=pl.when(on_earth).then(pl.when(longitude == 180.0).then(-180.0).otherwise(longitude)),
+            sog_mps=pl.when((sog >= 0.0) & (sog * factor < 102.25 * KNOT)).then(sog * factor).cast(pl.Float32),
+            cog_deg=pl.when((cog >= 0.0) & (cog < 360.0)).then(cog),
+            heading_deg=pl.when((heading >= 0.0) & (heading < 360.0)).then(heading),
+            described=classes,
+            hull=pl.when(described).then(numbered).otherwise(0).cast(pl.UInt32),
+        )
+        .with_columns(
+            mobile=pl.when(pl.col("described") < len(MOBILES)).then(pl.col("described")).otherwise(0).cast(pl.UInt8),
+            reason=_reason(),
+        )
+        .select(*SCHEMA)
+    )
 
 
 def _time(frame, column, schema):
@@ -201,14 +204,28 @@ def _day_first(named):
     return named.str.to_datetime(_TIMES[0], strict=False, time_unit="us").to_physical() / 1e6
 
 
-def _station(mmsi, mobile):
+def _described(texts: pl.Series) -> pl.Series:
+    """Types of stations as indices, of MOBILES for ships and of REASONS for others; there are few different texts."""
+    different = texts.unique()
+    return texts.replace_strict(different, [_type(text) for text in different], return_dtype=pl.UInt8)
+
+
+def _type(text):
+    plain = (text or "").strip().lower()
+    if plain in ("a", "b", "class a", "class b"):
+        return MOBILES.index(f"class {plain[-1].upper()}")
+    return next((index for part, index in _OTHER_STATIONS if part in plain), 0)
+
+
+def _station():
     """Index of the reason why a station is no ship, by its type or its number (ITU-R M.585); 0 for a ship."""
+    mmsi, described = pl.col("mmsi"), pl.col("described")
     return (
-        pl.when(mobile.str.contains("base", literal=True) | ((mmsi < 10_000_000) & (mmsi > 0)))
+        pl.when((described == 4) | ((mmsi < 10_000_000) & (mmsi > 0)))
         .then(4)
-        .when(mobile.str.contains("aton", literal=True) | (mmsi // 10_000_000 == 99))
+        .when((described == 5) | (mmsi // 10_000_000 == 99))
         .then(5)
-        .when(mobile.str.contains("sar", literal=True) | (mmsi // 1_000_000 == 111) | (mmsi // 10_000_000 == 97))
+        .when((described == 6) | (mmsi // 1_000_000 == 111) | (mmsi // 10_000_000 == 97))
         .then(6)
         .when((mmsi < 100_000_000) & (mmsi >= 10_000_000) & (mmsi // 10_000_000 != 9) & (mmsi // 10_000_000 != 8))
         .then(7)
@@ -217,10 +234,11 @@ def _station(mmsi, mobile):
 
 
 def _reason():
+    station = _station()
     lacking = [
         (pl.col("time_s").is_null() | pl.col("time_s").is_nan(), 1),
         (pl.col("mmsi").is_null() | ~pl.col("mmsi").is_between(1, 9_999_999_999), 2),
-        (pl.col("station") > 0, pl.col("station")),
+        (station > 0, station),
         (pl.col("lat_deg").is_null() | pl.col("lon_deg").is_null(), 3),
     ]
     expression = pl.lit(0)
