@@ -130,7 +130,7 @@ def test_streaming_is_the_record(profile):
         np.testing.assert_allclose(column, getattr(record, name), rtol=1e-9, atol=1e-10, err_msg=name)
 
 
-def heard(fixes, order=None, source="GP"):
+def received(fixes, order=None, source="GP"):
     rows = list(rows_of({source: fixes}))
     return rows if order is None else [rows[k] for k in order]
 
@@ -144,7 +144,7 @@ def test_live_is_the_record(rate):
     _, fixes, _ = troubled(4)
     record = FiveStateFilter(ONE).filter(fixes, rate)
     record = record.rows(np.searchsorted(record.time, fixes.time - 1e-3))
-    live = sailed_by(Navigator(ONE, rate=rate), heard(fixes))
+    live = sailed_by(Navigator(ONE, rate=rate), received(fixes))
     for name in ("time", "sog", "cog", "course_rate", "nis", "position_std"):
         ours = [getattr(row, name) for row in live]
         np.testing.assert_allclose(ours, getattr(record, name), rtol=1e-9, atol=1e-9, err_msg=name)
@@ -156,7 +156,7 @@ def test_a_late_row_is_taken_with_what_was_said_of_it():
     order = np.arange(len(fixes))
     order[[420, 421]] = order[[421, 420]]
     late, straight = Navigator(ONE), Navigator(ONE)
-    disordered, ordered = sailed_by(late, heard(fixes, order)), sailed_by(straight, heard(fixes))
+    disordered, ordered = sailed_by(late, received(fixes, order)), sailed_by(straight, received(fixes))
     assert late.counts["late"] == 1
     np.testing.assert_allclose(disordered[-1], ordered[-1], rtol=1e-12)
 
@@ -164,12 +164,12 @@ def test_a_late_row_is_taken_with_what_was_said_of_it():
 def test_live_without_it_and_of_another_receiver():
     _, fixes, _ = troubled(6)
     silent = replace(fixes, position_std=None)
-    deaf = sailed_by(Navigator(ONE, accuracy=False), heard(fixes))
-    never_told = sailed_by(Navigator(ONE), heard(silent))
+    deaf = sailed_by(Navigator(ONE, accuracy=False), received(fixes))
+    never_told = sailed_by(Navigator(ONE), received(silent))
     np.testing.assert_array_equal([row.sog for row in deaf], [row.sog for row in never_told])
     proud = replace(fixes.rows(slice(0, 300)), position_std=np.full(300, 0.1))
     humble = replace(fixes.rows(slice(300, 400)), position_std=np.full(100, 10.0))
-    rows = heard(proud) + [row._replace(time=row.time + 10.0) for row in heard(humble, source="UBX")]
+    rows = received(proud) + [row._replace(time=row.time + 10.0) for row in received(humble, source="UBX")]
     spoken, unspoken = (sailed_by(Navigator(ONE, accuracy=heed), rows) for heed in (True, False))
     assert len(spoken) == 400
     np.testing.assert_array_equal([row.sog for row in spoken], [row.sog for row in unspoken])

@@ -55,13 +55,13 @@ async def _read(address, output, rows, wanted):
         await asyncio.sleep(0.2)
         for row in rows:
             output.tick(row)
-        heard = []
-        while len(heard) < wanted:
+        received = []
+        while len(received) < wanted:
             message = await socket.recv()
             if isinstance(message, bytes) and message[0] == 1:
                 name, moment = struct.unpack_from("<IQ", message, 1)
-                heard.append((channels[name - 100]["topic"], moment, message[13:]))
-        return channels.values(), heard
+                received.append((channels[name - 100]["topic"], moment, message[13:]))
+        return channels.values(), received
 
 
 def fields(data):
@@ -89,13 +89,13 @@ def fields(data):
 
 
 def test_a_client_reads_position_and_estimate():
-    channels, heard = asyncio.run(told([ROW], 2))
+    channels, received = asyncio.run(told([ROW], 2))
     by_topic = {each["topic"]: each for each in channels}
     assert by_topic[link.POSITION]["schemaName"] == "foxglove.LocationFix"
     assert by_topic[link.POSITION]["encoding"] == "protobuf" and by_topic[link.ESTIMATE]["encoding"] == "json"
     schema = json.loads(by_topic[link.ESTIMATE]["schema"])
-    said = {topic: payload for topic, _, payload in heard}
-    assert {moment for _, moment, _ in heard} == {1_719_835_200_000_000_000}
+    said = {topic: payload for topic, _, payload in received}
+    assert {moment for _, moment, _ in received} == {1_719_835_200_000_000_000}
 
     assert json.loads(said[link.ESTIMATE]) == json.loads(json_line(ROW))
     assert set(json.loads(said[link.ESTIMATE])) <= set(schema["properties"])
@@ -112,11 +112,11 @@ def test_a_client_reads_position_and_estimate():
 
 def test_once_a_period_and_nothing_false():
     rows = [ROW._replace(time=NOON + 0.02 * k) for k in range(50)] + [lost(NOON + 1.0), lost(NOON + 1.02)]
-    _, heard = asyncio.run(told(rows, 21))
-    topics = [topic for topic, *_ in heard]
+    _, received = asyncio.run(told(rows, 21))
+    topics = [topic for topic, *_ in received]
     assert topics.count(link.POSITION) == 10 and topics.count(link.ESTIMATE) == 11  # one that says "lost"
-    _, heard = asyncio.run(told([lost(math.nan), lost(NOON)], 1))
-    ((topic, _, payload),) = heard
+    _, received = asyncio.run(told([lost(math.nan), lost(NOON)], 1))
+    ((topic, _, payload),) = received
     assert topic == link.ESTIMATE and json.loads(payload)["sog_mps"] is None
 
 

@@ -335,9 +335,9 @@ def test_datagrams_in_sentences_out():
 
     kept = asyncio.run(listened(f"udp://127.0.0.1:{into}", feed, 30, [f"udp://127.0.0.1:{out}?period=0.1"]))
     with receiver:
-        heard = receiver.recv(4096)
+        received = receiver.recv(4096)
     assert_equal(kept.fixes, estimate(nmea0183.read(b"\r\n".join(log)).sources["GP"], "small-usv"))
-    assert heard.startswith(b"$SWRMC,") and b"$SWROT," in heard
+    assert received.startswith(b"$SWRMC,") and b"$SWROT," in received
 
 
 def mixed(n):
@@ -381,7 +381,7 @@ def test_ubx_and_sentences_mixed_on_a_link(scheme, source):
 
 def test_everyone_who_connects_is_told_and_a_deaf_one_stops_nobody():
     into, out = free_port(socket.SOCK_DGRAM), free_port()
-    heard = bytearray()
+    received = bytearray()
 
     async def feed():
         deaf = await asyncio.open_connection("127.0.0.1", out)
@@ -390,13 +390,13 @@ def test_everyone_who_connects_is_told_and_a_deaf_one_stops_nobody():
             for time, lat, lon in zip(*track(5), strict=True):
                 sender.sendto(rmc(time, lat, lon), ("127.0.0.1", into))
                 await asyncio.sleep(0.06)
-        while heard.count(b"$SWRMC") < 2:
-            heard.extend(await asyncio.wait_for(reader.read(4096), 5.0))
+        while received.count(b"$SWRMC") < 2:
+            received.extend(await asyncio.wait_for(reader.read(4096), 5.0))
         writer.close()
         deaf[1].close()
 
     asyncio.run(listened(f"udp://127.0.0.1:{into}", feed, 5, [f"tcp-server://127.0.0.1:{out}?period=0.05"]))
-    (fixes,) = nmea0183.read(bytes(heard)).sources.values()
+    (fixes,) = nmea0183.read(bytes(received)).sources.values()
     assert fixes.has_position.any()
 
 
@@ -406,8 +406,8 @@ def test_listening_for_long_takes_no_memory():
     def listen(start, n):
         nonlocal said
         for time, lat, lon in zip(*track(n, start=START + start), strict=True):
-            for heard in decoder.feed(rmc(time, lat, lon) + pvt(time, lat, lon) + gga(time, lat, lon)):
-                said += len(navigator.add(heard))
+            for received in decoder.feed(rmc(time, lat, lon) + pvt(time, lat, lon) + gga(time, lat, lon)):
+                said += len(navigator.add(received))
 
     listen(0.0, 2500)  # the interpreter keeps some 2000 tuples to use again
     gc.collect()

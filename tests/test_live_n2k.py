@@ -157,7 +157,7 @@ def test_a_bus_in_and_out():
     device = addresses.opened(address, 1)
     output, link = addresses.output(text, Context(inputs=[device]))
     assert output is link is device
-    kept, heard = Kept(), []
+    kept, received = Kept(), []
     service = Service(Navigator("small-usv", sources=("src 9",)), [kept, device], 50.0)
     orders = iter(
         [Order(State.READY, course=1.0)] * 60 + [Order(State.RUNNING, engaged=True, course=1.0, yaw_rate=0.1)] * 1000
@@ -178,13 +178,13 @@ def test_a_bus_in_and_out():
                     claim = identifier_of(CLAIM, device.claim.address, priority=6)
                     other.send(can.Message(arbitration_id=claim, data=struct.pack("<Q", 1), is_extended_id=True))
                 while (message := other.recv(0.0)) is not None:
-                    heard.append(frame_of(message.arbitration_id, message.data))
-            engaged = len(heard)
+                    received.append(frame_of(message.arbitration_id, message.data))
+            engaged = len(received)
             for k in range(40, 110):
                 device.tick(ROW._replace(time=1.7e9 + 0.05 * k), LEG, next(orders))
                 await asyncio.sleep(0.005)
                 while (message := other.recv(0.0)) is not None:
-                    heard.append(frame_of(message.arbitration_id, message.data))
+                    received.append(frame_of(message.arbitration_id, message.data))
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
@@ -196,21 +196,21 @@ def test_a_bus_in_and_out():
         and abs(kept.fixes[-1].sog - 6.7) < 1.0
         and kept.fixes[0].time == pytest.approx(time.time(), abs=30)
     )
-    kinds = {frame.pgn for frame in heard}
+    kinds = {frame.pgn for frame in received}
     assert kinds == {CLAIM, 129026, 127251, 129283, 129284, 127237}
-    assert all(frame.pgn != 127237 for frame in heard[:engaged])
-    assert {frame.source for frame in heard if frame.pgn == 129026} == {40, 41}
+    assert all(frame.pgn != 127237 for frame in received[:engaged])
+    assert {frame.source for frame in received if frame.pgn == 129026} == {40, 41}
 
 
 def test_a_gateway_in_and_out():
-    port, heard, kept = free_port(), [], Kept()
+    port, received, kept = free_port(), [], Kept()
     ((address,), _) = addresses.sources([f"n2k+tcp://127.0.0.1:{port}"])
     device = N2kDevice(address)
 
     async def gateway(reader, writer):
         async def read():
             while line := await reader.readline():
-                heard.append(line)
+                received.append(line)
 
         task = asyncio.create_task(read())
         writer.write(b"garbage\r\n12:00:00.000 R 0G 00\r\n12:00:00.000 T 09F80109 00 00 00 00 00 00 00 00\r\n")
@@ -230,7 +230,7 @@ def test_a_gateway_in_and_out():
             await asyncio.gather(task, return_exceptions=True)
 
     asyncio.run(run())
-    assert any(line.startswith(f"{identifier_of(129026, 40, priority=2):08X} ".encode()) for line in heard)
+    assert any(line.startswith(f"{identifier_of(129026, 40, priority=2):08X} ".encode()) for line in received)
 
 
 def test_what_cannot_be_is_refused():

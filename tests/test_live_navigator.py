@@ -33,7 +33,7 @@ def fixes():
     return turning(2.0, 0.5, 60.0).fixes(0.3, 1)
 
 
-def heard_of(fixes, source="GP"):
+def received_from(fixes, source="GP"):
     return list(rows_of({source: fixes}))
 
 
@@ -80,15 +80,15 @@ def test_what_is_told_twice_is_taken_once(fixes, rate):
 
 
 def test_what_is_told_again_late_changes_nothing(fixes):
-    told, heard = Navigator(), heard_of(fixes)
+    told, received = Navigator(), received_from(fixes)
     once = Navigator()
-    for k, each in enumerate(heard):
+    for k, each in enumerate(received):
         once.add(each)
         told.add(each)
         if k >= 5:
-            assert told.add(heard[k - 5]) == []
+            assert told.add(received[k - 5]) == []
     assert told.last_fix[1:] == once.last_fix[1:]
-    assert told.counts["repeated"] == len(heard) - 5 and told.counts["late"] == 0
+    assert told.counts["repeated"] == len(received) - 5 and told.counts["late"] == 0
 
 
 def test_what_aids_is_taken_beside_positions(fixes):
@@ -101,25 +101,25 @@ def test_what_aids_is_taken_beside_positions(fixes):
 
 def test_asking_changes_nothing(fixes):
     asked, silent = Navigator(), Navigator()
-    for heard in heard_of(fixes):
-        rows = asked.add(heard)
+    for received in received_from(fixes):
+        rows = asked.add(received)
         for ahead in (0.05, 0.4, 0.1):
-            asked.at(heard.time + ahead)
-        assert rows == silent.add(heard) or math.isnan(rows[0].sog)
+            asked.at(received.time + ahead)
+        assert rows == silent.add(received) or math.isnan(rows[0].sog)
     end = fixes.time[-1] + 0.3
     np.testing.assert_array_equal(asked.at(end), silent.at(end))
 
 
 def test_late_and_disordered_fixes_are_taken_at_their_own_time(fixes):
     in_order, late = Navigator(), Navigator()
-    rows = heard_of(fixes)
-    for heard in rows:
-        in_order.add(heard)
+    rows = received_from(fixes)
+    for received in rows:
+        in_order.add(received)
     shuffled = list(rows)
     for k in range(10, len(rows) - 4, 7):  # every seventh comes three places late
         shuffled[k : k + 4] = [*rows[k + 1 : k + 4], rows[k]]
-    for heard in shuffled:
-        late.add(heard)
+    for received in shuffled:
+        late.add(received)
     assert late.counts["late"] > 20 and late.counts["too late"] == 0
     end = fixes.time[-1] + 0.2
     np.testing.assert_allclose(late.at(end)[:-2], in_order.at(end)[:-2], rtol=1e-12)
@@ -130,8 +130,8 @@ def test_late_and_disordered_fixes_are_taken_at_their_own_time(fixes):
 
 def test_a_dropout_is_dead_reckoned_and_then_nothing_is_said(fixes):
     navigator = Navigator(max_dead_reckoning=10.0)
-    for heard in heard_of(fixes):
-        navigator.add(heard)
+    for received in received_from(fixes):
+        navigator.add(received)
     end = fixes.time[-1]
     said = [navigator.at(end + later) for later in (0.5, 5.0, 9.9)]
     assert all(row.valid for row in said)
@@ -141,67 +141,67 @@ def test_a_dropout_is_dead_reckoned_and_then_nothing_is_said(fixes):
 
 
 def test_a_stray_time_is_not_believed_and_a_step_is(fixes):
-    rows = heard_of(fixes)
+    rows = received_from(fixes)
     navigator = Navigator()
-    for heard in rows[:100]:
-        navigator.add(heard)
+    for received in rows[:100]:
+        navigator.add(received)
     before = navigator.at(rows[100].time)
     assert navigator.add(rows[100]._replace(time=rows[100].time + 86400.0)) == []
     assert navigator.at(rows[100].time) == before
     assert len(navigator.add(rows[100])) == 1
     stepped = [row._replace(time=row.time - 3600.0) for row in rows[101:140]]
-    out = [row for heard in stepped for row in navigator.add(heard)]
+    out = [row for received in stepped for row in navigator.add(received)]
     assert navigator.counts["clock steps"] == 1
-    assert [row.time for row in out] == [heard.time for heard in stepped]
+    assert [row.time for row in out] == [received.time for received in stepped]
     assert out[-1].sog == pytest.approx(2.0, abs=0.3)
 
 
 @pytest.mark.parametrize(("by", "speed"), [(-3600.0, 2.0), (-18.0, 2.0), (-2.0, 2.0), (-1.4, 0.4)])
 def test_the_motion_goes_on_when_the_clock_steps_back(by, speed):
-    rows = heard_of(turning(speed, 0.5, 60.0).fixes(0.1, 1))
+    rows = received_from(turning(speed, 0.5, 60.0).fixes(0.1, 1))
     steady, stepped = Navigator(), Navigator()
-    for heard in rows[:150]:
-        steady.add(heard), stepped.add(heard)
-    for heard in rows[150:200]:
-        steady.add(heard), stepped.add(heard._replace(time=heard.time + by))
+    for received in rows[:150]:
+        steady.add(received), stepped.add(received)
+    for received in rows[150:200]:
+        steady.add(received), stepped.add(received._replace(time=received.time + by))
     assert stepped.counts["clock steps"] == 1
     end = rows[199].time + 0.3
     np.testing.assert_allclose(stepped.at(end + by)[1:6], steady.at(end)[1:6], rtol=1e-6)
 
 
 def test_a_step_forward_is_told_from_a_dropout_by_the_present(fixes):
-    rows = heard_of(fixes)
+    rows = received_from(fixes)
     dropout, step = Navigator(), Navigator()
-    for heard in rows[:150]:
-        dropout.add(heard, heard.time), step.add(heard, heard.time)
-    later = [heard._replace(time=heard.time + 20.0) for heard in rows[150:160]]
-    for heard, before in zip(later, rows[150:160], strict=True):
-        dropout.add(heard, heard.time), step.add(heard, before.time + 20.0 * (heard.time > later[1].time))
+    for received in rows[:150]:
+        dropout.add(received, received.time), step.add(received, received.time)
+    later = [received._replace(time=received.time + 20.0) for received in rows[150:160]]
+    for received, before in zip(later, rows[150:160], strict=True):
+        dropout.add(received, received.time), step.add(received, before.time + 20.0 * (received.time > later[1].time))
     assert dropout.counts["clock steps"] == 0 and step.counts["clock steps"] == 1
     assert step.at(later[-1].time).sog_std < 0.7 * dropout.at(later[-1].time).sog_std
 
 
 def test_a_gap_in_a_log_that_is_played_in_haste_is_no_step(fixes):
-    rows = heard_of(fixes)
+    rows = received_from(fixes)
     kept = rows[:150] + rows[200:]
     hasty, said = Navigator(), []
     clock = FixClock()
-    for k, heard in enumerate(kept):
-        said += hasty.add(heard, clock.now(0.02 * k))
-        clock.add(heard.time, 0.02 * k)
+    for k, received in enumerate(kept):
+        said += hasty.add(received, clock.now(0.02 * k))
+        clock.add(received.time, 0.02 * k)
     assert hasty.counts["clock steps"] == 0
     assert_equal(said, estimate(fixes.rows(np.r_[0:150, 200 : len(fixes)]), "small-usv"))
 
 
 def test_a_step_to_another_place_begins_anew(fixes):
-    rows = heard_of(fixes)
+    rows = received_from(fixes)
     navigator = Navigator()
-    for heard in rows[:150]:
-        navigator.add(heard, heard.time)
+    for received in rows[:150]:
+        navigator.add(received, received.time)
     said = []
-    for k, heard in enumerate(rows[150:200]):
-        moved = heard._replace(time=heard.time + 7200.0, latitude=heard.latitude + 0.01)
-        said += navigator.add(moved, heard.time + 7200.0 * (k > 1))
+    for k, received in enumerate(rows[150:200]):
+        moved = received._replace(time=received.time + 7200.0, latitude=received.latitude + 0.01)
+        said += navigator.add(moved, received.time + 7200.0 * (k > 1))
     assert said[0].latitude == pytest.approx(rows[150].latitude + 0.01, abs=1e-6)
     assert REJECTED not in [row.status for row in said[:3]]
     row = navigator.at(rows[199].time + 7200.0)
@@ -210,19 +210,19 @@ def test_a_step_to_another_place_begins_anew(fixes):
 
 def test_an_instrument_of_another_clock_does_not_carry_the_boat_away(fixes):
     navigator = Navigator(aid=("yaw_rate",))
-    rows = heard_of(fixes)
-    for heard in rows[:150]:
-        navigator.add(heard, heard.time)
-        navigator.add(InputRow("gyro", heard.time + 500.0, yaw_rate=0.0), heard.time)
+    rows = received_from(fixes)
+    for received in rows[:150]:
+        navigator.add(received, received.time)
+        navigator.add(InputRow("gyro", received.time + 500.0, yaw_rate=0.0), received.time)
     assert navigator.counts["used"] == 150 and navigator.counts["stray"] == 150
     assert navigator.at(rows[149].time).valid
 
 
 def test_a_receiver_of_another_clock_is_not_thought_silent(fixes):
     navigator = Navigator()
-    for heard in heard_of(fixes):
-        navigator.add(heard, heard.time)
-        navigator.add(heard._replace(source="GN", time=heard.time + 3600.0), heard.time)
+    for received in received_from(fixes):
+        navigator.add(received, received.time)
+        navigator.add(received._replace(source="GN", time=received.time + 3600.0), received.time)
     assert navigator.choice.present == "GP" and navigator.choice.changes == 0
     assert navigator.counts["used"] == len(fixes)
 
@@ -286,7 +286,7 @@ def test_a_table_of_the_run(fixes, tmp_path):
 def test_a_table_that_was_cut_off_is_continued(fixes, tmp_path):
     out = tmp_path / "run.csv"
     navigator = Navigator("small-usv")
-    rows = [row for heard in heard_of(fixes) for row in navigator.add(heard)]
+    rows = [row for received in received_from(fixes) for row in navigator.add(received)]
     first, second = TableFile(out), TableFile(out)
     for row in rows[:100]:
         first.fix(row)
@@ -324,21 +324,21 @@ def test_across_the_antimeridian(west_deg):
 
 def test_a_frozen_position_has_no_course(fixes):
     navigator = Navigator()
-    rows = heard_of(fixes)
-    for heard in rows[:150]:
-        navigator.add(heard)
+    rows = received_from(fixes)
+    for received in rows[:150]:
+        navigator.add(received)
     frozen = [rows[150]._replace(time=rows[150].time + 0.2 * k) for k in range(100)]
-    said = [row for heard in frozen for row in navigator.add(heard)]
+    said = [row for received in frozen for row in navigator.add(received)]
     assert math.isnan(said[-1].cog) and said[-1].sog < 0.3
 
 
 def test_a_jump_is_rejected_and_then_followed(fixes):
     navigator = Navigator()
-    rows = heard_of(fixes)
-    for heard in rows[:150]:
-        navigator.add(heard)
-    jumped = [heard._replace(latitude=heard.latitude + 1e-4) for heard in rows[150:200]]
-    said = [row for heard in jumped for row in navigator.add(heard)]
+    rows = received_from(fixes)
+    for received in rows[:150]:
+        navigator.add(received)
+    jumped = [received._replace(latitude=received.latitude + 1e-4) for received in rows[150:200]]
+    said = [row for received in jumped for row in navigator.add(received)]
     assert said[0].status == REJECTED and said[-1].status == OK
     assert abs(said[0].latitude - jumped[0].latitude) > 5e-5
     assert said[-1].latitude == pytest.approx(jumped[-1].latitude, abs=1e-6)

@@ -30,7 +30,7 @@ class Pair:
         self.up, self.down = Wire(1, 191), Wire(1, 1)
         self.time = 0.0
         self.order = READY
-        self.heard = []  # what the vehicle heard, with the time
+        self.received = []  # what the vehicle heard, with the time
         self.connected = True
 
     def run(self, seconds):
@@ -44,14 +44,14 @@ class Pair:
         answers = self.rover.due(self.time, AT_REST, PLACE)
         for message in self.up.carry(self.guided.due(self.time, self.order)):
             if self.connected:
-                self.heard.append((self.time, message))
+                self.received.append((self.time, message))
                 answers += self.rover.receive(message, self.time)
         for message in self.down.carry(answers):
             if self.connected:
                 self.guided.receive(message, self.time)
 
     def said(self, kind, since=0.0):
-        return [each for time, each in self.heard if each.get_type() == kind and time > since]
+        return [each for time, each in self.received if each.get_type() == kind and time > since]
 
 
 def test_a_heartbeat_a_second_as_a_computer_aboard_and_nothing_else_to_a_vehicle_left_alone():

@@ -376,9 +376,9 @@ def test_the_skipper_takes_her_and_the_autopilot_hears_why():
 
 
 def test_what_is_no_message_is_counted_and_harms_nothing():
-    heard = []
+    received = []
     ((address,), _) = addresses.sources(["mavlink:udpin:127.0.0.1:1"])
-    link = MavlinkLink(address, lambda message: heard.append(message) or True)
+    link = MavlinkLink(address, lambda message: received.append(message) or True)
     other, draw = link.messages.MAVLink(None, 1, 1), random.Random(5)
     for k in range(300):
         noise = draw.randbytes(draw.randrange(40))
@@ -387,7 +387,7 @@ def test_what_is_no_message_is_counted_and_harms_nothing():
             packet[draw.randrange(len(packet))] ^= 1 << draw.randrange(8)
         link._feed(noise.replace(b"\xfd", b"").replace(b"\xfe", b"") + packet)
     assert link.broken > 0
-    good = [each.time_boot_ms for each in heard if each.get_type() == "SYSTEM_TIME"]
+    good = [each.time_boot_ms for each in received if each.get_type() == "SYSTEM_TIME"]
     assert len(set(good)) >= 150 and set(good) <= set(range(300))
 
 

@@ -66,7 +66,7 @@ def square(safe="stop"):
     return GeodeticRoute.of([corner(*each, Waypoint) for each in corners], [corner(*each) for each in fence], settings)
 
 
-def heard(rows=300, source="gps"):
+def received(rows=300, source="gps"):
     """A weaving boat's fixes at 5 Hz with SOG, COG and heading: one is late, one far off, some are missing."""
     chance, fixes = np.random.default_rng(24), []
     north, east = 0.0, 0.0
@@ -104,18 +104,18 @@ def navigated(fixes, **settings):
 
 @case("live_navigator")
 def navigator():
-    return navigated(heard())
+    return navigated(received())
 
 
 @case("live_navigator_aided")
 def navigator_aided():
-    return navigated(heard(), aid=("sog", "cog", "heading"), rate=4.0)
+    return navigated(received(), aid=("sog", "cog", "heading"), rate=4.0)
 
 
 @case("live_navigator_two_sources")
 def navigator_two_sources():
-    other = [each._replace(time=each.time + 0.05, position_std=math.nan) for each in heard(source="spare")]
-    both = sorted(heard()[:120] + other, key=lambda each: each.time)
+    other = [each._replace(time=each.time + 0.05, position_std=math.nan) for each in received(source="spare")]
+    both = sorted(received()[:120] + other, key=lambda each: each.time)
     return navigated(both, accuracy=False)
 
 
@@ -314,7 +314,7 @@ def decoders():
     """The same fixes as sentences, from gpsd and from Signal K."""
     rows = []
     receiver, gpsd, signalk = ReceiverDecoder(), GpsdDecoder(), SignalKDecoder()
-    for each in heard(30):
+    for each in received(30):
         latitude, longitude = each.latitude, each.longitude
         said = writing.rmc(each.time, latitude, longitude, each.sog, each.cog) + writing.hdt(each.heading)
         said += writing.gga(each.time, latitude, longitude, 9, 0.8) + writing.rot(0.1) + writing.vtg(each.sog, each.cog)

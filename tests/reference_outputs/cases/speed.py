@@ -17,7 +17,7 @@ from tests.reference_outputs.tables import case
 STEP = 0.02
 
 
-def heard(seconds, log="bottom_speed", fault=None, outage=(math.inf, math.inf)):
+def received(seconds, log="bottom_speed", fault=None, outage=(math.inf, math.inf)):
     """(acceleration, {aid: reading}) at 50 Hz of a boat whose speed swings; GPS and log at 10 Hz, propeller at 5 Hz.
 
     `fault` gives what is added to (acceleration, sog, log) at a time.
@@ -41,7 +41,7 @@ def heard(seconds, log="bottom_speed", fault=None, outage=(math.inf, math.inf)):
 def surge_filter():
     """Every kind of aid in turn, a minute of silence, and a state opened."""
     filter, rows, nis = SurgeFilter(SurgeTuning(unmeasured=0.2)), [], (math.nan,) * 4
-    for k, (acceleration, aids, propeller) in enumerate(heard(60.0, "water_speed", outage=(30.0, 40.0))):
+    for k, (acceleration, aids, propeller) in enumerate(received(60.0, "water_speed", outage=(30.0, 40.0))):
         filter.predict(acceleration, STEP)
         if aids:
             if k % 25 == 0:
@@ -58,7 +58,7 @@ def surge_filter():
 
 def fused(**how):
     fusion, rows = SurgeFusion(), []
-    for acceleration, aids, propeller in heard(60.0, **how):
+    for acceleration, aids, propeller in received(60.0, **how):
         fusion.step(acceleration, STEP, reference=propeller, **aids)
         out = -1.0 if fusion.excluded is None else AIDS.index(fusion.excluded)
         rows.append((fusion.speed, fusion.speed_std, fusion.current, out, len(fusion.events)))
