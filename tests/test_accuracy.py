@@ -224,7 +224,8 @@ def test_the_profile_found_is_that_of_the_receiver_as_a_rule():
 
 def test_rows_without_a_position_make_no_rule():
     _, fixes, _ = troubled(9)
-    extra = Fixes(fixes.time + 0.05, *np.full((3, len(fixes)), np.nan), heading=np.zeros(len(fixes)))
+    nowhere = np.full(len(fixes), np.nan)
+    extra = Fixes(fixes.time + 0.05, nowhere, nowhere, heading=np.zeros(len(fixes)))
     extra = replace(extra, position_std=np.full(len(fixes), 1e-3))
     columns = {name: np.concatenate([fixes.columns()[name], extra.columns()[name]]) for name in fixes.columns()}
     mixed = FiveStateFilter(ONE, ("heading",)).filter(replace(fixes, **columns).in_order())
