@@ -331,7 +331,7 @@ def suite():
         sea.advance(motion)
         rows.append(stream.step(0.02 * k, motion, WaveMotion(*sea.waves)))
         state = boat.step(state, (70.0, 60.0), CALM, 0.02)
-    return columns("north east sog cog course_rate heading yaw_rate water_speed", rows, 10)
+    return columns(" ".join(rows[0]._fields), rows, 10)
 
 
 @case("sensor_tcm2")
