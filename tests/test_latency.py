@@ -57,7 +57,9 @@ def test_positions_are_put_back_and_instruments_stay():
     full = np.arange(5.0)
     heading = np.array([0.1, np.nan, 0.2, 0.3, np.nan])
     latitude = np.array([1.0, 1.1, np.nan, 1.2, 1.3])
-    fixes = Fixes(time, latitude, full / 10.0, full + 1.0, sog=full, cog=full / 9.0, heading=heading, source="GP")
+    fixes = Fixes(
+        time, latitude, full / 10.0, position_std=full + 1.0, sog=full, cog=full / 9.0, heading=heading, source="GP"
+    )
     moved = on_time(fixes, 1.5)
     assert moved.source == "GP" and np.all(np.diff(moved.time) >= 0.0)
     placed, said = moved.rows(moved.has_position), moved.rows(np.isfinite(moved.heading))

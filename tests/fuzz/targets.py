@@ -194,12 +194,7 @@ def _helm(data):
     scope = {"type": kind, "method": method.upper(), "path": path, "scheme": scheme if scheme in SCHEMES else "http"}
     scope |= {"headers": headers, "query_string": b"", "root_path": "", "client": ("10.0.0.7", 5)}
     sessions = gate.Sessions(TOKEN)
-    served = gate.Gate(inside, Address("0.0.0.0", 8080, TOKEN))(scope, receive, send)
-    try:
-        while True:
-            served.send(None)
-    except StopIteration:
-        pass
+    asyncio.run(gate.Gate(inside, Address("0.0.0.0", 8080, TOKEN))(scope, receive, send))
     assert answers, "no answer"
     return answers[0]
 

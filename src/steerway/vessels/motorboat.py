@@ -29,6 +29,7 @@ from steerway.vessels.vessel import (
     FORCE_EAST,
     FORCE_NORTH,
     MOMENT,
+    check_shapes,
     checked_method,
     euler,
     runge_kutta,
@@ -91,12 +92,14 @@ class Motorboat:
         return np.array([north, east, heading, speed, 0.0, 0.0], dtype=np.float64)
 
     def step(self, state: Floats, command: Sequence[float], conditions: Floats, step: float) -> np.ndarray:
+        check_shapes(state, 6, conditions)
         steering, throttle = command
         return self._integrate(
             lambda each: _rates(each, float(steering), float(throttle), self._parameters, conditions), state, step
         )
 
     def motion(self, state: Floats, conditions: Floats) -> GroundMotion:
+        check_shapes(state, 6, conditions)
         return _motion(state, self._parameters, conditions)
 
 

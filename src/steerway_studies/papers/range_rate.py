@@ -18,7 +18,7 @@ class RangeRatePassing:
     def __init__(self):
         self._target, self._last, self._fell = -1, math.inf, False
 
-    def verdict(self, leg: LegState, acceptance: float) -> tuple[bool, str] | None:
+    def verdict(self, leg: LegState, acceptance: float, _: float = math.nan) -> tuple[bool, str] | None:
         if leg.target != self._target:
             self._target, self._last, self._fell = leg.target, math.inf, False
         rises, self._last = leg.distance > self._last, leg.distance
