@@ -19,6 +19,7 @@ import steerway
 from steerway.core.records import REJECTED
 from steerway.report.course_axis import course_cut
 from steerway.report.events import events
+from steerway.report.interactive.data import mercator
 from steerway.report.motion_page import write_report
 from steerway.report.summary import summarise
 from steerway.simulation import parse_scenario, sail_scenario
@@ -153,3 +154,10 @@ def test_in_a_browser_the_charts_move_together(page, browser):
     run("document.getElementById('whole').click()")
     assert run(span) == pytest.approx(whole, rel=1e-6)
     assert [each for each in browser.get_log("browser") if each["level"] in ("SEVERE", "WARNING")] == []
+
+
+def test_a_row_without_a_position_does_not_hide_the_others():
+    longitude = np.array([np.nan, 3.14, -3.14, np.nan, -3.13])
+    x, y = mercator(np.array([np.nan, 0.1, 0.1, 0.1, 0.1]), longitude)
+    assert np.isnan(x).tolist() == [True, False, False, True, False] and np.all(np.diff(x[[1, 2, 4]]) > 0.0)
+    assert np.isnan(y[0]) and np.isfinite(y[1:]).all()

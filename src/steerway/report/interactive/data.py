@@ -19,8 +19,11 @@ _GATE = 13.8
 
 
 def mercator(latitude: np.ndarray, longitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Web Mercator coordinates x, y of positions in rad, (n,) each."""
-    return EARTH_RADIUS * longitude, EARTH_RADIUS * np.arctanh(np.sin(latitude))
+    """Web Mercator coordinates x, y of positions in rad, (n,) each; x is continuous, NaN where unknown."""
+    known = np.isfinite(longitude)
+    x = np.full(len(longitude), np.nan)
+    x[known] = EARTH_RADIUS * np.unwrap(longitude[known])
+    return x, EARTH_RADIUS * np.arctanh(np.sin(latitude))
 
 
 def thinned(table, most: int = MOST_ROWS):
@@ -34,7 +37,7 @@ def pack(fixes: Fixes, motion: Motion, cut: float, truth: Motion | None = None) 
     Positions are relative to the first, times are steps, so that single precision is a millimetre and a millisecond.
     Other columns are 16-bit steps, of their range or of the logarithm, finer than a line is wide.
     """
-    x, y = mercator(motion.latitude, np.unwrap(motion.longitude))
+    x, y = mercator(motion.latitude, motion.longitude)
     known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     origin = (float(x[known[0]]), float(y[known[0]])) if len(known) else (0.0, 0.0)
     begins = float(motion.time[0])
@@ -53,7 +56,7 @@ def pack(fixes: Fixes, motion: Motion, cut: float, truth: Motion | None = None) 
         "status": _linear(motion.status.astype(float)),
     }
     if truth is not None:
-        true_x, true_y = mercator(truth.latitude, np.unwrap(truth.longitude))
+        true_x, true_y = mercator(truth.latitude, truth.longitude)
         columns |= {
             "true_x": _single(true_x - origin[0]),
             "true_y": _single(true_y - origin[1]),
@@ -62,7 +65,7 @@ def pack(fixes: Fixes, motion: Motion, cut: float, truth: Motion | None = None) 
             "true_rate": _linear(np.degrees(truth.course_rate)),
         }
     placed = thinned(fixes.rows(fixes.has_position))
-    fix_x, fix_y = mercator(placed.latitude, np.unwrap(placed.longitude))
+    fix_x, fix_y = mercator(placed.latitude, placed.longitude)
     turns = np.round((fix_x[0] - x[known[0]]) / (2.0 * math.pi * EARTH_RADIUS)) if len(known) and len(placed) else 0.0
     columns |= {
         "fix_step": _single(_steps(placed.time, begins)),

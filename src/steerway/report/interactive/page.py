@@ -97,7 +97,7 @@ def _tracks(motion: Motion) -> list[dict]:
     for mmsi, track in motion.tracks():
         track = track.rows(np.isfinite(track.latitude))
         if len(track) > 1:
-            x, y = mercator(track.latitude, np.unwrap(track.longitude))
+            x, y = _line(track)
             known = track.sog[np.isfinite(track.cog)]
             speed = float(np.median(known)) if len(known) else math.nan
             found.append({"xs": x, "ys": y, "speed": speed, "name": str(mmsi)})
@@ -106,14 +106,20 @@ def _tracks(motion: Motion) -> list[dict]:
 
 def _box(motion: Motion) -> dict:
     """A diagonal of the whole track, from which the map has its ranges until the script draws the track."""
-    x, y = mercator(motion.latitude, np.unwrap(motion.longitude))
-    return {"xs": [np.nanmin(x), np.nanmax(x)], "ys": [np.nanmin(y), np.nanmax(y)], "speed": math.nan, "name": ""}
+    x, y = _line(motion)
+    return {"xs": [x.min(), x.max()], "ys": [y.min(), y.max()], "speed": math.nan, "name": ""}
 
 
 def _ends(motion: Motion) -> dict:
-    known = np.flatnonzero(np.isfinite(motion.latitude))[[0, -1]]
-    x, y = mercator(motion.latitude, np.unwrap(motion.longitude))
-    return {"x": x[known].tolist(), "y": y[known].tolist()}
+    x, y = _line(motion)
+    return {"x": x[[0, -1]].tolist(), "y": y[[0, -1]].tolist()}
+
+
+def _line(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """x, y (m) of the rows with a position."""
+    x, y = mercator(motion.latitude, motion.longitude)
+    known = np.isfinite(x) & np.isfinite(y)
+    return x[known], y[known]
 
 
 def _event(number: int, start: float, stop: float, what: str) -> str:
