@@ -182,7 +182,7 @@ def test_the_demo_sails_its_mission_and_tells_the_estimate_from_the_truth(tmp_pa
     assert float(result["speed over ground, estimated against true"].split()[0]) < 0.25
     assert float(result["course over ground, estimated against true"].split()[0]) < 15.0
     *large, results = files
-    assert all(path.stat().st_size > 10_000 for path in large) and len(large) == 3
+    assert all(path.stat().st_size > 10_000 for path in large) and len(large) == 4
     found = json.loads(results.read_text())
     assert found["sog_rms_positions_mps"] < 0.08 and found["cog_rms_velocity_deg"] < 1.5
     assert found["leg_rms_true_m"] < 2.0 and found["cog_rms_positions_deg"] < 7.0
