@@ -17,10 +17,10 @@ from steerway.formats.writing import endings, write
 from steerway.report.motion_page import WRITERS as REPORTS
 from steerway.report.motion_page import write_report
 from steerway.report.summary import summarise
+from steerway.simulation import Unfinished
 from steerway.simulation.reading import parse_scenario
 from steerway.simulation.run import sail_scenario
 from steerway.simulation.runs.campaign import write_campaign
-from steerway.simulation.runs.unfinished import UnfinishedCampaign
 from steerway.simulation.runs.writing import write as write_run
 from steerway_studies.study import Results
 from tests.command_line import run
@@ -78,11 +78,12 @@ def test_runs_and_campaigns(tmp_path):
     sailed = sail_scenario(SCENARIO)
     refused(tmp_path, 100, lambda: write_run(sailed, tmp_path / "run", nmea=True))
     refused(tmp_path, 100, lambda: write_campaign([0], [sailed.numbers], tmp_path / "many", "Many"))
-    kept = UnfinishedCampaign(tmp_path, SCENARIO)
+    path = tmp_path / "campaign.unfinished"
+    kept = Unfinished(path, {})
     with full_after(300), pytest.raises(InputError, match=r"cannot write '.*campaign.unfinished': File too large"):
         kept.add(0, sailed.numbers)
-    # The line that was cut off is not taken for a seed.
-    assert UnfinishedCampaign(tmp_path, SCENARIO, resume=True).numbers == {}
+    # What was cut off is not taken for a seed.
+    assert Unfinished(path, {}, resume=True).results == {}
 
 
 def test_studies(tmp_path):

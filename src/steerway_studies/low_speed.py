@@ -13,7 +13,7 @@ import numpy as np
 from steerway.core import wrap_array
 from steerway.estimation import Profile, choose_profile, estimate
 from steerway.sensors import Gnss, low_cost, white
-from steerway.simulation import over_seeds
+from steerway_studies.parts import over_cases
 from steerway_studies.study import Results, Study, seeds_from, stage
 
 SPEEDS = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0)
@@ -72,7 +72,7 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
     curves = {}
     for i, receiver in enumerate(RECEIVERS):
         step = stage(progress, i / len(RECEIVERS), 1.0 / len(RECEIVERS), WORDS[receiver])
-        table = np.array(over_seeds(partial(one, receiver=receiver), chosen, progress=step))
+        table = np.array(over_cases(partial(one, receiver=receiver), chosen, progress=step))
         with np.errstate(invalid="ignore"):
             share = np.mean(table[..., 2], axis=0)
             weights = np.where(np.isfinite(table[..., 0]), table[..., 2], 0.0)

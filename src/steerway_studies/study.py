@@ -9,6 +9,8 @@ from pathlib import Path
 
 from steerway.core import InputError, complete_or_absent, made_directory
 from steerway.report import write_page
+from steerway.simulation import Unfinished
+from steerway_studies.parts import keeping
 
 
 @dataclass(frozen=True)
@@ -128,6 +130,11 @@ class Study:
     summary: str
     run: Callable[[int | None, int, Callable[[float, str], None] | None], Results]
     needs: tuple[str, ...] = ()  # packages beyond the dependencies of steerway, which the extra `studies` brings
+
+    def run_keeping(self, parts: Unfinished | None, seeds, first_seed, progress) -> Results:
+        """`run`, with finished cases kept in `parts` and taken from there."""
+        with keeping(parts):
+            return self.run(seeds, first_seed, progress)
 
     def check_installed(self) -> None:
         """Raises InputError if a package that the study needs is not installed."""

@@ -24,6 +24,12 @@ note = ""
 _received = threading.Event()
 
 
+def keep(what: str, directory: object) -> None:
+    """Say in that line what is kept, and where."""
+    global note
+    note = f"{what} are kept in {directory}; --resume continues"
+
+
 def end(number: int = signal.SIGINT) -> None:
     """End the process: one line, exit code 128 + signal (130 for Ctrl-C)."""
     files.remove_unfinished()

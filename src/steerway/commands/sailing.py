@@ -1,5 +1,6 @@
 """The commands of the simulation: simulate, advise."""
 
+import hashlib
 import sys
 from functools import partial
 from pathlib import Path
@@ -120,23 +121,22 @@ def _campaign(scenario, n, dask, out, resume, sentence):
     from steerway.simulation.campaign import over_seeds
     from steerway.simulation.run import numbers_of_seed
     from steerway.simulation.runs.campaign import SPREAD_COLUMNS, spread, write_campaign
-    from steerway.simulation.runs.unfinished import UnfinishedCampaign
+    from steerway.simulation.unfinished import Unfinished
 
     seeds = range(scenario.seed, scenario.seed + n)
-    kept = UnfinishedCampaign(out, scenario, resume)
-    missing = [seed for seed in seeds if seed not in kept.numbers]
+    without_seed = scenario.model_dump_json(exclude={"seed"})
+    origin = {"scenario": hashlib.sha256(without_seed.encode()).hexdigest()}
+    kept = Unfinished(out / "campaign.unfinished", origin, resume)
+    kept.noted = lambda: interruption.keep(f"{len(kept.results)} of {n} seeds", out)
+    missing = [seed for seed in seeds if seed not in kept.results]
     before = 1.0 - len(missing) / n
     if before:
         print(f"resumed with {n - len(missing)} of {n} seeds", file=sys.stderr)
 
-    def finished(seed, numbers):
-        kept.add(seed, numbers)
-        interruption.note = f"{len(kept.numbers)} of {n} seeds are kept in {out}; --resume continues"
-
     with progress_line(f"simulating {n} seeds of {scenario.name}") as step:
         progress = lambda part: step(before + (1.0 - before) * part)  # noqa: E731
-        over_seeds(partial(numbers_of_seed, scenario), missing, progress=progress, dask=dask, finished=finished)
-    results = [kept.numbers[seed] for seed in seeds]
+        over_seeds(partial(numbers_of_seed, scenario), missing, progress=progress, dask=dask, finished=kept.add)
+    results = [kept.results[seed] for seed in seeds]
     written = write_campaign(seeds, results, out, f"{scenario.name}, {n} seeds", [sentence])
     kept.remove()
     print_table(f"{scenario.name}, {n} seeds", SPREAD_COLUMNS, spread(results))

@@ -1,5 +1,6 @@
 """The command for studies, which are found by the entry points of the group `steerway.studies`."""
 
+import sys
 from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -7,9 +8,10 @@ from typing import Annotated
 
 import typer
 
-from steerway.commands.terminal import print_pairs, progress_line
+from steerway.commands import interruption
+from steerway.commands.terminal import flag, print_pairs, progress_line
 from steerway.core.errors import InputError
-from steerway.core.files import made_directory
+from steerway.simulation.unfinished import Unfinished
 
 GROUP = "steerway.studies"
 """Each entry point names a table: study name → module, whose attribute STUDY is a `steerway_studies.study.Study`."""
@@ -24,12 +26,15 @@ def study(
         int | None, typer.Option(metavar="N", min=1, help="Number of seeds; by default the study's own.")
     ] = None,
     first_seed: Annotated[int, typer.Option(metavar="K", min=0, help="The first seed.")] = 0,
+    resume: Annotated[bool, flag("--resume", help="Continue an interrupted study with the parts it has done.")] = False,
 ) -> None:
     """Run a study: compare published with measured numbers, with figures.
 
-    Example:
+    Examples:
 
         steerway study otter-course -o otter
+
+        steerway study estimator-limits -o limits --resume
     """
     modules = installed()
     if name is None:
@@ -39,10 +44,14 @@ def study(
         raise InputError(f"study {name!r} is unknown, expected one of {', '.join(modules)}")
     chosen = import_module(modules[name]).STUDY
     chosen.check_installed()
-    made_directory(out)
+    parts = Unfinished(out / "study.unfinished", {"study": name}, resume, (modules[name].split(".")[0],))
+    parts.noted = lambda: interruption.keep(f"{len(parts.results)} parts", out)
+    if parts.results:
+        print(f"resumed with {len(parts.results)} parts", file=sys.stderr)
     with progress_line(name) as step:
-        results = chosen.run(seeds, first_seed, lambda share, what="": step(share, what))
+        results = chosen.run_keeping(parts, seeds, first_seed, lambda share, what="": step(share, what))
     page = results.write(out)
+    parts.remove()
     print_pairs([(each.what, results.measured(each)) for each in results.comparisons])
     for remark in results.remarks:
         print(f"· {remark}")

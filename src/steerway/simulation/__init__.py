@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from steerway.simulation.reading import load_scenario, parse_scenario
     from steerway.simulation.run import Sailed, numbers_of_seed, sail_scenario
     from steerway.simulation.scenario import Scenario
+    from steerway.simulation.unfinished import Unfinished
 
 __all__ = [
     "Assembly",
@@ -18,6 +19,7 @@ __all__ = [
     "Sailed",
     "Scenario",
     "Start",
+    "Unfinished",
     "assemble",
     "load_scenario",
     "numbers_of_seed",

@@ -1,11 +1,11 @@
 """adaptive-speed: P3, adaptive speed control and fusion of GPS, Doppler log and accelerometer."""
 
-from steerway.simulation import over_seeds
 from steerway_studies.adaptive_speed import cases, perturbed, printed
 from steerway_studies.adaptive_speed.cases import FAULTS, Job
 from steerway_studies.adaptive_speed.comparisons import compare_all
 from steerway_studies.adaptive_speed.figures import all_figures
 from steerway_studies.adaptive_speed.plants import PLANTS, SPEEDS
+from steerway_studies.parts import over_cases
 from steerway_studies.study import Results, Study, seeds_from, stage
 
 FEW, MANY, BASELINE = 20, 100, 5
@@ -44,7 +44,7 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     """See Study; some ten minutes on four idle cores. `seeds` sets every repetition count."""
     jobs = voyages(seeds, first_seed)
     step = stage(progress, 0.0, 0.9, f"{len(jobs)} voyages")
-    judged = dict(zip(jobs, over_seeds(cases.run, jobs, progress=step), strict=True))
+    judged = dict(zip(jobs, over_cases(cases.run, jobs, progress=step), strict=True))
     tracks = {
         "printed": {speed: printed.as_printed(speed) for speed in SPEEDS},
         "published": {speed: printed.as_published(speed) for speed in SPEEDS},

@@ -7,11 +7,11 @@ where fixes do not fit its estimate for as long as the one aboard allows: `own_g
 
 import os
 
-from steerway.simulation import over_seeds
 from steerway_studies.at_sea.cases import ablations, all_cases, drawn
 from steerway_studies.at_sea.comparisons import compare_all
 from steerway_studies.at_sea.figures import all_figures
 from steerway_studies.at_sea.sailing import judged
+from steerway_studies.parts import over_cases
 from steerway_studies.study import Results, Study, seeds_from, stage
 
 SEEDS = 8
@@ -25,8 +25,8 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
     full = all_cases() if os.environ.get(FULL) else None
     pairs = [(case, seed) for seed in chosen for case in (full or drawn(seed))]
     others = [(case, seed) for seed in chosen for case in ablations(seed)]
-    found = over_seeds(_judged_of, pairs, progress=stage(progress, 0.0, 0.85, "squares and surveys"))
-    without = over_seeds(_judged_of, others, progress=stage(progress, 0.85, 0.15, "ablations"))
+    found = over_cases(_judged_of, pairs, progress=stage(progress, 0.0, 0.85, "squares and surveys"))
+    without = over_cases(_judged_of, others, progress=stage(progress, 0.85, 0.15, "ablations"))
     results = Results("The autopilot in currents up to 80 % of the boat's speed")
     compare_all(results, found, without)
     results.figures |= all_figures(found, first_seed)

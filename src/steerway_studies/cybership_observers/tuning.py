@@ -10,8 +10,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from steerway.estimation.positioning import TimeVaryingNoise
-from steerway.simulation import over_seeds
 from steerway_studies.cybership_observers import contestants, scenario
+from steerway_studies.parts import over_cases
 
 TUNING_SEEDS = 40
 FIRST_TUNING_SEED = 1_000_000
@@ -62,5 +62,5 @@ def tune(seeds: int, case: int) -> np.ndarray:
 
 def tuned_cases(seeds: int, progress=None) -> dict:
     """(world, form) → the two numbers."""
-    found = over_seeds(partial(tune, seeds), range(len(CASES)), progress=progress)
+    found = over_cases(partial(tune, seeds), range(len(CASES)), progress=progress)
     return dict(zip(CASES, found, strict=True))

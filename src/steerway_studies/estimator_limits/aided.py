@@ -8,10 +8,10 @@ import steerway
 from steerway.core import Fixes
 from steerway.estimation import FiveStateFilter
 from steerway.sensors import Gnss, Instrument
-from steerway.simulation import over_seeds
 from steerway_studies.estimator_limits.cells import CELLS, PLACES, WHERE, judged
 from steerway_studies.estimator_limits.scenarios import sail
 from steerway_studies.estimator_limits.statistics import over_runs
+from steerway_studies.parts import over_cases
 from steerway_studies.study import Results, seeds_from
 
 SEEDS = 30
@@ -76,7 +76,7 @@ def bias_found(fixes: Fixes) -> np.ndarray:
 
 def measured(seeds, first_seed, progress) -> dict[str, np.ndarray]:
     """Kind → sums or histories, a row a run."""
-    runs = over_seeds(one, seeds_from(first_seed, seeds, SEEDS), progress=progress)
+    runs = over_cases(one, seeds_from(first_seed, seeds, SEEDS), progress=progress)
     return {key: np.array([run[key] for run in runs]) for key in runs[0]}
 
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from steerway.core import Fixes
 from steerway.sensors import white
-from steerway.simulation import over_seeds
 from steerway_studies.estimator_limits.scenarios import FAST, SLOW, Scenario, Voyage, sail, straight_and_turning
 from steerway_studies.estimator_limits.statistics import error_squares
+from steerway_studies.parts import over_cases
 
 WHAT = ("sog", "cog", "rate")
 WHERE = ("straight", "turn")
@@ -66,7 +66,7 @@ def over_cells(measure, runs, first_seed, progress) -> dict[str, dict[str, np.nd
     """Cell → kind → what `measure(cell, seed)` gives, a row a run; `runs` is how many, for all or by cell."""
     counts = runs if isinstance(runs, dict) else dict.fromkeys(CELLS, runs)
     cases = [(name, first_seed + k) for name, count in counts.items() for k in range(count)]
-    measured = over_seeds(partial(_nth, measure, cases), range(len(cases)), progress=progress)
+    measured = over_cases(partial(_of_case, measure), cases, progress=progress)
     found = {}
     for name in counts:
         of_cell = [run for (cell, _), run in zip(cases, measured, strict=True) if cell == name]
@@ -74,5 +74,5 @@ def over_cells(measure, runs, first_seed, progress) -> dict[str, dict[str, np.nd
     return found
 
 
-def _nth(measure, cases, index):
-    return measure(*cases[index])
+def _of_case(measure, case):
+    return measure(*case)

@@ -12,7 +12,6 @@ import numpy as np
 import steerway
 from steerway.core import markov_std
 from steerway.sensors import low_cost
-from steerway.simulation import over_seeds
 from steerway_studies.estimator_limits.cells import PLACES, WHERE, sums
 from steerway_studies.estimator_limits.particles import in_plane
 from steerway_studies.estimator_limits.scenarios import FAST, SLOW, Scenario, Voyage, sail, straight_and_turning
@@ -27,6 +26,7 @@ from steerway_studies.mariner_los.ship import (
     voyage,
 )
 from steerway_studies.papers.ekf_5states import ekf_5states
+from steerway_studies.parts import over_cases
 from steerway_studies.study import Results, seeds_from
 
 SEEDS = 30
@@ -112,7 +112,7 @@ def _printed(fixes, truth):
 
 def measured(seeds, first_seed, progress) -> dict[str, np.ndarray]:
     """Kind → sums, a row a run."""
-    runs = over_seeds(one, seeds_from(first_seed, seeds, SEEDS), progress=progress)
+    runs = over_cases(one, seeds_from(first_seed, seeds, SEEDS), progress=progress)
     return {key: np.array([run[key] for run in runs]) for key in runs[0]}
 
 

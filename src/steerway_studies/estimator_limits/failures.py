@@ -8,11 +8,11 @@ import numpy as np
 import steerway
 from steerway.core import wrap_array
 from steerway.sensors import Gnss
-from steerway.simulation import over_seeds
 from steerway_studies.estimator_limits.cells import CELLS
 from steerway_studies.estimator_limits.scenarios import FAST, sail
 from steerway_studies.estimator_limits.statistics import over_runs
 from steerway_studies.estimator_limits.troubles import BEGIN, LASTING, TROUBLES
+from steerway_studies.parts import over_cases
 from steerway_studies.study import Results, seeds_from
 
 SEEDS = 30
@@ -85,7 +85,7 @@ def _reported(seed, interval) -> np.ndarray:
 
 def measured(seeds, first_seed, progress) -> dict[str, np.ndarray]:
     """Key → (runs, …)."""
-    runs = over_seeds(one, seeds_from(first_seed, seeds, SEEDS), progress=progress)
+    runs = over_cases(one, seeds_from(first_seed, seeds, SEEDS), progress=progress)
     return {key: np.array([run[key] for run in runs]) for key in runs[0]}
 
 

@@ -11,11 +11,11 @@ import numpy as np
 
 import steerway
 from steerway.sensors import white
-from steerway.simulation import over_seeds
 from steerway_studies.estimator_limits.cells import CELLS, PLACES, QUANTITIES, WHAT, WORDS, judged, sums
 from steerway_studies.estimator_limits.particles import begun, in_plane, particle_filter
 from steerway_studies.estimator_limits.scenarios import sail, straight_and_turning
 from steerway_studies.estimator_limits.statistics import errors, over_runs
+from steerway_studies.parts import over_cases
 from steerway_studies.study import Results, seeds_from
 
 SEEDS = 30
@@ -71,7 +71,7 @@ def _weighed(voyage, fixes, profile, scenario, histories, seed):
 
 def measured(seeds, first_seed, progress) -> dict[str, np.ndarray]:
     """Cell and change → (runs, 2, 2, 5)."""
-    runs = over_seeds(one, seeds_from(first_seed, seeds, SEEDS), progress=progress)
+    runs = over_cases(one, seeds_from(first_seed, seeds, SEEDS), progress=progress)
     return {key: np.array([run[key] for run in runs]) for key in runs[0]}
 
 

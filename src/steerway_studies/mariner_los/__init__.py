@@ -6,10 +6,10 @@ over ground from GNSS positions", Journal of Marine Science and Technology, 2022
 
 import math
 
-from steerway.simulation import over_seeds
 from steerway_studies.mariner_los.comparisons import REMARKS, compare_all
 from steerway_studies.mariner_los.figures import all_figures
 from steerway_studies.mariner_los.ship import NOISES, Case, measured
+from steerway_studies.parts import over_cases
 from steerway_studies.study import Results, Study, seeds_from, stage
 
 SEEDS = 4
@@ -39,7 +39,7 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     ]
     cases = truths + noisy + rotated
     step = stage(progress, 0.0, 0.95, f"{len(cases)} voyages")
-    found = dict(zip(cases, over_seeds(measured, cases, progress=step), strict=True))
+    found = dict(zip(cases, over_cases(measured, cases, progress=step), strict=True))
     compare_all(results, *({case: found[case] for case in each} for each in (truths, noisy, rotated)))
     results.figures |= all_figures(first_seed)
     results.remarks += REMARKS

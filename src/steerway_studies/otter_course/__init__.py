@@ -4,11 +4,11 @@ Fossen and Fossen, "Five-state extended Kalman filter for estimation of speed ov
 (COG) and course rate of unmanned surface vehicles (USVs): experimental results", Sensors 21, 2021, 7910.
 """
 
-from steerway.simulation import over_seeds
 from steerway_studies.otter_course import comparisons, figures
 from steerway_studies.otter_course.boat import as_published, identified, steered_by_product
 from steerway_studies.otter_course.comparisons import NOISY
 from steerway_studies.otter_course.logs import add_logs
+from steerway_studies.parts import over_cases
 from steerway_studies.study import Results, Study, seeds_from, stage
 
 SEEDS = 20
@@ -23,7 +23,7 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     comparisons.published_with_noise(results, failing)
     chosen = seeds_from(first_seed, seeds, SEEDS)
     step = stage(progress, 0.0, 0.8, f"{len(chosen)} seeds with noise")
-    comparisons.product_with_noise(results, over_seeds(comparisons.noisy_numbers, chosen, progress=step))
+    comparisons.product_with_noise(results, over_cases(comparisons.noisy_numbers, chosen, progress=step))
 
     runs = {
         f"product filter, {noise:g} m of noise, ω_n = {bandwidth:g} rad/s": steered_by_product(

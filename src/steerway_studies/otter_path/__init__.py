@@ -5,10 +5,10 @@ angle. The leg is 400 m north and judged from 150 to 380 m; the current sets 0.3
 east. Fixes at 5 Hz with white noise, no speed and no course from the receiver.
 """
 
-from steerway.simulation import over_seeds
 from steerway_studies.otter_path.boat import CASES, leg
 from steerway_studies.otter_path.comparisons import compare_all
 from steerway_studies.otter_path.figures import all_figures
+from steerway_studies.parts import over_cases
 from steerway_studies.study import Results, Study, seeds_from, stage
 
 SEEDS = 20
@@ -18,7 +18,7 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
     """See Study; `seeds` noise seeds a case, 20 by default."""
     chosen = seeds_from(first_seed, seeds, SEEDS)
     pairs = [(case, seed) for case in CASES for seed in chosen]
-    found = dict(zip(pairs, over_seeds(_leg_of, pairs, progress=stage(progress, 0.0, 1.0, "legs")), strict=True))
+    found = dict(zip(pairs, over_cases(_leg_of, pairs, progress=stage(progress, 0.0, 1.0, "legs")), strict=True))
     results = Results("An Otter on a leg across the current (P1, otter-path)")
     compare_all(results, {case: [found[case, seed] for seed in chosen] for case in CASES})
     results.figures |= all_figures(first_seed)

@@ -10,10 +10,10 @@ from steerway.control import HeadingLqg
 from steerway.core import rms
 from steerway.estimation.heading import SCALE_ONLY, AidedHeadingFilter, outside
 from steerway.sensors import TCM2, TRUE_TCM2, CompassModel, random_compass
-from steerway.simulation import over_seeds
 from steerway.vessels import RPM
 from steerway.vessels import SPRINGER_PAPER_YAW as PAPER_YAW
 from steerway_studies.papers.range_rate import RangeRatePassing
+from steerway_studies.parts import over_cases
 from steerway_studies.springer_mission.navigators import (
     RIVALS,
     GnssAlone,
@@ -204,7 +204,7 @@ def _alarmed(compass: CompassModel, circuit, seed) -> bool:
 
 def many(run, seeds, progress=None) -> dict[str, list] | list:
     """Results of many seeds, gathered by name where each is a dict."""
-    out = over_seeds(run, seeds, progress=progress)
+    out = over_cases(run, seeds, progress=progress)
     return {name: [each[name] for each in out] for name in out[0]} if isinstance(out[0], dict) else out
 
 

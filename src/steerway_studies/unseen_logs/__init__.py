@@ -8,10 +8,9 @@ import math
 import os
 import time
 from dataclasses import asdict, dataclass
-from functools import partial
 
 import steerway
-from steerway.simulation import over_seeds
+from steerway_studies.parts import over_cases
 from steerway_studies.study import Results, Study
 from steerway_studies.unseen_logs import page
 from steerway_studies.unseen_logs.catalogue import DEVELOP, KNOWN, REPORT, KnownLog, PublicLog, public_logs
@@ -36,9 +35,9 @@ class Judged:
     cpu: float
 
 
-def judge(logs, index) -> Judged | str:
+def judge(log) -> Judged | str:
     """One log, or why it cannot be judged."""
-    log, began = logs[index], time.process_time()
+    began = time.process_time()
     try:
         recording = opened(log)
         said = contestants(recording)
@@ -64,9 +63,7 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
     results = Results("Recorded logs that had no part in development", lead=page.LEAD)
     known = [*public_logs(), *KNOWN]
     logs = [log for log in known if path_of(log)]
-    found = over_seeds(
-        partial(judge, logs), range(len(logs)), progress=progress and (lambda share: progress(share, ""))
-    )
+    found = over_cases(judge, logs, progress=progress and (lambda share: progress(share, "")))
     judged = [each for each in found if isinstance(each, Judged)]
     results.remarks += [each for each in found if isinstance(each, str)]
     results.remarks += missing(known, logs)

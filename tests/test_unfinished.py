@@ -1,0 +1,166 @@
+"""Long work that was interrupted continues with the parts it has done, whatever interrupted it."""
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import time
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from steerway.core.errors import InputError
+from steerway.simulation import Unfinished
+from tests.command_line import STEERWAY
+
+MODULE = """
+import os, time
+from functools import partial
+import numpy as np
+from steerway_studies.parts import over_cases
+from steerway_studies.study import Results, Study
+
+class Found:
+    def __init__(self, values):
+        self.values = values
+
+def one(factor, case):
+    with open(os.environ["RAN"], "a") as file:
+        file.write(f"{factor} {case}\\n")
+    time.sleep(0.05)
+    return Found(np.array([factor * case[0], case[0] / 3.0]))
+
+def run(seeds, first_seed, progress):
+    cases = [(seed, "a") for seed in range(first_seed, first_seed + seeds)]
+    results = Results("Theirs")
+    twice = over_cases(partial(one, 2.0), cases, lambda share: progress(share, "twice"))
+    thrice = over_cases(partial(one, 3.0 * twice[0].values[1] + 3.0), cases)
+    for k, (a, b) in enumerate(zip(twice, thrice)):
+        results.numbers[str(k)] = float((a.values @ b.values) / 7.0)
+    return results
+
+STUDY = Study("theirs", "a study of somebody else", run)
+STUDIES = {"theirs": "elsewhere"}
+"""
+
+
+class Theirs:
+    """A study of another package, run by the command."""
+
+    def __init__(self, folder):
+        self.folder, self.ran = folder, folder / "ran"
+        (folder / "elsewhere.py").write_text(MODULE)
+        package = folder / "elsewhere-1.dist-info"
+        package.mkdir()
+        (package / "METADATA").write_text("Metadata-Version: 2.1\nName: elsewhere\nVersion: 1\n")
+        (package / "entry_points.txt").write_text("[steerway.studies]\nelsewhere = elsewhere:STUDIES\n")
+
+    def begun(self, out, *options):
+        path = os.pathsep.join([str(self.folder), *sys.path])
+        command = [*STEERWAY, "study", "theirs", "-o", str(out), "--seeds", "40", *options]
+        # Signals are heeded also where the tests themselves run under nohup.
+        return subprocess.Popen(
+            command,
+            env=os.environ | {"PYTHONPATH": path, "RAN": str(self.ran)},
+            stderr=subprocess.PIPE,
+            text=True,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        )
+
+    def cases(self):
+        return self.ran.read_text().splitlines() if self.ran.exists() else []
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_an_interrupted_study_continues(number, tmp_path):
+    theirs, out = Theirs(tmp_path), tmp_path / "out"
+    whole = theirs.begun(tmp_path / "whole")
+    assert whole.communicate(timeout=60.0)[1] == "" and whole.returncode == 0
+    theirs.ran.unlink()
+
+    process = theirs.begun(out)
+    until = time.monotonic() + 60.0
+    while len(theirs.cases()) < 55:  # in the second of its two stages
+        assert time.monotonic() < until and process.poll() is None
+        time.sleep(0.01)
+    process.send_signal(number)
+    _, said = process.communicate(timeout=2.0)
+    assert process.returncode == (130 if number == signal.SIGINT else -number)
+    if number == signal.SIGINT:
+        assert said.startswith("steerway: interrupted, ") and said.endswith(f"kept in {out}; --resume continues\n")
+    before = theirs.cases()
+    assert not (out / "results.json").exists()
+
+    process = theirs.begun(out, "--resume")
+    _, said = process.communicate(timeout=60.0)
+    assert process.returncode == 0 and said.startswith("resumed with ")
+    assert (out / "results.json").read_bytes() == (tmp_path / "whole" / "results.json").read_bytes()
+    assert not (out / "study.unfinished").exists()
+    assert set(theirs.cases()) > set(before) and len(set(theirs.cases())) == 80
+    assert len(theirs.cases()) - 80 <= os.cpu_count()  # again only those that were at work
+
+
+class Found(NamedTuple):
+    """A result."""
+
+    values: np.ndarray
+    names: frozenset
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "work.unfinished"
+
+
+def kept(path, resume=True, origin="work", packages=("tests",)):
+    return Unfinished(path, {"work": origin}, resume, packages)
+
+
+def test_results_are_read_back(path):
+    work = kept(path, resume=False)
+    found = Found(np.arange(6.0).reshape(2, 3), frozenset(["a"]))
+    for key, result in ((7, found), ((1, "b"), {"x": np.float64(0.1), "y": None}), ("text", np.int64(3))):
+        work.add(key, result)
+    again = kept(path).results
+    assert list(again) == [7, (1, "b"), "text"] and again[1, "b"] == {"x": 0.1, "y": None} and again["text"] == 3
+    assert isinstance(again[7], Found) and again[7].names == found.names
+    np.testing.assert_array_equal(again[7].values, found.values)
+    assert kept(path, resume=False).results == {} and kept(path).results == {}
+
+
+@pytest.mark.parametrize("lost", [1, 5, 20])
+def test_what_was_cut_off_is_done_again(path, lost):
+    work = kept(path, resume=False)
+    for key in range(3):
+        work.add(key, np.full(4, float(key)))
+    path.write_bytes(path.read_bytes()[:-lost])
+    work = kept(path)
+    assert list(work.results) == [0, 1]
+    work.add(2, "again")
+    assert list(kept(path).results) == [0, 1, 2] and kept(path).results[2] == "again"
+
+
+def test_other_work_is_refused(path):
+    kept(path, resume=False)
+    with pytest.raises(InputError, match="is of other work or another version"):
+        kept(path, origin="other")
+
+
+class Harm:
+    """Unpickled, it would write a file."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return open, (str(self.path), "w")
+
+
+def test_a_file_of_somebody_else_calls_nothing(path, tmp_path):
+    work = kept(path, resume=False)
+    work.add(1, "fine")
+    with open(path, "ab") as file:
+        file.write(pickle.dumps((2, Harm(tmp_path / "harm"))))
+    assert list(kept(path).results) == [1] and not (tmp_path / "harm").exists()
