@@ -7,7 +7,7 @@ from steerway.estimation.profiles.inferred import InferredProfile
 
 _WORDS = {
     "base": "fixes with {fix_std:.2g} m of noise",
-    "wander": "speed within {speed_std:.2g} m/s and course rate within {wander_std:.2g}°/s of what is held",
+    "wander": "speed varying by {speed_std:.2g} m/s and course rate by {wander_std:.2g}°/s",
     "calm_rate": "course rate within {rate_std:.2g}°/s on a held course",
     "waves": "waves: {wave_surge:.2g} m/s every {surge_period:.2g} s, {wave_yaw:.2g}°/s every {yaw_period:.2g} s",
     "antenna": "antenna rolling {antenna_std:.2g} m every {antenna_period:.2g} s",
