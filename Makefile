@@ -1,15 +1,15 @@
-# make demo | test | bounds | fuzz | mutants | licences | install | bench | soak | faults | reference | lint | docs | package
+# make demo | test | bounds | fuzz | mutants | licences | install | bench | soak | faults | reference | lint | docs | pictures | package
 # Each creates .venv from the lock file by itself.
 PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/pip install --quiet --disable-pip-version-check
 
-CHECKED = src tests benchmarks docs/build.py docs/reference.py
+CHECKED = src tests benchmarks docs/*.py
 
 # Tests that run commands, services or whole studies: the kernels they call are called by the others too.
 NO_KERNELS = live autopilot desk docs soak cli commands package public_names study studies mission reference_outputs fuzz mavlink campaign
 
-.PHONY: install demo test bounds fuzz mutants licences bench soak faults reference lint docs package lock
+.PHONY: install demo test bounds fuzz mutants licences bench soak faults reference lint docs pictures package lock
 
 install: .venv/.test
 
@@ -73,6 +73,10 @@ reference: .venv/.test
 # The site, with its tutorials run and its links checked: site/index.html.
 docs: .venv/.docs
 	$(BIN)/python docs/build.py
+
+# The README's pictures of pages, taken in Chromium.
+pictures: .venv/.test
+	$(BIN)/python docs/pictures.py
 
 # Wheel and sdist in dist/, each tried in an environment of its own.
 package: .venv/.core
