@@ -161,7 +161,7 @@ def hunting(bandwidth, density, std, nomoto_time, speed=2.0, seed=4):
 
 
 @pytest.mark.parametrize(
-    ("bandwidth", "nomoto_time", "calm"), [(0.2, 5.0, True), (0.35, 5.0, False), (0.65, 1.0, False), (0.5, 1.0, True)]
+    ("bandwidth", "nomoto_time", "calm"), [(0.2, 5.0, True), (0.35, 5.0, False), (0.65, 1.0, False), (0.25, 2.0, True)]
 )
 def test_advice_tells_what_the_loop_then_does(bandwidth, nomoto_time, calm):
     """ω_e is 0.69 rad/s throughout: ω_n ≤ ω_e alone would let all of these sail."""
@@ -170,6 +170,17 @@ def test_advice_tells_what_the_loop_then_does(bandwidth, nomoto_time, calm):
     assert fits is calm, sentence
     excursion = hunting(bandwidth, circumstances[1], circumstances[2], nomoto_time)
     assert (excursion < math.radians(1.0)) is calm
+
+
+def test_a_weakly_damped_loop_is_not_passed():
+    """Of 0.17 it does not hunt, but rings; in a head current of 80 % of her speed dχ/dψ is 5, and it does."""
+    circumstances = (2.0, 1.35e-3, 0.5, 0.2)
+    fits, sentence = advice(0.5, *circumstances, 1.0)
+    assert not fits and "a damping of 0.17 with T = 1 s, expected at least 0.2" in sentence
+    assert advice(0.25, *circumstances, 2.0)[0]
+    fits, sentence = advice(0.25, *circumstances, 2.0, course_gain=5.0, current=1.6)
+    assert not fits and "in a current of 1.6 m/s" in sentence
+    assert loop_damping(0.25, 0.69, 2.0, course_gain=5.0) < loop_damping(0.25, 0.69, 2.0)
 
 
 def test_the_damping_of_the_loop():

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from steerway.core.errors import InputError
+from steerway.simulation.advising import advise
 from steerway.simulation.assembly import assemble, boat, pilot
 from steerway.simulation.reading import load_scenario, parse_scenario
-from steerway.simulation.run import advise
 
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
 ROUTE = "[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 200, east = 0 }]\n"

@@ -15,10 +15,11 @@ from steerway.core.errors import InputError
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.formats import nmea0183
 from steerway.simulation import outcome
+from steerway.simulation.advising import advise
 from steerway.simulation.assembly import begins
 from steerway.simulation.loop import COLUMNS
 from steerway.simulation.reading import load_scenario, parse_scenario
-from steerway.simulation.run import advise, origin, sail_scenario
+from steerway.simulation.run import origin, sail_scenario
 from steerway.simulation.runs.writing import write
 
 SHORT = """

@@ -74,6 +74,7 @@ def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str,
     files written. Raises InputError for a directory that cannot be written.
     """
     from steerway.simulation import outcome, run
+    from steerway.simulation.advising import advise
     from steerway.simulation.reading import parse_scenario
     from steerway.simulation.runs.page import comparison, summary
     from steerway.simulation.runs.story import write_story
@@ -81,7 +82,7 @@ def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str,
 
     scenario = parse_scenario(SCENARIO, "demo")
     sailed = run.sail_scenario(scenario, progress=progress)
-    remarks = [run.advise(scenario)[1]]
+    remarks = [advise(scenario)[1]]
     written = write(sailed, directory, nmea=True, remarks=remarks)
     page = Path(directory) / "index.html"
     if find_spec("bokeh"):  # else the page of figures is the only one

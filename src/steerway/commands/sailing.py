@@ -76,7 +76,7 @@ def simulate(
 
         steerway simulate examples/otter-square.toml --live --mavlink udpout:127.0.0.1:14550
     """
-    from steerway.simulation import run
+    from steerway.simulation import advising, run
     from steerway.simulation.reading import load_scenario
     from steerway.simulation.runs.writing import write
 
@@ -99,7 +99,7 @@ def simulate(
         raise InputError("--to, --mavlink and --propellers are links of a real-time run, expected --live with them")
     if out is None:
         raise InputError("-o is missing, expected an output directory")
-    sentence = _warned(*run.advise(chosen), strict)
+    sentence = _warned(*advising.advise(chosen), strict)
     if seeds is not None:
         _campaign(chosen, seeds, dask, out, resume, sentence)
         return
@@ -183,11 +183,11 @@ def advise(
     """
     from steerway.control.bandwidth import advice, carried_bandwidth
     from steerway.estimation.profiles import Profile
-    from steerway.simulation import run
+    from steerway.simulation import advising
     from steerway.simulation.reading import load_scenario
 
     if _is_scenario(profile):
-        print(_warned(*run.advise(load_scenario(profile)), strict, quiet=True))
+        print(_warned(*advising.advise(load_scenario(profile)), strict, quiet=True))
         return
     tuning = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
     if speed is None:

@@ -34,20 +34,23 @@ def carried_bandwidth(speed: float, course_rate_density: float, position_std: fl
     return (speed**2 * course_rate_density / (position_std**2 * fix_interval)) ** (1.0 / 6.0)
 
 
-def loop_damping(bandwidth: float, carried: float, nomoto_time: float, damping: float = 1.0) -> float:
+def loop_damping(
+    bandwidth: float, carried: float, nomoto_time: float, damping: float = 1.0, course_gain: float = 1.0
+) -> float:
     """Least relative damping −Re s/|s| among the poles of autopilot, vessel and estimator; below 0 the loop oscillates.
 
     The autopilot of `course_gains` on a Nomoto vessel of time constant T, fed with course and rate from a steady filter
     whose three poles lie at ω_e (s³ + 2ω_e s² + 2ω_e² s + ω_e³): it shows the course as (2ω_e² s + ω_e³)/(…), the rate
     as ω_e³ s/(…) of the true course. A filter of ω_e = ω_n is stable for T ω_n up to 0.55 only; T ω_n = 1 takes
-    ω_e = 2 ω_n and a slow vessel 3.8 ω_n.
+    ω_e = 2 ω_n and a slow vessel 3.8 ω_n. course_gain: dχ/dψ of a boat in a current
+    (`core.kinematics.course_per_heading`), which is a factor of the loop's.
     """
     gains = course_gains(1.0, nomoto_time, bandwidth, damping)
     filtering = np.polynomial.Polynomial([carried**3, 2.0 * carried**2, 2.0 * carried, 1.0])
     course = np.polynomial.Polynomial([carried**3, 2.0 * carried**2])
     s = np.polynomial.Polynomial([0.0, 1.0])
     control = (s + 1.0 / gains.integral_time) * course + gains.derivative_time * carried**3 * s**2
-    poles = (s**2 * (nomoto_time * s + 1.0) * filtering + gains.proportional * control).roots()
+    poles = (s**2 * (nomoto_time * s + 1.0) * filtering + course_gain * gains.proportional * control).roots()
     return float(np.min(-poles.real / np.abs(poles)))
 
 
@@ -109,30 +112,34 @@ def advice(
     fix_interval: float,
     nomoto_time: float | None = None,
     damping: float = 1.0,
+    course_gain: float = 1.0,
+    current: float = 0.0,
 ) -> tuple[bool, str]:
     """(whether it fits, one sentence) for an autopilot of `bandwidth` ω_n in rad/s; the rest as carried_bandwidth.
 
-    With the vessel's `nomoto_time` (s) the loop's damping is judged too: ω_n ≤ ω_e alone does not make it stable.
+    With the vessel's `nomoto_time` (s) the loop's damping has to be at least `COMFORTABLE`: ω_n ≤ ω_e alone does not
+    make it stable. course_gain as of `loop_damping`; `current` (m/s), which causes it, is named in the sentence.
     """
     positive("autopilot.bandwidth", bandwidth)
     carried = carried_bandwidth(speed, course_rate_density, position_std, fix_interval)
-    circumstances = f"at {speed:g} m/s with fixes of {position_std:g} m every {fix_interval:g} s"
-    left = None if nomoto_time is None or carried == 0.0 else loop_damping(bandwidth, carried, nomoto_time, damping)
-    if bandwidth <= carried and (left is None or left > 0.0):
-        calm = "" if left is None else f" with a damping of {left:.2g} in the loop"
-        warning = (
-            "; the course will oscillate, a lower bandwidth damps it better"
-            if left is not None and left < COMFORTABLE
-            else ""
-        )
+    where = f" in a current of {current:g} m/s" if current else ""
+    circumstances = f"at {speed:g} m/s with fixes of {position_std:g} m every {fix_interval:g} s{where}"
+    left = math.inf
+    if nomoto_time is not None and carried > 0.0:
+        left = loop_damping(bandwidth, carried, nomoto_time, damping, course_gain)
+    if bandwidth <= carried and left >= COMFORTABLE:
+        calm = "" if math.isinf(left) else f" with a damping of {left:.2g} in the loop"
         return True, (
             f"An autopilot of {bandwidth:.2g} rad/s fits{calm}: the course estimate carries {carried:.2g} rad/s "
-            f"{circumstances}{warning}."
+            f"{circumstances}."
         )
-    if bandwidth > carried:
-        trouble, remedy = "", "to that"
-    else:
-        trouble, remedy = f", which is too near to it for a vessel with T = {nomoto_time:g} s", "further"
+    trouble, remedy = "", "to that"
+    if bandwidth <= carried:
+        trouble = (
+            f", which leaves the loop a damping of {left:.2g} with T = {nomoto_time:g} s, "
+            f"expected at least {COMFORTABLE:g}"
+        )
+        remedy = "further"
     return False, (
         f"An autopilot of {bandwidth:.2g} rad/s will hunt: the course estimate carries {carried:.2g} rad/s "
         f"{circumstances}{trouble}, so lower the bandwidth {remedy}, sail faster or use better fixes."

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.control.bandwidth import advice
-from steerway.simulation import assembly, outcome
+from steerway.simulation import outcome
 from steerway.simulation.assembly import Assembly, assemble
 from steerway.simulation.loop import Run, sail
 from steerway.simulation.scenario import Scenario
@@ -54,21 +53,3 @@ def sail_scenario(
 def numbers_of_seed(scenario: Scenario, seed: int) -> dict[str, float]:
     """The numbers of one seed, for campaigns."""
     return sail_scenario(scenario, seed).numbers
-
-
-def advise(scenario: Scenario) -> tuple[bool, str]:
-    """Whether the estimate supports the scenario's autopilot, and a sentence; see `control.bandwidth`.
-
-    The speed is the lowest of the route. With true states, and with a commanded heading, there is no limit.
-    """
-    if scenario.estimator.kind == "truth":
-        return True, "The pilot uses the true motion: the estimate does not limit the autopilot."
-    if scenario.guidance.angle == "heading":
-        return True, "The pilot controls heading by compass: the course estimate does not limit the autopilot."
-    known, profile = assembly.boat(scenario), assembly.profile(scenario)
-    commanded = [each.speed for each in scenario.route.waypoints if each.speed is not None]
-    speed = min([*commanded, known.cruise])
-    interval = 1.0 / scenario.gnss.rate
-    return advice(
-        known.bandwidth, speed, profile.agility, profile.position_std, interval, known.nomoto_time, known.damping
-    )

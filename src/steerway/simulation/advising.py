@@ -1,0 +1,252 @@
+"""Whether an autopilot's loop is well damped before the boat sails, with the estimator and in the current that it has.
+
+The course loop on the five-state filter is that of `control.bandwidth`. The loop of the steering filter is judged as it
+runs on a leg: line of sight, reference model, heading controller and the steady Kalman filter of what it estimates
+across the leg, together linear, for boats that respond as declared and for those that differ by one deviation of what
+the filter takes the response to be uncertain by.
+"""
+
+import math
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.control.bandwidth import COMFORTABLE, advice
+from steerway.control.boats import Boat
+from steerway.control.in_current import YawResponse
+from steerway.core.arrays import Floats
+from steerway.core.estimate import Estimate
+from steerway.core.kinematics import course_per_heading, heading_for
+from steerway.core.leg import LegState
+from steerway.estimation.steering import Response
+from steerway.estimation.steering.motion import ERROR_TIME
+from steerway.sensors.gnss import GnssTable
+from steerway.simulation import assembly
+from steerway.simulation.scenario import Scenario
+
+_VELOCITY_STD = 0.1
+"""m/s, of a receiver's velocity as the steering filter takes it."""
+_GYRO_STD = math.radians(2.0)
+_SHORTLY = 20.0
+"""s, time constant up to which a receiver's error counts as fast enough to enter the loop."""
+_FORGOTTEN = 600.0
+"""s in which the current is forgotten: on a leg alone it cannot be told from the heading."""
+_IDENTIFIED = 1.0 / 3.0
+"""Share of the damping's first uncertainty that turns leave of it (measured on the demo's mission: up to a half)."""
+_OFF_LEG, _HEADING, _RATE = range(3)  # true states: distance from the leg, heading beside the steady one, its rate
+_OWN_OFF_LEG, _CURRENT, _OWN_HEADING, _OWN_RATE, _BIAS, _ERROR = range(3, 9)  # of the estimate; current across the leg
+_REFERENCE, _REFERENCE_RATE, _REFERENCE_ACCELERATION = range(9, 12)
+_STATES = 12
+_LEAST_WAY = 0.03
+"""Share of the top speed that a boat has to make along a leg, as `InCurrent` watches it."""
+
+
+class SteeringLoop(NamedTuple):
+    """The loop on one leg: bandwidth of the heading controller (rad/s) and least relative damping; speed (m/s) along
+    the leg, 0 where the current is too strong.
+    """
+
+    bandwidth: float
+    damping: float
+    speed: float
+
+
+def advise(scenario: Scenario) -> tuple[bool, str]:
+    """Whether the estimate supports the scenario's autopilot in its current, and a sentence.
+
+    The speed is the lowest of the route. With true states, and with a commanded heading, there is no limit.
+    """
+    if scenario.estimator.kind == "truth":
+        return True, "The pilot uses the true motion: the estimate does not limit the autopilot."
+    if scenario.guidance.angle == "heading":
+        return True, "The pilot controls heading by compass: the course estimate does not limit the autopilot."
+    known = assembly.boat(scenario)
+    commanded = [each.speed for each in scenario.route.waypoints if each.speed is not None]
+    speed = min([*commanded, known.cruise])
+    if scenario.estimator.kind == "steering":
+        return _advise_steering(scenario, known, speed)
+    profile, interval = assembly.profile(scenario), 1.0 / scenario.gnss.rate
+    current, directions = scenario.environment.current.speed, _directions(scenario)
+    gains = [_course_gain(each, current, speed) for each in directions]
+    numbers = speed, profile.agility, profile.position_std, interval, known.nomoto_time, known.damping
+    return advice(known.bandwidth, *numbers, course_gain=max(gains, default=1.0), current=current)
+
+
+def _advise_steering(scenario, known, speed):
+    current = scenario.environment.current.speed
+    loops = [steering_loop(known, scenario.gnss, speed, current, each) for each in _directions(scenario)]
+    worst = min(loops, key=lambda loop: loop.damping)
+    way = "" if current == 0.0 else f" in a current of {current:g} m/s"
+    most = f"she makes way against a current of up to {tolerated_current(known):.2g} m/s"
+    if worst.speed <= 0.0:
+        return False, f"The boat cannot follow the route{way}: {most}, so sail faster or wait for a weaker one."
+    fixes = f"fixes of {scenario.gnss.white:g} m every {1.0 / scenario.gnss.rate:g} s"
+    loop = (
+        f"with {fixes} it has a bandwidth of {worst.bandwidth:.2g} rad/s and a damping of at least {worst.damping:.2g}"
+        f"{way}, the boat's response as uncertain as the filter takes it to be"
+    )
+    if worst.damping >= COMFORTABLE:
+        return True, f"The steering loop fits: {loop}; {most}."
+    return False, (
+        f"The steering loop is weakly damped: {loop}, expected {COMFORTABLE:g}; {most}. A longer guidance.lookahead or "
+        "a receiver with velocity damps it better."
+    )
+
+
+def tolerated_current(boat: Boat) -> float:
+    """The strongest current (m/s) against which a boat makes way."""
+    return (1.0 - _LEAST_WAY) * boat.in_current().top_speed
+
+
+def steering_loop(boat: Boat, gnss: GnssTable, speed: float, current: float, towards: float) -> SteeringLoop:
+    """The loop of a boat on the steering filter, on a leg north in a current (m/s) that sets towards a direction (rad).
+
+    speed: over ground as the route asks for it, m/s.
+    """
+    steering = boat.in_current()
+    north, east = current * math.cos(towards), current * math.sin(towards)
+    seen = _steady(steering, speed, north, east)
+    if steering.progress(0.0, seen) <= _LEAST_WAY * steering.top_speed:
+        return SteeringLoop(math.nan, -1.0, 0.0)
+    response = assembly.response_of(boat)
+    turning = seen.water_speed * math.cos(seen.heading)  # m/s across the leg for a rad of heading
+    dynamics, noise, measured, variances = _estimated(response, seen.water_speed, turning, gnss)
+    prior, gain = _steady_kalman(dynamics, noise, measured, variances, 1.0 / gnss.rate)
+    posterior = prior - gain @ measured @ prior
+    drift = np.array([0.0, 1.0, turning, 0.0, 0.0, 0.0])
+    across = math.sqrt(float(drift @ posterior @ drift))
+    autopilot = boat.autopilot_in_current()
+    steering.tune(autopilot, seen._replace(cog_std=across / seen.sog))
+    nearer = steering.seen(LegState(1, 0.0, 0.0, 1.0, *[math.nan] * 4), speed, seen).cross_track
+    pull = seen.sog * nearer / boat.lookahead
+    worst = 1.0
+    for share in (1.0 - response.gain_std, 1.0, 1.0 + response.gain_std):
+        for more in (-_IDENTIFIED * response.damping_std, 0.0, _IDENTIFIED * response.damping_std):
+            loop = _closed(steering.response, autopilot, seen, pull, dynamics, turning, share, more)
+            step = _exponential(loop / gnss.rate)
+            correction = np.eye(_STATES)
+            correction[3:9, 3:9] -= gain @ measured
+            correction[3:9, :3] += gain @ measured[:, [0, 2, 3]]
+            worst = min(worst, _damping(correction @ step))
+    return SteeringLoop(_bandwidth(steering.response, autopilot.controller.gains, seen), worst, seen.sog)
+
+
+def _steady(steering, speed, north, east):
+    """The estimate of a boat that sails north, as fast as she is asked to and can."""
+    water = Estimate(*[math.nan] * 11, 0.0, speed, north, east, 0.0, 1.0)
+    water_speed = steering.water_speed(0.0, speed, water)
+    heading, along = heading_for(0.0, water_speed, north, east)
+    return water._replace(water_speed=water_speed, heading=float(heading), sog=max(float(along), 1e-3))
+
+
+def _estimated(
+    response: Response, speed: float, turning: float, gnss: GnssTable
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """(6, 6) dynamics and noise densities of off-leg, current, heading, rate, bias and slow error; (k, 6) what is
+    measured of them and (k,) variances: the part of `estimation.steering.motion` that lies across a straight leg."""
+    dynamics = np.zeros((6, 6))
+    dynamics[0, 1:3] = 1.0, turning
+    dynamics[2, 3] = 1.0
+    aside = response.wander * response.rate
+    # Of r |r| of a Gaussian rate the best linear part is √(8/π) σ r (Gelb, Applied Optimal Estimation, 1974).
+    damping = response.linear - response.munk * speed**2 + response.quadratic * math.sqrt(8.0 / math.pi) * aside
+    dynamics[1, 1] = -1.0 / _FORGOTTEN
+    dynamics[3, 3:5] = -damping / response.time, 1.0 / response.time
+    dynamics[5, 5] = -1.0 / ERROR_TIME
+    drift = (response.bias_std * response.rate) ** 2 / (0.1 * max(300.0, 100.0 * response.time))
+    slow = sum(std**2 for std, time in gnss.markov if time <= _SHORTLY)
+    densities = (0.0, response.current_noise, 0.0, 2.0 * aside**2 / max(response.time, 0.3), drift)
+    noise = np.diag([*densities, 2.0 * max(slow, 1e-4) / ERROR_TIME])
+    rows, variances = [[1.0, 0.0, 0.0, 0.0, 0.0, 1.0]], [max(gnss.white, 0.01) ** 2]
+    if gnss.velocity_std is not None:
+        rows.append([0.0, 1.0, turning, 0.0, 0.0, 0.0])
+        variances.append(_VELOCITY_STD**2)
+    return dynamics, noise, np.array(rows), np.array(variances)
+
+
+def _steady_kalman(dynamics, noise, measured, variances, interval):
+    """(prior covariance, gain) of the steady Kalman filter at an interval of fixes, by doubling (Anderson 1978)."""
+    a, h = _exponential(interval * dynamics).T, _discrete(dynamics, noise, interval)
+    g = measured.T @ (measured / variances[:, None])
+    for _ in range(40):
+        left = np.linalg.solve(np.eye(len(a)) + g @ h, np.eye(len(a)))
+        a, g, before, h = a @ left @ a, g + a @ left @ g @ a.T, h, h + a.T @ h @ left @ a
+        if np.max(np.abs(h - before)) < 1e-12 * np.max(np.abs(h)):
+            break
+    spread = measured @ h @ measured.T + np.diag(variances)
+    return h, h @ measured.T @ np.linalg.inv(spread)
+
+
+def _discrete(dynamics, noise, interval):
+    """∫ exp(A t) Q exp(Aᵀ t) dt over an interval, by Van Loan's block matrix (1978)."""
+    n = len(dynamics)
+    block = _exponential(interval * np.block([[-dynamics, noise], [np.zeros((n, n)), dynamics.T]]))
+    return block[n:, n:].T @ block[:n, n:]
+
+
+def _bandwidth(response, gains, seen):
+    """Magnitude of the slower pole of T s² + (d + K K_p T_d) s + K K_p, rad/s."""
+    damping = response.linear - response.munk * seen.water_speed**2
+    stiffness = response.gain * gains.proportional
+    return float(np.min(np.abs(np.roots([response.time, damping + stiffness * gains.derivative_time, stiffness]))))
+
+
+def _closed(response: YawResponse, autopilot, seen, pull, own, turning, share, more):
+    """(12, 12) the motion between fixes of boat, estimate and reference model; `share` and `more` are what the boat's
+    gain and damping differ by. pull: of the law of guidance, m/s towards the leg for a m off it."""
+    loop = np.zeros((_STATES, _STATES))
+    loop[_OFF_LEG, _HEADING], loop[_HEADING, _RATE] = turning, 1.0
+    loop[_RATE, _RATE] = own[3, 3] - more / response.time
+    loop[3:9, 3:9] = own
+    quick, gains = autopilot.shaper.bandwidth, autopilot.controller.gains
+    wanted = np.zeros(_STATES)
+    wanted[[_OWN_OFF_LEG, _CURRENT]] = -pull / turning, -1.0 / turning
+    loop[_REFERENCE, _REFERENCE_RATE] = loop[_REFERENCE_RATE, _REFERENCE_ACCELERATION] = 1.0
+    loop[_REFERENCE_ACCELERATION] = quick**3 * wanted
+    loop[_REFERENCE_ACCELERATION, _REFERENCE:] -= quick**3, 3.0 * quick**2, 3.0 * quick
+    damping = -own[3, 3] * response.time
+    order = np.zeros(_STATES)  # in rad/s that the boat settles at
+    stiffness = response.gain * gains.proportional
+    stiff = stiffness * gains.derivative_time
+    order[[_REFERENCE, _OWN_HEADING]] = stiffness, -stiffness
+    order[[_REFERENCE_RATE, _OWN_RATE]] = damping + stiff, -stiff
+    order[[_REFERENCE_ACCELERATION, _BIAS]] = response.time, -1.0
+    loop[_RATE] += share * order / response.time
+    loop[_OWN_RATE] += order / response.time
+    return loop
+
+
+def _damping(step):
+    """Least −Re s/|s| of s = log λ of a step's eigenvalues."""
+    roots = np.linalg.eigvals(step)
+    poles = np.log(roots[np.abs(roots) > 1e-9].astype(complex))
+    return float(np.min(-poles.real / np.maximum(np.abs(poles), 1e-12)))
+
+
+def _exponential(matrix):
+    """exp of a matrix by scaling, Taylor's series and squaring."""
+    halvings = max(0, math.ceil(math.log2(max(np.linalg.norm(matrix, 1), 1e-9))) + 4)
+    small = matrix / 2.0**halvings
+    total = term = np.eye(len(matrix))
+    for k in range(1, 9):
+        term = term @ small / k
+        total = total + term
+    return np.linalg.matrix_power(total, 2**halvings)
+
+
+def _directions(scenario):
+    """The current's direction beside each leg's, rad, without repetitions."""
+    places = [assembly.place_of(scenario, index) for index in range(len(scenario.route.waypoints))]
+    towards = math.radians(scenario.environment.current.direction_deg)
+    beside = {
+        round(towards - math.atan2(e - before_e, n - before_n), 6) for (before_n, before_e), (n, e) in pairwise(places)
+    }
+    return sorted(beside)
+
+
+def _course_gain(towards, current, speed):
+    """dχ/dψ of a boat whose course loop is designed as if there was no current, on a leg north."""
+    north, east = current * math.cos(towards), current * math.sin(towards)
+    heading, water_speed = math.atan2(-east, speed - north), math.hypot(speed - north, east)
+    return course_per_heading(water_speed, speed, -heading)
