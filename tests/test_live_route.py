@@ -1,6 +1,7 @@
 """Steering sentences on a route: sides, bearings, arrival, and that nothing is said which is not known."""
 
 import math
+from pathlib import Path
 
 import pytest
 
@@ -10,10 +11,12 @@ from steerway.core.leg import Leg
 from steerway.core.records import OK
 from steerway.formats.nmea0183.writing import apb, rmb, sealed, xte
 from steerway.live.autopilot.mission import GeodeticRoute
+from steerway.live.autopilot.piloting import pilot_of
 from steerway.live.autopilot.route import Guide
 from steerway.live.base.rows import Row, lost
 from steerway.live.outputs.sentences import Sentences
 
+EXAMPLES = Path(__file__).parent.parent / "examples" / "live"
 HOME = (math.radians(54.0), math.radians(10.0))
 NOON = 1_719_835_200.0
 STARBOARD = Leg(18.52, 0.0, math.radians(350.0), 1852.0, math.radians(-10.0), 2.0, *HOME, "WP0", "WP1")
@@ -117,3 +120,26 @@ def test_wrong_routes_are_refused_in_a_sentence(tmp_path, name, text, why):
     (tmp_path / name).write_text(text)
     with pytest.raises(InputError, match=why):
         GeodeticRoute.load(tmp_path / name)
+
+
+def test_a_survey_aboard_is_followed_round_its_corners(tmp_path):
+    """The example: a waypoint, then eight of four lines; its corners are curves, and the fence holds it."""
+    text = (EXAMPLES / "survey.toml").read_text()
+    path = tmp_path / "survey.toml"
+    path.write_text(text)
+    line = GeodeticRoute.load(path)
+    mission = pilot_of(line).mission
+    north, east = mission.route.north - mission.route.north[1], mission.route.east - mission.route.east[1]
+    towards = math.radians(20.0)
+    along = north * math.cos(towards) + east * math.sin(towards)
+    assert list(along[1:]) == [pytest.approx(each, abs=0.2) for each in (0, 104, 104, 0, 0, 104, 104, 0)]
+    assert mission.route.curves[2].before == pytest.approx(1.5 * 1.2 / math.radians(12.0), rel=0.01)
+    path.write_text(text.replace("spacing = 25.0", "spacing = 90.0"))
+    with pytest.raises(InputError, match="lies outside of the fence"):
+        GeodeticRoute.load(path)
+    path.write_text(text.replace("lines = 4", "lines = 0"))
+    with pytest.raises(InputError, match=r"survey\.lines is 0"):
+        GeodeticRoute.load(path)
+    path.write_text("speed_mps = 1.0")
+    with pytest.raises(InputError, match=r"has 0 waypoints, expected at least 2, or a table \[survey\]"):
+        GeodeticRoute.load(path)

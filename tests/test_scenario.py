@@ -61,6 +61,20 @@ def test_waypoints_in_latitude_and_longitude():
     assert mission.route.north[1] == pytest.approx(111.5, abs=0.1) and mission.route.east[1] == 0.0
 
 
+@pytest.mark.parametrize("place", ["north = 100.0, east = 50.0", "latitude_deg = 63.44, longitude_deg = 10.40"])
+def test_a_survey_comes_after_the_waypoints(place):
+    """Lines to the east, 20 m apart to starboard, so to the south; turns 5 m outside of the area."""
+    survey = f"{{ {place}, direction_deg = 90.0, length = 80.0, spacing = 20.0, lines = 2, run_in = 5.0 }}"
+    scenario = parse_scenario(f"[route]\nwaypoints = [{{ north = -30.0, east = 9.0 }}]\nsurvey = {survey}")
+    (mission,) = pilot(scenario).mission.missions
+    north, east = (100.0, 50.0) if "east" in place else (0.0, 0.0)
+    sailed = [(-30.0, 9.0), (0.0, -5.0), (0.0, 85.0), (-20.0, 85.0), (-20.0, -5.0)]
+    expected = [sailed[0], *((north + n, east + e) for n, e in sailed[1:])]
+    assert list(zip(mission.route.north, mission.route.east, strict=True)) == [
+        pytest.approx(each, abs=0.2) for each in expected
+    ]
+
+
 WRONG = {
     "unknown key gnss.rat, expected perhaps rate": ROUTE + "[gnss]\nrat = 5",
     "unknown key wind, expected one of ": ROUTE + "[wind]\nspeed = 5",
@@ -73,8 +87,20 @@ WRONG = {
     "step is 'fast', expected a number": 'step = "fast"\n' + ROUTE,
     "seed is 1.5, expected a whole number": "seed = 1.5\n" + ROUTE,
     "duration of 1e+07 s in steps of 0.02 s is 5e+08 steps, expected at most 2e+07": "duration = 1e7\n" + ROUTE,
-    "route is missing, expected a table [route] with waypoints": "step = 0.02",
+    "route is missing, expected a table [route] with waypoints or a survey": "step = 0.02",
     "route.waypoints is [], expected at least 2 entries": "[route]\nwaypoints = []",
+    "survey.spacing is 0 m, expected a number other than 0": (
+        "[route]\nsurvey = { north = 0, east = 0, length = 80, spacing = 0, lines = 2 }"
+    ),
+    "unknown key route.survey.line, expected perhaps lines": "[route]\nsurvey = { length = 80, spacing = 9, line = 2 }",
+    "route.waypoints[0] gives north, expected north and east in m, or latitude_deg": (
+        "[route]\nsurvey = { north = 0, length = 80, spacing = 9, lines = 2 }"
+    ),
+    'route.corner_radius has no effect on exact corners, expected corners = "arc" or': ROUTE + "corner_radius = 5",
+    "corners with a radius of 9 m take 18 m of the leg to route.waypoint[2], which has 15 m": (
+        '[route]\ncorners = "arc"\ncorner_radius = 9\n'
+        "survey = { north = 0, east = 0, length = 80, spacing = 15, lines = 2 }"
+    ),
     "route.waypoints[1] is 10000 km from the origin at 63.44°, 10.4°, expected at most 500 km": (
         "[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 1e7, east = 0 }]"
     ),

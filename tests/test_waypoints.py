@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from steerway.core.errors import InputError
+from steerway.guidance.corners import corner
 from steerway.guidance.line_of_sight import LineOfSight
 from steerway.guidance.route import Route
 from steerway.guidance.waypoints import Mission, Passing, Phase
@@ -241,3 +242,58 @@ def test_the_plane_through_a_waypoint_is_crossed_behind_it_not_before():
     assert 0.0 < leg.remaining < 1.0 and passing.verdict(leg, 10.0) is None
     assert passing.verdict(leg._replace(remaining=-0.5), 10.0) == (False, "plane")
     assert Passing("remaining").verdict(leg._replace(remaining=10.5), 10.0) is None
+
+
+@pytest.mark.parametrize("kind", ["arc", "clothoid"])
+@pytest.mark.parametrize("turn_deg", [90.0, -90.0, 30.0, -150.0])
+def test_a_corner_joins_both_legs_smoothly(kind, turn_deg):
+    direction, turn = 0.7, math.radians(turn_deg)
+    curve = corner(kind, 10.0, 3.0, -4.0, direction, direction + turn)
+    before = 3.0 - curve.before * math.cos(direction), -4.0 - curve.before * math.sin(direction)
+    behind = 3.0 + curve.before * math.cos(direction + turn), -4.0 + curve.before * math.sin(direction + turn)
+    ends = (curve.north[0], curve.east[0]), (curve.north[-1], curve.east[-1])
+    assert np.allclose(ends, (before, behind), atol=1e-9)
+    assert curve.direction[0] == direction and curve.direction[-1] == pytest.approx(direction + turn)
+    curvature = np.abs(np.diff(curve.direction)) / curve.step
+    assert curvature.max() == pytest.approx(0.1, rel=0.02)
+    assert curve.length == pytest.approx(abs(turn) * 10.0 * (1.0 if kind == "arc" else 2.0))
+    if kind == "arc":
+        assert curve.before == pytest.approx(10.0 * math.tan(0.5 * abs(turn)), rel=1e-3)
+        middle = len(curve.north) // 2
+        c, s = math.cos(curve.direction[middle]), math.sin(curve.direction[middle])
+        along, cross = curve.seen(curve.north[middle] - 2.0 * s, curve.east[middle] + 2.0 * c)
+        assert (along, cross) == pytest.approx((middle * curve.step, 2.0))
+    else:
+        assert curvature[0] < 0.01 and curvature[-1] < 0.01
+
+
+def test_a_mission_follows_its_curves_to_their_ends():
+    """A point that moves exactly along the way sees no distance from it, and every waypoint passed by its corner."""
+    route = Route([0.0, 100.0, 100.0, 0.0], [0.0, 0.0, 100.0, 100.0], corners="arc", corner_radius=20.0)
+    mission, north, east = Mission(route), 0.0, 0.0
+    mission.preview = 0.05  # half a step
+    off, angle = 0.0, []
+    while mission.phase is Phase.UNDER_WAY:
+        leg = mission.step(north, east, 0.1)
+        off = max(off, abs(leg.cross_track))
+        angle.append(leg.direction)
+        north, east = north + 0.1 * math.cos(leg.direction), east + 0.1 * math.sin(leg.direction)
+    assert off < 0.01
+    assert [each.why for each in mission.log.passages] == ["corner", "corner", "remaining"]
+    assert np.abs(np.diff(angle)).max() < 0.02
+    assert mission.log.distance == pytest.approx(300.0 - 80.0 + 2.0 * 10.0 * math.pi - 10.0, abs=0.5)
+    mission = Mission(route)
+    mission.preview = 5.0
+    assert mission.step(79.0, 0.0, 0.1).direction == pytest.approx(4.0 / 20.0, abs=0.01)
+    assert math.isnan(mission.following)
+
+
+def test_corners_that_do_not_fit_are_refused():
+    points = [0.0, 100.0, 100.0, 0.0], [0.0, 0.0, 30.0, 30.0]
+    with pytest.raises(InputError, match=r"radius of 20 m take 40 m of the leg to route.waypoint\[2\], which has 30 m"):
+        Route(*points, corners="arc", corner_radius=20.0)
+    assert Route(*points, corners="arc", corner_radius=15.0).curves[1].before == pytest.approx(15.0, rel=1e-3)
+    with pytest.raises(InputError, match=r"waypoint\[1\] turns by 180°, expected at most 175°"):
+        Route([0.0, 100.0, 20.0], [0.0, 0.0, 0.0], corners="arc")
+    with pytest.raises(InputError, match=r"route\.corners is 'round'"):
+        Route(*points, corners="round")

@@ -42,6 +42,7 @@ class Mission(Protocol):
 
     phase: Phase
     lead: float
+    preview: float
 
     @property
     def following(self) -> float: ...
@@ -201,7 +202,8 @@ class Pilot:
         return self.in_current.seen(leg, speed, estimate) if knows else leg
 
     def look_ahead(self, leg: LegState, estimate: Estimate, dt: float) -> None:
-        """Tell the mission, for its next step, at which distance from the waypoint the turn into the next leg begins.
+        """Tell the mission, for its next step, at which distance from the waypoint the turn into the next leg begins,
+        and how far ahead on a curve the boat has to look.
 
         And whether the boat can make way along the leg is watched, `in_current.trouble`.
         """
@@ -211,6 +213,7 @@ class Pilot:
             if math.isfinite(following):
                 lead = self.in_current.lead(leg.direction, following, estimate, self.autopilot.shaper)
         self.mission.lead = lead
+        self.mission.preview = estimate.sog * self.autopilot.shaper.lag if estimate.sog > 0.0 else 0.0
 
     def _steer_in_current(self, desired, speed, estimate, dt):
         self.in_current.tune(self.autopilot, estimate)

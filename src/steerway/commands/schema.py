@@ -16,6 +16,7 @@ _BY_KEY = {
     **dict.fromkeys(("speed", "cruise", "cruise_speed", "gust_std", "velocity_std"), "m/s"),
     **dict.fromkeys(("north", "east", "arm", "acceptance", "lookahead", "radius", "white", "lever_arm"), "m"),
     **dict.fromkeys(("payload_position", "displacement_std", "cross_track"), "m"),
+    **dict.fromkeys(("corner_radius", "length", "spacing", "run_in"), "m"),
     **dict.fromkeys(("bandwidth", "frequency"), "rad/s"),
     **dict.fromkeys(("force", "drift", "drift_std"), "N"),
     "markov": "m, s",

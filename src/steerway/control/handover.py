@@ -71,6 +71,9 @@ class Shaper(Protocol):
 
     reference: tuple[float, float, float] | None
 
+    @property
+    def lag(self) -> float: ...
+
     def start(self, angle: float, rate: float = 0.0, acceleration: float = 0.0): ...
 
     def step(self, command: tuple[float, float, float], dt: float) -> tuple[float, float, float]: ...

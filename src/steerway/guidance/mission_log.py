@@ -12,7 +12,7 @@ class Passage(NamedTuple):
 
     waypoint: int
     reached: bool
-    why: str  # remaining | circle | plane | time | start | the word given to `skip`
+    why: str  # remaining | circle | turn | corner | plane | time | start | the word given to `skip`
     time: float  # since the mission began
     sailed: float  # m since the mission began
     distance: float  # m to the waypoint when it was passed

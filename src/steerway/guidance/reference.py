@@ -77,6 +77,11 @@ class _Shaper:
         """Go on from a boat's own angle and rate, so that the controller sees no jump."""
         self.reference = Reference(wrap(angle), rate, acceleration)
 
+    @property
+    def lag(self) -> float:
+        """s by which the angle lags behind a command that turns steadily and does not give its rate."""
+        raise NotImplementedError
+
     def _before(self, command):
         """The reference so far; the first command is where it begins."""
         if self.reference is None:
@@ -102,6 +107,11 @@ class LowPass(_Shaper):
         super().__init__()
         self.time_constant = positive("low_pass.time_constant", time_constant)
 
+    @property
+    def lag(self) -> float:
+        """See `_Shaper`."""
+        return self.time_constant
+
     def step(self, command: Reference, dt: float) -> Reference:
         """The filtered command after dt; an unknown (NaN) command holds the last angle."""
         desired, desired_rate, _ = command
@@ -123,6 +133,11 @@ class TrackingFilter(_Shaper):
         super().__init__()
         self.bandwidth = positive("tracking_filter.bandwidth", bandwidth)
         self.damping = positive("tracking_filter.damping", damping)
+
+    @property
+    def lag(self) -> float:
+        """See `_Shaper`."""
+        return 2.0 * self.damping / self.bandwidth
 
     def step(self, command: Reference, dt: float) -> Reference:
         """Angle, rate and acceleration after dt; an unknown (NaN) command holds the last angle."""
@@ -155,6 +170,11 @@ class ReferenceModel(_Shaper):
         self.damping = positive("reference_model.damping", damping)
         self.max_rate = positive_or_unlimited("reference_model.max_rate", max_rate)
         self.max_acceleration = positive_or_unlimited("reference_model.max_acceleration", max_acceleration)
+
+    @property
+    def lag(self) -> float:
+        """See `_Shaper`."""
+        return (2.0 * self.damping + 1.0) / self.bandwidth
 
     def step(self, command: Reference, dt: float) -> Reference:
         """Angle, rate and acceleration after dt; an unknown (NaN) command holds the last angle."""

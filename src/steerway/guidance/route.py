@@ -1,11 +1,14 @@
 """A route: waypoints in the north-east plane, checked once so that nothing behind it has to."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
-from steerway.core.checks import positive
+from steerway.core.checks import one_of, positive
 from steerway.core.errors import InputError
+from steerway.core.leg import leg_direction
+from steerway.guidance.corners import KINDS, Corner, corner
 
 LONGEST_LEG = 500e3
 """A leg beyond this (m) is no straight line in one tangent plane, and most often a slip of unit."""
@@ -18,6 +21,7 @@ class Route:
     north, east: (n,), n ≥ 2, m in the tangent plane.
     acceptance:  radius within which a waypoint is reached, m: one number or (n,), NaN: `default_acceptance`.
     speed:       what is asked for on the leg towards each waypoint, m/s: None, one number or (n,), NaN for no wish.
+    corners:     one of `corners.KINDS`; corner_radius: the least of a curve, m.
     Raises InputError that names the waypoint for anything that cannot be sailed.
     """
 
@@ -26,6 +30,9 @@ class Route:
     acceptance: np.ndarray | float | None = None
     speed: np.ndarray | float | None = None
     default_acceptance: float = 10.0
+    corners: str = KINDS[0]
+    corner_radius: float = 10.0
+    curves: tuple[Corner | None, ...] = field(init=False, repr=False, default=())
 
     def __post_init__(self):
         north, east = (np.array(axis, dtype=np.float64).reshape(-1) for axis in (self.north, self.east))
@@ -42,6 +49,9 @@ class Route:
             object.__setattr__(self, name, column)
         self._check_points()
         self._check_legs()
+        one_of("route.corners", self.corners, KINDS)
+        positive("route.corner_radius", self.corner_radius)
+        object.__setattr__(self, "curves", self._curves())
 
     def __len__(self) -> int:
         return len(self.north)
@@ -50,6 +60,27 @@ class Route:
     def lengths(self) -> np.ndarray:
         """(n−1,) length of each leg, m."""
         return np.hypot(np.diff(self.north), np.diff(self.east))
+
+    def _curves(self) -> tuple[Corner | None, ...]:
+        """The curve at each waypoint, None for none."""
+        points = list(zip(self.north, self.east, strict=True))
+        directions = [leg_direction(*one, *other) for one, other in pairwise(points)]
+        curves = [None] * len(points)
+        for index in range(1, len(points) - 1):
+            try:
+                curves[index] = corner(
+                    self.corners, self.corner_radius, *points[index], *directions[index - 1 : index + 1]
+                )
+            except InputError as error:
+                raise InputError(f"route.waypoint[{index}] {error}") from None
+        for index, length in enumerate(self.lengths, start=1):
+            taken = sum(each.before for each in curves[index - 1 : index + 1] if each is not None)
+            if taken > 1.001 * length:  # the curves are sampled
+                raise InputError(
+                    f"corners with a radius of {self.corner_radius:.3g} m take {taken:.3g} m of the leg to "
+                    f"route.waypoint[{index}], which has {length:.3g} m, expected a smaller corner_radius"
+                )
+        return tuple(curves)
 
     def _check_points(self):
         for index in range(len(self)):

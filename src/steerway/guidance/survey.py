@@ -1,12 +1,15 @@
 """Survey patterns: parallel lines over an area, with room outside of it for the turns."""
 
 import math
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
 from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.errors import InputError
+from steerway.core.schema import NotNegative, Number, Positive, Table
 
 
 def lawnmower(
@@ -33,3 +36,18 @@ def lawnmower(
         for along in ends if k % 2 == 0 else reversed(ends):
             points.append(np.array([north, east]) + along * ahead + k * spacing * abeam)
     return np.array(points)
+
+
+class SurveyTable(Table):
+    """Parallel lines as of `lawnmower`, of a file of settings: m, and degrees from true north."""
+
+    direction_deg: Number = 0.0
+    length: Positive
+    spacing: Number
+    lines: Annotated[int, Field(strict=True, ge=1, le=1000)]
+    run_in: NotNegative = 0.0
+
+    def offsets(self) -> Floats:
+        """(2 · lines, 2) north and east of the waypoints from the beginning of the first line, m."""
+        towards = math.radians(self.direction_deg)
+        return lawnmower(0.0, 0.0, towards, self.length, self.spacing, self.lines, self.run_in)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from steerway.core.checks import not_negative
 from steerway.core.errors import InputError
@@ -73,6 +74,15 @@ class Voyage:
     def lead(self, lead: float) -> None:
         self.missions[self._part].lead = lead
 
+    @property
+    def preview(self) -> float:
+        """See `Mission`."""
+        return self.missions[self._part].preview
+
+    @preview.setter
+    def preview(self, preview: float) -> None:
+        self.missions[self._part].preview = preview
+
     def step(self, north: float, east: float, dt: float, effort: float = 0.0) -> LegState:
         """See `Mission.step`."""
         mission = self.missions[self._part]
@@ -101,4 +111,5 @@ class Voyage:
 
 def _part(route, first, last):
     chosen = slice(first, last + 1)
-    return Route(route.north[chosen], route.east[chosen], route.acceptance[chosen], route.speed[chosen])
+    part = Route(route.north[chosen], route.east[chosen], route.acceptance[chosen], route.speed[chosen])
+    return replace(part, corners=route.corners, corner_radius=route.corner_radius)

@@ -76,7 +76,8 @@ class Mission:
         last leg's for "continue" and 0 otherwise. `phase` says which.
     A passed waypoint switches the leg for the next step: the step that passes it still answers for the old leg, and at
     most one waypoint is passed in a step. `lead` (m before the waypoint, NaN for none) may be set before a step by who
-    knows how the boat turns: then the leg ends there, in place of the rule.
+    knows how the boat turns: then the leg ends there, in place of the rule. A curve at the leg's end belongs to it; its
+    direction is that of the way `preview` m ahead, for a boat that follows with a delay.
     """
 
     def __init__(self, route: Route, passing: Passing | None = None, *, start: str = "line", at_end: str = "stop"):
@@ -88,7 +89,7 @@ class Mission:
 
     def restart(self) -> None:
         """Forget everything sailed so far."""
-        self.lead = math.nan
+        self.lead, self.preview = math.nan, 0.0
         self.phase = Phase.UNDER_WAY
         self.log = MissionLog()
         self._target = None
@@ -105,7 +106,7 @@ class Mission:
             if not known:
                 return LegState(0, *[math.nan] * 7)
             self._begin(north, east)
-        leg = LegState(self._target, self._direction, *self._seen(north, east), self._speed)
+        leg = self._seen(north, east)
         if self.phase is Phase.UNDER_WAY:
             self.log.add(north, east, leg, dt, effort)
             if known:
@@ -114,9 +115,9 @@ class Mission:
 
     @property
     def following(self) -> float:
-        """Direction of the leg after the one under way, rad; NaN where there is none."""
+        """Direction of the leg after the one under way, rad; NaN where there is none, or a curve leads to it."""
         target = self._target
-        if target is None or target + 1 >= len(self.route) or self.phase is not Phase.UNDER_WAY:
+        if target is None or target + 1 >= len(self.route) or self.phase is not Phase.UNDER_WAY or self._curve:
             return math.nan
         ends = (self._ends[2], self._ends[3], self.route.north[target + 1], self.route.east[target + 1])
         return float(leg_direction(*ends))
@@ -158,6 +159,8 @@ class Mission:
         """Set the leg from point 0 to a waypoint, the boat being at (north, east)."""
         route = self.route
         end = (float(route.north[target]), float(route.east[target]))
+        on_route = target > 0 and (north_0, east_0) == (route.north[target - 1], route.east[target - 1])
+        self._curve = route.curves[target] if on_route else None
         self._target = target
         self._ends = (float(north_0), float(east_0), *end)
         self._direction = leg_direction(*self._ends)
@@ -175,11 +178,23 @@ class Mission:
         return factor * length / self._speed + self.passing.time_margin
 
     def _seen(self, north, east):
-        return seen_from_leg(north, east, *self._ends, self._direction, self._length)
+        curve, direction = self._curve, self._direction
+        along, cross, remaining, distance, bearing = seen_from_leg(north, east, *self._ends, direction, self._length)
+        if curve is not None:
+            begins = self._length - curve.before
+            if along > begins:
+                on_curve, cross = curve.seen(north, east)
+                along = begins + on_curve
+            remaining = begins + curve.length - along
+            direction = curve.direction_at(along + self.preview - begins)
+        return LegState(self._target, direction, along, cross, remaining, distance, bearing, self._speed)
 
     def _judge(self, leg, north, east):
         self._last_seen = (north, east)
-        verdict = self.passing.verdict(leg, self._acceptance, self.lead)
+        if self._curve is not None:
+            verdict = (True, "corner") if leg.remaining <= 0.0 else None
+        else:
+            verdict = self.passing.verdict(leg, self._acceptance, self.lead)
         if verdict is None and self.log.time - self._leg_since > self._time_limit:
             verdict = (False, "time")
         if verdict is not None:

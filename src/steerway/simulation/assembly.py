@@ -36,6 +36,10 @@ ANGLE_STD = math.radians(1.0)
 """1σ of an estimated course or heading, as predictive and LQG autopilots take it."""
 
 
+CORNER = 1.5
+"""Radius of a corner's curve over that of the tightest turn."""
+
+
 class Assembly(NamedTuple):
     """The arguments of `loop.sail`. Vessel, instruments and environment hold no state; a pilot serves one run."""
 
@@ -167,21 +171,23 @@ def response_of(known: Boat) -> Response:
 def voyage(scenario: Scenario, known: Boat) -> Voyage:
     """The route with its stays."""
     table = scenario.route
-    places = [place_of(scenario, index) for index in range(len(table.waypoints))]
+    places = [place_of(scenario, index) for index in range(len(table.points))]
     route = Route(
         np.array([north for north, _ in places]),
         np.array([east for _, east in places]),
-        np.array([math.nan if each.acceptance is None else each.acceptance for each in table.waypoints]),
-        np.array([math.nan if each.speed is None else each.speed for each in table.waypoints]),
+        np.array([math.nan if each.acceptance is None else each.acceptance for each in table.points]),
+        np.array([math.nan if each.speed is None else each.speed for each in table.points]),
         known.acceptance,
+        table.corners,
+        CORNER * known.cruise / known.turn_rate if table.corner_radius is None else table.corner_radius,
     )
-    stays = [each.stay for each in table.waypoints]
+    stays = [each.stay for each in table.points]
     return Voyage(route, stays, Passing(rule=table.passing), at_end=table.at_end)
 
 
 def place_of(scenario: Scenario, index: int) -> tuple[float, float]:
     """North and east (m) of a waypoint, however it is given."""
-    waypoint, place = scenario.route.waypoints[index], f"route.waypoints[{index}]"
+    waypoint, place = scenario.route.points[index], f"route.waypoints[{index}]"
     plane, globe = (waypoint.north, waypoint.east), (waypoint.latitude_deg, waypoint.longitude_deg)
     if None not in plane and globe == (None, None):
         return plane

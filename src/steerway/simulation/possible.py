@@ -43,8 +43,15 @@ def _rates(scenario):
 
 
 def _places(scenario):
+    table = scenario.route
+    if len(table.points) < 2:
+        raise InputError(
+            f"route.waypoints is {list(table.waypoints)}, expected at least 2 entries, or a table [route.survey]"
+        )
+    if table.corner_radius is not None and table.corners == "exact":
+        raise InputError('route.corner_radius has no effect on exact corners, expected corners = "arc" or "clothoid"')
     origin = (scenario.origin.latitude_deg, scenario.origin.longitude_deg)
-    for index in range(len(scenario.route.waypoints)):
+    for index in range(len(scenario.route.points)):
         north, east = assembly.place_of(scenario, index)
         if math.hypot(north, east) > LONGEST_LEG:
             raise InputError(
@@ -54,7 +61,7 @@ def _places(scenario):
 
 
 def _speeds(scenario):
-    known, waypoints = assembly.boat(scenario), scenario.route.waypoints
+    known, waypoints = assembly.boat(scenario), scenario.route.points
     commanded = {}
     if known.speed is None:
         for key in ("cruise", "bandwidth"):
@@ -83,7 +90,7 @@ def _steering(scenario):
         if scenario.autopilot.model_fields_set:
             raise InputError(f"autopilot has no effect on a vessel of kind {kind}, which cannot turn")
         heading = math.radians(scenario.start.heading_deg)
-        for index in range(len(scenario.route.waypoints)):
+        for index in range(len(scenario.route.points)):
             north, east = assembly.place_of(scenario, index)
             north, east = north - scenario.start.north, east - scenario.start.east
             across = abs(east * math.cos(heading) - north * math.sin(heading))
@@ -158,7 +165,7 @@ def _instruments(scenario):
         raise InputError(f"guidance.law {scenario.guidance.law} commands a heading, expected a table [compass]")
     if scenario.route.at_end == "hold":
         raise InputError('route.at_end is "hold", expected a table [compass]: at rest only a compass measures heading')
-    for index, each in enumerate(scenario.route.waypoints):
+    for index, each in enumerate(scenario.route.points):
         if each.stay > 0.0:
             raise InputError(
                 f"route.waypoints[{index}].stay is {each.stay:g} s, "
@@ -167,7 +174,7 @@ def _instruments(scenario):
 
 
 def _propulsion(scenario):
-    holds = scenario.route.at_end == "hold" or any(each.stay > 0.0 for each in scenario.route.waypoints)
+    holds = scenario.route.at_end == "hold" or any(each.stay > 0.0 for each in scenario.route.points)
     if holds and scenario.vessel.boat().station is None:
         able = ", ".join(kind_of(each) for each in TABLES if each().boat().station is not None)
         raise InputError(

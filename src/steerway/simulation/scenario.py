@@ -4,13 +4,19 @@ Keys are SI; angles are in degrees and their keys end in `_deg`. Whatever is lef
 instruments, guidance laws and reference filters declare their own keys, in their own files.
 """
 
+import math
+from functools import cached_property
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import Field, create_model
 
+from steerway.core.earth import displaced
 from steerway.core.schema import NotNegative, Number, Positive, Table, in_radians
+from steerway.guidance.corners import KINDS as CORNERS
 from steerway.guidance.laws import GuidanceTable
 from steerway.guidance.shapers import ReferenceTable
+from steerway.guidance.survey import SurveyTable
 from steerway.sensors.gnss import GnssTable
 from steerway.sensors.kinds import INSTRUMENTS
 from steerway.sensors.table import InstrumentTable
@@ -153,13 +159,48 @@ class WaypointTable(Table):
     stay: NotNegative = 0.0
 
 
-class RouteTable(Table):
-    """The waypoints, the rule for passing them, and the behaviour at the end."""
+class SurveyRouteTable(SurveyTable):
+    """A survey whose first line begins at a place, in m from the origin or as latitude and longitude."""
 
-    waypoints: tuple[WaypointTable, ...] = Field(min_length=2, description="at least 2 waypoints")
+    north: Number | None = None
+    east: Number | None = None
+    latitude_deg: Annotated[float, Field(strict=True, ge=-89.0, le=89.0)] | None = None
+    longitude_deg: Annotated[float, Field(strict=True, ge=-180.0, le=180.0)] | None = None
+
+    def waypoints(self) -> tuple[WaypointTable, ...]:
+        """The waypoints of the lines, given as the place is."""
+        plane, globe = (self.north, self.east), (self.latitude_deg, self.longitude_deg)
+        if None not in plane and globe == (None, None):
+            return tuple(WaypointTable(north=plane[0] + n, east=plane[1] + e) for n, e in self.offsets().tolist())
+        if None not in globe and plane == (None, None):
+            origin = tuple(map(math.radians, globe))
+            places = [np.degrees(displaced(*origin, *offset)).tolist() for offset in self.offsets()]
+            return tuple(
+                WaypointTable(latitude_deg=latitude, longitude_deg=longitude) for latitude, longitude in places
+            )
+        place = self.model_dump(include={"north", "east", "latitude_deg", "longitude_deg"})
+        return (WaypointTable(**place),) * 2  # refused as every waypoint without a place
+
+
+class RouteTable(Table):
+    """The waypoints, then the lines of a survey; the rule for passing them, the corners, the behaviour at the end.
+
+    Corners: "exact" waypoints, or an "arc" or a "clothoid" of at least `corner_radius`, by default one and a half of
+    the tightest turn.
+    """
+
+    waypoints: tuple[WaypointTable, ...] = ()
+    survey: SurveyRouteTable | None = None
     at_end: Literal["stop", "hold", "continue"] = "stop"
     passing: Literal["remaining", "circle"] = "remaining"
     acceptance: Positive | None = None
+    corners: Literal[*CORNERS] = CORNERS[0]  # type: ignore[valid-type]
+    corner_radius: Positive | None = None
+
+    @cached_property
+    def points(self) -> tuple[WaypointTable, ...]:
+        """The waypoints given, and those of the survey."""
+        return self.waypoints + (() if self.survey is None else self.survey.waypoints())
 
 
 class OriginTable(Table):
@@ -200,7 +241,7 @@ class Scenario(_Instruments):
     autopilot: AutopilotTable = AutopilotTable()
     speed: SpeedTable = SpeedTable()
     station: StationTable = StationTable()
-    route: RouteTable = Field(description="a table [route] with waypoints")
+    route: RouteTable = Field(description="a table [route] with waypoints or a survey")
 
     def instruments(self) -> dict[str, InstrumentTable]:
         """The tables of the instruments that are fitted beside the receiver, by name."""

@@ -1,7 +1,8 @@
 """The mission file: waypoints, speeds, fence, limits and the boat's response; TOML, GPX or GeoJSON.
 
-TOML has `[[waypoint]]` with `lat_deg` and `lon_deg` and what the tables below list; a GPX route has its `rtept`; in
-GeoJSON the first LineString is the route and the first Polygon the fence. Defaults are those of `MissionTable`.
+TOML has `[[waypoint]]` with `lat_deg` and `lon_deg`, `[survey]`, and what the tables below list; a GPX route has its
+`rtept`; in GeoJSON the first LineString is the route and the first Polygon the fence. Defaults are those of
+`MissionTable`.
 """
 
 import json
@@ -15,9 +16,12 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from steerway.core.earth import displaced
 from steerway.core.errors import InputError
 from steerway.core.validation import refusal
+from steerway.guidance.corners import KINDS as CORNERS
 from steerway.guidance.laws import COURSE_LAWS
+from steerway.guidance.survey import SurveyTable
 from steerway.live.autopilot.fence import Fence
 
 LOOKAHEAD = 20.0
@@ -45,6 +49,15 @@ class Waypoint(Corner):
 
     speed_mps: float | None = Field(None, gt=0.0, allow_inf_nan=False)
     acceptance: float | None = Field(None, gt=0.0, allow_inf_nan=False)  # m
+
+
+class Survey(SurveyTable, Corner):
+    """The lines of a survey; the place is where the first begins."""
+
+    def waypoints(self) -> list[Waypoint]:
+        """The waypoints of the lines."""
+        places = [np.degrees(displaced(*self.place, *offset)).tolist() for offset in self.offsets()]
+        return [Waypoint(lat_deg=latitude, lon_deg=longitude) for latitude, longitude in places]
 
 
 class Limits(_Table):
@@ -77,13 +90,16 @@ class MissionTable(_Table):
     acceptance: float = Field(10.0, gt=0.0, allow_inf_nan=False)  # m
     speed_mps: float = Field(1.0, gt=0.0, allow_inf_nan=False)
     law: Literal[*COURSE_LAWS] = "line-of-sight"  # type: ignore[valid-type]
+    corners: Literal[*CORNERS] = CORNERS[0]  # type: ignore[valid-type]
+    corner_radius: float | None = Field(None, gt=0.0, allow_inf_nan=False)  # m, of arcs and clothoids
     safe: Literal["stop", "hand-back"] = "stop"
     limits: Limits = Limits()
     boat: BoatTable = BoatTable()
 
 
 class MissionFile(MissionTable):
-    waypoint: list[Waypoint] = Field(description="[[waypoint]] tables with lat_deg and lon_deg")
+    waypoint: list[Waypoint] = Field([], description="[[waypoint]] tables with lat_deg and lon_deg")
+    survey: Survey | None = None
     fence: list[Corner] = []
 
 
@@ -97,6 +113,7 @@ class GeodeticRoute:
     fence:      the area that the boat must not leave.
     limits, boat, safe: see `Limits`, `BoatTable`; `safe` "stop" (zero thrust and yaw rate) or "hand-back" (no order).
     law:        guidance law, one of `laws.COURSE_LAWS`.
+    corners:    one of `corners.KINDS`; corner_radius: of a curve, m, by default one and a half of the tightest turn.
     Raises InputError for a route that leaves its fence.
     """
 
@@ -110,6 +127,8 @@ class GeodeticRoute:
     boat: BoatTable = field(default_factory=BoatTable)
     safe: str = "stop"
     law: str = "line-of-sight"
+    corners: str = CORNERS[0]
+    corner_radius: float | None = None
 
     def __post_init__(self):
         places = list(zip(self.latitude, self.longitude, strict=True))
@@ -136,10 +155,11 @@ class GeodeticRoute:
             raise refusal(f"route {path}", error, MissionFile) from None
         except (ValueError, LookupError, TypeError, AttributeError, RecursionError, ElementTree.ParseError) as error:
             raise InputError(f"route {path} is malformed ({error}), expected waypoints in degrees") from None
-        if len(table.waypoint) < 2:
-            raise InputError(f"route {path} has {len(table.waypoint)} waypoints, expected at least 2")
+        waypoints = table.waypoint + ([] if table.survey is None else table.survey.waypoints())
+        if len(waypoints) < 2:
+            raise InputError(f"route {path} has {len(waypoints)} waypoints, expected at least 2, or a table [survey]")
         try:
-            return cls.of(table.waypoint, table.fence, table)
+            return cls.of(waypoints, table.fence, table)
         except InputError as error:
             raise InputError(f"route {path}: {error}") from None
 
@@ -159,6 +179,8 @@ class GeodeticRoute:
             table.boat,
             table.safe,
             table.law,
+            table.corners,
+            table.corner_radius,
         )
 
 

@@ -50,6 +50,8 @@ SLOWEST = 0.6
 """Share of the route's speed that is kept through the water in a following current."""
 ACCELERATION = 0.15
 """m/s² at which another speed is approached."""
+_CORNER = 1.5
+"""Radius of a corner's curve over that of the tightest turn."""
 _TURN_TIME = 1.0
 """s in which the reference reaches its largest yaw rate."""
 _GIVE_UP = 0.9
@@ -96,7 +98,10 @@ def pilot_of(
     origin = float(line.latitude[0]), float(line.longitude[0])
     places = [displacement(*place, *origin) for place in zip(line.latitude, line.longitude, strict=True)]
     north, east = np.array(places).T
-    route = Route(north, east, acceptance=line.acceptance, speed=line.speed)
+    radius = line.corner_radius
+    if radius is None:
+        radius = _CORNER * float(np.mean(line.speed)) / math.radians(line.boat.max_yaw_rate_dps)
+    route = Route(north, east, acceptance=line.acceptance, speed=line.speed, corners=line.corners, corner_radius=radius)
     return Pilot(
         Aboard(origin, response_of(line, takes), profile.position_std),
         Mission(route, Passing(time_factor=None)),

@@ -1,0 +1,73 @@
+"""Corners of a route as curves: the way from one leg to the next as an arc, or as a pair of clothoids."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from steerway.core.angles import wrap
+from steerway.core.arrays import Floats
+from steerway.core.errors import InputError
+
+KINDS = ("exact", "arc", "clothoid")
+"""How a boat passes a waypoint: as well as she can turn, on an arc, or on a curve whose curvature rises and falls."""
+_STEP = 0.02
+"""rad of the turn between two points of a curve."""
+_LEAST_TURN = math.radians(3.0)
+_LARGEST_TURN = math.radians(175.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Corner:
+    """A curve that begins `before` m ahead of a waypoint on one leg, and ends as far behind it on the next.
+
+    north, east (m) and direction (rad): (n,), points `step` m apart along the curve.
+    """
+
+    before: float
+    step: float
+    north: Floats
+    east: Floats
+    direction: Floats
+
+    @property
+    def length(self) -> float:
+        """Of the curve, m."""
+        return self.step * (len(self.north) - 1)
+
+    def seen(self, north: float, east: float) -> tuple[float, float]:
+        """Way along the curve and distance from it (m, + to starboard) of a position, by the nearest point."""
+        k = int(np.argmin((self.north - north) ** 2 + (self.east - east) ** 2))
+        c, s = math.cos(self.direction[k]), math.sin(self.direction[k])
+        dn, de = north - self.north[k], east - self.east[k]
+        return k * self.step + dn * c + de * s, de * c - dn * s
+
+    def direction_at(self, along: float) -> float:
+        """Direction of the curve (rad), of the legs before and behind it."""
+        return float(np.interp(along, self.step * np.arange(len(self.north)), self.direction))
+
+
+def corner(kind: str, radius: float, north: float, east: float, direction: float, following: float) -> Corner | None:
+    """The curve at a waypoint between legs of two directions (rad), its least radius in m.
+
+    None where the legs are nearly in line, and for the kind "exact". Raises InputError for a turn right round.
+    """
+    turn = wrap(following - direction)
+    if kind == "exact" or abs(turn) < _LEAST_TURN:
+        return None
+    if abs(turn) > _LARGEST_TURN:
+        raise InputError(f"turns by {math.degrees(abs(turn)):.0f}°, expected at most 175° of a corner of kind {kind}")
+    share = np.linspace(0.0, 1.0, max(8, math.ceil(abs(turn) / _STEP)) + 1)
+    if kind == "arc":
+        turned, length = turn * share, radius * abs(turn)
+    else:  # the curvature rises linearly to 1/r and falls again: two clothoids
+        turned, length = turn * np.where(share < 0.5, 2.0 * share**2, 1.0 - 2.0 * (1.0 - share) ** 2), 2.0 * radius
+        length *= abs(turn)
+    step = length / (len(share) - 1)
+    towards = 0.5 * (turned[1:] + turned[:-1])
+    along = np.concatenate([[0.0], np.cumsum(step * np.cos(towards))])
+    across = np.concatenate([[0.0], np.cumsum(step * np.sin(towards))])
+    before = float(math.hypot(along[-1], across[-1]) / (2.0 * math.cos(0.5 * turn)))
+    along -= before
+    c, s = math.cos(direction), math.sin(direction)
+    return Corner(before, step, north + along * c - across * s, east + along * s + across * c, direction + turned)
