@@ -2,18 +2,24 @@
 
 import gzip
 import io
+import sqlite3
 import subprocess
 import sys
 import time
 import tracemalloc
+import zipfile
 
 import numpy as np
 import polars as pl
 import pytest
+import zstandard
+from mcap.writer import CompressionType, Writer
 
 from steerway.core.errors import InputError
+from steerway.formats import ais_tables
 from steerway.formats.nmea0183.writing import gga, rmc
-from steerway.formats.reading import MAX_SIZE, read, survey
+from steerway.formats.packed import MAX_SIZE
+from steerway.formats.reading import read, survey
 from tests.canboat_lines import line, position
 from tests.ubx_frames import pvt
 
@@ -33,6 +39,7 @@ WORST = {
     "NMEA 0183": (gga(1.7e9, 0.9, 0.2) + rmc(1.7e9, 0.9, 0.2)).encode(),
     "canboat text": line(1.0, 129025, 52, position(1, -1)).encode(),
     "damaged track points": b"<gpx>" + b"<trkpt " * SIZE,
+    "track points in text without end": b"<gpx>" + b"<trkpt><![CDATA[ " * SIZE,
     "nested elements": b"<gpx>" + b"<a>" * SIZE,
     "entities that contain entities": b'<?xml version="1.0"?>' + ENTITIES + b"]><gpx><trk><name>&l;</name></trk></gpx>",
 }
@@ -58,7 +65,7 @@ def test_an_archive_that_unpacks_to_a_thousand_times_its_size_is_refused(unit):
     tracemalloc.start()
     began = time.process_time()
     with pytest.raises(
-        InputError, match=r"^bytes: unpacks to more than 100 times its size, expected a log \(or a --max-size\)$"
+        InputError, match=r"^bytes: unpacks to more than 16 times its size, expected a log \(or a --max-size\)$"
     ):
         survey(packed)
     assert time.process_time() - began < 1.0
@@ -79,6 +86,68 @@ def test_an_archive_is_unpacked_to_the_size_that_is_allowed():
     first, second = gzip.compress(TABLE + log[:100_000], 9), gzip.compress(log[100_000:])
     assert len(read(first + second)) == 20_000
     assert 4_000 < len(read(first + second[: len(second) // 2])) < 20_000
+
+
+def test_a_packed_table_that_unpacks_to_far_more_is_refused(tmp_path):
+    zeros = TABLE.replace(b"time", b"mmsi,time") + bytes(30_000_000)
+    zipped = io.BytesIO()
+    with zipfile.ZipFile(zipped, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("day.csv", zeros)
+    for data in (zipped.getvalue(), gzip.compress(zeros), zstandard.compress(zeros)):
+        path = tmp_path / "day"
+        path.write_bytes(data)
+        with (
+            pytest.raises(InputError, match=r"unpacks to more than 16 times its size, expected a table \("),
+            ais_tables.reports(path, tmp_path),
+        ):
+            pass
+    assert [each.name for each in tmp_path.iterdir()] == ["day"]
+
+
+@pytest.mark.parametrize("compression", ["zstd", "lz4"])
+def test_a_chunk_of_mcap_that_unpacks_to_far_more_is_refused(compression):
+    file = io.BytesIO()
+    writer = Writer(file, compression=CompressionType[compression.upper()], chunk_size=1 << 30)
+    writer.start("", "test")
+    channel = writer.register_channel("/zeros", "", 0)
+    for k in range(30):
+        writer.add_message(channel, k, bytes(1_000_000), k)
+    writer.finish()
+    with pytest.raises(InputError, match="MCAP unpacks to more than 16 times its size, expected a recording"):
+        survey(file.getvalue())
+
+
+def database(*statements: str) -> bytes:
+    base = sqlite3.connect(":memory:")
+    for each in statements:
+        base.execute(each)
+    base.commit()
+    return base.serialize()
+
+
+TOPICS = "CREATE TABLE topics AS SELECT 1 AS id, '/fix' AS name, 'sensor_msgs/msg/NavSatFix' AS type"
+COUNTING = "WITH RECURSIVE n(k) AS (SELECT 1 UNION ALL SELECT k + 1 FROM n) SELECT"
+
+
+@pytest.mark.parametrize(
+    "messages",
+    [
+        f"CREATE VIEW messages AS {COUNTING} 1 AS topic_id, k AS timestamp, x'00' AS data FROM n",
+        f"CREATE VIEW messages AS {COUNTING} 1 AS topic_id, k AS timestamp, zeroblob(1000000000) AS data FROM n",
+    ],
+)
+def test_a_bag_whose_messages_are_a_query_without_end_is_refused(messages):
+    began = time.process_time()
+    with pytest.raises(InputError, match="is no ROS 2 bag"):
+        survey(database(TOPICS, messages))
+    assert time.process_time() - began < LIMIT
+
+
+def test_damaged_messages_of_a_bag_are_counted():
+    rows = "(x''), (x'0001'), (7), ('text'), (NULL)"
+    create = f"CREATE TABLE messages AS SELECT 1 AS topic_id, 0 AS timestamp, column1 AS data FROM (VALUES {rows})"
+    (log,) = survey(database(TOPICS, create))
+    assert log.recording.skipped == {"message damaged": 5}
 
 
 def parquet(rows: int, **changes) -> bytes:

@@ -147,7 +147,7 @@ def entries(path) -> list:
     keys = []
     with open(path, "rb") as file, contextlib.suppress(EOFError, pickle.UnpicklingError):
         file.readline()
-        while True:
+        while file.read(12):  # length and checksum
             keys.append(pickle.load(file)[0])
     return keys
 

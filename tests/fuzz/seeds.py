@@ -1,14 +1,22 @@
 """Sound inputs to begin from: generated here, examples of the project, and windows of recorded logs where they are."""
 
+import gzip
 import io
 import json
 import os
 import random
+import sqlite3
+import struct
+import tempfile
+import zipfile
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import polars as pl
+import zstandard
 
+from steerway.core.records import REPORTED
 from tests.ais_sentences import sentences, tagged
 from tests.canboat_lines import frames, gnss, line, position
 from tests.gpx_documents import WHOLE
@@ -226,3 +234,77 @@ HELM_LINES = (
     {"do": "hold-course", "value": 1.0}, {"do": "adjust", "value": -0.1}, {"do": "hold-position"}, {"do": "route"},
     {"do": "leg", "value": 1}, {"do": "mob"}, {"do": "mob-over"},
 )  # fmt: skip
+
+
+def _nav_sat_fix(k):
+    """A serialized NavSatFix of ROS 2."""
+    head = struct.pack("<BBHiIi", 0, 1, 0, 1_719_835_200 + k, 0, 4) + b"gps\0" + struct.pack("<bxH", 0, 1)
+    return head + bytes(-(len(head) - 4) % 8) + struct.pack("<12dB", 54.0 + 1e-5 * k, 10.0, 0.0, *[0.25] * 9, 2)
+
+
+def mcap():
+    """Positions of ROS 2 in chunks of every compression, and a recording of inputs."""
+    from mcap.writer import CompressionType, Writer
+
+    found = []
+    for compression in CompressionType:
+        file = io.BytesIO()
+        writer = Writer(file, compression=compression, chunk_size=400)
+        writer.start("ros2", "fuzz")
+        schema = writer.register_schema("sensor_msgs/msg/NavSatFix", "ros2msg", b"")
+        channel = writer.register_channel("/fix", "cdr", schema)
+        inputs = writer.register_channel("/input", "json", 0)
+        row = dict.fromkeys(REPORTED) | {"source": "GP", "time": 1.7e9, "latitude": 0.9, "longitude": 0.2}
+        for k in range(4):
+            writer.add_message(channel, k, _nav_sat_fix(k), k)
+            writer.add_message(inputs, k, json.dumps(row | {"time": 1.7e9 + k}).encode(), k)
+        writer.finish()
+        found.append(file.getvalue())
+    return found
+
+
+def bags():
+    """A bag of SQLite."""
+    base = sqlite3.connect(":memory:")
+    base.execute("PRAGMA page_size = 512")
+    base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT)")
+    base.execute("CREATE TABLE messages(topic_id INTEGER, timestamp INTEGER, data BLOB)")
+    base.execute("INSERT INTO topics VALUES (1, '/fix', 'sensor_msgs/msg/NavSatFix')")
+    base.executemany("INSERT INTO messages VALUES (1, ?, ?)", [(k, _nav_sat_fix(k)) for k in range(4)])
+    base.commit()
+    return [base.serialize()]
+
+
+def ais_tables():
+    """Tables of the Danish authority and of MarineCadastre, plain and packed."""
+    danish = b"# Timestamp,Type of mobile,MMSI,Latitude,Longitude,SOG,COG,Heading,Width,Length\n" + b"".join(
+        b"01/07/2024 12:00:%02d,Class A,211000001,54.%03d,10.5,5.5,90.0,91,10,80\n" % (k, k) for k in range(8)
+    )
+    american = b"MMSI,BaseDateTime,LAT,LON,SOG,COG,Heading,VesselType,Length,Width\n" + b"".join(
+        b"367000001,2024-07-01T12:00:%02d,54.%03d,10.5,5.5,90.0,91.0,70,80,10\n" % (k, k) for k in range(8)
+    )
+    zipped = io.BytesIO()
+    with zipfile.ZipFile(zipped, "w", zipfile.ZIP_DEFLATED) as file:
+        file.writestr("day.csv", danish)
+    return [danish, american, zipped.getvalue(), gzip.compress(american), zstandard.compress(danish)]
+
+
+def unfinished():
+    """What an interrupted campaign leaves."""
+    from steerway.simulation import Unfinished
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "work")
+        work = Unfinished(path, {"work": "fuzzed"})
+        for key in range(3):
+            work.add(key, {"cog_rms_deg": 1.5 * key, "rows": np.arange(3.0)})
+        return [path.read_bytes()]
+
+
+def gateway():
+    """Lines of a gateway of NMEA 2000."""
+    frames_ = [(0x09F80109, position(k, -k)) for k in range(4)] + [
+        (0x0DF80509, each) for each in frames(gnss(1.0, 2.0))
+    ]
+    said = [f"12:00:00.000 R {number:08X} {data.hex(' ').upper()}" for number, data in frames_]
+    return ["\r\n".join(said).encode()]

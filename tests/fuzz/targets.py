@@ -6,6 +6,7 @@ import json
 import os
 import tempfile
 from collections.abc import Callable
+from pathlib import Path
 from types import SimpleNamespace
 from typing import NamedTuple
 
@@ -120,6 +121,21 @@ def _mission(path):
     GeodeticRoute.load(path)
 
 
+def _ais_table(path):
+    from steerway.formats import ais_tables
+
+    with ais_tables.reports(Path(path), Path(path).parent) as frame:
+        if frame is not None:
+            frame.collect()
+
+
+def _unfinished(path):
+    from steerway.simulation import Unfinished
+
+    results = Unfinished(Path(path), {"work": "fuzzed"}, resume=True).results
+    assert isinstance(results, dict)
+
+
 def _link(make):
     """A decoder of a live link, fed in two pieces."""
 
@@ -131,6 +147,18 @@ def _link(make):
         return f"{bool(rows)} {sorted(decoder.skipped)}"
 
     return read
+
+
+def _n2k(data):
+    """Lines of a gateway on TCP."""
+    from steerway.live.n2k import device
+
+    decoder, rows = device.N2kDecoder(), []
+    for k, line in enumerate(data.split(b"\n")):
+        frame = device._raw_line(line)
+        if frame is not None:
+            rows += decoder.frame(frame, 1.7e9 + k)
+    return str(bool(rows))
 
 
 def _receiver():
@@ -242,6 +270,11 @@ TARGETS = {
     "GPX": Target(seeds.gpx, _format("gpx"), pure=True),
     "CSV": Target(seeds.csv, _format("table")),
     "Parquet": Target(seeds.parquet, _format("table")),
+    "MCAP": Target(seeds.mcap, _format("mcap")),
+    "ROS 2 bag": Target(seeds.bags, _format("ros2")),
+    "AIS table": Target(seeds.ais_tables, _file(".csv", _ais_table)),
+    "unfinished work": Target(seeds.unfinished, _file("", _unfinished)),
+    "NMEA 2000 wire": Target(seeds.gateway, _n2k, pure=True),
     "any log, packed": Target(_packed(seeds.recorded), _any_log),
     "scenario": Target(lambda: seeds.examples("*.toml"), _file(".toml", _scenario)),
     "profile": Target(seeds.profiles, _file(".toml", _profile)),

@@ -5,7 +5,9 @@ MarineCadastre before and since 2025, GeoParquet with points, and any table with
 mean "unknown" (91°, 181°, 102.3 kn, 360°, 511°) are null.
 """
 
+import shutil
 import zipfile
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +16,7 @@ import polars as pl
 
 from steerway.core.earth import KNOT
 from steerway.core.errors import InputError
+from steerway.formats import packed
 from steerway.formats.columns import plain_name, understood
 
 SCHEMA = {
@@ -62,14 +65,16 @@ _SAMPLE = 2000
 def reports(path: Path, beside: Path) -> Iterator[pl.LazyFrame | None]:
     """The rows of a table as a lazy frame with SCHEMA, or None where the file is none with MMSI, time and position.
 
-    beside: a directory in which an archive may be unpacked meanwhile. Raises InputError for a damaged file.
+    beside: a directory in which an archive may be unpacked meanwhile. Raises InputError for a damaged file
+    and for one that unpacks to far more than a table does.
     """
     unpacked = None
     try:
+        packed.check(path)
         if zipfile.is_zipfile(path):
             unpacked = _unzipped(path, beside)
         yield _scanned(unpacked or path)
-    except (pl.exceptions.PolarsError, zipfile.BadZipFile, EOFError) as error:
+    except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError) as error:
         raise InputError(f"{path}: {str(error).splitlines()[0] or 'the table is damaged'}") from error
     finally:
         if unpacked is not None:
@@ -78,13 +83,15 @@ def reports(path: Path, beside: Path) -> Iterator[pl.LazyFrame | None]:
 
 def _unzipped(path, beside) -> Path:
     """The largest member of a ZIP file, which may come with a text that describes it."""
-    import shutil
-
-    with zipfile.ZipFile(path) as archive:
-        member = max(archive.infolist(), key=lambda each: each.file_size)
-        target = beside / f".{path.name}.unpacked.part"
-        with archive.open(member) as packed, open(target, "wb") as file:
-            shutil.copyfileobj(packed, file, 1 << 20)
+    target = beside / f".{path.name}.unpacked.part"
+    try:
+        with packed.opened_zip(path) as archive:
+            member = max(archive.infolist(), key=lambda each: each.file_size)
+            with archive.open(member) as unpacked, open(target, "wb") as file:
+                shutil.copyfileobj(unpacked, file, 1 << 20)
+    except BaseException:
+        target.unlink(missing_ok=True)
+        raise
     return target
 
 
@@ -104,14 +111,15 @@ def _scanned(path: Path) -> pl.LazyFrame | None:
         quote = '"' if b'"' in text else None
         options = {"separator": separator, "infer_schema": False, "truncate_ragged_lines": True, "quote_char": quote}
         frame = pl.scan_csv(path, glob=False, encoding="utf8-lossy", **options)
-        frame = frame.rename(dict(zip(frame.collect_schema().names(), names, strict=False)))
+        found = frame.collect_schema().names()
+        if len(found) != len(names):
+            raise InputError(f"{path}: line 1 has an unbalanced quote, expected the names of columns")
+        frame = frame.rename(dict(zip(found, names, strict=True)))
     return _canonical(frame, names) if _is_ais(names) else None
 
 
 def _first_text(path, head) -> bytes:
     """The first bytes, unpacked."""
-    import zlib
-
     if head.startswith(b"\x1f\x8b"):
         try:
             return zlib.decompressobj(wbits=31).decompress(head, 1 << 16)

@@ -24,6 +24,9 @@ _POINT = re.compile(rb"<(?:\w+:)?trkpt[\s>]")
 _TEXTS = {"time", "speed", "course", "hdop", "name"}
 _INSIDE = b"<trk><trkseg>"
 _CHUNK = 65536  # bytes
+_FIRST_CHUNK = 512  # behind damage, where the next may be near
+_MOST_PARSED = 8  # bytes parsed, over those of the file: each damaged place is parsed again from the next point on
+_PARSED_ANYWAY = 1 << 20
 _MMSI = re.compile(r"(?:MMSI\s*)?(\d{9})$")
 
 
@@ -81,6 +84,9 @@ def _points(data, skipped):
         if following is None:
             break
         start = following.start()
+        if handler.parsed > _MOST_PARSED * len(data) + _PARSED_ANYWAY:
+            skipped["track point after too many damaged places"] += len(_POINT.findall(data, start))
+            break
         if not handler.accepts(openings[0]):
             openings.pop(0)
         start = handler.parse(openings[0] + _INSIDE, data, start)
@@ -91,7 +97,7 @@ class _Handler:
     """Collects the track points of what expat makes of a document."""
 
     def __init__(self):
-        self.points, self.track = [], ""
+        self.points, self.track, self.parsed = [], "", 0
 
     def accepts(self, opening):
         """Whether `opening` is a sound beginning of a document."""
@@ -107,8 +113,11 @@ class _Handler:
         self.point, self.text, self.path, self.last = None, None, [], -1
         try:
             self.parser.Parse(opening, False)
-            for at in range(start, len(data), _CHUNK):
-                self.parser.Parse(data[at : at + _CHUNK], False)
+            at, size = start, _FIRST_CHUNK
+            while at < len(data):
+                self.parsed += size
+                self.parser.Parse(data[at : at + size], False)
+                at, size = at + size, min(2 * size, _CHUNK)
             self.parser.Parse(b"", True)
         except (xml.parsers.expat.ExpatError, LookupError, ValueError) as error:
             if isinstance(error, InputError):

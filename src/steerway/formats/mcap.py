@@ -11,19 +11,23 @@ import math
 import struct
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import BinaryIO, NamedTuple
 
 import numpy as np
 
 from steerway.core.errors import InputError
 from steerway.core.records import REPORTED, Fixes
-from steerway.formats import ros2
+from steerway.formats import packed, ros2
+from steerway.formats.places import on_earth
 from steerway.formats.recording import Recording
 
 MAGIC = b"\x89MCAP0\r\n"
 INPUT = "/input"
 """The topic of the inputs in a recording of `steerway live`."""
 _LOCATION_FIX = "foxglove.LocationFix"
+_DAMAGE = LookupError, OSError, RuntimeError, TypeError, ValueError, EOFError, OverflowError, struct.error
+"""What damaged bytes raise in the libraries that read them, besides the kinds of `mcap`."""
 
 
 class Message(NamedTuple):
@@ -55,11 +59,10 @@ def messages(file: BinaryIO, metadata: dict | None = None) -> Iterator[Message]:
     from mcap.exceptions import McapError
     from mcap.records import Channel, Metadata, Schema
     from mcap.records import Message as Record
-    from mcap.stream_reader import CRCValidationError, StreamReader
 
     schemas, channels = {}, {}
     try:
-        for record in StreamReader(file).records:
+        for record in _records(file):
             if isinstance(record, Schema):
                 schemas[record.id] = record.name
             elif isinstance(record, Channel):
@@ -70,9 +73,44 @@ def messages(file: BinaryIO, metadata: dict | None = None) -> Iterator[Message]:
                 channel = channels[record.channel_id]
                 schema = schemas.get(channel.schema_id, "")
                 yield Message(channel.topic, schema, channel.message_encoding, record.log_time, record.data)
-    except (McapError, CRCValidationError, struct.error, ValueError, EOFError, KeyError) as error:
+    except (McapError, *_DAMAGE) as error:
         if not schemas and not channels:
             raise InputError(f"MCAP is damaged from the beginning ({error}), expected a recording") from None
+
+
+def _records(file) -> Iterator:
+    """The records of a file, those in compressed chunks unpacked. Raises InputError for what unpacks to far more."""
+    from mcap.records import Chunk
+    from mcap.stream_reader import StreamReader, breakup_chunk
+
+    size = file.seek(0, io.SEEK_END)
+    file.seek(0)
+    left = packed.allowed(size)
+    for record in StreamReader(file, emit_chunks=True, record_size_limit=size).records:
+        if not isinstance(record, Chunk):
+            yield record
+            continue
+        data = _unpacked(record, left)
+        left -= len(data)
+        if left < 0:
+            raise InputError(f"MCAP unpacks to more than {packed.DENSEST} times its size, expected a recording")
+        yield from breakup_chunk(replace(record, data=data, compression=""))
+
+
+def _unpacked(chunk, most) -> bytes:
+    """The records of a chunk, of more than `most` bytes its beginning."""
+    if chunk.compression == "zstd":
+        import zstandard
+
+        try:
+            return zstandard.ZstdDecompressor().stream_reader(chunk.data).read(most + 1)
+        except zstandard.ZstdError as error:
+            raise ValueError(str(error)) from None
+    if chunk.compression == "lz4":
+        import lz4.frame
+
+        return lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, most + 1)
+    return chunk.data
 
 
 def read(data: bytes) -> Recording:
@@ -82,7 +120,11 @@ def read(data: bytes) -> Recording:
     counts, skipped = Counter(), Counter()
     for message in messages(io.BytesIO(data)):
         counts[message.schema or message.topic] += 1
-        made = _row(message)
+        try:
+            made = _row(message)
+        except _DAMAGE:
+            skipped["message damaged"] += 1
+            continue
         if made is None:
             continue
         name, row = made
@@ -102,13 +144,14 @@ def _row(message):
         return message.topic, _location_fix(json.loads(message.data))
     if message.topic == INPUT and message.encoding == "json":
         row = json.loads(message.data)
-        return row["source"], tuple(_number(row[name]) for name in ("time", "latitude", "longitude", *REPORTED))
+        time, *place = (_number(row[name]) for name in ("time", "latitude", "longitude"))
+        return str(row["source"]), (time, *on_earth(*place), *(_number(row[name]) for name in REPORTED))
     return None
 
 
 def _location_fix(message):
     time = message["timestamp"]["sec"] + 1e-9 * message["timestamp"]["nsec"]
-    place = math.radians(message["latitude"]), math.radians(message["longitude"])
+    place = on_earth(math.radians(message["latitude"]), math.radians(message["longitude"]))
     variance = message.get("position_covariance") or [math.nan] * 9
     known = message.get("position_covariance_type", 0) != 0
     std = math.sqrt(0.5 * (variance[0] + variance[4])) if known else math.nan

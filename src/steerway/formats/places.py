@@ -1,6 +1,17 @@
 """Latitude and longitude as files give them, to the radians of `Fixes`."""
 
+import math
+
 import numpy as np
+
+from steerway.core.angles import wrap
+
+
+def on_earth(latitude: float, longitude: float) -> tuple[float, float]:
+    """A place in rad, longitude in [−π, π); both NaN where the pair is not a place on earth."""
+    if not (abs(latitude) <= 0.5 * math.pi and abs(longitude) <= 2.0 * math.pi):
+        return math.nan, math.nan
+    return latitude, wrap(longitude)
 
 
 def places(latitude_deg, longitude_deg) -> tuple[np.ndarray, np.ndarray]:

@@ -4,10 +4,7 @@ A log is recognised by its content; a new format is its module and one line in F
 0183 with UBX, or with AIS) is read by each.
 """
 
-import io
-import math
 import sys
-import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from os import PathLike
@@ -16,7 +13,7 @@ from typing import BinaryIO
 
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes
-from steerway.formats import ais, gpx, mcap, nmea0183, nmea2000, ros2, table, ubx
+from steerway.formats import ais, gpx, mcap, nmea0183, nmea2000, packed, ros2, table, ubx
 from steerway.formats.recording import Recording
 from steerway.formats.sources import Quality, choose, described, gather, quality, with_instruments
 
@@ -38,13 +35,6 @@ Progress = Callable[[int, int], None]
 """Called with the number of bytes read so far and the number in all (0 when not known)."""
 
 _HEAD = 1 << 16
-_PIECE = 1 << 16
-_GZIP = b"\x1f\x8b"
-_DENSEST = 100
-"""Unpacked over packed size. Logs reach some 25; an archive that is denser unpacks to time and memory, not to fixes."""
-_ALWAYS_UNPACKED = 4 << 20
-MAX_SIZE = 1e9
-"""Bytes to which a compressed log may unpack."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +60,8 @@ def read(
     yaw rates of other instruments on board are merged in. The notes name the chosen source, corrections and omissions.
 
     Parameters: `paths` see Source; `start` ≤ time < `stop` in Unix s; `max_size` bytes to which a compressed log may
-    unpack, by default MAX_SIZE. Raises InputError when a log is missing, empty, too large or of an unrecognized format,
-    when there is no position in any, none between start and stop, or no such source.
+    unpack, by default 1e9. Raises InputError when a log is missing, empty, too large or of an unrecognized format, when
+    there is no position in any, none between start and stop, or no such source.
     """
     logs = list(_recordings(paths, progress, max_size))
     sources = gather([(Path(name).name, recording.sources) for name, recording in logs])
@@ -100,7 +90,7 @@ def survey(*paths: Source, progress: Progress | None = None, max_size: float | N
 
 def plain(path: Source, max_size: float | None = None) -> bytes:
     """The bytes of a log, unpacked. Raises InputError as `read` does."""
-    return _plain(*_opened(path), max_size)
+    return packed.plain(*_opened(path), max_size)
 
 
 def _recordings(paths, progress, max_size) -> Iterator[tuple[str, Recording]]:
@@ -111,7 +101,7 @@ def _recordings(paths, progress, max_size) -> Iterator[tuple[str, Recording]]:
     for path in paths:
         name, data = _opened(path)
         done += len(data)
-        yield from ((name, recording) for recording in _parsed(name, _plain(name, data, max_size)))
+        yield from ((name, recording) for recording in _parsed(name, packed.plain(name, data, max_size)))
         if progress is not None:
             progress(done, max(total, done))
 
@@ -145,38 +135,6 @@ def _why(path, error):
     if isinstance(error, FileNotFoundError):
         return "no such file"
     return "a directory" if Path(path).is_dir() else (error.strerror or "not readable").lower()
-
-
-def _plain(name, data, max_size):
-    """The bytes, unpacked when they are gzip; of a damaged archive, what comes before the damage."""
-    if not data.startswith(_GZIP):
-        return data
-    largest, densest = max_size, math.inf
-    if max_size is None:
-        largest, densest = MAX_SIZE, max(_DENSEST * len(data), _ALWAYS_UNPACKED)
-    packed, at = memoryview(data), 0
-    plain = io.BytesIO()
-    while packed[at : at + len(_GZIP)] == _GZIP:
-        unpacker = zlib.decompressobj(wbits=31)
-        try:
-            while at < len(packed) and not unpacker.eof:
-                piece = bytes(packed[at : at + _PIECE])
-                at += len(piece)
-                while piece and not unpacker.eof:
-                    plain.write(unpacker.decompress(piece, _PIECE))
-                    piece = unpacker.unconsumed_tail
-                    if plain.tell() > largest:
-                        size = f"{largest:g} bytes"
-                        raise InputError(f"{name}: unpacks to more than {size}, expected less (or a larger --max-size)")
-                    if plain.tell() > densest:
-                        times = f"{_DENSEST} times its size"
-                        raise InputError(f"{name}: unpacks to more than {times}, expected a log (or a --max-size)")
-        except zlib.error:
-            break
-        at -= len(unpacker.unused_data)
-    if not plain.tell():
-        raise InputError(f"{name}: the gzip archive is damaged from the beginning, expected a log")
-    return plain.getvalue()
 
 
 def _parsed(name, data):

@@ -15,11 +15,13 @@ import numpy as np
 from steerway.core.earth import displacement
 from steerway.core.errors import InputError
 from steerway.core.records import REPORTED, Fixes
+from steerway.formats.places import on_earth
 from steerway.formats.recording import Recording
 
 NAV_SAT_FIX = "sensor_msgs/msg/NavSatFix"
 ODOMETRY = "nav_msgs/msg/Odometry"
 _BAG = b"SQLite format 3\0"
+_STEPS, _STEPS_ANYWAY = 1000, 1 << 20  # of SQLite's machine: some ten a row, of twenty bytes and more
 _UNKNOWN = 1e6
 """Variance of what is unknown: consumers expect a number."""
 _SEPARATOR = "=" * 80 + "\n"
@@ -77,11 +79,11 @@ def nav_sat_fix(data: bytes) -> tuple[float, ...]:
     latitude, longitude, _ = cursor.take("d", 8, 3)
     covariance = cursor.take("d", 8, 9)
     (kind,) = cursor.take("B", 1)
-    if status < 0 or not (abs(latitude) <= 90.0 and abs(longitude) <= 360.0):
+    place = on_earth(math.radians(latitude), math.radians(longitude))
+    if status < 0 or math.isnan(place[0]):
         return math.nan, *[math.nan] * (2 + len(REPORTED))
     variance = 0.5 * (covariance[0] + covariance[4])
     std = math.sqrt(variance) if kind and variance > 0.0 else math.nan
-    place = math.radians(latitude), math.radians(math.remainder(longitude, 360.0))
     return seconds + 1e-9 * nanoseconds, *place, std, *[math.nan] * (len(REPORTED) - 1)
 
 
@@ -95,19 +97,28 @@ def read(data: bytes) -> Recording:
     rows: dict[str, list[tuple]] = {}
     counts, skipped = Counter(), Counter()
     base = sqlite3.connect(":memory:")
+    # A database may define its tables as queries without end.
+    steps = iter(range(max(len(data), _STEPS_ANYWAY) // _STEPS))
+    base.set_progress_handler(lambda: next(steps, None) is None, _STEPS)
+    base.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, len(data))
     try:
         base.deserialize(data)
         topics = {number: (name, kind) for number, name, kind in base.execute("SELECT id, name, type FROM topics")}
         for topic, message in base.execute("SELECT topic_id, data FROM messages ORDER BY timestamp"):
             name, kind = topics.get(topic, ("", ""))
-            counts[kind] += 1
+            counts[str(kind)] += 1
             if kind == NAV_SAT_FIX:
-                row = nav_sat_fix(message)
+                try:
+                    row = nav_sat_fix(message)
+                except (struct.error, LookupError, TypeError):
+                    skipped["message damaged"] += 1
+                    continue
                 skipped["no fix"] += not math.isfinite(row[0])
                 if math.isfinite(row[0]):
-                    rows.setdefault(name, []).append(row)
-    except (sqlite3.Error, struct.error) as error:
-        raise InputError(f"is no ROS 2 bag ({error}), expected the tables topics and messages") from None
+                    rows.setdefault(str(name), []).append(row)
+    except (sqlite3.Error, MemoryError, OverflowError, ValueError) as error:
+        why = " ".join(str(error).split())  # which may quote the file
+        raise InputError(f"is no ROS 2 bag ({why}), expected the tables topics and messages") from None
     finally:
         base.close()
     names = ("time", "latitude", "longitude", *REPORTED)

@@ -29,7 +29,8 @@ _DELIMITERS = (",", ";", "\t", "|")
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "unknown")
 _NEEDED = ("time", "latitude", "longitude", "mmsi")
 _MOST_COLUMNS = 2000  # of a header: a line with more is none
-_MOST_ROWS, _MOST_ROWS_OF_SMALL = 8, 100_000  # a byte of Parquet, and in any case: rows take memory
+_MOST_ROWS, _MOST_ROWS_OF_SMALL = 8, 100_000  # a byte of Parquet, and in any case
+_LEAST_ROW = 8  # bytes, on the average of that many rows: a row takes memory however short it is
 _VESSEL = "/vessel"  # no name of a column
 _SHOWN = 3  # bad cells that are listed with their line
 
@@ -172,6 +173,11 @@ def _csv(data, skipped, vessel_column=None):
         raise InputError(f"line 1 of the table, {first!r}, names no column that is known, expected {EXPECTED}")
     number, delimiter, names, start = header
     body = data[start:]
+    rows = body.count(b"\n")
+    if rows > max(len(body) / _LEAST_ROW, _MOST_ROWS_OF_SMALL):
+        raise InputError(
+            f"the table has {rows} lines of {len(body) / rows:.1f} bytes on the average, expected {_LEAST_ROW} or more"
+        )
     quoted = b'"' in body
     if quoted:
         body = _without_stray_quotes(body, skipped)

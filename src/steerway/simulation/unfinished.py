@@ -1,7 +1,10 @@
 """The finished parts of long work, kept on the disk until all are: interrupted work continues with them."""
 
+import io
 import json
 import pickle
+import struct
+import zlib
 from collections.abc import Callable, Hashable
 from importlib.metadata import version
 from pathlib import Path
@@ -40,7 +43,8 @@ class Unfinished:
         """Keep one result. Raises InputError on a full disk."""
         self.results[key] = result
         try:
-            self._file.write(pickle.dumps((key, result)))
+            entry = pickle.dumps((key, result))
+            self._file.write(_HEAD.pack(len(entry), zlib.crc32(entry)) + entry)
             self._file.flush()
         except OSError as error:
             raise cannot_write(self._path, error) from None
@@ -56,15 +60,24 @@ class Unfinished:
         first = self._file.readline()
         if first not in (expected, b""):
             raise InputError(f"{self._path} is of other work or another version, expected that of the interrupted work")
-        end = self._file.tell()
-        try:
-            while True:
-                key, result = _Entries(self._file, self._packages).load()
-                self.results[key], end = result, self._file.tell()
-        except Exception:  # whatever damaged bytes make of it
-            self._file.seek(end)
-            self._file.truncate()
+        end, whole = self._file.tell(), self._path.stat().st_size
+        while len(head := self._file.read(_HEAD.size)) == _HEAD.size:
+            size, checksum = _HEAD.unpack(head)
+            entry = self._file.read(min(size, whole))
+            if len(entry) < size or zlib.crc32(entry) != checksum:
+                break
+            try:
+                key, result = _Entries(io.BytesIO(entry), self._packages).load()
+            except Exception:  # another's file, or a class that is no more
+                break
+            self.results[key], end = result, self._file.tell()
+        self._file.seek(end)
+        self._file.truncate()
         return first == expected
+
+
+_HEAD = struct.Struct("<QI")
+"""Before every entry: its length and CRC-32."""
 
 
 class _Entries(pickle.Unpickler):

@@ -1,0 +1,123 @@
+"""Compressed logs and tables, unpacked as far as a log can be meant.
+
+Recorded logs pack to a twelfth at the most (the densest of some 150). What is denser unpacks to time and memory, not to
+fixes: it is refused, so that no input of less than 1 MB takes longer than seconds.
+"""
+
+import io
+import math
+import zipfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+from steerway.core.errors import InputError
+
+DENSEST = 16
+"""Unpacked over packed size."""
+ALWAYS = 4 << 20
+"""Bytes that are unpacked in any case."""
+MAX_SIZE = 1e9
+"""Bytes to which a compressed log may unpack."""
+GZIP, ZSTD = b"\x1f\x8b", b"\x28\xb5\x2f\xfd"
+_PIECE = 1 << 16
+_LARGE = 16 << 20
+"""Bytes of a packed table from which it is not unpacked beforehand: that would take as long as to read it."""
+
+
+def allowed(size: int) -> int:
+    """Bytes to which so many packed ones may unpack."""
+    return max(DENSEST * size, ALWAYS)
+
+
+def plain(name: str, data: bytes, max_size: float | None = None) -> bytes:
+    """The bytes of a log, unpacked when they are gzip; of a damaged archive, what comes before the damage.
+
+    Raises InputError for more than `max_size` bytes (by default MAX_SIZE, and no more than `allowed`), and for an
+    archive that is damaged from the beginning.
+    """
+    if not data.startswith(GZIP):
+        return data
+    largest, densest = max_size, math.inf
+    if max_size is None:
+        largest, densest = MAX_SIZE, allowed(len(data))
+    unpacked = io.BytesIO()
+    for piece in _unzipped(io.BytesIO(data)):
+        unpacked.write(piece)
+        if unpacked.tell() > largest:
+            raise InputError(f"{name}: unpacks to more than {largest:g} bytes, expected less (or a larger --max-size)")
+        if unpacked.tell() > densest:
+            times = f"{DENSEST} times its size"
+            raise InputError(f"{name}: unpacks to more than {times}, expected a log (or a --max-size)")
+    if not unpacked.tell():
+        raise InputError(f"{name}: the gzip archive is damaged from the beginning, expected a log")
+    return unpacked.getvalue()
+
+
+def check(path: Path) -> None:
+    """Raises InputError for a packed table (gzip, Zstandard, ZIP) that unpacks to more than `allowed`."""
+    size = path.stat().st_size
+    with open(path, "rb") as file:
+        head = file.read(4)
+        file.seek(0)
+        if zipfile.is_zipfile(path):
+            with opened_zip(path) as archive:
+                pieces = [each.file_size for each in archive.infolist()]
+        elif size > _LARGE:
+            return
+        elif head.startswith(GZIP):
+            pieces = map(len, _unzipped(file))
+        elif head == ZSTD:
+            pieces = map(len, _unzstandard(file))
+        else:
+            return
+        total = 0
+        for piece in pieces:
+            total += piece
+            if total > allowed(size):
+                times = f"{DENSEST} times its size"
+                raise InputError(f"{path}: unpacks to more than {times}, expected a table (unpack it to read it)")
+
+
+@contextmanager
+def opened_zip(path: Path) -> Iterator[zipfile.ZipFile]:
+    """A ZIP file. Raises InputError where it, or what is read of it in the block, is damaged, encrypted or unknown."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            yield archive
+    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError) as error:
+        raise InputError(f"{path}: the ZIP archive cannot be read ({error}), expected a sound one") from None
+
+
+def _unzipped(file: BinaryIO) -> Iterator[bytes]:
+    """The archives one after another in a file, in pieces, up to the damage."""
+    unpacker, packed = zlib.decompressobj(wbits=31), file.read(_PIECE)
+    while packed:
+        try:
+            piece = unpacker.decompress(packed, _PIECE)
+        except zlib.error:
+            return
+        yield piece
+        packed = unpacker.unconsumed_tail
+        if unpacker.eof:
+            packed, unpacker = unpacker.unused_data, zlib.decompressobj(wbits=31)
+            packed += file.read(_PIECE) if len(packed) < 2 else b""
+            if not packed.startswith(GZIP):
+                return
+        packed = packed or file.read(_PIECE)
+
+
+def _unzstandard(file: BinaryIO) -> Iterator[bytes]:
+    """Pieces, up to the damage; none without the package `zstandard`."""
+    try:
+        import zstandard
+    except ImportError:
+        return
+    try:
+        with zstandard.ZstdDecompressor().stream_reader(file, read_across_frames=True) as unpacker:
+            while piece := unpacker.read(_PIECE):
+                yield piece
+    except zstandard.ZstdError:
+        return
