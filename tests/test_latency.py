@@ -9,13 +9,12 @@ import pytest
 from typer.testing import CliRunner
 
 import steerway
-from steerway import FiveStateFilter, Fixes, InputError, Profile
+from steerway import Fixes, InputError, Profile
 from steerway.commands.app import app
 from steerway.estimation.course.latency import lateness, on_time
 from tests.scenes import angle_error, turning
 
 SMALL = Profile(speed_noise=1e-2, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.1)
-smooth = FiveStateFilter(SMALL).smooth
 
 
 def late_receiver(late, duration=300.0):
@@ -30,7 +29,7 @@ def late_receiver(late, duration=300.0):
 @pytest.mark.parametrize("late", [0.6, 2.5])
 def test_a_late_course_is_found(late):
     _, fixes = late_receiver(late)
-    found = lateness(fixes, smooth)
+    found = lateness(fixes)
     assert found.cog == pytest.approx(late, abs=0.11)
     assert math.isnan(found.sog)
 
@@ -39,7 +38,7 @@ def test_nothing_is_told_of_a_receiver_in_time_nor_without_one():
     _, fixes = late_receiver(0.0)
     silent = replace(fixes, sog=None, cog=None)
     for each in (fixes, silent, replace(fixes, mmsi=np.ones(len(fixes))), fixes.rows(slice(0, 50))):
-        assert math.isnan(lateness(each, smooth).cog) and math.isnan(lateness(each, smooth).sog)
+        assert math.isnan(lateness(each).cog) and math.isnan(lateness(each).sog)
 
 
 def test_a_late_speed_is_found_in_the_busiest_part_of_a_long_record():
@@ -48,7 +47,7 @@ def test_a_late_speed_is_found_in_the_busiest_part_of_a_long_record():
     speed = np.where(under_way, 3.0 + np.sin(time / 10.0), 0.0)
     latitude = np.cumsum(speed) / 6.37e6
     late = np.interp(time - 2.0, time, speed)
-    found = lateness(Fixes(time, latitude, np.zeros(len(time)), sog=late, cog=np.zeros(len(time))), smooth)
+    found = lateness(Fixes(time, latitude, np.zeros(len(time)), sog=late, cog=np.zeros(len(time))))
     assert found.sog == pytest.approx(2.0, abs=0.51)
 
 

@@ -128,7 +128,7 @@ def estimate(
         fixes = replace(fixes, position_std=None)
     estimator = LogEstimator(fixes, profile, aids)
     motion = estimator.motion(fixes, rate, smooth)
-    late = lateness(fixes, estimator.smooth)
+    late = lateness(fixes)
     doubted = int((variance_scales(fixes) > 1.0).sum())
     structures = structures_of(estimator.profile, estimator.inference) if estimator.is_inferred else []
     summary = summarise(fixes, motion, estimator.profile.name, doubted, late.sog, late.cog, structures)

@@ -49,7 +49,7 @@ case("course-comparison-standstill")(
         replace(standstill(), sog=np.zeros(96), cog=np.zeros(96)), FiveStateFilter(ONE).filter(standstill())
     )
 )
-case("course-lateness")(lambda: asdict(lateness(late_receiver(), FiveStateFilter(ONE).smooth)))
+case("course-lateness")(lambda: asdict(lateness(late_receiver())))
 case("course-latency-taken-out")(
     lambda: motion_columns(FiveStateFilter(ONE, AIDS).filter(on_time(instruments(), 0.3)), 60)
 )

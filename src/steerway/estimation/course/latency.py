@@ -1,19 +1,19 @@
 """Latency: records stamped on reception, and receivers whose own SOG and COG are late.
 
-A smoothed estimate uses past and future alike, so that it is no later than the positions. Compared with it, a
-receiver's own SOG and COG show the delay of their filtering. The delay of the positions could only be found by an
+Differences of the positions before and after a fix are no later than the positions. Compared with them, a receiver's
+own SOG and COG show the delay of their filtering. The delay of the positions could only be found by an
 instrument on the same clock that is not late itself: no compass or gyro in the logs here is one, so that this delay is
 an input.
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from steerway.core.checks import not_negative
-from steerway.core.records import Fixes, Motion
+from steerway.core.earth import radii
+from steerway.core.records import OK, Fixes, Motion
 from steerway.estimation.course.comparison import LEAST_SPEED, LONGEST_LAG, compare
 
 _INSTRUMENTS = ("heading", "water_speed", "yaw_rate")
@@ -22,7 +22,12 @@ _LONGEST_SAMPLE = 20_000
 _FEWEST = 100
 """Rows, of which the RMS is known to 7 %."""
 _SHARP = 0.9
-"""Largest ratio of the RMS difference with the lag removed to that without, for the lag to be determined."""
+"""Largest ratio of the RMS difference with the lag removed to that without, for the lag to be determined; and to the
+standard deviation of SOG."""
+_SPANS = 1.0, 2.0, 4.0, 8.0
+"""s before and after a fix: noise asks for long ones, turns for short; used is the one that agrees best in COG."""
+_POINTS = 10
+"""To either side through which a line is laid: with fewer its noise depends on whether they are at fixes or between."""
 
 
 @dataclass(frozen=True)
@@ -50,25 +55,57 @@ def on_time(fixes: Fixes, latency: float) -> Fixes:
     return replace(fixes, **columns).in_order()
 
 
-def lateness(fixes: Fixes, smooth: Callable[[Fixes], Motion]) -> Lateness:
-    """How late the receiver of one vessel is with its SOG and COG, by the part of the record with most motion.
-
-    smooth: makes the smoothed estimate of a record.
-    """
+def lateness(fixes: Fixes) -> Lateness:
+    """How late the receiver of one vessel is with its SOG and COG, by the part of the record with most motion."""
     if fixes.mmsi is not None or not np.isfinite(fixes.sog).any():
         return Lateness()
     part = _busiest(fixes)
-    found = compare(part, smooth(part))
-    if found.compared < _FEWEST:
+    of_spans = [compare(part, differenced(part, span)) for span in _SPANS]
+    best = min(of_spans, key=lambda each: each.cog_rms_aligned)
+    if best.compared < _FEWEST:
         return Lateness()
+    variation = float(np.nanstd(part.sog[part.sog > LEAST_SPEED]))
     return Lateness(
-        sog=_determined(found.sog_lag, found.sog_rms_aligned, found.sog_rms),
-        cog=_determined(found.cog_lag, found.cog_rms_aligned, found.cog_rms),
+        sog=_determined(best.sog_lag, best.sog_rms_aligned, min(best.sog_rms, variation)),
+        cog=_determined(best.cog_lag, best.cog_rms_aligned, best.cog_rms),
     )
 
 
-def _determined(lag, aligned, at_once):
-    return lag if aligned < _SHARP * at_once and abs(lag) < LONGEST_LAG else math.nan
+def _determined(lag, aligned, otherwise):
+    return lag if aligned < _SHARP * otherwise and abs(lag) < LONGEST_LAG else math.nan
+
+
+def differenced(fixes: Fixes, span: float) -> Motion:
+    """Motion at every fix by a straight line through the positions up to `span` s before and after it.
+
+    span: at least the usual interval between fixes is used. Without standard deviations and course rate.
+    """
+    fixes = fixes.rows(fixes.has_position)
+    time, unknown = fixes.time, np.full(len(fixes), np.nan)
+    usual = float(np.median(np.diff(time))) if len(time) > 1 else span
+    offsets = max(span, usual) * np.arange(1, _POINTS + 1) / _POINTS
+
+    def velocity(values):
+        moved = (np.interp(time + s, time, values) - np.interp(time - s, time, values) for s in offsets)
+        return sum(s * each for s, each in zip(offsets, moved, strict=True)) / (2.0 * float(offsets @ offsets))
+
+    meridian, prime_vertical = radii(float(np.mean(fixes.latitude))) if len(time) else (math.nan, math.nan)
+    north = velocity(fixes.latitude) * meridian
+    east = velocity(np.unwrap(fixes.longitude)) * prime_vertical * np.cos(fixes.latitude)
+    return Motion(
+        time,
+        fixes.latitude,
+        fixes.longitude,
+        sog=np.hypot(north, east),
+        cog=np.arctan2(east, north),
+        course_rate=unknown,
+        sog_std=unknown,
+        cog_std=unknown,
+        course_rate_std=unknown,
+        nis=unknown,
+        status=np.full(len(time), OK, np.uint8),
+        position_std=unknown,
+    )
 
 
 def _busiest(fixes):
