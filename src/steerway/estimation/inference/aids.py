@@ -8,7 +8,7 @@ lasts, as of a receiver that filters its velocity. SOG and COG of one moment are
 import math
 
 from steerway.core.angles import wrap
-from steerway.core.compiled import called_kernel
+from steerway.core.compiled import called_kernel, inlined_kernel
 from steerway.estimation.inference.fix import turn_velocity
 from steerway.estimation.inference.fuse import rate_weights
 from steerway.estimation.inference.model import (
@@ -34,7 +34,7 @@ _STEADY = 3.0
 """Speed in standard deviations across the course above which SOG and COG are taken as such, not as a vector."""
 
 
-@called_kernel
+@inlined_kernel
 def take_aids(bank, model, aids):
     """Weigh and take the aids (5,) that are known (not NaN). Returns the log density of them all."""
     log_density = 0.0

@@ -7,7 +7,7 @@ neither the rate of fixes nor a gap changes the tuning.
 import math
 
 from steerway.core.angles import wrap
-from steerway.core.compiled import called_kernel
+from steerway.core.compiled import called_kernel, inlined_kernel
 from steerway.estimation.inference.discrete import DT, set_steps
 from steerway.estimation.inference.model import (
     ACTS_ON,
@@ -142,7 +142,7 @@ def mix(bank):
         probability[j] = work[m + 1, j] / total
 
 
-@called_kernel
+@inlined_kernel
 def advance(bank, model, dt, motion_states):
     """Predict by dt > 0 seconds."""
     x, p, mixed_x, mixed_p, steps = bank.x, bank.p, bank.mixed_x, bank.mixed_p, bank.steps

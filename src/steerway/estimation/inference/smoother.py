@@ -10,7 +10,7 @@ Estimation with Applications to Tracking and Navigation, 2001, §11.6).
 import math
 
 from steerway.core.angles import wrap
-from steerway.core.compiled import called_kernel
+from steerway.core.compiled import called_kernel, inlined_kernel
 from steerway.estimation.inference.algebra import inverse, product, product_transposed
 from steerway.estimation.inference.bank import SAME_STEP, forget_direction, loses_course, mix
 from steerway.estimation.inference.discrete import LEFT, SPUN, set_steps
@@ -50,7 +50,7 @@ def transition(step, work, motion_states, f):
             f[j, j] = step[LEFT, j]
 
 
-@called_kernel
+@inlined_kernel
 def back(bank, model, motion_states, smooth_x, smooth_p, smooth_probability, room):
     """One step back: `bank` holds the filter's modes at a row and the step to the next; smooth_* those of the next row,
     and are replaced by those of this one. room: (ROOM, n, n)."""

@@ -2,7 +2,7 @@
 
 import math
 
-from steerway.core.compiled import called_kernel
+from steerway.core.compiled import called_kernel, inlined_kernel
 from steerway.estimation.inference.aids import take_aids
 from steerway.estimation.inference.bank import advance, start
 from steerway.estimation.inference.fuse import fuse
@@ -62,7 +62,7 @@ def run_record(time, north, east, excess, aids, model, bank, motion_states, rest
     return total
 
 
-@called_kernel
+@inlined_kernel
 def take_row(bank, model, dt, north, east, excess, motion_states):
     """One row: begin at its fix, or predict by dt ≥ 0 s and take it, where it has one (m; NaN: none).
 
