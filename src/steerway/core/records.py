@@ -4,6 +4,7 @@ Both are frozen and hold one-dimensional NumPy arrays of equal length, SI and ra
 only in the frames of `to_frame`, whose column names carry their units.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import KW_ONLY, dataclass, fields, replace
 from importlib import import_module
@@ -47,7 +48,7 @@ def rows_of(values: np.ndarray, chosen: Rows) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Table:
+class Table(ABC):
     """Equal-length columns, selected and sorted by row."""
 
     time: np.ndarray  # Unix UTC
@@ -65,9 +66,9 @@ class Table:
         """The extent and the first rows, for notebooks."""
         return f"<p>{type(self).__name__}: {self._extent()}</p>{self.to_frame().head(_SHOWN_ROWS)._repr_html_()}"
 
+    @abstractmethod
     def to_frame(self) -> "pl.DataFrame":
         """A polars DataFrame of the columns under their outward names."""
-        raise NotImplementedError
 
     def _has(self, name: str) -> bool:
         column = getattr(self, name)

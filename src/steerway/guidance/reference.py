@@ -5,6 +5,7 @@ All three work on angles, go the short way round and give angles in [−π, π).
 """
 
 import math
+from abc import ABC, abstractmethod
 from typing import NamedTuple
 
 from steerway.core.angles import wrap
@@ -67,7 +68,7 @@ def _substeps(bandwidth, dt):
     return max(1, math.ceil(bandwidth * dt / 0.05))
 
 
-class _Shaper:
+class _Shaper(ABC):
     """Holds the reference that a command is shaped into. Until `start` or the first command it knows none."""
 
     def __init__(self):
@@ -78,9 +79,9 @@ class _Shaper:
         self.reference = Reference(wrap(angle), rate, acceleration)
 
     @property
+    @abstractmethod
     def lag(self) -> float:
         """s by which the angle lags behind a command that turns steadily and does not give its rate."""
-        raise NotImplementedError
 
     def _before(self, command):
         """The reference so far; the first command is where it begins."""

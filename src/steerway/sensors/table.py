@@ -1,5 +1,6 @@
 """The declaration of an instrument for scenarios: its keys, how it is built, and what it measures."""
 
+from abc import abstractmethod
 from typing import Any, ClassVar
 
 from steerway.core.kinematics import GroundMotion
@@ -15,11 +16,11 @@ class InstrumentTable(Table):
     measures: ClassVar[str]
     rate: Rate
 
+    @abstractmethod
     def build(self) -> Any:
         """The instrument: an object whose `start(seed)` gives a stream."""
-        raise NotImplementedError
 
     @staticmethod
+    @abstractmethod
     def read(stream: Any, time: float, motion: GroundMotion) -> float | None:
         """The stream's measurement of a vessel that moves so; None when none is due."""
-        raise NotImplementedError

@@ -1,5 +1,6 @@
 """The declaration of a vessel for scenarios: its keys, how it is built, and the numbers its controllers use."""
 
+from abc import abstractmethod
 from typing import ClassVar, Literal
 
 from steerway.control.boats import Boat
@@ -16,13 +17,13 @@ class VesselTable(Table):
     method: Literal["rk4", "euler"] = "rk4"
     reference: ClassVar[str] = "low-pass"
 
+    @abstractmethod
     def build(self) -> Vessel:
         """The vessel. Raises InputError for numbers that exclude each other."""
-        raise NotImplementedError
 
+    @abstractmethod
     def boat(self) -> Boat:
         """The numbers and default gains its controllers use."""
-        raise NotImplementedError
 
     def boat_in_current(self) -> Boat:
         """The same for steering by an estimator that knows the orders, whose response to them has to fit well."""

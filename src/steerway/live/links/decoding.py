@@ -7,6 +7,7 @@ moment in several messages, of which the last may have the finest position.
 import json
 import math
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Protocol
 
@@ -113,7 +114,7 @@ def _replaced(old, new):
     return InputRow(old.source, old.time, *(a if math.isnan(b) else b for a, b in pairs))
 
 
-class JsonDecoder:
+class JsonDecoder(ABC):
     """Lines of JSON, one message each; others are counted and left out."""
 
     def __init__(self):
@@ -140,8 +141,9 @@ class JsonDecoder:
             return []
         return [done for row in rows for done in self._epochs.add(row)]
 
+    @abstractmethod
     def _rows(self, message) -> list[InputRow]:
-        raise NotImplementedError
+        """The rows of a message."""
 
 
 def angle(degrees: float) -> float:

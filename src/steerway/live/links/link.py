@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Callable
 
 from steerway.live.base.uri import Uri
@@ -58,7 +59,7 @@ class Feed:
             self._deliver(rows, self._arrived)
 
 
-class Input:
+class Input(ABC):
     """A link that is read. `place` is appended to the names of its sources where there are several links."""
 
     def __init__(self, uri: Uri, place: str = ""):
@@ -76,12 +77,12 @@ class Input:
     def _decoder(self) -> Decoder:
         return ReceiverDecoder(self.place)
 
+    @abstractmethod
     async def _read(self, feed: Feed) -> None:
         """Open the link and feed what comes, until it ends."""
-        raise NotImplementedError
 
 
-class Sink:
+class Sink(ABC):
     """A link that is written to. It never waits for a peer: one that is too slow loses whole messages, counted in
     `lost`."""
 
@@ -89,14 +90,14 @@ class Sink:
         self.uri = uri
         self.lost = 0
 
-    async def run(self) -> None:
+    async def run(self) -> None:  # noqa: B027
         """Keep the link open until cancelled."""
 
+    @abstractmethod
     def send(self, message: bytes) -> None:
         """Write a whole message, or lose it."""
-        raise NotImplementedError
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027
         """Nothing more will be written."""
 
 
