@@ -64,6 +64,12 @@ class RaftTable(VesselTable):
     kind: Literal["raft"] = "raft"
     logs: NotNegative = 4.0
 
+    def build(self):
+        return OtterTable().build()
+
+    def boat(self):
+        return OtterTable().boat()
+
 
 class Scene(Table):
     """A file with a vessel."""

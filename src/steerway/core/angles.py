@@ -1,11 +1,11 @@
-"""Angles: wrapping to one turn and the smallest signed difference."""
+"""Angles: wrapping to one turn, the smallest signed difference, and sin a / a."""
 
 import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from steerway.core.compiled import kernel
+from steerway.core.compiled import kernel, lean_kernel
 
 TURN = 2.0 * math.pi
 
@@ -23,6 +23,17 @@ def wrap(angle: float) -> float:
 def smallest_difference(angle: float, reference: float) -> float:
     """The smallest signed angle that leads from `reference` to `angle`, in [−π, π). Scalars, rad."""
     return wrap(angle - reference)
+
+
+@lean_kernel
+def sinc(angle: float) -> tuple[float, float]:
+    """(sin a)/a and its derivative."""
+    if abs(angle) < 0.05:
+        b = angle * angle
+        ratio = 1.0 - b * (1.0 / 6.0 - b * (1.0 / 120.0 - b * (1.0 / 5040.0)))
+        return ratio, -angle * (1.0 / 3.0 - b * (1.0 / 30.0 - b * (1.0 / 840.0 - b * (1.0 / 45360.0))))
+    ratio = math.sin(angle) / angle
+    return ratio, (math.cos(angle) - ratio) / angle
 
 
 def wrap_array(angles: ArrayLike) -> NDArray[np.float64]:

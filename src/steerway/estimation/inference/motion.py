@@ -5,7 +5,8 @@ The five-state model of P0 (11)–(15) integrated exactly (constant turn rate ov
 
 import math
 
-from steerway.core.compiled import called_kernel, lean_kernel
+from steerway.core.angles import sinc
+from steerway.core.compiled import called_kernel
 from steerway.estimation.inference.discrete import (
     ADDED,
     DT,
@@ -32,17 +33,6 @@ from steerway.estimation.inference.model import COURSE, EAST, NORTH, RATE, SPEED
 
 _SLOW = 1e-6
 """m/s: below it a change of speed does not scale the velocity across."""
-
-
-@lean_kernel
-def sinc(angle):
-    """(sin a)/a and its derivative."""
-    if abs(angle) < 0.05:
-        b = angle * angle
-        ratio = 1.0 - b * (1.0 / 6.0 - b * (1.0 / 120.0 - b * (1.0 / 5040.0)))
-        return ratio, -angle * (1.0 / 3.0 - b * (1.0 / 30.0 - b * (1.0 / 840.0 - b * (1.0 / 45360.0))))
-    ratio = math.sin(angle) / angle
-    return ratio, (math.cos(angle) - ratio) / angle
 
 
 @called_kernel

@@ -8,6 +8,7 @@ first-order Gauss–Markov; without them their loops are empty. Of a covariance 
 
 import math
 
+from steerway.core.angles import sinc
 from steerway.core.arrays import Floats
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.course.motion.layout import (
@@ -85,17 +86,6 @@ def turn_response(rate_decay, dt):
     lost = -math.expm1(-a)
     turn = lost / rate_decay
     return 1.0 - lost, turn, (dt - turn) / rate_decay
-
-
-@lean_kernel
-def sinc(angle):
-    """(sin a)/a and its derivative."""
-    if abs(angle) < 0.05:
-        b = angle * angle
-        ratio = 1.0 - b * (1.0 / 6.0 - b * (1.0 / 120.0 - b * (1.0 / 5040.0)))
-        return ratio, -angle * (1.0 / 3.0 - b * (1.0 / 30.0 - b * (1.0 / 840.0 - b * (1.0 / 45360.0))))
-    ratio = math.sin(angle) / angle
-    return ratio, (math.cos(angle) - ratio) / angle
 
 
 @lean_kernel
