@@ -20,7 +20,7 @@ def results():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(tuning, "tuned_cases", lambda seeds, progress: TUNED)
         patch.setattr(
-            "steerway_studies.cybership_observers.over_seeds",
+            "steerway_studies.cybership_observers.over_cases",
             lambda run, seeds, progress: [run(seed) for seed in seeds],
         )
         return named("cybership-observers").run(8, 0, None)

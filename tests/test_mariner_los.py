@@ -97,7 +97,7 @@ def test_the_lyapunov_function_falls_as_promised():
 @pytest.fixture(scope="module")
 def results():
     patch = pytest.MonkeyPatch()
-    patch.setattr(mariner_los, "over_seeds", lambda run, seeds, progress=None: [run(seed) for seed in seeds])
+    patch.setattr(mariner_los, "over_cases", lambda run, seeds, progress=None: [run(seed) for seed in seeds])
     patch.setattr(mariner_los, "LOW_PASSES", (40.0,))
     patch.setattr(mariner_los, "ROTATIONS", (180,))
     yield named("mariner-los").run(1, 5, None)

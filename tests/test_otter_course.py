@@ -19,7 +19,7 @@ from steerway_studies.papers.course_autopilot import OTTER_PRINTED_GAINS
 @pytest.fixture(scope="module")
 def results():
     patch = pytest.MonkeyPatch()
-    patch.setattr(otter_course, "over_seeds", lambda run, seeds, progress=None: [run(seed) for seed in seeds])
+    patch.setattr(otter_course, "over_cases", lambda run, seeds, progress=None: [run(seed) for seed in seeds])
     patch.setattr(otter_logs, "LOGS", LOGS[:1])
     yield named("otter-course").run(1, 3, None)
     patch.undo()

@@ -29,7 +29,7 @@ def test_heading_guidance_leaves_its_offset_and_adaptive_guidance_does_not(speed
 
 
 def test_the_study_gives_the_numbers_it_is_asked_for(monkeypatch):
-    monkeypatch.setattr(otter_path, "over_seeds", lambda run, pairs, progress: [run(pair) for pair in pairs])
+    monkeypatch.setattr(otter_path, "over_cases", lambda run, pairs, progress: [run(pair) for pair in pairs])
     results = named("otter-path").run(1, 3, None)
     numbers = results.numbers
     assert numbers["cross_track_rms_m_0p1"] == max(
