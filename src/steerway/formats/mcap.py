@@ -93,7 +93,7 @@ def _records(file) -> Iterator:
         data = _unpacked(record, left)
         left -= len(data)
         if left < 0:
-            raise InputError(f"MCAP unpacks to more than {packed.DENSEST} times its size, expected a recording")
+            raise InputError(f"MCAP unpacks to more than {packed.allowed(size):g} bytes, expected a recording")
         yield from breakup_chunk(replace(record, data=data, compression=""))
 
 
