@@ -7,15 +7,16 @@ import math
 import pytest
 
 from steerway.core.angles import wrap
-from steerway.core.earth import displacement
+from steerway.core.earth import displaced, displacement
 from steerway.core.errors import InputError
 from steerway.live.autopilot.holding import HoldingGuide
+from steerway.live.autopilot.mission import Limits
 from steerway.live.autopilot.route import Guide
 from steerway.live.base.orders import State
 from steerway.live.control_port import ControlPort, control_address
 from steerway.live.controls import Controls
 from steerway.live.helm.address import Address
-from tests.desk import Desk, dock_all, square
+from tests.desk import SQUARE, Desk, dock_all, square
 from tests.ports import free_port
 
 TOKEN = "a token for programs"
@@ -27,10 +28,11 @@ def docked():
     dock_all()
 
 
-def holding_desk(**settings):
+def holding_desk(corners=SQUARE, limits=None, at_end="stop", **settings):
     """A desk whose guide can hold."""
-    route = square()
+    route = square(corners, limits=limits, at_end=at_end)
     desk = Desk(route, noise=0.2, **settings)
+    desk.route = route
     desk.service.guide = desk.service.controls.guide = HoldingGuide(Guide(route, desk.autopilot.pilot), route)
     return desk
 
@@ -57,14 +59,46 @@ def test_a_course_is_held_and_adjusted():
     assert desk.leg.destination == "WP1" and desk.service.controls.state()["mode"] == "route"
 
 
-def test_a_position_is_held_by_a_circle_about_it():
-    desk = holding_desk().start()
+def from_place(desk, rows):
+    place = desk.service.guide.place
+    return [math.hypot(*displacement(row.latitude, row.longitude, *place)) for row in rows]
+
+
+@pytest.mark.parametrize("by", ["yaw-rate", "propellers"])
+def test_a_position_is_held_by_thrust(by):
+    """In a current of 0.4 m/s, in which she lies with her bow; least speed and leg are no limits then."""
+    desk = holding_desk(by=by, current=0.4, limits=Limits(min_sog_mps=0.6)).start()
+    desk.sail(30.0)
     asks(desk, "hold-position")
-    guide = desk.service.guide
-    desk.sail(120.0)
+    desk.sail(150.0)
     assert desk.order.state is State.RUNNING
-    distances = [math.hypot(*displacement(row.latitude, row.longitude, *guide.place)) for row in desk.rows[-3000:]]
-    assert 0.4 * guide.radius < min(distances) and max(distances) < 2.0 * guide.radius
+    assert max(from_place(desk, desk.rows[-4000:])) < 5.0
+    asks(desk, "route")
+    desk.sail(20.0)
+    assert desk.order.state is State.RUNNING and desk.rows[-1].sog > 0.6 and desk.leg.destination == "WP1"
+
+
+def test_other_autopilots_are_led_round_a_circle():
+    """Clockwise about the position; and so is this one where it does not know the current."""
+    desk = holding_desk(kinds=("lqg", "pi")).start()
+    asks(desk, "hold-position")
+    guide, here = desk.service.guide, desk.rows[-1]
+    for bearing in (0.0, 2.0, -1.0):
+        north, east = guide.radius * math.cos(bearing), guide.radius * math.sin(bearing)
+        latitude, longitude = displaced(*guide.place, north, east)
+        leg = guide.step(here._replace(latitude=latitude, longitude=longitude))
+        assert leg.is_held and leg.distance == pytest.approx(guide.radius, rel=1e-3)
+        assert wrap(leg.course_to_steer - bearing) == pytest.approx(0.5 * math.pi, abs=0.01)
+    desk.sail(60.0)
+    assert desk.order.state is State.RUNNING and min(row.sog for row in desk.rows[-2000:]) > 0.5
+
+
+def test_the_end_of_a_route_is_held():
+    desk = holding_desk(corners=((0.0, 0.0), (40.0, 0.0)), at_end="hold", current=0.4).start()
+    desk.sail(150.0)
+    assert desk.order.state is State.RUNNING and desk.service.controls.state()["mode"] == "position"
+    assert desk.service.guide.place == (desk.route.latitude[-1], desk.route.longitude[-1])
+    assert max(from_place(desk, desk.rows[-2000:])) < 5.0
 
 
 def test_the_route_goes_on_from_any_leg():

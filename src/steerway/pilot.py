@@ -11,6 +11,7 @@ from enum import IntEnum
 from typing import NamedTuple, Protocol
 
 from steerway.control.handover import Autopilot
+from steerway.control.holding import PositionHold
 from steerway.control.in_current import InCurrent
 from steerway.control.station import StationKeeper
 from steerway.core.checks import one_of, positive
@@ -126,7 +127,8 @@ class Pilot:
     autopilot: course or heading → yaw moment, rudder angle or yaw rate.
     actuation: force and autopilot's output → commands.
     speed:     speed → surge force; without it no force is demanded.
-    station:   keeps a point where the mission says so; without it the pilot stops there. Needs a compass.
+    station:   keeps a point where the mission says so; without it the pilot stops there. A `StationKeeper` needs a
+        compass, a `PositionHold` an estimator that knows the current.
     cruise:    speed where the mission gives none, m/s.
     steer_by:  "course", or "heading" for a law that gives a heading.
     in_current: where the estimator knows the current: by the heading that makes the course good, turns begun early.
@@ -141,7 +143,7 @@ class Pilot:
         autopilot: Autopilot,
         actuation: Actuation,
         speed: SpeedLoop | None = None,
-        station: StationKeeper | None = None,
+        station: StationKeeper | PositionHold | None = None,
         *,
         cruise: float = math.nan,
         steer_by: str = "course",
@@ -208,7 +210,7 @@ class Pilot:
         And whether the boat can make way along the leg is watched, `in_current.trouble`.
         """
         lead, following = math.nan, self.mission.following
-        if self.in_current is not None and estimate.knows_current:
+        if self.in_current is not None and estimate.knows_current and self.mission.phase is not Phase.HOLDING:
             self.in_current.watch(leg, estimate, dt)
             if math.isfinite(following):
                 lead = self.in_current.lead(leg.direction, following, estimate, self.autopilot.shaper)
@@ -216,18 +218,35 @@ class Pilot:
         self.mission.preview = estimate.sog * self.autopilot.shaper.lag if estimate.sog > 0.0 else 0.0
 
     def _steer_in_current(self, desired, speed, estimate, dt):
+        speed = self.in_current.water_speed(desired.angle, speed, estimate)
+        return self._through_water(self.in_current.heading(desired, speed, estimate), speed, estimate, dt)
+
+    def _through_water(self, heading, speed, estimate, dt):
+        """The commands for a heading and a speed through the water."""
         self.in_current.tune(self.autopilot, estimate)
-        speed, force = self.in_current.water_speed(desired.angle, speed, estimate), 0.0
+        force = 0.0
         if self.speed is not None:
             force = self.speed.step(*self.in_current.controlled(speed, estimate), dt)
         if self.in_current.departs(estimate, dt):
             self.autopilot.release()
             return self._actuate(force, 0.0)
-        heading = self.in_current.heading(desired, speed, estimate)
         yaw = self._yaw(heading, estimate, dt, course_wanted=False)
         _, rate, acceleration = self._reference()
         fed = self.in_current.response.order(rate, acceleration, estimate.water_speed, estimate.yaw_bias)
         return self._actuate(force, yaw, fed)
+
+    def hold(self, distance: float, bearing: float, estimate: Estimate, dt: float) -> Steered:
+        """Control: the commands that keep the boat about a point at a distance (m) and bearing (rad)."""
+        wanted = self.station.step(distance, bearing, estimate)
+        if wanted.water_speed == 0.0:
+            self.speed.restart()
+            return self.rest()
+        return self._through_water(Reference(wanted.heading, 0.0, 0.0), wanted.water_speed, estimate, dt)
+
+    @property
+    def holds(self) -> bool:
+        """Whether `hold` can keep the boat about a point."""
+        return isinstance(self.station, PositionHold)
 
     def restart(self) -> None:
         """Forget the trim and the reference: the next `steer` begins with the boat's own course."""
@@ -266,11 +285,16 @@ class Pilot:
         """Integrals of one mode are of no use in another."""
         if mode is Mode.HOLDING:
             self.station.restart()
+            if self.in_current is not None:
+                self.in_current.restart()
         if self.speed is not None and mode is not Mode.UNDER_WAY:
             self.speed.restart()
         self._mode = mode
 
     def _hold(self, leg, estimate, dt):
+        if self.holds:
+            steered = self.hold(leg.distance, leg.bearing, estimate, dt)
+            return steered.reference, steered
         sog, cog, heading = estimate.sog, estimate.cog, estimate.heading
         wanted, force = self.station.step(leg.distance, leg.bearing, cog, sog, heading, dt)
         desired = Reference(*wanted)

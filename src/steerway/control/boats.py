@@ -13,6 +13,7 @@ from steerway.control.course import AnglePID, place_poles
 from steerway.control.handover import Autopilot, HandOver, Steerageway
 from steerway.control.heading_plant import HeadingResponse
 from steerway.control.heading_steering import KINDS, steering
+from steerway.control.holding import PositionHold
 from steerway.control.in_current import InCurrent, YawResponse
 from steerway.control.speed_force import ForceLoop, speed_loop
 from steerway.control.speed_pi import SpeedPI, SpeedPIGains
@@ -82,6 +83,10 @@ class Boat:
         slowest = _SLOWEST * self.cruise
         fastest = max(self.cruise, min(self.top_speed, self.yaw_response.stable_speed))
         return InCurrent(self.yaw_response, fastest, slowest, self.turn_rate, self.bandwidth, self.yaw_limit)
+
+    def position_hold(self, radius: float) -> PositionHold | None:
+        """What holds a position within a radius (m) by the estimated current; None for a boat without a speed loop."""
+        return PositionHold(radius, _SLOWEST * self.cruise) if self.speed else None
 
     @property
     def yaw_response(self) -> YawResponse:

@@ -35,6 +35,7 @@ class Leg(NamedTuple):
     is_arrived: bool = False  # within the circle of acceptance
     is_passed: bool = False  # beyond the line through the destination across the leg
     speed: float = math.nan  # desired, m/s
+    is_held: bool = False  # the destination is a position to be held, not one to be passed
 
 
 UNKNOWN_LEG = Leg(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)

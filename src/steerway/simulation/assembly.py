@@ -100,7 +100,8 @@ def pilot(scenario: Scenario) -> Pilot:
     known, guidance = boat(scenario), scenario.guidance
     if scenario.estimator.kind == "steering":
         law = scenario.guidance.design(known.lookahead, known.cruise)
-        return steering_pilot(known, voyage(scenario, known), law, profile(scenario).position_std)
+        std = profile(scenario).position_std
+        return steering_pilot(known, voyage(scenario, known), law, std, radius=scenario.station.radius)
     truth = scenario.estimator.kind == "truth"
     filtering = None if truth else FiveStateFilter(profile(scenario), scenario.estimator.aid)
     shaper = SHAPERS[scenario.reference.kind or scenario.vessel.reference]
@@ -139,12 +140,14 @@ def steering_pilot(
     law: GuidanceLaw,
     position_std: float = 0.3,
     *,
+    radius: float = 5.0,
     learn: bool = True,
     follows_orders: bool = True,
 ) -> Pilot:
     """A pilot that steers by the estimated current, its estimator knowing what is ordered.
 
-    position_std (m) of a fix is where learning the receiver's noise begins; `learn` and `follows_orders` False take
+    position_std (m) of a fix is where learning the receiver's noise begins; radius (m) in which a position is held;
+    `learn` and `follows_orders` False take
     that away, and the knowledge of the orders, to see what they are worth.
     """
     filtering = SteeringFilter(response_of(known), position_std, learn=learn)
@@ -155,7 +158,7 @@ def steering_pilot(
         known.autopilot_in_current(),
         known.propulsion,
         known.speed_loop(),
-        known.station_keeper(),
+        known.position_hold(radius),
         cruise=known.cruise,
         in_current=known.in_current(),
     )

@@ -163,6 +163,8 @@ def _instruments(scenario):
         return
     if scenario.guidance.angle == "heading":
         raise InputError(f"guidance.law {scenario.guidance.law} commands a heading, expected a table [compass]")
+    if scenario.estimator.kind == "steering":
+        return
     if scenario.route.at_end == "hold":
         raise InputError('route.at_end is "hold", expected a table [compass]: at rest only a compass measures heading')
     for index, each in enumerate(scenario.route.points):
@@ -175,7 +177,8 @@ def _instruments(scenario):
 
 def _propulsion(scenario):
     holds = scenario.route.at_end == "hold" or any(each.stay > 0.0 for each in scenario.route.points)
-    if holds and scenario.vessel.boat().station is None:
+    by_current = scenario.estimator.kind == "steering" and assembly.boat(scenario).speed is not None
+    if holds and not by_current and scenario.vessel.boat().station is None:
         able = ", ".join(kind_of(each) for each in TABLES if each().boat().station is not None)
         raise InputError(
             f"route needs station keeping, of which a vessel of kind {scenario.vessel.kind} is not capable, "

@@ -7,7 +7,7 @@ import numpy as np
 from steerway.core.angles import wrap
 from steerway.core.earth import displaced, displacement
 from steerway.core.errors import InputError
-from steerway.core.leg import Leg
+from steerway.core.leg import UNKNOWN_LEG, Leg
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.route import Guide
 from steerway.live.base.rows import Row
@@ -23,9 +23,10 @@ _TURNS, _LEAST_RADIUS = 3.0, 8.0
 class HoldingGuide:
     """A guide whose route gives way to what is held; see `Guide`.
 
-    A position is held by sailing a circle about it, clockwise: a boat at rest has no course. The course to steer is
-    that of a vector field about a circle (Nelson, Barber, McLain and Beard, "Vector field path following for miniature
-    air vehicles", 2007, equation for orbits).
+    A position is held by thrust where the autopilot knows heading and current (`control.holding`). Where it does not,
+    and for another autopilot, the course to steer leads round a circle about it, clockwise, since a boat at rest has no
+    course: that of a vector field (Nelson, Barber, McLain and Beard, "Vector field path following for miniature air
+    vehicles", 2007, equation for orbits).
     """
 
     def __init__(self, guide: Guide, route: GeodeticRoute):
@@ -37,6 +38,7 @@ class HoldingGuide:
         self.mode = ROUTE
         self.course = math.nan
         self.place = math.nan, math.nan
+        self._end = (float(route.latitude[-1]), float(route.longitude[-1])) if route.at_end == "hold" else None
         self._leg = 0  # to go on from; 0: the one under way
         self._row: Row | None = None
 
@@ -52,6 +54,8 @@ class HoldingGuide:
     def step(self, row: Row) -> Leg | None:
         """See Guide."""
         self._row = row
+        if self.mode != ROUTE:
+            self._guide.interrupt()
         if self.mode == COURSE and row.valid:
             return self._towards(row, self.course, *displaced(row.latitude, row.longitude, *_polar(self.course)))
         if self.mode == POSITION and row.valid:
@@ -63,7 +67,11 @@ class HoldingGuide:
             if row.valid and leg is not None:
                 self._guide.go_on_from(self._leg)
                 self._leg = 0
-        return self._guide.step(row)
+        leg = self._guide.step(row)
+        if leg is None and self._end is not None:
+            self.mode, self.place = POSITION, self._end
+            return self._around(row) if row.valid else UNKNOWN_LEG
+        return leg
 
     def hold_course(self, course: float | None = None) -> None:
         """Hold a course (rad), by default the present one. Raises InputError where that is unknown."""
@@ -76,7 +84,7 @@ class HoldingGuide:
         self.hold_course(before + by)
 
     def hold_position(self) -> None:
-        """Circle about the present position. Raises InputError where that is unknown."""
+        """Hold the present position. Raises InputError where that is unknown."""
         self.place = self._known("latitude", "position"), self._known("longitude", "position")
         self.mode = POSITION
 
@@ -102,7 +110,7 @@ class HoldingGuide:
         course = wrap(outward + 0.5 * math.pi + math.atan(2.0 * (distance - self.radius) / self.radius))
         closing = -row.sog * math.cos(wrap(outward - row.cog))
         bearing = wrap(outward + math.pi)
-        return Leg(0.0, course, bearing, distance, course, closing, *self.place, speed=self.speed)
+        return Leg(0.0, course, bearing, distance, course, closing, *self.place, speed=self.speed, is_held=True)
 
 
 def _polar(course):

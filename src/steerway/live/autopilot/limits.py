@@ -10,7 +10,7 @@ from steerway.live.base.rows import Row
 LASTING = 0.5
 """s for which speed or distance has to be beyond a limit, since an estimate scatters."""
 ACCELERATING = 15.0
-"""s after the start within which the least speed is not checked."""
+"""s after the start, and after a position was held, within which the least speed is not checked."""
 
 
 class LimitGuard:
@@ -34,7 +34,8 @@ class LimitGuard:
 
     def step(self, row: Row, leg: Leg | None, dt: float) -> str:
         """Why to stop, "" while all limits are kept."""
-        self._under_way += dt
+        is_held = leg is not None and leg.is_held
+        self._under_way = 0.0 if is_held else self._under_way + dt
         beyond = self._beyond_limit(row, leg, self._low if self._under_way > ACCELERATING else 0.0)
         self._beyond = self._beyond + dt if beyond else 0.0
         return self._left(row) or (beyond if self._beyond >= LASTING else "")

@@ -92,6 +92,8 @@ class MissionTable(_Table):
     law: Literal[*COURSE_LAWS] = "line-of-sight"  # type: ignore[valid-type]
     corners: Literal[*CORNERS] = CORNERS[0]  # type: ignore[valid-type]
     corner_radius: float | None = Field(None, gt=0.0, allow_inf_nan=False)  # m, of arcs and clothoids
+    at_end: Literal["stop", "hold"] = "stop"
+    hold_radius: float = Field(5.0, gt=0.0, allow_inf_nan=False)  # m
     safe: Literal["stop", "hand-back"] = "stop"
     limits: Limits = Limits()
     boat: BoatTable = BoatTable()
@@ -113,6 +115,7 @@ class GeodeticRoute:
     fence:      the area that the boat must not leave.
     limits, boat, safe: see `Limits`, `BoatTable`; `safe` "stop" (zero thrust and yaw rate) or "hand-back" (no order).
     law:        guidance law, one of `laws.COURSE_LAWS`.
+    at_end:     "stop", or "hold" the last waypoint; hold_radius: m within which the boat may drift about a position.
     corners:    one of `corners.KINDS`; corner_radius: of a curve, m, by default one and a half of the tightest turn.
     Raises InputError for a route that leaves its fence.
     """
@@ -129,6 +132,8 @@ class GeodeticRoute:
     law: str = "line-of-sight"
     corners: str = CORNERS[0]
     corner_radius: float | None = None
+    at_end: str = "stop"
+    hold_radius: float = 5.0
 
     def __post_init__(self):
         places = list(zip(self.latitude, self.longitude, strict=True))
@@ -181,6 +186,8 @@ class GeodeticRoute:
             table.law,
             table.corners,
             table.corner_radius,
+            table.at_end,
+            table.hold_radius,
         )
 
 

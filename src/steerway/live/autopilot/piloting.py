@@ -15,6 +15,7 @@ from steerway.control.course import AnglePID
 from steerway.control.handover import Autopilot, HandOver, Steerageway
 from steerway.control.heading_plant import HeadingResponse
 from steerway.control.heading_steering import steering
+from steerway.control.holding import PositionHold
 from steerway.control.in_current import InCurrent, YawResponse
 from steerway.control.speed_force import ForceLoop
 from steerway.control.speed_force import speed_loop as control_speed
@@ -102,6 +103,7 @@ def pilot_of(
     if radius is None:
         radius = _CORNER * float(np.mean(line.speed)) / math.radians(line.boat.max_yaw_rate_dps)
     route = Route(north, east, acceptance=line.acceptance, speed=line.speed, corners=line.corners, corner_radius=radius)
+    steering = in_current(line, takes) if kinds == DEFAULT_KINDS else None
     return Pilot(
         Aboard(origin, response_of(line, takes), profile.position_std),
         Mission(route, Passing(time_factor=None)),
@@ -109,7 +111,8 @@ def pilot_of(
         autopilot(line.boat, profile, takes, kinds[0]),
         BoatActuation(line.boat, takes),
         speed_loop(line.boat, kinds[1]),
-        in_current=in_current(line, takes) if kinds == DEFAULT_KINDS else None,
+        None if steering is None else PositionHold(line.hold_radius, steering.slowest),
+        in_current=steering,
         max_dead_reckoning=max_dead_reckoning,
     )
 

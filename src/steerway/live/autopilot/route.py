@@ -32,6 +32,10 @@ class Guide:
         self._pilot.mission.restart()
         self._time = math.nan
 
+    def interrupt(self) -> None:
+        """The route is not followed for a while, which does not count."""
+        self._time = math.nan
+
     def go_on_from(self, leg: int) -> None:
         """Follow the route from a leg on; leg k leads to waypoint k."""
         self._pilot.mission.go_to(leg)

@@ -162,7 +162,10 @@ class Supervisor:
             if math.isfinite(along):
                 estimate = estimate._replace(sog=abs(along))
             pilot.measured_shaft(self.measured.shaft)
-        steered = pilot.steer(Reference(leg.course_to_steer, 0.0, 0.0), speed, estimate, dt)
+        if leg.is_held and knows and pilot.holds:
+            steered = pilot.hold(leg.distance, leg.bearing, estimate, dt)
+        else:
+            steered = pilot.steer(Reference(leg.course_to_steer, 0.0, 0.0), speed, estimate, dt)
         return Order(self.state, self.reason, True, *steered.command, leg.course_to_steer, speed)
 
     def _slowing(self, course_to_steer):

@@ -80,7 +80,7 @@ def _status(view):
 
 def _mode(view):
     held = f"course {_course(view.held_deg)} is held"
-    return {"course": held, "position": "the position is held, on a circle about it"}.get(view.mode, "")
+    return {"course": held, "position": "the position is held"}.get(view.mode, "")
 
 
 def _overboard(view):

@@ -1,0 +1,67 @@
+"""A position held by thrust and steering: what is wanted of the boat, and what comes of it in a current."""
+
+import math
+
+import numpy as np
+import pytest
+
+from steerway.control.holding import PositionHold
+from steerway.core.estimate import Estimate
+from steerway.core.kinematics import over_ground
+from steerway.pilot import Mode
+from steerway.simulation.reading import parse_scenario
+from steerway.simulation.run import sail_scenario
+
+
+def estimate(north, east):
+    return Estimate(*[math.nan] * 9, 1.0, 0.0, 0.1, 0.0, north, east, 0.0, 1.0)
+
+
+def test_in_a_current_she_goes_as_fast_as_the_water():
+    hold = PositionHold(5.0, 0.8)
+    wanted = hold.step(0.0, 2.0, estimate(0.0, 0.5))
+    assert wanted == (pytest.approx(-0.5 * math.pi), pytest.approx(0.5))
+    for bearing in np.linspace(-3.0, 3.0, 7):
+        wanted = hold.step(3.0, bearing, estimate(0.0, 0.5))
+        north, east = over_ground(wanted.water_speed, 0.0, wanted.heading)
+        nearer = north * math.cos(bearing) + (east + 0.5) * math.sin(bearing)
+        assert nearer > 0.15 and math.cos(wanted.heading + 0.5 * math.pi) > 0.7  # the bow stays up the current
+    mirrored = hold.step(3.0, math.pi - 1.0, estimate(0.0, 0.5))
+    assert wanted.water_speed > 0.0 and mirrored.water_speed == pytest.approx(
+        hold.step(3.0, 1.0, estimate(0.0, 0.5)).water_speed
+    )
+    assert hold.step(20.0, 0.5 * math.pi, estimate(0.0, 0.5)).heading == pytest.approx(0.5 * math.pi)  # far: back
+
+
+def test_without_a_current_she_drifts_within_the_circle_and_comes_back():
+    hold = PositionHold(5.0, 0.8)
+    speeds = [hold.step(distance, 0.0, estimate(0.0, 0.0)).water_speed for distance in (8.0, 3.0, 1.9, 4.0, 4.9, 5.1)]
+    assert speeds == [0.8, 0.8, 0.0, 0.0, 0.0, 0.8]
+
+
+@pytest.mark.parametrize(("current", "rms", "most"), [(0.3, 0.5, 1.0), (0.0, 3.0, 5.5)])
+def test_a_stay_at_a_waypoint_without_a_compass(current, rms, most):
+    sailed = sail_scenario(
+        parse_scenario(f"""
+duration = 260.0
+[environment.current]
+speed = {current}
+direction_deg = 60.0
+[estimator]
+kind = "steering"
+[gnss]
+white = 0.05
+markov = []
+[route]
+waypoints = [
+    {{ north = 0.0, east = 0.0 }}, {{ north = 40.0, east = 0.0, stay = 120.0 }}, {{ north = 40.0, east = 40.0 }}
+]
+""")
+    )
+    run = sailed.run
+    holds = run["mode"] == Mode.HOLDING
+    since = run.time[holds][0]
+    assert run.time[holds][-1] - since == pytest.approx(120.0, abs=0.1)
+    off = np.hypot(run["true_north"] - 40.0, run["true_east"])[holds & (run.time > since + 30.0)]
+    assert math.sqrt(np.mean(off**2)) < rms and off.max() < most
+    assert run["mode"][-1] == Mode.STOPPED  # and she went on
