@@ -6,6 +6,8 @@ from steerway.core.compiled import called_kernel
 
 _LEAST = 1e-11
 """Part of a variance that rounding may not take away."""
+_SMALL = 1e-12
+"""Part of an element on the diagonal beside which one off it counts as none."""
 
 
 @called_kernel
@@ -75,32 +77,86 @@ def product_transposed(a, b, out):
 
 @called_kernel
 def eigen(a, vectors):
-    """Eigenvalues onto the diagonal of a symmetric matrix (n, n), in place; eigenvectors in columns (Jacobi)."""
+    """Eigenvalues onto the diagonal of a symmetric matrix (n, n), in place; eigenvectors in the rows of `vectors`.
+
+    Householder's reduction to a tridiagonal matrix, then implicit QL steps (H. Bowdler, R. S. Martin, C. Reinsch and
+    J. H. Wilkinson, Numerische Mathematik 11, 1968).
+    """
     n = len(a)
     for i in range(n):
         for j in range(n):
             vectors[i, j] = 1.0 if i == j else 0.0
-    for _ in range(12):
-        off = 0.0
-        for i in range(n):
-            for j in range(i + 1, n):
-                off += a[i, j] * a[i, j]
-        if off < 1e-20:
-            return
-        for i in range(n):
-            for j in range(i + 1, n):
-                if abs(a[i, j]) < 1e-14:
-                    continue
-                theta = 0.5 * (a[j, j] - a[i, i]) / a[i, j]
-                t = math.copysign(1.0, theta) / (abs(theta) + math.sqrt(theta * theta + 1.0))
-                c = 1.0 / math.sqrt(t * t + 1.0)
-                s = t * c
+    for k in range(n - 2):
+        # reflect rows and columns beyond k so that column k ends below its diagonal
+        norm = 0.0
+        for i in range(k + 1, n):
+            norm += a[i, k] * a[i, k]
+        rest = norm - a[k + 1, k] * a[k + 1, k]
+        if rest <= _SMALL * _SMALL:
+            continue
+        first = -math.copysign(math.sqrt(norm), a[k + 1, k])
+        lead = a[k + 1, k] - first
+        scale = 2.0 / (rest + lead * lead)
+        # the reflection's vector is kept in column k below the diagonal
+        a[k + 1, k] = lead
+        along = 0.0
+        for i in range(k + 1, n):
+            total = 0.0
+            for j in range(k + 1, n):
+                total += a[i, j] * a[j, k]
+            a[k, i] = scale * total
+            along += a[k, i] * a[i, k]
+        for i in range(k + 1, n):
+            a[k, i] -= 0.5 * scale * along * a[i, k]
+        for i in range(k + 1, n):
+            for j in range(k + 1, n):
+                a[i, j] -= a[i, k] * a[k, j] + a[k, i] * a[j, k]
+        for j in range(n):
+            total = 0.0
+            for i in range(k + 1, n):
+                total += a[i, k] * vectors[i, j]
+            for i in range(k + 1, n):
+                vectors[i, j] -= scale * total * a[i, k]
+        a[k + 1, k] = first
+    for i in range(n - 1):
+        a[i, i + 1] = a[i + 1, i]
+    for low in range(n):
+        for _ in range(30):
+            high = low
+            while high < n - 1 and abs(a[high, high + 1]) > _SMALL * (abs(a[high, high]) + abs(a[high + 1, high + 1])):
+                high += 1
+            if high == low:
+                break
+            g = (a[low + 1, low + 1] - a[low, low]) / (2.0 * a[low, low + 1])
+            g = a[high, high] - a[low, low] + a[low, low + 1] / (g + math.copysign(math.hypot(g, 1.0), g))
+            c = s = 1.0
+            shift = 0.0
+            i = high - 1
+            while i >= low:
+                f, b = s * a[i, i + 1], c * a[i, i + 1]
+                r = math.hypot(f, g)
+                if i + 1 < n - 1:
+                    a[i + 1, i + 2] = r
+                if r == 0.0:
+                    a[i + 1, i + 1] -= shift
+                    if high < n - 1:
+                        a[high, high + 1] = 0.0
+                    break
+                s, c = f / r, g / r
+                g = a[i + 1, i + 1] - shift
+                r = (a[i, i] - g) * s + 2.0 * c * b
+                shift = s * r
+                a[i + 1, i + 1] = g + shift
+                g = c * r - b
                 for k in range(n):
-                    a[k, i], a[k, j] = c * a[k, i] - s * a[k, j], s * a[k, i] + c * a[k, j]
-                for k in range(n):
-                    a[i, k], a[j, k] = c * a[i, k] - s * a[j, k], s * a[i, k] + c * a[j, k]
-                for k in range(n):
-                    vectors[k, i], vectors[k, j] = (
-                        c * vectors[k, i] - s * vectors[k, j],
-                        s * vectors[k, i] + c * vectors[k, j],
+                    vectors[i + 1, k], vectors[i, k] = (
+                        s * vectors[i, k] + c * vectors[i + 1, k],
+                        c * vectors[i, k] - s * vectors[i + 1, k],
                     )
+                i -= 1
+            if i >= low:
+                continue
+            a[low, low] -= shift
+            a[low, low + 1] = g
+            if high < n - 1:
+                a[high, high + 1] = 0.0

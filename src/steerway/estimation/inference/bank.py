@@ -6,7 +6,6 @@ neither the rate of fixes nor a gap changes the tuning.
 
 import math
 
-from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, inlined_kernel
 from steerway.estimation.inference.discrete import DT, set_steps
 from steerway.estimation.inference.model import (
@@ -23,10 +22,9 @@ from steerway.estimation.inference.model import (
     STATE,
     VARIANCE,
 )
-from steerway.estimation.inference.motion import predict, turn_pair
+from steerway.estimation.inference.motion import predict
+from steerway.estimation.inference.relative import from_likeliest, shifted
 
-_STEADY = 3.0
-"""Speed in standard deviations across the course above which modes are averaged as speeds and courses, not vectors."""
 LONGEST_STEP = 3.0
 """s; a longer interval is predicted in equal parts of at most this."""
 _LOST = 2.0
@@ -77,29 +75,7 @@ def mix(bank):
     x, p, mixed_x, mixed_p = bank.x, bank.p, bank.mixed_x, bank.mixed_p
     probability, change, work = bank.probability, bank.change, bank.work
     m, n = x.shape
-    reference = 0
-    for k in range(1, m):
-        if probability[k] > probability[reference]:
-            reference = k
-    across = 0.0
-    for k in range(m):
-        bend = wrap(x[k, COURSE] - x[reference, COURSE])
-        across += probability[k] * (p[k, 3, 3] + (x[k, SPEED] * math.sin(bend)) ** 2)
-    steady = x[reference, SPEED] > _STEADY * math.sqrt(across)
-    for k in range(m):
-        bend = wrap(x[k, COURSE] - x[reference, COURSE])
-        for i in range(n):
-            work[k, i] = x[k, i] - x[reference, i]
-        if steady:
-            work[k, COURSE] = bend * x[reference, SPEED]
-        else:
-            c, s = math.cos(bend), math.sin(bend)
-            work[k, SPEED] = x[k, SPEED] * c - x[reference, SPEED]
-            work[k, COURSE] = x[k, SPEED] * s
-            turn_pair(p, k, SPEED, c, s)
-            for i in range(n):
-                for j in range(i):
-                    p[k, i, j] = p[k, j, i]
+    reference, steady = from_likeliest(x, p, probability, work)
     for k in range(m):
         for a in range(n):
             for b in range(n):
@@ -120,21 +96,10 @@ def mix(bank):
             mixed_flat[j, a] = w0 * flat[0, a] + w1 * flat[1, a] + w2 * flat[2, a] + w3 * flat[3, a] + w4 * flat[4, a]
         for a in range(n):
             work[m, a] = w0 * work[0, a] + w1 * work[1, a] + w2 * work[2, a] + w3 * work[3, a] + w4 * work[4, a]
-            mixed_x[j, a] = x[reference, a] + work[m, a]
         for a in range(n):
             for b in range(n):
                 mixed_p[j, a, b] -= work[m, a] * work[m, b]
-        if steady:
-            mixed_x[j, COURSE] = wrap(x[reference, COURSE] + work[m, COURSE] / x[reference, SPEED])
-        else:
-            along, sideways = x[reference, SPEED] + work[m, SPEED], work[m, COURSE]
-            angle = math.atan2(sideways, along)
-            mixed_x[j, SPEED] = math.hypot(along, sideways)
-            mixed_x[j, COURSE] = wrap(x[reference, COURSE] + angle)
-            turn_pair(mixed_p, j, SPEED, math.cos(angle), -math.sin(angle))
-            for a in range(n):
-                for b in range(a):
-                    mixed_p[j, a, b] = mixed_p[j, b, a]
+        shifted(x[reference], work[m], steady, mixed_x, mixed_p, j)
     total = 0.0
     for j in range(m):
         total += work[m + 1, j]

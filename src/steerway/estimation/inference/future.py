@@ -47,13 +47,13 @@ def future(smoothed, shift, before, information, vector, room):
             continue
         along = 0.0
         for u in range(n):
-            along += vectors[u, e] * whitened[u]
+            along += vectors[e, u] * whitened[u]
         most = _FARTHEST * math.sqrt(1.0 - value)
         along = min(max(along, -most), most)
         for u in range(n):
-            reported[u] += vectors[u, e] * along / value
+            reported[u] += vectors[e, u] * along / value
             for v in range(n):
-                information[u, v] += vectors[u, e] * (1.0 / value - 1.0) * vectors[v, e]
+                information[u, v] += vectors[e, u] * (1.0 / value - 1.0) * vectors[e, v]
     # back from the whitened coordinates: lowerᵀ (…) lower
     for u in range(n):
         total = 0.0

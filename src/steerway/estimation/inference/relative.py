@@ -8,13 +8,31 @@ from steerway.estimation.inference.model import COURSE, SPEED
 from steerway.estimation.inference.motion import turn_pair
 
 _STEADY = 3.0
-"""As in `bank`."""
+"""Speed in standard deviations across the course above which modes are averaged as speeds and courses, not vectors."""
 
 
 @lean_kernel
 def is_steady(speed, variance_across):
     """Whether velocities near this one are compared as speeds and courses rather than as vectors."""
     return speed * speed > _STEADY**2 * variance_across
+
+
+@called_kernel
+def from_likeliest(x, p, probability, d):
+    """All modes as errors d (m, n) at the likeliest, their covariances in its frame. Returns it, and `is_steady`."""
+    m = x.shape[0]
+    reference = 0
+    for k in range(1, m):
+        if probability[k] > probability[reference]:
+            reference = k
+    across = 0.0
+    for k in range(m):
+        bend = wrap(x[k, COURSE] - x[reference, COURSE])
+        across += probability[k] * (p[k, 3, 3] + (x[k, SPEED] * math.sin(bend)) ** 2)
+    steady = is_steady(x[reference, SPEED], across)
+    for k in range(m):
+        turned(p, k, difference(x, k, x[reference], steady, d[k]))
+    return reference, steady
 
 
 @called_kernel

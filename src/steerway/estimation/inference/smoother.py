@@ -9,7 +9,6 @@ Estimation with Applications to Tracking and Navigation, 2001, §11.6).
 
 import math
 
-from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, inlined_kernel
 from steerway.estimation.inference.algebra import inverse, product, product_transposed
 from steerway.estimation.inference.bank import SAME_STEP, forget_direction, loses_course, mix
@@ -18,10 +17,10 @@ from steerway.estimation.inference.fuse import fuse
 from steerway.estimation.inference.future import future
 from steerway.estimation.inference.model import COURSE, DRIFT_SPEED, EAST, MODES, NORTH, RATE, SPEED
 from steerway.estimation.inference.motion import predict
-from steerway.estimation.inference.relative import difference, is_steady, shifted, turned
+from steerway.estimation.inference.relative import difference, from_likeliest, is_steady, shifted, turned
 from steerway.estimation.inference.track import recall
 
-_NEGLIGIBLE, _NEGLIGIBLE_PART = 5e-4, 1e-5
+_NEGLIGIBLE, _NEGLIGIBLE_PART = 5e-3, 1e-5
 """Probability of a mode, and share of a component in its mixture, below which they are left out."""
 _TEMPER = 0.3
 """Exponent of what the future says of a component: Gaussians in which histories are merged share their errors, and with
@@ -57,7 +56,7 @@ def back(bank, model, motion_states, smooth_x, smooth_p, smooth_probability, roo
     x, p, probability, mixed_x, mixed_p = bank.x, bank.p, bank.probability, bank.mixed_x, bank.mixed_p
     steps, change, work = bank.steps, bank.change, bank.work
     m, n = x.shape
-    x0, p0, before = room[0], room[1:6], room[6, 0]
+    x0, p0, before = room[0, :m], room[1:6], room[6, 0]
     for k in range(m):
         before[k] = probability[k]
         for i in range(n):
@@ -65,22 +64,11 @@ def back(bank, model, motion_states, smooth_x, smooth_p, smooth_probability, roo
             for j in range(n):
                 p0[k, i, j] = p[k, i, j]
     mix(bank)
-    reference = 0
-    for k in range(1, m):
-        if before[k] > before[reference]:
-            reference = k
-    across = 0.0
-    for k in range(m):
-        bend = wrap(x0[k, COURSE] - x0[reference, COURSE])
-        across += before[k] * (p0[k, 3, 3] + (x0[k, SPEED] * math.sin(bend)) ** 2)
-    steady = is_steady(x0[reference, SPEED], across)
-    origin = room[6, 1]
-    for i in range(n):
-        origin[i] = x0[reference, i]
     d, d_mixed, d_smooth = room[7], room[8], room[9]
+    reference, steady = from_likeliest(x0, p0, before, d)
+    origin = x0[reference]
     for k in range(m):
-        turned(p0, k, difference(x0, k, origin, steady, d[k]))
-        room[_INVERSES + MODES, 0, k] = inverse(p0[k], room[_INVERSES + k], room[13])
+        room[_INVERSES + MODES, 0, k] = 0.0
     f, gain, inverted, lower = room[10], room[11], room[12], room[13]
     a, b, c = room[14], room[15], room[16]
     after = room[17]
@@ -171,14 +159,17 @@ def share(j, before, change, normal, d, p0, d_mixed, mixed_p, d_smooth, smoothed
     for u in range(n):
         shift[u] = d_smooth[j, u] - d_mixed[j, u]
     future(smoothed_p[j], shift, mixed_p[j], information, vector, room)
-    lower, c = room[12], room[14]
+    lower, c, log_of = room[12], room[14], room[_INVERSES + MODES, 0]
     highest = -math.inf
     for i in range(m):
         part = before[i] * change[i, j] / normal
         weights[0, i] = -math.inf
         if part < _NEGLIGIBLE_PART:
             continue
-        a, log_a = room[_INVERSES + i], room[_INVERSES + MODES, 0, i]
+        a = room[_INVERSES + i]
+        if log_of[i] == 0.0:
+            log_of[i] = inverse(p0[i], a, lower)
+        log_a = log_of[i]
         quadratic = 0.0
         for u in range(n):
             total = 0.0
