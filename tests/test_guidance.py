@@ -15,6 +15,7 @@ from steerway.guidance.line_of_sight import LineOfSight, PurePursuit
 from steerway.guidance.route import Route
 from steerway.guidance.vector_field import VectorField
 from steerway.guidance.waypoints import Mission
+from steerway.guidance.wheel_over import off_path, turn_path, wheel_over
 
 P1_WAYPOINTS = ([0.0, 2000.0, 5000.0, 3000.0, 6000.0, 10000.0], [0.0, 0.0, 5000.0, 8000.0, 12000.0, 12000.0])
 
@@ -211,3 +212,20 @@ def test_a_long_approach_does_not_wind_the_crab_angle_up():
     for _ in range(10000):
         law.step(on_line(-500.0), math.nan, math.nan, 0.1)
     assert law.crab_angle == -law.largest_crab
+
+
+@pytest.mark.parametrize("current", [(0.0, 0.0), (0.5, -0.4), (0.1, 0.4)])
+@pytest.mark.parametrize("direction", [0.3, 2.0])
+def test_an_early_turn_ends_on_the_next_leg(direction, current):
+    following = direction + 1.5
+    path, time = turn_path(direction, following, 1.2, *current, 1.0, 0.2, 0.2)
+    lead = wheel_over(direction, following, *path[-1])
+    begin = np.array([-lead * math.cos(direction), -lead * math.sin(direction)])
+    _, across = track_errors(*(begin + path[-1]), 0.0, 0.0, following)
+    assert lead > 0.0 and abs(across) < 1e-9
+    assert len(path) * 0.02 == pytest.approx(time, abs=0.03)
+    middle, (ahead_n, ahead_e) = path[len(path) // 2], (path[1] - path[0]) / math.dist(path[0], path[1])
+    abeam = np.array([-ahead_e, ahead_n])
+    assert off_path(path, *middle) == (pytest.approx(0.0, abs=1e-9), False)
+    assert off_path(path, *(path[0] + 0.1 * abeam))[0] > 0.0 > off_path(path, *(path[0] - 0.1 * abeam))[0]
+    assert off_path(path, *(path[-1] + 2.0 * (path[-1] - path[-2])))[1]

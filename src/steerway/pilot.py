@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 
 from steerway.control.handover import Autopilot
 from steerway.control.holding import PositionHold
-from steerway.control.in_current import InCurrent
+from steerway.control.in_current import SURE, InCurrent
 from steerway.control.station import StationKeeper
 from steerway.core.checks import one_of, positive
 from steerway.core.estimate import Estimate, Estimator, Measurements
@@ -212,8 +212,8 @@ class Pilot:
         lead, following = math.nan, self.mission.following
         if self.in_current is not None and estimate.knows_current and self.mission.phase is not Phase.HOLDING:
             self.in_current.watch(leg, estimate, dt)
-            if math.isfinite(following):
-                lead = self.in_current.lead(leg.direction, following, estimate, self.autopilot.shaper)
+            if math.isfinite(following) and estimate.heading_std < SURE:
+                lead = self.in_current.turn(leg, following, estimate, self.autopilot.shaper)
         self.mission.lead = lead
         self.mission.preview = estimate.sog * self.autopilot.shaper.lag if estimate.sog > 0.0 else 0.0
 

@@ -83,7 +83,8 @@ class Autopilot:
     """Steers by course or by heading, as `hand_over` decides, without a jump between them.
 
     At a hand-over the reference moves to the other angle together with the control error, and the trim absorbs the
-    rest, so that the command is continuous. With a `schedule` the controller's gains follow what the estimate carries.
+    rest, so that the command is continuous. With a `schedule` the controller's gains follow what the estimate of the
+    course carries, while a course is wanted.
     """
 
     def __init__(
@@ -121,7 +122,7 @@ class Autopilot:
         Below steerageway the desired course is steered as a heading, without a compass not at all: the trim and the
         damping of a known yaw rate remain. rad, rad/s, m/s; NaN for unknown.
         """
-        if self.schedule is not None:
+        if self.schedule is not None and course_wanted:
             self.controller.gains = self.schedule.gains(speed)
         by_course = self.hand_over.step(speed, course, heading, dt, course_wanted)
         angle, rate = (course, course_rate) if by_course else (heading, yaw_rate)

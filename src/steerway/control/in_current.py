@@ -17,13 +17,12 @@ from steerway.core.estimate import Estimate
 from steerway.core.kinematics import heading_for, water_speed_for
 from steerway.core.leg import LegState
 from steerway.guidance.reference import Reference, ReferenceModel
-from steerway.guidance.wheel_over import turn_displacement, wheel_over
+from steerway.guidance.wheel_over import off_path, turn_path, wheel_over
 
 _ORDERED_NOISE = 0.15
 """Share of the largest rate that the noise of the estimate may order."""
-_UNSURE = 0.5
-"""rad of heading: beyond it the boat turns at half the rate."""
-_RETUNED = 0.05
+SURE = 0.5
+"""rad of heading: beyond it the boat turns at half the rate, and no turn begins early."""
 _PATIENCE = 15.0
 """s for which the current has to exceed the boat's speed."""
 _LOST = 1.0
@@ -97,13 +96,13 @@ class InCurrent:
     def __post_init__(self):
         for name in ("top_speed", "slowest", "turn_rate", "bandwidth"):
             positive(f"in_current.{name}", getattr(self, name))
-        self._designed = (math.nan, math.nan)
         self.restart()
 
     def restart(self) -> None:
         """The boat begins to steer."""
         self._carried_off = self._without_way = self._departing = 0.0
         self._target, self._nearest, self._before = -1, math.inf, math.inf
+        self._turn, self._turning, self._next_turn = None, 0.0, (-1, None, 0.0)
 
     @property
     def trouble(self) -> str:
@@ -120,17 +119,22 @@ class InCurrent:
         is_new = leg.target != self._target
         if is_new:
             self._target, self._nearest, self._before = leg.target, leg.distance, leg.distance
+            into, path, time = self._next_turn
+            self._turn, self._turning = (path, time) if into == leg.target else (None, 0.0)
+        self._turning -= dt
+        if self._turning <= 0.0:
+            self._turn = None
         nearer = is_new or leg.distance < self._before - least * _LONGEST_WITHOUT_WAY
         gains = is_new or leg.distance < self._nearest - least * _PATIENCE
         self._before = leg.distance if nearer else self._before
         self._nearest = leg.distance if gains else self._nearest
         self._without_way = 0.0 if nearer else self._without_way + dt
-        able = self.progress(leg.direction, estimate) > least or estimate.heading_std > _UNSURE
+        able = self.progress(leg.direction, estimate) > least or estimate.heading_std > SURE
         self._carried_off = 0.0 if able or gains else self._carried_off + dt
 
     def departs(self, estimate: Estimate, dt: float) -> bool:
         """Whether the boat has to go straight ahead, until it is known which way that is."""
-        lost = estimate.heading_std > (_LOST if self._departing == 0.0 else _UNSURE)
+        lost = estimate.heading_std > (_LOST if self._departing == 0.0 else SURE)
         departs = lost and self._departing < _DEPARTURE
         self._departing = self._departing + dt if departs else math.inf
         return departs
@@ -158,21 +162,36 @@ class InCurrent:
         return Reference(float(heading), 0.0, 0.0)
 
     def seen(self, leg: LegState, speed: float, estimate: Estimate) -> LegState:
-        """The leg for a guidance law whose lookahead is meant for a speed over ground (m/s): shorter where she is
+        """The leg for a guidance law whose lookahead is meant for a speed over ground (m/s): shorter where the boat is
         slower.
 
         So that the distance from the leg dies away in the same time; in place of the lookahead the distance is scaled.
+        In a turn it is the distance from the turn's path.
         """
+        off = leg.cross_track
+        if self._turn is not None:
+            turned, is_over = off_path(self._turn, estimate.north, estimate.east)
+            self._turn, off = (None, off) if is_over else (self._turn, turned)
         slower = min(1.0, max(_SHORTEST, estimate.sog / speed)) if speed > 0.0 else 1.0
-        return leg._replace(cross_track=leg.cross_track / slower)
+        return leg._replace(cross_track=off / slower)
 
-    def lead(self, direction: float, following: float, estimate: Estimate, model: ReferenceModel) -> float:
-        """Distance (m) from a waypoint at which the turn from one leg's direction to the next has to begin."""
+    def turn(self, leg: LegState, following: float, estimate: Estimate, model: ReferenceModel) -> float:
+        """Distance (m) from a waypoint at which the turn into the next leg, of the direction `following`, has to begin.
+
+        Its path is kept, to be followed when the next leg is under way.
+        """
         current = estimate.current_north, estimate.current_east
         after, _ = heading_for(following, estimate.water_speed, *current)
-        limits = model.bandwidth, self.turn_rate, model.max_acceleration
-        turn = turn_displacement(estimate.heading, after, estimate.water_speed, *current, *limits, 0.0)
-        return float(wheel_over(direction, following, *turn[:2]))
+        limits = model.bandwidth, model.max_rate, model.max_acceleration
+        path, time = turn_path(estimate.heading, after, estimate.water_speed, *current, *limits)
+        lead = float(wheel_over(leg.direction, following, *path[-1]))
+        before = leg.remaining - lead
+        begins = (
+            estimate.north + before * math.cos(leg.direction) + leg.cross_track * math.sin(leg.direction),
+            estimate.east + before * math.sin(leg.direction) - leg.cross_track * math.cos(leg.direction),
+        )
+        self._next_turn = leg.target + 1, path + begins if lead > 0.0 else None, time
+        return lead
 
     def progress(self, course: float, estimate: Estimate) -> float:
         """The fastest that the boat can be along a course over ground, m/s; not above 0 where the current is too
@@ -189,9 +208,5 @@ class InCurrent:
         across = estimate.cog_std * estimate.sog / max(estimate.water_speed, 0.3 * self.slowest)
         carried = _ORDERED_NOISE * self.turn_rate / max(across, 1e-9)
         bandwidth = min(self.bandwidth, max(_LEAST * self.bandwidth, carried))
-        before, speed = self._designed
-        slower = abs(estimate.water_speed - speed) <= _RETUNED * self.top_speed
-        if not (abs(bandwidth - before) <= _RETUNED * bandwidth and slower):
-            autopilot.controller.gains = self.response.gains(bandwidth, estimate.water_speed, self.limit)
-            self._designed = bandwidth, estimate.water_speed
-        autopilot.shaper.max_rate = self.turn_rate * (1.0 if estimate.heading_std < _UNSURE else 0.5)
+        autopilot.controller.gains = self.response.gains(bandwidth, estimate.water_speed, self.limit)
+        autopilot.shaper.max_rate = self.turn_rate * (1.0 if estimate.heading_std < SURE else 0.5)

@@ -77,7 +77,8 @@ class Mission:
     A passed waypoint switches the leg for the next step: the step that passes it still answers for the old leg, and at
     most one waypoint is passed in a step. `lead` (m before the waypoint, NaN for none) may be set before a step by who
     knows how the boat turns: then the leg ends there, in place of the rule. A curve at the leg's end belongs to it; its
-    direction is that of the way `preview` m ahead, for a boat that follows with a delay.
+    direction is that of the way `preview` m ahead, for a boat that follows with a delay. `following` is the direction
+    (rad) of the leg after that of the last step, NaN where there is none, or a curve leads to it.
     """
 
     def __init__(self, route: Route, passing: Passing | None = None, *, start: str = "line", at_end: str = "stop"):
@@ -89,7 +90,7 @@ class Mission:
 
     def restart(self) -> None:
         """Forget everything sailed so far."""
-        self.lead, self.preview = math.nan, 0.0
+        self.lead, self.preview, self.following = math.nan, 0.0, math.nan
         self.phase = Phase.UNDER_WAY
         self.log = MissionLog()
         self._target = None
@@ -107,20 +108,12 @@ class Mission:
                 return LegState(0, *[math.nan] * 7)
             self._begin(north, east)
         leg = self._seen(north, east)
+        self.following = self._next_direction()
         if self.phase is Phase.UNDER_WAY:
             self.log.add(north, east, leg, dt, effort)
             if known:
                 self._judge(leg, north, east)
         return leg
-
-    @property
-    def following(self) -> float:
-        """Direction of the leg after the one under way, rad; NaN where there is none, or a curve leads to it."""
-        target = self._target
-        if target is None or target + 1 >= len(self.route) or self.phase is not Phase.UNDER_WAY or self._curve:
-            return math.nan
-        ends = (self._ends[2], self._ends[3], self.route.north[target + 1], self.route.east[target + 1])
-        return float(leg_direction(*ends))
 
     def skip(self, why: str = "skipped") -> None:
         """Give up the waypoint under way as missed, on the word of an outer judge or a person."""
@@ -176,6 +169,12 @@ class Mission:
         if factor is None or math.isnan(self._speed):
             return math.inf
         return factor * length / self._speed + self.passing.time_margin
+
+    def _next_direction(self):
+        following = self._target + 1
+        if following >= len(self.route) or self.phase is not Phase.UNDER_WAY or self._curve is not None:
+            return math.nan
+        return float(leg_direction(*self._ends[2:], self.route.north[following], self.route.east[following]))
 
     def _seen(self, north, east):
         curve, direction = self._curve, self._direction

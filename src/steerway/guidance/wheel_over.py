@@ -1,14 +1,23 @@
-"""When to begin a turn so that it ends on the next leg: by the boat's turn through the water, and the current."""
+"""Turns from one leg into the next: by the boat's turn through the water, and the current.
+
+The path over ground of such a turn says when to begin it, so that it ends on the next leg, and is what the boat follows
+between the legs.
+"""
 
 import math
 
+import numpy as np
+
 from steerway.core.angles import wrap
+from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.guidance.reference import third_order
 
+_MOST_POINTS = 3000
+
 
 @kernel
-def turn_displacement(
+def turn_path(
     heading: float,
     to: float,
     water_speed: float,
@@ -17,26 +26,23 @@ def turn_displacement(
     bandwidth: float,
     max_rate: float,
     max_acceleration: float,
-    lag: float,
-) -> tuple[float, float, float]:
-    """(north m, east m, s) over ground of a turn by the reference model of these limits, that lags by `lag` s.
+) -> tuple[Floats, float]:
+    """((n, 2) north and east in m, s) over ground of a turn by the reference model of these limits from the origin.
 
     Until the heading is within 1° of the last.
     """
     dt = 0.02 / bandwidth
     angle, rate, acceleration = heading, 0.0, 0.0
-    north, east, time = lag * (water_speed * math.cos(heading) + current_north), 0.0, lag
-    east = lag * (water_speed * math.sin(heading) + current_east)
-    for _ in range(3000):
-        if abs(wrap(to - angle)) < 0.02:
-            break
+    path = np.zeros((_MOST_POINTS, 2))
+    n = 1
+    while n < _MOST_POINTS and abs(wrap(to - angle)) > 0.02:
         angle, rate, acceleration = third_order(
             angle, rate, acceleration, to, bandwidth, 1.0, max_rate, max_acceleration, dt
         )
-        north += dt * (water_speed * math.cos(angle) + current_north)
-        east += dt * (water_speed * math.sin(angle) + current_east)
-        time += dt
-    return north, east, time
+        path[n, 0] = path[n - 1, 0] + dt * (water_speed * math.cos(angle) + current_north)
+        path[n, 1] = path[n - 1, 1] + dt * (water_speed * math.sin(angle) + current_east)
+        n += 1
+    return path[:n].copy(), (n - 1) * dt
 
 
 @kernel
@@ -50,3 +56,21 @@ def wheel_over(direction: float, following: float, north: float, east: float) ->
         return 0.0
     across = east * math.cos(following) - north * math.sin(following)
     return max(0.0, -across / sine)
+
+
+@kernel
+def off_path(path: Floats, north: float, east: float) -> tuple[float, bool]:
+    """Distance (m, + to starboard) of a position from a path (n, 2), and whether the path's end is passed."""
+    off, nearest, beyond = 0.0, math.inf, True
+    for k in range(len(path) - 1):
+        ahead_n, ahead_e = path[k + 1, 0] - path[k, 0], path[k + 1, 1] - path[k, 1]
+        length = math.hypot(ahead_n, ahead_e)
+        if length == 0.0:
+            continue
+        dn, de = north - path[k, 0], east - path[k, 1]
+        along = (dn * ahead_n + de * ahead_e) / length
+        across = (de * ahead_n - dn * ahead_e) / length
+        distance = math.hypot(across, along - min(length, max(0.0, along)))
+        if distance < nearest:
+            off, nearest, beyond = across, distance, k == len(path) - 2 and along >= length
+    return off, beyond

@@ -60,9 +60,11 @@ def _receiver(case) -> Gnss:
 class _NotEarly(Mission):
     """A mission whose waypoints are passed by the rule."""
 
-    @property
-    def following(self) -> float:
-        return math.nan
+    def step(self, north, east, dt, effort=0.0):
+        """See `Mission`."""
+        leg = super().step(north, east, dt, effort)
+        self.following = math.nan
+        return leg
 
 
 def pilot(case: Case) -> Pilot:

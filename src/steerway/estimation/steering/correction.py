@@ -28,6 +28,8 @@ MANOEUVRE = math.log(0.05)
 """That of a motion that no order explains, where the response does not fit."""
 _LARGEST_GAIN = 2.5
 """Of a response over the declared one, and the inverse of the least."""
+_ASTERN = 2.0
+"""Standard deviations from which on a speed through the water is one astern."""
 GOOD, MANOEUVRED, REFUSED = range(3)
 
 
@@ -193,12 +195,12 @@ def take_number(states: Floats, covariances: Floats, weights: Floats, number: fl
 
 @kernel
 def fold(states: Floats, covariances: Floats) -> None:
-    """Headings in [−π, π), speeds through the water ahead: a boat that goes astern points the other way. Gains
-    limited.
+    """Headings in [−π, π), speeds through the water ahead: a boat that goes astern points the other way, one about
+    at rest keeps its heading. Gains limited.
     """
     for k in range(len(states)):
         x, p = states[k], covariances[k]
-        if x[WATER_SPEED] < 0.0:
+        if x[WATER_SPEED] < -_ASTERN * math.sqrt(p[WATER_SPEED, WATER_SPEED]):
             x[WATER_SPEED] = -x[WATER_SPEED]
             x[HEADING] += math.pi
             for j in range(STATES):

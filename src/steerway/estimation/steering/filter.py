@@ -36,7 +36,7 @@ from steerway.estimation.steering.motion import (
     predict_bank,
 )
 from steerway.estimation.steering.receiver import ReceiverNoise
-from steerway.estimation.steering.start import hypotheses, straight_line
+from steerway.estimation.steering.start import any_heading, hypotheses, straight_line
 
 START_TIME, START_FIXES, LONGEST_START = 2.0, 3, 6.0
 """s and fixes of the first straight line, and s at most."""
@@ -50,6 +50,10 @@ _LEAST_STD, _MOST_STD, _FIRST_SLOW = 0.01, 3.0, 0.1
 """m: limits of what is learned of the receiver, and its slow error before it is learned."""
 _LATELY, _WORST, _LARGEST_MISFIT = 0.1, 50.0, 9.0
 """Part of a fix in the mean NIS, the largest that counts, and the mean above which the hypotheses are made anew."""
+_REST, _UNKNOWN_STD = 0.25, 1.5
+"""Share of the usual speed below which a boat without an order is at rest in the water, and 1σ (rad) that its heading
+has there at the least; of any heading it is 1.8.
+"""
 _GYRO_STD = math.radians(2.0)
 """rad/s: in and out of a turn the bow is ahead of the motion through the water."""
 _COMPASS_STD = math.radians(10.0)
@@ -181,8 +185,17 @@ class SteeringFilter:
         fold(self._states, self._covariances)
         if len(self._weights) > 1:
             self._prune()
+        self._forget_heading()
         self._ahead = (math.nan, self._ahead[1])
         return kind
+
+    def _forget_heading(self):
+        """Without an order and at rest in the water nothing tells the heading."""
+        best = int(np.argmax(self._weights))
+        at_rest = math.isnan(self._orders[-1][1]) and self._states[best, WATER_SPEED] < _REST * self.response.speed
+        if at_rest and self._heading_std(best) < _UNKNOWN_STD:
+            found = any_heading(self._states[best], self._covariances[best], self.response)
+            self._states, self._covariances, self._weights = found
 
     def at(self, time: float) -> Found:
         """The motion at a time, by the orders since the last fix."""

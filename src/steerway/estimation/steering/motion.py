@@ -85,6 +85,8 @@ class Response(NamedTuple):
     _OVER_GROUND,
 ) = range(len(Response._fields))
 
+_HELM_TIME = 2.0
+"""s, time constant of the yaw rate under unknown orders, a first-order Gauss-Markov process."""
 _IDENTIFIED, _TIMES = 300.0, 100.0
 """s, and time constants of the yaw rate, in which gain, bias and damping may drift by their first deviations."""
 ERROR_TIME = 5.0
@@ -97,7 +99,8 @@ def _response(x, order, parameters, dt):
     it.
     """
     if not math.isfinite(order):
-        return 1.0, dt, 0.0, 0.0, 0.0  # a helmsman who goes on as he does
+        left = math.exp(-dt / _HELM_TIME)
+        return left, _HELM_TIME * (1.0 - left), 0.0, 0.0, 0.0
     time, u = parameters[_TIME], x[WATER_SPEED]
     quadratic = parameters[_QUADRATIC] * abs(x[YAW_RATE])
     damping = parameters[_LINEAR] - parameters[_MUNK] * u * u + x[DAMPING] + 2.0 * quadratic
@@ -211,7 +214,7 @@ def _transform(f, p, work):
 def _add_noise(x, p, known, has_speed, parameters, wander, dt):
     rate, time = parameters[_RATE], parameters[_TIME]
     aside = parameters[_WANDER] * rate if known else parameters[_MANUAL] * rate
-    q = 2.0 * aside * aside / (max(time, 0.3) if known else 1.0)
+    q = 2.0 * aside * aside / (max(time, 0.3) if known else _HELM_TIME)
     p[YAW_RATE, YAW_RATE] += q * dt
     p[HEADING, YAW_RATE] += 0.5 * q * dt * dt
     p[YAW_RATE, HEADING] = p[HEADING, YAW_RATE]

@@ -28,6 +28,10 @@ _SHARES = 0.45, 0.9
 """Currents that are tried, in shares of the usual speed."""
 _MOVING, _SLOW = 4.0, 0.15
 """Standard deviations, and share of the usual speed, from which on a velocity may be one through the water."""
+_REST_STD, _CURRENT_STD = 0.05, 0.1
+"""1σ of the speed through the water of a boat at rest, and of the current beside its drift, in shares of the usual
+speed.
+"""
 _ADRIFT = 1.0
 """Cost (−log probability) of a boat that moves and is all the same adrift."""
 
@@ -82,6 +86,29 @@ def hypotheses(
     return states, covariances, weights - np.log(np.sum(np.exp(weights)))
 
 
+def any_heading(x: Floats, p: Floats, response: Response) -> tuple[Floats, Floats, Floats]:
+    """(states, covariances, log weights) as of `hypotheses`, for a state (13,) and covariance (13, 13) at rest.
+
+    Its velocity over ground becomes the current; what is known of its response is kept.
+    """
+    c, s, u = math.cos(x[HEADING]), math.sin(x[HEADING]), x[WATER_SPEED]
+    f = np.eye(STATES)
+    f[CURRENT_N, [WATER_SPEED, HEADING]] = c, -u * s
+    f[CURRENT_E, [WATER_SPEED, HEADING]] = s, u * c
+    f[[WATER_SPEED, HEADING, YAW_RATE]] = 0.0
+    state = f @ x
+    state[[CURRENT_N, CURRENT_E]] = x[CURRENT_N] + u * c, x[CURRENT_E] + u * s
+    covariance = f @ p @ f.T
+    for k in (CURRENT_N, CURRENT_E):
+        covariance[k, k] += (_CURRENT_STD * response.speed) ** 2
+    covariance[WATER_SPEED, WATER_SPEED] = (_REST_STD * response.speed) ** 2
+    covariance[HEADING, HEADING] = (math.pi / _DIRECTIONS) ** 2
+    covariance[YAW_RATE, YAW_RATE] = (response.manual * response.rate) ** 2
+    states = np.tile(state, (_DIRECTIONS, 1))
+    states[:, HEADING] = [wrap(math.tau * k / _DIRECTIONS) for k in range(_DIRECTIONS)]
+    return states, np.tile(covariance, (_DIRECTIONS, 1, 1)), np.full(_DIRECTIONS, -math.log(_DIRECTIONS))
+
+
 def _spread(x, p, place_std, velocity_std, response):
     """Current and motion through the water are uncertain, less so their sum."""
     speed, c, s = x[WATER_SPEED], math.cos(x[HEADING]), math.sin(x[HEADING])
@@ -94,8 +121,8 @@ def _spread(x, p, place_std, velocity_std, response):
     p[BIAS, BIAS] = (response.bias_std * response.rate) ** 2
     p[DAMPING, DAMPING] = response.damping_std**2
     if speed == 0.0:
-        p[CURRENT_N, CURRENT_N] = p[CURRENT_E, CURRENT_E] = velocity_std**2 + (0.1 * response.speed) ** 2
-        p[WATER_SPEED, WATER_SPEED] = (0.05 * response.speed) ** 2
+        p[CURRENT_N, CURRENT_N] = p[CURRENT_E, CURRENT_E] = velocity_std**2 + (_CURRENT_STD * response.speed) ** 2
+        p[WATER_SPEED, WATER_SPEED] = (_REST_STD * response.speed) ** 2
         p[HEADING, HEADING] = (math.pi / _DIRECTIONS) ** 2
         return
     # (δU, U δψ) are the components, along and across the heading, of the error of velocity less that of the current.

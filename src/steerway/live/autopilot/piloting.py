@@ -55,6 +55,8 @@ _CORNER = 1.5
 """Radius of a corner's curve over that of the tightest turn."""
 _TURN_TIME = 1.0
 """s in which the reference reaches its largest yaw rate."""
+_TURN_SHARE = 0.8
+"""Share of the largest yaw rate at which turns are made; the rest is left to the controller."""
 _GIVE_UP = 0.9
 """Share of the profile's steerageway below which the course is no longer steered by."""
 
@@ -139,7 +141,7 @@ def in_current(line: GeodeticRoute, takes: str) -> InCurrent:
     boat, cruise = line.boat, float(np.mean(line.speed))
     response = yaw_response(boat, takes)
     fastest = max(cruise, min(boat.top_speed_mps, response.stable_speed))
-    rate = math.radians(boat.max_yaw_rate_dps)
+    rate = _TURN_SHARE * math.radians(boat.max_yaw_rate_dps)
     return InCurrent(response, fastest, SLOWEST * cruise, rate, MAX_BANDWIDTH, over_ground=takes == YAW_RATE)
 
 
