@@ -2,26 +2,30 @@
 
 import json
 import math
+from functools import cache
 
 import numpy as np
 import pytest
 
 from steerway.identification.yaw import identify_yaw_from_fixes
 from steerway_studies import named, otter_course
+from steerway_studies.otter_course import comparisons
 from steerway_studies.otter_course import logs as otter_logs
 from steerway_studies.otter_course.boat import COMMAND, as_published, zigzag
-from steerway_studies.otter_course.comparisons import noisy_numbers
 from steerway_studies.otter_course.logs import LOGS, as_printed
 from steerway_studies.otter_course.unwinding import turned
 from steerway_studies.papers.course_autopilot import OTTER_PRINTED_GAINS
+
+noisy_numbers = cache(comparisons.noisy_numbers)
+"""Each seed once."""
 
 
 @pytest.fixture(scope="module")
 def results():
     patch = pytest.MonkeyPatch()
-    patch.setattr(otter_course, "over_cases", lambda run, seeds, progress=None: [run(seed) for seed in seeds])
+    patch.setattr(otter_course, "over_cases", lambda run, seeds, progress=None: [noisy_numbers(seed) for seed in seeds])
     patch.setattr(otter_logs, "LOGS", LOGS[:1])
-    yield named("otter-course").run(1, 3, None)
+    yield named("otter-course").run(1, 100, None)
     patch.undo()
 
 

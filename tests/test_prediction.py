@@ -209,7 +209,7 @@ def test_profiles_are_listed_shown_and_made(tmp_path):
     shown.write_text(run("profile", "show", "swell")[1])
     assert Profile.load(shown) == Profile.named("swell")
     log = tmp_path / "sortie.csv"
-    steerway.write(turning(2.0, 0.5, 200.0).fixes(0.3, 1), log)
+    steerway.write(turning(2.0, 0.5, 80.0).fixes(0.3, 1), log)
     for options in ((), ("--tune",)):
         code, out, _ = run("profile", "make", log, "-o", made, *options)
         assert code == 0 and f"wrote {made}" in out

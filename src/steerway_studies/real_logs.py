@@ -6,7 +6,9 @@ other receivers; for its own positions it is at least another instrument).
 """
 
 import math
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 import polars as pl
@@ -39,36 +41,60 @@ MOORED = {"gps": "signalk_samples/gps.log", "ac42": "furuno_scx20_n2k/ac42-commi
 MIRRORED = math.radians(135.0)
 
 
-class Log(NamedTuple):
-    """Fixes and the profile that the default finds for them."""
+@dataclass(frozen=True)
+class Log:
+    """Fixes, and what the default and tuning make of them, each found once."""
 
     fixes: Fixes
-    profile: Profile | InferredProfile
 
-    def estimate(self, smooth: bool = False) -> Motion:
-        """What the default makes of the log."""
-        return estimate(self.fixes, self.profile, smooth=smooth)
+    @cached_property
+    def profile(self) -> Profile | InferredProfile:
+        """What the default finds."""
+        return choose_profile(self.fixes)
+
+    @cached_property
+    def tuned(self) -> Profile | InferredProfile:
+        """What tuning finds."""
+        return tune(self.fixes).profile
+
+    @cached_property
+    def _motions(self) -> dict[tuple[bool, bool], Motion]:
+        return {}
+
+    def estimate(self, smooth: bool = False, tuned: bool = False) -> Motion:
+        """By the profile of the default, or by the tuned one."""
+        if (smooth, tuned) not in self._motions:
+            self._motions[smooth, tuned] = estimate(self.fixes, self.tuned if tuned else self.profile, smooth=smooth)
+        return self._motions[smooth, tuned]
 
 
 def run(seeds=None, first_seed=0, progress=None) -> Results:
     """The study; there is nothing random in it."""
-    folder = logs_folder()
-    results = Results("Recorded logs, defaults only")
-    paths = [path for pattern in LOGS for path in sorted(folder.glob(pattern))]
-    seen = {}
-    for k, path in enumerate(paths):
-        if progress:
-            progress(0.9 * k / len(paths), path.name)
+    return judged(logs(logs_folder()), progress)
+
+
+def logs(folder: Path) -> dict[str, Log]:
+    """The logs with positions, by their names in the folder."""
+    found = {}
+    for path in [path for pattern in LOGS for path in sorted(folder.glob(pattern))]:
         try:
-            fixes = read(path)
+            found[path.relative_to(folder).as_posix()] = Log(read(path))
         except InputError:
             continue  # instruments without positions
-        name = path.relative_to(folder).as_posix()
-        seen[name] = Log(fixes, choose_profile(fixes))
-        _log(results, name, seen[name])
-    _turns(results, folder, seen)
-    _ship(results, seen)
-    _moored(results, seen)
+    return found
+
+
+def judged(seen: dict[str, Log], progress=None) -> Results:
+    """The study of these logs."""
+    results = Results("Recorded logs, defaults only")
+    for k, (name, log) in enumerate(seen.items()):
+        if progress:
+            progress(0.7 * k / len(seen), name)
+        _log(results, name, log)
+    for share, words, part in ((0.7, "turns", _turns), (0.8, "ship", _ship), (0.95, "moored", _moored)):
+        if progress:
+            progress(share, words)
+        part(results, seen)
     return results
 
 
@@ -126,20 +152,19 @@ def _known_rms(values) -> float:
     return rms(values[np.isfinite(values)])
 
 
-def _turns(results: Results, folder, seen) -> None:
+def _turns(results: Results, seen) -> None:
     """Course rate against the compass's yaw rate over one second; the lag is the smoothed estimate's."""
     targets = {"": (0.545, 0.36), "_aligned": (0.33, 0.21)}
     panels = []
     for key, name in (("figure8", FIGURE8), ("wide_turn", WIDE)):
         log = seen[f"{name}.raw"]
-        table = pl.read_csv(folder / GYRO.format(name.split("/")[-1]))
+        table = pl.read_csv(logs_folder() / GYRO.format(name.split("/")[-1]))
         time, rate = table["t"].to_numpy(), table["p9_rot_dps_1s"].to_numpy()
 
         def error(motion, lag, time=time, rate=rate):
             return _known_rms(np.degrees(motion.course_rate) - np.interp(motion.time - lag, time, rate))
 
         causal, smoothed = (log.estimate(smooth) for smooth in (False, True))
-        tuned = Log(log.fixes, tune(log.fixes).profile)
         if key == "figure8":  # the wide turn, by the same receiver on the same day, is too slow to tell a lag
             lags = np.arange(0.0, 5.0, 0.01)
             lag = float(lags[np.argmin([error(smoothed, each) for each in lags])])
@@ -156,8 +181,8 @@ def _turns(results: Results, folder, seen) -> None:
                     target=f"≤ {target}" if target else "",
                     met=value <= target if target else None,
                 )
-        results.numbers[f"{key}_rate_rms_tuned_dps"] = error(tuned.estimate(), 0.0)
-        results.numbers[f"{key}_rate_rms_tuned_smoothed_dps"] = error(tuned.estimate(smooth=True), 0.0)
+        results.numbers[f"{key}_rate_rms_tuned_dps"] = error(log.estimate(tuned=True), 0.0)
+        results.numbers[f"{key}_rate_rms_tuned_smoothed_dps"] = error(log.estimate(smooth=True, tuned=True), 0.0)
         panels.append((key, time, rate, causal, smoothed, lag))
     results.figures["turns"] = (_turns_figure(panels), _TURNS)
 
@@ -168,9 +193,9 @@ def _ship(results: Results, seen) -> None:
     truth = inertial.fixes
     for receiver in ("s330", "seap", "gp02", "pcod"):
         log = next(each for name, each in seen.items() if receiver in _stem(name))
-        for suffix, each in {"": log, "_tuned": Log(log.fixes, tune(log.fixes).profile)}.items():
+        for suffix in ("", "_tuned"):
             for words in ("", "_smoothed"):
-                motion = each.estimate(smooth=bool(words))
+                motion = log.estimate(smooth=bool(words), tuned=bool(suffix))
                 sog, cog = _against(truth, motion)
                 key = f"{receiver}{words}{suffix}"
                 if suffix:

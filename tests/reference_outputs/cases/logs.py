@@ -78,7 +78,7 @@ LOGS = """
 TUNED = {
     "palmer_seapath_truth/NBP1406_s330-2014-08-01": 625,
     "furuno_scx20_n2k/furuno-130842-wide-turn.raw": 3000,
-    "rob_atlantic_1hz/gx_to_gavres.nmea": 1500,
+    "rob_atlantic_1hz/gx_to_gavres.nmea": 500,
 }
 """Logs that a profile is fitted to, and how many of their first rows."""
 ANGLES = ("cog", "heading", "longitude")
