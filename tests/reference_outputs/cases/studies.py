@@ -71,7 +71,7 @@ def springer_mission():
 
 @case("study_low_speed", rtol=FITTED)
 def at_low_speed():
-    with patch.object(low_speed, "SPEEDS", (0.2, 1.0)):
+    with patch.object(low_speed, "SPEEDS", (0.0, 0.4)):
         return whole("low-speed")
 
 
