@@ -90,7 +90,7 @@ def judged(seen: dict[str, Log], progress=None) -> Results:
     for k, (name, log) in enumerate(seen.items()):
         if progress:
             progress(0.7 * k / len(seen), name)
-        _log(results, name, log)
+        add_log(results, name, log)
     for share, words, part in ((0.7, "turns", _turns), (0.8, "ship", _ship), (0.95, "moored", _moored)):
         if progress:
             progress(share, words)
@@ -102,7 +102,7 @@ def _stem(name):
     return name.split("/")[-1].split(".")[0].replace("-", "_").lower()
 
 
-def _log(results: Results, name: str, log: Log) -> None:
+def add_log(results: Results, name: str, log: Log) -> None:
     """What the default makes of one log."""
     both = [log.estimate(smooth) for smooth in (False, True)]
     found = [compare(log.fixes, motion) for motion in both]

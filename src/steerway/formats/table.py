@@ -281,7 +281,8 @@ def _floats(series):
 def _scaled(numbers, factor):
     """Unix s of numbers whose unit is known, or inferred from their size: s, ms, µs or ns since 1970."""
     if factor is not None:
-        return numbers * factor if factor >= 1.0 else numbers / round(1.0 / factor)
+        with np.errstate(all="ignore"):  # altered bits can be a signalling NaN
+            return numbers * factor if factor >= 1.0 else numbers / round(1.0 / factor)
     known = np.abs(numbers[np.isfinite(numbers)])
     size = np.median(known) if len(known) else 0.0
     return numbers / next((unit for limit, unit in ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3)) if size > limit), 1.0)

@@ -25,7 +25,7 @@ def refuse_radians(columns: dict[str, Column], latitude: np.ndarray, longitude: 
         return
     known = np.isfinite(latitude) & np.isfinite(longitude)
     near = (np.abs(latitude[known]) <= 0.5 * np.pi) & (np.abs(longitude[known]) <= np.pi)
-    decimals = latitude[known] / _COARSE
+    decimals = latitude[known] / _COARSE if near.all() else latitude[known]
     if near.any() and near.all() and np.mean(np.abs(decimals - np.round(decimals)) > 1e-3) > 0.5:
         names = " and ".join(repr(columns[each].name) for each in ("latitude", "longitude"))
         raise InputError(

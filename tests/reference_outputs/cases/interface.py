@@ -1,12 +1,16 @@
 """What users meet: every command with its arguments and options, and the signatures of the public names."""
 
+import importlib
 import inspect
+import json
+import pkgutil
 import re
 
 import typer
 
 import steerway
 from steerway.commands.app import app
+from steerway.commands.schema import KINDS, schema_of
 from tests.reference_outputs.tables import case
 
 
@@ -57,9 +61,29 @@ def described(name, thing):
     return [*lines, ""]
 
 
+def public(package):
+    """Lines of the names that a package lists."""
+    lines = [f"{package.__name__}: {' '.join(sorted(package.__all__))}", ""]
+    for name in sorted(package.__all__):
+        thing = getattr(package, name)
+        if inspect.isclass(thing) or callable(thing):
+            lines += described(name, thing)
+    return lines
+
+
 @case("interface_names", text=True)
 def names():
-    lines = [f"steerway: {' '.join(sorted(steerway.__all__))}", ""]
-    for name in sorted(steerway.__all__):
-        lines += described(name, getattr(steerway, name))
-    return "\n".join(lines)
+    return "\n".join(public(steerway))
+
+
+@case("interface_packages", text=True)
+def packages():
+    """The packages below `steerway`, by their own lists of names."""
+    found = [each.name for each in pkgutil.walk_packages(steerway.__path__, "steerway.") if each.ispkg]
+    modules = [importlib.import_module(name) for name in sorted(found)]
+    return "\n".join(line for each in modules if hasattr(each, "__all__") for line in public(each))
+
+
+@case("interface_schemas", text=True)
+def schemas():
+    return "\n".join(json.dumps(schema_of(kind), indent=1, ensure_ascii=False) for kind in KINDS)

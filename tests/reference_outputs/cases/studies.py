@@ -4,18 +4,23 @@ Whole, with one seed: cybership-observers, springer-mission (but for its own tim
 speeds, otter-course without logs; on recorded logs: ais-prediction. In parts: mariner-los (68 voyages a seed),
 otter-path (at one of its two speeds), adaptive-speed (every kind of voyage at one set-point) and estimator-limits
 (its sections on one voyage of one cell; of troubles what they do to a record, of wandering receivers the profiles).
-real-logs takes minutes: its estimates are those of the cases on recorded logs.
+at-sea is one square; of real-logs and unseen-logs, which take minutes, what they judge by on one log and a fixed
+profile.
 """
 
 import os
+from dataclasses import asdict
 from unittest.mock import patch
 
 import numpy as np
 
-from steerway_studies import low_speed
+import steerway
+from steerway_studies import low_speed, real_logs
 from steerway_studies import named as study_named
 from steerway_studies.adaptive_speed import cases as speed_cases
 from steerway_studies.adaptive_speed import perturbed, plants, printed, theory
+from steerway_studies.at_sea.cases import ablations
+from steerway_studies.at_sea.sailing import judged as at_sea_judged
 from steerway_studies.cybership_observers import trials, tuning
 from steerway_studies.estimator_limits import (
     accuracy,
@@ -34,6 +39,11 @@ from steerway_studies.otter_course.boat import as_published, identified, steered
 from steerway_studies.otter_course.unwinding import turned
 from steerway_studies.otter_path import boat as otter_path_boat
 from steerway_studies.papers.course_autopilot import OTTER_PRINTED_GAINS
+from steerway_studies.study import Results
+from steerway_studies.unseen_logs import recordings
+from steerway_studies.unseen_logs.catalogue import KNOWN
+from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, difference
+from steerway_studies.unseen_logs.judging import judged_rows, verdict
 from tests.reference_outputs.generated import numbers
 from tests.reference_outputs.tables import case
 
@@ -228,6 +238,40 @@ def limits_troubles():
 def limits_receivers():
     profiles = {"ship": correlated.ship_profile(STATED_NOISE), "boat": correlated.boat_profile()}
     return flat({name: np.ravel(each.parameters()) for name, each in profiles.items()})
+
+
+@case("study_at_sea")
+def at_sea_square():
+    sailed = at_sea_judged(ablations(SEED)[0], SEED)
+    return numbers({"legs": sailed.legs, "corners": sailed.corners, "time": sailed.time})
+
+
+def known_log(data, stem):
+    """A recorded log of the study, with a fixed profile in place of the inferred one."""
+    name = next(each for each in real_logs.logs(data / "data") if stem in each)
+    log = real_logs.Log(steerway.read(data / "data" / name))
+    log.__dict__["profile"] = steerway.Profile.named("ship")
+    return name, log
+
+
+@case("study_real_logs_judged", recorded=True)
+def real_logs_judged(data):
+    results = Results("one log")
+    real_logs.add_log(results, *known_log(data, "s330"))
+    return numbers(results.numbers)
+
+
+@case("study_unseen_logs_judged", recorded=True)
+def unseen_logs_judged(data):
+    """The verdicts on two fixed profiles and on differences of positions."""
+    with patch.dict(os.environ, STEERWAY_DATA=str(data)):
+        recording = recordings.opened(next(each for each in KNOWN if "s330" in each.name))
+    fixes = recording.fixes
+    said = {DEFAULT: steerway.estimate(fixes, "ship"), EKF: steerway.estimate(fixes, "small-usv")}
+    said["difference"] = difference(fixes.time, recording.places, 1.0)
+    rows = judged_rows(recording, said)
+    found = {name: asdict(verdict(recording, each, rows)) for name, each in said.items()}
+    return numbers({f"{name}_{key}": value for name, each in found.items() for key, value in each.items()})
 
 
 @case("study_ais_prediction", recorded=True)
