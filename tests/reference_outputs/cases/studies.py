@@ -42,7 +42,7 @@ from steerway_studies.papers.course_autopilot import OTTER_PRINTED_GAINS
 from steerway_studies.study import Results
 from steerway_studies.unseen_logs import recordings
 from steerway_studies.unseen_logs.catalogue import KNOWN
-from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, difference
+from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, difference, of_motion
 from steerway_studies.unseen_logs.judging import judged_rows, verdict
 from tests.reference_outputs.generated import numbers
 from tests.reference_outputs.tables import case
@@ -267,7 +267,8 @@ def unseen_logs_judged(data):
     with patch.dict(os.environ, STEERWAY_DATA=str(data)):
         recording = recordings.opened(next(each for each in KNOWN if "s330" in each.name))
     fixes = recording.fixes
-    said = {DEFAULT: steerway.estimate(fixes, "ship"), EKF: steerway.estimate(fixes, "small-usv")}
+    profiles = {DEFAULT: "ship", EKF: "small-usv"}
+    said = {name: of_motion(fixes.time, steerway.estimate(fixes, profile)) for name, profile in profiles.items()}
     said["difference"] = difference(fixes.time, recording.places, 1.0)
     rows = judged_rows(recording, said)
     found = {name: asdict(verdict(recording, each, rows)) for name, each in said.items()}
