@@ -16,6 +16,7 @@ from steerway.control.in_current import SURE, InCurrent
 from steerway.control.station import StationKeeper
 from steerway.core.checks import one_of, positive
 from steerway.core.estimate import Estimate, Estimator, Measurements
+from steerway.core.kinematics import heading_for
 from steerway.core.leg import LegState
 from steerway.guidance.line_of_sight import GuidanceLaw
 from steerway.guidance.reference import Reference
@@ -130,7 +131,8 @@ class Pilot:
     station:   keeps a point where the mission says so; without it the pilot stops there. A `StationKeeper` needs a
         compass, a `PositionHold` an estimator that knows the current.
     cruise:    speed where the mission gives none, m/s.
-    steer_by:  "course", or "heading" for a law that gives a heading.
+    steer_by:  "course"; "heading" for a law that gives a heading; "crab" for a course by the heading that makes it good
+               in the current, where the estimator knows it.
     in_current: where the estimator knows the current: by the heading that makes the course good, turns begun early.
     max_dead_reckoning: time without a position after which the engines stop, s.
     """
@@ -155,7 +157,8 @@ class Pilot:
         self.cruise = cruise
         self.in_current = in_current
         self.max_dead_reckoning = positive("pilot.max_dead_reckoning", max_dead_reckoning)
-        self._law_of_course = one_of("pilot.steer_by", steer_by, ("course", "heading")) == "course"
+        self._law_of_course = one_of("pilot.steer_by", steer_by, ("course", "heading", "crab")) != "heading"
+        self._crabs = steer_by == "crab"
         self._turns = getattr(speed, "turns", None)  # for a speed loop that uses the measured shaft speed
         self._blind = 0.0
         self._mode = Mode.WAITING
@@ -191,6 +194,10 @@ class Pilot:
         if self.in_current is not None and estimate.knows_current:
             return self._steer_in_current(desired, speed, estimate, dt)
         force = 0.0 if self.speed is None else self.speed.step(speed, estimate.sog, dt)
+        if self._crabs and estimate.knows_current:
+            current = estimate.current_north, estimate.current_east
+            heading, _ = heading_for(desired.angle, estimate.water_speed, *current)
+            return self._actuate(force, self._yaw(Reference(heading, 0.0, 0.0), estimate, dt, course_wanted=False))
         return self._actuate(force, self._yaw(desired, estimate, dt, self._law_of_course))
 
     def measured_shaft(self, shaft: float) -> None:

@@ -21,9 +21,9 @@ class ComposedEstimator:
         self.ground, self.heading, self.speed = ground, heading, speed
 
     def order(self, yaw: float, speed: float = math.nan) -> None:
-        """The autopilot's output in force until the next order; the ordered speed is not used."""
+        """The autopilot's output, and the speed (m/s) that it would settle at, in force until the next order."""
         if self.heading is not None:
-            self.heading.order(yaw)
+            self.heading.order(yaw, speed)
 
     def step(self, measurements: Measurements, dt: float) -> Estimate:
         """See Estimator."""

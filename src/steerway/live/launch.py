@@ -13,7 +13,7 @@ from steerway.live.autopilot.holding import HoldingGuide
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE
 from steerway.live.autopilot.route import Guide
-from steerway.live.autopilot.speeds import MeasuredSpeed
+from steerway.live.autopilot.speeds import measured_speed
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.control_port import ControlPort, control_address
 from steerway.live.helm.address import address, token_of
@@ -54,11 +54,13 @@ def launch(settings: Settings) -> None:
     takes = PROPELLERS if any(map(addresses.commands_propellers, to)) else YAW_RATE
     route = guide = supervisor = None
     kinds = settings.autopilot.kind, settings.speed.controller
-    measured = MeasuredSpeed() if settings.estimator.speed.kind == "fusion" else None
+    measured = measured_speed(settings.estimator.speed)
     if settings.mission is not None:
         route = GeodeticRoute.load(settings.mission)
         of_pilot = (tuning.learned or "small-usv") if isinstance(tuning, LearningFilter) else tuning
-        supervisor = Supervisor(route, of_pilot, longest, settings.engage, takes, kinds, measured)
+        supervisor = Supervisor(
+            route, of_pilot, longest, settings.engage, takes, kinds, measured, settings.estimator.heading
+        )
         guide = HoldingGuide(Guide(route, supervisor.pilot), route)
     elif takes == PROPELLERS:
         raise InputError("format=propellers needs a route, expected --mission FILE with it")

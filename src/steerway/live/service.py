@@ -142,8 +142,8 @@ class Service:
     def _navigated(self, row, present=math.nan):
         """The new estimates by an input row; a time that does not follow is reported to the supervisor."""
         untimely = self.navigator.untimely
-        if self.supervisor is not None and self.supervisor.measured is not None:
-            self.supervisor.measured.take(row)
+        if self.supervisor is not None:
+            self.supervisor.take(row)
         estimates = self.navigator.add(row, present)
         if self.supervisor is not None and self.navigator.untimely > untimely:
             self.supervisor.untimely()

@@ -13,6 +13,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from steerway.core.schema import Table
 from steerway.core.toml import read_toml
 from steerway.core.validation import refusal
+from steerway.estimation.tables import HeadingEstimatorTable, SpeedEstimatorTable
 from steerway.live.helm.address import DEFAULT
 
 
@@ -47,16 +48,11 @@ class AutopilotSettings(Table):
     kind: Literal["pole-placement", "mpc", "lqg"] = "pole-placement"
 
 
-class SpeedEstimatorSettings(Table):
-    """What gives the speed that is held: the course filter, or receiver, logs and accelerometer together."""
-
-    kind: Literal["course", "fusion"] = "course"
-
-
 class EstimatorSettings(Table):
     """Estimators beside the course filter, as in scenarios."""
 
-    speed: SpeedEstimatorSettings = SpeedEstimatorSettings()
+    heading: HeadingEstimatorTable = HeadingEstimatorTable()
+    speed: SpeedEstimatorTable = SpeedEstimatorTable()
 
 
 class Settings(BaseModel):

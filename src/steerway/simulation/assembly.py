@@ -116,7 +116,9 @@ def pilot(scenario: Scenario) -> Pilot:
         known.speed_loop(scenario.speed.controller),
         known.station_keeper(),
         cruise=known.cruise,
-        steer_by=guidance.angle,
+        steer_by="crab"
+        if scenario.estimator.heading.kind == "aided" and guidance.angle == "course"
+        else guidance.angle,
     )
 
 
@@ -128,7 +130,16 @@ def composed(scenario: Scenario, known: Boat, ground: FilterEstimator) -> Filter
         response = known.response or HeadingResponse.of_nomoto(known.nomoto_gain, known.nomoto_time)
         yaw = model_of(response.poles, response.gains, response.sample, known.yaw_limit)
         stds = math.radians(table.compass_std_deg), math.radians(table.deviation_std_deg)
-        heading = HeadingAboard(table.kind, yaw, known.yaw_limit, known.cruise, *stds)
+        heading = HeadingAboard(
+            table.kind,
+            yaw,
+            known.yaw_limit,
+            known.cruise,
+            *stds,
+            weight=table.weight,
+            speed_time=speed_time(known),
+            slew=known.yaw_slew,
+        )
     if speeds.kind == "fusion":
         speed = SurgeFusion(SurgeTuning(**speeds.model_dump(exclude={"kind"})))
     return ground if heading is None and speed is None else ComposedEstimator(ground, heading, speed)
@@ -167,8 +178,14 @@ def steering_pilot(
 def response_of(known: Boat) -> Response:
     """What the steering filter knows of a boat."""
     _, time, *damping = known.yaw_response
-    speed_time = 60.0 if known.speed is None else known.speed.mass / max(known.speed.linear_drag, 1e-9)
-    return Response(time, known.turn_rate, known.cruise, known.top_speed, *damping, speed_time=speed_time)
+    return Response(
+        time, known.turn_rate, known.cruise, known.top_speed, *damping, speed_time=min(speed_time(known), 60.0)
+    )
+
+
+def speed_time(known: Boat) -> float:
+    """s in which the speed of a boat follows an ordered one; infinite where none can be ordered."""
+    return math.inf if known.speed is None else known.speed.mass / max(known.speed.linear_drag, 1e-9)
 
 
 def voyage(scenario: Scenario, known: Boat) -> Voyage:

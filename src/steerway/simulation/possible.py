@@ -133,8 +133,8 @@ def _estimators(scenario):
             raise InputError(f"estimator.heading.kind {heading.kind} needs a boat that is steered, not {kind}")
         if heading.kind == "aided" and scenario.gnss.velocity_std is None:
             raise InputError("estimator.heading.kind aided needs the receiver's velocity, expected gnss.velocity_std")
-        if heading.kind == "composite" and scenario.compass is None:
-            raise InputError("estimator.heading.kind composite needs a compass, expected a table [compass]")
+        if heading.kind != "aided" and scenario.compass is None:
+            raise InputError(f"estimator.heading.kind {heading.kind} needs a compass, expected a table [compass]")
         if kind == "caldas":
             raise InputError(
                 f"estimator.heading.kind {heading.kind} predicts a stable response, "

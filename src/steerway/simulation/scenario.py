@@ -13,6 +13,7 @@ from pydantic import Field, create_model
 
 from steerway.core.earth import displaced
 from steerway.core.schema import NotNegative, Number, Positive, Table, in_radians
+from steerway.estimation.tables import HeadingEstimatorTable, SpeedEstimatorTable
 from steerway.guidance.corners import KINDS as CORNERS
 from steerway.guidance.laws import GuidanceTable
 from steerway.guidance.shapers import ReferenceTable
@@ -80,30 +81,6 @@ class EnvironmentTable(Table):
         """The environment, its angles in rad."""
         current, wind, waves = (in_radians(each) for each in (self.current, self.wind, self.waves))
         return Environment(Current(**current), Wind(**wind), Waves(**waves), self.force, self.moment)
-
-
-class HeadingEstimatorTable(Table):
-    """What gives the heading: "tracker" a smoothed compass, "composite" compass and orders, "aided" GNSS velocity too.
-
-    `compass_std_deg` of one reading and `deviation_std_deg` of the compass's deviation are what the filters use.
-    """
-
-    kind: Literal["tracker", "aided", "composite"] = "tracker"
-    compass_std_deg: Positive = 1.0
-    deviation_std_deg: NotNegative = 4.0
-
-
-class SpeedEstimatorTable(Table):
-    """What gives the speed: "course" the course filter, "fusion" receiver, logs and accelerometer together.
-
-    1σ of one reading of the receiver's speed and of the logs, m/s; `scale_std` of the log's scale error.
-    """
-
-    kind: Literal["course", "fusion"] = "course"
-    sog_std: Positive = 0.05
-    bottom_std: Positive = 0.002
-    water_std: Positive = 0.05
-    scale_std: NotNegative = 0.003
 
 
 class EstimatorTable(Table):

@@ -10,13 +10,15 @@ import math
 import numpy as np
 
 from steerway.core.angles import wrap
-from steerway.core.checks import not_negative, one_of, positive
+from steerway.core.checks import not_negative, one_of, positive, positive_or_unlimited
 from steerway.estimation.heading.aided import AidedHeadingFilter, HeadingTuning
 from steerway.estimation.heading.composite import COMPASS_NOISE, READING_NOISE, CompositeFilter, composite_model
+from steerway.estimation.heading.interval.deviation import DeviationBounds
+from steerway.estimation.heading.interval.weighting import weighted
 from steerway.sensors.tcm2 import CompassModel
 from steerway.vessels.springer import RPM, HeadingModel
 
-KINDS = ("tracker", "aided", "composite")
+KINDS = ("tracker", "aided", "composite", "interval")
 """The first is `estimation.course.onboard.HeadingTracker`, which knows nothing of the boat."""
 PLAIN_COMPASS = CompassModel(0.0, 0.0, 1.0, 1.0, 0.0)
 """A compass that reads the heading of its last tick."""
@@ -24,6 +26,10 @@ _VEHICLE_STD = math.radians(0.5)
 """What the model leaves of a heading, rad a root second."""
 _BIAS = (0.1, 0.02)
 """1σ at first and walk of the input's bias, parts of the limit."""
+_UNORDERED = 0.1
+"""Part of the speed by which it changes a root second where none is ordered, 1σ."""
+_MISJUDGED = 0.5
+"""Part of an ordered change of speed that the boat makes more or less, 1σ."""
 _SURE = math.radians(20.0)
 """1σ of the heading above which it counts as unknown."""
 
@@ -43,9 +49,11 @@ def model_of(poles: tuple[float, float], gains: tuple[float, float], sample: flo
 class HeadingAboard:
     """Heading and yaw rate at every step of a loop.
 
-    kind: "aided" (compass, orders, GNSS velocity) or "composite" (compass and orders). yaw: see `model_of`; limit: of
-    the autopilot's output, in its unit. speed: through the water, m/s. compass_std: of one reading's noise,
-    deviation_std: of sine and cosine of its deviation, rad. Raises InputError for what cannot be used.
+    kind: "aided" (compass, orders, GNSS velocity), "composite" (compass and orders) or "interval" (as that, with bounds
+    over every deviation within two `deviation_std`, and the heading by `weight` between them, P4 (19)). yaw: see
+    `model_of`; limit: of the autopilot's output, and slew: of its change a second, in its unit. speed: through the
+    water, m/s; speed_time: in which it follows an ordered one, s, infinite where none is ordered. compass_std: of one
+    reading's noise, deviation_std: of sine and cosine of its deviation, rad. Raises InputError for what cannot be used.
     """
 
     def __init__(
@@ -56,13 +64,21 @@ class HeadingAboard:
         speed: float,
         compass_std: float = math.radians(1.0),
         deviation_std: float = math.radians(4.0),
+        *,
+        weight: float = 0.5,
+        speed_time: float = math.inf,
+        slew: float = math.inf,
     ) -> None:
         one_of("estimator.heading.kind", kind, KINDS[1:])
-        self._limit = positive("heading.limit", limit)
+        self._limit, self._slew = positive("heading.limit", limit), positive_or_unlimited("heading.slew", slew) / limit
+        self._weight, self._speed_time = weight, speed_time
+        self._settled = yaw.inputs[0] * yaw.outputs[0] / RPM  # yaw rate of a boat that goes on turning at the limit
         reading = math.degrees(positive("estimator.heading.compass_std", compass_std))
         deviation = math.degrees(not_negative("estimator.heading.deviation_std", deviation_std))
         self._aided: AidedHeadingFilter | None = None
-        self._composite: CompositeFilter | None = None
+        self._filter: AidedHeadingFilter | CompositeFilter | DeviationBounds
+        # A boat whose speed is controlled may begin at rest.
+        at_first, known = (speed, 0.1) if speed_time == math.inf else (0.5 * speed, 0.5)
         if kind == "aided":
             tuning = HeadingTuning(
                 vehicle_std=_VEHICLE_STD,
@@ -70,22 +86,25 @@ class HeadingAboard:
                 bias=_BIAS,
                 scale=(0.0, 0.0),
                 deviation=(deviation, 0.02),
-                speed=speed,
-                water_speed=(0.1 * speed, 1e-3),
+                speed=at_first,
+                water_speed=(known * speed, 1e-3),
                 compass_std_deg=0.01,
                 reading_std_deg=reading,
             )
-            self._aided = AidedHeadingFilter(tuning, PLAIN_COMPASS, yaw, heading=None)
-        else:
+            self._filter = self._aided = AidedHeadingFilter(tuning, PLAIN_COMPASS, yaw, heading=None)
+        elif kind == "composite":
             model = composite_model(PLAIN_COMPASS, yaw, _VEHICLE_STD**2)
             model[COMPASS_NOISE], model[READING_NOISE] = 1e-4, reading**2 + deviation**2
-            self._composite = CompositeFilter(model, vehicle_variance=math.pi**2)
+            self._filter = CompositeFilter(model, vehicle_variance=math.pi**2)
+        else:
+            self._filter = DeviationBounds(yaw, 2.0 * deviation_std, compass_std, _VEHICLE_STD)
         self.heading = self.yaw_rate = math.nan
-        self._ordered = 0.0
+        self._given = self._ordered = 0.0  # parts of the limit
+        self._cruise, self._speed, self._ordered_speed = speed, at_first, at_first
 
-    def order(self, yaw: float) -> None:
-        """The autopilot's output in force until the next order, in its unit."""
-        self._ordered = yaw / self._limit
+    def order(self, yaw: float, speed: float = math.nan) -> None:
+        """The autopilot's output in force until the next order, in its unit, and the ordered speed (m/s)."""
+        self._ordered, self._ordered_speed = yaw / self._limit, speed
 
     def step(
         self, heading: float, dt: float, velocity: tuple[float, float] = (math.nan, math.nan)
@@ -96,33 +115,49 @@ class HeadingAboard:
         """
         if dt <= 0.0:
             return self.heading, self.yaw_rate
+        known, most = self._filter, self._slew * dt
+        self._given += max(-most, min(most, self._ordered - self._given))
         readings = None if math.isnan(heading) else np.array([heading])
-        if self._aided is not None:
-            now = self._aided.step(self._ordered, readings, velocity, dt)
-            std, rate = self._aided.heading_std, self._aided.yaw_rate(self._ordered)
+        if isinstance(known, AidedHeadingFilter):
+            self._follow(known, dt)
+            now = known.step(self._given, readings, velocity, dt)
+        elif isinstance(known, CompositeFilter):
+            if readings is not None:  # this filter's readings count the turns
+                readings[0] = known.heading + wrap(heading - known.heading)
+            now = known.step(self._given, readings, dt)
         else:
-            assert self._composite is not None
-            before = self._composite.heading
-            if readings is not None:
-                readings[0] = before + wrap(heading - before)  # this filter's readings count the turns
-            now = self._composite.step(self._ordered, readings, dt)
-            std, rate = self._composite.heading_std, self._composite.yaw_rate(self._ordered)
-        known = std < _SURE and math.isfinite(now)
-        self.heading, self.yaw_rate = (wrap(now), rate) if known else (math.nan, math.nan)
+            now = weighted(*known.step(self._given, readings, dt), self._weight)
+        is_known = known.heading_std < _SURE and math.isfinite(now)
+        rate = known.yaw_rate(self._given)
+        self.heading, self.yaw_rate = (wrap(now), rate) if is_known else (math.nan, math.nan)
         return self.heading, self.yaw_rate
+
+    def _follow(self, known: AidedHeadingFilter, dt: float) -> None:
+        """The speed through the water follows the ordered one, or changes where none is ordered."""
+        if math.isnan(self._ordered_speed):
+            known.sped_up(0.0, _UNORDERED * self._cruise * math.sqrt(dt))
+        else:
+            change = -math.expm1(-dt / self._speed_time) * (self._ordered_speed - self._speed)
+            self._speed += change
+            known.sped_up(change, _MISJUDGED * abs(change))
 
     @property
     def heading_std(self) -> float:
         """rad; NaN while the heading is unknown."""
-        known = self._aided or self._composite
-        return math.nan if known is None or math.isnan(self.heading) else known.heading_std
+        return math.nan if math.isnan(self.heading) else self._filter.heading_std
+
+    @property
+    def yaw_bias(self) -> float:
+        """The yaw rate at which the boat settles without an order, rad/s; 0 for a filter that does not estimate it."""
+        return 0.0 if self._aided is None else self._aided.bias * self._settled
 
     @property
     def water_speed(self) -> float:
-        """m/s; NaN for the filter without GNSS."""
-        return math.nan if self._aided is None else self._aided.water_speed
+        """m/s; NaN while the heading is unknown, and for a filter without GNSS."""
+        return math.nan if self._aided is None or math.isnan(self.heading) else self._aided.water_speed
 
     @property
     def current(self) -> tuple[float, float]:
-        """North and east, m/s; NaN for the filter without GNSS."""
-        return (math.nan, math.nan) if self._aided is None else self._aided.current
+        """North and east, m/s; NaN as `water_speed` is."""
+        known = None if math.isnan(self.heading) else self._aided
+        return (math.nan, math.nan) if known is None else known.current

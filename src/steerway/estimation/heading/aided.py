@@ -217,6 +217,12 @@ class AidedHeadingFilter:
         """Of the model with n_d (rad/s) and its bias, rad/s."""
         return math.radians(yaw_rate_deg(self._best.state, self._model, difference + self.bias))
 
+    def sped_up(self, by: float, std: float) -> None:
+        """The speed through the water is known to have changed by so much, with 1σ `std`; m/s."""
+        for each in self._beginnings:
+            each.state[WATER_SPEED] += by
+            each.covariance[WATER_SPEED, WATER_SPEED] += std * std
+
     def heading_for(self, course: float) -> float:
         """The heading (rad, in [−π, π)) that makes a course over ground good in the estimated current.
 

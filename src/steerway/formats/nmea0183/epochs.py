@@ -17,14 +17,14 @@ from steerway.formats.nmea0183.scan import TALKERS
 
 # Columns of a row. UNDATED is 1 while no date was known, GIVEN 1 once its position has been handed out.
 COLUMNS = 16
-TIME, LAT, LON, STD, SOG, COG, HEADING, WATER, YAW, MAGNETIC, QUANTUM, RECEIVED, UNDATED, GIVEN, BOTTOM, SHAFT = range(
+TIME, LAT, LON, STD, SOG, COG, HEADING, WATER, YAW, BOTTOM, SHAFT, MAGNETIC, QUANTUM, RECEIVED, UNDATED, GIVEN = range(
     COLUMNS
 )
 
-# The state of the assembler between calls.
-MEMORY = 9
-CLOCK, EPOCH, IS_UNDATED, SHIFT, LAST_VARIATION, FIRST_VARIATION, ROLLOVERS, OWN_VARIATION, RMC_VARIATION = range(
-    MEMORY
+# The state of the assembler between calls. NOW and CAME: when these and the last epoch came over a link, s.
+MEMORY = 11
+CLOCK, EPOCH, IS_UNDATED, SHIFT, LAST_VARIATION, FIRST_VARIATION, ROLLOVERS, OWN_VARIATION, RMC_VARIATION, NOW, CAME = (
+    range(MEMORY)
 )
 
 REPEATED, UNTIMED = 0, 1
@@ -39,6 +39,9 @@ _SAME_TIME = 1e-3
 _BURST = 0.5  # s within which one device sends the sentences of one epoch
 _FRESH = 5.0  # s for which an epoch is the current one
 NEAR = 30.0 * DAY
+_LATENCY = 0.1
+"""s by which what a link reports beside its fixes is taken to be older than they are when they come: an instrument's
+own delay, and more than fixes vary by, so that none seems to come late."""
 
 _VALUE_OF = np.array(
     [field.STD, field.SOG, field.COG, field.HEADING, field.WATER, field.YAW, field.BOTTOM, field.SHAFT]
@@ -186,7 +189,14 @@ def _row_of_received(rows, n, seen, value, kind, memory, latest, newest):
 
 @part_of_kernels
 def _row_of_untimed(rows, n, seen, value, kind, memory, latest, newest):
-    """The row of a sentence without any time: of its talker's epoch, else the log's; −1 − the reason if lost."""
+    """The row of a sentence without any time: of its talker's epoch, else the log's; −1 − the reason if lost.
+
+    Over a live link one that comes again within an epoch, or long after it, has a row of the time that has passed.
+    """
+    passed = memory[NOW] - memory[CAME]
+    since = memory[EPOCH] + max(passed - _LATENCY, 0.0)
+    if passed >= _BURST and math.isnan(value[field.LAT]):
+        return _open_row(rows, n, since, math.nan, memory[IS_UNDATED], newest)
     time = memory[CLOCK]
     if time - latest[0] < _FRESH:
         time = latest[0]
@@ -199,6 +209,8 @@ def _row_of_untimed(rows, n, seen, value, kind, memory, latest, newest):
         if at >= 0 and _meets(rows[at], value, kind, seen[at], time):
             return at
         if at >= 0 and abs(rows[at, TIME] - time) <= _SAME_TIME and math.isnan(value[field.LAT]):
+            if passed > _LATENCY:
+                return _open_row(rows, n, since, math.nan, memory[IS_UNDATED], newest)
             return -1 - REPEATED
     return _open_row(rows, n, time, math.nan, memory[IS_UNDATED], newest)
 
@@ -231,6 +243,8 @@ def assemble(kinds, talkers, values, memory, latest, newest, rows, seen, owners,
             if was_undated and memory[IS_UNDATED] == 0.0:
                 _date_all(rows[:n], memory, latest)
             if kind <= LAST_POSITION:
+                if time != memory[EPOCH]:
+                    memory[CAME] = memory[NOW]
                 memory[EPOCH] = time
             if kind <= LAST_POSITION or not abs(time - latest[talker, 0]) < _FRESH:
                 latest[talker, 0], latest[talker, 1] = time, value[field.RECEIVED]

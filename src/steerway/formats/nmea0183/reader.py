@@ -83,8 +83,8 @@ def sentences(data: bytes) -> Sentences:
 class Reader:
     """Reads a stream of bytes in pieces of any size: `feed` it, then take the `recording` so far.
 
-    A log has its receive times in its lines; a live link passes the time of reception to `feed`. `interpreted`: without
-    compiled kernels, some forty times slower.
+    A log has its receive times in its lines; a live link passes the time of reception to `feed`, of a clock that runs
+    evenly, for what has no time of its own. `interpreted`: without compiled kernels, some forty times slower.
     """
 
     def __init__(self, interpreted: bool = False):
@@ -103,10 +103,12 @@ class Reader:
         self._seen = np.empty(0, np.int64)
         self._owners = np.empty(0, np.int64)
         self._n = 0
+        self._place = np.full(2, np.nan)  # of the last position that was taken
         self._has_news = self._has_waiting = False
 
-    def feed(self, chunk, received: float | None = None) -> None:
-        """Read the sentences that a piece of the stream completes. `received` is Unix time."""
+    def feed(self, chunk, received: float | None = None, now: float = np.nan) -> None:
+        """Read the sentences that a piece of the stream completes. `received` is Unix time, `now` of a link's clock."""
+        self._memory[epochs.NOW] = now
         self._read(chunk, False, received)
 
     def finish(self) -> None:
@@ -144,6 +146,8 @@ class Reader:
         fresh[given, epochs.LAT : epochs.LON + 1] = np.nan
         useful = np.isfinite(fresh[:, epochs.LAT : epochs.MAGNETIC + 1]).any(axis=1) & ~waiting
         taken = self._recording(fresh[useful], np.flatnonzero(useful))
+        for place in rows[np.isfinite(rows[:, epochs.LAT])][-1:, epochs.LAT : epochs.LON + 1]:
+            self._place = place.copy()
         self._forget_all_but_open(waiting)
         return taken
 
@@ -244,7 +248,8 @@ class Reader:
             heading[waiting] = rows[waiting, epochs.MAGNETIC] + memory[epochs.FIRST_VARIATION]
             by_rmc += len(waiting)
         elif len(waiting):
-            turned, model_note = _by_model(rows, np.where(rows[:, epochs.UNDATED] == 1.0, np.nan, time), waiting)
+            dated = np.where(rows[:, epochs.UNDATED] == 1.0, np.nan, time)
+            turned, model_note = _by_model(rows[:, epochs.LAT : epochs.LON + 1], dated, waiting, self._place)
             heading[waiting] = rows[waiting, epochs.MAGNETIC] + turned
             homeless = int(np.isnan(turned).sum())
             notes += model_note
@@ -256,13 +261,16 @@ class Reader:
         return wrap_array(heading), notes, homeless
 
 
-def _by_model(rows, time, waiting):
-    """Variation (rad) at the fix before each waiting row, or the first fix there is; NaN where there is none."""
-    fixes = np.flatnonzero(np.isfinite(rows[:, epochs.LAT]))
-    if not len(fixes):
-        return np.full(len(waiting), np.nan), []
-    at = fixes[np.maximum(np.searchsorted(fixes, waiting, side="right") - 1, 0)]
-    turned = magnetic.variation(rows[at, epochs.LAT], rows[at, epochs.LON], time[waiting])
+def _by_model(places, time, waiting, before):
+    """Variation (rad) at the fix before each waiting row, or else `before` all rows or the first; NaN without any."""
+    fixes = np.flatnonzero(np.isfinite(places[:, 0]))
+    known = np.concatenate([before[None], places[fixes]])
+    if np.isnan(before[0]):
+        if not len(fixes):
+            return np.full(len(waiting), np.nan), []
+        known[0] = known[1]
+    at = known[np.searchsorted(fixes, waiting, side="right")]
+    turned = magnetic.variation(at[:, 0], at[:, 1], time[waiting])
     low, high = np.degrees(turned.min()), np.degrees(turned.max())
     model = magnetic.model_of(time[waiting[0]])
     note = (

@@ -6,6 +6,7 @@ from steerway.core.earth import displacement
 from steerway.core.estimate import Estimate
 from steerway.estimation.steering import Response, SteeringFilter
 from steerway.estimation.steering.onboard import estimate_of
+from steerway.live.autopilot.headings import MeasuredHeading
 from steerway.live.base.rows import InputRow, Row
 
 _LONGEST_GAP = 30.0
@@ -16,17 +17,29 @@ class Aboard:
     """Rows of the navigator as estimates in the tangent plane around an origin (latitude, longitude; rad).
 
     Where the steering filter knows the motion the estimate is its own; before, and where only rows are given, it is the
-    row's, without heading and current.
+    row's, without heading and current. A `heading` of its own has these, and then the motion is always the row's.
     """
 
-    def __init__(self, origin: tuple[float, float], response: Response, position_std: float):
+    def __init__(
+        self,
+        origin: tuple[float, float],
+        response: Response,
+        position_std: float,
+        heading: MeasuredHeading | None = None,
+    ):
         self._origin, self._response, self._std = origin, response, position_std
+        self._heading = heading
         self._moment = self._fixed = math.nan
         self.restart()
 
     def restart(self) -> None:
         """Forget the motion."""
         self.filter = SteeringFilter(self._response, self._std)
+
+    def take(self, row: InputRow) -> None:
+        """Whatever a link reports."""
+        if self._heading is not None:
+            self._heading.take(row)
 
     def fix(self, row: InputRow) -> bool:
         """Use a fix; whether it fits the estimate."""
@@ -43,13 +56,16 @@ class Aboard:
         self._moment = row.time
         if not row.valid:
             return Estimate(*[math.nan] * 11)
-        if self.filter.started and row.time - self._fixed <= _LONGEST_GAP:
+        if self._heading is None and self.filter.started and row.time - self._fixed <= _LONGEST_GAP:
             return estimate_of(self.filter.at(row.time))
         north, east = displacement(row.latitude, row.longitude, *self._origin)
         motion = row.sog, row.cog, row.course_rate, row.sog_std, row.cog_std, row.course_rate_std, row.position_std
-        return Estimate(north, east, *motion, math.nan, math.nan)
+        estimate = Estimate(north, east, *motion, math.nan, math.nan)
+        return estimate if self._heading is None else self._heading.beside(estimate, row.time)
 
     def order(self, yaw_rate: float, speed: float) -> None:
         """What is ordered from the last step on; NaN: someone else steers."""
         if math.isfinite(self._moment):
             self.filter.order(self._moment, yaw_rate, speed)
+            if self._heading is not None:
+                self._heading.order(yaw_rate, speed, self._moment)

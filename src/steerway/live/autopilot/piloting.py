@@ -25,11 +25,13 @@ from steerway.core.earth import displacement
 from steerway.estimation.profiles import Profile
 from steerway.estimation.profiles.inferred import InferredProfile
 from steerway.estimation.steering import Response
+from steerway.estimation.tables import HeadingEstimatorTable
 from steerway.guidance import laws
 from steerway.guidance.reference import ReferenceModel
 from steerway.guidance.route import Route
 from steerway.guidance.waypoints import Mission, Passing
 from steerway.live.autopilot.aboard import Aboard
+from steerway.live.autopilot.headings import MeasuredHeading
 from steerway.live.autopilot.mission import BoatTable, GeodeticRoute
 from steerway.pilot import Pilot
 
@@ -90,11 +92,13 @@ def pilot_of(
     takes: str = YAW_RATE,
     max_dead_reckoning: float = 10.0,
     kinds: tuple[str, str] = DEFAULT_KINDS,
+    heading: HeadingEstimatorTable = HeadingEstimatorTable(),  # noqa: B008
 ) -> Pilot:
     """The pilot of a route; its estimator takes rows.
 
     profile: of the course estimator, which limits the bandwidth of the loop. takes: one of `ACTUATIONS`. kinds: one of
-    `control.heading_steering.KINDS` and one of `control.speed_force.CONTROLLERS`.
+    `control.heading_steering.KINDS` and one of `control.speed_force.CONTROLLERS`. heading: by the steering filter
+    ("tracker"), or by another.
     Raises InputError for a route that cannot be sailed.
     """
     profile = Profile.named(profile) if isinstance(profile, str) else profile
@@ -107,15 +111,26 @@ def pilot_of(
     route = Route(north, east, acceptance=line.acceptance, speed=line.speed, corners=line.corners, corner_radius=radius)
     steering = in_current(line, takes) if kinds == DEFAULT_KINDS else None
     return Pilot(
-        Aboard(origin, response_of(line, takes), profile.position_std),
+        Aboard(origin, response_of(line, takes), profile.position_std, measured_heading(line, takes, heading)),
         Mission(route, Passing(time_factor=None)),
         laws.law(line.law, line.lookahead, float(np.mean(line.speed))),
         autopilot(line.boat, profile, takes, kinds[0]),
         BoatActuation(line.boat, takes),
         speed_loop(line.boat, kinds[1]),
         None if steering is None else PositionHold(line.hold_radius, steering.slowest),
+        steer_by="crab" if heading.kind == "aided" else "course",
         in_current=steering,
         max_dead_reckoning=max_dead_reckoning,
+    )
+
+
+def measured_heading(line: GeodeticRoute, takes: str, table: HeadingEstimatorTable) -> MeasuredHeading | None:
+    """The heading by a filter of its own; None for the steering filter's."""
+    if table.kind == "tracker":
+        return None
+    boat, response = line.boat, yaw_response(line.boat, takes)
+    return MeasuredHeading(
+        table, response.time, math.radians(boat.max_yaw_rate_dps), float(np.mean(line.speed)), boat.surge_time
     )
 
 

@@ -1,9 +1,11 @@
 """Speed along the hull from whatever a boat's links report: receiver, logs, accelerometer, shaft."""
 
 import math
+from dataclasses import replace
 
 from steerway.estimation.speed.fusion import SurgeFusion
 from steerway.estimation.speed.surge import SurgeTuning
+from steerway.estimation.tables import SpeedEstimatorTable
 from steerway.live.base.rows import InputRow
 
 _LONGEST_STEP = 1.0
@@ -45,3 +47,10 @@ class MeasuredSpeed:
     def speed(self, time: float) -> float:
         """Speed over ground along the hull at a time, m/s; NaN when nothing has measured it lately."""
         return self.fusion.speed if time - self._measured < _FRESH else math.nan
+
+
+def measured_speed(table: SpeedEstimatorTable) -> MeasuredSpeed | None:
+    """The speed of [estimator.speed], with `TUNING` for what it leaves out; None for that of the course filter."""
+    if table.kind == "course":
+        return None
+    return MeasuredSpeed(replace(TUNING, **table.model_dump(exclude={"kind"}, exclude_unset=True)))

@@ -11,6 +11,7 @@ from steerway.core.errors import InputError
 from steerway.core.leg import Leg
 from steerway.estimation.profiles import Profile
 from steerway.estimation.profiles.inferred import InferredProfile
+from steerway.estimation.tables import HeadingEstimatorTable
 from steerway.guidance.reference import Reference
 from steerway.live.autopilot.limits import LimitGuard
 from steerway.live.autopilot.mission import GeodeticRoute
@@ -36,6 +37,7 @@ class Supervisor:
     takes:   what carries out the orders, one of `piloting.ACTUATIONS`.
     kinds:   of the autopilot and of the speed controller; see `piloting.pilot_of`.
     measured: gives the speed that is held; None: the row's.
+    heading: which filter gives the heading; see `piloting.pilot_of`.
     """
 
     def __init__(
@@ -47,9 +49,10 @@ class Supervisor:
         takes: str = YAW_RATE,
         kinds: tuple[str, str] = DEFAULT_KINDS,
         measured: MeasuredSpeed | None = None,
+        heading: HeadingEstimatorTable = HeadingEstimatorTable(),  # noqa: B008
     ):
         profile = Profile.named(profile) if isinstance(profile, str) else profile
-        self.pilot = pilot_of(route, profile, takes, max_dead_reckoning, kinds)
+        self.pilot = pilot_of(route, profile, takes, max_dead_reckoning, kinds, heading)
         self.state = State.IDLE
         self.reason = "no position yet"
         self.hands_back = route.safe == "hand-back"
@@ -110,6 +113,12 @@ class Supervisor:
         estimator = self.pilot.estimator
         fits = estimator.fix(measured) if measured is not None and measured.time == row.time else None
         self._watch.fix(row, fits if estimator.filter.started else None)
+
+    def take(self, row: InputRow) -> None:
+        """Whatever a link reports, used by the navigator or not."""
+        self.pilot.estimator.take(row)
+        if self.measured is not None:
+            self.measured.take(row)
 
     def untimely(self) -> None:
         """A position came whose time does not follow that of the last fix."""

@@ -9,6 +9,7 @@ import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from time import monotonic
 from typing import Protocol
 
 from steerway.core.timestamps import unix_times
@@ -47,8 +48,9 @@ class ReceiverDecoder:
 
     def feed(self, data: bytes) -> list[InputRow]:
         """See Decoder."""
-        for reader in self._readers:
-            reader.feed(data)
+        sentences, messages = self._readers
+        sentences.feed(data, now=monotonic())
+        messages.feed(data)
         return self._taken(False)
 
     def settle(self) -> list[InputRow]:

@@ -79,6 +79,8 @@ def coordinates(box: Floats) -> Floats:
     determinant = max(determinant, 1e-4)
     gamma_1 = b * (kept * (1.0 - n_22) - n_12 * second) / determinant
     gamma_2 = b * (n_21 * kept - (1.0 - n_11) * second) / determinant
+    if abs(n_21) < 1e-6:  # a compass without memory has no eigenvectors to separate
+        return np.array([gamma_1, gamma_2, 1.0, -1.0])
     return np.array([gamma_1, gamma_2, (half + apart - n_22) / n_21, (half - apart - n_22) / n_21])
 
 
