@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 from steerway.core.errors import InputError
 from steerway.estimation.heading.composite import CompositeFilter, composite_model
 from steerway.estimation.heading.interval import arithmetic
+from steerway.estimation.heading.interval.deviation import DeviationBounds
 from steerway.estimation.heading.interval.filter import IntervalFilter, box_of, sub_boxes
 from steerway.estimation.heading.interval.weighting import Features, Network, ideal_weight, weighted
-from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, random_compass
-from steerway.vessels.springer import PAPER_YAW
+from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, CompassModel, random_compass
+from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, HeadingModel
 from steerway_studies.papers.interval_filter import PrintedIntervalFilter
 from steerway_studies.springer_mission.rigour import exact_headings, rigour
 from tests.weaving import record
@@ -210,3 +211,55 @@ def test_a_network_survives_its_file(tmp_path):
 
 def test_paper_yaw_drives_both():
     assert composite_model()[4] == pytest.approx(np.degrees(PAPER_YAW.outputs[0]))
+
+
+DEVIATION = math.radians(8.0)
+DEVIATIONS = (
+    lambda heading, k: (1.0 - 1e-9) * DEVIATION,
+    lambda heading, k: -(1.0 - 1e-9) * DEVIATION,
+    lambda heading, k: DEVIATION * math.sin(heading),
+    lambda heading, k: (1.0 - 1e-9) * DEVIATION * (1.0 if k // 150 % 2 else -1.0),
+)
+
+
+def aboard(yaw, deviation):
+    return DeviationBounds(yaw, deviation, math.radians(1.0), math.radians(0.5))
+
+
+SLOW = HeadingModel((1.0, 0.9945), (2.17e-4, -7.1e-5), (1.0, 1.0))
+"""Springer's, with states in rad."""
+
+
+@pytest.mark.parametrize("yaw", [SLOW, SLOW._replace(poles=(1.002, 0.9945)), SLOW._replace(poles=(1.0, 0.4))])
+def test_bounds_hold_the_filter_of_every_deviation_and_stay_as_wide_as_the_box(yaw):
+    """Readings at 10 Hz with pauses, from any first heading; each filter knows one deviation."""
+    bounds, filters = aboard(yaw, DEVIATION), [aboard(yaw, 0.0) for _ in DEVIATIONS]
+    draws, heading = np.random.default_rng(3), 2.0
+    for k in range(3000):
+        order = 3.0 * math.sin(0.01 * k)
+        heading += 2e-3 * math.sin(1e-3 * k)
+        reading = heading + math.radians(1.0) * draws.standard_normal()
+        is_there = k % 2 == 0 and k % 400 < 300
+        low, high = bounds.step(order, [reading] if is_there else None, 0.05)
+        for each, deviation in zip(filters, DEVIATIONS, strict=True):
+            held = each.step(order, [reading - deviation(heading, k)] if is_there else None, 0.05)
+            assert low <= held[0] <= held[1] <= high
+    assert 2.0 * DEVIATION < high - low < 2.6 * DEVIATION
+    assert math.degrees(bounds.heading_std) == pytest.approx(math.degrees(high - low) / math.sqrt(12.0), rel=0.2)
+
+
+def test_one_reading_is_enough_for_bounds_and_none_for_all_round():
+    bounds = aboard(SLOW, DEVIATION)
+    assert bounds.heading_std > 3.0
+    low, high = bounds.step(0.0, [-3.0], 0.025)
+    assert low < -3.0 < high and high - low < 2.1 * DEVIATION
+    with pytest.raises(InputError, match=r"heading\.deviation is -1"):
+        DeviationBounds(SLOW, -1.0, 0.1, 0.1)
+
+
+def test_coefficients_of_a_compass_without_memory_have_bounds_too():
+    plain = composite_model(CompassModel(0.0, 0.0, 1.0, 1.0, 0.0), PHYSICAL_YAW)
+    bounds, one = IntervalFilter(box_of(plain, 0.01)), CompositeFilter(plain)
+    for k in range(60):
+        low, high = bounds.step(math.sin(0.1 * k), np.full(10, 0.1))
+        assert low <= one.step(math.sin(0.1 * k), np.full(10, 0.1)) <= high

@@ -5,8 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from steerway.core.angles import wrap
 from steerway.core.errors import InputError
-from steerway.live.autopilot.speeds import MeasuredSpeed
+from steerway.core.estimate import Estimate
+from steerway.estimation.tables import HeadingEstimatorTable
+from steerway.live.autopilot.headings import MeasuredHeading
+from steerway.live.autopilot.speeds import MeasuredSpeed, measured_speed
 from steerway.live.base.rows import InputRow
 from steerway.live.launch import launch
 from steerway.live.settings import Settings
@@ -59,6 +63,66 @@ def test_the_boat_holds_her_measured_speed():
     assert min(asked) > 1.19 and np.mean(speeds) == pytest.approx(1.2, abs=0.06)
 
 
+@pytest.mark.parametrize(
+    ("kind", "autopilot"),
+    [("aided", "pole-placement"), ("aided", "lqg"), ("composite", "pole-placement"), ("interval", "pole-placement")],
+)
+def test_heading_by_a_filter_from_a_poor_compass_at_irregular_times(kind, autopilot):
+    """A compass with a deviation of 6° at some 12 Hz that pauses now and then, a gyro, receiver velocity, a current."""
+    deviation, draws = math.radians(6.0), np.random.default_rng(4)
+    desk = Desk(square(boat=OTTER), current=0.4, kinds=(autopilot, "pi"), heading=HeadingEstimatorTable(kind=kind))
+    fixes, errors = desk.fixes, []
+
+    def rows(time, north, east):
+        motion = desk.boat.motion(desk.state, desk.sea)
+        heading = motion.heading
+        moved = np.array((motion.north_velocity, motion.east_velocity)) + 0.1 * draws.standard_normal(2)
+        (fix,) = fixes(time, north, east)
+        found = [fix._replace(sog=math.hypot(*moved), cog=math.atan2(moved[1], moved[0]))]
+        for back in sorted(draws.uniform(0.0, 0.2, draws.integers(0, 6)), reverse=True):
+            read = (
+                heading
+                - desk.state[5] * back
+                + deviation * math.sin(heading)
+                + math.radians(1.0) * draws.standard_normal()
+            )
+            found.insert(0, InputRow("compass", NOON + time - back, heading=wrap(read), yaw_rate=desk.state[5]))
+        seen = desk.autopilot.pilot.estimator.step(desk.rows[-1], 0.0) if desk.rows else None
+        if seen is not None and math.isfinite(seen.heading):
+            errors.append(math.degrees(abs(wrap(seen.heading - heading))))
+        return found
+
+    desk.fixes = rows
+    desk.start()
+    desk.until(lambda: desk.leg.destination == "WP2", 180.0)
+    desk.sail(20.0)
+    assert desk.leg.destination == "WP2" and desk.order.engaged
+    seen = desk.autopilot.pilot.estimator.step(desk.rows[-1], 0.0)
+    assert np.median(errors[100:]) < 7.0
+    if kind == "aided":
+        current = seen.current_north - desk.sea[0], seen.current_east - desk.sea[1]
+        assert math.hypot(*current) < 0.2 and seen.knows_current
+    else:
+        assert not seen.knows_current
+
+
+def test_a_silent_compass_leaves_the_heading_unknown_and_another_takes_over():
+    measured = MeasuredHeading(HeadingEstimatorTable(kind="composite"), 1.5, 0.3, 1.2, 1.0)
+    known = lambda time: measured.beside(Estimate(*[0.0] * 11), time)  # noqa: E731
+    assert math.isnan(known(0.0).heading)
+    for k in range(100):
+        measured.take(InputRow("one", 0.1 * k, heading=1.0))
+        measured.take(InputRow("two", 0.1 * k, heading=2.0))
+    assert known(10.0).heading == pytest.approx(1.0, abs=0.05) and known(10.0).heading_std < 0.2
+    assert math.isnan(known(13.0).heading)
+    for k in range(100):
+        measured.take(InputRow("two", 16.0 + 0.1 * k, heading=2.0))
+    assert known(26.0).heading == pytest.approx(2.0, abs=0.05)
+    for k in range(100):  # the clock was set back
+        measured.take(InputRow("two", -500.0 + 0.1 * k, heading=-2.0))
+    assert known(-490.0).heading == pytest.approx(-2.0, abs=0.05)
+
+
 def settings_of(tmp_path, text):
     path = tmp_path / "boat.toml"
     path.write_text(text, encoding="utf-8")
@@ -68,8 +132,16 @@ def settings_of(tmp_path, text):
 def test_the_keys_of_the_settings(tmp_path):
     settings = settings_of(tmp_path, '[speed]\ncontroller = "adaptive"\n[autopilot]\nkind = "lqg"\n')
     assert (settings.speed.controller, settings.autopilot.kind) == ("adaptive", "lqg")
-    fused = settings_of(tmp_path, '[estimator.speed]\nkind = "fusion"\n')
+    fused = settings_of(tmp_path, '[estimator.speed]\nkind = "fusion"\nsog_std = 0.2\n')
     assert fused.estimator.speed.kind == "fusion" and Settings().estimator.speed.kind == "course"
+    tuning = measured_speed(fused.estimator.speed).fusion.filter.tuning
+    assert (tuning.sog_std, tuning.bottom_std) == (0.2, 0.02) and measured_speed(Settings().estimator.speed) is None
+    aided = settings_of(tmp_path, '[estimator.heading]\nkind = "aided"\ndeviation_std_deg = 8.0\n')
+    assert aided.estimator.heading.deviation_std_deg == 8.0 and Settings().estimator.heading.kind == "tracker"
+    with pytest.raises(InputError, match="expected mission too"):
+        launch(aided)
+    with pytest.raises(InputError, match=r"heading\.weight has no effect"):
+        settings_of(tmp_path, '[estimator.heading]\nkind = "composite"\nweight = 0.2\n')
     assert Settings().speed.controller == "pi" and Settings().autopilot.kind == "pole-placement"
     with pytest.raises(InputError, match=r"speed\.controller is 'mrac'"):
         settings_of(tmp_path, '[speed]\ncontroller = "mrac"\n')

@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pytest
 
-from tests.square import GUIDED, MOST, cross_track, desk, rms, truth
+from tests.square import GUIDED, MOST, OTTER, cross_track, desk, rms, truth
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
 
@@ -15,13 +15,13 @@ LATE = "the service was late"
 ATTEMPTS = 3
 
 
-def watched(factor, directory, act, by="mavlink"):
+def watched(factor, directory, act, by="mavlink", course=OTTER):
     """What `act` finds of boat and computer under way; again, less hurried, where this machine had no time for them."""
     for attempt in range(ATTEMPTS):
         place = directory / str(attempt)
         place.mkdir()
         hurry = max(1.0, factor / 2.0**attempt)
-        with desk(place, hurry, by) as (boat, computer):
+        with desk(place, hurry, by, course) as (boat, computer):
             computer.until(RUNNING)
             found = act(boat, computer, hurry)
         if LATE not in computer.said:
@@ -43,6 +43,24 @@ def test_the_square_is_sailed_close_to_its_legs_after_the_turns(by, tmp_path):
     legs = cross_track(run)
     assert len(legs[0]) > 100 and rms(legs[0]) <= MOST[by]
     assert np.median(run["true_sog_mps"].to_numpy()[-300:]) == pytest.approx(1.2, abs=0.1)
+
+
+@pytest.mark.parametrize(("by", "kind"), [("mavlink", "aided"), ("propellers", "interval")])
+def test_the_heading_is_that_of_the_filter_in_the_settings(by, kind, tmp_path):
+    """A compass that is 6° off, by HDT or as the vehicle's heading, with her gyro."""
+    compass = "velocity_std = 0.1\n[compass]\ndeviation_deg = [0.0, 6.0, -6.0, 0.0, 0.0]\n"
+    boat, settings = tmp_path / "otter.toml", tmp_path / "live.toml"
+    boat.write_text(OTTER.scenario.read_text().replace("markov = []\n", f"markov = []\n{compass}"))
+    settings.write_text(f'[estimator.heading]\nkind = "{kind}"\ndeviation_std_deg = 5.0\n')
+
+    def first_leg(_, computer, factor):
+        computer.until(rf"heading \({kind}\) known to ± \d+°")
+        time.sleep(25.0 / factor)
+
+    course = OTTER._replace(scenario=boat, options=(settings, *OTTER.options))
+    _, run, said = watched(5.0, tmp_path, first_leg, by, course)
+    assert "stopped" not in said and "unknown" not in said
+    assert np.median(run["true_sog_mps"].to_numpy()[-50:]) == pytest.approx(1.2, abs=0.2)
 
 
 def test_a_vehicle_that_falls_silent_stops_the_autopilot_within_a_second(tmp_path):

@@ -70,19 +70,51 @@ POOR = "[compass]\ndeviation_deg = [0.0, 4.0, -4.0, 1.0, 0.0]\n[gnss]\nvelocity_
 
 
 @pytest.mark.parametrize("vessel", ["otter", "nomoto", "springer"])
-@pytest.mark.parametrize("kind", ["aided", "composite"])
+@pytest.mark.parametrize("kind", ["aided", "composite", "interval"])
 def test_a_poor_compass_is_enough_to_steer_by_heading(vessel, kind):
     tables = f'{POOR}[estimator.heading]\nkind = "{kind}"\n[guidance]\nlaw = "adaptive-line-of-sight"\n'
     run = finished(vessel, tables).run
     error = np.remainder(run["estimated_heading"] - run["true_heading"] + np.pi, 2.0 * np.pi) - np.pi
     known = np.isfinite(error) & (run.time > 30.0)
-    assert (np.isfinite(run["estimated_current_north"]) == (kind == "aided")).all()
+    known_current = np.isfinite(run["estimated_current_north"])
+    assert known_current[run.time > 30.0].all() if kind == "aided" else not known_current.any()
     assert np.degrees(np.median(np.abs(error[known]))) < 8.0
+
+
+SQUARES = {
+    "otter": (60.0, 0.5),
+    "springer": (400.0, 0.77),
+}
+"""Sides (m), and currents of half the boat's speed."""
+
+
+@pytest.mark.parametrize("vessel", SQUARES)
+def test_a_course_is_made_good_by_the_current_that_the_heading_filter_found(vessel):
+    side, current = SQUARES[vessel]
+    corners = "".join(f"{{ north = {n * side}, east = {e * side} }}, " for n, e in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    scenario = parse_scenario(
+        f'duration = 2000.0\nstep = {LEGS[vessel][0]}\n{POOR}[vessel]\nkind = "{vessel}"\n'
+        f"[environment.current]\nspeed = {current}\ndirection_deg = 130.0\n[start]\nheading_deg = 160.0\n"
+        f'[estimator.heading]\nkind = "aided"\n[autopilot]\nkind = "lqg"\n[route]\nwaypoints = [{corners}]\n'
+    )
+    sailed = sail_scenario(scenario)
+    run, late = sailed.run, sailed.run.time > 60.0
+    assert sailed.numbers["waypoints_reached"] == 3.0 and sailed.numbers["waypoints_missed"] == 0.0
+    off = [run["estimated_current_north"] - run["current_north"], run["estimated_current_east"] - run["current_east"]]
+    assert np.median(np.hypot(*off)[late]) < 0.2 * current
+    error = np.remainder(run["estimated_heading"] - run["true_heading"] + np.pi, 2.0 * np.pi) - np.pi
+    assert np.degrees(np.median(np.abs(error[late]))) < 3.0
+    assert not run["by_course"][late].any()
 
 
 @pytest.mark.parametrize(
     ("vessel", "tables", "says"),
     [
+        ("otter", "[estimator.heading]\nweight = 0.4\n", 'heading.weight has no effect with kind "tracker"'),
+        ("otter", '[estimator.heading]\nkind = "aided"\nweight = 0.4\n', "expected interval"),
+        ("otter", '[compass]\n[estimator.heading]\nkind = "interval"\nweight = 1.4\n', "expected at most 1"),
+        ("otter", '[estimator.heading]\nkind = "interval"\n', "needs a compass"),
+        ("otter", "[estimator.speed]\nsog_std = 0.1\n", 'speed.sog_std has no effect with kind "course"'),
         ("mariner", '[speed]\ncontroller = "adaptive"\n', "speed.controller has no effect on a vessel of kind mariner"),
         ("surge", '[autopilot]\nkind = "mpc"\n', "autopilot has no effect on a vessel of kind surge"),
         ("caldas", '[autopilot]\nkind = "lqg"\n', "autopilot.kind lqg predicts a stable response"),

@@ -200,6 +200,10 @@ class Pilot:
             return self._actuate(force, self._yaw(Reference(heading, 0.0, 0.0), estimate, dt, course_wanted=False))
         return self._actuate(force, self._yaw(desired, estimate, dt, self._law_of_course))
 
+    def uses_current(self, estimate: Estimate) -> bool:
+        """Whether the course is steered by the heading that makes it good."""
+        return estimate.knows_current and (self._crabs or self.in_current is not None)
+
     def measured_shaft(self, shaft: float) -> None:
         """The shaft's measured speed now (rev/s, NaN for none), for a speed loop that uses it."""
         if self._turns is not None:

@@ -81,7 +81,7 @@ def launch(settings: Settings) -> None:
         rows = _rows_of_logs([each.path for each in found], settings.source)
         until_stopped(service.replay(rows, speed, links))
     else:
-        _made_ready()
+        _made_ready(kinds, settings.estimator)
         until_stopped(service.run(inputs, links))
 
 
@@ -147,11 +147,11 @@ def _rows_of_logs(paths, wanted):
     return list(rows_of(sources))
 
 
-def _made_ready():
+def _made_ready(kinds, estimators):
     """Load what is compiled, and make garbage collections short: a full one takes 70 ms, an early one 1 ms."""
     from steerway.live import warming
 
-    warming.warm()
+    warming.warm(kinds, estimators)
     gc.collect()
     gc.freeze()
     gc.set_threshold(*_COLLECTIONS)

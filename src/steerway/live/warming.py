@@ -11,14 +11,18 @@ from steerway.estimation.inference.whole_log import infer_log
 from steerway.estimation.profiles import Profile
 from steerway.formats.nmea0183.writing import gga, rmc
 from steerway.live.autopilot.mission import GeodeticRoute
+from steerway.live.autopilot.piloting import DEFAULT_KINDS
 from steerway.live.autopilot.route import Guide
+from steerway.live.autopilot.speeds import measured_speed
 from steerway.live.autopilot.supervisor import Supervisor
+from steerway.live.base.rows import InputRow
 from steerway.live.links.decoding import ReceiverDecoder
 from steerway.live.navigator import Navigator
 from steerway.live.outputs.deltas import Deltas
 from steerway.live.outputs.json_lines import JsonLines
 from steerway.live.outputs.sentences import Sentences
 from steerway.live.service import LOG, Service
+from steerway.live.settings import EstimatorSettings
 
 _SECONDS = 30
 _STEP = 3e-7  # rad to the north each second
@@ -34,15 +38,19 @@ class _NullSink:
         pass
 
 
-def warm() -> int:
-    """Run a short track through decoder, filter, route, autopilot and outputs; the number of fixes that were used."""
+def warm(kinds: tuple[str, str] = DEFAULT_KINDS, estimators: EstimatorSettings = EstimatorSettings()) -> int:  # noqa: B008
+    """Run a short track through decoder, filter, route, autopilot and outputs; the number of fixes that were used.
+
+    The autopilot, speed controller and estimators are those that will run.
+    """
     decoder, navigator = ReceiverDecoder(), Navigator(LearningFilter(background=False))
     place, rows = (math.radians(54.0), math.radians(10.0)), []
     for k in range(_SECONDS):
         moment = 1.7e9 + k, place[0] + _STEP * k, place[1]
         rows += decoder.feed((gga(*moment) + rmc(*moment)).encode())
     route = GeodeticRoute(place[0] + _STEP * np.array([0.0, 15.0, 1000.0]), np.full(3, place[1]))
-    supervisor = Supervisor(route, Profile.named("small-usv"), engage=True)
+    chosen = {"kinds": kinds, "measured": measured_speed(estimators.speed), "heading": estimators.heading}
+    supervisor = Supervisor(route, Profile.named("small-usv"), engage=True, **chosen)
     outputs = [each(_NullSink()) for each in (Sentences, Deltas, JsonLines)]
     was_disabled, LOG.disabled = LOG.disabled, True
     try:
@@ -55,7 +63,9 @@ def warm() -> int:
         LOG.disabled = was_disabled
     _infer()
     for k in range(_SECONDS):  # with a velocity and a heading too
-        supervisor.pilot.estimator.filter.fix(rows[-1].time + 1.0 + k, 2.0 * k, 0.0, 2.0, 0.0, 0.0)
+        moment = rows[-1].time + 1.0 + k
+        supervisor.pilot.estimator.filter.fix(moment, 2.0 * k, 0.0, 2.0, 0.0, 0.0)
+        supervisor.take(InputRow("", moment, sog=2.0, cog=0.0, heading=0.0, bottom_speed=2.0, acceleration=0.0))
     return navigator.counts["used"]
 
 

@@ -28,6 +28,10 @@ _BIAS = (0.1, 0.02)
 """1σ at first and walk of the input's bias, parts of the limit."""
 _UNORDERED = 0.1
 """Part of the speed by which it changes a root second where none is ordered, 1σ."""
+_LEAST_SPEED = 0.1
+"""Part of the usual speed below which the boat's is not in proportion to the ordered one."""
+_SLIP, _SLIP_TIME = 0.2, 3.0
+"""Sideslip in the sharpest turn, rad, and s for which it lasts."""
 _MISJUDGED = 0.5
 """Part of an ordered change of speed that the boat makes more or less, 1σ."""
 _SURE = math.radians(20.0)
@@ -99,6 +103,7 @@ class HeadingAboard:
         else:
             self._filter = DeviationBounds(yaw, 2.0 * deviation_std, compass_std, _VEHICLE_STD)
         self.heading = self.yaw_rate = math.nan
+        self._since = 0.0  # s since the last velocity
         self._given = self._ordered = 0.0  # parts of the limit
         self._cruise, self._speed, self._ordered_speed = speed, at_first, at_first
 
@@ -120,7 +125,7 @@ class HeadingAboard:
         readings = None if math.isnan(heading) else np.array([heading])
         if isinstance(known, AidedHeadingFilter):
             self._follow(known, dt)
-            now = known.step(self._given, readings, velocity, dt)
+            now = known.step(self._given, readings, velocity, dt, slip=self._slip(velocity[0], dt))
         elif isinstance(known, CompositeFilter):
             if readings is not None:  # this filter's readings count the turns
                 readings[0] = known.heading + wrap(heading - known.heading)
@@ -132,14 +137,28 @@ class HeadingAboard:
         self.heading, self.yaw_rate = (wrap(now), rate) if is_known else (math.nan, math.nan)
         return self.heading, self.yaw_rate
 
+    def _slip(self, velocity: float, dt: float) -> float:
+        """1σ of the speed sideways in a turn, as noise of one velocity among those of its time; m/s."""
+        self._since += dt
+        if math.isnan(velocity):
+            return 0.0
+        known = 0.0 if math.isnan(self.yaw_rate) else self.yaw_rate / self._settled
+        turning = min(1.0, max(abs(known), abs(self._given)))
+        slip = _SLIP * self._cruise * turning * math.sqrt(max(_SLIP_TIME / self._since, 1.0))
+        self._since = 0.0
+        return slip
+
     def _follow(self, known: AidedHeadingFilter, dt: float) -> None:
-        """The speed through the water follows the ordered one, or changes where none is ordered."""
+        """The speed through the water changes as the ordered one lets expect, in proportion, or freely without one."""
         if math.isnan(self._ordered_speed):
-            known.sped_up(0.0, _UNORDERED * self._cruise * math.sqrt(dt))
-        else:
-            change = -math.expm1(-dt / self._speed_time) * (self._ordered_speed - self._speed)
-            self._speed += change
-            known.sped_up(change, _MISJUDGED * abs(change))
+            known.sped_up(1.0, _UNORDERED * self._cruise * math.sqrt(dt))
+            self._speed = math.nan
+            return
+        before = self._ordered_speed if math.isnan(self._speed) else self._speed
+        self._speed = before - math.expm1(-dt / self._speed_time) * (self._ordered_speed - before)
+        least = _LEAST_SPEED * self._cruise
+        factor = max(self._speed, least) / max(before, least)
+        known.sped_up(factor, _MISJUDGED * abs(self._speed - before))
 
     @property
     def heading_std(self) -> float:

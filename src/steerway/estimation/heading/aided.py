@@ -217,11 +217,14 @@ class AidedHeadingFilter:
         """Of the model with n_d (rad/s) and its bias, rad/s."""
         return math.radians(yaw_rate_deg(self._best.state, self._model, difference + self.bias))
 
-    def sped_up(self, by: float, std: float) -> None:
-        """The speed through the water is known to have changed by so much, with 1σ `std`; m/s."""
+    def sped_up(self, factor: float, std: float) -> None:
+        """The speed through the water is `factor` times what it was, with 1σ `std` (m/s) beside."""
         for each in self._beginnings:
-            each.state[WATER_SPEED] += by
-            each.covariance[WATER_SPEED, WATER_SPEED] += std * std
+            x, p = each.state, each.covariance
+            x[WATER_SPEED] *= factor
+            p[WATER_SPEED] *= factor
+            p[:, WATER_SPEED] *= factor
+            p[WATER_SPEED, WATER_SPEED] += std * std
 
     def heading_for(self, course: float) -> float:
         """The heading (rad, in [−π, π)) that makes a course over ground good in the estimated current.
@@ -240,21 +243,24 @@ class AidedHeadingFilter:
         velocity: tuple[float, float] = (math.nan, math.nan),
         dt: float = 1.0,
         times: ArrayLike | None = None,
+        slip: float = 0.0,
     ) -> float:
         """Take a GNSS velocity (north, east, m/s; NaN for none) of now, the readings of the next dt s (rad, any number)
         and advance by n_d (rad/s); returns the heading (rad).
 
-        `readings`, `times` and errors: see `readings.Ticks.parts`.
+        slip: 1σ of what the velocity through the water differs by from one along the bow, m/s. `readings`, `times` and
+        errors: see `readings.Ticks.parts`.
         """
         difference = checked_difference(difference)
         if np.shape(velocity) != (2,):
             raise InputError(f"heading.velocity has shape {np.shape(velocity)}, expected (north, east)")
         parts = list(self._ticks.parts(dt, readings, times))
         moves = math.isfinite(velocity[0]) and math.isfinite(velocity[1])
+        variance = self._velocity_variance + slip * slip
         for each in self._beginnings:
             x, p = each.state, each.covariance
             if moves:
-                each.score += take_velocity(x, p, self._work, self._model, *velocity, self._velocity_variance)
+                each.score += take_velocity(x, p, self._work, self._model, *velocity, variance)
             for part, table in parts:
                 model = stepped(self._model, part)
                 each.score += take_readings(x, p, self._work, model, table)

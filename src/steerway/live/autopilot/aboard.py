@@ -41,15 +41,17 @@ class Aboard:
         if self._heading is not None:
             self._heading.take(row)
 
-    def fix(self, row: InputRow) -> bool:
-        """Use a fix; whether it fits the estimate."""
+    def fix(self, row: InputRow) -> bool | None:
+        """Use a fix; whether it fits the steering filter's estimate, None where that is not used."""
+        if self._heading is not None:
+            return None
         if not 0.0 <= row.time - self._fixed <= _LONGEST_GAP:
             self.restart()
         self._fixed = row.time
         place = displacement(row.latitude, row.longitude, *self._origin)
         velocity = row.sog * math.cos(row.cog), row.sog * math.sin(row.cog)
         self.filter.fix(row.time, *place, *velocity, row.heading, row.yaw_rate)
-        return self.filter.refused_for == 0.0
+        return self.filter.refused_for == 0.0 if self.filter.started else None
 
     def step(self, row: Row, dt: float) -> Estimate:
         """See `core.estimate.Estimator`."""

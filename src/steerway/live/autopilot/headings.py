@@ -1,5 +1,6 @@
 """Heading from whatever a boat's links report, and from what is ordered: the filters of scenarios aboard."""
 
+import logging
 import math
 
 from steerway.control.heading_plant import HeadingResponse
@@ -10,6 +11,7 @@ from steerway.estimation.tables import HeadingEstimatorTable
 from steerway.live.base.rows import InputRow
 from steerway.live.choice import SourceChoice
 
+LOG = logging.getLogger("steerway.live")
 _SHORTEST_STEP, _LONGEST_STEP = 1e-3, 30.0
 """s between two measurements; after a longer pause, and where time goes back by as much, the filter begins anew."""
 _FRESH = 2.0
@@ -29,6 +31,7 @@ class MeasuredHeading:
         response = HeadingResponse.of_nomoto(1.0, max(time, _GYRO))
         self._yaw = model_of(response.poles, response.gains, response.sample, limit)
         self._table, self._limit, self._speed, self._speed_time = table, limit, speed, speed_time
+        self._is_known = False
         self.restart()
 
     def restart(self) -> None:
@@ -42,7 +45,9 @@ class MeasuredHeading:
         self._time = math.nan
         self._gyro = self._turned_at = math.nan
         self._ordered, self._ordered_speed, self._ordered_at = math.nan, math.nan, math.nan
-        self._turned = self._since = 0.0  # ordered since the last measurement: rad, and in s
+        self._turned = self._since = self._mean = (
+            0.0  # ordered since the last measurement: rad, s; and before it, rad/s
+        )
 
     def take(self, row: InputRow) -> None:
         """Compass, gyro and velocity over ground of a row; rows without any are ignored."""
@@ -72,6 +77,10 @@ class MeasuredHeading:
         heading, rate = self.filter.heading, self.filter.yaw_rate if math.isnan(gyro) else gyro
         if not ahead < _FRESH:
             heading = rate = math.nan
+        if self._is_known != math.isfinite(heading):
+            self._is_known = not self._is_known
+            std = math.degrees(self.filter.heading_std)
+            LOG.info("heading (%s) %s", self._table.kind, f"known to ± {std:.0f}°" if self._is_known else "unknown")
         north, east = self.filter.current if math.isfinite(heading) else (math.nan, math.nan)
         return estimate._replace(
             heading=wrap(heading + rate * max(ahead, 0.0)),
@@ -96,8 +105,9 @@ class MeasuredHeading:
         self._ordered_at = time
 
     def _mean_order(self, time):
-        """The mean of what was ordered since the last measurement."""
+        """The mean of what was ordered since the last measurements; of the last, for several that come at once."""
         self._pass(time if math.isnan(self._ordered_at) else max(time, self._ordered_at))
-        rate = self._turned / self._since if self._since > 0.0 else 0.0
+        if self._since > 0.0:
+            self._mean = self._turned / self._since
         self._turned = self._since = 0.0
-        return rate
+        return self._mean

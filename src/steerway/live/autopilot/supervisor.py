@@ -110,9 +110,8 @@ class Supervisor:
 
     def fix(self, row: Row, measured: InputRow | None = None) -> None:
         """A fix was used, or rejected by the navigator's filter; `measured` is what the receiver gave."""
-        estimator = self.pilot.estimator
-        fits = estimator.fix(measured) if measured is not None and measured.time == row.time else None
-        self._watch.fix(row, fits if estimator.filter.started else None)
+        is_new = measured is not None and measured.time == row.time
+        self._watch.fix(row, self.pilot.estimator.fix(measured) if is_new else None)
 
     def take(self, row: InputRow) -> None:
         """Whatever a link reports, used by the navigator or not."""
@@ -164,8 +163,8 @@ class Supervisor:
         if pilot.autopilot.schedule is not None:
             pilot.autopilot.schedule.fix_interval = self._watch.interval
         estimate = pilot.estimator.step(row, dt)
-        knows = pilot.in_current is not None and estimate.knows_current
-        speed = max(self._slowest, leg.speed * (1.0 if knows else self._slowing(leg.course_to_steer)))
+        slowing = 1.0 if pilot.uses_current(estimate) else self._slowing(leg.course_to_steer)
+        speed = max(self._slowest, leg.speed * slowing)
         if self.measured is not None:
             along = self.measured.speed(row.time)
             if math.isfinite(along):

@@ -1,0 +1,87 @@
+"""What instruments report over a live link of NMEA 0183, beside the receiver: at any rate, from any talker."""
+
+import math
+
+import pytest
+
+from steerway.formats.nmea0183 import Reader
+from steerway.formats.nmea0183.writing import rmc
+from steerway.live.base.rows import rows_of
+from tests.sentences import sealed
+
+START = 1_719_835_200.0
+PLACE = math.radians(54.0), math.radians(10.0)
+
+
+def rows(others, seconds=3, per_second=10, settles=False):
+    """Rows of a receiver at 1 Hz and of `others(k)`, sentences that come `per_second` times a second."""
+    reader, found, now = Reader(), [], 500.0
+
+    def take(settled):
+        if reader.holds(settled):
+            found.extend(rows_of(reader.take(settled).sources))
+
+    for second in range(seconds):
+        reader.feed(rmc(START + second, *PLACE, 1.0, 0.5).encode(), now=now)
+        take(False)
+        for k in range(per_second):
+            now += 0.5 / per_second
+            reader.feed(b"".join(others(per_second * second + k)), now=now)
+            take(settles)
+            now += 0.5 / per_second
+    take(True)
+    return found, reader
+
+
+def values(found, name):
+    return [(row.time - START, getattr(row, name)) for row in found if math.isfinite(getattr(row, name))]
+
+
+@pytest.mark.parametrize("settles", [False, True])
+@pytest.mark.parametrize("formatter", ["HDG", "HDM", "HDT"])
+def test_a_compass_keeps_its_rate_whatever_the_receivers_is(formatter, settles):
+    forms = {"HDG": "HCHDG,{},,,3.0,E", "HDM": "HCHDM,{},M", "HDT": "HEHDT,{},T"}
+    found, reader = rows(lambda k: [sealed(forms[formatter].format(k))], settles=settles)
+    headings = values(found, "heading")
+    assert len(headings) == 30 and not reader.skipped
+    times = [time for time, _ in headings]
+    assert times == sorted(times) and 2.8 < times[-1] - times[0] < 3.0
+    turned = math.degrees(headings[-1][1] - headings[0][1])
+    assert turned == pytest.approx(29.0, abs=0.01)
+    variation = {"HDG": 3.0, "HDM": 4.2, "HDT": 0.0}[formatter]  # HDM's by the World Magnetic Model
+    assert math.degrees(headings[0][1]) == pytest.approx(variation, abs=0.3)
+    assert len(values(found, "latitude")) == 3
+
+
+def test_a_compass_goes_on_where_the_receiver_falls_silent():
+    reader, now = Reader(), 500.0
+    reader.feed(rmc(START, *PLACE, 1.0, 0.5).encode(), now=now)
+    for k in range(100):
+        reader.feed(sealed(f"HEHDT,{k},T"), now=now + 0.1 * k)
+    headings = values(rows_of(reader.take().sources), "heading")
+    assert len(headings) > 95 and headings[-1][0] == pytest.approx(9.8, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "value"),
+    [
+        ("IIRPM,S,1,600.0,10.0,A", "shaft", 10.0),
+        ("ERRPM,E,0,-300.0,,A", "shaft", -5.0),
+        ("VDVBW,,,V,2.0,0.1,A", "bottom_speed", 2.0 * 1852.0 / 3600.0),
+        ("VDVBW,3.0,0.1,A,,,V", "water_speed", 3.0 * 1852.0 / 3600.0),
+        ("VWVHW,,,,,4.0,N,7.4,K", "water_speed", 4.0 * 1852.0 / 3600.0),
+        ("TIROT,60.0,A", "yaw_rate", math.radians(1.0)),
+    ],
+)
+@pytest.mark.parametrize("per_second", [1, 5])
+def test_every_speed_and_rate_arrives_from_a_talker_without_positions(text, name, value, per_second):
+    found, reader = rows(lambda k: [sealed(text)], per_second=per_second)
+    assert [each for _, each in values(found, name)] == pytest.approx([value] * 3 * per_second)
+    assert not reader.skipped
+
+
+def test_distance_through_the_water_is_recognised_and_not_used():
+    """VLW counts miles to one or two decimals: differences of 18.5 m or more tell no speed that VHW would not."""
+    found, reader = rows(lambda k: [sealed("VWVLW,12.34,N,1.23,N,,N,,N")])
+    assert not reader.skipped and reader.recording().counts["VWVLW"] == 30
+    assert {row.source for row in found} == {"SW"}
