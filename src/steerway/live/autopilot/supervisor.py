@@ -163,8 +163,8 @@ class Supervisor:
         if pilot.autopilot.schedule is not None:
             pilot.autopilot.schedule.fix_interval = self._watch.interval
         estimate = pilot.estimator.step(row, dt)
-        slowing = 1.0 if pilot.uses_current(estimate) else self._slowing(leg.course_to_steer)
-        speed = max(self._slowest, leg.speed * slowing)
+        knows = pilot.uses_current(estimate)
+        speed = max(self._slowest, leg.speed * (1.0 if knows else self._slowing(leg.course_to_steer)))
         if self.measured is not None:
             along = self.measured.speed(row.time)
             if math.isfinite(along):
