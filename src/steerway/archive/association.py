@@ -158,6 +158,11 @@ def slot_of(slot, number, otherwise):
 def choose(vessel, slot, bank, time, latitude, longitude, hull, parameters, terms):
     """The slot that a report belongs to and whether its gate accepts it; (−1, False) out of the reach of all."""
     best, least, within = -1, math.inf, False
+    if is_alone(vessel, slot):
+        cur = int(vessel[CURRENT])
+        if distance_to(slot[cur], latitude, longitude) <= reach(slot[cur], time):
+            predict_to(slot[cur], bank[cur], time, parameters, terms)
+            return cur, True  # as far as the choice goes: its own gate decides
     for s in range(len(slot)):
         if slot[s, USE] == FREE:
             continue
@@ -166,10 +171,7 @@ def choose(vessel, slot, bank, time, latitude, longitude, hull, parameters, term
             continue
         predict_to(slot[s], bank[s], time, parameters, terms)
         flags = bank[s][0, bank.shape[3] + 1]
-        elapsed = time - slot[s, LAST]
         other = hull > 0 and slot[s, HULL] > 0 and hull != slot[s, HULL]
-        north, east = displacement(latitude, longitude, slot[s, LAST_LATITUDE], slot[s, LAST_LONGITUDE])
-        away = math.hypot(north, east)
         if flags[PHASE] == EMPTY:
             accepted, cost = slot[s, USE] == TRACK, _UNDETERMINED
         else:
@@ -177,7 +179,8 @@ def choose(vessel, slot, bank, time, latitude, longitude, hull, parameters, term
             row = parameters[int(slot[s, PROFILE])]
             _, cost, gate = weigh_fix(bank[s], 0, 1, north, east, 1.0, row)
             accepted = fix_is_accepted(gate, cost, row[0])
-        if away > _REACH + _REACH_PER_SECOND * elapsed or not (accepted or slot[s, USE] == TRACK):
+        beyond = distance_to(slot[s], latitude, longitude) > reach(slot[s], time)
+        if beyond or not (accepted or slot[s, USE] == TRACK):
             continue
         if not accepted:
             cost = _REJECTED
@@ -188,6 +191,28 @@ def choose(vessel, slot, bank, time, latitude, longitude, hull, parameters, term
         if cost < least:
             best, least, within = s, cost, accepted
     return best, within
+
+
+@lean_kernel
+def is_alone(vessel, slot):
+    """Whether the track of the last report is the only one, as nearly always."""
+    for s in range(len(slot)):
+        if slot[s, USE] != (TRACK if s == int(vessel[CURRENT]) else FREE):
+            return False
+    return True
+
+
+@lean_kernel
+def distance_to(slot, latitude, longitude):
+    """m from the last report that the filter of a track took."""
+    north, east = displacement(latitude, longitude, slot[LAST_LATITUDE], slot[LAST_LONGITUDE])
+    return math.hypot(north, east)
+
+
+@lean_kernel
+def reach(slot, time):
+    """m from there within which a report may be of the same ship."""
+    return _REACH + _REACH_PER_SECOND * (time - slot[LAST])
 
 
 @lean_kernel

@@ -111,20 +111,15 @@ def run_unit(work: Work) -> dict[str, Any]:
 
 def _ordered(frame: pl.DataFrame) -> pl.DataFrame:
     """By vessel and time, in an order that no order of files changes; a report received twice counts once."""
-    frame = frame.sort("mmsi", "time_s")
-    same = ((pl.col("mmsi") == pl.col("mmsi").shift()) & (pl.col("time_s") == pl.col("time_s").shift())).fill_null(
-        False
-    )
-    tied = frame.select(same | same.shift(-1, fill_value=False)).to_series()
-    if not tied.any():
-        return frame
+    mmsi, time = frame["mmsi"].to_numpy(), frame["time_s"].to_numpy()
+    order, kept = np.lexsort((time, mmsi)), np.ones(len(frame), bool)
+    same = (np.diff(mmsi[order]) == 0) & (np.diff(time[order]) == 0)
+    tied = np.union1d(np.flatnonzero(same), np.flatnonzero(same) + 1)
     # Few rows: sorting all of them by all columns takes as long as all else.
-    rows = tied.arg_true().to_numpy()
-    ranked = frame.filter(tied).with_columns(place=rows).sort(_ORDER, nulls_last=True)
+    ranked = frame[order[tied]].with_columns(place=order[tied]).sort(_ORDER, nulls_last=True)
     again = ranked.select(pl.all_horizontal(pl.col(name) == pl.col(name).shift() for name in _ORDER[:4])).to_series()
-    order, kept = np.arange(len(frame)), np.ones(len(frame), bool)
-    order[rows] = ranked["place"].to_numpy()
-    kept[rows] = ~again.fill_null(False).to_numpy()
+    order[tied] = ranked["place"].to_numpy()
+    kept[tied] = ~again.fill_null(False).to_numpy()
     return frame[order[kept]]
 
 
