@@ -5,6 +5,11 @@ Y. Bar-Shalom and X.-R. Li, Multitarget-Multisensor Tracking, 1995, ch. 3), weig
 out of the reach of every track begins a tentative track. Where reports go on at both places there are two ships; where
 they go on at the new place alone the ship has moved there: its track goes on, and a jump is noted. All is causal, so
 that it does not matter where a record is cut.
+
+The noise of a track that is alone has levels, of which the innovation chooses (Y. Bar-Shalom, X.-R. Li and T.
+Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, sec. 11.2): that of a vessel which goes on
+as it does, by the time from report to report and by whether it is under way, and, where the gate refuses the report
+then, that of one which manoeuvres.
 """
 
 import math
@@ -13,24 +18,17 @@ import numpy as np
 
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.core.earth import displacement
-from steerway.core.records import NO_COURSE, REJECTED
-from steerway.core.records import STARTING as STARTING_STATUS
+from steerway.core.records import REJECTED
 from steerway.estimation.course.motion.layout import (
     EMPTY,
     LATITUDE,
     LONGEST_GAP,
     LONGITUDE,
     PHASE,
-    SPEED_NOISE,
-    STARTING,
-    STEERAGEWAY,
-    STEP,
-    VELOCITY_EAST,
-    VELOCITY_NORTH,
+    UNDER_WAY,
 )
-from steerway.estimation.course.motion.low_speed import SPEED_UP_TIME
 from steerway.estimation.course.output import copy_block, status_of, write_output
-from steerway.estimation.course.tracking import advance, conclude, recentre, settle, take_aids, take_position, weigh_fix
+from steerway.estimation.course.tracking import advance, recentre, settle, take_aids, take_position, weigh_fix
 from steerway.estimation.course.update.aids import any_known
 from steerway.estimation.course.update.outliers import fix_is_accepted
 
@@ -58,6 +56,13 @@ NOTHING, JUMP, MOVED, ANOTHER = range(4)
 
 CURRENT_TRACK = -1
 
+INTERVALS = (20.0, 100.0)
+"""s from report to report that divide the steady levels."""
+COMPETING, MANOEUVRING, STEADY = range(3)
+LEVELS = STEADY + 2 * (len(INTERVALS) + 1)
+"""Levels of noise: of tracks of which there are several, of a vessel that manoeuvres, and from STEADY on of one that
+goes on as it does, at rest and under way for each class of intervals."""
+
 _REACH, _REACH_PER_SECOND = 300.0, 25.0
 """m, and for each second (49 kn), from the last report that a filter took within which another may be of the ship."""
 _CONFIRMING = 3
@@ -82,43 +87,60 @@ def associate(bounds, record, parameters, vessels, slots, banks, terms, estimate
     Args:
         record: (time, latitude, longitude, aids, hull, profile, asked), (n,) each and aids (n or 0, aids); rad, NaN
             latitude for a row that is none but asks for output, of track `asked` or CURRENT_TRACK, of the last report.
-        parameters: (profiles, 1, k). vessels: (v, 3), slots: (v, SLOTS, FIELDS), banks: (v, SLOTS, 1, rows, states):
-            the state before, zero at first, and after. terms: (profiles, any, STEP_ROWS, states), zero.
-        estimate, found: filled; (n, OUTPUTS), and (nis, status, track, event) of (n,) each.
+        parameters: (profiles, LEVELS, 1, k). vessels: (v, 3), slots: (v, SLOTS, FIELDS), banks: (v, SLOTS, 1, rows,
+            states): the state before, zero at first, and after. terms: (profiles, LEVELS, any, STEP_ROWS, states),
+            zero.
+        estimate, found: filled; (n, OUTPUTS), and (nis, status, track, event, row) of (n,) each, the last one in the
+            first two axes of the parameters, that by which it was predicted.
         kept: (n or 0, states + 2, states) receives the filter after every row that a track took.
     """
     time, latitude, longitude, aids, hull, profile, asked = record
-    nis, status, track, event = found
+    nis, status, track, event, row_of = found
+    before, ahead = np.empty(banks.shape[3:]), np.empty(banks.shape[2:])
     for v in range(len(bounds) - 1):
         vessel, slot, bank = vessels[v], slots[v], banks[v]
+        ahead_of, ahead_time, since = -1, 0.0, 0.0
         for k in range(bounds[v], bounds[v + 1]):
-            event[k] = NOTHING
-            nis[k] = math.nan
+            event[k], nis[k], level = NOTHING, math.nan, COMPETING
             cur = int(vessel[CURRENT])
+            fixed = math.isfinite(latitude[k])
+            alone = False
             if slot[cur, USE] == FREE:
                 begin(slot[cur], bank[cur], time[k], profile[k], TRACK)
                 slot[cur, NUMBER], vessel[NEXT] = 0.0, 1.0
                 chosen, accepted = cur, True
-            elif not math.isfinite(latitude[k]):
+            elif not fixed:
                 chosen, accepted = slot_of(slot, asked[k], cur), False
-                predict_to(slot[chosen], bank[chosen], time[k], parameters, terms)
+            elif is_alone(vessel, slot) and is_within_reach(slot[cur], time[k], latitude[k], longitude[k]):
+                chosen, accepted, alone = cur, True, True
             else:
                 chosen, accepted = choose(
                     vessel, slot, bank, time[k], latitude[k], longitude[k], hull[k], parameters, terms
                 )
-            fixed, aided, tentative = math.isfinite(latitude[k]), False, False
             if chosen < 0:  # out of the reach of every track
                 chosen = vacant(vessel, slot)
                 begin(slot[chosen], bank[chosen], time[k], profile[k], TENTATIVE)
                 slot[chosen, SINCE] = vessel[TAKEN]
-            p = int(slot[chosen, PROFILE])
+            p, tentative = int(slot[chosen, PROFILE]), False
+            row = parameters[p, COMPETING]
             if fixed:
-                took, nis[k], _ = take_position(bank[chosen], latitude[k], longitude[k], True, 1.0, parameters[p])
+                ahead_of = -1
+                if alone:
+                    copy_block(bank[chosen][0], before)
+                    since = slot[chosen, NOW]
+                    level = steady_level(bank[chosen], time[k] - since)
+                    predict_to(slot[chosen], bank[chosen], time[k], parameters[p, level], terms[p, level])
+                noise = parameters[p, level]
+                took, nis[k], _ = take_position(bank[chosen], latitude[k], longitude[k], True, 1.0, noise)
+                if alone and not took:
+                    copy_block(before, bank[chosen][0])
+                    slot[chosen, NOW], level = since, MANOEUVRING
+                    predict_to(slot[chosen], bank[chosen], time[k], parameters[p, level], terms[p, level])
+                    took, nis[k], _ = take_position(bank[chosen], latitude[k], longitude[k], True, 1.0, row)
                 accepted = accepted and took
-                aided = len(aids) > 0 and any_known(aids[k])
-                if aided:
-                    take_aids(bank[chosen], aids[k], parameters[p])
-                settle(bank[chosen], parameters[p])
+                if len(aids) > 0 and any_known(aids[k]):
+                    take_aids(bank[chosen], aids[k], row)
+                settle(bank[chosen], row)
                 recentre(bank[chosen])
                 if took:
                     slot[chosen, LAST_LATITUDE], slot[chosen, LAST_LONGITUDE] = latitude[k], longitude[k]
@@ -126,23 +148,24 @@ def associate(bounds, record, parameters, vessels, slots, banks, terms, estimate
                 if hull[k]:
                     slot[chosen, HULL] = hull[k]
                 event[k], tentative = conclude_report(vessel, slot, chosen)
-            else:
-                conclude(bank[chosen])
             if tentative:
-                cur = int(vessel[CURRENT])
-                predict_to(slot[cur], bank[cur], time[k], parameters, terms)
-                conclude(bank[cur])
-                chosen, accepted = cur, False
-            track[k] = slot[chosen, NUMBER]
-            status[k] = REJECTED if tentative else status_of(bank[chosen], fixed, accepted)
-            write_output(bank[chosen][0], True, estimate[k])
-            if status[k] == STARTING_STATUS and settled(bank[chosen], parameters[int(slot[chosen, PROFILE]), 0]):
-                status[k] = NO_COURSE
-                x, var = bank[chosen][0, bank.shape[3]], bank[chosen][0]
-                estimate[k, 2] = math.hypot(x[VELOCITY_NORTH], x[VELOCITY_EAST])
-                estimate[k, 5] = math.sqrt(0.5 * (var[2, 2] + var[3, 3]))
+                chosen, accepted = int(vessel[CURRENT]), False
+            if tentative or not fixed:  # shown is where the track is now; the track itself goes on from its last report
+                p = int(slot[chosen, PROFILE])
+                if ahead_of != chosen:
+                    copy_block(bank[chosen][0], ahead[0])
+                    ahead_of, ahead_time = chosen, slot[chosen, NOW]
+                level = steady_level(ahead, time[k] - slot[chosen, NOW])
+                advance(ahead, time[k] - ahead_time, parameters[p, level], terms[p, level])
+                ahead_time = time[k]
+                shown = ahead
+            else:
+                shown = bank[chosen]
+            track[k], row_of[k] = slot[chosen, NUMBER], p * LEVELS + level
+            status[k] = REJECTED if tentative else status_of(shown, fixed, accepted)
+            write_output(shown[0], True, estimate[k])
             if len(kept):
-                copy_block(bank[chosen][0], kept[k])
+                copy_block(shown[0], kept[k])
 
 
 @called_kernel
@@ -158,29 +181,25 @@ def slot_of(slot, number, otherwise):
 def choose(vessel, slot, bank, time, latitude, longitude, hull, parameters, terms):
     """The slot that a report belongs to and whether its gate accepts it; (−1, False) out of the reach of all."""
     best, least, within = -1, math.inf, False
-    if is_alone(vessel, slot):
-        cur = int(vessel[CURRENT])
-        if distance_to(slot[cur], latitude, longitude) <= reach(slot[cur], time):
-            predict_to(slot[cur], bank[cur], time, parameters, terms)
-            return cur, True  # as far as the choice goes: its own gate decides
     for s in range(len(slot)):
         if slot[s, USE] == FREE:
             continue
         if slot[s, USE] != TRACK and time - slot[s, LAST] > _TENTATIVE_TIME:
             slot[s, USE] = FREE
             continue
-        predict_to(slot[s], bank[s], time, parameters, terms)
+        p = int(slot[s, PROFILE])
+        predict_to(slot[s], bank[s], time, parameters[p, COMPETING], terms[p, COMPETING])
         flags = bank[s][0, bank.shape[3] + 1]
         other = hull > 0 and slot[s, HULL] > 0 and hull != slot[s, HULL]
         if flags[PHASE] == EMPTY:
             accepted, cost = slot[s, USE] == TRACK, _UNDETERMINED
         else:
             north, east = displacement(latitude, longitude, flags[LATITUDE], flags[LONGITUDE])
-            row = parameters[int(slot[s, PROFILE])]
+            row = parameters[p, COMPETING]
             _, cost, gate = weigh_fix(bank[s], 0, 1, north, east, 1.0, row)
             accepted = fix_is_accepted(gate, cost, row[0])
-        beyond = distance_to(slot[s], latitude, longitude) > reach(slot[s], time)
-        if beyond or not (accepted or slot[s, USE] == TRACK):
+        possible = accepted or slot[s, USE] == TRACK
+        if not (possible and is_within_reach(slot[s], time, latitude, longitude)):
             continue
         if not accepted:
             cost = _REJECTED
@@ -203,40 +222,30 @@ def is_alone(vessel, slot):
 
 
 @lean_kernel
-def distance_to(slot, latitude, longitude):
-    """m from the last report that the filter of a track took."""
+def is_within_reach(slot, time, latitude, longitude):
+    """Whether a ship may have come from the last report that the filter of its track took."""
     north, east = displacement(latitude, longitude, slot[LAST_LATITUDE], slot[LAST_LONGITUDE])
-    return math.hypot(north, east)
+    return math.hypot(north, east) <= _REACH + _REACH_PER_SECOND * (time - slot[LAST])
 
 
 @lean_kernel
-def reach(slot, time):
-    """m from there within which a report may be of the same ship."""
-    return _REACH + _REACH_PER_SECOND * (time - slot[LAST])
+def steady_level(bank, dt):
+    """The level of a vessel that goes on as it does, dt seconds after its last report."""
+    level = STEADY
+    for edge in INTERVALS:
+        if dt > edge:
+            level += 2
+    return level + 1 if bank[0, bank.shape[2] + 1, PHASE] == UNDER_WAY else level
 
 
 @lean_kernel
 def predict_to(slot, bank, time, parameters, terms):
     """Predict a filter to a time; after a long gap it is empty."""
-    p = int(slot[PROFILE])
     if time - slot[LAST] > LONGEST_GAP:
         bank[0, bank.shape[2] + 1, PHASE] = EMPTY
         bank[0, bank.shape[2], 0] = bank[0, bank.shape[2], 1] = 0.0
-    advance(bank, time - slot[NOW], parameters[p], terms[p])
+    advance(bank, time - slot[NOW], parameters, terms)
     slot[NOW] = time
-
-
-@lean_kernel
-def settled(bank, parameters):
-    """Whether the velocity of a vessel at low speed is known as well as reports so far apart allow.
-
-    The filter takes the start to be over when it is known to half a metre a second; at minutes between reports, as of
-    moored vessels, that never comes: in the long run its variance is 0.29 times what is added from report to report.
-    """
-    n = bank.shape[2]
-    p = bank[0, :n]
-    added = bank[0, n + STEP, 0] * (parameters[SPEED_NOISE] + parameters[STEERAGEWAY] ** 2 / SPEED_UP_TIME)
-    return bank[0, n + 1, PHASE] == STARTING and 0.5 * (p[2, 2] + p[3, 3]) < 0.5 * added
 
 
 @called_kernel
@@ -273,18 +282,18 @@ def conclude_report(vessel, slot, s):
     if slot[s, HITS] < _CONFIRMING:
         return JUMP, True
     other = slot[s, HULL] > 0.0 and slot[cur, HULL] > 0.0 and slot[s, HULL] != slot[cur, HULL]
-    told = ANOTHER
+    says = ANOTHER
     if other or vessel[TAKEN] - slot[s, SINCE] >= _AMONG:
         slot[s, NUMBER] = vessel[NEXT]
         vessel[NEXT] += 1.0
     else:
-        told = MOVED
+        says = MOVED
         slot[s, NUMBER] = slot[cur, NUMBER]
         slot[cur, USE], slot[cur, HITS] = LEFT, 0.0
     slot[s, USE] = TRACK
     vessel[TAKEN] += 1.0
     vessel[CURRENT] = s
-    return told, False
+    return says, False
 
 
 def empty_vessels(count, banks_shape) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

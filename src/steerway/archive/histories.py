@@ -76,10 +76,11 @@ EVENT_COLUMNS, TRIP_COLUMNS = 8, 11
 
 
 @kernel
-def history(bounds, rows, carry, events, trips):
-    """Run over tracks that stand behind one another. Returns how many events and trips there are.
+def history(bounds, order, rows, carry, events, trips):
+    """Run over tracks that stand behind one another in an order of rows. Returns how many events and trips there are.
 
     Args:
+        bounds: (tracks + 1,) where in `order` (n,) each begins.
         rows: (time, latitude, longitude, estimate, status, event, reported), as of `association.associate`; reported
             (n, 4): latitude, longitude, SOG, COG, SI, NaN where unknown.
         carry: (tracks, CARRIED), zero before the first row; updated.
@@ -90,7 +91,8 @@ def history(bounds, rows, carry, events, trips):
     e = t = 0
     for i in range(len(bounds) - 1):
         c = carry[i]
-        for k in range(bounds[i], bounds[i + 1]):
+        for j in range(bounds[i], bounds[i + 1]):
+            k = order[j]
             if event[k] == JUMP or event[k] == ANOTHER or event[k] == MOVED:
                 kind = _JUMP if event[k] == JUMP else (_MOVED if event[k] == MOVED else _ANOTHER)
                 value = 0.0

@@ -135,7 +135,8 @@ def _log(path: Path) -> tuple[pl.LazyFrame, dict[str, int], dict[str, int]]:
     if recording is not None:
         fixes, skipped = recording.sources["AIS"], dict(recording.skipped)
         mmsi = fixes.mmsi
-        mobile = np.where(np.isin(mmsi, list(ais.class_b(plain(path)))), MOBILES.index("class B"), 0)
+        in_class_b = np.isin(mmsi, list(ais.class_b(plain(path))))
+        mobile = np.where(in_class_b, MOBILES.index("class B"), MOBILES.index("class A"))
     else:
         fixes, skipped = read(path), {}
         names[path.name] = vessel_number(path.name)

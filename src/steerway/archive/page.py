@@ -1,13 +1,15 @@
 """The page of an archive: a map, counts, coverage in time, intervals, consistency by class, the worst vessels."""
 
+import itertools
 from collections import Counter
 from typing import Any
 
 import numpy as np
 import polars as pl
 
+from steerway.archive.association import INTERVALS
 from steerway.archive.store import Store, date_of
-from steerway.archive.unit import INTERVALS
+from steerway.archive.tables import COUNTED_INTERVALS
 from steerway.formats.ais_tables import MOBILES
 from steerway.report.page import write_page
 
@@ -41,7 +43,11 @@ def write(store: Store, manifest: dict[str, Any]) -> None:
     intervals = np.sum([each["intervals"] for each in numbers.values()], axis=0)
     tables = [
         ("Counts", ("", ""), counts),
-        ("Consistency (2 is expected)", ("class", "", "fixes", "mean NIS"), _consistency(totals)),
+        (
+            "Consistency (2 is expected)",
+            ("class", "interval (s)", "", "fixes", "mean NIS"),
+            _consistency(numbers.values()),
+        ),
         ("Events", ("event", "count"), _event_counts(store)),
         ("Vessels with the most jumps and wrong values", ("vessel", "events"), _named(_worst(store), names)),
         (
@@ -59,14 +65,11 @@ def write(store: Store, manifest: dict[str, Any]) -> None:
     write_page(store.root / "index.html", title, tables=tables, figures=figures)
 
 
-def _consistency(totals):
-    rows = []
-    for mobile, name in enumerate(MOBILES):
-        for key, words in (("under_way", "under way"), ("at_rest", "at rest")):
-            count = totals[f"{key}_{mobile}"]
-            if count:
-                rows.append((name, words, f"{count:,}", f"{totals[f'{key}_{mobile}_nis'] / count:.2f}"))
-    return rows
+def _consistency(numbers):
+    fixes, total = np.sum([each["cells"] for each in numbers], axis=0)
+    intervals = [f"≤ {edge:g}" for edge in INTERVALS] + [f"> {INTERVALS[-1]:g}"]
+    cells = itertools.product(MOBILES, intervals, ("at rest", "under way"))
+    return [(*words, f"{n:,.0f}", f"{nis / n:.2f}") for words, n, nis in zip(cells, fixes, total, strict=True) if n]
 
 
 def _event_counts(store):
@@ -86,7 +89,7 @@ def _inconsistent(numbers):
     fixes, total = Counter[int](), Counter[int]()
     for each in numbers:
         vessels, counts, sums = each["nis_of"]
-        fixes.update(dict(zip(vessels, counts, strict=True)))
+        fixes.update(dict(zip(vessels, map(int, counts), strict=True)))
         total.update(dict(zip(vessels, sums, strict=True)))
     judged = [(vessel, count, total[vessel] / count) for vessel, count in fixes.items() if count >= _LEAST_FIXES]
     judged.sort(key=lambda row: (-row[2], row[0]))
@@ -97,9 +100,15 @@ def _named(rows, names):
     return [(names.get(vessel, vessel), *others) for vessel, *others in rows]
 
 
-def _map(store, rows):
+def _drawing(height):
+    """A figure with one pair of axes: margins that are given take no time to find."""
     from matplotlib.figure import Figure
 
+    figure = Figure(figsize=(11.0, height))
+    return figure, figure.add_axes((0.08, 0.6 / height, 0.9, 1.0 - 0.7 / height))
+
+
+def _map(store, rows):
     every = max(1, rows // _MAP_POINTS)
     points = [
         pl.scan_parquet(path, glob=False).select("lon_deg", "lat_deg").gather_every(every).collect().drop_nulls()
@@ -107,8 +116,7 @@ def _map(store, rows):
     ]
     points = pl.concat(points)
     longitude, latitude = points["lon_deg"].to_numpy(), points["lat_deg"].to_numpy()
-    figure = Figure(figsize=(11.0, 8.0), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = _drawing(8.0)
     if len(points):
         axes.hexbin(longitude, latitude, gridsize=300, bins="log", mincnt=1, cmap="viridis", linewidths=0.0)
         axes.set_aspect(1.0 / max(np.cos(np.radians(np.median(latitude))), 0.1))
@@ -119,10 +127,7 @@ def _map(store, rows):
 
 
 def _coverage(numbers, days):
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11.0, 3.0), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = _drawing(3.0)
     rows = [sum(each["rows"] for (day, _), each in numbers.items() if day == wanted) for wanted in days]
     axes.bar([date_of(day) for day in days], rows)
     axes.set_ylabel("rows")
@@ -132,11 +137,8 @@ def _coverage(numbers, days):
 
 
 def _intervals(counts):
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11.0, 3.0), layout="constrained")
-    axes = figure.subplots()
-    names = [f"≤ {edge:g}" for edge in INTERVALS] + ["longer"]
+    figure, axes = _drawing(3.0)
+    names = [f"≤ {edge:g}" for edge in COUNTED_INTERVALS] + ["longer"]
     axes.bar(names, counts)
     axes.set_xlabel("interval (s)")
     axes.set_ylabel("reports")

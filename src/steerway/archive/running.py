@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from steerway.archive import inputs, page
+from steerway.archive.levels import levels, profile_names
 from steerway.archive.schedule import run_chains
 from steerway.archive.store import Store, date_of
 from steerway.archive.summaries import write_unfinished_trips
@@ -19,10 +20,8 @@ from steerway.archive.unit import LOOKAHEAD, Work
 from steerway.core.errors import InputError
 from steerway.core.files import made_directory
 from steerway.estimation.course.update.aids import expect_aids
-from steerway.estimation.profiles import BUILT_IN, Profile
+from steerway.estimation.profiles import Profile
 
-PROFILES = ("ais", "ais-class-a", "ais-class-b")
-"""Built-in profiles of `formats.ais_tables.MOBILES`: unknown, class A, class B."""
 UNIT_ROWS = 400_000
 """Rows of a unit to aim at: below 200,000 reading and writing cost more than filtering."""
 _BYTES_A_ROW, _BYTES_A_WORKER = 700, 250e6
@@ -131,8 +130,7 @@ def kernels_digest() -> str:
 
 def _manifest(store, files, buckets, memory, workers, smooth, rate, aid, profile) -> dict[str, Any]:
     """The manifest of the archive, begun where there is none. Raises InputError where it was made with others."""
-    chosen = [profile or BUILT_IN[name] for name in PROFILES]
-    profiles = [each.model_dump(exclude={"intervals"}) for each in chosen]
+    profiles = [[each.model_dump(exclude={"intervals"}) for each in some] for some in levels(profile)]
     wanted: dict[str, Any] = {
         "version": version("steerway"),
         "kernels": kernels_digest(),
@@ -152,11 +150,7 @@ def _manifest(store, files, buckets, memory, workers, smooth, rate, aid, profile
     wanted["buckets"] = buckets or manifest.get("buckets")
     for name in _SETTINGS:
         if manifest.get(name) != wanted[name]:
-            shown = (
-                (manifest.get(name), wanted[name])
-                if name != "profiles"
-                else ("/".join(each["name"] for each in manifest[name]), "others")
-            )
+            shown = (manifest.get(name), wanted[name]) if name != "profiles" else (profile_names(manifest), "others")
             raise InputError(
                 f"{store.root} was made with {name} {shown[0]!r}, not {shown[1]!r}: expected the same settings, or "
                 "another directory"
@@ -265,7 +259,7 @@ def chains(store: Store, manifest: dict[str, Any]) -> list[list[Work]]:
                     days[i],
                     bucket,
                     days[i - 1] if i else None,
-                    tuple(manifest["profiles"]),
+                    tuple(map(tuple, manifest["profiles"])),
                     tuple(manifest["aid"]),
                     manifest["smooth"],
                     manifest["rate"],

@@ -9,11 +9,10 @@ from multiprocessing.connection import wait
 from typing import Any
 
 from steerway.archive.unit import Work, run_unit
-from steerway.core.errors import InputError
+from steerway.core.cluster import connected
 from steerway.core.workers import Worker
 
 MOST_LOSSES = 3
-_CONNECTING = 10.0
 Chains = list[list[Work]]
 Outcome = tuple[Work, dict[str, Any] | None]
 """A unit and its numbers; None where it was given up."""
@@ -66,15 +65,9 @@ def _on_this_machine(chains: Chains, workers: int) -> Iterator[Outcome]:
 
 
 def _on_cluster(chains: Chains, address: str) -> Iterator[Outcome]:
-    try:
+    with connected(address, "--scheduler") as client:
         from dask import distributed
-    except ImportError:
-        raise InputError("--scheduler needs the optional extra: pip install 'steerway[dask]'") from None
-    try:
-        client = distributed.Client(address, timeout=_CONNECTING, set_as_default=False)
-    except (OSError, TimeoutError, ValueError) as error:
-        raise InputError(f"no Dask scheduler responds at {address!r}, expected host:port ({error})") from None
-    with client:
+
         of_key = {}
         for chain in chains:
             before = None

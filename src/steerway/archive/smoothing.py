@@ -10,19 +10,19 @@ LONGEST_CROSSED = 1800.0
 
 
 @kernel
-def _smooth_pieces(bounds, profile, time, parameters, kept, estimate):
+def _smooth_pieces(bounds, row_of, time, parameters, kept, estimate):
     for i in range(len(bounds) - 1):
         rows = slice(bounds[i], bounds[i + 1])
-        smooth(time[rows], True, parameters[profile[i], 0], kept[rows], estimate[rows])
+        smooth(time[rows], True, parameters, row_of[rows], kept[rows], estimate[rows])
 
 
-def smoothed(order, pieces, profile, time, parameters, kept, estimate) -> np.ndarray:
+def smoothed(order, pieces, row_of, time, parameters, kept, estimate) -> np.ndarray:
     """The estimate (n, OUTPUTS) in the given order of rows, smoothed within pieces.
 
     Args:
-        order: (n,) rows by track and time. pieces: (m + 1,) where in that order pieces begin. profile: (n,) of rows.
-        time, kept, estimate: as `association.associate` has them.
+        order: (n,) rows by track and time. pieces: (m + 1,) where in that order pieces begin. row_of: (n,) by which of
+            the parameters (any, k) each row was predicted. time, kept, estimate: as `association.associate` has them.
     """
     time, kept, estimate = time[order], kept[order], estimate[order]
-    _smooth_pieces(pieces, profile[order][pieces[:-1]], time, parameters, kept, estimate)
+    _smooth_pieces(pieces, row_of[order], time, parameters, kept, estimate)
     return estimate

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from steerway.archive.levels import profile_names
 from steerway.archive.running import chains
 from steerway.archive.store import Store, date_of
 
@@ -14,7 +15,7 @@ def status(directory: str | Path) -> dict[str, Any]:
     done, todo = sorted(store.done()), sum(map(len, chains(store, manifest)))
     numbers = [store.numbers(*unit) for unit in done]
     days = sorted({day for day, _ in store.staged_units()})
-    settings = [f"{manifest['buckets']} buckets", "/".join(each["name"] for each in manifest["profiles"])]
+    settings = [f"{manifest['buckets']} buckets", profile_names(manifest)]
     settings += ["smoothed"] if manifest["smooth"] else []
     settings += [f"{manifest['rate']:g} Hz"] if manifest["rate"] else []
     settings += [f"aided by {', '.join(manifest['aid'])}"] if manifest["aid"] else []

@@ -5,7 +5,7 @@ import polars as pl
 
 from steerway.archive.histories import TRIP_COLUMNS, unfinished
 from steerway.archive.store import Store
-from steerway.archive.unit import trip_table
+from steerway.archive.tables import trip_table
 from steerway.core.files import complete_or_absent
 
 UNFINISHED = "unfinished.parquet"

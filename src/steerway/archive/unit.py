@@ -8,16 +8,26 @@ from typing import Any, NamedTuple
 import numpy as np
 import polars as pl
 
-from steerway.archive.association import CURRENT_TRACK, LAST, MOVED, NUMBER, TRACK, USE, associate, empty_vessels
-from steerway.archive.histories import CARRIED, EVENT_COLUMNS, EVENTS, MODES, TRIP_COLUMNS, carries, history
+from steerway.archive.association import (
+    CURRENT_TRACK,
+    LAST,
+    MOVED,
+    NUMBER,
+    TRACK,
+    USE,
+    associate,
+    empty_vessels,
+)
+from steerway.archive.histories import CARRIED, EVENT_COLUMNS, TRIP_COLUMNS, carries, history
+from steerway.archive.levels import parameters as parameters_of
 from steerway.archive.smoothing import LONGEST_CROSSED, smoothed
 from steerway.archive.store import DAY, State, Store
+from steerway.archive.tables import estimate_table, event_table, numbers, trip_table
 from steerway.core.files import complete_or_absent
-from steerway.core.records import NO_COURSE, OK, REJECTED, STATUSES
+from steerway.core.records import REJECTED
 from steerway.estimation.course.motion.layout import STEP_ROWS, empty_bank
 from steerway.estimation.course.output import OUTPUTS
 from steerway.estimation.course.update.aids import AIDS, NO_AIDS
-from steerway.estimation.profiles import Profile
 
 LOOKAHEAD = 3600.0
 """s of the next day that smoothing looks at: an estimate depends on fixes of the next minutes."""
@@ -25,7 +35,6 @@ _SLOTS = 128
 _AT_ONCE = 1e-4
 """s between a report and a row at the output rate that are one."""
 _ORDER = ("mmsi", "time_s", "lat_deg", "lon_deg", "sog_mps", "cog_deg", "heading_deg", "hull", "mobile")
-_STATUS, _EVENT, _MODE = (pl.Series(names, dtype=pl.Enum(names)) for names in (STATUSES, EVENTS, MODES))
 _LEAST_EVENTS = 1000
 
 
@@ -37,7 +46,7 @@ class Work:
     day: int  # since 1970
     bucket: int
     before: int | None  # the day whose state to go on from
-    profiles: tuple[dict[str, Any], ...]  # of `formats.ais_tables.MOBILES`
+    profiles: tuple[tuple[dict[str, Any], ...], ...]  # of `formats.ais_tables.MOBILES`, each in all levels
     aid: tuple[str, ...] = ()
     smooth: bool = False
     rate: float | None = None
@@ -66,13 +75,14 @@ class Found(NamedTuple):
     status: np.ndarray
     track: np.ndarray
     event: np.ndarray
+    row_of: np.ndarray
     kept: np.ndarray
 
 
 def run_unit(work: Work) -> dict[str, Any]:
     """Filter a unit, write its files and, when they are there, its state; returns its numbers."""
     store = Store(Path(work.directory))
-    parameters = np.stack([Profile(**each).parameters(work.aid) for each in work.profiles])
+    parameters = parameters_of(work.profiles, work.aid)
     frame = store.staged(work.day, work.bucket)
     received = len(frame)
     frame = _ordered(frame)
@@ -87,26 +97,25 @@ def run_unit(work: Work) -> dict[str, Any]:
     state = _with_vessels(state, np.unique(rows.mmsi), parameters)
     found = _filtered(rows, parameters, state, work.smooth)
     order, bounds = _by_track(rows.mmsi, found.track)
-    estimate = found.estimate[order]
-    if work.smooth:
-        estimate = _smoothed(rows, found, order, following, parameters, state, work)
-    tracks = np.column_stack([rows.mmsi[order], found.track[order]])[bounds[:-1]] if len(order) else state.tracks[:0]
+    estimate = _smoothed(rows, found, following, parameters, state, work) if work.smooth else found.estimate
+    first = order[bounds[:-1]]
+    tracks = np.column_stack([rows.mmsi[first], found.track[first]])
     state, events, trips = _histories(rows, found, order, bounds, estimate, tracks, state)
     tables = {
-        "estimate": _estimate_table(rows, found, order, estimate),
-        "events": _event_table(tracks, events),
+        "estimate": estimate_table(rows, found, order, estimate),
+        "events": event_table(tracks, events),
         "trips": trip_table(tracks, trips),
     }
     for kind, table in tables.items():
         with complete_or_absent(store.path(kind, work.day, work.bucket)) as file:
             table.write_parquet(file, compression="zstd", compression_level=1)
-    numbers = _numbers(rows, found, tracks) | {
+    counts = numbers(rows, found, _bounds(rows.mmsi)) | {
         "reports": received,
         "doubled": received - len(frame),
         "looked_ahead": len(following),
     }
-    store.finish(work.day, work.bucket, state, numbers)
-    return numbers
+    store.finish(work.day, work.bucket, state, counts)
+    return counts
 
 
 def _ordered(frame: pl.DataFrame) -> pl.DataFrame:
@@ -198,7 +207,7 @@ def _on_the_grid(time, rate):
 
 
 def _no_state(parameters) -> State:
-    shape = empty_bank(parameters[0]).shape
+    shape = empty_bank(parameters[0, 0]).shape
     vessels, slots, banks = empty_vessels(0, shape)
     return State(np.zeros(0, np.int64), vessels, slots, banks, np.zeros((0, 2), np.int64), carries(0))
 
@@ -206,7 +215,7 @@ def _no_state(parameters) -> State:
 def _with_vessels(state: State, mmsi, parameters) -> State:
     """The state with vessels that are new."""
     new = np.setdiff1d(mmsi, state.mmsi)
-    added = empty_vessels(len(new), empty_bank(parameters[0]).shape)
+    added = empty_vessels(len(new), empty_bank(parameters[0, 0]).shape)
     numbers = np.concatenate([state.mmsi, new])
     place = np.argsort(numbers, kind="stable")
     old = (state.vessels, state.slots, state.banks)
@@ -217,19 +226,23 @@ def _with_vessels(state: State, mmsi, parameters) -> State:
 def _filtered(rows: Rows, parameters, state: State, keep) -> Found:
     """The rows through the filters of `state`, which go on."""
     n, states = len(rows.time), state.banks.shape[-1]
-    estimate = np.full((n, OUTPUTS), np.nan)
-    found = (np.empty(n), np.empty(n, np.uint8), np.empty(n, np.int64), np.empty(n, np.uint8))
+    estimate = np.empty((n, OUTPUTS))
+    found = (np.empty(n), *(np.empty(n, kind) for kind in (np.uint8, np.int64, np.uint8, np.uint8)))
     kept = np.empty((n if keep else 0, states + 2, states))
-    here = np.searchsorted(state.mmsi, np.unique(rows.mmsi))
-    bounds = np.r_[0, np.flatnonzero(np.diff(rows.mmsi)) + 1, n] if n else np.zeros(1, np.int64)
+    bounds = _bounds(rows.mmsi)
+    here = np.searchsorted(state.mmsi, rows.mmsi[bounds[:-1]])
     arrays = [each[here] for each in (state.vessels, state.slots, state.banks)]
-    terms = np.zeros((len(parameters), _SLOTS, STEP_ROWS, states))
+    terms = np.zeros((*parameters.shape[:2], _SLOTS, STEP_ROWS, states))
     record = (rows.time, rows.latitude, rows.longitude, rows.aids, rows.hull, rows.profile, rows.asked)
     associate(bounds, record, parameters, *arrays, terms, estimate, found, kept)
     for whole, part in zip((state.vessels, state.slots, state.banks), arrays, strict=True):
         whole[here] = part
-    nis, status, track, event = found
-    return Found(estimate, nis, status, track, event, kept)
+    return Found(estimate, *found, kept)
+
+
+def _bounds(mmsi) -> np.ndarray:
+    """Where the rows of vessels begin, and where the last one's end."""
+    return np.r_[0, np.flatnonzero(np.diff(mmsi)) + 1, len(mmsi)] if len(mmsi) else np.zeros(1, np.int64)
 
 
 def _by_track(mmsi, track) -> tuple[np.ndarray, np.ndarray]:
@@ -239,23 +252,22 @@ def _by_track(mmsi, track) -> tuple[np.ndarray, np.ndarray]:
     return order, np.r_[0, np.flatnonzero(change) + 1, len(order)] if len(order) else np.zeros(1, np.int64)
 
 
-def _smoothed(rows, found, order, following, parameters, state, work) -> np.ndarray:
-    """The estimate in `order`, from an hour of the next day back. Pieces end at gaps and where a ship moved."""
+def _smoothed(rows, found, following, parameters, state, work) -> np.ndarray:
+    """The estimate, from an hour of the next day back. Pieces end at gaps and where a ship moved."""
     ahead = _rows(following, work)
     later = _with_vessels(state, np.unique(ahead.mmsi), parameters)
     beyond = _filtered(ahead, parameters, State(*(np.copy(each) for each in vars(later).values())), True)
-    mmsi, time, profile = (
-        np.concatenate([getattr(r, name) for r in (rows, ahead)]) for name in ("mmsi", "time", "profile")
-    )
-    track, event, estimate, kept = (
-        np.concatenate([getattr(f, name) for f in (found, beyond)]) for name in ("track", "event", "estimate", "kept")
+    mmsi, time = (np.concatenate([getattr(r, name) for r in (rows, ahead)]) for name in ("mmsi", "time"))
+    track, event, row_of, estimate, kept = (
+        np.concatenate([getattr(f, name) for f in (found, beyond)])
+        for name in ("track", "event", "row_of", "estimate", "kept")
     )
     whole, bounds = _by_track(mmsi, track)
     split = (np.diff(time[whole]) > LONGEST_CROSSED) | (event[whole][1:] == MOVED)
     pieces = np.union1d(bounds, np.flatnonzero(split) + 1)
     result = np.empty_like(estimate)
-    result[whole] = smoothed(whole, pieces, profile, time, parameters, kept, estimate)
-    return result[order]
+    result[whole] = smoothed(whole, pieces, row_of, time, parameters.reshape(-1, parameters.shape[-1]), kept, estimate)
+    return result[: len(rows.time)]
 
 
 def _histories(rows, found, order, bounds, estimate, tracks, state):
@@ -263,18 +275,12 @@ def _histories(rows, found, order, bounds, estimate, tracks, state):
     known = {tuple(each): i for i, each in enumerate(state.tracks.tolist())}
     places = [known.get(tuple(each), -1) for each in tracks.tolist()]
     carry = np.array([state.carry[i] if i >= 0 else np.zeros(CARRIED) for i in places]).reshape(-1, CARRIED)
-    record = (
-        rows.time[order],
-        estimate,
-        found.status[order],
-        found.event[order],
-        rows.reported[order],
-    )
+    record = (rows.time, estimate, found.status, found.event, rows.reported)
     room = _LEAST_EVENTS + len(order) // 8
     while True:
         events, trips = np.empty((room, EVENT_COLUMNS)), np.empty((room, TRIP_COLUMNS))
         gone_on = carry.copy()
-        e, t = history(bounds, record, gone_on, events, trips)
+        e, t = history(bounds, order, record, gone_on, events, trips)
         if max(e, t) <= room:
             break
         room = max(e, t)
@@ -285,106 +291,3 @@ def _histories(rows, found, order, bounds, estimate, tracks, state):
     carried = np.concatenate([state.carry[kept], gone_on])[place]
     whole = State(state.mmsi, state.vessels, state.slots, state.banks, keys[place], carried)
     return whole, events[:e], trips[:t]
-
-
-def _estimate_table(rows, found, order, estimate) -> pl.DataFrame:
-    chosen, values = order, np.ascontiguousarray(estimate.T)
-    if not rows.wanted.all():
-        wanted = rows.wanted[order]
-        chosen, values = order[wanted], values[:, wanted]
-    compass = np.mod(np.degrees(values[3]), 360.0).astype(np.float32)
-    compass[compass >= 360.0] = 0.0
-
-    def single(array):
-        return pl.Series(array.astype(np.float32), nan_to_null=True)
-
-    return pl.DataFrame(
-        {
-            "mmsi": rows.mmsi[chosen],
-            "track": found.track[chosen].astype(np.int16),
-            "time_s": rows.time[chosen],
-            "lat_deg": pl.Series(np.degrees(values[0]), nan_to_null=True),
-            "lon_deg": pl.Series(np.degrees(values[1]), nan_to_null=True),
-            "sog_mps": single(values[2]),
-            "cog_deg": single(compass),
-            "course_rate_dps": single(np.degrees(values[4])),
-            "sog_std_mps": single(values[5]),
-            "cog_std_deg": single(np.degrees(values[6])),
-            "course_rate_std_dps": single(np.degrees(values[7])),
-            "position_std_m": single(values[8]),
-            "nis": single(found.nis[chosen]),
-            "status": _STATUS.gather(found.status[chosen]),
-        }
-    )
-
-
-def _event_table(tracks, events) -> pl.DataFrame:
-    track = tracks[events[:, 0].astype(np.int64)] if len(events) else np.zeros((0, 2), np.int64)
-    return pl.DataFrame(
-        {
-            "mmsi": track[:, 0],
-            "track": track[:, 1].astype(np.int16),
-            "event": _EVENT.gather(events[:, 1].astype(np.uint32)),
-            "start_s": events[:, 2],
-            "end_s": events[:, 3],
-            "lat_deg": np.degrees(events[:, 4]),
-            "lon_deg": np.degrees(events[:, 5]),
-            "value": events[:, 6],
-            "reports": events[:, 7].astype(np.int32),
-        }
-    )
-
-
-def trip_table(tracks, trips) -> pl.DataFrame:
-    """Trips and stops: mmsi, track, what, start and end with their places, distance, duration, speeds."""
-    track = tracks[trips[:, 0].astype(np.int64)] if len(trips) else np.zeros((0, 2), np.int64)
-    duration = trips[:, 3] - trips[:, 2]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        mean = np.where(duration > 0.0, trips[:, 8] / duration, np.nan)
-    return pl.DataFrame(
-        {
-            "mmsi": track[:, 0],
-            "track": track[:, 1].astype(np.int16),
-            "what": _MODE.gather(trips[:, 1].astype(np.uint32)),
-            "start_s": trips[:, 2],
-            "end_s": trips[:, 3],
-            "start_lat_deg": np.degrees(trips[:, 4]),
-            "start_lon_deg": np.degrees(trips[:, 5]),
-            "end_lat_deg": np.degrees(trips[:, 6]),
-            "end_lon_deg": np.degrees(trips[:, 7]),
-            "distance_m": trips[:, 8],
-            "duration_s": duration,
-            "mean_speed_mps": pl.Series(mean, nan_to_null=True),
-            "greatest_sog_mps": trips[:, 9],
-        }
-    )
-
-
-def _numbers(rows, found, tracks) -> dict[str, Any]:
-    """Counts of a unit for the page: by class the rows, and the NIS under way and at rest; by vessel under way."""
-    fixed = np.isfinite(rows.latitude)
-    numbers: dict[str, Any] = {
-        "rows": int(rows.wanted.sum()),
-        "vessels": len(np.unique(rows.mmsi)),
-        "tracks": len(tracks),
-        "rejected": int((fixed & (found.status == REJECTED)).sum()),
-    }
-    counted = fixed & np.isfinite(found.nis) & (found.status != REJECTED)
-    for mobile in range(3):
-        for name, status in (("under_way", OK), ("at_rest", NO_COURSE)):
-            chosen = counted & (rows.profile == mobile) & (found.status == status)
-            numbers[f"{name}_{mobile}"] = int(chosen.sum())
-            numbers[f"{name}_{mobile}_nis"] = float(found.nis[chosen].sum())
-    under_way = counted & (found.status == OK)
-    vessel, of_row = np.unique(rows.mmsi[under_way], return_inverse=True)
-    nis = np.bincount(of_row, found.nis[under_way], minlength=len(vessel))
-    numbers["nis_of"] = [vessel.tolist(), np.bincount(of_row, minlength=len(vessel)).tolist(), nis.tolist()]
-    same = np.diff(rows.mmsi) == 0
-    elapsed = np.diff(rows.time)[same & fixed[1:] & fixed[:-1]]
-    edges = np.array(INTERVALS)
-    numbers["intervals"] = np.bincount(np.searchsorted(edges, elapsed), minlength=len(edges) + 1).tolist()
-    return numbers
-
-
-INTERVALS = (2.5, 5.0, 7.5, 10.5, 15.0, 30.5, 60.5, 120.5, 180.5, 600.0, 1800.0)
-"""s, upper ends of the classes of intervals that are counted."""

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from steerway.commands.logs import Aids, From, _aids, _moment
+from steerway.commands.options import Aids, From, aid_names, moment
 from steerway.commands.terminal import flag, print_json, print_pairs, print_table, progress_line
 from steerway.core.errors import InputError
 
@@ -81,7 +81,7 @@ def run(
                 scheduler=scheduler,
                 smooth=smooth,
                 rate=rate,
-                aid=_aids(aid),
+                aid=aid_names(aid),
                 profile=chosen,
                 vessel_column=vessel_column,
                 strict=strict,
@@ -175,7 +175,7 @@ def export(
     """
     from steerway.archive.selecting import export as export_rows
 
-    count = export_rows(directory, out, mmsi or (), _box(bbox), _moment("--from", start), _moment("--to", stop))
+    count = export_rows(directory, out, mmsi or (), _box(bbox), moment("--from", start), moment("--to", stop))
     print(f"wrote {out}: {count:,} rows")
 
 

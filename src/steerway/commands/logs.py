@@ -7,51 +7,23 @@ from typing import Annotated
 
 import typer
 
+from steerway.commands.options import (
+    Aids,
+    AsJson,
+    From,
+    Logs,
+    MaxSize,
+    ProfileName,
+    Source,
+    Until,
+    aid_names,
+    expect_toml,
+    hertz,
+    read_logs,
+    refuse_overwriting,
+)
 from steerway.commands.terminal import flag, print_json, print_notes, print_pairs, print_table, progress_line
 from steerway.core.errors import InputError
-
-
-def _hertz(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(f"--rate is {text!r}, expected a number in Hz") from None
-
-
-Logs = Annotated[
-    list[str],
-    typer.Argument(metavar="LOG...", help="Log files of any supported format, also .gz; - for standard input."),
-]
-Source = Annotated[
-    str | None,
-    typer.Option("--source", metavar="NAME", help="Use the positions of this source; `info` lists the sources."),
-]
-From = Annotated[
-    str | None, typer.Option("--from", metavar="TIME", help="Start of the interval: ISO 8601 (UTC) or Unix s.")
-]
-Until = Annotated[
-    str | None,
-    typer.Option("--until", metavar="TIME", help="End of the interval (excluded): ISO 8601 (UTC) or Unix s."),
-]
-MaxSize = Annotated[
-    float | None,
-    typer.Option(
-        "--max-size", metavar="BYTES", help="Largest size to which a compressed log may unpack; 1e9 by default."
-    ),
-]
-AsJson = Annotated[bool, flag("--json", help="JSON output.")]
-ProfileName = Annotated[
-    str | None,
-    typer.Option(
-        "--profile", metavar="NAME|FILE.toml", help="Filter profile; by default all is inferred from the log."
-    ),
-]
-Aids = Annotated[
-    str | None,
-    typer.Option(
-        "--aid", metavar="LIST", help="Further measurements to use, of: auto, sog, cog, heading, water-speed, yaw-rate."
-    ),
-]
 
 
 def estimate(
@@ -71,7 +43,7 @@ def estimate(
         ),
     ] = None,
     rate: Annotated[
-        float | None, typer.Option(metavar="HZ", parser=_hertz, help="Output rate in Hz; by default one row per fix.")
+        float | None, typer.Option(metavar="HZ", parser=hertz, help="Output rate in Hz; by default one row per fix.")
     ] = None,
     smooth: Annotated[
         bool, flag("--smooth", help="Smooth (fixed-interval, RTS): every estimate uses the whole log.")
@@ -122,7 +94,7 @@ def estimate(
     if episodes is not None:
         expect_writable(episodes)
         refuse_overwriting(episodes, logs)
-    aids = _aids(aid)
+    aids = aid_names(aid)
     fixes = on_time(read_logs(logs, source, start, stop, max_size), latency)
     if no_accuracy:
         fixes = replace(fixes, position_std=None)
@@ -312,7 +284,7 @@ def predict(
         writer(out, tracks=False)
     horizons = horizon or [600.0]
     fixes = read_logs(logs, source, start, stop, max_size)
-    predictions = forecast(fixes, horizons, profile, None if aid is None else _aids(aid))
+    predictions = forecast(fixes, horizons, profile, None if aid is None else aid_names(aid))
     frame = predictions.to_frame()
     if out is not None:
         write(predictions, out)
@@ -341,57 +313,6 @@ def _print_predictions(frame):
         for row in frame.iter_rows(named=True)
     ]
     print_table("", (*vessel, "time", "ahead", "latitude", "longitude", "95 % ellipse", "along"), rows)
-
-
-def expect_toml(path: Path) -> None:
-    """Raises InputError for a profile's path that does not end in .toml."""
-    if path.suffix != ".toml":
-        raise InputError(f"profile {path} ends in {path.suffix or 'nothing'!r}, expected .toml")
-
-
-def read_logs(logs, source, start, stop, max_size=None):
-    """The record of logs, with a progress bar."""
-    from steerway.formats.reading import read
-
-    begin, end = _moment("--from", start), _moment("--until", stop)
-    with progress_line("reading") as step:
-        return read(
-            *logs,
-            source=source,
-            start=begin,
-            stop=end,
-            progress=lambda done, total: step(done / total if total else 0.0),
-            max_size=max_size,
-        )
-
-
-def _moment(option, text) -> float | None:
-    from steerway.core.timestamps import unix_times
-
-    if text is None:
-        return None
-    try:
-        return float(text)
-    except ValueError:
-        moment = float(unix_times([text])[0])
-    if math.isnan(moment):
-        raise InputError(
-            f"{option} is {text!r}, expected a time in ISO 8601 such as 2024-09-23T14:26:10Z or in Unix seconds"
-        )
-    return moment
-
-
-def _aids(text) -> tuple[str, ...]:
-    return tuple(name.strip().replace("-", "_") for name in text.split(",") if name.strip()) if text else ()
-
-
-def refuse_overwriting(out, logs) -> None:
-    """Raises InputError when an output is one of the inputs."""
-    from steerway.formats.writing import same_file
-
-    for log in logs:
-        if same_file(out, log):
-            raise InputError(f"output {out} is also an input, expected another file")
 
 
 def _print_summary(summary):

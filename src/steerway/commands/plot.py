@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from steerway.commands.logs import AsJson, refuse_overwriting
+from steerway.commands.options import AsJson, refuse_overwriting
 from steerway.commands.terminal import print_json, print_table
 from steerway.core.errors import InputError
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from steerway.commands.logs import AsJson, From, Logs, Source, Until, expect_toml, read_logs, refuse_overwriting
+from steerway.commands.options import AsJson, From, Logs, Source, Until, expect_toml, read_logs, refuse_overwriting
 from steerway.commands.terminal import flag, print_json, print_pairs, progress_line
 
 app = typer.Typer(

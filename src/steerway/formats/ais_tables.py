@@ -1,6 +1,6 @@
 """AIS reports in tables of any size, as lazy polars frames with one set of columns.
 
-The layouts are told apart by the names of their columns (see `formats.columns`): those of the Danish authority, of
+The layouts differ in the names of their columns (see `formats.columns`): those of the Danish authority, of
 MarineCadastre before and since 2025, GeoParquet with points, and any table with MMSI, time and position. Values that
 mean "unknown" (91°, 181°, 102.3 kn, 360°, 511°) are null.
 """

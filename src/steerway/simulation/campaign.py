@@ -4,11 +4,8 @@ import os
 from collections.abc import Callable, Iterable
 from contextlib import closing
 
-from steerway.core.errors import InputError
+from steerway.core.cluster import connected
 from steerway.core.workers import in_workers
-
-CONNECTING = 10.0
-"""s to wait for a cluster's scheduler."""
 
 
 def over_seeds(
@@ -41,15 +38,9 @@ def over_seeds(
 
 def _on_cluster(run, seeds, address):
     """As `in_workers`, on a cluster."""
-    try:
+    with connected(address, "--dask") as client:
         from dask import distributed
-    except ImportError:
-        raise InputError("--dask needs the optional extra: pip install 'steerway[dask]'") from None
-    try:
-        client = distributed.Client(address, timeout=CONNECTING, set_as_default=False)
-    except (OSError, TimeoutError, ValueError) as error:
-        raise InputError(f"no Dask scheduler responds at {address!r}, expected host:port ({error})") from None
-    with client:
+
         # Not pure: a result is keyed by its seed, not by a hash of the function.
         futures = client.map(run, seeds, pure=False, key="seed")
         index_of = {future.key: index for index, future in enumerate(futures)}

@@ -12,7 +12,7 @@ from steerway.estimation.course.motion.layout import LONGEST_GAP, LONGEST_STEP, 
 from steerway.estimation.course.output import OUTPUTS
 from steerway.estimation.course.smoothing.hypotheses import HYPOTHESES
 from steerway.estimation.course.smoothing.multiple_hypothesis import smooth_modes
-from steerway.estimation.course.smoothing.rauch_tung_striebel import must_divide, smooth
+from steerway.estimation.course.smoothing.rauch_tung_striebel import FIRST_ROW, must_divide, smooth
 from steerway.estimation.course.tracking import track
 from steerway.estimation.course.update.aids import AIDS, NO_AIDS
 from steerway.estimation.course.update.reported_accuracy import variance_scales_of
@@ -181,7 +181,7 @@ def _scheduled(parameters, aid, fixes: Fixes, rate, smoothed) -> Motion:
         if divide.any():
             rows = _merged(*rows, _fillers(record[0], longest, divide[:-1]), False)
             record, output, kept = _run_schedule(parameters, aid, fixes, rows, smoothed)
-        smooth(record[0], True, parameters[0], kept, output.estimate)
+        smooth(record[0], True, parameters, FIRST_ROW, kept, output.estimate)
     time, origin, wanted = rows
     repeat_status(output.status, fixes.has_position[origin] & (origin >= 0) & np.isnan(record[1]))
     mmsi = None if fixes.mmsi is None else np.full(len(time), fixes.mmsi[0] if len(fixes) else 0)

@@ -50,7 +50,7 @@ from steerway.estimation.course.motion.layout import (
     mode_count,
 )
 from steerway.estimation.course.motion.low_speed import predict as predict_low_speed
-from steerway.estimation.course.motion.models import parts_of
+from steerway.estimation.course.motion.models import change_velocity, parts_of
 from steerway.estimation.course.output import copy_block, status_of, write_output
 from steerway.estimation.course.steerageway import set_position, start, update_phase
 from steerway.estimation.course.update.aids import (
@@ -93,6 +93,7 @@ def advance(bank, dt, parameters, terms):
     if flags[REJECTED_FOR] >= 0.0:
         flags[REJECTED_FOR] += dt
     if len(bank) == 1:
+        change_velocity(x, p, flags[PHASE] == UNDER_WAY, parameters[0])
         steps = parts_of(x, p, flags[PHASE] == UNDER_WAY, dt, parameters[0])
     else:
         steps = max(math.ceil(dt / parameters[0, LONGEST_STEP] - STEP_SLACK), 1)

@@ -9,7 +9,8 @@ import math
 from steerway.core.earth import KNOT
 from steerway.core.interpreted import part_of_kernels
 from steerway.formats import dilution
-from steerway.formats.nmea0183.text import day_number, digits, is_digit, number
+from steerway.formats.nmea0183.field import angle_of, century, letter_of, signed, time_of_day, within
+from steerway.formats.nmea0183.text import day_number, digits
 
 FORMATTERS = ("GGA", "RMC", "GLL", "GNS", "VTG", "ZDA", "HDT", "HDG", "HDM", "THS", "VHW", "ROT", "GST", "VBW", "RPM")
 GGA, RMC, GLL, GNS, VTG, ZDA, HDT, HDG, HDM, THS, VHW, ROT, GST, VBW, RPM = range(len(FORMATTERS))
@@ -38,58 +39,14 @@ TOD, DAY, LAT, LON, QUANTUM, SOG, COG, HEADING, MAGNETIC, VARIATION, WATER, YAW,
 
 _FASTEST = 1000.0 * KNOT
 _A, _E, _K, _M, _N, _S, _T, _V, _W, _Z = b"AEKMNSTVWZ"
-_DOT = ord(".")
 _MODES = (ord("N"), *b"ADPRFE")  # in the order of the quality of GGA
-
-
-@part_of_kernels
-def _within(buffer, fields, k, low, high):
-    """Field k as a number in [low, high]; NaN when empty, infinity when it is not such a number."""
-    value = number(buffer, fields[k], fields[k + 1] - 1)
-    return math.inf if value < low or value > high else value
-
-
-@part_of_kernels
-def _letter(buffer, fields, k):
-    """The one character of field k; 0 when empty, −1 when it holds more."""
-    length = fields[k + 1] - 1 - fields[k]
-    if length == 0:
-        return 0
-    return int(buffer[fields[k]]) if length == 1 else -1
-
-
-@part_of_kernels
-def _angle(buffer, fields, k, degree_digits, limit, positive, negative):
-    """Latitude or longitude of fields k, k + 1 (ddmm.mmm and its letter) and its last digit, rad.
-
-    NaN when both are empty, infinity when they are not in the format.
-    """
-    first, last = fields[k], fields[k + 1] - 1
-    letter = _letter(buffer, fields, k + 1)
-    if first == last and letter == 0:
-        return math.nan, math.nan
-    whole = degree_digits + 2
-    if last - first < whole or (letter != positive and letter != negative):
-        return math.inf, math.nan
-    degrees = digits(buffer, first, degree_digits)
-    if degrees < 0 or not is_digit(buffer[first + degree_digits]):
-        return math.inf, math.nan
-    if last - first > whole and buffer[first + whole] != _DOT:
-        return math.inf, math.nan
-    minutes = number(buffer, first + degree_digits, last)
-    angle = degrees + minutes / 60.0
-    if not minutes < 60.0 or angle > limit:
-        return math.inf, math.nan
-    decimals = max(0, last - first - whole - 1)
-    quantum = math.radians(0.1**decimals / 60.0)
-    return math.radians(angle if letter == positive else -angle), quantum
 
 
 @part_of_kernels
 def _position(buffer, fields, k, row):
     """Fields k to k + 3 into LAT, LON, QUANTUM; the reason or READ."""
-    latitude, quantum = _angle(buffer, fields, k, 2, 90.0, _N, _S)
-    longitude, quantum_lon = _angle(buffer, fields, k + 2, 3, 180.0, _E, _W)
+    latitude, quantum = angle_of(buffer, fields, k, 2, 90.0, _N, _S)
+    longitude, quantum_lon = angle_of(buffer, fields, k + 2, 3, 180.0, _E, _W)
     if math.isinf(latitude) or math.isinf(longitude):
         return POSITION
     if math.isnan(latitude) or math.isnan(longitude):
@@ -101,30 +58,10 @@ def _position(buffer, fields, k, row):
 
 
 @part_of_kernels
-def _time_of_day(buffer, first, last):
-    """hhmmss[.sss] as s; NaN when empty, infinity when impossible. A leap second reads 86400."""
-    if first == last:
-        return math.nan
-    if last - first < 6 or (last - first > 6 and buffer[first + 6] != _DOT):
-        return math.inf
-    hours, minutes = digits(buffer, first, 2), digits(buffer, first + 2, 2)
-    if not (0 <= hours < 24 and 0 <= minutes < 60 and is_digit(buffer[first + 4])):
-        return math.inf
-    seconds = number(buffer, first + 4, last)
-    return 3600.0 * hours + 60.0 * minutes + seconds if 0.0 <= seconds < 61.0 else math.inf
-
-
-@part_of_kernels
-def _century(year):
-    """A year of two digits: GPS knows none before 1980."""
-    return year + (1900 if year >= 80 else 2000)
-
-
-@part_of_kernels
 def _speed_and_course(buffer, fields, speed_field, unit, course_field, row):
     """SOG in knots or km/h and true COG, where present; the reason or READ."""
-    speed = _within(buffer, fields, speed_field, 0.0, _FASTEST / unit)
-    course = _within(buffer, fields, course_field, 0.0, 360.0)
+    speed = within(buffer, fields, speed_field, 0.0, _FASTEST / unit)
+    course = within(buffer, fields, course_field, 0.0, 360.0)
     if math.isinf(speed) or math.isinf(course):
         return FIELD
     row[SOG] = speed * unit
@@ -133,21 +70,9 @@ def _speed_and_course(buffer, fields, speed_field, unit, course_field, row):
 
 
 @part_of_kernels
-def _signed(buffer, fields, k, limit):
-    """An angle and its E or W, east positive, rad; NaN when either is empty, infinity when malformed."""
-    angle = _within(buffer, fields, k, 0.0, limit)
-    letter = _letter(buffer, fields, k + 1)
-    if letter != 0 and letter != _E and letter != _W:
-        return math.inf
-    if letter == 0:
-        return math.inf if math.isinf(angle) else math.nan
-    return math.radians(angle if letter == _E else -angle)
-
-
-@part_of_kernels
 def _gga(buffer, fields, n, row):
-    quality = _within(buffer, fields, 6, 0.0, 8.0)
-    hdop = _within(buffer, fields, 8, 0.0, 1e4)
+    quality = within(buffer, fields, 6, 0.0, 8.0)
+    hdop = within(buffer, fields, 8, 0.0, 1e4)
     if math.isinf(quality) or math.isinf(hdop):
         return FIELD
     row[STD] = dilution.deviation(hdop, quality)
@@ -156,8 +81,8 @@ def _gga(buffer, fields, n, row):
 
 @part_of_kernels
 def _rmc(buffer, fields, n, row):
-    status = _letter(buffer, fields, 2)
-    mode = _letter(buffer, fields, 12) if n > 12 else _A
+    status = letter_of(buffer, fields, 2)
+    mode = letter_of(buffer, fields, 12) if n > 12 else _A
     if status == _V or status == 0 or mode == _N:
         return NO_FIX
     if status != _A or mode < 0:
@@ -168,11 +93,11 @@ def _rmc(buffer, fields, n, row):
             return TIME
         year = digits(buffer, first + 4, 2)
         row[DAY] = day_number(
-            _century(year) if year >= 0 else -1, digits(buffer, first + 2, 2), digits(buffer, first, 2)
+            century(year) if year >= 0 else -1, digits(buffer, first + 2, 2), digits(buffer, first, 2)
         )
         if math.isinf(row[DAY]):
             return TIME
-    row[VARIATION] = _signed(buffer, fields, 10, 180.0)
+    row[VARIATION] = signed(buffer, fields, 10, 180.0)
     if math.isinf(row[VARIATION]):
         return FIELD
     reason = _speed_and_course(buffer, fields, 7, KNOT, 8, row)
@@ -182,8 +107,8 @@ def _rmc(buffer, fields, n, row):
 @part_of_kernels
 def _gll(buffer, fields, n, row):
     if n >= 7:
-        status = _letter(buffer, fields, 6)
-        mode = _letter(buffer, fields, 7) if n > 7 else _A
+        status = letter_of(buffer, fields, 6)
+        mode = letter_of(buffer, fields, 7) if n > 7 else _A
         if status == _V or status == 0 or mode == _N:
             return NO_FIX
         if status != _A or mode < 0:
@@ -194,7 +119,7 @@ def _gll(buffer, fields, n, row):
 @part_of_kernels
 def _gns(buffer, fields, n, row):
     fixed, least = False, math.inf
-    hdop = _within(buffer, fields, 8, 0.0, 1e4)
+    hdop = within(buffer, fields, 8, 0.0, 1e4)
     for i in range(fields[6], fields[7] - 1):
         if not _A <= buffer[i] <= _Z:
             return FIELD
@@ -217,10 +142,10 @@ def _quality(mode):
 
 @part_of_kernels
 def _vtg(buffer, fields, n, row):
-    if n > 9 and _letter(buffer, fields, 9) == _N:
+    if n > 9 and letter_of(buffer, fields, 9) == _N:
         return NO_FIX
     for k, unit in ((2, _T), (4, _M), (6, _N), (8, _K)):
-        if _letter(buffer, fields, k) != 0 and _letter(buffer, fields, k) != unit:
+        if letter_of(buffer, fields, k) != 0 and letter_of(buffer, fields, k) != unit:
             return FIELD
     if fields[6] - 1 == fields[5]:
         return _speed_and_course(buffer, fields, 7, 1.0 / 3.6, 1, row)
@@ -229,23 +154,23 @@ def _vtg(buffer, fields, n, row):
 
 @part_of_kernels
 def _zda(buffer, fields, n, row):
-    day = _within(buffer, fields, 2, 1.0, 31.0)
-    month = _within(buffer, fields, 3, 1.0, 12.0)
-    year = _within(buffer, fields, 4, 0.0, 2199.0)
+    day = within(buffer, fields, 2, 1.0, 31.0)
+    month = within(buffer, fields, 3, 1.0, 12.0)
+    year = within(buffer, fields, 4, 0.0, 2199.0)
     if math.isinf(day) or math.isinf(month) or math.isinf(year):
         return TIME
     if day > 0.0 and month > 0.0 and year >= 0.0:
-        row[DAY] = day_number(_century(int(year)) if year < 100.0 else int(year), int(month), int(day))
+        row[DAY] = day_number(century(int(year)) if year < 100.0 else int(year), int(month), int(day))
     return TIME if math.isinf(row[DAY]) else READ
 
 
 @part_of_kernels
 def _heading(buffer, fields, kind, row):
     """HDT, THS (true), HDM and HDG (magnetic; deviation applied, variation kept)."""
-    angle = math.radians(_within(buffer, fields, 1, 0.0, 360.0))
+    angle = math.radians(within(buffer, fields, 1, 0.0, 360.0))
     if math.isinf(angle):
         return FIELD
-    letter = _letter(buffer, fields, 2)
+    letter = letter_of(buffer, fields, 2)
     if kind == THS and (letter == _V or letter == 0):
         return NO_FIX
     if (kind == HDT and letter != _T) or (kind == HDM and letter != _M) or (kind == THS and letter < 0):
@@ -255,7 +180,7 @@ def _heading(buffer, fields, kind, row):
         return READ
     row[MAGNETIC] = angle
     if kind == HDG:
-        deviation, variation = _signed(buffer, fields, 2, 180.0), _signed(buffer, fields, 4, 180.0)
+        deviation, variation = signed(buffer, fields, 2, 180.0), signed(buffer, fields, 4, 180.0)
         if math.isinf(deviation) or math.isinf(variation):
             return FIELD
         if math.isfinite(deviation):
@@ -267,11 +192,11 @@ def _heading(buffer, fields, kind, row):
 @part_of_kernels
 def _vhw(buffer, fields, n, row):
     for k, unit in ((2, _T), (4, _M), (6, _N), (8, _K)):
-        if _letter(buffer, fields, k) != 0 and _letter(buffer, fields, k) != unit:
+        if letter_of(buffer, fields, k) != 0 and letter_of(buffer, fields, k) != unit:
             return FIELD
-    angle = _within(buffer, fields, 1, 0.0, 360.0)
-    knots = _within(buffer, fields, 5, -100.0, 100.0)
-    kilometres = _within(buffer, fields, 7, -200.0, 200.0)
+    angle = within(buffer, fields, 1, 0.0, 360.0)
+    knots = within(buffer, fields, 5, -100.0, 100.0)
+    kilometres = within(buffer, fields, 7, -200.0, 200.0)
     if math.isinf(angle) or math.isinf(knots) or math.isinf(kilometres):
         return FIELD
     row[HEADING] = math.radians(angle)
@@ -281,10 +206,10 @@ def _vhw(buffer, fields, n, row):
 
 @part_of_kernels
 def _rot(buffer, fields, n, row):
-    if _letter(buffer, fields, 2) == _V:
+    if letter_of(buffer, fields, 2) == _V:
         return NO_FIX
-    rate = _within(buffer, fields, 1, -5400.0, 5400.0)
-    if math.isinf(rate) or _letter(buffer, fields, 2) != _A:
+    rate = within(buffer, fields, 1, -5400.0, 5400.0)
+    if math.isinf(rate) or letter_of(buffer, fields, 2) != _A:
         return FIELD
     row[YAW] = math.radians(rate) / 60.0
     return READ
@@ -294,8 +219,8 @@ def _rot(buffer, fields, n, row):
 def _vbw(buffer, fields, n, row):
     """Speeds along the hull through the water and over ground, each with a status; those across are not used."""
     for speed, status, column in ((1, 3, WATER), (4, 6, BOTTOM)):
-        knots = _within(buffer, fields, speed, -100.0, 100.0)
-        letter = _letter(buffer, fields, status)
+        knots = within(buffer, fields, speed, -100.0, 100.0)
+        letter = letter_of(buffer, fields, status)
         if math.isinf(knots) or (letter != _A and letter != _V and letter != 0):
             return FIELD
         if letter == _A:
@@ -306,8 +231,8 @@ def _vbw(buffer, fields, n, row):
 @part_of_kernels
 def _rpm(buffer, fields, n, row):
     """Speed of a shaft or engine; astern is negative."""
-    source, status = _letter(buffer, fields, 1), _letter(buffer, fields, 5)
-    turns = _within(buffer, fields, 3, -1e5, 1e5)
+    source, status = letter_of(buffer, fields, 1), letter_of(buffer, fields, 5)
+    turns = within(buffer, fields, 3, -1e5, 1e5)
     if (source != _S and source != _E) or math.isinf(turns) or (status != _A and status != _V):
         return FIELD
     if status == _V:
@@ -318,7 +243,7 @@ def _rpm(buffer, fields, n, row):
 
 @part_of_kernels
 def _gst(buffer, fields, n, row):
-    north, east = _within(buffer, fields, 6, 0.0, 1e6), _within(buffer, fields, 7, 0.0, 1e6)
+    north, east = within(buffer, fields, 6, 0.0, 1e6), within(buffer, fields, 7, 0.0, 1e6)
     if math.isinf(north) or math.isinf(east):
         return FIELD
     if north + east > 0.0:
@@ -395,7 +320,7 @@ def read_fields(buffer, fields, n, kind, row):
         return COUNT
     k = _time_field(kind, n)
     if k > 0:
-        row[TOD] = _time_of_day(buffer, fields[k], fields[k + 1] - 1)
+        row[TOD] = time_of_day(buffer, fields[k], fields[k + 1] - 1)
         if math.isinf(row[TOD]):
             return TIME
     reason = _read_kind(buffer, fields, n, kind, row)

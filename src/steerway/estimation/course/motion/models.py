@@ -24,7 +24,9 @@ from steerway.estimation.course.motion.layout import (
     RATE_NOISE,
     SPEED,
     SPEED_DECAY,
+    STEERAGEWAY,
     STEP_SLACK,
+    VELOCITY_CHANGE,
 )
 
 MODELS = (five_state, acceleration, oscillation)
@@ -82,6 +84,15 @@ def parts_of(x, p, under_way, dt, parameters):
         change += abs(x[a]) * lasting(parameters[EXTRAS + 3 * (a - 5)], dt) / max(x[SPEED], _LEAST_SPEED)
     parts = max(dt / _LONGEST, turn / _LARGEST_TURN, change / _LARGEST_CHANGE)
     return min(max(math.ceil(parts - STEP_SLACK), 1), most)
+
+
+@lean_kernel
+def change_velocity(x, p, under_way, parameters):
+    """Add to P what a change of velocity at this moment would do, if the parameters say that there is one."""
+    variance = parameters[VELOCITY_CHANGE]
+    if variance > 0.0:
+        p[SPEED, SPEED] += variance
+        p[COURSE, COURSE] += variance / max(x[SPEED], parameters[STEERAGEWAY]) ** 2 if under_way else variance
 
 
 @lean_kernel

@@ -46,7 +46,7 @@ def smooth_modes(record, parameters, kept, output, hypotheses):
     filtered = np.empty((len(stretches), 2, states + 2, states))
     for i in range(len(stretches)):
         filtered[i, 0], filtered[i, 1] = kept[stretches[i, 0]], kept[stretches[i, 1]]
-    smooth(record[0], record[5], parameters[0], kept, output)
+    smooth(record[0], record[5], parameters, np.zeros(0, np.int64), kept, output)
     modes = parameters[parameters[:, STARTS_IN] > 0.0]
     accepted = np.zeros((len(kept), ROW_FLAGS), np.bool_)
     for i in range(len(stretches)):

@@ -35,12 +35,14 @@ from steerway.estimation.course.motion.layout import (
     VELOCITY_EAST,
     VELOCITY_NORTH,
 )
-from steerway.estimation.course.motion.models import may_lose_course, parts_of, predict_phase, set_step
+from steerway.estimation.course.motion.models import change_velocity, may_lose_course, parts_of, predict_phase, set_step
 from steerway.estimation.course.output import write_output
 from steerway.estimation.course.steerageway import fold, transform_velocity
 
 _LEAST_SPEED = 1e-3
 """m/s, to divide by: a vessel under way is faster (see `steerageway`)."""
+FIRST_ROW = np.zeros(0, np.int64)
+"""For `smooth`: all by the first row of the parameters."""
 _UNKNOWN = 1e12
 """Factor on a variance that leaves nothing of the later row's information, and keeps the factorisation regular."""
 
@@ -71,12 +73,12 @@ def change_coordinates(x, p, phase, x_predicted, p_predicted, predicted_phase, p
 
 
 @kernel
-def smooth(time, geodetic, parameters, kept, output):
+def smooth(time, geodetic, parameters, row_of, kept, output):
     """Backward pass: smooths `kept` in place and writes `output` (n, OUTPUTS) anew.
 
     Args:
         time: (n,) s, with rows wherever the course may become undefined between fixes, see `must_divide`.
-        parameters: (k,).
+        parameters: (any, k). row_of: (n,) by which of them each row of the record was predicted, or FIRST_ROW.
         kept: (n, states + 2, states) covariance, state and flags of the filter after every row.
     """
     n = kept.shape[2]
@@ -84,28 +86,31 @@ def smooth(time, geodetic, parameters, kept, output):
     scale = np.empty(n)
     x_later, p_later = np.empty(n), np.empty((n, n))
     x_next, p_next = np.empty(n), np.empty((n, 2 * n))
-    later_phase = EMPTY
+    later_phase, row = EMPTY, -1
     step = np.zeros((STEP_ROWS, n))
-    step[DT] = -1.0
     for k in range(len(time) - 1, -1, -1):
         x, p, flags = kept[k, n], kept[k, :n], kept[k, n + 1]
         phase = flags[PHASE]
         if later_phase != EMPTY and phase != EMPTY and not started_anew(kept[k], kept[k + 1]):
-            dt = time[k + 1] - time[k]
-            parts = parts_of(x, p, phase == UNDER_WAY, dt, parameters) if dt > 0.0 else 1
-            if dt / parts != step[DT]:
-                set_step(step, dt / parts, parameters)
+            dt, this = time[k + 1] - time[k], row_of[k + 1] if len(row_of) else 0
             fill_lower(p)
             for i in range(n):
                 x_next[i] = x[i]
                 for j in range(n):
                     p_next[i, j] = p_next[i, n + j] = p[i, j]
+            parts = 1
+            if dt > 0.0:
+                change_velocity(x_next, p_next, phase == UNDER_WAY, parameters[this])
+                parts = parts_of(x_next, p_next, phase == UNDER_WAY, dt, parameters[this])
+            if dt / parts != step[DT] or this != row:
+                set_step(step, dt / parts, parameters[this])
+                row = this
             for _ in range(parts):
-                predict_phase(x_next, p_next, phase == UNDER_WAY, step, parameters)
+                predict_phase(x_next, p_next, phase == UNDER_WAY, step, parameters[this])
             for i in range(n):
                 for j in range(n):
                     gain[j, i] = p_next[i, n + j]
-            change_coordinates(x_later, p_later, later_phase, x_next, p_next, phase, parameters)
+            change_coordinates(x_later, p_later, later_phase, x_next, p_next, phase, parameters[this])
             if geodetic:
                 later = kept[k + 1, n + 1]
                 north, east = displacement(later[LATITUDE], later[LONGITUDE], flags[LATITUDE], flags[LONGITUDE])

@@ -1,0 +1,153 @@
+"""What a unit writes: its tables, and the numbers that the page adds up."""
+
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from steerway.archive.association import INTERVALS, LEVELS, STEADY
+from steerway.archive.histories import EVENTS, MODES
+from steerway.core.compiled import kernel
+from steerway.core.records import NO_COURSE, OK, REJECTED, STATUSES
+from steerway.formats.ais_tables import MOBILES
+
+COUNTED_INTERVALS = (2.5, 5.0, 7.5, 10.5, 15.0, 30.5, 60.5, 120.5, 180.5, 600.0, 1800.0)
+"""s, upper ends of the classes of intervals that are counted."""
+CELLS = len(MOBILES) * (LEVELS - STEADY)
+"""Of consistency: by class, interval (of `association.INTERVALS`), at rest or under way."""
+_STATUS, _EVENT, _MODE = (pl.Series(names, dtype=pl.Enum(names)) for names in (STATUSES, EVENTS, MODES))
+_SINGLE = (
+    "sog_mps",
+    "cog_deg",
+    "course_rate_dps",
+    "sog_std_mps",
+    "cog_std_deg",
+    "course_rate_std_dps",
+    "position_std_m",
+    "nis",
+)
+
+
+def estimate_table(rows, found, order, estimate) -> pl.DataFrame:
+    """The rows that go out, in `order`, with the columns of `steerway estimate`."""
+    chosen = order if rows.wanted.all() else order[rows.wanted[order]]
+    places, single = np.empty((2, len(chosen))), np.empty((len(_SINGLE), len(chosen)), np.float32)
+    _fill(chosen, estimate, found.nis, places, single)
+    columns = {
+        "mmsi": rows.mmsi[chosen],
+        "track": found.track[chosen].astype(np.int16),
+        "time_s": rows.time[chosen],
+        "lat_deg": pl.Series(places[0], nan_to_null=True),
+        "lon_deg": pl.Series(places[1], nan_to_null=True),
+    }
+    columns |= {name: pl.Series(values, nan_to_null=True) for name, values in zip(_SINGLE, single, strict=True)}
+    return pl.DataFrame(columns | {"status": _STATUS.gather(found.status[chosen])})
+
+
+@kernel
+def _fill(chosen, estimate, nis, places, single):
+    """Columns in degrees from rows in radians."""
+    degrees = 180.0 / np.pi
+    for j in range(len(chosen)):
+        k = chosen[j]
+        e = estimate[k]
+        places[0, j], places[1, j] = degrees * e[0], degrees * e[1]
+        compass = np.float32(degrees * e[3] if e[3] >= 0.0 else degrees * e[3] + 360.0)
+        single[0, j], single[1, j], single[2, j] = e[2], compass if compass < 360.0 else compass - 360.0, degrees * e[4]
+        single[3, j], single[4, j], single[5, j] = e[5], degrees * e[6], degrees * e[7]
+        single[6, j], single[7, j] = e[8], nis[k]
+
+
+def event_table(tracks, events) -> pl.DataFrame:
+    """Events: mmsi, track, which, start and end, place, value, reports."""
+    track = tracks[events[:, 0].astype(np.int64)] if len(events) else np.zeros((0, 2), np.int64)
+    return pl.DataFrame(
+        {
+            "mmsi": track[:, 0],
+            "track": track[:, 1].astype(np.int16),
+            "event": _EVENT.gather(events[:, 1].astype(np.uint32)),
+            "start_s": events[:, 2],
+            "end_s": events[:, 3],
+            "lat_deg": np.degrees(events[:, 4]),
+            "lon_deg": np.degrees(events[:, 5]),
+            "value": events[:, 6],
+            "reports": events[:, 7].astype(np.int32),
+        }
+    )
+
+
+def trip_table(tracks, trips) -> pl.DataFrame:
+    """Trips and stops: mmsi, track, what, start and end with their places, distance, duration, speeds."""
+    track = tracks[trips[:, 0].astype(np.int64)] if len(trips) else np.zeros((0, 2), np.int64)
+    duration = trips[:, 3] - trips[:, 2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = np.where(duration > 0.0, trips[:, 8] / duration, np.nan)
+    return pl.DataFrame(
+        {
+            "mmsi": track[:, 0],
+            "track": track[:, 1].astype(np.int16),
+            "what": _MODE.gather(trips[:, 1].astype(np.uint32)),
+            "start_s": trips[:, 2],
+            "end_s": trips[:, 3],
+            "start_lat_deg": np.degrees(trips[:, 4]),
+            "start_lon_deg": np.degrees(trips[:, 5]),
+            "end_lat_deg": np.degrees(trips[:, 6]),
+            "end_lon_deg": np.degrees(trips[:, 7]),
+            "distance_m": trips[:, 8],
+            "duration_s": duration,
+            "mean_speed_mps": pl.Series(mean, nan_to_null=True),
+            "greatest_sog_mps": trips[:, 9],
+        }
+    )
+
+
+def numbers(rows, found, bounds) -> dict[str, Any]:
+    """Counts of a unit for the page: by class and interval the rows and the NIS at rest and under way, and by vessel.
+
+    bounds: of the vessels in the rows.
+    """
+    cells, vessels = np.zeros((2, CELLS)), np.zeros((2, len(bounds) - 1))
+    intervals = np.zeros(len(COUNTED_INTERVALS) + 1, np.int64)
+    record = (rows.time, rows.latitude, found.nis, found.status, found.row_of)
+    rejected = _count(bounds, record, cells, vessels, intervals)
+    seen = vessels[0] > 0.0
+    return {
+        "rows": int(rows.wanted.sum()),
+        "rejected": rejected,
+        "cells": cells.tolist(),
+        "nis_of": [rows.mmsi[bounds[:-1]][seen].tolist(), *vessels[:, seen].tolist()],
+        "intervals": intervals.tolist(),
+    }
+
+
+@kernel
+def _count(bounds, record, cells, vessels, intervals):
+    """Add to fixes and NIS, (2, n) each, by cell and, under way, by vessel, and to intervals; returns the refused."""
+    time, latitude, nis, status, row_of = record
+    rejected = 0
+    for v in range(len(bounds) - 1):
+        last = np.nan
+        for k in range(bounds[v], bounds[v + 1]):
+            if not np.isfinite(latitude[k]):
+                continue
+            elapsed, last = time[k] - last, time[k]
+            follows = np.isfinite(elapsed)
+            if follows:
+                place = 0
+                for edge in COUNTED_INTERVALS:
+                    place += elapsed > edge
+                intervals[place] += 1
+            if status[k] == REJECTED:
+                rejected += 1
+            elif np.isfinite(nis[k]) and (status[k] == OK or status[k] == NO_COURSE):
+                if status[k] == OK:
+                    vessels[0, v] += 1.0
+                    vessels[1, v] += nis[k]
+                if follows:
+                    mobile, cell = row_of[k] // LEVELS, 0
+                    for edge in INTERVALS:
+                        cell += elapsed > edge
+                    cell = 2 * (mobile * (len(INTERVALS) + 1) + cell) + (status[k] == OK)
+                    cells[0, cell] += 1.0
+                    cells[1, cell] += nis[k]
+    return rejected

@@ -1,0 +1,106 @@
+"""Options that the commands for logs and archives share, and what their texts mean."""
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from steerway.commands.terminal import flag, progress_line
+from steerway.core.errors import InputError
+
+Logs = Annotated[
+    list[str],
+    typer.Argument(metavar="LOG...", help="Log files of any supported format, also .gz; - for standard input."),
+]
+Source = Annotated[
+    str | None,
+    typer.Option("--source", metavar="NAME", help="Use the positions of this source; `info` lists the sources."),
+]
+From = Annotated[
+    str | None, typer.Option("--from", metavar="TIME", help="Start of the interval: ISO 8601 (UTC) or Unix s.")
+]
+Until = Annotated[
+    str | None,
+    typer.Option("--until", metavar="TIME", help="End of the interval (excluded): ISO 8601 (UTC) or Unix s."),
+]
+MaxSize = Annotated[
+    float | None,
+    typer.Option(
+        "--max-size", metavar="BYTES", help="Largest size to which a compressed log may unpack; 1e9 by default."
+    ),
+]
+AsJson = Annotated[bool, flag("--json", help="JSON output.")]
+ProfileName = Annotated[
+    str | None,
+    typer.Option(
+        "--profile", metavar="NAME|FILE.toml", help="Filter profile; by default all is inferred from the log."
+    ),
+]
+Aids = Annotated[
+    str | None,
+    typer.Option(
+        "--aid", metavar="LIST", help="Further measurements to use, of: auto, sog, cog, heading, water-speed, yaw-rate."
+    ),
+]
+
+
+def hertz(text: str) -> float:
+    """The number of --rate. Raises InputError."""
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"--rate is {text!r}, expected a number in Hz") from None
+
+
+def expect_toml(path: Path) -> None:
+    """Raises InputError for a profile's path that does not end in .toml."""
+    if path.suffix != ".toml":
+        raise InputError(f"profile {path} ends in {path.suffix or 'nothing'!r}, expected .toml")
+
+
+def read_logs(logs, source, start, stop, max_size=None):
+    """The record of logs, with a progress bar."""
+    from steerway.formats.reading import read
+
+    begin, end = moment("--from", start), moment("--until", stop)
+    with progress_line("reading") as step:
+        return read(
+            *logs,
+            source=source,
+            start=begin,
+            stop=end,
+            progress=lambda done, total: step(done / total if total else 0.0),
+            max_size=max_size,
+        )
+
+
+def moment(option: str, text: str | None) -> float | None:
+    """The Unix time (s) that an option gives. Raises InputError, naming the option."""
+    from steerway.core.timestamps import unix_times
+
+    if text is None:
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        moment = float(unix_times([text])[0])
+    if math.isnan(moment):
+        raise InputError(
+            f"{option} is {text!r}, expected a time in ISO 8601 such as 2024-09-23T14:26:10Z or in Unix seconds"
+        )
+    return moment
+
+
+def aid_names(text: str | None) -> tuple[str, ...]:
+    """The names in the list of --aid."""
+    return tuple(name.strip().replace("-", "_") for name in text.split(",") if name.strip()) if text else ()
+
+
+def refuse_overwriting(out, logs) -> None:
+    """Raises InputError when an output is one of the inputs."""
+    from steerway.formats.writing import same_file
+
+    for log in logs:
+        if same_file(out, log):
+            raise InputError(f"output {out} is also an input, expected another file")
