@@ -108,7 +108,7 @@ def associate(bounds, record, parameters, vessels, slots, banks, terms, estimate
             if slot[cur, USE] == FREE:
                 begin(slot[cur], bank[cur], time[k], profile[k], TRACK)
                 slot[cur, NUMBER], vessel[NEXT] = 0.0, 1.0
-                chosen, accepted = cur, True
+                chosen, accepted, alone = cur, True, True
             elif not fixed:
                 chosen, accepted = slot_of(slot, asked[k], cur), False
             elif is_alone(vessel, slot) and is_within_reach(slot[cur], time[k], latitude[k], longitude[k]):

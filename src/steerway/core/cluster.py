@@ -17,7 +17,8 @@ def connected(address: str, option: str) -> Any:
         from dask import distributed
     except ImportError:
         raise InputError(f"{option} needs the optional extra: pip install 'steerway[dask]'") from None
+    client: Any = distributed.Client
     try:
-        return distributed.Client(address, timeout=CONNECTING, set_as_default=False)
+        return client(address, timeout=CONNECTING, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         raise InputError(f"no Dask scheduler responds at {address!r}, expected host:port ({error})") from None
