@@ -25,6 +25,8 @@ from steerway.live.service import LOG, Service
 from steerway.live.settings import EstimatorSettings
 
 _SECONDS = 30
+_RATE = 5.0
+"""Hz, of ticks: as few as show the whole."""
 _STEP = 3e-7  # rad to the north each second
 
 
@@ -55,7 +57,7 @@ def warm(kinds: tuple[str, str] = DEFAULT_KINDS, estimators: EstimatorSettings =
     was_disabled, LOG.disabled = LOG.disabled, True
     try:
         asyncio.run(
-            Service(navigator, outputs, guide=Guide(route, supervisor.pilot), supervisor=supervisor).replay(
+            Service(navigator, outputs, _RATE, guide=Guide(route, supervisor.pilot), supervisor=supervisor).replay(
                 rows + decoder.settle()
             )
         )

@@ -30,10 +30,12 @@ class Aboard:
         self._origin, self._response, self._std = origin, response, position_std
         self._heading = heading
         self._moment = self._fixed = math.nan
+        self._stepped: tuple[Row, Estimate] | None = None  # of the row asked for last: guidance and control ask for one
         self.restart()
 
     def restart(self) -> None:
         """Forget the motion."""
+        self._stepped = None
         self.filter = SteeringFilter(self._response, self._std)
 
     def take(self, row: InputRow) -> None:
@@ -48,6 +50,7 @@ class Aboard:
         if not 0.0 <= row.time - self._fixed <= _LONGEST_GAP:
             self.restart()
         self._fixed = row.time
+        self._stepped = None
         place = displacement(row.latitude, row.longitude, *self._origin)
         velocity = row.sog * math.cos(row.cog), row.sog * math.sin(row.cog)
         self.filter.fix(row.time, *place, *velocity, row.heading, row.yaw_rate)
@@ -56,6 +59,11 @@ class Aboard:
     def step(self, row: Row, dt: float) -> Estimate:
         """See `core.estimate.Estimator`."""
         self._moment = row.time
+        if self._stepped is None or self._stepped[0] is not row:
+            self._stepped = row, self._estimate(row)
+        return self._stepped[1]
+
+    def _estimate(self, row):
         if not row.valid:
             return Estimate(*[math.nan] * 11)
         if self._heading is None and self.filter.started and row.time - self._fixed <= _LONGEST_GAP:

@@ -39,6 +39,7 @@ class Watch:
     def __init__(self, max_dead_reckoning: float = 10.0):
         self.max_dead_reckoning = positive("max_dead_reckoning", max_dead_reckoning)
         self.settled = 0.0  # s since the last trouble
+        self.interval = math.nan  # median of recent fixes, s; NaN before there are two
         self._now = 0.0
         self._knows_orders = False
         self._event = ""
@@ -49,12 +50,6 @@ class Watch:
         self._accepted = self._accepted_time = math.nan  # arrival of the last accepted fix, and its own time
         self._advanced = math.nan  # when the receiver's time last advanced
         self._unfit_since = self._unknown_since = self._late_since = self._untimely_since = math.nan
-
-    @property
-    def interval(self) -> float:
-        """Median interval of recent fixes, s; NaN before there are two."""
-        intervals = sorted(later - earlier for earlier, later in pairwise(self._times))
-        return intervals[len(intervals) // 2] if intervals else math.nan
 
     def link(self, name: str, alive: bool) -> None:
         """Whether the peer of a link answers."""
@@ -154,11 +149,14 @@ class Watch:
         if not self._times or time > self._times[-1]:
             self._times.append(time)
             self._advanced = self._now
+            intervals = sorted(later - earlier for earlier, later in pairwise(self._times))
+            self.interval = intervals[len(intervals) // 2] if intervals else math.nan
         self._late_since = _since(self._late_since, self._now) if ahead < -LAG else math.nan
 
     def _forget_clock(self):
         self._clock.forget()
         self._times.clear()
+        self.interval = math.nan
         self._late_since = math.nan
 
     def _age(self, row):
