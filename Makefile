@@ -38,8 +38,8 @@ demo: .venv/.core
 test: .venv/.test
 	$(BIN)/python -m pytest --numprocesses logical --dist loadfile
 
-# Kernels with index checks, compiled into a cache directory of their own: some ten minutes of two cores. The short form
-# is in tests/test_bounds.py.
+# Kernels with index checks, compiled into a cache directory of their own: twenty minutes of processor time. The forge
+# runs it beside the tests; its short form, every public name with checked indices, is in tests/test_bounds.py.
 bounds: .venv/.test
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m tests.hostile_arguments --rounds 200
 	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest --numprocesses logical --dist loadfile $(NO_KERNELS:%='--ignore-glob=*/test_*%*')
@@ -65,6 +65,7 @@ soak: .venv/.test
 
 faults: .venv/.test
 	$(BIN)/python -m tests.faults
+	$(BIN)/python -m tests.faults.commands
 
 # What every estimator, law and study returns on generated input; ONLY=WORD for some of the cases.
 reference: .venv/.test

@@ -113,7 +113,7 @@ def test_a_chunk_of_mcap_that_unpacks_to_far_more_is_refused(compression):
     for k in range(30):
         writer.add_message(channel, k, bytes(1_000_000), k)
     writer.finish()
-    with pytest.raises(InputError, match=r"MCAP unpacks to more than 1.6e\+07 bytes, expected a recording"):
+    with pytest.raises(InputError, match=r"^bytes: MCAP unpacks to more than 1.6e\+07 bytes, expected a recording"):
         survey(file.getvalue())
 
 

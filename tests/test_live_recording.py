@@ -30,7 +30,7 @@ from tests.sentences import START, sortie
 pytest.importorskip("mcap", reason="mcap is not installed")
 from steerway.formats import mcap, ros2
 from steerway.live.recording import ESTIMATE, INPUT, ORDER, RAW, Recorder
-from steerway.live.replaying import replay
+from steerway.live.replaying import ANOTHER_PROCESSOR, Replayed, replay
 
 SETTINGS = {
     "profile": Profile.named("small-usv").toml(),
@@ -114,7 +114,17 @@ def test_a_run_that_learns_is_repeated_too(tmp_path):
 
 def test_another_estimate_is_noticed(recorded, monkeypatch):
     monkeypatch.setattr("steerway.live.replaying.load_profile", lambda path: Profile.named("otter"))
-    assert replay(recorded[0]).differing > 100
+    found = replay(recorded[0])
+    assert found.differing > 100 and found.largest > 1e-3
+
+
+def test_last_digits_are_those_of_another_processor(recorded):
+    rows = replay(recorded[0]).recorded
+    near = [row._replace(sog=row.sog * (1.0 + 1e-13)) for row in rows]
+    found = Replayed(rows, near, 0, 0)
+    assert found.differing > 50 and 0.0 < found.largest <= ANOTHER_PROCESSOR
+    assert Replayed(rows, near[:-1], 0, 0).largest == math.inf
+    assert Replayed(rows, [*near[:-1], near[-1]._replace(sog=math.nan)], 0, 0).largest == math.inf
 
 
 def test_a_recording_that_was_cut_off_is_repeated_as_far_as_it_goes(recorded, tmp_path):

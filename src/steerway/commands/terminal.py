@@ -3,6 +3,7 @@
 import json
 import math
 import sys
+import time
 from contextlib import contextmanager
 
 import typer
@@ -54,7 +55,7 @@ def _finite(value):
 
 @contextmanager
 def progress_line(what: str):
-    """A progress bar on stderr, advanced by the function it yields; nothing where stderr is not a terminal."""
+    """A progress bar on stderr, advanced by the function it yields; a line a minute where stderr is no terminal."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -67,4 +68,27 @@ def progress_line(what: str):
     )
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(what, total=1.0)
-        yield lambda part, note="": bar.update(task, completed=part, description=note or what)
+        line = _Lines(what)
+
+        def step(part, note=""):
+            bar.update(task, completed=part, description=note or what)
+            if not console.is_terminal:
+                line.step(part, note)
+
+        yield step
+
+
+class _Lines:
+    """Progress as a line a minute, with the time left at the pace so far."""
+
+    def __init__(self, what):
+        self._what, self._began = what, time.monotonic()
+        self._next = self._began + 60.0
+
+    def step(self, part, note):
+        now = time.monotonic()
+        if now >= self._next and part > 0.0:
+            left = (now - self._began) * (1.0 / part - 1.0) / 60.0
+            words = ", ".join(each for each in (self._what, note) if each)
+            print(f"{words}: {100.0 * part:.0f} %, some {left:.0f} min left", file=sys.stderr, flush=True)
+            self._next = now + 60.0

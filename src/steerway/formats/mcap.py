@@ -73,6 +73,8 @@ def messages(file: BinaryIO, metadata: dict | None = None) -> Iterator[Message]:
                 channel = channels[record.channel_id]
                 schema = schemas.get(channel.schema_id, "")
                 yield Message(channel.topic, schema, channel.message_encoding, record.log_time, record.data)
+    except InputError:
+        raise
     except (McapError, *_DAMAGE) as error:
         if not schemas and not channels:
             raise InputError(f"MCAP is damaged from the beginning ({error}), expected a recording") from None

@@ -1,0 +1,251 @@
+"""Faults of files, disks and processes: a command each, what it says, how it ends, and what that takes.
+
+`python -m tests.faults.commands` tries every fault and writes the table of docs/faults.md anew.
+"""
+
+import gzip
+import io
+import os
+import re
+import resource
+import signal
+import sqlite3
+import subprocess
+import tempfile
+import time
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import polars as pl
+
+from tests.command_line import STEERWAY
+from tests.sentences import sortie
+
+DOCS = Path(__file__).parents[2] / "docs" / "faults.md"
+BEGIN, END = "<!-- faults: python -m tests.faults.commands -->", "<!-- end of faults -->"
+HEAD = ("| what is tried | command | what it says | exit | time | memory |", "|---|---|---|---|---|---|")
+SCENARIO = """duration = 400
+[route]
+at_end = "stop"
+waypoints = [{ north = 0, east = 0 }, { north = 2000, east = 0 }]
+"""
+TABLE = b"time_s,lat_deg,lon_deg\n"
+LOG = "log.nmea"
+
+
+class Outcome(NamedTuple):
+    """What came of a command: its last line on standard error, exit code, time, MB, and processes that are left.
+
+    `seconds`: of the processor, or from the signal until the last process is gone.
+    """
+
+    said: str
+    code: int
+    seconds: float
+    memory: float
+    left: int
+
+
+class Fault(NamedTuple):
+    """`prepare(folder)` makes the files. `until(folder)`: then `number` is sent; `limit` bytes a file may have."""
+
+    name: str
+    command: str
+    prepare: Callable[[Path], None]
+    number: int = 0
+    until: Callable[[Path], bool] | None = None
+    limit: int | None = None
+    output: str | None = None
+
+
+def tried(fault: Fault) -> Outcome:
+    """Try a fault in a folder of its own."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        fault.prepare(folder)
+        return _run(fault, folder)
+
+
+def _run(fault, folder):
+    def prepared():
+        for each in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(each, signal.SIG_DFL)
+        if fault.limit is not None:
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (fault.limit, fault.limit))
+
+    command = [*STEERWAY, *fault.command.split()[1:]]
+    with open(fault.output or os.devnull, "w") as output, open(folder / "said", "w+") as said:
+        began = time.monotonic()
+        process = subprocess.Popen(
+            command, cwd=folder, stdout=output, stderr=said, preexec_fn=prepared, start_new_session=True
+        )
+        while fault.until is not None and not fault.until(folder):
+            if process.poll() is not None or time.monotonic() - began > 120.0:
+                raise RuntimeError(f"{fault.name}: did not come so far")
+            time.sleep(0.02)
+        if fault.number:
+            began = time.monotonic()
+            os.kill(process.pid, fault.number)
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        while fault.number and _of_session(process.pid) and time.monotonic() - began < 10.0:
+            time.sleep(0.02)
+        seconds = time.monotonic() - began if fault.number else used.ru_utime + used.ru_stime
+        left = len(_of_session(process.pid))
+        said.seek(0)
+        lines = said.read().replace(str(folder) + "/", "").strip().splitlines() or [""]
+    return Outcome(lines[-1], process.returncode, seconds, used.ru_maxrss / 1e3, left)
+
+
+def _of_session(leader: int) -> list[int]:
+    """Processes that are left of a session."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                fields = (entry / "stat").read_text().rpartition(")")[2].split()
+            except OSError:
+                continue
+            if int(fields[3]) == leader and fields[0] != "Z":
+                found.append(int(entry.name))
+    return found
+
+
+def _packed_zeros(folder):
+    with gzip.open(folder / "log.gz", "wb", compresslevel=9) as file:
+        for _ in range(1500):
+            file.write(bytes(1_000_000))
+
+
+def _packed_headers(folder):
+    """Headers of UBX frames without frames, which take longest, among what does not pack."""
+    (folder / "log.gz").write_bytes(gzip.compress(b"\xb5\x62\x01\x07\x5c\x00" * 2_650_000))
+
+
+def _packed_table(folder):
+    with zipfile.ZipFile(folder / "day.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("day.csv", b"mmsi," + TABLE + bytes(1_000_000_000))
+
+
+def _endless_bag(folder):
+    base = sqlite3.connect(folder / "bag.db3")
+    base.execute("CREATE TABLE topics AS SELECT 1 AS id, '/fix' AS name, 'sensor_msgs/msg/NavSatFix' AS type")
+    base.execute(
+        "CREATE VIEW messages AS WITH RECURSIVE n(k) AS (SELECT 1 UNION ALL SELECT k + 1 FROM n) "
+        "SELECT 1 AS topic_id, k AS timestamp, x'00' AS data FROM n"
+    )
+    base.commit()
+    base.close()
+
+
+def _chunk(folder):
+    from mcap.writer import Writer
+
+    with open(folder / "run.mcap", "wb") as file:
+        writer = Writer(file, chunk_size=1 << 30)
+        writer.start("", "fault")
+        channel = writer.register_channel("/zeros", "", 0)
+        for k in range(500):
+            writer.add_message(channel, k, bytes(1_000_000), k)
+        writer.finish()
+
+
+def _parquet(folder):
+    file = io.BytesIO()
+    pl.DataFrame({"time_s": [1.0, 2.0], "lat_deg": [1.0, 2.0], "lon_deg": [1.0, 2.0]}).write_parquet(file)
+    data = bytearray(file.getvalue())
+    data[4:40] = bytes(36)
+    (folder / "log.parquet").write_bytes(data)
+
+
+def _text(name, data):
+    return lambda folder: (folder / name).write_bytes(data)
+
+
+def _log(folder):
+    (folder / LOG).write_bytes(sortie(60))
+
+
+def _log_and_link(to):
+    def prepare(folder):
+        _log(folder)
+        (folder / "link.csv").symlink_to(to)
+
+    return prepare
+
+
+def _scenario(folder):
+    (folder / "leg.toml").write_text(SCENARIO)
+
+
+def _some_seeds(folder):
+    return _size(folder / "many" / "campaign.unfinished") > 1000
+
+
+def _size(path):
+    return path.stat().st_size if path.exists() else 0
+
+
+ESTIMATE_TO = f"steerway estimate {LOG} --profile small-usv -o"
+CAMPAIGN = "steerway simulate leg.toml --seeds 4000 -o many"
+FAULTS = (
+    Fault("1.5 MB of gzip that unpack to 1.5 GB", "steerway info log.gz", _packed_zeros),
+    Fault("16 MB of headers of UBX frames in a small gzip", "steerway info log.gz", _packed_headers),
+    Fault("1 MB of ZIP that unpacks to 1 GB", "steerway archive run day.zip -o archive", _packed_table),
+    Fault("a chunk of MCAP that unpacks to 0.5 GB", "steerway info run.mcap", _chunk),
+    Fault("a bag of ROS 2 whose messages are a query without end", "steerway info bag.db3", _endless_bag),
+    Fault(
+        "1 MB of GPX, every point within text without end",
+        "steerway info log.gpx",
+        _text("log.gpx", b"<gpx>" + b"<trkpt><![CDATA[ " * 59_000),
+    ),
+    Fault("1 MB of empty lines under a header", "steerway info log.csv", _text("log.csv", TABLE + b"\n" * 999_000)),
+    Fault("a damaged Parquet file", "steerway info log.parquet", _parquet),
+    Fault("standard output is full", f"steerway info {LOG}", _log, output="/dev/full"),
+    Fault("the disk is full: a table", f"{ESTIMATE_TO} track.parquet", _log, limit=1000),
+    Fault("the disk is full: a page", f"{ESTIMATE_TO[:-2]}--report page.html", _log, limit=1000),
+    Fault("the disk is full: a campaign", "steerway simulate leg.toml --seeds 2 -o many", _scenario, limit=300),
+    Fault("the output is a symbolic link", f"{ESTIMATE_TO} link.csv", _log_and_link("track.csv")),
+    Fault("the output is a link to itself", f"{ESTIMATE_TO} link.csv", _log_and_link("link.csv")),
+    Fault("the output is the input", "steerway estimate log.csv -o log.csv", _text("log.csv", TABLE)),
+    Fault("Ctrl-C in a campaign on all cores", CAMPAIGN, _scenario, signal.SIGINT, _some_seeds),
+    Fault("SIGTERM in a campaign on all cores", CAMPAIGN, _scenario, signal.SIGTERM, _some_seeds),
+    Fault("SIGKILL of a campaign on all cores", CAMPAIGN, _scenario, signal.SIGKILL, _some_seeds),
+    Fault("SIGINT in a study", "steerway study otter-path -o study", lambda folder: None, signal.SIGINT,
+          lambda folder: _size(folder / "study" / "study.unfinished") > 500),
+)  # fmt: skip
+
+
+def line(fault: Fault, found: Outcome) -> str:
+    """A line of the table: counts that depend on the moment are left out."""
+    said = found.said.removeprefix("steerway: ").replace("|", "\\|")
+    said = re.sub(r"\b\d+( of \d+)? (seeds|parts)\b", r"… \2", said)
+    ended = f"signal {-found.code}" if found.code < 0 else f"{found.code}"
+    left = f", {found.left or 'no'} process left" if fault.number else ""
+    return (
+        f"| {fault.name} | `{fault.command}` | {said or 'nothing'} | {ended}{left} | {found.seconds:.1f} s | "
+        f"{found.memory:.0f} MB |"
+    )
+
+
+def in_docs() -> list[str]:
+    """The lines that stand in the docs."""
+    return DOCS.read_text(encoding="utf-8").split(BEGIN)[1].split(END)[0].strip().splitlines()[len(HEAD) :]
+
+
+def main() -> None:
+    """Try all and write the table."""
+    lines = []
+    for fault in FAULTS:
+        lines.append(line(fault, tried(fault)))
+        print(lines[-1], flush=True)
+    before, rest = DOCS.read_text(encoding="utf-8").split(BEGIN)
+    table = "\n".join((*HEAD, *lines))
+    DOCS.write_text(f"{before}{BEGIN}\n\n{table}\n\n{END}{rest.split(END)[1]}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,29 @@
+"""Faults of files, disks and processes: those of the docs, and the quick ones end as the docs say."""
+
+import pytest
+
+from tests.faults.commands import FAULTS, in_docs, line, tried
+
+QUICK = (
+    "a bag of ROS 2",
+    "a damaged Parquet",
+    "standard output is full",
+    "the disk is full: a table",
+    "the output is the",
+)
+
+
+def cells(row):
+    """Without time and memory."""
+    return tuple(cell.strip() for cell in row.strip("|").split(" | ")[:-2])
+
+
+def test_the_docs_name_the_faults_that_are_tried():
+    assert [cells(row)[0] for row in in_docs()] == [fault.name for fault in FAULTS]
+
+
+@pytest.mark.parametrize("fault", [each for each in FAULTS if each.name.startswith(QUICK)], ids=lambda each: each.name)
+def test_a_fault_ends_as_the_docs_say(fault):
+    found = tried(fault)
+    assert cells(line(fault, found)) in [cells(row) for row in in_docs()]
+    assert found.seconds < 30.0 and found.memory < 1000.0
