@@ -5,10 +5,17 @@ import math
 import numpy as np
 
 from steerway.control.heading_mpc import default_weights
-from steerway.control.heading_plant import BiasObserver, Identified, InputLimits, LinearPlant, parts_for
+from steerway.control.heading_plant import (
+    BiasObserver,
+    Identified,
+    InputLimits,
+    LinearPlant,
+    SampledHeading,
+    parts_for,
+)
 
 
-class HeadingLqg:
+class HeadingLqg(SampledHeading):
     """Δu = −L ([x; u] − [x; u] at rest on the wanted heading), with the observer's bias at rest made up for.
 
     Arguments as HeadingMpc's. The gain minimises Σ Q e² + R Δu² over all time.
@@ -26,7 +33,6 @@ class HeadingLqg:
 
         output_weight, change_weight = default_weights(limits, output_weight, change_weight)
         n = len(plant.b)
-        self._plant, self._limits, self.observer = plant, limits, observer
         a, b = np.eye(n + 1), np.append(plant.b, 1.0)[:, None]
         a[:n, :n], a[:n, n] = plant.a, plant.b
         c = np.append(plant.c, 0.0)[None]
@@ -35,7 +41,7 @@ class HeadingLqg:
         at_rest = np.zeros((n + 1, n + 1))
         at_rest[:n, :n], at_rest[:n, n], at_rest[n, :n] = plant.a - np.eye(n), plant.b, plant.c
         self._rest = np.linalg.solve(at_rest, np.eye(n + 1)[n])
-        self.reset()
+        super().__init__(plant, limits, observer)
 
     @classmethod
     def for_(
@@ -44,28 +50,11 @@ class HeadingLqg:
         """A controller for an identified heading; see `HeadingMpc.for_`."""
         return cls(*parts_for(identified, limit, rate, angle_std), **weights)
 
-    def reset(self, applied: float = 0.0) -> None:
-        """Forget everything; begin at rest on the first heading known, with an input already applied."""
-        self.observer.reset()
-        self.input = applied
-        self._is_begun = False
-
-    def step(self, wanted: float, estimated: float) -> float:
-        """The input for the next step; headings in rad, NaN for an unknown estimate."""
-        if not self._is_begun:
-            if not math.isfinite(estimated):
-                return self.input
-            self.observer.begin(estimated)
-            self._is_begun = True
-        else:
-            self.observer.correct(estimated)
-        state, limits = self.observer.state[:-1], self._limits
+    def change(self, wanted: float) -> float:
+        """See `SampledHeading`. At rest the input makes up for the bias: it stands at the model's own less the bias."""
+        state = self.observer.state[:-1]
         if self._plant.circular:
             now = float(self._plant.c @ state)
             wanted = now + math.remainder(wanted - now, 2.0 * math.pi)
-        # At rest the input makes up for the bias: it stands at the model's own less the bias.
         away = np.append(state, self.input + self.observer.bias) - self._rest * wanted
-        change = min(max(-float(self.gain @ away), -limits.change), limits.change)
-        self.input = min(max(self.input + change, -limits.size), limits.size)
-        self.observer.predict(self.input)
-        return self.input
+        return -float(self.gain @ away)

@@ -9,9 +9,15 @@ states of a plant that is not stable to drift away.)
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from steerway.control.heading_plant import BiasObserver, Identified, InputLimits, LinearPlant, parts_for
+from steerway.control.heading_plant import (
+    BiasObserver,
+    Identified,
+    InputLimits,
+    LinearPlant,
+    SampledHeading,
+    parts_for,
+)
 from steerway.core.checks import positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
@@ -35,7 +41,7 @@ def default_weights(limits: InputLimits, output_weight: float | None, change_wei
     return positive("mpc.output_weight", output_weight), positive("mpc.change_weight", change_weight)
 
 
-class HeadingMpc:
+class HeadingMpc(SampledHeading):
     """Steps from a wanted and an estimated heading (rad) to the input; any linear plant, any horizon.
 
     Args:
@@ -46,7 +52,7 @@ class HeadingMpc:
         output_weight, change_weight: Q per rad² (or per the squared unit of a plant that is not circular) and R per
             squared unit of the input; by default 1 per degree² and 40 per squared limit of the change, P4's numbers.
 
-    `input` is what was last asked for. Raises InputError for horizons or weights that cannot be used, and
+    Raises InputError for horizons or weights that cannot be used, and
     RuntimeError when the solver fails.
     """
 
@@ -64,7 +70,6 @@ class HeadingMpc:
             raise InputError(f"mpc.control_horizon is {control_horizon}, expected 1 to the horizon of {horizon} steps")
         output_weight, change_weight = default_weights(limits, output_weight, change_weight)
         self._solve = _solver()
-        self._plant, self._limits, self.observer = plant, limits, observer
         free, held, forced = prediction(plant, horizon, control_horizon)
         self.hessian = 2.0 * (output_weight * forced.T @ forced + change_weight * np.eye(control_horizon))
         # The gradient is linear in states and bias, the last input and the wanted output.
@@ -74,7 +79,7 @@ class HeadingMpc:
         self._sense = np.zeros(2 * control_horizon, dtype=np.int32)
         self._gradient = np.empty(control_horizon)
         self._upper, self._lower = np.empty((2, 2 * control_horizon))
-        self.reset()
+        super().__init__(plant, limits, observer)
 
     @classmethod
     def for_(
@@ -99,39 +104,15 @@ class HeadingMpc:
         control_horizon = int(design.pop("control_horizon", min(5, horizon)))
         return cls(plant, limits, observer, horizon, control_horizon, **design)
 
-    def reset(self, states: ArrayLike | None = None, applied: float = 0.0) -> None:
-        """Forget everything; begin at `states` (n,), or at rest on the first heading known, with an input already
-        applied."""
-        self.observer.reset(0.0 if states is None else states)
-        self.input = applied
-        self._is_begun = states is not None
-
-    def step(self, wanted: float, estimated: float) -> float:
-        """The input for the next step. Headings in rad; an unknown (NaN) estimate is predicted over, before the
-        first known one the input is held."""
-        if not self._is_begun:
-            if not math.isfinite(estimated):
-                return self.input
-            self.observer.begin(estimated)
-            self._is_begun = True
-        else:
-            self.observer.correct(estimated)
-        self.input += self.change(wanted)
-        self.observer.predict(self.input)
-        return self.input
-
     def change(self, wanted: float) -> float:
-        """The best Δu at the observer's states."""
+        """The best Δu at the observer's states, within the limits to the solver's tolerance."""
         gradient, upper, lower = self.problem(wanted)
         best, _, verdict, _ = self._solve(
             self.hessian, gradient, self._sums, upper, lower, self._sense, primal_tol=1e-12, eps_prox=0.0
         )
         if verdict < 1:
             raise RuntimeError(f"DAQP gave up with code {verdict}")
-        # The solver keeps a limit to its tolerance; here it is kept to rounding.
-        size, change = self._limits.size, self._limits.change
-        within = min(max(float(best[0]), -change), change)
-        return min(max(self.input + within, -size), size) - self.input
+        return float(best[0])
 
     def problem(self, wanted: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(gradient, upper, lower) of the QP ½ Δᵀ H Δ + gᵀ Δ, lower ≤ [Δ; ΣΔ] ≤ upper; H is `hessian`."""

@@ -5,6 +5,7 @@ the input. `HeadingResponse` makes one of an identified heading, or of Nomoto's 
 """
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -211,3 +212,44 @@ def _predict(x, p, transition, inputs, applied, noise, work):
             work[1, 0, i] += transition[i, j] * x[j]
         p[i, i] += noise[i]
     x[:] = work[1, 0]
+
+
+class SampledHeading(ABC):
+    """What predictive and LQG control have in common: a step a sample, from the observer's states to the input.
+
+    `input` is what was last asked for. A controller adds `change`, the Δu at the observer's states.
+    """
+
+    def __init__(self, plant: LinearPlant, limits: InputLimits, observer: BiasObserver) -> None:
+        self._plant, self._limits, self.observer = plant, limits, observer
+        self.reset()
+
+    def reset(self, states: ArrayLike | None = None, applied: float = 0.0) -> None:
+        """Forget everything; begin at `states` (n,), or at rest on the first heading known, with an input already
+        applied."""
+        self.observer.reset(0.0 if states is None else states)
+        self.input = applied
+        self._is_begun = states is not None
+
+    def step(self, wanted: float, estimated: float) -> float:
+        """The input for the next step. Headings in rad; an unknown (NaN) estimate is predicted over, before the
+        first known one the input is held."""
+        if not self._is_begun:
+            if not math.isfinite(estimated):
+                return self.input
+            self.observer.begin(estimated)
+            self._is_begun = True
+        else:
+            self.observer.correct(estimated)
+        self.input = self._within(self.change(wanted))
+        self.observer.predict(self.input)
+        return self.input
+
+    @abstractmethod
+    def change(self, wanted: float) -> float:
+        """The Δu for a wanted heading (rad); it may exceed the limits."""
+
+    def _within(self, change: float) -> float:
+        """The input after a change, within the limits."""
+        size, most = self._limits.size, self._limits.change
+        return min(max(self.input + min(max(change, -most), most), -size), size)

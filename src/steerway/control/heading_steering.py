@@ -1,11 +1,10 @@
 """Predictive and LQG heading control as an autopilot's controller: a step a sample of its model, held in between."""
 
 import math
-from typing import Protocol
 
 from steerway.control.heading_lqg import HeadingLqg
 from steerway.control.heading_mpc import LONGEST_HORIZON, HeadingMpc
-from steerway.control.heading_plant import BiasObserver, HeadingResponse
+from steerway.control.heading_plant import HeadingResponse, SampledHeading
 from steerway.core.checks import one_of, positive
 
 KINDS = ("pole-placement", "mpc", "lqg")
@@ -14,22 +13,13 @@ _LOOK_AHEAD = 6.0
 """Horizon over 1/ω: what an MPC does not see it does not settle."""
 
 
-class Sampled(Protocol):
-    """`HeadingMpc`, `HeadingLqg`."""
-
-    input: float
-    observer: BiasObserver
-
-    def step(self, wanted: float, estimated: float) -> float: ...
-
-
 class SampledSteering:
     """Takes the place of `AnglePID` in an `Autopilot`. `command` is the input in force.
 
     design: the controller. sample: s between its steps.
     """
 
-    def __init__(self, design: Sampled, sample: float):
+    def __init__(self, design: SampledHeading, sample: float):
         self.design, self.sample = design, positive("steering.sample", sample)
         self.restart()
 

@@ -37,7 +37,7 @@ CONTROLLERS = {"": (AdaptiveSpeed, AdaptiveSpeedGains), "observer_": (ObservedSp
 
 
 class Boat(NamedTuple):
-    """A boat, its model, and what a controller is told of her."""
+    """A boat, its model, and the guess that a controller is given."""
 
     vessel: Surge
     model: SurgeModel

@@ -16,7 +16,7 @@ from steerway_studies.papers.range_rate import RangeRatePassing
 from steerway_studies.parts import over_cases
 from steerway_studies.springer_mission.navigators import (
     RIVALS,
-    GnssAlone,
+    gnss_alone,
     ideal,
     nominal,
     physical_nominal,
@@ -166,12 +166,12 @@ def real_mission(kind: str, seed: int) -> dict[str, object]:
     """One harder world: product and nominal in the loop; product and GNSS alone on the product's own voyage."""
     world, circuit = real_world(kind, seed), PAPER_CIRCUIT
     voyage = sail(world, product(), seed, circuit)
-    alone = np.abs(turnless_deg(replayed(voyage, GnssAlone()), voyage.heading))
+    alone = np.abs(turnless_deg(replayed(voyage, gnss_alone()), voyage.heading))
     boxed = {name: Sailed.of(sail(world, RIVALS[name](), seed, circuit)) for name in BOXED} if kind == "a" else {}
     return boxed | {
         "product": Sailed.of(voyage),
         "nominal": Sailed.of(sail(world, physical_nominal(), seed, circuit)),
-        "gnss": Sailed.of(sail(world, GnssAlone(), seed, circuit)),
+        "gnss": Sailed.of(sail(world, gnss_alone(), seed, circuit)),
         "errors": np.abs(turnless_deg(voyage.estimate, voyage.heading)),
         "gnss_median": float(np.median(alone)),
     }

@@ -89,37 +89,28 @@ KNOWN_SPEED = HeadingTuning(current=(0.3, 2e-3), water_speed=(0.0, 0.0))
 """For worlds (a) to (d), in which the speed through the water is known."""
 
 
-class GnssAlone:
-    """The product filter without its compass."""
-
-    def __init__(self):
-        self.estimator = AidedHeadingFilter(KNOWN_SPEED)
-
-    @property
-    def heading(self) -> float:
-        return self.estimator.heading
-
-    def step(self, difference, readings, velocity) -> float:
-        return self.estimator.step(difference, None, velocity)
-
-
 class ByBearing:
     """The aided filter where the speed through the water is known, steering for a waypoint by its bearing."""
 
-    def __init__(self):
-        self.estimator = AidedHeadingFilter(KNOWN_SPEED)
+    def __init__(self, has_compass: bool = True):
+        self.estimator, self._has_compass = AidedHeadingFilter(KNOWN_SPEED), has_compass
 
     @property
     def heading(self) -> float:
         return self.estimator.heading
 
     def step(self, difference, readings, velocity) -> float:
-        return self.estimator.step(difference, readings, velocity)
+        return self.estimator.step(difference, readings if self._has_compass else None, velocity)
 
 
 def product() -> Navigator:
     """The aided filter as in worlds (a) to (d)."""
     return ByBearing()
+
+
+def gnss_alone() -> Navigator:
+    """The same without its compass."""
+    return ByBearing(has_compass=False)
 
 
 def all_round() -> Navigator:

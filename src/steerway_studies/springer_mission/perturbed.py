@@ -2,8 +2,8 @@
 
 Every scene is world (a), whose propellers are off and whose compass is anywhere in the box, with one thing more: any
 first heading, a strong current, another speed through the water, a circuit turned and mirrored, a deviation card,
-compasses outside the box, late GNSS, longer and shorter steps. Waypoints are steered for by the heading that makes the
-course good in the estimated current.
+compasses outside the box, another plant, late GNSS, longer and shorter steps. Waypoints are steered for by the heading
+that makes the course good in the estimated current.
 """
 
 import math
@@ -51,6 +51,11 @@ def _compass(factor):
     return lambda seed, world, rng: {"world": replace(world, compass=TCM2.scaled(factor))}
 
 
+def _plant(factor):
+    """The boat's yaw moment, on top of what is off in world (a)."""
+    return lambda seed, world, rng: {"world": replace(world, effectiveness=factor * world.effectiveness)}
+
+
 def _late(seed, world, rng):
     return {"world": replace(world, lag=1)}
 
@@ -74,6 +79,8 @@ SCENES = {
     "card_3": _card(3.0),
     "compass_098": _compass(0.98),
     "compass_1012": _compass(1.012),
+    "plant_098": _plant(0.98),
+    "plant_1012": _plant(1.012),
     "gnss_late": _late,
     "step_05": _step(0.5),
     "step_2": _step(2.0),
@@ -88,6 +95,8 @@ LABELS = {
     "card_3": "deviation card × 3",
     "compass_098": "compass × 0.98, outside the box",
     "compass_1012": "compass × 1.012, outside the box",
+    "plant_098": "plant × 0.98",
+    "plant_1012": "plant × 1.012",
     "gnss_late": "GNSS velocity 1 s late",
     "step_05": "steps of 0.5 s",
     "step_2": "steps of 2 s",

@@ -200,7 +200,7 @@ def _wrong(
     other, _ = _change(kept[1], last[1], time, window, LAG, _READING)
     drift = max(drift, MODEL_SHARE * min(abs(faster), abs(other)), THIRD_DRIFT)
     lead = _likelihood(kept, last, time, window, LAG, _THIRD, stds, drift)
-    # An accelerometer tells sudden faults only: of slow ones the estimate of its bias has its part.
+    # An accelerometer shows sudden faults only: slow ones enter the estimate of its bias.
     first, n = _change(kept[0], last[0], time, SHORT, SHORT_LAG, _OFFSET)
     second, m = _change(kept[1], last[1], time, SHORT, SHORT_LAG, _OFFSET)
     difference, _ = _difference(kept, last, time, SHORT, std, other_std, 0.0)
