@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from steerway.estimation.heading.aided import SCALE_ONLY, AidedHeadingFilter, HeadingTuning
     from steerway.estimation.heading.compass_alarm import outside
     from steerway.estimation.heading.composite import START_VARIANCE, WAVES, CompositeFilter, composite_model
+    from steerway.estimation.heading.interval.deviation import DeviationBounds
     from steerway.estimation.heading.interval.filter import IntervalFilter, box_of
     from steerway.estimation.heading.interval.weighting import (
         WEIGHTS,
@@ -27,6 +28,7 @@ __all__ = [
     "WEIGHTS",
     "AidedHeadingFilter",
     "CompositeFilter",
+    "DeviationBounds",
     "Features",
     "HeadingTuning",
     "IntervalFilter",

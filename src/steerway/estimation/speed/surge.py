@@ -198,8 +198,8 @@ def _predict(filter_state: Floats, acceleration: float, dt: float, model: Floats
 def _take_log(x: Floats, p: Floats, work: Floats, reading: float, through_water: bool, variance: float) -> float:
     """A reading (1 + k)(u − c), c only through the water. Returns its NIS.
 
-    Through the water scale and current can hardly be distinguished: the scale's uncertainty counts, but it is not corrected
-    (Schmidt's consider filter).
+    Through the water scale and current can hardly be distinguished: the scale's uncertainty counts, but it is not
+    corrected (Schmidt's consider filter).
     """
     scale, speed = 1.0 + x[SCALE], x[SPEED] - (x[CURRENT] if through_water else 0.0)
     pc, s = work[0], variance
