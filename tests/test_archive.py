@@ -145,6 +145,7 @@ def test_other_settings_are_refused_in_one_sentence(files, whole):
         ({"buckets": 0}, "buckets is 0"),
         ({"memory": 1e6}, "memory is 0.001 GB"),
         ({"aid": ("wind",)}, "wind"),
+        ({"aid": ("sog", "yaw_rate")}, "aid 'yaw_rate' is unknown"),
     ],
 )
 def test_wrong_arguments(files, tmp_path, arguments, words):
@@ -167,8 +168,11 @@ def test_a_bad_file_is_named_and_left_out(files, tmp_path):
     bad.write_bytes(b"PAR1" + bytes(100))
     broken = tmp_path / "broken.csv.gz"
     broken.write_bytes(b"\x1f\x8b" + bytes(50))
-    report = steerway.archive.run([files[0], bad, broken], tmp_path / "out", workers=1)
-    assert set(report.failed) == {str(bad), str(broken)} and report.units > 0
+    cut = tmp_path / "cut.zip"
+    cut.write_bytes(b"PK\x03\x04" + bytes(50))
+    report = steerway.archive.run([files[0], bad, broken, cut], tmp_path / "out", workers=1)
+    assert set(report.failed) == {str(bad), str(broken), str(cut)} and report.units > 0
+    assert report.failed[str(cut)] == "the ZIP archive is cut short"
     with pytest.raises(InputError, match=r"bad\.parquet"):
         steerway.archive.run([bad], tmp_path / "strict", strict=True)
 

@@ -19,13 +19,13 @@ from steerway.archive.summaries import write_unfinished_trips
 from steerway.archive.unit import LOOKAHEAD, Work
 from steerway.core.errors import InputError
 from steerway.core.files import made_directory
-from steerway.estimation.course.update.aids import expect_aids
 from steerway.estimation.profiles import Profile
 
 UNIT_ROWS = 400_000
 """Rows of a unit to aim at: below 200,000 reading and writing cost more than filtering."""
 _BYTES_A_ROW, _BYTES_A_WORKER = 700, 250e6
 """Memory that a unit takes for each of its rows, and a worker without one."""
+_AIDS = ("sog", "cog", "heading")
 _SETTINGS = ("version", "kernels", "buckets", "profiles", "aid", "smooth", "rate")
 
 
@@ -86,7 +86,9 @@ def run(
     Raises InputError for wrong arguments, an archive made with other settings and, if `strict`, an input that cannot be
     read; DiskFull.
     """
-    expect_aids(aid)
+    for name in aid:
+        if name not in _AIDS:
+            raise InputError(f"aid {name!r} is unknown, expected some of {', '.join(_AIDS)}")
     if rate is not None and not 0.0 < rate <= 10.0:
         raise InputError(f"rate is {rate}, expected Hz between 0 and 10")
     for name, value in (("buckets", buckets), ("workers", workers)):

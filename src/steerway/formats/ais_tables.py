@@ -98,6 +98,8 @@ def _unzipped(path, beside) -> Path:
 def _scanned(path: Path) -> pl.LazyFrame | None:
     with open(path, "rb") as file:
         head = file.read(1 << 16)
+    if head.startswith(b"PK\x03\x04"):
+        raise InputError(f"{path}: the ZIP archive is cut short")
     if head.startswith(b"PAR1"):
         frame = pl.scan_parquet(path, glob=False)
         names = frame.collect_schema().names()
