@@ -101,9 +101,9 @@ def estimate(
     estimator = LogEstimator(fixes, profile, aids)
     motion = estimator.motion(fixes, rate, smooth)
     late = lateness(fixes)
-    doubted = int((variance_scales(fixes) > 1.0).sum())
+    down_weighted = int((variance_scales(fixes) > 1.0).sum())
     structures = structures_of(estimator.profile, estimator.inference) if estimator.is_inferred else []
-    summary = summarise(fixes, motion, estimator.profile.name, doubted, late.sog, late.cog, structures)
+    summary = summarise(fixes, motion, estimator.profile.name, down_weighted, late.sog, late.cog, structures)
     if out is not None:
         write(motion, out)
     if report is not None:

@@ -48,7 +48,7 @@ def rows_of(values: np.ndarray, chosen: Rows) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Table(ABC):
+class Record(ABC):
     """Equal-length columns, selected and sorted by row."""
 
     time: np.ndarray  # Unix UTC
@@ -120,7 +120,7 @@ class Table(ABC):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Fixes(Table):
+class Fixes(Record):
     """Measurements of receivers: one row an epoch, in time order (by vessel, then time, where `mmsi` is given).
 
     A row may lack its position (a compass between two fixes); such a row aids the estimate and gets no row of its own
@@ -169,7 +169,7 @@ class Fixes(Table):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Motion(Table):
+class Motion(Record):
     """Estimates: position, SOG, COG and course rate with their standard deviations, one row a fix or output time.
 
     Shapes: every array (n,). `cog`, `course_rate` and their deviations are NaN where course is not defined.

@@ -1,9 +1,12 @@
-"""Statistics of samples of which some are unknown."""
+"""Gates, and statistics of samples of which some are unknown."""
 
 import math
 
 import numpy as np
 from numpy.typing import ArrayLike
+
+FIX_GATE, AID_GATE = 13.8, 10.8
+"""On the normalised innovation squared of a fix and of a scalar: χ² with two degrees of freedom and one at 0.1 %."""
 
 
 def rms(values: ArrayLike) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from steerway.core.compiled import kernel
 from steerway.core.earth import displaced
 from steerway.core.errors import InputError
-from steerway.core.records import Fixes, Table
+from steerway.core.records import Fixes, Record
 from steerway.estimation.course.forecast import forecast
 from steerway.estimation.course.motion.layout import EAST, EMPTY, LATITUDE, LONGEST_GAP, LONGITUDE, NORTH, PHASE
 from steerway.estimation.course.replay import kept_rows
@@ -27,7 +27,7 @@ LONGEST_HORIZON = 3600.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Prediction(Table):
+class Prediction(Record):
     """Positions to come: one row a vessel and horizon. Shapes: every array (n,); mmsi None for one's own boat."""
 
     time: np.ndarray  # Unix UTC, of the predicted position

@@ -9,7 +9,7 @@ from typing import Any, BinaryIO, NamedTuple
 
 from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent
-from steerway.core.records import Fixes, Motion, Table
+from steerway.core.records import Fixes, Motion, Record
 from steerway.formats import geojson, gpx, mcap
 
 
@@ -70,7 +70,7 @@ def writer(path, tracks: bool = True) -> tuple[Writer, bool]:
     raise InputError(f"{str(path)!r} has an unknown ending, expected one of {', '.join(endings(tracks))}")
 
 
-def write(record: Table, path: str | os.PathLike) -> None:
+def write(record: Record, path: str | os.PathLike) -> None:
     """Write fixes, an estimate or predictions as CSV, Parquet, GeoJSON or GPX 1.0, by the ending of `path`.
 
     A further ending `.gz` compresses. The file is written under another name in the same directory and then renamed,

@@ -10,13 +10,13 @@ from matplotlib.figure import Figure
 from steerway.core.angles import wrap_array
 from steerway.core.earth import radii
 from steerway.core.records import NO_COURSE, REJECTED, STARTING, Fixes, Motion
+from steerway.core.statistics import FIX_GATE
 from steerway.report.course_axis import broken, course_cut, on_axis
 from steerway.report.summary import gaps
 
 OURS, THEIRS, BAD, QUIET = "#0072b2", "#d55e00", "#a4262c", "#9aa5b1"
 """Estimate, receiver, rejected or missed, undefined: the first two after Okabe and Ito, for the colour-blind."""
 _MOST_POINTS = 20_000
-_GATE = 13.8
 
 
 def track_figure(motion: Motion) -> Figure:
@@ -97,7 +97,7 @@ def signals_figure(fixes: Fixes, motion: Motion, gate: bool = True) -> Figure:
     if rejected.any():
         nis.semilogy(time[rejected], ratio[rejected], "x", color=BAD, markersize=5, label="rejected")
     if gate:
-        nis.axhline(np.sqrt(_GATE / 2.0), color=BAD, linewidth=0.8, linestyle="--", label="gate")
+        nis.axhline(np.sqrt(FIX_GATE / 2.0), color=BAD, linewidth=0.8, linestyle="--", label="gate")
     nis.set_ylabel("innovation ratio √(NIS/2)")
     nis.set_xlabel("time (UTC)")
 

@@ -38,15 +38,15 @@ def summarise(
     fixes: Fixes,
     motion: Motion,
     profile: str,
-    doubted: int = 0,
+    down_weighted: int = 0,
     sog_late: float = math.nan,
     cog_late: float = math.nan,
     structures: Sequence[dict] = (),
 ) -> dict:
     """The numbers of a run, flat but for `structures`, names with their units.
 
-    doubted: number of fixes down-weighted for their reported accuracy. sog_late, cog_late: delay (s) of the receiver's
-    SOG and COG, NaN where unknown. structures: see `estimation.inference.description.structures_of`.
+    down_weighted: number of fixes with less weight for their reported accuracy. sog_late, cog_late: delay (s) of the
+    receiver's SOG and COG, NaN where unknown. structures: see `estimation.inference.description.structures_of`.
     """
     status = np.bincount(motion.status, minlength=len(STATUSES))
     defined = np.isfinite(motion.cog)
@@ -62,7 +62,7 @@ def summarise(
         "stop": iso(round(motion.time.max(), 3)) if len(motion) else None,
         "duration_s": float(np.ptp(motion.time)) if len(motion) else 0.0,
         "fixes": len(placed),
-        "fixes_doubted": doubted,
+        "fixes_doubted": down_weighted,
         "receiver_sog_late_s": sog_late,
         "receiver_cog_late_s": cog_late,
         "rows": len(motion),

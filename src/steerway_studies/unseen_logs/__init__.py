@@ -40,14 +40,14 @@ def judge(log) -> Judged | str:
     began = time.process_time()
     try:
         recording = opened(log)
-        said = contestants(recording)
+        estimates = contestants(recording)
     except steerway.InputError as error:
         return f"{log.name} was left out: {error}"
-    rows = judged_rows(recording, said)
+    rows = judged_rows(recording, estimates)
     reference, times = recording.reference, recording.fixes.time
     return Judged(
         log=log,
-        verdicts={name: verdict(recording, each, rows) for name, each in said.items()},
+        verdicts={name: verdict(recording, each, rows) for name, each in estimates.items()},
         held_back=held_back(recording),
         lag=reference.lag,
         rate_lag=reference.rate_lag,

@@ -9,6 +9,7 @@ import numpy as np
 
 from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.core.earth import displaced, displacement
+from steerway.core.statistics import AID_GATE
 from steerway.estimation.course.imm import (
     combine,
     course_is_lost,
@@ -64,7 +65,6 @@ from steerway.estimation.course.update.aids import (
 )
 from steerway.estimation.course.update.invariant import rotate_correction
 from steerway.estimation.course.update.outliers import (
-    AID_GATE,
     AID_OUTLIER_NLL,
     aid_nll,
     fix_is_accepted,

@@ -18,6 +18,7 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import array_of, not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.statistics import FIX_GATE
 from steerway.estimation.course.update.aids import correct_scalar
 from steerway.estimation.course.update.position import correct, innovation, normalised_square, place_by_fix
 from steerway.estimation.positioning.low_speed import (
@@ -32,8 +33,6 @@ from steerway.estimation.positioning.low_speed import (
     transition,
 )
 
-GATE = 13.8
-"""χ² with two degrees of freedom at 0.1 %."""
 PATIENCE = 5
 """So many fixes rejected in a row, and the position is taken anew."""
 
@@ -208,7 +207,7 @@ class VesselFilter:
         inertia: ArrayLike,
         damping: ArrayLike,
         noise: VesselNoise,
-        gate: float = GATE,
+        gate: float = FIX_GATE,
         fix_noise: FixNoise | None = None,
         scheduled: Callable[[float, float], tuple[float, float, float]] | None = None,
     ) -> None:

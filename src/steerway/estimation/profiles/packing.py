@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from steerway.core.statistics import FIX_GATE
 from steerway.estimation.course.motion import models
 from steerway.estimation.course.motion.five_state import gauss_markov
 from steerway.estimation.course.motion.layout import (
@@ -27,7 +28,7 @@ from steerway.estimation.course.motion.layout import (
     VELOCITY_VARIANCE,
 )
 from steerway.estimation.course.update import aids as aiding
-from steerway.estimation.course.update.outliers import FIX_GATE, OSCILLATION_OUTLIER_NLL
+from steerway.estimation.course.update.outliers import OSCILLATION_OUTLIER_NLL
 
 _LONG_HELD, _YOUNG_COURSE, _TURN = 1, 2, 3
 """Rows of a profile with two modes: a course long held, one just taken up, a turn. Row 0 is the vessel as a whole."""

@@ -9,7 +9,7 @@ through the water are refused.
 import math
 from dataclasses import dataclass
 
-from steerway.estimation.course.update.outliers import AID_GATE
+from steerway.core.statistics import AID_GATE
 from steerway.estimation.speed.fault_vote import FaultVote
 from steerway.estimation.speed.surge import BIAS, CURRENT, LEAK, SPEED, SurgeFilter, SurgeTuning
 

@@ -17,9 +17,9 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.statistics import AID_GATE
 from steerway.estimation.course.motion.five_state import decay
 from steerway.estimation.course.update.aids import correct_scalar, take_scalar
-from steerway.estimation.course.update.outliers import AID_GATE
 
 SPEED, BIAS, LEAK, CURRENT, SCALE = range(5)
 STATES = 5

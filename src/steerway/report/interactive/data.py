@@ -9,13 +9,13 @@ import numpy as np
 
 from steerway.core.earth import radii
 from steerway.core.records import REJECTED, STATUSES, Fixes, Motion
+from steerway.core.statistics import FIX_GATE
 from steerway.report.course_axis import on_axis
 
 EARTH_RADIUS = 6378137.0
 """m, of the web Mercator projection, in which map tiles are cut."""
 MOST_ROWS = 60_000
 """A longer log is thinned evenly: two hours at 8 Hz are drawn row by row."""
-_GATE = 13.8
 
 
 def mercator(latitude: np.ndarray, longitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -84,7 +84,7 @@ def pack(fixes: Fixes, motion: Motion, cut: float, truth: Motion | None = None) 
         "origin": origin,
         "scale": _scale(float(motion.latitude[known[0]])) if len(known) else (1.0, 1.0),
         "cut": cut,
-        "gate": math.sqrt(_GATE / 2.0),
+        "gate": math.sqrt(FIX_GATE / 2.0),
         "statuses": STATUSES,
         "rejected": REJECTED,
         "bytes": base64.b64encode(gzip.compress(b"".join(each[0].tobytes() for each in columns.values()), 6)).decode(),

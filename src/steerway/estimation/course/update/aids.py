@@ -15,6 +15,7 @@ from steerway.core.angles import wrap
 from steerway.core.compiled import lean_kernel
 from steerway.core.errors import InputError
 from steerway.core.profile_fields import positive_number
+from steerway.core.statistics import AID_GATE
 from steerway.estimation.course.motion.layout import (
     COURSE,
     EXTRAS,
@@ -25,7 +26,6 @@ from steerway.estimation.course.motion.layout import (
     VELOCITY_NORTH,
     VELOCITY_VARIANCE,
 )
-from steerway.estimation.course.update.outliers import AID_GATE
 
 
 class Aid(NamedTuple):

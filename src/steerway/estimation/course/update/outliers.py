@@ -9,10 +9,6 @@ import math
 from steerway.core.compiled import lean_kernel
 from steerway.estimation.course.motion.layout import GATE, OUTLIER_NLL
 
-FIX_GATE = 13.8
-"""χ² with two degrees of freedom at 0.1 %."""
-AID_GATE = 10.8
-"""χ² with one degree of freedom at 0.1 %."""
 OSCILLATION_OUTLIER_NLL = 10.0
 """−log density of an outlier, 1/m²: one fix in a thousand, within three metres. Where wave-induced yaw is modelled the
 gate is centimetres wide, and accepting what is more probable than this keeps good fixes in irregular waves."""
