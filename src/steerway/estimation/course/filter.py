@@ -38,6 +38,7 @@ from steerway.estimation.profiles import Profile
 
 _NOW, _ONE_ROW = np.zeros(1), np.array([0, 1])
 _NORTH_POLE, _WHOLE_TURN = 0.5 * math.pi + 1e-9, 2.0 * math.pi + 1e-9
+"""rad: latitudes and longitudes that are possible, but for rounding."""
 _NO_SCALES = np.empty(0)
 
 

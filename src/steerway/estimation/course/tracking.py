@@ -72,8 +72,7 @@ from steerway.estimation.course.update.outliers import (
 )
 from steerway.estimation.course.update.position import correct, innovation, normalised_square
 
-_SLOTS = 128
-_SLOTS_PER_SECOND = 7.0
+_SLOTS, _SLOTS_PER_SECOND = 128, 7.0
 """Steps kept by their length; intervals of whole seconds, as AIS has them, meet in no slot up to two minutes."""
 _SAME_STEP = 1e-10
 """Part of a step by which equal intervals between times of up to an hour differ in their last digits: of three

@@ -45,6 +45,7 @@ along the course and speed; of way across and course, for each m/s; of held spee
 
 _NODES = (0.5 - 0.5 * math.sqrt(0.6), 0.5, 0.5 + 0.5 * math.sqrt(0.6))
 _WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
+"""Gauss and Legendre's rule with three nodes on an interval of length 1."""
 
 
 @lean_kernel

@@ -150,8 +150,9 @@ def long_turn_noise(rate_decay, dt):
 
 
 _LONG_DECAY = 0.5
-_NODE = math.sqrt(0.15)
-_CENTRE_WEIGHT, _SIDE_WEIGHT = 4.0 / 9.0, 5.0 / 18.0
+"""α2 dt at which the quadrature errs by 1e-4 of its numbers, and the closed form by 1e-14."""
+_NODE, _CENTRE_WEIGHT, _SIDE_WEIGHT = math.sqrt(0.15), 4.0 / 9.0, 5.0 / 18.0
+"""Gauss and Legendre's rule with three nodes on an interval of length 1."""
 
 
 @called_kernel

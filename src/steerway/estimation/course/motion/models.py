@@ -38,6 +38,7 @@ _LONGEST = 30.0
 one: compared with steps of 1 s on generated reports of AIS, see `benchmarks.archive`."""
 _LARGEST_TURN, _LARGEST_CHANGE = 0.03, 0.05
 _LEAST_SPEED = 1e-3
+"""m/s, to divide by: a vessel under way is faster (see `steerageway`)."""
 
 _set_five_states = five_state.set_step
 _set_acceleration = acceleration.set_step

@@ -18,6 +18,7 @@ from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.estimation.course.motion.layout import LEAVING
 
 MODES = 2
+"""Course held, and turn."""
 HYPOTHESES = 4
 """Of each mode. With 3 the rate on a straight course is up to a tenth worse, with 6 or 8 nothing is better."""
 LOG_WEIGHT, PROBABILITY = range(2)
