@@ -1,12 +1,15 @@
 """The front door: public names are there when they are asked for, and nothing heavy before."""
 
 import importlib
+import importlib.util
 import subprocess
 import sys
 
 import pytest
 
 import steerway
+from steerway.core.moved import MOVED
+from steerway.pilot import Pilot
 
 
 def test_every_public_name_is_there():
@@ -37,3 +40,14 @@ def test_modules_that_moved_are_found_by_their_old_names():
     assert steerway.papers.ekf_5states is ekf_5states
     with pytest.raises(ModuleNotFoundError):
         importlib.import_module("steerway.guidance.legs")
+
+
+def test_every_old_name_leads_somewhere():
+    assert all(importlib.util.find_spec(new) for new in MOVED.values())
+
+
+def test_old_methods_and_arguments():
+    with pytest.warns(FutureWarning, match="Profile.model is now Profile.parameters"):
+        assert steerway.Profile.named("otter").model().size
+    with pytest.warns(FutureWarning, match="the argument patience is now max_dead_reckoning"):
+        assert Pilot(*5 * [None], patience=3.0).max_dead_reckoning == 3.0

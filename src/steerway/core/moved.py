@@ -1,4 +1,4 @@
-"""Old names of modules and methods: each gives what it became, with one line of warning."""
+"""Old names of modules, methods and arguments: each gives what it became, with one line of warning."""
 
 import functools
 import sys
@@ -45,6 +45,12 @@ MOVED = (
         "steerway.simulation.run_files": "steerway.simulation.runs.files",
         "steerway.simulation.run_page": "steerway.simulation.runs.page",
         "steerway.simulation.summary": "steerway.simulation.runs.campaign",
+        "steerway.live.clock": "steerway.live.base.clock",
+        "steerway.live.decoding": "steerway.live.links.decoding",
+        "steerway.live.heard": "steerway.live.base.rows",
+        "steerway.live.links.foxglove": "steerway.live.outputs.foxglove",
+        "steerway.live.links.mavlink": "steerway.live.mavlink.link",
+        "steerway.live.uri": "steerway.live.base.uri",
         "steerway.papers": "steerway_studies.papers",
         "steerway.studies": "steerway_studies",
     }
@@ -97,3 +103,19 @@ def formerly(old: str, function: Callable[P, R]) -> Callable[P, R]:
         return function(*args, **kwargs)
 
     return renamed
+
+
+def renamed_argument(old: str, new: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """For a function whose argument `old` is now `new`: takes either by name."""
+
+    def decorator(function: Callable[P, R]) -> Callable[P, R]:
+        @functools.wraps(function)
+        def taking_either(*args: P.args, **kwargs: P.kwargs) -> R:
+            if old in kwargs:
+                warnings.warn(f"the argument {old} is now {new}", FutureWarning, stacklevel=2)
+                kwargs[new] = kwargs.pop(old)
+            return function(*args, **kwargs)
+
+        return taking_either
+
+    return decorator
