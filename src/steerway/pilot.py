@@ -37,9 +37,6 @@ class Mode(IntEnum):
     OVERPOWERED = 5  # no way is made: the current exceeds the boat's speed; engines off
 
 
-STEERED = (Mode.UNDER_WAY, Mode.HOLDING)
-
-
 class Mission(Protocol):
     """What gives the leg under way: `guidance.waypoints.Mission`, `guidance.voyage.Voyage`."""
 

@@ -136,9 +136,3 @@ def water_speed_for(
 def course_per_heading(water_speed: float, sog: float, crab_angle: float) -> float:
     """dχ/dψ = (U_r/U) cos(χ − ψ); crab_angle χ − ψ in rad. In a current of half the speed it is from 2/3 to 2."""
     return water_speed / sog * math.cos(crab_angle)
-
-
-@kernel
-def largest_course_gain(current: float, water_speed: float) -> float:
-    """Largest dχ/dψ (against the current), 1/(1 − V/U_r); infinite in a current as fast as the boat."""
-    return water_speed / (water_speed - current) if current < water_speed else math.inf

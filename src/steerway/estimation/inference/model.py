@@ -15,9 +15,6 @@ from typing import NamedTuple
 import numpy as np
 
 NORTH, EAST, SPEED, COURSE, RATE = range(5)
-ACROSS = COURSE
-"""The error that belongs to the course is the velocity across it."""
-
 ON_SPEED, ON_RATE, ON_COURSE, ON_ANTENNA, ON_FIX, ON_AID = range(6)
 """What a shaping filter acts on. One on fixes has two states, north and east; a complex one two, real and imaginary."""
 
@@ -76,7 +73,6 @@ class Bank(NamedTuple):
     steps: np.ndarray  # (MODES, STEP_ROWS, n) see `discrete`
     change: np.ndarray  # (MODES, MODES) probabilities of change in a step
     work: np.ndarray  # (12, max(n, 8))
-    fused: np.ndarray  # (OUT,) mean and spread of all modes
 
     @property
     def states(self):
@@ -84,7 +80,7 @@ class Bank(NamedTuple):
 
 
 FUSED = 10
-"""`fused`: N, E, U, χ, ω, variances of U, χ, ω, of position, and 1 where the course is defined."""
+"""Columns of `fuse`: N, E, U, χ, ω, variances of U, χ, ω, of position, and 1 where the course is defined."""
 STEP_ROWS = 9
 
 
@@ -101,7 +97,6 @@ def empty_bank(states: int) -> Bank:
         np.zeros((m, STEP_ROWS, n)),
         np.zeros((m, m)),
         np.zeros((12, max(n, 8))),
-        np.zeros(FUSED),
     )
 
 

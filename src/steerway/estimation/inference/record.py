@@ -5,26 +5,9 @@ import math
 import numpy as np
 
 from steerway.estimation.inference.fit import Rows
-from steerway.estimation.inference.model import AIDS
 
 LONGEST_GAP = 1800.0
 """s; after so long without a fix nothing of the motion is left, and the filter begins anew."""
-
-
-def record_of(time, north, east, excess=None, aids=None) -> Rows:
-    """A record of one vessel: copies as unknown, restarts after long gaps.
-
-    Args:
-        time: (n,) s, not decreasing. north, east: (n,) m in one plane, NaN where a row is no fix. excess: (n,), how
-            many times its usual variance the noise of a fix has. aids: columns (n,) by name, NaN where unknown.
-    """
-    time = np.ascontiguousarray(time, dtype=np.float64)
-    north, east = without_copies(north, east)
-    table = np.empty((0, len(AIDS)))
-    if aids:
-        table = np.column_stack([aids.get(name, np.full(len(time), np.nan)) for name in AIDS])
-    restarts = np.flatnonzero(np.diff(time) > LONGEST_GAP) + 1
-    return Rows(time, north, east, np.empty(0) if excess is None else np.asarray(excess, float), table, restarts)
 
 
 def without_copies(north, east):

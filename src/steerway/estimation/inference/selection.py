@@ -60,7 +60,7 @@ class Inference(NamedTuple):
 
 
 def infer(record: Rows, aids=()) -> Inference:
-    """Fit and compare the declared structures on a record (see `record.record_of`) with these of its aids."""
+    """Fit and compare the declared structures on a record (see `whole_log.Track`) with these of its aids."""
     few, many = excerpt(record, FEW, 1.0), excerpt(record, MANY, 0.5)
     noise, shortest = scales_of(record)
     contenders = screened(PLAIN + tuple(aids), few, noise, shortest)

@@ -35,7 +35,6 @@ class SimulatedBoat:
         aboard = scenario.model_copy(update={"estimator": EstimatorTable()})
         self.vessel, self.known = aboard.vessel.build(), assembly.boat(aboard)
         self.origin, self.step_length = origin(aboard), aboard.step
-        self.receiver_rate = aboard.gnss.rate
         sea_seed, receiver_seed, compass_seed = np.random.default_rng(scenario.seed if seed is None else seed).spawn(3)
         self._sea = aboard.environment.build().start(sea_seed, aboard.step)
         suite = assembly.instruments(aboard)
