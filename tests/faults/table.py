@@ -8,6 +8,8 @@ from tests.faults.sorties import Fault
 
 DOCS = Path(__file__).parents[2] / "docs" / "live.md"
 BEGIN, END = "<!-- faults: python -m tests.faults -->", "<!-- end of faults -->"
+ABOARD, ABOARD_END = "<!-- faults aboard: python -m tests.faults -->", "<!-- end of faults aboard -->"
+ABOARD_HEAD = "| what happens | what is said or done |", "|---|---|"
 HEAD = (
     "| what happens | status | RMC | COG | no position | position | SOG | COG | recovers in |",
     "|---|---|---|---|---|---|---|---|---|",
@@ -28,14 +30,14 @@ def discrete(row: str) -> tuple[str, ...]:
     return tuple(cell.strip() for cell in row.strip("|").split("|")[:4])
 
 
-def in_docs() -> list[str]:
-    """The lines that stand in the docs."""
-    return DOCS.read_text(encoding="utf-8").split(BEGIN)[1].split(END)[0].strip().splitlines()[len(HEAD) :]
+def in_docs(begin: str = BEGIN, end: str = END, head: tuple[str, ...] = HEAD) -> list[str]:
+    """The lines of a table that stand in the docs."""
+    return DOCS.read_text(encoding="utf-8").split(begin)[1].split(end)[0].strip().splitlines()[len(head) :]
 
 
-def written(lines: list[str]) -> None:
-    """Put lines into the docs."""
+def written(lines: list[str], begin: str = BEGIN, end: str = END, head: tuple[str, ...] = HEAD) -> None:
+    """Put the lines of a table into the docs."""
     text = DOCS.read_text(encoding="utf-8")
-    before, rest = text.split(BEGIN)
-    table = "\n".join((*HEAD, *lines))
-    DOCS.write_text(f"{before}{BEGIN}\n\n{table}\n\n{END}{rest.split(END)[1]}", encoding="utf-8")
+    before, rest = text.split(begin)
+    table = "\n".join((*head, *lines))
+    DOCS.write_text(f"{before}{begin}\n\n{table}\n\n{end}{rest.split(end)[1]}", encoding="utf-8")
