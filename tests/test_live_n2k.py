@@ -4,6 +4,7 @@ import asyncio
 import math
 import struct
 import time
+from pathlib import Path
 
 import pytest
 
@@ -123,6 +124,9 @@ def test_what_is_read():
     assert row.yaw_rate == pytest.approx(0.125)
     (row,) = rows(128259, struct.pack("<BHHBB", 1, 123, 0xFFFF, 0, 0xFF))
     assert row.water_speed == pytest.approx(1.23)
+    (row,) = rows(127488, struct.pack("<BHHbH", 0, 7200, 0xFFFF, 0x7F, 0xFFFF))
+    assert row.shaft == pytest.approx(30.0)
+    assert rows(127488, struct.pack("<BHHbH", 0, 0xFFFF, 0xFFFF, 0x7F, 0xFFFF)) == []
     (row,) = rows(129029, gnss(54.0, 10.0))
     assert row.source == "src 7 GNSS" and row.time == 20668 * 86400.0 + 17220.5
     (row,) = rows(129025, position(54.0, 10.0), 1.7e9)  # the computer's clock is wrong
@@ -150,9 +154,12 @@ def test_the_lower_name_keeps_the_address():
     assert name_of(1 << 40 | 5) & 0x1FFFFF == 5 and name_of(5) >> 63 == 1
 
 
-def test_a_bus_in_and_out():
+@pytest.mark.parametrize(("interface", "channel"), [("virtual", "steerway-test"), ("socketcan", "vcan0")])
+def test_a_bus_in_and_out(interface, channel):
     can = pytest.importorskip("can", reason="python-can is not installed")
-    text = "n2k:steerway-test?interface=virtual"
+    if interface == "socketcan" and not Path("/sys/class/net", channel).exists():
+        pytest.skip(f"this computer has no {channel}: ip link add {channel} type vcan && ip link set {channel} up")
+    text = f"n2k:{channel}?interface={interface}"
     ((address,), _) = addresses.sources([text])
     device = addresses.opened(address, 1)
     output, link = addresses.output(text, Context(inputs=[device]))
@@ -165,7 +172,7 @@ def test_a_bus_in_and_out():
 
     async def run():
         tasks = [asyncio.create_task(service.run([device], [device]))]
-        with can.Bus(interface="virtual", channel="steerway-test") as other:
+        with can.Bus(interface=interface, channel=channel) as other:
             await asyncio.sleep(0.1)
             for k in range(40):
                 data = position(54.0 + 3e-6 * k, 10.0)

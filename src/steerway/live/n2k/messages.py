@@ -1,6 +1,6 @@
 """Messages of NMEA 2000 as SI values, and SI values as messages. Fields: the canboat PGN database.
 
-Read: 129025, 129026, 129029, 127250, 127251, 128259. Written: 129026, 127251, 129283, 129284, 127237.
+Read: 129025, 129026, 129029, 127250, 127251, 127488, 128259. Written: 129026, 127251, 129283, 129284, 127237.
 """
 
 import math
@@ -63,12 +63,19 @@ def water_speed(data: bytes) -> dict:
     return {"water_speed": math.nan if speed > 0xFFFC else speed * 0.01}
 
 
+def engine_speed(data: bytes) -> dict:
+    """127488: turns of an engine in quarters of a turn a minute, as rev/s."""
+    (turns,) = struct.unpack_from("<H", data, 1)
+    return {"shaft": math.nan if turns > 0xFFFC else turns * 0.25 / 60.0}
+
+
 READERS = {
     129025: (position_rapid, 8),
     129026: (course_and_speed, 6),
     129029: (gnss_position, 36),
     127250: (heading, 8),
     127251: (rate_of_turn, 5),
+    127488: (engine_speed, 3),
     128259: (water_speed, 3),
 }
 """By PGN: the reader of a message and its least length."""
