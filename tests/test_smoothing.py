@@ -132,3 +132,15 @@ def test_where_there_is_one_manner_of_moving_it_is_the_smoother_of_one(two, scen
         difference = apart(said(one), said(other)) / deviations(one)
         assert np.max(np.abs(difference[:, MIDDLE])) < ALIKE
         assert np.all(np.abs(deviations(other) / deviations(one) - 1.0)[:, MIDDLE] < ALIKE_DEVIATIONS)
+
+
+def test_the_time_of_a_fix_is_as_uncertain_where_modes_are_alike():
+    """Way along the course is then less certain than across it, by half as much as the fixes are."""
+    one = ONE_MANNER.model_copy(update={"time_std": 0.1})
+    fixes = turning(5.0, 0.7, 300.0, decay=0.2, density=1e-6).fixes(0.1, 0)
+    surely, plain, two = (
+        steerway.estimate(fixes, each, smooth=True) for each in (ONE_MANNER, one, one.model_copy(update=SAME_TWICE))
+    )
+    assert np.all(np.abs(deviations(two) / deviations(plain) - 1.0)[:, MIDDLE] < ALIKE_DEVIATIONS)
+    assert np.mean(two.sog_std[MIDDLE] / surely.sog_std[MIDDLE]) > 1.05
+    assert np.max(np.abs(apart(said(plain), said(two)) / deviations(plain))[:, MIDDLE]) < ALIKE

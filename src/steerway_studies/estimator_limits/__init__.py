@@ -21,7 +21,7 @@ from steerway_studies.study import Results, Study, stage
 
 
 def run(seeds=None, first_seed=0, progress=None) -> Results:
-    """The study; `seeds` runs a cell, by default 30 (60 in O)."""
+    """The study; `seeds` runs a cell, by default 30 (60 in O), and fewer of what is inferred from the fixes."""
     results = Results("The estimator at its limit", lead=LEAD)
     costs = cost.measured(first_seed)  # before the other work warms the machine
     began = 0.02

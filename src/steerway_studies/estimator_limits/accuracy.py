@@ -44,18 +44,26 @@ _SLOW_TARGETS = {
 }
 _FAST_TARGETS = {"": 1.15, "tuned_": 1.3, "default_": 1.6}
 SMOOTHED_TARGET = 1.1
-TUNED_RUNS = 30
-"""Tuning takes longer than all the rest."""
+DEFAULT_RUNS, TUNED_RUNS = 8, 3
+"""Runs of a cell, from its first, with what is inferred and what is tuned: an inference takes as long as a hundred runs
+with a profile, tuning four times as long."""
 NIS_BAND = (1.9, 2.1)
 PARAMETERS = {"": "true parameters", "tuned_": "tuned from one earlier voyage", "default_": "as it comes"}
 KINDS = ("", "smoothed_", "tuned_", "default_", "default_smoothed_")
 
 
-def measure(name: str, seed: int, tuned_below: float = math.inf) -> dict[str, np.ndarray]:
-    """One voyage of a cell: sums of squared errors by kind of estimate, of the bounds, of NIS and NEES."""
+def measure(
+    name: str, seed: int, tuned_below: float = math.inf, inferred_below: float = math.inf
+) -> dict[str, np.ndarray]:
+    """One voyage of a cell: sums of squared errors by kind of estimate, of the bounds, of NIS and NEES.
+
+    Vessel and receiver are tuned, and inferred, for seeds below these.
+    """
     cell = CELLS[name]
     voyage, fixes = cell.sailed(seed)
-    profiles = {"": cell.profile, "default_": choose_profile(fixes)}
+    profiles = {"": cell.profile}
+    if seed < inferred_below:
+        profiles["default_"] = choose_profile(fixes)
     if seed < tuned_below:
         _, earlier = cell.sailed(EARLIER + seed)
         profiles["tuned_"] = tune(earlier).profile
@@ -80,7 +88,8 @@ def measure(name: str, seed: int, tuned_below: float = math.inf) -> dict[str, np
 def measured(seeds, first_seed, progress) -> dict[str, dict[str, np.ndarray]]:
     """Cell → kind → sums, a row a run."""
     runs = {name: seeds or cell.scenario.runs for name, cell in CELLS.items()}
-    return over_cells(partial(measure, tuned_below=first_seed + TUNED_RUNS), runs, first_seed, progress)
+    below = {"tuned_below": first_seed + TUNED_RUNS, "inferred_below": first_seed + DEFAULT_RUNS}
+    return over_cells(partial(measure, **below), runs, first_seed, progress)
 
 
 def ratio(sums, kind, bound, what, where) -> Interval:

@@ -29,7 +29,7 @@ from steerway_studies.papers.ekf_5states import ekf_5states
 from steerway_studies.parts import over_cases
 from steerway_studies.study import Results, seeds_from
 
-SEEDS = 30
+SEEDS = 8  # of several inferences each
 NOISES = {"printed_noise": PRINTED_NOISE, "stated_noise": STATED_NOISE}
 HELD_RATE = math.radians(1.0) / 60.0
 """A course that changes by less than 1° a minute is held."""

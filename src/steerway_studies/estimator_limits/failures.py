@@ -15,7 +15,7 @@ from steerway_studies.estimator_limits.troubles import BEGIN, LASTING, TROUBLES
 from steerway_studies.parts import over_cases
 from steerway_studies.study import Results, seeds_from
 
-SEEDS = 30
+SEEDS = 4  # of several inferences each
 AFTER = 30.0
 """s after the trouble from which the error counts as that of the voyage again."""
 BACK = math.radians(3.0)

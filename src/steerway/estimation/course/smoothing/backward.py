@@ -4,6 +4,8 @@ A likelihood holds no prior, so that nothing is counted twice where it is combin
 a record it is one whatever the deviation, and Λ = 0.
 """
 
+import math
+
 import numpy as np
 
 from steerway.core.angles import wrap
@@ -53,17 +55,19 @@ def start_backward(bank, filtered, smoothed):
 
 @called_kernel
 def take_fix(bank, fix, parameters, h):
-    """Multiply every likelihood by that of a fix (north, east, variance); h is workspace (n,)."""
-    north, east, variance = fix
+    """Multiply every likelihood by that of a fix of `fix_of`, along and across the way; h is workspace (n,)."""
+    north, east, variance, way_n, way_e = fix
     g, pairs = int(parameters[ERROR_STATE]), int(parameters[ERROR_PAIRS])
-    for axis in (NORTH, EAST):
+    way = math.hypot(way_n, way_e)
+    c, s = (way_n / way, way_e / way) if way > 0.0 else (1.0, 0.0)
+    for axis_n, axis_e, of_axis in ((c, s, variance + way * way), (-s, c, variance)):
         for i in range(len(h)):
             h[i] = 0.0
-        h[axis] = 1.0
+        h[NORTH], h[EAST] = axis_n, axis_e
         if g:
-            for i in range(g + axis, g + 2 * pairs, 2):
-                h[i] = 1.0
-        multiply(bank, h, north if axis == NORTH else east, variance)
+            for i in range(g, g + 2 * pairs, 2):
+                h[i], h[i + 1] = axis_n, axis_e
+        multiply(bank, h, axis_n * north + axis_e * east, of_axis)
 
 
 @called_kernel

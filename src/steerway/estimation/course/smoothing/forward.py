@@ -21,6 +21,7 @@ from steerway.estimation.course.smoothing.hypotheses import (
 from steerway.estimation.course.smoothing.linearised import (
     FIX,
     POSITION_RESET,
+    fix_innovation,
     fix_of,
     forget_position,
     linearise,
@@ -29,7 +30,7 @@ from steerway.estimation.course.smoothing.linearised import (
 from steerway.estimation.course.steerageway import reset_manoeuvre
 from steerway.estimation.course.update.aids import correct_scalar, measured, scalar_innovation
 from steerway.estimation.course.update.outliers import fix_nll
-from steerway.estimation.course.update.position import correct, innovation, normalised_square
+from steerway.estimation.course.update.position import correct, normalised_square
 
 
 @called_kernel
@@ -98,7 +99,7 @@ def predict_hypothesis(one, kept, k, step, parameters, f, offset, work):
 
 @called_kernel
 def take_fix(bank, fix, anew, accepted, parameters, work):
-    """Correct every hypothesis and its weight by a fix (north, east, variance) within the gate of at least one of them.
+    """Correct every hypothesis and its weight by a fix of `fix_of` within the gate of at least one of them.
 
     Where the filter reset its position to the fix (`anew`) and no hypothesis accepts it either, their positions are
     reset too.
@@ -119,7 +120,7 @@ def take_fix(bank, fix, anew, accepted, parameters, work):
     for m in range(MODES):
         for h in range(bank.shape[1] - 1):
             p, d = bank[m, h, :n], bank[m, h, n]
-            nu_n, nu_e, s_nn, s_ne, s_ee = innovation(d, p, fix[0], fix[1], fix[2], fix[2], g, pairs)
+            nu_n, nu_e, s_nn, s_ne, s_ee = fix_innovation(d, p, fix, g, pairs)
             nis = normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee)
             bank[m, h, n + 1, LOG_WEIGHT] -= fix_nll(nis, s_nn * s_ee - s_ne * s_ne)
             correct(d, p, work, nu_n, nu_e, s_nn, s_ne, s_ee, g, pairs)
@@ -133,9 +134,7 @@ def least_square(bank, fix, parameters):
     least = math.inf
     for m in range(MODES):
         for h in range(bank.shape[1] - 1):
-            nu_n, nu_e, s_nn, s_ne, s_ee = innovation(
-                bank[m, h, n], bank[m, h, :n], fix[0], fix[1], fix[2], fix[2], g, pairs
-            )
+            nu_n, nu_e, s_nn, s_ne, s_ee = fix_innovation(bank[m, h, n], bank[m, h, :n], fix, g, pairs)
             least = min(least, normalised_square(nu_n, nu_e, s_nn, s_ne, s_ee))
     return least
 

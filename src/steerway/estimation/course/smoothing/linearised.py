@@ -20,9 +20,12 @@ from steerway.estimation.course.motion.layout import (
     NORTH,
     POSITION_VARIANCE,
     RESETS,
+    SPEED,
+    TIME_VARIANCE,
 )
 from steerway.estimation.course.motion.models import linearise as linearise_motion
 from steerway.estimation.course.update.aids import AIDS
+from steerway.estimation.course.update.position import innovation
 
 FIX, POSITION_RESET = len(AIDS), len(AIDS) + 1
 """Columns of what is accepted in a row, after those of the aids: its fix; that the position was reset to it."""
@@ -71,10 +74,11 @@ def was_reset(kept, k):
 
 @called_kernel
 def fix_of(record, k, kept, parameters):
-    """(north, east, variance) of the fix of row k as a deviation, m and m²; the variance of no fix is infinite."""
+    """(north, east, variance, way north, way east) of the fix of row k: a deviation (m), its variance (m²; of no fix
+    infinite), and what the vessel sails in the deviation of its time (m)."""
     _, first, second, variance_scales, _, geodetic = record
     if not math.isfinite(first[k]) or not math.isfinite(second[k]):
-        return 0.0, 0.0, math.inf
+        return 0.0, 0.0, math.inf, 0.0, 0.0
     n = kept.shape[2]
     x, flags = kept[k, n], kept[k, n + 1]
     north, east = first[k], second[k]
@@ -87,4 +91,14 @@ def fix_of(record, k, kept, parameters):
         for i in range(g, g + 2 * int(parameters[ERROR_PAIRS]), 2):
             north -= x[i]
             east -= x[i + 1]
-    return north, east, parameters[POSITION_VARIANCE] * (variance_scales[k] if len(variance_scales) else 1.0)
+    variance = parameters[POSITION_VARIANCE] * (variance_scales[k] if len(variance_scales) else 1.0)
+    way = math.sqrt(parameters[TIME_VARIANCE]) * x[SPEED]
+    return north, east, variance, way * math.cos(x[COURSE]), way * math.sin(x[COURSE])
+
+
+@lean_kernel
+def fix_innovation(d, p, fix, g, pairs):
+    """`innovation` of a fix of `fix_of`, whose time is uncertain too."""
+    north, east, variance, way_n, way_e = fix
+    nu_n, nu_e, s_nn, s_ne, s_ee = innovation(d, p, north, east, variance, variance, g, pairs)
+    return nu_n, nu_e, s_nn + way_n * way_n, s_ne + way_n * way_e, s_ee + way_e * way_e
