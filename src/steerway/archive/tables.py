@@ -58,13 +58,17 @@ def _fill(chosen, estimate, nis, places, single):
         single[6, j], single[7, j] = e[8], nis[k]
 
 
+def _of_tracks(tracks, rows):
+    """Whose events or trips they are, by their first column."""
+    of_row = tracks[rows[:, 0].astype(np.int64)]
+    return {"mmsi": of_row[:, 0], "track": of_row[:, 1].astype(np.int16)}
+
+
 def event_table(tracks, events) -> pl.DataFrame:
     """Events: mmsi, track, which, start and end, place, value, reports."""
-    track = tracks[events[:, 0].astype(np.int64)] if len(events) else np.zeros((0, 2), np.int64)
     return pl.DataFrame(
-        {
-            "mmsi": track[:, 0],
-            "track": track[:, 1].astype(np.int16),
+        _of_tracks(tracks, events)
+        | {
             "event": _EVENT.gather(events[:, 1].astype(np.uint32)),
             "start_s": events[:, 2],
             "end_s": events[:, 3],
@@ -78,14 +82,12 @@ def event_table(tracks, events) -> pl.DataFrame:
 
 def trip_table(tracks, trips) -> pl.DataFrame:
     """Trips and stops: mmsi, track, what, start and end with their places, distance, duration, speeds."""
-    track = tracks[trips[:, 0].astype(np.int64)] if len(trips) else np.zeros((0, 2), np.int64)
     duration = trips[:, 3] - trips[:, 2]
     with np.errstate(divide="ignore", invalid="ignore"):
         mean = np.where(duration > 0.0, trips[:, 8] / duration, np.nan)
     return pl.DataFrame(
-        {
-            "mmsi": track[:, 0],
-            "track": track[:, 1].astype(np.int16),
+        _of_tracks(tracks, trips)
+        | {
             "what": _MODE.gather(trips[:, 1].astype(np.uint32)),
             "start_s": trips[:, 2],
             "end_s": trips[:, 3],
