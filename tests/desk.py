@@ -125,12 +125,12 @@ class Desk:
         self.rows.append(row)
         self.said.append(order)
 
-    async def _float(self, hear):
+    async def _float(self, receive):
         for epoch in count():
             await asyncio.sleep(epoch * TICK - self.loop.time())
             if epoch % self.every == 0:
                 place = self.state[6:8] + self.noise * self.random.standard_normal(2)
-                hear(self.fixes(self.time, *place))
+                receive(self.fixes(self.time, *place))
             self.state = self.boat.step(self.state, self._propeller_speeds(), self.sea, TICK)
 
     def _propeller_speeds(self):

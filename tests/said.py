@@ -1,4 +1,4 @@
-"""A speaker that remembers what it was told."""
+"""A speaker that keeps what it is given."""
 
 import json
 

@@ -231,10 +231,10 @@ def main() -> None:
     good = 0
     for k in range(chosen.times):
         direction = 45.0 + 360.0 * k / chosen.times
-        sailed, told = sail(chosen.current, direction, not chosen.no_compass, k + 1, chosen.factor, chosen.ekf)
+        sailed, words = sail(chosen.current, direction, not chosen.no_compass, k + 1, chosen.factor, chosen.ekf)
         good += sailed
         print(
-            f"current {chosen.current:g} m/s to {direction % 360.0:.0f}°: {'sailed' if sailed else 'MISSED'}, {told}",
+            f"current {chosen.current:g} m/s to {direction % 360.0:.0f}°: {'sailed' if sailed else 'MISSED'}, {words}",
             flush=True,
         )
     print(f"{good} of {chosen.times}")

@@ -1,7 +1,6 @@
 """Pages in a real browser, checked by axe-core: contrast, names of controls, headings, tables (WCAG 2.1 AA)."""
 
 import os
-import shutil
 import time
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from steerway.core.records import Fixes
 from steerway.report.motion_page import write_report
 from steerway.report.page import write_page
 from steerway.report.summary import summarise
+from tests.browser import chromium
 from tests.scenes import turning
 
 pytest.importorskip("bokeh", reason="bokeh is not installed")
@@ -35,16 +35,8 @@ def axe():
 
 @pytest.fixture(scope="module")
 def browser():
-    for name in ("chromium", "chromedriver"):
-        if shutil.which(name) is None:
-            pytest.skip(f"{name} is not installed")
-    options = webdriver.ChromeOptions()
-    options.binary_location = shutil.which("chromium")
-    for each in ("headless=new", "no-sandbox", "disable-gpu", "disable-dev-shm-usage", "window-size=1280,1000"):
-        options.add_argument(f"--{each}")
-    driver = webdriver.Chrome(options, webdriver.ChromeService(shutil.which("chromedriver")))
-    yield driver
-    driver.quit()
+    with chromium() as driver:
+        yield driver
 
 
 def estimate_page(path):

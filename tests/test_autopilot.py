@@ -88,7 +88,7 @@ def until_stopped(desk, most=15.0):
     return desk.until(lambda: desk.order.state not in UNDER_WAY, most)
 
 
-def hear(change):
+def changed_by(change):
     """What the receiver says from now on."""
 
     def cause(desk):
@@ -111,18 +111,22 @@ def delayed(by):
 
 
 def stepped(by):
-    return hear(lambda says, _: lambda time, *place: says(time + by, *place))
+    return changed_by(lambda says, _: lambda time, *place: says(time + by, *place))
 
 
 CAUSES = {
-    "silence": (hear(lambda *_: lambda *fix: []), 10.0, "no fix for 10"),
-    "jump": (hear(lambda says, _: lambda time, north, east: says(time, north, east + 40.0)), 0.0, "fixes do not fit"),
-    "standing time": (hear(lambda says, now: lambda time, *place: says(now, *place)), 0.0, "time stands still"),
+    "silence": (changed_by(lambda *_: lambda *fix: []), 10.0, "no fix for 10"),
+    "jump": (
+        changed_by(lambda send, _: lambda time, north, east: send(time, north, east + 40.0)),
+        0.0,
+        "fixes do not fit",
+    ),
+    "standing time": (changed_by(lambda send, now: lambda time, *place: send(now, *place)), 0.0, "time stands still"),
     "time ahead": (stepped(3.0), 0.0, r"time stepped by \+2.8 s"),
     "time far ahead": (stepped(3600.0), 0.0, "time stepped"),
     "time back": (stepped(-3.0), 0.0, "time has stepped"),
     "time far back": (stepped(-3600.0), 0.0, "time stepped"),
-    "late fixes": (hear(delayed(4.0)), 4.4, "fixes come more than 2 s late"),
+    "late fixes": (changed_by(delayed(4.0)), 4.4, "fixes come more than 2 s late"),
     "watchdog": (lambda desk: desk.hang(0.7), 0.0, "the service was late by 0.7 s"),
     "link": (lambda desk: desk.autopilot.link("mavlink", False), 0.0, "link mavlink is lost"),
     "person": (lambda desk: desk.autopilot.stop(), 0.0, "stopped by command"),
@@ -311,7 +315,7 @@ def test_from_rest_she_departs_and_after_a_stop_again():
     desk.sail(20.0)
     desk.autopilot.stop()
     desk.sail(30.0)
-    assert abs(desk.state[0]) < 0.3, "adrift"
+    assert abs(desk.state[0]) < 0.3, "the boat moves"
     desk.autopilot.start()
     desk.sail(1.0)
     _, off = off_the_line(desk).T
@@ -320,7 +324,7 @@ def test_from_rest_she_departs_and_after_a_stop_again():
 
 @pytest.mark.parametrize("towards", [1.5, 3.0, 4.5])
 def test_a_current_that_is_too_strong_ends_it_within_half_a_minute(towards):
-    """A boat of 3 m/s, adrift in 3.6 m/s."""
+    """A boat of 3 m/s in a current of 3.6 m/s."""
     desk = Desk(square(boat=OTTER), by="propellers", current=0.0)
     desk.sea[:2] = 3.6 * math.cos(towards), 3.6 * math.sin(towards)
     desk.drive = desk.state[0] = 0.0

@@ -23,7 +23,7 @@ from tests.said import Said
 
 @pytest.fixture(scope="module")
 def voyage(tmp_path_factory):
-    """Ready, running, stopped; heard by every output."""
+    """Ready, running, stopped; received by every output."""
     path = tmp_path_factory.mktemp("voyage") / "run.parquet"
     said = {name: Said() for name in ("propellers", "sentences", "deltas", "json")}
     outputs = [

@@ -184,7 +184,7 @@ def test_profiles_survive_a_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "words"),
     [
         ("position_std = -1\nspeed_noise = 1\ncourse_rate_noise = 1", "position_std is -1"),
         ("speed_nois = 1", "speed_nois"),
@@ -192,12 +192,12 @@ def test_profiles_survive_a_file(tmp_path):
         ("position_std = inf\nspeed_noise = 1\ncourse_rate_noise = 1", "position_std is inf"),
     ],
 )
-def test_a_wrong_profile_is_named(tmp_path, text, told):
+def test_a_wrong_profile_is_named(tmp_path, text, words):
     path = tmp_path / "mine.toml"
     path.write_text(text)
     with pytest.raises(steerway.InputError, match=r"mine\.toml") as error:
         Profile.load(path)
-    assert told in str(error.value)
+    assert words in str(error.value)
 
 
 def test_unknown_names_are_answered_with_the_known_ones():

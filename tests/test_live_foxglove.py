@@ -1,4 +1,4 @@
-"""What a Foxglove client is told, read back over its WebSocket by another hand."""
+"""What a Foxglove client receives, read back over its WebSocket by another hand."""
 
 import asyncio
 import json
@@ -22,7 +22,7 @@ NOON = 1_719_835_200.0
 ROW = Row(NOON, math.radians(54.5), math.radians(-10.25), 2.0, -math.pi / 6.0, 0.01, 0.1, 0.02, 0.01, 0.3, 1.2, OK)
 
 
-async def told(rows, wanted, period=0.1):
+async def by_client(rows, wanted, period=0.1):
     """Subscribe to everything, tell rows, and take what comes: a list of (topic, moment, payload) for each topic."""
     text = f"foxglove://127.0.0.1:{free_port()}?period={period}"
     output, server = addresses.output(text)
@@ -89,7 +89,7 @@ def fields(data):
 
 
 def test_a_client_reads_position_and_estimate():
-    channels, received = asyncio.run(told([ROW], 2))
+    channels, received = asyncio.run(by_client([ROW], 2))
     by_topic = {each["topic"]: each for each in channels}
     assert by_topic[link.POSITION]["schemaName"] == "foxglove.LocationFix"
     assert by_topic[link.POSITION]["encoding"] == "protobuf" and by_topic[link.ESTIMATE]["encoding"] == "json"
@@ -112,10 +112,10 @@ def test_a_client_reads_position_and_estimate():
 
 def test_once_a_period_and_nothing_false():
     rows = [ROW._replace(time=NOON + 0.02 * k) for k in range(50)] + [lost(NOON + 1.0), lost(NOON + 1.02)]
-    _, received = asyncio.run(told(rows, 21))
+    _, received = asyncio.run(by_client(rows, 21))
     topics = [topic for topic, *_ in received]
     assert topics.count(link.POSITION) == 10 and topics.count(link.ESTIMATE) == 11  # one that says "lost"
-    _, received = asyncio.run(told([lost(math.nan), lost(NOON)], 1))
+    _, received = asyncio.run(by_client([lost(math.nan), lost(NOON)], 1))
     ((topic, _, payload),) = received
     assert topic == link.ESTIMATE and json.loads(payload)["sog_mps"] is None
 

@@ -207,9 +207,9 @@ def test_other_addresses_are_refused(text):
 
 def test_a_token_is_long_enough_and_never_told(tmp_path, monkeypatch):
     for token in ("short", "x" * 300, "a\nb" * 8):
-        with pytest.raises(InputError) as told:
+        with pytest.raises(InputError) as refused:
             checked(token)
-        assert token not in str(told.value)
+        assert token not in str(refused.value)
     monkeypatch.setenv("STEERWAY_HELM_TOKEN", TOKEN)
     assert token_of(None) == TOKEN
     (tmp_path / "token").write_text("another token\n")
@@ -241,15 +241,15 @@ def asked(gate, method="GET", path="/", host="127.0.0.1:8080", **options):
 
 def knocked(gate, headers):
     """What a WebSocket is answered."""
-    told = []
+    kinds = []
 
     async def send(message):
-        told.append(message["type"])
+        kinds.append(message["type"])
 
     raw = [(name.encode(), value.encode()) for name, value in headers.items()]
     scope = {"type": "websocket", "path": "/_nicegui_ws/socket.io/", "headers": raw, "scheme": "ws"}
     asyncio.run(gate(scope, None, send))
-    return told
+    return kinds
 
 
 @pytest.fixture
@@ -384,35 +384,35 @@ def test_an_address_in_use_is_said_and_the_boat_sails_on(caplog):
 
 
 def test_a_page_that_fails_is_begun_again(caplog, monkeypatch):
-    """Whatever goes wrong in what is shown: it is logged, and the service never hears of it."""
+    """Whatever goes wrong in what is shown: it is logged, and the service never fails by it."""
     monkeypatch.setattr("steerway.live.helm.bridge.view", lambda *_: 1 / 0)
     helm = HelmPage(Service(Navigator(), []), Address("127.0.0.1", 0))
     asyncio.run(_alongside(helm, lambda: caplog.text.count("restarted") >= 2))
 
 
 class Steered:
-    """An autopilot that notes what it is told."""
+    """An autopilot that notes its orders."""
 
     def __init__(self):
-        self.told = []
+        self.orders = []
 
     def start(self):
-        self.told.append("start")
+        self.orders.append("start")
         raise InputError("the autopilot is not ready: no position yet")
 
     def stop(self, reason):
-        self.told.append(reason)
+        self.orders.append(reason)
 
 
 def test_orders_reach_the_autopilot_and_a_refusal_is_shown():
     pilot = Steered()
     helm = HelmPage(Service(Navigator(), [], supervisor=pilot), Address("127.0.0.1", 8080))
     helm._do("start", None, "10.0.0.7")
-    assert pilot.told == ["start"] and "not ready" in helm._notice
+    assert pilot.orders == ["start"] and "not ready" in helm._notice
     helm._do("sink", None, "10.0.0.7")
     assert "request is 'sink'" in helm._notice
     helm._do("stop", None, "10.0.0.7")
-    assert pilot.told == ["start", "stopped at the helm page"] and helm._notice == ""
+    assert pilot.orders == ["start", "stopped at the helm page"] and helm._notice == ""
     HelmPage(Service(Navigator(), []), Address("127.0.0.1", 8080))._do("start", None, "")
 
 
@@ -420,5 +420,5 @@ def test_the_page_leaves_the_estimator_out():
     """Its process beside the service's has to fit into a small computer."""
     rooms = ", ".join(f"steerway.live.helm.{name}" for name in ("server", "gate", "page"))
     asked_for = f"import {rooms}, sys; print([name for name in ('numba', 'numpy', 'scipy') if name in sys.modules])"
-    told = subprocess.run([sys.executable, "-c", asked_for], capture_output=True, text=True, check=True)
-    assert told.stdout.strip() == "[]"
+    done = subprocess.run([sys.executable, "-c", asked_for], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -6,7 +6,6 @@ import json
 import math
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -17,6 +16,7 @@ import pytest
 
 from steerway.formats.nmea0183.writing import gga, rmc
 from steerway.live.warming import warm
+from tests.browser import chromium
 from tests.ports import free_port
 
 pytest.importorskip("nicegui", reason="nicegui is not installed: pip install steerway[helm]")
@@ -33,18 +33,8 @@ PHONE, LAPTOP = (390, 844), (1280, 800)
 @pytest.fixture(scope="module")
 def browser():
     """Headless Chromium that writes down what it asks for."""
-    for name in ("chromium", "chromedriver"):
-        if shutil.which(name) is None:
-            pytest.skip(f"{name} is not installed")
-    options = webdriver.ChromeOptions()
-    options.binary_location = shutil.which("chromium")
-    for each in ("headless=new", "no-sandbox", "disable-gpu", "disable-dev-shm-usage", "window-size=1280,800"):
-        options.add_argument(f"--{each}")
-    options.set_capability("goog:loggingPrefs", {"performance": "ALL", "browser": "ALL"})
-    driver = webdriver.Chrome(options, webdriver.ChromeService(shutil.which("chromedriver")))
-    driver.set_page_load_timeout(20)
-    yield driver
-    driver.quit()
+    with chromium(height=800, log=True) as driver:
+        yield driver
 
 
 @pytest.fixture(scope="module")

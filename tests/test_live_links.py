@@ -315,7 +315,7 @@ def test_a_log_over_tcp_is_the_estimate_and_a_broken_link_is_opened_again():
 
     kept = asyncio.run(listened(f"tcp://127.0.0.1:{port}", serve, 60))
     assert_equal(kept.fixes, estimate(nmea0183.read(log).sources["GP"], "small-usv"))
-    assert kept.ticks, "the present is told too"
+    assert kept.ticks, "the present is sent too"
     times = [row.time for row in kept.ticks]
     assert (np.diff(times) > 0.0).all() and np.allclose(np.array(times) * 50.0 % 1.0, 0.0, atol=1e-3)
 

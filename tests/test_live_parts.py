@@ -261,7 +261,7 @@ def assert_held(value, wanted):
 def test_gpsfake_to_signal_k_and_read_back(signalk_port, tmp_path):
     gpsfake = installed("gpsfake")
     installed("gpsd")
-    epochs, port, told = exact_log(60), free_port(), []
+    epochs, port, deltas = exact_log(60), free_port(), []
     log = tmp_path / "log.nmea"
     log.write_bytes(b"".join(epochs))
     server = f"signalk://127.0.0.1:{signalk_port}"
@@ -271,7 +271,7 @@ def test_gpsfake_to_signal_k_and_read_back(signalk_port, tmp_path):
             wanted = [{"path": "navigation.*", "policy": "instant"}]
             await stream.send(json.dumps({"context": "vessels.self", "subscribe": wanted}))
             async for message in stream:
-                told.extend(json.loads(message).get("updates", []))
+                deltas.extend(json.loads(message).get("updates", []))
 
     async def rival():
         async with connected(addresses.sources([server])[0][0]) as stream:
@@ -304,7 +304,7 @@ def test_gpsfake_to_signal_k_and_read_back(signalk_port, tmp_path):
         assert held["$source"] == "steerway" and held["timestamp"] == "2024-07-01T12:00:59Z"
         assert_held(held["value"], wanted)
     row_of = {iso(time): k for k, time in enumerate(motion.time)}
-    said = {update["timestamp"]: update for update in told if update["$source"] == "steerway"}
+    said = {update["timestamp"]: update for update in deltas if update["$source"] == "steerway"}
     assert len(said.keys() & row_of.keys()) >= len(motion) - 1
     for moment in said.keys() & row_of.keys():
         wanted = in_signal_k(motion, row_of[moment])
@@ -312,7 +312,7 @@ def test_gpsfake_to_signal_k_and_read_back(signalk_port, tmp_path):
             assert_held(pair["value"], wanted[pair["path"]])
     links = [
         update["$source"]
-        for update in told
+        for update in deltas
         for pair in update["values"]
         if pair["path"] == "navigation.speedOverGround" and pair["value"] is not None
     ]
@@ -348,17 +348,17 @@ def test_from_signal_k_the_wanted_source_is_taken(signalk_port):
 def damaged(messages, seed):
     """Bytes flipped, messages cut and what follows hung on to them; and the messages of which nothing was touched."""
     rng = np.random.default_rng(seed)
-    told, sound = list(messages), []
+    damaged, sound = list(messages), []
     for k, message in enumerate(messages):
         what = rng.integers(0, 12)
         if what == 0:
             at = rng.integers(1, len(message) - 2)
-            told[k] = message[:at] + bytes([rng.integers(1, 256)]) + message[at + 1 :]
+            damaged[k] = message[:at] + bytes([rng.integers(1, 256)]) + message[at + 1 :]
         elif what == 1:
-            told[k] = message[: rng.integers(1, len(message) - 2)]
+            damaged[k] = message[: rng.integers(1, len(message) - 2)]
         else:
             sound.append(message)
-    return b"".join(told), b"".join(sound)
+    return b"".join(damaged), b"".join(sound)
 
 
 @pytest.mark.parametrize("source", ["GP", "UBX"])

@@ -127,8 +127,8 @@ def test_mistakes_end_in_one_sentence(monkeypatch, capsys, tmp_path):
         ([str(tmp_path / "none.toml")], "cannot be read"),
     ):
         assert run(monkeypatch, *arguments) == 2
-        told = capsys.readouterr().err.strip()
-        assert words in told and "Traceback" not in told and len(told.splitlines()) == 1
+        message = capsys.readouterr().err.strip()
+        assert words in message and "Traceback" not in message and len(message.splitlines()) == 1
 
 
 def test_the_example_sails(monkeypatch, capsysbinary, tmp_path):

@@ -64,7 +64,7 @@ def test_turning_the_scene_turns_the_truth_only(truth):
         assert turned[key] == pytest.approx(truth[key], rel=1e-3)
 
 
-def test_the_product_is_calmer_at_the_printed_noise():
+def test_the_product_moves_the_rudder_less_at_the_printed_noise():
     rates = {who: measured(Case(who))["straight_rudder_rate_rms_dps"] for who in ("printed", "product")}
     assert rates["printed"] > 2.0 * rates["product"]
 

@@ -16,8 +16,8 @@ from tests.mavlink_wire import NOON, Wire, messages
 AT_REST = GroundMotion(*[0.0] * 11)
 PLACE = (math.radians(63.44), math.radians(10.4))
 RUNNING = Order(State.RUNNING, engaged=True, yaw_rate=0.2, thrust=0.5)
-STOPPED = Order(State.STOPPED, "told to stop", engaged=True)
-HANDED_BACK = Order(State.STOPPED, "told to stop", engaged=False)
+STOPPED = Order(State.STOPPED, "ordered to stop", engaged=True)
+HANDED_BACK = Order(State.STOPPED, "ordered to stop", engaged=False)
 READY = Order(State.READY)
 
 
@@ -30,7 +30,7 @@ class Pair:
         self.up, self.down = Wire(1, 191), Wire(1, 1)
         self.time = 0.0
         self.order = READY
-        self.received = []  # what the vehicle heard, with the time
+        self.received = []  # what the vehicle received, with the time
         self.connected = True
 
     def run(self, seconds):
@@ -235,15 +235,15 @@ def test_taken_by_the_skipper_while_she_is_being_given_back_she_is_his(order):
 
 def test_a_request_for_guided_that_is_carried_out_late_is_taken_back():
     pair = Pair().run(2.0)
-    waiting, hear = [], pair.rover.receive
+    waiting, receive = [], pair.rover.receive
     pair.rover.receive = lambda message, now: waiting.append(message) or []
     pair.order = RUNNING
     pair.run(0.2)
     pair.order = STOPPED
     pair.run(1.5)
-    pair.rover.receive = hear
+    pair.rover.receive = receive
     for message in waiting:
-        hear(message, pair.time)
+        receive(message, pair.time)
     assert pair.rover.mode is RoverMode.GUIDED
     assert pair.run(5.0).rover.mode is RoverMode.HOLD
 
@@ -274,7 +274,7 @@ def test_a_vehicle_obeys_in_guided_and_armed_only():
     rover = Rover(messages, 2.0, NOON)
     rover.receive(target(), 0.0)
     (answer,) = rover.receive(mode(RoverMode.GUIDED), 0.0)
-    assert answer.result == messages.MAV_RESULT_ACCEPTED and rover.target(0.0) is None, "told before she was in GUIDED"
+    assert answer.result == messages.MAV_RESULT_ACCEPTED and rover.target(0.0) is None, "commanded before GUIDED"
     rover.receive(target(mask=131 | 64), 0.0)
     assert rover.target(0.0) is None, "thrust is to be ignored"
     rover.receive(target(-9.0), 0.0)

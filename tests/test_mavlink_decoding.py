@@ -25,8 +25,8 @@ def system_time(unix, boot):
 
 
 def test_a_fix_is_a_row_of_its_own_time_once():
-    told = system_time(NOON, 50.0)
-    row, later = decoded(told, raw_fix(49_900_000, h_acc=2000), raw_fix(49_900_000), raw_fix(50_100_000, vel=65535))
+    stamp = system_time(NOON, 50.0)
+    row, later = decoded(stamp, raw_fix(49_900_000, h_acc=2000), raw_fix(49_900_000), raw_fix(50_100_000, vel=65535))
     assert row.source == "mavlink GPS_RAW_INT"
     assert row.time - NOON == pytest.approx(-0.1, abs=1e-6) and later.time - row.time == pytest.approx(0.2, abs=1e-6)
     assert math.degrees(row.latitude) == pytest.approx(63.44) and math.degrees(row.longitude) == pytest.approx(10.4)
@@ -102,7 +102,7 @@ def test_boot_clock_waits_then_goes_by_the_computer_and_follows_steps():
 
 
 def test_accelerations_and_motors_are_rows_of_their_own_and_the_gyro_waits_for_the_fix():
-    told, fix = system_time(NOON, 50.0), raw_fix(50_000_000)
+    stamp, fix = system_time(NOON, 50.0), raw_fix(50_000_000)
     scaled = messages.MAVLink_scaled_imu_message(50_100, 102, 0, 1000, 0, 0, 250, 0, 0, 0)
     raw = messages.MAVLink_raw_imu_message(50_200_000, -102, 0, 1000, 0, 0, 250, 0, 0, 0)
     fine = messages.MAVLink_highres_imu_message(50_300_000, 0.5, 0, 9.8, 0, 0, 0.25, 0, 0, 0, 0, 0, 0, 0, 0)
@@ -110,7 +110,7 @@ def test_accelerations_and_motors_are_rows_of_their_own_and_the_gyro_waits_for_t
         [0] * 4, [0] * 4, [0] * 4, [0] * 4, [600, 1200, 0, 0], [0] * 4
     )
     decoder, wire = MavlinkDecoder(), Wire(1, 1)
-    rows = [row for each in wire.carry([told, fix, scaled, raw, fine, motors]) for row in decoder.message(each, 100.0)]
+    rows = [row for each in wire.carry([stamp, fix, scaled, raw, fine, motors]) for row in decoder.message(each, 100.0)]
     assert [round(row.acceleration, 3) for row in rows[1:4]] == [1.0, -1.0, 0.5]
     assert all(math.isnan(row.yaw_rate) and not row.has_position for row in rows[1:])
     assert rows[4].shaft == pytest.approx(15.0) and rows[4].time == pytest.approx(NOON + 0.3)

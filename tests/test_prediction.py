@@ -188,7 +188,7 @@ def test_the_command(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "words"),
     [
         (["predict", "LOG", "--horizon", "-1"], "horizon is -1"),
         (["predict", "LOG", "-o", "where.gpx"], "expected one of .csv, .parquet"),
@@ -196,11 +196,11 @@ def test_the_command(tmp_path):
         (["profile", "make", "LOG", "-o", "mine.yaml"], "expected .toml"),
     ],
 )
-def test_mistakes_end_in_one_sentence_and_2(tmp_path, arguments, told):
+def test_mistakes_end_in_one_sentence_and_2(tmp_path, arguments, words):
     log = tmp_path / "ais.csv"
     fleet().to_frame().write_csv(log)
     code, out, err = run(*(log if each == "LOG" else each for each in arguments))
-    assert code == 2 and told in err and err.count("\n") == 1 and out == ""
+    assert code == 2 and words in err and err.count("\n") == 1 and out == ""
 
 
 def test_profiles_are_listed_shown_and_made(tmp_path):

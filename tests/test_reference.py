@@ -82,10 +82,10 @@ def test_a_tracking_filter_lags_a_ramp_by_what_it_says_or_not_at_all():
         return lambda t: (math.remainder(0.03 * t, 2 * math.pi), rate_given, 0.0)
 
     blind = run(TrackingFilter(0.4), ramp(0.0), 200.0)
-    told = run(TrackingFilter(0.4), ramp(0.03), 200.0)
+    filtered = run(TrackingFilter(0.4), ramp(0.03), 200.0)
     end = 0.03 * (200.0 - H)
     assert angle_change(blind[-1, 0], end) == pytest.approx(0.03 * 2.0 / 0.4, rel=0.02)
-    assert angle_change(told[-1, 0], end) == pytest.approx(0.0, abs=2e-3)
+    assert angle_change(filtered[-1, 0], end) == pytest.approx(0.0, abs=2e-3)
 
 
 @pytest.mark.parametrize("shaper", [ReferenceModel(0.5, max_rate=0.1, max_acceleration=0.05), TrackingFilter(0.5)])

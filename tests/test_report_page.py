@@ -5,7 +5,6 @@ import gzip
 import json
 import math
 import re
-import shutil
 import time
 from dataclasses import replace
 
@@ -24,6 +23,7 @@ from steerway.report.motion_page import write_report
 from steerway.report.summary import summarise
 from steerway.simulation import parse_scenario, sail_scenario
 from steerway.simulation.runs.story import write_story
+from tests.browser import chromium
 from tests.scenes import turning
 
 CODES = {"single": "<f4", "linear": "<u2", "logarithmic": "<u2"}
@@ -118,18 +118,8 @@ def test_titles_are_text(page):
 
 @pytest.fixture(scope="module")
 def browser():
-    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
-    for name in ("chromium", "chromedriver"):
-        if shutil.which(name) is None:
-            pytest.skip(f"{name} is not installed")
-    options = webdriver.ChromeOptions()
-    options.binary_location = shutil.which("chromium")
-    for each in ("headless=new", "no-sandbox", "disable-gpu", "disable-dev-shm-usage", "window-size=1280,1000"):
-        options.add_argument(f"--{each}")
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driver = webdriver.Chrome(options, webdriver.ChromeService(shutil.which("chromedriver")))
-    yield driver
-    driver.quit()
+    with chromium() as driver:
+        yield driver
 
 
 def test_in_a_browser_the_charts_move_together(page, browser):

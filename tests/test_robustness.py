@@ -199,19 +199,19 @@ def test_every_row_has_a_status_and_ok_rows_are_whole():
         assert np.isfinite(getattr(motion, name)[ok]).all(), name
 
 
-def told_twice(fixes):
+def reported_twice(fixes):
     return fixes.rows(np.repeat(np.arange(len(fixes)), 2))
 
 
 @pytest.mark.parametrize("smooth", [False, True])
-@pytest.mark.parametrize("profile", [SMALL, SLOW.profile], ids=["one manner", "two"])
+@pytest.mark.parametrize("profile", [SMALL, SLOW.profile], ids=["one motion model", "two"])
 def test_a_fix_told_twice_counts_once(profile, smooth):
     fixes = turning(1.3, 0.5, 60.0, seed=3).fixes(0.3, 3)
     fixes = replace(fixes, sog=np.full(len(fixes), 1.3), yaw_rate=np.full(len(fixes), 0.01))
     for aid in ((), ("sog", "yaw_rate")):
         estimator = FiveStateFilter(profile, aid)
         run = estimator.smooth if smooth else estimator.filter
-        once, twice = run(fixes), run(told_twice(fixes))
+        once, twice = run(fixes), run(reported_twice(fixes))
         assert len(twice) == 2 * len(once)
         for name in ("latitude", "sog", "cog", "course_rate", "cog_std"):
             for again in (0, 1):
@@ -224,32 +224,32 @@ def test_a_fix_told_twice_counts_once(profile, smooth):
         np.testing.assert_array_equal(twice.nis[::2], once.nis)
         assert np.isnan(twice.nis[1::2]).all()
         np.testing.assert_array_equal(twice.status, np.repeat(once.status, 2))
-        at_rate = estimator.filter(told_twice(fixes), 10.0), estimator.filter(fixes, 10.0)
+        at_rate = estimator.filter(reported_twice(fixes), 10.0), estimator.filter(fixes, 10.0)
         np.testing.assert_array_equal(at_rate[0].cog, at_rate[1].cog)
 
 
 def test_another_position_of_the_same_time_and_the_same_of_another_count():
     fixes = straight(2.0, 0.3, 30.0).fixes(0.3, 1)
-    other = replace(told_twice(fixes), latitude=np.ravel(np.column_stack([fixes.latitude, fixes.latitude + 1e-8])))
+    other = replace(reported_twice(fixes), latitude=np.ravel(np.column_stack([fixes.latitude, fixes.latitude + 1e-8])))
     assert np.isfinite(FiveStateFilter(SMALL).filter(other).nis[2:]).all()
-    later = told_twice(fixes)
+    later = reported_twice(fixes)
     later = replace(later, time=later.time + np.tile([0.0, 0.1], len(fixes)))
     assert np.isfinite(FiveStateFilter(SMALL).filter(later).nis[2:]).all()
 
 
 def test_aids_that_come_with_a_fix_told_twice_count():
     scene = turning(1.3, 0.5, 60.0, seed=3)
-    spoken = replace(scene.fixes(0.3, 3), yaw_rate=np.gradient(np.unwrap(scene.cog), scene.time))
-    later = told_twice(spoken)
+    reported = replace(scene.fixes(0.3, 3), yaw_rate=np.gradient(np.unwrap(scene.cog), scene.time))
+    later = reported_twice(reported)
     later.yaw_rate[::2] = np.nan
     estimator = FiveStateFilter(SMALL, ("yaw_rate",))
-    found, known = estimator.filter(later), estimator.filter(spoken)
+    found, known = estimator.filter(later), estimator.filter(reported)
     np.testing.assert_allclose(found.course_rate_std[101::2], known.course_rate_std[50:], rtol=1e-3)
 
 
 def test_two_vessels_at_one_place_and_time_are_two():
     fixes = straight(2.0, 0.3, 30.0).fixes(0.3, 1)
-    two = replace(told_twice(fixes), mmsi=np.tile([1, 2], len(fixes))).in_order()
+    two = replace(reported_twice(fixes), mmsi=np.tile([1, 2], len(fixes))).in_order()
     motion = FiveStateFilter(SMALL).filter(two)
     np.testing.assert_array_equal(motion.sog[: len(fixes)], motion.sog[len(fixes) :])
     assert np.isfinite(motion.nis[len(fixes) + 1 :]).all()

@@ -36,7 +36,7 @@ from tests.ports import free_port, until
 ROOT = Path(__file__).parent.parent
 SQUARE = ROOT / "examples" / "otter-square.toml"
 RUNNING = Order(State.RUNNING, engaged=True, yaw_rate=0.2, thrust=0.4)
-STOPPED = Order(State.STOPPED, "told to stop", engaged=True)
+STOPPED = Order(State.STOPPED, "ordered to stop", engaged=True)
 
 
 def scenario(**changes):
@@ -214,14 +214,14 @@ class Commanding:
 
 
 class Desk:
-    """A vehicle and a companion on a link, in one process; `order` is what the companion is told 50 times a second."""
+    """A vehicle and a companion on a link, in one process; `order` is what the companion gets 50 times a second."""
 
     def __init__(self, here, there):
         self.running = RunningBoat(SimulatedBoat(scenario()), mavlink=addresses.vehicle(there))
         ((address,), _) = addresses.sources([f"mavlink:{here}"])
         self.companion = addresses.opened(address, 1)
         output, link = addresses.output(f"mavlink:{here}", Context(inputs=[self.companion], supervisor=Commanding()))
-        self.told = self.companion.supervisor
+        self.supervisor = self.companion.supervisor
         assert output is link is self.companion, "one link for both directions"
         self.rows, self.order, self.ticks = [], Order(State.READY), True
 
@@ -248,7 +248,7 @@ def udp():
 
 async def steered(desk):
     """She is steered and has followed."""
-    await until(lambda: len(desk.rows) > 5 and desk.told.links[-1:] == [True], 30.0)
+    await until(lambda: len(desk.rows) > 5 and desk.supervisor.links[-1:] == [True], 30.0)
     desk.order = RUNNING
     await until(lambda: desk.rover.target(desk.running.boat.time) is not None)
     await until(lambda: desk.running.boat.motion.yaw_rate == pytest.approx(0.2, abs=0.03), 10.0)
@@ -257,7 +257,7 @@ async def steered(desk):
 async def check(desk):
     async with desk.sail():
         await steered(desk)
-        assert desk.told.links == [False, True] and not desk.told.stops
+        assert desk.supervisor.links == [False, True] and not desk.supervisor.stops
         desk.order = STOPPED
         begun = desk.running.boat.time
         await until(lambda: desk.rover.target(desk.running.boat.time)[:2] == (0.0, 0.0))
@@ -320,10 +320,10 @@ def test_a_silent_vehicle_is_told_within_a_second_and_stops_by_herself():
             said = desk.running.link.send
             desk.running.link.send = lambda messages: None
             cut = asyncio.get_running_loop().time()
-            await until(lambda: desk.told.links[-1] is False)
+            await until(lambda: desk.supervisor.links[-1] is False)
             assert asyncio.get_running_loop().time() - cut < 1.0
             desk.running.link.send = said
-            await until(lambda: desk.told.links[-1] is True)
+            await until(lambda: desk.supervisor.links[-1] is True)
             desk.order = RUNNING
             await until(lambda: desk.rover.target(desk.running.boat.time) is not None)
             desk.companion.link.send = lambda messages: None
@@ -351,7 +351,7 @@ def test_without_ticks_she_is_stopped():
 def test_leaving_the_link_gives_her_back(mode):
     async def sail():
         desk = Desk(*udp())
-        desk.told.hands_back = mode is RoverMode.MANUAL
+        desk.supervisor.hands_back = mode is RoverMode.MANUAL
         async with under_way(desk.running.run()):
             async with under_way(desk.companion.run(desk.rows.extend), desk.tick()):
                 await steered(desk)
@@ -366,8 +366,8 @@ def test_the_skipper_takes_her_and_the_autopilot_hears_why():
         async with desk.sail():
             await steered(desk)
             desk.rover.mode = RoverMode.MANUAL
-            await until(lambda: desk.told.stops)
-            assert desk.told.stops[0] == "the vehicle was put into MANUAL"
+            await until(lambda: desk.supervisor.stops)
+            assert desk.supervisor.stops[0] == "the vehicle was put into MANUAL"
             desk.order = STOPPED
             await asyncio.sleep(1.0)
             assert desk.rover.mode is RoverMode.MANUAL

@@ -1,5 +1,5 @@
 """What every smoother owes, whatever is inside: it betters the filter, knows no direction of time, and agrees with the
-smoother of one manner of moving where there is but one.
+smoother of one motion model where there is but one.
 """
 
 import math
@@ -19,13 +19,13 @@ ENDS = 100
 """Rows at both ends that count for nothing: there the filter from the past, or the one from the future, begins."""
 MIDDLE = slice(ENDS, -ENDS)
 PROFILES = {
-    "two manners": {},
-    "one manner": None,
+    "two motion models": {},
+    "one motion model": None,
     "slow error of the receiver": {"error_std": 0.3, "error_time": 20.0},
 }
 
 
-def told(name, kind):
+def profile_of(name, kind):
     """The true parameters of a cell; those of the average; or with an error of the receiver that she does not have."""
     profile = CELLS[name].profile
     return profile.on_average if PROFILES[kind] is None else profile.model_copy(update=PROFILES[kind])
@@ -56,7 +56,7 @@ def backwards(fixes: Fixes) -> Fixes:
 @pytest.mark.parametrize("kind", PROFILES)
 @pytest.mark.parametrize(("name", "runs"), [("o05", 6), ("o25", 6), ("m05", 3), ("m25", 3)])
 def test_smoothed_is_better_and_surer_than_causal(name, runs, kind):
-    profile = told(name, kind)
+    profile = profile_of(name, kind)
     squares, variances = [], []
     for seed in range(runs):
         voyage, fixes = CELLS[name].sailed(seed)
@@ -87,7 +87,7 @@ def test_smoothed_is_better_with_any_built_in_profile(name, density, seed):
 
 @pytest.mark.parametrize(
     ("name", "kind"),
-    [(name, "one manner") for name in CELLS] + [("o05", "two manners"), ("o25", "two manners")],
+    [(name, "one motion model") for name in CELLS] + [("o05", "two motion models"), ("o25", "two motion models")],
 )
 def test_it_knows_no_direction_of_time(name, kind):
     """Backwards she sails the opposite courses and turns the other way; RMS of the difference in deviations.
@@ -95,7 +95,7 @@ def test_it_knows_no_direction_of_time(name, kind):
     Not to the last digit: filters begin at one end, and a fix that seems wild from one side need not from the other.
     Turns as slow as those of M have a direction: their rate grows from nothing and decays when they are over.
     """
-    profile = told(name, kind)
+    profile = profile_of(name, kind)
     for seed in range(2):
         _, fixes = CELLS[name].sailed(seed)
         there, back = (steerway.estimate(each, profile, smooth=True) for each in (fixes, backwards(fixes)))
@@ -115,7 +115,7 @@ SAME_TWICE = {
     "turn_course_rate_decay": ONE_MANNER.course_rate_decay,
 }
 BUT_ONE = {
-    "both manners alike": SAME_TWICE,
+    "both models alike": SAME_TWICE,
     "both alike, changing all the time": SAME_TWICE | {"turn_time": 1.0, "straight_time": 1.0},
     "turns next to never": SAME_TWICE | {"turn_time": 1.0, "straight_time": 1e12, "turn_course_rate_noise": 1e-3},
 }

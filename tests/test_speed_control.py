@@ -183,14 +183,14 @@ def test_boats_of_all_sizes_settle_alike_each_in_its_own_time(control, gains, ma
     propeller = plants.Propeller(diameter=0.8 * length)
     machine = plants.shaft(lag=0.5 * time, rate=1.75 / length, high=17.5 / time)
     boat = Surge(mass, 820.8 * length**2.5, 101.2 * length**2, propeller, machine)
-    told = gains(
+    values = gains(
         linear_drag=1.3 * truth.linear_drag / time,
         quadratic_drag=0.7 * truth.quadratic_drag / length,
         thrust=1.3 * 0.0049 * length,
         high=machine.high,
     )
     setpoint = 6.0 * speed
-    track = printed.sail_true(boat, control(told), setpoint, 100.0 * time, 0.02 * time, 0.1 * time)
+    track = printed.sail_true(boat, control(values), setpoint, 100.0 * time, 0.02 * time, 0.1 * time)
     found = judge.response(track.time, track.speed, track.shaft, setpoint)
     assert found["settling_s"] <= 36.0 * time and found["overshoot_pct"] <= 0.5
     np.testing.assert_allclose(track.speed[-1000:], setpoint, rtol=2e-3)

@@ -75,7 +75,7 @@ def test_a_vehicle_that_falls_silent_stops_the_autopilot_within_a_second(tmp_pat
 
     noticed, run, _ = watched(1.0, tmp_path, silence)
     assert noticed <= 1.0
-    assert run["mode"][-1] == 4.0, "when she is heard again she is put into HOLD"
+    assert run["mode"][-1] == 4.0, "when it sends again it is put into HOLD"
     assert run["asked_speed_mps"][-1] is None
 
 

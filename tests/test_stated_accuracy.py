@@ -89,10 +89,10 @@ def test_nmea_2000_rapid_positions_take_the_last_told_while_it_is_fresh():
     lines = [line(0.05 + 0.2 * k, 129025, 3, position(50.0, -4.5 + 1e-6 * k)) for k in range(40)]
     lines.insert(5, line(1.0, 129029, 3, gnss(50.0, -4.5)))
     (fixes,) = nmea2000.read("\n".join(lines).encode()).sources.values()
-    told = fixes.time - fixes.time[0]
-    known = (told > 0.9) & (told < 3.9)
+    elapsed = fixes.time - fixes.time[0]
+    known = (elapsed > 0.9) & (elapsed < 3.9)
     np.testing.assert_allclose(fixes.position_std[known], 0.8 * ALONE)
-    assert np.isnan(fixes.position_std[(told < 0.8) | (told > 4.0)]).all() and known.sum() > 10
+    assert np.isnan(fixes.position_std[(elapsed < 0.8) | (elapsed > 4.0)]).all() and known.sum() > 10
 
 
 def test_nmea_2000_dilution_not_available():

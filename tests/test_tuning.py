@@ -199,7 +199,7 @@ def test_a_vessel_of_two_modes_is_forecast_by_her_average():
 
 
 def test_smoothing_begins_at_rest_with_a_slow_error():
-    """The filter from the future starts adrift; what grows backwards must not drown the velocity there."""
+    """The filter from the future starts at a wrong velocity; what grows backwards must not hide the velocity there."""
     speed = np.r_[np.full(400, 2.0), np.linspace(2.0, 0.0, 20), np.zeros(600)]
     scene = sailed(speed, np.full(len(speed), 0.4), rate=1.0)
     fixes = scene.fixes(0.05, 1)

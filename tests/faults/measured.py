@@ -35,7 +35,7 @@ class Measured(NamedTuple):
     """What was said from a fault's beginning to the end of the sortie. SI, rad; errors NaN where nothing was said."""
 
     statuses: tuple[str, ...]  # in order of appearance, of fixes and, without fixes, of ticks
-    rmc: str  # the letters of status heard
+    rmc: str  # the letters of status received
     cog: str  # always, gaps, never
     silence: float  # longest time between two rows
     unknown: float  # longest time without a position
@@ -110,18 +110,18 @@ def _judged(fault, kept, sentences):
     at_fixes = [each for each in kept.at_fixes if each.second >= BEGIN]
     moments = sorted(at_fixes + [each for each in rows if each.row.status != PREDICTED])
     errors = [(each.second, *_errors(fault, each)) for each in rows]
-    spoken = [data.split(b"\r\n")[0].decode().split(",") for second, data in sentences if second >= BEGIN]
+    received_lines = [data.split(b"\r\n")[0].decode().split(",") for second, data in sentences if second >= BEGIN]
     wrong = [second for second, *each in errors if not all(e <= b for e, b in zip(each, BOUNDS, strict=True))]
     recovered = max((second for second in wrong if second >= fault.until), default=fault.until)
     worst = [
         max((e for e in column if not math.isnan(e)), default=math.nan)
         for column in list(zip(*errors, strict=True))[1:]
     ]
-    with_course = [fields[8] != "" for fields in spoken]
+    with_course = [fields[8] != "" for fields in received_lines]
     last = rows[-1]
     return Measured(
         tuple(dict.fromkeys(STATUSES[each.row.status] for each in moments)),
-        "".join(sorted({fields[2] for fields in spoken})),
+        "".join(sorted({fields[2] for fields in received_lines})),
         "always" if all(with_course) else "gaps" if any(with_course) else "never",
         _longest([BEGIN, *(each.second for each in rows), END]),
         _longest([BEGIN, *(each.second for each in rows if each.row.valid), END]),
@@ -132,15 +132,15 @@ def _judged(fault, kept, sentences):
     )
 
 
-def _astern(fault, told):
-    north, east = displacement(told.row.latitude, told.row.longitude, *fault.truth(told.second))
+def _astern(fault, timed):
+    north, east = displacement(timed.row.latitude, timed.row.longitude, *fault.truth(timed.second))
     return -north * math.cos(COURSE) - east * math.sin(COURSE)
 
 
-def _errors(fault, told):
+def _errors(fault, timed):
     """Errors of position, SOG and COG; NaN where not said."""
-    row = told.row
-    apart = displacement(row.latitude, row.longitude, *fault.truth(told.second)) if row.valid else (math.nan,) * 2
+    row = timed.row
+    apart = displacement(row.latitude, row.longitude, *fault.truth(timed.second)) if row.valid else (math.nan,) * 2
     return math.hypot(*apart), abs(row.sog - SPEED), abs(wrap(row.cog - COURSE)) if row.cog == row.cog else math.nan
 
 

@@ -1,4 +1,4 @@
-"""What a receiver tells of a boat on a straight line, epoch by epoch, and the faults that befall it."""
+"""What a receiver tells of a boat on a straight line, epoch by epoch, and the faults that alter it."""
 
 import math
 from collections.abc import Callable
@@ -23,7 +23,7 @@ BY_THE_LINE = math.radians(0.0), math.radians(180.0) - SPEED * math.sin(COURSE) 
 
 @dataclass(frozen=True)
 class Epoch:
-    """One fix as it is told; `time` and `date` are the receiver's, `sent` is s into the sortie."""
+    """One fix as it is sent; `time` and `date` are the receiver's, `sent` is s into the sortie."""
 
     sent: float
     time: float
@@ -53,10 +53,10 @@ class Epoch:
 class Fault:
     """What befalls the epochs, and until when; `wanted` sources by priority; `moved` m east the boat truly is after
     BEGIN, `stepped` s the receiver's clock has stepped by
-    then; `delay` s of every fix at the least, `latency` what the service is told of it."""
+    then; `delay` s of every fix at the least, `latency` what the service is given for it."""
 
     name: str
-    befall: Callable[[list[Epoch]], list[Epoch]] = list
+    alter: Callable[[list[Epoch]], list[Epoch]] = list
     until: float = BEGIN + LENGTH
     start: float = NOON
     home: tuple[float, float] = HOME
@@ -73,25 +73,25 @@ class Fault:
         return displaced(*self.home, SPEED * math.cos(COURSE) * second, east)
 
     def epochs(self) -> list[Epoch]:
-        """What is told, in the order in which it is sent."""
+        """What is sent, in this order."""
         rng = np.random.default_rng(20240701)
-        told = []
+        made = []
         for k in range(round(END * RATE)):
             place = displaced(*self.truth(k / RATE), *rng.normal(0.0, STD, 2))
             sent = k / RATE + self.delay + JITTER * rng.random()
-            told.append(Epoch(sent, self.start + k / RATE, place[0], wrap(place[1])))
-        return sorted(self.befall(told), key=lambda each: each.sent)
+            made.append(Epoch(sent, self.start + k / RATE, place[0], wrap(place[1])))
+        return sorted(self.alter(made), key=lambda each: each.sent)
 
 
 def _during(length, change):
     """Changes the epochs of the fault's time; None leaves one out."""
 
-    def befall(epochs):
+    def alter(epochs):
         begin = epochs[0].time + BEGIN - 1e-6
         changed = [change(each) if begin <= each.time < begin + length else each for each in epochs]
         return [each for each in changed if each is not None]
 
-    return befall
+    return alter
 
 
 def _moved(epoch, north=0.0, east=0.0):
@@ -143,7 +143,7 @@ def _one_stray(by):
 def _two_receivers(stops=None):
     """A second, coarser receiver 20 m to the east, half an interval later; the first may stop for the fault's time."""
 
-    def befall(epochs):
+    def alter(epochs):
         second = [
             replace(_moved(each, 0.1 * (-1.0) ** k, 20.0), link=1, talker="GN", sent=each.sent + 0.1)
             for k, each in enumerate(epochs)
@@ -151,7 +151,7 @@ def _two_receivers(stops=None):
         first = epochs if stops is None else _during(stops, lambda _: None)(epochs)
         return first + second
 
-    return befall
+    return alter
 
 
 def _another_hour(epochs):
