@@ -31,8 +31,8 @@ class HeadingEstimatorTable(Table):
 class SpeedEstimatorTable(Table):
     """What gives the speed: "course" the course filter, "fusion" receiver, logs and accelerometer together.
 
-    1σ of one reading of the receiver's speed and of the logs, m/s; `scale_std` of the log's scale error. Aboard they are
-    0.1, 0.02 and 0.05 m/s where they are left out.
+    1σ of one reading of the receiver's speed and of the logs, m/s; `scale_std` of the log's scale error. Aboard, those
+    left out are 0.1, 0.02 and 0.05 m/s.
     """
 
     kind: Literal["course", "fusion"] = "course"
