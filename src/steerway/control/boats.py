@@ -33,7 +33,8 @@ class Boat:
     speed and station None for a boat whose thrust is not controlled. full_shaft: shaft speed (rev/s) of full thrust,
     where one shaft drives the boat. response: the heading's own, where it is known better than by K and T; yaw_slew:
     what the autopilot's output can change by in a second. steers: whether the boat can turn. turn_rate: the largest
-    that is ordered, rad/s; yaw: the response to orders where K and T alone do not describe it.
+    that is ordered, rad/s; yaw: the response to orders where K and T alone do not describe it; pivot: m from the
+    receiver ahead to the point that moves along the bow in a turn too.
     """
 
     nomoto_gain: float
@@ -55,6 +56,7 @@ class Boat:
     response: HeadingResponse | None = None
     yaw_slew: float = math.inf
     steers: bool = True
+    pivot: float = 0.0
 
     def autopilot(
         self, shaper, steerageway: Steerageway | None = None, kind: str = KINDS[0], angle_std: float = 0.0
@@ -82,7 +84,9 @@ class Boat:
         """What steering in a current knows of the boat."""
         slowest = _SLOWEST * self.cruise
         fastest = max(self.cruise, min(self.top_speed, self.yaw_response.stable_speed))
-        return InCurrent(self.yaw_response, fastest, slowest, self.turn_rate, self.bandwidth, self.yaw_limit)
+        return InCurrent(
+            self.yaw_response, fastest, slowest, self.turn_rate, self.bandwidth, self.yaw_limit, pivot=self.pivot
+        )
 
     def position_hold(self, radius: float) -> PositionHold | None:
         """What holds a position within a radius (m) by the estimated current; None for a boat without a speed loop."""

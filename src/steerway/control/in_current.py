@@ -82,7 +82,7 @@ class InCurrent:
     response: to the autopilot's output, which is at most `limit`. top_speed and slowest (m/s): limits of the speed
     through the water; below the slowest she hardly steers. turn_rate: the largest that is ordered, rad/s. bandwidth:
     of the heading loop with a perfect estimate, rad/s. over_ground: whether the speed that is controlled is that over
-    ground along the bow, else that through the water.
+    ground along the bow, else that through the water. pivot: as of `Boat`.
     """
 
     response: YawResponse
@@ -92,6 +92,7 @@ class InCurrent:
     bandwidth: float
     limit: float = math.inf
     over_ground: bool = False
+    pivot: float = 0.0
 
     def __post_init__(self):
         for name in ("top_speed", "slowest", "turn_rate", "bandwidth"):
@@ -181,14 +182,16 @@ class InCurrent:
         Its path is kept, to be followed when the next leg is under way.
         """
         current = estimate.current_north, estimate.current_east
-        after, _ = heading_for(following, estimate.water_speed, *current)
+        before, after = (
+            heading_for(course, estimate.water_speed, *current)[0] for course in (leg.direction, following)
+        )
         limits = model.bandwidth, model.max_rate, model.max_acceleration
-        path, time = turn_path(estimate.heading, after, estimate.water_speed, *current, *limits)
+        path, time = turn_path(before, after, estimate.water_speed, *current, *limits, self.pivot)
         lead = float(wheel_over(leg.direction, following, *path[-1]))
-        before = leg.remaining - lead
+        left = leg.remaining - lead
         begins = (
-            estimate.north + before * math.cos(leg.direction) + leg.cross_track * math.sin(leg.direction),
-            estimate.east + before * math.sin(leg.direction) - leg.cross_track * math.cos(leg.direction),
+            estimate.north + left * math.cos(leg.direction) + leg.cross_track * math.sin(leg.direction),
+            estimate.east + left * math.sin(leg.direction) - leg.cross_track * math.cos(leg.direction),
         )
         self._next_turn = leg.target + 1, path + begins if lead > 0.0 else None, time
         return lead

@@ -26,14 +26,16 @@ def turn_path(
     bandwidth: float,
     max_rate: float,
     max_acceleration: float,
+    pivot: float = 0.0,
 ) -> tuple[Floats, float]:
     """((n, 2) north and east in m, s) over ground of a turn by the reference model of these limits from the origin.
 
-    Until the heading is within 1° of the last.
+    Until the heading is within 1° of the last. pivot: m from the boat's position ahead to the point that moves along
+    the bow.
     """
     dt = 0.02 / bandwidth
     angle, rate, acceleration = heading, 0.0, 0.0
-    path = np.zeros((_MOST_POINTS, 2))
+    path, slip = np.zeros((_MOST_POINTS, 2)), np.zeros((_MOST_POINTS, 2))
     n = 1
     while n < _MOST_POINTS and abs(wrap(to - angle)) > 0.02:
         angle, rate, acceleration = third_order(
@@ -41,8 +43,9 @@ def turn_path(
         )
         path[n, 0] = path[n - 1, 0] + dt * (water_speed * math.cos(angle) + current_north)
         path[n, 1] = path[n - 1, 1] + dt * (water_speed * math.sin(angle) + current_east)
+        slip[n, 0], slip[n, 1] = math.cos(heading) - math.cos(angle), math.sin(heading) - math.sin(angle)
         n += 1
-    return path[:n].copy(), (n - 1) * dt
+    return path[:n] + pivot * slip[:n], (n - 1) * dt
 
 
 @kernel

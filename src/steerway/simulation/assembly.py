@@ -178,9 +178,8 @@ def steering_pilot(
 def response_of(known: Boat) -> Response:
     """What the steering filter knows of a boat."""
     _, time, *damping = known.yaw_response
-    return Response(
-        time, known.turn_rate, known.cruise, known.top_speed, *damping, speed_time=min(speed_time(known), 60.0)
-    )
+    speeds, slowly = (known.cruise, known.top_speed), min(speed_time(known), 60.0)
+    return Response(time, known.turn_rate, *speeds, *damping, speed_time=slowly, pivot=known.pivot)
 
 
 def speed_time(known: Boat) -> float:

@@ -61,12 +61,39 @@ def _pair_nll(a, b, s_aa, s_ab, s_bb):
 
 
 @lean_kernel
-def _fix_nll(x, p, north, east, variance, added):
-    a, b = north - x[NORTH] - x[ERROR_N], east - x[EAST] - x[ERROR_E]
-    s_aa = p[NORTH, NORTH] + 2.0 * p[NORTH, ERROR_N] + p[ERROR_N, ERROR_N] + variance + added
-    s_ab = p[NORTH, EAST] + p[NORTH, ERROR_E] + p[EAST, ERROR_N] + p[ERROR_N, ERROR_E]
-    s_bb = p[EAST, EAST] + 2.0 * p[EAST, ERROR_E] + p[ERROR_E, ERROR_E] + variance + added
+def _seen_pair(p, hn, he, a, b, variance):
+    """(NIS, −log density) of a residual (a, b) of two numbers with the rows hn and he (13,) of their Jacobian."""
+    s_aa, s_ab, s_bb = variance, 0.0, variance
+    for i in range(STATES):
+        if hn[i] == 0.0 and he[i] == 0.0:
+            continue
+        for j in range(STATES):
+            s_aa += hn[i] * p[i, j] * hn[j]
+            s_ab += hn[i] * p[i, j] * he[j]
+            s_bb += he[i] * p[i, j] * he[j]
     return _pair_nll(a, b, s_aa, s_ab, s_bb)
+
+
+@lean_kernel
+def _position_rows(x, pivot, hn, he):
+    """Position north and east that a receiver gives, m, with the rows of their Jacobian."""
+    c, s = math.cos(x[HEADING]), math.sin(x[HEADING])
+    hn[NORTH] = hn[ERROR_N] = he[EAST] = he[ERROR_E] = 1.0
+    hn[HEADING], he[HEADING] = pivot * s, -pivot * c
+    return x[NORTH] + x[ERROR_N] - pivot * c, x[EAST] + x[ERROR_E] - pivot * s
+
+
+@kernel
+def velocity_of(x: Floats, pivot: float, hn: Floats, he: Floats) -> tuple[float, float]:
+    """Velocity north and east over ground of where the receiver is, m/s; hn and he (13,) become the rows of their
+    Jacobian.
+    """
+    c, s, u, sway = math.cos(x[HEADING]), math.sin(x[HEADING]), x[WATER_SPEED], -pivot * x[YAW_RATE]
+    hn[CURRENT_N] = he[CURRENT_E] = 1.0
+    hn[WATER_SPEED], he[WATER_SPEED] = c, s
+    hn[HEADING], he[HEADING] = -u * s - sway * c, u * c - sway * s
+    hn[YAW_RATE], he[YAW_RATE] = pivot * s, -pivot * c
+    return u * c - sway * s + x[CURRENT_N], u * s + sway * c + x[CURRENT_E]
 
 
 @lean_kernel
@@ -92,21 +119,26 @@ def take_position(
     interval: float,
     speed: float,
     rate: float,
+    pivot: float,
 ) -> tuple[int, float]:
     """(GOOD, MANOEUVRED or REFUSED; NIS of the most probable hypothesis) of a fix; all hypotheses are corrected.
 
     states (m, 13), covariances (m, 13, 13), log weights (m,): in place. interval since the fix before, s; speed (m/s)
-    and rate (rad/s) the size of an unordered manoeuvre. What is most probable is taken: the motion as predicted, a
-    manoeuvre that no order explains, or a wrong fix.
+    and rate (rad/s) the size of an unordered manoeuvre; pivot as of `Response`. What is most probable is taken: the
+    motion as predicted, a manoeuvre that no order explains, or a wrong fix.
     """
     m = len(states)
     variance = std * std
     costs, wide = np.empty(m), np.empty(m)
     added = (0.5 * speed * min(max(interval, 0.5), 3.0)) ** 2
+    gain, hn, he = np.empty(STATES), np.zeros(STATES), np.zeros(STATES)
     best, nis = 0, 0.0
     for k in range(m):
-        this, costs[k] = _fix_nll(states[k], covariances[k], north, east, variance, 0.0)
-        _, wide[k] = _fix_nll(states[k], covariances[k], north, east, variance, added)
+        x, p = states[k], covariances[k]
+        at_north, at_east = _position_rows(x, pivot, hn, he)
+        a, b = north - at_north, east - at_east
+        this, costs[k] = _seen_pair(p, hn, he, a, b, variance)
+        _, wide[k] = _seen_pair(p, hn, he, a, b, variance + added)
         if weights[k] >= weights[best]:
             best, nis = k, this
     fits, manoeuvre = _log_sum(costs, weights), _log_sum(wide, weights) + MANOEUVRE
@@ -123,40 +155,28 @@ def take_position(
             p[WATER_SPEED, WATER_SPEED] += (0.3 * speed) ** 2
             p[HEADING, HEADING] += 0.1
             p[YAW_RATE, YAW_RATE] += rate * rate
-    gain, h = np.empty(STATES), np.zeros(STATES)
     for k in range(m):
         x, p = states[k], covariances[k]
         weights[k] -= costs[k] + fits if kind == GOOD else costs[k] + manoeuvre - MANOEUVRE
-        for i, error, measured in ((NORTH, ERROR_N, north), (EAST, ERROR_E, east)):
-            h[i] = h[error] = 1.0
-            _correct_scalar(x, p, h, measured - x[i] - x[error], variance, gain)
-            h[i] = h[error] = 0.0
+        _correct_scalar(x, p, hn, north - _position_rows(x, pivot, hn, he)[0], variance, gain)
+        _correct_scalar(x, p, he, east - _position_rows(x, pivot, hn, he)[1], variance, gain)
     return kind, nis
 
 
 @kernel
-def take_velocity(states: Floats, covariances: Floats, weights: Floats, north: float, east: float, std: float) -> bool:
+def take_velocity(
+    states: Floats, covariances: Floats, weights: Floats, north: float, east: float, std: float, pivot: float
+) -> bool:
     """Whether a velocity over ground (m/s) fits the most probable hypothesis; then all are corrected by it."""
     m = len(states)
     variance = std * std
-    gain, h = np.empty(STATES), np.zeros(STATES)
+    gain, hn, he = np.empty(STATES), np.zeros(STATES), np.zeros(STATES)
     costs = np.empty(m)
     best, nis = 0, 0.0
     for k in range(m):
-        x, p = states[k], covariances[k]
-        c, s = math.cos(x[HEADING]), math.sin(x[HEADING])
-        u = x[WATER_SPEED]
-        n_c, n_s, e_c, e_s, n_h, e_h = c, s, c, s, -u * s, u * c
-        a = north - u * n_c - x[CURRENT_N]
-        b = east - u * n_s - x[CURRENT_E]
-        ph = np.empty((2, STATES))
-        for j in range(STATES):
-            ph[0, j] = p[CURRENT_N, j] + e_c * p[WATER_SPEED, j] + n_h * p[HEADING, j]
-            ph[1, j] = p[CURRENT_E, j] + e_s * p[WATER_SPEED, j] + e_h * p[HEADING, j]
-        s_aa = ph[0, CURRENT_N] + e_c * ph[0, WATER_SPEED] + n_h * ph[0, HEADING] + variance
-        s_ab = ph[0, CURRENT_E] + e_s * ph[0, WATER_SPEED] + e_h * ph[0, HEADING]
-        s_bb = ph[1, CURRENT_E] + e_s * ph[1, WATER_SPEED] + e_h * ph[1, HEADING] + variance
-        this, costs[k] = _pair_nll(a, b, s_aa, s_ab, s_bb)
+        x = states[k]
+        of_north, of_east = velocity_of(x, pivot, hn, he)
+        this, costs[k] = _seen_pair(covariances[k], hn, he, north - of_north, east - of_east, variance)
         if weights[k] >= weights[best]:
             best, nis = k, this
     if nis > 16.0:
@@ -165,12 +185,8 @@ def take_velocity(states: Floats, covariances: Floats, weights: Floats, north: f
     for k in range(m):
         x, p = states[k], covariances[k]
         weights[k] -= costs[k] + fits
-        c, s, u = math.cos(x[HEADING]), math.sin(x[HEADING]), x[WATER_SPEED]
-        h[CURRENT_N], h[CURRENT_E], h[WATER_SPEED], h[HEADING] = 1.0, 0.0, c, -u * s
-        _correct_scalar(x, p, h, north - u * c - x[CURRENT_N], variance, gain)
-        c, s, u = math.cos(x[HEADING]), math.sin(x[HEADING]), x[WATER_SPEED]
-        h[CURRENT_N], h[CURRENT_E], h[WATER_SPEED], h[HEADING] = 0.0, 1.0, s, u * c
-        _correct_scalar(x, p, h, east - u * s - x[CURRENT_E], variance, gain)
+        _correct_scalar(x, p, hn, north - velocity_of(x, pivot, hn, he)[0], variance, gain)
+        _correct_scalar(x, p, he, east - velocity_of(x, pivot, hn, he)[1], variance, gain)
     return True
 
 

@@ -20,6 +20,7 @@ from steerway.estimation.steering.correction import (
     take_number,
     take_position,
     take_velocity,
+    velocity_of,
 )
 from steerway.estimation.steering.motion import (
     BIAS,
@@ -48,6 +49,8 @@ _IMPROBABLE = -9.0
 """Log weight at which a hypothesis is dropped."""
 _LEAST_STD, _MOST_STD, _FIRST_SLOW = 0.01, 3.0, 0.1
 """m: limits of what is learned of the receiver, and its slow error before it is learned."""
+_MODEL_TIME, _MODEL_SHARE = 0.05, 0.05
+"""s, and share, of the usual speed: position and velocity are not known better than the model of the motion."""
 _LATELY, _WORST, _LARGEST_MISFIT = 0.1, 50.0, 9.0
 """Part of a fix in the mean NIS, the largest that counts, and the mean above which the hypotheses are made anew."""
 _REST, _UNKNOWN_STD = 0.25, 1.5
@@ -97,8 +100,9 @@ class SteeringFilter:
 
     def __init__(self, response: Response, position_std: float = 0.3, velocity_std: float = 0.1, *, learn: bool = True):
         self.response = response
-        self.position_std = positive("position_std", position_std)
-        self.velocity_std = positive("velocity_std", velocity_std)
+        self._least_std = max(_LEAST_STD, _MODEL_TIME * response.speed)
+        self.position_std = max(positive("position_std", position_std), self._least_std)
+        self.velocity_std = max(positive("velocity_std", velocity_std), _MODEL_SHARE * response.speed)
         self.learn = learn
         self.refused_for = 0.0  # s since the last fix that fitted
         self._parameters = np.array(response.packed())
@@ -166,6 +170,7 @@ class SteeringFilter:
             interval,
             self.response.speed,
             self.response.rate,
+            self.response.pivot,
         )
         if kind == REFUSED and self.refused_for == 0.0:
             self._recent = deque([(time, north, east)])  # after a jump, those before it tell no velocity
@@ -176,7 +181,7 @@ class SteeringFilter:
             self._begin(time, 0.5 * START_TIME)
             return kind
         if math.isfinite(north_velocity + east_velocity) and kind != REFUSED:
-            measured = north_velocity, east_velocity, self.velocity_std
+            measured = north_velocity, east_velocity, self.velocity_std, self.response.pivot
             take_velocity(self._states, self._covariances, self._weights, *measured)
         if math.isfinite(heading) and self._heading_std(int(np.argmax(self._weights))) > _COMPASS_NEEDED:
             take_number(self._states, self._covariances, self._weights, heading, _COMPASS_STD, HEADING)
@@ -202,7 +207,8 @@ class SteeringFilter:
         if not self.started:
             return NOTHING
         best = int(np.argmax(self._weights))
-        return _found(self._moved(best, time), self._covariances[best], self._heading_std(best), time - self._time)
+        age, pivot = time - self._time, self.response.pivot
+        return _found(self._moved(best, time), self._covariances[best], self._heading_std(best), age, pivot)
 
     def _moved(self, best, time):
         """The state at a time, from the state asked for last where that was earlier."""
@@ -247,7 +253,7 @@ class SteeringFilter:
     def _learn(self):
         """The receiver's noise is what its fixes show."""
         if not math.isnan(self._noise.white):
-            self.position_std = min(_MOST_STD, max(_LEAST_STD, self._noise.white))
+            self.position_std = min(_MOST_STD, max(self._least_std, self._noise.white))
         if not math.isnan(self._noise.slow):
             self.slow_std = min(_MOST_STD, max(_LEAST_STD, self._noise.slow))
 
@@ -278,14 +284,13 @@ def _same(one, other):
     return one == other or (math.isnan(one) and math.isnan(other))
 
 
-def _found(x, p, heading_std, age):
+def _found(x, p, heading_std, age, pivot):
     c, s = math.cos(x[HEADING]), math.sin(x[HEADING])
     u, rate = x[WATER_SPEED], x[YAW_RATE]
-    north, east = u * c + x[CURRENT_N], u * s + x[CURRENT_E]
-    sog, cog = math.hypot(north, east), math.atan2(east, north)
     h = np.zeros((2, len(x)))
-    h[0, CURRENT_N] = h[1, CURRENT_E] = 1.0
-    h[:, WATER_SPEED], h[:, HEADING] = (c, s), (-u * s, u * c)
+    north, east = velocity_of(x, pivot, h[0], h[1])
+    acceleration = rate * (pivot * rate * c - u * s), rate * (pivot * rate * s + u * c)
+    sog, cog = math.hypot(north, east), math.atan2(east, north)
     velocity = h @ p @ h.T
     ahead = np.array([math.cos(cog), math.sin(cog)])
     abeam = np.array([-ahead[1], ahead[0]])
@@ -294,11 +299,11 @@ def _found(x, p, heading_std, age):
     position_std = math.sqrt(max(0.5 * (p[NORTH, NORTH] + p[EAST, EAST]), 0.0))
     velocity_std = math.hypot(along, across)
     return Found(
-        float(x[NORTH]),
-        float(x[EAST]),
+        float(x[NORTH]) - pivot * c,
+        float(x[EAST]) - pivot * s,
         sog,
         cog,
-        turning_rate(north, east, -u * rate * s, u * rate * c) if sog > 0.0 else 0.0,
+        turning_rate(north, east, *acceleration) if sog > 0.0 else 0.0,
         along,
         min(math.pi, across / max(sog, 1e-6)),
         rate_std,

@@ -7,7 +7,8 @@ answers an ordered rate u by T ṙ + (d + δ) r + n r|r| = g u + b: Nomoto's fir
 (Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd edition, sections 7.2 and 7.3); d = d_0 − m
 U_r², since the Munk moment of a slender hull grows with the square of the speed. So the uncertainty of the rate grows
 in an ordered turn as far as the response is uncertain, and not between turns. The speed tends to k times an ordered
-one. Sideslip in a turn counts as a part of the response. A covariance is kept whole.
+one. The position is that of the pivot point, which moves along the bow; sideslip beyond that counts as a part of the
+response. A covariance is kept whole.
 """
 
 import math
@@ -35,7 +36,8 @@ class Response(NamedTuple):
     current_noise, spectral density of its changes, m²/s³; speed_noise: 1σ of the speed through the water beside its
     response, and speed_gain_std of that, in shares; slip: lost share of the speed in a turn at `rate`; manual: yaw
     rate of an unknown helmsman, as a share of `rate`; over_ground: whether an ordered speed is one over ground along
-    the bow, as of vehicles with a speed loop of their own, else one through the water.
+    the bow, as of vehicles with a speed loop of their own, else one through the water; pivot: m that the point which
+    moves along the bow, in a turn too, lies ahead of the one whose position is measured.
     """
 
     time: float
@@ -57,6 +59,7 @@ class Response(NamedTuple):
     slip: float = 0.1
     manual: float = 0.5
     over_ground: bool = False
+    pivot: float = 0.0
 
     def packed(self) -> "list[float]":
         """The parameters of the kernels."""
@@ -83,6 +86,7 @@ class Response(NamedTuple):
     _SLIP,
     _MANUAL,
     _OVER_GROUND,
+    PIVOT,
 ) = range(len(Response._fields))
 
 _HELM_TIME = 2.0

@@ -32,8 +32,8 @@ _REST_STD, _CURRENT_STD = 0.05, 0.1
 """1σ of the speed through the water of a boat at rest, and of the current beside its drift, in shares of the usual
 speed.
 """
-_ADRIFT = 1.0
-"""Cost (−log probability) of a boat that moves and is all the same adrift."""
+_DRIFTS = 1.0
+"""Cost (−log probability) of a boat that moves with the current alone."""
 
 
 def straight_line(
@@ -58,13 +58,13 @@ def hypotheses(
 ) -> tuple[Floats, Floats, Floats]:
     """(states (m, 13), covariances (m, 13, 13), log weights (m,)) for a first position (m) and velocity (m/s).
 
-    A moving boat: for currents of all directions the motion through the water that is left. A boat at rest, or adrift:
-    any heading.
+    A moving boat: for currents of all directions the motion through the water that is left. A boat at rest in the
+    water: any heading.
     """
     directions = [math.tau * k / _DIRECTIONS for k in range(_DIRECTIONS)]
     moving = math.hypot(*velocity) > max(_MOVING * velocity_std, _SLOW * response.speed)
-    # At rest, or adrift: the current is what is seen.
-    found = [((velocity[0], velocity[1]), 0.0, a, _ADRIFT if moving else 0.0) for a in directions]
+    # At rest in the water: the current is what is seen.
+    found = [((velocity[0], velocity[1]), 0.0, a, _DRIFTS if moving else 0.0) for a in directions]
     if moving:
         currents = [(0.0, 0.0)]
         currents += [(k * response.speed, a) for k in _SHARES for a in directions]
@@ -80,6 +80,8 @@ def hypotheses(
     covariances = np.zeros((len(found), STATES, STATES))
     for x, p, (current, speed, course, _) in zip(states, covariances, found, strict=True):
         x[[NORTH, EAST, CURRENT_N, CURRENT_E, WATER_SPEED, HEADING]] = *place, *current, speed, wrap(course)
+        x[NORTH] += response.pivot * math.cos(course)
+        x[EAST] += response.pivot * math.sin(course)
         x[GAIN] = x[SPEED_GAIN] = 1.0
         _spread(x, p, place_std, velocity_std, response)
     weights = -np.array([cost for *_, cost in found])
@@ -106,6 +108,8 @@ def any_heading(x: Floats, p: Floats, response: Response) -> tuple[Floats, Float
     covariance[YAW_RATE, YAW_RATE] = (response.manual * response.rate) ** 2
     states = np.tile(state, (_DIRECTIONS, 1))
     states[:, HEADING] = [wrap(math.tau * k / _DIRECTIONS) for k in range(_DIRECTIONS)]
+    states[:, NORTH] += response.pivot * (np.cos(states[:, HEADING]) - c)
+    states[:, EAST] += response.pivot * (np.sin(states[:, HEADING]) - s)
     return states, np.tile(covariance, (_DIRECTIONS, 1, 1)), np.full(_DIRECTIONS, -math.log(_DIRECTIONS))
 
 
