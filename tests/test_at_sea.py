@@ -5,9 +5,11 @@ from collections import Counter
 
 import pytest
 
+from steerway.core import InputError
 from steerway.estimation.steering.receiver import ReceiverNoise
 from steerway.sensors import Gnss
-from steerway_studies.at_sea.cases import CRAFT, SHARES, Case, Receiver, drawn
+from steerway_studies import at_sea, named
+from steerway_studies.at_sea.cases import CRAFT, SHARES, Case, Receiver, all_cases, drawn
 from steerway_studies.at_sea.sailing import judged
 
 
@@ -19,6 +21,22 @@ def test_a_seed_draws_every_direction_and_current_evenly():
         shares = Counter(case.share for case in cases if case.craft == craft)
         assert shares == dict.fromkeys(SHARES, made.runs // 4)
     assert len({case.receiver for case in cases}) == 18
+
+
+def test_full_runs_the_whole_grid(monkeypatch):
+    ran = []
+
+    def over_cases(run, pairs, progress=None):
+        ran.append([case for case, _ in pairs])
+        raise InterruptedError
+
+    monkeypatch.setattr(at_sea, "over_cases", over_cases)
+    for full in (False, True):
+        with pytest.raises(InterruptedError):
+            at_sea.STUDY.run_keeping(None, 1, 3, None, full=full)
+    assert ran == [list(drawn(3)), list(all_cases())]
+    with pytest.raises(InputError, match="study low-speed runs all its cases with every seed, expected no --full"):
+        named("low-speed").run_keeping(None, 1, 0, None, full=True)
 
 
 @pytest.mark.parametrize(

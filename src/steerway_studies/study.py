@@ -130,11 +130,18 @@ class Study:
     summary: str
     run: Callable[[int | None, int, Callable[[float, str], None] | None], Results]
     needs: tuple[str, ...] = ()  # packages beyond the dependencies of steerway, which the extra `studies` brings
+    run_full: Callable[[int | None, int, Callable[[float, str], None] | None], Results] | None = None
+    """As `run`, with all cases of every seed, where a seed of `run` draws a part of them."""
 
-    def run_keeping(self, parts: Unfinished | None, seeds, first_seed, progress) -> Results:
-        """`run`, with finished cases kept in `parts` and taken from there."""
+    def run_keeping(self, parts: Unfinished | None, seeds, first_seed, progress, full: bool = False) -> Results:
+        """`run`, or `run_full`, with finished cases kept in `parts` and taken from there.
+
+        Raises InputError for all cases of a study whose seeds draw none.
+        """
+        if full and self.run_full is None:
+            raise InputError(f"study {self.name} runs all its cases with every seed, expected no --full")
         with keeping(parts):
-            return self.run(seeds, first_seed, progress)
+            return (self.run_full if full else self.run)(seeds, first_seed, progress)
 
     def check_installed(self) -> None:
         """Raises InputError if a package that the study needs is not installed."""

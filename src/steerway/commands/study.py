@@ -26,6 +26,9 @@ def study(
         int | None, typer.Option(metavar="N", min=1, help="Number of seeds; by default the study's own.")
     ] = None,
     first_seed: Annotated[int, typer.Option(metavar="K", min=0, help="The first seed.")] = 0,
+    full: Annotated[
+        bool, flag("--full", help="All cases with every seed, of a study whose seeds draw a part of them: at-sea.")
+    ] = False,
     resume: Annotated[bool, flag("--resume", help="Continue an interrupted study with the parts it has done.")] = False,
 ) -> None:
     """Run a study: compare published with measured numbers, with figures.
@@ -49,7 +52,7 @@ def study(
     if parts.results:
         print(f"resumed with {len(parts.results)} parts", file=sys.stderr)
     with progress_line(name) as step:
-        results = chosen.run_keeping(parts, seeds, first_seed, lambda share, what="": step(share, what))
+        results = chosen.run_keeping(parts, seeds, first_seed, lambda share, what="": step(share, what), full)
     page = results.write(out)
     parts.remove()
     print_pairs([(each.what, results.measured(each)) for each in results.comparisons])

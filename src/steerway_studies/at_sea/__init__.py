@@ -5,7 +5,7 @@ routes and receivers evenly mixed. Boats start from rest, with no compass. An au
 where fixes do not fit its estimate for as long as the one aboard allows: `own_gate_stops`.
 """
 
-import os
+from functools import partial
 
 from steerway_studies.at_sea.cases import ablations, all_cases, drawn
 from steerway_studies.at_sea.comparisons import compare_all
@@ -15,15 +15,12 @@ from steerway_studies.parts import over_cases
 from steerway_studies.study import Results, Study, seeds_from, stage
 
 SEEDS = 8
-FULL = "STEERWAY_AT_SEA_FULL"
-"""Set in the environment: the full grid of every seed in place of the part that it draws."""
 
 
-def run(seeds=None, first_seed=0, progress=None) -> Results:
-    """See Study; `seeds` parts of the grid, 8 by default."""
+def run(seeds=None, first_seed=0, progress=None, full=False) -> Results:
+    """See Study; `seeds` parts of the grid, 8 by default, or as often the whole grid."""
     chosen = seeds_from(first_seed, seeds, SEEDS)
-    full = all_cases() if os.environ.get(FULL) else None
-    pairs = [(case, seed) for seed in chosen for case in (full or drawn(seed))]
+    pairs = [(case, seed) for seed in chosen for case in (all_cases() if full else drawn(seed))]
     others = [(case, seed) for seed in chosen for case in ablations(seed)]
     found = over_cases(_judged_of, pairs, progress=stage(progress, 0.0, 0.85, "squares and surveys"))
     without = over_cases(_judged_of, others, progress=stage(progress, 0.85, 0.15, "ablations"))
@@ -37,4 +34,9 @@ def _judged_of(pair):
     return judged(*pair)
 
 
-STUDY = Study("at-sea", "squares and surveys in currents up to 80 % of the boat's speed, from rest, no compass", run)
+STUDY = Study(
+    "at-sea",
+    "squares and surveys in currents up to 80 % of the boat's speed, from rest, no compass",
+    run,
+    run_full=partial(run, full=True),
+)
