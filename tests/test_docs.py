@@ -122,5 +122,5 @@ def test_every_number_in_a_schema_has_a_unit(kind):
 
 
 def test_the_front_page_of_the_site_links_beside_itself():
-    page = home("[a](docs/live.md) [b](ARCHITECTURE.md) [c](LICENSE) ![d](docs/images/report.png)")
-    assert page == "[a](live.md) [b](architecture.md) c ![d](images/report.png)"
+    page = home("[a](docs/live.md) [b](ARCHITECTURE.md) [c](LICENSE) ![d](docs/images/demo.png)")
+    assert page == "[a](live.md) [b](architecture.md) c ![d](images/demo.png)"
