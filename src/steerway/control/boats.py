@@ -21,7 +21,7 @@ from steerway.control.station import StationGains, StationKeeper
 from steerway.guidance.reference import ReferenceModel
 
 _SLOWEST = 0.6
-"""Share of the cruise speed, through the water, that is kept in a following current."""
+"""Share of the cruise speed, through the water, that is kept in a following current. Chosen."""
 
 
 @dataclass(frozen=True)

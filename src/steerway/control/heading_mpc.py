@@ -25,8 +25,10 @@ from steerway.core.errors import InputError
 FULL_CHANGE = 40.0
 """Cost of a change of the input at its limit, where an error of 1° costs 1: P4's R = 0.1 per rpm² with 20 rpm."""
 LONGEST_HORIZON = 100
+"""Steps. Chosen: ten times P4's horizon."""
 _CHANGES = 15.0
-"""Steps from 0 to the limit of the input that stand for a limit of its change where there is none."""
+"""Steps from 0 to the limit of the input that stand for a limit of its change where there is none: P4's
+300 rpm and 20 rpm."""
 
 
 def default_weights(limits: InputLimits, output_weight: float | None, change_weight: float | None):

@@ -152,9 +152,9 @@ class HeadingResponse:
 
 WALK = 0.1
 """Part of the input's limit by which its bias may walk in the second time constant: what the model leaves out of a turn
-has to be found while it lasts."""
+has to be found while it lasts. Chosen."""
 SURE_DEG = 0.2
-"""1σ of a heading estimate at least, as the observer takes it, a root second."""
+"""1σ of a heading estimate at least, as the observer takes it, a root second. Chosen."""
 
 
 def parts_for(

@@ -23,7 +23,7 @@ from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 
 _SLOW = 0.08
-"""Part of the top speed below which set-points adapt as this one does."""
+"""Part of the top speed below which set-points adapt as this one does. Chosen: 1/S² would grow without limit."""
 
 
 @dataclass(frozen=True)

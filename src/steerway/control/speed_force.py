@@ -11,9 +11,9 @@ from steerway.core.errors import InputError
 
 CONTROLLERS = ("pi", "adaptive", "disturbance-observer")
 LONGEST_HOLD = 1.0
-"""s for which a measured shaft speed holds."""
+"""s for which a measured shaft speed holds. Chosen."""
 _SHARE = 0.5
-"""Rate of the reference model over the bandwidth of a PI loop with about the same settling."""
+"""Rate of the reference model over the bandwidth of a PI loop with about the same settling. Chosen."""
 
 
 class ShaftController(Protocol):

@@ -33,9 +33,9 @@ from steerway.estimation.course.motion.models import long_run
 from steerway.estimation.course.steerageway import COURSE_GAINED, velocity_to_course
 
 NODES = 48
-"""Of the midpoint rule: the tests compare with Monte Carlo and with twice as many."""
+"""Of the midpoint rule: `tests/test_prediction.py` compares with Monte Carlo and with twice as many."""
 DRIFT_TIME = 200.0
-"""s, time constant of the velocity of a drifting vessel: some minutes, as wind and stream change."""
+"""s, time constant of the velocity of a drifting vessel: some minutes, as wind and stream change. Chosen."""
 
 
 @kernel

@@ -23,7 +23,7 @@ _FEWEST = 100
 """Rows, of which the RMS is known to 7 %."""
 _SHARP = 0.9
 """Largest ratio of the RMS difference with the lag removed to that without, for the lag to be determined; and to the
-standard deviation of SOG."""
+standard deviation of SOG. Chosen."""
 _SPANS = 1.0, 2.0, 4.0, 8.0
 """s before and after a fix: noise asks for long ones, turns for short; used is the one that agrees best in COG."""
 _POINTS = 10

@@ -38,9 +38,10 @@ COURSE_GAINED = 4.0
 """Standard deviations of a velocity above zero at which course is defined: it is then known to a quarter of a radian,
 where the linearised course is in error by 3 % of that."""
 COURSE_LOST = 2.0
-"""Standard deviations below which it no longer is; the gap to `COURSE_GAINED` keeps the phase from alternating."""
+"""Standard deviations below which it no longer is; the gap to `COURSE_GAINED` keeps the phase from alternating. Chosen:
+half of it."""
 KNOWN_VELOCITY_STD = 0.5
-"""m/s: with a velocity known this well and not above `COURSE_GAINED` the start is over, at low speed."""
+"""m/s: with a velocity known this well and not above `COURSE_GAINED` the start is over, at low speed. Chosen."""
 
 
 @called_kernel

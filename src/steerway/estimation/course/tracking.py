@@ -73,7 +73,8 @@ from steerway.estimation.course.update.outliers import (
 from steerway.estimation.course.update.position import correct, innovation, normalised_square
 
 _SLOTS, _SLOTS_PER_SECOND = 128, 7.0
-"""Steps kept by their length; intervals of whole seconds, as AIS has them, meet in no slot up to two minutes."""
+"""Steps kept by their length; intervals of whole seconds, as AIS has them, meet in no slot up to two minutes:
+128 is a power of 2, 7 has no factor with it."""
 _SAME_STEP = 1e-10
 """Part of a step by which equal intervals between times of up to an hour differ in their last digits: of three
 rows at 50 Hz two would have a step of their own (`python -m benchmarks batch`)."""

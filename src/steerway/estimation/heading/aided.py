@@ -52,13 +52,14 @@ BIAS, SCALE, SINE, COSINE, CURRENT_NORTH, CURRENT_EAST, WATER_SPEED = range(4, 1
 STATES = 11
 WALKS = STATES - BIAS
 APART = math.radians(30.0)
-"""Between the first headings of the filters that seek an unknown one; each has half of it for its 1σ."""
+"""Between the first headings of the filters that seek an unknown one; each has half of it for its 1σ. Chosen."""
 FARTHEST = 2.0 * math.pi
 """First headings are sought this far to either hand: the compass's scale acts on the whole turn made since north, so
 that −45° and 315° are different beginnings."""
 UNLIKELY = 1e-6
-"""Probability below which a filter is given up."""
+"""Probability below which a filter is given up. Chosen."""
 _SAME_HEADING_DEG, _SAME_SCALE = 3.0, 0.02
+"""Differences of heading and of the compass's scale below which two filters are one. Chosen: a tenth of `APART`."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +95,7 @@ class HeadingTuning:
 
 
 PRODUCT = HeadingTuning()
+"""Chosen; `steerway study springer-mission` judges it in worlds that it does not know."""
 SCALE_ONLY = HeadingTuning(1e-7, 1e-6, (0.0, 0.0), (0.3, 0.0), (0.0, 0.0), (0.0, 0.0), water_speed=(0.0, 0.0))
 """For P4's own world, where vehicle, propellers and noise are known and the compass alone is not."""
 

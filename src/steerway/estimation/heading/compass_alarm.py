@@ -7,8 +7,9 @@ from steerway.estimation.heading.model_bank import corners
 from steerway.sensors.tcm2 import TCM2
 
 SIGMAS = 3.0
+"""Of the scale beyond the box: by chance 0.13 % on either side (normal)."""
 LARGEST_STD = 0.05
-"""1σ of the scale above which no alarm is given."""
+"""1σ of the scale above which no alarm is given. Chosen."""
 
 
 @cache

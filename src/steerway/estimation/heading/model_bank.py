@@ -25,7 +25,7 @@ from steerway.sensors.tcm2 import TCM2, CompassModel
 from steerway.vessels.springer import PAPER_YAW, HeadingModel
 
 LEAST_WEIGHT = 1e-12
-"""Relative to the likeliest, so that every filter can become the likeliest again."""
+"""Relative to the likeliest, so that every filter can become the likeliest again. Chosen."""
 
 
 def corners(tolerance: float, compass: CompassModel = TCM2) -> list[CompassModel]:

@@ -23,15 +23,14 @@ from steerway.estimation.inference.model import (
     WATER_SPEED,
     YAW_RATE,
 )
+from steerway.estimation.inference.relative import is_steady
 
 _OUTLIER_RATE = 1e-3
-"""Share of aids that have nothing to do with the motion."""
+"""Share of aids that have nothing to do with the motion. Chosen: as the prior median of that of fixes."""
 _WIDEST = 30.0
-"""Standard deviations of the instrument over which such an aid is spread, for want of anything better."""
+"""Standard deviations of the instrument over which such an aid is spread evenly. Chosen."""
 _LEAST_SPEED = 0.1
-"""m/s; at less a heading does not determine the course."""
-_STEADY = 3.0
-"""Speed in standard deviations across the course above which SOG and COG are taken as such, not as a vector."""
+"""m/s; at less a heading does not determine the course. Chosen: its Jacobian is 1/U."""
 
 
 @inlined_kernel
@@ -92,7 +91,7 @@ def measured(x, p, k, model, aids, which, h):
     speed, companion = x[k, SPEED], int(model.aids[which, COMPANION])
     if which == SOG or which == COG:
         whole = math.isfinite(aids[SOG]) and math.isfinite(aids[COG])
-        steady = speed * speed > _STEADY**2 * p[k, 3, 3]
+        steady = is_steady(speed, p[k, 3, 3])
         bend = wrap(aids[COG] - x[k, COURSE]) if math.isfinite(aids[COG]) else 0.0
         error = 0.0
         if companion:

@@ -12,11 +12,12 @@ import math
 import numpy as np
 
 _TOLERANCE = 0.3
-"""Gain of log posterior below which an iteration is the last: a tenth of what distinguishes two structures."""
+"""Gain of log posterior below which an iteration is the last: a tenth of what distinguishes two structures
+(`selection.BETTER`)."""
 _LEAST_REACH = 0.1
-"""Prior deviations; a shorter step is not worth a try."""
+"""Prior deviations; a shorter step is not tried: at the median it changes the log prior by 0.005."""
 _LONG_STEP = 0.5
-"""Prior deviations of the steps of a sweep."""
+"""Prior deviations of the steps of a sweep. Chosen: half the first reach of `climb`."""
 
 
 class Ascent:

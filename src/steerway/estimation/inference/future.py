@@ -6,7 +6,8 @@ from steerway.core.compiled import called_kernel
 from steerway.estimation.inference.algebra import eigen, inverse, product, product_transposed
 
 _FARTHEST = 4.0
-"""Standard deviations that what the future says may lie from what was expected of it."""
+"""Standard deviations that what the future says may lie from what was expected of it: the normal distribution
+holds 6·10⁻⁵ beyond."""
 
 
 @called_kernel

@@ -13,10 +13,10 @@ from itertools import product
 import numpy as np
 
 from steerway.core.arrays import Floats
+from steerway.estimation.course.motion.layout import LONGEST_GAP
 from steerway.estimation.inference.auto_aids import AUTO, VELOCITY, velocity_in
 from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import AIDS, FUSED, Bank, empty_bank, room_to_keep
-from steerway.estimation.inference.record import LONGEST_GAP
 from steerway.estimation.inference.selection import PLAIN, Structure, infer
 from steerway.estimation.inference.stream import ELAPSED, InferredFilter, Set, set_of, step
 from steerway.estimation.inference.structures import VESSELS, parameters_of
@@ -25,13 +25,14 @@ from steerway.estimation.profiles.inferred import InferredProfile
 
 LOG = logging.getLogger("steerway.live")
 _NOISES = (0.02, 0.1, 0.4, 1.5, 5.0)
-"""m, white noise of receivers, from real-time kinematics to a receiver under trees, a factor of four apart."""
+"""m, white noise of receivers, from real-time kinematics to a receiver under trees, a factor of four apart.
+Chosen: a grid, all alike probable."""
 _WINDOW, _ROWS = 1200.0, 12_000
-"""s and rows that are kept: the inference looks at no more of a usual receiver."""
+"""s and rows that are kept. Chosen: the rows of 10 Hz, five times `selection.MANY`."""
 _FIRST, _FEWEST = 60.0, 100
-"""s and fixes after which vessel and receiver are inferred first: about what `tune` needs."""
+"""s and fixes after which vessel and receiver are inferred first: about what `tune` needs. Chosen."""
 _LATER, _LATEST = 2.0, 600.0
-"""Factor from one inference to the next, and s between two at most: the window is then half another one."""
+"""Factor from one inference to the next, and s between two at most: the window is then half another one. Chosen."""
 _UNKNOWN = float("nan")
 
 

@@ -32,7 +32,7 @@ from steerway.estimation.inference.discrete import (
 from steerway.estimation.inference.model import COURSE, EAST, NORTH, RATE, SPEED
 
 _SLOW = 1e-6
-"""m/s: below it a change of speed does not scale the velocity across."""
+"""m/s: below it a change of speed does not scale the velocity across: it is divided by."""
 
 
 @called_kernel

@@ -6,9 +6,6 @@ import numpy as np
 
 from steerway.estimation.inference.fit import Rows
 
-LONGEST_GAP = 1800.0
-"""s; after so long without a fix nothing of the motion is left, and the filter begins anew."""
-
 
 def without_copies(north, east):
     """North and east (n,) with copies of the fix before as unknown: receivers hold, loggers stutter.
@@ -36,7 +33,7 @@ def without_copies(north, east):
 
 
 FEW_STEPS = 2.5
-"""Steps of the resolution that a vessel which hardly moves goes at once."""
+"""Steps of the resolution that a vessel which hardly moves goes at once: one or two, and rounding."""
 
 
 def white_std(time, north, east) -> float:
@@ -55,14 +52,16 @@ def white_std(time, north, east) -> float:
 
 
 _LONG, _LONG_FOR = 60.0, 5.0
-"""s and usual intervals; behind a longer gap a fit begins anew: one fix after it tells nothing of any one number."""
+"""s and usual intervals; behind a longer gap a fit begins anew: one fix after it tells nothing of any one
+number. Chosen."""
 _PIECES, _BURSTS, _IN_BURSTS, _IN_PHASE = 8, 4, 0.25, 10
-"""Pieces of a long record, bursts and the share of rows that are in them, rows between changes of phase."""
+"""Pieces of a long record, bursts and the share of rows that are in them, rows between changes of phase.
+Chosen."""
 
 
 _REST, _REST_SPEED = 10.0, 0.3
 """s and m/s: a vessel that was so long before and will be so long after no farther off than this speed takes her is at
-rest."""
+rest. Chosen: the speed is `course.STEERAGEWAY`."""
 _HELD = 0.5
 """Ratio of the noise at rest to that under way below which a receiver holds or low-passes the positions of a vessel at
 rest: such fixes tell nothing of those under way. In recorded logs it is 0 to 0.45 of receivers that do, 0.6 to 1.2 of

@@ -13,6 +13,7 @@ import numpy as np
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING
+from steerway.estimation.course.motion.layout import LONGEST_GAP
 from steerway.estimation.course.update.aids import AIDS, NO_AIDS, expect_aids
 from steerway.estimation.course.update.reported_accuracy import variance_scale
 from steerway.estimation.inference.aids import take_aids
@@ -21,7 +22,7 @@ from steerway.estimation.inference.forecast import MOMENTS, mixed, place_moments
 from steerway.estimation.inference.fuse import fuse
 from steerway.estimation.inference.model import FUSED, STARTED, Bank, Model, empty_bank
 from steerway.estimation.inference.plane import place_near, step_between
-from steerway.estimation.inference.record import FEW_STEPS, LONGEST_GAP
+from steerway.estimation.inference.record import FEW_STEPS
 from steerway.estimation.inference.structures import model_of
 from steerway.estimation.inference.track import take_row
 from steerway.estimation.inference.whole_log import UNKNOWN_SPEED
@@ -47,11 +48,12 @@ from steerway.estimation.profiles.inferred import InferredProfile
 _HEADER = 14
 HELD = 1.0
 """s for which a fix may be a copy of the one before: loggers stutter for less, and a boat that is longer at one place
-has stopped."""
+has stopped. Chosen."""
 FADE = 10.0
-"""s in which the weight goes over from one set of structures to the next: a few fixes of a usual receiver."""
+"""s in which the weight goes over from one set of structures to the next: a few fixes of a usual receiver. Chosen."""
 LEAST_LOG_WEIGHT = -40.0
-"""No structure whose weight is learned is ever excluded; a filter that is lost has lucky runs of fixes, though."""
+"""No structure whose weight is learned is ever excluded; a filter that is lost has lucky runs of fixes, though. Chosen:
+e⁻⁴⁰ is 4·10⁻¹⁸, below the rounding of the sum of weights."""
 NIS, WRONG, LOG_DENSITY = FUSED, FUSED + 1, FUSED + 2
 """Columns after those of `fuse`: the last two are the probability of an outlier and the density of the row."""
 

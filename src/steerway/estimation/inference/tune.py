@@ -35,13 +35,13 @@ from steerway.estimation.inference.whole_log import Track, motion_of, part_of
 from steerway.estimation.profiles.inferred import InferredProfile, WeighedStructure
 
 _HELD_BACK = 0.2
-"""Share of the fixes."""
+"""Share of the fixes, the last ones. Chosen."""
 _FEWEST = 60
-"""Fixes with a course; with fewer no number of the motion is determined."""
+"""Fixes with a course; with fewer no number of the motion is determined. Chosen."""
 _MORE = 2
 """How many times the rows and the differences of the quick inference: four times its work, some ten seconds."""
 _INTERVAL = 1.96
-"""Standard deviations of a 95 % interval."""
+"""Standard deviations of a 95 % interval: the 0.975 quantile of the normal distribution."""
 
 
 @dataclass(frozen=True)

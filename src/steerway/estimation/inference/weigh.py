@@ -29,13 +29,14 @@ LEAST_OUTLIER, DECADES = 10.0, 10.0
 """An outlier is off by any distance from so many standard deviations of a fix to km, as likely in every decade:
 density 1/(2π (ρ² + a²) L) with a (m) and L = ln (km / a), about 10 for any receiver."""
 POOR = 6.0
-"""How many times as large the noise of a poor fix is."""
+"""How many times as large the noise of a poor fix is. Chosen; how many fixes are poor is fitted."""
 OUTLIERS_LAST = 0.5
-"""Probability that a fix after an outlier is one too."""
+"""Probability that a fix after an outlier is one too. Chosen: even odds, as the two below."""
 SAME_OFFSET = 0.5
 """Probability that it is then off by the same."""
 RUN_FOLLOWED = 4
-"""So many outliers in a row that agree are a step of the receiver, and their position is followed."""
+"""So many outliers in a row that agree are a step of the receiver, and their position is followed. Chosen:
+4 s at 1 Hz."""
 
 RETURNS = 0.5
 """Probability that the receiver then returns by the same step."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from steerway.core.angles import wrap_array
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING, Fixes, Motion
+from steerway.estimation.course.motion.layout import LONGEST_GAP
 from steerway.estimation.course.replay import (
     distinct_rows,
     expect_rate,
@@ -30,7 +31,7 @@ from steerway.estimation.inference.course import (
 from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.inference.plane import Plane, laid_out, placed, steps_between
-from steerway.estimation.inference.record import LONGEST_GAP, without_copies
+from steerway.estimation.inference.record import without_copies
 from steerway.estimation.inference.selection import PLAIN, Inference, Structure, infer
 from steerway.estimation.inference.structures import model_of, parameters_of
 from steerway.estimation.inference.track import run_record
@@ -38,7 +39,8 @@ from steerway.estimation.inference.track import run_record
 _FEWEST = 30
 """Fixes below which nothing is fitted: a third of them settle the start, and the plain structure has 19 numbers."""
 UNKNOWN_SPEED = 3.0
-"""m/s; a speed that is known worse after a start is not stated: a third of what is expected of a vessel unseen."""
+"""m/s; a speed that is known worse after a start is not stated: a third of what is expected of a vessel unseen
+(`bank.START_SPEED_STD`). Chosen."""
 _BLOCK, _OVERLAP = 20_000, 2_000
 """Rows filtered or smoothed at a time, which bounds the memory, and those smoothed beside them on either side: minutes,
 in which every motion is forgotten."""

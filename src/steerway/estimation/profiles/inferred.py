@@ -18,7 +18,7 @@ from steerway.estimation.profiles.schema import Profile
 WIDEST_INTERVAL = 10.0
 """Ratio of the ends of a 95 % interval above which a log does not determine a number: not even its order."""
 _SUM = 1e-6
-"""By which weights, as written by hand, may miss a sum of one."""
+"""By which weights, as written by hand, may miss a sum of one: six digits."""
 
 
 class WeighedStructure(BaseModel):

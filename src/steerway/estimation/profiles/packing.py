@@ -33,7 +33,7 @@ from steerway.estimation.course.update.outliers import OSCILLATION_OUTLIER_NLL
 _LONG_HELD, _YOUNG_COURSE, _TURN = 1, 2, 3
 """Rows of a profile with two modes: a course long held, one just taken up, a turn. Row 0 is the vessel as a whole."""
 _YOUNG = 0.8
-"""Mean time for which a course just taken up counts as such, in mean turns: from 0.3 to 1 little changes."""
+"""Mean time for which a course just taken up counts as such, in mean turns. Chosen: from 0.3 to 1 little changes."""
 _LONGEST_REJECTION = 2.0
 """s of unbroken rejections after which the position is reset: three fixes at 1 Hz, of which one may be a jump."""
 _START_SPEED_STD = 20.0

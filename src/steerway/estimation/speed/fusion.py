@@ -14,7 +14,8 @@ from steerway.estimation.speed.fault_vote import FaultVote
 from steerway.estimation.speed.surge import BIAS, CURRENT, LEAK, SPEED, SurgeFilter, SurgeTuning
 
 PATIENCE = 2.0
-"""s of unbroken refusals after which the filter is taken to be wrong, as in the five-state filter."""
+"""s of unbroken refusals after which the filter is taken to be wrong. Chosen: as the five-state filter
+resets its position (`profiles.packing`)."""
 
 SOG, BOTTOM, WATER, PROPELLER = range(4)
 AIDS = ("sog", "bottom_speed", "water_speed", "propeller_speed")

@@ -23,13 +23,13 @@ from steerway.estimation.steering.motion import (
 )
 
 OUTLIER = math.log(0.01 / (2.0 * math.pi * 30.0**2))
-"""Logarithm of the density of a wrong fix: one in a hundred, within some 30 m."""
+"""Logarithm of the density of a wrong fix: one in a hundred, within some 30 m. Chosen."""
 MANOEUVRE = math.log(0.05)
-"""That of a motion that no order explains, where the response does not fit."""
+"""That of a motion that no order explains, where the response does not fit: one fix in twenty. Chosen."""
 _LARGEST_GAIN = 2.5
-"""Of a response over the declared one, and the inverse of the least."""
+"""Of a response over the declared one, and the inverse of the least. Chosen."""
 _ASTERN = 2.0
-"""Standard deviations from which on a speed through the water is one astern."""
+"""Standard deviations from which on a speed through the water is one astern: by chance one in 44 (normal, one tail)."""
 GOOD, MANOEUVRED, REFUSED = range(3)
 
 

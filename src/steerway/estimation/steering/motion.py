@@ -24,7 +24,8 @@ NORTH, EAST, CURRENT_N, CURRENT_E, WATER_SPEED, HEADING, YAW_RATE, GAIN, BIAS, D
     range(STATES)
 )
 _LONGEST_STEP = 0.25
-"""s of one step, and share of the response's time constant that it may have in addition."""
+"""s of one step, and share of the response's time constant that it may have in addition. Chosen: at 15°/s a
+boat turns by 4° in a step."""
 
 
 class Response(NamedTuple):
@@ -90,11 +91,13 @@ class Response(NamedTuple):
 ) = range(len(Response._fields))
 
 _HELM_TIME = 2.0
-"""s, time constant of the yaw rate under unknown orders, a first-order Gauss-Markov process."""
+"""s, time constant of the yaw rate under unknown orders, a first-order Gauss-Markov process. Chosen."""
 _IDENTIFIED, _TIMES = 300.0, 100.0
-"""s, and time constants of the yaw rate, in which gain, bias and damping may drift by their first deviations."""
+"""s, and time constants of the yaw rate, in which gain, bias and damping may drift by their first deviations.
+Chosen."""
 ERROR_TIME = 5.0
-"""s, time constant of the receiver's slow error: two receivers drift apart by 0.05 m in 1 s and 0.25 m in 10 s."""
+"""s, time constant of the receiver's slow error: two receivers of one boat drift apart by 0.05 m in 1 s
+and 0.25 m in 10 s. Chosen between the two."""
 
 
 @lean_kernel

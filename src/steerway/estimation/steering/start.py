@@ -25,15 +25,17 @@ from steerway.estimation.steering.motion import (
 
 _DIRECTIONS = 8
 _SHARES = 0.45, 0.9
-"""Currents that are tried, in shares of the usual speed."""
+"""Directions of currents that are tried, or headings at rest, and sizes in shares of the usual speed. Chosen: a heading
+has half of the distance between two directions for its 1σ."""
 _MOVING, _SLOW = 4.0, 0.15
-"""Standard deviations, and share of the usual speed, from which on a velocity may be one through the water."""
+"""Standard deviations, and share of the usual speed, from which on a velocity may be one through the water.
+Chosen: the deviations are as of `course.steerageway.COURSE_GAINED`."""
 _REST_STD, _CURRENT_STD = 0.05, 0.1
 """1σ of the speed through the water of a boat at rest, and of the current beside its drift, in shares of the usual
-speed.
+speed. Chosen.
 """
 _DRIFTS = 1.0
-"""Cost (−log probability) of a boat that moves with the current alone."""
+"""Cost (−log probability) of a boat that moves with the current alone. Chosen."""
 
 
 def straight_line(

@@ -44,7 +44,7 @@ from steerway.estimation.course.motion.layout import (
 )
 
 LARGEST_START_RATE_STD = math.radians(20.0)
-"""rad/s of course rate at the start: a small craft in a hard turn; a stationary value may be infinite."""
+"""rad/s of course rate at the start: a small craft in a hard turn; a stationary value may be infinite. Chosen."""
 _LONGEST_STEP = 1.0
 """s: with a course rate of up to a third of a radian a second the turn of a step stays well below a radian."""
 

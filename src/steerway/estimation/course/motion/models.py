@@ -37,7 +37,7 @@ _LONGEST = 30.0
 """s of a step under way at most, and parts of a radian and of its speed by which the vessel turns and accelerates in
 one: compared with steps of 1 s on generated reports of AIS, see `benchmarks.archive`."""
 _LARGEST_TURN, _LARGEST_CHANGE = 0.03, 0.05
-_LEAST_SPEED = 1e-3
+LEAST_SPEED = 1e-3
 """m/s, to divide by: a vessel under way is faster (see `steerageway`)."""
 
 _set_five_states = five_state.set_step
@@ -82,7 +82,7 @@ def parts_of(x, p, under_way, dt, parameters):
     turn = abs(x[RATE]) * lasting(parameters[RATE_DECAY], dt)
     change, a = parameters[SPEED_DECAY] * dt, int(parameters[ACCELERATION_STATE])
     if a:
-        change += abs(x[a]) * lasting(parameters[EXTRAS + 3 * (a - 5)], dt) / max(x[SPEED], _LEAST_SPEED)
+        change += abs(x[a]) * lasting(parameters[EXTRAS + 3 * (a - 5)], dt) / max(x[SPEED], LEAST_SPEED)
     parts = max(dt / _LONGEST, turn / _LARGEST_TURN, change / _LARGEST_CHANGE)
     return min(max(math.ceil(parts - STEP_SLACK), 1), most)
 

@@ -17,7 +17,7 @@ from steerway.estimation.course.smoothing.overlap import log_mean_likelihood
 from steerway.estimation.course.update.aids import measured
 
 _LEAST_GAIN = 1e-9
-"""Relative reduction of a variance above which it is information and not rounding."""
+"""Relative reduction of a variance above which it is information and not rounding: 5·10⁶ times that of a double."""
 
 
 @kernel

@@ -24,7 +24,7 @@ HYPOTHESES = 4
 LOG_WEIGHT, PROBABILITY = range(2)
 """Flags of a hypothesis: the logarithm of its weight in the bank, and its probability given all rows so far used."""
 _LEAST_CHANCE = 1e-12
-"""No change of mode is ever excluded."""
+"""No change of mode is ever excluded: the logarithm stays finite. Chosen."""
 LEAST_PROBABILITY = 1e-30
 """… and no hypothesis: its logarithm stays finite."""
 

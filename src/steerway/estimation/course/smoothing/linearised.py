@@ -31,7 +31,7 @@ FIX, POSITION_RESET = len(AIDS), len(AIDS) + 1
 """Columns of what is accepted in a row, after those of the aids: its fix; that the position was reset to it."""
 ROW_FLAGS = len(AIDS) + 2
 _ANYWHERE = 1e8
-"""m²: a variance beside which what was known of a position does not count."""
+"""m²: a variance beside which what was known of a position does not count: 10 km."""
 
 
 @called_kernel

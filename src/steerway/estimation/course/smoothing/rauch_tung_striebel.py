@@ -35,12 +35,17 @@ from steerway.estimation.course.motion.layout import (
     VELOCITY_EAST,
     VELOCITY_NORTH,
 )
-from steerway.estimation.course.motion.models import change_velocity, may_lose_course, parts_of, predict_phase, set_step
+from steerway.estimation.course.motion.models import (
+    LEAST_SPEED,
+    change_velocity,
+    may_lose_course,
+    parts_of,
+    predict_phase,
+    set_step,
+)
 from steerway.estimation.course.output import write_output
 from steerway.estimation.course.steerageway import fold, transform_velocity
 
-_LEAST_SPEED = 1e-3
-"""m/s, to divide by: a vessel under way is faster (see `steerageway`)."""
 FIRST_ROW = np.zeros(0, np.int64)
 """For `smooth`: all by the first row of the parameters."""
 _UNKNOWN = 1e12
@@ -54,7 +59,7 @@ def change_coordinates(x, p, phase, x_predicted, p_predicted, predicted_phase, p
         return
     if predicted_phase == UNDER_WAY:
         speed, c, s = (
-            max(x_predicted[SPEED], _LEAST_SPEED),
+            max(x_predicted[SPEED], LEAST_SPEED),
             math.cos(x_predicted[COURSE]),
             math.sin(x_predicted[COURSE]),
         )

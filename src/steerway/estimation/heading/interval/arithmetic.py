@@ -17,6 +17,7 @@ Pair = tuple[float, float]
 """Bounds (low, high)."""
 GIVE = 2.3e-16
 TINY = 1e-300
+"""Relative and absolute part of the widening; derived above."""
 
 
 @kernel

@@ -20,7 +20,7 @@ from steerway.core.moved import formerly
 from steerway.estimation.heading.model_bank import ModelBank, corners
 
 SPANS = np.array([1.0, 5.0, 20.0, 60.0, 200.0])
-"""Time constants of the means, s."""
+"""Time constants of the means, s. Chosen; the networks shipped are trained on them."""
 WEIGHTS = {"weight": "weight.npz", "innovations": "weight_innovations.npz", "correction": "correction.npz"}
 """Networks shipped: of the weight; of the weight from innovations alone; of a correction of the nominal heading."""
 
