@@ -13,7 +13,8 @@ STANDSTILL = 0.3
 LEAST_SPEED = 1.0
 """m/s of the receiver's SOG above which it is compared by default: the receivers here freeze COG below some 0.5."""
 LONGEST_LAG = 5.0
-"""s to either side within which a lag is searched: receivers here are late by 0.15 to 4 s."""
+"""s to either side within which a lag is searched: receivers of recorded logs are late by 0.15 to 4 s
+(`steerway study real-logs`)."""
 _LAGS = np.round(np.arange(-LONGEST_LAG, LONGEST_LAG + 0.05, 0.1), 1)
 _NEAR = 2.0
 """s between a row and the estimate it is compared with, at most: two rows at 1 Hz."""

@@ -85,7 +85,8 @@ def telling(record: Rows):
 
 
 _ENOUGH = 100
-"""Rows from which their noise is known within a tenth."""
+"""Rows from which their noise is known within a tenth: of white noise 100 fixes give it to 11 %, 50 to 16 % and 200 to
+7 % (1σ of `white_std` in 400 records)."""
 
 
 def excerpt(record: Rows, most, apart) -> Rows:

@@ -36,16 +36,17 @@ below 0.7 %. Chosen."""
 BETTER = 3.0
 """Log evidence that is called strong (H. Jeffreys, Theory of Probability, 1961)."""
 LEAST_WEIGHT = 0.02
-"""Share of all weight below which a structure is left out: a mean moves by this part of the distance at most."""
+"""Share of all weight below which a structure is left out: a mean moves by this part of the distance at most.
+Chosen."""
 RESOLVED = 2.0
 """Usual intervals between fixes in the shortest period that they resolve (the sampling theorem)."""
 NOISES = (3.0, 1.0, 0.5)
 """Noise of a fix to begin from, in that of third differences: motion makes those larger, a receiver's filter less.
 Chosen: starting points only."""
 _PERIODS = (3.0, 4.5, 7.0, 10.0, 15.0, 22.0)
-"""s, to begin from: of waves, from a lake's to the longest swell, a factor of one and a half apart."""
+"""s, to begin from: of waves, from a lake's to the longest swell, a factor of one and a half apart. Chosen: a grid."""
 _ROLLS = (1.5, 2.0, 2.5, 3.2, 4.0, 5.0)
-"""s, of the roll of small craft, a factor of a quarter apart: its prior is that narrow."""
+"""s, of the roll of small craft, a factor of a quarter apart: its prior is that narrow. Chosen: a grid."""
 
 
 class Structure(NamedTuple):

@@ -39,7 +39,8 @@ _HELD_BACK = 0.2
 _FEWEST = 60
 """Fixes with a course; with fewer no number of the motion is determined. Chosen."""
 _MORE = 2
-"""How many times the rows and the differences of the quick inference: four times its work, some ten seconds."""
+"""How many times the rows and the differences of the quick inference: four times its work, some ten seconds.
+Chosen."""
 _INTERVAL = 1.96
 """Standard deviations of a 95 % interval: the 0.975 quantile of the normal distribution."""
 

@@ -33,9 +33,9 @@ REMEMBERED = 15.0
 SHORT_LAG, INERTIAL_DRIFT = 3.0, 0.012
 """s between the two windows of the integrated acceleration, and 1σ of its own drift over them (m/s)."""
 SUDDEN = 0.7
-"""Part of a difference that has to be newer than SHORT_LAG for the accelerometer to be asked."""
+"""Part of a difference that has to be newer than SHORT_LAG for the accelerometer to be used."""
 SURE = 6.0
-"""Standard deviations by which it has to be."""
+"""Standard deviations by which it has to be: a noisy mean beside a slow ramp is not taken for a step."""
 CLEAR = 3.0
 """Logarithm of the likelihood ratio of the two for a decision: odds of 20 to 1."""
 _ROWS = 1024
