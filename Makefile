@@ -36,13 +36,13 @@ demo: .venv/.core
 	$(BIN)/steerway demo -o demo
 
 test: .venv/.test
-	$(BIN)/python -m pytest --numprocesses logical --dist loadfile
+	$(BIN)/python -m pytest --numprocesses logical --dist loadfile --no-loadscope-reorder
 
 # Kernels with index checks, compiled into a cache directory of their own: twenty minutes of processor time. The forge
 # runs it beside the tests; its short form, every public name with checked indices, is in tests/test_bounds.py.
 bounds: .venv/.test
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m tests.hostile_arguments --rounds 200
-	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest --numprocesses logical --dist loadfile $(NO_KERNELS:%='--ignore-glob=*/test_*%*')
+	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest --numprocesses logical --dist loadfile --no-loadscope-reorder $(NO_KERNELS:%='--ignore-glob=*/test_*%*')
 
 # Mutated inputs to everything that reads what others wrote; by branch coverage too where atheris is installed. The
 # corpus is kept in ~/.cache/steerway/fuzz.
