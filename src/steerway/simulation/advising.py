@@ -31,7 +31,7 @@ _GYRO_STD = math.radians(2.0)
 _SHORTLY = 20.0
 """s, time constant up to which a receiver's error counts as fast enough to enter the loop."""
 _FORGOTTEN = 600.0
-"""s in which the current is forgotten: on a leg alone it cannot be told from the heading."""
+"""s in which the current is forgotten: on a leg alone it and the heading are one unknown."""
 _IDENTIFIED = 1.0 / 3.0
 """Share of the damping's first uncertainty that turns leave of it (measured on the demo's mission: up to a half)."""
 _OFF_LEG, _HEADING, _RATE = range(3)  # true states: distance from the leg, heading beside the steady one, its rate
