@@ -1,7 +1,5 @@
 """A full disk neither ends nor falsifies a run."""
 
-import errno
-import io
 import logging
 import os
 import time
@@ -13,22 +11,10 @@ from steerway.core.records import OK
 from steerway.live.base.rows import Row
 from steerway.live.links.file import FileSink
 from steerway.live.outputs.table import TableFile
+from tests.disk import Disk
 
 NOON = 1_719_835_200.0
 ROW = Row(NOON, 0.9, 0.2, 2.0, 1.0, 0.01, 0.1, 0.02, 0.01, 0.3, 1.2, OK)
-
-
-class Disk(io.FileIO):
-    """A file on a disk with so many bytes of room."""
-
-    room = 10**9
-
-    def write(self, data):
-        if self.room <= 0:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        part = super().write(bytes(data[: self.room]))
-        self.room -= part
-        return part
 
 
 def settled(sink):

@@ -249,7 +249,8 @@ class Pilot:
         """Control: the commands that keep the boat about a point at a distance (m) and bearing (rad)."""
         wanted = self.station.step(distance, bearing, estimate)
         if wanted.water_speed == 0.0:
-            self.speed.restart()
+            if self.speed is not None:
+                self.speed.restart()
             return self.rest()
         return self._through_water(Reference(wanted.heading, 0.0, 0.0), wanted.water_speed, estimate, dt)
 

@@ -1,10 +1,8 @@
 """Faults of what surrounds the boat: each is done to the part that meets it, and what that says or gives is kept."""
 
-import errno
 import io
 import json
 import logging
-import os
 import time
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,6 +18,7 @@ from steerway.live.mavlink.dialect import dialect
 from steerway.live.mavlink.guided import Guided
 from steerway.live.outputs.deltas import Deltas
 from steerway.live.process import log_to_stderr
+from tests.disk import Disk
 
 NOON = 1_719_835_200.0
 ROW = Row(NOON, 0.9, 0.2, 2.0, 1.0, 0.01, 0.1, 0.02, 0.01, 0.3, 1.2, OK)
@@ -38,24 +37,13 @@ def logged():
         LOG.handlers[:], LOG.propagate = [], True
 
 
-class _Disk(io.FileIO):
-    """A file on a disk with so many bytes of room."""
-
-    room = 24
-
-    def write(self, data):
-        if self.room <= 0:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        part = super().write(bytes(data[: self.room]))
-        self.room -= part
-        return part
-
-
 def full_disk() -> str:
     """Five lines of ten bytes to a disk with room for two and a half."""
     with TemporaryDirectory() as directory, logged() as log:
         path = Path(directory) / "rows.jsonl"
-        sink = FileSink(_Disk(path, "w"), name="rows.jsonl")
+        disk = Disk(path, "w")
+        disk.room = 24
+        sink = FileSink(disk, name="rows.jsonl")
         for k in range(5):
             sink.send(b"message %d\n" % k)
         while not sink._lines.empty():

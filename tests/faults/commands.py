@@ -89,7 +89,11 @@ def _run(fault, folder):
         if fault.number:
             began = time.monotonic()
             os.kill(process.pid, fault.number)
-        _, status, used = os.wait4(process.pid, 0)
+        peak = 0.0
+        while (ended := os.wait4(process.pid, os.WNOHANG))[0] == 0:
+            peak = max(peak, _peak(process.pid))
+            time.sleep(0.01)
+        _, status, used = ended
         process.returncode = os.waitstatus_to_exitcode(status)
         while fault.number and _of_session(process.pid) and time.monotonic() - began < 10.0:
             time.sleep(0.02)
@@ -97,7 +101,16 @@ def _run(fault, folder):
         left = len(_of_session(process.pid))
         said.seek(0)
         lines = said.read().replace(str(folder) + "/", "").strip().splitlines() or [""]
-    return Outcome(lines[-1], process.returncode, seconds, used.ru_maxrss / 1e3, left)
+    return Outcome(lines[-1], process.returncode, seconds, peak, left)
+
+
+def _peak(process: int) -> float:
+    """Peak memory of a process so far, MB; that of `wait4` begins with the process it was forked from."""
+    try:
+        status = (Path("/proc") / str(process) / "status").read_text()
+    except OSError:
+        return 0.0
+    return next((int(line.split()[1]) / 1e3 for line in status.splitlines() if line.startswith("VmHWM")), 0.0)
 
 
 def _of_session(leader: int) -> list[int]:

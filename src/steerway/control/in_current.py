@@ -32,7 +32,7 @@ _DEPARTURE = 10.0
 """s for which a boat goes straight ahead at the most; turns show the rest."""
 _LONGEST_WITHOUT_WAY = 60.0
 """s without coming nearer to the waypoint, of a boat whose yaw rate answers within 1 s."""
-_LEAST_WAY = 0.03
+LEAST_WAY = 0.03
 """Share of the boat's speed that it has to make along a leg."""
 _SHORTEST = 0.3
 """Least share of the lookahead."""
@@ -117,7 +117,7 @@ class InCurrent:
 
     def watch(self, leg: LegState, estimate: Estimate, dt: float) -> None:
         """Judge whether the boat comes nearer to the waypoint of a leg, or by the estimate could."""
-        least = _LEAST_WAY * self.top_speed
+        least = LEAST_WAY * self.top_speed
         is_new = leg.target != self._target
         if is_new:
             self._target, self._nearest, self._before = leg.target, leg.distance, leg.distance

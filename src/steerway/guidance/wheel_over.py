@@ -35,17 +35,20 @@ def turn_path(
     """
     dt = 0.02 / bandwidth
     angle, rate, acceleration = heading, 0.0, 0.0
-    path, slip = np.zeros((_MOST_POINTS, 2)), np.zeros((_MOST_POINTS, 2))
+    path = np.zeros((_MOST_POINTS, 2))
+    north = east = 0.0  # of the point that moves along the bow, from where it was
     n = 1
     while n < _MOST_POINTS and abs(wrap(to - angle)) > 0.02:
         angle, rate, acceleration = third_order(
             angle, rate, acceleration, to, bandwidth, 1.0, max_rate, max_acceleration, dt
         )
-        path[n, 0] = path[n - 1, 0] + dt * (water_speed * math.cos(angle) + current_north)
-        path[n, 1] = path[n - 1, 1] + dt * (water_speed * math.sin(angle) + current_east)
-        slip[n, 0], slip[n, 1] = math.cos(heading) - math.cos(angle), math.sin(heading) - math.sin(angle)
+        c, s = math.cos(angle), math.sin(angle)
+        north += dt * (water_speed * c + current_north)
+        east += dt * (water_speed * s + current_east)
+        path[n, 0] = north + pivot * (math.cos(heading) - c)
+        path[n, 1] = east + pivot * (math.sin(heading) - s)
         n += 1
-    return path[:n] + pivot * slip[:n], (n - 1) * dt
+    return path[:n], (n - 1) * dt
 
 
 @kernel

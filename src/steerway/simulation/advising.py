@@ -14,20 +14,20 @@ import numpy as np
 
 from steerway.control.bandwidth import COMFORTABLE, advice
 from steerway.control.boats import Boat
-from steerway.control.in_current import YawResponse
+from steerway.control.in_current import LEAST_WAY, YawResponse
 from steerway.core.arrays import Floats
 from steerway.core.estimate import Estimate
 from steerway.core.kinematics import course_per_heading, heading_for
 from steerway.core.leg import LegState
 from steerway.estimation.steering import Response
-from steerway.estimation.steering.motion import ERROR_TIME
+from steerway.estimation.steering.filter import MODEL_SHARE, MODEL_TIME
+from steerway.estimation.steering.motion import ERROR_TIME, bias_density, rate_density
 from steerway.sensors.gnss import GnssTable
 from steerway.simulation import assembly
 from steerway.simulation.scenario import Scenario
 
 _VELOCITY_STD = 0.1
 """m/s, of a receiver's velocity as the steering filter takes it."""
-_GYRO_STD = math.radians(2.0)
 _SHORTLY = 20.0
 """s, time constant up to which a receiver's error counts as fast enough to enter the loop."""
 _FORGOTTEN = 600.0
@@ -38,8 +38,6 @@ _OFF_LEG, _HEADING, _RATE = range(3)  # true states: distance from the leg, head
 _OWN_OFF_LEG, _CURRENT, _OWN_HEADING, _OWN_RATE, _BIAS, _ERROR = range(3, 9)  # of the estimate; current across the leg
 _REFERENCE, _REFERENCE_RATE, _REFERENCE_ACCELERATION = range(9, 12)
 _STATES = 12
-_LEAST_WAY = 0.03
-"""Share of the top speed that a boat has to make along a leg, as `InCurrent` watches it."""
 
 
 class SteeringLoop(NamedTuple):
@@ -96,7 +94,7 @@ def _advise_steering(scenario, known, speed):
 
 def tolerated_current(boat: Boat) -> float:
     """The strongest current (m/s) against which a boat makes way."""
-    return (1.0 - _LEAST_WAY) * boat.in_current().top_speed
+    return (1.0 - LEAST_WAY) * boat.in_current().top_speed
 
 
 def steering_loop(boat: Boat, gnss: GnssTable, speed: float, current: float, towards: float) -> SteeringLoop:
@@ -107,7 +105,7 @@ def steering_loop(boat: Boat, gnss: GnssTable, speed: float, current: float, tow
     steering = boat.in_current()
     north, east = current * math.cos(towards), current * math.sin(towards)
     seen = _steady(steering, speed, north, east)
-    if steering.progress(0.0, seen) <= _LEAST_WAY * steering.top_speed:
+    if steering.progress(0.0, seen) <= LEAST_WAY * steering.top_speed:
         return SteeringLoop(math.nan, -1.0, 0.0)
     response = assembly.response_of(boat)
     turning = seen.water_speed * math.cos(seen.heading)  # m/s across the leg for a rad of heading
@@ -154,14 +152,14 @@ def _estimated(
     dynamics[1, 1] = -1.0 / _FORGOTTEN
     dynamics[3, 3:5] = -damping / response.time, 1.0 / response.time
     dynamics[5, 5] = -1.0 / ERROR_TIME
-    drift = (response.bias_std * response.rate) ** 2 / (0.1 * max(300.0, 100.0 * response.time))
     slow = sum(std**2 for std, time in gnss.markov if time <= _SHORTLY)
-    densities = (0.0, response.current_noise, 0.0, 2.0 * aside**2 / max(response.time, 0.3), drift)
+    parameters = np.array(response.packed())
+    densities = 0.0, response.current_noise, 0.0, rate_density(True, parameters), bias_density(parameters)
     noise = np.diag([*densities, 2.0 * max(slow, 1e-4) / ERROR_TIME])
-    rows, variances = [[1.0, 0.0, 0.0, 0.0, 0.0, 1.0]], [max(gnss.white, 0.01) ** 2]
+    rows, variances = [[1.0, 0.0, 0.0, 0.0, 0.0, 1.0]], [max(gnss.white, MODEL_TIME * response.speed) ** 2]
     if gnss.velocity_std is not None:
         rows.append([0.0, 1.0, turning, 0.0, 0.0, 0.0])
-        variances.append(_VELOCITY_STD**2)
+        variances.append(max(_VELOCITY_STD, MODEL_SHARE * response.speed) ** 2)
     return dynamics, noise, np.array(rows), np.array(variances)
 
 

@@ -50,7 +50,7 @@ _IMPROBABLE = -9.0
 _LEAST_STD, _MOST_STD, _FIRST_SLOW = 0.01, 3.0, 0.1
 """m: limits of what is learned of the receiver, and its slow error before it is learned. Chosen:
 receivers from real-time kinematics to one under trees."""
-_MODEL_TIME, _MODEL_SHARE = 0.05, 0.05
+MODEL_TIME, MODEL_SHARE = 0.05, 0.05
 """s, and share, of the usual speed: position and velocity are not known better than the model of the motion.
 Chosen after a ship's sideslip of 4°, 0.07 of the speed, was estimated as current."""
 _LATELY, _WORST, _LARGEST_MISFIT = 0.1, 50.0, 9.0
@@ -104,9 +104,9 @@ class SteeringFilter:
 
     def __init__(self, response: Response, position_std: float = 0.3, velocity_std: float = 0.1, *, learn: bool = True):
         self.response = response
-        self._least_std = max(_LEAST_STD, _MODEL_TIME * response.speed)
+        self._least_std = max(_LEAST_STD, MODEL_TIME * response.speed)
         self.position_std = max(positive("position_std", position_std), self._least_std)
-        self.velocity_std = max(positive("velocity_std", velocity_std), _MODEL_SHARE * response.speed)
+        self.velocity_std = max(positive("velocity_std", velocity_std), MODEL_SHARE * response.speed)
         self.learn = learn
         self.refused_for = 0.0  # s since the last fix that fitted
         self._parameters = np.array(response.packed())

@@ -218,10 +218,28 @@ def _transform(f, p, work):
 
 
 @lean_kernel
+def rate_density(known: bool, parameters: Floats) -> float:
+    """Spectral density of what moves the yaw rate beside a known order, or without one, rad²/s³."""
+    aside = (parameters[_WANDER] if known else parameters[_MANUAL]) * parameters[_RATE]
+    return 2.0 * aside * aside / (max(parameters[_TIME], 0.3) if known else _HELM_TIME)
+
+
+@lean_kernel
+def _identified(parameters):
+    """s in which gain and damping may drift by their first deviations."""
+    return max(_IDENTIFIED, _TIMES * parameters[_TIME])
+
+
+@lean_kernel
+def bias_density(parameters: Floats) -> float:
+    """Spectral density of the drift of the rate's bias, rad²/s³."""
+    return (parameters[_BIAS_STD] * parameters[_RATE]) ** 2 / (0.1 * _identified(parameters))
+
+
+@lean_kernel
 def _add_noise(x, p, known, has_speed, parameters, wander, dt):
     rate, time = parameters[_RATE], parameters[_TIME]
-    aside = parameters[_WANDER] * rate if known else parameters[_MANUAL] * rate
-    q = 2.0 * aside * aside / (max(time, 0.3) if known else _HELM_TIME)
+    q = rate_density(known, parameters)
     p[YAW_RATE, YAW_RATE] += q * dt
     p[HEADING, YAW_RATE] += 0.5 * q * dt * dt
     p[YAW_RATE, HEADING] = p[HEADING, YAW_RATE]
@@ -233,11 +251,11 @@ def _add_noise(x, p, known, has_speed, parameters, wander, dt):
     p[WATER_SPEED, WATER_SPEED] += dt * 2.0 / speed_time * (unsteady * unsteady + slip * slip)
     for k in (CURRENT_N, CURRENT_E):
         p[k, k] += dt * parameters[_CURRENT_NOISE]
-    identified = max(_IDENTIFIED, _TIMES * time)
+    identified = _identified(parameters)
     p[SPEED_GAIN, SPEED_GAIN] += dt * parameters[_SPEED_GAIN_STD] ** 2 / identified
     p[GAIN, GAIN] += dt * parameters[_GAIN_STD] ** 2 / identified
     p[DAMPING, DAMPING] += dt * parameters[_DAMPING_STD] ** 2 / identified
-    p[BIAS, BIAS] += dt * (parameters[_BIAS_STD] * rate) ** 2 / (0.1 * identified)
+    p[BIAS, BIAS] += dt * bias_density(parameters)
     for k in (ERROR_N, ERROR_E):
         p[k, k] += wander * -math.expm1(-2.0 * dt / ERROR_TIME)
 
