@@ -10,7 +10,7 @@ import numpy as np
 
 from steerway.control.allocation import OTTER_PROPELLERS
 from steerway.core.earth import displaced
-from steerway.live.autopilot.mission import BoatTable, Corner, GeodeticRoute, Limits, MissionTable, Waypoint
+from steerway.live.autopilot.mission import BoatTable, GeodeticRoute, Limits, MissionTable, Place, Waypoint
 from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE
 from steerway.live.autopilot.route import Guide
 from steerway.live.autopilot.supervisor import Supervisor
@@ -28,7 +28,7 @@ TICK = 0.02
 FULL = 239.0  # N, bollard pull of both propellers
 
 
-def corner(north, east, kind=Corner, **more):
+def corner(north, east, kind=Place, **more):
     lat, lon = displaced(*HOME, north, east)
     return kind(lat_deg=math.degrees(lat), lon_deg=math.degrees(lon), **more)
 

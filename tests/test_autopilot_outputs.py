@@ -15,7 +15,7 @@ from steerway.live.base.orders import Order, State
 from steerway.live.outputs.deltas import Deltas
 from steerway.live.outputs.json_lines import JsonLines
 from steerway.live.outputs.propellers import PropellerCommands
-from steerway.live.outputs.sentences import Sentences
+from steerway.live.outputs.sentences import SentenceOutput
 from steerway.live.outputs.table import TableFile
 from tests.desk import HOME, NOON, OTTER, SQUARE, Desk, corner, dock_all, square
 from tests.said import Said
@@ -28,7 +28,7 @@ def voyage(tmp_path_factory):
     said = {name: Said() for name in ("propellers", "sentences", "deltas", "json")}
     outputs = [
         PropellerCommands(said["propellers"]),
-        Sentences(said["sentences"]),
+        SentenceOutput(said["sentences"]),
         Deltas(said["deltas"]),
         JsonLines(said["json"]),
         TableFile(path),
@@ -71,7 +71,7 @@ def test_steering_sentences_are_valid_while_it_is_fit_to_steer():
     leg = Guide(square()).step(row)
     for state in State:
         valid = state not in (State.IDLE, State.STOPPED)
-        apb, xte, rmb = Sentences(None).sentences(row, leg, Order(state))[3:]
+        apb, xte, rmb = SentenceOutput(None).sentences(row, leg, Order(state))[3:]
         assert (apb.startswith("$SWAPB,A,A,"), xte.startswith("$SWXTE,A,A,"), rmb[:8]) == (
             (True, True, "$SWRMB,A") if valid else (False, False, "$SWRMB,V")
         )

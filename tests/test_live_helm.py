@@ -27,7 +27,7 @@ from steerway.live.helm.address import Address, address, checked, token_of
 from steerway.live.helm.bridge import HelmPage
 from steerway.live.helm.gate import COOKIE, Gate, Sessions
 from steerway.live.helm.history import History
-from steerway.live.helm.seeing import Plane, Seen, ellipse, view
+from steerway.live.helm.seeing import ChartPlane, Seen, ellipse, view
 from steerway.live.helm.view import View
 from steerway.live.helm.words import UNKNOWN, tone, words
 from steerway.live.navigator import Navigator
@@ -48,18 +48,18 @@ TOKEN = "a long enough token"
 
 
 def test_a_view_is_in_the_skippers_units():
-    shown = view(SEEN, Plane.of(ROUTE))
+    shown = view(SEEN, ChartPlane.of(ROUTE))
     assert shown.sog_kn == pytest.approx(2.0 / KNOT) and shown.sog_within_kn == pytest.approx(0.196 / KNOT, rel=1e-3)
     assert shown.cog_deg == pytest.approx(270.0) and shown.cog_within_deg == pytest.approx(2.246, rel=1e-3)
     assert shown.rate_dps == pytest.approx(-1.0) and shown.age == pytest.approx(0.2) and shown.nis == 1.2
     assert (shown.north, shown.east) == pytest.approx((0.0, 0.0))
     assert shown.cross_track == -3.0 and shown.target == 1 and shown.steer_deg == pytest.approx(math.degrees(0.2))
-    assert shown.left == pytest.approx(40.0 + math.dist(*Plane.of(ROUTE).route[1:]), rel=1e-9)
+    assert shown.left == pytest.approx(40.0 + math.dist(*ChartPlane.of(ROUTE).route[1:]), rel=1e-9)
     assert (shown.state, shown.is_engaged, shown.thrust) == ("running", True, 0.5)
 
 
 def test_what_is_unknown_is_none_and_a_dash():
-    shown = view(Seen(lost(math.nan), None, None, (math.nan,) * 3, lost(math.nan), "", {}), Plane())
+    shown = view(Seen(lost(math.nan), None, None, (math.nan,) * 3, lost(math.nan), "", {}), ChartPlane())
     assert {name: value for name, value in shown._asdict().items() if value} == {"status": "lost"}
     said = words(shown)
     assert {said[name] for name in ("sog", "cog", "rate", "age", "nis", "cross_track", "distance")} == {UNKNOWN}
@@ -67,19 +67,19 @@ def test_what_is_unknown_is_none_and_a_dash():
 
 
 def test_a_finished_route_is_done():
-    shown = view(SEEN._replace(leg=None), Plane.of(ROUTE))
+    shown = view(SEEN._replace(leg=None), ChartPlane.of(ROUTE))
     assert (shown.done, shown.left, shown.target) == (1.0, 0.0, None)
 
 
 def test_the_status_between_fixes_is_that_of_the_last_one_until_it_is_old():
     for status, gap, expected in ((OK, 0.2, "ok"), (REJECTED, 0.2, "rejected"), (OK, 5.0, "predicted")):
-        shown = view(SEEN._replace(fix=FIX._replace(time=NOON - gap, status=status)), Plane())
+        shown = view(SEEN._replace(fix=FIX._replace(time=NOON - gap, status=status)), ChartPlane())
         assert shown.status == expected
-    assert view(SEEN._replace(row=lost(NOON)), Plane()).status == "lost" and LOST == lost(NOON).status
+    assert view(SEEN._replace(row=lost(NOON)), ChartPlane()).status == "lost" and LOST == lost(NOON).status
 
 
 def test_words_name_the_side():
-    said = words(view(SEEN, Plane.of(ROUTE)))
+    said = words(view(SEEN, ChartPlane.of(ROUTE)))
     assert (said["cog"], said["rate"], said["cross_track"]) == ("270°", "1.0", "3.0 m")
     assert said["rate_within"].startswith("port ±") and said["cross_track_side"] == "to port of track"
     assert words(View(sog_kn=3.456, sog_within_kn=0.3))["sog"] == "3.5"

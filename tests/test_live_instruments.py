@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from steerway.formats.nmea0183 import Reader
+from steerway.formats.nmea0183 import SentenceReader
 from steerway.formats.nmea0183.writing import rmc
 from steerway.live.base.rows import rows_of
 from tests.sentences import sealed
@@ -15,7 +15,7 @@ PLACE = math.radians(54.0), math.radians(10.0)
 
 def rows(others, seconds=3, per_second=10, settles=False):
     """Rows of a receiver at 1 Hz and of `others(k)`, sentences that come `per_second` times a second."""
-    reader, found, now = Reader(), [], 500.0
+    reader, found, now = SentenceReader(), [], 500.0
 
     def take(settled):
         if reader.holds(settled):
@@ -54,7 +54,7 @@ def test_a_compass_keeps_its_rate_whatever_the_receivers_is(formatter, settles):
 
 
 def test_a_compass_goes_on_where_the_receiver_falls_silent():
-    reader, now = Reader(), 500.0
+    reader, now = SentenceReader(), 500.0
     reader.feed(rmc(START, *PLACE, 1.0, 0.5).encode(), now=now)
     for k in range(100):
         reader.feed(sealed(f"HEHDT,{k},T"), now=now + 0.1 * k)

@@ -28,7 +28,7 @@ from steerway.live.navigator import Navigator
 from steerway.live.outputs.deltas import Deltas, delta, motion
 from steerway.live.outputs.json_lines import JsonLines, json_line
 from steerway.live.outputs.rhythm import Rhythm
-from steerway.live.outputs.sentences import Sentences
+from steerway.live.outputs.sentences import SentenceOutput
 from steerway.live.schemes import Context
 from steerway.live.service import Service
 from tests.kept_outputs import Kept, assert_equal
@@ -127,7 +127,7 @@ def test_signal_k_deltas_are_merged_and_null_is_nothing():
 
 def test_sentences_once_a_second_and_never_a_stale_one():
     said = Said()
-    output = Sentences(said)
+    output = SentenceOutput(said)
     for k in range(100):
         output.tick(SAILING._replace(time=NOON + k * 0.02))
     assert len(said.messages) == 2
@@ -142,14 +142,14 @@ def test_sentences_once_a_second_and_never_a_stale_one():
 
 
 def test_a_boat_without_course_says_none():
-    rmc_, vtg_, rot_ = Sentences(Said()).sentences(DRIFTING)
+    rmc_, vtg_, rot_ = SentenceOutput(Said()).sentences(DRIFTING)
     assert rmc_.split(",")[2] == "A" and rmc_.split(",")[8] == ""
     assert vtg_.startswith("$SWVTG,,T,,M,3.888") and rot_.startswith("$SWROT,,V")
 
 
 def test_what_is_said_is_what_a_reader_reads():
     said = Said()
-    output = Sentences(said)
+    output = SentenceOutput(said)
     for k in range(5):
         output.tick(SAILING._replace(time=NOON + k))
     (fixes,) = nmea0183.read(b"".join(said.messages)).sources.values()

@@ -14,7 +14,7 @@ from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.piloting import pilot_of
 from steerway.live.autopilot.route import Guide
 from steerway.live.base.rows import Row, lost
-from steerway.live.outputs.sentences import Sentences
+from steerway.live.outputs.sentences import SentenceOutput
 
 EXAMPLES = Path(__file__).parent.parent / "examples" / "live"
 HOME = (math.radians(54.0), math.radians(10.0))
@@ -72,12 +72,12 @@ def test_the_route_is_sailed_to_its_end(guide):
 
 def test_sentences_on_a_route(guide):
     row = at(50.0, 10.0)
-    said = Sentences(None).sentences(row, guide.step(row))
+    said = SentenceOutput(None).sentences(row, guide.step(row))
     assert [sentence[3:6] for sentence in said] == ["RMC", "VTG", "ROT", "APB", "XTE", "RMB"]
     assert ",L,N," in said[4]
-    blind = Sentences(None).sentences(lost(NOON), guide.step(lost(NOON)))
+    blind = SentenceOutput(None).sentences(lost(NOON), guide.step(lost(NOON)))
     assert all(",V," in sentence for sentence in (*blind[3:], blind[0]))
-    drifting = Sentences(None).sentences(row._replace(cog=math.nan), guide.step(row._replace(cog=math.nan)))
+    drifting = SentenceOutput(None).sentences(row._replace(cog=math.nan), guide.step(row._replace(cog=math.nan)))
     assert drifting[3].startswith("$SWAPB,V,V,") and drifting[0].startswith("$SWRMC,120000.000,A")
 
 

@@ -14,7 +14,7 @@ from steerway_studies.mariner_los.lyapunov import LOOKAHEAD, approaches, promise
 from steerway_studies.mariner_los.ship import (
     PRINTED_NOISE,
     STATED_NOISE,
-    Case,
+    ShipCase,
     cross_track,
     receiver,
     straight,
@@ -27,7 +27,7 @@ measured = cache(ship.measured)
 
 @pytest.fixture(scope="module")
 def truth():
-    return measured(Case("truth"))
+    return measured(ShipCase("truth"))
 
 
 def test_true_states_give_the_known_numbers(truth):
@@ -40,32 +40,32 @@ def test_true_states_give_the_known_numbers(truth):
 
 
 def test_a_slow_low_pass_tracks_badly_and_a_quick_one_saturates():
-    quick, slow = (measured(Case("truth", low_pass=low_pass)) for low_pass in (20.0, 100.0))
+    quick, slow = (measured(ShipCase("truth", low_pass=low_pass)) for low_pass in (20.0, 100.0))
     assert quick["rudder_max_deg"] == pytest.approx(40.0, abs=0.1) and quick["saturated_pct"] > 1.0
     assert slow["rudder_max_deg"] < 14.0 and slow["cross_track_max_m"] == pytest.approx(614.0, abs=10.0)
 
 
 @pytest.mark.parametrize("angle", [0.0, 135.0, 180.0, 285.0])
 def test_the_product_finishes_however_the_scene_is_turned(angle, truth):
-    turned = measured(Case("product", turned=math.radians(angle)))
+    turned = measured(ShipCase("product", turned=math.radians(angle)))
     assert turned["finished"] == 1.0
     assert turned["duration_s"] == pytest.approx(truth["duration_s"], rel=0.05)
     assert turned["cog_rms_deg"] < 4.0 and turned["sog_rms_mps"] < 0.25
 
 
 def test_the_printed_start_finishes_north_but_not_south():
-    assert measured(Case("printed"))["finished"] == 1.0
-    assert measured(Case("printed", turned=math.radians(180.0)))["finished"] == 0.0
+    assert measured(ShipCase("printed"))["finished"] == 1.0
+    assert measured(ShipCase("printed", turned=math.radians(180.0)))["finished"] == 0.0
 
 
 def test_turning_the_scene_turns_the_truth_only(truth):
-    turned = measured(Case("truth", turned=math.radians(105.0)))
+    turned = measured(ShipCase("truth", turned=math.radians(105.0)))
     for key in ("switch_s_4", "rudder_max_deg", "cross_track_max_m", "duration_s"):
         assert turned[key] == pytest.approx(truth[key], rel=1e-3)
 
 
 def test_the_product_moves_the_rudder_less_at_the_printed_noise():
-    rates = {who: measured(Case(who))["straight_rudder_rate_rms_dps"] for who in ("printed", "product")}
+    rates = {who: measured(ShipCase(who))["straight_rudder_rate_rms_dps"] for who in ("printed", "product")}
     assert rates["printed"] > 2.0 * rates["product"]
 
 
@@ -76,7 +76,7 @@ def test_erratum_p1_42_what_the_printed_noise_amounts_to(noise, std):
 
 
 def test_straight_legs_are_those_long_after_a_switch():
-    run, mission = voyage(Case("truth"))
+    run, mission = voyage(ShipCase("truth"))
     leg = straight(run)
     for passage in mission.log.passages[:-1]:
         after = (run.time > passage.time + 1.0) & (run.time < passage.time + 249.0)

@@ -43,7 +43,7 @@ def test_the_interpreter_reads_what_the_compiled_kernels_read():
             data[at] = rng.integers(256) if trial % 2 else rng.choice(list(b"$*,.\r\n0A"))
         found = []
         for interpreted in (False, True):
-            reader = nmea0183.Reader(interpreted)
+            reader = nmea0183.SentenceReader(interpreted)
             for first in range(0, len(data), 700):
                 reader.feed(bytes(data[first : first + 700]), received=START + first)
             reader.finish()
@@ -337,7 +337,7 @@ def test_variation_from_the_sentence_then_rmc_then_the_model():
 
 def test_a_live_link_takes_everything_once():
     data, time = sortie(30), track(30)[0]
-    reader = nmea0183.Reader()
+    reader = nmea0183.SentenceReader()
     times, positions, speeds = [], 0, 0
     for first in range(0, len(data), 37):
         reader.feed(data[first : first + 37], received=START + 0.1)

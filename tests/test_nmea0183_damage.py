@@ -98,7 +98,7 @@ def test_a_sentence_cut_short_and_spliced_into_the_next(k, length):
 @given(st.lists(st.integers(1, 400), min_size=1, max_size=30))
 def test_pieces_of_any_size_say_the_same(sizes):
     data = b"2024-07-01T12:00:00.5Z ".join(LINES[:100]) + b"\x00$\xb5b$GP" + b"".join(LINES[100:])
-    reader, first = nmea0183.Reader(), 0
+    reader, first = nmea0183.SentenceReader(), 0
     for k in range(len(data)):
         if first >= len(data):
             break

@@ -110,7 +110,7 @@ def test_at_a_standstill_course_is_undefined(logs, name):
 def test_every_log_runs_through(logs, shared_data):
     """No traceback, a row for every fix that was read, course either known or said to be undefined."""
     (other,) = (shared_data / "data").glob(OTHER)
-    seen = logs | {other.name: real_logs.Log(steerway.read(other))}
+    seen = logs | {other.name: real_logs.EstimatedLog(steerway.read(other))}
     assert len(seen) >= 34
     for name, log in seen.items():
         for smooth in (False, True):

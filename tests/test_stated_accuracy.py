@@ -72,7 +72,7 @@ def test_deviations_overrule_dilution_from_the_first_on():
 
 def test_a_live_reader_says_the_same_as_a_record():
     log = b"".join(gga(k, hdop=f"{1.0 + 0.1 * k:.1f}") + (gst(k, 2.0, k) if k > 2 else b"") for k in range(8))
-    reader, taken = nmea0183.Reader(), []
+    reader, taken = nmea0183.SentenceReader(), []
     for at in range(0, len(log), 17):
         reader.feed(log[at : at + 17])
         taken += [each for fixes in reader.take(settled=False).sources.values() for each in fixes.position_std]

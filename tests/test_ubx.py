@@ -137,7 +137,7 @@ def test_a_stream_in_pieces_is_the_log(size):
     for k in range(0, 50, 9):
         frames[k] = frames[k][: rng.integers(1, 90)]
     log = b"".join(a + b for a, b in zip(frames, noise, strict=True))
-    whole, reader, times = ubx.read(log), ubx.Reader(), []
+    whole, reader, times = ubx.read(log), ubx.UbxReader(), []
     for start in range(0, len(log), size):
         reader.feed(log[start : start + size])
         times += [each for fixes in reader.take(False).sources.values() for each in fixes.time]

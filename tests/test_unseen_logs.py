@@ -15,8 +15,8 @@ from steerway_studies.unseen_logs import catalogue, plain_ekf, prediction, summa
 from steerway_studies.unseen_logs.alignment import rate_lag, velocity_lag
 from steerway_studies.unseen_logs.contestants import difference
 from steerway_studies.unseen_logs.judging import right_refused
-from steerway_studies.unseen_logs.recordings import Recording, heading_rate, opened, plane
-from steerway_studies.unseen_logs.reference import Reference
+from steerway_studies.unseen_logs.recordings import JudgedLog, heading_rate, opened, plane
+from steerway_studies.unseen_logs.reference import VelocityReference
 
 HOME = math.radians(54.0), math.radians(10.0)
 STEP = 0.2
@@ -38,7 +38,7 @@ def weaving():
 def reference_of(weaving, late=0.0, rng=None):
     time, _, _, sog, cog, rate = weaving
     noise = np.zeros((2, len(time))) if rng is None else rng.normal(0.0, VELOCITY_NOISE, (2, len(time)))
-    return Reference(time + late, sog + noise[0], cog + noise[1] / sog, rate)
+    return VelocityReference(time + late, sog + noise[0], cog + noise[1] / sog, rate)
 
 
 def recording_of(weaving, places=None, reference=None):
@@ -46,7 +46,7 @@ def recording_of(weaving, places=None, reference=None):
     latitude, longitude = displaced_all(*HOME, north, east)
     places = np.column_stack([north, east]) if places is None else places
     fixes = steerway.Fixes(time, latitude, longitude)
-    return Recording(catalogue.public_logs()[0], fixes, places, reference or reference_of(weaving))
+    return JudgedLog(catalogue.public_logs()[0], fixes, places, reference or reference_of(weaving))
 
 
 def write_log(folder, name, weaving, seed, columns):

@@ -23,7 +23,7 @@ from steerway.guidance.line_of_sight import GuidanceLaw
 from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
 
-__all__ = ["Actuation", "Mission", "Mode", "Orders", "Pilot", "SpeedLoop", "SteadyForce", "Steered"]
+__all__ = ["Actuation", "LegSource", "Mode", "Orders", "Pilot", "SpeedLoop", "SteadyForce", "Steered"]
 
 
 class Mode(IntEnum):
@@ -37,7 +37,7 @@ class Mode(IntEnum):
     OVERPOWERED = 5  # no way is made: the current exceeds the boat's speed; engines off
 
 
-class Mission(Protocol):
+class LegSource(Protocol):
     """What gives the leg under way: `guidance.waypoints.Mission`, `guidance.voyage.Voyage`."""
 
     phase: Phase
@@ -139,7 +139,7 @@ class Pilot:
     def __init__(
         self,
         estimator: Estimator,
-        mission: Mission,
+        mission: LegSource,
         law: GuidanceLaw,
         autopilot: Autopilot,
         actuation: Actuation,

@@ -42,7 +42,7 @@ MIRRORED = math.radians(135.0)
 
 
 @dataclass(frozen=True)
-class Log:
+class EstimatedLog:
     """Fixes, and what the default and tuning make of them, each found once."""
 
     fixes: Fixes
@@ -73,18 +73,18 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
     return judged(logs(logs_folder()), progress)
 
 
-def logs(folder: Path) -> dict[str, Log]:
+def logs(folder: Path) -> dict[str, EstimatedLog]:
     """The logs with positions, by their names in the folder."""
     found = {}
     for path in [path for pattern in LOGS for path in sorted(folder.glob(pattern))]:
         try:
-            found[path.relative_to(folder).as_posix()] = Log(read(path))
+            found[path.relative_to(folder).as_posix()] = EstimatedLog(read(path))
         except InputError:
             continue  # instruments without positions
     return found
 
 
-def judged(seen: dict[str, Log], progress=None) -> Results:
+def judged(seen: dict[str, EstimatedLog], progress=None) -> Results:
     """The study of these logs."""
     results = Results("Recorded logs, defaults only")
     for k, (name, log) in enumerate(seen.items()):
@@ -102,7 +102,7 @@ def _stem(name):
     return name.split("/")[-1].split(".")[0].replace("-", "_").lower()
 
 
-def add_log(results: Results, name: str, log: Log) -> None:
+def add_log(results: Results, name: str, log: EstimatedLog) -> None:
     """What the default makes of one log."""
     both = [log.estimate(smooth) for smooth in (False, True)]
     found = [compare(log.fixes, motion) for motion in both]

@@ -39,7 +39,7 @@ def day_of(date: str) -> int:
 
 
 @dataclass(frozen=True)
-class State:
+class BucketState:
     """The vessels of a bucket after a day, sorted by MMSI, and the histories of their tracks."""
 
     mmsi: np.ndarray  # (v,)
@@ -118,16 +118,16 @@ class Store:
         chosen = sorted(unit for unit in done if buckets is None or unit[1] in set(buckets))
         return [path for unit in chosen if (path := self.path(table, *unit)).is_file()]
 
-    def finish(self, day: int, bucket: int, state: State, numbers: dict[str, Any]) -> None:
+    def finish(self, day: int, bucket: int, state: BucketState, numbers: dict[str, Any]) -> None:
         """Write the state of a unit whose tables are written, with its numbers."""
         text = np.frombuffer(json.dumps(numbers).encode(), np.uint8)
         with complete_or_absent(self.path("state", day, bucket)) as file:
             np.savez(file, numbers=text, **vars(state))
 
-    def state(self, day: int, bucket: int) -> State:
+    def state(self, day: int, bucket: int) -> BucketState:
         """The state after a day."""
         with np.load(self.path("state", day, bucket)) as arrays:
-            return State(**{name: arrays[name] for name in State.__dataclass_fields__})
+            return BucketState(**{name: arrays[name] for name in BucketState.__dataclass_fields__})
 
     def numbers(self, day: int, bucket: int) -> dict[str, Any]:
         """The numbers of a unit."""

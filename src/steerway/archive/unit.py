@@ -21,7 +21,7 @@ from steerway.archive.association import (
 from steerway.archive.histories import CARRIED, EVENT_COLUMNS, TRIP_COLUMNS, carries, history
 from steerway.archive.levels import parameters as parameters_of
 from steerway.archive.smoothing import LONGEST_CROSSED, smoothed
-from steerway.archive.store import DAY, State, Store
+from steerway.archive.store import DAY, BucketState, Store
 from steerway.archive.tables import estimate_table, event_table, numbers, trip_table
 from steerway.core.files import complete_or_absent
 from steerway.core.records import REJECTED
@@ -52,7 +52,7 @@ class Work:
     rate: float | None = None
 
 
-class Rows(NamedTuple):
+class UnitRows(NamedTuple):
     """Reports by vessel and time, with rows that only ask for output (NaN latitude)."""
 
     mmsi: np.ndarray
@@ -67,7 +67,7 @@ class Rows(NamedTuple):
     asked: np.ndarray  # track of a row that only asks, or CURRENT_TRACK
 
 
-class Found(NamedTuple):
+class Associated(NamedTuple):
     """What `associate` gives for rows."""
 
     estimate: np.ndarray
@@ -132,7 +132,7 @@ def _ordered(frame: pl.DataFrame) -> pl.DataFrame:
     return frame[order[kept]]
 
 
-def _rows(frame, work) -> Rows:
+def _rows(frame, work) -> UnitRows:
     columns = {
         name: frame[name].to_numpy(writable=True) for name in ("mmsi", "time_s")
     }  # one kind of array: one kernel
@@ -149,10 +149,12 @@ def _rows(frame, work) -> Rows:
     profile = frame["mobile"].to_numpy().astype(np.int64)
     wanted = np.ones(len(frame), bool)
     asked = np.full(len(frame), CURRENT_TRACK)
-    return Rows(columns["mmsi"], columns["time_s"], latitude, longitude, reported, aids, hull, profile, wanted, asked)
+    return UnitRows(
+        columns["mmsi"], columns["time_s"], latitude, longitude, reported, aids, hull, profile, wanted, asked
+    )
 
 
-def _on_grid(rows: Rows, work, parameters, state, reports) -> Rows:
+def _on_grid(rows: UnitRows, work, parameters, state, reports) -> UnitRows:
     """With rows at the output rate, of every track between its own reports; of reports those on the grid go out.
 
     reports: those of the day and the first of the next. Which track each is of shows a first pass of the filters.
@@ -186,7 +188,7 @@ def _on_grid(rows: Rows, work, parameters, state, reports) -> Rows:
     )
     order = np.lexsort((asked, time, mmsi))
     blank, nothing = np.full(n, np.nan), np.zeros(n, np.int64)
-    return Rows(
+    return UnitRows(
         mmsi[order],
         time[order],
         np.r_[rows.latitude, blank][order],
@@ -206,13 +208,13 @@ def _on_the_grid(time, rate):
     return place.astype(np.int64), np.abs(time - place / rate) < _AT_ONCE
 
 
-def _no_state(parameters) -> State:
+def _no_state(parameters) -> BucketState:
     shape = empty_bank(parameters[0, 0]).shape
     vessels, slots, banks = empty_vessels(0, shape)
-    return State(np.zeros(0, np.int64), vessels, slots, banks, np.zeros((0, 2), np.int64), carries(0))
+    return BucketState(np.zeros(0, np.int64), vessels, slots, banks, np.zeros((0, 2), np.int64), carries(0))
 
 
-def _with_vessels(state: State, mmsi, parameters) -> State:
+def _with_vessels(state: BucketState, mmsi, parameters) -> BucketState:
     """The state with vessels that are new."""
     new = np.setdiff1d(mmsi, state.mmsi)
     added = empty_vessels(len(new), empty_bank(parameters[0, 0]).shape)
@@ -220,10 +222,10 @@ def _with_vessels(state: State, mmsi, parameters) -> State:
     place = np.argsort(numbers, kind="stable")
     old = (state.vessels, state.slots, state.banks)
     arrays = (np.concatenate([each, more])[place] for each, more in zip(old, added, strict=True))
-    return State(numbers[place], *arrays, state.tracks, state.carry)
+    return BucketState(numbers[place], *arrays, state.tracks, state.carry)
 
 
-def _filtered(rows: Rows, parameters, state: State, keep) -> Found:
+def _filtered(rows: UnitRows, parameters, state: BucketState, keep) -> Associated:
     """The rows through the filters of `state`, which go on."""
     n, states = len(rows.time), state.banks.shape[-1]
     estimate = np.empty((n, OUTPUTS))
@@ -237,7 +239,7 @@ def _filtered(rows: Rows, parameters, state: State, keep) -> Found:
     associate(bounds, record, parameters, *arrays, terms, estimate, found, kept)
     for whole, part in zip((state.vessels, state.slots, state.banks), arrays, strict=True):
         whole[here] = part
-    return Found(estimate, *found, kept)
+    return Associated(estimate, *found, kept)
 
 
 def _bounds(mmsi) -> np.ndarray:
@@ -256,7 +258,7 @@ def _smoothed(rows, found, following, parameters, state, work) -> np.ndarray:
     """The estimate, from an hour of the next day back. Pieces end at gaps and where a ship moved."""
     ahead = _rows(following, work)
     later = _with_vessels(state, np.unique(ahead.mmsi), parameters)
-    beyond = _filtered(ahead, parameters, State(*(np.copy(each) for each in vars(later).values())), True)
+    beyond = _filtered(ahead, parameters, BucketState(*(np.copy(each) for each in vars(later).values())), True)
     mmsi, time = (np.concatenate([getattr(r, name) for r in (rows, ahead)]) for name in ("mmsi", "time"))
     track, event, row_of, estimate, kept = (
         np.concatenate([getattr(f, name) for f in (found, beyond)])
@@ -289,5 +291,5 @@ def _histories(rows, found, order, bounds, estimate, tracks, state):
     keys = np.concatenate([state.tracks[kept], tracks])
     place = np.lexsort((keys[:, 1], keys[:, 0]))
     carried = np.concatenate([state.carry[kept], gone_on])[place]
-    whole = State(state.mmsi, state.vessels, state.slots, state.banks, keys[place], carried)
+    whole = BucketState(state.mmsi, state.vessels, state.slots, state.banks, keys[place], carried)
     return whole, events[:e], trips[:t]

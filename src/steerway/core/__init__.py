@@ -15,10 +15,11 @@ if TYPE_CHECKING:
     from steerway.core.linear_algebra import fill_lower
     from steerway.core.noise import markov_decay, markov_std, markov_step, oscillator, oscillator_step
     from steerway.core.records import OK, REJECTED, Fixes, Motion
-    from steerway.core.statistics import rms
+    from steerway.core.statistics import NORMAL_95, rms
 
 __all__ = [
     "ECCENTRICITY_SQUARED",
+    "NORMAL_95",
     "NO_MEASUREMENTS",
     "OK",
     "REJECTED",

@@ -1,4 +1,4 @@
-"""Gates, and statistics of samples of which some are unknown."""
+"""Gates, quantiles, and statistics of samples of which some are unknown."""
 
 import math
 
@@ -7,6 +7,8 @@ from numpy.typing import ArrayLike
 
 FIX_GATE, AID_GATE = 13.8, 10.8
 """On the normalised innovation squared of a fix and of a scalar: χ² with two degrees of freedom and one at 0.1 %."""
+NORMAL_95 = 1.959963984540054
+"""Half the width of a 95 % interval in standard deviations: 0.975 quantile of the normal distribution."""
 
 
 def rms(values: ArrayLike) -> float:

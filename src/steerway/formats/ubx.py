@@ -21,7 +21,7 @@ from steerway.formats.places import places
 from steerway.formats.recording import Recording
 
 
-class _Place(NamedTuple):
+class _Position(NamedTuple):
     """NAV-POSLLH, NAV-HPPOSLLH: degrees · 1e7, mm."""
 
     tow: int
@@ -74,7 +74,7 @@ class _Solution(NamedTuple):
 
 
 def _high_precision(invalid, tow, lon, lat, fine_lon, fine_lat, accuracy):
-    return _Place(tow, lon + 0.01 * fine_lon, lat + 0.01 * fine_lat, 0.1 * accuracy, not invalid & 1)
+    return _Position(tow, lon + 0.01 * fine_lon, lat + 0.01 * fine_lat, 0.1 * accuracy, not invalid & 1)
 
 
 def _solution(tow, *fields):
@@ -89,7 +89,7 @@ def _clock(tow, nano, *fields):
 
 
 _MESSAGES = {
-    0x02: ("NAV-POSLLH", struct.Struct("<Iii8xI"), _Place),
+    0x02: ("NAV-POSLLH", struct.Struct("<Iii8xI"), _Position),
     0x03: ("NAV-STATUS", struct.Struct("<IBB"), _Status),
     0x07: ("NAV-PVT", struct.Struct("<IH5BB4xiBB2xii8xI16xii10xB"), _solution),
     0x12: ("NAV-VELNED", struct.Struct("<I16xIi"), _Velocity),
@@ -106,20 +106,20 @@ _NO_FIX, _SURVEYED = 0, 5  # fixType; the latter solves for time only, at a give
 
 def recognises(head: bytes) -> bool:
     """Whether there is a whole navigation message in the first bytes of a log."""
-    reader = Reader()
+    reader = UbxReader()
     reader.feed(head)
     return bool(reader.counts)
 
 
 def read(data: bytes) -> Recording:
     """The source "UBX" of a log; epochs without a fix or without a valid time are counted."""
-    reader = Reader()
+    reader = UbxReader()
     reader.feed(data)
     reader.finish()
     return reader.take()
 
 
-class Reader:
+class UbxReader:
     """Reads a stream of bytes in pieces of any size: `feed` it, then `take` the epochs."""
 
     def __init__(self):

@@ -7,9 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core.arrays import Floats
-
-NORMAL_95 = 1.959963984540054
-"""Half the width of a 95 % interval in standard deviations."""
+from steerway.core.statistics import NORMAL_95
 
 
 class Interval(NamedTuple):

@@ -20,7 +20,7 @@ from steerway.live.links.decoding import ReceiverDecoder
 from steerway.live.navigator import Navigator
 from steerway.live.outputs.deltas import Deltas
 from steerway.live.outputs.json_lines import JsonLines
-from steerway.live.outputs.sentences import Sentences
+from steerway.live.outputs.sentences import SentenceOutput
 from steerway.live.service import LOG, Service
 from steerway.live.settings import EstimatorSettings
 
@@ -53,7 +53,7 @@ def warm(kinds: tuple[str, str] = DEFAULT_KINDS, estimators: EstimatorSettings =
     route = GeodeticRoute(place[0] + _STEP * np.array([0.0, 15.0, 1000.0]), np.full(3, place[1]))
     chosen = {"kinds": kinds, "measured": measured_speed(estimators.speed), "heading": estimators.heading}
     supervisor = Supervisor(route, Profile.named("small-usv"), engage=True, **chosen)
-    outputs = [each(_NullSink()) for each in (Sentences, Deltas, JsonLines)]
+    outputs = [each(_NullSink()) for each in (SentenceOutput, Deltas, JsonLines)]
     was_disabled, LOG.disabled = LOG.disabled, True
     try:
         asyncio.run(

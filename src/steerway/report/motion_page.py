@@ -14,7 +14,7 @@ from steerway.report.tables import Table
 
 
 @dataclass(frozen=True)
-class Report:
+class ReportContents:
     """What a report shows: an estimate, the fixes it was made of, tables and remarks."""
 
     title: str
@@ -38,11 +38,11 @@ def write_report(path: Path, title: str, fixes: Fixes, motion: Motion, summary: 
     tables = [("Summary", ("", ""), sentences(summary)), *vessels, *tables]
     found = events(fixes, motion) if motion.mmsi is None else []
     report_writer(path)(
-        Path(path), Report(title, fixes, motion, tables, summary["notes"], found, not summary["structures"])
+        Path(path), ReportContents(title, fixes, motion, tables, summary["notes"], found, not summary["structures"])
     )
 
 
-def _page(path, report: Report):
+def _page(path, report: ReportContents):
     try:
         from steerway.report.interactive import write_interactive_page
     except ImportError:
@@ -54,7 +54,7 @@ def _page(path, report: Report):
     )
 
 
-def _picture(path, report: Report):
+def _picture(path, report: ReportContents):
     """The figures below one another in one PNG."""
     import io
 
@@ -81,10 +81,10 @@ def _picture(path, report: Report):
 
 
 WRITERS = {".html": _page, ".png": _picture}
-"""The kinds of report by their endings: a function of the path and the Report."""
+"""The kinds of report by their endings: a function of the path and `ReportContents`."""
 
 
-def report_writer(path: str | Path) -> Callable[[Path, Report], None]:
+def report_writer(path: str | Path) -> Callable[[Path, ReportContents], None]:
     """The writer for the ending of `path`. Raises InputError for an unknown one."""
     ending = Path(path).suffix.lower()
     if ending not in WRITERS:

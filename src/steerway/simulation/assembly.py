@@ -24,7 +24,7 @@ from steerway.guidance.route import Route
 from steerway.guidance.shapers import SHAPERS
 from steerway.guidance.voyage import Voyage
 from steerway.guidance.waypoints import Passing
-from steerway.pilot import Mission, Pilot
+from steerway.pilot import LegSource, Pilot
 from steerway.sensors.suite import Suite, Truth
 from steerway.simulation.loop import Start
 from steerway.simulation.scenario import Scenario
@@ -147,7 +147,7 @@ def composed(scenario: Scenario, known: Boat, ground: FilterEstimator) -> Filter
 
 def steering_pilot(
     known: Boat,
-    mission: Mission,
+    mission: LegSource,
     law: GuidanceLaw,
     position_std: float = 0.3,
     *,

@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from steerway.core import NORMAL_95
 from steerway_studies.adaptive_speed import cases, plants, printed, theory
 from steerway_studies.adaptive_speed.comparisons import column
 from steerway_studies.adaptive_speed.loop import sail
@@ -108,7 +109,7 @@ def _filter(speed, ours, as_printed, _):
     middle.plot(ours.time, ours.gps - ours.speed, ".", ms=2.0, color=FAINT, label="GPS")
     middle.plot(ours.time, ours.log - ours.speed, ".", ms=2.0, color=LOG, label="Doppler log")
     middle.plot(ours.time, ours.estimate - ours.speed, color=OURS, lw=1.2, label="fused speed")
-    band = 1.96 * ours.std
+    band = NORMAL_95 * ours.std
     middle.fill_between(ours.time, -band, band, color=OURS, alpha=0.15, lw=0.0, label="its 95 % band")
     middle.set(ylabel="error, m/s", ylim=(-0.012, 0.018))
     middle.legend(loc="upper right", frameon=False, ncols=4, markerscale=4.0)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from steerway.core import rms
+from steerway.core import NORMAL_95, rms
 
 BAND = 0.02
 TAIL = 20.0
@@ -47,6 +47,6 @@ def estimate(voyage, setpoint: float, since: float = TRANSIENT) -> dict[str, flo
         "rms_pct": 100.0 * rms(error) / setpoint,
         "max_pct": 100.0 * float(np.abs(error).max()) / setpoint,
         "nis": float(voyage.nis.mean()) if len(voyage.nis) else float("nan"),
-        "coverage": float(np.mean(np.abs(error) < 1.96 * voyage.std[late])),
+        "coverage": float(np.mean(np.abs(error) < NORMAL_95 * voyage.std[late])),
         "exclusions": float(sum(event.what == "excluded" for event in voyage.events)),
     }

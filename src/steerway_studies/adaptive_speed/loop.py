@@ -20,7 +20,7 @@ TABLE_III = SurgeTuning(scale_std=0.0)
 
 
 @dataclass(frozen=True)
-class Voyage:
+class SpeedRun:
     """What a voyage gives: arrays (n,) at every step, events, and NIS of what aided."""
 
     time: np.ndarray
@@ -77,7 +77,7 @@ def sail(
     noise: float = 1.0,
     every: int = _CONTROL,
     shaft_seen: bool = True,
-) -> Voyage:
+) -> SpeedRun:
     """Sail. `setpoints` and `sea` are ((from, value), …).
 
     `log`: "bottom", "water" or None; `propeller` a `SurgeModel` that gives the vote its third voice and with
@@ -136,4 +136,4 @@ def sail(
             setpoint,
         )
         parameters[k] = getattr(control, "parameters", (math.nan,) * 3)
-    return Voyage(time, out[6], *out[:6], parameters, np.array(nis), fusion.events, *received)
+    return SpeedRun(time, out[6], *out[:6], parameters, np.array(nis), fusion.events, *received)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.control import AdaptiveSpeed, AdaptiveSpeedGains, ObservedSpeed, SpeedObserverGains
+from steerway.core import NORMAL_95
 from steerway.estimation.speed import SurgeTuning
 from steerway.identification import SurgeModel
 from steerway.vessels import (
@@ -36,7 +37,7 @@ MASSES = {10.0: 1.0, 60.0: 2.0, 2e3: 7.0, 2e6: 60.0}
 CONTROLLERS = {"": (AdaptiveSpeed, AdaptiveSpeedGains), "observer_": (ObservedSpeed, SpeedObserverGains)}
 
 
-class Boat(NamedTuple):
+class PerturbedBoat(NamedTuple):
     """A boat, its model, and the guess that a controller is given."""
 
     vessel: Surge
@@ -46,7 +47,7 @@ class Boat(NamedTuple):
     time: float  # T, s
 
 
-def boat_of(seed: int, rate: float, lag: float = 1.5) -> Boat:
+def boat_of(seed: int, rate: float, lag: float = 1.5) -> PerturbedBoat:
     """A random boat about P3's: mass ± 20 %, drags ± 40 %, thrust ± 20 %, shaft lag up to `lag` s."""
     draws = np.random.default_rng((seed, 16))
     mass, linear, quadratic, thrust = 1.0 + draws.uniform(-1.0, 1.0, 4) * (0.2, 0.4, 0.4, 0.2)
@@ -54,10 +55,10 @@ def boat_of(seed: int, rate: float, lag: float = 1.5) -> Boat:
     propeller, mass = Propeller(efficiency=0.8 * thrust), CALDAS_MASS * mass
     drags = CALDAS_LINEAR_DRAG * linear, CALDAS_QUADRATIC_DRAG * quadratic
     model = SurgeModel(drags[0] / mass, drags[1] / mass, propeller.gain / mass, propeller)
-    return Boat(Surge(mass, *drags, propeller, machine), model, {}, 12.2, 8.11)
+    return PerturbedBoat(Surge(mass, *drags, propeller, machine), model, {}, 12.2, 8.11)
 
 
-def boat_of_mass(seed: int, mass: float) -> Boat:
+def boat_of_mass(seed: int, mass: float) -> PerturbedBoat:
     """A random boat of a mass, her top speed by Froude's number, and a guess of her that is wrong by up to 30 %."""
     draws, length = np.random.default_rng((seed, int(mass))), MASSES[mass]
     top_speed = draws.uniform(0.4, 0.8) * math.sqrt(9.81 * length)
@@ -79,10 +80,10 @@ def boat_of_mass(seed: int, mass: float) -> Boat:
         "high": high,
     }
     vessel = Surge(mass, drags[0] * mass, drags[1] * mass, propeller, machine)
-    return Boat(vessel, SurgeModel(*drags, thrust, propeller), guess, top_speed, time)
+    return PerturbedBoat(vessel, SurgeModel(*drags, thrust, propeller), guess, top_speed, time)
 
 
-def response(boat: Boat, controller, setpoint: float, duration: float, step: float, every: int) -> np.ndarray:
+def response(boat: PerturbedBoat, controller, setpoint: float, duration: float, step: float, every: int) -> np.ndarray:
     """(2, n) times and speeds of a boat from rest; control sees the true speed and shaft."""
     state, command, speeds = boat.vessel.start(), 0.0, [0.0]
     for k in range(round(duration / step)):
@@ -153,8 +154,8 @@ def log_scale(job) -> dict[str, float]:
     late = voyage.time > 600.0
     error = np.abs(voyage.estimate - voyage.speed)
     return {
-        "coverage": float(np.mean(error[late] < 1.96 * voyage.std[late])),
-        "coverage_all": float(np.mean(error[voyage.time > 10.0] < 1.96 * voyage.std[voyage.time > 10.0])),
+        "coverage": float(np.mean(error[late] < NORMAL_95 * voyage.std[late])),
+        "coverage_all": float(np.mean(error[voyage.time > 10.0] < NORMAL_95 * voyage.std[voyage.time > 10.0])),
         "exclusions": float(sum(event.what == "excluded" for event in voyage.events)),
         "max_pct": 100.0 * float(np.max(error[late])) / 6.0,
     }

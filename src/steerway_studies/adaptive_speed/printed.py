@@ -15,7 +15,7 @@ FINE, COARSE = 0.001, 0.1
 
 
 @dataclass(frozen=True)
-class Track:
+class PrintedRun:
     """A voyage without sensors: arrays (n,)."""
 
     time: np.ndarray
@@ -25,7 +25,7 @@ class Track:
     parameters: np.ndarray
 
 
-def sail_true(boat, control, setpoint, duration=200.0, step=FINE, control_step=FINE) -> Track:
+def sail_true(boat, control, setpoint, duration=200.0, step=FINE, control_step=FINE) -> PrintedRun:
     """Control sees the true speed."""
     n = round(duration / step)
     every = round(control_step / step)
@@ -38,7 +38,7 @@ def sail_true(boat, control, setpoint, duration=200.0, step=FINE, control_step=F
         state = boat.step(state, (command,), CALM, step)
         out[:, k + 1] = state[3], state[4], getattr(control, "model", math.nan)
         parameters[k + 1] = _parameters(control)
-    return Track(step * np.arange(n + 1), *out, parameters)
+    return PrintedRun(step * np.arange(n + 1), *out, parameters)
 
 
 def _parameters(control):
@@ -62,33 +62,33 @@ def top_speed() -> float:
     return brentq(lambda speed: boat.acceleration(speed, 17.5), 1.0, 30.0)
 
 
-def as_printed(setpoint) -> Track:
+def as_printed(setpoint) -> PrintedRun:
     """(14)–(18) with γ = 0.5 on plant T at 1 kHz."""
     return sail_true(plants.plant("T"), PrintedMrac(), setpoint)
 
 
-def as_published(setpoint) -> Track:
+def as_published(setpoint) -> PrintedRun:
     """The surrogate of the published curves, parameters held."""
     return sail_true(plants.plant("P"), PrintedMrac(adaptation=0.0), setpoint, step=0.01, control_step=0.01)
 
 
-def at_ten_hertz(setpoint, adapt_first) -> Track:
+def at_ten_hertz(setpoint, adapt_first) -> PrintedRun:
     """The printed law at 10 Hz, no limit on n: what the order of output and adaptation decides."""
     boat = Surge(shaft=plants.shaft(high=1e9))
     return sail_true(boat, PrintedMrac(adapt_first=adapt_first), setpoint, step=0.01, control_step=COARSE)
 
 
-def with_lag(setpoint) -> Track:
+def with_lag(setpoint) -> PrintedRun:
     """The printed law at 1 kHz on a shaft with 1 s lag."""
     return sail_true(Surge(shaft=plants.shaft(lag=1.0)), PrintedMrac(), setpoint)
 
 
-def with_wrong_sign(setpoint) -> Track:
+def with_wrong_sign(setpoint) -> PrintedRun:
     """(18) with sgn(g) the wrong way round, n limited."""
     return sail_true(plants.plant("T"), PrintedMrac(sign=-1.0, high=17.5), setpoint)
 
 
-def filtered(track: Track, seed: int, imu: str | None = "literal", printed_sign=False):
+def filtered(track: PrintedRun, seed: int, imu: str | None = "literal", printed_sign=False):
     """(time, truth, estimate, gps, dvl) at 200 Hz of the printed filter on a track at 1 kHz.
 
     `imu`: "literal" a white speed sensor of 5 µg; "integrated" what a speed made from a real accelerometer is; None.
@@ -135,6 +135,6 @@ def filter_errors(job) -> dict[str, float]:
     return found
 
 
-def settling_about_final(track: Track) -> float:
+def settling_about_final(track: PrintedRun) -> float:
     """As the paper's figures were read: s to stay within 2 % of the value at 200 s."""
     return judge.settling(track.time, track.speed, float(track.speed[-1]))

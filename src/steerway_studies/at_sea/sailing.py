@@ -20,7 +20,7 @@ GATE = 0.75, 1.5
 """s of refused fixes after which the autopilot aboard stops: three intervals, within these."""
 
 
-class Sailed(NamedTuple):
+class JudgedRun(NamedTuple):
     """A run judged; m, NaN where there is nothing to judge."""
 
     case: Case
@@ -105,7 +105,7 @@ def sailed(case: Case, seed: int) -> tuple[Run, Pilot]:
     return run, made
 
 
-def judged(case: Case, seed: int) -> Sailed:
+def judged(case: Case, seed: int) -> JudgedRun:
     """Sail and judge."""
     run, made = sailed(case, seed)
     interval = 1.0 / case.receiver.rate
@@ -113,7 +113,7 @@ def judged(case: Case, seed: int) -> Sailed:
     refused = getattr(made.estimator, "refused", 0.0)
     legs, corners = _distances(case, run)
     finished = bool(run["mode"][-1] == Mode.STOPPED)
-    return Sailed(case, finished, refused >= allowed, legs, corners, float(run.time[-1]))
+    return JudgedRun(case, finished, refused >= allowed, legs, corners, float(run.time[-1]))
 
 
 def _distances(case, run):

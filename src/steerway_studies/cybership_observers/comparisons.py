@@ -4,17 +4,15 @@ import math
 
 import numpy as np
 
+from steerway.core import NORMAL_95
 from steerway.estimation.positioning import DEMO_GAINS, saturated
 from steerway_studies.cybership_observers import contestants, positioning, trials
 from steerway_studies.papers import positioning as printed
 
-_SURE = 1.96
-"""Standard errors to either side of a mean for a 95 % confidence interval."""
-
 
 def half_width(values) -> float:
     """Half the width of the 95 % confidence interval of a mean."""
-    return float(_SURE * values.std(ddof=1) / math.sqrt(len(values))) if len(values) > 1 else math.nan
+    return float(NORMAL_95 * values.std(ddof=1) / math.sqrt(len(values))) if len(values) > 1 else math.nan
 
 
 def compare_all(results, table, tuned) -> None:

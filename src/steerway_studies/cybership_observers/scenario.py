@@ -76,7 +76,7 @@ def disturbance(draws: Draws) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Record:
+class SimulatedRun:
     """One run: rows 0.1 s apart.
 
     `states` (rows, 6), `forces` (rows − 1, 3) of the actuators, `pushes` (rows, 3) of the sea, `fixes` (rows, 2), NaN
@@ -98,7 +98,7 @@ def sail(
     fix_noise: Callable | None = None,
     identification: str = "linear",
     controller=None,
-) -> Record:
+) -> SimulatedRun:
     """One run. Steered by the estimate of an `observer`, without one by the truth."""
     vessel = CyberShip2(identification)
     controller = controller or PositionPID(PRINTED_GAINS, anti_windup=False)
@@ -124,7 +124,7 @@ def sail(
             place, velocity = observer.motion[:3], observer.motion.velocity
         if k < STEPS:
             forces[k] = controller.step(desired(k), *place, velocity, STEP)
-    return Record(states, forces, pushes, fixes, headings)
+    return SimulatedRun(states, forces, pushes, fixes, headings)
 
 
 def correct(observer, force, fix, heading) -> float:
@@ -180,7 +180,7 @@ def with_waves(draws: Draws, damping: float = WAVE_DAMPING):
 
 
 @dataclass(frozen=True)
-class Run:
+class ObserverRun:
     """An observer on a record: `errors` (rows, 2) north and east (m), `heading_errors` (rows,) rad, mean `nis`."""
 
     errors: np.ndarray
@@ -204,7 +204,7 @@ class Run:
         return float(np.abs(self.heading_errors).mean())
 
 
-def watch(observer, record: Record, compass: bool = True) -> Run:
+def watch(observer, record: SimulatedRun, compass: bool = True) -> ObserverRun:
     """Let an observer see a record, from zero error on."""
     observer.start(0.0, 0.0, 0.0)
     places, nis = np.zeros((ROWS, 3)), []
@@ -215,10 +215,10 @@ def watch(observer, record: Record, compass: bool = True) -> Run:
     off = places - record.states[:, :3]
     heading = np.array([wrap(each) for each in off[:, 2]])
     known = [value for value in nis if math.isfinite(value)]
-    return Run(off[:, :2], heading, float(np.mean(known)) if known else math.nan, places)
+    return ObserverRun(off[:, :2], heading, float(np.mean(known)) if known else math.nan, places)
 
 
-def held_fixes(record: Record) -> np.ndarray:
+def held_fixes(record: SimulatedRun) -> np.ndarray:
     """(rows, 2) errors of an observer that repeats the last fix."""
     last = record.fixes[(np.arange(ROWS) // PER_FIX) * PER_FIX]
     return last - record.states[:, :2]

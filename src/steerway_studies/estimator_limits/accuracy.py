@@ -21,7 +21,7 @@ from steerway_studies.estimator_limits.cells import (
     over_cells,
 )
 from steerway_studies.estimator_limits.consistency import coverage_row, covered, report_nees, scores
-from steerway_studies.estimator_limits.statistics import Interval, over_runs
+from steerway_studies.estimator_limits.statistics import BootstrapInterval, over_runs
 from steerway_studies.study import Results
 
 PUBLISHED = {
@@ -92,7 +92,7 @@ def measured(seeds, first_seed, progress) -> dict[str, dict[str, np.ndarray]]:
     return over_cells(partial(measure, **below), runs, first_seed, progress)
 
 
-def ratio(sums, kind, bound, what, where) -> Interval:
+def ratio(sums, kind, bound, what, where) -> BootstrapInterval:
     """Error over bound in one cell, one quantity, straight or in turns."""
     i, k = WHAT.index(what), WHERE.index(where)
     return over_runs(sums[kind][:, k, i], sums[bound][: len(sums[kind]), k, i])

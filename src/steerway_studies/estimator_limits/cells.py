@@ -7,7 +7,14 @@ import numpy as np
 
 from steerway.core import Fixes
 from steerway.sensors import white
-from steerway_studies.estimator_limits.scenarios import FAST, SLOW, Scenario, Voyage, sail, straight_and_turning
+from steerway_studies.estimator_limits.scenarios import (
+    FAST,
+    SLOW,
+    LimitsScenario,
+    TrueMotion,
+    sail,
+    straight_and_turning,
+)
 from steerway_studies.estimator_limits.statistics import error_squares
 from steerway_studies.parts import over_cases
 
@@ -24,14 +31,14 @@ EARLIER = 100_000
 class Cell:
     """A vessel and a receiver, with the known parameters of both."""
 
-    scenario: Scenario
+    scenario: LimitsScenario
     position_std: float
 
     @property
     def profile(self):
         return self.scenario.known(self.position_std)
 
-    def sailed(self, seed: int) -> tuple[Voyage, Fixes]:
+    def sailed(self, seed: int) -> tuple[TrueMotion, Fixes]:
         """One voyage and its fixes."""
         voyage = sail(self.scenario, seed)
         return voyage, voyage.fixes(white(self.position_std, self.scenario.rate), seed)

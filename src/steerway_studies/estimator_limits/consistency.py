@@ -2,20 +2,19 @@
 
 import numpy as np
 
-from steerway.core import Fixes
+from steerway.core import NORMAL_95, Fixes
 from steerway.estimation import FiveStateFilter
 from steerway_studies.estimator_limits.cells import PLACES, WHAT
-from steerway_studies.estimator_limits.scenarios import Scenario, Voyage, straight_and_turning
+from steerway_studies.estimator_limits.scenarios import LimitsScenario, TrueMotion, straight_and_turning
 from steerway_studies.estimator_limits.statistics import errors, over_runs
 from steerway_studies.study import Results
 
 STATES = 3
 NEES_TURN = 1.5
 """Times its expectation that NEES may be in turns."""
-_TWO_SIDED_95 = 1.96
 
 
-def scores(voyage: Voyage, fixes: Fixes, profile, scenario) -> tuple[np.ndarray, np.ndarray]:
+def scores(voyage: TrueMotion, fixes: Fixes, profile, scenario) -> tuple[np.ndarray, np.ndarray]:
     """Sum and rows (2,) of the NIS of fixes, and (3, 2) of the NEES of (U, χ, ω): straight, in turns, all along."""
     estimator = FiveStateFilter(profile)
     states, spreads = np.full((len(fixes), STATES), np.nan), np.zeros((len(fixes), STATES, STATES))
@@ -40,12 +39,12 @@ def nees(error, covariance, voyage, scenario) -> np.ndarray:
 def covered(motion, voyage, scenario) -> np.ndarray:
     """(3, 4) rows with the truth in the 95 % interval of SOG, COG and course rate, and rows: the same places."""
     error = np.abs(errors(motion.sog, motion.cog, motion.course_rate, voyage))
-    held = error < _TWO_SIDED_95 * np.stack([motion.sog_std, motion.cog_std, motion.course_rate_std])
+    held = error < NORMAL_95 * np.stack([motion.sog_std, motion.cog_std, motion.course_rate_std])
     masks = _places(np.isfinite(motion.cog), voyage, scenario)
     return np.array([[*held[:, mask].sum(axis=1), mask.sum()] for mask in masks])
 
 
-def _places(known, voyage: Voyage, scenario: Scenario):
+def _places(known, voyage: TrueMotion, scenario: LimitsScenario):
     straight, turning = straight_and_turning(scenario, voyage)
     return [known & rows for rows in (straight, turning, voyage.time >= scenario.settling)]
 

@@ -14,14 +14,21 @@ from steerway.core import markov_std
 from steerway.sensors import low_cost
 from steerway_studies.estimator_limits.cells import PLACES, WHERE, sums
 from steerway_studies.estimator_limits.particles import in_plane
-from steerway_studies.estimator_limits.scenarios import FAST, SLOW, Scenario, Voyage, sail, straight_and_turning
+from steerway_studies.estimator_limits.scenarios import (
+    FAST,
+    SLOW,
+    LimitsScenario,
+    TrueMotion,
+    sail,
+    straight_and_turning,
+)
 from steerway_studies.estimator_limits.statistics import error_squares, errors, over_runs
 from steerway_studies.mariner_los.ship import (
     CORRELATION_TIME,
     PRINTED_NOISE,
     STATED_NOISE,
     STEP,
-    Case,
+    ShipCase,
     receiver,
     voyage,
 )
@@ -40,7 +47,7 @@ VARIANTS = ("", "default_")
 SETTLED = 100.0
 WHITE = 0.005
 """m: P1's receiver has no white noise at all."""
-SMALL_BOAT = Scenario(
+SMALL_BOAT = LimitsScenario(
     profile=SLOW.profile, speed=1.0, duration=SLOW.duration, runs=SEEDS, recovery=SLOW.recovery, settling=SLOW.settling
 )
 
@@ -59,12 +66,12 @@ def boat_profile():
 
 
 @cache
-def ship() -> Voyage:
+def ship() -> TrueMotion:
     """P1's ship on its route, on true states; `turning` where the course is not held."""
-    run, _ = voyage(Case("truth"))
+    run, _ = voyage(ShipCase("truth"))
     rate = run["true_course_rate"]
     place = run["true_north"], run["true_east"]
-    return Voyage(run.time, *place, run.true_sog, run.true_cog, rate, np.abs(rate) > HELD_RATE)
+    return TrueMotion(run.time, *place, run.true_sog, run.true_cog, rate, np.abs(rate) > HELD_RATE)
 
 
 def one(seed: int, variants=VARIANTS) -> dict[str, np.ndarray]:

@@ -33,7 +33,7 @@ from steerway.sensors import Gnss
 
 
 @dataclass(frozen=True)
-class Scenario:
+class LimitsScenario:
     """A vessel, the duration of a run, and how long after a turn rows do not yet count as straight."""
 
     profile: Profile  # the true motion model; the receiver is added by `known`
@@ -49,7 +49,7 @@ class Scenario:
         return self.profile.model_copy(update={"position_std": position_std})
 
 
-SLOW = Scenario(
+SLOW = LimitsScenario(
     profile=Profile(
         name="O",
         position_std=0.5,
@@ -70,7 +70,7 @@ SLOW = Scenario(
 )
 """Scenario O: a small craft at 1.3 m/s with frequent turns."""
 
-FAST = Scenario(
+FAST = LimitsScenario(
     profile=Profile(
         name="M",
         position_std=0.5,
@@ -93,7 +93,7 @@ FAST = Scenario(
 
 
 @dataclass(frozen=True)
-class Voyage:
+class TrueMotion:
     """What truly happened: arrays (n,) at the times of the fixes, SI and radians in a tangent plane."""
 
     time: np.ndarray
@@ -114,7 +114,7 @@ class Voyage:
         return gnss.fixes(self.time, self.north, self.east, seed)
 
 
-def sail(scenario: Scenario, seed: int) -> Voyage:
+def sail(scenario: LimitsScenario, seed: int) -> TrueMotion:
     """One voyage."""
     chance = np.random.default_rng([seed, 0])
     n = round(scenario.duration * scenario.rate) + 1
@@ -130,7 +130,7 @@ def sail(scenario: Scenario, seed: int) -> Voyage:
     states, turning = np.empty((n, 5)), np.empty(n, np.bool_)
     states[0] = 0.0, 0.0, scenario.speed, chance.uniform(-math.pi, math.pi), 0.0
     _sail(chance.standard_normal((n, 5)), chance.random(n), steps, spreads, leaving * turned, states, turning)
-    return Voyage(np.arange(n) / scenario.rate, *states.T.copy(), turning)
+    return TrueMotion(np.arange(n) / scenario.rate, *states.T.copy(), turning)
 
 
 @kernel
@@ -171,7 +171,7 @@ def _sail(normals, uniforms, steps, spreads, changes, states, turning):
         turning[k] = mode == 1
 
 
-def straight_and_turning(scenario: Scenario, voyage: Voyage) -> tuple[np.ndarray, np.ndarray]:
+def straight_and_turning(scenario: LimitsScenario, voyage: TrueMotion) -> tuple[np.ndarray, np.ndarray]:
     """(n,) bool each: rows on straight legs, and in turns."""
     since_turn = np.full(len(voyage.time), np.inf)
     rows = np.flatnonzero(voyage.turning)

@@ -10,7 +10,7 @@ from steerway.core import wrap_array
 _RESAMPLES = 2000
 
 
-class Interval(NamedTuple):
+class BootstrapInterval(NamedTuple):
     """A number and its 95 % interval over the runs."""
 
     value: float
@@ -18,7 +18,7 @@ class Interval(NamedTuple):
     high: float
 
 
-def over_runs(over, under=None, root=True) -> Interval:
+def over_runs(over, under=None, root=True) -> BootstrapInterval:
     """√(Σ over / Σ under), or without the root, and its interval by resampling the runs (bootstrap, percentiles).
 
     Args:
@@ -34,7 +34,7 @@ def over_runs(over, under=None, root=True) -> Interval:
     if root:
         value, again = math.sqrt(value), np.sqrt(again)
     low, high = np.nanpercentile(again, [2.5, 97.5]) if np.isfinite(again).any() else (math.nan, math.nan)
-    return Interval(float(value), float(low), float(high))
+    return BootstrapInterval(float(value), float(low), float(high))
 
 
 def errors(sog, cog, course_rate, voyage) -> np.ndarray:

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from steerway.core import Fixes, radii, wrap_array
-from steerway_studies.estimator_limits.scenarios import Voyage
+from steerway_studies.estimator_limits.scenarios import TrueMotion
 
 BEGIN = 150.0
 _POLAR_RADIUS = 6_399_593.6
@@ -23,9 +23,9 @@ def _moved(fixes: Fixes, north, east) -> Fixes:
     return replace(fixes, latitude=fixes.latitude + north / meridian, longitude=fixes.longitude + east / prime_vertical)
 
 
-def _rows(voyage: Voyage, fixes: Fixes, chosen) -> tuple[Voyage, Fixes]:
+def _rows(voyage: TrueMotion, fixes: Fixes, chosen) -> tuple[TrueMotion, Fixes]:
     columns = {name: getattr(voyage, name)[chosen] for name in voyage.__dataclass_fields__}
-    return Voyage(**columns), fixes.rows(chosen)
+    return TrueMotion(**columns), fixes.rows(chosen)
 
 
 def nothing(voyage, fixes, chance):
@@ -50,7 +50,7 @@ def standstill(voyage, fixes, chance):
     errors = fixes.latitude * meridian - voyage.north, fixes.longitude * prime_vertical - voyage.east
     drawn = np.r_[np.arange(k + 1), chance.integers(0, len(voyage.time), still), np.arange(k + 1, len(voyage.time))]
     again = [each[drawn] for each in errors]
-    longer = Voyage(**columns)
+    longer = TrueMotion(**columns)
     fixes = Fixes(longer.time, (longer.north + again[0]) / meridian, (longer.east + again[1]) / prime_vertical)
     return longer, fixes
 

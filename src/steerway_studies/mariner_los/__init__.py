@@ -8,7 +8,7 @@ import math
 
 from steerway_studies.mariner_los.comparisons import REMARKS, compare_all
 from steerway_studies.mariner_los.figures import all_figures
-from steerway_studies.mariner_los.ship import NOISES, Case, measured
+from steerway_studies.mariner_los.ship import NOISES, ShipCase, measured
 from steerway_studies.parts import over_cases
 from steerway_studies.study import Results, Study, seeds_from, stage
 
@@ -23,16 +23,16 @@ LOW_PASSES = (20.0, 40.0, 100.0, 200.0)
 def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results:
     """See Study."""
     results = Results("mariner-los: path following of a MARINER-class ship on an estimated course (P1 §4)")
-    truths = [Case("truth", low_pass=low_pass) for low_pass in LOW_PASSES]
+    truths = [ShipCase("truth", low_pass=low_pass) for low_pass in LOW_PASSES]
     noisy = [
-        Case(feedback, noise, low_pass, seed=seed)
+        ShipCase(feedback, noise, low_pass, seed=seed)
         for feedback in ("printed", "product")
         for noise in NOISES.values()
         for low_pass in LOW_PASSES
         for seed in seeds_from(first_seed, seeds, SEEDS)
     ]
     rotated = [
-        Case(feedback, turned=math.radians(angle), seed=seed)
+        ShipCase(feedback, turned=math.radians(angle), seed=seed)
         for feedback in ("printed", "product")
         for angle in ROTATIONS
         for seed in seeds_from(first_seed, seeds, ROTATION_SEEDS)

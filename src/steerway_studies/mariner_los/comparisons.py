@@ -8,7 +8,7 @@ import numpy as np
 from steerway.control import place_poles
 from steerway_studies.mariner_los import figures
 from steerway_studies.mariner_los.lyapunov import approaches
-from steerway_studies.mariner_los.ship import BANDWIDTH, LOW_PASS, NOISES, PRINTED_NOISE, SETTLED, Case
+from steerway_studies.mariner_los.ship import BANDWIDTH, LOW_PASS, NOISES, PRINTED_NOISE, SETTLED, ShipCase
 from steerway_studies.papers.course_autopilot import MARINER_NOMOTO, closed_loop_poles
 
 CIRCUMSTANCES = [("truth", PRINTED_NOISE, "truth")] + [
@@ -22,7 +22,7 @@ TRUTH_SWITCHES = (252.7, 1063.3, 1596.6, 2329.3)
 def compare_all(results, truths, noisy, rotated) -> None:
     """Case → `measured` numbers: on true states, on the filters, and on the filters with the scene rotated."""
     _gains(results)
-    _truth(results, truths[Case("truth", low_pass=LOW_PASS)])
+    _truth(results, truths[ShipCase("truth", low_pass=LOW_PASS)])
     _rotations(results, rotated)
     _estimates(results, noisy)
     results.figures["saturation"] = figures.saturation(_saturation(results, truths | noisy))

@@ -8,7 +8,7 @@ from steerway.vessels import MARINER_RUDDER as RUDDER
 from steerway_studies.mariner_los.ship import (
     STATED_NOISE,
     SWITCH_RADIUS,
-    Case,
+    ShipCase,
     asked_rudder_rate,
     route,
     rudder,
@@ -22,9 +22,9 @@ _NOISE = "noise of 0.0634 m a step, 4.7 m in the long run; T_lp = 40 s"
 def all_figures(seed: int) -> dict:
     """Figures 5 to 8, (figure, caption) by stem, of one seed."""
     runs = {
-        "true states": voyage(Case("truth"))[0],
-        "printed filter": voyage(Case("printed", STATED_NOISE, seed=seed))[0],
-        "product filter": voyage(Case("product", STATED_NOISE, seed=seed))[0],
+        "true states": voyage(ShipCase("truth"))[0],
+        "printed filter": voyage(ShipCase("printed", STATED_NOISE, seed=seed))[0],
+        "product filter": voyage(ShipCase("product", STATED_NOISE, seed=seed))[0],
     }
     return {
         "figure_5_track": track(runs),

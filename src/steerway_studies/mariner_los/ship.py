@@ -43,7 +43,7 @@ STEADY = 250.0
 
 
 @dataclass(frozen=True)
-class Case:
+class ShipCase:
     """One run: which feedback, "truth", "printed" or "product", and in what circumstances."""
 
     feedback: str
@@ -86,7 +86,7 @@ def printed_filter() -> Ekf5States:
     return Ekf5States(STEP, 1, "NED", [1e-5, 1e-5], [0.1, 0.1], alpha_1=1e-5, alpha_2=0.2)
 
 
-def voyage(case: Case) -> tuple[Run, Mission]:
+def voyage(case: ShipCase) -> tuple[Run, Mission]:
     """Sail a case, until the last waypoint or for `DURATION`."""
     mission = Mission(route(case.turned))
     autopilot = AnglePID(place_poles(*MARINER_NOMOTO, bandwidth=BANDWIDTH, limit=RUDDER.high))
@@ -135,7 +135,7 @@ def straight(run: Run) -> np.ndarray:
     return run.time - began > STEADY
 
 
-def measured(case: Case) -> dict[str, float]:
+def measured(case: ShipCase) -> dict[str, float]:
     """What one run amounts to; errors of the estimate against the truth, angles in degrees."""
     run, mission = voyage(case)
     counted = (run.time > SETTLED) & np.isfinite(run["estimated_cog"])

@@ -49,7 +49,7 @@ def commanded(time: float) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Record:
+class PublishedRun:
     """A published run, arrays (n,); SI, rad. Propeller speeds `commanded` and `turning` (n, 2): left, right."""
 
     time: np.ndarray
@@ -68,7 +68,7 @@ class Record:
     turning: np.ndarray
 
 
-def as_published(noise: float = 0.0, seed: int = 0, duration: float = DURATION) -> Record:
+def as_published(noise: float = 0.0, seed: int = 0, duration: float = DURATION) -> PublishedRun:
     """The paper's loop, Euler at 50 Hz: printed filter, (54)–(55) with (68), allocation (60)–(63).
 
     `noise` is the 1σ of a fix, m; the paper's tuning, Q_d = 5e5·I and R_d = 1e-8·I, stands for none.
@@ -92,7 +92,7 @@ def as_published(noise: float = 0.0, seed: int = 0, duration: float = DURATION) 
         desired = reference_model(*desired, commanded(k * STEP), REFERENCE_BANDWIDTH, 1.0, math.inf, STEP)
         integral += STEP * error
     columns = np.array(rows)
-    return Record(*columns[:, :12].T, columns[:, 12:14], columns[:, 14:])
+    return PublishedRun(*columns[:, :12].T, columns[:, 12:14], columns[:, 14:])
 
 
 class Ordered:

@@ -26,7 +26,7 @@ LONGEST = 1500.0
 
 
 @dataclass(frozen=True)
-class Log:
+class PublishedLog:
     """A recorded log, the figures of P0 it stands for and the tuning of the paper that it is run with."""
 
     name: str
@@ -41,7 +41,7 @@ class Log:
 
 
 LOGS = (
-    Log(
+    PublishedLog(
         "motor_boat",
         "furuno_scx20_n2k/furuno-130842-figure8-fast.raw",
         "motor boat, figures of eight at 4 m/s, 5 Hz",
@@ -51,7 +51,7 @@ LOGS = (
         "src 52",
         (1e7, 1e3),
     ),
-    Log(
+    PublishedLog(
         "sailing_boat",
         "rob_atlantic_1hz/gx_to_gavres.nmea",
         "sailing boat, coastal passage at 2.7 m/s, u-blox at 1 Hz",
@@ -62,7 +62,7 @@ LOGS = (
         (5e5, 5e5),
         600.0,
     ),
-    Log(
+    PublishedLog(
         "kayak",
         "rob_atlantic_1hz/tomales_kayak.nmea",
         "kayak at 0.8 m/s with stops, 1 Hz",

@@ -23,7 +23,7 @@ FILTER = {"speed_noise": 1e-3, "course_rate_noise": 4e-3, "course_rate_decay": 0
 """The spectral densities of the filter in the loop, for every noise and speed; the 1σ of the fixes is known to it."""
 
 
-class Case(NamedTuple):
+class PathCase(NamedTuple):
     """One set-up: noise (m), speed (m/s) and law: "course", "heading", "integral" or "adaptive"."""
 
     noise: float
@@ -32,12 +32,12 @@ class Case(NamedTuple):
 
 
 CASES = (
-    *(Case(noise, speed) for noise in NOISES for speed in LOOKAHEAD),
-    *(Case(0.1, speed, law) for law in ("heading", "integral", "adaptive") for speed in LOOKAHEAD),
+    *(PathCase(noise, speed) for noise in NOISES for speed in LOOKAHEAD),
+    *(PathCase(0.1, speed, law) for law in ("heading", "integral", "adaptive") for speed in LOOKAHEAD),
 )
 
 
-def sailed(case: Case, seed: int) -> Run:
+def sailed(case: PathCase, seed: int) -> Run:
     """One leg."""
     boat = OTTER_BOAT_FOR_SMALL_MOMENTS
     pilot = Pilot(
@@ -66,7 +66,7 @@ def _law(case):
     return LineOfSight(lookahead)
 
 
-class Leg(NamedTuple):
+class LegResult(NamedTuple):
     """What one leg gave, on the judged part; m, rad."""
 
     rms: float
@@ -76,16 +76,16 @@ class Leg(NamedTuple):
     yaw_rms: float
 
 
-def leg(case: Case, seed: int) -> Leg:
+def leg(case: PathCase, seed: int) -> LegResult:
     """Sail it and judge it. NaN where the boat never came to the judged part."""
     run = sailed(case, seed)
     rows = (run["true_north"] > JUDGED[0]) & (run["true_north"] < JUDGED[1])
     if not rows.any() or run["true_north"][-1] < JUDGED[1]:
-        return Leg(*[math.nan] * 5)
+        return LegResult(*[math.nan] * 5)
     east = run["true_east"][rows]
     turn = run["estimated_cog"] - run.true_cog
     error = wrap_array(turn[rows])
-    return Leg(rms(east), float(east.mean()), _crab(run.rows(rows)), rms(error), rms(run["yaw"][rows]))
+    return LegResult(rms(east), float(east.mean()), _crab(run.rows(rows)), rms(error), rms(run["yaw"][rows]))
 
 
 def _crab(run) -> float:

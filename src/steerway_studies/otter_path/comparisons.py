@@ -7,7 +7,7 @@ import numpy as np
 from steerway.control import carried_bandwidth
 from steerway.core import rms
 from steerway.vessels import OTTER_BOAT_FOR_SMALL_MOMENTS
-from steerway_studies.otter_path.boat import FILTER, LOOKAHEAD, NOISES, RATE, Case
+from steerway_studies.otter_path.boat import FILTER, LOOKAHEAD, NOISES, RATE, PathCase
 
 
 def compare_all(results, legs) -> None:
@@ -28,7 +28,7 @@ def _key(number: float) -> str:
 
 def _course(results, legs):
     for noise, most in zip(NOISES, (0.20, 0.55), strict=True):
-        each = {speed: _all(legs[Case(noise, speed)], "rms") for speed in LOOKAHEAD}
+        each = {speed: _all(legs[PathCase(noise, speed)], "rms") for speed in LOOKAHEAD}
         worse = max(each.values(), key=lambda value: math.inf if math.isnan(value) else value)
         results.compare(
             f"cross_track_rms_m_{_key(noise)}",
@@ -45,11 +45,11 @@ def _course(results, legs):
                 f"RMS cross-track error by course, fixes of {noise:g} m, {speed:g} m/s",
                 "m",
             )
-            course = math.degrees(_all(legs[Case(noise, speed)], "course_error_rms"))
+            course = math.degrees(_all(legs[PathCase(noise, speed)], "course_error_rms"))
             key = f"cog_rms_deg_{_key(noise)}_{_key(speed)}"
             results.compare(key, course, f"RMS error of estimated COG, fixes of {noise:g} m, {speed:g} m/s", "°")
     for speed in LOOKAHEAD:
-        crab = math.degrees(np.mean([each.crab for each in legs[Case(0.1, speed)]]))
+        crab = math.degrees(np.mean([each.crab for each in legs[PathCase(0.1, speed)]]))
         results.compare(
             f"crab_angle_deg_{_key(speed)}", crab, f"Crab angle that course control found at {speed:g} m/s", "°"
         )
@@ -58,7 +58,7 @@ def _course(results, legs):
 def _others(results, legs):
     ratios = {}
     for speed, lookahead in LOOKAHEAD.items():
-        these = legs[Case(0.1, speed, "heading")]
+        these = legs[PathCase(0.1, speed, "heading")]
         ratios[speed] = float(np.mean([each.mean / (lookahead * math.tan(each.crab)) for each in these]))
         offset = float(np.mean([each.mean for each in these]))
         results.compare(f"heading_los_offset_m_{_key(speed)}", offset, f"Offset of heading LOS at {speed:g} m/s", "m")
@@ -71,10 +71,10 @@ def _others(results, legs):
         target="0.8 to 1.2",
         met=abs(worst - 1.0) <= 0.2,
     )
-    adaptive = max(_all(legs[Case(0.1, speed, "adaptive")], "rms") for speed in LOOKAHEAD)
+    adaptive = max(_all(legs[PathCase(0.1, speed, "adaptive")], "rms") for speed in LOOKAHEAD)
     what, met = "RMS cross-track error, adaptive LOS by heading", adaptive <= 0.5
     results.compare("adaptive_los_rms_m", adaptive, what, "m", target="≤ 0.5", met=met)
-    integral = max(_all(legs[Case(0.1, speed, "integral")], "rms") for speed in LOOKAHEAD)
+    integral = max(_all(legs[PathCase(0.1, speed, "integral")], "rms") for speed in LOOKAHEAD)
     results.compare("integral_los_rms_m", integral, "RMS cross-track error, integral LOS by heading", "m")
 
 

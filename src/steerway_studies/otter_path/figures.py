@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from steerway.report import BAD, OURS, QUIET, THEIRS
-from steerway_studies.otter_path.boat import JUDGED, LEG, LOOKAHEAD, NOISES, Case, sailed
+from steerway_studies.otter_path.boat import JUDGED, LEG, LOOKAHEAD, NOISES, PathCase, sailed
 
 _GREEN = "#2e8b57"
 _EVERY = 10
@@ -13,9 +13,9 @@ _EVERY = 10
 def all_figures(seed: int) -> dict:
     """The figures by stem, with their captions, of one seed."""
     laws = ("course", "heading", "integral", "adaptive")
-    runs = {(law, speed): _thinned(sailed(Case(0.1, speed, law), seed)) for law in laws for speed in LOOKAHEAD}
+    runs = {(law, speed): _thinned(sailed(PathCase(0.1, speed, law), seed)) for law in laws for speed in LOOKAHEAD}
     course = {
-        (noise, speed): runs["course", speed] if noise == 0.1 else _thinned(sailed(Case(noise, speed), seed))
+        (noise, speed): runs["course", speed] if noise == 0.1 else _thinned(sailed(PathCase(noise, speed), seed))
         for noise in NOISES
         for speed in LOOKAHEAD
     }

@@ -7,9 +7,9 @@ from steerway.estimation.heading import LearnedHeading
 from steerway.report import BAD, OURS, QUIET, THEIRS
 from steerway.vessels import RPM
 from steerway.vessels import SPRINGER_MAX_DIFFERENCE_RPM as MAX_DIFFERENCE_RPM
-from steerway_studies.springer_mission.missions import Sailed
+from steerway_studies.springer_mission.missions import MissionResult
 from steerway_studies.springer_mission.navigators import RIVALS, WeightedBounds, nominal
-from steerway_studies.springer_mission.world import ACCEPTANCE, Voyage, replayed
+from steerway_studies.springer_mission.world import ACCEPTANCE, MissionTrack, replayed
 
 
 def all_figures(lost, weighted, navigator, reference, traces, circuits, unseen, worlds) -> dict:
@@ -65,7 +65,7 @@ def all_figures(lost, weighted, navigator, reference, traces, circuits, unseen, 
     }
 
 
-def mission(voyage: Voyage) -> Figure:
+def mission(voyage: MissionTrack) -> Figure:
     """Track with waypoints above, propeller difference below."""
     figure = Figure(figsize=(8.0, 9.0), layout="constrained")
     track, output = figure.subplots(2, 1, height_ratios=(3, 1))
@@ -94,7 +94,7 @@ def mission(voyage: Voyage) -> Figure:
     return figure
 
 
-def headings(voyage: Voyage, name: str) -> Figure:
+def headings(voyage: MissionTrack, name: str) -> Figure:
     figure = Figure(figsize=(9.0, 4.5), layout="constrained")
     axes = figure.subplots()
     time = np.arange(len(voyage.heading))
@@ -105,7 +105,7 @@ def headings(voyage: Voyage, name: str) -> Figure:
     return figure
 
 
-def errors(lost: Voyage, weighted: Voyage) -> Figure:
+def errors(lost: MissionTrack, weighted: MissionTrack) -> Figure:
     figure = Figure(figsize=(9.0, 4.5), layout="constrained")
     axes = figure.subplots()
     axes.plot(-lost.error_deg, color=BAD, linewidth=1.4, label="KF, incorrect model")
@@ -153,7 +153,7 @@ def widths(traces) -> Figure:
     return figure
 
 
-def weights(navigator: WeightedBounds, reference: Voyage) -> Figure:
+def weights(navigator: WeightedBounds, reference: MissionTrack) -> Figure:
     figure = Figure(figsize=(9.0, 6.5), layout="constrained")
     weight, heading = figure.subplots(2, 1, sharex=True)
     learned, learned_weights = LearnedHeading(), []
@@ -186,7 +186,7 @@ def weights(navigator: WeightedBounds, reference: Voyage) -> Figure:
     return figure
 
 
-def circuit_summary(circuits: dict[str, list[Sailed]]) -> Figure:
+def circuit_summary(circuits: dict[str, list[MissionResult]]) -> Figure:
     figure = Figure(figsize=(10.0, 4.5), layout="constrained")
     reached, cross = figure.subplots(1, 2)
     edges = np.arange(-0.5, 8.5)

@@ -54,7 +54,7 @@ PAPER_TABLE = {
 
 
 @dataclass(frozen=True)
-class Sailed:
+class MissionResult:
     """What one mission came to."""
 
     reached: int
@@ -69,7 +69,7 @@ class Sailed:
     heading_median_deg: float
 
     @classmethod
-    def of(cls, voyage) -> "Sailed":
+    def of(cls, voyage) -> "MissionResult":
         log = voyage.log
         return cls(
             voyage.reached,
@@ -95,41 +95,41 @@ def lqg() -> HeadingLqg:
     return HeadingLqg(*parts, output_weight=math.degrees(1.0) ** 2, change_weight=0.1 / RPM**2)
 
 
-def paper_mission(seed: int) -> dict[str, Sailed]:
+def paper_mission(seed: int) -> dict[str, MissionResult]:
     """P4's mission: ideal and nominal filter by either missed-waypoint test, and under LQG."""
     world = World()
     return {
-        "ideal": Sailed.of(sail(world, ideal(TRUE_TCM2), seed)),
-        "nominal": Sailed.of(sail(world, nominal(), seed)),
-        "ideal_printed_test": Sailed.of(sail(world, ideal(TRUE_TCM2), seed, passing=RangeRatePassing())),
-        "nominal_printed_test": Sailed.of(sail(world, nominal(), seed, passing=RangeRatePassing())),
-        "ideal_lqg": Sailed.of(sail(world, ideal(TRUE_TCM2), seed, autopilot=lqg())),
-        "scale_state": Sailed.of(sail(world, scale_state(), seed)),
-        **{name: Sailed.of(sail(world, RIVALS[name](), seed)) for name in ("half_bank", "mmae", "h_infinity")},
+        "ideal": MissionResult.of(sail(world, ideal(TRUE_TCM2), seed)),
+        "nominal": MissionResult.of(sail(world, nominal(), seed)),
+        "ideal_printed_test": MissionResult.of(sail(world, ideal(TRUE_TCM2), seed, passing=RangeRatePassing())),
+        "nominal_printed_test": MissionResult.of(sail(world, nominal(), seed, passing=RangeRatePassing())),
+        "ideal_lqg": MissionResult.of(sail(world, ideal(TRUE_TCM2), seed, autopilot=lqg())),
+        "scale_state": MissionResult.of(sail(world, scale_state(), seed)),
+        **{name: MissionResult.of(sail(world, RIVALS[name](), seed)) for name in ("half_bank", "mmae", "h_infinity")},
     }
 
 
-def random_mission(seed: int) -> dict[str, Sailed]:
+def random_mission(seed: int) -> dict[str, MissionResult]:
     """A random circuit with the paper's compass."""
     circuit = random_circuit(np.random.default_rng(seed))
     world = World()
     return {
-        name: Sailed.of(sail(world, make, seed, circuit))
+        name: MissionResult.of(sail(world, make, seed, circuit))
         for name, make in (("ideal", ideal(TRUE_TCM2)), ("nominal", nominal()))
     }
 
 
-def unseen_mission(seed: int) -> dict[str, tuple[Sailed, float]]:
+def unseen_mission(seed: int) -> dict[str, tuple[MissionResult, float]]:
     """A random compass on a random circuit: for each rival its own mission, and its RMS (°) replayed on the ideal's."""
     rng = np.random.default_rng(seed)
     compass = random_compass(rng)
     circuit, world = random_circuit(rng), World(compass=compass)
     reference = sail(world, ideal(compass), seed, circuit)
-    out = {"ideal": (Sailed.of(reference), reference.heading_rms_deg)}
+    out = {"ideal": (MissionResult.of(reference), reference.heading_rms_deg)}
     for name, make in RIVALS.items():
         headings = replayed(reference, make())
         error = rms(np.degrees(headings - reference.heading))
-        out[name] = Sailed.of(sail(world, make(), seed, circuit)), error
+        out[name] = MissionResult.of(sail(world, make(), seed, circuit)), error
     return out
 
 
@@ -167,11 +167,13 @@ def real_mission(kind: str, seed: int) -> dict[str, object]:
     world, circuit = real_world(kind, seed), PAPER_CIRCUIT
     voyage = sail(world, product(), seed, circuit)
     alone = np.abs(turnless_deg(replayed(voyage, gnss_alone()), voyage.heading))
-    boxed = {name: Sailed.of(sail(world, RIVALS[name](), seed, circuit)) for name in BOXED} if kind == "a" else {}
+    boxed = (
+        {name: MissionResult.of(sail(world, RIVALS[name](), seed, circuit)) for name in BOXED} if kind == "a" else {}
+    )
     return boxed | {
-        "product": Sailed.of(voyage),
-        "nominal": Sailed.of(sail(world, physical_nominal(), seed, circuit)),
-        "gnss": Sailed.of(sail(world, gnss_alone(), seed, circuit)),
+        "product": MissionResult.of(voyage),
+        "nominal": MissionResult.of(sail(world, physical_nominal(), seed, circuit)),
+        "gnss": MissionResult.of(sail(world, gnss_alone(), seed, circuit)),
         "errors": np.abs(turnless_deg(voyage.estimate, voyage.heading)),
         "gnss_median": float(np.median(alone)),
     }

@@ -22,7 +22,7 @@ from steerway.vessels import SPRINGER_PAPER_YAW as PAPER_YAW
 from steerway.vessels import SPRINGER_PHYSICAL_YAW as PHYSICAL_YAW
 from steerway.vessels import HeadingModel
 from steerway_studies.springer_mission.h_infinity import HInfinityFilter, largest_theta
-from steerway_studies.springer_mission.world import Blind, Navigator
+from steerway_studies.springer_mission.world import Blind, HeadingSource
 
 
 def ideal(compass: CompassModel, yaw: HeadingModel = PAPER_YAW) -> Blind:
@@ -103,17 +103,17 @@ class ByBearing:
         return self.estimator.step(difference, readings if self._has_compass else None, velocity)
 
 
-def product() -> Navigator:
+def product() -> HeadingSource:
     """The aided filter as in worlds (a) to (d)."""
     return ByBearing()
 
 
-def gnss_alone() -> Navigator:
+def gnss_alone() -> HeadingSource:
     """The same without its compass."""
     return ByBearing(has_compass=False)
 
 
-def all_round() -> Navigator:
+def all_round() -> HeadingSource:
     """The aided filter with nothing known: neither first heading nor speed nor current."""
     return AidedHeadingFilter(heading=None)
 

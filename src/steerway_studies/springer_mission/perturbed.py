@@ -13,9 +13,9 @@ import numpy as np
 
 from steerway.sensors import TCM2
 from steerway.vessels import SPRINGER_SPEED as SPEED
-from steerway_studies.springer_mission.missions import Sailed, real_world
+from steerway_studies.springer_mission.missions import MissionResult, real_world
 from steerway_studies.springer_mission.navigators import all_round
-from steerway_studies.springer_mission.world import PAPER_CIRCUIT, Voyage, sail
+from steerway_studies.springer_mission.world import PAPER_CIRCUIT, MissionTrack, sail
 
 DIRECTIONS_DEG = (0, 45, 90, 135, 180, 225, 270, 315)
 
@@ -103,16 +103,16 @@ LABELS = {
 }
 
 
-def voyage(name: str, seed: int) -> Voyage:
+def voyage(name: str, seed: int) -> MissionTrack:
     """One mission in a scene."""
     given = {"world": real_world("a", seed)}
     given |= SCENES[name](seed, given["world"], np.random.default_rng((seed, 16)))
     return sail(navigator=all_round(), seed=seed, **given)
 
 
-def missions(seed: int) -> dict[str, Sailed]:
+def missions(seed: int) -> dict[str, MissionResult]:
     """Every scene with one seed."""
-    return {name: Sailed.of(voyage(name, seed)) for name in SCENES}
+    return {name: MissionResult.of(voyage(name, seed)) for name in SCENES}
 
 
 def compare(results, table) -> None:

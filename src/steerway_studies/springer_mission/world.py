@@ -32,7 +32,7 @@ LONGEST = 1800
 """Seconds after which a mission is given up."""
 
 
-class Navigator(Protocol):
+class HeadingSource(Protocol):
     """What gives the autopilot the heading."""
 
     @property
@@ -76,7 +76,7 @@ class World:
 
 
 @dataclass
-class Voyage:
+class MissionTrack:
     """One mission: a row a second, angles in rad unwrapped, and the log."""
 
     position: np.ndarray
@@ -151,14 +151,14 @@ def autopilot_parts(yaw: HeadingModel, step: float = 1.0) -> tuple[LinearPlant, 
 
 def sail(
     world: World,
-    navigator: Navigator,
+    navigator: HeadingSource,
     seed,
     circuit=PAPER_CIRCUIT,
     passing=None,
     autopilot=None,
     heading: float = 0.0,
     step: float = 1.0,
-) -> Voyage:
+) -> MissionTrack:
     """Sail a circuit from (0, 0) with a first heading (rad). seed: waves, compass, current and GNSS; passing None: the
     plane. Waypoints are steered for by their bearing, or by a navigator that knows the current by `heading_for` it.
 
@@ -204,7 +204,9 @@ def sail(
         state[2:4] += math.sqrt(step) * world.waves * noise[2:]
     table = np.array(rows)
     finished = mission.phase is not Phase.UNDER_WAY
-    return Voyage(table[:, :2], *table[:, 2:].T, mission.log, np.array(read), np.array(velocities), finished, circuit)
+    return MissionTrack(
+        table[:, :2], *table[:, 2:].T, mission.log, np.array(read), np.array(velocities), finished, circuit
+    )
 
 
 class _Flow:
@@ -223,7 +225,7 @@ class _Flow:
         return now
 
 
-def replayed(voyage: Voyage, navigator: Navigator) -> np.ndarray:
+def replayed(voyage: MissionTrack, navigator: HeadingSource) -> np.ndarray:
     """(n,) headings (rad) that another navigator would have given on the same voyage."""
     headings = np.empty(len(voyage.heading))
     for k in range(len(headings)):

@@ -6,7 +6,7 @@ the mean of clipped differences, if it gains at least 1 %.
 
 import numpy as np
 
-from steerway_studies.unseen_logs.reference import Integral, Reference
+from steerway_studies.unseen_logs.reference import Integral, VelocityReference
 
 LAGS = np.arange(-80, 121) * 0.05  # s
 _SPAN = 5.0  # s
@@ -17,7 +17,7 @@ _CLIP = 3.0
 _FEWEST = 30
 
 
-def velocity_lag(reference: Reference, time, places) -> float:
+def velocity_lag(reference: VelocityReference, time, places) -> float:
     """s by which the velocity is late, by displacements over five seconds or two fixes; 0 where it is not found.
 
     `reference` with its lag at 0; time: (n,) s; places: (n, 2) m. Without a course the ways are compared.
@@ -39,7 +39,7 @@ def velocity_lag(reference: Reference, time, places) -> float:
     return _least(difference)
 
 
-def rate_lag(reference: Reference, time, places) -> float:
+def rate_lag(reference: VelocityReference, time, places) -> float:
     """The same of its rate, by the turn from the displacement before a fix to the one behind it, two seconds each."""
     back = np.searchsorted(time, time - _HALF_TURN - 1e-6)
     ahead = np.searchsorted(time, time + _HALF_TURN - 1e-6)

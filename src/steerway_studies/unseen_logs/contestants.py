@@ -7,7 +7,7 @@ import numpy as np
 import steerway
 from steerway.estimation import choose_profile
 from steerway_studies.unseen_logs import plain_ekf
-from steerway_studies.unseen_logs.recordings import Recording
+from steerway_studies.unseen_logs.recordings import JudgedLog
 
 DEFAULT, TUNED, SMOOTHED, TUNED_SMOOTHED = "default", "tuned", "smoothed", "tuned_smoothed"
 EKF, RECEIVER = "plain_ekf", "receiver"
@@ -37,7 +37,7 @@ class Reported:
     refused: np.ndarray
 
 
-def contestants(recording: Recording) -> dict[str, Reported]:
+def contestants(recording: JudgedLog) -> dict[str, Reported]:
     """All of them by name. `tuned` is missing where the log has too little motion to tune by."""
     fixes, places = recording.fixes, recording.places
     found = {}
@@ -57,7 +57,7 @@ def contestants(recording: Recording) -> dict[str, Reported]:
     return found | ({RECEIVER: own} if own else {})
 
 
-def receivers_own(recording: Recording) -> Reported | None:
+def receivers_own(recording: JudgedLog) -> Reported | None:
     """The receiver's velocity when it says it, its lag left in; None where the log does not hold it."""
     fixes, reference = recording.fixes, recording.reference
     sog, cog, _ = replace(reference, lag=0.0).at(fixes.time) if reference.own else (fixes.sog, fixes.cog, None)

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from steerway.core import NORMAL_95
 from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, Reported
-from steerway_studies.unseen_logs.recordings import Recording
+from steerway_studies.unseen_logs.recordings import JudgedLog
 from steerway_studies.unseen_logs.reference import turned
 
 SETTLING = 20.0  # s, and
@@ -36,7 +37,7 @@ class Verdict:
     refused_right: int
 
 
-def judged_rows(recording: Recording, said: dict[str, Reported]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def judged_rows(recording: JudgedLog, said: dict[str, Reported]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(n,) bool each, the same for every contestant: rows judged for SOG, for COG and for the rate.
 
     After 20 s and ten fixes, where the reference is known and default and plain EKF both answer.
@@ -50,7 +51,7 @@ def judged_rows(recording: Recording, said: dict[str, Reported]) -> tuple[np.nda
     return both & np.isfinite(sog), moving & np.isfinite(sog) & np.isfinite(cog), moving & np.isfinite(rate)
 
 
-def verdict(recording: Recording, said: Reported, rows) -> Verdict:
+def verdict(recording: JudgedLog, said: Reported, rows) -> Verdict:
     """One contestant on one log; `rows` as `judged_rows` gives them."""
     reference, time = recording.reference, recording.fixes.time
     sog, cog, rate = reference.at(time)
@@ -63,7 +64,7 @@ def verdict(recording: Recording, said: Reported, rows) -> Verdict:
     for error, std, noise, there in zip(errors, stds, (sog_noise, course_noise, rate_noise), rows, strict=True):
         there = there & np.isfinite(error)
         found.append(rms(error[there]))
-        inside = np.abs(error) <= 1.96 * np.hypot(std, noise)
+        inside = np.abs(error) <= NORMAL_95 * np.hypot(std, noise)
         there = there & np.isfinite(std)
         covers.append(float(inside[there].mean()) if there.sum() >= FEWEST else math.nan)
     way = rows[0] & (sog > WAY)
@@ -85,7 +86,7 @@ def rms(error) -> float:
     return float(np.sqrt(np.mean(error**2))) if len(error) >= FEWEST else math.nan
 
 
-def right_refused(recording: Recording, refused) -> tuple[int, int]:
+def right_refused(recording: JudgedLog, refused) -> tuple[int, int]:
     """(of them right, of them judged): refused fixes that the reference says were good.
 
     From the last fix that was taken to the refused one the boat moved as far as the reference's velocity says, no

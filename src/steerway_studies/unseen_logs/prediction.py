@@ -8,14 +8,14 @@ import math
 
 import steerway
 from steerway.estimation import choose_profile, log_likelihood
-from steerway_studies.unseen_logs.recordings import Recording
+from steerway_studies.unseen_logs.recordings import JudgedLog
 
 SEEN = 0.8
 STRONG = 3.0
 """Difference of log likelihoods that is called strong evidence (H. Jeffreys, Theory of Probability, 1961)."""
 
 
-def held_back(recording: Recording) -> tuple[float, float]:
+def held_back(recording: JudgedLog) -> tuple[float, float]:
     """Log likelihood of the last fifth: (default, tuned); NaN where there is too little motion to tune by."""
     fixes = recording.fixes
     begin = fixes.time[0] + SEEN * (fixes.time[-1] - fixes.time[0])

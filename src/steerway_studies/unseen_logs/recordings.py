@@ -12,20 +12,20 @@ from steerway.core import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS
 from steerway_studies.recorded import logs_folder
 from steerway_studies.unseen_logs.alignment import rate_lag, velocity_lag
 from steerway_studies.unseen_logs.catalogue import RATE_COLUMN, KnownLog, PublicLog
-from steerway_studies.unseen_logs.reference import Reference, turned
+from steerway_studies.unseen_logs.reference import VelocityReference, turned
 
 FOLDER = "STEERWAY_LOGS"
 _HEADING_SPAN = 1.0  # s, of the heading differences that stand for a rate
 
 
 @dataclass(frozen=True, eq=False)
-class Recording:
+class JudgedLog:
     """A log ready to be judged. `places` are (n, 2) m north and east of the first fix, one row a fix."""
 
     log: PublicLog | KnownLog
     fixes: steerway.Fixes
     places: np.ndarray
-    reference: Reference
+    reference: VelocityReference
 
 
 def path_of(log: PublicLog | KnownLog) -> Path | None:
@@ -38,7 +38,7 @@ def path_of(log: PublicLog | KnownLog) -> Path | None:
     return path if path is not None and path.is_file() else None
 
 
-def opened(log: PublicLog | KnownLog) -> Recording:
+def opened(log: PublicLog | KnownLog) -> JudgedLog:
     """Read a log that is there. Raises InputError as `steerway.read` does."""
     path = path_of(log)
     known = isinstance(log, KnownLog)
@@ -50,7 +50,7 @@ def opened(log: PublicLog | KnownLog) -> Recording:
         "lag": velocity_lag(reference, fixes.time, places),
         "rate_lag": rate_lag(reference, fixes.time, places),
     }
-    return Recording(log, fixes, places, replace(reference, **lags))
+    return JudgedLog(log, fixes, places, replace(reference, **lags))
 
 
 def plane(latitude, longitude) -> np.ndarray:
@@ -63,7 +63,7 @@ def plane(latitude, longitude) -> np.ndarray:
     return np.concatenate([np.zeros((1, 2)), np.cumsum(np.column_stack([north, east]), axis=0)])
 
 
-def _of_columns(path, own) -> Reference:
+def _of_columns(path, own) -> VelocityReference:
     """The columns ref_* of a table: what stands there under the names that the page gives."""
     table = pl.read_csv(path, infer_schema_length=None)
     _, once = np.unique(table["time_s"].to_numpy(), return_index=True)
@@ -77,7 +77,7 @@ def _of_columns(path, own) -> Reference:
     heading = np.radians(column("ref_heading_deg"))
     if np.isfinite(heading).any():
         rate = heading_rate(time, heading)
-    reference = Reference(time, column("ref_sog_mps"), np.radians(column("ref_cog_deg")), rate, own)
+    reference = VelocityReference(time, column("ref_sog_mps"), np.radians(column("ref_cog_deg")), rate, own)
     return reference.believed(column("ref_sog_std_mps"))
 
 
@@ -91,7 +91,7 @@ def heading_rate(time, heading) -> np.ndarray:
     return np.where(outside, np.nan, rate)
 
 
-def _of_instruments(log, record) -> Reference:
+def _of_instruments(log, record) -> VelocityReference:
     said = steerway.read(logs_folder() / log.truth) if log.truth else record
     said = said.rows(np.isfinite(said.sog) | np.isfinite(said.cog))
     said = said.rows(np.unique(said.time, return_index=True)[1])
@@ -100,4 +100,4 @@ def _of_instruments(log, record) -> Reference:
         table = pl.read_csv(logs_folder() / log.turns)
         rates = np.radians(table[RATE_COLUMN].to_numpy())
         rate = np.interp(said.time, table["t"].to_numpy(), rates, left=np.nan, right=np.nan)
-    return Reference(said.time, said.sog, said.cog, rate, own=not log.truth).believed()
+    return VelocityReference(said.time, said.sog, said.cog, rate, own=not log.truth).believed()

@@ -20,7 +20,7 @@ _LONGEST_LINE = 1.0  # s between rows that are joined by a line, at least
 
 
 @dataclass(frozen=True, eq=False)
-class Reference:
+class VelocityReference:
     """Speed, course and rate by another instrument than the positions', or by the same receiver (`own`).
 
     Shapes: all (n,); time ascends strictly. NaN where unknown. The velocity is late by `lag` s, the rate by `rate_lag`.

@@ -13,7 +13,7 @@ from steerway.estimation import Profile
 from steerway.formats.nmea0183 import writing
 from steerway.guidance.reference import Reference
 from steerway.live.autopilot.fence import Fence
-from steerway.live.autopilot.mission import BoatTable, Corner, GeodeticRoute, Limits, MissionTable, Waypoint
+from steerway.live.autopilot.mission import BoatTable, GeodeticRoute, Limits, MissionTable, Place, Waypoint
 from steerway.live.autopilot.piloting import pilot_of
 from steerway.live.autopilot.route import Guide
 from steerway.live.autopilot.supervisor import Supervisor
@@ -29,7 +29,7 @@ from steerway.live.navigator import Navigator
 from steerway.live.outputs.deltas import Deltas
 from steerway.live.outputs.json_lines import JsonLines
 from steerway.live.outputs.propellers import PropellerCommands
-from steerway.live.outputs.sentences import Sentences
+from steerway.live.outputs.sentences import SentenceOutput
 from steerway.live.simulated.boat import SimulatedBoat
 from steerway.live.simulated.inner_loops import InnerLoops
 from steerway.simulation.reading import load_scenario
@@ -46,7 +46,7 @@ def place(north, east):
     return displaced(*HOME, north, east)
 
 
-def corner(north, east, kind=Corner, **more):
+def corner(north, east, kind=Place, **more):
     latitude, longitude = place(north, east)
     return kind(lat_deg=math.degrees(latitude), lon_deg=math.degrees(longitude), **more)
 
@@ -167,7 +167,7 @@ def sortie(safe="stop"):
     told = {name: Told() for name in ("propellers", "sentences", "deltas", "json")}
     outputs = [
         PropellerCommands(told["propellers"]),
-        Sentences(told["sentences"]),
+        SentenceOutput(told["sentences"]),
         Deltas(told["deltas"]),
         JsonLines(told["json"], every_tick=True),
     ]

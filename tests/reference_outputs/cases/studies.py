@@ -34,7 +34,7 @@ from steerway_studies.estimator_limits.cells import CELLS
 from steerway_studies.estimator_limits.troubles import TROUBLES
 from steerway_studies.mariner_los.lyapunov import approaches
 from steerway_studies.mariner_los.ship import STATED_NOISE, measured
-from steerway_studies.mariner_los.ship import Case as Voyage
+from steerway_studies.mariner_los.ship import ShipCase as Voyage
 from steerway_studies.otter_course.boat import as_published, identified, steered_by_product
 from steerway_studies.otter_course.unwinding import turned
 from steerway_studies.otter_path import boat as otter_path_boat
@@ -249,7 +249,7 @@ def at_sea_square():
 def known_log(data, stem):
     """A recorded log of the study, with a fixed profile in place of the inferred one."""
     name = next(each for each in real_logs.logs(data / "data") if stem in each)
-    log = real_logs.Log(steerway.read(data / "data" / name))
+    log = real_logs.EstimatedLog(steerway.read(data / "data" / name))
     log.__dict__["profile"] = steerway.Profile.named("ship")
     return name, log
 

@@ -46,7 +46,7 @@ class MotionNoise(BaseModel):
     turn_course_rate_decay: float = positive_number(0.0, or_zero=True, unit="1/s", what="α2 in a turn")
 
 
-class ReceiverNoise(BaseModel):
+class ReceiverErrors(BaseModel):
     """Errors of fixes, north and east: white noise, and up to two first-order Gauss–Markov errors."""
 
     position_std: float = positive_number(most=1e4, unit="m", what="white noise of a fix")
@@ -62,7 +62,7 @@ class _Named(BaseModel):
     description: str = ""
 
 
-class Profile(AidNoise, ReceiverNoise, MotionNoise, _Named):
+class Profile(AidNoise, ReceiverErrors, MotionNoise, _Named):
     """Tuning of the filter."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")

@@ -1,5 +1,5 @@
 """NMEA 0183: one incremental reader for files and for live links."""
 
-from steerway.formats.nmea0183.reader import Reader, Sentences, read, recognises, sentences
+from steerway.formats.nmea0183.reader import SentenceReader, Sentences, read, recognises, sentences
 
-__all__ = ["Reader", "Sentences", "read", "recognises", "sentences"]
+__all__ = ["SentenceReader", "Sentences", "read", "recognises", "sentences"]

@@ -58,7 +58,7 @@ def recognises(head: bytes) -> bool:
 
 def read(data: bytes) -> Recording:
     """All sources of a log; damage is skipped and counted, never raised."""
-    reader = Reader(interpreted=_is_short(len(data)))
+    reader = SentenceReader(interpreted=_is_short(len(data)))
     view = memoryview(data)
     for start in range(0, len(view), _CHUNK):
         reader.feed(view[start : start + _CHUNK])
@@ -77,10 +77,10 @@ def _is_short(size: int) -> bool:
 
 def sentences(data: bytes) -> Sentences:
     """The sentences of a log one by one, before any date is settled or row is made."""
-    return Reader()._scan(bytes(data), final=True, received=None)[0]
+    return SentenceReader()._scan(bytes(data), final=True, received=None)[0]
 
 
-class Reader:
+class SentenceReader:
     """Reads a stream of bytes in pieces of any size: `feed` it, then take the `recording` so far.
 
     A log has its receive times in its lines; a live link passes the time of reception to `feed`, of a clock that runs

@@ -32,7 +32,7 @@ class _Table(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-class Corner(_Table):
+class Place(_Table):
     """A place."""
 
     lat_deg: float = Field(ge=-89.0, le=89.0, allow_inf_nan=False, description="degrees, + north")
@@ -44,14 +44,14 @@ class Corner(_Table):
         return math.radians(self.lat_deg), math.radians(self.lon_deg)
 
 
-class Waypoint(Corner):
+class Waypoint(Place):
     """A waypoint, and what differs from the rest of the route on the leg that leads there."""
 
     speed_mps: float | None = Field(None, gt=0.0, allow_inf_nan=False)
     acceptance: float | None = Field(None, gt=0.0, allow_inf_nan=False)  # m
 
 
-class Survey(SurveyTable, Corner):
+class Survey(SurveyTable, Place):
     """The lines of a survey; the place is where the first begins."""
 
     def waypoints(self) -> list[Waypoint]:
@@ -102,7 +102,7 @@ class MissionTable(_Table):
 class MissionFile(MissionTable):
     waypoint: list[Waypoint] = Field([], description="[[waypoint]] tables with lat_deg and lon_deg")
     survey: Survey | None = None
-    fence: list[Corner] = []
+    fence: list[Place] = []
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +169,7 @@ class GeodeticRoute:
             raise InputError(f"route {path}: {error}") from None
 
     @classmethod
-    def of(cls, waypoints: list[Waypoint], fence: list[Corner] = (), settings: MissionTable | None = None):
+    def of(cls, waypoints: list[Waypoint], fence: list[Place] = (), settings: MissionTable | None = None):
         """A route from tables."""
         table = settings or MissionTable()
         latitude, longitude = np.array([each.place for each in waypoints]).T

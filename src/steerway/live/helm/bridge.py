@@ -15,7 +15,7 @@ from typing import Protocol
 from steerway.core.errors import InputError
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.helm.address import Address
-from steerway.live.helm.seeing import Plane, Seen, view
+from steerway.live.helm.seeing import ChartPlane, Seen, view
 from steerway.live.links.link import RETRY, kept_open
 
 LOG = logging.getLogger("steerway.live")
@@ -25,7 +25,7 @@ _BACKLOG = 1 << 16  # bytes that may wait for the page
 _LEAVING = 2.0  # s the page has to end
 
 
-class Running(Protocol):
+class ShownService(Protocol):
     """What the page shows and commands: `live.service.Service`."""
 
     navigator: object
@@ -42,11 +42,11 @@ class HelmPage:
     Raises InputError without the package that draws it.
     """
 
-    def __init__(self, service: Running, address: Address, route: GeodeticRoute | None = None):
+    def __init__(self, service: ShownService, address: Address, route: GeodeticRoute | None = None):
         if importlib.util.find_spec("nicegui") is None:
             raise InputError("the helm page needs the package nicegui, expected pip install steerway[helm]")
         self.service, self.address = service, address
-        self._plane = Plane.of(route)
+        self._plane = ChartPlane.of(route)
         self._notice = ""
         self._seq = 0
 
@@ -117,7 +117,7 @@ class HelmPage:
             self._notice = str(error)
 
 
-def seen(service: Running) -> Seen:
+def seen(service: ShownService) -> Seen:
     """What is known now."""
     navigator, latest, controls = service.navigator, service.latest, service.controls
     guide, mark = controls.guide, controls.mark

@@ -12,7 +12,7 @@ _FROM_ONE = 32  # connections of one address; a browser opens six beside its Web
 _IDLE = 5.0  # s without a request
 
 
-class _Place:
+class _Connection:
     """One connection."""
 
     def __init__(self, transport, address, now):
@@ -26,7 +26,7 @@ class Places:
 
     def __init__(self, most: int = MOST, from_one: int = _FROM_ONE, idle: float = _IDLE):
         self._most, self._from_one, self._idle = most, from_one, idle
-        self._places: dict[tuple, _Place] = {}
+        self._places: dict[tuple, _Connection] = {}
 
     def __len__(self) -> int:
         return len(self._places)
@@ -39,7 +39,7 @@ class Places:
         for crowd, most in ((here, self._from_one), (list(self._places.values()), self._most)):
             if len(crowd) >= most and not self._closed_one(crowd):
                 return False
-        self._places[client] = _Place(transport, client[0], now)
+        self._places[client] = _Connection(transport, client[0], now)
         return True
 
     def begin(self, client: tuple, knows: bool) -> None:

@@ -11,12 +11,12 @@ import numpy as np
 from steerway.core.earth import KNOT, displacement
 from steerway.core.leg import Leg
 from steerway.core.records import PREDICTED, STATUSES
+from steerway.core.statistics import NORMAL_95
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.base.orders import Order
 from steerway.live.base.rows import Row
 from steerway.live.helm.view import View
 
-_TWO_SIDED = 1.959964  # standard normal, 95 % within
 _ELLIPSE = math.sqrt(5.991465)  # χ² of 2 degrees of freedom, 95 %
 _FRESH = 2.0  # s after a fix in which its status is the estimate's
 
@@ -45,7 +45,7 @@ class Seen(NamedTuple):
 
 
 @dataclass
-class Plane:
+class ChartPlane:
     """The chart's plane: around the route's first waypoint, or else around the first position seen."""
 
     origin: tuple[float, float] | None = None
@@ -53,7 +53,7 @@ class Plane:
     fence: list[tuple[float, float]] = field(default_factory=list)
 
     @classmethod
-    def of(cls, route: GeodeticRoute | None) -> "Plane":
+    def of(cls, route: GeodeticRoute | None) -> "ChartPlane":
         """The plane of a route."""
         if route is None:
             return cls()
@@ -72,7 +72,7 @@ class Plane:
         return displacement(latitude, longitude, *self.origin) if self.origin else (math.nan, math.nan)
 
 
-def view(seen: Seen, plane: Plane) -> View:
+def view(seen: Seen, plane: ChartPlane) -> View:
     """What the page shows."""
     row = seen.row
     north, east = plane.place(row.latitude, row.longitude)
@@ -84,11 +84,11 @@ def view(seen: Seen, plane: Plane) -> View:
             north=north,
             east=east,
             sog_kn=row.sog / KNOT,
-            sog_within_kn=_TWO_SIDED * row.sog_std / KNOT,
+            sog_within_kn=NORMAL_95 * row.sog_std / KNOT,
             cog_deg=_compass(row.cog),
-            cog_within_deg=min(_TWO_SIDED * math.degrees(row.cog_std), 180.0),
+            cog_within_deg=min(NORMAL_95 * math.degrees(row.cog_std), 180.0),
             rate_dps=math.degrees(row.course_rate),
-            rate_within_dps=_TWO_SIDED * math.degrees(row.course_rate_std),
+            rate_within_dps=NORMAL_95 * math.degrees(row.course_rate_std),
             age=max(row.time - seen.fix.time, 0.0),
             nis=seen.fix.nis,
         ),

@@ -38,7 +38,7 @@ class ReceiverDecoder:
     """NMEA 0183 and UBX, alone or mixed. `place` is appended to the names of sources where there are several links."""
 
     def __init__(self, place: str = ""):
-        self._readers = nmea0183.Reader(), ubx.Reader()
+        self._readers = nmea0183.SentenceReader(), ubx.UbxReader()
         self._place = place
 
     @property

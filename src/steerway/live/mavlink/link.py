@@ -8,6 +8,7 @@ from collections.abc import Callable
 from steerway.live.base.uri import Uri
 from steerway.live.links.link import PIECE, kept_open
 from steerway.live.links.serial import opened
+from steerway.live.links.udp import Datagrams
 from steerway.live.mavlink.dialect import dialect
 from steerway.live.mavlink.signing import sign
 
@@ -78,14 +79,13 @@ class MavlinkLink:
     async def _udp(self):
         link, sends_first = self, self.uri.via == "udpout"
 
-        class Datagrams(asyncio.DatagramProtocol):
-            def datagram_received(self, data, addr):
-                if link._feed(data) and not sends_first:
-                    link._write = lambda packet: transport.sendto(packet, addr)
+        def receive(data, address):
+            if link._feed(data) and not sends_first:
+                link._write = lambda packet: transport.sendto(packet, address)
 
         there = (self.uri.host or "127.0.0.1", self.uri.port)
         ends = {"remote_addr": there} if sends_first else {"local_addr": there}
-        transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(Datagrams, **ends)
+        transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(lambda: Datagrams(receive), **ends)
         if sends_first:
             self._write = transport.sendto
         await self._until_gone(asyncio.Event().wait(), transport)

@@ -7,7 +7,7 @@ from steerway.live.links.link import Sink
 from steerway.live.outputs.json_lines import JsonLines
 from steerway.live.outputs.output import Output
 from steerway.live.outputs.propellers import PERIOD, PropellerCommands
-from steerway.live.outputs.sentences import Sentences
+from steerway.live.outputs.sentences import SentenceOutput
 
 
 class Format(NamedTuple):
@@ -24,7 +24,7 @@ class Format(NamedTuple):
 
 
 FORMATS = {
-    "nmea": Format(lambda sink, period, _: Sentences(sink, period), 1.0),
+    "nmea": Format(lambda sink, period, _: SentenceOutput(sink, period), 1.0),
     "json": Format(lambda sink, _, every_tick: JsonLines(sink, every_tick)),
     "propellers": Format(lambda sink, period, _: PropellerCommands(sink, period), PERIOD, commands_propellers=True),
 }

@@ -9,7 +9,7 @@ from steerway.live.links.link import Sink
 from steerway.live.outputs.rhythm import Rhythm
 
 
-class Sentences:
+class SentenceOutput:
     """RMC, VTG and ROT once a period (s), and APB, XTE and RMB on a route, as instruments and autopilots expect."""
 
     def __init__(self, sink: Sink, period: float = 1.0):

@@ -1,6 +1,5 @@
 """Propeller commands of the autopilot as received: datagrams of JSON, `port` and `starboard` −1 to 1 of full speed."""
 
-import asyncio
 import json
 import math
 import time
@@ -9,6 +8,7 @@ from collections.abc import Sequence
 from steerway.core.errors import InputError
 from steerway.live.base.uri import Uri
 from steerway.live.links.link import kept_open
+from steerway.live.links.udp import received
 from steerway.vessels.actuators import Actuator
 
 SILENCE = 1.0
@@ -54,15 +54,4 @@ class PropellerReceiver:
             self._newest, self._received = newest, time.monotonic()
 
     async def _receive(self):
-        receive = self.receive
-
-        class Datagrams(asyncio.DatagramProtocol):
-            def datagram_received(self, data, addr):
-                receive(data)
-
-        here = (self.uri.host or "127.0.0.1", self.uri.port)
-        transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(Datagrams, local_addr=here)
-        try:
-            await asyncio.Event().wait()
-        finally:
-            transport.close()
+        await received(lambda data, _: self.receive(data), (self.uri.host or "127.0.0.1", self.uri.port))
