@@ -9,19 +9,15 @@ import math
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, inlined_kernel
+from steerway.estimation.course.update.aids import COG, IS_ANGLE, SIGN_OF, SOG, STATE_OF
 from steerway.estimation.inference.fix import turn_velocity
 from steerway.estimation.inference.fuse import rate_weights
 from steerway.estimation.inference.model import (
     AID_VARIANCE,
-    COG,
     COMPANION,
     COURSE,
-    HEADING,
     RATE,
-    SOG,
     SPEED,
-    WATER_SPEED,
-    YAW_RATE,
 )
 from steerway.estimation.inference.relative import is_steady
 
@@ -35,7 +31,7 @@ _LEAST_SPEED = 0.1
 
 @inlined_kernel
 def take_aids(bank, model, aids):
-    """Weigh and take the aids (5,) that are known (not NaN). Returns the log density of them all."""
+    """Weigh and take the aids (n,) that are known (not NaN). Returns the log density of them all."""
     log_density = 0.0
     for which in range(len(aids)):
         if math.isfinite(aids[which]) and math.isfinite(model.aids[which, AID_VARIANCE]):
@@ -45,7 +41,7 @@ def take_aids(bank, model, aids):
 
 @called_kernel
 def take_aid(bank, model, aids, which):
-    """Weigh and take one of the aids (5,) in every mode. Returns its log density."""
+    """Weigh and take one of the aids (n,) in every mode. Returns its log density."""
     x, p, probability, work = bank.x, bank.p, bank.probability, bank.work
     m, n = x.shape
     variance = model.aids[which, AID_VARIANCE]
@@ -102,27 +98,18 @@ def measured(x, p, k, model, aids, which, h):
             return (aids[SOG] if steady or not whole else aids[SOG] * math.cos(bend)) - speed - error
         h[COURSE] = 1.0
         return (speed * bend if steady or not whole else aids[SOG] * math.sin(bend)) - error
-    if which == HEADING:
-        if speed < _LEAST_SPEED:
-            return 0.0
-        h[COURSE] = 1.0 / speed
-        expected = x[k, COURSE]
-        if companion:
-            h[companion] = -1.0
-            expected -= x[k, companion]
-        return wrap(aids[HEADING] - expected)
-    if which == WATER_SPEED:
-        h[SPEED] = 1.0
-        expected = speed
-        if companion:
-            h[companion] = -1.0
-            expected -= x[k, companion]
-        return aids[WATER_SPEED] - expected
-    rate_weights(model.filters, h)
+    state, sign = STATE_OF[which], SIGN_OF[which]
+    if state == COURSE and speed < _LEAST_SPEED:
+        return 0.0
     expected = 0.0
-    for j in range(RATE, x.shape[1]):
-        expected += h[j] * x[k, j]
+    if state == RATE:
+        rate_weights(model.filters, h)
+        for j in range(RATE, x.shape[1]):
+            expected += h[j] * x[k, j]
+    else:
+        h[state] = 1.0 / speed if state == COURSE else 1.0
+        expected = x[k, state]
     if companion:
-        h[companion] = 1.0
-        expected += x[k, companion]
-    return aids[YAW_RATE] - expected
+        h[companion] = sign
+        expected += sign * x[k, companion]
+    return wrap(aids[which] - expected) if IS_ANGLE[which] else aids[which] - expected

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core.records import Fixes
+from steerway.estimation.course.update.aids import AIDS, COG, SOG
 from steerway.estimation.inference.fit import Posterior, Rows
-from steerway.estimation.inference.model import AIDS, COG, SOG
 from steerway.estimation.inference.selection import BETTER, Structure
 from steerway.estimation.inference.whole_log import Track
 

@@ -14,9 +14,10 @@ import numpy as np
 
 from steerway.core.arrays import Floats
 from steerway.estimation.course.motion.layout import LONGEST_GAP
+from steerway.estimation.course.update.aids import AIDS
 from steerway.estimation.inference.auto_aids import AUTO, VELOCITY, velocity_in
 from steerway.estimation.inference.fit import Rows
-from steerway.estimation.inference.model import AIDS, FUSED, Bank, empty_bank, room_to_keep
+from steerway.estimation.inference.model import FUSED, Bank, empty_bank, room_to_keep
 from steerway.estimation.inference.selection import PLAIN, Structure, infer
 from steerway.estimation.inference.stream import ELAPSED, InferredFilter, Set, set_of, step
 from steerway.estimation.inference.structures import VESSELS, parameters_of

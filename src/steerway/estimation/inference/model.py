@@ -18,12 +18,10 @@ NORTH, EAST, SPEED, COURSE, RATE = range(5)
 ON_SPEED, ON_RATE, ON_COURSE, ON_ANTENNA, ON_FIX, ON_AID = range(6)
 """What a shaping filter acts on. One on fixes has two states, north and east; a complex one two, real and imaginary."""
 
-SOG, COG, HEADING, WATER_SPEED, YAW_RATE = range(5)
-"""Aids: rows of `aids` of a model, columns of a table of aids."""
-AIDS = ("sog", "cog", "heading", "water_speed", "yaw_rate")
 AID_VARIANCE, COMPANION = range(2)
-"""Columns of `aids`: variance (of COG: of the velocity across, m²/s²); state of the companion (error of the
-receiver's velocity, crab angle, the water's own speed along the course, the gyro's bias), 0 for none."""
+"""Columns of `aids`, whose rows are those of `course.update.aids.TABLE`: variance (of COG: of the velocity across,
+m²/s²); state of the companion (error of the receiver's velocity, crab angle, the water's own speed along the course,
+the gyro's bias), 0 for none."""
 
 ACTS_ON, STATE, DECAY, FREQUENCY, VARIANCE = range(5)
 """Columns of `filters`: what it acts on, its first state, λ (1/s), ν (rad/s; 0: real), stationary variance."""
@@ -48,7 +46,7 @@ class Model(NamedTuple):
     generator: np.ndarray  # (MODES, MODES) rates of change between modes, 1/s; rows sum to 0
     filters: np.ndarray  # (f, 5)
     receiver: np.ndarray  # (6,)
-    aids: np.ndarray  # (5, 2)
+    aids: np.ndarray  # (aids, 2)
 
 
 def has_two_states(row) -> bool:

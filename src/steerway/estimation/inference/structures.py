@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
+from steerway.estimation.course.update.aids import TABLE
 from steerway.estimation.inference.model import (
-    AIDS,
     CALM,
     EMERGENCY,
     MODES,
@@ -79,24 +79,7 @@ PRIORS = {
     "clock": {"time_std": (0.03, 1.2)},  # s, of the moment of a fix
     "error": {"error_std": (0.7, 1.2), "error_time": (100.0, 1.5)},  # m, s
     "quick_error": {"quick_std": (0.25, 1.2), "quick_time": (5.0, 0.8)},  # m, s
-    # aids: of instruments as they are sold
-    "sog": {"sog_std": (0.1, 1.0), "sog_error_std": (0.02, 1.2), "sog_error_time": (2.0, 1.0)},  # m/s, m/s, s
-    "cog": {"velocity_std": (0.1, 1.0), "cog_error_std": (0.02, 1.2), "cog_error_time": (2.0, 1.0)},  # m/s across, s
-    "heading": {
-        "heading_std": (1.0 * _DEG, 1.0),
-        "crab_std": (10.0 * _DEG, 0.7),
-        "crab_time": (60.0, 1.0),
-    },  # rad, rad, s
-    "water_speed": {
-        "water_speed_std": (0.1, 1.0),
-        "stream_std": (0.5, 0.7),
-        "stream_time": (300.0, 1.0),
-    },  # m/s, m/s, s
-    "yaw_rate": {
-        "yaw_rate_std": (0.2 * _DEG, 1.0),
-        "bias_std": (0.5 * _DEG, 0.7),
-        "bias_time": (1000.0, 1.0),
-    },  # rad/s, rad/s, s
+    **{aid.name: aid.priors for aid in TABLE},
 }
 
 EMERGENCY_ACCELERATION, EMERGENCY_YAW, EMERGENCY_TIME = 3.0, 1.5, 1.5
@@ -106,16 +89,6 @@ WAVE_PERIODS, SHORTEST_WAVE = ("surge_period", "yaw_period"), 2.0
 of the receiver."""
 TURN_SHARE = 0.5
 """Probability that a yaw manoeuvre ends in a steady turn rather than on a held course. Chosen: no preference."""
-
-
-_AID_NUMBERS = (
-    # aid, its noise, its companion
-    ("sog", "sog_std", "sog_error"),
-    ("cog", "velocity_std", "cog_error"),
-    ("heading", "heading_std", "crab"),
-    ("water_speed", "water_speed_std", "stream"),
-    ("yaw_rate", "yaw_rate_std", "bias"),
-)
 
 
 def parameters_of(parts):
@@ -175,12 +148,14 @@ def model_of(parts, values) -> tuple[Model, int, int]:
         add(ON_FIX, 1.0 / v["error_time"], 0.0, v["error_std"])
     if "quick_error" in parts:
         add(ON_FIX, 1.0 / v["quick_time"], 0.0, v["quick_std"])
-    aids = np.full((len(AIDS), 2), math.nan)
-    for name, noise, companion in _AID_NUMBERS:
-        if name in parts:
-            aids[AIDS.index(name)] = v[noise] ** 2, at if companion else 0
+    aids = np.full((len(TABLE), 2), math.nan)
+    for which, aid in enumerate(TABLE):
+        if aid.name in parts:
+            noise, *companion = aid.priors
+            aids[which] = v[noise] ** 2, at if companion else 0
             if companion:
-                add(ON_AID, 1.0 / v[f"{companion}_time"], 0.0, v[f"{companion}_std"])
+                std, time = companion
+                add(ON_AID, 1.0 / v[time], 0.0, v[std])
     table = np.array(filters, dtype=np.float64).reshape(-1, 5)
     receiver = np.array(
         [
