@@ -25,11 +25,9 @@ OK, PREDICTED, REJECTED, NO_COURSE, STARTING, LOST = range(6)
 STATUSES = ("ok", "predicted", "rejected", "no_course", "starting", "lost")
 """Status of a row of Motion. "lost" occurs live only: no measurement for so long that there is no estimate."""
 
-REPORTED = (
-    *("position_std", "sog", "cog", "heading", "water_speed", "yaw_rate"),
-    *("bottom_speed", "acceleration", "shaft"),
-)
-"""Columns that a receiver or instrument may report beside time and position."""
+INSTRUMENT_COLUMNS = ("heading", "water_speed", "yaw_rate", "bottom_speed", "acceleration", "shaft")
+REPORTED = ("position_std", "sog", "cog", *INSTRUMENT_COLUMNS)
+"""Columns that receivers and instruments may report beside time and position; those above of instruments alone."""
 
 _ROUNDING = 1e-9
 _OF_EVERY_TABLE = ("time", "latitude", "longitude", "mmsi", "status")

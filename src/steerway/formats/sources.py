@@ -7,10 +7,8 @@ import numpy as np
 
 from steerway.core.earth import radii
 from steerway.core.errors import InputError
-from steerway.core.records import REPORTED, Fixes
+from steerway.core.records import INSTRUMENT_COLUMNS, REPORTED, Fixes
 from steerway.core.rounding import written_step
-
-INSTRUMENTS = ("heading", "water_speed", "yaw_rate", "bottom_speed", "acceleration", "shaft")
 
 _SAME_TIME = 1e-3
 _OVERLAP = 2.0  # s that the end of one log and the beginning of the next may share
@@ -199,7 +197,7 @@ def with_instruments(name: str, sources: Mapping[str, Fixes]) -> tuple[Fixes, li
     if chosen.mmsi is not None:
         return chosen, notes
     gifts: dict[str, list[str]] = {}
-    for column in (*INSTRUMENTS, "sog", "cog"):
+    for column in (*INSTRUMENT_COLUMNS, "sog", "cog"):
         giver = _giver(name, sources, column)
         if giver is not None:
             gifts.setdefault(giver, []).append(column)
@@ -213,11 +211,11 @@ def _giver(name, sources, column):
     """The other source that gives a column, or None."""
     chosen = sources[name]
     own = np.isfinite(getattr(chosen, column)).sum()
-    if own >= 0.5 * chosen.has_position.sum() or (own and column not in INSTRUMENTS):
+    if own >= 0.5 * chosen.has_position.sum() or (own and column not in INSTRUMENT_COLUMNS):
         return None
     fit = {}
     for other, fixes in sources.items():
-        if other == name or fixes.mmsi is not None or (column not in INSTRUMENTS and fixes.has_position.any()):
+        if other == name or fixes.mmsi is not None or (column not in INSTRUMENT_COLUMNS and fixes.has_position.any()):
             continue
         inside = fixes.between(chosen.time.min(), np.nextafter(chosen.time.max(), np.inf))
         fit[other] = np.isfinite(getattr(inside, column)).sum()

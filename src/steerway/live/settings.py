@@ -13,6 +13,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from steerway.core.schema import Table
 from steerway.core.toml import read_toml
 from steerway.core.validation import refusal
+from steerway.estimation.course.update.aids import AIDS
 from steerway.estimation.tables import HeadingEstimatorTable, SpeedEstimatorTable
 from steerway.live.helm.address import DEFAULT
 
@@ -28,7 +29,7 @@ def _page(value):
 
 
 Texts = Annotated[tuple[str, ...], BeforeValidator(_several)]
-Aid = Literal["auto", "sog", "cog", "heading", "water-speed", "yaw-rate"]
+Aid = Literal["auto", *(name.replace("_", "-") for name in AIDS)]
 FILES = ("mission", "record", "helm_token_file", "mavlink_signing", "control_token_file", "learned")
 """Keys that name a file."""
 RENAMED = {"patience": "max_dead_reckoning"}

@@ -13,6 +13,7 @@ from pydantic import Field, create_model
 
 from steerway.core.earth import displaced
 from steerway.core.schema import NotNegative, Number, Positive, Table, in_radians
+from steerway.estimation.course.update.aids import AIDS
 from steerway.estimation.tables import HeadingEstimatorTable, SpeedEstimatorTable
 from steerway.guidance.corners import KINDS as CORNERS
 from steerway.guidance.laws import GuidanceTable
@@ -91,7 +92,7 @@ class EstimatorTable(Table):
 
     kind: Literal["five-state", "steering", "truth"] = "five-state"
     profile: str | None = None
-    aid: tuple[Literal["sog", "cog", "heading", "water_speed", "yaw_rate"], ...] = ()
+    aid: tuple[Literal[*AIDS], ...] = ()
     heading: HeadingEstimatorTable = HeadingEstimatorTable()
     speed: SpeedEstimatorTable = SpeedEstimatorTable()
 

@@ -13,10 +13,9 @@ import numpy as np
 
 from steerway.core.checks import not_negative
 from steerway.core.earth import radii
-from steerway.core.records import OK, Fixes, Motion
+from steerway.core.records import INSTRUMENT_COLUMNS, OK, Fixes, Motion
 from steerway.estimation.course.comparison import LEAST_SPEED, LONGEST_LAG, compare
 
-_INSTRUMENTS = ("heading", "water_speed", "yaw_rate")
 _LONGEST_SAMPLE = 20_000
 """Rows compared, an hour and more at 5 Hz: the lag of one receiver does not change."""
 _FEWEST = 100
@@ -47,8 +46,8 @@ def on_time(fixes: Fixes, latency: float) -> Fixes:
     if not_negative("latency", latency) == 0.0:
         return fixes
     unknown = np.full(len(fixes), np.nan)
-    other = np.any([np.isfinite(getattr(fixes, name)) for name in _INSTRUMENTS], axis=0)
-    receiver = replace(fixes, time=fixes.time - latency, **dict.fromkeys(_INSTRUMENTS, unknown))
+    other = np.any([np.isfinite(getattr(fixes, name)) for name in INSTRUMENT_COLUMNS], axis=0)
+    receiver = replace(fixes, time=fixes.time - latency, **dict.fromkeys(INSTRUMENT_COLUMNS, unknown))
     beside = replace(fixes, **dict.fromkeys(("latitude", "longitude", "position_std", "sog", "cog"), unknown))
     parts = receiver.rows(fixes.has_position | ~other), beside.rows(other)
     columns = {name: np.concatenate([part.columns()[name] for part in parts]) for name in fixes.columns()}

@@ -2,6 +2,7 @@
 
 import math
 
+from steerway.estimation.course.update.aids import TABLE
 from steerway.estimation.inference.selection import Inference
 from steerway.estimation.profiles.inferred import InferredProfile
 
@@ -15,13 +16,9 @@ _WORDS = {
     "error": "error of {error_std:.2g} m over {error_time:.2g} s",
     "second_roll": "antenna rolling {roll_std:.2g} m every {roll_period:.2g} s too",
     "quick_error": "error of {quick_std:.2g} m over {quick_time:.2g} s",
-    "sog": "SOG within {sog_std:.2g} m/s",
-    "cog": "COG within {velocity_std:.2g} m/s across",
-    "heading": "heading within {heading_std:.2g}°",
-    "water_speed": "speed through water within {water_speed_std:.2g} m/s",
-    "yaw_rate": "yaw rate within {yaw_rate_std:.2g}°/s",
+    **{aid.name: aid.words for aid in TABLE},
 }
-_ANGLES = ("wander_std", "rate_std", "wave_yaw", "heading_std", "yaw_rate_std")
+_ANGLES = ("wander_std", "rate_std", "wave_yaw", *(aid.noise for aid in TABLE if "°" in aid.words))
 
 
 def structures_of(profile: InferredProfile, inference: Inference | None = None) -> list[dict]:

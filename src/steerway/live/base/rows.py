@@ -1,31 +1,24 @@
 """One row from an input, and one row of the estimate."""
 
 import math
+from collections import namedtuple
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
-from steerway.core.records import LOST, Fixes
+from steerway.core.records import LOST, REPORTED, Fixes
+
+_OPTIONAL = dict.fromkeys(("latitude", "longitude", *REPORTED), math.nan) | {"formatters": 0}
 
 
-class InputRow(NamedTuple):
-    """One measurement of one source, as a row of Fixes: SI, rad, NaN for what it does not report."""
+class InputRow(namedtuple("InputRow", ("source", "time", *_OPTIONAL), defaults=_OPTIONAL.values())):
+    """One measurement of one source, as a row of Fixes: SI, rad, NaN for what it does not report.
 
-    source: str
-    time: float  # Unix UTC, by the instrument
-    latitude: float = math.nan
-    longitude: float = math.nan
-    position_std: float = math.nan
-    sog: float = math.nan
-    cog: float = math.nan
-    heading: float = math.nan
-    water_speed: float = math.nan
-    yaw_rate: float = math.nan
-    bottom_speed: float = math.nan
-    acceleration: float = math.nan
-    shaft: float = math.nan
-    formatters: int = 0  # bits of the NMEA 0183 formatters that gave the position
+    `time` is Unix UTC, by the instrument; `formatters` are bits of the NMEA 0183 formatters that gave the position.
+    """
+
+    __slots__ = ()
 
     @property
     def has_position(self) -> bool:

@@ -41,6 +41,7 @@ class Aid(NamedTuple):
     name: str  # of the column in a record and of the argument
     state: int  # that it measures
     noise: str  # key of a profile: standard deviation; of `across_course`, of a velocity across the course (m/s)
+    words: str  # for what is inferred of it: in degrees where it has the sign of degrees
     priors: dict[str, tuple[float, float]]
     companion: tuple[str, str] | None = None  # keys of a profile: standard deviation and time constant
     sign: float = 0.0  # of the companion
@@ -53,12 +54,14 @@ TABLE = (
         "sog",
         SPEED,
         "sog_std",
+        "SOG within {sog_std:.2g} m/s",
         {"sog_std": (0.1, 1.0), "sog_error_std": (0.02, 1.2), "sog_error_time": (2.0, 1.0)},  # m/s, m/s, s
     ),
     Aid(
         "cog",
         COURSE,
         "velocity_std",
+        "COG within {velocity_std:.2g} m/s across",
         {"velocity_std": (0.1, 1.0), "cog_error_std": (0.02, 1.2), "cog_error_time": (2.0, 1.0)},  # m/s, m/s, s
         is_angle=True,
         across_course=True,
@@ -67,6 +70,7 @@ TABLE = (
         "heading",
         COURSE,
         "heading_std",
+        "heading within {heading_std:.2g}°",
         {"heading_std": (1.0 * _DEG, 1.0), "crab_std": (10.0 * _DEG, 0.7), "crab_time": (60.0, 1.0)},  # rad, rad, s
         companion=("crab_std", "crab_time"),
         sign=-1.0,
@@ -76,6 +80,7 @@ TABLE = (
         "water_speed",
         SPEED,
         "water_speed_std",
+        "speed through water within {water_speed_std:.2g} m/s",
         {"water_speed_std": (0.1, 1.0), "stream_std": (0.5, 0.7), "stream_time": (300.0, 1.0)},  # m/s, m/s, s
         companion=("stream_std", "stream_time"),
         sign=-1.0,
@@ -84,6 +89,7 @@ TABLE = (
         "yaw_rate",
         RATE,
         "yaw_rate_std",
+        "yaw rate within {yaw_rate_std:.2g}°/s",
         # rad/s, rad/s, s
         {"yaw_rate_std": (0.2 * _DEG, 1.0), "gyro_bias_std": (0.5 * _DEG, 0.7), "gyro_bias_time": (1000.0, 1.0)},
         companion=("gyro_bias_std", "gyro_bias_time"),
