@@ -201,8 +201,8 @@ class SteeringFilter:
     def _forget_heading(self):
         """Without an order and at rest in the water nothing tells the heading."""
         best = int(np.argmax(self._weights))
-        at_rest = math.isnan(self._orders[-1][1]) and self._states[best, WATER_SPEED] < _REST * self.response.speed
-        if at_rest and self._heading_std(best) < _UNKNOWN_STD:
+        at_rest = np.all(self._states[:, WATER_SPEED] < _REST * self.response.speed)
+        if math.isnan(self._orders[-1][1]) and at_rest and self._heading_std(best) < _UNKNOWN_STD:
             found = any_heading(self._states[best], self._covariances[best], self.response)
             self._states, self._covariances, self._weights = found
 

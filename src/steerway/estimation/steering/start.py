@@ -34,8 +34,9 @@ _REST_STD, _CURRENT_STD = 0.05, 0.1
 """1σ of the speed through the water of a boat at rest, and of the current beside its drift, in shares of the usual
 speed. Chosen.
 """
-_DRIFTS = 1.0
-"""Cost (−log probability) of a boat that moves with the current alone. Chosen."""
+_DRIFTS, _STANDS = 1.0, 3.0
+"""Costs (−log probability) of a boat that moves with the current alone, and of one that stands still over ground by
+stemming it. Chosen."""
 
 
 def straight_line(
@@ -67,17 +68,16 @@ def hypotheses(
     moving = math.hypot(*velocity) > max(_MOVING * velocity_std, _SLOW * response.speed)
     # At rest in the water: the current is what is seen.
     found = [((velocity[0], velocity[1]), 0.0, a, _DRIFTS if moving else 0.0) for a in directions]
-    if moving:
-        currents = [(0.0, 0.0)]
-        currents += [(k * response.speed, a) for k in _SHARES for a in directions]
-        for size, towards in currents:
-            current = size * math.cos(towards), size * math.sin(towards)
-            water = velocity[0] - current[0], velocity[1] - current[1]
-            speed = math.hypot(*water)
-            if 0.25 * response.speed < speed < 1.1 * response.top_speed:
-                unusual = (speed - response.speed) / (0.4 * response.speed)
-                cost = 0.5 * ((size / (response.current * response.speed)) ** 2 + unusual**2)
-                found.append((current, speed, math.atan2(water[1], water[0]), cost))
+    currents = [(0.0, 0.0)]
+    currents += [(k * response.speed, a) for k in _SHARES for a in directions]
+    for size, towards in currents:
+        current = size * math.cos(towards), size * math.sin(towards)
+        water = velocity[0] - current[0], velocity[1] - current[1]
+        speed = math.hypot(*water)
+        if 0.25 * response.speed < speed < 1.1 * response.top_speed:
+            unusual = (speed - response.speed) / (0.4 * response.speed)
+            cost = 0.5 * ((size / (response.current * response.speed)) ** 2 + unusual**2)
+            found.append((current, speed, math.atan2(water[1], water[0]), cost if moving else cost + _STANDS))
     states = np.zeros((len(found), STATES))
     covariances = np.zeros((len(found), STATES, STATES))
     for x, p, (current, speed, course, _) in zip(states, covariances, found, strict=True):
