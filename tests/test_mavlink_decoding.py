@@ -3,8 +3,10 @@
 import math
 import time
 
+import numpy as np
 import pytest
 
+from steerway.core.earth import displaced
 from steerway.live.mavlink.decoding import BootClock, MavlinkDecoder
 from tests.mavlink_wire import NOON, Wire
 
@@ -82,10 +84,36 @@ def test_compass_and_gyro_come_with_the_fix_and_make_none_late():
             rows += decoder.message(message, now)
     fixes = [row for row in rows if row.has_position]
     assert len(fixes) == 14 and [row for row in rows if row.time - NOON < 3.0] == fixes
-    assert fixes[3].yaw_rate == pytest.approx(0.08) and fixes[3].heading == pytest.approx(math.radians(8.0))
+    assert fixes[3].time - NOON == pytest.approx(0.68, abs=1e-3), "those of its moment"
+    assert fixes[3].yaw_rate == pytest.approx(0.07) and fixes[3].heading == pytest.approx(math.radians(7.0))
     assert rows[-1].time - NOON == pytest.approx(5.9, abs=1e-3) and rows[-1].source == "mavlink GLOBAL_POSITION_INT"
     times = [row.time for row in rows]
     assert times == sorted(times)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.2, 0.35])
+def test_a_late_receiver_is_found_by_the_vehicles_own_estimate(delay):
+    """In a circle at 2 m/s, with fixes of 0.1 m; the row is as old as the fix when it comes in."""
+    decoder, wire, random = MavlinkDecoder(), Wire(1, 1), np.random.default_rng(3)
+
+    def place(time):
+        return 20.0 * math.sin(0.1 * time), -20.0 * math.cos(0.1 * time)
+
+    def numbers(north, east):
+        return [
+            round(math.degrees(each) * 1e7) for each in displaced(math.radians(54.0), math.radians(10.0), north, east)
+        ]
+
+    ages = []
+    for k in range(1, 201):
+        now = 0.2 * k
+        velocity = round(200.0 * math.cos(0.1 * now)), round(200.0 * math.sin(0.1 * now)), 0
+        own = messages.MAVLink_global_position_int_message(round(now * 1e3), *numbers(*place(now)), 0, 0, *velocity, 0)
+        lat, lon = numbers(*(place(now - delay) + 0.1 * random.standard_normal(2)))
+        for message in wire.carry([system_time(NOON + now, now), own, raw_fix(round(now * 1e6), lat=lat, lon=lon)]):
+            ages += [decoder.age(row, now) for row in decoder.message(message, now)]
+    assert ages[-1] == pytest.approx(delay, abs=0.03)
+    assert max(np.abs(np.diff(ages))) <= 0.011, "no jump of the time"
 
 
 def test_boot_clock_waits_then_goes_by_the_computer_and_follows_steps():

@@ -93,9 +93,9 @@ class Companion:
         self.link.system = self.guided.vehicle[0]
         if message.get_type() == "STATUSTEXT" and message.severity <= self.link.messages.MAV_SEVERITY_WARNING:
             LOG.warning("vehicle: %s", message.text)
-        rows = self.decoder.message(message, now)
-        if rows and self._deliver is not None:
-            self._deliver(rows)
+        if self._deliver is not None:
+            for row in self.decoder.message(message, now):
+                self._deliver([row], now - self.decoder.age(row, now))
         return True
 
     async def _send(self):

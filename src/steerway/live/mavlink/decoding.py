@@ -1,33 +1,44 @@
 """From a vehicle's messages to rows: the fixes of its receiver, or its own estimate where those are not sent.
 
-Heading and yaw rate are attached to the next fix. Its time is older than theirs by the receiver's latency, so that rows
-of their own would make every fix a late one. While there are no fixes they are rows of their own.
+Heading and yaw rate are attached to the next fix, those of its own moment. It is older than they are by the receiver's
+latency, so that rows of their own would make every fix a late one. While there are no fixes they are rows of their own.
 
 Fields and their values for "unknown": MAVLink common message set. The time of a fix is either Unix time or the time
-since the vehicle's start, whose Unix time SYSTEM_TIME gives.
+since the vehicle's start, whose Unix time SYSTEM_TIME gives. It is that of the delivery by the receiver; how old the
+fix was then is found by `ReceiverLag`.
 """
 
 import math
 import time
+from collections import deque
 
 from steerway.core.angles import wrap
+from steerway.live.base.clock import FixClock
 from steerway.live.base.rows import InputRow
+from steerway.live.mavlink.lag import ReceiverLag
 
 _UNIX_USEC = 10**15  # times above are Unix time, which passed this in 2001; below, time since the start
 _WAIT = 3.0  # s for SYSTEM_TIME, and without GPS_RAW_INT before the vehicle's estimate is used
 _PASSED_OVER = 5  # of its own positions at the least, as this computer may have been busy
 _STEP = 0.5  # s of difference above which the clock offset is set anew
 _SHARE = 1.0 / 16.0  # of a smaller difference that each SYSTEM_TIME corrects
-_FRESH = 0.5  # s for which an aid may wait for its fix
+_FRESH = 0.5  # s that an aid may be off its fix
+_KEPT = 20  # of the newest of an aid
+_OLDEST = 2.0  # s that a row may be old when it comes in; above, its time is another clock's
 _NO_FIX = 1.0  # s without a fix after which aids are rows of their own
 _UNKNOWN_16 = 0xFFFF
 _GRAVITY = 9.80665
 
 
 class BootClock:
-    """Unix time of a vehicle's start: by SYSTEM_TIME, or by this computer's clock where that is not sent."""
+    """Unix time of a vehicle's start: by SYSTEM_TIME, or by this computer's clock where that is not sent.
+
+    And its time now, by the least delayed of its messages.
+    """
 
     def __init__(self):
+        self._least_delayed = FixClock()
+        self._newest = -math.inf
         self._offset = math.nan
         self._waits_since = math.nan
         self._is_known = False
@@ -42,6 +53,17 @@ class BootClock:
         else:
             self._offset = unix - boot
         self._is_known = True
+
+    def sent(self, boot: float, arrival: float) -> None:
+        """A message that was sent at a time since the start came in at `arrival`, s."""
+        if boot < self._newest - _STEP:
+            self._least_delayed.forget()
+        self._newest = boot
+        self._least_delayed.add(boot, arrival)
+
+    def now(self, arrival: float) -> float:
+        """Unix time by the vehicle at a time of this computer, s; NaN while unknown."""
+        return self._least_delayed.now(arrival) + self._offset
 
     def unix(self, boot: float, arrival: float) -> float:
         """Unix time of a time since the start (s) in a message that came at `arrival`; NaN while unknown."""
@@ -65,7 +87,8 @@ class MavlinkDecoder:
         self._fix_time = -1
         self._receiver_sent = -math.inf
         self._passed_over = 0  # of its own positions since the receiver's last
-        self._aids: dict[str, tuple[float, float]] = {}  # newest value and its arrival
+        self._lag = ReceiverLag()
+        self._aids: dict[str, deque[tuple[float, float]]] = {}  # the newest, time and value
         self._fixed = -math.inf  # arrival of the newest fix
         self._moment = self._moment_came = math.nan  # of the newest row
 
@@ -73,11 +96,18 @@ class MavlinkDecoder:
         """The rows, none or one, of a message that came in at `arrival` (s, monotonic)."""
         if math.isinf(self._receiver_sent):
             self._receiver_sent = self._fixed = arrival  # the receiver's may yet come
+        if hasattr(message, "time_boot_ms"):
+            self.clock.sent(message.time_boot_ms * 1e-3, arrival)
         made = _MAKERS.get(message.get_type())
         row = None if made is None else made(self, message, arrival)
         if row is not None and math.isfinite(row.time):
             self._moment, self._moment_came = row.time, arrival
         return [] if row is None or math.isnan(row.time) else [row]
+
+    def age(self, row: InputRow, arrival: float) -> float:
+        """How old a row is that came in at `arrival`, s; 0 where the vehicle's clock does not tell."""
+        age = self.clock.now(arrival) - row.time
+        return age if 0.0 < age < _OLDEST else 0.0
 
     def _system_time(self, message, arrival):
         self.clock.set(message.time_unix_usec * 1e-6, message.time_boot_ms * 1e-3)
@@ -93,18 +123,25 @@ class MavlinkDecoder:
         cog = math.nan if message.cog == _UNKNOWN_16 else _angle(message.cog * 1e-2)
         std = message.h_acc * 1e-3 / math.sqrt(2.0) if message.h_acc else math.nan
         place = _angle(message.lat * 1e-7), _angle(message.lon * 1e-7)
+        moment -= self._lag.at(moment, *place)
         self._fixed = arrival
-        return InputRow(f"mavlink GPS_RAW_INT{self._place}", moment, *place, std, sog, cog, **self._beside(arrival))
+        return InputRow(f"mavlink GPS_RAW_INT{self._place}", moment, *place, std, sog, cog, **self._beside(moment))
 
-    def _beside(self, arrival):
-        """The aids that belong to a fix."""
-        fresh = {name: value for name, (value, came) in self._aids.items() if arrival - came < _FRESH}
-        self._aids = {}
-        return fresh
+    def _beside(self, moment):
+        """The aids that belong to a fix of a moment, each the nearest in time, and used once."""
+        found = {}
+        for name, values in self._aids.items():
+            if values:
+                time, value = min(values, key=lambda each: abs(each[0] - moment))
+                while values and values[0][0] <= time:
+                    values.popleft()
+                if abs(time - moment) < _FRESH:
+                    found[name] = value
+        return found
 
     def _aid(self, row, name, arrival):
         """A row of one aid, kept for the next fix while fixes come."""
-        self._aids[name] = getattr(row, name), arrival
+        self._aids.setdefault(name, deque(maxlen=_KEPT)).append((row.time, getattr(row, name)))
         return row if arrival - self._fixed > _NO_FIX else None
 
     def _vehicle(self, message, arrival):
@@ -113,13 +150,21 @@ class MavlinkDecoder:
         row = InputRow(
             f"mavlink GLOBAL_POSITION_INT{self._place}", self._since_start(message, arrival), heading=heading
         )
+        latitude, longitude, north, east = (
+            _angle(message.lat * 1e-7),
+            _angle(message.lon * 1e-7),
+            message.vx * 1e-2,
+            message.vy * 1e-2,
+        )
+        is_known = message.lat != 0 or message.lon != 0
+        if is_known:
+            self._lag.own(row.time, latitude, longitude, north, east)
         is_passed_over = arrival - self._receiver_sent < _WAIT or self._passed_over < _PASSED_OVER
-        if is_passed_over or (message.lat == 0 and message.lon == 0):
+        if is_passed_over or not is_known:
             self._passed_over += 1
             return self._aid(row, "heading", arrival)
-        north, east = message.vx * 1e-2, message.vy * 1e-2
-        place = {"latitude": _angle(message.lat * 1e-7), "longitude": _angle(message.lon * 1e-7)}
-        return row._replace(**place, sog=math.hypot(north, east), cog=math.atan2(east, north))
+        sog, cog = math.hypot(north, east), math.atan2(east, north)
+        return row._replace(latitude=latitude, longitude=longitude, sog=sog, cog=cog)
 
     def _attitude(self, message, arrival):
         """Yaw rate by the vehicle's gyro."""
