@@ -2,10 +2,12 @@
 
 import math
 from dataclasses import asdict, dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from steerway.core.angles import wrap_array
+from steerway.core.arrays import Floats
 from steerway.core.records import Fixes, Motion
 
 STANDSTILL = 0.3
@@ -119,13 +121,15 @@ def compare(fixes: Fixes, motion: Motion, least_speed: float = LEAST_SPEED) -> A
         for (_, theirs), (_, estimated) in zip(fixes.tracks(), motion.tracks(), strict=True)
     ]
     reported = fixes.sog[np.isfinite(fixes.sog)]
-    sog, cog, rest = (np.concatenate([pair[k] for pair in pairs], axis=1) for k in range(3))
-    sog_rms, sog_robust, sog_lag, sog_aligned = _difference(sog)
-    cog_rms, cog_robust, cog_lag, cog_aligned = _difference(cog, is_angle=True)
+    sog, cog, rests = zip(*pairs, strict=True)
+    compared = sum(len(each.now) for each in sog)
+    rest = np.concatenate(rests, axis=1)
+    sog_rms, sog_robust, sog_lag, sog_aligned = _figures(sog)
+    cog_rms, cog_robust, cog_lag, cog_aligned = _figures(cog)
     return Agreement(
         least_speed=least_speed,
         fastest=float(reported.max()) if len(reported) else math.nan,
-        compared=sog.shape[1],
+        compared=compared,
         sog_rms=sog_rms,
         sog_robust=sog_robust,
         sog_lag=sog_lag,
@@ -141,21 +145,27 @@ def compare(fixes: Fixes, motion: Motion, least_speed: float = LEAST_SPEED) -> A
     )
 
 
-def _paired(fixes: Fixes, motion: Motion, least_speed: float):
-    """SOG and COG (1 + lags, k): the receiver's, then the estimated at every lag.
+class _Differences(NamedTuple):
+    """Of one vessel: number of known differences and sum of their squares at every lag (l,); differences at none (k,)."""
 
-    And at rest (3, r): estimated SOG, the receiver's, estimated COG.
-    """
+    counts: Floats
+    squares: Floats
+    now: Floats
+
+
+def _paired(fixes: Fixes, motion: Motion, least_speed: float):
+    """Differences of SOG and of COG; and at rest (3, r): estimated SOG, the receiver's, estimated COG."""
     nearest = _nearest(motion.time, fixes.time)
     near = np.abs(motion.time[nearest] - fixes.time) < _NEAR if len(motion) else np.zeros(len(fixes), bool)
     fast = near & (fixes.sog > least_speed)
-    sog = _shifted(motion.time, motion.sog, fixes.time[fast])
+    sog = _differences(motion.time, motion.sog, fixes.time[fast], fixes.sog[fast])
     course = fast & np.isfinite(fixes.cog)
     known = np.isfinite(motion.cog)
-    cog = _shifted(motion.time[known], np.unwrap(motion.cog[known]), fixes.time[course])
+    unwrapped = np.unwrap(motion.cog[known])
+    cog = _differences(motion.time[known], unwrapped, fixes.time[course], fixes.cog[course], is_angle=True)
     slow = near & (fixes.sog < STANDSTILL)
     rest = np.stack([motion.sog[nearest[slow]], fixes.sog[slow], motion.cog[nearest[slow]]])
-    return np.vstack([fixes.sog[fast], sog]), np.vstack([fixes.cog[course], cog]), rest
+    return sog, cog, rest
 
 
 def _nearest(time, moments):
@@ -167,27 +177,30 @@ def _nearest(time, moments):
     return np.where(moments - time[before] <= time[after] - moments, before, after)
 
 
-def _shifted(time, values, moments):
-    """(lags, k) values at moments − lag; NaN beyond the ends."""
-    if not len(time):
-        return np.full((len(_LAGS), len(moments)), np.nan)
-    return np.stack([np.interp(moments - lag, time, values, left=np.nan, right=np.nan) for lag in _LAGS])
+def _differences(time, values, moments, reported, is_angle=False) -> _Differences:
+    """Of values at `moments` − lag from what is reported; lag by lag, which takes a hundredth of the memory."""
+    counts, squares = np.zeros(len(_LAGS)), np.zeros(len(_LAGS))
+    now = np.full(len(moments), np.nan)
+    for k, lag in enumerate(_LAGS if len(time) else ()):
+        difference = np.interp(moments - lag, time, values, left=np.nan, right=np.nan) - reported
+        if is_angle:
+            difference = wrap_array(difference)
+        known = np.isfinite(difference)
+        counts[k], squares[k] = known.sum(), np.sum(np.where(known, difference, 0.0) ** 2)
+        if k == len(_LAGS) // 2:
+            now = difference
+    return _Differences(counts, squares, now)
 
 
-def _difference(table, is_angle=False):
+def _figures(vessels):
     """RMS and robust deviation at no lag, the best lag and the RMS there."""
-    if table.shape[1] == 0:
+    now = np.concatenate([each.now for each in vessels])
+    if not len(now):
         return math.nan, math.nan, math.nan, math.nan
-    differences = table[1:] - table[0]
-    if is_angle:
-        differences = wrap_array(differences)
-    known = np.isfinite(differences)
-    counts = known.sum(axis=1)
-    squares = np.where(known, differences, 0.0) ** 2
-    rms = np.sqrt(squares.sum(axis=1) / np.maximum(counts, 1))
+    counts = sum(each.counts for each in vessels)
+    rms = np.sqrt(sum(each.squares for each in vessels) / np.maximum(counts, 1))
     rms[counts < 0.9 * counts.max()] = np.inf
     best = int(np.argmin(rms))
-    now = differences[len(_LAGS) // 2]
     return (
         float(rms[len(_LAGS) // 2]),
         1.4826 * _median(np.abs(now - _median(now))),
