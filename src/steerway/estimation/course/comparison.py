@@ -146,7 +146,7 @@ def compare(fixes: Fixes, motion: Motion, least_speed: float = LEAST_SPEED) -> A
 
 
 class _Differences(NamedTuple):
-    """Of one vessel: number of known differences and sum of their squares at every lag (l,); differences at none (k,)."""
+    """Of one vessel: number of known differences and sum of squares at every lag (l,); differences at none (k,)."""
 
     counts: Floats
     squares: Floats
