@@ -1,8 +1,10 @@
 """What a user gets wrong: units, profiles, logs that are too short. One sentence each, or the right reading."""
 
+import io
 import math
 
 import numpy as np
+import polars as pl
 import pytest
 from numpy.testing import assert_allclose
 
@@ -13,6 +15,7 @@ from steerway.estimation import Profile
 from steerway.estimation.course.comparison import compare
 from steerway.formats import table
 from steerway.simulation.reading import parse_scenario
+from tests.command_line import run
 
 T = 1672531201
 NEEDED = "speed_noise = 1e-2\ncourse_rate_noise = 1e-2\n"
@@ -46,6 +49,35 @@ def test_a_speed_that_fits_no_unit_keeps_the_usual_one_and_is_noted():
     recording = table.read(log("time,lat,lon,sog", columns=(20.0,)))
     assert_allclose(only(recording).sog, 20.0 * KNOT, rtol=1e-9)
     assert "sog as sog in knots (assumed)" in recording.notes[0]
+
+
+def test_a_time_without_a_date_is_left_out():
+    rows = f"time_s,lat_deg,lon_deg\n{T},54,10\n1e300,54,10\n-1e12,54,10\n{T + 1},54,10\n"
+    recording = table.read(rows.encode())
+    assert only(recording).time.tolist() == [T, T + 1]
+    assert recording.skipped == {"time_s not understood": 2}
+    frame = pl.DataFrame({"time_s": [float(T), 1e300, T + 1.0], "lat_deg": [54.0] * 3, "lon_deg": [10.0] * 3})
+    file = io.BytesIO()
+    frame.write_parquet(file)
+    assert len(only(table.read(file.getvalue()))) == 2
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig"])
+def test_a_table_of_a_spreadsheet_is_read(encoding):
+    text = f"time_s,lat_deg,lon_deg\n{T},54,10\n{T + 1},54,10\n"
+    assert len(steerway.read(text.encode(encoding))) == 2
+
+
+def test_a_name_cannot_write_on_the_terminal(tmp_path):
+    """Control characters are escaped, and brackets are no markup."""
+    for name, shown in (("a\x1b[31m\n.csv", r"a\x1b[31m\n.csv"), ("[red].csv", "[red].csv")):
+        path = tmp_path / name
+        path.write_text("")
+        code, _, said = run("info", path)
+        assert (code, said) == (2, f"steerway: {tmp_path / shown}: is empty, expected a log\n")
+        path.write_text(f"time_s,lat_deg,lon_deg,\x1b[2J\n{T},54,10,1\n")
+        code, out, _ = run("info", path)
+        assert code == 0 and shown in out and "\x1b" not in out and r"\x1b[2J" in out
 
 
 def test_a_unit_in_the_name_is_never_overruled():

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from steerway.core import InputError, complete_or_absent, made_directory
-from steerway.report import write_page
+from steerway.report import png, write_page
 from steerway.simulation import Unfinished
 from steerway_studies.parts import keeping
 
@@ -68,9 +68,10 @@ class Results:
         numbers = {key: value if math.isfinite(value) else None for key, value in self.numbers.items()}
         with complete_or_absent(directory / "results.json") as file:
             file.write(json.dumps(numbers, indent=2).encode() + b"\n")
-        for stem, (figure, _) in self.figures.items():
+        figures = {stem: (png(figure), caption) for stem, (figure, caption) in self.figures.items()}
+        for stem, (picture, _) in figures.items():
             with complete_or_absent(directory / f"{stem}.png") as file:
-                figure.savefig(file, format="png", dpi=120)
+                file.write(picture)
         sections = {}
         for each in self.comparisons:
             sections.setdefault(each.section, []).append(each)
@@ -82,7 +83,7 @@ class Results:
             page,
             title=self.title,
             tables=verdict or [*compared, *self.tables],
-            figures=list(self.figures.values()),
+            figures=list(figures.values()),
             remarks=self.remarks,
             lead=self.lead,
             details=[*compared, *self.tables] if verdict else (),

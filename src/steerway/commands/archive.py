@@ -7,8 +7,8 @@ from typing import Annotated
 import typer
 
 from steerway.commands.options import Aids, From, aid_names, moment
-from steerway.commands.terminal import flag, print_json, print_pairs, print_table, progress_line
-from steerway.core.errors import InputError
+from steerway.commands.terminal import flag, print_json, print_notes, print_pairs, print_table, progress_line
+from steerway.core.errors import InputError, printable
 
 app = typer.Typer(
     help="Archives of many vessels and days: AIS of a nation, logs of a fleet.",
@@ -101,11 +101,10 @@ def run(
                 *((f"left out: {reason}", f"{count:,}") for reason, count in sorted(report.left_out.items())),
             ]
         )
-        for note in report.notes:
-            print(f"· {note}")
+        print_notes(report.notes)
         print(f"wrote {out / 'index.html'}")
     for path, why in report.failed.items():
-        typer.echo(f"steerway: {path}: left out, {why}", err=True)
+        typer.echo(printable(f"steerway: {path}: left out, {why}"), err=True)
     for unit in report.given_up:
         typer.echo(f"steerway: {unit}: given up, its workers were lost three times (is memory short?)", err=True)
     if not report.complete:

@@ -61,7 +61,9 @@ def _announce_compilation() -> None:
 
 
 def _failed(why: object, code: int) -> int:
-    print(f"steerway: {why}", file=sys.stderr)
+    from steerway.core.errors import printable
+
+    print(f"steerway: {printable(str(why))}", file=sys.stderr)
     return code
 
 

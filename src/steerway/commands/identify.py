@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from steerway.commands.terminal import print_pairs
+from steerway.commands.terminal import print_notes, print_pairs
 
 app = typer.Typer(no_args_is_help=True, help="Identify a model of the boat from a log of a manoeuvre.")
 
@@ -39,8 +39,7 @@ def yaw(
         model = identify_yaw(recorded.time, recorded.rudder, recorded.angle)
     else:
         model = identify_yaw_from_fixes(recorded.fixes, recorded.time, recorded.rudder)
-    for note in recorded.notes:
-        print(f"· {note}")
+    print_notes(recorded.notes)
     print_pairs(
         [
             ("gain K", str(model.gain)),

@@ -23,7 +23,7 @@ from steerway.commands.options import (
     refuse_overwriting,
 )
 from steerway.commands.terminal import flag, print_json, print_notes, print_pairs, print_table, progress_line
-from steerway.core.errors import InputError
+from steerway.core.errors import InputError, printable
 
 
 def estimate(
@@ -76,7 +76,7 @@ def estimate(
     import numpy as np
 
     from steerway.estimation.course.latency import lateness, on_time
-    from steerway.estimation.course.replay import variance_scales
+    from steerway.estimation.course.replay import expect_rate, variance_scales
     from steerway.estimation.inference.description import structures_of
     from steerway.estimation.log_estimate import LogEstimator
     from steerway.formats.writing import write, writer
@@ -95,6 +95,7 @@ def estimate(
         expect_writable(episodes)
         refuse_overwriting(episodes, logs)
     aids = aid_names(aid)
+    expect_rate(rate)
     fixes = on_time(read_logs(logs, source, start, stop, max_size), latency)
     if no_accuracy:
         fixes = replace(fixes, position_std=None)
@@ -352,9 +353,8 @@ def _print_log(log):
     for heading, counts in (("read", recording.counts), ("skipped", recording.skipped)):
         if counts:
             ordered = sorted(counts.items(), key=lambda each: -each[1])
-            print(f"  {heading}: " + ", ".join(f"{count} × {what}" for what, count in ordered))
-    for note in recording.notes:
-        print(f"  · {note}")
+            print(printable(f"  {heading}: " + ", ".join(f"{count} × {what}" for what, count in ordered)))
+    print_notes(recording.notes, "  ")
 
 
 def _or_dash(value, form):

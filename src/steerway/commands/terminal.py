@@ -8,6 +8,8 @@ from contextlib import contextmanager
 
 import typer
 
+from steerway.core.errors import printable
+
 
 def flag(*names: str, help: str):
     """An option without a value; the help shows no type beside it."""
@@ -18,25 +20,28 @@ def print_pairs(pairs) -> None:
     """(what, value) pairs, values in one column."""
     width = max((len(name) for name, _ in pairs), default=0)
     for name, value in pairs:
-        print(f"{name:<{width}}  {value}")
+        print(printable(f"{name:<{width}}  {value}"))
 
 
-def print_notes(notes) -> None:
+def print_notes(notes, indent: str = "") -> None:
     """One line a note."""
     for note in notes:
-        print(f"· {note}")
+        print(f"{indent}· {printable(note)}")
 
 
 def print_table(title: str, columns, rows) -> None:
     """A plain table; 160 columns wide where the output is not a terminal."""
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
-    table = Table(title=title, title_justify="left", box=None, show_header=any(columns), pad_edge=False)
+    table = Table(
+        title=Text(printable(title)), title_justify="left", box=None, show_header=any(columns), pad_edge=False
+    )
     for name in columns:
         table.add_column(name)
     for row in rows:
-        table.add_row(*map(str, row))
+        table.add_row(*(Text(printable(str(each))) for each in row))
     Console(width=None if sys.stdout.isatty() else 160).print(table)
 
 

@@ -9,6 +9,7 @@ import polars as pl
 from steerway.core.arrays import Floats
 
 _CLOCK = r"[T\s_Z-]*(\d{1,2}):?(\d{2})(?::?(\d{2}(?:[.,]\d+)?))?\s*(Z|UTC|[+-]\d{2}(?::?\d{2})?)?\s*$"
+_YEAR_1, _YEAR_10000 = -62_135_596_800.0, 253_402_300_800.0
 _YEAR_FIRST = r"^\s*(\d{4})[-/.]?(\d{2})[-/.]?(\d{2})" + _CLOCK
 _YEAR_LAST = r"^\s*(\d{1,2})[/.-](\d{1,2})[/.-](\d{4})" + _CLOCK
 
@@ -28,6 +29,12 @@ def unix_times(texts: Sequence[str | None] | pl.Series) -> np.ndarray:
         better = np.isfinite(month_first).sum() > np.isfinite(day_first).sum()
         seconds = np.where(np.isnan(seconds), month_first if better else day_first, seconds)
     return seconds
+
+
+def dated(seconds: Floats) -> Floats:
+    """Unix seconds (n,) of the years 1 to 9999; NaN for others, of which there is no date."""
+    with np.errstate(invalid="ignore"):
+        return np.where((seconds >= _YEAR_1) & (seconds < _YEAR_10000), seconds, np.nan)
 
 
 def iso(time: float) -> str:

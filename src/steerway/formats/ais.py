@@ -19,7 +19,7 @@ from pyais.messages import AISSentence, NMEASentenceFactory, TurnRate
 
 from steerway.core.earth import KNOT
 from steerway.core.records import Fixes
-from steerway.core.timestamps import unix_times
+from steerway.core.timestamps import dated, unix_times
 from steerway.formats.places import places
 from steerway.formats.recording import Recording
 
@@ -147,7 +147,7 @@ def _times(stamps):
     """Unix time (n,) of the stamps, which are dates or numbers of s or ms; NaN for None."""
     numbers = np.array([float(stamp) if stamp and stamp.replace(".", "").isdigit() else math.nan for stamp in stamps])
     dates = unix_times([stamp if np.isnan(number) else None for stamp, number in zip(stamps, numbers, strict=True)])
-    return np.where(np.isnan(numbers), dates, np.where(numbers > 1e11, numbers / 1000.0, numbers))
+    return dated(np.where(np.isnan(numbers), dates, np.where(numbers > 1e11, numbers / 1000.0, numbers)))
 
 
 def _row(message):

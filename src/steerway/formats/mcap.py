@@ -18,6 +18,7 @@ import numpy as np
 
 from steerway.core.errors import InputError
 from steerway.core.records import REPORTED, Fixes
+from steerway.core.timestamps import dated
 from steerway.formats import packed, ros2
 from steerway.formats.places import on_earth
 from steerway.formats.recording import Recording
@@ -130,7 +131,7 @@ def read(data: bytes) -> Recording:
         if made is None:
             continue
         name, row = made
-        if math.isfinite(row[0]):
+        if np.isfinite(dated(row[0])):
             rows.setdefault(name, []).append(row)
         else:
             skipped["no fix"] += 1

@@ -21,6 +21,7 @@ _DENSEST = 100.0
 MAX_SIZE = 1e9
 """Bytes to which a compressed log may unpack."""
 GZIP, ZSTD = b"\x1f\x8b", b"\x28\xb5\x2f\xfd"
+UTF_16 = b"\xff\xfe", b"\xfe\xff"
 _PIECE = 1 << 16
 _LARGE = 16 << 20
 """Bytes of a packed table from which it is not unpacked beforehand: that would take as long as to read it."""
@@ -32,13 +33,13 @@ def allowed(size: int) -> int:
 
 
 def plain(name: str, data: bytes, max_size: float | None = None) -> bytes:
-    """The bytes of a log, unpacked when they are gzip; of a damaged archive, what comes before the damage.
+    """The bytes of a log, unpacked when gzip, UTF-8 when UTF-16; of a damaged archive, what comes before the damage.
 
     Raises InputError for more than `max_size` bytes (by default MAX_SIZE and no more than `allowed`) and for an archive
     that is damaged from the beginning.
     """
     if not data.startswith(GZIP):
-        return data
+        return data.decode("utf-16", "replace").encode() if data.startswith(UTF_16) else data
     largest = min(MAX_SIZE, allowed(len(data))) if max_size is None else max_size
     unpacked = io.BytesIO()
     for piece in _unzipped(io.BytesIO(data)):

@@ -20,7 +20,7 @@ def read_surge_log(path: str | Path, shaft: str | None = None) -> tuple[np.ndarr
     import polars as pl
 
     try:
-        table = pl.read_csv(path, infer_schema=False)
+        table = pl.read_csv(Path(path).read_bytes(), infer_schema=False)
     except (OSError, pl.exceptions.PolarsError) as error:
         raise InputError(f"{path} cannot be read as CSV: {str(error).splitlines()[0]}") from error
     names = (*COLUMNS[:2], shaft or COLUMNS[2])

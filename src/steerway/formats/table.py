@@ -18,7 +18,7 @@ import polars as pl
 from steerway.core.earth import KNOT
 from steerway.core.errors import InputError
 from steerway.core.records import REPORTED, Fixes
-from steerway.core.timestamps import unix_times
+from steerway.core.timestamps import dated, unix_times
 from steerway.formats import parquet_structure
 from steerway.formats.columns import EXPECTED, Column, understood
 from steerway.formats.places import places
@@ -165,8 +165,6 @@ def _is_sentence(names):
 
 def _csv(data, skipped, vessel_column=None):
     """(frame of text, column names, line number of its first row, delimiter)."""
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        data = data.decode("utf-16", "replace").encode()
     header = _header(data)
     if header is None:
         first = data.split(b"\n", 1)[0][:100].decode("utf-8", "replace").strip()
@@ -232,7 +230,7 @@ class _Reader:
                 raise InputError(f"column {column.name!r} of the table holds times without a date, expected {EXPECTED}")
             return _floats(series.cast(pl.Datetime("us")).to_physical()) / 1e6
         if series.dtype != pl.String:
-            return _scaled(_floats(series), column.factor)
+            return dated(_scaled(_floats(series), column.factor))
         text = self._text(series)
         numbers = _floats(self._plain(text).cast(pl.Float64, strict=False))
         if date is not None and np.isnan(numbers).all():
@@ -241,6 +239,7 @@ class _Reader:
         values = _scaled(np.where(np.isfinite(numbers), numbers, np.nan), column.factor)
         if is_date.any():
             values = np.where(is_date, unix_times(text), values)
+        values = dated(values)
         self._account(column, text, np.isnan(values) & text.is_not_null().to_numpy())
         return values
 

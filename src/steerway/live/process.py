@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 
-from steerway.core.errors import InputError
+from steerway.core.errors import InputError, printable
 
 
 class OneLine(logging.Formatter):
@@ -18,11 +18,6 @@ class OneLine(logging.Formatter):
         record.message = printable(record.getMessage())
         text = self.formatMessage(record)
         return f"{text}\n{self.formatException(record.exc_info)}" if record.exc_info else text
-
-
-def printable(text: str) -> str:
-    """A text with all that a terminal does not print escaped, line ends and escape sequences among it."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def log_to_stderr(command: str) -> None:

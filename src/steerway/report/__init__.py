@@ -6,13 +6,14 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.report.figures import BAD, OURS, QUIET, THEIRS, track_figure
-    from steerway.report.page import write_page
+    from steerway.report.page import png, write_page
 
 __all__ = [
     "BAD",
     "OURS",
     "QUIET",
     "THEIRS",
+    "png",
     "track_figure",
     "write_page",
 ]

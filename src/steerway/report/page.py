@@ -5,9 +5,13 @@ import html
 import io
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from steerway.core.files import complete_or_absent
 from steerway.report.tables import Table, html_table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 72rem; margin: 2rem auto; padding: 0 1rem; color: #1b2733; }
@@ -24,7 +28,7 @@ def write_page(
     path: Path,
     title: str,
     tables: Sequence[Table] = (),
-    figures: Sequence[tuple[object, str]] = (),
+    figures: Sequence[tuple["Figure | bytes", str]] = (),
     remarks: Sequence[str] = (),
     lead: str = "",
     details: Sequence[Table] = (),
@@ -34,7 +38,7 @@ def write_page(
     Args:
         path: the file to write; complete or absent.
         tables: (heading, column names, rows) each.
-        figures: (matplotlib figure, caption) each.
+        figures: (matplotlib figure or what `png` gives of it, caption) each.
         remarks: one paragraph each.
         lead: a sentence under the title.
         details: further tables, at the end of a page that is long: there the remarks come before the figures.
@@ -61,10 +65,15 @@ def _remarks(remarks) -> list[str]:
     return [f"<h2>Remarks</h2><ul>{items}</ul>"]
 
 
-def _figure(figure, caption) -> str:
+def png(figure: "Figure") -> bytes:
+    """The figure as pages show it, a PNG."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=120)
-    encoded = base64.b64encode(buffer.getvalue()).decode("ascii")
+    return buffer.getvalue()
+
+
+def _figure(figure, caption) -> str:
+    encoded = base64.b64encode(figure if isinstance(figure, bytes) else png(figure)).decode("ascii")
     alt = html.escape(caption, quote=True)
     return (
         f'<figure><img alt="{alt}" src="data:image/png;base64,{encoded}">'
