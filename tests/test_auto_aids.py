@@ -9,7 +9,7 @@ import pytest
 
 import steerway
 from steerway.estimation.inference.auto_aids import velocity_of
-from steerway.estimation.inference.whole_log import Track, infer_log
+from steerway.estimation.inference.whole_log import Track
 from steerway.estimation.log_estimate import LogEstimator
 from tests.command_line import run
 from tests.scenes import angle_error, turning
@@ -21,6 +21,13 @@ SEED = 3
 def sortie():
     scene = turning(1.5, 0.7, 300.0, seed=SEED)
     return scene, scene.fixes(0.5, SEED)
+
+
+@cache
+def unaided():
+    _, fixes = sortie()
+    estimator = LogEstimator(fixes)
+    return estimator, estimator.motion(fixes)
 
 
 def with_velocity(north, east):
@@ -47,10 +54,10 @@ def rms(errors):
 
 
 def test_a_doppler_velocity_is_used():
-    scene, fixes = sortie()
+    scene, _ = sortie()
     estimator = LogEstimator(doppler(), aid=("auto",))
     assert estimator.aid == ("sog", "cog")
-    plain, aided = steerway.estimate(fixes), estimator.motion(doppler())
+    plain, aided = unaided()[1], estimator.motion(doppler())
     assert rms(angle_error(aided.cog, scene.cog)) < 0.6 * rms(angle_error(plain.cog, scene.cog))
     covered = angle_error(aided.cog, scene.cog)[100:] < 1.96 * aided.cog_std[100:]
     assert covered.mean() > 0.9
@@ -59,14 +66,14 @@ def test_a_doppler_velocity_is_used():
 @pytest.mark.parametrize("span", [1, 5, 15])
 def test_differences_of_the_same_positions_are_not(span):
     fixes = differences(span)
-    assert velocity_of(fixes, infer_log(fixes).structures) is None
-    motion = steerway.estimate(fixes, aid=("auto",))
-    np.testing.assert_array_equal(motion.sog, steerway.estimate(fixes).sog)
+    estimator, motion = unaided()
+    assert velocity_of(fixes, estimator.inference.structures) is None
+    np.testing.assert_array_equal(steerway.estimate(fixes, aid=("auto",)).sog, motion.sog)
 
 
 def test_without_a_velocity_nothing_changes():
     _, fixes = sortie()
-    np.testing.assert_array_equal(steerway.estimate(fixes, aid=("auto",)).sog, steerway.estimate(fixes).sog)
+    np.testing.assert_array_equal(steerway.estimate(fixes, aid=("auto",)).sog, unaided()[1].sog)
     np.testing.assert_array_equal(
         steerway.estimate(doppler(), "small-usv", aid=("auto",)).sog, steerway.estimate(fixes, "small-usv").sog
     )

@@ -42,7 +42,7 @@ def test_estimate_writes_what_is_asked(log, tmp_path):
 
 
 def test_json_is_for_machines(log):
-    code, out, _ = run("estimate", log, "--json", "--rate", "10")
+    code, out, _ = run("estimate", log, "--json", "--rate", "10", "--profile", "small-usv")
     summary = json.loads(out)
     assert code == 0 and summary["rows"] == 2001 and summary["fixes"] == 1001
     assert isinstance(json.loads(run("info", log, "--json")[1]), list)
@@ -51,13 +51,15 @@ def test_json_is_for_machines(log):
 def test_standard_input_and_gzip(log, tmp_path):
     packed = tmp_path / "sortie.csv.gz"
     packed.write_bytes(gzip.compress(log.read_bytes()))
-    assert json.loads(run("estimate", packed, "--json")[1])["fixes"] == 1001
-    assert json.loads(run("estimate", "-", "--json", stdin=log.read_bytes())[1])["fixes"] == 1001
+    known = ("--json", "--profile", "small-usv")
+    assert json.loads(run("estimate", packed, *known)[1])["fixes"] == 1001
+    assert json.loads(run("estimate", "-", *known, stdin=log.read_bytes())[1])["fixes"] == 1001
 
 
 def test_time_is_cut(log):
     start = turning(2.0, 0.5, 200.0).time[0]
-    summary = json.loads(run("estimate", log, "--json", "--from", start + 50, "--until", "2023-11-14T22:15:00Z")[1])
+    interval = ("--from", start + 50, "--until", "2023-11-14T22:15:00Z")
+    summary = json.loads(run("estimate", log, "--json", "--profile", "small-usv", *interval)[1])
     assert summary["start"] == "2023-11-14T22:14:10Z" and summary["fixes"] == 250
 
 

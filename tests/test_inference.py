@@ -49,10 +49,16 @@ SCENES = {each.__name__: each for each in (small_craft, ship, planing_craft)}
 
 
 @cache
-def estimated(name, seed, smooth=False):
+def inferred(name, seed):
     scene, std = SCENES[name](seed)
     fixes = scene.fixes(std, seed)
-    return scene, LogEstimator(fixes).motion(fixes, smooth=smooth)
+    return scene, fixes, LogEstimator(fixes)
+
+
+@cache
+def estimated(name, seed, smooth=False):
+    scene, fixes, estimator = inferred(name, seed)
+    return scene, estimator.motion(fixes, smooth=smooth)
 
 
 def rms(errors):
@@ -66,6 +72,16 @@ def turned(scene, angle, home=HOME):
     return replace(scene, north=north, east=east, cog=scene.cog + angle, home=home)
 
 
+@cache
+def at_home():
+    """A noisy scene, its fixes and what is inferred from them."""
+    scene, std = small_craft(1)
+    noise = np.random.default_rng(1).normal(0.0, std, (2, len(scene.time)))
+    noisy = replace(scene, north=scene.north + noise[0], east=scene.east + noise[1])
+    fixes = noisy.fixes(0.0, 0)
+    return noisy, fixes, whole_log.infer_log(fixes)
+
+
 @pytest.mark.parametrize(
     ("angle", "home"),
     [(2.0, HOME), (0.0, (math.radians(-20.0), math.radians(40.0))), (1.0, (math.radians(50.0), math.pi - 2e-6))],
@@ -73,13 +89,10 @@ def turned(scene, angle, home=HOME):
 )
 def test_place_and_direction_change_nothing(angle, home):
     """Of the filter, nothing; of the inference, whose search begins from medians north and east, little of a σ."""
-    scene, std = small_craft(1)
-    noise = np.random.default_rng(1).normal(0.0, std, (2, len(scene.time)))
-    noisy = replace(scene, north=scene.north + noise[0], east=scene.east + noise[1])
-    fixes, elsewhere = noisy.fixes(0.0, 0), turned(noisy, angle, home).fixes(0.0, 0)
+    noisy, fixes, inference = at_home()
+    elsewhere = turned(noisy, angle, home).fixes(0.0, 0)
     place = laid_out(elsewhere.latitude, elsewhere.longitude)
     assert np.hypot(np.diff(place.first), np.diff(place.second)).max() < 3.0
-    inference = whole_log.infer_log(fixes)
     for smooth in (False, True):
         usual, other = (whole_log.motion_of(each, inference.structures, smooth=smooth) for each in (fixes, elsewhere))
         np.testing.assert_array_equal(usual.status, other.status)
@@ -196,9 +209,8 @@ def test_the_same_log_gives_the_same_estimate():
 
 
 def test_blocks_of_a_long_record_join(monkeypatch):
-    scene, std = small_craft(1)
-    fixes = scene.fixes(std, 1)
-    inference = whole_log.infer_log(fixes)
+    _, fixes, estimator = inferred("small_craft", 1)
+    inference = estimator.inference
     whole = [whole_log.motion_of(fixes, inference.structures, smooth=smooth) for smooth in (False, True)]
     monkeypatch.setattr(whole_log, "_BLOCK", 300)
     monkeypatch.setattr(whole_log, "_OVERLAP", 200)

@@ -68,22 +68,22 @@ def test_ship_in_swell_as_it_comes(logs):
     assert math.degrees(found.cog_rms) <= 0.42
 
 
-def test_nine_hours_under_way_against_the_receiver(tuned):
+def test_nine_hours_under_way_against_the_receiver(logs):
     """Waves swing the antenna; what swings is no motion of the vessel."""
-    fixes, causal, smoothed = tuned("rob_atlantic_1hz/kernevel_latrinite.nmea")
-    found = compare(fixes, smoothed)
+    log = logs["rob_atlantic_1hz/kernevel_latrinite.nmea"]
+    found = compare(log.fixes, log.estimate(smooth=True))
     assert found.sog_rms_aligned <= 0.09
     assert math.degrees(found.cog_rms_aligned) <= 2.4
-    found = compare(fixes, causal)
+    found = compare(log.fixes, log.estimate())
     assert found.sog_rms <= 0.108
     assert math.degrees(found.cog_rms) <= 2.9
 
 
-def test_a_start_from_rest_converges_to_the_right_course(tuned):
+def test_a_start_from_rest_converges_to_the_right_course(logs):
     """A bare filter ends 180° off on this log."""
-    fixes, causal, smoothed = tuned("rob_atlantic_1hz/gx_to_gavres.nmea")
-    for motion in (causal, smoothed):
-        found = compare(fixes, motion)
+    log = logs["rob_atlantic_1hz/gx_to_gavres.nmea"]
+    for smooth in (False, True):
+        found = compare(log.fixes, log.estimate(smooth))
         assert math.degrees(found.cog_rms) < 4.0
         assert found.sog_rms < 0.15
 

@@ -11,6 +11,7 @@ import steerway
 import steerway_studies as studies
 from steerway.core.earth import displaced_all
 from steerway.estimation import choose_profile, log_likelihood
+from steerway_studies import unseen_logs
 from steerway_studies.unseen_logs import catalogue, plain_ekf, prediction, summarise
 from steerway_studies.unseen_logs.alignment import rate_lag, velocity_lag
 from steerway_studies.unseen_logs.contestants import difference
@@ -77,6 +78,7 @@ def study(tmp_path_factory, weaving):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("STEERWAY_LOGS", str(folder))
         patch.delenv("STEERWAY_DATA", raising=False)
+        patch.setattr(unseen_logs, "over_cases", lambda judge, logs, progress: [judge(log) for log in logs])
         results = studies.named("unseen-logs").run(None, 0, None)
     page = results.write(folder / "out").read_text(encoding="utf-8")
     return results, page, report, develop

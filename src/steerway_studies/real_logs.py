@@ -181,8 +181,9 @@ def _turns(results: Results, seen) -> None:
                     target=f"≤ {target}" if target else "",
                     met=value <= target if target else None,
                 )
-        results.numbers[f"{key}_rate_rms_tuned_dps"] = error(log.estimate(tuned=True), 0.0)
-        results.numbers[f"{key}_rate_rms_tuned_smoothed_dps"] = error(log.estimate(smooth=True, tuned=True), 0.0)
+        if key == "figure8":
+            results.numbers["figure8_rate_rms_tuned_dps"] = error(log.estimate(tuned=True), 0.0)
+            results.numbers["figure8_rate_rms_tuned_smoothed_dps"] = error(log.estimate(smooth=True, tuned=True), 0.0)
         panels.append((key, time, rate, causal, smoothed, lag))
     results.figures["turns"] = (_turns_figure(panels), _TURNS)
 
