@@ -11,9 +11,10 @@ from steerway.core.errors import InputError
 
 CONTROLLERS = ("pi", "adaptive", "disturbance-observer")
 LONGEST_HOLD = 1.0
-"""s for which a measured shaft speed holds. Chosen."""
+"""s for which a measured shaft speed holds. Chosen: instruments report it at 1 Hz and faster."""
 _SHARE = 0.5
-"""Rate of the reference model over the bandwidth of a PI loop with about the same settling. Chosen."""
+"""Rate of the reference model over the bandwidth of a PI loop. Chosen: to 5 %, a double pole at ω settles in 4.7/ω, a
+model of this rate in 6/ω."""
 
 
 class ShaftController(Protocol):

@@ -7,6 +7,13 @@ from numpy.typing import ArrayLike
 
 FIX_GATE, AID_GATE = 13.8, 10.8
 """On the normalised innovation squared of a fix and of a scalar: χ² with two degrees of freedom and one at 0.1 %."""
+UNBROKEN_REJECTION = 2.0
+"""s of unbroken rejections after which a filter is taken to be wrong: three fixes at 1 Hz, of which one may be a
+jump."""
+DIFFUSE_SPEED_STD = 20.0
+"""m/s, 1σ of a speed of which nothing is known: 40 kn, as fast as vessels are."""
+DEVIATION_OF_MEDIAN = 1.4826
+"""Standard deviation of a normal distribution over the median absolute one: 1/Φ⁻¹(3/4)."""
 NORMAL_95 = 1.959963984540054
 """Half the width of a 95 % interval in standard deviations: 0.975 quantile of the normal distribution."""
 

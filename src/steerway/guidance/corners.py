@@ -12,9 +12,11 @@ from steerway.core.errors import InputError
 KINDS = ("exact", "arc", "clothoid")
 """How a boat passes a waypoint: as well as she can turn, on an arc, or on a curve whose curvature rises and falls."""
 _STEP = 0.02
-"""rad of the turn between two points of a curve."""
+"""rad of the turn between two points of a curve. Chosen: the chord is 5·10⁻⁵ of the radius from the arc."""
 _LEAST_TURN = math.radians(3.0)
+"""Below it legs count as in line. Chosen: an arc of 10 m would cut a corner by 3 mm."""
 _LARGEST_TURN = math.radians(175.0)
+"""Chosen: an arc begins r tan(turn/2) before the waypoint, 23 radii here."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ from steerway.core.earth import displacement
 from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent
 from steerway.core.records import REJECTED, STARTING, Fixes, Motion
+from steerway.core.statistics import DEVIATION_OF_MEDIAN
 from steerway.core.timestamps import iso
 
 REFUSED, RESTARTED, GAP, DISAGREES = "refused", "restarted", "gap", "disagrees"
@@ -110,7 +111,7 @@ def _disagreements(fixes, motion, mmsi) -> list[Episode]:
     apart[:, known] = np.array(moved).T / elapsed[known] - means
     if not np.isfinite(apart).any():
         return []
-    spread = 1.4826 * float(np.nanmedian(np.abs(apart)))
+    spread = DEVIATION_OF_MEDIAN * float(np.nanmedian(np.abs(apart)))
     allowed = _ALLOWED * np.sqrt(spread**2 + motion.sog_std[at] ** 2)
     return _runs(DISAGREES, time, np.hypot(*apart) > allowed, mmsi, _LEAST)
 

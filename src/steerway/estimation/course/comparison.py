@@ -9,15 +9,19 @@ import numpy as np
 from steerway.core.angles import wrap_array
 from steerway.core.arrays import Floats
 from steerway.core.records import Fixes, Motion
+from steerway.core.statistics import DEVIATION_OF_MEDIAN
 
 STANDSTILL = 0.3
-"""m/s of the receiver's SOG below which it is at rest: twice the noise that receivers here report at a quay."""
+"""m/s of the receiver's SOG below which it is at rest. Chosen: steerageway of the profiles."""
 LEAST_SPEED = 1.0
-"""m/s of the receiver's SOG above which it is compared by default: the receivers here freeze COG below some 0.5."""
+"""m/s of the receiver's SOG above which it is compared by default. Chosen: receivers filter COG harder or hold it at
+low speed (u-blox UBX-18010854, UBX-CFG-ODO `cogMaxSpeed`)."""
 LONGEST_LAG = 5.0
 """s to either side within which a lag is searched: receivers of recorded logs are late by 0.15 to 4 s
 (`steerway study real-logs`)."""
 _LAGS = np.round(np.arange(-LONGEST_LAG, LONGEST_LAG + 0.05, 0.1), 1)
+_COVERED = 0.9
+"""Share of the rows of the best covered lag that a lag needs: beyond the ends of a record there are none. Chosen."""
 _NEAR = 2.0
 """s between a row and the estimate it is compared with, at most: two rows at 1 Hz."""
 
@@ -199,11 +203,11 @@ def _figures(vessels):
         return math.nan, math.nan, math.nan, math.nan
     counts = sum(each.counts for each in vessels)
     rms = np.sqrt(sum(each.squares for each in vessels) / np.maximum(counts, 1))
-    rms[counts < 0.9 * counts.max()] = np.inf
+    rms[counts < _COVERED * counts.max()] = np.inf
     best = int(np.argmin(rms))
     return (
         float(rms[len(_LAGS) // 2]),
-        1.4826 * _median(np.abs(now - _median(now))),
+        DEVIATION_OF_MEDIAN * _median(np.abs(now - _median(now))),
         float(_LAGS[best]),
         float(rms[best]),
     )

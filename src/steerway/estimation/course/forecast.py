@@ -34,9 +34,9 @@ from steerway.estimation.course.steerageway import COURSE_GAINED, velocity_to_co
 
 NODES = 48
 """Of the midpoint rule: with 96 mean and covariance of the voyages of `tests/test_prediction.py` change by less than
-10⁻⁴ of the spread; the test compares them with Monte Carlo."""
+10⁻⁴ of the spread (that test with this number changed); it compares them with Monte Carlo."""
 DRIFT_TIME = 200.0
-"""s, time constant of the velocity of a drifting vessel: some minutes, as wind and stream change. Chosen."""
+"""s, time constant of the velocity of a drifting vessel. Chosen: some minutes, as gusts and eddies last."""
 
 
 @kernel

@@ -19,10 +19,10 @@ from steerway.estimation.course.comparison import LEAST_SPEED, LONGEST_LAG, comp
 _LONGEST_SAMPLE = 20_000
 """Rows compared, an hour and more at 5 Hz: the lag of one receiver does not change."""
 _FEWEST = 100
-"""Rows, of which the RMS is known to 7 %."""
+"""Rows, of which the RMS is known to 1/√(2 · 100), 7 %."""
 _SHARP = 0.9
 """Largest ratio of the RMS difference with the lag removed to that without, for the lag to be determined; and to the
-standard deviation of SOG. Chosen."""
+standard deviation of SOG. Chosen: more than the 7 % that chance makes of the fewest rows."""
 _SPANS = 1.0, 2.0, 4.0, 8.0
 """s before and after a fix: noise asks for long ones, turns for short; used is the one that agrees best in COG."""
 _POINTS = 10

@@ -23,20 +23,23 @@ KINDS = ("tracker", "aided", "composite", "interval")
 PLAIN_COMPASS = CompassModel(0.0, 0.0, 1.0, 1.0, 0.0)
 """A compass that reads the heading of its last tick."""
 _VEHICLE_STD = math.radians(0.5)
-"""What the model leaves of a heading, rad a root second. Chosen."""
+"""What the model leaves of a heading, rad a root second. Chosen: gusts and waves turn a boat by 4° in a minute."""
 _BIAS = (0.1, 0.02)
 """1σ at first and walk (a root second) of the input's bias, parts of the limit. Chosen: `HeadingTuning` begins with
 20 rpm of the Springer's 300, 0.07."""
 _UNORDERED = 0.1
-"""Part of the speed by which it changes a root second where none is ordered, 1σ. Chosen."""
+"""Part of the usual speed by which it changes a root second where none is ordered, 1σ. Chosen: by all of it in 100
+s."""
 _LEAST_SPEED = 0.1
-"""Part of the usual speed below which the boat's is not in proportion to the ordered one. Chosen."""
+"""Part of the usual speed below which the boat's is not in proportion to the ordered one. Chosen: its thrust, as its
+drag with the square of speed, is a hundredth of the usual there, less than wind's."""
 _SLIP, _SLIP_TIME = 0.2, 3.0
 """Sideslip in the sharpest turn, rad, and s for which it lasts. Chosen: 11°."""
 _MISJUDGED = 0.5
-"""Part of an ordered change of speed that the boat makes more or less, 1σ. Chosen."""
+"""Part of an ordered change of speed that the boat makes more or less, 1σ. Chosen: its speed table may be off by
+half."""
 _SURE = math.radians(20.0)
-"""1σ of the heading above which it counts as unknown. Chosen."""
+"""1σ of the heading above which it counts as unknown. Chosen: two of them are 40°."""
 
 
 def model_of(poles: tuple[float, float], gains: tuple[float, float], sample: float, limit: float) -> HeadingModel:

@@ -57,7 +57,7 @@ FARTHEST = 2.0 * math.pi
 """First headings are sought this far to either hand: the compass's scale acts on the whole turn made since north, so
 that −45° and 315° are different beginnings."""
 UNLIKELY = 1e-6
-"""Probability below which a filter is given up. Chosen."""
+"""Probability below which a filter is given up. Chosen: one of these takes two readings of NIS 14 to come back."""
 _SAME_HEADING_DEG, _SAME_SCALE = 3.0, 0.02
 """Differences of heading and of the compass's scale below which two filters are one. Chosen: a tenth of `APART`."""
 

@@ -9,7 +9,7 @@ from steerway.sensors.tcm2 import TCM2
 SIGMAS = 3.0
 """Of the scale beyond the box: by chance 0.13 % on either side (normal)."""
 LARGEST_STD = 0.05
-"""1σ of the scale above which no alarm is given. Chosen."""
+"""1σ of the scale above which no alarm is given. Chosen: three of them are 15 % of the gain."""
 
 
 @cache

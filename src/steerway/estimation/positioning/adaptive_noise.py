@@ -17,6 +17,8 @@ from steerway.estimation.course.update.position import correct, innovation
 from steerway.estimation.positioning.low_speed import WAVE, WITH_WAVES
 
 _ITERATIONS = 5
+"""Of the fixed point that Särkkä and Nummenmaa's algorithm iterates. Chosen: with a fix at four
+deviations the variance is within 0.2 % of the fixed point, with one at 1.5 within 10⁻⁶."""
 
 
 @kernel

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from steerway.core.statistics import FIX_GATE
+from steerway.core.statistics import DIFFUSE_SPEED_STD, FIX_GATE, UNBROKEN_REJECTION
 from steerway.estimation.course.motion import models
 from steerway.estimation.course.motion.five_state import gauss_markov
 from steerway.estimation.course.motion.layout import (
@@ -33,11 +33,8 @@ from steerway.estimation.course.update.outliers import OSCILLATION_OUTLIER_NLL
 _LONG_HELD, _YOUNG_COURSE, _TURN = 1, 2, 3
 """Rows of a profile with two modes: a course long held, one just taken up, a turn. Row 0 is the vessel as a whole."""
 _YOUNG = 0.8
-"""Mean time for which a course just taken up counts as such, in mean turns. Chosen: from 0.3 to 1 little changes."""
-_LONGEST_REJECTION = 2.0
-"""s of unbroken rejections after which the position is reset: three fixes at 1 Hz, of which one may be a jump."""
-_START_SPEED_STD = 20.0
-"""m/s: diffuse beside the speed of any vessel (40 kn)."""
+"""Mean time for which a course just taken up counts as such, in mean turns. Chosen: about one turn, in which what is
+left of it dies away; `steerway study estimator-limits` judges it."""
 
 
 def pack(profile, aids: tuple[str, ...] = ()) -> np.ndarray:
@@ -101,11 +98,11 @@ def _row(profile, aids, switching=None) -> np.ndarray:
     row[POSITION_VARIANCE] = profile.position_std**2
     row[TIME_VARIANCE] = profile.time_std**2
     row[STEERAGEWAY] = profile.steerageway
-    row[START_SPEED_VARIANCE] = _START_SPEED_STD**2
+    row[START_SPEED_VARIANCE] = DIFFUSE_SPEED_STD**2
     row[VELOCITY_VARIANCE] = profile.velocity_std**2
     row[GATE] = FIX_GATE
     row[OUTLIER_NLL] = OSCILLATION_OUTLIER_NLL if profile.yawing_period > 0.0 else -math.inf
-    row[LONGEST_REJECTION] = _LONGEST_REJECTION
+    row[LONGEST_REJECTION] = UNBROKEN_REJECTION
     for index, value in (switching or {}).items():
         row[index] = value
     aid_block = aiding.packed(profile, {name: first + k for name, k in places.items()})

@@ -2,7 +2,8 @@
 
 PRESETS = (
     # Otter and Mariner: the process noise of S. Fossen and T. I. Fossen (Sensors 21, 2021, 7910, §6–7) as a
-    # spectral density, S = h Q_d, scaled to R in metres. The others are rounded fits to recorded logs.
+    # spectral density, S = h Q_d, scaled to R in metres. The others are rounded fits to recorded logs;
+    # `steerway study ais-prediction` judges the one of AIS.
     dict(
         name="otter",
         description="Otter USV, 2 m, up to 2 m/s",
@@ -69,7 +70,7 @@ PRESETS = (
         steerageway=0.5,
     ),
     # The classes of AIS: maximum likelihood over half of the vessels of a record of the Solent (reports seconds apart)
-    # and of a sample of a day in the United States (a minute and more).
+    # and of a sample of a day in the United States (a minute and more); judged on the other half (docs/archives.md).
     dict(
         name="ais-class-a",
         description="ships, as AIS of class A reports them",

@@ -2,20 +2,16 @@
 
 A reading outside its gate is skipped. Lasting contradictions are resolved so: GPS and log by `FaultVote`, with speed
 from shaft speed as third instrument and the integrated acceleration beside it; the accelerometer is faulty when the
-best of the others has been refused for `PATIENCE` while those two agree; the current has changed when only speeds
-through the water are refused.
+best of the others has been refused for `UNBROKEN_REJECTION` while those two agree; the current has changed when only
+speeds through the water are refused.
 """
 
 import math
 from dataclasses import dataclass
 
-from steerway.core.statistics import AID_GATE
+from steerway.core.statistics import AID_GATE, UNBROKEN_REJECTION
 from steerway.estimation.speed.fault_vote import FaultVote
 from steerway.estimation.speed.surge import BIAS, CURRENT, LEAK, SPEED, SurgeFilter, SurgeTuning
-
-PATIENCE = 2.0
-"""s of unbroken refusals after which the filter is taken to be wrong. Chosen: as the five-state filter
-resets its position (`profiles.packing`)."""
 
 SOG, BOTTOM, WATER, PROPELLER = range(4)
 AIDS = ("sog", "bottom_speed", "water_speed", "propeller_speed")
@@ -119,7 +115,7 @@ class SurgeFusion:
             measured[self._vote.excluded] = math.nan
 
     def _watch(self) -> None:
-        """Count refusals; after PATIENCE of them reset the accelerometer's errors, or the current."""
+        """Count refusals; after `UNBROKEN_REJECTION` of them reset the accelerometer's errors, or the current."""
         for which, nis in enumerate(self.nis):
             if math.isnan(nis):
                 continue
@@ -141,7 +137,7 @@ class SurgeFusion:
         return self._vote.excluded != which and self._time - self._measured_at[which] < 1.0
 
     def _lost(self, which: int) -> bool:
-        return self._time - self._refused[which] >= PATIENCE
+        return self._time - self._refused[which] >= UNBROKEN_REJECTION
 
     def _open_inertial(self, speed_std: float, bias_std: float) -> None:
         """Increase the covariance of speed, bias and leak, which a fault has affected."""

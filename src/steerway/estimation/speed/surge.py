@@ -17,7 +17,7 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.core.statistics import AID_GATE
+from steerway.core.statistics import AID_GATE, DIFFUSE_SPEED_STD
 from steerway.estimation.course.motion.five_state import decay
 from steerway.estimation.course.update.aids import correct_scalar, take_scalar
 
@@ -25,9 +25,6 @@ SPEED, BIAS, LEAK, CURRENT, SCALE = range(5)
 STATES = 5
 _STATE = STATES
 """Row of the state below the covariance."""
-
-START_SPEED_VARIANCE = 400.0
-"""(m/s)² of an unknown speed: (40 kn)², diffuse beside that of any vessel. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +92,7 @@ class SurgeFilter:
         """Start anew."""
         t = self.tuning
         self._filter_state = np.zeros((STATES + 3, STATES))  # covariance (upper triangle), state, two rows of workspace
-        variances = (START_SPEED_VARIANCE, t.bias_std**2, t.leak_std**2, t.current_std**2, t.scale_std**2)
+        variances = (DIFFUSE_SPEED_STD**2, t.bias_std**2, t.leak_std**2, t.current_std**2, t.scale_std**2)
         self._filter_state[range(STATES), range(STATES)] = variances
 
     def predict(self, acceleration: float, dt: float) -> None:

@@ -19,8 +19,8 @@ from steerway.estimation.course.motion.layout import (
 )
 
 SPEED_UP_TIME = 10.0
-"""s in which a vessel may reach steerageway from rest, whatever S_U is: the 2 m Otter takes some 3 s, a ship minutes,
-which only costs a wider variance at rest."""
+"""s in which a vessel may reach steerageway from rest, whatever S_U is. Chosen: the 2 m Otter takes some 3 s, a ship
+minutes, which only costs a wider variance at rest."""
 
 
 @called_kernel

@@ -12,7 +12,7 @@ VESSEL_STATES = RATE + 1
 """The vessel's own states, which are combined."""
 _NEGLIGIBLE = 1e-3
 """Weight, relative to the largest, below which a pair is left out of the mean: it would move it by a
-thousandth of the distance. Chosen."""
+thousandth of the distance at most. Chosen."""
 
 
 @called_kernel

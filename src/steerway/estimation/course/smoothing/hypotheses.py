@@ -20,11 +20,12 @@ from steerway.estimation.course.motion.layout import LEAVING
 MODES = 2
 """Course held, and turn."""
 HYPOTHESES = 4
-"""Of each mode. With 3 the rate on a straight course is up to a tenth worse, with 6 or 8 nothing is better."""
+"""Of each mode. With 3 the rate on a straight course is up to a tenth worse, with 6 or 8 nothing is better (`steerway
+study estimator-limits` with this number changed)."""
 LOG_WEIGHT, PROBABILITY = range(2)
 """Flags of a hypothesis: the logarithm of its weight in the bank, and its probability given all rows so far used."""
 _LEAST_CHANCE = 1e-12
-"""No change of mode is ever excluded: the logarithm stays finite. Chosen."""
+"""No change of mode is ever excluded: its logarithm stays finite. Chosen: far below any rate times any step."""
 LEAST_PROBABILITY = 1e-30
 """… and no hypothesis: its logarithm stays finite."""
 

@@ -17,9 +17,10 @@ USUAL, COUNT = range(2)
 """State of a receiver: log of its usual reported deviation, and of how many of the first fixes."""
 
 _MEANINGLESS = 2.0
-"""Factor by which reports differ between fixes that are alike (the logs above)."""
+"""Factor by which reports differ between fixes that are alike. Chosen by the logs above."""
 _FIRST = 20.0
-"""Fixes whose mean is the usual value to begin with: some seconds, before which a boat does not depend on it."""
+"""Fixes whose mean is the usual value to begin with. Chosen: some seconds, before which a boat does not depend on
+it."""
 _RISE, _FALL = 3e-4, 1e-3
 """Largest change of the logarithm per fix, which so converges to about the lower quartile (0.3/1.3 = 0.23): neither
 half an hour under trees nor reports of kilometres become usual, and a start under trees is forgotten. Chosen."""

@@ -31,7 +31,7 @@ from steerway.estimation.heading.readings import Ticks, checked_difference
 from steerway.sensors.tcm2 import STATE_VARIANCE
 
 WIDEST = 1e6
-"""Degrees: bounds further apart count as diverged. Chosen: 2,800 turns."""
+"""Degrees: bounds further apart count as diverged. Chosen: 2,800 turns, far beyond any that still say something."""
 
 
 def box_of(model: ArrayLike, tolerance: float, shift_too: bool = False) -> Floats:

@@ -57,7 +57,7 @@ GAMMA_1, GAMMA_2, SLOW, FAST = range(4)
 """Coordinates: c1 = γ1 ψ + r e1 + q e2 and c2 = γ2 ψ + e1 + e2, with r and q at SLOW and FAST."""
 SETTLING = 400
 """Ticks after which the compass's own covariance stands still: with the TCM2's numbers it changes by 1·10⁻⁸ of itself
-from tick 300 to tick 400."""
+from tick 300 to tick 400 (`coordinates` with this number changed)."""
 
 
 @kernel
