@@ -22,9 +22,9 @@ def run():
     }
     if by_hand.Library.available():
         library = by_hand.Library()
-        said, theirs = np.column_stack(ours.whole_record(record)), library.whole_record(record)
-        assert np.array_equal(np.isnan(said), np.isnan(theirs))
-        yield Result("largest difference to C", float(np.nanmax(np.abs(said - theirs))), "", at_most=1e-9)
+        output, theirs = np.column_stack(ours.whole_record(record)), library.whole_record(record)
+        assert np.array_equal(np.isnan(output), np.isnan(theirs))
+        yield Result("largest difference to C", float(np.nanmax(np.abs(output - theirs))), "", at_most=1e-9)
         contenders["C"] = lambda: library.whole_record(record)
     taken = interleaved(contenders, _ROUNDS)
     for name, seconds in taken.items():

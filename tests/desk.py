@@ -66,7 +66,7 @@ class Desk:
         self.state = self.boat.start(-30.0, 0.0, 0.0, 1.0)
         self.trim, self.drive = 0.0, 90.0
         self.fixes = lambda time, north, east: [InputRow("gps", NOON + time, *displaced(*HOME, north, east))]
-        self.said, self.rows = [], []
+        self.output, self.rows = [], []
         self.loop = HastenedLoop()
         self.running = self.loop.create_task(self.service.run([SimpleNamespace(run=self._float)]))
         self.afloat.append(self)
@@ -85,9 +85,9 @@ class Desk:
 
     def sail(self, seconds):
         """So long; the orders said meanwhile."""
-        first = len(self.said)
+        first = len(self.output)
         self.loop.run_until_complete(asyncio.sleep(seconds))
-        return self.said[first:]
+        return self.output[first:]
 
     def until(self, happens, most=60.0):
         """Sail until something happens; s it took."""
@@ -123,7 +123,7 @@ class Desk:
 
     def tick(self, row, leg=None, order=None):
         self.rows.append(row)
-        self.said.append(order)
+        self.output.append(order)
 
     async def _float(self, receive):
         for epoch in count():

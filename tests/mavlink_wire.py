@@ -13,5 +13,5 @@ class Wire:
         self.codec = messages.MAVLink(None, system, component)
         self.other = messages.MAVLink(None)
 
-    def carry(self, said):
-        return [each for message in said for each in self.other.parse_buffer(message.pack(self.codec))]
+    def carry(self, output):
+        return [each for message in output for each in self.other.parse_buffer(message.pack(self.codec))]

@@ -63,15 +63,15 @@ class Program:
         self.process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=self._file)
 
     @property
-    def said(self) -> str:
+    def output(self) -> str:
         return self.log.read_text()
 
     def until(self, pattern, patience=60.0) -> float:
         """The moment at which it has said something, monotonic; it must not have ended before."""
         begun = time.monotonic()
-        while not re.search(pattern, self.said):
-            assert time.monotonic() - begun < patience, f"{pattern!r} was never said in:\n{self.said}"
-            assert self.process.poll() is None, f"it ended:\n{self.said}"
+        while not re.search(pattern, self.output):
+            assert time.monotonic() - begun < patience, f"{pattern!r} was never said in:\n{self.output}"
+            assert self.process.poll() is None, f"it ended:\n{self.output}"
             time.sleep(0.005)
         return time.monotonic()
 
@@ -208,15 +208,15 @@ def sail(current, direction, compass, seed, factor=1.0, ekf=10.0) -> tuple[bool,
         course = rover(directory, current, direction, compass, seed, ekf)
         with desk(directory, factor, course=course) as (_, computer):
             begun = time.monotonic()
-            while "stopped" not in computer.said and time.monotonic() - begun < 300.0 / factor:
+            while "stopped" not in computer.output and time.monotonic() - begun < 300.0 / factor:
                 if computer.process.poll() is not None:
                     break
                 time.sleep(0.1)
-            said, lasted = computer.said, factor * (time.monotonic() - begun)
+            output, lasted = computer.output, factor * (time.monotonic() - begun)
         legs = [rms(leg) for leg in cross_track(truth(directory), course.corners, AROUND) if len(leg)]
-    finished = "the route is finished" in said
+    finished = "the route is finished" in output
     sailed = finished and len(legs) == 3 and max(legs) <= ROVER_MOST
-    why = "" if finished else "; " + (said.strip().splitlines() or ["it said nothing"])[-1]
+    why = "" if finished else "; " + (output.strip().splitlines() or ["it said nothing"])[-1]
     return sailed, f"legs {' '.join(f'{leg:.2f}' for leg in legs)} m RMS in {lasted:.0f} s{why}"
 
 

@@ -21,8 +21,8 @@ TWO = Profile(
 GOOD, BAD = 0.5, 5.0
 
 
-def doubted(said):
-    return variance_scales_of(np.zeros(2), np.asarray(said, float))
+def doubted(given):
+    return variance_scales_of(np.zeros(2), np.asarray(given, float))
 
 
 def troubled(seed, duration=300.0, exaggerated=2.0):
@@ -51,12 +51,12 @@ def test_what_is_beyond_twice_the_rule_counts_by_its_square():
 
 
 def test_what_was_not_said_counts_for_nothing():
-    said = np.array([1.0, 5.0] * 30)
-    with_gaps = np.insert(said, [3, 20, 40, 59], [np.nan, 0.0, -1.0, np.inf])
+    given = np.array([1.0, 5.0] * 30)
+    with_gaps = np.insert(given, [3, 20, 40, 59], [np.nan, 0.0, -1.0, np.inf])
     known = np.isfinite(with_gaps) & (with_gaps > 0.0)
     found = doubted(with_gaps)
     assert np.all(found[~known] == 1.0)
-    np.testing.assert_array_equal(found[known], doubted(said))
+    np.testing.assert_array_equal(found[known], doubted(given))
 
 
 def test_trouble_makes_no_rule_and_a_start_in_trouble_is_forgotten():
@@ -114,16 +114,16 @@ def test_of_fixes_all_alike_it_changes_nothing():
 @pytest.mark.parametrize("profile", [ONE, TWO], ids=["one mode", "two modes"])
 def test_streaming_is_the_record(profile):
     _, fixes, _ = troubled(2)
-    said = np.where(np.arange(len(fixes)) % 7 == 3, np.nan, fixes.position_std)
-    fixes = replace(fixes, position_std=said)
+    given = np.where(np.arange(len(fixes)) % 7 == 3, np.nan, fixes.position_std)
+    fixes = replace(fixes, position_std=given)
     record = FiveStateFilter(profile).filter(fixes)
     estimator, rows = FiveStateFilter(profile), []
     for k in range(len(fixes)):
         estimator.predict(fixes.time[k] - fixes.time[k - 1] if k else 0.0)
-        if math.isnan(said[k]):
+        if math.isnan(given[k]):
             estimator.update(fixes.latitude[k], fixes.longitude[k])
         else:
-            estimator.update(fixes.latitude[k], fixes.longitude[k], said[k])
+            estimator.update(fixes.latitude[k], fixes.longitude[k], given[k])
         rows.append(estimator.output())
     ours = np.array(rows).T
     for name, column in zip(("latitude", "longitude", "sog", "cog", "course_rate"), ours, strict=False):
@@ -136,7 +136,7 @@ def received(fixes, order=None, source="GP"):
 
 
 def sailed_by(navigator, rows):
-    return [said for row in rows for said in navigator.add(row)]
+    return [given for row in rows for given in navigator.add(row)]
 
 
 @pytest.mark.parametrize("rate", [None, 20.0])
@@ -170,9 +170,9 @@ def test_live_without_it_and_of_another_receiver():
     proud = replace(fixes.rows(slice(0, 300)), position_std=np.full(300, 0.1))
     humble = replace(fixes.rows(slice(300, 400)), position_std=np.full(100, 10.0))
     rows = received(proud) + [row._replace(time=row.time + 10.0) for row in received(humble, source="UBX")]
-    spoken, unspoken = (sailed_by(Navigator(ONE, accuracy=heed), rows) for heed in (True, False))
-    assert len(spoken) == 400
-    np.testing.assert_array_equal([row.sog for row in spoken], [row.sog for row in unspoken])
+    weighted, unweighted = (sailed_by(Navigator(ONE, accuracy=heed), rows) for heed in (True, False))
+    assert len(weighted) == 400
+    np.testing.assert_array_equal([row.sog for row in weighted], [row.sog for row in unweighted])
 
 
 def test_every_vessel_has_its_own_rule():
@@ -190,9 +190,9 @@ def test_reset_and_restore_include_it():
     for _ in range(30):
         estimator.update(1.0, 0.2, 0.1)
     kept = estimator.snapshot()
-    first = [estimator.update(1.0, 0.2, said) for said in (1.0, 0.1)]
+    first = [estimator.update(1.0, 0.2, given) for given in (1.0, 0.1)]
     estimator.restore(kept)
-    assert [estimator.update(1.0, 0.2, said) for said in (1.0, 0.1)] == first
+    assert [estimator.update(1.0, 0.2, given) for given in (1.0, 0.1)] == first
     estimator.reset()
     fresh = FiveStateFilter(ONE)
     for each in (estimator, fresh):

@@ -65,7 +65,7 @@ def test_a_square_in_a_current(seed, by):
     assert rms(off[elapsed > 15.0]) < (0.4 if by == "yaw-rate" else 1.0)
     assert rms(off) < 1.5
     assert desk.time < 240.0 + 20.0
-    assert np.median([order.speed for order in desk.said if order.engaged and order.thrust]) == pytest.approx(
+    assert np.median([order.speed for order in desk.output if order.engaged and order.thrust]) == pytest.approx(
         1.2, abs=0.1
     )
 
@@ -137,7 +137,7 @@ CAUSES = {
 @pytest.mark.parametrize("name", CAUSES)
 @pytest.mark.parametrize("safe", ["stop", "hand-back"])
 def test_every_cause_leads_to_the_safe_output_in_time(name, safe):
-    cause, allowed, said = CAUSES[name]
+    cause, allowed, output = CAUSES[name]
     desk = under_way(route=square(boat=OTTER, safe=safe))
     cause(desk)
     assert until_stopped(desk) <= allowed + 1.0 + 2.0 * TICK
@@ -145,7 +145,7 @@ def test_every_cause_leads_to_the_safe_output_in_time(name, safe):
         assert order.state is State.STOPPED and order.engaged is (safe == "stop")
         assert order[3:7] == (0.0, 0.0, 0.0, 0.0)
         assert order.reason == desk.order.reason
-    assert re.search(said, desk.order.reason), desk.order.reason
+    assert re.search(output, desk.order.reason), desk.order.reason
 
 
 @pytest.mark.parametrize("rate", [0.5, 1.0, 10.0])
@@ -161,9 +161,9 @@ def test_silence_is_counted_from_the_last_fix(rate):
 def test_dead_reckoning_is_said_and_ends_with_the_next_fix():
     desk = under_way()
     says, desk.fixes = desk.fixes, lambda *fix: []
-    said = desk.sail(6.0)
-    assert [order.state for order in said[::50]] == [State.RUNNING] * 1 + [State.DEGRADED] * 5
-    assert "dead reckoning" in said[-1].reason and said[-1].engaged
+    output = desk.sail(6.0)
+    assert [order.state for order in output[::50]] == [State.RUNNING] * 1 + [State.DEGRADED] * 5
+    assert "dead reckoning" in output[-1].reason and output[-1].engaged
     desk.fixes = says
     assert desk.sail(4.0)[-1].state is State.RUNNING
 
@@ -186,24 +186,24 @@ def test_the_fence_stops_her_before_it_is_left():
 
 
 @pytest.mark.parametrize(
-    ("limits", "said"),
+    ("limits", "output"),
     [
         (Limits(max_sog_mps=0.6), "speed is 1..* the limit 0.6"),
         (Limits(cross_track=1.0), "off the leg, the limit 1 m"),
         (Limits(min_sog_mps=1.0), "the least 1 m/s"),
     ],
 )
-def test_limits(limits, said):
+def test_limits(limits, output):
     desk = Desk(square(boat=OTTER, limits=limits))
     desk.state[7] = 3.0 if limits.cross_track else 0.0
-    if "least" not in said:
+    if "least" not in output:
         with pytest.raises(AssertionError, match="limit"):
             desk.until_ready()
         return
     desk.start().sail(16.0)
     assert desk.order.state is State.RUNNING
     desk.boat = type("Moored", (), {"step": lambda self, state, *_: state})()
-    assert until_stopped(desk) < 6.0 and said in desk.order.reason
+    assert until_stopped(desk) < 6.0 and output in desk.order.reason
 
 
 def test_a_limit_is_kept_under_way():

@@ -18,19 +18,19 @@ from steerway.live.outputs.propellers import PropellerCommands
 from steerway.live.outputs.sentences import SentenceOutput
 from steerway.live.outputs.table import TableFile
 from tests.desk import HOME, NOON, OTTER, SQUARE, Desk, corner, dock_all, square
-from tests.said import Said
+from tests.recording_sink import RecordingSink
 
 
 @pytest.fixture(scope="module")
 def voyage(tmp_path_factory):
     """Ready, running, stopped; received by every output."""
     path = tmp_path_factory.mktemp("voyage") / "run.parquet"
-    said = {name: Said() for name in ("propellers", "sentences", "deltas", "json")}
+    sinks = {name: RecordingSink() for name in ("propellers", "sentences", "deltas", "json")}
     outputs = [
-        PropellerCommands(said["propellers"]),
-        SentenceOutput(said["sentences"]),
-        Deltas(said["deltas"]),
-        JsonLines(said["json"]),
+        PropellerCommands(sinks["propellers"]),
+        SentenceOutput(sinks["sentences"]),
+        Deltas(sinks["deltas"]),
+        JsonLines(sinks["json"]),
         TableFile(path),
     ]
     desk = Desk(square(boat=OTTER), outputs=outputs).until_ready()
@@ -39,7 +39,7 @@ def voyage(tmp_path_factory):
     desk.autopilot.stop("enough")
     desk.sail(5.0)
     dock_all()
-    return said, path, desk
+    return sinks, path, desk
 
 
 def test_propeller_commands(voyage):
@@ -54,9 +54,9 @@ def test_propeller_commands(voyage):
 
 
 def test_a_boat_handed_back_is_commanded_nothing():
-    said = Said()
-    PropellerCommands(said).tick(at_home(), None, Order(State.STOPPED, "enough", False))
-    assert said.lines()[0]["port"] is None
+    sinks = RecordingSink()
+    PropellerCommands(sinks).tick(at_home(), None, Order(State.STOPPED, "enough", False))
+    assert sinks.lines()[0]["port"] is None
 
 
 def at_home(**more):
@@ -95,8 +95,8 @@ def test_signal_k_says_route_target_and_alarm(voyage):
 
 
 def test_rows_and_tables_tell_the_state(voyage):
-    said, path, desk = voyage
-    lines = said["json"].lines()
+    sinks, path, desk = voyage
+    lines = sinks["json"].lines()
     frame = pl.read_parquet(path)
     for states, reasons in (
         ([line.get("state") for line in lines], [line.get("reason") for line in lines]),

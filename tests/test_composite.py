@@ -175,9 +175,9 @@ def test_gnss_velocity_corrects_like_the_textbook():
     root = 0.01 * rng.standard_normal((STATES, STATES))
     p = root @ root.T
     psi = PHYSICAL_YAW.outputs[0] * x[0]
-    said = 1.5 * np.array([math.cos(psi), math.sin(psi)]) + x[8:10] + [0.05, -0.02]
+    output = 1.5 * np.array([math.cos(psi), math.sin(psi)]) + x[8:10] + [0.05, -0.02]
     mine, covariance = x.copy(), p.copy()
-    take_velocity(mine, covariance, np.empty((2, STATES)), estimator._model, *said, 0.01)
+    take_velocity(mine, covariance, np.empty((2, STATES)), estimator._model, *output, 0.01)
     for axis in range(2):
         psi = float(np.dot(PHYSICAL_YAW.outputs, x[:2]))
         direction = (math.cos(psi), math.sin(psi))
@@ -186,7 +186,7 @@ def test_gnss_velocity_corrects_like_the_textbook():
         h[:2] = x[10] * slope * np.array(PHYSICAL_YAW.outputs)
         h[8 + axis], h[10] = 1.0, direction[axis]
         gain = p @ h / (h @ p @ h + 0.01)
-        x, p = x + gain * (said[axis] - x[10] * direction[axis] - x[8 + axis]), p - np.outer(gain, h @ p)
+        x, p = x + gain * (output[axis] - x[10] * direction[axis] - x[8 + axis]), p - np.outer(gain, h @ p)
     np.testing.assert_allclose(mine, x, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(covariance, p, rtol=1e-8, atol=1e-12)
 

@@ -106,7 +106,7 @@ def test_drift_pushes_along_the_waves():
 
 
 @pytest.mark.parametrize(
-    ("make", "says"),
+    ("make", "message"),
     [
         (lambda: Environment(Current(-0.5)), "current.speed is -0.5"),
         (lambda: Environment(Current(0.5, std=0.1, time_constant=0.0)), "current.time_constant is 0.0"),
@@ -115,6 +115,6 @@ def test_drift_pushes_along_the_waves():
         (lambda: Environment(waves=Waves(direction=math.nan)), "waves.direction is nan"),
     ],
 )
-def test_bad_input_is_named(make, says):
-    with pytest.raises(InputError, match=says):
+def test_bad_input_is_named(make, message):
+    with pytest.raises(InputError, match=message):
         make()

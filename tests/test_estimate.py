@@ -18,7 +18,7 @@ COLUMNS = (
 ).split()
 
 
-def said(fixes: Fixes, **columns) -> Fixes:
+def output(fixes: Fixes, **columns) -> Fixes:
     """The fixes with further columns."""
     return Fixes(fixes.time, fixes.latitude, fixes.longitude, **columns)
 
@@ -113,7 +113,7 @@ def test_aids_help(aid, better_than):
         n = len(scene.time)
         true_rate = np.gradient(np.unwrap(scene.cog), scene.time)
         velocity = scene.sog * np.exp(1j * scene.cog) + rng.normal(0, 0.05, n) + 1j * rng.normal(0, 0.05, n)
-        fixes = said(
+        fixes = output(
             scene.fixes(0.5, seed),
             sog=np.abs(velocity),
             cog=np.angle(velocity),
@@ -169,7 +169,7 @@ def test_compare_finds_the_receivers_lag():
     course = 0.5 * np.sin(np.arange(3000) / 5.0 / 15.0)
     scene = sailed(speed, course)
     late = np.clip(np.arange(3000) - 10, 0, None)
-    fixes = said(scene.fixes(0.02, 1), sog=speed[late], cog=course[late])
+    fixes = output(scene.fixes(0.02, 1), sog=speed[late], cog=course[late])
     found = compare(fixes, steerway.estimate(fixes, SMALL.model_copy(update={"position_std": 0.02}), smooth=True))
     assert found.sog_lag == pytest.approx(2.0, abs=0.15)
     assert found.cog_lag == pytest.approx(2.0, abs=0.15)

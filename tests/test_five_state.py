@@ -163,15 +163,15 @@ def test_streaming_is_the_whole_record(profile):
     latitude, longitude = 1.0 + north / 6.37e6, 0.2 + east / 3.4e6
     motion = FiveStateFilter(profile).filter(Fixes(time, latitude, longitude))
     estimator = FiveStateFilter(profile)
-    said = []
+    output = []
     for k in range(len(time)):
         if k:
             estimator.predict(time[k] - time[k - 1])
         nis = estimator.update(latitude[k], longitude[k])
-        said.append([*estimator.position, estimator.sog, estimator.cog, estimator.course_rate, nis])
+        output.append([*estimator.position, estimator.sog, estimator.cog, estimator.course_rate, nis])
     moving = np.arange(20, len(time))
     whole_record = np.stack([motion.latitude, motion.longitude, motion.sog, motion.cog, motion.course_rate, motion.nis])
-    np.testing.assert_allclose(np.array(said)[moving], whole_record.T[moving], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(np.array(output)[moving], whole_record.T[moving], rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("parts", [2, 10])
@@ -361,9 +361,9 @@ def test_every_course_is_found_from_nothing(course_deg):
     rng = np.random.default_rng(course_deg + 180)
     noise = 0.1 * rng.standard_normal((2, len(time)))
     way = 1.3 * time
-    said, _ = tracked(way * math.cos(course) + noise[0], way * math.sin(course) + noise[1], time)
-    assert abs(wrap(said[-1, COURSE] - course)) < math.radians(5.0)
-    assert abs(said[-1, SPEED] - 1.3) < 0.1
+    output, _ = tracked(way * math.cos(course) + noise[0], way * math.sin(course) + noise[1], time)
+    assert abs(wrap(output[-1, COURSE] - course)) < math.radians(5.0)
+    assert abs(output[-1, SPEED] - 1.3) < 0.1
 
 
 def test_a_turn_to_starboard_is_positive():
@@ -374,10 +374,10 @@ def test_a_turn_to_starboard_is_positive():
     time = 0.2 * np.arange(600)
     rate = 0.02
     north, east = 3.0 / rate * np.sin(rate * time), 3.0 / rate * (1.0 - np.cos(rate * time))
-    said, _ = tracked(north, east, time, PROFILE.model_copy(update={"course_rate_decay": 0.0}))
-    assert said[-1, RATE] == pytest.approx(rate, rel=0.02)
-    assert wrap(said[-1, COURSE] - rate * time[-1]) == pytest.approx(0.0, abs=math.radians(1.0))
-    assert said[-1, SPEED] == pytest.approx(3.0, rel=0.01)
+    output, _ = tracked(north, east, time, PROFILE.model_copy(update={"course_rate_decay": 0.0}))
+    assert output[-1, RATE] == pytest.approx(rate, rel=0.02)
+    assert wrap(output[-1, COURSE] - rate * time[-1]) == pytest.approx(0.0, abs=math.radians(1.0))
+    assert output[-1, SPEED] == pytest.approx(3.0, rel=0.01)
 
 
 def test_the_parameters_have_the_decays_where_the_kernels_read_them():

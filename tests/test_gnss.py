@@ -219,8 +219,8 @@ def test_a_late_fix_keeps_its_epoch_unless_stamped_on_arrival():
 def test_sog_and_cog_are_said_only_by_a_receiver_that_says_them():
     motion = truth(seconds=400.0)
     assert np.isnan(whole(gnss.white(0.1), 0, **motion).sog).all()
-    said = whole(Gnss(rate=5.0, velocity_std=0.1), 0, **motion)
-    along = said.sog * np.cos(said.cog)
+    output = whole(Gnss(rate=5.0, velocity_std=0.1), 0, **motion)
+    along = output.sog * np.cos(output.cog)
     assert abs(along.mean() - 1.3) < 0.01 and abs(along.std() - 0.1) < 0.01
 
 
@@ -232,7 +232,7 @@ def test_north_and_east_are_true_distances_on_the_origin():
 
 
 @pytest.mark.parametrize(
-    ("make", "says"),
+    ("make", "message"),
     [
         (lambda: Gnss(rate=0.0), "rate is 0.0"),
         (lambda: Gnss(white=-1.0), "white is -1.0"),
@@ -244,6 +244,6 @@ def test_north_and_east_are_true_distances_on_the_origin():
         (lambda: gnss.white(0.1).fixes([0.0, 0.0], [0.0, 0.0], [0.0, 0.0], 0), "does not rise"),
     ],
 )
-def test_bad_input_is_named(make, says):
-    with pytest.raises(InputError, match=says):
+def test_bad_input_is_named(make, message):
+    with pytest.raises(InputError, match=message):
         make()

@@ -97,7 +97,7 @@ def test_cross_track_gives_the_reference_numbers(shared_data):
 
 
 @pytest.mark.parametrize(
-    ("make", "said"),
+    ("make", "output"),
     [
         (lambda: LineOfSight(0.0), "line_of_sight.lookahead is 0"),
         (lambda: LineOfSight(math.nan), "line_of_sight.lookahead is nan"),
@@ -108,8 +108,8 @@ def test_cross_track_gives_the_reference_numbers(shared_data):
         (lambda: VectorField(0.1, 2.0), "vector_field.approach is 2, expected an angle"),
     ],
 )
-def test_a_law_that_cannot_be_is_refused(make, said):
-    with pytest.raises(InputError, match=said):
+def test_a_law_that_cannot_be_is_refused(make, output):
+    with pytest.raises(InputError, match=output):
         make()
 
 

@@ -24,10 +24,10 @@ YAW = place_poles(1.0 / 41.0, 1.0, bandwidth=0.8)
 
 def test_hysteresis_and_dwell():
     hand_over = HandOver(Steerageway(take=0.5, give=0.3, dwell=1.0))
-    said = [
+    output = [
         hand_over.step(speed, 0.0, 0.0, 0.5) for speed in [0.4, 0.6, 0.6, 0.4, 0.6, 0.6, 0.6, 0.4, 0.31, 0.2, 0.2, 0.2]
     ]
-    assert said == [False] * 6 + [True] * 5 + [False]
+    assert output == [False] * 6 + [True] * 5 + [False]
 
 
 def test_noise_around_a_threshold_does_not_chatter():

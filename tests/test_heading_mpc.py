@@ -85,11 +85,11 @@ def test_prediction_is_the_plant_run():
     plant = LinearPlant(*PAPER_YAW.matrices())
     free, held, forced = prediction(plant, 10, 3)
     x, u, bias, changes = np.array([0.02, -0.01]), 5.0, 2.0, np.array([1.0, -2.0, 0.5])
-    said = free @ [*x, bias] + held * u + forced @ changes
+    given = free @ [*x, bias] + held * u + forced @ changes
     for i in range(10):
         u += changes[i] if i < 3 else 0.0
         x = plant.a @ x + plant.b * (u + bias)
-        assert said[i] == pytest.approx(plant.c @ x, rel=1e-12)
+        assert given[i] == pytest.approx(plant.c @ x, rel=1e-12)
 
 
 def held_on(autopilot, plant, seconds, bias_rpm=10.0, wanted=1.0):

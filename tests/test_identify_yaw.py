@@ -130,7 +130,7 @@ def test_the_covariance_is_that_of_a_known_normal():
 
 
 @pytest.mark.parametrize(
-    ("change", "says"),
+    ("change", "message"),
     [
         (lambda t, r, a: (t, r[:-1], a), "rudder has shape"),
         (lambda t, r, a: (t[::-1], r, a), "time does not rise"),
@@ -140,9 +140,9 @@ def test_the_covariance_is_that_of_a_known_normal():
         (lambda t, r, a: (t, r, 0.01 * np.sin(t)), "the vessel turned by 1.1°"),
     ],
 )
-def test_a_manoeuvre_that_cannot_tell_is_refused(change, says):
+def test_a_manoeuvre_that_cannot_tell_is_refused(change, message):
     time, rudder, _, _, heading = manoeuvre("boat")
-    with pytest.raises(InputError, match=says):
+    with pytest.raises(InputError, match=message):
         identify_yaw(*change(time, rudder, heading))
 
 
@@ -179,7 +179,7 @@ def test_a_table_with_positions_and_a_moment(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("columns", "options", "says"),
+    ("columns", "options", "message"),
     [
         ({"time_s": [1.0, 2.0], "heading_deg": [1.0, 2.0]}, {}, "no column for the rudder"),
         ({"time_s": [1.0, 2.0], "rudder_deg": [1.0, 2.0]}, {}, "neither heading, course nor positions"),
@@ -188,8 +188,8 @@ def test_a_table_with_positions_and_a_moment(tmp_path):
         ({"time_s": [1.0], "rudder_deg": ["hard"], "heading_deg": [1.0]}, {}, "holds text"),
     ],
 )
-def test_a_table_that_lacks_something_is_refused(tmp_path, columns, options, says):
-    with pytest.raises(InputError, match=says):
+def test_a_table_that_lacks_something_is_refused(tmp_path, columns, options, message):
+    with pytest.raises(InputError, match=message):
         read_steering(table_of(tmp_path, **columns), **options)
 
 

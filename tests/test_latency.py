@@ -61,12 +61,12 @@ def test_positions_are_put_back_and_instruments_stay():
     )
     moved = on_time(fixes, 1.5)
     assert moved.source == "GP" and np.all(np.diff(moved.time) >= 0.0)
-    placed, said = moved.rows(moved.has_position), moved.rows(np.isfinite(moved.heading))
+    placed, given = moved.rows(moved.has_position), moved.rows(np.isfinite(moved.heading))
     np.testing.assert_array_equal(placed.time, time[np.isfinite(latitude)] - 1.5)
     np.testing.assert_array_equal(placed.position_std, np.array([1.0, 2.0, 4.0, 5.0]))
     np.testing.assert_array_equal(placed.sog, np.array([0.0, 1.0, 3.0, 4.0]))
-    np.testing.assert_array_equal(said.time, time[[0, 2, 3]])
-    assert not np.isfinite(said.sog).any() and not np.isfinite(placed.heading).any()
+    np.testing.assert_array_equal(given.time, time[[0, 2, 3]])
+    assert not np.isfinite(given.sog).any() and not np.isfinite(placed.heading).any()
     assert on_time(fixes, 0.0) is fixes
     with pytest.raises(InputError, match="latency is -1"):
         on_time(fixes, -1.0)
@@ -103,9 +103,9 @@ def log(tmp_path):
 
 def test_the_summary_tells_of_the_receiver(log):
     path, doubted = log
-    said = CliRunner().invoke(app, ["estimate", str(path)])
-    assert said.exit_code == 0, said.output
-    (line,) = [each for each in said.output.splitlines() if each.startswith("receiver")]
+    given = CliRunner().invoke(app, ["estimate", str(path)])
+    assert given.exit_code == 0, given.output
+    (line,) = [each for each in given.output.splitlines() if each.startswith("receiver")]
     assert f"{doubted} fixes with raised reported accuracy" in line and "COG lags the estimate by 2.0 s" in line
 
 
@@ -115,11 +115,11 @@ def test_options_of_estimate(log, tmp_path):
     for name, options in {"plain": [], "alike": ["--no-accuracy"], "late": ["--latency", "1.5"]}.items():
         out = tmp_path / f"{name}.csv"
         arguments = ["estimate", str(path), "--profile", "otter", "-o", str(out), "--json", *options]
-        said = CliRunner().invoke(app, arguments)
-        assert said.exit_code == 0, said.output
+        given = CliRunner().invoke(app, arguments)
+        assert given.exit_code == 0, given.output
         import polars as pl
 
-        runs[name] = json.loads(said.stdout), pl.read_csv(out)
+        runs[name] = json.loads(given.stdout), pl.read_csv(out)
     assert runs["plain"][0]["fixes_doubted"] == doubted and runs["alike"][0]["fixes_doubted"] == 0
     assert runs["plain"][0]["receiver_cog_late_s"] == pytest.approx(2.0, abs=0.11)
     assert not np.allclose(runs["plain"][1]["sog_mps"], runs["alike"][1]["sog_mps"], equal_nan=True)

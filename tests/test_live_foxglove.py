@@ -94,13 +94,13 @@ def test_a_client_reads_position_and_estimate():
     assert by_topic[link.POSITION]["schemaName"] == "foxglove.LocationFix"
     assert by_topic[link.POSITION]["encoding"] == "protobuf" and by_topic[link.ESTIMATE]["encoding"] == "json"
     schema = json.loads(by_topic[link.ESTIMATE]["schema"])
-    said = {topic: payload for topic, _, payload in received}
+    given = {topic: payload for topic, _, payload in received}
     assert {moment for _, moment, _ in received} == {1_719_835_200_000_000_000}
 
-    assert json.loads(said[link.ESTIMATE]) == json.loads(json_line(ROW))
-    assert set(json.loads(said[link.ESTIMATE])) <= set(schema["properties"])
+    assert json.loads(given[link.ESTIMATE]) == json.loads(json_line(ROW))
+    assert set(json.loads(given[link.ESTIMATE])) <= set(schema["properties"])
 
-    fix = fields(said[link.POSITION])
+    fix = fields(given[link.POSITION])
     assert fix[1] == pytest.approx(54.5, abs=1e-12) and fix[2] == pytest.approx(-10.25, abs=1e-12)
     covariance = struct.unpack("<9d", fix[4])
     assert covariance[0] == covariance[4] == pytest.approx(0.09) and covariance[1] == 0.0 and fix[5] == 1

@@ -61,9 +61,9 @@ def test_a_view_is_in_the_skippers_units():
 def test_what_is_unknown_is_none_and_a_dash():
     shown = view(Seen(lost(math.nan), None, None, (math.nan,) * 3, lost(math.nan), "", {}), ChartPlane())
     assert {name: value for name, value in shown._asdict().items() if value} == {"status": "lost"}
-    said = words(shown)
-    assert {said[name] for name in ("sog", "cog", "rate", "age", "nis", "cross_track", "distance")} == {UNKNOWN}
-    assert tone(shown) == "bad" and "nan" not in json.dumps([shown._asdict(), said]).lower()
+    output = words(shown)
+    assert {output[name] for name in ("sog", "cog", "rate", "age", "nis", "cross_track", "distance")} == {UNKNOWN}
+    assert tone(shown) == "bad" and "nan" not in json.dumps([shown._asdict(), output]).lower()
 
 
 def test_a_finished_route_is_done():
@@ -79,9 +79,9 @@ def test_the_status_between_fixes_is_that_of_the_last_one_until_it_is_old():
 
 
 def test_words_name_the_side():
-    said = words(view(SEEN, ChartPlane.of(ROUTE)))
-    assert (said["cog"], said["rate"], said["cross_track"]) == ("270°", "1.0", "3.0 m")
-    assert said["rate_within"].startswith("port ±") and said["cross_track_side"] == "to port of track"
+    output = words(view(SEEN, ChartPlane.of(ROUTE)))
+    assert (output["cog"], output["rate"], output["cross_track"]) == ("270°", "1.0", "3.0 m")
+    assert output["rate_within"].startswith("port ±") and output["cross_track_side"] == "to port of track"
     assert words(View(sog_kn=3.456, sog_within_kn=0.3))["sog"] == "3.5"
     assert words(View(sog_kn=3.456, sog_within_kn=0.05))["sog"] == "3.46"
     assert words(View(rate_dps=2.0))["rate_within"] == "stbd" and words(View(cog_deg=359.7))["cog"] == "000°"

@@ -62,8 +62,8 @@ def sailing(sea, port, *more, token=None, speed=5):
     )
     if token:
         surroundings["STEERWAY_HELM_TOKEN"] = token
-    with open(sea / "said.txt", "wb") as said:
-        process = subprocess.Popen(command, stdout=said, stderr=said, env=surroundings, cwd=sea)
+    with open(sea / "said.txt", "wb") as output:
+        process = subprocess.Popen(command, stdout=output, stderr=output, env=surroundings, cwd=sea)
     try:
         until(lambda: answers(port), 120.0)
         yield process
@@ -282,7 +282,7 @@ def test_the_token_is_asked_for(page, sea):
         assert asked(port, "GET", stranger, **upgrade, **entered, Origin="http://evil.example")[0] == 403
         assert asked(port, "GET", stranger, **own, **upgrade, **entered)[0] == 101
         assert asked(port, "GET", "/", Host=f"evil.example:{port}")[0] == 403
-        said = (sea / "said.txt").read_text()
+        output = (sea / "said.txt").read_text()
         with open(f"/proc/{process.pid}/task/{process.pid}/children") as children:
             lines = [open(f"/proc/{child}/cmdline").read() for child in children.read().split()]
-        assert len(lines) == 1 and TOKEN not in said + lines[0]
+        assert len(lines) == 1 and TOKEN not in output + lines[0]

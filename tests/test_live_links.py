@@ -33,7 +33,7 @@ from steerway.live.schemes import Context
 from steerway.live.service import Service
 from tests.kept_outputs import Kept, assert_equal
 from tests.ports import free_port, until
-from tests.said import Said
+from tests.recording_sink import RecordingSink
 from tests.sentences import START, gga, gll, pvt, rmc, sealed, sortie, track
 
 NOON = 1_719_835_200.0
@@ -81,11 +81,11 @@ def test_weeks_that_rolled_over_are_put_right_by_the_computers_clock(monkeypatch
     from types import SimpleNamespace
 
     rollover = 1024 * 7 * 86400.0
-    for computer, told in ((START + rollover, START + rollover), (START + 2.0 * rollover + 5e5, START + 2.0 * rollover),
+    for computer, expected in ((START + rollover, START + rollover), (START + 2.0 * rollover + 5e5, START + 2.0 * rollover),
                            (START + 1e8, START), (0.0, START), (START - rollover, START)):  # fmt: skip
         monkeypatch.setattr("steerway.live.links.decoding.time", SimpleNamespace(time=lambda now=computer: now))
         (row,) = fed(ReceiverDecoder(), rmc(START, 54.0, 10.0), 100)
-        assert row.time == told
+        assert row.time == expected
 
 
 def test_gpsd_reports_several_times_an_epoch():
@@ -126,14 +126,14 @@ def test_signal_k_deltas_are_merged_and_null_is_nothing():
 
 
 def test_sentences_once_a_second_and_never_a_stale_one():
-    said = Said()
-    output = SentenceOutput(said)
+    sink = RecordingSink()
+    output = SentenceOutput(sink)
     for k in range(100):
         output.tick(SAILING._replace(time=NOON + k * 0.02))
-    assert len(said.messages) == 2
+    assert len(sink.messages) == 2
     output.tick(SAILING._replace(time=NOON + 1.99))
     output.tick(lost(NOON + 2.0))
-    first, last = (each.decode().split("\r\n") for each in (said.messages[0], said.messages[-1]))
+    first, last = (each.decode().split("\r\n") for each in (sink.messages[0], sink.messages[-1]))
     assert first[0].startswith("$SWRMC,120000.000,A,5400.0000000,N,01000.0000000,E,3.888,270.00,010724,")
     assert first[1].startswith("$SWVTG,270.00,T,,M,3.888,N,7.200,K,A")
     assert first[2].startswith("$SWROT,60.00,A")  # 1 °/s to starboard
@@ -142,17 +142,17 @@ def test_sentences_once_a_second_and_never_a_stale_one():
 
 
 def test_a_boat_without_course_says_none():
-    rmc_, vtg_, rot_ = SentenceOutput(Said()).sentences(DRIFTING)
+    rmc_, vtg_, rot_ = SentenceOutput(RecordingSink()).sentences(DRIFTING)
     assert rmc_.split(",")[2] == "A" and rmc_.split(",")[8] == ""
     assert vtg_.startswith("$SWVTG,,T,,M,3.888") and rot_.startswith("$SWROT,,V")
 
 
 def test_what_is_said_is_what_a_reader_reads():
-    said = Said()
-    output = SentenceOutput(said)
+    sink = RecordingSink()
+    output = SentenceOutput(sink)
     for k in range(5):
         output.tick(SAILING._replace(time=NOON + k))
-    (fixes,) = nmea0183.read(b"".join(said.messages)).sources.values()
+    (fixes,) = nmea0183.read(b"".join(sink.messages)).sources.values()
     assert len(fixes) == 5 and fixes.sog == pytest.approx([2.0] * 5, abs=1e-3)
     assert np.cos(fixes.cog + math.pi / 2.0) == pytest.approx([1.0] * 5)
     assert fixes.yaw_rate == pytest.approx([math.radians(1.0)] * 5)
@@ -173,21 +173,21 @@ def test_a_delta_in_si_with_null_for_unknown():
 
 
 def test_a_delta_a_fix_and_the_present_where_fixes_stay_away():
-    said = Said()
-    output = Deltas(said)
+    sink = RecordingSink()
+    output = Deltas(sink)
     for k in range(10):
         output.fix(SAILING._replace(time=NOON + 0.2 * k))
         output.tick(SAILING._replace(time=NOON + 0.2 * k + 0.1))
     for k in range(100, 140):
         output.tick(lost(NOON + 0.1 * k))
-    updates = [json.loads(message)["updates"][0] for message in said.messages]
+    updates = [json.loads(message)["updates"][0] for message in sink.messages]
     assert [each["timestamp"][17:-1] for each in updates] == ["00", "01", "10"]
     values = [{each["path"]: each["value"] for each in update["values"]} for update in updates]
     assert [len(each) for each in values] == [4, 4, 3] and set(values[2].values()) == {None}
     assert "navigation.position" not in values[2]
     output.fix(SAILING._replace(time=NOON + 20.0))
     output.tick(lost(NOON + 40.0))
-    assert [len(json.loads(message)["updates"][0]["values"]) for message in said.messages[3:]] == [4, 3]
+    assert [len(json.loads(message)["updates"][0]["values"]) for message in sink.messages[3:]] == [4, 3]
 
 
 def test_the_own_position_is_not_sent_to_the_server_it_comes_from():
@@ -401,20 +401,20 @@ def test_everyone_who_connects_is_told_and_a_deaf_one_stops_nobody():
 
 
 def test_listening_for_long_takes_no_memory():
-    decoder, navigator, said = ReceiverDecoder(), Navigator("small-usv"), 0
+    decoder, navigator, rows = ReceiverDecoder(), Navigator("small-usv"), 0
 
     def listen(start, n):
-        nonlocal said
+        nonlocal rows
         for time, lat, lon in zip(*track(n, start=START + start), strict=True):
             for received in decoder.feed(rmc(time, lat, lon) + pvt(time, lat, lon) + gga(time, lat, lon)):
-                said += len(navigator.add(received))
+                rows += len(navigator.add(received))
 
     listen(0.0, 2500)  # the interpreter keeps some 2000 tuples to use again
     gc.collect()
     before = sys.getallocatedblocks()
     listen(2500.0, 1500)
     gc.collect()
-    assert said > 3900 and sys.getallocatedblocks() - before < 200
+    assert rows > 3900 and sys.getallocatedblocks() - before < 200
 
 
 @pytest.mark.parametrize("rate", [10.0, 50.0, 100.0])

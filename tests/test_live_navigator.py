@@ -79,16 +79,16 @@ def test_what_is_told_twice_is_taken_once(fixes, rate):
     np.testing.assert_allclose([row.cog for row in at_ticks], [row.cog for row in once[1]], rtol=1e-9, atol=1e-10)
 
 
-def test_what_is_told_again_late_changes_nothing(fixes):
-    told, received = Navigator(), received_from(fixes)
+def test_what_is_reported_again_late_changes_nothing(fixes):
+    repeated, received = Navigator(), received_from(fixes)
     once = Navigator()
     for k, each in enumerate(received):
         once.add(each)
-        told.add(each)
+        repeated.add(each)
         if k >= 5:
-            assert told.add(received[k - 5]) == []
-    assert told.last_fix[1:] == once.last_fix[1:]
-    assert told.counts["repeated"] == len(received) - 5 and told.counts["late"] == 0
+            assert repeated.add(received[k - 5]) == []
+    assert repeated.last_fix[1:] == once.last_fix[1:]
+    assert repeated.counts["repeated"] == len(received) - 5 and repeated.counts["late"] == 0
 
 
 def test_what_aids_is_taken_beside_positions(fixes):
@@ -133,9 +133,9 @@ def test_a_dropout_is_dead_reckoned_and_then_nothing_is_said(fixes):
     for received in received_from(fixes):
         navigator.add(received)
     end = fixes.time[-1]
-    said = [navigator.at(end + later) for later in (0.5, 5.0, 9.9)]
-    assert all(row.valid for row in said)
-    assert said[0].position_std < said[1].position_std < said[2].position_std
+    output = [navigator.at(end + later) for later in (0.5, 5.0, 9.9)]
+    assert all(row.valid for row in output)
+    assert output[0].position_std < output[1].position_std < output[2].position_std
     assert navigator.at(end + 10.1).status == LOST and not navigator.at(end + 10.1).valid
     assert Navigator().at(end).status == LOST
 
@@ -184,13 +184,13 @@ def test_a_step_forward_is_told_from_a_dropout_by_the_present(fixes):
 def test_a_gap_in_a_log_that_is_played_in_haste_is_no_step(fixes):
     rows = received_from(fixes)
     kept = rows[:150] + rows[200:]
-    hasty, said = Navigator(), []
+    hasty, output = Navigator(), []
     clock = FixClock()
     for k, received in enumerate(kept):
-        said += hasty.add(received, clock.now(0.02 * k))
+        output += hasty.add(received, clock.now(0.02 * k))
         clock.add(received.time, 0.02 * k)
     assert hasty.counts["clock steps"] == 0
-    assert_equal(said, estimate(fixes.rows(np.r_[0:150, 200 : len(fixes)]), "small-usv"))
+    assert_equal(output, estimate(fixes.rows(np.r_[0:150, 200 : len(fixes)]), "small-usv"))
 
 
 def test_a_step_to_another_place_begins_anew(fixes):
@@ -198,12 +198,12 @@ def test_a_step_to_another_place_begins_anew(fixes):
     navigator = Navigator()
     for received in rows[:150]:
         navigator.add(received, received.time)
-    said = []
+    output = []
     for k, received in enumerate(rows[150:200]):
         moved = received._replace(time=received.time + 7200.0, latitude=received.latitude + 0.01)
-        said += navigator.add(moved, received.time + 7200.0 * (k > 1))
-    assert said[0].latitude == pytest.approx(rows[150].latitude + 0.01, abs=1e-6)
-    assert REJECTED not in [row.status for row in said[:3]]
+        output += navigator.add(moved, received.time + 7200.0 * (k > 1))
+    assert output[0].latitude == pytest.approx(rows[150].latitude + 0.01, abs=1e-6)
+    assert REJECTED not in [row.status for row in output[:3]]
     row = navigator.at(rows[199].time + 7200.0)
     assert abs(row.latitude - rows[199].latitude - 0.01) < 1e-6 and row.sog == pytest.approx(2.0, abs=0.4)
 
@@ -328,8 +328,8 @@ def test_a_frozen_position_has_no_course(fixes):
     for received in rows[:150]:
         navigator.add(received)
     frozen = [rows[150]._replace(time=rows[150].time + 0.2 * k) for k in range(100)]
-    said = [row for received in frozen for row in navigator.add(received)]
-    assert math.isnan(said[-1].cog) and said[-1].sog < 0.3
+    output = [row for received in frozen for row in navigator.add(received)]
+    assert math.isnan(output[-1].cog) and output[-1].sog < 0.3
 
 
 def test_a_jump_is_rejected_and_then_followed(fixes):
@@ -338,8 +338,8 @@ def test_a_jump_is_rejected_and_then_followed(fixes):
     for received in rows[:150]:
         navigator.add(received)
     jumped = [received._replace(latitude=received.latitude + 1e-4) for received in rows[150:200]]
-    said = [row for received in jumped for row in navigator.add(received)]
-    assert said[0].status == REJECTED and said[-1].status == OK
-    assert abs(said[0].latitude - jumped[0].latitude) > 5e-5
-    assert said[-1].latitude == pytest.approx(jumped[-1].latitude, abs=1e-6)
-    assert said[-1].sog == pytest.approx(2.0, abs=0.4), "the jump was taken for a place, not for a speed"
+    output = [row for received in jumped for row in navigator.add(received)]
+    assert output[0].status == REJECTED and output[-1].status == OK
+    assert abs(output[0].latitude - jumped[0].latitude) > 5e-5
+    assert output[-1].latitude == pytest.approx(jumped[-1].latitude, abs=1e-6)
+    assert output[-1].sog == pytest.approx(2.0, abs=0.4), "the jump was taken for a place, not for a speed"

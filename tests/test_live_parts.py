@@ -304,11 +304,11 @@ def test_gpsfake_to_signal_k_and_read_back(signalk_port, tmp_path):
         assert held["$source"] == "steerway" and held["timestamp"] == "2024-07-01T12:00:59Z"
         assert_held(held["value"], wanted)
     row_of = {iso(time): k for k, time in enumerate(motion.time)}
-    said = {update["timestamp"]: update for update in deltas if update["$source"] == "steerway"}
-    assert len(said.keys() & row_of.keys()) >= len(motion) - 1
-    for moment in said.keys() & row_of.keys():
+    given = {update["timestamp"]: update for update in deltas if update["$source"] == "steerway"}
+    assert len(given.keys() & row_of.keys()) >= len(motion) - 1
+    for moment in given.keys() & row_of.keys():
         wanted = in_signal_k(motion, row_of[moment])
-        for pair in said[moment]["values"]:
+        for pair in given[moment]["values"]:
             assert_held(pair["value"], wanted[pair["path"]])
     links = [
         update["$source"]
@@ -322,7 +322,7 @@ def test_gpsfake_to_signal_k_and_read_back(signalk_port, tmp_path):
 
 
 def test_from_signal_k_the_wanted_source_is_taken(signalk_port):
-    def said(source, k, latitude):
+    def given(source, k, latitude):
         place = {"latitude": latitude + 3e-5 * k, "longitude": 10.0}
         values = [{"path": "navigation.position", "value": place}]
         update = {"$source": source, "timestamp": f"2024-07-01T13:00:{k:02d}.000Z", "values": values}
@@ -334,8 +334,8 @@ def test_from_signal_k_the_wanted_source_is_taken(signalk_port):
             async with connected(addresses.sources([address])[0][0]) as stream:
                 await asyncio.sleep(0.5)
                 for k in range(12):
-                    await stream.send(said("first", k, 50.0))
-                    await stream.send(said("second", k, 54.0))
+                    await stream.send(given("first", k, 50.0))
+                    await stream.send(given("second", k, 54.0))
                     await asyncio.sleep(0.1)
                 await until(lambda: len(kept.fixes) >= 10)
         return kept.fixes

@@ -72,9 +72,9 @@ def test_the_route_is_sailed_to_its_end(guide):
 
 def test_sentences_on_a_route(guide):
     row = at(50.0, 10.0)
-    said = SentenceOutput(None).sentences(row, guide.step(row))
-    assert [sentence[3:6] for sentence in said] == ["RMC", "VTG", "ROT", "APB", "XTE", "RMB"]
-    assert ",L,N," in said[4]
+    output = SentenceOutput(None).sentences(row, guide.step(row))
+    assert [sentence[3:6] for sentence in output] == ["RMC", "VTG", "ROT", "APB", "XTE", "RMB"]
+    assert ",L,N," in output[4]
     blind = SentenceOutput(None).sentences(lost(NOON), guide.step(lost(NOON)))
     assert all(",V," in sentence for sentence in (*blind[3:], blind[0]))
     drifting = SentenceOutput(None).sentences(row._replace(cog=math.nan), guide.step(row._replace(cog=math.nan)))

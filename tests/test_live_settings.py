@@ -18,14 +18,14 @@ EXAMPLES = Path(__file__).parent.parent / "examples" / "live"
 NOON = 1_719_835_200.0
 
 
-def said(tmp_path, text):
+def output(tmp_path, text):
     path = tmp_path / "boat.toml"
     path.write_text(text)
     return Settings.load(path)
 
 
 def test_what_a_file_says(tmp_path):
-    settings = said(
+    settings = output(
         tmp_path,
         'from = "udp://:10110"\nto = ["stdout:", "file:run.csv"]\nprofile = "mine.toml"\nsource = "GP"\n'
         'aid = ["yaw-rate"]\nrate = 10\nmission = "m.toml"\nengage = true\n'
@@ -44,7 +44,7 @@ def test_what_it_does_not_say_is_as_on_the_command_line():
 
 
 def test_the_command_line_goes_first(tmp_path):
-    settings = said(tmp_path, 'from = "udp://:1"\nrate = 10\nengage = true\nhelm = false\n')
+    settings = output(tmp_path, 'from = "udp://:1"\nrate = 10\nengage = true\nhelm = false\n')
     other = settings.overridden(rate=2.0, engage=False, profile=None, helm="127.0.0.1:9000")
     assert (other.rate, other.engage, other.profile, other.helm) == (2.0, False, None, "127.0.0.1:9000")
     assert other.inputs == settings.inputs
@@ -71,7 +71,7 @@ def test_the_command_line_goes_first(tmp_path):
 )
 def test_what_is_wrong_is_said_in_words(tmp_path, text, words):
     with pytest.raises(InputError) as refused:
-        said(tmp_path, text)
+        output(tmp_path, text)
     assert words in str(refused.value) and str(refused.value).startswith(f"settings {tmp_path / 'boat.toml'}")
     assert "\n" not in str(refused.value)
 
@@ -100,7 +100,7 @@ def launched(monkeypatch, *arguments):
 
 
 def test_the_old_key_and_option_of_dead_reckoning_are_taken_with_a_warning(tmp_path, monkeypatch, caplog, capsys):
-    assert said(tmp_path, "patience = 4.0\n").max_dead_reckoning == 4.0
+    assert output(tmp_path, "patience = 4.0\n").max_dead_reckoning == 4.0
     assert [each.getMessage() for each in caplog.records] == [
         f"settings {tmp_path / 'boat.toml'}: the key patience is now max_dead_reckoning"
     ]

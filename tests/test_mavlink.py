@@ -50,17 +50,17 @@ class Pair:
             if self.connected:
                 self.guided.receive(message, self.time)
 
-    def said(self, kind, since=0.0):
+    def output(self, kind, since=0.0):
         return [each for time, each in self.received if each.get_type() == kind and time > since]
 
 
 def test_a_heartbeat_a_second_as_a_computer_aboard_and_nothing_else_to_a_vehicle_left_alone():
     pair = Pair().run(10.0)
-    beats = pair.said("HEARTBEAT")
+    beats = pair.output("HEARTBEAT")
     assert 9 <= len(beats) <= 11
     assert {(each.type, each.autopilot) for each in beats} == {(18, 8)}
-    assert pair.rover.mode is RoverMode.MANUAL and not pair.said("SET_ATTITUDE_TARGET")
-    assert {each.command for each in pair.said("COMMAND_LONG")} == {messages.MAV_CMD_SET_MESSAGE_INTERVAL}
+    assert pair.rover.mode is RoverMode.MANUAL and not pair.output("SET_ATTITUDE_TARGET")
+    assert {each.command for each in pair.output("COMMAND_LONG")} == {messages.MAV_CMD_SET_MESSAGE_INTERVAL}
 
 
 def test_an_order_is_carried_out_in_guided_ten_times_a_second():
@@ -69,7 +69,7 @@ def test_an_order_is_carried_out_in_guided_ten_times_a_second():
     begun = pair.time
     pair.run(2.0)
     assert pair.rover.mode is RoverMode.GUIDED and pair.guided.phase is Takeover.STEERING
-    targets = pair.said("SET_ATTITUDE_TARGET", begun + 1.0)
+    targets = pair.output("SET_ATTITUDE_TARGET", begun + 1.0)
     assert 9 <= len(targets) <= 11
     for each in targets:
         assert each.type_mask == 128 | 2 | 1 and each.target_system == 1
@@ -93,11 +93,11 @@ def test_stopping_gives_her_back(order, mode):
         assert target is None and pair.rover.mode is RoverMode.MANUAL
     pair.run(5.0)
     assert pair.rover.mode is mode and pair.guided.phase is Takeover.FREE and pair.rover.target(pair.time) is None
-    assert all(each.thrust == 0.0 for each in pair.said("SET_ATTITUDE_TARGET", stopped))
+    assert all(each.thrust == 0.0 for each in pair.output("SET_ATTITUDE_TARGET", stopped))
     pair.rover.mode = RoverMode.GUIDED  # by another ground station: not ours to steer, nor to stop
     quiet = pair.time
     pair.run(5.0)
-    assert pair.rover.mode is RoverMode.GUIDED and not pair.said("SET_ATTITUDE_TARGET", quiet)
+    assert pair.rover.mode is RoverMode.GUIDED and not pair.output("SET_ATTITUDE_TARGET", quiet)
     pair.order = RUNNING
     assert pair.run(1.0).guided.phase is Takeover.STEERING
 
@@ -115,8 +115,8 @@ def test_who_takes_her_out_of_guided_has_her():
     pair.order = STOPPED
     pair.run(10.0)
     assert pair.rover.mode is RoverMode.MANUAL and not pair.guided.refusal
-    assert not pair.said("SET_ATTITUDE_TARGET", complained)
-    assert all(each.command != messages.MAV_CMD_DO_SET_MODE for each in pair.said("COMMAND_LONG", taken))
+    assert not pair.output("SET_ATTITUDE_TARGET", complained)
+    assert all(each.command != messages.MAV_CMD_DO_SET_MODE for each in pair.output("COMMAND_LONG", taken))
 
 
 def test_overruled_in_the_second_of_being_taken_she_is_not_asked_again():
@@ -149,11 +149,11 @@ def test_a_vehicle_that_is_not_armed_or_does_not_obey_is_a_complaint():
 def test_only_a_rover_is_steered_since_other_vehicles_number_their_modes_otherwise():
     pair = Pair()
     plain = pair.rover._heartbeat
-    said = {"type": messages.MAV_TYPE_QUADROTOR}
+    output = {"type": messages.MAV_TYPE_QUADROTOR}
 
     def heartbeat(*arguments):
         message = plain(*arguments)
-        for name, value in said.items():
+        for name, value in output.items():
             setattr(message, name, value)
         return message
 
@@ -161,7 +161,7 @@ def test_only_a_rover_is_steered_since_other_vehicles_number_their_modes_otherwi
     pair.run(2.0)
     pair.order = RUNNING
     assert "not a boat" in pair.run(0.5).guided.refusal and pair.rover.mode is RoverMode.MANUAL
-    said = {"autopilot": messages.MAV_AUTOPILOT_PX4}
+    output = {"autopilot": messages.MAV_AUTOPILOT_PX4}
     pair.order = READY
     assert pair.run(0.5).guided.refusal == ""
     pair.order = RUNNING
@@ -255,10 +255,10 @@ def test_requests_come_twice_a_second_and_end():
     pair.rover._set_mode = lambda number, now: messages.MAV_RESULT_FAILED
     pair.order, stopped = STOPPED, pair.time
     pair.run(15.0)
-    asked = [each for each in pair.said("COMMAND_LONG", stopped) if each.command == messages.MAV_CMD_DO_SET_MODE]
+    asked = [each for each in pair.output("COMMAND_LONG", stopped) if each.command == messages.MAV_CMD_DO_SET_MODE]
     assert 14 <= len(asked) <= 17 and pair.guided.phase is Takeover.FREE
     quiet = pair.time
-    assert not pair.run(5.0).said("COMMAND_LONG", quiet) and not pair.said("SET_ATTITUDE_TARGET", quiet)
+    assert not pair.run(5.0).output("COMMAND_LONG", quiet) and not pair.output("SET_ATTITUDE_TARGET", quiet)
 
 
 def test_a_vehicle_obeys_in_guided_and_armed_only():
@@ -325,8 +325,8 @@ def test_whatever_happens_she_is_steered_only_by_orders_and_never_against_the_sk
             begun = pair.time
             pair.run(draw.choice([0.1, 0.5, 2.0]))
             if pair.order is not RUNNING:
-                assert all(each.thrust == 0.0 for each in pair.said("SET_ATTITUDE_TARGET", begun))
-                asked = [each.param2 for each in pair.said("COMMAND_LONG", begun) if each.command == 176]
+                assert all(each.thrust == 0.0 for each in pair.output("SET_ATTITUDE_TARGET", begun))
+                asked = [each.param2 for each in pair.output("COMMAND_LONG", begun) if each.command == 176]
                 assert RoverMode.GUIDED not in asked
                 assert by_skipper is None or pair.rover.mode in (by_skipper, RoverMode.HOLD, RoverMode.MANUAL)
 

@@ -13,9 +13,9 @@ from tests.mavlink_wire import NOON, Wire
 messages = pytest.importorskip("pymavlink.dialects.v20.ardupilotmega", reason="pymavlink is not installed")
 
 
-def decoded(*said, arrival=100.0):
+def decoded(*output, arrival=100.0):
     decoder, wire = MavlinkDecoder(), Wire(1, 1)
-    return [row for k, each in enumerate(wire.carry(said)) for row in decoder.message(each, arrival + k)]
+    return [row for k, each in enumerate(wire.carry(output)) for row in decoder.message(each, arrival + k)]
 
 
 def raw_fix(usec, fix_type=3, lat=634400000, lon=104000000, vel=120, cog=27000, h_acc=0):
@@ -52,8 +52,8 @@ def test_her_own_estimate_is_heard_only_when_the_receiver_is_silent():
     rows = []
     for k in range(100):
         time = 0.2 * k
-        said = [own(time)] + ([raw_fix(round(time * 1e6) + 1, fix_type=1)] if time < 10.0 else [])
-        for message in wire.carry(said):
+        output = [own(time)] + ([raw_fix(round(time * 1e6) + 1, fix_type=1)] if time < 10.0 else [])
+        for message in wire.carry(output):
             rows += decoder.message(message, time)
     placed = [row for row in rows if row.has_position]
     assert placed[0].time - NOON == pytest.approx(13.0, abs=0.3), "a receiver without a fix is not replaced"
@@ -77,10 +77,10 @@ def test_compass_and_gyro_come_with_the_fix_and_make_none_late():
         now = 0.1 * k
         turned = messages.MAVLink_attitude_message(round(now * 1e3), 0, 0, 0, 0, 0, 0.01 * k)
         own = messages.MAVLink_global_position_int_message(round(now * 1e3), 1, 1, 0, 0, 0, 0, 0, 100 * k)
-        said = [system_time(NOON + now, now), turned, own]
+        output = [system_time(NOON + now, now), turned, own]
         if k % 2 == 0:
-            said.append(raw_fix(round((now - 0.12) * 1e6), fix_type=3 if now < 3.0 else 1))
-        for message in wire.carry(said):
+            output.append(raw_fix(round((now - 0.12) * 1e6), fix_type=3 if now < 3.0 else 1))
+        for message in wire.carry(output):
             rows += decoder.message(message, now)
     fixes = [row for row in rows if row.has_position]
     assert len(fixes) == 14 and [row for row in rows if row.time - NOON < 3.0] == fixes
@@ -157,8 +157,8 @@ def test_accelerations_and_motors_are_rows_of_their_own_and_the_gyro_waits_for_t
 )
 def test_an_accelerometer_has_rows_of_its_own_and_its_gyro_waits_for_the_fix(inertial):
     decoder, wire = MavlinkDecoder(), Wire(1, 1)
-    told, fix, moved, later = wire.carry([system_time(NOON, 59.0), raw_fix(59_900_000), inertial, raw_fix(60_000_000)])
-    decoder.message(told, 0.0)
+    clock, fix, moved, later = wire.carry([system_time(NOON, 59.0), raw_fix(59_900_000), inertial, raw_fix(60_000_000)])
+    decoder.message(clock, 0.0)
     decoder.message(fix, 0.1)
     (row,) = decoder.message(moved, 0.2)
     assert row.time - NOON == pytest.approx(1.0, abs=1e-3) and row.acceleration == pytest.approx(0.25 * 9.80665)
@@ -171,8 +171,8 @@ def test_an_accelerometer_has_rows_of_its_own_and_its_gyro_waits_for_the_fix(ine
 def test_the_speed_of_the_motors_that_turn(rpm, shaft):
     decoder, wire, none = MavlinkDecoder(), Wire(1, 1), [0] * 4
     turning = messages.MAVLink_esc_telemetry_1_to_4_message(none, none, none, none, rpm, none)
-    told, fix, turns = wire.carry([system_time(NOON, 59.0), raw_fix(59_900_000), turning])
-    decoder.message(told, 0.0)
+    clock, fix, turns = wire.carry([system_time(NOON, 59.0), raw_fix(59_900_000), turning])
+    decoder.message(clock, 0.0)
     decoder.message(fix, 0.1)
     (row,) = decoder.message(turns, 0.4)
     assert row.shaft == pytest.approx(shaft) and row.time - NOON == pytest.approx(1.2, abs=1e-3)

@@ -107,8 +107,8 @@ def test_troubles_cost_next_to_nothing(trouble):
     for seed in range(3):
         voyage, fixes = O05.sailed(seed)
         usual = rms(error_of(steerway.estimate(fixes, O05.profile, smooth=True), voyage))
-        truth, said = TROUBLES[trouble][0](voyage, fixes, np.random.default_rng(seed))
-        troubled = rms(error_of(steerway.estimate(said, O05.profile, smooth=True), truth))
+        truth, output = TROUBLES[trouble][0](voyage, fixes, np.random.default_rng(seed))
+        troubled = rms(error_of(steerway.estimate(output, O05.profile, smooth=True), truth))
         assert np.all(troubled < 1.3 * usual)
 
 
@@ -116,8 +116,8 @@ def test_one_outlier_in_ten_costs_next_to_nothing():
     voyage, fixes = O05.sailed(1)
     chance = np.random.default_rng(1)
     astray = (chance.random(len(fixes)) < 0.1) * chance.standard_normal((2, len(fixes))) * math.radians(20.0 / 111e3)
-    said = replace(fixes, latitude=fixes.latitude + astray[0], longitude=fixes.longitude + astray[1])
-    usual, troubled = (rms(error_of(steerway.estimate(f, O05.profile, smooth=True), voyage)) for f in (fixes, said))
+    output = replace(fixes, latitude=fixes.latitude + astray[0], longitude=fixes.longitude + astray[1])
+    usual, troubled = (rms(error_of(steerway.estimate(f, O05.profile, smooth=True), voyage)) for f in (fixes, output))
     assert np.all(troubled < 1.2 * usual)
 
 
@@ -127,9 +127,9 @@ def test_where_fixes_are_far_apart_it_believes_those_at_the_beginning_of_a_turn(
     for seed in range(8):
         voyage, fixes = O05.sailed(seed)
         seldom = np.arange(0, len(fixes), 15)
-        said = fixes.rows(seldom)
+        output = fixes.rows(seldom)
         for found, smooth in ((causal, False), (smoothed, True)):
-            motion = steerway.estimate(said, O05.profile, smooth=smooth)
+            motion = steerway.estimate(output, O05.profile, smooth=smooth)
             cog = np.array([wrap(d) for d in motion.cog - voyage.cog[seldom]])
             found.append(np.nanmean(np.square(cog[10:])))
     assert np.sqrt(np.mean(smoothed)) < 0.4 * np.sqrt(np.mean(causal))

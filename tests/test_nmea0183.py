@@ -97,10 +97,10 @@ def test_the_antimeridian_is_minus_pi_and_joins_formatters_on_both_sides():
 def test_what_a_sentence_says(sentence, column, value):
     fixes = only(gga(START, 54.0, 10.0) + sealed(sentence))
     assert len(fixes) == 1
-    said = getattr(fixes, column)[0]
+    output = getattr(fixes, column)[0]
     if column == "cog":
         value %= 2 * np.pi
-    np.testing.assert_allclose(said, value, rtol=1e-12)
+    np.testing.assert_allclose(output, value, rtol=1e-12)
 
 
 @pytest.mark.parametrize(

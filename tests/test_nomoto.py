@@ -63,11 +63,11 @@ def test_motion_says_what_the_track_does_in_a_current():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [((0.0, 1.0, 1.0), "gain is 0.0"), ((1.0, 0.0, 1.0), "time_constant is 0.0"), ((1.0, 1.0, -1.0), "speed is -1.0")],
 )
-def test_bad_input_is_named(arguments, says):
-    with pytest.raises(InputError, match=says):
+def test_bad_input_is_named(arguments, message):
+    with pytest.raises(InputError, match=message):
         Nomoto(*arguments)
 
 

@@ -18,8 +18,8 @@ def turned(tracker, rate, seconds, gyro=False, noise=0.0, every=5, dt=0.02):
     for k in range(round(seconds / dt)):
         true = wrap(3.0 + rate * k * dt)
         heading = true + noise * rng.standard_normal() if k % every == 0 else math.nan
-        said, yaw_rate = tracker.step(wrap(heading) if k % every == 0 else math.nan, rate if gyro else math.nan, dt)
-        errors.append(wrap(said - true))
+        output, yaw_rate = tracker.step(wrap(heading) if k % every == 0 else math.nan, rate if gyro else math.nan, dt)
+        errors.append(wrap(output - true))
         rates.append(yaw_rate)
     return np.array(errors), np.array(rates)
 
@@ -44,8 +44,8 @@ def test_a_compass_that_falls_silent_is_no_longer_believed():
     for _ in range(9):
         assert tracker.step(math.nan, math.nan, 0.1)[0] == 1.0
     for _ in range(3):
-        said = tracker.step(math.nan, math.nan, 0.1)
-    assert all(map(math.isnan, said))
+        output = tracker.step(math.nan, math.nan, 0.1)
+    assert all(map(math.isnan, output))
     assert tracker.step(-2.0, math.nan, 0.1) == (-2.0, 0.0)
 
 
@@ -60,15 +60,15 @@ def test_the_filter_in_the_loop_is_the_streaming_filter():
             measurements = Measurements(north, east, sog=1.1)
             alone.update_north_east(north, east)
         alone.aid_by(sog=measurements.sog)
-        said = estimator.step(measurements, 0.02)
-    assert said[:2] == alone.position_north_east
-    assert (said.sog, said.cog, said.course_rate) == (alone.sog, alone.cog, alone.course_rate)
-    assert said.cog_std == pytest.approx(math.sqrt(alone.covariance[3, 3])) and math.isnan(said.heading)
+        output = estimator.step(measurements, 0.02)
+    assert output[:2] == alone.position_north_east
+    assert (output.sog, output.cog, output.course_rate) == (alone.sog, alone.cog, alone.course_rate)
+    assert output.cog_std == pytest.approx(math.sqrt(alone.covariance[3, 3])) and math.isnan(output.heading)
 
 
 def test_at_face_value_the_last_word_of_each_instrument_counts():
     estimator = AtFaceValue()
     estimator.step(Measurements(1.0, 2.0, 3.0, 0.4, 0.05, 0.6, 0.07), 0.1)
-    said = estimator.step(Measurements(north=1.5, heading=0.7), 0.1)
-    assert (said.north, said.east, said.sog, said.cog, said.course_rate) == (1.5, 2.0, 3.0, 0.4, 0.05)
-    assert (said.heading, said.yaw_rate) == (0.7, 0.07)
+    output = estimator.step(Measurements(north=1.5, heading=0.7), 0.1)
+    assert (output.north, output.east, output.sog, output.cog, output.course_rate) == (1.5, 2.0, 3.0, 0.4, 0.05)
+    assert (output.heading, output.yaw_rate) == (0.7, 0.07)

@@ -1,4 +1,4 @@
-"""Yawing about a course held: its prediction against matrices, its smoother, and what it is for."""
+"""Oscillation about a course held: its prediction against matrices, its smoother, and what it is for."""
 
 import math
 
@@ -126,13 +126,13 @@ def test_in_a_sea_the_course_is_known_better():
     errors = {}
     for seed in range(4):
         scene = swinging(seed=seed)
-        for name, profile in (("plain", without), ("yawing", SWELL)):
+        for name, profile in (("plain", without), ("oscillating", SWELL)):
             for smooth in (False, True):
                 motion = steerway.estimate(scene.fixes(0.01, seed), profile, smooth=smooth)
                 errors.setdefault((name, smooth), []).extend(angle_error(motion.cog[60:], scene.cog[60:]))
     rms = {key: math.sqrt(np.mean(np.square(each))) for key, each in errors.items()}
-    assert rms["yawing", False] < 0.9 * rms["plain", False]
-    assert rms["yawing", True] < 0.7 * rms["yawing", False]
+    assert rms["oscillating", False] < 0.9 * rms["plain", False]
+    assert rms["oscillating", True] < 0.7 * rms["oscillating", False]
 
 
 def likeliest(fixes):

@@ -235,7 +235,7 @@ def test_a_boat_at_rest_has_no_course_rate():
 
 
 @pytest.mark.parametrize(
-    ("make", "says"),
+    ("make", "message"),
     [
         (lambda: Otter(payload_mass=-1.0), "payload_mass is -1.0"),
         (lambda: Otter(payload_mass=46.0), "payload_mass is 46.0"),
@@ -246,6 +246,6 @@ def test_a_boat_at_rest_has_no_course_rate():
         (lambda: derivatives(np.zeros(12), (0.0, 0.0), edition=""), "edition"),
     ],
 )
-def test_bad_input_is_named(make, says):
-    with pytest.raises(InputError, match=says):
+def test_bad_input_is_named(make, message):
+    with pytest.raises(InputError, match=message):
         make()

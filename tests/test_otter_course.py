@@ -96,8 +96,8 @@ def test_a_real_log_beside_its_receiver(shared_data):
     fixes = otter_logs._opened(shared_data / "data" / log.path, log)
     printed = as_printed(fixes, log.process_noise)
     settled = printed.time > printed.time[0] + 30.0
-    said = np.interp(printed.time + 2.5, fixes.time[np.isfinite(fixes.cog)], _unwrapped(fixes.cog))
-    error = np.mod(printed.cog - said + np.pi, 2.0 * np.pi) - np.pi
+    output = np.interp(printed.time + 2.5, fixes.time[np.isfinite(fixes.cog)], _unwrapped(fixes.cog))
+    error = np.mod(printed.cog - output + np.pi, 2.0 * np.pi) - np.pi
     assert math.degrees(np.sqrt(np.mean(error[settled][:-20] ** 2))) < 2.0
     study = otter_course.Results("x")
     otter_logs._add(study, log, fixes)

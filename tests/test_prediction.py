@@ -111,9 +111,9 @@ def fleet():
     tables = [(one.time, one), (two.time, two), (old.time - 3600.0, old)]
     rows = {name: np.concatenate([getattr(t, name) for _, t in tables]) for name in ("latitude", "longitude")}
     counts = [len(t) for _, t in tables]
-    said = {"sog": np.repeat([6.0, 0.0, 6.0], counts), "cog": np.repeat([0.5, np.nan, 0.5], counts)}
+    output = {"sog": np.repeat([6.0, 0.0, 6.0], counts), "cog": np.repeat([0.5, np.nan, 0.5], counts)}
     mmsi = np.repeat([257000001, 257000002, 257000003], counts)
-    return Fixes(np.concatenate([time for time, _ in tables]), **rows, **said, mmsi=mmsi)
+    return Fixes(np.concatenate([time for time, _ in tables]), **rows, **output, mmsi=mmsi)
 
 
 def test_every_vessel_at_every_horizon():

@@ -173,10 +173,10 @@ def test_ctrl_c_keeps_the_seeds_that_are_done_and_resume_continues(tmp_path):
         family = descendants(process.pid)
         os.killpg(process.pid, signal.SIGINT)  # as a terminal sends it: to the command and its workers
         began = time.monotonic()
-        _, said = process.communicate(timeout=LIMIT)
+        _, output = process.communicate(timeout=LIMIT)
         assert process.returncode == 130
-        assert said.startswith("steerway: interrupted, ") and said.endswith("--resume continues\n")
-        assert said.count("\n") == 1
+        assert output.startswith("steerway: interrupted, ") and output.endswith("--resume continues\n")
+        assert output.count("\n") == 1
         wait_until(lambda: not any(map(alive, family)), LIMIT - (time.monotonic() - began))
     assert shared_objects() <= before
     seeds = entries(tmp_path / "campaign.unfinished")
@@ -184,8 +184,8 @@ def test_ctrl_c_keeps_the_seeds_that_are_done_and_resume_continues(tmp_path):
 
     # The rest is done, no seed twice, and the numbers are those of a campaign that nobody interrupted.
     campaign = ("simulate", tmp_path / "leg.toml", "--seeds", 2, "--first-seed", seeds[0])
-    code, _, said = run(*campaign, "-o", tmp_path, "--resume")
-    assert code == 0 and said.startswith("resumed with ")
+    code, _, output = run(*campaign, "-o", tmp_path, "--resume")
+    assert code == 0 and output.startswith("resumed with ")
     assert not (tmp_path / "campaign.unfinished").exists()
     assert run(*campaign, "-o", tmp_path / "whole")[0] == 0
     assert (tmp_path / "results.json").read_text() == (tmp_path / "whole" / "results.json").read_text()
@@ -194,8 +194,8 @@ def test_ctrl_c_keeps_the_seeds_that_are_done_and_resume_continues(tmp_path):
 def test_resuming_another_scenario_is_refused(tmp_path):
     (tmp_path / "campaign.unfinished").write_text('{"scenario": "another"}\n')
     (tmp_path / "leg.toml").write_text(SCENARIO)
-    code, _, said = run("simulate", tmp_path / "leg.toml", "-o", tmp_path, "--seeds", 2, "--resume")
-    assert code == 2 and "is of other work or another version" in said
+    code, _, output = run("simulate", tmp_path / "leg.toml", "-o", tmp_path, "--seeds", 2, "--resume")
+    assert code == 2 and "is of other work or another version" in output
     assert run("simulate", tmp_path / "leg.toml", "-o", tmp_path, "--resume")[2] == (
         "steerway: --resume continues a campaign, expected --seeds N with it\n"
     )
@@ -220,5 +220,5 @@ def test_a_command_in_compiled_code_ends_with_one_line(number, code, word):
     assert process.stdout.readline() == "begun\n"
     for _ in range(3):  # an impatient user
         process.send_signal(number)
-    _, said = process.communicate(timeout=LIMIT)
-    assert (process.returncode, said) == (code, f"steerway: {word}\n")
+    _, output = process.communicate(timeout=LIMIT)
+    assert (process.returncode, output) == (code, f"steerway: {word}\n")

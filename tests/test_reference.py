@@ -136,11 +136,11 @@ def test_starting_and_what_is_unknown(new):
 
 
 def test_limits_that_cannot_be_are_refused():
-    for make, said in (
+    for make, output in (
         (lambda: LowPass(0.0), "low_pass.time_constant is 0"),
         (lambda: TrackingFilter(-1.0), "tracking_filter.bandwidth is -1"),
         (lambda: ReferenceModel(math.inf), "reference_model.bandwidth is inf"),
         (lambda: ReferenceModel(1.0, max_rate=math.nan), "reference_model.max_rate is nan"),
     ):
-        with pytest.raises(InputError, match=said):
+        with pytest.raises(InputError, match=output):
             make()

@@ -115,8 +115,8 @@ def test_sentences_of_a_boat_under_way_and_the_truth_at_the_end(tmp_path):
         begun = time.time()
         log = b"".join(ear.recv(1000) for _ in range(100))
         boat.send_signal(signal.SIGINT)
-        _, said = boat.communicate(timeout=20.0)
-    assert boat.returncode == 0 and "in a circle" in said, said
+        _, given = boat.communicate(timeout=20.0)
+    assert boat.returncode == 0 and "in a circle" in given, given
     (fixes,) = nmea0183.read(log).sources.values()
     truth = pl.read_parquet(tmp_path / "run" / "run.parquet")
     assert abs(fixes.time[0] - begun) < 60.0, "the time of her receiver is now"
@@ -145,8 +145,8 @@ def test_what_cannot_be_is_refused_in_a_sentence(arguments, why, monkeypatch, ca
     monkeypatch.setattr(sys, "argv", ["steerway", "simulate", str(SQUARE), *arguments])
     with pytest.raises(SystemExit) as left:
         main()
-    said = capsys.readouterr().err
-    assert left.value.code == 2 and why in said and said.count("\n") == 1
+    given = capsys.readouterr().err
+    assert left.value.code == 2 and why in given and given.count("\n") == 1
 
 
 @asynccontextmanager
@@ -317,12 +317,12 @@ def test_a_silent_vehicle_is_told_within_a_second_and_stops_by_herself():
         desk = Desk(*udp())
         async with desk.sail():
             await steered(desk)
-            said = desk.running.link.send
+            given = desk.running.link.send
             desk.running.link.send = lambda messages: None
             cut = asyncio.get_running_loop().time()
             await until(lambda: desk.supervisor.links[-1] is False)
             assert asyncio.get_running_loop().time() - cut < 1.0
-            desk.running.link.send = said
+            desk.running.link.send = given
             await until(lambda: desk.supervisor.links[-1] is True)
             desk.order = RUNNING
             await until(lambda: desk.rover.target(desk.running.boat.time) is not None)

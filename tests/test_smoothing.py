@@ -31,7 +31,7 @@ def profile_of(name, kind):
     return profile.on_average if PROFILES[kind] is None else profile.model_copy(update=PROFILES[kind])
 
 
-def said(motion):
+def output(motion):
     """(3, n) SOG, COG and course rate."""
     return np.stack([motion.sog, motion.cog, motion.course_rate])
 
@@ -61,7 +61,7 @@ def test_smoothed_is_better_and_surer_than_causal(name, runs, kind):
     for seed in range(runs):
         voyage, fixes = CELLS[name].sailed(seed)
         both = [steerway.estimate(fixes, profile, smooth=smooth) for smooth in (False, True)]
-        found = [np.square(errors(*said(each), voyage))[:, MIDDLE] for each in both]
+        found = [np.square(errors(*output(each), voyage))[:, MIDDLE] for each in both]
         squares.append(np.nanmean(found, axis=2))
         variances.append(np.nanmean([deviations(each)[:, MIDDLE] ** 2 for each in both], axis=2))
     squares, variances = np.array(squares), np.array(variances)
@@ -79,7 +79,7 @@ def test_smoothed_is_better_with_any_built_in_profile(name, density, seed):
     scene = turning(3.0, 0.7, 240.0, seed=seed, density=density)
     rate = np.gradient(np.unwrap(scene.cog), scene.time)
     fixes = scene.fixes(profile.position_std, seed)
-    causal, smoothed = (said(steerway.estimate(fixes, profile, smooth=smooth)) for smooth in (False, True))
+    causal, smoothed = (output(steerway.estimate(fixes, profile, smooth=smooth)) for smooth in (False, True))
     truth = np.stack([scene.sog, scene.cog, rate])
     causal, smoothed = (np.sqrt(np.nanmean(apart(each, truth)[:, MIDDLE] ** 2, axis=1)) for each in (causal, smoothed))
     assert np.all(smoothed < causal)
@@ -100,7 +100,7 @@ def test_it_knows_no_direction_of_time(name, kind):
         _, fixes = CELLS[name].sailed(seed)
         there, back = (steerway.estimate(each, profile, smooth=True) for each in (fixes, backwards(fixes)))
         mirrored = np.stack([back.sog, back.cog + math.pi, -back.course_rate])[:, ::-1]
-        difference = apart(said(there), mirrored) / deviations(there)
+        difference = apart(output(there), mirrored) / deviations(there)
         assert np.all(np.sqrt(np.nanmean(difference[:, MIDDLE] ** 2, axis=1)) < 0.3)
 
 
@@ -129,7 +129,7 @@ def test_where_there_is_one_manner_of_moving_it_is_the_smoother_of_one(two, scen
     for seed in range(3):
         fixes = scene.fixes(0.1, seed)
         one, other = (steerway.estimate(fixes, each, smooth=True) for each in (ONE_MANNER, profile))
-        difference = apart(said(one), said(other)) / deviations(one)
+        difference = apart(output(one), output(other)) / deviations(one)
         assert np.max(np.abs(difference[:, MIDDLE])) < ALIKE
         assert np.all(np.abs(deviations(other) / deviations(one) - 1.0)[:, MIDDLE] < ALIKE_DEVIATIONS)
 
@@ -143,4 +143,4 @@ def test_the_time_of_a_fix_is_as_uncertain_where_modes_are_alike():
     )
     assert np.all(np.abs(deviations(two) / deviations(plain) - 1.0)[:, MIDDLE] < ALIKE_DEVIATIONS)
     assert np.mean(two.sog_std[MIDDLE] / surely.sog_std[MIDDLE]) > 1.05
-    assert np.max(np.abs(apart(said(plain), said(two)) / deviations(plain))[:, MIDDLE]) < ALIKE
+    assert np.max(np.abs(apart(output(plain), output(two)) / deviations(plain))[:, MIDDLE]) < ALIKE

@@ -142,7 +142,7 @@ def test_printed_with_the_wrong_sign_it_does_not_settle():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [
         ({"model_rate": 0.0}, "speed.model_rate is 0"),
         ({"adaptation": -1.0}, "speed.adaptation is -1"),
@@ -153,8 +153,8 @@ def test_printed_with_the_wrong_sign_it_does_not_settle():
         ({"thrust": 500.0, "quadratic_drag": 100.0}, "gives the top speed in"),
     ],
 )
-def test_bad_input_is_named(arguments, says):
-    with pytest.raises(InputError, match=says):
+def test_bad_input_is_named(arguments, message):
+    with pytest.raises(InputError, match=message):
         AdaptiveSpeedGains(**arguments)
 
 

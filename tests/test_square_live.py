@@ -24,9 +24,9 @@ def watched(factor, directory, act, by="mavlink", course=OTTER):
         with desk(place, hurry, by, course) as (boat, computer):
             computer.until(RUNNING)
             found = act(boat, computer, hurry)
-        if LATE not in computer.said:
-            return found, truth(place), computer.said
-    pytest.fail(f"{ATTEMPTS} times {LATE}:\n{computer.said}")
+        if LATE not in computer.output:
+            return found, truth(place), computer.output
+    pytest.fail(f"{ATTEMPTS} times {LATE}:\n{computer.output}")
 
 
 @pytest.mark.parametrize("by", MOST)
@@ -35,11 +35,11 @@ def test_the_square_is_sailed_close_to_its_legs_after_the_turns(by, tmp_path):
 
     def two_legs(boat, computer, factor):
         begun = time.monotonic()
-        while time.monotonic() - begun < 112.0 / factor and "stopped" not in computer.said:
+        while time.monotonic() - begun < 112.0 / factor and "stopped" not in computer.output:
             time.sleep(0.1)
 
-    _, run, said = watched(5.0, tmp_path, two_legs, by)
-    assert "stopped" not in said
+    _, run, output = watched(5.0, tmp_path, two_legs, by)
+    assert "stopped" not in output
     legs = cross_track(run)
     assert len(legs[0]) > 100 and rms(legs[0]) <= MOST[by]
     assert np.median(run["true_sog_mps"].to_numpy()[-300:]) == pytest.approx(1.2, abs=0.1)
@@ -58,8 +58,8 @@ def test_the_heading_is_that_of_the_filter_in_the_settings(by, kind, tmp_path):
         time.sleep(25.0 / factor)
 
     course = OTTER._replace(scenario=boat, options=(settings, *OTTER.options))
-    _, run, said = watched(5.0, tmp_path, first_leg, by, course)
-    assert "stopped" not in said and "unknown" not in said
+    _, run, output = watched(5.0, tmp_path, first_leg, by, course)
+    assert "stopped" not in output and "unknown" not in output
     assert np.median(run["true_sog_mps"].to_numpy()[-50:]) == pytest.approx(1.2, abs=0.2)
 
 

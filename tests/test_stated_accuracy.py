@@ -132,9 +132,9 @@ def test_a_deviation_goes_before_a_dilution_and_accuracy_in_ais_is_none():
 
 def test_gpsd_radius_or_its_parts():
     report = {"class": "TPV", "mode": 3, "time": iso(START), "lat": 54.0, "lon": 10.0, "epx": 3.0, "epy": 4.0}
-    for said, std in ((report, 5.0 / math.sqrt(2.0)), (report | {"eph": 2.0}, math.sqrt(2.0))):
+    for output, std in ((report, 5.0 / math.sqrt(2.0)), (report | {"eph": 2.0}, math.sqrt(2.0))):
         decoder = GpsdDecoder()
-        decoder.feed(json.dumps(said).encode() + b"\n")
+        decoder.feed(json.dumps(output).encode() + b"\n")
         assert decoder.settle()[0].position_std == pytest.approx(std)
 
 

@@ -108,7 +108,7 @@ def test_a_course_is_made_good_by_the_current_that_the_heading_filter_found(vess
 
 
 @pytest.mark.parametrize(
-    ("vessel", "tables", "says"),
+    ("vessel", "tables", "message"),
     [
         ("otter", "[estimator.heading]\nweight = 0.4\n", 'heading.weight has no effect with kind "tracker"'),
         ("otter", '[estimator.heading]\nkind = "aided"\nweight = 0.4\n', "expected interval"),
@@ -131,10 +131,10 @@ def test_a_course_is_made_good_by_the_current_that_the_heading_filter_found(vess
         ("surge", "[start]\nheading_deg = 30.0\n", "to the side of the boat's heading"),
     ],
 )
-def test_what_makes_no_sense_is_refused_with_a_sentence(vessel, tables, says):
+def test_what_makes_no_sense_is_refused_with_a_sentence(vessel, tables, message):
     with pytest.raises(InputError) as refused:
         scenario(vessel, tables)
-    assert says in str(refused.value) and "\n" not in str(refused.value)
+    assert message in str(refused.value) and "\n" not in str(refused.value)
 
 
 def test_the_unstable_boat_needs_compass_gyro_and_a_law_of_heading():

@@ -65,8 +65,8 @@ class ByMatrices:
         self.x[SPEED] += acceleration * dt if known else 0.0
         self.p = f @ self.p @ f.T + q
 
-    def aid_by(self, **said):
-        for name, reading in said.items():
+    def aid_by(self, **output):
+        for name, reading in output.items():
             h = np.array(ROWS[name], dtype=float)
             s = h @ self.p @ h + STDS[name] ** 2
             innovation = reading - h @ self.x
@@ -89,9 +89,9 @@ def test_it_is_the_filter_of_the_textbook():
         for name, every in (("sog", 10), ("bottom_speed", 30), ("water_speed", 20), ("propeller_speed", 50)):
             if k % every == 0 and not (name == "bottom_speed" and k > 500):
                 stream = 0.4 if ROWS[name][CURRENT] else 0.0
-                said = {name: truth - stream + STDS[name] * draws.standard_normal()}
-                ours.aid_by(**said)
-                theirs.aid_by(**said)
+                output = {name: truth - stream + STDS[name] * draws.standard_normal()}
+                ours.aid_by(**output)
+                theirs.aid_by(**output)
         if k % 50 == 0:
             np.testing.assert_allclose(ours.state, theirs.x, rtol=1e-9, atol=1e-10)
             np.testing.assert_allclose(ours.covariance, theirs.p, rtol=1e-6, atol=1e-12)

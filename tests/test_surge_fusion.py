@@ -22,12 +22,12 @@ def sail(fault, seed=0, seconds=60.0, fusion=None, third=3.1, log="bottom_speed"
     for k in range(n):
         time = (k + 1) * STEP
         felt, gps, doppler = noise[k] + fault(time)
-        said = {}
+        output = {}
         if k % 5 == 0:
-            said["sog"] = 3.0 + gps
+            output["sog"] = 3.0 + gps
         if k % 5 == 2:
-            said[log] = 3.0 + doppler - (stream(time) if stream else 0.0)
-        fusion.step(0.02 + felt, STEP, reference=third(time) if callable(third) else third, **said)
+            output[log] = 3.0 + doppler - (stream(time) if stream else 0.0)
+        fusion.step(0.02 + felt, STEP, reference=third(time) if callable(third) else third, **output)
         errors.append(fusion.speed - 3.0)
     return fusion, STEP * np.arange(1, n + 1), np.array(errors)
 

@@ -132,7 +132,7 @@ def test_unknown_rows_are_left_out():
 
 
 @pytest.mark.parametrize(
-    ("columns", "says"),
+    ("columns", "message"),
     [
         ((np.arange(60.0), np.ones(59), np.ones(60)), r"shapes \(60,\), \(59,\), \(60,\)"),
         ((np.arange(9.0), np.ones(9), np.ones(9)), "the log has 9 rows"),
@@ -140,8 +140,8 @@ def test_unknown_rows_are_left_out():
         ((np.arange(60.0), np.ones(60), np.zeros(60)), "the shaft never turns"),
     ],
 )
-def test_bad_input_is_named(columns, says):
-    with pytest.raises(InputError, match=says):
+def test_bad_input_is_named(columns, message):
+    with pytest.raises(InputError, match=message):
         identify_surge(*columns)
 
 

@@ -155,7 +155,7 @@ def test_erratum_straight_ahead_is_unstable_without_a_heading_loop(speed):
 
 
 @pytest.mark.parametrize(
-    ("make", "says"),
+    ("make", "message"),
     [
         (lambda: Surge(mass=0.0), "surge.mass is 0"),
         (lambda: Surge(linear_drag=-1.0), "surge.linear_drag is -1"),
@@ -164,6 +164,6 @@ def test_erratum_straight_ahead_is_unstable_without_a_heading_loop(speed):
         (lambda: Propeller(diameter=math.nan), "propeller.diameter is nan"),
     ],
 )
-def test_bad_input_is_named(make, says):
-    with pytest.raises(InputError, match=says):
+def test_bad_input_is_named(make, message):
+    with pytest.raises(InputError, match=message):
         make()

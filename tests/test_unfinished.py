@@ -85,16 +85,16 @@ def test_an_interrupted_study_continues(number, tmp_path):
         assert time.monotonic() < until and process.poll() is None
         time.sleep(0.01)
     process.send_signal(number)
-    _, said = process.communicate(timeout=2.0)
+    _, output = process.communicate(timeout=2.0)
     assert process.returncode == (130 if number == signal.SIGINT else -number)
     if number == signal.SIGINT:
-        assert said.startswith("steerway: interrupted, ") and said.endswith(f"kept in {out}; --resume continues\n")
+        assert output.startswith("steerway: interrupted, ") and output.endswith(f"kept in {out}; --resume continues\n")
     before = theirs.cases()
     assert not (out / "results.json").exists()
 
     process = theirs.begun(out, "--resume")
-    _, said = process.communicate(timeout=60.0)
-    assert process.returncode == 0 and said.startswith("resumed with ")
+    _, output = process.communicate(timeout=60.0)
+    assert process.returncode == 0 and output.startswith("resumed with ")
     assert (out / "results.json").read_bytes() == (tmp_path / "whole" / "results.json").read_bytes()
     assert not (out / "study.unfinished").exists()
     assert set(theirs.cases()) > set(before) and len(set(theirs.cases())) == 80

@@ -62,7 +62,7 @@ def test_the_mean_goes_as_the_vessel_herself_does():
 
 
 def test_the_rate_at_which_it_runs_does_not_change_what_it_says():
-    said = []
+    output = []
     for steps in (10, 20, 100):
         estimator = contestants.product(contestants.WAVES)
         for k in range(30):
@@ -70,10 +70,10 @@ def test_the_rate_at_which_it_runs_does_not_change_what_it_says():
                 estimator.predict(FORCE, 1.0 / steps)
             estimator.update(0.1 * k, -0.05 * k)
             estimator.update_heading(0.02 * k)
-        said.append((estimator.state.copy(), np.sqrt(np.diag(estimator.covariance))))
-    for state, deviation in said[:2]:
-        np.testing.assert_allclose(state, said[2][0], atol=3e-3)
-        np.testing.assert_allclose(deviation, said[2][1], rtol=5e-3)
+        output.append((estimator.state.copy(), np.sqrt(np.diag(estimator.covariance))))
+    for state, deviation in output[:2]:
+        np.testing.assert_allclose(state, output[2][0], atol=3e-3)
+        np.testing.assert_allclose(deviation, output[2][1], rtol=5e-3)
 
 
 def test_a_turned_scene_gives_the_turned_estimate():
@@ -271,7 +271,7 @@ def test_two_filters_share_nothing():
 
 
 @pytest.mark.parametrize(
-    ("make", "says"),
+    ("make", "message"),
     [
         (lambda: VesselFilter(np.eye(2), DAMPING, VesselNoise()), r"inertia has shape \(2, 2\)"),
         (lambda: VesselNoise(acceleration=(1.0, 1.0)), "3 of acceleration"),
@@ -282,6 +282,6 @@ def test_two_filters_share_nothing():
         (lambda: SpeedDependentFixNoise(0.1, 0.0), "fix_noise.doubling is 0"),
     ],
 )
-def test_bad_input_is_named(make, says):
-    with pytest.raises(InputError, match=says):
+def test_bad_input_is_named(make, message):
+    with pytest.raises(InputError, match=message):
         make()

@@ -97,7 +97,7 @@ class Datagrams(Consumer):
 
 
 class Vehicle(Datagrams):
-    """Says by MAVLink that it is there, armed and in GUIDED, and hears what it is commanded."""
+    """Says by MAVLink that it is there, armed and in GUIDED, and takes its commands."""
 
     def __init__(self):
         super().__init__("mavlink", "mavlink:udpout:127.0.0.1:{port}")
@@ -131,10 +131,10 @@ def _heartbeat():
 
     vehicle = messages.MAVLink(None, srcSystem=1, srcComponent=1)
     mode = messages.MAV_MODE_FLAG_SAFETY_ARMED | messages.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
-    said = vehicle.heartbeat_encode(
+    output = vehicle.heartbeat_encode(
         messages.MAV_TYPE_SURFACE_BOAT, messages.MAV_AUTOPILOT_ARDUPILOTMEGA, mode, GUIDED, messages.MAV_STATE_ACTIVE
     )
-    return said.pack(vehicle)
+    return output.pack(vehicle)
 
 
 class SignalK(Consumer):

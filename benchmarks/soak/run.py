@@ -93,14 +93,14 @@ async def soak(seconds: float) -> Soak:
             finally:
                 boat.terminate()
             rest, log = await boat.communicate()
-            said, _ = await idle.communicate()
+            output, _ = await idle.communicate()
         log = log.decode()
         rows += rest.count(b"\n")
         states = pl.read_parquet(table, columns=["state", "reason"]) if table.exists() else pl.DataFrame()
     used = _USED.search(log)
     account = int(used[1]) if used else 0, receiver.positions()
     receiver.close()
-    rhythms = _rhythm(log), _rhythm(said.decode())
+    rhythms = _rhythm(log), _rhythm(output.decode())
     return Soak(first_row, *rhythms, memory, rows, states, *account, listeners, boat.returncode, log)
 
 

@@ -44,12 +44,12 @@ class Library:
         self._run.restype = None
         self._run.argtypes = [ctypes.c_size_t] + 6 * [ctypes.c_void_p]
 
-    def tracks(self, bounds, time, north, east, said=None) -> np.ndarray:
+    def tracks(self, bounds, time, north, east, output=None) -> np.ndarray:
         """(n, 10) as the columns of `ours.whole_record`, for tracks behind one another."""
-        said = np.empty((len(time), _SAID)) if said is None else said
-        arrays = [np.ascontiguousarray(bounds, np.int64), time, north, east, MODEL, said]
+        output = np.empty((len(time), _SAID)) if output is None else output
+        arrays = [np.ascontiguousarray(bounds, np.int64), time, north, east, MODEL, output]
         self._run(len(bounds) - 1, *[each.ctypes.data for each in arrays])
-        return said
+        return output
 
     def whole_record(self, record: Record) -> np.ndarray:
         """(n, 10) as the columns of `ours.whole_record`."""

@@ -38,10 +38,10 @@ def stream(estimator: FiveStateFilter, positions) -> None:
 
 def stream_and_read(estimator: FiveStateFilter, positions):
     """The same, with SOG, COG and course rate read after each row. Returns the last."""
-    said = None
+    output = None
     for north, east in positions:
         estimator.predict(STEP)
         if north == north:
             estimator.update_north_east(north, east)
-        said = estimator.sog, estimator.cog, estimator.course_rate
-    return said
+        output = estimator.sog, estimator.cog, estimator.course_rate
+    return output

@@ -64,13 +64,13 @@ def forged_name() -> str:
 
 def unknown_position() -> str:
     """A Signal K server's share of a fix and of what is not known any more."""
-    said = []
-    sink = type("Sink", (), {"send": staticmethod(said.append)})()
+    given = []
+    sink = type("Sink", (), {"send": staticmethod(given.append)})()
     output = Deltas(sink)
     output.fix(ROW)
     for k in range(30, 60):
         output.tick(lost(NOON + 0.1 * k))
-    updates = [json.loads(each)["updates"][0]["values"] for each in said]
+    updates = [json.loads(each)["updates"][0]["values"] for each in given]
     nulls = [each["path"] for each in updates[1] if each["value"] is None]
     assert all(each["value"] is not None for values in updates for each in values if "position" in each["path"])
     return f"null once for {', '.join(name.removeprefix('navigation.') for name in nulls)}; never a null position"

@@ -51,14 +51,14 @@ class _Rows:
     """An output that remembers when what was said."""
 
     def __init__(self):
-        self.said: list[TimedRow] = []
+        self.output: list[TimedRow] = []
         self.at_fixes: list[TimedRow] = []
 
     def fix(self, row):
         self.at_fixes.append(TimedRow(asyncio.get_running_loop().time(), row))
 
     def tick(self, row, leg=None, order=None):
-        self.said.append(TimedRow(asyncio.get_running_loop().time(), row))
+        self.output.append(TimedRow(asyncio.get_running_loop().time(), row))
 
     def close(self):
         pass
@@ -91,7 +91,7 @@ async def _sail(fault):
     with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as receiver:
         for epoch in fault.epochs():
             await asyncio.sleep(epoch.sent - loop.time())
-            for line in epoch.said().splitlines(keepends=True):
+            for line in epoch.output().splitlines(keepends=True):
                 receiver.sendto(line, ("127.0.0.1", ports[epoch.link]))
         await asyncio.sleep(END - loop.time())
     running.cancel()
@@ -106,7 +106,7 @@ def _free_port():
 
 
 def _judged(fault, kept, sentences):
-    rows = [each for each in kept.said if each.second >= BEGIN]
+    rows = [each for each in kept.output if each.second >= BEGIN]
     at_fixes = [each for each in kept.at_fixes if each.second >= BEGIN]
     moments = sorted(at_fixes + [each for each in rows if each.row.status != PREDICTED])
     errors = [(each.second, *_errors(fault, each)) for each in rows]

@@ -36,7 +36,7 @@ class Epoch:
     link: int = 0
     talker: str = "GP"
 
-    def said(self) -> bytes:
+    def output(self) -> bytes:
         """GGA and RMC."""
         spot = place(math.degrees(self.latitude), math.degrees(self.longitude))
         quality, status, mode = (1, "A", "A") if self.valid else (0, "V", "N")

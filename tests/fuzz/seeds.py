@@ -202,7 +202,7 @@ def mavlink():
     from pymavlink.dialects.v20 import ardupilotmega as messages
 
     codec = messages.MAVLink(None, 1, 1)
-    said = [
+    output = [
         messages.MAVLink_heartbeat_message(10, 3, 81, 4, 4, 3),
         messages.MAVLink_system_time_message(1_780_000_000_000_000, 60_000),
         messages.MAVLink_gps_raw_int_message(60_000_000, 3, 540000000, 100000000, 0, 90, 120, 200, 9000, 12),
@@ -212,7 +212,7 @@ def mavlink():
         messages.MAVLink_param_value_message(b"GUID_OPTIONS", 0.0, 4, 1, 0),
         messages.MAVLink_statustext_message(4, b"mode change denied"),
     ]
-    packets = [each.pack(codec) for each in said]
+    packets = [each.pack(codec) for each in output]
     return [b"".join(packets), *packets]
 
 
@@ -306,5 +306,5 @@ def gateway():
     frames_ = [(0x09F80109, position(k, -k)) for k in range(4)] + [
         (0x0DF80509, each) for each in frames(gnss(1.0, 2.0))
     ]
-    said = [f"12:00:00.000 R {number:08X} {data.hex(' ').upper()}" for number, data in frames_]
-    return ["\r\n".join(said).encode()]
+    output = [f"12:00:00.000 R {number:08X} {data.hex(' ').upper()}" for number, data in frames_]
+    return ["\r\n".join(output).encode()]

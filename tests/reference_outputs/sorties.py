@@ -21,7 +21,7 @@ TWO_MODES = STRAIGHT | TURN | {"turn_time": 10.0, "straight_time": 20.0}
 ERROR = {"error_std": 0.5, "error_time": 15.0}
 DRIFT = {"drift_std": 1.0, "drift_time": 120.0}
 ACCELERATION = {"acceleration_std": 0.1, "acceleration_time": 4.0}
-YAWING = {"yawing_period": 8.0, "yawing_time": 12.0}
+OSCILLATION = {"yawing_period": 8.0, "yawing_time": 12.0}
 
 KINDS = {
     "white": MOTION,
@@ -32,8 +32,8 @@ KINDS = {
     "two-errors": MOTION | ERROR | DRIFT,
     "acceleration": MOTION | ACCELERATION,
     "acceleration-errors": MOTION | ACCELERATION | ERROR | DRIFT,
-    "yawing": MOTION | YAWING,
-    "yawing-error-acceleration": MOTION | YAWING | ERROR | ACCELERATION,
+    "oscillating": MOTION | OSCILLATION,
+    "oscillating-error-acceleration": MOTION | OSCILLATION | ERROR | ACCELERATION,
     "time-std": MOTION | {"time_std": 0.4},
     "two-modes": TWO_MODES,
     "two-modes-error": TWO_MODES | ERROR,
@@ -113,25 +113,25 @@ def instruments() -> Fixes:
     n = len(fixes)
     noise = np.random.default_rng(11).standard_normal((5, n))
     rate = np.gradient(np.unwrap(scene.cog), scene.time)
-    said = {
+    output = {
         "sog": scene.sog + 0.05 * noise[0],
         "cog": wrapped(scene.cog + 0.04 * noise[1]),
         "heading": wrapped(scene.cog + 0.15 + 0.02 * noise[2]),
         "water_speed": scene.sog - 0.4 + 0.05 * noise[3],
         "yaw_rate": rate + 0.01 + 0.004 * noise[4],
     }
-    for j, name in enumerate(said):
-        said[name][3 + j :: 17] = np.nan
-    said["sog"][40], said["heading"][70] = 9.0, said["heading"][70] + 2.0
+    for j, name in enumerate(output):
+        output[name][3 + j :: 17] = np.nan
+    output["sog"][40], output["heading"][70] = 9.0, output["heading"][70] + 2.0
     silent = np.full(n, np.nan)
     between = Fixes(
         fixes.time + 0.5,
         silent,
         silent,
-        heading=wrapped(np.interp(fixes.time + 0.5, fixes.time, np.unwrap(said["heading"]))),
-        yaw_rate=said["yaw_rate"],
+        heading=wrapped(np.interp(fixes.time + 0.5, fixes.time, np.unwrap(output["heading"]))),
+        yaw_rate=output["yaw_rate"],
     )
-    at_fixes = replace(fixes, **said)
+    at_fixes = replace(fixes, **output)
     columns = {name: np.r_[at_fixes.columns()[name], between.columns()[name]] for name in at_fixes.columns()}
     return Fixes(**columns).in_order()
 
@@ -180,7 +180,7 @@ def fast_start() -> Fixes:
 
 
 def repeats() -> Fixes:
-    """Fixes told twice, and two at one time that differ."""
+    """Fixes reported twice, and two at one time that differ."""
     fixes = alternating_fixes().rows(np.sort(np.r_[0:60, 5, 20:24, 50]))
     return moved(fixes, 30, 0.4, 0.2)
 
@@ -193,10 +193,10 @@ def far_east() -> Fixes:
 def reported() -> Fixes:
     """The receiver calls itself bad for a while, and is."""
     fixes = alternating_fixes()
-    said = np.full(len(fixes), 1.0) + 0.1 * np.sin(np.arange(len(fixes)))
-    said[50:65], said[80] = 12.0, np.nan
+    output = np.full(len(fixes), 1.0) + 0.1 * np.sin(np.arange(len(fixes)))
+    output[50:65], output[80] = 12.0, np.nan
     wild = np.random.default_rng(6).normal(0.0, 3.0, (2, 15))
-    return replace(moved(fixes, slice(50, 65), *wild), position_std=said)
+    return replace(moved(fixes, slice(50, 65), *wild), position_std=output)
 
 
 @cache

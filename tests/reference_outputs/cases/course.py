@@ -85,7 +85,7 @@ for modes, profile in MODES.items():
 
 register("aid-all-errors", Profile(**KINDS["acceleration-errors"]), instruments, rows=60, aid=AIDS)
 register("aid-all-two-modes-errors", Profile(**KINDS["two-modes-errors"]), instruments, rows=60, aid=AIDS)
-register("aid-all-yawing", Profile(**KINDS["yawing"]), instruments, rows=60, aid=AIDS)
+register("aid-all-oscillating", Profile(**KINDS["oscillating"]), instruments, rows=60, aid=AIDS)
 WITHOUT_BIAS = Profile(**MOTION, crab_std=0.0, stream_std=0.0, gyro_bias_std=0.0)
 register("aid-without-bias", WITHOUT_BIAS, instruments, rows=60, aid=AIDS)
 
@@ -94,7 +94,7 @@ for trouble in (outliers, burst, step, gaps, standstill, fast_start, repeats, fa
     for modes, profile in MODES.items():
         register(f"trouble-{trouble.__name__.replace('_', '-')}-{modes}", profile, trouble)
 for trouble in (burst, gaps, standstill):
-    for kind in ("two-errors", "acceleration", "yawing", "two-modes-error"):
+    for kind in ("two-errors", "acceleration", "oscillating", "two-modes-error"):
         register(f"trouble-{trouble.__name__}-{kind}", Profile(**KINDS[kind]), trouble, rows=60)
 
 
@@ -103,7 +103,9 @@ for modes, profile in MODES.items():
     register(f"rate-higher-{modes}", profile, lambda: alternating_fixes().rows(slice(40)), rows=80, rate=4.0)
     register(f"rate-lower-{modes}", profile, gaps, rate=0.7, rows=60)
 register("rate-aided", TWO, instruments, rows=60, rate=3.0, aid=("heading", "yaw_rate"))
-register("rate-errors-yawing", Profile(**KINDS["yawing-error-acceleration"]), weaving_fixes, rows=60, rate=5.0)
+register(
+    "rate-errors-oscillating", Profile(**KINDS["oscillating-error-acceleration"]), weaving_fixes, rows=60, rate=5.0
+)
 
 
 register("many-vessels", Profile.named("ais"), traffic)
@@ -118,10 +120,10 @@ def predicted(fixes, profile, aid=None):
 
 
 case("course-prediction-many-vessels")(lambda: predicted(traffic(), None))
-for kind in ("white", "no-rate-decay", "speed-decay", "two-errors", "acceleration", "yawing", "two-modes"):
+for kind in ("white", "no-rate-decay", "speed-decay", "two-errors", "acceleration", "oscillating", "two-modes"):
     profile = Profile(**KINDS[kind])
     case(f"course-prediction-{kind}")(lambda profile=profile: predicted(fixes_of(profile), profile))
-case("course-prediction-adrift")(lambda: predicted(standstill().rows(slice(70)), ONE))
+case("course-prediction-low-speed")(lambda: predicted(standstill().rows(slice(70)), ONE))
 case("course-prediction-starting")(lambda: predicted(fast_start().rows(slice(2)), ONE))
 case("course-prediction-aided")(lambda: predicted(instruments(), TWO, AIDS))
 

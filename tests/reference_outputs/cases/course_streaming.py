@@ -52,7 +52,7 @@ for modes, profile in MODES.items():
     case(f"course-streaming-north-east-{modes}")(partial(streamed, profile))
     case(f"course-streaming-latitude-longitude-{modes}")(partial(streamed, profile, geodetic=True, steps=5))
     case(f"course-streaming-aided-{modes}")(partial(streamed, profile, aid=AIDS))
-case("course-streaming-errors-yawing")(partial(streamed, Profile(**KINDS["yawing-error-acceleration"])))
+case("course-streaming-errors-oscillating")(partial(streamed, Profile(**KINDS["oscillating-error-acceleration"])))
 
 
 @case("course-streaming-row")
@@ -68,12 +68,12 @@ def rows_of_the_filter():
             filter.restore(kept)
         if k == 70:
             filter.change_receiver()
-        said, nis, status = filter.row(
+        output, nis, status = filter.row(
             dt, fixes.latitude[k], fixes.longitude[k], aids if k % 3 else None, 1.0 if k % 5 else 6.0
         )
         if k == 40:
             kept = filter.snapshot()
-        rows.append([*said[2:], nis, status])
+        rows.append([*output[2:], nis, status])
     names = ("sog", "cog", "course_rate", "sog_std", "cog_std", "course_rate_std", "position_std", "nis", "status")
     return dict(zip(names, np.array(rows).T, strict=True))
 

@@ -40,7 +40,7 @@ def weave(plant="paper", compass=TRUE_TCM2, seconds=120, bias=0.0, card=(0.0,) *
     return rows
 
 
-def said(estimator, rows, read):
+def output(estimator, rows, read):
     """`read(estimator)` after every second."""
     found = []
     for difference, readings, _ in rows:
@@ -54,7 +54,7 @@ def composite():
     columns_of = {}
     for name, yaw in (("paper", PAPER_YAW), ("physical", PHYSICAL_YAW)):
         estimator = CompositeFilter(composite_model(TCM2, yaw))
-        rows = said(estimator, weave(name), lambda each: (each.heading, each.heading_std))
+        rows = output(estimator, weave(name), lambda each: (each.heading, each.heading_std))
         columns_of |= columns(f"{name}_heading {name}_std", rows)
     return columns_of
 
@@ -101,7 +101,7 @@ def bank_of(compasses):
     def read(bank):
         return bank.low, bank.high, bank.nominal, bank.innovation, bank.heading, *bank.headings, *bank.weights
 
-    rows = said(ModelBank(compasses), weave()[:60], read)
+    rows = output(ModelBank(compasses), weave()[:60], read)
     members = range(len(compasses))
     names = "low high nominal innovation heading " + " ".join(
         f"{what}_{k}" for what in ("heading", "weight") for k in members
@@ -127,7 +127,7 @@ def h_infinity():
     found = {"largest": np.full(120, largest)}
     for share in (0.0, 0.5, 0.9):
         estimator = HInfinityFilter(model, share * largest, horizon=120)
-        found[f"heading_{share}"] = np.array(said(estimator, weave(), lambda each: each.heading))
+        found[f"heading_{share}"] = np.array(output(estimator, weave(), lambda each: each.heading))
     return found
 
 
@@ -205,7 +205,7 @@ _OPERATIONS = "add subtract multiply divide square scale root outward intersect"
 def learned():
     found = {}
     for name in WEIGHTS:
-        rows = said(LearnedHeading(name), weave(), lambda each: (each.heading, each.low, each.high))
+        rows = output(LearnedHeading(name), weave(), lambda each: (each.heading, each.low, each.high))
         found |= columns(f"{name}_heading {name}_low {name}_high", rows)
     return found
 

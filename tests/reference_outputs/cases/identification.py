@@ -67,17 +67,17 @@ def staircase(shafts=(5.0, 9.0, 14.0, 9.0)):
 def surge():
     found = {}
     for name, shafts in (("steps", (5.0, 9.0, 14.0, 9.0)), ("constant", (9.0,))):
-        said = identify_surge(*staircase(shafts), Propeller())
-        model = said.model
+        output = identify_surge(*staircase(shafts), Propeller())
+        model = output.model
         found |= {
             f"{name}_{key}": value
             for key, value in {
                 "linear_drag": model.linear_drag,
                 "quadratic_drag": model.quadratic_drag,
                 "thrust": model.thrust,
-                "residual": said.residual,
-                "identified": said.identified,
-                **{f"std_{k}": std for k, std in enumerate(said.std)},
+                "residual": output.residual,
+                "identified": output.identified,
+                **{f"std_{k}": std for k, std in enumerate(output.std)},
             }.items()
             if name == "steps" or key in ("residual", "identified")
         }

@@ -35,10 +35,10 @@ def command_line():
 def signature(function):
     """Parameters and result, without the modules that types live in."""
     try:
-        said = str(inspect.signature(function))
+        output = str(inspect.signature(function))
     except (TypeError, ValueError):
         return ""
-    return re.sub(r"\bsteerway\.(\w+\.)*|0x[0-9a-f]+", "", said)
+    return re.sub(r"\bsteerway\.(\w+\.)*|0x[0-9a-f]+", "", output)
 
 
 def described(name, thing):

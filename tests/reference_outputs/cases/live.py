@@ -142,8 +142,8 @@ def fix_clock():
     return {"now": np.array(rows)}
 
 
-class Told:
-    """A speaker that remembers."""
+class RecordingSink:
+    """A sink that remembers."""
 
     def __init__(self):
         self.messages = []
@@ -164,12 +164,12 @@ def sortie(safe="stop"):
     route, chance = square(safe), np.random.default_rng(25)
     navigator, autopilot = Navigator("otter"), Supervisor(route, "otter", engage=True)
     guide = Guide(route, autopilot.pilot)
-    told = {name: Told() for name in ("propellers", "sentences", "deltas", "json")}
+    sinks = {name: RecordingSink() for name in ("propellers", "sentences", "deltas", "json")}
     outputs = [
-        PropellerCommands(told["propellers"]),
-        SentenceOutput(told["sentences"]),
-        Deltas(told["deltas"]),
-        JsonLines(told["json"], every_tick=True),
+        PropellerCommands(sinks["propellers"]),
+        SentenceOutput(sinks["sentences"]),
+        Deltas(sinks["deltas"]),
+        JsonLines(sinks["json"], every_tick=True),
     ]
     north, east, heading, rate, speed, rows = -15.0, 6.0, 0.2, 0.0, 1.0, []
     for k in range(1300):
@@ -194,7 +194,7 @@ def sortie(safe="stop"):
         heading += TICK * rate
         north += TICK * (speed * math.cos(heading) + 0.1)
         east += TICK * (speed * math.sin(heading) + (0.05 if k < 1000 else 2.0))
-    return rows, {name: [bytes(each).decode() for each in speaker.messages] for name, speaker in told.items()}
+    return rows, {name: [bytes(each).decode() for each in sink.messages] for name, sink in sinks.items()}
 
 
 ORDER = "yaw_rate thrust port starboard asked_course asked_speed"
@@ -273,7 +273,7 @@ def steering():
 @case("live_watch", text=True)
 def watch():
     """What the watch says as fixes stop, doubts grow, the time jumps and a link is lost."""
-    guard, said = Watch(3.0), []
+    guard, given = Watch(3.0), []
     for k in range(400):
         time = NOON + 0.1 * k
         here = row(time, cog_std=0.05 if k < 150 else 1.2 if k < 180 else 0.1)
@@ -284,9 +284,9 @@ def watch():
         if k in (250, 270):
             guard.link("rover", k == 270)
         words = guard.step(here, 0.1), guard.degradation(here), guard.obstacle(here), f"{guard.interval:.6g}"
-        if k == 0 or words != said[-1][1:]:
-            said.append((k, *words))
-    return "".join(f"{' | '.join(map(str, each))}\n" for each in said)
+        if k == 0 or words != given[-1][1:]:
+            given.append((k, *words))
+    return "".join(f"{' | '.join(map(str, each))}\n" for each in given)
 
 
 @case("live_fence")
@@ -316,9 +316,11 @@ def decoders():
     receiver, gpsd, signalk = ReceiverDecoder(), GpsdDecoder(), SignalKDecoder()
     for each in received(30):
         latitude, longitude = each.latitude, each.longitude
-        said = writing.rmc(each.time, latitude, longitude, each.sog, each.cog) + writing.hdt(each.heading)
-        said += writing.gga(each.time, latitude, longitude, 9, 0.8) + writing.rot(0.1) + writing.vtg(each.sog, each.cog)
-        rows += [(0, *row[1:]) for row in receiver.feed(said.encode())]
+        given = writing.rmc(each.time, latitude, longitude, each.sog, each.cog) + writing.hdt(each.heading)
+        given += (
+            writing.gga(each.time, latitude, longitude, 9, 0.8) + writing.rot(0.1) + writing.vtg(each.sog, each.cog)
+        )
+        rows += [(0, *row[1:]) for row in receiver.feed(given.encode())]
         stamp = f"2024-07-01T12:00:{each.time - NOON:06.3f}Z"
         tpv = {"class": "TPV", "device": "/dev/gps", "mode": 3, "time": stamp, "lat": math.degrees(latitude)}
         tpv |= {"lon": math.degrees(longitude), "speed": each.sog, "track": math.degrees(each.cog) % 360.0, "eph": 1.5}

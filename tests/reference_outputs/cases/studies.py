@@ -228,9 +228,9 @@ def limits_troubles():
     voyage, fixes = CELLS["o05"].sailed(SEED)
     found = {}
     for number, (name, (trouble, _, over)) in enumerate(TROUBLES.items()):
-        truth, said = trouble(voyage, fixes, np.random.default_rng([SEED, number]))
-        place = np.nansum(np.abs(np.diff(said.latitude))), np.nansum(np.abs(np.diff(said.longitude)))
-        found[name] = [len(truth.time), len(said), over, said.time[-1], np.nanmean(said.time), *place]
+        truth, output = trouble(voyage, fixes, np.random.default_rng([SEED, number]))
+        place = np.nansum(np.abs(np.diff(output.latitude))), np.nansum(np.abs(np.diff(output.longitude)))
+        found[name] = [len(truth.time), len(output), over, output.time[-1], np.nanmean(output.time), *place]
     return flat(found)
 
 
@@ -268,10 +268,10 @@ def unseen_logs_judged(data):
         recording = recordings.opened(next(each for each in KNOWN if "s330" in each.name))
     fixes = recording.fixes
     profiles = {DEFAULT: "ship", EKF: "small-usv"}
-    said = {name: of_motion(fixes.time, steerway.estimate(fixes, profile)) for name, profile in profiles.items()}
-    said["difference"] = difference(fixes.time, recording.places, 1.0)
-    rows = judged_rows(recording, said)
-    found = {name: asdict(verdict(recording, each, rows)) for name, each in said.items()}
+    output = {name: of_motion(fixes.time, steerway.estimate(fixes, profile)) for name, profile in profiles.items()}
+    output["difference"] = difference(fixes.time, recording.places, 1.0)
+    rows = judged_rows(recording, output)
+    found = {name: asdict(verdict(recording, each, rows)) for name, each in output.items()}
     return numbers({f"{name}_{key}": value for name, each in found.items() for key, value in each.items()})
 
 

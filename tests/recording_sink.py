@@ -1,9 +1,9 @@
-"""A speaker that keeps what it is given."""
+"""A sink that keeps what is sent to it."""
 
 import json
 
 
-class Said:
+class RecordingSink:
     """`messages`: everything that was sent."""
 
     def __init__(self):
