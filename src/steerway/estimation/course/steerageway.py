@@ -9,7 +9,6 @@ import math
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.course.motion.layout import (
-    ACCELERATION_STATE,
     COURSE,
     EAST,
     ERROR_PAIRS,
@@ -18,8 +17,8 @@ from steerway.estimation.course.motion.layout import (
     FIRST,
     LOST_COURSE_VARIANCE,
     LOW_SPEED,
+    MOTION_STATES,
     NORTH,
-    OSCILLATION_STATE,
     PHASE,
     POSITION_VARIANCE,
     RATE,
@@ -108,11 +107,10 @@ def course_to_velocity(x, p):
 
 @lean_kernel
 def reset_manoeuvre(x, p, parameters):
-    """Course rate, acceleration and oscillation become zero with their initial variances."""
-    for k in (RATE, int(parameters[ACCELERATION_STATE]), int(parameters[OSCILLATION_STATE])):
-        if k:
-            variance = parameters[START_RATE_VARIANCE] if k == RATE else parameters[EXTRAS + 3 * (k - 5) + 2]
-            reset_state(x, p, k, 0.0, variance)
+    """Course rate and the states of the motion model beyond it become zero with their initial variances."""
+    reset_state(x, p, RATE, 0.0, parameters[START_RATE_VARIANCE])
+    for k in range(int(parameters[MOTION_STATES]), len(x)):
+        reset_state(x, p, k, 0.0, parameters[EXTRAS + 3 * (k - 5) + 2])
 
 
 @lean_kernel

@@ -16,6 +16,7 @@ from steerway.estimation.course.motion.layout import (
     GATE,
     LEAVING,
     LONGEST_REJECTION,
+    MOTION_STATES,
     OUTLIER_NLL,
     POSITION_VARIANCE,
     START_RATE_VARIANCE,
@@ -93,6 +94,7 @@ def _row(profile, aids, switching=None) -> np.ndarray:
     first = 5 + len(triples)
     for std, time in companions:
         add_state(*gauss_markov(std, time))
+    row[MOTION_STATES] = 5 + len(triples)
     models.pack(profile, row, add_state)
     row[STATES] = 5 + len(triples)
     row[POSITION_VARIANCE] = profile.position_std**2

@@ -47,9 +47,10 @@ VELOCITY_NORTH, VELOCITY_EAST = SPEED, COURSE
     SWITCHES_TO,  # … and to which row of the parameters
     AGEING,  # 1/s, rate of change to the next age of this kind
     AGES_TO,  # … and to which row
+    MOTION_STATES,  # index of the first state beyond the five of the motion model; they are the last ones
     VELOCITY_CHANGE,  # (m/s)² along either axis by which velocity has changed at the beginning of a prediction
     EXTRAS,  # where the triples begin
-) = range(29)
+) = range(30)
 
 PHASE, REJECTED_FOR, RESETS, LATITUDE, LONGITUDE = range(5)
 """Flags: one of the phases below; s since the first of unbroken rejections (−1: none); resets of the position in a row;

@@ -15,7 +15,6 @@ from steerway.core.compiled import called_kernel, kernel, lean_kernel
 from steerway.core.earth import displacement
 from steerway.core.linear_algebra import factor, fill_lower, multiply, multiply_transposed, solve_rows
 from steerway.estimation.course.motion.layout import (
-    ACCELERATION_STATE,
     COURSE,
     DT,
     EAST,
@@ -24,8 +23,8 @@ from steerway.estimation.course.motion.layout import (
     LATITUDE,
     LONGEST_STEP,
     LONGITUDE,
+    MOTION_STATES,
     NORTH,
-    OSCILLATION_STATE,
     PHASE,
     RATE,
     RESETS,
@@ -72,9 +71,8 @@ def change_coordinates(x, p, phase, x_predicted, p_predicted, predicted_phase, p
         x[VELOCITY_NORTH], x[VELOCITY_EAST] = speed * c, speed * s
         transform_velocity(p, c, -speed * s, s, speed * c)
     ignore(RATE, x, x_predicted, p_predicted)
-    for k in (int(parameters[ACCELERATION_STATE]), int(parameters[OSCILLATION_STATE])):
-        if k:
-            ignore(k, x, x_predicted, p_predicted)
+    for k in range(int(parameters[MOTION_STATES]), len(x)):
+        ignore(k, x, x_predicted, p_predicted)
 
 
 @kernel
