@@ -73,15 +73,7 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
     for i, receiver in enumerate(RECEIVERS):
         step = stage(progress, i / len(RECEIVERS), 1.0 / len(RECEIVERS), WORDS[receiver])
         table = np.array(over_cases(partial(one, receiver=receiver), chosen, progress=step))
-        with np.errstate(invalid="ignore"):
-            share = np.mean(table[..., 2], axis=0)
-            weights = np.where(np.isfinite(table[..., 0]), table[..., 2], 0.0)
-            total = np.maximum(weights.sum(axis=0), 1e-12)
-            cog = np.sqrt(np.nansum(weights * table[..., 0], axis=0) / total)
-            wrong = np.nansum(weights * np.nan_to_num(table[..., 3]), axis=0) / total
-        cog[share < 1e-3] = np.nan
-        sog = np.sqrt(np.mean(table[..., 1], axis=0))
-        curves[receiver] = cog, sog, share
+        curves[receiver] = cog, sog, share, wrong = _means(table)
         for k, speed in enumerate(SPEEDS):
             key = f"{receiver}_at_{speed:g}".replace(".", "p")
             results.numbers |= {
@@ -129,6 +121,18 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
     return results
 
 
+def _means(table):
+    """Of a table (seeds, speeds, 2, 4) RMS of COG and of SOG, share of rows with a course and of wrong ones in them."""
+    with np.errstate(invalid="ignore"):
+        share = np.mean(table[..., 2], axis=0)
+        weights = np.where(np.isfinite(table[..., 0]), table[..., 2], 0.0)
+        total = np.maximum(weights.sum(axis=0), 1e-12)
+        cog = np.sqrt(np.nansum(weights * table[..., 0], axis=0) / total)
+        wrong = np.nansum(weights * np.nan_to_num(table[..., 3]), axis=0) / total
+    cog[share < 1e-3] = np.nan
+    return cog, np.sqrt(np.mean(table[..., 1], axis=0)), share, wrong
+
+
 def _half_way(share) -> float:
     """The speed (interpolated) from which on at least half the rows have a course."""
     k = int(np.flatnonzero(share < 0.5)[-1])
@@ -151,7 +155,7 @@ def _figure(curves):
 
     figure = Figure(figsize=(12.0, 4.5), layout="constrained")
     cog_axes, sog_axes, share_axes = figure.subplots(1, 3)
-    for (receiver, (cog, sog, share)), color in zip(curves.items(), (OURS, THEIRS, "#38761d"), strict=True):
+    for (receiver, (cog, sog, share, _)), color in zip(curves.items(), (OURS, THEIRS, "#38761d"), strict=True):
         for k, style in enumerate(("-", ":")):
             label = WORDS[receiver] if k == 0 else None
             cog_axes.plot(SPEEDS, np.degrees(cog[:, k]), style, color=color, label=label, marker=".")

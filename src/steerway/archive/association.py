@@ -94,7 +94,7 @@ def associate(bounds, record, parameters, vessels, slots, banks, terms, estimate
             first two axes of the parameters, that by which it was predicted.
         kept: (n or 0, states + 2, states) receives the filter after every row that a track took.
     """
-    time, latitude, longitude, aids, hull, profile, asked = record
+    time, latitude, longitude, aids, hull, _, _ = record
     nis, status, track, event, row_of = found
     before, ahead = np.empty(banks.shape[3:]), np.empty(banks.shape[2:])
     for v in range(len(bounds) - 1):
@@ -102,25 +102,8 @@ def associate(bounds, record, parameters, vessels, slots, banks, terms, estimate
         ahead_of, ahead_time, since = -1, 0.0, 0.0
         for k in range(bounds[v], bounds[v + 1]):
             event[k], nis[k], level = NOTHING, math.nan, COMPETING
-            cur = int(vessel[CURRENT])
             fixed = math.isfinite(latitude[k])
-            alone = False
-            if slot[cur, USE] == FREE:
-                begin(slot[cur], bank[cur], time[k], profile[k], TRACK)
-                slot[cur, NUMBER], vessel[NEXT] = 0.0, 1.0
-                chosen, accepted, alone = cur, True, True
-            elif not fixed:
-                chosen, accepted = slot_of(slot, asked[k], cur), False
-            elif is_alone(vessel, slot) and is_within_reach(slot[cur], time[k], latitude[k], longitude[k]):
-                chosen, accepted, alone = cur, True, True
-            else:
-                chosen, accepted = choose(
-                    vessel, slot, bank, time[k], latitude[k], longitude[k], hull[k], parameters, terms
-                )
-            if chosen < 0:  # out of the reach of every track
-                chosen = vacant(vessel, slot)
-                begin(slot[chosen], bank[chosen], time[k], profile[k], TENTATIVE)
-                slot[chosen, SINCE] = vessel[TAKEN]
+            chosen, accepted, alone = track_of(vessel, slot, bank, record, k, parameters, terms)
             p, tentative = int(slot[chosen, PROFILE]), False
             row = parameters[p, COMPETING]
             if fixed:
@@ -166,6 +149,30 @@ def associate(bounds, record, parameters, vessels, slots, banks, terms, estimate
             write_output(shown[0], True, estimate[k])
             if len(kept):
                 copy_block(shown[0], kept[k])
+
+
+@called_kernel
+def track_of(vessel, slot, bank, record, k, parameters, terms):
+    """(slot of the track that row k belongs to, whether it accepts the row, whether it is the only one).
+
+    A vessel's first report begins a track; one out of the reach of all begins another, tentative.
+    """
+    time, latitude, longitude, _, hull, profile, asked = record
+    cur = int(vessel[CURRENT])
+    if slot[cur, USE] == FREE:
+        begin(slot[cur], bank[cur], time[k], profile[k], TRACK)
+        slot[cur, NUMBER], vessel[NEXT] = 0.0, 1.0
+        return cur, True, True
+    if not math.isfinite(latitude[k]):
+        return slot_of(slot, asked[k], cur), False, False
+    if is_alone(vessel, slot) and is_within_reach(slot[cur], time[k], latitude[k], longitude[k]):
+        return cur, True, True
+    chosen, accepted = choose(vessel, slot, bank, time[k], latitude[k], longitude[k], hull[k], parameters, terms)
+    if chosen < 0:
+        chosen = vacant(vessel, slot)
+        begin(slot[chosen], bank[chosen], time[k], profile[k], TENTATIVE)
+        slot[chosen, SINCE] = vessel[TAKEN]
+    return chosen, accepted, False
 
 
 @called_kernel

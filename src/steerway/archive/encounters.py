@@ -20,6 +20,9 @@ _LONGEST_INTERVAL = 600.0
 _APART_AGAIN = 900.0
 """s for which a pair is farther apart than asked for before the next encounter of it."""
 _FASTEST = 30.0
+"""m/s; a faster vessel may be missed. Chosen: 58 kn."""
+_EARTH_RADIUS = 6.371e6
+"""m, mean (IUGG): a chord is shorter than the ellipsoid's distance by half a percent at most."""
 _COLUMNS = ("mmsi", "track", "time_s", "lat_deg", "lon_deg", "sog_mps", "sog_std_mps", "position_std_m", "status")
 
 
@@ -58,77 +61,81 @@ _NEAR = dict.fromkeys(("a", "track_a", "b", "track_b"), pl.Int64) | dict.fromkey
 
 def _near(frame: pl.DataFrame, day: int, distance: float) -> Iterator[pl.DataFrame]:
     """Pairs near each other at the times of a day, with the closest approach within half a step of each."""
-    from scipy.spatial import cKDTree
-
     frame = frame.sort("mmsi", "track", "time_s")
+    if len(frame) < 2:
+        return
     ids = frame.select("mmsi", "track").unique(maintain_order=True).to_numpy().astype(np.int64)
     columns = {name: frame[name].cast(pl.Float64).fill_null(np.nan).to_numpy() for name in _COLUMNS[2:8]}
     same = (frame["mmsi"].diff() == 0) & (frame["track"].diff() == 0)
     number = np.cumsum(~same.fill_null(False).to_numpy()) - 1
+    columns |= {"latitude": np.radians(columns["lat_deg"]), "longitude": np.radians(columns["lon_deg"])}
     time = columns["time_s"]
     # rows of all tracks in one order that searches: the track, then the time
     span = DAY * 4.0
     origin = (day - 1) * DAY
     order = number * span + (time - origin)
-    latitude, longitude = np.radians(columns["lat_deg"]), np.radians(columns["lon_deg"])
     tracks = np.arange(len(ids))
     for moment in np.arange(day * DAY, (day + 1) * DAY, STEP):
         after = np.searchsorted(order, tracks * span + (moment - origin), side="left")
         inside = (after > 0) & (after < len(order))
-        after = np.where(inside, after, 1) if len(order) > 1 else np.ones(len(tracks), int)
-        if len(order) < 2:
-            return
-        row = after - 1
-        known = inside & (number[row] == tracks) & (number[after] == tracks)
-        elapsed = time[after] - time[row]
-        known &= (elapsed > 0.0) & (elapsed <= _LONGEST_INTERVAL)
-        who = np.flatnonzero(known)
-        if len(who) < 2:
-            continue
-        row, after, elapsed = row[who], after[who], elapsed[who]
-        share = (moment - time[row]) / elapsed
-        step_longitude = (longitude[after] - longitude[row] + np.pi) % (2.0 * np.pi) - np.pi
-        lat, lon = latitude[row] + share * (latitude[after] - latitude[row]), longitude[row] + share * step_longitude
-        flat = np.column_stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)]) * 6.371e6
-        pairs = cKDTree(flat).query_pairs(distance + 2.0 * _FASTEST * STEP / 2.0, output_type="ndarray")
-        if not len(pairs):
-            continue
-        i, j = pairs.T
-        meridian, prime_vertical = radii(float(np.mean(lat[i])))
-        scale = prime_vertical * np.cos(0.5 * (lat[i] + lat[j]))
-        north = (lat[j] - lat[i]) * meridian
-        east = ((lon[j] - lon[i] + np.pi) % (2.0 * np.pi) - np.pi) * scale
-        v_n, v_e = (latitude[after] - latitude[row]) / elapsed * meridian, step_longitude / elapsed
-        along_n, along_e = v_n[j] - v_n[i], (v_e[j] - v_e[i]) * scale
-        speed = np.hypot(along_n, along_e)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            wait = np.where(speed > 1e-3, -(north * along_n + east * along_e) / speed**2, 0.0)
-        wait = np.clip(np.nan_to_num(wait), -0.5 * STEP, 0.5 * STEP)
-        closest = np.hypot(north + wait * along_n, east + wait * along_e)
-        std = _std(columns, row, after, np.minimum(share, 1.0 - share) * elapsed)
-        close = closest <= distance
-        if not close.any():
-            continue
-        i, j, (at,) = i[close], j[close], np.where([close])[1:]
-        yield pl.DataFrame(
-            {
-                "a": ids[who[i], 0],
-                "track_a": ids[who[i], 1],
-                "b": ids[who[j], 0],
-                "track_b": ids[who[j], 1],
-                "time_s": np.full(len(i), float(moment)),
-                "distance_m": np.hypot(north, east)[at],
-                "cpa_time_s": moment + wait[at],
-                "cpa_m": closest[at],
-                "std_m": np.hypot(std[i], std[j]),
-                "speed_mps": speed[at],
-                "lat_deg": np.degrees(0.5 * (lat[i] + lat[j])),
-                "lon_deg": np.degrees(lon[i]),
-                "sog_a": columns["sog_mps"][row[i]],
-                "sog_b": columns["sog_mps"][row[j]],
-            },
-            schema=_NEAR,
-        )
+        after = np.where(inside, after, 1)
+        known = inside & (number[after - 1] == tracks) & (number[after] == tracks)
+        elapsed = time[after] - time[after - 1]
+        who = np.flatnonzero(known & (elapsed > 0.0) & (elapsed <= _LONGEST_INTERVAL))
+        if len(who) >= 2:
+            yield from _approaches(columns, ids[who], after[who], moment, distance)
+
+
+def _approaches(columns, ids, after, moment, distance) -> Iterator[pl.DataFrame]:
+    """The pairs of vessels that come within a distance (m) about a moment; each is between rows after − 1 and after."""
+    from scipy.spatial import cKDTree
+
+    time, row = columns["time_s"], after - 1
+    latitude, longitude = columns["latitude"], columns["longitude"]
+    elapsed = time[after] - time[row]
+    share = (moment - time[row]) / elapsed
+    step_longitude = (longitude[after] - longitude[row] + np.pi) % (2.0 * np.pi) - np.pi
+    lat, lon = latitude[row] + share * (latitude[after] - latitude[row]), longitude[row] + share * step_longitude
+    flat = np.column_stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)]) * _EARTH_RADIUS
+    pairs = cKDTree(flat).query_pairs(distance + 2.0 * _FASTEST * STEP / 2.0, output_type="ndarray")
+    if not len(pairs):
+        return
+    i, j = pairs.T
+    meridian, prime_vertical = radii(float(np.mean(lat[i])))
+    scale = prime_vertical * np.cos(0.5 * (lat[i] + lat[j]))
+    north = (lat[j] - lat[i]) * meridian
+    east = ((lon[j] - lon[i] + np.pi) % (2.0 * np.pi) - np.pi) * scale
+    v_n, v_e = (latitude[after] - latitude[row]) / elapsed * meridian, step_longitude / elapsed
+    along_n, along_e = v_n[j] - v_n[i], (v_e[j] - v_e[i]) * scale
+    speed = np.hypot(along_n, along_e)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        wait = np.where(speed > 1e-3, -(north * along_n + east * along_e) / speed**2, 0.0)
+    wait = np.clip(np.nan_to_num(wait), -0.5 * STEP, 0.5 * STEP)
+    closest = np.hypot(north + wait * along_n, east + wait * along_e)
+    std = _std(columns, row, after, np.minimum(share, 1.0 - share) * elapsed)
+    at = np.flatnonzero(closest <= distance)
+    if not len(at):
+        return
+    i, j = i[at], j[at]
+    yield pl.DataFrame(
+        {
+            "a": ids[i, 0],
+            "track_a": ids[i, 1],
+            "b": ids[j, 0],
+            "track_b": ids[j, 1],
+            "time_s": np.full(len(i), float(moment)),
+            "distance_m": np.hypot(north, east)[at],
+            "cpa_time_s": moment + wait[at],
+            "cpa_m": closest[at],
+            "std_m": np.hypot(std[i], std[j]),
+            "speed_mps": speed[at],
+            "lat_deg": np.degrees(0.5 * (lat[i] + lat[j])),
+            "lon_deg": np.degrees(lon[i]),
+            "sog_a": columns["sog_mps"][row[i]],
+            "sog_b": columns["sog_mps"][row[j]],
+        },
+        schema=_NEAR,
+    )
 
 
 def _std(columns, row, after, away) -> np.ndarray:

@@ -93,15 +93,7 @@ def run(
     if as_json:
         print_json(vars(report) | {"directory": str(report.directory)})
     else:
-        print_pairs(
-            [
-                ("inputs shuffled", f"{report.inputs:,}"),
-                ("units run", f"{report.units:,}, {report.units_before:,} were done before"),
-                ("rows", f"{report.rows:,}"),
-                *((f"left out: {reason}", f"{count:,}") for reason, count in sorted(report.left_out.items())),
-            ]
-        )
-        print_notes(report.notes)
+        _print_report(report)
         print(f"wrote {out / 'index.html'}")
     for path, why in report.failed.items():
         typer.echo(printable(f"steerway: {path}: left out, {why}"), err=True)
@@ -109,6 +101,18 @@ def run(
         typer.echo(f"steerway: {unit}: given up, its workers were lost three times (is memory short?)", err=True)
     if not report.complete:
         raise typer.Exit(INCOMPLETE)
+
+
+def _print_report(report) -> None:
+    print_pairs(
+        [
+            ("inputs shuffled", f"{report.inputs:,}"),
+            ("units run", f"{report.units:,}, {report.units_before:,} were done before"),
+            ("rows", f"{report.rows:,}"),
+            *((f"left out: {reason}", f"{count:,}") for reason, count in sorted(report.left_out.items())),
+        ]
+    )
+    print_notes(report.notes)
 
 
 @app.command()

@@ -7,23 +7,21 @@ import math
 
 import numpy as np
 
-from steerway.core.earth import radii
+from steerway.core.earth import SEMI_MAJOR_AXIS, radii
 from steerway.core.records import REJECTED, STATUSES, Fixes, Motion
 from steerway.core.statistics import FIX_GATE
 from steerway.report.course_axis import on_axis
 
-EARTH_RADIUS = 6378137.0
-"""m, of the web Mercator projection, in which map tiles are cut."""
 MOST_ROWS = 60_000
 """A longer log is thinned evenly: two hours at 8 Hz are drawn row by row."""
 
 
 def mercator(latitude: np.ndarray, longitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Web Mercator coordinates x, y of positions in rad, (n,) each; x is continuous, NaN where unknown."""
+    """Web Mercator coordinates x, y (m), in which map tiles are cut, of positions in rad, (n,) each; x is continuous, NaN where unknown."""
     known = np.isfinite(longitude)
     x = np.full(len(longitude), np.nan)
-    x[known] = EARTH_RADIUS * np.unwrap(longitude[known])
-    return x, EARTH_RADIUS * np.arctanh(np.sin(latitude))
+    x[known] = SEMI_MAJOR_AXIS * np.unwrap(longitude[known])
+    return x, SEMI_MAJOR_AXIS * np.arctanh(np.sin(latitude))
 
 
 def thinned(table, most: int = MOST_ROWS):
@@ -66,10 +64,12 @@ def pack(fixes: Fixes, motion: Motion, cut: float, truth: Motion | None = None) 
         }
     placed = thinned(fixes.rows(fixes.has_position))
     fix_x, fix_y = mercator(placed.latitude, placed.longitude)
-    turns = np.round((fix_x[0] - x[known[0]]) / (2.0 * math.pi * EARTH_RADIUS)) if len(known) and len(placed) else 0.0
+    turns = (
+        np.round((fix_x[0] - x[known[0]]) / (2.0 * math.pi * SEMI_MAJOR_AXIS)) if len(known) and len(placed) else 0.0
+    )
     columns |= {
         "fix_step": _single(_steps(placed.time, begins)),
-        "fix_x": _single(fix_x - origin[0] - turns * 2.0 * math.pi * EARTH_RADIUS),
+        "fix_x": _single(fix_x - origin[0] - turns * 2.0 * math.pi * SEMI_MAJOR_AXIS),
         "fix_y": _single(fix_y - origin[1]),
     }
     reported = thinned(fixes.rows(np.isfinite(fixes.sog) | np.isfinite(fixes.cog)))
@@ -125,7 +125,7 @@ def script_json(value) -> str:
 def _scale(latitude):
     """Units of the projection for a metre east and north: it is of a sphere, metres are on the ellipsoid."""
     meridian, prime_vertical = radii(latitude)
-    return EARTH_RADIUS / (prime_vertical * math.cos(latitude)), EARTH_RADIUS / (meridian * math.cos(latitude))
+    return SEMI_MAJOR_AXIS / (prime_vertical * math.cos(latitude)), SEMI_MAJOR_AXIS / (meridian * math.cos(latitude))
 
 
 def _steps(time, begins):

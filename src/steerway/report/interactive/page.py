@@ -42,27 +42,11 @@ def write_interactive_page(
         lead: a sentence under the title.
         gate: whether the estimate has a gate, as that of a profile; structures weigh every fix.
     """
-    shown = thinned(motion)
+    shown, alone = thinned(motion), motion.mmsi is None
     if len(shown) < len(motion):
         remarks = [*remarks, f"The charts show every {-(-len(motion) // len(shown))}th of {len(motion)} rows."]
-    known = np.isfinite(shown.latitude)
-    cosine = math.cos(float(np.nanmedian(shown.latitude))) if known.any() else 1.0
     fastest = max(float(np.nanquantile(shown.sog, 0.999)) if np.isfinite(shown.sog).any() else 0.0, 0.1)
-    alone = motion.mmsi is None
-    parts = {
-        "map": charts.track_map(
-            fastest, cosine, [_box(shown)] if alone else _tracks(shown), _ends(shown) if alone else None
-        )
-    }
-    data = {"events": [], "vessels": not alone}
-    if alone:
-        cut = course_cut(shown.cog)
-        true = None if truth is None else thinned(truth)
-        data = pack(fixes, shown, cut, true) | {"events": [list(each) for each in events], "vessels": False}
-        innovations, limit = bool(np.isfinite(shown.nis).any()), data["gate"] if gate else None
-        drawn = charts.strips(float(shown.time[0]), float(shown.time[-1]), cut, innovations, limit)
-        parts |= {chart.name: chart for chart in drawn}
-    data["colours"] = {"low": 0.0, "high": fastest}
+    parts, data = _charts(fixes, shown, truth, events, gate, fastest)
     script, divisions = components(parts, wrap_script=False)
     package = files("steerway.report.interactive")
     page = Template((package / "page.html").read_text(encoding="utf-8"))
@@ -89,6 +73,23 @@ def write_interactive_page(
     )
     with complete_or_absent(path) as file:
         file.write(text.encode())
+
+
+def _charts(fixes, shown, truth, events, gate, fastest) -> tuple[dict, dict]:
+    """The charts by name, and the data that the page's script draws in them."""
+    known = np.isfinite(shown.latitude)
+    cosine = math.cos(float(np.nanmedian(shown.latitude))) if known.any() else 1.0
+    colours = {"low": 0.0, "high": fastest}
+    if shown.mmsi is not None:
+        parts = {"map": charts.track_map(fastest, cosine, _tracks(shown), None)}
+        return parts, {"events": [], "vessels": True, "colours": colours}
+    parts = {"map": charts.track_map(fastest, cosine, [_box(shown)], _ends(shown))}
+    cut = course_cut(shown.cog)
+    data = pack(fixes, shown, cut, None if truth is None else thinned(truth))
+    data |= {"events": [list(each) for each in events], "vessels": False, "colours": colours}
+    innovations, limit = bool(np.isfinite(shown.nis).any()), data["gate"] if gate else None
+    drawn = charts.strips(float(shown.time[0]), float(shown.time[-1]), cut, innovations, limit)
+    return parts | {chart.name: chart for chart in drawn}, data
 
 
 def _tracks(motion: Motion) -> list[dict]:
