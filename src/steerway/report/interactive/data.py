@@ -17,7 +17,10 @@ MOST_ROWS = 60_000
 
 
 def mercator(latitude: np.ndarray, longitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Web Mercator coordinates x, y (m), in which map tiles are cut, of positions in rad, (n,) each; x is continuous, NaN where unknown."""
+    """Web Mercator coordinates x, y (m), in which map tiles are cut, of positions in rad, (n,) each.
+
+    x is continuous; NaN where unknown.
+    """
     known = np.isfinite(longitude)
     x = np.full(len(longitude), np.nan)
     x[known] = SEMI_MAJOR_AXIS * np.unwrap(longitude[known])
