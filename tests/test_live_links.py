@@ -81,8 +81,9 @@ def test_weeks_that_rolled_over_are_put_right_by_the_computers_clock(monkeypatch
     from types import SimpleNamespace
 
     rollover = 1024 * 7 * 86400.0
-    for computer, expected in ((START + rollover, START + rollover), (START + 2.0 * rollover + 5e5, START + 2.0 * rollover),
-                           (START + 1e8, START), (0.0, START), (START - rollover, START)):  # fmt: skip
+    twice = START + 2.0 * rollover
+    for computer, expected in ((START + rollover, START + rollover), (twice + 5e5, twice), (START + 1e8, START),
+                               (0.0, START), (START - rollover, START)):  # fmt: skip
         monkeypatch.setattr("steerway.live.links.decoding.time", SimpleNamespace(time=lambda now=computer: now))
         (row,) = fed(ReceiverDecoder(), rmc(START, 54.0, 10.0), 100)
         assert row.time == expected
