@@ -17,6 +17,7 @@ from steerway.estimation.inference.model import (
     FREQUENCY,
     NORTH,
     ON_FIX,
+    SINCE,
     SPEED,
     STARTED,
     STATE,
@@ -117,6 +118,7 @@ def advance(bank, model, dt, motion_states):
     m, n = x.shape
     parts = min(max(math.ceil(dt / LONGEST_STEP - 1e-3), 1), MOST_STEPS)
     part = dt / parts
+    bank.run[SINCE] += dt
     if abs(part - steps[0][DT]) > SAME_STEP * part:
         set_steps(steps, bank.change, bank.work, part, model)
     for _ in range(parts):

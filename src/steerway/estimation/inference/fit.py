@@ -7,7 +7,7 @@ import numpy as np
 
 from steerway.estimation.inference.ascent import Ascent, climb, sweep
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
-from steerway.estimation.inference.structures import SHORTEST_WAVE, WAVE_PERIODS, model_of, parameters_of
+from steerway.estimation.inference.structures import SHORTEST_STAY, SHORTEST_WAVE, WAVE_PERIODS, model_of, parameters_of
 from steerway.estimation.inference.track import run_record
 
 _NO_OUT = np.empty((0, FUSED + 2))
@@ -61,6 +61,9 @@ class Posterior:
                 period = max(shortest, SHORTEST_WAVE if name in WAVE_PERIODS else shortest)
                 if period > 0.0:
                     self.least[i] = max((math.log(period) - self.medians[i]) / self.deviations[i], -FURTHEST)
+            elif name == "step_every" and shortest > 0.0:
+                often = math.log(SHORTEST_STAY * shortest)
+                self.least[i] = max((often - self.medians[i]) / self.deviations[i], -FURTHEST)
         self._bank = None
 
     def densities(self, x):

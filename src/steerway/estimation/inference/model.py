@@ -34,9 +34,10 @@ CALM, TURN, YAW, SURGE, EMERGENCY = range(5)
 """Modes: course held; steady turn; yaw manoeuvre; speed manoeuvre; whatever the vessel is capable of."""
 MODES = 5
 
-FIX_VARIANCE, OUTLIER_RATE, DRIFT_SPEED, POOR_RATE, TIME_VARIANCE, LATE_VARIANCE = range(6)
+FIX_VARIANCE, OUTLIER_RATE, DRIFT_SPEED, POOR_RATE, TIME_VARIANCE, LATE_VARIANCE, STEP_RATE, STEP_VARIANCE = range(8)
 """`receiver`: variance of a fix (white, m²), share of outliers, the speed (m/s) below which motion is isotropic, share
-of poor fixes, variance of the moment of a fix and that of a poor one besides (s²)."""
+of poor fixes, variance of the moment of a fix and that of a poor one besides (s²), steps of its error a second and the
+variance of a step (m²)."""
 
 
 class Model(NamedTuple):
@@ -45,7 +46,7 @@ class Model(NamedTuple):
     modes: np.ndarray  # (MODES, 4)
     generator: np.ndarray  # (MODES, MODES) rates of change between modes, 1/s; rows sum to 0
     filters: np.ndarray  # (f, 5)
-    receiver: np.ndarray  # (6,)
+    receiver: np.ndarray  # (8,)
     aids: np.ndarray  # (aids, 2)
 
 
@@ -67,7 +68,7 @@ class Bank(NamedTuple):
     probability: np.ndarray  # (MODES,)
     mixed_x: np.ndarray  # (MODES, n) as `x`, before the step
     mixed_p: np.ndarray  # (MODES, n, n)
-    run: np.ndarray  # (8,) of outliers in a row, see RUN
+    run: np.ndarray  # (9,) of outliers in a row, see RUN
     steps: np.ndarray  # (MODES, STEP_ROWS, n) see `discrete`
     change: np.ndarray  # (MODES, MODES) probabilities of change in a step
     work: np.ndarray  # (12, max(n, 8))
@@ -91,16 +92,16 @@ def empty_bank(states: int) -> Bank:
         np.zeros(m),
         np.zeros((m, n)),
         np.zeros((m, n, n)),
-        np.zeros(8),
+        np.zeros(9),
         np.zeros((m, STEP_ROWS, n)),
         np.zeros((m, m)),
         np.zeros((12, max(n, 8))),
     )
 
 
-RUN, RUN_N, RUN_E, WAS_OUTLIER, STARTED, STEP_N, STEP_E = range(7)
+RUN, RUN_N, RUN_E, WAS_OUTLIER, STARTED, STEP_N, STEP_E, STEPPED, SINCE = range(9)
 """`run` of a bank: how many outliers in a row agree, and their offset; the probability that the last fix was one; 1
-once begun; the step of the receiver last followed."""
+once begun; the step of the receiver last followed; variance (m²) of a step with the last fix; s since that."""
 
 
 class Kept(NamedTuple):
@@ -109,10 +110,11 @@ class Kept(NamedTuple):
     x: np.ndarray  # (rows, MODES, n)
     p: np.ndarray  # (rows, MODES, n, n)
     probability: np.ndarray  # (rows, MODES), NaN before the first fix
-    moved: np.ndarray  # (rows, 3) step of the receiver that was followed, north and east (m), and 1 where it began anew
+    moved: np.ndarray  # (rows, 4) step of the receiver that was followed, north and east (m); 1 where the filter began
+    # anew; variance (m²) of a step of the receiver
 
 
 def room_to_keep(rows: int, states: int) -> Kept:
     """Where a filter keeps so many rows."""
     shape = (rows, MODES, states)
-    return Kept(np.empty(shape), np.empty((*shape, states)), np.empty(shape[:2]), np.zeros((rows, 3)))
+    return Kept(np.empty(shape), np.empty((*shape, states)), np.empty(shape[:2]), np.zeros((rows, 4)))

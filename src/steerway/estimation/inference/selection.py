@@ -15,7 +15,7 @@ from steerway.estimation.inference.record import excerpt, white_std
 from steerway.estimation.inference.structures import VESSELS
 
 PLAIN = ("base", "wander")
-OPTIONAL = ("waves", "antenna", "clock", "error")
+OPTIONAL = ("waves", "antenna", "clock", "error", "steps")
 """Parts that a structure may have beside the plain ones."""
 SECOND = {"antenna": "second_roll", "error": "quick_error"}
 """Parts that may come with one of these, where that is better than none."""
@@ -153,6 +153,10 @@ def starts(part, values, noise) -> list[list[dict]]:
     if part == "clock":
         clocks = product((1.0, 0.5), (0.01, 0.1))
         return [[values | {"fix_std": share * values["fix_std"], "time_std": std} for share, std in clocks]]
+    if part == "steps":
+        shares = (values, values | {"fix_std": 0.5 * values["fix_std"]})
+        steps = product(shares, (30.0, 300.0), (3.0 * noise, 10.0 * noise))
+        return [[v | {"step_every": every, "step_std": std} for v, every, std in steps]]
     errors = product((values, values | {"fix_std": 0.7 * values["fix_std"]}, noisy), _sizes(noise, 1.0), (20.0, 200.0))
     return [[v | {"error_std": std, "error_time": time} for v, std, time in errors]]
 

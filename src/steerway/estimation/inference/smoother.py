@@ -15,7 +15,7 @@ from steerway.estimation.inference.bank import SAME_STEP, forget_direction, lose
 from steerway.estimation.inference.discrete import LEFT, SPUN, set_steps
 from steerway.estimation.inference.fuse import fuse
 from steerway.estimation.inference.future import future
-from steerway.estimation.inference.model import COURSE, DRIFT_SPEED, EAST, MODES, NORTH, RATE, SPEED
+from steerway.estimation.inference.model import COURSE, DRIFT_SPEED, EAST, MODES, NORTH, RATE, SPEED, STEPPED
 from steerway.estimation.inference.motion import predict
 from steerway.estimation.inference.relative import difference, from_likeliest, is_steady, shifted, turned
 from steerway.estimation.inference.track import recall
@@ -91,6 +91,8 @@ def back(bank, model, motion_states, smooth_x, smooth_p, smooth_probability, roo
                 p[j, u, v] = mixed_p[j, u, v]
         predict(x, p, j, steps[j], motion_states, model.receiver[DRIFT_SPEED], work)
         transition(steps[j], work, motion_states, f)
+        p[j, NORTH, NORTH] += bank.run[STEPPED]
+        p[j, EAST, EAST] += bank.run[STEPPED]
         if loses_course(x, p, j):
             # the future says nothing of what was before the course was lost
             forget_direction(x, p, j)
@@ -248,6 +250,7 @@ def smooth_kept(time, model, bank, motion_states, kept, room, out):
             if abs(dt - bank.steps[0, 0, 0]) > SAME_STEP * dt:
                 set_steps(bank.steps, bank.change, bank.work, dt, model)
             recall(kept, k, bank.x, bank.p, bank.probability)
+            bank.run[STEPPED] = kept.moved[k + 1, 3]
             for i in range(m):
                 x[i, NORTH] -= kept.moved[k + 1, 0]
                 x[i, EAST] -= kept.moved[k + 1, 1]

@@ -77,6 +77,7 @@ PRIORS = {
         "roll_damping": (0.03, 1.2),
     },
     "clock": {"time_std": (0.03, 1.2)},  # s, of the moment of a fix
+    "steps": {"step_every": (300.0, 1.0), "step_std": (0.3, 1.0)},  # s between changes of satellites; m
     "error": {"error_std": (0.7, 1.2), "error_time": (100.0, 1.5)},  # m, s
     "quick_error": {"quick_std": (0.25, 1.2), "quick_time": (5.0, 0.8)},  # m, s
     **{aid.name: aid.priors for aid in TABLE},
@@ -87,6 +88,9 @@ EMERGENCY_ACCELERATION, EMERGENCY_YAW, EMERGENCY_TIME = 3.0, 1.5, 1.5
 WAVE_PERIODS, SHORTEST_WAVE = ("surge_period", "yaw_period"), 2.0
 """s; waves of a shorter period are shorter than 6 m (g T²/2π) and move no vessel to and fro. What oscillates faster is
 of the receiver."""
+SHORTEST_STAY = 2.5
+"""Shortest periods that fixes resolve (five intervals) from one step of a receiver's error to the next on average: what
+changes oftener is noise. Chosen: in recorded logs of receivers that step it is 9 to 100 intervals."""
 TURN_SHARE = 0.5
 """Probability that a yaw manoeuvre ends in a steady turn rather than on a held course. Chosen: no preference."""
 
@@ -165,6 +169,8 @@ def model_of(parts, values) -> tuple[Model, int, int]:
             min(v["poor_rate"], 0.3),
             v.get("time_std", 0.0) ** 2,
             v["late_std"] ** 2,
+            1.0 / v["step_every"] if "steps" in parts else 0.0,
+            v.get("step_std", 0.0) ** 2,
         ]
     )
     return Model(modes, g, table, receiver, aids), states_of(table), driving

@@ -18,9 +18,13 @@ from steerway.estimation.inference.model import (
     RUN,
     RUN_E,
     RUN_N,
+    SINCE,
     SPEED,
     STEP_E,
     STEP_N,
+    STEP_RATE,
+    STEP_VARIANCE,
+    STEPPED,
     TIME_VARIANCE,
     WAS_OUTLIER,
 )
@@ -28,8 +32,12 @@ from steerway.estimation.inference.model import (
 LEAST_OUTLIER, DECADES = 10.0, 10.0
 """An outlier is off by any distance from so many standard deviations of a fix to km, as likely in every decade:
 density 1/(2π (ρ² + a²) L) with a (m) and L = ln (km / a), about 10 for any receiver."""
+LEAST_PROBABILITY = 1e-6
+"""Of a hypothesis that a correction counts: below, it moves nothing by a thousandth of a standard deviation."""
 POOR = 6.0
 """How many times as large the noise of a poor fix is. Chosen; how many fixes are poor is fitted."""
+STUDENT_VARIANCE = 2.0
+"""Of Student's t distribution of four degrees of freedom and unit scale."""
 OUTLIERS_LAST = 0.5
 """Probability that a fix after an outlier is one too. Chosen: even odds, as the two below."""
 SAME_OFFSET = 0.5
@@ -52,10 +60,11 @@ def outlier_density(nu_n, nu_e, spread, variance):
 def take_fix(bank, model, north, east, excess):
     """Weigh and take a fix. Returns (NIS of the mean of all modes, log density, probability of an outlier).
 
-    A fix is good, poor (its noise POOR times as large) or an outlier; in every mode all three are weighed, and the
+    A fix is good, poor (its noise POOR times as large), the first of which the receiver is off by another distance (a
+    step, which moves the position and not the motion) or an outlier; in every mode all four are weighed, and the
     correction is their mean (probabilistic data association: Y. Bar-Shalom and X. R. Li, Multitarget-Multisensor
     Tracking, 1995, §3.4): x ← x + C Σ β_h s_h and P ← P − C (Σ β_h (S_h⁻¹ − s_h s_hᵀ) + s̄ s̄ᵀ) Cᵀ with C = P Hᵀ,
-    s_h = S_h⁻¹ ν, s̄ = Σ β_h s_h.
+    s_h = S_h⁻¹ ν, s̄ = Σ β_h s_h; for a step see `step_position`.
     excess: how many times its usual variance the white noise of this fix has.
     """
     x, p, probability, run, work = bank.x, bank.p, bank.probability, bank.run, bank.work
@@ -65,10 +74,12 @@ def take_fix(bank, model, north, east, excess):
     return_step(bank, model, north, east, excess)
     wrong_prior = receiver[OUTLIER_RATE] * (1.0 - run[WAS_OUTLIER]) + OUTLIERS_LAST * run[WAS_OUTLIER]
     poor_prior = (1.0 - wrong_prior) * receiver[POOR_RATE]
-    good_prior = 1.0 - wrong_prior - poor_prior
+    step_prior = (1.0 - wrong_prior) * (1.0 - math.exp(-receiver[STEP_RATE] * run[SINCE]))
+    run[SINCE] = 0.0
+    good_prior = 1.0 - wrong_prior - poor_prior - step_prior
     density = work[8]
     mean_n = mean_e = mean_nn = mean_ne = mean_ee = 0.0
-    total = wrong = 0.0
+    total = wrong = moved = 0.0
     least = math.inf
     for k in range(m):
         pc_n, pc_e = work[0], work[1]
@@ -88,33 +99,36 @@ def take_fix(bank, model, north, east, excess):
         added = (POOR * POOR - 1.0) * variance
         p_nn, p_ne, p_ee = s_nn + added + late * v_n * v_n, s_ne + late * v_n * v_e, s_ee + added + late * v_e * v_e
         poor = poor_prior * gaussian(nu_n, nu_e, p_nn, p_ne, p_ee)
-        whole = usual + poor + outlier
+        step, stepped = receiver[STEP_VARIANCE], 0.0
+        if step_prior > 0.0:
+            stepped = step_prior * student(nu_n, nu_e, s_nn + step, s_ne, s_ee + step)
+        whole = usual + poor + stepped + outlier
         weight = probability[k]
         density[k] = weight * whole
         total += weight * whole
         wrong += weight * outlier
         mean_n += weight * nu_n
         mean_e += weight * nu_e
-        mean_nn += weight * (s_nn + nu_n * nu_n)
+        loose = poor_prior * added + step_prior * STUDENT_VARIANCE * step
+        mean_nn += weight * (s_nn + loose + nu_n * nu_n)
         mean_ne += weight * (s_ne + nu_n * nu_e)
-        mean_ee += weight * (s_ee + nu_e * nu_e)
+        mean_ee += weight * (s_ee + loose + nu_e * nu_e)
         least = min(least, s_nn + s_ee)
-        good, poor = usual / whole, poor / whole
-        determinant = s_nn * s_ee - s_ne * s_ne
-        i_nn, i_ne, i_ee = s_ee / determinant, -s_ne / determinant, s_nn / determinant
-        s_n, s_e = i_nn * nu_n + i_ne * nu_e, i_ne * nu_n + i_ee * nu_e
-        m_nn, m_ne, m_ee = good * (i_nn - s_n * s_n), good * (i_ne - s_n * s_e), good * (i_ee - s_e * s_e)
-        mean_s_n, mean_s_e = good * s_n, good * s_e
-        if poor > 1e-6:
-            determinant = p_nn * p_ee - p_ne * p_ne
-            i_nn, i_ne, i_ee = p_ee / determinant, -p_ne / determinant, p_nn / determinant
-            s_n, s_e = i_nn * nu_n + i_ne * nu_e, i_ne * nu_n + i_ee * nu_e
-            m_nn, m_ne, m_ee = (
-                m_nn + poor * (i_nn - s_n * s_n),
-                m_ne + poor * (i_ne - s_n * s_e),
-                m_ee + poor * (i_ee - s_e * s_e),
-            )
-            mean_s_n, mean_s_e = mean_s_n + poor * s_n, mean_s_e + poor * s_e
+        m_nn, m_ne, m_ee, mean_s_n, mean_s_e = share(usual / whole, nu_n, nu_e, s_nn, s_ne, s_ee)
+        if poor > LEAST_PROBABILITY * whole:
+            j_nn, j_ne, j_ee, b_n, b_e = share(poor / whole, nu_n, nu_e, p_nn, p_ne, p_ee)
+            m_nn, m_ne, m_ee = m_nn + j_nn, m_ne + j_ne, m_ee + j_ee
+            mean_s_n, mean_s_e = mean_s_n + b_n, mean_s_e + b_e
+        if stepped > LEAST_PROBABILITY * whole:
+            # it went as far as the innovation is larger than it should be
+            step = max(receiver[STEP_VARIANCE], 0.5 * (nu_n * nu_n + nu_e * nu_e - s_nn - s_ee))
+            stepped /= whole
+            spread = 0.5 * (s_nn + s_ee)  # harmonic mean with that of no step: what ties this position to the one before
+            moved += density[k] * stepped * step * spread / (spread + (1.0 - stepped) * step)
+            j_nn, j_ne, j_ee, b_n, b_e = share(stepped, nu_n, nu_e, s_nn + step, s_ne, s_ee + step)
+            m_nn, m_ne, m_ee = m_nn + j_nn, m_ne + j_ne, m_ee + j_ee
+            mean_s_n, mean_s_e = mean_s_n + b_n, mean_s_e + b_e
+            step_position(x, p, k, pc_n, pc_e, step, stepped, j_nn, j_ne, j_ee, b_n, b_e, mean_s_n, mean_s_e)
         m_nn, m_ne, m_ee = m_nn + mean_s_n * mean_s_n, m_ne + mean_s_n * mean_s_e, m_ee + mean_s_e * mean_s_e
         correct(x, p, k, pc_n, pc_e, m_nn, m_ne, m_ee, mean_s_n, mean_s_e)
     for k in range(m):
@@ -123,8 +137,41 @@ def take_fix(bank, model, north, east, excess):
     nis = (mean_ee * mean_n * mean_n - 2.0 * mean_ne * mean_n * mean_e + mean_nn * mean_e * mean_e) / (
         mean_nn * mean_ee - mean_ne * mean_ne
     )
+    run[STEPPED] = moved / total
     follow_run(bank, mean_n, mean_e, wrong / total, least)
     return nis, math.log(total), wrong / total
+
+
+@lean_kernel
+def share(probability, nu_n, nu_e, s_nn, s_ne, s_ee):
+    """What a hypothesis β adds to the correction: β (S⁻¹ − s sᵀ), three numbers, and β s, two, with s = S⁻¹ ν."""
+    determinant = s_nn * s_ee - s_ne * s_ne
+    i_nn, i_ne, i_ee = s_ee / determinant, -s_ne / determinant, s_nn / determinant
+    s_n, s_e = i_nn * nu_n + i_ne * nu_e, i_ne * nu_n + i_ee * nu_e
+    m_nn, m_ne, m_ee = i_nn - s_n * s_n, i_ne - s_n * s_e, i_ee - s_e * s_e
+    return probability * m_nn, probability * m_ne, probability * m_ee, probability * s_n, probability * s_e
+
+
+@called_kernel
+def step_position(x, p, k, pc_n, pc_e, step, probability, j_nn, j_ne, j_ee, b_n, b_e, mean_n, mean_e):
+    """Move the position of mode k by what a step of variance `step` (m²) and probability β does to it, E of x.
+
+    x ← x + q E b and P ← P − q (C (J + s̄ bᵀ) Eᵀ + its transpose) + E (β q − q² (J + b bᵀ)) Eᵀ, with J and b of `share`
+    and s̄ the mean of all hypotheses; what is common to them follows by `correct`.
+    """
+    x[k, NORTH] += step * b_n
+    x[k, EAST] += step * b_e
+    for i in range(x.shape[1]):
+        a = step * (pc_n[i] * (j_nn + mean_n * b_n) + pc_e[i] * (j_ne + mean_e * b_n))
+        b = step * (pc_n[i] * (j_ne + mean_n * b_e) + pc_e[i] * (j_ee + mean_e * b_e))
+        p[k, i, NORTH] -= a
+        p[k, NORTH, i] -= a
+        p[k, i, EAST] -= b
+        p[k, EAST, i] -= b
+    p[k, NORTH, NORTH] += step * probability - step * step * (j_nn + b_n * b_n)
+    p[k, EAST, EAST] += step * probability - step * step * (j_ee + b_e * b_e)
+    p[k, NORTH, EAST] -= step * step * (j_ne + b_n * b_e)
+    p[k, EAST, NORTH] -= step * step * (j_ne + b_n * b_e)
 
 
 @called_kernel
@@ -187,3 +234,13 @@ def gaussian(a, b, s_nn, s_ne, s_ee):
     determinant = s_nn * s_ee - s_ne * s_ne
     nis = (s_ee * a * a - 2.0 * s_ne * a * b + s_nn * b * b) / determinant
     return math.exp(-0.5 * nis) / (2.0 * math.pi * math.sqrt(determinant))
+
+
+@lean_kernel
+def student(a, b, s_nn, s_ne, s_ee):
+    """Density (1/m²) of an innovation (a, b) by Student's t distribution of four degrees of freedom (K. L. Lange, R. J.
+    A. Little and J. M. G. Taylor, J. American Statistical Association 84(408), 1989): steps are small and seldom large.
+    """
+    determinant = s_nn * s_ee - s_ne * s_ne
+    nis = (s_ee * a * a - 2.0 * s_ne * a * b + s_nn * b * b) / determinant
+    return 1.0 / (2.0 * math.pi * math.sqrt(determinant) * (1.0 + 0.25 * nis) ** 3)

@@ -31,7 +31,7 @@ from steerway.estimation.inference.course import (
 from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.inference.plane import Plane, laid_out, placed, steps_between
-from steerway.estimation.inference.record import without_copies
+from steerway.estimation.inference.record import extrapolated, without_copies
 from steerway.estimation.inference.selection import PLAIN, Inference, Structure, infer
 from steerway.estimation.inference.structures import model_of, parameters_of
 from steerway.estimation.inference.track import run_record
@@ -124,6 +124,8 @@ class Track:
         first, second = np.full(len(fixes), np.nan), np.full(len(fixes), np.nan)
         first[fixed], second[fixed] = self._plane.first, self._plane.second
         first[~_new(latitude, longitude, fixed)] = np.nan
+        known = np.flatnonzero(np.isfinite(first))
+        first[known[extrapolated(fixes.time[known], first[known], second[known])]] = np.nan
         own = origin >= 0
         self._fix = (np.cumsum(fixed[origin] & own) - 1).clip(0)
         table = np.where(own[:, None], aids[origin], np.nan) if len(aids) else np.empty((0, len(AIDS)))
