@@ -16,6 +16,7 @@ _WORDS = {
     "error": "error of {error_std:.2g} m over {error_time:.2g} s",
     "second_roll": "antenna rolling {roll_std:.2g} m every {roll_period:.2g} s too",
     "quick_error": "error of {quick_std:.2g} m over {quick_time:.2g} s",
+    "steps": "steps of {step_std:.2g} m every {step_every:.2g} s",
     **{aid.name: aid.words for aid in TABLE},
 }
 _ANGLES = ("wander_std", "rate_std", "wave_yaw", *(aid.noise for aid in TABLE if "°" in aid.words))

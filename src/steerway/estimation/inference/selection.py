@@ -155,7 +155,7 @@ def starts(part, values, noise) -> list[list[dict]]:
         return [[values | {"fix_std": share * values["fix_std"], "time_std": std} for share, std in clocks]]
     if part == "steps":
         shares = (values, values | {"fix_std": 0.5 * values["fix_std"]})
-        steps = product(shares, (30.0, 300.0), (3.0 * noise, 10.0 * noise))
+        steps = product(shares, (10.0, 60.0), (3.0 * noise, 10.0 * noise))
         return [[v | {"step_every": every, "step_std": std} for v, every, std in steps]]
     errors = product((values, values | {"fix_std": 0.7 * values["fix_std"]}, noisy), _sizes(noise, 1.0), (20.0, 200.0))
     return [[v | {"error_std": std, "error_time": time} for v, std, time in errors]]

@@ -91,8 +91,8 @@ def back(bank, model, motion_states, smooth_x, smooth_p, smooth_probability, roo
                 p[j, u, v] = mixed_p[j, u, v]
         predict(x, p, j, steps[j], motion_states, model.receiver[DRIFT_SPEED], work)
         transition(steps[j], work, motion_states, f)
-        p[j, NORTH, NORTH] += bank.run[STEPPED]
-        p[j, EAST, EAST] += bank.run[STEPPED]
+        p[j, NORTH, NORTH] += bank.run[STEPPED + j]
+        p[j, EAST, EAST] += bank.run[STEPPED + j]
         if loses_course(x, p, j):
             # the future says nothing of what was before the course was lost
             forget_direction(x, p, j)
@@ -250,8 +250,8 @@ def smooth_kept(time, model, bank, motion_states, kept, room, out):
             if abs(dt - bank.steps[0, 0, 0]) > SAME_STEP * dt:
                 set_steps(bank.steps, bank.change, bank.work, dt, model)
             recall(kept, k, bank.x, bank.p, bank.probability)
-            bank.run[STEPPED] = kept.moved[k + 1, 3]
             for i in range(m):
+                bank.run[STEPPED + i] = kept.moved[k + 1, 3 + i]
                 x[i, NORTH] -= kept.moved[k + 1, 0]
                 x[i, EAST] -= kept.moved[k + 1, 1]
             back(bank, model, motion_states, x, p, probability, room)

@@ -77,7 +77,7 @@ PRIORS = {
         "roll_damping": (0.03, 1.2),
     },
     "clock": {"time_std": (0.03, 1.2)},  # s, of the moment of a fix
-    "steps": {"step_every": (300.0, 1.0), "step_std": (0.3, 1.0)},  # s between changes of satellites; m
+    "steps": {"step_every": (15.0, 1.0), "step_std": (0.15, 1.3)},  # s and m, as of the study's developing half
     "error": {"error_std": (0.7, 1.2), "error_time": (100.0, 1.5)},  # m, s
     "quick_error": {"quick_std": (0.25, 1.2), "quick_time": (5.0, 0.8)},  # m, s
     **{aid.name: aid.priors for aid in TABLE},

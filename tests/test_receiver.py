@@ -1,0 +1,134 @@
+"""What a receiver does to its fixes, found in the log: steps of its error that last, fixes that it extrapolates."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from steerway.core.angles import wrap_array
+from steerway.core.records import PREDICTED, REJECTED
+from steerway.estimation.inference.bank import advance, start
+from steerway.estimation.inference.model import COURSE, MODES, SPEED, empty_bank
+from steerway.estimation.inference.record import extrapolated
+from steerway.estimation.inference.structures import model_of, parameters_of
+from steerway.estimation.inference.weigh import take_fix
+from steerway.estimation.inference.whole_log import infer_log, motion_of
+from tests.scenes import turning
+
+SETTLED = 100
+
+
+def rms(errors):
+    return math.sqrt(np.nanmean(errors[SETTLED:] ** 2))
+
+
+def stepping(time):
+    """An error of the receiver that changes by about a metre every 50 s, and stays."""
+    change = np.random.default_rng(5).normal(0.0, 0.7, (2, 12))
+    return np.cumsum(change, axis=1)[:, (time // 50.0).astype(int) % 12]
+
+
+def test_a_step_of_the_receiver_moves_the_place_and_not_the_motion():
+    scene = turning(1.5, 0.3, 599.0, seed=3)
+    found = {}
+    for name, fixes in (("clean", scene.fixes(0.05, 3)), ("stepping", scene.fixes(0.05, 3, stepping))):
+        inferred = infer_log(fixes)
+        found[name] = motion_of(fixes, inferred.structures), motion_of(fixes, inferred.structures, smooth=True)
+    assert all("steps" in each.parts for each in inferred.structures)
+    for clean, stepped in zip(found["clean"], found["stepping"], strict=True):
+        assert rms(stepped.sog - scene.sog) < 1.3 * rms(clean.sog - scene.sog)
+        assert not (stepped.status == REJECTED).any()
+
+
+def test_the_correction_has_the_moments_of_the_mixture_of_all_hypotheses():
+    """Against the hypotheses corrected one by one, those of less than 1e-6 too; an outlier leaves a mode as it is."""
+    parts = ("base", "wander", "steps")
+    names, medians, _ = parameters_of(parts)
+    values = dict(zip(names, np.exp(medians), strict=True)) | {"step_every": 20.0, "poor_rate": 0.1}
+    model, states, motion_states = model_of(parts, values)
+    bank = empty_bank(states)
+    start(bank, model, 0.0, 0.0)
+    for k in range(1, 20):
+        advance(bank, model, 1.0, motion_states)
+        take_fix(bank, model, 2.0 * k, 1.0 * k, 1.0)
+    advance(bank, model, 1.0, motion_states)
+    x, p = bank.x.copy(), bank.p.copy()
+    fix = np.array([41.2, 19.1])
+    take_fix(bank, model, *fix, 1.0)
+    variance, late = values["fix_std"] ** 2, values["late_std"] ** 2
+    wrong = values["outlier_rate"]
+    for k in range(MODES):
+        nu = fix - x[k, :2]
+        velocity = x[k, 2] * np.array([math.cos(x[k, 3]), math.sin(x[k, 3])])
+        s = p[k, :2, :2] + variance * np.eye(2)
+        poor = 35.0 * variance * np.eye(2) + late * np.outer(velocity, velocity)
+        size = max(values["step_std"] ** 2, 0.5 * (nu @ nu - np.trace(s)))
+        density = {
+            "good": gaussian(nu, s),
+            "poor": gaussian(nu, s + poor),
+            "step": student(nu, s + values["step_std"] ** 2 * np.eye(2)),
+            "outlier": 1.0 / (20.0 * math.pi * (nu @ nu + np.trace(s) + 100.0 * variance)),
+        }
+        steps = 1.0 - math.exp(-1.0 / 20.0)
+        prior = (1.0 - wrong) * np.array([1.0 - 0.1 - steps, 0.1, steps, wrong / (1.0 - wrong)])
+        weights = prior * np.array(list(density.values()))
+        weights /= weights.sum()
+        moments = []
+        for weight, added, moves in zip(weights, (0.0 * s, poor, 0.0 * s, None), (0.0, 0.0, size, 0.0), strict=True):
+            before = p[k].copy()
+            before[:2, :2] += moves * np.eye(2)
+            gain = np.zeros((states, 2))
+            if added is not None:
+                gain = before[:, :2] @ np.linalg.inv(before[:2, :2] + variance * np.eye(2) + added)
+            moments.append((weight, gain @ nu, before - gain @ before[:2]))
+        mean = sum(w * shift for w, shift, _ in moments)
+        spread = sum(w * (after + np.outer(shift - mean, shift - mean)) for w, shift, after in moments)
+        rows = np.setdiff1d(np.arange(states), (SPEED, COURSE))  # a velocity that is hardly known is turned besides
+        np.testing.assert_allclose((bank.x[k] - x[k])[rows], mean[rows], rtol=1e-5, atol=1e-12)
+        np.testing.assert_allclose(bank.p[k][np.ix_(rows, rows)], spread[np.ix_(rows, rows)], rtol=1e-5, atol=1e-12)
+
+
+def gaussian(nu, s):
+    return math.exp(-0.5 * nu @ np.linalg.solve(s, nu)) / (2.0 * math.pi * math.sqrt(np.linalg.det(s)))
+
+
+def student(nu, s):
+    return (1.0 + nu @ np.linalg.solve(s, nu) / 4.0) ** -3 / (2.0 * math.pi * math.sqrt(np.linalg.det(s)))
+
+
+def extrapolating(fixes, period):
+    """The same fixes from a receiver that measures every `period`-th and extrapolates by the way between the last two."""
+    rows = np.arange(len(fixes.time))
+    measured = rows // period * period
+    before = (measured - period).clip(0)
+    way = (rows - measured) / period
+    columns = {}
+    for name in ("latitude", "longitude"):
+        values = getattr(fixes, name)
+        columns[name] = values[measured] + way * (values[measured] - values[before])
+    return replace(fixes, **columns)
+
+
+def test_fixes_that_a_receiver_extrapolates_are_predicted_and_tell_nothing():
+    scene = turning(1.5, 0.3, 400.0, seed=2, density=1e-4)
+    fixes = extrapolating(scene.fixes(0.1, 2), 5)
+    structures = infer_log(fixes).structures
+    motion = motion_of(fixes, structures)
+    measured = motion.status != PREDICTED
+    assert measured.mean() == pytest.approx(0.2, abs=0.01)
+    alone = motion_of(fixes.rows(measured), structures)
+    for name in ("sog", "cog", "course_rate"):
+        apart = wrap_array(getattr(motion, name)[measured] - getattr(alone, name))
+        assert rms(apart / getattr(alone, f"{name}_std")) < 0.5, name
+
+
+@pytest.mark.parametrize("rounded", [0.0, 0.1, 1.0])
+@pytest.mark.parametrize("std", [0.0, 0.01, 0.5])
+def test_measured_fixes_are_not_taken_for_extrapolated_ones(std, rounded):
+    scene = turning(1.5, 0.3, 300.0, seed=2)
+    noise = np.random.default_rng(1).normal(0.0, std, (2, len(scene.time)))
+    north, east = scene.north + noise[0], scene.east + noise[1]
+    if rounded:
+        north, east = (np.round(column / rounded) * rounded for column in (north, east))
+    assert not extrapolated(scene.time, north, east).any()
