@@ -154,6 +154,7 @@ def info(
         print_pairs(
             [
                 ("repeated positions", f"{inferred['repeated']} of {inferred['fixes']}"),
+                ("extrapolated positions", f"{inferred['extrapolated']} of {inferred['fixes']}"),
                 *(
                     (f"weight {m['weight']:.2f}", f"log evidence {m['log_evidence']:.1f}: {m['words']}")
                     for m in inferred["models"]
@@ -163,10 +164,11 @@ def info(
 
 
 def _models(logs, max_size) -> dict:
-    """Number of fixes and of those that repeat the one before, and the models of the logs as one record."""
+    """Number of fixes, of those that repeat the one before, of those that the receiver extrapolated, and the models."""
     import numpy as np
 
     from steerway.estimation.inference.description import structures_of
+    from steerway.estimation.inference.whole_log import Track
     from steerway.estimation.log_estimate import LogEstimator
 
     fixes = read_logs(logs, None, None, None, max_size)
@@ -174,7 +176,12 @@ def _models(logs, max_size) -> dict:
     same = (np.diff(placed.latitude) == 0.0) & (np.diff(placed.longitude) == 0.0)
     estimator = LogEstimator(fixes)
     found = structures_of(estimator.profile, estimator.inference) if estimator.is_inferred else []
-    return {"fixes": len(placed), "repeated": int(same.sum()), "models": found}
+    return {
+        "fixes": len(placed),
+        "repeated": int(same.sum()),
+        "extrapolated": sum(Track(each, ()).extrapolated for _, each in placed.tracks()),
+        "models": found,
+    }
 
 
 def tune(

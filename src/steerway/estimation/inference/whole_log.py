@@ -110,7 +110,10 @@ def _of_one(fixes, structures, aid, rate, smooth, steerageway) -> Motion:
 
 
 class Track:
-    """A vessel's rows as a `record` in a plane, and the way back; `wanted` says which rows go out, `time` when."""
+    """A vessel's rows as a `record` in a plane, and the way back; `wanted` says which rows go out, `time` when.
+
+    extrapolated: how many fixes the receiver extrapolated, see `record.extrapolated`.
+    """
 
     def __init__(self, fixes: Fixes, aid, rate=None):
         fixes = fixes.rows(np.isfinite(fixes.time))
@@ -125,7 +128,9 @@ class Track:
         first[fixed], second[fixed] = self._plane.first, self._plane.second
         first[~_new(latitude, longitude, fixed)] = np.nan
         known = np.flatnonzero(np.isfinite(first))
-        first[known[extrapolated(fixes.time[known], first[known], second[known])]] = np.nan
+        guessed = extrapolated(fixes.time[known], first[known], second[known])
+        first[known[guessed]] = np.nan
+        self.extrapolated = int(guessed.sum())
         own = origin >= 0
         self._fix = (np.cumsum(fixed[origin] & own) - 1).clip(0)
         table = np.where(own[:, None], aids[origin], np.nan) if len(aids) else np.empty((0, len(AIDS)))
