@@ -98,7 +98,7 @@ def student(nu, s):
 
 
 def extrapolating(fixes, period):
-    """The same fixes from a receiver that measures every `period`-th and extrapolates by the way between the last two."""
+    """The same fixes from a receiver that measures every `period`-th and goes on by the way between the last two."""
     rows = np.arange(len(fixes.time))
     measured = rows // period * period
     before = (measured - period).clip(0)

@@ -49,7 +49,7 @@ def rms(values):
     ("smooth", "most"),
     [
         (False, 0.55),
-        pytest.param(True, 0.36, marks=pytest.mark.xfail(strict=True, reason="0.363 °/s: wander at the noise of a fix")),
+        pytest.param(True, 0.36, marks=pytest.mark.xfail(strict=True, reason="0.363: wander at the noise of a fix")),
     ],
 )
 def test_figure_of_eight_against_an_independent_gyro(shared_data, tuned, smooth, most):

@@ -101,8 +101,8 @@ def empty_bank(states: int) -> Bank:
 
 RUN, RUN_N, RUN_E, WAS_OUTLIER, STARTED, STEP_N, STEP_E, SINCE, STEPPED = range(9)
 """`run` of a bank: how many outliers in a row agree, and their offset; the probability that the last fix was one; 1
-once begun; the step of the receiver last followed; s since the last fix; from STEPPED on for every mode the variance (m²)
-of a step with that fix."""
+once begun; the step of the receiver last followed; s since the last fix; from STEPPED on, for every mode, the variance
+(m²) of a step with that fix."""
 
 
 class Kept(NamedTuple):
@@ -111,7 +111,9 @@ class Kept(NamedTuple):
     x: np.ndarray  # (rows, MODES, n)
     p: np.ndarray  # (rows, MODES, n, n)
     probability: np.ndarray  # (rows, MODES), NaN before the first fix
-    moved: np.ndarray  # (rows, 3 + MODES) step of the receiver that was followed, north and east (m); 1 where the filter
+    moved: (
+        np.ndarray
+    )  # (rows, 3 + MODES) step of the receiver that was followed, north and east (m); 1 where the filter
     # began anew; variance (m²) of a step of the receiver in every mode
 
 

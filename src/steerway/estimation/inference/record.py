@@ -45,7 +45,7 @@ and 18 of a receiver that extrapolates, 1.0 to 3.0 of 28 others."""
 
 
 def extrapolated(time, north, east):
-    """(n,) bool: fixes that a receiver extrapolated between its measurements, of which one is every fourth to tenth fix.
+    """(n,) bool: fixes that a receiver extrapolated between its measurements: every fourth to tenth fix is one.
 
     Such fixes say nothing of the motion that the ones before did not say, and each measurement corrects them at once.
     A receiver that does so departs from even progress always in the same phase of a period.

@@ -124,7 +124,9 @@ def take_fix(bank, model, north, east, excess):
             # it went as far as the innovation is larger than it should be
             step = max(receiver[STEP_VARIANCE], 0.5 * (nu_n * nu_n + nu_e * nu_e - s_nn - s_ee))
             stepped /= whole
-            spread = 0.5 * (s_nn + s_ee)  # harmonic mean with that of no step: what ties this position to the one before
+            spread = 0.5 * (
+                s_nn + s_ee
+            )  # harmonic mean with that of no step: what ties this position to the one before
             run[STEPPED + k] = stepped * step * spread / (spread + (1.0 - stepped) * step)
             j_nn, j_ne, j_ee, b_n, b_e = share(stepped, nu_n, nu_e, s_nn + step, s_ne, s_ee + step)
             m_nn, m_ne, m_ee = m_nn + j_nn, m_ne + j_ne, m_ee + j_ee
