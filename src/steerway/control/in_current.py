@@ -19,7 +19,7 @@ from steerway.core.leg import LegState
 from steerway.guidance.reference import Reference, ReferenceModel
 from steerway.guidance.wheel_over import off_path, turn_path, wheel_over
 
-_ORDERED_NOISE = 0.15
+_ORDERED_NOISE = 0.3
 """Share of the largest rate that the noise of the estimate may order. Chosen, as the numbers below; `steerway
 study at-sea` judges them."""
 SURE = 0.5

@@ -154,8 +154,9 @@ def _estimated(
     dynamics[5, 5] = -1.0 / ERROR_TIME
     slow = sum(std**2 for std, time in gnss.markov if time <= _SHORTLY)
     parameters = np.array(response.packed())
-    densities = 0.0, response.current_noise, 0.0, rate_density(True, parameters), bias_density(parameters)
-    noise = np.diag([*densities, 2.0 * max(slow, 1e-4) / ERROR_TIME])
+    moving = rate_density(True, parameters), bias_density(parameters)
+    wandering = 2.0 * max(slow, 1e-4) / ERROR_TIME
+    noise = np.diag([wandering, response.current_noise, 0.0, *moving, wandering])
     rows, variances = [[1.0, 0.0, 0.0, 0.0, 0.0, 1.0]], [max(gnss.white, MODEL_TIME * response.speed) ** 2]
     if gnss.velocity_std is not None:
         rows.append([0.0, 1.0, turning, 0.0, 0.0, 0.0])

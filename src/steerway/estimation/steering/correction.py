@@ -24,8 +24,8 @@ from steerway.estimation.steering.motion import (
 
 OUTLIER = math.log(0.01 / (2.0 * math.pi * 30.0**2))
 """Logarithm of the density of a wrong fix: one in a hundred, within some 30 m. Chosen."""
-MANOEUVRE = math.log(0.05)
-"""That of a motion that no order explains, where the response does not fit: one fix in twenty. Chosen."""
+MANOEUVRES = 60.0
+"""s between motions that no order explains, where the response does not fit: the mean. Chosen."""
 _LARGEST_GAIN = 2.5
 """Of a response over the declared one, and the inverse of the least. Chosen."""
 _ASTERN = 2.0
@@ -35,7 +35,7 @@ GOOD, MANOEUVRED, REFUSED = range(3)
 
 @lean_kernel
 def _correct_scalar(x, p, h, residual, variance, gain):
-    """Kalman's correction by one number z = h x + noise, in place; gain (13,) is scratch."""
+    """Kalman's correction by one number z = h x + noise, in place; gain (15,) is scratch."""
     spread = variance
     for i in range(STATES):
         total = 0.0
@@ -62,7 +62,7 @@ def _pair_nll(a, b, s_aa, s_ab, s_bb):
 
 @lean_kernel
 def _seen_pair(p, hn, he, a, b, variance):
-    """(NIS, −log density) of a residual (a, b) of two numbers with the rows hn and he (13,) of their Jacobian."""
+    """(NIS, −log density) of a residual (a, b) of two numbers with the rows hn and he (15,) of their Jacobian."""
     s_aa, s_ab, s_bb = variance, 0.0, variance
     for i in range(STATES):
         if hn[i] == 0.0 and he[i] == 0.0:
@@ -85,7 +85,7 @@ def _position_rows(x, pivot, hn, he):
 
 @kernel
 def velocity_of(x: Floats, pivot: float, hn: Floats, he: Floats) -> tuple[float, float]:
-    """Velocity north and east over ground of where the receiver is, m/s; hn and he (13,) become the rows of their
+    """Velocity north and east over ground of where the receiver is, m/s; hn and he (15,) become the rows of their
     Jacobian.
     """
     c, s, u, sway = math.cos(x[HEADING]), math.sin(x[HEADING]), x[WATER_SPEED], -pivot * x[YAW_RATE]
@@ -123,7 +123,7 @@ def take_position(
 ) -> tuple[int, float]:
     """(GOOD, MANOEUVRED or REFUSED; NIS of the most probable hypothesis) of a fix; all hypotheses are corrected.
 
-    states (m, 13), covariances (m, 13, 13), log weights (m,): in place. interval since the fix before, s; speed (m/s)
+    states (m, 15), covariances (m, 15, 15), log weights (m,): in place. interval since the fix before, s; speed (m/s)
     and rate (rad/s) the size of an unordered manoeuvre; pivot as of `Response`. What is most probable is taken: the
     motion as predicted, a manoeuvre that no order explains, or a wrong fix.
     """
@@ -133,6 +133,7 @@ def take_position(
     added = (0.5 * speed * min(max(interval, 0.5), 3.0)) ** 2
     gain, hn, he = np.empty(STATES), np.zeros(STATES), np.zeros(STATES)
     best, nis = 0, 0.0
+    rare = math.log(min(max(interval, 0.01) / MANOEUVRES, 0.5))
     for k in range(m):
         x, p = states[k], covariances[k]
         at_north, at_east = _position_rows(x, pivot, hn, he)
@@ -141,7 +142,7 @@ def take_position(
         _, wide[k] = _seen_pair(p, hn, he, a, b, variance + added)
         if weights[k] >= weights[best]:
             best, nis = k, this
-    fits, manoeuvre = _log_sum(costs, weights), _log_sum(wide, weights) + MANOEUVRE
+    fits, manoeuvre = _log_sum(costs, weights), _log_sum(wide, weights) + rare
     if OUTLIER > max(fits, manoeuvre):
         return REFUSED, nis
     kind = GOOD
@@ -157,7 +158,7 @@ def take_position(
             p[YAW_RATE, YAW_RATE] += rate * rate
     for k in range(m):
         x, p = states[k], covariances[k]
-        weights[k] -= costs[k] + fits if kind == GOOD else costs[k] + manoeuvre - MANOEUVRE
+        weights[k] -= costs[k] + fits if kind == GOOD else costs[k] + manoeuvre - rare
         _correct_scalar(x, p, hn, north - _position_rows(x, pivot, hn, he)[0], variance, gain)
         _correct_scalar(x, p, he, east - _position_rows(x, pivot, hn, he)[1], variance, gain)
     return kind, nis

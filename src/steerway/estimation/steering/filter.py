@@ -23,7 +23,6 @@ from steerway.estimation.steering.correction import (
     velocity_of,
 )
 from steerway.estimation.steering.motion import (
-    BIAS,
     CURRENT_E,
     CURRENT_N,
     EAST,
@@ -35,6 +34,7 @@ from steerway.estimation.steering.motion import (
     Response,
     moved_by_orders,
     predict_bank,
+    yaw_bias,
 )
 from steerway.estimation.steering.receiver import ReceiverNoise
 from steerway.estimation.steering.start import any_heading, hypotheses, straight_line
@@ -318,7 +318,7 @@ def _found(x, p, heading_std, age, pivot):
         float(u),
         float(x[CURRENT_N]),
         float(x[CURRENT_E]),
-        float(x[BIAS]),
+        yaw_bias(x),
         float(x[SPEED_GAIN]),
         velocity_std,
     )

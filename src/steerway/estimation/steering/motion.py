@@ -1,14 +1,16 @@
 """Motion of a boat whose orders are known: through the water along its bow, carried by a current.
 
-States [x^n y^n V_N V_E U_r ψ r g b δ k e^n e^e]: position (m), current (m/s), speed through the water (m/s), heading
-of that speed (rad), its rate (rad/s), gain of the response to orders (1: as declared), bias of the rate (rad/s), and
-what the linear damping is beyond the declared one; gain of the speed; slow error of the receiver (m). The rate
-answers an ordered rate u by T ṙ + (d + δ) r + n r|r| = g u + b: Nomoto's first-order model with Norrbin's damping
-(Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd edition, sections 7.2 and 7.3); d = d_0 − m
-U_r², since the Munk moment of a slender hull grows with the square of the speed. So the uncertainty of the rate grows
-in an ordered turn as far as the response is uncertain, and not between turns. The speed tends to k times an ordered
-one. The position is that of the pivot point, which moves along the bow; sideslip beyond that counts as a part of the
-response. A covariance is kept whole.
+States [x^n y^n V_N V_E U_r ψ r g b w^n w^e δ k e^n e^e]: position (m), current (m/s), speed through the water (m/s),
+heading of that speed (rad), its rate (rad/s), gain of the response to orders (1: as declared), bias of the rate and
+what the wind adds to it (rad/s), and what the linear damping is beyond the declared one; gain of the speed; slow error
+of the receiver (m). The rate answers an ordered rate u by T ṙ + (d + δ) r + n r|r| = g u + b + w^e cos ψ − w^n sin ψ:
+Nomoto's first-order model with Norrbin's damping (Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control,
+2nd edition, sections 7.2 and 7.3); d = d_0 − m U_r², since the Munk moment of a slender hull grows with the square of
+the speed. The moment of the wind, and of the leeway that it makes, keeps its direction in the earth, so that what one
+leg shows of it holds on the next. So the uncertainty of the rate grows in an ordered turn as far as the response is
+uncertain, and not between turns. The speed tends to k times an ordered one. The position is that of the pivot point,
+which moves along the bow, as the receiver gives it: it wanders with what of the receiver's error is slower than the
+slow error. Sideslip beyond that counts as a part of the response. A covariance is kept whole.
 """
 
 import math
@@ -19,10 +21,24 @@ import numpy as np
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel, lean_kernel
 
-STATES = 13
-NORTH, EAST, CURRENT_N, CURRENT_E, WATER_SPEED, HEADING, YAW_RATE, GAIN, BIAS, DAMPING, SPEED_GAIN, ERROR_N, ERROR_E = (
-    range(STATES)
-)
+STATES = 15
+(
+    NORTH,
+    EAST,
+    CURRENT_N,
+    CURRENT_E,
+    WATER_SPEED,
+    HEADING,
+    YAW_RATE,
+    GAIN,
+    BIAS,
+    WIND_N,
+    WIND_E,
+    DAMPING,
+    SPEED_GAIN,
+    ERROR_N,
+    ERROR_E,
+) = range(STATES)
 _LONGEST_STEP = 0.25
 """s of one step, and share of the response's time constant that it may have in addition. Chosen: at 15°/s a
 boat turns by 4° in a step."""
@@ -33,8 +49,9 @@ class Response(NamedTuple):
 
     time T (s), linear d_0, munk m (s²/m²) and quadratic n (s/rad) of the yaw rate; rate: the largest that is ordered;
     speed: usual through the water, top_speed the largest; speed_time: its time constant, s; wander: of the yaw rate
-    beside the response, as a share of `rate`; current: of its components at the start, in shares of the speed, and
-    current_noise, spectral density of its changes, m²/s³; speed_noise: 1σ of the speed through the water beside its
+    beside the response, as a share of `rate`; wind_std: of what the wind adds to the bias, north and east, as a share
+    of `rate`; current: of its components at the start, in shares of the speed, and current_noise, spectral density of
+    its changes, m²/s³; speed_noise: 1σ of the speed through the water beside its
     response, and speed_gain_std of that, in shares; slip: lost share of the speed in a turn at `rate`; manual: yaw
     rate of an unknown helmsman, as a share of `rate`; over_ground: whether an ordered speed is one over ground along
     the bow, as of vehicles with a speed loop of their own, else one through the water; pivot: m that the point which
@@ -49,15 +66,16 @@ class Response(NamedTuple):
     munk: float = 0.0
     quadratic: float = 0.0
     speed_time: float = 2.0
-    wander: float = 0.04
+    wander: float = 0.02
     gain_std: float = 0.15
     damping_std: float = 0.3
     bias_std: float = 0.12
+    wind_std: float = 0.25
     current: float = 0.5
     current_noise: float = 1e-4
     speed_noise: float = 0.05
     speed_gain_std: float = 0.1
-    slip: float = 0.1
+    slip: float = 0.05
     manual: float = 0.5
     over_ground: bool = False
     pivot: float = 0.0
@@ -80,6 +98,7 @@ class Response(NamedTuple):
     _GAIN_STD,
     _DAMPING_STD,
     _BIAS_STD,
+    _WIND_STD,
     _CURRENT,
     _CURRENT_NOISE,
     _SPEED_NOISE,
@@ -93,11 +112,17 @@ class Response(NamedTuple):
 _HELM_TIME = 2.0
 """s, time constant of the yaw rate under unknown orders, a first-order Gauss-Markov process. Chosen."""
 _IDENTIFIED, _TIMES = 300.0, 100.0
-"""s, and time constants of the yaw rate, in which gain, bias and damping may drift by their first deviations.
-Chosen."""
+"""s, and time constants of the yaw rate, in which gain and damping may drift by their first deviations; the bias in
+ten times that. Chosen."""
 ERROR_TIME = 5.0
 """s, time constant of the receiver's slow error: two receivers of one boat drift apart by 0.05 m in 1 s
 and 0.25 m in 10 s. Chosen between the two."""
+
+
+@lean_kernel
+def yaw_bias(x: Floats) -> float:
+    """The yaw rate (rad/s) that a boat settles at without an order: her own and the wind's, at unit damping."""
+    return x[BIAS] + x[WIND_E] * math.cos(x[HEADING]) - x[WIND_N] * math.sin(x[HEADING])
 
 
 @lean_kernel
@@ -117,7 +142,7 @@ def _response(x, order, parameters, dt):
     else:
         first = -math.expm1(-a) / a
         second = (1.0 - first) / a
-    steady = x[GAIN] * order + x[BIAS] + quadratic * x[YAW_RATE]
+    steady = x[GAIN] * order + yaw_bias(x) + quadratic * x[YAW_RATE]
     return 1.0 - a * first, dt * first, dt / time * first, dt * dt / time * second, steady
 
 
@@ -160,12 +185,14 @@ def predict(
     f: Floats,
     work: Floats,
 ) -> None:
-    """State and covariance after a short dt, in place; wander: variance of the slow error, m²; f and work are (13,
-    13) of scratch.
+    """State and covariance after a short dt, in place; wander: variance of the slow error, m²; f and work are (15,
+    15) of scratch.
     """
     known = math.isfinite(order)
     left, angle_left, to_rate, to_angle, steady = _response(x, order, parameters, dt)
     rate, water = x[YAW_RATE], x[WATER_SPEED]
+    abeam_n, abeam_e = -math.sin(x[HEADING]), math.cos(x[HEADING])
+    weathercock = x[WIND_E] * abeam_n - x[WIND_N] * abeam_e  # change of the wind's part with heading
     mean = x[HEADING] + 0.5 * (rate * angle_left + steady * to_angle)
     c, s = math.cos(mean), math.sin(mean)
     asked = x[SPEED_GAIN] * speed - _along(x)
@@ -182,6 +209,10 @@ def predict(
     if known:
         f[HEADING, GAIN], f[YAW_RATE, GAIN] = to_angle * order, to_rate * order
         f[HEADING, BIAS], f[YAW_RATE, BIAS] = to_angle, to_rate
+        f[HEADING, WIND_N], f[YAW_RATE, WIND_N] = to_angle * abeam_n, to_rate * abeam_n
+        f[HEADING, WIND_E], f[YAW_RATE, WIND_E] = to_angle * abeam_e, to_rate * abeam_e
+        f[HEADING, HEADING] += to_angle * weathercock
+        f[YAW_RATE, HEADING] = to_rate * weathercock
         f[HEADING, DAMPING], f[YAW_RATE, DAMPING] = -to_angle * rate, -to_rate * rate
     for k in range(YAW_RATE, SPEED_GAIN):
         half = 0.5 * f[HEADING, k] * dt * water
@@ -232,8 +263,8 @@ def _identified(parameters):
 
 @lean_kernel
 def bias_density(parameters: Floats) -> float:
-    """Spectral density of the drift of the rate's bias, rad²/s³."""
-    return (parameters[_BIAS_STD] * parameters[_RATE]) ** 2 / (0.1 * _identified(parameters))
+    """Spectral density of the drift of the rate's bias and of the wind's part of it, rad²/s³."""
+    return (parameters[_BIAS_STD] * parameters[_RATE]) ** 2 / (10.0 * _identified(parameters))
 
 
 @lean_kernel
@@ -255,7 +286,11 @@ def _add_noise(x, p, known, has_speed, parameters, wander, dt):
     p[SPEED_GAIN, SPEED_GAIN] += dt * parameters[_SPEED_GAIN_STD] ** 2 / identified
     p[GAIN, GAIN] += dt * parameters[_GAIN_STD] ** 2 / identified
     p[DAMPING, DAMPING] += dt * parameters[_DAMPING_STD] ** 2 / identified
-    p[BIAS, BIAS] += dt * bias_density(parameters)
+    for k in (BIAS, WIND_N, WIND_E):
+        p[k, k] += dt * bias_density(parameters)
+    # A receiver that wanders in seconds wanders in minutes too: by the same density.
+    for k in (NORTH, EAST):
+        p[k, k] += wander * 2.0 * dt / ERROR_TIME
     for k in (ERROR_N, ERROR_E):
         p[k, k] += wander * -math.expm1(-2.0 * dt / ERROR_TIME)
 
@@ -269,7 +304,7 @@ def steps_of(parameters: Floats, dt: float) -> int:
 
 @kernel
 def moved(x: Floats, order: float, speed: float, parameters: Floats, dt: float) -> Floats:
-    """A state (13,) after dt."""
+    """A state (15,) after dt."""
     after = x.copy()
     n = steps_of(parameters, dt)
     for _ in range(n):
@@ -287,7 +322,7 @@ def predict_bank(
     start: float,
     stop: float,
 ) -> None:
-    """All states (m, 13) and covariances (m, 13, 13) from time start to stop, in place.
+    """All states (m, 15) and covariances (m, 15, 15) from time start to stop, in place.
 
     orders: (k, 3), rows of time, yaw rate and speed that are in force from that time on; the first also before it.
     """
@@ -317,7 +352,7 @@ def predict_bank(
 
 @kernel
 def moved_by_orders(x: Floats, orders: Floats, parameters: Floats, start: float, stop: float) -> Floats:
-    """One state (13,) from time start to stop under orders as of `predict_bank`."""
+    """One state (15,) from time start to stop under orders as of `predict_bank`."""
     after = x.copy()
     k = 0
     now = start

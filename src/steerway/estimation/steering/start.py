@@ -19,6 +19,8 @@ from steerway.estimation.steering.motion import (
     SPEED_GAIN,
     STATES,
     WATER_SPEED,
+    WIND_E,
+    WIND_N,
     YAW_RATE,
     Response,
 )
@@ -59,7 +61,7 @@ def hypotheses(
     velocity_std: float,
     response: Response,
 ) -> tuple[Floats, Floats, Floats]:
-    """(states (m, 13), covariances (m, 13, 13), log weights (m,)) for a first position (m) and velocity (m/s).
+    """(states (m, 15), covariances (m, 15, 15), log weights (m,)) for a first position (m) and velocity (m/s).
 
     A moving boat: for currents of all directions the motion through the water that is left. A boat at rest in the
     water: any heading.
@@ -91,7 +93,7 @@ def hypotheses(
 
 
 def any_heading(x: Floats, p: Floats, response: Response) -> tuple[Floats, Floats, Floats]:
-    """(states, covariances, log weights) as of `hypotheses`, for a state (13,) and covariance (13, 13) at rest.
+    """(states, covariances, log weights) as of `hypotheses`, for a state (15,) and covariance (15, 15) at rest.
 
     Its velocity over ground becomes the current; what is known of its response is kept.
     """
@@ -125,6 +127,8 @@ def _spread(x, p, place_std, velocity_std, response):
     p[GAIN, GAIN] = response.gain_std**2
     p[SPEED_GAIN, SPEED_GAIN] = response.speed_gain_std**2
     p[BIAS, BIAS] = (response.bias_std * response.rate) ** 2
+    for k in (WIND_N, WIND_E):
+        p[k, k] = (response.wind_std * response.rate) ** 2
     p[DAMPING, DAMPING] = response.damping_std**2
     if speed == 0.0:
         p[CURRENT_N, CURRENT_N] = p[CURRENT_E, CURRENT_E] = velocity_std**2 + (_CURRENT_STD * response.speed) ** 2
