@@ -17,7 +17,7 @@ from steerway.vessels.mariner import Mariner
 from steerway.vessels.nomoto import Nomoto
 from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, RPM, Springer
 from steerway.vessels.vessel import conditions
-from steerway_studies.papers.range_rate import OutputCorrectedMpc
+from steerway_studies.papers.output_corrected_mpc import OutputCorrectedMpc
 from steerway_studies.springer_mission.world import autopilot_parts, paper_mpc
 
 pytest.importorskip("daqp")

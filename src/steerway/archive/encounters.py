@@ -10,6 +10,7 @@ import numpy as np
 import polars as pl
 
 from steerway.archive.store import DAY, Store
+from steerway.core.angles import wrap_array
 from steerway.core.earth import NAUTICAL_MILE, radii
 from steerway.core.errors import InputError
 
@@ -94,7 +95,7 @@ def _approaches(columns, ids, after, moment, distance) -> Iterator[pl.DataFrame]
     latitude, longitude = columns["latitude"], columns["longitude"]
     elapsed = time[after] - time[row]
     share = (moment - time[row]) / elapsed
-    step_longitude = (longitude[after] - longitude[row] + np.pi) % (2.0 * np.pi) - np.pi
+    step_longitude = wrap_array(longitude[after] - longitude[row])
     lat, lon = latitude[row] + share * (latitude[after] - latitude[row]), longitude[row] + share * step_longitude
     flat = np.column_stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)]) * _EARTH_RADIUS
     pairs = cKDTree(flat).query_pairs(distance + 2.0 * _FASTEST * STEP / 2.0, output_type="ndarray")
@@ -104,7 +105,7 @@ def _approaches(columns, ids, after, moment, distance) -> Iterator[pl.DataFrame]
     meridian, prime_vertical = radii(float(np.mean(lat[i])))
     scale = prime_vertical * np.cos(0.5 * (lat[i] + lat[j]))
     north = (lat[j] - lat[i]) * meridian
-    east = ((lon[j] - lon[i] + np.pi) % (2.0 * np.pi) - np.pi) * scale
+    east = wrap_array(lon[j] - lon[i]) * scale
     v_n, v_e = (latitude[after] - latitude[row]) / elapsed * meridian, step_longitude / elapsed
     along_n, along_e = v_n[j] - v_n[i], (v_e[j] - v_e[i]) * scale
     speed = np.hypot(along_n, along_e)

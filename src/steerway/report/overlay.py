@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from steerway.core.angles import wrap_array
 from steerway.core.earth import radii
 from steerway.core.errors import InputError
+from steerway.core.statistics import rms
 from steerway.formats.results import NamedTrack
 from steerway.report.course_axis import broken, course_cut, on_axis
 
@@ -65,7 +66,7 @@ def statistics(values: np.ndarray) -> dict[str, float]:
     if not len(known):
         return {"rms": np.nan, "median": np.nan, "p95": np.nan, "max": np.nan, "n": 0}
     return {
-        "rms": float(np.sqrt(np.mean(known**2))),
+        "rms": rms(known),
         "median": float(np.median(known)),
         "p95": float(np.quantile(known, 0.95)),
         "max": float(known.max()),

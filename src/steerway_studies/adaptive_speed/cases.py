@@ -89,7 +89,7 @@ def faultless(job):
 
 
 def staircase(job):
-    """3-6-9-6-3 m/s: the settling of every step, and what the log tells about the boat."""
+    """3-6-9-6-3 m/s: the settling of every step, and the boat identified from its log."""
     voyage = sail(plants.plant(job.plant), plants.controller(job.plant), STAIRCASE, job.seed, duration=500.0)
     ends = [*[since for since, _ in STAIRCASE[1:]], math.inf]
     found = {}

@@ -24,10 +24,11 @@ PLANTS = {"a": "T, 0.5 s lag", "b": "T, 1.75 rev/s²", "c": "P, inner loop"}
 NOMINAL = SurgeModel(
     CALDAS_LINEAR_DRAG / CALDAS_MASS, CALDAS_QUADRATIC_DRAG / CALDAS_MASS, Propeller().gain / CALDAS_MASS
 )
-"""Plant T's own numbers: the propeller's voice in votes."""
+"""Plant T's own numbers: the propeller model that votes."""
 
 
 def shaft(lag=0.0, rate=math.inf, high=17.5) -> Actuator:
+    """A shaft by its lag (s), largest rate (rev/s²) and speed (rev/s)."""
     return Actuator("shaft speed", 0.0, high, rate, lag)
 
 

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from steerway.core import rms
 from steerway_studies.at_sea.cases import CRAFT, SHARES, SHIP_LENGTH, VARIANTS
 
 SMALL = ("otter", "motorboat")
@@ -26,9 +27,9 @@ def compare_all(results, found, without) -> None:
 
 
 def _pooled(runs) -> float:
-    """Root mean square of the runs' distances; infinite where one has none."""
+    """Root mean square of the runs' distances; unknown where one has none."""
     legs = np.array([each.legs for each in runs])
-    return float(np.sqrt(np.mean(legs**2))) if len(legs) and np.isfinite(legs).all() else math.nan
+    return rms(legs) if np.isfinite(legs).all() else math.nan
 
 
 def _finished(results, found):
@@ -92,6 +93,7 @@ def _ablations(results, without):
         name = (variant or "none").replace("-", "_")
         done = 100.0 * float(np.mean([each.finished for each in runs]))
         kept = [each.legs for each in runs if math.isfinite(each.legs)]
-        value = float(np.sqrt(np.mean(np.square(kept)))) if kept else math.nan
-        results.compare(f"without_{name}_leg_rms_m", value, f"{words}: RMS distance, current 50 % ({len(runs)})", "m")
+        results.compare(
+            f"without_{name}_leg_rms_m", rms(kept), f"{words}: RMS distance, current 50 % ({len(runs)})", "m"
+        )
         results.compare(f"without_{name}_finished_pct", done, f"{words}: finished", "%")

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 import steerway
-from steerway.core import wrap_array
+from steerway.core import rms, wrap_array
 from steerway.sensors import Gnss
 from steerway_studies.estimator_limits.cells import CELLS
 from steerway_studies.estimator_limits.scenarios import FAST, sail
@@ -51,7 +51,7 @@ def _what_happened(motion, truth, over, usual, at_rest) -> np.ndarray:
     during = (motion.time >= BEGIN) & (motion.time < over + 10.0)
     squares = error[(motion.time >= over + AFTER) & np.isfinite(error)] ** 2
     largest = np.nanmax(np.abs(error[during]), initial=0.0)
-    lost = not np.sqrt(np.nanmean(error[motion.time > motion.time[-1] - _LAST] ** 2)) < _LOST
+    lost = not rms(error[motion.time > motion.time[-1] - _LAST]) < _LOST
     resting = (motion.time > BEGIN + 0.1 * at_rest) & (motion.time < over)
     undefined = np.mean(np.isnan(motion.cog[resting])) if at_rest else math.nan
     back = _back(motion.time - over, np.abs(error) < usual + BACK)

@@ -1,4 +1,4 @@
-"""P4's printed missed-waypoint test and, for comparison, an MPC made offset-free as textbooks print it. Labelled."""
+"""P4's missed-waypoint test as printed."""
 
 import math
 
@@ -27,18 +27,3 @@ class RangeRatePassing:
         missed = self._fell and rises
         self._fell = self._fell or not rises
         return (False, "range rate") if missed else None
-
-
-class OutputCorrectedMpc:
-    """A HeadingMpc whose plant states run free: the last output error is added to the prediction (step-response MPC).
-
-    On a plant that is not asymptotically stable the free states drift off, and with them the prediction.
-    """
-
-    def __init__(self, mpc):
-        self._mpc = mpc
-        mpc.reset(0.0)
-
-    def step(self, wanted: float, estimated: float) -> float:
-        error = estimated - self._mpc.observer.output
-        return self._mpc.step(wanted - error, math.nan)

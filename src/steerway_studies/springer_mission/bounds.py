@@ -10,7 +10,7 @@ from steerway.sensors import TCM2, TRUE_TCM2, random_compass, stability_limit
 from steerway.vessels import CALM, RPM, Springer
 from steerway.vessels import SPRINGER_PAPER_YAW as PAPER_YAW
 from steerway_studies.papers.interval_filter import PrintedIntervalFilter
-from steerway_studies.papers.range_rate import OutputCorrectedMpc
+from steerway_studies.papers.output_corrected_mpc import OutputCorrectedMpc
 from steerway_studies.springer_mission.navigators import WeightedBounds, ideal, interval_box
 from steerway_studies.springer_mission.rigour import rigour
 from steerway_studies.springer_mission.world import World, paper_mpc, sail

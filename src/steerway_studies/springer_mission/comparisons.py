@@ -1,9 +1,8 @@
 """What the study of Springer's mission compares, one function for each group of missions."""
 
-import math
-
 import numpy as np
 
+from steerway.core import rms
 from steerway_studies.springer_mission import missions
 from steerway_studies.springer_mission.missions import BOXED
 
@@ -141,16 +140,16 @@ LABELS = {
 
 
 def unseen(results, unseen):
-    rms = {name: math.sqrt(np.mean([own.heading_rms_deg**2 for own, _ in runs])) for name, runs in unseen.items()}
+    errors = {name: rms([own.heading_rms_deg for own, _ in runs]) for name, runs in unseen.items()}
     for name, label in LABELS.items():
         target, met = "", None
         if name == "weight_net":
-            target, met = "≤ 0.6", rms[name] <= 0.6
+            target, met = "≤ 0.6", errors[name] <= 0.6
         elif name == "scale_state":
-            target, met = "≤ 0.05", rms[name] <= 0.05
+            target, met = "≤ 0.05", errors[name] <= 0.05
         prefix = f"unseen_{name}" if name in ("ideal", "nominal") else name
         results.compare(
-            f"{prefix}_heading_rms_deg", rms[name], f"unseen compasses, heading RMS, {label}", "°", "", target, met
+            f"{prefix}_heading_rms_deg", errors[name], f"unseen compasses, heading RMS, {label}", "°", "", target, met
         )
         runs = [own for own, _ in unseen[name]]
         share = 100.0 * np.mean([each.all for each in runs])
@@ -164,8 +163,8 @@ def unseen(results, unseen):
             target,
             met,
         )
-        results.numbers[f"{prefix}_replayed_rms_deg"] = math.sqrt(np.mean([again**2 for _, again in unseen[name]]))
-    ratio = rms["weight_net"] / rms["nominal"]
+        results.numbers[f"{prefix}_replayed_rms_deg"] = rms([again for _, again in unseen[name]])
+    ratio = errors["weight_net"] / errors["nominal"]
     results.compare(
         "weight_net_over_nominal",
         ratio,

@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from steerway.core import rms
 from steerway.estimation.heading import LearnedHeading
 from steerway.report import BAD, OURS, QUIET, THEIRS
 from steerway.vessels import RPM
@@ -223,7 +224,7 @@ def rivals(unseen) -> Figure:
         values = np.array([own.heading_rms_deg for own, _ in unseen[name]])
         spread = np.linspace(-0.25, 0.25, len(values)) if len(values) > 1 else [0.0]
         axes.semilogx(values, i + np.asarray(spread), ".", color=OURS, alpha=0.45, markersize=5)
-        axes.plot([np.sqrt(np.mean(values**2))] * 2, [i - 0.35, i + 0.35], color=BAD, linewidth=2.0)
+        axes.plot([rms(values)] * 2, [i - 0.35, i + 0.35], color=BAD, linewidth=2.0)
     axes.plot([], [], color=BAD, linewidth=2.0, label="RMS over all missions")
     axes.set_yticks(range(len(NAMES)), list(NAMES.values()))
     axes.invert_yaxis()

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.core import NORMAL_95
+from steerway.core import NORMAL_95, rms, wrap_array
 from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, Reported
 from steerway_studies.unseen_logs.recordings import JudgedLog
-from steerway_studies.unseen_logs.reference import turned
 
 SETTLING = 20.0  # s, and
 SETTLING_FIXES = 10
@@ -58,12 +57,12 @@ def verdict(recording: JudgedLog, said: Reported, rows) -> Verdict:
     sog_noise, across_noise, rate_noise = reference.noise
     with np.errstate(divide="ignore", invalid="ignore"):
         course_noise = across_noise / sog
-    errors = said.sog - sog, turned(said.cog - cog), said.rate - rate
+    errors = said.sog - sog, wrap_array(said.cog - cog), said.rate - rate
     stds = said.sog_std, said.cog_std, said.rate_std
     found, covers = [], []
     for error, std, noise, there in zip(errors, stds, (sog_noise, course_noise, rate_noise), rows, strict=True):
         there = there & np.isfinite(error)
-        found.append(rms(error[there]))
+        found.append(rms(error[there]) if there.sum() >= FEWEST else math.nan)
         inside = np.abs(error) <= NORMAL_95 * np.hypot(std, noise)
         there = there & np.isfinite(std)
         covers.append(float(inside[there].mean()) if there.sum() >= FEWEST else math.nan)
@@ -79,11 +78,6 @@ def verdict(recording: JudgedLog, said: Reported, rows) -> Verdict:
         refused_judged=judged,
         refused_right=right,
     )
-
-
-def rms(error) -> float:
-    """NaN for fewer than 100 rows."""
-    return float(np.sqrt(np.mean(error**2))) if len(error) >= FEWEST else math.nan
 
 
 def right_refused(recording: JudgedLog, refused) -> tuple[int, int]:

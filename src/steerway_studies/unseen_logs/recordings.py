@@ -8,11 +8,11 @@ import numpy as np
 import polars as pl
 
 import steerway
-from steerway.core import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS
+from steerway.core import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS, wrap_array
 from steerway_studies.recorded import logs_folder
 from steerway_studies.unseen_logs.alignment import rate_lag, velocity_lag
 from steerway_studies.unseen_logs.catalogue import RATE_COLUMN, KnownLog, PublicLog
-from steerway_studies.unseen_logs.reference import VelocityReference, turned
+from steerway_studies.unseen_logs.reference import VelocityReference
 
 FOLDER = "STEERWAY_LOGS"
 _HEADING_SPAN = 1.0  # s, of the heading differences that stand for a rate
@@ -59,7 +59,7 @@ def plane(latitude, longitude) -> np.ndarray:
     w = 1.0 - ECCENTRICITY_SQUARED * np.sin(middle) ** 2
     prime_vertical = SEMI_MAJOR_AXIS / np.sqrt(w)
     north = np.diff(latitude) * prime_vertical * (1.0 - ECCENTRICITY_SQUARED) / w
-    east = turned(np.diff(longitude)) * prime_vertical * np.cos(middle)
+    east = wrap_array(np.diff(longitude)) * prime_vertical * np.cos(middle)
     return np.concatenate([np.zeros((1, 2)), np.cumsum(np.column_stack([north, east]), axis=0)])
 
 

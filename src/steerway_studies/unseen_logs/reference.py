@@ -7,6 +7,8 @@ from typing import Self
 
 import numpy as np
 
+from steerway.core import wrap_array
+
 MOST_ACCELERATION = 30.0
 """m/s². A reference that changes faster is a spike of its receiver: three times gravity is beyond a boat and who sails
 it, and what receivers recorded as spikes is ten times beyond that."""
@@ -76,7 +78,7 @@ class VelocityReference:
         smaller than rounding makes it. An error that lasts over several rows is not in it: the true one is larger.
         """
         fast = np.where(self.sog > _WAY, self.sog, np.nan)
-        changes = np.diff(self.sog), turned(np.diff(self.cog)) * fast[1:], np.diff(self.rate)
+        changes = np.diff(self.sog), wrap_array(np.diff(self.cog)) * fast[1:], np.diff(self.rate)
         return tuple(_white_noise(self.time, each) for each in changes)
 
 
@@ -99,11 +101,6 @@ class Integral:
         known = (begin >= time[0]) & (end <= time[-1]) & (self._holes[first] == self._holes[last])
         growth = np.interp(end, time, self._total) - np.interp(begin, time, self._total)
         return np.where(known, growth, np.nan)
-
-
-def turned(angle) -> np.ndarray:
-    """Angles of an array in [−π, π)."""
-    return (angle + np.pi) % (2.0 * np.pi) - np.pi
 
 
 def near(time, moments, reach) -> np.ndarray:

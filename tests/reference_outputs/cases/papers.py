@@ -22,9 +22,10 @@ from steerway_studies.papers.course_autopilot import (
 )
 from steerway_studies.papers.ekf_5states import Ekf5States
 from steerway_studies.papers.otter_allocation import propeller_speeds
+from steerway_studies.papers.output_corrected_mpc import OutputCorrectedMpc
 from steerway_studies.papers.path_following import RangeRateTest, along_track, switches
 from steerway_studies.papers.positioning import PrintedPositionPID, saturation
-from steerway_studies.papers.range_rate import OutputCorrectedMpc, RangeRatePassing
+from steerway_studies.papers.range_rate import RangeRatePassing
 from steerway_studies.papers.references import los_observer, reference_model
 from steerway_studies.papers.speed_ekf import PrintedSpeedEkf
 from steerway_studies.papers.speed_mrac import PrintedMrac

@@ -148,7 +148,7 @@ class GeodeticRoute:
     @classmethod
     def load(cls, path: str | Path) -> "GeodeticRoute":
         """A route from a file. Raises InputError that names the file and what is wrong with it."""
-        readers = {".toml": _from_toml, ".gpx": _from_gpx, ".geojson": _from_geojson, ".json": _from_geojson}
+        readers = {".toml": tomllib.loads, ".gpx": _from_gpx, ".geojson": _from_geojson, ".json": _from_geojson}
         reader = readers.get(Path(path).suffix.lower())
         if reader is None:
             raise InputError(f"route {path} has an unknown ending, expected one of {', '.join(readers)}")
@@ -189,10 +189,6 @@ class GeodeticRoute:
             table.at_end,
             table.hold_radius,
         )
-
-
-def _from_toml(text):
-    return tomllib.loads(text)
 
 
 def _from_gpx(text):
