@@ -93,7 +93,6 @@ def _ablations(results, without):
         name = (variant or "none").replace("-", "_")
         done = 100.0 * float(np.mean([each.finished for each in runs]))
         kept = [each.legs for each in runs if math.isfinite(each.legs)]
-        results.compare(
-            f"without_{name}_leg_rms_m", rms(kept), f"{words}: RMS distance, current 50 % ({len(runs)})", "m"
-        )
+        distance = f"{words}: RMS distance, current 50 % ({len(runs)})"
+        results.compare(f"without_{name}_leg_rms_m", rms(kept), distance, "m")
         results.compare(f"without_{name}_finished_pct", done, f"{words}: finished", "%")
