@@ -59,7 +59,8 @@ def mean_speed(x, p, k):
 
 
 _VAGUE = 0.4
-"""m/s; a velocity that is known better and has no direction is that of a vessel at rest. Chosen."""
+"""m/s; a velocity that is known better and has no direction is that of a vessel at rest. Chosen: little
+above `course.STEERAGEWAY`."""
 
 
 @called_kernel

@@ -32,12 +32,12 @@ FIRST_GRADIENTS, FEW_GRADIENTS, LAST_GRADIENTS = 3, 1, 2
 each costs a run of the filter for every number."""
 BEHIND = 5.0
 """Log evidence by which a structure may be behind the best on few rows before it is given up: its weight is then
-below 0.7 %. Chosen."""
+below 0.7 %. Chosen: more than `BETTER`, as few rows say less."""
 BETTER = 3.0
 """Log evidence that is called strong (H. Jeffreys, Theory of Probability, 1961)."""
 LEAST_WEIGHT = 0.02
 """Share of all weight below which a structure is left out: a mean moves by this part of the distance at most.
-Chosen."""
+Chosen: well below the deviation of a mean."""
 RESOLVED = 2.0
 """Usual intervals between fixes in the shortest period that they resolve (the sampling theorem)."""
 NOISES = (3.0, 1.0, 0.5)

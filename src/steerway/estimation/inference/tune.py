@@ -35,12 +35,14 @@ from steerway.estimation.inference.whole_log import Track, motion_of, part_of
 from steerway.estimation.profiles.inferred import InferredProfile, WeighedStructure
 
 _HELD_BACK = 0.2
-"""Share of the fixes, the last ones. Chosen."""
+"""Share of the fixes, the last ones. Chosen: one part where five are usual (T. Hastie, R. Tibshirani and J. Friedman,
+The Elements of Statistical Learning, 2nd ed., §7.10)."""
 _FEWEST = 60
-"""Fixes with a course; with fewer no number of the motion is determined. Chosen."""
+"""Fixes with a course; with fewer no number of the motion is determined. Chosen: three for each
+number of the plain structure."""
 _MORE = 2
-"""How many times the rows and the differences of the quick inference: four times its work, some ten seconds.
-Chosen."""
+"""How many times the rows and the differences of the quick inference: four times its work. Chosen: some ten
+seconds."""
 _INTERVAL = 1.96
 """Standard deviations of a 95 % interval: the 0.975 quantile of the normal distribution."""
 
