@@ -61,7 +61,15 @@ def test_the_table_holds_the_run_with_units_in_its_names(written):
     frame, run = pl.read_parquet(table), sailed.run
     assert len(frame) == len(run) == 3000 and len(frame.columns) == len(set(frame.columns))
     units = ("_s", "_m", "_mps", "_mps2", "_deg", "_dps", "_dps2", "_n", "_nm", "_radps", "_rps")
-    plain = ("mode", "by_course", "leg_target", "yaw", "estimated_speed_gain")
+    plain = (
+        "mode",
+        "by_course",
+        "leg_target",
+        "yaw",
+        "estimated_speed_gain",
+        "estimated_yaw_gain",
+        "estimated_yaw_damping",
+    )
     assert all(name.endswith(units) or name in plain for name in frame.columns)
     assert len(frame.columns) == 1 + len(COLUMNS) + 7 + 2
     assert np.array_equal(frame["true_north_m"], run["true_north"])

@@ -229,6 +229,9 @@ class Desk:
     def rover(self):
         return self.running.rover
 
+    def receive(self, rows, arrived=None):
+        self.rows += rows
+
     async def tick(self):
         while True:
             if self.ticks:
@@ -236,9 +239,7 @@ class Desk:
             await asyncio.sleep(0.02)
 
     def sail(self, *more):
-        return under_way(
-            self.running.run(), self.companion.run(self.rows.extend), self.companion.run(), self.tick(), *more
-        )
+        return under_way(self.running.run(), self.companion.run(self.receive), self.companion.run(), self.tick(), *more)
 
 
 def udp():
@@ -353,7 +354,7 @@ def test_leaving_the_link_gives_her_back(mode):
         desk = Desk(*udp())
         desk.supervisor.hands_back = mode is RoverMode.MANUAL
         async with under_way(desk.running.run()):
-            async with under_way(desk.companion.run(desk.rows.extend), desk.tick()):
+            async with under_way(desk.companion.run(desk.receive), desk.tick()):
                 await steered(desk)
             await until(lambda: desk.rover.mode is mode)
 

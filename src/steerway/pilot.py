@@ -236,14 +236,12 @@ class Pilot:
         self.in_current.tune(self.autopilot, estimate)
         force = 0.0
         if self.speed is not None:
-            force = self.speed.step(*self.in_current.controlled(speed, estimate), dt)
+            force = self.speed.step(speed, estimate.water_speed, dt, *self.in_current.carried(estimate))
         if self.in_current.departs(estimate, dt):
             self.autopilot.release()
             return self._actuate(force, 0.0)
         yaw = self._yaw(heading, estimate, dt, course_wanted=False)
-        _, rate, acceleration = self._reference()
-        fed = self.in_current.response.order(rate, acceleration, estimate.water_speed, estimate.yaw_bias)
-        return self._actuate(force, yaw, fed)
+        return self._actuate(force, yaw, self.in_current.fed(self._reference(), estimate))
 
     def hold(self, distance: float, bearing: float, estimate: Estimate, dt: float) -> Steered:
         """Control: the commands that keep the boat about a point at a distance (m) and bearing (rad)."""

@@ -38,6 +38,8 @@ _SHORTEST = 0.3
 """Least share of the lookahead."""
 _LEAST = 0.1
 """Least share of the bandwidth."""
+_LEAST_DAMPING = 0.2
+"""Of the linear damping of the yaw rate, as it is identified."""
 
 
 class YawResponse(NamedTuple):
@@ -83,7 +85,7 @@ class InCurrent:
     response: to the autopilot's output, which is at most `limit`. top_speed and slowest (m/s): limits of the speed
     through the water; below the slowest she hardly steers. turn_rate: the largest that is ordered, rad/s. bandwidth:
     of the heading loop with a perfect estimate, rad/s. over_ground: whether the speed that is controlled is that over
-    ground along the bow, else that through the water. pivot: as of `Boat`.
+    ground along the bow, else that through the water. pivot: as of `Boat`. speed_time: time constant of the speed, s.
     """
 
     response: YawResponse
@@ -94,6 +96,7 @@ class InCurrent:
     limit: float = math.inf
     over_ground: bool = False
     pivot: float = 0.0
+    speed_time: float = 2.0
 
     def __post_init__(self):
         for name in ("top_speed", "slowest", "turn_rate", "bandwidth"):
@@ -150,12 +153,13 @@ class InCurrent:
         """The speed through the water that the largest allowed order gives: the estimate may split motion wrongly."""
         return self.top_speed * estimate.speed_gain
 
-    def controlled(self, water_speed: float, estimate: Estimate) -> tuple[float, float]:
-        """(desired, actual) of the speed that is controlled, m/s, for a speed through the water."""
+    def carried(self, estimate: Estimate) -> tuple[float, ...]:
+        """What beside the speed through the water the speed loop has to know: of a vehicle that holds its speed over
+        ground, the current along the bow (m/s).
+        """
         heading = estimate.heading
         along = estimate.current_north * math.cos(heading) + estimate.current_east * math.sin(heading)
-        offset = along if self.over_ground else 0.0
-        return water_speed + offset, estimate.water_speed + offset
+        return (along,) if self.over_ground else ()
 
     def heading(self, desired: Reference, water_speed: float, estimate: Estimate) -> Reference:
         """The heading that makes a course good."""
@@ -182,12 +186,12 @@ class InCurrent:
 
         Its path is kept, to be followed when the next leg is under way.
         """
-        current = estimate.current_north, estimate.current_east
-        before, after = (
-            heading_for(course, estimate.water_speed, *current)[0] for course in (leg.direction, following)
-        )
+        current, speed = (estimate.current_north, estimate.current_east), estimate.water_speed
+        after = self.water_speed(following, leg.speed, estimate) if math.isfinite(leg.speed) else speed
+        headings = heading_for(leg.direction, speed, *current)[0], heading_for(following, after, *current)[0]
         limits = model.bandwidth, model.max_rate, model.max_acceleration
-        path, time = turn_path(before, after, estimate.water_speed, *current, *limits, self.pivot)
+        speeds = after, self.speed_time, self._fastest(estimate) if self.over_ground else math.inf
+        path, time = turn_path(*headings, speed, *current, *limits, self.pivot, *speeds)
         lead = float(wheel_over(leg.direction, following, *path[-1]))
         left = leg.remaining - lead
         begins = (
@@ -207,10 +211,22 @@ class InCurrent:
         across = abs(east * math.cos(course) - north * math.sin(course))
         return along if across < fastest else min(along, 0.0)
 
+    def identified(self, estimate: Estimate) -> YawResponse:
+        """The response as far as it is identified."""
+        declared = self.response
+        return declared._replace(
+            gain=declared.gain * estimate.yaw_gain, linear=max(declared.linear + estimate.yaw_damping, _LEAST_DAMPING)
+        )
+
+    def fed(self, reference: Reference, estimate: Estimate) -> float:
+        """The output that turns the boat as the reference does."""
+        _, rate, acceleration = reference
+        return self.identified(estimate).order(rate, acceleration, estimate.water_speed, estimate.yaw_bias)
+
     def tune(self, autopilot: Autopilot, estimate: Estimate) -> None:
         """Limit bandwidth and rate to what the estimate carries now."""
         across = estimate.cog_std * estimate.sog / max(estimate.water_speed, 0.3 * self.slowest)
         carried = _ORDERED_NOISE * self.turn_rate / max(across, 1e-9)
         bandwidth = min(self.bandwidth, max(_LEAST * self.bandwidth, carried))
-        autopilot.controller.gains = self.response.gains(bandwidth, estimate.water_speed, self.limit)
+        autopilot.controller.gains = self.identified(estimate).gains(bandwidth, estimate.water_speed, self.limit)
         autopilot.shaper.max_rate = self.turn_rate * (1.0 if estimate.heading_std < SURE else 0.5)

@@ -68,11 +68,14 @@ class SpeedPI:
         self._excess = 0.0
         self._approached = desired
 
-    def step(self, desired: float, speed: float, dt: float) -> float:
-        """Surge force (N) for a desired and an actual speed (m/s; NaN for unknown)."""
+    def step(self, desired: float, speed: float, dt: float, along: float = 0.0) -> float:
+        """Surge force (N) for a desired and an actual speed (m/s; NaN for unknown).
+
+        along: m/s of the current along the bow, where the speed that is held is the sum of these with it.
+        """
         gains = self.gains
-        desired = self._approach(desired, speed, dt)
-        wanted, error = speed_pi(desired, speed, self.integral, *self._constants)
+        desired = self._approach(desired, speed, dt) + along
+        wanted, error = speed_pi(desired, speed + along, self.integral, *self._constants)
         self.force = max(-gains.limit_astern, min(gains.limit, wanted))
         push = gains.mass * gains.bandwidth**2 * error * dt
         excess = wanted - self.force or self._excess

@@ -44,6 +44,8 @@ class Estimate(NamedTuple):
     current_east: float = math.nan
     yaw_bias: float = math.nan  # rate at which the boat settles without an order
     speed_gain: float = math.nan  # speed through the water over the ordered one
+    yaw_gain: float = 1.0  # of the yaw rate's response to orders, over the declared one
+    yaw_damping: float = 0.0  # of that response, beyond the declared linear one
 
     @property
     def knows_current(self) -> bool:

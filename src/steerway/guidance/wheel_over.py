@@ -28,11 +28,15 @@ def turn_path(
     max_rate: float,
     max_acceleration: float,
     pivot: float = 0.0,
+    after: float = math.nan,
+    speed_time: float = 2.0,
+    along_most: float = math.inf,
 ) -> tuple[Floats, float]:
     """((n, 2) north and east in m, s) over ground of a turn by the reference model of these limits from the origin.
 
     Until the heading is within 1° of the last. pivot: m from the boat's position ahead to the point that moves along
-    the bow.
+    the bow. after: speed through the water (m/s) that is asked for in the turn and tended to with the time constant
+    speed_time (s), NaN where it stays as it is; along_most: the largest over ground along the bow, m/s.
     """
     dt = 0.02 / bandwidth
     angle, rate, acceleration = heading, 0.0, 0.0
@@ -44,6 +48,9 @@ def turn_path(
             angle, rate, acceleration, to, bandwidth, 1.0, max_rate, max_acceleration, dt
         )
         c, s = math.cos(angle), math.sin(angle)
+        if math.isfinite(after):
+            tends_to = min(after, along_most - current_north * c - current_east * s)
+            water_speed += dt / speed_time * (max(tends_to, 0.0) - water_speed)
         north += dt * (water_speed * c + current_north)
         east += dt * (water_speed * s + current_east)
         path[n, 0] = north + pivot * (math.cos(heading) - c)

@@ -25,7 +25,9 @@ from steerway.estimation.steering.correction import (
 from steerway.estimation.steering.motion import (
     CURRENT_E,
     CURRENT_N,
+    DAMPING,
     EAST,
+    GAIN,
     HEADING,
     NORTH,
     SPEED_GAIN,
@@ -89,6 +91,8 @@ class Found(NamedTuple):
     current_east: float
     yaw_bias: float
     speed_gain: float
+    yaw_gain: float
+    yaw_damping: float
     velocity_std: float
 
 
@@ -320,5 +324,7 @@ def _found(x, p, heading_std, age, pivot):
         float(x[CURRENT_E]),
         yaw_bias(x),
         float(x[SPEED_GAIN]),
+        float(x[GAIN]),
+        float(x[DAMPING]),
         velocity_std,
     )

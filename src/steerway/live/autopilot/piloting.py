@@ -51,7 +51,7 @@ SPEED_BANDWIDTH = 0.3
 """rad/s of the speed loop: what the estimate of the speed carries, roughly."""
 SLOWEST = 0.6
 """Share of the route's speed that is kept through the water in a following current."""
-ACCELERATION = 0.15
+ACCELERATION = 0.5
 """m/s² at which another speed is approached."""
 _CORNER = 1.5
 """Radius of a corner's curve over that of the tightest turn."""
@@ -157,7 +157,10 @@ def in_current(line: GeodeticRoute, takes: str) -> InCurrent:
     response = yaw_response(boat, takes)
     fastest = max(cruise, min(boat.top_speed_mps, response.stable_speed))
     rate = _TURN_SHARE * math.radians(boat.max_yaw_rate_dps)
-    return InCurrent(response, fastest, SLOWEST * cruise, rate, MAX_BANDWIDTH, over_ground=takes == YAW_RATE)
+    over_ground = takes == YAW_RATE
+    return InCurrent(
+        response, fastest, SLOWEST * cruise, rate, MAX_BANDWIDTH, over_ground=over_ground, speed_time=boat.surge_time
+    )
 
 
 def autopilot(
