@@ -9,9 +9,9 @@ import numpy as np
 
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, kernel
-from steerway.estimation.inference.bank import LONGEST_STEP, MOST_STEPS
 from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
+from steerway.estimation.inference.reversal import reversal_of, reversed_aids
 from steerway.estimation.inference.smoother import ROOM, smooth_kept
 from steerway.estimation.inference.structures import model_of
 from steerway.estimation.inference.track import run_record
@@ -33,20 +33,18 @@ NORTH, EAST, SOG, COG, RATE, SOG_STD, COG_STD, RATE_STD, POSITION_STD = range(9)
 
 def smoothed_record(record: Rows, structures, steerageway=STEERAGEWAY):
     """Estimate (n, 9) of every row that knows the whole record."""
-    record, own = with_fillers(record)
+    *rows, restarts = record
+    *fixes, aids = rows
+    aids = reversed_aids(aids)
     outs = []
     for each in structures:
         model, states, driving = model_of(each.parts, each.values)
-        out, kept, bank = (
-            np.empty((len(record.time), FUSED + 2)),
-            room_to_keep(len(record.time), states),
-            empty_bank(states),
-        )
-        *rows, restarts = record
-        run_record(*rows, model, bank, driving, restarts, out[:0], _EMPTY, 0, kept)
-        smooth_kept(record.time, model, bank, driving, kept, np.zeros((ROOM, states, states)), out)
+        out, kept = np.empty((len(record.time), FUSED + 2)), room_to_keep(len(record.time), states)
+        run_record(*rows, model, empty_bank(states), driving, restarts, out[:0], _EMPTY, 0, kept)
+        reversal, bank, room = reversal_of(model, states), empty_bank(states), np.zeros((ROOM, states, states))
+        smooth_kept(*fixes, aids, restarts, reversal, bank, driving, kept, room, out)
         add_unresolved(record.time, record.north, each.values, out)
-        outs.append(out[own])
+        outs.append(out)
     return averaged(outs, [each.weight for each in structures], steerageway)
 
 
@@ -127,23 +125,3 @@ def average(outs, weights, steerageway, estimate):
     estimate[POSITION_STD] = math.sqrt(within)
     if not (estimate[COG_STD] < COURSE_STD and estimate[SOG] >= steerageway):
         estimate[COG] = estimate[RATE] = estimate[COG_STD] = estimate[RATE_STD] = math.nan
-
-
-def with_fillers(record: Rows):
-    """The record with rows added, so that no step of the smoother is too long, and the places of its own rows."""
-    gaps = np.diff(record.time)
-    pieces = np.ceil(gaps / LONGEST_STEP - 1e-3).astype(int).clip(1, MOST_STEPS)
-    pieces[record.restarts - 1] = 1
-    own = np.concatenate([[0], np.cumsum(pieces)])
-    n = own[-1] + 1
-
-    def spread(column):
-        if not len(column):
-            return column
-        wide = np.full((n, *column.shape[1:]), np.nan)
-        wide[own] = column
-        return wide
-
-    time = np.interp(np.arange(n), own, record.time)
-    excess = np.nan_to_num(spread(record.excess), nan=1.0)
-    return Rows(time, spread(record.north), spread(record.east), excess, spread(record.aids), own[record.restarts]), own

@@ -10,6 +10,7 @@ from steerway.estimation.inference.model import (
     DECAY,
     EAST,
     FREQUENCY,
+    MODES,
     NORTH,
     ON_COURSE,
     ON_RATE,
@@ -53,7 +54,7 @@ def course_rate(x, p, k, h):
 def mean_speed(x, p, k):
     """Mean of the speed of mode k: where its velocity may lie in any direction, that of Rayleigh's distribution."""
     speed, across = x[k, SPEED], p[k, 3, 3]
-    if k > TURN or across < speed * speed or across < _VAGUE**2:
+    if k % MODES > TURN or across < speed * speed or across < _VAGUE**2:
         return speed
     return math.sqrt(speed * speed + 0.25 * math.pi * (p[k, 2, 2] + across))
 
@@ -65,7 +66,7 @@ above `course.STEERAGEWAY`."""
 
 @called_kernel
 def fuse(x, p, probability, filters, h, out):
-    """Mean and spread of all modes into `out` (FUSED); h is workspace (n,)."""
+    """Mean and spread of all modes, or of pairs of modes, into `out` (FUSED); h is workspace (n,)."""
     m = x.shape[0]
     rate_weights(filters, h)
     likeliest = 0
@@ -75,6 +76,8 @@ def fuse(x, p, probability, filters, h, out):
     reference = x[likeliest, COURSE]
     north = east = u = across = w = 0.0
     for k in range(m):
+        if probability[k] == 0.0:
+            continue
         weight, bend = probability[k], wrap(x[k, COURSE] - reference)
         rate, _ = course_rate(x, p, k, h)
         north += weight * x[k, NORTH]
@@ -84,6 +87,8 @@ def fuse(x, p, probability, filters, h, out):
         w += weight * rate
     p_u = p_w = p_place = p_s = 0.0
     for k in range(m):
+        if probability[k] == 0.0:
+            continue
         weight, bend = probability[k], wrap(x[k, COURSE] - reference)
         rate, variance = course_rate(x, p, k, h)
         p_u += weight * (p[k, 2, 2] + (mean_speed(x, p, k) - u) ** 2)

@@ -68,7 +68,7 @@ class Bank(NamedTuple):
     probability: np.ndarray  # (MODES,)
     mixed_x: np.ndarray  # (MODES, n) as `x`, before the step
     mixed_p: np.ndarray  # (MODES, n, n)
-    run: np.ndarray  # (STEPPED + MODES,) of outliers in a row, see RUN
+    run: np.ndarray  # (8,) of outliers in a row, see RUN
     steps: np.ndarray  # (MODES, STEP_ROWS, n) see `discrete`
     change: np.ndarray  # (MODES, MODES) probabilities of change in a step
     work: np.ndarray  # (12, max(n, 8))
@@ -92,17 +92,16 @@ def empty_bank(states: int) -> Bank:
         np.zeros(m),
         np.zeros((m, n)),
         np.zeros((m, n, n)),
-        np.zeros(STEPPED + m),
+        np.zeros(8),
         np.zeros((m, STEP_ROWS, n)),
         np.zeros((m, m)),
         np.zeros((12, max(n, 8))),
     )
 
 
-RUN, RUN_N, RUN_E, WAS_OUTLIER, STARTED, STEP_N, STEP_E, SINCE, STEPPED = range(9)
+RUN, RUN_N, RUN_E, WAS_OUTLIER, STARTED, STEP_N, STEP_E, SINCE = range(8)
 """`run` of a bank: how many outliers in a row agree, and their offset; the probability that the last fix was one; 1
-once begun; the step of the receiver last followed; s since the last fix; from STEPPED on, for every mode, the variance
-(m²) of a step with that fix."""
+once begun; the step of the receiver last followed; s since the last fix."""
 
 
 class Kept(NamedTuple):
@@ -111,13 +110,9 @@ class Kept(NamedTuple):
     x: np.ndarray  # (rows, MODES, n)
     p: np.ndarray  # (rows, MODES, n, n)
     probability: np.ndarray  # (rows, MODES), NaN before the first fix
-    moved: (
-        np.ndarray
-    )  # (rows, 3 + MODES) step of the receiver that was followed, north and east (m); 1 where the filter
-    # began anew; variance (m²) of a step of the receiver in every mode
 
 
 def room_to_keep(rows: int, states: int) -> Kept:
     """Where a filter keeps so many rows."""
     shape = (rows, MODES, states)
-    return Kept(np.empty(shape), np.empty((*shape, states)), np.empty(shape[:2]), np.zeros((rows, 3 + MODES)))
+    return Kept(np.empty(shape), np.empty((*shape, states)), np.empty(shape[:2]))

@@ -6,7 +6,7 @@ from steerway.core.compiled import called_kernel, inlined_kernel
 from steerway.estimation.inference.aids import take_aids
 from steerway.estimation.inference.bank import advance, start
 from steerway.estimation.inference.fuse import fuse
-from steerway.estimation.inference.model import MODES, STARTED, STEP_E, STEP_N, STEPPED
+from steerway.estimation.inference.model import STARTED
 from steerway.estimation.inference.weigh import take_fix
 
 
@@ -32,9 +32,6 @@ def run_record(time, north, east, excess, aids, model, bank, motion_states, rest
             r += 1
             run[STARTED] = 0.0
         begins = run[STARTED] == 0.0
-        step_n, step_e = run[STEP_N], run[STEP_E]
-        for i in range(MODES):
-            run[STEPPED + i] = 0.0
         dt = 0.0 if begins else time[k] - time[k - 1]
         variance_scale = excess[k] if len(excess) else 1.0
         nis, log_density, wrong = take_row(bank, model, dt, north[k], east[k], variance_scale, motion_states)
@@ -57,10 +54,6 @@ def run_record(time, north, east, excess, aids, model, bank, motion_states, rest
             out[k, -2], out[k, -1] = nis, wrong
         if len(kept.x):
             keep(bank, kept, k)
-            kept.moved[k, 0], kept.moved[k, 1] = run[STEP_N] - step_n, run[STEP_E] - step_e
-            kept.moved[k, 2] = 1.0 if begins else 0.0
-            for i in range(MODES):
-                kept.moved[k, 3 + i] = run[STEPPED + i]
             if run[STARTED] == 0.0:
                 kept.probability[k, 0] = math.nan
     return total

@@ -24,7 +24,6 @@ from steerway.estimation.inference.model import (
     STEP_N,
     STEP_RATE,
     STEP_VARIANCE,
-    STEPPED,
     TIME_VARIANCE,
     WAS_OUTLIER,
 )
@@ -100,7 +99,6 @@ def take_fix(bank, model, north, east, excess):
         p_nn, p_ne, p_ee = s_nn + added + late * v_n * v_n, s_ne + late * v_n * v_e, s_ee + added + late * v_e * v_e
         poor = poor_prior * gaussian(nu_n, nu_e, p_nn, p_ne, p_ee)
         step, stepped = receiver[STEP_VARIANCE], 0.0
-        run[STEPPED + k] = 0.0
         if step_prior > 0.0:
             stepped = step_prior * student(nu_n, nu_e, s_nn + step, s_ne, s_ee + step)
         whole = usual + poor + stepped + outlier
@@ -124,10 +122,6 @@ def take_fix(bank, model, north, east, excess):
             # it went as far as the innovation is larger than it should be
             step = max(receiver[STEP_VARIANCE], 0.5 * (nu_n * nu_n + nu_e * nu_e - s_nn - s_ee))
             stepped /= whole
-            spread = 0.5 * (
-                s_nn + s_ee
-            )  # harmonic mean with that of no step: what ties this position to the one before
-            run[STEPPED + k] = stepped * step * spread / (spread + (1.0 - stepped) * step)
             j_nn, j_ne, j_ee, b_n, b_e = share(stepped, nu_n, nu_e, s_nn + step, s_ne, s_ee + step)
             m_nn, m_ne, m_ee = m_nn + j_nn, m_ne + j_ne, m_ee + j_ee
             mean_s_n, mean_s_e = mean_s_n + b_n, mean_s_e + b_e
