@@ -29,8 +29,8 @@ from steerway.estimation.inference.relative import difference, is_steady, shifte
 from steerway.estimation.inference.weigh import take_fix
 
 _NEGLIGIBLE = 1e-3
-"""Probability of a pair of modes below which it is left out: against that of the likeliest pair before their states are
-compared, and of all pairs after it. Chosen: with a tenth of it no error changes by more than 3 %."""
+"""Probability of a pair of modes, against that of the likeliest pair, below which it is left out, before and after their
+states are compared. Chosen."""
 _NEAR = 0.45
 """rad; courses so near one another are compared as courses where one of them is known well. Chosen: linear in the
 course, the way is then too long by a tenth."""
@@ -169,12 +169,13 @@ def compare(filtered_x, filtered_p, reversal, bank, x, p, weight, room):
     total = 0.0
     for q in range(len(weight)):
         weight[q] = math.exp(weight[q] - highest)
+        if weight[q] < _NEGLIGIBLE:
+            weight[q] = 0.0
         total += weight[q]
     for q in range(len(weight)):
         i, j = q % m, q // m
         weight[q] /= total
-        if weight[q] < _NEGLIGIBLE:
-            weight[q] = 0.0
+        if weight[q] == 0.0:
             continue
         invert_factor(p[q], c)
         for u in range(n):
