@@ -34,8 +34,7 @@ class Reversal(NamedTuple):
     model: Model
     sign: np.ndarray  # (n,) of every state against that forwards; the course is the opposite one
     share: np.ndarray  # (MODES,) stationary probabilities of the modes
-    rate: np.ndarray  # (MODES,) stationary variance of the held rate in each of them
-    prior: np.ndarray  # (n,) stationary information of the shaping filters' states, 0 of all others
+    variance: np.ndarray  # (MODES, n) stationary variance of every state from RATE on
 
 
 def reversal_of(model: Model, states: int) -> Reversal:
@@ -48,11 +47,11 @@ def reversal_of(model: Model, states: int) -> Reversal:
     rate = moment / share
     modes = rates.copy()
     modes[:, RATE_NOISE] = np.where(rates[:, RATE_DECAY] > 0.0, 2.0 * rates[:, RATE_DECAY] * rate, rates[:, RATE_NOISE])
-    sign, prior = np.ones(states), np.zeros(states)
-    sign[RATE] = -1.0
+    sign, variance = np.ones(states), np.full((len(share), states), np.nan)
+    sign[RATE], variance[:, RATE] = -1.0, rate
     for row in model.filters:
         first, last = int(row[STATE]), int(row[STATE]) + has_two_states(row)
-        prior[first : last + 1] = 1.0 / row[VARIANCE]
+        variance[:, first : last + 1] = row[VARIANCE]
         if row[ACTS_ON] in (ON_RATE, ON_ANTENNA):
             sign[first] = -1.0
         if row[FREQUENCY] > 0.0:
@@ -61,7 +60,7 @@ def reversal_of(model: Model, states: int) -> Reversal:
         if measured == RATE and aid[COMPANION] > 0.0:
             sign[int(aid[COMPANION])] = -1.0
     backward = model._replace(modes=modes, generator=generator.T * share / share[:, None])
-    return Reversal(backward, sign, share, rate, prior)
+    return Reversal(backward, sign, share, variance)
 
 
 def reversed_aids(aids):

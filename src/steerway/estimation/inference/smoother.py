@@ -17,28 +17,28 @@ from steerway.estimation.inference.fuse import fuse
 from steerway.estimation.inference.model import (
     COURSE,
     EAST,
+    FIX_VARIANCE,
     MODES,
     NORTH,
+    OUTLIER_RATE,
     RATE,
     SPEED,
     STARTED,
-    STEP_E,
-    STEP_N,
 )
 from steerway.estimation.inference.relative import difference, is_steady, shifted, turned
-from steerway.estimation.inference.weigh import take_fix
+from steerway.estimation.inference.weigh import gaussian, outlier_density, take_fix
 
 _NEGLIGIBLE = 1e-3
-"""Probability of a pair of modes, against that of the likeliest pair, below which it is left out, before and after their
-states are compared. Chosen."""
+"""Probability of a pair of modes below which it is left out, against that of the likeliest pair: before their states
+are compared, and after it. Chosen."""
 _NEAR = 0.45
 """rad; courses so near one another are compared as courses where one of them is known well. Chosen: linear in the
 course, the way is then too long by a tenth."""
 PAIRS = MODES * MODES
 _BEFORE, _AFTER, _FACTOR, _INVERSE, _STATES, _VECTORS = (PAIRS + k for k in (0, 5, 10, 11, 12, 17))
-ROOM = PAIRS + 19
+ROOM, _KNOWN = PAIRS + 19, 4
 """Matrices of workspace, and where they are: of all pairs; information of the modes before and after; one factor and
-one inverse; states of pairs; vectors."""
+one inverse; states of pairs; vectors. _KNOWN: the first of MODES rows of `bank.work`."""
 
 
 @called_kernel
@@ -71,7 +71,7 @@ def smooth_kept(time, north, east, excess, aids, restarts, reversal, bank, motio
             if run[STARTED] == 0.0:
                 start(bank, model, north[k], east[k])
                 for j in range(MODES):
-                    bank.probability[j], bank.p[j, RATE, RATE] = reversal.share[j], reversal.rate[j]
+                    bank.probability[j], bank.p[j, RATE, RATE] = reversal.share[j], reversal.variance[j, RATE]
             else:
                 take_fix(bank, model, north[k], east[k], excess[k] if len(excess) else 1.0)
         if known and len(aids):
@@ -95,7 +95,7 @@ def meet(kept, k, reversal, bank, x, p, weight, room):
         if not weight[q] > _NEGLIGIBLE * highest:
             weight[q] = 0.0
     forwards(reversal, bank)
-    follow_steps(kept, k, bank)
+    follow_step(kept, k, reversal, bank, weight)
     inform(kept.p[k], reversal, bank, weight, room)
     return compare(kept.x[k], kept.p[k], reversal, bank, x, p, weight, room)
 
@@ -104,8 +104,8 @@ def meet(kept, k, reversal, bank, x, p, weight, room):
 def inform(filtered_p, reversal, bank, weight, room):
     """Information of the modes of pairs that have a weight, and log determinants into rows of `bank.work`.
 
-    Of the backward filter's modes they are in units of the usual held rate of the mode: densities of rates of different
-    modes compare only beside those without a fix.
+    Of the backward filter's modes also what is known without any fix, from row _KNOWN on, and the log determinants are
+    those of the quotient of both. What is known so is never more than what the filter knows: mixing widens a mode.
     """
     m, n = bank.x.shape
     log_before, log_after = bank.work[0], bank.work[1]
@@ -121,7 +121,11 @@ def inform(filtered_p, reversal, bank, weight, room):
             for u in range(n):
                 for v in range(n):
                     covariance[u, v] = reversal.sign[u] * reversal.sign[v] * bank.p[i, u, v]
-            log_after[i] = inverse(covariance, room[_AFTER + i], scratch) - math.log(reversal.rate[i])
+            log_after[i] = inverse(covariance, room[_AFTER + i], scratch)
+            for u in range(RATE, n):
+                variance = max(reversal.variance[i, u], covariance[u, u])
+                bank.work[_KNOWN + i, u] = 1.0 / variance
+                log_after[i] -= math.log(variance)
 
 
 @called_kernel
@@ -153,8 +157,8 @@ def compare(filtered_x, filtered_p, reversal, bank, x, p, weight, room):
                 x[q, u] += c[u, v] * d[v]
                 c[u, v] += room[_BEFORE + i, u, v]
             square += d[u] * x[q, u]
-        for u in range(RATE + 1, n):
-            known = reversal.prior[u]
+        for u in range(RATE, n):
+            known = bank.work[_KNOWN + j, u]
             c[u, u] -= known
             x[q, u] += known * filtered_x[i, u]
             square -= known * filtered_x[i, u] ** 2
@@ -205,27 +209,23 @@ def forwards(reversal, bank):
 
 
 @called_kernel
-def follow_steps(kept, k, bank):
-    """Move `bank.mixed_x` to the place that the filter follows at row k, where the receiver steps."""
-    north, east = kept.step[k, 0], kept.step[k, 1]
-    back_n, back_e = bank.run[STEP_N], bank.run[STEP_E]
-    if north == 0.0 and east == 0.0 and back_n == 0.0 and back_e == 0.0:
-        return
-    i = j = 0
-    for a in range(1, len(bank.mixed_x)):
-        if kept.probability[k, a] > kept.probability[k, i]:
-            i = a
-        if bank.probability[a] > bank.probability[j]:
-            j = a
-    apart_n, apart_e = bank.mixed_x[j, NORTH] - kept.x[k, i, NORTH], bank.mixed_x[j, EAST] - kept.x[k, i, EAST]
-    least = math.inf
-    shift_n = shift_e = 0.0
-    for stepped in range(2):
-        for stepped_back in range(2):
-            a_n, a_e = stepped * north - stepped_back * back_n, stepped * east - stepped_back * back_e
-            distance = (apart_n + a_n) ** 2 + (apart_e + a_e) ** 2
-            if distance < least:
-                least, shift_n, shift_e = distance, a_n, a_e
-    for a in range(len(bank.mixed_x)):
-        bank.mixed_x[a, NORTH] += shift_n
-        bank.mixed_x[a, EAST] += shift_e
+def follow_step(kept, k, reversal, bank, weight):
+    """Move `bank.mixed_x` onto the place of the filter, where a step of the receiver that only one of them follows yet
+    is likelier than that both are right."""
+    m, receiver = bank.x.shape[0], reversal.model.receiver
+    stays = steps = highest = shift_n = shift_e = 0.0
+    for q in range(len(weight)):
+        if weight[q] == 0.0:
+            continue
+        i, j = q % m, q // m
+        a, b = bank.mixed_x[j, NORTH] - kept.x[k, i, NORTH], bank.mixed_x[j, EAST] - kept.x[k, i, EAST]
+        nn, ne = bank.p[j, 0, 0] + kept.p[k, i, 0, 0], bank.p[j, 0, 1] + kept.p[k, i, 0, 1]
+        ee = bank.p[j, 1, 1] + kept.p[k, i, 1, 1]
+        stays += weight[q] * gaussian(a, b, nn, ne, ee)
+        steps += weight[q] * outlier_density(a, b, nn + ee, receiver[FIX_VARIANCE])
+        if weight[q] > highest:
+            highest, shift_n, shift_e = weight[q], a, b
+    if receiver[OUTLIER_RATE] * steps > stays:
+        for j in range(m):
+            bank.mixed_x[j, NORTH] -= shift_n
+            bank.mixed_x[j, EAST] -= shift_e

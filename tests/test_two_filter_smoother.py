@@ -1,0 +1,113 @@
+"""The smoother of the inference's modes against what is known in closed form, and from either side."""
+
+import math
+
+import numpy as np
+import pytest
+
+from steerway.estimation.course.update.aids import AIDS
+from steerway.estimation.inference.course import COG, RATE, SOG, SOG_STD, smoothed_record
+from steerway.estimation.inference.fit import Rows
+from steerway.estimation.inference.model import RATE as RATE_STATE
+from steerway.estimation.inference.reversal import reversal_of
+from steerway.estimation.inference.selection import Structure
+from steerway.estimation.inference.structures import model_of, parameters_of
+
+NOISE = 0.3
+_NONE = np.empty(0)
+
+
+def structure(parts=(), **numbers):
+    parts = ("base", "wander", *parts)
+    names, medians, _ = parameters_of(parts)
+    return Structure(1.0, parts, dict(zip(names, np.exp(medians), strict=True)) | {"fix_std": NOISE} | numbers)
+
+
+def record(north, east, dt=0.2, aids=None):
+    aids = np.empty((0, len(AIDS))) if aids is None else aids
+    return Rows(np.arange(len(north)) * dt, north, east, _NONE, aids, np.empty(0, np.int64))
+
+
+def on_a_line(n, std=NOISE, seed=0):
+    """Fixes of a vessel at 2 m/s on course 0.5, 5 Hz."""
+    way = 0.4 * np.arange(n)
+    noise = np.random.default_rng(seed).normal(0.0, std, (2, n))
+    return way * math.cos(0.5) + noise[0], way * math.sin(0.5) + noise[1]
+
+
+HELD = {"speed_walk": 1e-6, "speed_std": 1e-6, "wander_std": 1e-6, "surge_every": 1e9, "yaw_every": 1e9}
+HELD |= {"emergency_every": 1e12, "poor_rate": 1e-9, "outlier_rate": 1e-12, "turn_walk": 1e-7, "yaw_slip": 1e-6}
+
+
+def test_a_held_speed_is_that_of_the_straight_line():
+    std = 0.03
+    north, east = on_a_line(200, std)
+    estimate = smoothed_record(record(north, east), [structure(**HELD | {"fix_std": std})])
+    time = np.arange(200) * 0.2
+    slopes = np.polyfit(time, np.column_stack([north, east]), 1)[0]
+    std /= math.sqrt(((time - time.mean()) ** 2).sum())
+    middle = estimate[40:160]
+    np.testing.assert_allclose(middle[:, SOG], math.hypot(*slopes), atol=0.1 * std)
+    np.testing.assert_allclose(middle[:, COG], math.atan2(slopes[1], slopes[0]), atol=std)
+
+
+def test_from_the_other_end_the_vessel_sails_the_opposite_course():
+    """Turns and straights; the model backwards is not quite the model, hence parts of a standard deviation."""
+    n, dt = 600, 0.2
+    rate = np.where(np.arange(n) % 200 < 60, 0.2, 0.0)
+    course = np.cumsum(rate) * dt
+    noise = np.random.default_rng(1).normal(0.0, 0.1, (2, n))
+    north, east = np.cumsum(1.5 * np.cos(course)) * dt + noise[0], np.cumsum(1.5 * np.sin(course)) * dt + noise[1]
+    one = structure(fix_std=0.1)
+    there = smoothed_record(record(north, east), [one])
+    back = smoothed_record(record(north[::-1].copy(), east[::-1].copy()), [one])[::-1]
+    inner = slice(20, -20)
+    apart = (there - back)[inner]
+    turned = np.angle(-np.exp(1j * apart[:, COG]))
+    assert np.sqrt(np.mean((apart[:, SOG] / there[inner, SOG_STD]) ** 2)) < 0.3
+    assert np.sqrt(np.mean((turned / there[inner, COG + 3]) ** 2)) < 0.5
+    assert np.sqrt(np.mean(((there + back)[inner, RATE] / there[inner, RATE + 3]) ** 2)) < 0.5
+
+
+def test_a_gyro_is_read_backwards_with_its_bias():
+    n, dt, bias = 600, 0.2, 0.02
+    rate = np.where(np.arange(n) % 300 < 100, 0.1, 0.0)
+    course = np.cumsum(rate) * dt
+    random = np.random.default_rng(2)
+    aids = np.full((n, len(AIDS)), np.nan)
+    aids[:, AIDS.index("yaw_rate")] = rate + bias + random.normal(0.0, 0.003, n)
+    aids[:, AIDS.index("heading")] = course + random.normal(0.0, 0.02, n)
+    noise = random.normal(0.0, NOISE, (2, n))
+    north, east = np.cumsum(1.5 * np.cos(course)) * dt + noise[0], np.cumsum(1.5 * np.sin(course)) * dt + noise[1]
+    estimate = smoothed_record(record(north, east, aids=aids), [structure(("yaw_rate", "heading"))])
+    alone = smoothed_record(record(north, east), [structure()])
+    inner = slice(50, -50)
+    for column, truth in ((COG, course), (RATE, rate)):
+        error, unaided = (np.sin(each[:, column] - truth)[inner] for each in (estimate, alone))
+        assert np.sqrt(np.mean(error**2)) < 0.5 * np.sqrt(np.mean(unaided**2))
+
+
+@pytest.mark.parametrize("returns", [True, False], ids=["and returns", "for good"])
+def test_a_step_of_the_receiver_moves_no_smoothed_velocity(returns):
+    north, east = on_a_line(400)
+    north[200 : 230 if returns else None] += 15.0
+    estimate = smoothed_record(record(north, east), [structure()])
+    np.testing.assert_allclose(estimate[20:-20, SOG], 2.0, atol=0.4)
+    np.testing.assert_allclose(estimate[20:-20, COG], 0.5, atol=0.2)
+
+
+@pytest.mark.parametrize("parts", [(), ("waves", "antenna", "error"), ("yaw_rate",)], ids=["plain", "many", "aided"])
+def test_a_structure_backwards(parts):
+    """Its modes change as often as forwards, and what oscillates does so the other way round."""
+    one = structure(parts)
+    model, states, _ = model_of(one.parts, one.values)
+    reversal = reversal_of(model, states)
+    np.testing.assert_allclose(reversal.share.sum(), 1.0)
+    np.testing.assert_allclose(reversal.share @ model.generator, 0.0, atol=1e-12)
+    np.testing.assert_allclose(reversal.model.generator.sum(axis=1), 0.0, atol=1e-9)
+    flow = reversal.share[:, None] * model.generator
+    np.testing.assert_allclose(reversal.share[:, None] * reversal.model.generator, flow.T, atol=1e-15)
+    assert (reversal.variance[:, RATE_STATE:] > 0.0).all() and np.isnan(reversal.variance[:, :RATE_STATE]).all()
+    again = reversal_of(reversal.model, states)
+    np.testing.assert_allclose(again.model.generator, model.generator, atol=1e-9)
+    np.testing.assert_array_equal(again.sign, reversal.sign)
