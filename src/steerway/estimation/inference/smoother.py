@@ -22,11 +22,14 @@ from steerway.estimation.inference.model import (
     NORTH,
     OUTLIER_RATE,
     RATE,
+    SINCE,
     SPEED,
     STARTED,
+    STEP_RATE,
+    STEP_VARIANCE,
 )
 from steerway.estimation.inference.relative import difference, is_steady, shifted, turned
-from steerway.estimation.inference.weigh import gaussian, outlier_density, take_fix
+from steerway.estimation.inference.weigh import gaussian, outlier_density, student, take_fix
 
 _NEGLIGIBLE = 1e-3
 """Probability of a pair of modes below which it is left out, against that of the likeliest pair: before their states
@@ -95,17 +98,17 @@ def meet(kept, k, reversal, bank, x, p, weight, room):
         if not weight[q] > _NEGLIGIBLE * highest:
             weight[q] = 0.0
     forwards(reversal, bank)
-    follow_step(kept, k, reversal, bank, weight)
-    inform(kept.p[k], reversal, bank, weight, room)
+    inform(kept.p[k], step_between(kept, k, reversal, bank, weight), reversal, bank, weight, room)
     return compare(kept.x[k], kept.p[k], reversal, bank, x, p, weight, room)
 
 
 @called_kernel
-def inform(filtered_p, reversal, bank, weight, room):
+def inform(filtered_p, loose, reversal, bank, weight, room):
     """Information of the modes of pairs that have a weight, and log determinants into rows of `bank.work`.
 
     Of the backward filter's modes also what is known without any fix, from row _KNOWN on, and the log determinants are
     those of the quotient of both. What is known so is never more than what the filter knows: mixing widens a mode.
+    loose: see `step_between`.
     """
     m, n = bank.x.shape
     log_before, log_after = bank.work[0], bank.work[1]
@@ -121,6 +124,8 @@ def inform(filtered_p, reversal, bank, weight, room):
             for u in range(n):
                 for v in range(n):
                     covariance[u, v] = reversal.sign[u] * reversal.sign[v] * bank.p[i, u, v]
+            covariance[NORTH, NORTH] += loose
+            covariance[EAST, EAST] += loose
             log_after[i] = inverse(covariance, room[_AFTER + i], scratch)
             for u in range(RATE, n):
                 variance = max(reversal.variance[i, u], covariance[u, u])
@@ -209,23 +214,30 @@ def forwards(reversal, bank):
 
 
 @called_kernel
-def follow_step(kept, k, reversal, bank, weight):
-    """Move `bank.mixed_x` onto the place of the filter, where a step of the receiver that only one of them follows yet
-    is likelier than that both are right."""
+def step_between(kept, k, reversal, bank, weight):
+    """Variance (m²) by which a step of the receiver loosens the place behind row k from that before it.
+
+    The step may be one of its error, or one that only one filter follows yet. It went as far as both places are farther
+    apart than they should be; between no step and one the harmonic mean is taken.
+    """
     m, receiver = bank.x.shape[0], reversal.model.receiver
-    stays = steps = highest = shift_n = shift_e = 0.0
+    slips = 1.0 - math.exp(-receiver[STEP_RATE] * bank.run[SINCE])
+    stays = steps = total = variance = spread = 0.0
     for q in range(len(weight)):
         if weight[q] == 0.0:
             continue
         i, j = q % m, q // m
         a, b = bank.mixed_x[j, NORTH] - kept.x[k, i, NORTH], bank.mixed_x[j, EAST] - kept.x[k, i, EAST]
         nn, ne = bank.p[j, 0, 0] + kept.p[k, i, 0, 0], bank.p[j, 0, 1] + kept.p[k, i, 0, 1]
-        ee = bank.p[j, 1, 1] + kept.p[k, i, 1, 1]
+        ee, slip = bank.p[j, 1, 1] + kept.p[k, i, 1, 1], receiver[STEP_VARIANCE]
         stays += weight[q] * gaussian(a, b, nn, ne, ee)
-        steps += weight[q] * outlier_density(a, b, nn + ee, receiver[FIX_VARIANCE])
-        if weight[q] > highest:
-            highest, shift_n, shift_e = weight[q], a, b
-    if receiver[OUTLIER_RATE] * steps > stays:
-        for j in range(m):
-            bank.mixed_x[j, NORTH] -= shift_n
-            bank.mixed_x[j, EAST] -= shift_e
+        steps += weight[q] * receiver[OUTLIER_RATE] * outlier_density(a, b, nn + ee, receiver[FIX_VARIANCE])
+        if slips > 0.0:
+            steps += weight[q] * slips * student(a, b, nn + slip, ne, ee + slip)
+        total += weight[q]
+        spread += weight[q] * 0.5 * (nn + ee)
+        variance += weight[q] * max(slip, 0.5 * (a * a + b * b - nn - ee))
+    if not stays + steps > 0.0:
+        return 0.0
+    spread, variance, probability = spread / total, variance / total, steps / (stays + steps)
+    return probability * variance * spread / (spread + (1.0 - probability) * variance)
