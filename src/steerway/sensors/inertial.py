@@ -6,12 +6,11 @@ from typing import ClassVar
 
 import numpy as np
 
+from steerway.core.earth import STANDARD_GRAVITY
 from steerway.core.noise import Seed
 from steerway.core.schema import NotNegative, Positive, Rate
 from steerway.sensors.instrument import Instrument
 from steerway.sensors.table import InstrumentTable
-
-STANDARD_GRAVITY = 9.80665
 
 
 def gyro(

@@ -16,6 +16,7 @@ import numpy as np
 from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
+from steerway.core.earth import STANDARD_GRAVITY
 from steerway.core.errors import InputError
 from steerway.core.statistics import AID_GATE, DIFFUSE_SPEED_STD
 from steerway.estimation.course.motion.five_state import decay
@@ -39,9 +40,9 @@ class SurgeTuning:
     instruments, with the scale error that data sheets of Doppler logs state.
     """
 
-    acceleration_walk: float = 60e-6 * 9.80665
-    bias_std: float = 5e-3 * 9.80665
-    bias_wander: float = 5e-6 * 9.80665
+    acceleration_walk: float = 60e-6 * STANDARD_GRAVITY
+    bias_std: float = 5e-3 * STANDARD_GRAVITY
+    bias_wander: float = 5e-6 * STANDARD_GRAVITY
     bias_time: float = 300.0
     leak_std: float = 0.0034
     leak_time: float = 5.0

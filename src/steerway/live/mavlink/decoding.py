@@ -13,6 +13,7 @@ import time
 from collections import deque
 
 from steerway.core.angles import wrap
+from steerway.core.earth import STANDARD_GRAVITY
 from steerway.live.base.clock import FixClock
 from steerway.live.base.rows import InputRow
 from steerway.live.mavlink.lag import ReceiverLag
@@ -27,7 +28,6 @@ _KEPT = 20  # of the newest of an aid
 _OLDEST = 2.0  # s that a row may be old when it comes in; above, its time is another clock's
 _NO_FIX = 1.0  # s without a fix after which aids are rows of their own
 _UNKNOWN_16 = 0xFFFF
-_GRAVITY = 9.80665
 
 
 class BootClock:
@@ -174,12 +174,12 @@ class MavlinkDecoder:
     def _scaled_inertial(self, message, arrival):
         """Acceleration and yaw rate by SCALED_IMU: mg and mrad/s, with x ahead and z down."""
         time = self._since_start(message, arrival)
-        return self._inertial(time, message.xacc * 1e-3 * _GRAVITY, message.zgyro * 1e-3, arrival)
+        return self._inertial(time, message.xacc * 1e-3 * STANDARD_GRAVITY, message.zgyro * 1e-3, arrival)
 
     def _raw_inertial(self, message, arrival):
         """RAW_IMU, which ArduPilot fills with the units of SCALED_IMU."""
         time = self._stamped(message.time_usec, arrival)
-        return self._inertial(time, message.xacc * 1e-3 * _GRAVITY, message.zgyro * 1e-3, arrival)
+        return self._inertial(time, message.xacc * 1e-3 * STANDARD_GRAVITY, message.zgyro * 1e-3, arrival)
 
     def _fine_inertial(self, message, arrival):
         """HIGHRES_IMU: m/s² and rad/s."""
