@@ -4,7 +4,9 @@ import os
 import subprocess
 import sys
 import tempfile
+from pathlib import Path
 
+from benchmarks.parsing import sentences
 from benchmarks.support.harness import Result
 
 _TIMED = """
@@ -33,6 +35,13 @@ def run():
         with tempfile.TemporaryDirectory() as cache:
             yield Result(f"first {what}, nothing compiled", _seconds(code, cache), "s")
             yield Result("… the next time", min(_seconds(code, cache) for _ in range(3)), "s")
+    with tempfile.TemporaryDirectory() as folder:
+        log = Path(folder) / "log.nmea"
+        log.write_bytes(sentences(28_800))
+        for what in ("first steerway estimate of 28,800 fixes, nothing compiled", "… the next time"):
+            seconds, memory = _estimated(log, Path(folder) / "cache")
+            yield Result(f"{what}, processor time", seconds, "s", at_most=25.0)
+            yield Result("… its largest memory", memory, "MB", at_most=400.0)
 
 
 def _seconds(code, cache):
@@ -42,3 +51,14 @@ def _seconds(code, cache):
     if ended.returncode:
         raise RuntimeError(ended.stderr)
     return float(ended.stdout)
+
+
+def _estimated(log, cache):
+    """Processor time (s) and largest memory (MB) of `steerway estimate` with an output."""
+    environment = os.environ | {"STEERWAY_CACHE": str(cache)}
+    command = [Path(sys.executable).with_name("steerway"), "estimate", log, "-o", log.with_suffix(".csv")]
+    started = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL)
+    _, code, used = os.wait4(started.pid, 0)
+    if code:
+        raise RuntimeError(f"steerway estimate ended with {code}")
+    return used.ru_utime + used.ru_stime, used.ru_maxrss / 1e3
