@@ -313,7 +313,7 @@ def test_steered_over_a_serial_line(tmp_path):
         line.wait()
 
 
-def test_a_silent_vehicle_is_told_within_a_second_and_stops_by_herself():
+def test_a_silent_vehicle_is_reported_within_a_second_and_stops_by_herself():
     async def sail():
         desk = Desk(*udp())
         async with desk.sail():
@@ -361,7 +361,7 @@ def test_leaving_the_link_gives_her_back(mode):
     asyncio.run(sail())
 
 
-def test_the_skipper_takes_her_and_the_autopilot_hears_why():
+def test_the_skipper_takes_the_boat_and_the_autopilot_shows_why():
     async def sail():
         desk = Desk(*udp())
         async with desk.sail():
@@ -421,7 +421,7 @@ def test_one_link_has_one_set_of_options():
         )
 
 
-def test_without_pymavlink_it_is_said_what_is_missing(monkeypatch):
+def test_without_pymavlink_an_error_names_what_is_missing(monkeypatch):
     monkeypatch.setitem(sys.modules, "pymavlink.dialects.v20.ardupilotmega", None)
     monkeypatch.setitem(sys.modules, "pymavlink.dialects.v20", None)
     with pytest.raises(InputError, match=r"pip install steerway\[mavlink\]"):
