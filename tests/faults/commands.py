@@ -86,10 +86,10 @@ def _run(fault, folder):
             if process.poll() is not None or time.monotonic() - began > 120.0:
                 raise RuntimeError(f"{fault.name}: did not come so far")
             time.sleep(0.02)
+        peak = _peak(process.pid)
         if fault.number:
             began = time.monotonic()
             os.kill(process.pid, fault.number)
-        peak = 0.0
         while (ended := os.wait4(process.pid, os.WNOHANG))[0] == 0:
             peak = max(peak, _peak(process.pid))
             time.sleep(0.01)
@@ -190,6 +190,14 @@ def _log_and_link(to):
     return prepare
 
 
+def _log_and_empty(name):
+    def prepare(folder):
+        _log(folder)
+        (folder / name).touch()
+
+    return prepare
+
+
 def _scenario(folder):
     (folder / "leg.toml").write_text(SCENARIO)
 
@@ -217,9 +225,15 @@ FAULTS = (
     ),
     Fault("1 MB of empty lines under a header", "steerway info log.csv", _text("log.csv", TABLE + b"\n" * 999_000)),
     Fault("a damaged Parquet file", "steerway info log.parquet", _parquet),
+    Fault("a directory in place of a log", "steerway info logs", lambda folder: (folder / "logs").mkdir()),
+    Fault("times beyond every date", "steerway estimate log.csv", _text("log.csv", TABLE + b"1e300,54,10\n" * 9)),
+    Fault("an empty profile", f"steerway estimate {LOG} --profile mine.toml", _log_and_empty("mine.toml")),
     Fault("standard output is full", f"steerway info {LOG}", _log, output="/dev/full"),
     Fault("the disk is full: a table", f"{ESTIMATE_TO} track.parquet", _log, limit=1000),
     Fault("the disk is full: a page", f"{ESTIMATE_TO[:-2]}--report page.html", _log, limit=1000),
+    Fault("the disk is full: a picture", f"{ESTIMATE_TO[:-2]}--report page.png", _log, limit=1000),
+    Fault("the disk is full: a recording for ROS 2", f"{ESTIMATE_TO} track.mcap", _log, limit=1000),
+    Fault("the disk is full: a run", "steerway simulate leg.toml -o run", _scenario, limit=1000),
     Fault("the disk is full: a campaign", "steerway simulate leg.toml --seeds 2 -o many", _scenario, limit=300),
     Fault("the output is a symbolic link", f"{ESTIMATE_TO} link.csv", _log_and_link("track.csv")),
     Fault("the output is a link to itself", f"{ESTIMATE_TO} link.csv", _log_and_link("link.csv")),

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from steerway.commands.terminal import flag, progress_line
-from steerway.core.errors import InputError
+from steerway.core.errors import InputError, printable
 
 Logs = Annotated[
     list[str],
@@ -84,7 +84,7 @@ def moment(option: str, text: str | None) -> float | None:
     try:
         return float(text)
     except ValueError:
-        moment = float(unix_times([text])[0])
+        moment = float(unix_times([printable(text)])[0])
     if math.isnan(moment):
         raise InputError(
             f"{option} is {text!r}, expected a time in ISO 8601 such as 2024-09-23T14:26:10Z or in Unix seconds"
