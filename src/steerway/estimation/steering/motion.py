@@ -303,16 +303,6 @@ def steps_of(parameters: Floats, dt: float) -> int:
 
 
 @kernel
-def moved(x: Floats, order: float, speed: float, parameters: Floats, dt: float) -> Floats:
-    """A state (15,) after dt."""
-    after = x.copy()
-    n = steps_of(parameters, dt)
-    for _ in range(n):
-        move(after, order, speed, parameters, dt / n)
-    return after
-
-
-@kernel
 def predict_bank(
     states: Floats,
     covariances: Floats,

@@ -104,11 +104,6 @@ def sound(a: Pair) -> bool:
 
 
 @kernel
-def width(a: Pair) -> float:
-    return a[1] - a[0]
-
-
-@kernel
 def at(m: Floats, i: int, j: int) -> Pair:
     """Entry of an interval matrix (n, m, 2)."""
     return m[i, j, 0], m[i, j, 1]
