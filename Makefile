@@ -1,4 +1,4 @@
-# make demo | test | bounds | fuzz | mutants | licences | install | bench | soak | faults | reference | lint | docs | pictures | package
+# make demo | test | bounds | bounds-all | fuzz | mutants | licences | install | bench | soak | faults | reference | lint | docs | pictures | package
 # Each creates .venv from the lock file by itself.
 PYTHON ?= python3
 BIN := .venv/bin
@@ -9,7 +9,7 @@ CHECKED = src tests benchmarks docs/*.py
 # Tests that run commands, services or whole studies: the kernels they call are called by the others too.
 NO_KERNELS = live autopilot desk docs soak cli commands package public_names study studies mission reference_outputs fuzz mavlink campaign
 
-.PHONY: install demo test bounds fuzz mutants licences bench soak faults reference lint docs pictures package lock
+.PHONY: install demo test bounds bounds-all fuzz mutants licences bench soak faults reference lint docs pictures package lock
 
 install: .venv/.test
 
@@ -38,9 +38,14 @@ demo: .venv/.core
 test: .venv/.test
 	$(BIN)/python -m pytest --numprocesses logical --dist loadfile --no-loadscope-reorder
 
-# Kernels with index checks, compiled into a cache directory of their own: twenty minutes of processor time. The forge
-# runs it beside the tests; its short form, every public name with checked indices, is in tests/test_bounds.py.
+# Every kernel with its indices checked: run by the interpreter, where NumPy checks them, a second of each test that calls
+# kernels, and every public name with arrays of the wrong size.
 bounds: .venv/.test
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m tests.hostile_arguments --rounds 50
+	$(BIN)/python -m pytest -p tests.bounds -p no:timeout --numprocesses logical $(NO_KERNELS:%='--ignore-glob=*/test_*%*')
+
+# The whole of those tests, with checks in the compiled kernels: twenty minutes of processor time.
+bounds-all: .venv/.test
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m tests.hostile_arguments --rounds 200
 	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest --numprocesses logical --dist loadfile --no-loadscope-reorder $(NO_KERNELS:%='--ignore-glob=*/test_*%*')
 

@@ -1,6 +1,6 @@
 """No index is unchecked: public names with hostile arguments, where NumPy checks every index of every kernel.
 
-The long form, with checks in the compiled kernels, is `make bounds`.
+The long form is `make bounds`, and that with checks in the compiled kernels `make bounds-all`.
 """
 
 import json

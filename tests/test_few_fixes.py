@@ -1,0 +1,132 @@
+"""A dozen fixes through what else runs over long records: each answers, and `make bounds` sees every kernel return."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import steerway
+from steerway.core.leg import nearest_point
+from steerway.core.records import Fixes
+from steerway.estimation import InferredProfile, Profile
+from steerway.estimation.heading.composite import composite_model
+from steerway.estimation.inference.motion import COURSE, SPEED, reverse
+from steerway.estimation.inference.structures import parameters_of
+from steerway.estimation.prediction import predict
+from steerway.estimation.profiles.inferred import WeighedStructure
+from steerway.estimation.steering import SteeringFilter
+from steerway.identification import SurgeIdentification, SurgeModel
+from steerway.identification.yaw import _under_way
+from steerway.identification.yaw_likelihood import positions_cost
+from steerway.simulation.assembly import response_of
+from steerway.vessels import otter
+from steerway_studies.estimator_limits.histories import all_histories
+from steerway_studies.estimator_limits.particles import particle_filter
+from steerway_studies.springer_mission.h_infinity import exists
+from tests.scenes import straight
+
+PARTS = "base", "wander", "error"
+TWO_MODES = Profile(
+    speed_noise=2e-3, course_rate_noise=1e-5, position_std=0.3, turn_time=15.0, straight_time=60.0,
+    turn_speed_noise=1e-2, turn_course_rate_noise=5e-3, error_std=0.5, error_time=30.0,
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def fixes():
+    scene = straight(2.0, 1.0, 11.0, 1.0)
+    return scene.fixes(0.1, 5)
+
+
+def inferred():
+    """A profile with the prior medians of a structure."""
+    names, medians, _ = parameters_of(PARTS)
+    values = dict(zip(names, np.exp(medians).tolist(), strict=True))
+    return InferredProfile(structures=(WeighedStructure(weight=1.0, parts=PARTS, values=values),))
+
+
+def test_two_modes_with_aids_are_smoothed(fixes):
+    fixes, n = fixes.rows(slice(6)), 6
+    aided = replace(fixes, sog=np.full(n, 2.0), cog=np.full(n, 1.0), heading=np.full(n, 1.0), yaw_rate=np.zeros(n))
+    motion = steerway.estimate(aided, TWO_MODES, aid=("sog", "cog", "heading", "yaw_rate"), smooth=True)
+    assert np.abs(motion.sog[1:] - 2.0).max() < 0.1
+
+
+def test_a_vessel_that_comes_to_rest_is_smoothed_to_there():
+    time = np.arange(20.0)
+    north = 3e-7 * np.cumsum(np.clip(1.0 - (time - 4.0) / 4.0, 0.0, 1.0))
+    agile = TWO_MODES.model_copy(update={"speed_noise": 0.05, "turn_speed_noise": 0.1, "error_std": 0.0})
+    motion = steerway.estimate(Fixes(1.7e9 + time, 0.9 + north, np.full(20, 0.2)), agile, smooth=True)
+    assert motion.sog[3] > 1.5 and motion.sog[-1] < 0.3 and np.isnan(motion.cog[-1])
+
+
+def test_a_vessel_that_is_moved_goes_on_there():
+    """Refused for long the filter takes the new place, and so does the smoother."""
+    time, east = np.arange(0.0, 90.0, 3.0), np.full(30, 0.2)
+    east[12:] += 1e-3
+    motion = steerway.estimate(Fixes(1.7e9 + time, 0.9 + 3e-7 * time, east), TWO_MODES, smooth=True)
+    assert abs(motion.longitude[-1] - east[-1]) < 1e-6
+
+
+def test_an_inferred_profile_predicts(fixes):
+    found = predict(fixes, (10.0, 60.0), inferred())
+    assert len(found) == 2 and (found.variance_north > 0.0).all()
+
+
+def test_running_backwards_twice_is_running_forwards():
+    rng = np.random.default_rng(1)
+    x, root = rng.normal(size=(1, 6)), rng.normal(size=(1, 6, 6))
+    p = np.einsum("kij,klj->kil", root, root)
+    state, covariance = x.copy(), p.copy()
+    reverse(state, covariance, 0)
+    assert state[0, SPEED] == -x[0, SPEED] and state[0, COURSE] == x[0, COURSE] + math.pi
+    reverse(state, covariance, 0)
+    np.testing.assert_array_equal(covariance, p)
+
+
+def test_the_steering_filter_takes_a_heading_and_a_yaw_rate():
+    filter = SteeringFilter(response_of(otter.BOAT), 0.1)
+    filter.order(0.0, 0.0, 1.0)
+    for k in range(30):
+        filter.fix(float(k), 1.0 * k, 0.0, heading=0.0, yaw_rate=0.0)
+    assert filter.started
+
+
+def test_the_cost_of_a_rudders_effect_is_least_near_the_truth(fixes):
+    """A straight run with the rudder amidships: an effect that is not there costs."""
+    profile = Profile(speed_noise=1e-3, course_rate_noise=1e-4, position_std=0.1)
+    motion, tuning = steerway.estimate(fixes, profile), profile.parameters()
+    motion = motion.rows(np.isfinite(motion.cog))
+    time, rudder = np.arange(12.0), np.ones(12)
+    north, east = 2.0 * math.cos(1.0) * time, 2.0 * math.sin(1.0) * time
+    cost = [
+        positions_cost(time, rudder, north, east, gain, 0.0, 1.0, tuning, _under_way(tuning, north, east, motion))
+        for gain in (0.0, 0.3)
+    ]
+    assert cost[0] < cost[1]
+
+
+def test_a_guess_of_surge_balances_half_throttle():
+    guess = SurgeIdentification(SurgeModel(0.1, 0.05, 1e-3), np.zeros(3), 0.0, True, "").guess(20.0)
+    assert guess["linear_drag"] == 0.1 and guess["quadratic_drag"] == 0.05
+    assert 0.0 < guess["thrust"] < 1.0
+
+
+def test_the_nearest_point_of_a_leg_lies_abeam():
+    assert nearest_point(3.0, 4.0, 1.0, 0.0, 0.0) == pytest.approx((3.0, 0.0))
+
+
+def test_a_robust_filter_exists_where_it_is_the_kalman_filter():
+    assert exists(composite_model(), 0.0, horizon=5)
+
+
+def test_every_history_of_a_few_fixes_is_visited():
+    quick = {"error_std": 0.0, "turn_time": 2.0, "straight_time": 2.0, "turn_course_rate_noise": 0.5}
+    models = TWO_MODES.model_copy(update=quick).modes()
+    places = np.column_stack([2.0 * np.arange(6.0), [0.0, 0.3, -0.3, 0.3, 0.0, 2.0]])
+    start = np.array([0.0, 0.0, 2.0, 0.0, 0.0]), 0.01 * np.eye(5)
+    mean, accepted = all_histories(places, start, np.zeros(6, bool), models, 1.0, 40, 1, kept=4)
+    assert np.isfinite(mean).all() and 0.0 <= accepted <= 1.0
+    means, spreads = particle_filter(places, start, models, 1.0, 20, 1)
+    assert np.isfinite(means).all() and np.isfinite(spreads).all()
