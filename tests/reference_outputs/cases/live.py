@@ -33,6 +33,7 @@ from steerway.live.outputs.sentences import SentenceOutput
 from steerway.live.simulated.boat import SimulatedBoat
 from steerway.live.simulated.inner_loops import InnerLoops
 from steerway.simulation.reading import load_scenario
+from tests.recording_sink import RecordingSink
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case
 
@@ -140,19 +141,6 @@ def fix_clock():
         clock.add(NOON + 0.2 * k, 100.0 + 0.2 * k + 0.05 * math.sin(k) + (0.5 if k == 30 else 0.0))
         rows.append(clock.now(100.1 + 0.2 * k) - NOON)
     return {"now": np.array(rows)}
-
-
-class RecordingSink:
-    """A sink that remembers."""
-
-    def __init__(self):
-        self.messages = []
-
-    def send(self, message):
-        self.messages.append(message)
-
-    def close(self):
-        pass
 
 
 @cache

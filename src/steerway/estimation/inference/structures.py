@@ -93,6 +93,10 @@ SHORTEST_STAY = 2.5
 changes oftener is noise. Chosen: in recorded logs of receivers that step it is 9 to 100 intervals."""
 TURN_SHARE = 0.5
 """Probability that a yaw manoeuvre ends in a steady turn rather than on a held course. Chosen: no preference."""
+_AFTER_EMERGENCY = 0.4, 0.2, 0.2, 0.2, 0.0
+"""Probabilities of the modes after an emergency. Chosen: a held course twice as probable as any other."""
+_MOST_BAD = 0.3
+"""Largest share of outliers, and of poor fixes, that a filter works with. Chosen: at more they are the rule."""
 
 
 def parameters_of(parts):
@@ -102,9 +106,8 @@ def parameters_of(parts):
     return names, np.log([table[name][0] for name in names]), np.array([table[name][1] for name in names])
 
 
-def model_of(parts, values) -> tuple[Model, int, int]:
-    """Model of a structure with these numbers (dict), its number of states and of states that drive the motion."""
-    v = values
+def _modes_of(parts, v) -> tuple[np.ndarray, np.ndarray]:
+    """(MODES, 4) as `Model.modes`, and the rates of change between them (MODES, MODES)."""
     calm_noise = 2.0 * v["rate_std"] ** 2 / v["rate_time"] if "calm_rate" in parts else 0.0
     turn_noise = v["turn_walk"] ** 2
     decay = 1.0 / v["rate_time"]
@@ -123,10 +126,16 @@ def model_of(parts, values) -> tuple[Model, int, int]:
     g[YAW, TURN], g[YAW, CALM] = TURN_SHARE / v["yaw_time"], (1.0 - TURN_SHARE) / v["yaw_time"]
     g[SURGE, CALM], g[SURGE, YAW] = 1.0 / v["surge_time"], yaw_begins
     g[:, EMERGENCY] = 1.0 / v["emergency_every"]
-    g[EMERGENCY] = np.array([0.4, 0.2, 0.2, 0.2, 0.0]) / EMERGENCY_TIME
+    g[EMERGENCY] = np.array(_AFTER_EMERGENCY) / EMERGENCY_TIME
     np.fill_diagonal(g, 0.0)
     np.fill_diagonal(g, -g.sum(axis=1))
+    return modes, g
 
+
+def model_of(parts, values) -> tuple[Model, int, int]:
+    """Model of a structure with these numbers (dict), its number of states and of states that drive the motion."""
+    v = values
+    modes, generator = _modes_of(parts, v)
     filters, at = [], 5
 
     def add(acts_on, decay, frequency, std):
@@ -164,16 +173,16 @@ def model_of(parts, values) -> tuple[Model, int, int]:
     receiver = np.array(
         [
             v["fix_std"] ** 2,
-            min(v["outlier_rate"], 0.3),
+            min(v["outlier_rate"], _MOST_BAD),
             v["drift_speed"],
-            min(v["poor_rate"], 0.3),
+            min(v["poor_rate"], _MOST_BAD),
             v.get("time_std", 0.0) ** 2,
             v["late_std"] ** 2,
             1.0 / v["step_every"] if "steps" in parts else 0.0,
             v.get("step_std", 0.0) ** 2,
         ]
     )
-    return Model(modes, g, table, receiver, aids), states_of(table), driving
+    return Model(modes, generator, table, receiver, aids), states_of(table), driving
 
 
 VESSELS = (
