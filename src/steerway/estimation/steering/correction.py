@@ -23,11 +23,13 @@ from steerway.estimation.steering.motion import (
 )
 
 OUTLIER = math.log(0.01 / (2.0 * math.pi * 30.0**2))
-"""Logarithm of the density of a wrong fix: one in a hundred, within some 30 m. Chosen."""
+"""Logarithm of the density of a wrong fix: one in a hundred, within some 30 m. Chosen: reflected
+signals err by tens of metres."""
 MANOEUVRES = 60.0
 """s between motions that no order explains, where the response does not fit: the mean. Chosen."""
 _LARGEST_GAIN = 2.5
-"""Of a response over the declared one, and the inverse of the least. Chosen."""
+"""Of a response over the declared one, and the inverse of the least. Chosen: beyond it the boat is another than
+declared."""
 _ASTERN = 2.0
 """Standard deviations from which on a speed through the water is one astern: by chance one in 44 (normal, one tail)."""
 GOOD, MANOEUVRED, REFUSED = range(3)

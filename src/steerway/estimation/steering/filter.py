@@ -44,11 +44,14 @@ from steerway.estimation.steering.start import any_heading, hypotheses, straight
 START_TIME, START_FIXES, LONGEST_START = 2.0, 3, 6.0
 """s and fixes of the first straight line, and s at most. Chosen."""
 _START_STD = 0.1
-"""1σ of the first velocity, in shares of the usual speed, that is waited for. Chosen."""
+"""1σ of the first velocity, in shares of the usual speed, that is waited for. Chosen: its direction is
+then known to 6° at that speed."""
 _LOST = 3.0
-"""s of refused fixes after which they are believed: the receiver's position has jumped. Chosen."""
+"""s of refused fixes after which they are believed: the receiver's position has jumped. Chosen: longer than
+`core.statistics.UNBROKEN_REJECTION`, as the orders give the motion."""
 _IMPROBABLE = -9.0
-"""Log weight at which a hypothesis is dropped: 1.2·10⁻⁴ of the most probable one's. Chosen."""
+"""Log weight at which a hypothesis is dropped: 1.2·10⁻⁴ of the most probable one's. Chosen: its mean moves
+by less than that part of the distance."""
 _LEAST_STD, _MOST_STD, _FIRST_SLOW = 0.01, 3.0, 0.1
 """m: limits of what is learned of the receiver, and its slow error before it is learned. Chosen:
 receivers from real-time kinematics to one under trees."""
@@ -63,9 +66,10 @@ _REST, _UNKNOWN_STD = 0.25, 1.5
 has there at the least. Chosen: of uniform directions it is π/√3 = 1.8.
 """
 _GYRO_STD = math.radians(2.0)
-"""rad/s: in and out of a turn the bow is ahead of the motion through the water. Chosen."""
+"""rad/s: in and out of a turn the bow is ahead of the motion through the water. Chosen: by 2° in its first
+second."""
 _COMPASS_STD = math.radians(10.0)
-"""rad, deviation and drift angle included. Chosen."""
+"""rad, deviation and drift angle included. Chosen: as the crab angle of an aid (`course.update.aids.TABLE`)."""
 _COMPASS_NEEDED = math.radians(6.0)
 """rad of heading, above which a compass is asked: positions know it better, and have no deviation. Chosen: below
 `_COMPASS_STD`."""

@@ -110,7 +110,8 @@ class Response(NamedTuple):
 ) = range(len(Response._fields))
 
 _HELM_TIME = 2.0
-"""s, time constant of the yaw rate under unknown orders, a first-order Gauss-Markov process. Chosen."""
+"""s, time constant of the yaw rate under unknown orders, a first-order Gauss-Markov process. Chosen: a
+helmsman's turn lasts some seconds."""
 _IDENTIFIED, _TIMES = 300.0, 100.0
 """s, and time constants of the yaw rate, in which gain and damping may drift by their first deviations; the bias in
 ten times that. Chosen."""

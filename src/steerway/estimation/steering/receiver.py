@@ -12,7 +12,7 @@ import numpy as np
 _KEPT, _LEAST = 200, 12
 """Third differences of which the median is taken, and how many there have to be. Chosen."""
 _REGULAR = 0.2
-"""Relative difference of intervals above which fixes are not evenly spaced. Chosen."""
+"""Relative difference of intervals above which fixes are not evenly spaced. Chosen: one lost fix is 1."""
 _SPREAD = 20.0 * 2.0 * math.log(2.0)
 """Median of the squared third difference of two axes over the variance: Σ of the binomials' squares, times that of
 χ²₂.
