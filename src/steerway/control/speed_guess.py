@@ -17,7 +17,7 @@ from steerway.core.following import follow
 SLOWEST, FASTEST = 0.05, 60.0
 """m/s; a guess whose top speed lies outside is no boat's. Chosen: the fastest is 117 kn."""
 SHORTEST, LONGEST = 0.02, 3600.0
-"""s; nor is one whose time T lies outside. Chosen."""
+"""s; nor is one whose time T lies outside. Chosen: a tick at 50 Hz, and an hour."""
 _QUICKER_SHAFT = 0.18
 """Part of the reference model's time to which the inner loop shortens a slower shaft's lag. Chosen: 1.5 s for
 P3's boat with d_m = 0.12 1/s."""

@@ -42,7 +42,7 @@ from steerway.estimation.steering.receiver import ReceiverNoise
 from steerway.estimation.steering.start import any_heading, hypotheses, straight_line
 
 START_TIME, START_FIXES, LONGEST_START = 2.0, 3, 6.0
-"""s and fixes of the first straight line, and s at most. Chosen."""
+"""s and fixes of the first straight line, and s at most. Chosen: in longer a boat turns."""
 _START_STD = 0.1
 """1σ of the first velocity, in shares of the usual speed, that is waited for. Chosen: its direction is
 then known to 6° at that speed."""

@@ -38,7 +38,7 @@ speed. Chosen.
 """
 _DRIFTS, _STANDS = 1.0, 3.0
 """Costs (−log probability) of a boat that moves with the current alone, and of one that stands still over ground by
-stemming it. Chosen."""
+stemming it. Chosen: weights of 0.37 and 0.05."""
 
 
 def straight_line(
