@@ -79,21 +79,9 @@ def estimate(
     from steerway.estimation.course.replay import expect_rate, variance_scales
     from steerway.estimation.inference.description import structures_of
     from steerway.estimation.log_estimate import LogEstimator
-    from steerway.formats.writing import write, writer
-    from steerway.report.episodes import episodes_of, expect_writable, write_episodes
     from steerway.report.summary import summarise
 
-    if out is not None:
-        writer(out)
-        refuse_overwriting(out, logs)
-    if report is not None:
-        refuse_overwriting(report, logs)
-        from steerway.report.motion_page import report_writer, write_report
-
-        report_writer(report)
-    if episodes is not None:
-        expect_writable(episodes)
-        refuse_overwriting(episodes, logs)
+    _expect_outputs(logs, out, report, episodes)
     aids = aid_names(aid)
     expect_rate(rate)
     fixes = on_time(read_logs(logs, source, start, stop, max_size), latency)
@@ -105,12 +93,7 @@ def estimate(
     down_weighted = int((variance_scales(fixes) > 1.0).sum())
     structures = structures_of(estimator.profile, estimator.inference) if estimator.is_inferred else []
     summary = summarise(fixes, motion, estimator.profile.name, down_weighted, late.sog, late.cog, structures)
-    if out is not None:
-        write(motion, out)
-    if report is not None:
-        write_report(report, f"Estimate of {', '.join(Path(log).name for log in logs)}", fixes, motion, summary)
-    if episodes is not None:
-        write_episodes(episodes_of(fixes, motion), episodes)
+    _write_outputs(logs, out, report, episodes, fixes, motion, summary)
     if as_json:
         print_json(summary)
         return
@@ -122,6 +105,40 @@ def estimate(
         if estimator.inference is not None and not aids and np.isfinite(fixes.sog).any():
             print("--aid auto uses the receiver's own SOG and COG where they are informative")
         print("-o track.csv (or .parquet .geojson .gpx) writes the estimate, --report page.html a report")
+
+
+def _expect_outputs(logs, out, report, episodes) -> None:
+    """Raises InputError for an output that could not be written, before anything is computed."""
+    if out is not None:
+        from steerway.formats.writing import writer
+
+        writer(out)
+        refuse_overwriting(out, logs)
+    if report is not None:
+        from steerway.report.motion_page import report_writer
+
+        refuse_overwriting(report, logs)
+        report_writer(report)
+    if episodes is not None:
+        from steerway.report.episodes import expect_writable
+
+        expect_writable(episodes)
+        refuse_overwriting(episodes, logs)
+
+
+def _write_outputs(logs, out, report, episodes, fixes, motion, summary) -> None:
+    if out is not None:
+        from steerway.formats.writing import write
+
+        write(motion, out)
+    if report is not None:
+        from steerway.report.motion_page import write_report
+
+        write_report(report, f"Estimate of {', '.join(Path(log).name for log in logs)}", fixes, motion, summary)
+    if episodes is not None:
+        from steerway.report.episodes import episodes_of, write_episodes
+
+        write_episodes(episodes_of(fixes, motion), episodes)
 
 
 def info(
