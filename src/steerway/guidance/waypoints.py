@@ -78,7 +78,7 @@ class Mission:
     most one waypoint is passed in a step. `lead` (m before the waypoint, NaN for none) may be set before a step by who
     knows how the boat turns: then the leg ends there, in place of the rule. A curve at the leg's end belongs to it; its
     direction is that of the way `preview` m ahead, for a boat that follows with a delay. `following` is the direction
-    (rad) of the leg after that of the last step, NaN where there is none, or a curve leads to it.
+    (rad) of the leg after that of the last step, NaN where there is none, a curve leads to it, or it is under way now.
     """
 
     def __init__(self, route: Route, passing: Passing | None = None, *, start: str = "line", at_end: str = "stop"):
@@ -113,6 +113,8 @@ class Mission:
             self.log.add(north, east, leg, dt, effort)
             if known:
                 self._judge(leg, north, east)
+        if self._target != leg.target:  # the turn has begun: how far before a waypoint it does is no longer asked
+            self.following = math.nan
         return leg
 
     def skip(self, why: str = "skipped") -> None:

@@ -188,7 +188,7 @@ BOAT = Boat(
 """For the controllers: K in 1/s and T in s of P1 §4, a mid-range fit."""
 
 
-BOAT_IN_CURRENT = BOAT.but(yaw=YawResponse(0.104, 40.0, 0.0, 0.0, 220.0), bandwidth=0.04, pivot=74.0)
+BOAT_IN_CURRENT = BOAT.but(yaw=YawResponse(0.104, 40.0, 0.3, 0.0, 120.0), bandwidth=0.04, pivot=74.0)
 """The yaw response fits the first acceleration and the steady turns by rudders of 5° to 20°."""
 
 
