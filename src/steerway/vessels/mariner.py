@@ -188,8 +188,11 @@ BOAT = Boat(
 """For the controllers: K in 1/s and T in s of P1 §4, a mid-range fit."""
 
 
-BOAT_IN_CURRENT = BOAT.but(yaw=YawResponse(0.104, 40.0, 0.3, 0.0, 120.0), bandwidth=0.04, pivot=74.0)
-"""The yaw response fits the first acceleration and the steady turns by rudders of 5° to 20°."""
+BOAT_IN_CURRENT = BOAT.but(
+    yaw=YawResponse(0.104, 40.0, 0.3, 0.0, 120.0), bandwidth=0.04, turn_rate=math.radians(0.55), pivot=74.0
+)
+"""The yaw response fits the first acceleration and the rates that rudders of 5° to 20° reach, in a minute, before the
+turn has cost her speed. A rudder of 15° holds the turn rate, which is 0.9 of the largest that any rudder holds."""
 
 
 class MarinerTable(VesselTable):
