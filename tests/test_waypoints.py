@@ -297,3 +297,13 @@ def test_corners_that_do_not_fit_are_refused():
         Route([0.0, 100.0, 20.0], [0.0, 0.0, 0.0], corners="arc")
     with pytest.raises(InputError, match=r"route\.corners is 'round'"):
         Route(*points, corners="round")
+
+
+def test_the_distance_at_which_a_turn_begins_does_not_count_on_the_next_leg():
+    """A leg of 40 m after a turn that begins 60 m before its waypoint is sailed, not passed at once."""
+    mission = Mission(Route([0.0, 200.0, 200.0, 0.0], [0.0, 0.0, 40.0, 40.0]))
+    targets = []
+    for north in (100.0, 139.0, 141.0, 143.0, 145.0):
+        targets.append(mission.step(north, 0.0, 1.0).target)
+        mission.lead = 60.0 if math.isfinite(mission.following) and targets[-1] == 1 else math.nan
+    assert targets == [1, 1, 1, 2, 2]

@@ -1,6 +1,7 @@
 """The demo: an Otter sails a survey in a current, steered by the estimate from a small receiver's fixes."""
 
 import json
+import math
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
@@ -75,6 +76,7 @@ def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str,
     """
     from steerway.simulation import outcome, run
     from steerway.simulation.advising import advise
+    from steerway.simulation.bound import course_bound
     from steerway.simulation.reading import parse_scenario
     from steerway.simulation.runs.page import comparison, summary
     from steerway.simulation.runs.story import write_story
@@ -93,6 +95,7 @@ def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str,
     true, relative = outcome.leg_rms(sailed.run)
     results = {
         "cog_rms_positions_deg": sailed.numbers["cog_rms_deg"],
+        "cog_bound_positions_deg": math.degrees(course_bound(scenario, sailed.run)),
         "cog_rms_velocity_deg": with_velocity.numbers["cog_rms_deg"],
         "sog_rms_positions_mps": sailed.numbers["sog_rms_mps"],
         "leg_rms_m": relative,
@@ -101,4 +104,5 @@ def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str,
     written.append(Path(directory) / "results.json")
     written[-1].write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
     rows = [(f"{what}, estimated against true", value) for what, value in comparison(sailed.numbers)]
-    return rows + summary(sailed.numbers), written
+    bound = f"{results['cog_bound_positions_deg']:.2f}°, the boat's response known (Cramér–Rao)"
+    return [*rows, ("course over ground, least possible", bound), *summary(sailed.numbers)], written

@@ -1,0 +1,123 @@
+"""How well any estimator could have known the course of a run from its fixes and orders.
+
+The Cramér–Rao bound of P. Tichavský, C. H. Muravchik and A. Nehorai, IEEE Trans. Signal Processing 46(5), 1998, by the
+Riccati recursion of `estimation.steering.motion` at the true states: of an estimator that knows response, wind and
+bias, the receiver's errors by their own parameters, and the orders.
+"""
+
+import math
+
+import numpy as np
+
+from steerway.core.arrays import Floats
+from steerway.estimation.steering.correction import velocity_of
+from steerway.estimation.steering.motion import (
+    CURRENT_E,
+    CURRENT_N,
+    EAST,
+    ERROR_E,
+    ERROR_N,
+    ERROR_TIME,
+    GAIN,
+    HEADING,
+    NORTH,
+    STATES,
+    WATER_SPEED,
+    YAW_RATE,
+    predict_bank,
+)
+from steerway.simulation import assembly
+from steerway.simulation.loop import Run
+from steerway.simulation.outcome import evaluated
+from steerway.simulation.scenario import Scenario
+
+_KNOWN = 1e-6
+_DISTURBED = 0.0125
+"""1σ of the yaw rate beside the declared response, as a share of the largest: what the Otter's leaves of the
+model's, 0.15°/s."""
+_UNSTEADY = 0.02
+"""1σ of the speed through the water, as a share of the usual one. Chosen."""
+_SLOWEST = 20.0
+"""s, time constant above which a receiver's error is taken for a random walk."""
+
+
+def course_bound(scenario: Scenario, run: Run) -> float:
+    """RMS of the least standard deviation of course over ground on the evaluated rows of a run, rad.
+
+    Of a receiver without velocity; its errors of a few seconds count with the time constant that the filter has.
+    """
+    known = assembly.boat(scenario)
+    response = assembly.response_of(known)._replace(
+        wander=_DISTURBED,
+        slip=0.0,
+        speed_noise=_UNSTEADY,
+        gain_std=_KNOWN,
+        damping_std=_KNOWN,
+        bias_std=_KNOWN,
+        speed_gain_std=_KNOWN,
+        current_noise=_KNOWN,
+    )
+    gnss = scenario.gnss
+    slow = sum(std**2 for std, time in gnss.markov if time <= _SLOWEST)
+    walk = sum(2.0 * std**2 / time for std, time in gnss.markov if time > _SLOWEST)
+    truth = _states(run, response.pivot)
+    parameters = np.array(response.packed())
+    orders = np.column_stack((run.time, known.yaw_response.gain * run["yaw"], np.full(len(run), math.nan)))
+    p = np.zeros((1, STATES, STATES))
+    for k, std in (
+        (NORTH, gnss.white),
+        (EAST, gnss.white),
+        (CURRENT_N, 0.25 * response.speed),
+        (CURRENT_E, 0.25 * response.speed),
+        (WATER_SPEED, 0.25 * response.speed),
+        (HEADING, 0.5),
+        (YAW_RATE, 0.5 * response.rate),
+    ):
+        p[0, k, k] = std**2
+    least = np.full(len(run), math.nan)
+    fixes = np.flatnonzero(np.isfinite(run["read_north"]))
+    before = fixes[0]
+    for now in fixes[1:]:
+        since, interval = run.time[before], run.time[now] - run.time[before]
+        predict_bank(
+            truth[before : before + 1].copy(), p, orders[before : now + 1], parameters, slow, since, since + interval
+        )
+        for k in (NORTH, EAST):
+            p[0, k, k] += interval * (walk - 2.0 * slow / ERROR_TIME)  # in place of the filter's own
+        p[0] = _corrected(p[0], truth[now, HEADING], response.pivot, gnss.white)
+        least[now] = _course_std(truth[now], p[0], response.pivot)
+        before = now
+    rows = evaluated(run) & np.isfinite(least)
+    return float(np.sqrt(np.mean(least[rows] ** 2)))
+
+
+def _states(run, pivot):
+    """(n, 15) true states: the heading is that of the motion of the point that moves along the bow."""
+    states = np.zeros((len(run), STATES))
+    current = run["current_north"], run["current_east"]
+    north, east = run["true_north_velocity"] - current[0], run["true_east_velocity"] - current[1]
+    c, s = np.cos(run["true_heading"]), np.sin(run["true_heading"])
+    ahead, abeam = north * c + east * s, east * c - north * s + pivot * run["true_yaw_rate"]
+    states[:, CURRENT_N], states[:, CURRENT_E] = current
+    states[:, WATER_SPEED] = np.hypot(ahead, abeam)
+    states[:, HEADING] = run["true_heading"] + np.arctan2(abeam, ahead)
+    states[:, YAW_RATE], states[:, GAIN] = run["true_yaw_rate"], 1.0
+    return states
+
+
+def _corrected(p: Floats, heading: float, pivot: float, std: float) -> Floats:
+    """The covariance after a fix."""
+    h = np.zeros((2, STATES))
+    h[0, [NORTH, ERROR_N]] = h[1, [EAST, ERROR_E]] = 1.0
+    h[:, HEADING] = pivot * math.sin(heading), -pivot * math.cos(heading)
+    gain = np.linalg.solve(h @ p @ h.T + std**2 * np.eye(2), h @ p).T
+    after = p - gain @ h @ p
+    return 0.5 * (after + after.T)
+
+
+def _course_std(state, p, pivot):
+    h = np.zeros((2, STATES))
+    north, east = velocity_of(state, pivot, h[0], h[1])
+    speed = math.hypot(north, east)
+    abeam = np.array([-east, north]) / speed
+    return math.sqrt(max(float(abeam @ h @ p @ h.T @ abeam), 0.0)) / speed
