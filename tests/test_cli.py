@@ -96,6 +96,8 @@ def test_an_input_is_never_overwritten(log):
         (["estimate", "LOG", "--profile", "gone.toml"], "gone.toml cannot be read"),
         (["estimate", "LOG", "--aid", "sextant"], "aid 'sextant' is unknown"),
         (["estimate", "LOG", "--rate", "0"], "rate is 0.0"),
+        (["estimate", "LOG", "--rate", "1e-320"], "expected Hz between 1e-6 and 1000"),
+        (["advise", "otter", "--speed", "1e300"], "--speed is 1e+300, expected at most 1000 m/s"),
         (["estimate", "LOG", "--rate", "fast"], "--rate is 'fast', expected a number in Hz"),
         (["estimate", "LOG", "--from", "yesterday"], "--from is 'yesterday', expected a time"),
         (["estimate", "LOG", "--from", "2040-01-01T00:00:00Z"], "no position of"),

@@ -89,8 +89,8 @@ def run(
     for name in aid:
         if name not in _AIDS:
             raise InputError(f"aid {name!r} is unknown, expected some of {', '.join(_AIDS)}")
-    if rate is not None and not 0.0 < rate <= 10.0:
-        raise InputError(f"rate is {rate}, expected Hz between 0 and 10")
+    if rate is not None and not 1e-6 <= rate <= 10.0:
+        raise InputError(f"rate is {rate}, expected Hz between 1e-6 and 10")
     for name, value in (("buckets", buckets), ("workers", workers)):
         if value is not None and not 1 <= value <= 4096:
             raise InputError(f"{name} is {value}, expected 1 to 4096")

@@ -12,6 +12,8 @@ from steerway.commands import interruption
 from steerway.commands.terminal import flag, print_table, progress_line
 from steerway.core.errors import InputError
 
+_FASTEST = 1000.0  # m/s
+
 
 def simulate(
     scenario: Annotated[Path, typer.Argument(metavar="SCENARIO.toml", help="The scenario.")],
@@ -192,6 +194,8 @@ def advise(
     tuning = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
     if speed is None:
         raise InputError("--speed is missing, expected the lowest speed over ground in m/s")
+    if speed > _FASTEST:
+        raise InputError(f"--speed is {speed:g}, expected at most {_FASTEST:g} m/s")
     if not rate > 0.0:
         raise InputError(f"--rate is {rate:g} Hz, expected a number above 0")
     std = tuning.position_std if position_std is None else position_std

@@ -35,8 +35,8 @@ def replay(parameters, aid, fixes: Fixes, rate: float | None = None, smoothed: b
 
 def expect_rate(rate: float | None) -> None:
     """Raises InputError for an output rate that is neither None nor possible."""
-    if rate is not None and not 0.0 < rate <= 1000.0:
-        raise InputError(f"rate is {rate}, expected Hz between 0 and 1000")
+    if rate is not None and not 1e-6 <= rate <= 1000.0:
+        raise InputError(f"rate is {rate}, expected Hz between 1e-6 and 1000")
 
 
 def measured_rows(fixes: Fixes, aid) -> Fixes:
