@@ -97,6 +97,7 @@ class Found(NamedTuple):
     speed_gain: float
     yaw_gain: float
     yaw_damping: float
+    current_std: float
     velocity_std: float
 
 
@@ -220,7 +221,8 @@ class SteeringFilter:
             return NOTHING
         best = int(np.argmax(self._weights))
         age, pivot = time - self._time, self.response.pivot
-        return _found(self._moved(best, time), self._covariances[best], self._heading_std(best), age, pivot)
+        x, p = self._moved(best, time), self._covariances[best]
+        return _found(x, p, self._heading_std(best), self._current_std(best), age, pivot)
 
     def _moved(self, best, time):
         """The state at a time, from the state asked for last where that was earlier."""
@@ -291,12 +293,20 @@ class SteeringFilter:
         apart = np.array([wrap(each - self._states[best, HEADING]) for each in self._states[:, HEADING]])
         return math.sqrt(float(np.sum(share * (self._covariances[:, HEADING, HEADING] + apart**2))))
 
+    def _current_std(self, best):
+        """1σ in the direction in which the current is known least, that of all hypotheses about the best one's."""
+        share = np.exp(self._weights)
+        apart = self._states[:, CURRENT_N : CURRENT_E + 1] - self._states[best, CURRENT_N : CURRENT_E + 1]
+        within = self._covariances[:, CURRENT_N : CURRENT_E + 1, CURRENT_N : CURRENT_E + 1]
+        (nn, ne), (_, ee) = np.einsum("m,mij->ij", share, within + apart[:, :, None] * apart[:, None, :])
+        return math.sqrt(0.5 * (nn + ee) + math.hypot(0.5 * (nn - ee), ne))
+
 
 def _same(one, other):
     return one == other or (math.isnan(one) and math.isnan(other))
 
 
-def _found(x, p, heading_std, age, pivot):
+def _found(x, p, heading_std, current_std, age, pivot):
     c, s = math.cos(x[HEADING]), math.sin(x[HEADING])
     u, rate = x[WATER_SPEED], x[YAW_RATE]
     h = np.zeros((2, len(x)))
@@ -330,5 +340,6 @@ def _found(x, p, heading_std, age, pivot):
         float(x[SPEED_GAIN]),
         float(x[GAIN]),
         float(x[DAMPING]),
+        current_std,
         velocity_std,
     )

@@ -55,7 +55,7 @@ class Response(NamedTuple):
     response, and speed_gain_std of that, in shares; slip: lost share of the speed in a turn at `rate`; manual: yaw
     rate of an unknown helmsman, as a share of `rate`; over_ground: whether an ordered speed is one over ground along
     the bow, as of vehicles with a speed loop of their own, else one through the water; pivot: m that the point which
-    moves along the bow, in a turn too, lies ahead of the one whose position is measured.
+    moves along the bow, in a turn too, lies ahead of the one whose position is measured; time_std: of 1/T, as a share.
     """
 
     time: float
@@ -79,6 +79,7 @@ class Response(NamedTuple):
     manual: float = 0.5
     over_ground: bool = False
     pivot: float = 0.0
+    time_std: float = 0.0
 
     def packed(self) -> "list[float]":
         """The parameters of the kernels."""
@@ -107,6 +108,7 @@ class Response(NamedTuple):
     _MANUAL,
     _OVER_GROUND,
     PIVOT,
+    _TIME_STD,
 ) = range(len(Response._fields))
 
 _HELM_TIME = 2.0

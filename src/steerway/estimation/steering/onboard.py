@@ -43,4 +43,4 @@ class SteeringEstimator:
 
 def estimate_of(found) -> Estimate:
     """An estimate of what the filter found."""
-    return Estimate(*found[:19])
+    return Estimate(*found[:-1])

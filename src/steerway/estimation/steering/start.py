@@ -130,6 +130,10 @@ def _spread(x, p, place_std, velocity_std, response):
     for k in (WIND_N, WIND_E):
         p[k, k] = (response.wind_std * response.rate) ** 2
     p[DAMPING, DAMPING] = response.damping_std**2
+    # Another time constant is the same factor of gain and damping.
+    for j, one in ((GAIN, 1.0), (DAMPING, response.linear)):
+        for k, other in ((GAIN, 1.0), (DAMPING, response.linear)):
+            p[j, k] += response.time_std**2 * one * other
     if speed == 0.0:
         p[CURRENT_N, CURRENT_N] = p[CURRENT_E, CURRENT_E] = velocity_std**2 + (_CURRENT_STD * response.speed) ** 2
         p[WATER_SPEED, WATER_SPEED] = (_REST_STD * response.speed) ** 2

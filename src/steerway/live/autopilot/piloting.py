@@ -55,6 +55,8 @@ ACCELERATION = 0.5
 """m/s² at which another speed is approached."""
 _CORNER = 1.5
 """Radius of a corner's curve over that of the tightest turn."""
+_TIME_STD = 0.5
+"""1σ of the inverse of `rate_time`, as a share: vehicles' own loops answer in 0.1 to 1.3 s. Chosen."""
 _TURN_TIME = 1.0
 """s in which the reference reaches its largest yaw rate."""
 _TURN_SHARE = 0.8
@@ -146,8 +148,16 @@ def response_of(line: GeodeticRoute, takes: str) -> Response:
     boat = line.boat
     _, time, *damping = yaw_response(boat, takes)
     rate, cruise = math.radians(boat.max_yaw_rate_dps), float(np.mean(line.speed))
+    over_ground = takes == YAW_RATE
     return Response(
-        time, rate, cruise, boat.top_speed_mps, *damping, speed_time=boat.surge_time, over_ground=takes == YAW_RATE
+        time,
+        rate,
+        cruise,
+        boat.top_speed_mps,
+        *damping,
+        speed_time=boat.surge_time,
+        over_ground=over_ground,
+        time_std=_TIME_STD if over_ground else 0.0,
     )
 
 

@@ -26,6 +26,7 @@ _SPECIAL = {
     "current_east": ("current_east_mps", None),
     "estimated_current_north": ("estimated_current_north_mps", None),
     "estimated_current_east": ("estimated_current_east_mps", None),
+    "estimated_current_std": ("estimated_current_std_mps", None),
     "read_age": ("read_age_s", None),
     "force_north": ("force_north_n", None),
     "force_east": ("force_east_n", None),
