@@ -250,7 +250,6 @@ def test_white_fixes_in_the_plane_are_where_they_were():
     assert wrap_array(3.0 * math.pi) == pytest.approx(-math.pi)
 
 
-@pytest.mark.xfail(strict=True, reason="COG 2.4 times the bound: pieces of 90 s tell nothing of a ship's course rate")
 def test_a_ship_as_it_comes_is_as_near_the_bound_as_tuned():
     """M with 0.5 m, straight: true parameters reach 1.01 times the bound, parameters tuned by presets 1.12."""
     sums = accuracy.measure("m05", 2, tuned_below=0)

@@ -2,9 +2,9 @@
 
 Fisher's scoring within a trust region. The information is the sum of outer products of the rows' scores (E. K. Berndt,
 B. H. Hall, R. E. Hall and J. A. Hausman, Annals of Economic and Social Measurement 3(4), 1974) and the prior's. Between
-differences the scores are kept up to date by the secants of the steps (C. G. Broyden, Mathematics of Computation 19,
-1965). Along a number that the record hardly tells of the outer products exceed the curvature, and scoring all but
-stands still; therefore every number is tried once by a long step of its own.
+differences the scores are kept up to date by the secants of the steps, also of those that lead down (C. G. Broyden,
+Mathematics of Computation 19, 1965). Scoring stands still where the outer products exceed the curvature, and where the
+likelihood has a kink, as at a fix that is an outlier on one side only; therefore every number is tried by itself too.
 """
 
 import math
@@ -12,12 +12,14 @@ import math
 import numpy as np
 
 _TOLERANCE = 0.3
-"""Gain of log posterior below which an iteration is the last: a tenth of what distinguishes two structures
+"""Gain of log posterior below which a round is the last: a tenth of what distinguishes two structures
 (`selection.BETTER`)."""
-_LEAST_REACH = 0.1
-"""Prior deviations; a shorter step is not tried: at the median it changes the log prior by 0.005."""
-_LONG_STEP = 0.5
-"""Prior deviations of the steps of a sweep. Chosen: half the first reach of `climb`."""
+_FAILURES = 2
+"""Steps in a row that lead down, each at most half as long as the one before, after which scoring has had its turn.
+Chosen."""
+_SHORTEST, _LONGEST = 0.1, 1.0
+"""Prior deviations of the step of one number by itself. Chosen: at the median the shortest changes the log prior by
+0.005."""
 
 
 class Ascent:
@@ -48,42 +50,47 @@ class Ascent:
             return 0.0
         each = self.posterior.densities(self.x + step)
         log = self.posterior.log(self.x + step, each)
+        if not math.isfinite(log):
+            return -math.inf
         gained = log - self.log
+        self.scores = self.scores + np.outer(step, each - self.each - step @ self.scores) / float(step @ step)
         if gained > 0.0:
-            self.scores = self.scores + np.outer(step, each - self.each - step @ self.scores) / float(step @ step)
             self.x, self.each, self.log = self.x + step, each, log
         return gained
 
 
-def climb(ascent: Ascent, gradients):
-    """Go up by scoring, with scores taken so often by differences."""
-    reach, taken, exact = 1.0, 0, False
-    if gradients:
+def climb(ascent: Ascent, rounds):
+    """Go up in at most so many rounds: differences, scoring, every number by itself, scoring."""
+    for _ in range(rounds):
+        before = ascent.log
         ascent.differentiate()
-        taken, exact = 1, True
-    while True:
+        score(ascent)
+        sweep(ascent)
+        score(ascent)
+        if ascent.log - before < _TOLERANCE:
+            return
+
+
+def score(ascent: Ascent):
+    """Steps of scoring until they gain hardly anything."""
+    reach, failures = 1.0, 0
+    while failures <= _FAILURES:
         step = np.linalg.solve(ascent.information(), ascent.slope())
         largest = np.abs(step).max()
         gained = ascent.try_step(step * min(1.0, reach / largest))
         if gained > 0.0:
-            reach, finished = min(2.0, 1.5 * reach), gained < _TOLERANCE
-            converged = finished and exact
-            exact = False
+            reach, failures = min(2.0, 1.5 * reach), 0
+            if gained < _TOLERANCE:
+                return
         else:
-            reach, finished = 0.3 * min(reach, largest), not exact
-            converged = exact and reach < _LEAST_REACH
-        if converged or (finished and taken >= gradients):
-            return
-        if finished:
-            ascent.differentiate()
-            taken, exact = taken + 1, True
+            reach, failures = 0.5 * min(reach, largest), failures + 1
 
 
-def sweep(ascent: Ascent) -> bool:
-    """Try a long step up along every number by itself, the steepest first. Returns whether that gained anything."""
-    before = ascent.log
+def sweep(ascent: Ascent):
+    """Step up along every number by itself, the steepest first."""
+    information = np.diag(ascent.information())
     for i in np.argsort(-np.abs(ascent.slope())):
+        length = ascent.slope()[i] / information[i]
         step = np.zeros(len(ascent.x))
-        step[i] = math.copysign(_LONG_STEP, ascent.slope()[i])
+        step[i] = math.copysign(np.clip(abs(length), _SHORTEST, _LONGEST), length)
         ascent.try_step(step)
-    return ascent.log - before > _TOLERANCE

@@ -12,7 +12,7 @@ import numpy as np
 
 from steerway.estimation.inference.fit import DRAWS, Fit, Rows, fitted, likeliest
 from steerway.estimation.inference.record import excerpt, white_std
-from steerway.estimation.inference.structures import VESSELS
+from steerway.estimation.inference.structures import SHIP, VESSELS
 
 PLAIN = ("base", "wander")
 OPTIONAL = ("waves", "antenna", "clock", "error", "steps")
@@ -20,16 +20,16 @@ OPTIONAL = ("waves", "antenna", "clock", "error", "steps")
 SECOND = {"antenna": "second_roll", "error": "quick_error"}
 """Parts that may come with one of these, where that is better than none."""
 
-FEW, MANY = 800, 2400
+FEW, MANY = 500, 1500
 """Rows for a first fit and for the last, a few minutes and half an hour of a usual receiver. Chosen: they
 bound the time that an inference takes."""
 OPEN = 10_000
 """Fixes up to which the numbers of a structure are averaged over what the record leaves open, which costs time with
 every fix. Without that, deviations of a boat at constant speed in 1,001 fixes hold 79 to 89 % of the errors where they
 should hold 95."""
-FIRST_GRADIENTS, FEW_GRADIENTS, LAST_GRADIENTS = 3, 1, 2
-"""How many times a fit takes differences: the first, those on few rows, the last. Chosen:
-each costs a run of the filter for every number."""
+FIRST_ROUNDS, FEW_ROUNDS, LAST_ROUNDS = 8, 2, 3
+"""Rounds of a fit at most: the first, those on few rows, the last. Chosen: each costs two runs of the filter for every
+number."""
 BEHIND = 5.0
 """Log evidence by which a structure may be behind the best on few rows before it is given up: its weight is then
 below 0.7 %. Chosen: more than `BETTER`, as few rows say less."""
@@ -69,8 +69,21 @@ def infer(record: Rows, aids=()) -> Inference:
     few, many = excerpt(record, FEW, 1.0), excerpt(record, MANY, 0.5)
     noise, shortest = scales_of(record)
     contenders = screened(PLAIN + tuple(aids), few, noise, shortest)
-    fits = {parts: fitted(parts, many, fit.values, LAST_GRADIENTS, shortest) for parts, fit in contenders.items()}
+    fits = refitted({parts: fit.values for parts, fit in contenders.items()}, many, LAST_ROUNDS, shortest)
     return weighed(fits, np.isfinite(record.north).sum() <= OPEN)
+
+
+def refitted(starts, rows, rounds, shortest=0.0) -> dict[tuple, Fit]:
+    """Fits of structures (parts → numbers, the likeliest first) on other rows.
+
+    All but the first begin with what it found of the numbers that they share, where they hardly move.
+    """
+    fits: dict[tuple, Fit] = {}
+    common: dict = {}
+    for parts, values in starts.items():
+        fits[parts] = fitted(parts, rows, values | common, rounds, shortest)
+        common = common or fits[parts].values
+    return fits
 
 
 def scales_of(record: Rows) -> tuple[float, float]:
@@ -81,15 +94,18 @@ def scales_of(record: Rows) -> tuple[float, float]:
 
 
 def screened(base, few, noise, shortest=0.0) -> dict[tuple, Fit]:
-    """Fits of all structures on few rows, but for those that fall behind the best."""
-    begin = likeliest(base, few, [v | {"fix_std": noise * s} for v, s in product(VESSELS, NOISES)])
-    plain = fitted(base, few, begin, FIRST_GRADIENTS)
+    """Fits of structures on few rows, the best first, without those that fall behind or whose parts explain nothing."""
+    ends = []
+    for vessels in (VESSELS, (SHIP,)):
+        begin = likeliest(base, few, [v | {"fix_std": noise * s} for v, s in product(vessels, NOISES)])
+        ends.append(fitted(base, few, begin, FEW_ROUNDS))
+    plain = fitted(base, few, max(ends, key=lambda fit: fit.evidence).values, FIRST_ROUNDS)
     fits = {base: plain}
 
     def compete(part, with_parts, values):
         parts = (*with_parts, part)
         fits[parts] = fitted(
-            parts, few, searched(parts, few, starts(part, values, noise), shortest), FEW_GRADIENTS, shortest
+            parts, few, searched(parts, few, starts(part, values, noise), shortest), FEW_ROUNDS, shortest
         )
         return parts, fits[parts].evidence > plain.evidence + BETTER
 
@@ -101,15 +117,16 @@ def screened(base, few, noise, shortest=0.0) -> dict[tuple, Fit]:
     best = ranked[0]
     if best != base:
         # a part must not win by a better place in the numbers that all share
-        again = fitted(base, few, fits[best].values, FEW_GRADIENTS, shortest)
+        again = fitted(base, few, fits[best].values, FEW_ROUNDS, shortest)
         plain = fits[base] = max(plain, again, key=lambda fit: fit.evidence)
     for other in ranked[1:]:
         parts = best + tuple(part for part in other[len(base) :] if part not in best)
         if fits[other].evidence > plain.evidence + BETTER and parts not in fits:
             own = {name: value for name, value in fits[other].values.items() if name not in fits[best].values}
-            fits[parts] = fitted(parts, few, fits[best].values | own, FEW_GRADIENTS, shortest)
-    top = max(fit.evidence for fit in fits.values())
-    return {parts: fit for parts, fit in fits.items() if fit.evidence > top - BEHIND}
+            fits[parts] = fitted(parts, few, fits[best].values | own, FEW_ROUNDS, shortest)
+    fits = {parts: fit for parts, fit in fits.items() if parts == base or fit.log_posterior > plain.log_posterior}
+    ranked = sorted(fits, key=lambda parts: -fits[parts].evidence)
+    return {parts: fits[parts] for parts in ranked if fits[parts].evidence > fits[ranked[0]].evidence - BEHIND}
 
 
 def weighed(fits: dict[tuple, Fit], spread=False) -> Inference:

@@ -185,23 +185,24 @@ def model_of(parts, values) -> tuple[Model, int, int]:
     return Model(modes, generator, table, receiver, aids), states_of(table), driving
 
 
+SHIP = {
+    "yaw_size": 0.005,
+    "yaw_time": 30.0,
+    "yaw_every": 500.0,
+    "turn_time": 120.0,
+    "turn_walk": 2e-4,
+    "rate_time": 20.0,
+    "surge_time": 60.0,
+    "surge_every": 900.0,
+    "wander_std": 5e-4,
+    "speed_walk": 0.003,
+    "emergency_every": 2e4,
+}
 VESSELS = (
     # kinds of vessel to begin from; what is not named is as the prior has it. Chosen: starting points of fits, and the
     # prior of a filter that learns: a usual vessel, a ship, a small craft that spins, one whose speed changes fast.
     {},
-    {
-        "yaw_size": 0.005,
-        "yaw_time": 30.0,
-        "yaw_every": 500.0,
-        "turn_time": 120.0,
-        "turn_walk": 2e-4,
-        "rate_time": 20.0,
-        "surge_time": 60.0,
-        "surge_every": 900.0,
-        "wander_std": 5e-4,
-        "speed_walk": 0.003,
-        "emergency_every": 2e4,
-    },
+    SHIP,
     {"yaw_size": 0.5, "yaw_time": 1.5, "rate_time": 0.4, "surge_size": 2.0, "turn_time": 6.0},
     {"yaw_size": 0.1, "speed_walk": 0.1, "wander_std": 0.05, "speed_std": 0.15, "surge_size": 5.0},
 )

@@ -21,7 +21,7 @@ from steerway.estimation.inference.record import excerpt
 from steerway.estimation.inference.selection import (
     BETTER,
     FEW,
-    LAST_GRADIENTS,
+    LAST_ROUNDS,
     MANY,
     PLAIN,
     Inference,
@@ -158,7 +158,7 @@ def _thorough(record: Rows, quick: Inference, report) -> Inference:
     report(0.5)
     fits = {}
     for parts, each in starts.items():
-        fits[parts] = fitted(parts, many, likeliest(parts, many, each, shortest), _MORE * LAST_GRADIENTS, shortest)
+        fits[parts] = fitted(parts, many, likeliest(parts, many, each, shortest), _MORE * LAST_ROUNDS, shortest)
         report(0.5 + 0.5 * len(fits) / len(starts))
     return weighed(fits)
 
@@ -167,7 +167,7 @@ def _refitted(record: Rows, found: Inference) -> Inference:
     """The structures of an inference fitted to a whole record."""
     many, (_, shortest) = excerpt(record, _MORE * MANY, 0.25), scales_of(record)
     starts = {each.parts: each.values for each in found.structures}
-    return weighed({p: fitted(p, many, values, _MORE * LAST_GRADIENTS, shortest) for p, values in starts.items()})
+    return weighed({p: fitted(p, many, values, _MORE * LAST_ROUNDS, shortest) for p, values in starts.items()})
 
 
 def _mean(*found: Inference) -> list[Structure]:
