@@ -129,8 +129,8 @@ _ENOUGH = 100
 def excerpt(record: Rows, most, apart) -> Rows:
     """At most about so many rows: means of fixes, these up to `apart` seconds apart or pieces of the record, and fixes.
 
-    Means and thinned fixes determine motion as well as all do where its time constants are longer; bursts of all
-    determine the rest. The phase of the thinned ones changes now and then, lest they be those of one of two receivers.
+    Means (where there are no aids) and thinned fixes determine motion as well as all do where its time constants are
+    longer; bursts of all determine the rest. The phase of the thinned ones changes now and then, lest they be those of one of two receivers.
     """
     fixed = telling(record)
     n = len(fixed)
@@ -139,7 +139,7 @@ def excerpt(record: Rows, most, apart) -> Rows:
         return whole
     burst = int(_IN_BURSTS * most / _BURSTS)
     coarse = most - _BURSTS * burst
-    begin = grouped(whole.time, whole.north, whole.east, coarse)
+    begin = np.arange(n) if len(whole.aids) else grouped(whole.time, whole.north, whole.east, coarse)
     groups, end = len(begin), np.append(begin[1:], n)
     interval = np.median(np.diff(whole.time[begin]))
     stride = max(1, min(math.ceil(groups / coarse), int(apart / interval + 0.01)))
@@ -210,7 +210,7 @@ def grouped(time, north, east, most):
 
 
 def means(record: Rows, first, last, restarts) -> Rows:
-    """Means of the fixes from `first` to before `last`; of aids those of the middle."""
+    """Means of the fixes from `first` to before `last`, of which those with aids are single."""
     lengths = last - first
 
     def mean(each):
@@ -218,7 +218,7 @@ def means(record: Rows, first, last, restarts) -> Rows:
         return each[0] + (total[last] - total[first]) / lengths
 
     excess = mean(record.excess) / lengths if len(record.excess) else 1.0 / lengths
-    aids = record.aids[(first + last - 1) // 2] if len(record.aids) else record.aids
+    aids = record.aids[first] if len(record.aids) else record.aids
     time = mean(record.time)
     return Rows(time, mean(record.north), mean(record.east), excess, aids, np.union1d(restarts, gaps_in(time)))
 

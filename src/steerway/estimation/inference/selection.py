@@ -94,7 +94,7 @@ def scales_of(record: Rows) -> tuple[float, float]:
 
 
 def screened(base, few, noise, shortest=0.0) -> dict[tuple, Fit]:
-    """Fits of structures on few rows, the best first, without those that fall behind or whose parts explain nothing."""
+    """Fits of structures on few rows, the best first, without those that fall behind."""
     ends = []
     for vessels in (VESSELS, (SHIP,)):
         begin = likeliest(base, few, [v | {"fix_std": noise * s} for v, s in product(vessels, NOISES)])
@@ -124,7 +124,6 @@ def screened(base, few, noise, shortest=0.0) -> dict[tuple, Fit]:
         if fits[other].evidence > plain.evidence + BETTER and parts not in fits:
             own = {name: value for name, value in fits[other].values.items() if name not in fits[best].values}
             fits[parts] = fitted(parts, few, fits[best].values | own, FEW_ROUNDS, shortest)
-    fits = {parts: fit for parts, fit in fits.items() if parts == base or fit.log_posterior > plain.log_posterior}
     ranked = sorted(fits, key=lambda parts: -fits[parts].evidence)
     return {parts: fits[parts] for parts in ranked if fits[parts].evidence > fits[ranked[0]].evidence - BEHIND}
 
