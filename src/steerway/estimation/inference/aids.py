@@ -20,12 +20,10 @@ from steerway.estimation.inference.model import (
     SPEED,
 )
 from steerway.estimation.inference.relative import is_steady
+from steerway.estimation.inference.weigh import DECADES, LEAST_OUTLIER
 
 _OUTLIER_RATE = 1e-3
 """Share of aids that have nothing to do with the motion. Chosen: as the prior median of that of fixes."""
-_WIDEST = 30.0
-"""Standard deviations of the instrument over which such an aid is spread evenly. Chosen: from 4.3 of them on a reading
-is more probably wrong than right."""
 _LEAST_SPEED = 0.1
 """m/s; at less a heading does not determine the course. Chosen: its Jacobian is 1/U."""
 
@@ -46,7 +44,6 @@ def take_aid(bank, model, aids, which):
     x, p, probability, work = bank.x, bank.p, bank.probability, bank.work
     m, n = x.shape
     variance = model.aids[which, AID_VARIANCE]
-    outlier = _OUTLIER_RATE / (_WIDEST * math.sqrt(variance))
     h, pc, density = work[0], work[1], work[8]
     total = 0.0
     for k in range(m):
@@ -59,6 +56,10 @@ def take_aid(bank, model, aids, which):
             pc[i] = value
         for j in range(SPEED, n):
             s += h[j] * pc[j]
+        # as of fixes: off by any amount, as likely in every decade; a density that depended on the instrument's noise alone
+        # would be infinite without noise
+        widest = math.sqrt(innovation * innovation + s + LEAST_OUTLIER**2 * variance)
+        outlier = _OUTLIER_RATE / (2.0 * DECADES * widest)
         usual = (1.0 - _OUTLIER_RATE) * math.exp(-0.5 * innovation * innovation / s) / math.sqrt(2.0 * math.pi * s)
         density[k] = probability[k] * (usual + outlier)
         total += density[k]

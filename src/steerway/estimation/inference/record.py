@@ -76,7 +76,8 @@ def extrapolated(time, north, east):
 def white_std(time, north, east) -> float:
     """Standard deviation (m) of the white part of a fix, by third differences of equally spaced fixes.
 
-    A median, which turns and outliers do not move; the third difference of white noise has a variance of 20.
+    A median, which turns and outliers do not move, of lengths, which no axes change: the third difference of white noise
+    has a variance of 20, and the median of a chi-square of two degrees of freedom is 2 ln 2.
     """
     steps = np.diff(time)
     usual = np.median(steps)
@@ -84,8 +85,8 @@ def white_std(time, north, east) -> float:
     even = even[2:] & even[1:-1] & even[:-2]
     if even.sum() < 20:
         return 0.3
-    third = np.concatenate([np.diff(north, 3)[even], np.diff(east, 3)[even]])
-    return max(1.4826 * float(np.median(np.abs(third))) / math.sqrt(20.0), 1e-3)
+    third = np.hypot(np.diff(north, 3)[even], np.diff(east, 3)[even])
+    return max(float(np.median(third)) / math.sqrt(20.0 * 2.0 * math.log(2.0)), 1e-3)
 
 
 _LONG, _LONG_FOR = 60.0, 5.0
@@ -139,7 +140,7 @@ def excerpt(record: Rows, most, apart) -> Rows:
         return whole
     burst = int(_IN_BURSTS * most / _BURSTS)
     coarse = most - _BURSTS * burst
-    begin = np.arange(n) if len(whole.aids) else grouped(whole.time, whole.north, whole.east, coarse)
+    begin = np.arange(n) if np.isfinite(whole.aids).any() else grouped(whole.time, whole.north, whole.east, coarse)
     groups, end = len(begin), np.append(begin[1:], n)
     interval = np.median(np.diff(whole.time[begin]))
     stride = max(1, min(math.ceil(groups / coarse), int(apart / interval + 0.01)))

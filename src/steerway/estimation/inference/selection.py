@@ -27,12 +27,12 @@ OPEN = 10_000
 """Fixes up to which the numbers of a structure are averaged over what the record leaves open, which costs time with
 every fix. Without that, deviations of a boat at constant speed in 1,001 fixes hold 79 to 89 % of the errors where they
 should hold 95."""
-FIRST_ROUNDS, FEW_ROUNDS, LAST_ROUNDS = 8, 2, 3
-"""Rounds of a fit at most: the first, those on few rows, the last. Chosen: each costs two runs of the filter for every
-number."""
-BEHIND = 5.0
+START_ROUNDS, FIRST_ROUNDS, FEW_ROUNDS, LAST_ROUNDS = 2, 8, 1, 2
+"""Rounds of a fit at most: from either start, of the plain structure, of the others on few rows, the last. Chosen: each
+costs two runs of the filter for every number."""
+BEHIND = 3.0
 """Log evidence by which a structure may be behind the best on few rows before it is given up: its weight is then
-below 0.7 %. Chosen: more than `BETTER`, as few rows say less."""
+below 5 %. Chosen: a part that a log does not show costs 0.3 to 2 of it."""
 BETTER = 3.0
 """Log evidence that is called strong (H. Jeffreys, Theory of Probability, 1961)."""
 LEAST_WEIGHT = 0.02
@@ -98,7 +98,7 @@ def screened(base, few, noise, shortest=0.0) -> dict[tuple, Fit]:
     ends = []
     for vessels in (VESSELS, (SHIP,)):
         begin = likeliest(base, few, [v | {"fix_std": noise * s} for v, s in product(vessels, NOISES)])
-        ends.append(fitted(base, few, begin, FEW_ROUNDS))
+        ends.append(fitted(base, few, begin, START_ROUNDS))
     plain = fitted(base, few, max(ends, key=lambda fit: fit.evidence).values, FIRST_ROUNDS)
     fits = {base: plain}
 
