@@ -56,8 +56,8 @@ def take_aid(bank, model, aids, which):
             pc[i] = value
         for j in range(SPEED, n):
             s += h[j] * pc[j]
-        # as of fixes: off by any amount, as likely in every decade; a density that depended on the instrument's noise alone
-        # would be infinite without noise
+        # off by any amount, as likely in every decade, as fixes are; a density that depended on the instrument's noise
+        # alone would be infinite without noise
         widest = math.sqrt(innovation * innovation + s + LEAST_OUTLIER**2 * variance)
         outlier = _OUTLIER_RATE / (2.0 * DECADES * widest)
         usual = (1.0 - _OUTLIER_RATE) * math.exp(-0.5 * innovation * innovation / s) / math.sqrt(2.0 * math.pi * s)

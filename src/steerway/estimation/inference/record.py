@@ -76,8 +76,8 @@ def extrapolated(time, north, east):
 def white_std(time, north, east) -> float:
     """Standard deviation (m) of the white part of a fix, by third differences of equally spaced fixes.
 
-    A median, which turns and outliers do not move, of lengths, which no axes change: the third difference of white noise
-    has a variance of 20, and the median of a chi-square of two degrees of freedom is 2 ln 2.
+    A median, which turns and outliers do not move, of lengths, which no axes change. The third difference of white
+    noise has a variance of 20; the median of a chi-square of two degrees of freedom is 2 ln 2.
     """
     steps = np.diff(time)
     usual = np.median(steps)
@@ -128,10 +128,11 @@ _ENOUGH = 100
 
 
 def excerpt(record: Rows, most, apart) -> Rows:
-    """At most about so many rows: means of fixes, these up to `apart` seconds apart or pieces of the record, and fixes.
+    """At most about so many rows: means of fixes, fixes up to `apart` seconds apart or pieces of the record, bursts.
 
     Means (where there are no aids) and thinned fixes determine motion as well as all do where its time constants are
-    longer; bursts of all determine the rest. The phase of the thinned ones changes now and then, lest they be those of one of two receivers.
+    longer; bursts of all determine the rest. The phase of the thinned ones changes now and then, lest they be those of
+    one of two receivers.
     """
     fixed = telling(record)
     n = len(fixed)
