@@ -121,6 +121,8 @@ def fitted(parts, rows, start, rounds=2, shortest=0.0) -> Fit:
     posterior = Posterior(parts, rows, shortest)
     ascent = Ascent(posterior, posterior.point(start))
     climb(ascent, rounds)
+    if not math.isfinite(ascent.log):
+        return Fit(parts, posterior.values(ascent.x), -math.inf, -math.inf, posterior.calls, ())
     information = ascent.information()
     evidence = ascent.log - 0.5 * float(np.linalg.slogdet(information)[1])
     others = drawn(posterior, ascent.x, information)

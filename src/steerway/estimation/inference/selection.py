@@ -81,7 +81,8 @@ def refitted(starts, rows, rounds, shortest=0.0) -> dict[tuple, Fit]:
     fits: dict[tuple, Fit] = {}
     common: dict = {}
     for parts, values in starts.items():
-        fits[parts] = fitted(parts, rows, values | common, rounds, shortest)
+        start = likeliest(parts, rows, [values | common, values], shortest)
+        fits[parts] = fitted(parts, rows, start, rounds, shortest)
         common = common or fits[parts].values
     return fits
 
