@@ -97,7 +97,6 @@ def test_the_noise_of_the_receiver_is_found(noises):
     assert np.all(noises[:, 2] < 1.3 * noises[:, 1])
 
 
-@pytest.mark.xfail(strict=True, reason="found 5 to 10 % too small: 0 of 11 intervals hold 0.3 m")
 def test_intervals_hold_the_noise_of_the_receiver(noises):
     assert np.mean((noises[:, 1] < 0.3) & (noises[:, 2] > 0.3)) >= 0.85
 
