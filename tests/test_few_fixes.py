@@ -13,7 +13,7 @@ from steerway.estimation import InferredProfile, Profile
 from steerway.estimation.heading.composite import composite_model
 from steerway.estimation.inference.motion import COURSE, SPEED, reverse
 from steerway.estimation.inference.structures import parameters_of
-from steerway.estimation.prediction import predict
+from steerway.estimation.prediction import hindcast, predict
 from steerway.estimation.profiles.inferred import WeighedStructure
 from steerway.estimation.steering import SteeringFilter
 from steerway.identification import SurgeIdentification, SurgeModel
@@ -72,6 +72,9 @@ def test_a_vessel_that_is_moved_goes_on_there():
 def test_an_inferred_profile_predicts(fixes):
     found = predict(fixes, (10.0, 60.0), inferred())
     assert len(found) == 2 and (found.variance_north > 0.0).all()
+    rows, earlier = hindcast(fixes, (10.0, 60.0), 0.0, inferred())
+    assert len(earlier) == 2 * len(rows)
+    np.testing.assert_allclose(earlier.variance_north[-2:], found.variance_north, rtol=1e-9)
 
 
 def test_running_backwards_twice_is_running_forwards():
