@@ -1,5 +1,7 @@
 """A kernel is compiled anew when something that it depends on changes, and only then."""
 
+import os
+import subprocess
 import sys
 
 import pytest
@@ -65,6 +67,23 @@ def test_the_oldest_versions_of_a_module_are_removed(package, tmp_path):
         package(boat=f"x = {k}\n")
         assert kernel_cache.module_directory("boats.boat", "").is_dir()
     assert len(list((tmp_path / "cache" / "steerway" / "kernels" / "boats.boat").iterdir())) == kernel_cache._KEPT
+
+
+FULL = """
+import resource, signal
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+from steerway.core import displacement
+resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+print(displacement(0.0, 0.0, 0.0, 0.0))
+"""
+
+
+def test_on_a_full_disk_a_kernel_is_compiled_and_not_kept(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-c", FULL], env=os.environ | {"STEERWAY_CACHE": str(tmp_path)}, capture_output=True, text=True
+    )
+    assert (done.stdout, done.stderr) == ("(0.0, 0.0)\n", "")
+    assert not list(tmp_path.rglob("*.nbc"))
 
 
 def test_without_a_writable_directory_nothing_is_kept(package, monkeypatch, tmp_path):

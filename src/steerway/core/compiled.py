@@ -1,5 +1,6 @@
 """The one way this package compiles: `@kernel` is njit with a file cache that knows what a kernel depends on."""
 
+import contextlib
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -80,6 +81,20 @@ def _compiled(function: F, **options: Any) -> F:
     users_settings = config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES
     config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = str(directory), f"{__name__}.{Locator.__name__}"
     try:
-        return numba.njit(cache=True, **options)(function)
+        return _kept_if_possible(numba.njit(cache=True, **options)(function))
     finally:
         config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = users_settings
+
+
+def _kept_if_possible(dispatcher: Any) -> Any:
+    """On a full disk a kernel is compiled for this process alone."""
+    cache = getattr(dispatcher, "_cache", None)  # none where compilation is switched off
+    if cache is not None:
+        save = cache.save_overload
+
+        def kept(*compiled: Any) -> None:
+            with contextlib.suppress(OSError):
+                save(*compiled)
+
+        cache.save_overload = kept
+    return dispatcher
