@@ -24,8 +24,6 @@ _ORDERED_NOISE = 0.3
 study at-sea` judges them."""
 SURE = 0.5
 """rad of heading: beyond it the boat turns at half the rate, and no turn begins early."""
-_CERTAIN = 2.0
-"""Standard deviations of the current by which it has to exceed the boat's speed: by chance one in 44."""
 _PATIENCE = 15.0
 """s for which the current has to exceed the boat's speed."""
 _LOST = 1.0
@@ -136,9 +134,8 @@ class InCurrent:
         self._before = leg.distance if nearer else self._before
         self._nearest = leg.distance if gains else self._nearest
         self._without_way = 0.0 if nearer else self._without_way + dt
-        fastest = self.progress(leg.direction, estimate) + _CERTAIN * estimate.current_std
-        made_good = estimate.sog * math.cos(estimate.cog - leg.direction)
-        able = max(fastest, made_good) > least or estimate.heading_std > SURE
+        fastest = self.progress(leg.direction, estimate) + estimate.current_std
+        able = fastest > least or estimate.heading_std > SURE
         self._carried_off = 0.0 if able or gains else self._carried_off + dt
 
     def departs(self, estimate: Estimate, dt: float) -> bool:

@@ -191,10 +191,9 @@ def interval_arithmetic():
                 arithmetic.root((abs(a[0]), abs(a[0]) + 1.0)),
                 arithmetic.outward(*a),
                 arithmetic.intersect(a, b),
-                arithmetic.width(a),
             )
         )
-    names = " ".join(f"{what}_low {what}_high" for what in _OPERATIONS) + " width"
+    names = " ".join(f"{what}_low {what}_high" for what in _OPERATIONS)
     return columns(names, rows)
 
 

@@ -11,6 +11,7 @@ from steerway.estimation.steering.motion import (
     CURRENT_E,
     CURRENT_N,
     EAST,
+    DAMPING,
     ERROR_E,
     ERROR_N,
     GAIN,
@@ -213,9 +214,10 @@ def take_number(states: Floats, covariances: Floats, weights: Floats, number: fl
 
 
 @kernel
-def fold(states: Floats, covariances: Floats) -> None:
+def fold(states: Floats, covariances: Floats, linear: float) -> None:
     """Headings in [−π, π), speeds through the water ahead: a boat that goes astern points the other way, one about
-    at rest keeps its heading. Gains limited.
+    at rest keeps its heading. Gains limited, and the damping of the yaw rate, `linear` as declared: a boat that does
+    not answer would be found to be unstable.
     """
     for k in range(len(states)):
         x, p = states[k], covariances[k]
@@ -228,3 +230,4 @@ def fold(states: Floats, covariances: Floats) -> None:
         x[HEADING] = wrap(x[HEADING])
         x[GAIN] = min(_LARGEST_GAIN, max(1.0 / _LARGEST_GAIN, x[GAIN]))
         x[SPEED_GAIN] = min(_LARGEST_GAIN, max(1.0 / _LARGEST_GAIN, x[SPEED_GAIN]))
+        x[DAMPING] = linear * min(_LARGEST_GAIN - 1.0, max(1.0 / _LARGEST_GAIN - 1.0, x[DAMPING] / linear))

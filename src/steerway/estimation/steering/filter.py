@@ -200,7 +200,7 @@ class SteeringFilter:
             take_number(self._states, self._covariances, self._weights, heading, _COMPASS_STD, HEADING)
         if math.isfinite(yaw_rate):
             take_number(self._states, self._covariances, self._weights, yaw_rate, _GYRO_STD, YAW_RATE)
-        fold(self._states, self._covariances)
+        fold(self._states, self._covariances, self.response.linear)
         if len(self._weights) > 1:
             self._prune()
         self._forget_heading()

@@ -51,8 +51,8 @@ SPEED_BANDWIDTH = 0.3
 """rad/s of the speed loop: what the estimate of the speed carries, roughly."""
 SLOWEST = 0.6
 """Share of the route's speed that is kept through the water in a following current."""
-ACCELERATION = 0.5
-"""m/s² at which another speed is approached."""
+ACCELERATION = {YAW_RATE: 0.5, PROPELLERS: 0.15}
+"""m/s² at which another speed is approached: the speed loop of a vehicle, and that of this autopilot. Chosen."""
 _CORNER = 1.5
 """Radius of a corner's curve over that of the tightest turn."""
 _TIME_STD = 0.5
@@ -118,7 +118,7 @@ def pilot_of(
         laws.law(line.law, line.lookahead, float(np.mean(line.speed))),
         autopilot(line.boat, profile, takes, kinds[0]),
         BoatActuation(line.boat, takes),
-        speed_loop(line.boat, kinds[1]),
+        speed_loop(line.boat, takes, kinds[1]),
         None if steering is None else PositionHold(line.hold_radius, steering.slowest),
         steer_by="crab" if heading.kind == "aided" else "course",
         in_current=steering,
@@ -190,7 +190,7 @@ def autopilot(
     return Autopilot(AnglePID(schedule.gains(math.nan)), shaper, hand_over, schedule)
 
 
-def speed_loop(boat: BoatTable, controller: str = DEFAULT_KINDS[1]) -> SpeedPI | ForceLoop:
+def speed_loop(boat: BoatTable, takes: str, controller: str = DEFAULT_KINDS[1]) -> SpeedPI | ForceLoop:
     """The speed loop of a boat; its output is a fraction of full thrust."""
     gains = SpeedPIGains(
         mass=boat.surge_time / boat.top_speed_mps,
@@ -198,6 +198,6 @@ def speed_loop(boat: BoatTable, controller: str = DEFAULT_KINDS[1]) -> SpeedPI |
         bandwidth=SPEED_BANDWIDTH,
         limit=1.0,
         limit_astern=1.0 if boat.reverse else 0.0,
-        acceleration=ACCELERATION,
+        acceleration=ACCELERATION[takes],
     )
     return control_speed(controller, gains)
