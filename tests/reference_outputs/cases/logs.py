@@ -143,7 +143,7 @@ for log in LOGS:
         lambda data, log=log: read_numbers(steerway.read(data / "data" / log)),
     )
     case(f"log-{short_name(log)}-motion", recorded=True)(lambda data, log=log: estimated(data, log))
-for log in TUNED:
-    case(f"log-{short_name(log)}-tuned", rtol=0.05, recorded=True)(
+for log in TUNED:  # a fit hardly tells less than a millimetre of noise: it moves with the machine code
+    case(f"log-{short_name(log)}-tuned", rtol=0.05, atol=1e-3, recorded=True)(
         lambda data, log=log: tuned(steerway.read(data / "data" / log).rows(slice(TUNED[log])))
     )

@@ -10,8 +10,8 @@ from steerway.core.compiled import kernel, lean_kernel
 from steerway.estimation.steering.motion import (
     CURRENT_E,
     CURRENT_N,
-    EAST,
     DAMPING,
+    EAST,
     ERROR_E,
     ERROR_N,
     GAIN,
