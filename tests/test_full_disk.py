@@ -23,7 +23,7 @@ from steerway.simulation.run import sail_scenario
 from steerway.simulation.runs.campaign import write_campaign
 from steerway.simulation.runs.writing import write as write_run
 from steerway_studies.study import Results
-from tests.command_line import run
+from tests.command_line import run_process
 
 resource = pytest.importorskip("resource")
 SCENARIO = parse_scenario(
@@ -129,5 +129,5 @@ def test_a_full_standard_output_is_an_error(tmp_path):
     log.write_text("time_s,lat_deg,lon_deg\n1,54,10\n2,54,10.001\n")
     for arguments in (["info", log], ["info", log, "--json"], ["--help"], ["profile", "list"]):
         with open("/dev/full", "wb") as full:
-            code, _, output = run(*arguments, stdout=full)
+            code, _, output = run_process(*arguments, stdout=full)
         assert (code, output) == (1, "steerway: cannot use 'standard output': No space left on device\n")

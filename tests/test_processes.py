@@ -15,7 +15,7 @@ import pytest
 
 from steerway.core.errors import InputError
 from steerway.core.workers import in_workers
-from tests.command_line import STEERWAY, run
+from tests.command_line import STEERWAY, run_process
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self").exists(), reason="processes are counted in /proc")
 LIMIT = 2.0
@@ -184,19 +184,19 @@ def test_ctrl_c_keeps_the_seeds_that_are_done_and_resume_continues(tmp_path):
 
     # The rest is done, no seed twice, and the numbers are those of a campaign that nobody interrupted.
     campaign = ("simulate", tmp_path / "leg.toml", "--seeds", 2, "--first-seed", seeds[0])
-    code, _, output = run(*campaign, "-o", tmp_path, "--resume")
+    code, _, output = run_process(*campaign, "-o", tmp_path, "--resume")
     assert code == 0 and output.startswith("resumed with ")
     assert not (tmp_path / "campaign.unfinished").exists()
-    assert run(*campaign, "-o", tmp_path / "whole")[0] == 0
+    assert run_process(*campaign, "-o", tmp_path / "whole")[0] == 0
     assert (tmp_path / "results.json").read_text() == (tmp_path / "whole" / "results.json").read_text()
 
 
 def test_resuming_another_scenario_is_refused(tmp_path):
     (tmp_path / "campaign.unfinished").write_text('{"scenario": "another"}\n')
     (tmp_path / "leg.toml").write_text(SCENARIO)
-    code, _, output = run("simulate", tmp_path / "leg.toml", "-o", tmp_path, "--seeds", 2, "--resume")
+    code, _, output = run_process("simulate", tmp_path / "leg.toml", "-o", tmp_path, "--seeds", 2, "--resume")
     assert code == 2 and "is of other work or another version" in output
-    assert run("simulate", tmp_path / "leg.toml", "-o", tmp_path, "--resume")[2] == (
+    assert run_process("simulate", tmp_path / "leg.toml", "-o", tmp_path, "--resume")[2] == (
         "steerway: --resume continues a campaign, expected --seeds N with it\n"
     )
 
