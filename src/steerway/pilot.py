@@ -241,7 +241,7 @@ class Pilot:
             self.autopilot.release()
             return self._actuate(force, 0.0)
         yaw = self._yaw(heading, estimate, dt, course_wanted=False)
-        return self._actuate(force, yaw, self.in_current.fed(self._reference(), estimate))
+        return self._actuate(force, yaw, self.in_current.fed(self.autopilot, estimate))
 
     def hold(self, distance: float, bearing: float, estimate: Estimate, dt: float) -> Steered:
         """Control: the commands that keep the boat about a point at a distance (m) and bearing (rad)."""

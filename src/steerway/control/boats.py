@@ -23,6 +23,9 @@ from steerway.guidance.reference import ReferenceModel
 _SLOWEST = 0.6
 """Share of the cruise speed, through the water, that is kept in a following current. Chosen: a rudder has a third of
 its force there, which goes with the square of speed."""
+SAMPLED_SHARE = 2.4
+"""Bandwidth of a predictive or LQG loop that follows the reference model of steering in a current, over that of pole
+placement, which is fed the reference's rate. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -67,18 +70,23 @@ class Boat:
         angle_std: 1σ of the estimated course or heading (rad), for the kinds that have an observer.
         """
         if kind != KINDS[0]:
-            response = self.response or HeadingResponse.of_nomoto(self.nomoto_gain, self.nomoto_time)
-            bandwidth = self.bandwidth if self.response is None else None
-            controller = steering(kind, response, self.yaw_limit, self.yaw_slew, angle_std, bandwidth)
-            return Autopilot(controller, shaper, HandOver(steerageway))
+            return Autopilot(self._sampled(kind, angle_std, self.bandwidth), shaper, HandOver(steerageway))
         gains = place_poles(self.nomoto_gain, self.nomoto_time, self.bandwidth, self.damping, self.yaw_limit)
         return Autopilot(AnglePID(gains), shaper, HandOver(steerageway))
 
-    def autopilot_in_current(self) -> Autopilot:
-        """An autopilot behind a reference model that the boat can follow."""
+    def _sampled(self, kind, angle_std, bandwidth):
+        """A predictive or LQG controller; its bandwidth follows from the limits where the response is known."""
+        response = self.response or HeadingResponse.of_nomoto(self.nomoto_gain, self.nomoto_time)
+        wanted = bandwidth if self.response is None else None
+        return steering(kind, response, self.yaw_limit, self.yaw_slew, angle_std, wanted)
+
+    def autopilot_in_current(self, kind: str = KINDS[0], angle_std: float = 0.0) -> Autopilot:
+        """An autopilot behind a reference model that the boat can follow; arguments as of `autopilot`."""
         bandwidth, response = 2.0 * self.bandwidth, self.yaw_response
         quickest = min(0.5 * response.gain * self.yaw_limit / response.time, bandwidth * self.turn_rate)
         model = ReferenceModel(bandwidth, 1.0, self.turn_rate, quickest)
+        if kind != KINDS[0]:
+            return Autopilot(self._sampled(kind, angle_std, SAMPLED_SHARE * self.bandwidth), model)
         return Autopilot(AnglePID(response.gains(self.bandwidth, 0.0, self.yaw_limit)), model)
 
     def in_current(self) -> InCurrent:

@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from steerway.control.course import AnglePIDGains
+from steerway.control.course import AnglePID, AnglePIDGains
 from steerway.control.handover import Autopilot
 from steerway.core.checks import positive
 from steerway.core.estimate import Estimate
@@ -219,15 +219,22 @@ class InCurrent:
             gain=declared.gain * estimate.yaw_gain, linear=max(declared.linear + estimate.yaw_damping, _LEAST_DAMPING)
         )
 
-    def fed(self, reference: Reference, estimate: Estimate) -> float:
-        """The output that turns the boat as the reference does."""
+    def fed(self, autopilot: Autopilot, estimate: Estimate) -> float:
+        """The output that turns the boat as the reference does; 0 for a controller whose observer would take it for a
+        bias.
+        """
+        reference = autopilot.shaper.reference
+        if reference is None or not isinstance(autopilot.controller, AnglePID):
+            return 0.0
         _, rate, acceleration = reference
         return self.identified(estimate).order(rate, acceleration, estimate.water_speed, estimate.yaw_bias)
 
     def tune(self, autopilot: Autopilot, estimate: Estimate) -> None:
-        """Limit bandwidth and rate to what the estimate carries now."""
+        """Limit the rate to what the estimate carries now, and the bandwidth of a controller that has one."""
+        autopilot.shaper.max_rate = self.turn_rate * (1.0 if estimate.heading_std < SURE else 0.5)
+        if not isinstance(autopilot.controller, AnglePID):
+            return
         across = estimate.cog_std * estimate.sog / max(estimate.water_speed, 0.3 * self.slowest)
         carried = _ORDERED_NOISE * self.turn_rate / max(across, 1e-9)
         bandwidth = min(self.bandwidth, max(_LEAST * self.bandwidth, carried))
         autopilot.controller.gains = self.identified(estimate).gains(bandwidth, estimate.water_speed, self.limit)
-        autopilot.shaper.max_rate = self.turn_rate * (1.0 if estimate.heading_std < SURE else 0.5)

@@ -24,6 +24,9 @@ from steerway.core.compiled import kernel
 
 _SLOW = 0.08
 """Part of the top speed below which set-points adapt as this one does. Chosen: 1/S² would grow without limit."""
+_LARGEST = 0.5
+"""Part of the reference's speed below which set-points adapt as this one does. Chosen: with a boat under way and a
+set-point near 0 the regressor would be hundreds of times that of a steady speed."""
 
 
 @dataclass(frozen=True)
@@ -138,7 +141,7 @@ def _adaptive_step(parameters, bounds, model, planned, setpoint, speed, measured
     command, free = commanded(wanted, now if math.isfinite(measured) else math.nan, low, high, lead)
     # A parameter that would push further into the limit stands still, or it would have to be unlearned afterwards.
     if known and (free - command) * z >= 0.0:
-        scale = max(abs(setpoint), slow)
+        scale = max(abs(setpoint), _LARGEST * abs(planned), slow)
         square = scale * scale
         regressor = (setpoint / square, planned / square, planned * abs(planned) / (square * square))
         for i in range(3):

@@ -4,9 +4,9 @@ import math
 from typing import Protocol
 
 from steerway.control.speed import AdaptiveSpeed, AdaptiveSpeedGains
-from steerway.control.speed_guess import signed_root, signed_square
+from steerway.control.speed_guess import SpeedGuess, signed_root, signed_square
 from steerway.control.speed_observer import ObservedSpeed, SpeedObserverGains
-from steerway.control.speed_pi import SpeedPI, SpeedPIGains
+from steerway.control.speed_pi import SpeedPI, SpeedPIGains, settled_speed
 from steerway.core.errors import InputError
 
 CONTROLLERS = ("pi", "adaptive", "disturbance-observer")
@@ -19,6 +19,9 @@ model of this rate in 6/ω."""
 
 class ShaftController(Protocol):
     """`AdaptiveSpeed`, `ObservedSpeed`."""
+
+    @property
+    def gains(self) -> SpeedGuess: ...
 
     def restart(self) -> None: ...
 
@@ -50,8 +53,8 @@ class ForceLoop:
         if math.isfinite(shaft):
             self._shaft, self._since = shaft, 0.0
 
-    def step(self, desired: float, speed: float, dt: float) -> float:
-        """Surge force (N) for a desired and an actual speed (m/s); NaN for an unknown speed."""
+    def step(self, desired: float, speed: float, dt: float, along: float = 0.0) -> float:
+        """Surge force (N) for a desired and an actual speed (m/s); NaN for an unknown speed. along: as of `SpeedPI`."""
         if math.isnan(self._approached):
             self._approached = speed
         if math.isnan(self._approached):
@@ -61,14 +64,15 @@ class ForceLoop:
         turning = self._shaft * self._per_rev if self._since < LONGEST_HOLD else math.nan
         self._since += dt
         achieved = turning if math.isfinite(turning) else self._achieved
-        command = self.controller.step(self._approached, speed, dt, achieved)
+        command = self.controller.step(self._approached + along, speed + along, dt, achieved)
         self.force = self._unit * signed_square(command)
         self._achieved = command
         return self.force
 
     def speed_of(self, force: float) -> float:
-        """The speed that a force holds: not known."""
-        return math.nan
+        """The speed (m/s) that a force holds, by the guess."""
+        guess = self.controller.gains
+        return settled_speed(guess.thrust * force / self._unit, guess.linear_drag, guess.quadratic_drag)
 
     def limited_to(self, achieved: float) -> None:
         """What the propellers made of the last force."""

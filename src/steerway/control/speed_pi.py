@@ -99,12 +99,16 @@ class SpeedPI:
 
     def speed_of(self, force: float) -> float:
         """The speed (m/s) at which the drag is as large as a force (N); NaN without drag."""
-        linear, quadratic = self.gains.linear_drag, self.gains.quadratic_drag
-        if linear + quadratic == 0.0:
-            return math.nan
-        size = abs(force)
-        return math.copysign(2.0 * size / (linear + math.sqrt(linear**2 + 4.0 * quadratic * size)), force)
+        return settled_speed(force, self.gains.linear_drag, self.gains.quadratic_drag)
 
     def limited_to(self, achieved: float) -> None:
         """What the propellers made of the last force."""
         self._excess = beyond(self.force, achieved)
+
+
+def settled_speed(force: float, linear_drag: float, quadratic_drag: float) -> float:
+    """The speed (m/s) at which the drag is as large as a force; NaN without drag."""
+    if linear_drag + quadratic_drag == 0.0:
+        return math.nan
+    size = abs(force)
+    return math.copysign(2.0 * size / (linear_drag + math.sqrt(linear_drag**2 + 4.0 * quadratic_drag * size)), force)

@@ -101,7 +101,8 @@ def pilot(scenario: Scenario) -> Pilot:
     if scenario.estimator.kind == "steering":
         law = scenario.guidance.design(known.lookahead, known.cruise)
         std = profile(scenario).position_std
-        return steering_pilot(known, voyage(scenario, known), law, std, radius=scenario.station.radius)
+        kinds = scenario.autopilot.kind, scenario.speed.controller
+        return steering_pilot(known, voyage(scenario, known), law, std, radius=scenario.station.radius, kinds=kinds)
     truth = scenario.estimator.kind == "truth"
     filtering = None if truth else FiveStateFilter(profile(scenario), scenario.estimator.aid)
     shaper = SHAPERS[scenario.reference.kind or scenario.vessel.reference]
@@ -154,21 +155,23 @@ def steering_pilot(
     radius: float = 5.0,
     learn: bool = True,
     follows_orders: bool = True,
+    kinds: tuple[str, str] = ("pole-placement", "pi"),
 ) -> Pilot:
     """A pilot that steers by the estimated current, its estimator knowing what is ordered.
 
     position_std (m) of a fix is where learning the receiver's noise begins; radius (m) in which a position is held;
     `learn` and `follows_orders` False take
-    that away, and the knowledge of the orders, to see what they are worth.
+    that away, and the knowledge of the orders, to see what they are worth; kinds of the autopilot and of the speed
+    controller.
     """
     filtering = SteeringFilter(response_of(known), position_std, learn=learn)
     return Pilot(
         SteeringEstimator(filtering, known.yaw_response.gain, follows_orders),
         mission,
         law,
-        known.autopilot_in_current(),
+        known.autopilot_in_current(kinds[0], ANGLE_STD),
         known.propulsion,
-        known.speed_loop(),
+        known.speed_loop(kinds[1]),
         known.position_hold(radius),
         cruise=known.cruise,
         in_current=known.in_current(),

@@ -121,11 +121,6 @@ def _estimators(scenario):
         for name, table in (("heading", heading), ("speed", speed)):
             if table.model_fields_set:
                 raise InputError(f'estimator.{name} has no effect with estimator.kind "{scenario.estimator.kind}"')
-    if scenario.estimator.kind == "steering":
-        chosen = (("autopilot.kind", scenario.autopilot.kind), ("speed.controller", scenario.speed.controller))
-        for (name, value), own in zip(chosen, ("pole-placement", "pi"), strict=True):
-            if value != own:
-                raise InputError(f'{name} is {value}, expected {own} with estimator.kind "steering"')
     if scenario.estimator.kind == "truth":
         return
     if heading.kind != "tracker":

@@ -17,7 +17,7 @@ class Aboard:
     """Rows of the navigator as estimates in the tangent plane around an origin (latitude, longitude; rad).
 
     Where the steering filter knows the motion the estimate is its own; before, and where only rows are given, it is the
-    row's, without heading and current. A `heading` of its own has these, and then the motion is always the row's.
+    row's, without heading and current. A `heading` filter takes the compass's place in the steering filter.
     """
 
     def __init__(
@@ -28,7 +28,7 @@ class Aboard:
         heading: MeasuredHeading | None = None,
     ):
         self._origin, self._response, self._std = origin, response, position_std
-        self._heading = heading
+        self.heading = heading
         self._moment = self._fixed = math.nan
         self._stepped: tuple[Row, Estimate] | None = None  # of the row asked for last: guidance and control ask for one
         self.restart()
@@ -40,20 +40,19 @@ class Aboard:
 
     def take(self, row: InputRow) -> None:
         """Whatever a link reports."""
-        if self._heading is not None:
-            self._heading.take(row)
+        if self.heading is not None:
+            self.heading.take(row)
 
     def fix(self, row: InputRow) -> bool | None:
-        """Use a fix; whether it fits the steering filter's estimate, None where that is not used."""
-        if self._heading is not None:
-            return None
+        """Use a fix; whether it fits the steering filter's estimate, None before that has begun."""
         if not 0.0 <= row.time - self._fixed <= _LONGEST_GAP:
             self.restart()
         self._fixed = row.time
         self._stepped = None
         place = displacement(row.latitude, row.longitude, *self._origin)
         velocity = row.sog * math.cos(row.cog), row.sog * math.sin(row.cog)
-        self.filter.fix(row.time, *place, *velocity, row.heading, row.yaw_rate)
+        heading = row.heading if self.heading is None else self.heading.at(row.time)
+        self.filter.fix(row.time, *place, *velocity, heading, row.yaw_rate)
         return self.filter.refused_for == 0.0 if self.filter.started else None
 
     def step(self, row: Row, dt: float) -> Estimate:
@@ -66,16 +65,15 @@ class Aboard:
     def _estimate(self, row):
         if not row.valid:
             return Estimate(*[math.nan] * 11)
-        if self._heading is None and self.filter.started and row.time - self._fixed <= _LONGEST_GAP:
+        if self.filter.started and row.time - self._fixed <= _LONGEST_GAP:
             return estimate_of(self.filter.at(row.time))
         north, east = displacement(row.latitude, row.longitude, *self._origin)
         motion = row.sog, row.cog, row.course_rate, row.sog_std, row.cog_std, row.course_rate_std, row.position_std
-        estimate = Estimate(north, east, *motion, math.nan, math.nan)
-        return estimate if self._heading is None else self._heading.beside(estimate, row.time)
+        return Estimate(north, east, *motion, math.nan, math.nan)
 
     def order(self, yaw_rate: float, speed: float) -> None:
         """What is ordered from the last step on; NaN: someone else steers."""
         if math.isfinite(self._moment):
             self.filter.order(self._moment, yaw_rate, speed)
-            if self._heading is not None:
-                self._heading.order(yaw_rate, speed, self._moment)
+            if self.heading is not None:
+                self.heading.order(yaw_rate, speed, self._moment)

@@ -5,7 +5,6 @@ import math
 
 from steerway.control.heading_plant import HeadingResponse
 from steerway.core.angles import wrap
-from steerway.core.estimate import Estimate
 from steerway.estimation.heading.aboard import HeadingAboard, model_of
 from steerway.estimation.tables import HeadingEstimatorTable
 from steerway.live.base.rows import InputRow
@@ -15,13 +14,13 @@ LOG = logging.getLogger("steerway.live")
 _SHORTEST_STEP, _LONGEST_STEP = 1e-3, 30.0
 """s between two measurements; after a longer pause, and where time goes back by as much, the filter begins anew."""
 _FRESH = 2.0
-"""s after the last measurement for which the heading is predicted, as the tracker's patience."""
+"""s after the compass's last reading for which the heading is predicted, as the tracker's patience."""
 _GYRO = 0.5
 """s for which a measured yaw rate holds."""
 
 
 class MeasuredHeading:
-    """Takes every row of the links, in the order of their arrival; `beside` completes an estimate.
+    """Takes every row of the links, in the order of their arrival; `at` gives the heading.
 
     table: which filter, of those beside the tracker. time: of the yaw rate's response to an ordered one, s; limit: the
     largest that is ordered, rad/s; speed: usual through the water, m/s; speed_time: in which it follows an order, s.
@@ -42,7 +41,7 @@ class MeasuredHeading:
             table.kind, self._yaw, self._limit, self._speed, *stds, weight=table.weight, speed_time=self._speed_time
         )
         self._choice = SourceChoice()  # one compass
-        self._time = math.nan
+        self._time = self._read = math.nan
         self._gyro = self._turned_at = math.nan
         self._ordered, self._ordered_speed, self._ordered_at = math.nan, math.nan, math.nan
         self._turned = self._since = self._mean = (
@@ -65,33 +64,26 @@ class MeasuredHeading:
         self.filter.order(self._mean_order(row.time), self._ordered_speed)
         self.filter.step(heading, step, velocity)
         self._time = row.time if math.isnan(self._time) else self._time + step
+        self._read = self._time if is_compass else self._read
 
     def order(self, yaw_rate: float, speed: float, time: float) -> None:
         """What is ordered from a time on (rad/s, m/s); NaN: someone else steers."""
         self._pass(time)
         self._ordered, self._ordered_speed = yaw_rate, speed
 
-    def beside(self, estimate: Estimate, time: float) -> Estimate:
-        """The estimate at a time, with heading, yaw rate and current by the filter; NaN while unknown."""
-        ahead, gyro = time - self._time, self._measured_rate(time)
-        heading, rate = self.filter.heading, self.filter.yaw_rate if math.isnan(gyro) else gyro
-        if not ahead < _FRESH:
-            heading = rate = math.nan
+    def at(self, time: float) -> float:
+        """The heading at a time, NaN while unknown, and without a compass: orders and velocity tell it then, which the
+        steering filter knows itself.
+        """
+        gyro = self._measured_rate(time)
+        rate = self.filter.yaw_rate if math.isnan(gyro) else gyro
+        heading = wrap(self.filter.heading + rate * max(time - self._time, 0.0))
+        heading = heading if time - self._read < _FRESH else math.nan
         if self._is_known != math.isfinite(heading):
             self._is_known = not self._is_known
             std = math.degrees(self.filter.heading_std)
             LOG.info("heading (%s) %s", self._table.kind, f"known to ± {std:.0f}°" if self._is_known else "unknown")
-        north, east = self.filter.current if math.isfinite(heading) else (math.nan, math.nan)
-        return estimate._replace(
-            heading=wrap(heading + rate * max(ahead, 0.0)),
-            yaw_rate=rate,
-            heading_std=self.filter.heading_std,
-            water_speed=self.filter.water_speed,
-            current_north=north,
-            current_east=east,
-            yaw_bias=self.filter.yaw_bias,
-            speed_gain=1.0,
-        )
+        return heading
 
     def _measured_rate(self, time):
         return self._gyro if time - self._turned_at < _GYRO else math.nan

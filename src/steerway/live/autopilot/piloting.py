@@ -43,7 +43,7 @@ DEFAULT_KINDS = "pole-placement", "pi"
 """Of the autopilot and of the speed controller."""
 _SAMPLE = 0.2
 """s between two steps of a predictive or LQG autopilot."""
-_STEERED_BANDWIDTH = 0.25
+_STEERED_BANDWIDTH = 1.2
 """rad/s of its loop."""
 _COURSE_STD = math.radians(1.0)
 """1σ of an estimated course, as it takes it."""
@@ -99,8 +99,8 @@ def pilot_of(
     """The pilot of a route; its estimator takes rows.
 
     profile: of the course estimator, which limits the bandwidth of the loop. takes: one of `ACTUATIONS`. kinds: one of
-    `control.heading_steering.KINDS` and one of `control.speed_force.CONTROLLERS`. heading: by the steering filter
-    ("tracker"), or by another.
+    `control.heading_steering.KINDS` and one of `control.speed_force.CONTROLLERS`. heading: of the filter that takes
+    the compass's place, "tracker" for none.
     Raises InputError for a route that cannot be sailed.
     """
     profile = Profile.named(profile) if isinstance(profile, str) else profile
@@ -111,7 +111,7 @@ def pilot_of(
     if radius is None:
         radius = _CORNER * float(np.mean(line.speed)) / math.radians(line.boat.max_yaw_rate_dps)
     route = Route(north, east, acceptance=line.acceptance, speed=line.speed, corners=line.corners, corner_radius=radius)
-    steering = in_current(line, takes) if kinds == DEFAULT_KINDS else None
+    steering = in_current(line, takes)
     return Pilot(
         Aboard(origin, response_of(line, takes), profile.position_std, measured_heading(line, takes, heading)),
         Mission(route, Passing(time_factor=None)),
@@ -119,15 +119,14 @@ def pilot_of(
         autopilot(line.boat, profile, takes, kinds[0]),
         BoatActuation(line.boat, takes),
         speed_loop(line.boat, takes, kinds[1]),
-        None if steering is None else PositionHold(line.hold_radius, steering.slowest),
-        steer_by="crab" if heading.kind == "aided" else "course",
+        PositionHold(line.hold_radius, steering.slowest),
         in_current=steering,
         max_dead_reckoning=max_dead_reckoning,
     )
 
 
 def measured_heading(line: GeodeticRoute, takes: str, table: HeadingEstimatorTable) -> MeasuredHeading | None:
-    """The heading by a filter of its own; None for the steering filter's."""
+    """The filter that takes the compass's place; None for the compass itself."""
     if table.kind == "tracker":
         return None
     boat, response = line.boat, yaw_response(line.boat, takes)
@@ -184,7 +183,7 @@ def autopilot(
     shaper = ReferenceModel(1.0, max_rate=most, max_acceleration=most / _TURN_TIME)
     hand_over = HandOver(Steerageway(take=least, give=_GIVE_UP * least, dwell=0.0))
     if kind != DEFAULT_KINDS[0]:
-        response = HeadingResponse.of_nomoto(1.0, max(boat.yaw_time, _SAMPLE), _SAMPLE)
+        response = HeadingResponse.of_nomoto(1.0, max(yaw_response(boat, takes).time, _SAMPLE), _SAMPLE)
         controller = steering(kind, response, most, angle_std=_COURSE_STD, bandwidth=_STEERED_BANDWIDTH)
         return Autopilot(controller, shaper, hand_over)
     return Autopilot(AnglePID(schedule.gains(math.nan)), shaper, hand_over, schedule)
