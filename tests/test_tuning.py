@@ -69,7 +69,7 @@ def test_where_more_effort_predicts_worse_the_answer_is_the_defaults(monkeypatch
     tuned = tune(fixes)
     assert tuned.is_default and tuned.held_back_log_likelihood == tuned.default_held_back_log_likelihood
     assert "the default's" in dict(tuned.sentences())[f"log likelihood of {tuned.held_back} fixes held back"]
-    assert tuned.profile.weighed == choose_profile(fixes).weighed
+    assert tuned.profile.weighed == tuned.default.weighed == choose_profile(fixes).weighed
 
 
 def test_a_slow_error_of_the_receiver_is_found_and_not_taken_for_motion():
@@ -111,7 +111,7 @@ def test_numbers_at_a_bound_are_flagged(sortie):
     posterior = Posterior(PLAIN, Track(fixes, ()).record)
     x = np.zeros(len(posterior.names))
     x[posterior.names.index("speed_walk")] = -FURTHEST
-    assert tuning._intervals(posterior, posterior.values(x))[1] == ["speed_walk"]
+    assert tuning._intervals(posterior, posterior.values(x), np.zeros(len(x)))[1] == ["speed_walk"]
     flagged = replace(tuned, at_bounds=("speed_walk",))
     assert dict(flagged.sentences())["at a bound"] == "speed_walk" and flagged.as_dict()["at_bounds"] == ["speed_walk"]
 

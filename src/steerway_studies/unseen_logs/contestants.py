@@ -41,11 +41,11 @@ def contestants(recording: JudgedLog) -> dict[str, Reported]:
     """All of them by name. `tuned` is missing where the log has too little motion to tune by."""
     fixes, places = recording.fixes, recording.places
     found = {}
-    profiles = {DEFAULT: choose_profile(fixes)}
     try:
-        profiles[TUNED] = steerway.tune(fixes).profile
+        tuned = steerway.tune(fixes)
+        profiles = {DEFAULT: tuned.default, TUNED: tuned.profile}
     except steerway.InputError:
-        pass
+        profiles = {DEFAULT: choose_profile(fixes)}
     for name, profile in profiles.items():
         for smooth in (False, True):
             label = {False: name, True: SMOOTHED if name == DEFAULT else TUNED_SMOOTHED}[smooth]

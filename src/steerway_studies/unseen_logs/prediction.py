@@ -7,7 +7,7 @@ predicts for the fixes of the last fifth, every one from those before it.
 import math
 
 import steerway
-from steerway.estimation import choose_profile, log_likelihood
+from steerway.estimation import log_likelihood
 from steerway_studies.unseen_logs.recordings import JudgedLog
 
 SEEN = 0.8
@@ -21,10 +21,10 @@ def held_back(recording: JudgedLog) -> tuple[float, float]:
     begin = fixes.time[0] + SEEN * (fixes.time[-1] - fixes.time[0])
     seen = fixes.between(None, begin)
     try:
-        profiles = choose_profile(seen), steerway.tune(seen).profile
+        found = steerway.tune(seen)
     except steerway.InputError:
         return math.nan, math.nan
-    default, tuned = (log_likelihood(fixes, profile, begin) for profile in profiles)
+    default, tuned = (log_likelihood(fixes, profile, begin) for profile in (found.default, found.profile))
     return default, tuned
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from steerway.core.errors import InputError
 from steerway.core.records import OK, REJECTED, Fixes
 from steerway.estimation.inference.description import structures_of
-from steerway.estimation.inference.fit import FURTHEST, Posterior, Rows, fitted, likeliest
+from steerway.estimation.inference.fit import FURTHEST, Fit, Posterior, Rows, fitted, likeliest
 from steerway.estimation.inference.record import excerpt
 from steerway.estimation.inference.selection import (
     BETTER,
@@ -43,6 +43,9 @@ number of the plain structure."""
 _MORE = 2
 """How many times the rows and the differences of the quick inference: four times its work. Chosen: some ten
 seconds."""
+_FAR_BEHIND = 30.0
+"""Log evidence by which a structure may be behind the best after its first round: further rounds gain some 20 at most
+(in five recorded logs 1 to 48)."""
 _INTERVAL = 1.96
 """Standard deviations of a 95 % interval: the 0.975 quantile of the normal distribution."""
 
@@ -52,6 +55,8 @@ class Tuned:
     """A profile fitted to a log, and how well what was found in the rest predicts the fixes that were held back."""
 
     profile: InferredProfile
+    default: InferredProfile
+    """What `estimate` finds by itself in the same fixes."""
     fixes: int
     moving: int
     rejected: int
@@ -155,12 +160,19 @@ def _thorough(record: Rows, quick: Inference, report) -> Inference:
     starts = {fit.parts: [fit.values] for fit in quick.fits}
     for parts, fit in screened(PLAIN, few, noise, shortest).items():
         starts.setdefault(parts, []).append(fit.values)
-    report(0.5)
-    fits = {}
+    report(0.3)
+    first: dict[tuple, Fit] = {}
     for parts, each in starts.items():
-        fits[parts] = fitted(parts, many, likeliest(parts, many, each, shortest), _MORE * LAST_ROUNDS, shortest)
-        report(0.5 + 0.5 * len(fits) / len(starts))
-    return weighed(fits)
+        first[parts] = fitted(parts, many, likeliest(parts, many, each, shortest), 1, shortest)
+        report(0.3 + 0.3 * len(first) / len(starts))
+    least = max(fit.evidence for fit in first.values()) - _FAR_BEHIND
+    return weighed(
+        {
+            parts: fitted(parts, many, fit.values, _MORE * LAST_ROUNDS - 1, shortest)
+            for parts, fit in first.items()
+            if fit.evidence > least
+        }
+    )
 
 
 def _refitted(record: Rows, found: Inference) -> Inference:
@@ -186,16 +198,21 @@ def _predictive(record: Rows, structures, cut) -> float:
 
 def _tuned(fixes, record, found: list[Inference], name, moving, held_back, ours, default) -> Tuned:
     many = excerpt(record, _MORE * MANY, 0.25)
-    structures = _mean(*found)
     kept, at_bounds = [], {}
-    for weight, parts, values in structures:
-        intervals, ends = _intervals(Posterior(parts, many), values)
-        kept.append(WeighedStructure(weight=weight, parts=parts, values=values, intervals=intervals))
-        at_bounds |= dict.fromkeys(ends)
-    motion = motion_of(fixes, structures)
+    for one in found:
+        used = {each.parts for each in one.structures}
+        posteriors = {fit.parts: Posterior(fit.parts, many) for fit in one.fits if fit.parts in used}
+        spreads = {fit.parts: _spread(posteriors[fit.parts], fit.values) for fit in one.fits if fit.parts in used}
+        for weight, parts, values in one.structures:
+            intervals, ends = _intervals(posteriors[parts], values, spreads[parts])
+            share = weight / len(found)
+            kept.append(WeighedStructure(weight=share, parts=parts, values=values, intervals=intervals))
+            at_bounds |= dict.fromkeys(ends)
+    motion = motion_of(fixes, _mean(*found))
     nis = motion.nis[np.isin(motion.status, (OK, REJECTED)) & np.isfinite(motion.nis)]
     return Tuned(
         profile=InferredProfile(name=name, structures=tuple(kept)),
+        default=InferredProfile.of(found[0].structures),
         fixes=int(np.isfinite(record.north).sum()),
         moving=moving,
         rejected=int((motion.status == REJECTED).sum()),
@@ -208,11 +225,16 @@ def _tuned(fixes, record, found: list[Inference], name, moving, held_back, ours,
     )
 
 
-def _intervals(posterior: Posterior, values):
-    """95 % intervals of the numbers by name (Laplace), and names of those at a bound of the search."""
+def _spread(posterior: Posterior, values):
+    """Deviations of the numbers about a maximum (Laplace)."""
     x = posterior.point(values)
     scores = posterior.scores(x, posterior.densities(x))
-    spread = np.sqrt(np.diag(np.linalg.inv(scores @ scores.T + np.eye(len(x)))))
+    return np.sqrt(np.diag(np.linalg.inv(scores @ scores.T + np.eye(len(x)))))
+
+
+def _intervals(posterior: Posterior, values, spread):
+    """95 % intervals of the numbers by name, and names of those at a bound of the search."""
+    x = posterior.point(values)
     ends = [list(posterior.values(x + sign * _INTERVAL * spread).values()) for sign in (-1.0, 1.0)]
     intervals = {name: (low, high) for name, low, high in zip(posterior.names, *ends, strict=True)}
     return intervals, [name for name, each in zip(posterior.names, x, strict=True) if abs(each) > 0.999 * FURTHEST]
