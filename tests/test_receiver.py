@@ -41,9 +41,10 @@ def test_a_step_of_the_receiver_moves_the_place_and_not_the_motion():
         assert not (stepped.status == REJECTED).any()
 
 
-def test_the_correction_has_the_moments_of_the_mixture_of_all_hypotheses():
+@pytest.mark.parametrize("slips", [(), ("slips",)], ids=["in any direction", "along the way too"])
+def test_the_correction_has_the_moments_of_the_mixture_of_all_hypotheses(slips):
     """Against the hypotheses corrected one by one, those of less than 1e-6 too; an outlier leaves a mode as it is."""
-    parts = ("base", "wander", "steps")
+    parts = ("base", "wander", "steps", *slips)
     names, medians, _ = parameters_of(parts)
     values = dict(zip(names, np.exp(medians), strict=True)) | {"step_every": 20.0, "poor_rate": 0.1}
     model, states, motion_states = model_of(parts, values)
@@ -63,21 +64,22 @@ def test_the_correction_has_the_moments_of_the_mixture_of_all_hypotheses():
         velocity = x[k, 2] * np.array([math.cos(x[k, 3]), math.sin(x[k, 3])])
         s = p[k, :2, :2] + variance * np.eye(2)
         poor = 35.0 * variance * np.eye(2) + late * np.outer(velocity, velocity)
-        size = max(values["step_std"] ** 2, 0.5 * (nu @ nu - np.trace(s)))
+        step = values["step_std"] ** 2 * np.eye(2) + values.get("slip_std", 0.0) ** 2 * np.outer(velocity, velocity)
+        far = max(1.0, (nu @ nu - np.trace(s)) / np.trace(step)) * step
         density = {
             "good": gaussian(nu, s),
             "poor": gaussian(nu, s + poor),
-            "step": student(nu, s + values["step_std"] ** 2 * np.eye(2)),
+            "step": student(nu, s + step),
             "outlier": 1.0 / (20.0 * math.pi * (nu @ nu + np.trace(s) + 100.0 * variance)),
         }
         steps = 1.0 - math.exp(-1.0 / 20.0)
         prior = (1.0 - wrong) * np.array([1.0 - 0.1 - steps, 0.1, steps, wrong / (1.0 - wrong)])
         weights = prior * np.array(list(density.values()))
         weights /= weights.sum()
-        moments = []
-        for weight, added, moves in zip(weights, (0.0 * s, poor, 0.0 * s, None), (0.0, 0.0, size, 0.0), strict=True):
+        moments, none = [], np.zeros((2, 2))
+        for weight, added, moves in zip(weights, (none, poor, none, None), (none, none, far, none), strict=True):
             before = p[k].copy()
-            before[:2, :2] += moves * np.eye(2)
+            before[:2, :2] += moves
             gain = np.zeros((states, 2))
             if added is not None:
                 gain = before[:, :2] @ np.linalg.inv(before[:2, :2] + variance * np.eye(2) + added)

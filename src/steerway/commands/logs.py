@@ -172,6 +172,7 @@ def info(
             [
                 ("repeated positions", f"{inferred['repeated']} of {inferred['fixes']}"),
                 ("extrapolated positions", f"{inferred['extrapolated']} of {inferred['fixes']}"),
+                ("time stamps", "irregular, of regular fixes" if inferred["regular_times"] else "of the fixes"),
                 *(
                     (f"weight {m['weight']:.2f}", f"log evidence {m['log_evidence']:.1f}: {m['words']}")
                     for m in inferred["models"]
@@ -181,7 +182,7 @@ def info(
 
 
 def _models(logs, max_size) -> dict:
-    """Number of fixes, of those that repeat the one before, of those that the receiver extrapolated, and the models."""
+    """Number of fixes, of those that repeat the one before or that the receiver extrapolated; stamps; the models."""
     import numpy as np
 
     from steerway.estimation.inference.description import structures_of
@@ -192,11 +193,13 @@ def _models(logs, max_size) -> dict:
     placed = fixes.rows(fixes.has_position)
     same = (np.diff(placed.latitude) == 0.0) & (np.diff(placed.longitude) == 0.0)
     estimator = LogEstimator(fixes)
+    tracks = [Track(each, ()) for _, each in placed.tracks()]
     found = structures_of(estimator.profile, estimator.inference) if estimator.is_inferred else []
     return {
         "fixes": len(placed),
         "repeated": int(same.sum()),
-        "extrapolated": sum(Track(each, ()).extrapolated for _, each in placed.tracks()),
+        "extrapolated": sum(each.extrapolated for each in tracks),
+        "regular_times": any(each.regular for each in tracks),
         "models": found,
     }
 

@@ -1,8 +1,9 @@
 """What a fix does to one mode: innovation, density, correction.
 
-A fix is the position, plus the states of the receiver's errors, plus the antenna's way athwart, plus white noise; or it
-is an outlier. Both are weighed (probabilistic data association: Y. Bar-Shalom and X. R. Li, Multitarget-Multisensor
-Tracking, 1995, §3.4): the correction is the mean of both and its covariance holds their spread.
+A fix is the position, plus the states of the receiver's errors, plus the antenna's way athwart, plus the way that is
+made good until it is measured, plus white noise; or it is an outlier. Both are weighed (probabilistic data association:
+Y. Bar-Shalom and X. R. Li, Multitarget-Multisensor Tracking, 1995, §3.4): the correction is the mean of both and its
+covariance holds their spread.
 """
 
 import math
@@ -16,6 +17,7 @@ from steerway.estimation.inference.model import (
     NORTH,
     ON_ANTENNA,
     ON_FIX,
+    ON_TIME,
     SPEED,
     STATE,
 )
@@ -49,6 +51,13 @@ def project(x, p, k, filters, out_n, out_e):
             for i in range(n):
                 out_n[i] -= s * p[k, j, i]
                 out_e[i] += c * p[k, j, i]
+        elif filters[f, ACTS_ON] == ON_TIME:
+            v_n, v_e = x[k, SPEED] * math.cos(x[k, COURSE]), x[k, SPEED] * math.sin(x[k, COURSE])
+            north += v_n * x[k, j]
+            east += v_e * x[k, j]
+            for i in range(n):
+                out_n[i] += v_n * p[k, j, i]
+                out_e[i] += v_e * p[k, j, i]
     return north, east
 
 
@@ -67,6 +76,11 @@ def of_fix(x, k, filters, vector_n, vector_e):
             nn -= s * vector_n[j]
             ne += c * vector_n[j]
             ee += c * vector_e[j]
+        elif filters[f, ACTS_ON] == ON_TIME:
+            v_n, v_e = x[k, SPEED] * math.cos(x[k, COURSE]), x[k, SPEED] * math.sin(x[k, COURSE])
+            nn += v_n * vector_n[j]
+            ne += v_e * vector_n[j]
+            ee += v_e * vector_e[j]
     return nn, ne, ee
 
 

@@ -4,7 +4,8 @@ Every mode has the state [x^n y^n U χ r …]: position, speed and course over g
 Beyond the five come shaping filters (T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed.,
 §8.2 and §10.2), each a real or complex first-order Gauss–Markov process z with ż = (−λ + iν) z + w, of which the
 real part acts: on the speed, on the course rate, on the course (waves swing a vessel about the course she holds; were
-it the rate, they would let it wander), athwart on the antenna, or as the receiver's error north and east.
+it the rate, they would let it wander), athwart on the antenna, on the moment of a fix, or as the receiver's error north
+and east.
 
 The covariance belongs to the error [δN δE δU δs δr …] with δs = U δχ: velocity along and across the course. It stays
 regular at rest, where course means nothing.
@@ -15,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 NORTH, EAST, SPEED, COURSE, RATE = range(5)
-ON_SPEED, ON_RATE, ON_COURSE, ON_ANTENNA, ON_FIX, ON_AID = range(6)
+ON_SPEED, ON_RATE, ON_COURSE, ON_ANTENNA, ON_FIX, ON_AID, ON_TIME = range(7)
 """What a shaping filter acts on. One on fixes has two states, north and east; a complex one two, real and imaginary."""
 
 AID_VARIANCE, COMPANION = range(2)
@@ -34,10 +35,20 @@ CALM, TURN, YAW, SURGE, EMERGENCY = range(5)
 """Modes: course held; steady turn; yaw manoeuvre; speed manoeuvre; whatever the vessel is capable of."""
 MODES = 5
 
-FIX_VARIANCE, OUTLIER_RATE, DRIFT_SPEED, POOR_RATE, TIME_VARIANCE, LATE_VARIANCE, STEP_RATE, STEP_VARIANCE = range(8)
+(
+    FIX_VARIANCE,
+    OUTLIER_RATE,
+    DRIFT_SPEED,
+    POOR_RATE,
+    TIME_VARIANCE,
+    LATE_VARIANCE,
+    STEP_RATE,
+    STEP_VARIANCE,
+    SLIP_VARIANCE,
+) = range(9)
 """`receiver`: variance of a fix (white, m²), share of outliers, the speed (m/s) below which motion is isotropic, share
-of poor fixes, variance of the moment of a fix and that of a poor one besides (s²), steps of its error a second and the
-variance of a step (m²)."""
+of poor fixes, variance of the moment of a fix and that of a poor one besides (s²), steps of its error a second, and the
+variance of a step in any direction (m²) and, besides, along the way made good (s²)."""
 
 
 class Model(NamedTuple):
@@ -46,7 +57,7 @@ class Model(NamedTuple):
     modes: np.ndarray  # (MODES, 4)
     generator: np.ndarray  # (MODES, MODES) rates of change between modes, 1/s; rows sum to 0
     filters: np.ndarray  # (f, 5)
-    receiver: np.ndarray  # (8,)
+    receiver: np.ndarray  # (9,)
     aids: np.ndarray  # (aids, 2)
 
 

@@ -18,6 +18,7 @@ from steerway.estimation.inference.model import (
     FREQUENCY,
     ON_ANTENNA,
     ON_RATE,
+    ON_TIME,
     RATE,
     RATE_DECAY,
     RATE_NOISE,
@@ -52,7 +53,7 @@ def reversal_of(model: Model, states: int) -> Reversal:
     for row in model.filters:
         first, last = int(row[STATE]), int(row[STATE]) + has_two_states(row)
         variance[:, first : last + 1] = row[VARIANCE]
-        if row[ACTS_ON] in (ON_RATE, ON_ANTENNA):
+        if row[ACTS_ON] in (ON_RATE, ON_ANTENNA, ON_TIME):
             sign[first] = -1.0
         if row[FREQUENCY] > 0.0:
             sign[last] = -sign[first]

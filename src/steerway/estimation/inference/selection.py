@@ -17,7 +17,7 @@ from steerway.estimation.inference.structures import SHIP, VESSELS
 PLAIN = ("base", "wander")
 OPTIONAL = ("waves", "antenna", "clock", "error", "steps")
 """Parts that a structure may have beside the plain ones."""
-SECOND = {"antenna": "second_roll", "error": "quick_error"}
+SECOND = {"antenna": "second_roll", "error": "quick_error", "clock": "beat", "steps": "slips"}
 """Parts that may come with one of these, where that is better than none."""
 
 FEW, MANY = 500, 1500
@@ -170,6 +170,17 @@ def starts(part, values, noise) -> list[list[dict]]:
     if part == "clock":
         clocks = product((1.0, 0.5), (0.01, 0.1))
         return [[values | {"fix_std": share * values["fix_std"], "time_std": std} for share, std in clocks]]
+    if part == "beat":
+        beats = product((1.0, 0.3), (0.1, 0.3), (*_PERIODS, 40.0))
+        return [
+            [
+                values | {"time_std": share * values.get("time_std", 0.05), "beat_std": std, "beat_period": period}
+                for share, std, period in beats
+            ]
+        ]
+    if part == "slips":
+        share = values | {"step_std": 0.3 * values["step_std"]}
+        return [[v | {"slip_std": std} for v, std in product((values, share), (0.1, 0.3, 1.0))]]
     if part == "steps":
         shares = (values, values | {"fix_std": 0.5 * values["fix_std"]})
         steps = product(shares, (10.0, 60.0), (3.0 * noise, 10.0 * noise))

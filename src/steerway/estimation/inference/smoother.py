@@ -26,10 +26,9 @@ from steerway.estimation.inference.model import (
     SPEED,
     STARTED,
     STEP_RATE,
-    STEP_VARIANCE,
 )
 from steerway.estimation.inference.relative import difference, is_steady, shifted, turned
-from steerway.estimation.inference.weigh import gaussian, outlier_density, student, take_fix
+from steerway.estimation.inference.weigh import gaussian, outlier_density, step_variance, student, take_fix
 
 _NEGLIGIBLE = 1e-3
 """Probability of a pair of modes below which it is left out, against that of the likeliest pair: before their states
@@ -224,7 +223,7 @@ def step_between(kept, k, reversal, bank, weight):
     apart than they should be; between no step and one the harmonic mean is taken.
     """
     m, receiver = bank.x.shape[0], reversal.model.receiver
-    slips = 1.0 - math.exp(-receiver[STEP_RATE] * bank.run[SINCE])
+    happens = 1.0 - math.exp(-receiver[STEP_RATE] * bank.run[SINCE])
     stays = steps = total = variance = spread = 0.0
     for q in range(len(weight)):
         if weight[q] == 0.0:
@@ -232,14 +231,15 @@ def step_between(kept, k, reversal, bank, weight):
         i, j = q % m, q // m
         a, b = bank.mixed_x[j, NORTH] - kept.x[k, i, NORTH], bank.mixed_x[j, EAST] - kept.x[k, i, EAST]
         nn, ne = bank.p[j, 0, 0] + kept.p[k, i, 0, 0], bank.p[j, 0, 1] + kept.p[k, i, 0, 1]
-        ee, slip = bank.p[j, 1, 1] + kept.p[k, i, 1, 1], receiver[STEP_VARIANCE]
+        ee = bank.p[j, 1, 1] + kept.p[k, i, 1, 1]
+        d_nn, d_ne, d_ee = step_variance(receiver, kept.x[k, i, SPEED], kept.x[k, i, COURSE])
         stays += weight[q] * gaussian(a, b, nn, ne, ee)
         steps += weight[q] * receiver[OUTLIER_RATE] * outlier_density(a, b, nn + ee, receiver[FIX_VARIANCE])
-        if slips > 0.0:
-            steps += weight[q] * slips * student(a, b, nn + slip, ne, ee + slip)
+        if happens > 0.0:
+            steps += weight[q] * happens * student(a, b, nn + d_nn, ne + d_ne, ee + d_ee)
         total += weight[q]
         spread += weight[q] * 0.5 * (nn + ee)
-        variance += weight[q] * max(slip, 0.5 * (a * a + b * b - nn - ee))
+        variance += weight[q] * 0.5 * max(d_nn + d_ee, a * a + b * b - nn - ee)
     if not stays + steps > 0.0:
         return 0.0
     spread, variance, probability = spread / total, variance / total, steps / (stays + steps)

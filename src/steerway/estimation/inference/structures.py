@@ -20,6 +20,7 @@ from steerway.estimation.inference.model import (
     ON_FIX,
     ON_RATE,
     ON_SPEED,
+    ON_TIME,
     SURGE,
     TURN,
     YAW,
@@ -77,7 +78,13 @@ PRIORS = {
         "roll_damping": (0.03, 1.2),
     },
     "clock": {"time_std": (0.03, 1.2)},  # s, of the moment of a fix
+    "beat": {  # of a receiver's interval and a logger's
+        "beat_std": (0.1, 1.2),  # s, of the moment of a fix too
+        "beat_period": (10.0, 1.2),  # s
+        "beat_damping": (0.2, 1.2),
+    },
     "steps": {"step_every": (15.0, 1.0), "step_std": (0.15, 1.3)},  # s and m, as of the study's developing half
+    "slips": {"slip_std": (0.3, 1.2)},  # s, steps along the way made good besides: of the moment of a fix
     "error": {"error_std": (0.7, 1.2), "error_time": (100.0, 1.5)},  # m, s
     "quick_error": {"quick_std": (0.25, 1.2), "quick_time": (5.0, 0.8)},  # m, s
     **{aid.name: aid.priors for aid in TABLE},
@@ -157,6 +164,10 @@ def model_of(parts, values) -> tuple[Model, int, int]:
     if "second_roll" in parts:
         natural = 2.0 * math.pi / v["roll_period"]
         add(ON_ANTENNA, v["roll_damping"] * natural, natural, v["roll_std"])
+    if "beat" in parts:
+        for harmonic in (1, 2):  # of a sawtooth, which the phase between two clocks is
+            natural = harmonic * 2.0 * math.pi / v["beat_period"]
+            add(ON_TIME, v["beat_damping"] * natural, natural, v["beat_std"] / harmonic)
     if "error" in parts:
         add(ON_FIX, 1.0 / v["error_time"], 0.0, v["error_std"])
     if "quick_error" in parts:
@@ -180,6 +191,7 @@ def model_of(parts, values) -> tuple[Model, int, int]:
             v["late_std"] ** 2,
             1.0 / v["step_every"] if "steps" in parts else 0.0,
             v.get("step_std", 0.0) ** 2,
+            v.get("slip_std", 0.0) ** 2,
         ]
     )
     return Model(modes, generator, table, receiver, aids), states_of(table), driving

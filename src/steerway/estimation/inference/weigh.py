@@ -19,6 +19,7 @@ from steerway.estimation.inference.model import (
     RUN_E,
     RUN_N,
     SINCE,
+    SLIP_VARIANCE,
     SPEED,
     STEP_E,
     STEP_N,
@@ -98,9 +99,10 @@ def take_fix(bank, model, north, east, excess):
         added = (POOR * POOR - 1.0) * variance
         p_nn, p_ne, p_ee = s_nn + added + late * v_n * v_n, s_ne + late * v_n * v_e, s_ee + added + late * v_e * v_e
         poor = poor_prior * gaussian(nu_n, nu_e, p_nn, p_ne, p_ee)
-        step, stepped = receiver[STEP_VARIANCE], 0.0
+        stepped = 0.0
+        d_nn, d_ne, d_ee = step_variance(receiver, x[k, SPEED], x[k, COURSE])
         if step_prior > 0.0:
-            stepped = step_prior * student(nu_n, nu_e, s_nn + step, s_ne, s_ee + step)
+            stepped = step_prior * student(nu_n, nu_e, s_nn + d_nn, s_ne + d_ne, s_ee + d_ee)
         whole = usual + poor + stepped + outlier
         weight = probability[k]
         density[k] = weight * whole
@@ -108,10 +110,10 @@ def take_fix(bank, model, north, east, excess):
         wrong += weight * outlier
         mean_n += weight * nu_n
         mean_e += weight * nu_e
-        loose = poor_prior * added + step_prior * STUDENT_VARIANCE * step
-        mean_nn += weight * (s_nn + loose + nu_n * nu_n)
-        mean_ne += weight * (s_ne + nu_n * nu_e)
-        mean_ee += weight * (s_ee + loose + nu_e * nu_e)
+        loose, far = poor_prior * added, step_prior * STUDENT_VARIANCE
+        mean_nn += weight * (s_nn + loose + far * d_nn + nu_n * nu_n)
+        mean_ne += weight * (s_ne + far * d_ne + nu_n * nu_e)
+        mean_ee += weight * (s_ee + loose + far * d_ee + nu_e * nu_e)
         least = min(least, s_nn + s_ee)
         m_nn, m_ne, m_ee, mean_s_n, mean_s_e = share(usual / whole, nu_n, nu_e, s_nn, s_ne, s_ee)
         if poor > LEAST_PROBABILITY * whole:
@@ -120,12 +122,15 @@ def take_fix(bank, model, north, east, excess):
             mean_s_n, mean_s_e = mean_s_n + b_n, mean_s_e + b_e
         if stepped > LEAST_PROBABILITY * whole:
             # it went as far as the innovation is larger than it should be
-            step = max(receiver[STEP_VARIANCE], 0.5 * (nu_n * nu_n + nu_e * nu_e - s_nn - s_ee))
+            scale = max(1.0, (nu_n * nu_n + nu_e * nu_e - s_nn - s_ee) / (d_nn + d_ee))
+            d_nn, d_ne, d_ee = scale * d_nn, scale * d_ne, scale * d_ee
             stepped /= whole
-            j_nn, j_ne, j_ee, b_n, b_e = share(stepped, nu_n, nu_e, s_nn + step, s_ne, s_ee + step)
+            j_nn, j_ne, j_ee, b_n, b_e = share(stepped, nu_n, nu_e, s_nn + d_nn, s_ne + d_ne, s_ee + d_ee)
             m_nn, m_ne, m_ee = m_nn + j_nn, m_ne + j_ne, m_ee + j_ee
             mean_s_n, mean_s_e = mean_s_n + b_n, mean_s_e + b_e
-            step_position(x, p, k, pc_n, pc_e, step, stepped, j_nn, j_ne, j_ee, b_n, b_e, mean_s_n, mean_s_e)
+            step_position(
+                x, p, k, pc_n, pc_e, d_nn, d_ne, d_ee, stepped, j_nn, j_ne, j_ee, b_n, b_e, mean_s_n, mean_s_e
+            )
         m_nn, m_ne, m_ee = m_nn + mean_s_n * mean_s_n, m_ne + mean_s_n * mean_s_e, m_ee + mean_s_e * mean_s_e
         correct(x, p, k, pc_n, pc_e, m_nn, m_ne, m_ee, mean_s_n, mean_s_e)
     for k in range(m):
@@ -148,26 +153,44 @@ def share(probability, nu_n, nu_e, s_nn, s_ne, s_ee):
     return probability * m_nn, probability * m_ne, probability * m_ee, probability * s_n, probability * s_e
 
 
-@called_kernel
-def step_position(x, p, k, pc_n, pc_e, step, probability, j_nn, j_ne, j_ee, b_n, b_e, mean_n, mean_e):
-    """Move the position of mode k by what a step of variance `step` (m²) and probability β does to it, E of x.
+@lean_kernel
+def step_variance(receiver, speed, course):
+    """Covariance (m²) of a step of the receiver: in any direction, and along the way made good."""
+    v_n, v_e = speed * math.cos(course), speed * math.sin(course)
+    step, slip = receiver[STEP_VARIANCE], receiver[SLIP_VARIANCE]
+    return step + slip * v_n * v_n, slip * v_n * v_e, step + slip * v_e * v_e
 
-    x ← x + q E b and P ← P − q (C (J + s̄ bᵀ) Eᵀ + its transpose) + E (β q − q² (J + b bᵀ)) Eᵀ, with J and b of `share`
+
+@called_kernel
+def step_position(x, p, k, pc_n, pc_e, d_nn, d_ne, d_ee, probability, j_nn, j_ne, j_ee, b_n, b_e, mean_n, mean_e):
+    """Move the position of mode k by what a step of covariance D (m²) and probability β does to it, E of x.
+
+    x ← x + E D b and P ← P − (C (J + s̄ bᵀ) D Eᵀ + its transpose) + E (β D − D (J + b bᵀ) D) Eᵀ, with J and b of `share`
     and s̄ the mean of all hypotheses; what is common to them follows by `correct`.
     """
-    x[k, NORTH] += step * b_n
-    x[k, EAST] += step * b_e
+    x[k, NORTH] += d_nn * b_n + d_ne * b_e
+    x[k, EAST] += d_ne * b_n + d_ee * b_e
+    k_nn, k_ne, k_en, k_ee = j_nn + mean_n * b_n, j_ne + mean_n * b_e, j_ne + mean_e * b_n, j_ee + mean_e * b_e
+    k_nn, k_ne = k_nn * d_nn + k_ne * d_ne, k_nn * d_ne + k_ne * d_ee
+    k_en, k_ee = k_en * d_nn + k_ee * d_ne, k_en * d_ne + k_ee * d_ee
     for i in range(x.shape[1]):
-        a = step * (pc_n[i] * (j_nn + mean_n * b_n) + pc_e[i] * (j_ne + mean_e * b_n))
-        b = step * (pc_n[i] * (j_ne + mean_n * b_e) + pc_e[i] * (j_ee + mean_e * b_e))
+        a, b = pc_n[i] * k_nn + pc_e[i] * k_en, pc_n[i] * k_ne + pc_e[i] * k_ee
         p[k, i, NORTH] -= a
         p[k, NORTH, i] -= a
         p[k, i, EAST] -= b
         p[k, EAST, i] -= b
-    p[k, NORTH, NORTH] += step * probability - step * step * (j_nn + b_n * b_n)
-    p[k, EAST, EAST] += step * probability - step * step * (j_ee + b_e * b_e)
-    p[k, NORTH, EAST] -= step * step * (j_ne + b_n * b_e)
-    p[k, EAST, NORTH] -= step * step * (j_ne + b_n * b_e)
+    j_nn, j_ne, j_ee = j_nn + b_n * b_n, j_ne + b_n * b_e, j_ee + b_e * b_e
+    a_nn, a_ne, a_en, a_ee = (
+        d_nn * j_nn + d_ne * j_ne,
+        d_nn * j_ne + d_ne * j_ee,
+        d_ne * j_nn + d_ee * j_ne,
+        d_ne * j_ne + d_ee * j_ee,
+    )
+    p[k, NORTH, NORTH] += probability * d_nn - a_nn * d_nn - a_ne * d_ne
+    p[k, EAST, EAST] += probability * d_ee - a_en * d_ne - a_ee * d_ee
+    cross = probability * d_ne - a_nn * d_ne - a_ne * d_ee
+    p[k, NORTH, EAST] += cross
+    p[k, EAST, NORTH] += cross
 
 
 @called_kernel

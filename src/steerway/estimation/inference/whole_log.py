@@ -1,5 +1,6 @@
 """Fixes of one vessel in, Motion out, by the structures that the record is evidence for."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -33,6 +34,7 @@ from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.inference.plane import Plane, laid_out, placed, steps_between
 from steerway.estimation.inference.record import extrapolated, without_copies
 from steerway.estimation.inference.selection import PLAIN, Inference, Structure, infer
+from steerway.estimation.inference.stamps import regular_times
 from steerway.estimation.inference.structures import model_of, parameters_of
 from steerway.estimation.inference.track import run_record
 
@@ -113,6 +115,7 @@ class Track:
     """A vessel's rows as a `record` in a plane, and the way back; `wanted` says which rows go out, `time` when.
 
     extrapolated: how many fixes the receiver extrapolated, see `record.extrapolated`.
+    regular: whether the times of the fixes are regular ones in place of their stamps, see `stamps.regular_times`.
     """
 
     def __init__(self, fixes: Fixes, aid, rate=None):
@@ -121,11 +124,16 @@ class Track:
         if rate is not None:
             self.fixes = fixes = distinct_rows(fixes, aid)
         latitude, longitude, aids = without_duplicates(fixes, aid)
-        self.time, origin, self.wanted = schedule(fixes, rate, None)
         fixed = np.isfinite(latitude) & np.isfinite(longitude)
         self._plane = _plane_of(latitude[fixed], longitude[fixed])
         first, second = np.full(len(fixes), np.nan), np.full(len(fixes), np.nan)
         first[fixed], second[fixed] = self._plane.first, self._plane.second
+        stamps = fixes.time
+        measured = regular_times(stamps[fixed], self._plane.first, self._plane.second)
+        self.regular = measured is not None
+        if measured is not None:
+            fixes = replace(fixes, time=np.interp(np.arange(len(fixes)), np.flatnonzero(fixed), measured))
+        self.time, origin, self.wanted = schedule(fixes, rate, None)
         first[~_new(latitude, longitude, fixed)] = np.nan
         known = np.flatnonzero(np.isfinite(first))
         guessed = extrapolated(fixes.time[known], first[known], second[known])
@@ -140,6 +148,8 @@ class Track:
         first, second = np.where(own, first[origin], np.nan), np.where(own, second[origin], np.nan)
         restarts = np.flatnonzero(np.diff(self.time) > LONGEST_GAP) + 1
         self.record = Rows(self.time, first, second, excess, table, restarts)
+        if rate is None:
+            self.time = stamps
 
     @property
     def azimuth(self):
