@@ -10,7 +10,7 @@ from steerway.core.angles import wrap_array
 from steerway.core.records import PREDICTED, REJECTED
 from steerway.estimation.inference.bank import advance, start
 from steerway.estimation.inference.model import COURSE, MODES, SPEED, empty_bank
-from steerway.estimation.inference.record import extrapolated
+from steerway.estimation.inference.record import extrapolated, without_copies
 from steerway.estimation.inference.structures import model_of, parameters_of
 from steerway.estimation.inference.weigh import take_fix
 from steerway.estimation.inference.whole_log import infer_log, motion_of
@@ -134,3 +134,15 @@ def test_measured_fixes_are_not_taken_for_extrapolated_ones(std, rounded):
     if rounded:
         north, east = (np.round(column / rounded) * rounded for column in (north, east))
     assert not extrapolated(scene.time, north, east).any()
+
+
+def test_a_boat_that_rests_at_one_place_is_no_receiver_that_holds():
+    """She lies at one written place for a minute in the middle and at the end, and goes on at full speed at once."""
+    time = np.arange(400.0)
+    step = np.where(time < 60.0, 0.1, 3.0)
+    north = np.cumsum(np.where((time > 150.0) & (time <= 210.0) | (time > 340.0), 0.0, step))
+    kept, _ = without_copies(time, north, 0.5 * north)
+    np.testing.assert_array_equal(kept, north)
+    held = north[np.arange(400) // 2 * 2]
+    kept, _ = without_copies(time, held, 0.5 * held)
+    np.testing.assert_array_equal(np.isfinite(kept[60:150]), np.arange(60, 150) % 2 == 0)

@@ -7,11 +7,12 @@ import numpy as np
 from steerway.estimation.inference.fit import Rows
 
 
-def without_copies(north, east):
+def without_copies(time, north, east):
     """North and east (n,) with copies of the fix before as unknown: receivers hold, loggers stutter.
 
     Positions that are written in coarse steps repeat themselves as well, of a vessel that hardly moves; such a repeat
-    is followed by a step or two, a copy by all the way since.
+    is followed by a step or two, a copy by all the way since. A vessel that went at `_REST_SPEED` or less since the
+    first of the repeats was at rest, however far the next step.
     """
     north, east = np.array(north, dtype=np.float64), np.array(east, dtype=np.float64)
     known = np.flatnonzero(np.isfinite(north) & np.isfinite(east))
@@ -26,12 +27,22 @@ def without_copies(north, east):
     far = (steps > FEW_STEPS * coarse).any(axis=1)
     follows = np.flatnonzero(~same)  # the next move after each run of repeats
     after = np.searchsorted(follows, np.arange(len(same)))
-    moved = np.append(far[follows], True)[after]
+    at = time[known]
+    since = at[np.append(0, follows + 1)]
+    way = _REST_SPEED * (at[follows + 1] - since[:-1])
+    gone = far[follows] & (np.hypot(*steps[follows].T) > way)
+    moved = np.append(gone, at[-1] - since[-1] <= HELD)[after]
     copies = known[1:][same & moved]
     north[copies] = east[copies] = np.nan
     return north, east
 
 
+_REST, _REST_SPEED = 10.0, 0.3
+"""s and m/s: a vessel that was so long before and will be so long after no farther off than this speed takes her is at
+rest. Chosen: the speed is `course.STEERAGEWAY`."""
+HELD = 1.0
+"""s for which a fix may be a copy of the one before as long as no other follows: loggers stutter for less, and a boat
+that is longer at one place has stopped. Chosen."""
 FEW_STEPS = 2.5
 """Steps of the resolution that a vessel which hardly moves goes at once: one or two, and rounding."""
 
@@ -97,9 +108,6 @@ _PIECES, _BURSTS, _IN_BURSTS, _IN_PHASE = 8, 4, 0.25, 10
 Chosen."""
 
 
-_REST, _REST_SPEED = 10.0, 0.3
-"""s and m/s: a vessel that was so long before and will be so long after no farther off than this speed takes her is at
-rest. Chosen: the speed is `course.STEERAGEWAY`."""
 _HELD = 0.5
 """Ratio of the noise at rest to that under way below which a receiver holds or low-passes the positions of a vessel at
 rest: such fixes tell nothing of those under way. In recorded logs it is 0 to 0.45 of receivers that do, 0.6 to 1.2 of

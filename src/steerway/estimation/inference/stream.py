@@ -22,7 +22,7 @@ from steerway.estimation.inference.forecast import MOMENTS, mixed, place_moments
 from steerway.estimation.inference.fuse import fuse
 from steerway.estimation.inference.model import FUSED, STARTED, Bank, Model, empty_bank
 from steerway.estimation.inference.plane import place_near, step_between
-from steerway.estimation.inference.record import FEW_STEPS
+from steerway.estimation.inference.record import FEW_STEPS, HELD
 from steerway.estimation.inference.structures import model_of
 from steerway.estimation.inference.track import take_row
 from steerway.estimation.inference.whole_log import UNKNOWN_SPEED
@@ -46,9 +46,6 @@ from steerway.estimation.profiles.inferred import InferredProfile
 ) = range(14)
 """State of the filter beside the banks."""
 _HEADER = 14
-HELD = 1.0
-"""s for which a fix may be a copy of the one before: loggers stutter for less, and a boat that is longer at one place
-has stopped. Chosen."""
 FADE = 10.0
 """s in which the weight goes over from one set of structures to the next: a few fixes of a usual receiver. Chosen."""
 LEAST_LOG_WEIGHT = -40.0

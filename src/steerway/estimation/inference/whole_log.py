@@ -134,7 +134,7 @@ class Track:
         if measured is not None:
             fixes = replace(fixes, time=np.interp(np.arange(len(fixes)), np.flatnonzero(fixed), measured))
         self.time, origin, self.wanted = schedule(fixes, rate, None)
-        first[~_new(latitude, longitude, fixed)] = np.nan
+        first[~_new(fixes.time, latitude, longitude, fixed)] = np.nan
         known = np.flatnonzero(np.isfinite(first))
         guessed = extrapolated(fixes.time[known], first[known], second[known])
         first[known[guessed]] = np.nan
@@ -175,13 +175,14 @@ def _plane_of(latitude, longitude) -> Plane:
     return Plane(latitude, longitude, _NONE, _NONE, _NONE)
 
 
-def _new(latitude, longitude, fixed):
+def _new(time, latitude, longitude, fixed):
     """(n,) bool: fixes that are no copies. A vessel whose fixes are all at one place is at rest there."""
     new = fixed.copy()
     if fixed.sum() > 1:
         north, east, _ = steps_between(latitude[fixed], longitude[fixed])
         if north.any() or east.any():
-            kept, _ = without_copies(np.append(0.0, np.cumsum(north)), np.append(0.0, np.cumsum(east)))
+            way = (np.append(0.0, np.cumsum(each)) for each in (north, east))
+            kept, _ = without_copies(time[fixed], *way)
             new[fixed] = np.isfinite(kept)
     return new
 
