@@ -29,6 +29,7 @@ class Judged:
     held_back: tuple[float, float]
     lag: float
     rate_lag: float
+    course_lag: float
     noise: tuple[float, float, float]
     fixes: int
     minutes: float
@@ -51,6 +52,7 @@ def judge(log) -> Judged | str:
         held_back=held_back(recording),
         lag=reference.lag,
         rate_lag=reference.rate_lag,
+        course_lag=reference.course_lag,
         noise=reference.noise,
         fixes=len(times),
         minutes=float(times[-1] - times[0]) / 60.0,
@@ -75,7 +77,7 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
             results.numbers |= {f"{stem}_{name}_{key}": float(value) for key, value in asdict(one).items()}
         for name, likelihood in zip(("default", "tuned"), each.held_back, strict=True):
             results.numbers[f"{stem}_held_back_{name}"] = likelihood
-        results.numbers[f"{stem}_lag_s"] = each.lag
+        results.numbers |= {f"{stem}_lag_s": each.lag, f"{stem}_course_lag_s": each.course_lag}
     page.add_tables(results, judged, public_logs())
     return results
 

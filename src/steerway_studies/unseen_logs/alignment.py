@@ -6,6 +6,7 @@ the mean of clipped differences, if it gains at least 1 %.
 
 import numpy as np
 
+from steerway.core import wrap_array
 from steerway_studies.unseen_logs.reference import Integral, VelocityReference
 
 LAGS = np.arange(-80, 121) * 0.05  # s
@@ -22,12 +23,7 @@ def velocity_lag(reference: VelocityReference, time, places) -> float:
 
     `reference` with its lag at 0; time: (n,) s; places: (n, 2) m. Without a course the ways are compared.
     """
-    ahead = np.maximum(np.searchsorted(time, time + _SPAN - 1e-6), np.arange(len(time)) + 2)
-    rows = np.flatnonzero(ahead < len(time))
-    ahead = ahead[rows]
-    short = time[ahead] - time[rows] < 2.0 * max(_SPAN, 2.0 * float(np.median(np.diff(time))))
-    rows, ahead = rows[short], ahead[short]
-    moved = places[ahead] - places[rows]
+    rows, ahead, moved = _displacements(time, places)
     directed = np.isfinite(reference.travelled(time[rows], time[ahead])[0]).sum() >= _FEWEST
 
     def difference(lag):
@@ -36,7 +32,36 @@ def velocity_lag(reference: VelocityReference, time, places) -> float:
             return np.hypot(*(moved.T - reference.travelled(begin, end)))
         return np.abs(np.hypot(*moved.T) - reference.way(begin, end))
 
-    return _least(difference)
+    return _least(difference) or 0.0
+
+
+def course_lag(reference: VelocityReference, time, places) -> float:
+    """s by which the course is later than the speed, 0 where one of the two lags is not found: many damp them apart.
+
+    The ways over five seconds or two fixes are compared for the speed, their directions for the course.
+    """
+    rows, ahead, moved = _displacements(time, places)
+    way = np.hypot(*moved.T)
+
+    def of_way(lag):
+        return np.abs(way - reference.way(time[rows] + lag, time[ahead] + lag))
+
+    def of_direction(lag):
+        north, east = reference.travelled(time[rows] + lag, time[ahead] + lag)
+        return way * np.abs(wrap_array(np.arctan2(east, north) - np.arctan2(moved[:, 1], moved[:, 0])))
+
+    speed, course = _least(of_way), _least(of_direction)
+    return 0.0 if speed is None or course is None else course - speed
+
+
+def _displacements(time, places):
+    """Rows, those five seconds or two fixes ahead of them, and the displacements (m) between; not over gaps."""
+    ahead = np.maximum(np.searchsorted(time, time + _SPAN - 1e-6), np.arange(len(time)) + 2)
+    rows = np.flatnonzero(ahead < len(time))
+    ahead = ahead[rows]
+    short = time[ahead] - time[rows] < 2.0 * max(_SPAN, 2.0 * float(np.median(np.diff(time))))
+    rows, ahead = rows[short], ahead[short]
+    return rows, ahead, places[ahead] - places[rows]
 
 
 def rate_lag(reference: VelocityReference, time, places) -> float:
@@ -55,13 +80,13 @@ def rate_lag(reference: VelocityReference, time, places) -> float:
         at = time[rows] + lag
         return np.where(slow, np.nan, np.abs(turn - turned.between(at - half, at + half)))
 
-    return _least(difference)
+    return _least(difference) or 0.0
 
 
-def _least(difference) -> float:
+def _least(difference) -> float | None:
     unmoved = difference(0.0)
     if np.isfinite(unmoved).sum() < _FEWEST:
-        return 0.0
+        return None
     most = _CLIP * np.nanmedian(unmoved)
     costs = np.full(len(LAGS), np.inf)
     for k, lag in enumerate(LAGS):
@@ -69,4 +94,4 @@ def _least(difference) -> float:
         if np.isfinite(differences).sum() >= _FEWEST:
             costs[k] = np.nanmean(np.minimum(differences, most))
     best = int(np.argmin(costs))
-    return float(LAGS[best]) if costs[best] < (1.0 - _LEAST_GAIN) * np.nanmean(np.minimum(unmoved, most)) else 0.0
+    return float(LAGS[best]) if costs[best] < (1.0 - _LEAST_GAIN) * np.nanmean(np.minimum(unmoved, most)) else None

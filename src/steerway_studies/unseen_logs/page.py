@@ -10,7 +10,8 @@ LEAD = (
     "Logs from public repositories, judged by the receiver's Doppler velocity or by a better instrument. The develop "
     "half may be looked at and tuned on; the report half only judges, and the numbers without a prefix are its own. "
     "The reference's lag is the one that brings the integral of its velocity closest to the displacements of the "
-    "positions over 5 s, without any filter's help, and is taken out for all contestants alike. Spikes of it "
+    "positions over 5 s, without any filter's help, and is taken out for all contestants alike; that of the course "
+    "besides, where ways and directions show it, as instruments damp speed and course apart. Spikes of it "
     "(above 30 m/s², or a stated accuracy above 1.5 m/s) are left out by the reference alone. Coverage counts the "
     "reference's white noise, from its third differences. COG and rate are judged above 0.6 m/s."
 )
@@ -75,7 +76,8 @@ def _heading(each) -> str:
     sog, across, rate = each.noise
     noise = f"noise at least {sog:.3f} m/s, {across:.3f} m/s across"
     noise += f", {math.degrees(rate):.2f} °/s" if rate else ""
-    late = f"late by {each.lag:.2f} s" + (f", rate by {each.rate_lag:.2f} s" if each.rate_lag else "")
+    late = f"late by {each.lag:.2f} s" + (f", course by {each.course_lag:.2f} s more" if each.course_lag else "")
+    late += f", rate by {each.rate_lag:.2f} s" if each.rate_lag else ""
     return f"{log.name} ({log.half}): {log.boat}; {log.receiver}; reference: {log.reference}, {late}, {noise}"
 
 

@@ -10,7 +10,7 @@ import polars as pl
 import steerway
 from steerway.core import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS, wrap_array
 from steerway_studies.recorded import logs_folder
-from steerway_studies.unseen_logs.alignment import rate_lag, velocity_lag
+from steerway_studies.unseen_logs.alignment import course_lag, rate_lag, velocity_lag
 from steerway_studies.unseen_logs.catalogue import RATE_COLUMN, KnownLog, PublicLog
 from steerway_studies.unseen_logs.reference import VelocityReference
 
@@ -46,6 +46,7 @@ def opened(log: PublicLog | KnownLog) -> JudgedLog:
     reference = _of_instruments(log, record) if known else _of_columns(path, own=not log.independent)
     fixes = record.rows(record.has_position)
     places = plane(fixes.latitude, fixes.longitude)
+    reference = replace(reference, course_lag=course_lag(reference, fixes.time, places))
     lags = {
         "lag": velocity_lag(reference, fixes.time, places),
         "rate_lag": rate_lag(reference, fixes.time, places),

@@ -25,7 +25,8 @@ _LONGEST_LINE = 1.0  # s between rows that are joined by a line, at least
 class VelocityReference:
     """Speed, course and rate by another instrument than the positions', or by the same receiver (`own`).
 
-    Shapes: all (n,); time ascends strictly. NaN where unknown. The velocity is late by `lag` s, the rate by `rate_lag`.
+    Shapes: all (n,); time ascends strictly. NaN where unknown. The speed is late by `lag` s, the course by `course_lag`
+    more, the rate by `rate_lag`.
     """
 
     time: np.ndarray
@@ -35,6 +36,7 @@ class VelocityReference:
     own: bool = True
     lag: float = 0.0
     rate_lag: float = 0.0
+    course_lag: float = 0.0
 
     def believed(self, accuracy: np.ndarray | None = None) -> Self:
         """Without the rows around spikes, and those whose stated accuracy (m/s) is poor.
@@ -53,9 +55,13 @@ class VelocityReference:
     def at(self, time) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """SOG, COG and rate at other times, by lines between rows, the lags taken out."""
         moved = time + self.lag
-        east, north = (line(moved, self.time, f(self.cog)) for f in (np.sin, np.cos))
         rate = line(time + self.rate_lag, self.time, self.rate)
-        return line(moved, self.time, self.sog), np.arctan2(east, north), rate
+        return line(moved, self.time, self.sog), self._course(moved), rate
+
+    def _course(self, time):
+        """COG when the speed is that of the row of this time."""
+        east, north = (line(time + self.course_lag, self.time, f(self.cog)) for f in (np.sin, np.cos))
+        return np.arctan2(east, north)
 
     def travelled(self, begin, end) -> tuple[np.ndarray, np.ndarray]:
         """North and east (m) between two times by its velocity, the lag taken out; NaN without a course."""
@@ -67,7 +73,8 @@ class VelocityReference:
 
     @cached_property
     def _ways(self) -> tuple["Integral", ...]:
-        speeds = self.sog * np.cos(self.cog), self.sog * np.sin(self.cog), self.sog
+        cog = self._course(self.time) if self.course_lag else self.cog
+        speeds = self.sog * np.cos(cog), self.sog * np.sin(cog), self.sog
         return tuple(Integral(self.time, each) for each in speeds)
 
     @cached_property
