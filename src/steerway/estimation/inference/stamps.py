@@ -16,8 +16,8 @@ regularly is seldom later."""
 _AROUND = 3
 """Fixes on either side of a step over which the velocity is taken. Chosen: a turn is slower."""
 _CLOSER = 0.5
-"""Ratio of what the regular times leave of the steps' lengths to what the stamps leave, below which they hold. Of
-generated records with irregular stamps of regular fixes it is 0 to 0.3, of irregular fixes 2 and more."""
+"""Ratio of what the regular times leave of the steps' lengths to what the stamps leave, below which they hold. In
+recorded logs it is 0.2 and 0.3 of regular fixes, 1.6 to 19 of 14 others with irregular stamps."""
 
 
 def regular_times(time, north, east):
