@@ -60,7 +60,9 @@ def contestants(recording: JudgedLog) -> dict[str, Reported]:
 def receivers_own(recording: JudgedLog) -> Reported | None:
     """The receiver's velocity when it says it, its lag left in; None where the log does not hold it."""
     fixes, reference = recording.fixes, recording.reference
-    sog, cog, _ = replace(reference, lag=0.0, course_lag=0.0).at(fixes.time) if reference.own else (fixes.sog, fixes.cog, None)
+    sog, cog = fixes.sog, fixes.cog
+    if reference.own:
+        sog, cog, _ = replace(reference, lag=0.0, course_lag=0.0).at(fixes.time)
     unknown = np.full(len(fixes), np.nan)
     own = Reported(sog, cog, unknown, unknown, unknown, unknown, np.zeros(len(fixes), dtype=bool))
     return own if np.isfinite(sog).any() else None
