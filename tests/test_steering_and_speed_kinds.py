@@ -91,6 +91,8 @@ def test_a_poor_compass_is_enough_to_steer_by_heading(vessel, kind):
     known_current = np.isfinite(run["estimated_current_north"])
     assert known_current[run.time > 30.0].all() if kind == "aided" else not known_current.any()
     assert np.degrees(np.median(np.abs(error[known]))) < 8.0
+    if kind != "aided":  # which takes turns to tell deviation from current
+        assert np.mean(np.abs(error[known]) < 2.0 * run["estimated_heading_std"][known]) > 0.8
 
 
 SQUARES = {
@@ -116,6 +118,7 @@ def test_a_course_is_made_good_by_the_current_that_the_heading_filter_found(vess
     assert np.median(np.hypot(*off)[late]) < 0.2 * current
     error = np.remainder(run["estimated_heading"] - run["true_heading"] + np.pi, 2.0 * np.pi) - np.pi
     assert np.degrees(np.median(np.abs(error[late]))) < 3.0
+    assert np.mean(np.abs(error[late]) < 2.0 * run["estimated_heading_std"][late]) > 0.8
     assert not run["by_course"][late].any()
 
 

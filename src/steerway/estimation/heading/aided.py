@@ -228,6 +228,11 @@ class AidedHeadingFilter:
             p[:, WATER_SPEED] *= factor
             p[WATER_SPEED, WATER_SPEED] += std * std
 
+    def turned(self, std: float) -> None:
+        """The boat has turned by more or less than her model says, 1σ in rad."""
+        for each in self._beginnings:
+            each.covariance[0, 0] += (math.degrees(std) / self._model[OUTPUT_1]) ** 2
+
     def heading_for(self, course: float) -> float:
         """The heading (rad, in [−π, π)) that makes a course over ground good in the estimated current.
 
