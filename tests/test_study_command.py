@@ -1,5 +1,6 @@
 """`steerway study`: studies are found by entry points, and what is missing is said in one sentence."""
 
+import math
 import subprocess
 import sys
 import tomllib
@@ -11,7 +12,10 @@ import pytest
 
 import steerway
 import steerway_studies
+from steerway.commands import terminal
 from steerway.commands.study import GROUP, study
+from steerway.simulation import Unfinished
+from steerway_studies.parts import keeping, over_cases
 from steerway_studies.study import Results, Study
 
 ROOT = Path(steerway.__file__).parents[2]
@@ -79,3 +83,20 @@ def test_what_is_not_installed_is_said_in_one_sentence(tmp_path):
 
 def test_a_study_that_has_what_it_needs_is_run():
     assert Study("s", "", lambda *_: Results("T"), needs=("numpy",)).check_installed() is None
+
+
+def test_the_time_left_counts_from_what_an_interrupted_run_had_done(tmp_path, monkeypatch, capsys):
+    """Half is done before; then a tenth takes ten minutes."""
+    clock = [100.0]
+    monkeypatch.setattr(terminal.time, "monotonic", lambda: clock[0])
+    with terminal.progress_line("study") as step:
+        step(0.5)
+        clock[0] += 600.0
+        step(0.6, "voyages")
+    assert capsys.readouterr().err == "study, voyages: 60 %, some 40 min left\n"
+    parts = Unfinished(tmp_path / "parts", {})
+    with keeping(parts):
+        over_cases(math.sqrt, [1.0, 4.0])
+        shares = []
+        assert over_cases(math.sqrt, [1.0, 4.0, 9.0, 16.0], progress=shares.append) == [1.0, 2.0, 3.0, 4.0]
+    assert shares == [0.5, 0.75, 1.0]

@@ -30,6 +30,8 @@ def over_cases(run: Callable, cases: Iterable, progress: Callable[[float], None]
     keys = [_key(run, case) for case in cases]
     missing = [k for k, key in enumerate(keys) if key not in parts.results]
     done = len(cases) - len(missing)
+    if progress and done:
+        progress(done / len(cases))
     over_seeds(
         _Nth(run, cases),
         missing,

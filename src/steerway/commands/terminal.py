@@ -84,16 +84,24 @@ def progress_line(what: str):
 
 
 class _Lines:
-    """Progress as a line a minute, with the time left at the pace so far."""
+    """Progress as a line a minute, with the time left at the pace so far.
+
+    What the first seconds report is what an interrupted run had done: no part of the pace.
+    """
 
     def __init__(self, what):
-        self._what, self._began = what, time.monotonic()
+        self._what, self._began, self._before = what, time.monotonic(), 0.0
         self._next = self._began + 60.0
 
     def step(self, part, note):
         now = time.monotonic()
-        if now >= self._next and part > 0.0:
-            left = (now - self._began) * (1.0 / part - 1.0) / 60.0
+        if now < self._began + _RESUMED:
+            self._before = part
+        elif now >= self._next and part > self._before:
+            left = (now - self._began) * (1.0 - part) / (part - self._before) / 60.0
             words = ", ".join(each for each in (self._what, note) if each)
             print(f"{words}: {100.0 * part:.0f} %, some {left:.0f} min left", file=sys.stderr, flush=True)
             self._next = now + 60.0
+
+
+_RESUMED = 5.0  # s
