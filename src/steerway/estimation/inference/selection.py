@@ -120,11 +120,17 @@ def screened(base, few, noise, shortest=0.0) -> dict[tuple, Fit]:
         # a part must not win by a better place in the numbers that all share
         again = fitted(base, few, fits[best].values, FEW_ROUNDS, shortest)
         plain = fits[base] = max(plain, again, key=lambda fit: fit.evidence)
-    for other in ranked[1:]:
-        parts = best + tuple(part for part in other[len(base) :] if part not in best)
-        if fits[other].evidence > plain.evidence + BETTER and parts not in fits:
-            own = {name: value for name, value in fits[other].values.items() if name not in fits[best].values}
-            fits[parts] = fitted(parts, few, fits[best].values | own, FEW_ROUNDS, shortest)
+    good = [other for other in ranked if fits[other].evidence > plain.evidence + BETTER]
+    joined = None
+    while joined != best:  # until no other part makes the best better
+        joined = best
+        for other in good:
+            parts = joined + tuple(part for part in other[len(base) :] if part not in joined)
+            if parts not in fits:
+                one, two = fits[joined].values, fits[other].values
+                begin = likeliest(parts, few, [two | one, one | two], shortest)
+                fits[parts] = fitted(parts, few, begin, FEW_ROUNDS, shortest)
+        best = max(fits, key=lambda parts: fits[parts].evidence)
     ranked = sorted(fits, key=lambda parts: -fits[parts].evidence)
     return {parts: fits[parts] for parts in ranked if fits[parts].evidence > fits[ranked[0]].evidence - BEHIND}
 
