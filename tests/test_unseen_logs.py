@@ -244,3 +244,14 @@ def test_a_log_without_a_reference_is_said_so(tmp_path, monkeypatch, weaving):
     monkeypatch.setenv("STEERWAY_LOGS", str(tmp_path))
     recording = opened(log)
     assert np.isnan(recording.reference.sog).all() and recording.reference.lag == 0.0
+
+
+def test_the_mean_of_a_reference_leaves_the_swing_of_an_antenna_out(weaving):
+    time, _, _, sog, cog, _ = weaving
+    swing = 0.5 * np.sin(math.pi * (time - time[0]))  # athwart, m/s
+    antenna = sog * np.exp(1j * cog) + 1j * np.exp(1j * cog) * swing
+    reference = replace(reference_of(weaving, 0.7), sog=np.abs(antenna), cog=np.angle(antenna), lag=0.7)
+    mean = reference.averaged(4.0).at(time)
+    inner = (time > time[0] + 10.0) & (time < time[-1] - 10.0)
+    for one, other in zip(mean[:2], (sog, cog), strict=True):
+        np.testing.assert_allclose(one[inner], other[inner], atol=0.1)  # a chord is shorter than its arc

@@ -7,25 +7,29 @@ the receiver's own. Half of the logs may be looked at (develop), the other half 
 import math
 import os
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import steerway
 from steerway_studies.parts import over_cases
 from steerway_studies.study import Results, Study
 from steerway_studies.unseen_logs import page
 from steerway_studies.unseen_logs.catalogue import DEVELOP, KNOWN, REPORT, KnownLog, PublicLog, public_logs
-from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, contestants
-from steerway_studies.unseen_logs.judging import Verdict, judged_rows, verdict
+from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, SMOOTHED, contestants
+from steerway_studies.unseen_logs.judging import SWING, Verdict, judged_rows, verdict
 from steerway_studies.unseen_logs.prediction import held_back, worse
 from steerway_studies.unseen_logs.recordings import FOLDER, opened, path_of
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A log with all verdicts on it. `held_back` is (default, tuned), see `prediction`; `cpu` in s."""
+    """A log with all verdicts on it. `held_back` is (default, tuned), see `prediction`; `cpu` in s.
+
+    `of_mean`: verdicts by the reference's mean over SWING.
+    """
 
     log: PublicLog | KnownLog
     verdicts: dict[str, Verdict]
+    of_mean: dict[str, Verdict]
     held_back: tuple[float, float]
     lag: float
     rate_lag: float
@@ -49,6 +53,7 @@ def judge(log) -> Judged | str:
     return Judged(
         log=log,
         verdicts={name: verdict(recording, each, rows) for name, each in estimates.items()},
+        of_mean=by_mean(recording, estimates),
         held_back=held_back(recording),
         lag=reference.lag,
         rate_lag=reference.rate_lag,
@@ -58,6 +63,13 @@ def judge(log) -> Judged | str:
         minutes=float(times[-1] - times[0]) / 60.0,
         cpu=time.process_time() - began,
     )
+
+
+def by_mean(recording, estimates) -> dict[str, Verdict]:
+    """Verdicts by the mean velocity over SWING, which the antenna's swing and the reference's noise hardly move."""
+    slow = replace(recording, reference=recording.reference.averaged(SWING))
+    rows = judged_rows(slow, estimates)
+    return {name: verdict(slow, estimates[name], rows) for name in (DEFAULT, SMOOTHED, EKF)}
 
 
 def run(seeds=None, first_seed=0, progress=None) -> Results:
@@ -104,6 +116,16 @@ def summarise(results: Results, judged: list[Judged], half: str) -> None:
         ratios = ratios_of(judged, key)
         if not ratios:
             continue
+        of_mean = ratios_of(judged, key, "of_mean")
+        if key != "rate" and of_mean:
+            worst = max(of_mean, key=of_mean.get)
+            mean = math.exp(sum(map(math.log, of_mean.values())) / len(of_mean))
+            what = f"{words} error over the plain EKF's, by the reference's mean over {SWING:.0f} s"
+            results.numbers[f"{prefix}{key}_ratio_of_mean"] = mean
+            results.numbers[f"{prefix}{key}_ratio_of_mean_worst"] = of_mean[worst]
+            results.remarks.append(
+                f"{half.capitalize()} half: {what}: {mean:.2f} in the mean, worst log {worst} {of_mean[worst]:.2f}."
+            )
         worst = max(ratios, key=ratios.get)
         mean = math.exp(sum(map(math.log, ratios.values())) / len(ratios))
         for suffix, value, limit, what in (
@@ -139,9 +161,10 @@ def summarise(results: Results, judged: list[Judged], half: str) -> None:
         _compare(results, half, f"{prefix}tuned_worse", len(lost), what, 0)
 
 
-def ratios_of(judged: list[Judged], key: str) -> dict[str, float]:
+def ratios_of(judged: list[Judged], key: str, verdicts="verdicts") -> dict[str, float]:
     """Error of the default over that of the plain EKF, by log, where both are known."""
-    ratios = {each.log.name: getattr(each.verdicts[DEFAULT], key) / getattr(each.verdicts[EKF], key) for each in judged}
+    found = {each.log.name: getattr(each, verdicts) for each in judged}
+    ratios = {name: getattr(of[DEFAULT], key) / getattr(of[EKF], key) for name, of in found.items()}
     return {name: ratio for name, ratio in ratios.items() if math.isfinite(ratio)}
 
 

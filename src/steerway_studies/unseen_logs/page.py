@@ -5,6 +5,7 @@ import math
 from steerway_studies.study import Results
 from steerway_studies.unseen_logs.catalogue import DEVELOP, REPORT
 from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, SMOOTHED, TUNED, WORDS
+from steerway_studies.unseen_logs.judging import SWING
 
 LEAD = (
     "Logs from public repositories, judged by the receiver's Doppler velocity or by a better instrument. The develop "
@@ -13,7 +14,9 @@ LEAD = (
     "positions over 5 s, without any filter's help, and is taken out for all contestants alike; that of the course "
     "besides, where ways and directions show it, as instruments damp speed and course apart. Spikes of it "
     "(above 30 m/s², or a stated accuracy above 1.5 m/s) are left out by the reference alone. Coverage counts the "
-    "reference's white noise, from its third differences. COG and rate are judged above 0.6 m/s."
+    "reference's white noise, from its third differences. COG and rate are judged above 0.6 m/s. "
+    "A receiver's velocity is that of its antenna: on a boat in waves it swings, which the default takes for no motion "
+    "of the boat. Therefore SOG and COG are compared with the reference's mean over 4 s besides."
 )
 _FILES = (
     "Each log stands in the folder STEERWAY_LOGS as NAME/NAME.csv, with the columns time_s, lat_deg, lon_deg, those of "
@@ -30,7 +33,9 @@ def add_tables(results: Results, judged, known) -> None:
         if rows:
             results.tables.append((f"Every log of the {half} half", _SUMMARY, rows))
     for each in judged:
-        results.tables.append((_heading(each), _COLUMNS, [_row(name, one) for name, one in each.verdicts.items()]))
+        rows = [_row(WORDS[name], one) for name, one in each.verdicts.items()]
+        rows += [_row(f"{WORDS[name]}, by the mean over {SWING:.0f} s", one) for name, one in each.of_mean.items()]
+        results.tables.append((_heading(each), _COLUMNS, rows))
     results.tables.append(("Where the logs are from", _SOURCES, [_source(log) for log in known]))
     results.remarks.append(_FILES)
 
@@ -83,7 +88,7 @@ def _heading(each) -> str:
 
 def _row(name, one) -> tuple:
     return (
-        WORDS[name],
+        name,
         *(_number(one.sog), _number(math.degrees(one.cog)), _number(math.degrees(one.rate))),
         *(_percent(cover) for cover in (one.sog_cover, one.cog_cover, one.rate_cover, one.course_defined)),
         one.refused or "",
