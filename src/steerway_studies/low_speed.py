@@ -23,7 +23,7 @@ WORDS = {
     "white_half_metre": "white noise of 0.5 m",
     "centimetres": "white noise of 2 cm",
 }
-SEEDS = 15  # of an inference for every speed and receiver: with twice as many 24 min on two cores
+SEEDS = 12  # of an inference for every speed and receiver: some ten minutes on two cores
 DURATION = 300.0
 RATE = 5.0
 SETTLING = 60.0
@@ -66,7 +66,7 @@ def one(seed: int, receiver: str) -> np.ndarray:
 
 
 def run(seeds=None, first_seed=0, progress=None) -> Results:
-    """The study; `seeds` sorties a speed and receiver, by default 15."""
+    """The study; `seeds` sorties a speed and receiver, by default 12."""
     chosen = seeds_from(first_seed, seeds, SEEDS)
     results = Results("Error against speed, and where course ends")
     curves = {}

@@ -41,7 +41,7 @@ def voyages(seeds: int | None, first: int) -> list[Job]:
 
 
 def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results:
-    """See Study; some ten minutes on four idle cores. `seeds` sets every repetition count."""
+    """See Study; some five minutes on two idle cores. `seeds` sets every repetition count."""
     jobs = voyages(seeds, first_seed)
     step = stage(progress, 0.0, 0.9, f"{len(jobs)} voyages")
     judged = dict(zip(jobs, over_cases(cases.run, jobs, progress=step), strict=True))

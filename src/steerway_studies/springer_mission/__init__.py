@@ -1,10 +1,12 @@
 """springer-mission: P4, weighted interval Kalman filter, line of sight and MPC on Springer, and the aided filter."""
 
+from functools import partial
+
 from steerway.sensors import TRUE_TCM2
 from steerway_studies.springer_mission import bounds, comparisons, figures, missions, perturbed
 from steerway_studies.springer_mission.navigators import nominal
 from steerway_studies.springer_mission.world import World, sail
-from steerway_studies.study import Results, Study, seeds_from
+from steerway_studies.study import Results, Study, seeds_from, stage
 
 PAPER_SEEDS, CIRCUITS, UNSEEN, WORLDS, ALARMS, MODELS = 20, 100, 100, 24, 100, 200
 
@@ -13,31 +15,31 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     """See Study; `seeds` sets every repetition count."""
     results = Results("P4: Springer's way-point mission with Kalman, interval and aided filters")
     step = progress or (lambda share, words: None)
+    step(0.0, "rigour and bounds")
     bounds.decoding(results)
     bounds.offsets(results)
     reference = bounds.reference_voyage(first_seed)
-    step(0.05, "rigour and bounds")
     bounds.rigorous(results, reference)
     bounds.inclusion(results, reference, seeds or MODELS, first_seed)
     traces = bounds.widths(results, reference)
     weighted, navigator = bounds.tautology(results, first_seed)
-    step(0.2, "the paper's mission")
-    comparisons.paper(results, missions.many(missions.paper_mission, seeds_from(first_seed, seeds, PAPER_SEEDS)))
-    step(0.35, "random circuits")
-    circuits = missions.many(missions.random_mission, seeds_from(first_seed, seeds, CIRCUITS))
+
+    def voyages(mission, usual, began, share, words):
+        return missions.many(mission, seeds_from(first_seed, seeds, usual), stage(progress, began, share, words))
+
+    comparisons.paper(results, voyages(missions.paper_mission, PAPER_SEEDS, 0.1, 0.05, "the paper's mission"))
+    circuits = voyages(missions.random_mission, CIRCUITS, 0.15, 0.05, "random circuits")
     comparisons.circuits(results, circuits)
-    step(0.5, "unseen compasses")
-    unseen = missions.many(missions.unseen_mission, seeds_from(first_seed, seeds, UNSEEN))
+    unseen = voyages(missions.unseen_mission, UNSEEN, 0.2, 0.45, "unseen compasses")
     comparisons.unseen(results, unseen)
-    step(0.75, "harder worlds")
-    worlds = {kind: missions.real_missions(kind, seeds_from(first_seed, seeds, WORLDS)) for kind in "abcd"}
+    worlds = {
+        kind: voyages(partial(missions.real_mission, kind), WORLDS, 0.65 + 0.025 * k, 0.025, "harder worlds")
+        for k, kind in enumerate("abcd")
+    }
     comparisons.worlds(results, worlds)
     comparisons.boxed(results, worlds["a"])
-    step(0.85, "perturbed worlds")
-    scenes = missions.many(perturbed.missions, seeds_from(first_seed, seeds, WORLDS))
-    perturbed.compare(results, scenes)
-    step(0.95, "alarms")
-    comparisons.alarms(results, missions.many(missions.alarm_mission, seeds_from(first_seed, seeds, ALARMS)))
+    perturbed.compare(results, voyages(perturbed.missions, WORLDS, 0.75, 0.15, "perturbed worlds"))
+    comparisons.alarms(results, voyages(missions.alarm_mission, ALARMS, 0.9, 0.05, "alarms"))
     bounds.speeds(results, reference)
     lost = sail(World(compass=TRUE_TCM2), nominal(), first_seed)
     results.figures |= figures.all_figures(lost, weighted, navigator, reference, traces, circuits, unseen, worlds)

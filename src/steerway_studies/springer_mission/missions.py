@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -208,7 +207,3 @@ def many(run, seeds, progress=None) -> dict[str, list] | list:
     """Results of many seeds, gathered by name where each is a dict."""
     out = over_cases(run, seeds, progress=progress)
     return {name: [each[name] for each in out] for name in out[0]} if isinstance(out[0], dict) else out
-
-
-def real_missions(kind: str, seeds, progress=None):
-    return many(partial(real_mission, kind), seeds, progress)
