@@ -121,15 +121,16 @@ def screened(base, few, noise, shortest=0.0) -> dict[tuple, Fit]:
         again = fitted(base, few, fits[best].values, FEW_ROUNDS, shortest)
         plain = fits[base] = max(plain, again, key=lambda fit: fit.evidence)
     good = [other for other in ranked if fits[other].evidence > plain.evidence + BETTER]
-    joined = None
-    while joined != best:  # until no other part makes the best better
-        joined = best
+    while good:  # until no other part makes the best better
+        gains = {}
         for other in good:
-            parts = joined + tuple(part for part in other[len(base) :] if part not in joined)
+            parts = best + tuple(part for part in other[len(base) :] if part not in best)
             if parts not in fits:
-                one, two = fits[joined].values, fits[other].values
+                one, two = fits[best].values, fits[other].values
                 begin = likeliest(parts, few, [two | one, one | two], shortest)
                 fits[parts] = fitted(parts, few, begin, FEW_ROUNDS, shortest)
+            gains[other] = fits[parts].evidence - fits[best].evidence
+        good = [other for other in good if gains[other] > 0.0]
         best = max(fits, key=lambda parts: fits[parts].evidence)
     ranked = sorted(fits, key=lambda parts: -fits[parts].evidence)
     return {parts: fits[parts] for parts in ranked if fits[parts].evidence > fits[ranked[0]].evidence - BEHIND}
