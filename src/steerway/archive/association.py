@@ -112,14 +112,15 @@ def associate(bounds, record, parameters, vessels, slots, banks, terms, estimate
                     copy_block(bank[chosen][0], before)
                     since = slot[chosen, NOW]
                     level = steady_level(bank[chosen], time[k] - since)
-                    predict_to(slot[chosen], bank[chosen], time[k], parameters[p, level], terms[p, level])
                 noise = parameters[p, level]
-                took, nis[k], _ = take_position(bank[chosen], latitude[k], longitude[k], True, 1.0, noise)
-                if alone and not took:
+                while True:
+                    if alone:
+                        predict_to(slot[chosen], bank[chosen], time[k], parameters[p, level], terms[p, level])
+                    took, nis[k], _ = take_position(bank[chosen], latitude[k], longitude[k], True, 1.0, noise)
+                    if took or not alone or level == MANOEUVRING:
+                        break
                     copy_block(before, bank[chosen][0])
-                    slot[chosen, NOW], level = since, MANOEUVRING
-                    predict_to(slot[chosen], bank[chosen], time[k], parameters[p, level], terms[p, level])
-                    took, nis[k], _ = take_position(bank[chosen], latitude[k], longitude[k], True, 1.0, row)
+                    slot[chosen, NOW], level, noise = since, MANOEUVRING, row
                 accepted = accepted and took
                 if len(aids) > 0 and any_known(aids[k]):
                     take_aids(bank[chosen], aids[k], row)
