@@ -5,6 +5,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from tests import inferred_once
+
 # How long an example takes depends on what numba compiles first and on what else the machine does.
 settings.register_profile("steerway", deadline=None)
 settings.load_profile("steerway")
@@ -17,6 +19,23 @@ def shared_data() -> Path:
     if not folder:
         pytest.skip("STEERWAY_DATA is not set: no recorded logs and reference numbers on this machine")
     return Path(folder)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _inferred_once(tmp_path_factory):
+    """What one test infers from a record, the others take from a file."""
+    own = tmp_path_factory.getbasetemp()
+    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "inferred"
+    folder.mkdir(exist_ok=True)
+    with inferred_once.kept(folder):
+        yield
+
+
+@pytest.fixture
+def inferred_anew():
+    """For a test of what is found when the same is inferred again."""
+    with inferred_once.anew():
+        yield
 
 
 SLOW = (
