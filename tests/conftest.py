@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from tests import inferred_once
+from tests import found_once
 
 # How long an example takes depends on what numba compiles first and on what else the machine does.
 settings.register_profile("steerway", deadline=None)
@@ -22,19 +22,19 @@ def shared_data() -> Path:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _inferred_once(tmp_path_factory):
-    """What one test infers from a record, the others take from a file."""
+def _found_once(tmp_path_factory):
+    """What one test finds, the others take from a file; see `found_once`."""
     own = tmp_path_factory.getbasetemp()
-    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "inferred"
+    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "found"
     folder.mkdir(exist_ok=True)
-    with inferred_once.kept(folder):
+    with found_once.kept(folder):
         yield
 
 
 @pytest.fixture
-def inferred_anew():
-    """For a test of what is found when the same is inferred again."""
-    with inferred_once.anew():
+def found_anew():
+    """For a test of what is found when the same is asked again."""
+    with found_once.anew():
         yield
 
 

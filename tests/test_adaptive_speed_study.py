@@ -65,7 +65,7 @@ def test_every_step_of_the_staircase_settles_and_the_log_identifies():
 def test_the_whole_study_with_one_seed(tmp_path, monkeypatch):
     monkeypatch.setattr(campaign.os, "cpu_count", lambda: 1)
     shares = []
-    results = studies.named("adaptive-speed").run(1, 0, lambda share, what: shares.append(share))
+    results = studies.named("adaptive-speed").run(1, 1, lambda share, what: shares.append(share))
     assert shares[-1] == 1.0 and shares == sorted(shares)
     assert [each.what for each in results.comparisons if each.met is False] == []
     assert [int(stem[3:5]) for stem in results.figures if stem.startswith("fig")] == list(range(1, 16))

@@ -155,7 +155,7 @@ current_50_reached_pct water_speed_off_reached_pct deviation_printed_ideal_m dev
 
 def test_study_writes_its_keys_and_figures(tmp_path):
     shares = []
-    results = named("springer-mission").run(1, 0, lambda share, what: shares.append(share))
+    results = named("springer-mission").run(1, 1, lambda share, what: shares.append(share))
     page = results.write(tmp_path)
     assert results.lead.startswith("In world (a)")
     numbers = json.loads((tmp_path / "results.json").read_text())
