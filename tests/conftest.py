@@ -45,14 +45,28 @@ SLOW = (
 """Words in the names of tests that take more than half of the time: `-m "not slow"` leaves them out."""
 
 
+FIRST = (
+    "test_estimator_limits", "test_archive", "test_adaptive_speed_study", "test_cybership_study", "test_otter_path",
+    "test_recorded_logs", "test_reference_outputs", "test_square_live", "test_tuning", "test_inference",
+    "test_unseen_logs", "test_field_studies", "test_mariner_los",
+)  # fmt: skip
+"""Files to begin with: what is begun last is what the other processes wait for. The first of them compile different
+kernels."""
+
+
 def pytest_collection_modifyitems(items):
-    """Mark the slow tests, and begin with their files: what is begun last is what the other processes wait for."""
-    files = set()
+    """Mark the slow tests, and put the files in order."""
     for item in items:
         if any(word in item.nodeid for word in SLOW):
             item.add_marker("slow")
-            files.add(item.path)
-    items.sort(key=lambda item: item.path not in files)
+    order = {name: k for k, name in enumerate(FIRST)}
+    items.sort(key=lambda item: order.get(item.path.stem, len(order)))
+
+
+def pytest_xdist_auto_num_workers():
+    """One process more than processors: live tests wait for what happens at its true pace."""
+    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return processors + 1
 
 
 def pytest_collection_finish(session):

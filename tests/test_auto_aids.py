@@ -81,7 +81,7 @@ def test_without_a_velocity_nothing_changes():
 
 def test_the_command_hints_at_it(tmp_path):
     log = tmp_path / "sortie.csv"
-    doppler().to_frame().write_csv(log)
+    doppler().rows(slice(600)).to_frame().write_csv(log)
     assert "--aid auto" in run("estimate", log)[1]
     code, out, _ = run("estimate", log, "--aid", "auto")
     assert code == 0 and "--aid auto" not in out and "SOG within" in out

@@ -231,7 +231,7 @@ def test_the_study_is_registered_and_reports_what_it_measured():
     study = studies.named("estimator-limits")
     assert study.name == "estimator-limits"
     results = Results("x")
-    sums = accuracy.measure("o05", 0)
+    sums = accuracy.measure("o05", 1)
     accuracy.report(results, {"o05": {kind: each[None] for kind, each in sums.items()}})
     wanted = {
         f"{kind}o05_{what}_{where}_ratio"
