@@ -81,7 +81,7 @@ def springer_mission():
 
 @case("study_low_speed", rtol=FITTED, atol=1e-4)  # m/s: a fit to a boat at rest moves with the machine code
 def at_low_speed():
-    with patch.object(low_speed, "SPEEDS", (0.0, 0.4)):
+    with patch.object(low_speed, "SPEEDS", (0.0, 0.7)):
         return whole("low-speed")
 
 
