@@ -66,7 +66,7 @@ class Program:
     def output(self) -> str:
         return self.log.read_text()
 
-    def until(self, pattern, patience=60.0) -> float:
+    def until(self, pattern, patience=150.0) -> float:
         """The moment at which it has said something, monotonic; it must not have ended before."""
         begun = time.monotonic()
         while not re.search(pattern, self.output):
