@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 
 from tests.faults import aboard
-from tests.faults import measured
+from tests.faults import measured as running
 from tests.faults.sorties import FAULTS, SPEED
 from tests.faults.table import ABOARD, ABOARD_END, ABOARD_HEAD, discrete, in_docs, line
 
@@ -30,7 +30,7 @@ UNSEEN = {
     "… the second's clock an hour ahead",
 }
 """Faults that nobody may notice; so are all those of clock and time."""
-measure = cache(measured.measure)
+measure = cache(running.measure)
 
 
 @pytest.fixture(scope="module")
