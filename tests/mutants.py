@@ -38,12 +38,14 @@ COVERED = {
     "estimation/course/update/position.py": COURSE,
     "estimation/course/steerageway.py": COURSE,
     "guidance/adaptive_line_of_sight.py": GUIDANCE,
+    "guidance/corners.py": GUIDANCE,
     "guidance/integral_line_of_sight.py": GUIDANCE,
     "guidance/line_of_sight.py": GUIDANCE,
     "guidance/reference.py": GUIDANCE,
     "guidance/route.py": GUIDANCE,
     "guidance/vector_field.py": GUIDANCE,
     "guidance/waypoints.py": GUIDANCE,
+    "guidance/wheel_over.py": GUIDANCE,
 }
 """File of `steerway` → tests that cover it."""
 

@@ -144,3 +144,10 @@ def test_limits_that_cannot_be_are_refused():
     ):
         with pytest.raises(InputError, match=output):
             make()
+
+
+@pytest.mark.parametrize("shaper", [LowPass(2.0), TrackingFilter(0.5, 1.2), ReferenceModel(0.5, 1.2)])
+def test_the_lag_is_that_behind_a_steady_turn(shaper):
+    turn = 0.01
+    angles = run(shaper, lambda t: (turn * t, 0.0, 0.0), 120.0)[:, 0]
+    assert (turn * (120.0 - H) - angles[-1]) / turn == pytest.approx(shaper.lag, abs=1.1 * H)

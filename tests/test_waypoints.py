@@ -307,3 +307,15 @@ def test_the_distance_at_which_a_turn_begins_does_not_count_on_the_next_leg():
         targets.append(mission.step(north, 0.0, 1.0).target)
         mission.lead = 60.0 if math.isfinite(mission.following) and targets[-1] == 1 else math.nan
     assert targets == [1, 1, 1, 2, 2]
+
+
+@pytest.mark.parametrize(
+    ("target", "direction", "across"), [(1, 0.0, 30.0), (2, math.pi / 2, 50.0), (3, -math.pi, 70.0)]
+)
+def test_the_leg_that_is_gone_to_leads_from_the_waypoint_before(target, direction, across):
+    mission = Mission(SQUARE)
+    mission.step(50.0, 30.0, 1.0)
+    mission.go_to(target)
+    leg = mission.step(50.0, 30.0, 1.0)
+    assert leg.target == target and math.remainder(leg.direction - direction, 2.0 * math.pi) == pytest.approx(0.0)
+    assert leg.cross_track == pytest.approx(across)
