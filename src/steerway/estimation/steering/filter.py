@@ -129,6 +129,7 @@ class SteeringFilter:
         self._states = np.empty((0, 0))
         self._time = math.nan
         self._ahead = (math.nan, np.empty(0))
+        self._sureness: tuple[float, float] | None = None
 
     @property
     def started(self) -> bool:
@@ -205,6 +206,7 @@ class SteeringFilter:
             self._prune()
         self._forget_heading()
         self._ahead = (math.nan, self._ahead[1])
+        self._sureness = None
         return kind
 
     def _forget_heading(self):
@@ -222,7 +224,9 @@ class SteeringFilter:
         best = int(np.argmax(self._weights))
         age, pivot = time - self._time, self.response.pivot
         x, p = self._moved(best, time), self._covariances[best]
-        return _found(x, p, self._heading_std(best), self._current_std(best), age, pivot)
+        if self._sureness is None:  # the same until the next fix
+            self._sureness = self._heading_std(best), self._current_std(best)
+        return _found(x, p, *self._sureness, age, pivot)
 
     def _moved(self, best, time):
         """The state at a time, from the state asked for last where that was earlier."""
@@ -263,6 +267,7 @@ class SteeringFilter:
         self._time = self._begun = time
         self._misfit, self.refused_for = 2.0, 0.0
         self._ahead = (math.nan, self._ahead[1])
+        self._sureness = None
 
     def _learn(self):
         """The receiver's noise is what its fixes show."""
