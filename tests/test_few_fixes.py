@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.core.leg import nearest_point
 from steerway.core.records import Fixes
 from steerway.estimation import InferredProfile, Profile
 from steerway.estimation.heading.composite import composite_model
@@ -114,10 +113,6 @@ def test_a_guess_of_surge_balances_half_throttle():
     guess = SurgeIdentification(SurgeModel(0.1, 0.05, 1e-3), np.zeros(3), 0.0, True, "").guess(20.0)
     assert guess["linear_drag"] == 0.1 and guess["quadratic_drag"] == 0.05
     assert 0.0 < guess["thrust"] < 1.0
-
-
-def test_the_nearest_point_of_a_leg_lies_abeam():
-    assert nearest_point(3.0, 4.0, 1.0, 0.0, 0.0) == pytest.approx((3.0, 0.0))
 
 
 def test_a_robust_filter_exists_where_it_is_the_kalman_filter():

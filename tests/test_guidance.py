@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from steerway.core.errors import InputError
-from steerway.core.leg import LegState, leg_direction, nearest_point, track_errors
+from steerway.core.leg import LegState, leg_direction, track_errors
 from steerway.guidance.adaptive_line_of_sight import AdaptiveLineOfSight
 from steerway.guidance.integral_line_of_sight import IntegralLineOfSight
 from steerway.guidance.line_of_sight import LineOfSight, PurePursuit
@@ -91,9 +91,7 @@ def test_cross_track_gives_the_reference_numbers(shared_data):
     for row in rows:
         direction = leg_direction(row["x_ref"], row["y_ref"], row["x_t"], row["y_t"])
         _, cross_track = track_errors(row["x"], row["y"], row["x_ref"], row["y_ref"], direction)
-        nearest = nearest_point(row["x"], row["y"], row["x_ref"], row["y_ref"], direction)
         np.testing.assert_allclose([cross_track] * 2, [row["y_e"], row["y_e_wpt"]], rtol=1e-9, atol=1e-10)
-        np.testing.assert_allclose(nearest, [row["x_p"], row["y_p"]], rtol=1e-9, atol=1e-10)
 
 
 @pytest.mark.parametrize(

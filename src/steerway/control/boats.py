@@ -38,7 +38,8 @@ class Boat:
     where one shaft drives the boat. response: the heading's own, where it is known better than by K and T; yaw_slew:
     what the autopilot's output can change by in a second. steers: whether the boat can turn. turn_rate: the largest
     that is ordered, rad/s; yaw: the response to orders where K and T alone do not describe it; pivot: m from the
-    receiver ahead to the point that moves along the bow in a turn too.
+    receiver ahead to the point that moves along the bow in a turn too. yaw_wander: RMS of the yaw rate that the
+    response leaves unexplained, rad/s; 0 where that is not known.
     """
 
     nomoto_gain: float
@@ -61,6 +62,7 @@ class Boat:
     yaw_slew: float = math.inf
     steers: bool = True
     pivot: float = 0.0
+    yaw_wander: float = 0.0
 
     def autopilot(
         self, shaper, steerageway: Steerageway | None = None, kind: str = KINDS[0], angle_std: float = 0.0

@@ -56,13 +56,6 @@ def track_errors(north: float, east: float, north_0: float, east_0: float, direc
 
 
 @kernel
-def nearest_point(north: float, east: float, north_0: float, east_0: float, direction: float) -> tuple[float, float]:
-    """The point (north, east), m, of the leg's endless line that is nearest to a position."""
-    along, _ = track_errors(north, east, north_0, east_0, direction)
-    return north_0 + along * math.cos(direction), east_0 + along * math.sin(direction)
-
-
-@kernel
 def seen_from_leg(
     north: float,
     east: float,

@@ -32,9 +32,6 @@ from steerway.simulation.outcome import evaluated
 from steerway.simulation.scenario import Scenario
 
 _KNOWN = 1e-6
-_DISTURBED = 0.0125
-"""1σ of the yaw rate beside the declared response, as a share of the largest: what the Otter's leaves of the
-model's, 0.15°/s."""
 _UNSTEADY = 0.02
 """1σ of the speed through the water, as a share of the usual one. Chosen."""
 _SLOWEST = 20.0
@@ -48,7 +45,7 @@ def course_bound(scenario: Scenario, run: Run) -> float:
     """
     known = assembly.boat(scenario)
     response = assembly.response_of(known)._replace(
-        wander=_DISTURBED,
+        wander=max(known.yaw_wander / known.turn_rate, _KNOWN),
         slip=0.0,
         speed_noise=_UNSTEADY,
         gain_std=_KNOWN,

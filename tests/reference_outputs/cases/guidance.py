@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from steerway.core.leg import LegState, leg_direction, nearest_point, seen_from_leg, track_errors
+from steerway.core.leg import LegState, leg_direction, seen_from_leg, track_errors
 from steerway.guidance.adaptive_line_of_sight import AdaptiveLineOfSight
 from steerway.guidance.integral_line_of_sight import IntegralLineOfSight
 from steerway.guidance.line_of_sight import LineOfSight, PurePursuit
@@ -104,11 +104,10 @@ def leg():
             (
                 direction,
                 track_errors(north, east, north_0, east_0, direction),
-                nearest_point(north, east, north_0, east_0, direction),
                 seen_from_leg(north, east, north_0, east_0, north_1, east_1, direction, length),
             )
         )
-    return columns("direction along cross north east seen_along seen_cross remaining distance bearing", rows)
+    return columns("direction along cross seen_along seen_cross remaining distance bearing", rows)
 
 
 @case("guidance_passages")
