@@ -39,7 +39,7 @@ _MISJUDGED = 0.5
 """Part of an ordered change of speed that the boat makes more or less, 1σ. Chosen: its speed table may be off by
 half."""
 _MISTURNED, _MISTURNED_TIME = 0.5, 1.0
-"""Part of the yaw rate that the model makes of an order, by which the boat's differs, 1σ, and s for which it does so.
+"""Part of the yaw rate that the model makes of orders, by which the boat's differs, 1σ, and s for which it does so.
 Chosen: drag that grows with the square of the rate halves a sharp turn, and a compass shows it within a second."""
 _HARMONICS = 0.1
 """Walk of sine and cosine of the compass's deviation, degrees a root second: what it has beside them changes with the
@@ -116,7 +116,8 @@ class HeadingAboard:
             self._filter = DeviationBounds(yaw, 2.0 * deviation_std, compass_std, _VEHICLE_STD)
         self.heading = self.yaw_rate = math.nan
         self._since = 0.0  # s since the last velocity
-        self._given = self._ordered = 0.0  # parts of the limit
+        self._given = self._ordered = self._turning = 0.0  # parts of the limit; the last as the yaw rate follows
+        self._pole = max(min(yaw.poles), 0.0)  # of 1 s
         self._cruise, self._speed, self._ordered_speed = speed, at_first, at_first
 
     def order(self, yaw: float, speed: float = math.nan) -> None:
@@ -134,7 +135,8 @@ class HeadingAboard:
             return self.heading, self.yaw_rate
         known, most = self._filter, self._slew * dt
         self._given += max(-most, min(most, self._ordered - self._given))
-        known.turned(_MISTURNED * abs(known.yaw_rate(self._given)) * math.sqrt(2.0 * _MISTURNED_TIME * dt))
+        self._turning += (1.0 - self._pole**dt) * (self._given - self._turning)
+        known.turned(_MISTURNED * abs(self._settled * self._turning) * math.sqrt(2.0 * _MISTURNED_TIME * dt))
         readings = None if math.isnan(heading) else np.array([heading])
         if isinstance(known, AidedHeadingFilter):
             self._follow(known, dt)

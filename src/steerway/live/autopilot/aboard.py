@@ -53,6 +53,8 @@ class Aboard:
         velocity = row.sog * math.cos(row.cog), row.sog * math.sin(row.cog)
         heading = row.heading if self.heading is None else self.heading.at(row.time)
         self.filter.fix(row.time, *place, *velocity, heading, row.yaw_rate)
+        if self.heading is not None and self.filter.started:
+            self.heading.report(heading)
         return self.filter.refused_for == 0.0 if self.filter.started else None
 
     def step(self, row: Row, dt: float) -> Estimate:

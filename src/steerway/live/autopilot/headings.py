@@ -78,12 +78,14 @@ class MeasuredHeading:
         gyro = self._measured_rate(time)
         rate = self.filter.yaw_rate if math.isnan(gyro) else gyro
         heading = wrap(self.filter.heading + rate * max(time - self._time, 0.0))
-        heading = heading if time - self._read < _FRESH else math.nan
+        return heading if time - self._read < _FRESH else math.nan
+
+    def report(self, heading: float) -> None:
+        """Log when the heading is known, and when it no longer is."""
         if self._is_known != math.isfinite(heading):
             self._is_known = not self._is_known
             std = math.degrees(self.filter.heading_std)
             LOG.info("heading (%s) %s", self._table.kind, f"known to ± {std:.0f}°" if self._is_known else "unknown")
-        return heading
 
     def _measured_rate(self, time):
         return self._gyro if time - self._turned_at < _GYRO else math.nan
