@@ -12,6 +12,7 @@ from steerway.estimation.inference.model import (
     ACTS_ON,
     DECAY,
     FREQUENCY,
+    MODES,
     ON_COURSE,
     ON_FIX,
     ON_RATE,
@@ -145,15 +146,32 @@ def set_steps(steps, change, power, dt, model):
         step[S_LL], step[S_LU], step[S_UU] = density * dt**3 / 3.0, density * dt * dt / 2.0, density * dt
         step[Q_LL], step[Q_LU], step[Q_UU] = ll + step[S_LL], lu + step[S_LU], uu + step[S_UU]
         step[Q_SIDEWAYS] = modes[i, SIDEWAYS]
-        a, b, c = add_process(step, RATE, complex(-modes[i, RATE_DECAY], 0.0), modes[i, RATE_NOISE], False, ON_RATE, dt)
-        step[Q_YY], step[Q_YX], step[Q_XX] = yy + a, yx + b, xx + c
+        alike = 0
+        while modes[alike, RATE_DECAY] != modes[i, RATE_DECAY]:
+            alike += 1
+        if alike == i:
+            pole = complex(-modes[i, RATE_DECAY], 0.0)
+            step[Q_YY], step[Q_YX], step[Q_XX] = add_process(step, RATE, pole, 1.0, False, ON_RATE, dt)
+        else:
+            for a in range(step.shape[0]):
+                step[a, RATE] = steps[alike, a, RATE]
+            step[Q_YY], step[Q_YX], step[Q_XX] = steps[alike][Q_YY], steps[alike][Q_YX], steps[alike][Q_XX]
+    for i in range(m):
+        step, density = steps[i], modes[i, RATE_NOISE]
+        for a in (WITH_WAY, WITH_GAIN, ADDED):
+            step[a, RATE] *= density
+        step[Q_YY], step[Q_YX], step[Q_XX] = (
+            yy + density * step[Q_YY],
+            yx + density * step[Q_YX],
+            xx + density * step[Q_XX],
+        )
     exponential(change, power, model.generator, dt)
 
 
 @called_kernel
 def exponential(out, power, generator, dt):
     """out = e^{G dt} of a generator (m, m): Taylor's series of a fraction of dt, then squared; power (≥ 2m, m)."""
-    m = len(generator)
+    m = MODES
     fastest = 0.0
     for i in range(m):
         fastest = max(fastest, -generator[i, i] * dt)

@@ -113,14 +113,15 @@ def likeliest(parts, rows, starts, shortest=0.0) -> dict:
     return starts[int(np.argmax(logs))]
 
 
-def fitted(parts, rows, start, rounds=2, shortest=0.0) -> Fit:
+def fitted(parts, rows, start, rounds=2, shortest=0.0, least=-math.inf) -> Fit:
     """Maximise the posterior from a starting point (dict), in at most so many rounds.
 
-    shortest: period (s) below which fixes do not resolve an oscillation.
+    shortest: period (s) below which fixes do not resolve an oscillation. least: log posterior below which a round is
+    the last.
     """
     posterior = Posterior(parts, rows, shortest)
     ascent = Ascent(posterior, posterior.point(start))
-    climb(ascent, rounds)
+    climb(ascent, rounds, least)
     if not math.isfinite(ascent.log):
         return Fit(parts, posterior.values(ascent.x), -math.inf, -math.inf, posterior.calls, ())
     information = ascent.information()

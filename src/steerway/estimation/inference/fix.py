@@ -26,10 +26,10 @@ from steerway.estimation.inference.motion import turn_pair
 _STEADY = 2.0
 """Standard deviations of the velocity across the course above which speed has to stand for a correction to turn the
 velocity; below, it is added to it. Chosen: the course is then known to half a radian."""
-_ROUND, _KNOWN = 0.5, 5.0
-"""Ratio of the variances of velocity along and across the course above which it is known as a vector rather than as
-speed and course, as after a start, and by how many deviations speed has to exceed such a one. Chosen: the course is then
-known to a fifth of a radian, and the sagitta of an arc, which a vector lacks, is a tenth of a deviation."""
+_ROUND, _SMALL = 0.5, 5.0
+"""Ratio of the variances along and across the course above which a velocity is known as a vector, as after a start,
+rather than as speed and course; of such a one, deviations across above which the two differ too little to matter.
+Chosen: the angle is then a fifth of a radian, and what a turn adds to a vector a tenth of a deviation."""
 
 
 @called_kernel
@@ -111,10 +111,13 @@ def correct(x, p, k, pc_n, pc_e, m_nn, m_ne, m_ee, s_n, s_e):
 def turn_velocity(x, p, k, along, across):
     """Add (along, across) to the velocity: as a turn where a vessel has way, else as a vector (upper triangle).
 
+    The fixes after a start tell a velocity, not a speed and a course: turned without its covariance, such a one would
+    no longer be the line through them.
+
     Returns whether the covariance has turned.
     """
     speed = x[k, SPEED]
-    steady = _KNOWN if p[k, 2, 2] > _ROUND * p[k, 3, 3] else _STEADY
+    steady = _SMALL if p[k, 2, 2] > _ROUND * p[k, 3, 3] else _STEADY
     if speed > 0.0 and speed + along > 0.0 and speed * speed > steady * steady * max(p[k, 3, 3], across * across):
         x[k, SPEED] = speed + along
         x[k, COURSE] = wrap(x[k, COURSE] + across / speed)

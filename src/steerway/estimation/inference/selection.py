@@ -27,12 +27,15 @@ OPEN = 10_000
 """Fixes up to which the numbers of a structure are averaged over what the record leaves open, which costs time with
 every fix. Without that, deviations of a boat at constant speed in 1,001 fixes hold 79 to 89 % of the errors where they
 should hold 95."""
-START_ROUNDS, FIRST_ROUNDS, FEW_ROUNDS, LAST_ROUNDS = 2, 8, 1, 2
+START_ROUNDS, FIRST_ROUNDS, FEW_ROUNDS, LAST_ROUNDS = 1, 8, 1, 2
 """Rounds of a fit at most: from either start, of the plain structure, of the others on few rows, the last. Chosen: each
-costs two runs of the filter for every number."""
+costs one to two runs of the filter for every number."""
 BEHIND = 3.0
 """Log evidence by which a structure may be behind the best on few rows before it is given up: its weight is then
 below 5 %. Chosen: a part that a log does not show costs 0.3 to 2 of it."""
+LOST = 10.0
+"""Log posterior by which a structure may be behind the best on many rows before its fit ends. Chosen: a further round
+gains 0.1 to 3, and its weight is then below 0.1 %."""
 BETTER = 3.0
 """Log evidence that is called strong (H. Jeffreys, Theory of Probability, 1961)."""
 LEAST_WEIGHT = 0.02
@@ -80,10 +83,12 @@ def refitted(starts, rows, rounds, shortest=0.0) -> dict[tuple, Fit]:
     """
     fits: dict[tuple, Fit] = {}
     common: dict = {}
+    least = -math.inf
     for parts, values in starts.items():
         start = likeliest(parts, rows, [values | common, values], shortest)
-        fits[parts] = fitted(parts, rows, start, rounds, shortest)
+        fits[parts] = fitted(parts, rows, start, rounds, shortest, least)
         common = common or fits[parts].values
+        least = max(least, fits[parts].log_posterior - LOST)
     return fits
 
 
