@@ -8,6 +8,7 @@ import pytest
 
 from steerway.core.angles import wrap_array
 from steerway.core.records import PREDICTED, REJECTED
+from steerway.estimation import LearningFilter
 from steerway.estimation.inference.bank import advance, start
 from steerway.estimation.inference.model import COURSE, MODES, SPEED, empty_bank
 from steerway.estimation.inference.record import extrapolated, without_copies
@@ -123,6 +124,23 @@ def test_fixes_that_a_receiver_extrapolates_are_predicted_and_tell_nothing():
     for name in ("sog", "cog", "course_rate"):
         apart = wrap_array(getattr(motion, name)[measured] - getattr(alone, name))
         assert rms(apart / getattr(alone, f"{name}_std")) < 0.5, name
+
+
+def test_a_learning_filter_predicts_the_fixes_that_a_receiver_extrapolates():
+    """Behind its last inference, at 240 s, it is as good as one that is given the measured fixes alone."""
+    scene = turning(1.5, 0.3, 400.0, seed=2, density=1e-4)
+    fixes = extrapolating(scene.fixes(0.1, 2), 5)
+    estimator, sog, status = LearningFilter(background=False), [], []
+    for row, dt in enumerate(np.diff(fixes.time, prepend=fixes.time[0])):
+        values, _, state = estimator.row(dt, fixes.latitude[row], fixes.longitude[row])
+        sog.append(values[2])
+        status.append(state)
+    rows = np.arange(len(fixes.time))
+    learned, measured = fixes.time - fixes.time[0] > 260.0, rows % 5 == 0
+    assert ((np.array(status) != PREDICTED) == measured)[learned].all()
+    alone = motion_of(fixes.rows(measured), estimator.learned.weighed)
+    apart = np.array(sog)[measured] - alone.sog
+    assert rms((apart / alone.sog_std)[learned[measured]]) < 0.5
 
 
 @pytest.mark.parametrize("rounded", [0.0, 0.1, 1.0])

@@ -18,6 +18,7 @@ from steerway.estimation.course.update.aids import AIDS
 from steerway.estimation.inference.auto_aids import AUTO, VELOCITY, velocity_in
 from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, Bank, empty_bank, room_to_keep
+from steerway.estimation.inference.record import Measurements, extrapolated, measurements
 from steerway.estimation.inference.selection import PLAIN, Structure, infer
 from steerway.estimation.inference.stream import ELAPSED, InferredFilter, Set, set_of, step
 from steerway.estimation.inference.structures import VESSELS, parameters_of
@@ -74,13 +75,14 @@ class LearningFilter(InferredFilter):
         self._rows: deque = deque(maxlen=_ROWS)
         self._due = _FIRST
         self._thread: threading.Thread | None = None
-        self._found: tuple[Set, list[Bank], float] | None = None
+        self._found: tuple[Set, list[Bank], float, Measurements | None] | None = None
+        self._measurements: Measurements | None = None
 
     def reset(self) -> None:
         """Return to the state before the first fix; what was learned stays."""
         super().reset()
         self._rows.clear()
-        self._found, self._due = None, _FIRST
+        self._found, self._due, self._measurements = None, _FIRST, None
 
     def restore(self, snapshot: tuple[Set, Floats]) -> None:
         """Return to the state of a `snapshot`."""
@@ -99,17 +101,28 @@ class LearningFilter(InferredFilter):
         """As of `InferredFilter.row`."""
         if dt > LONGEST_GAP:
             self._rows.clear()
+            self._measurements = None
         self._go_over()
         found = super().row(dt, latitude, longitude, aids, position_std)
         self._infer_if_due()
         return found
 
     def _advance(self, dt, first, second, excess, aids):
-        super()._advance(dt, first, second, excess, aids)
+        measured = self._measured(self._state[ELAPSED] + dt, first)
+        super()._advance(dt, measured, second, excess, aids)
         if np.isfinite(first) or len(aids):
             self._rows.append((self._state[ELAPSED], first, second, excess, tuple(aids[0]) if len(aids) else ()))
             while self._rows[0][0] < self._state[ELAPSED] - _WINDOW:
                 self._rows.popleft()
+
+    def _measured(self, time, first):
+        """The first coordinate of a fix, NaN of one that the receiver extrapolated."""
+        if self._measurements is None or not np.isfinite(first):
+            return first
+        if not self._measurements.include(time):
+            return _UNKNOWN
+        self._measurements = self._measurements._replace(last=time)
+        return first
 
     def _infer_if_due(self):
         elapsed = self._state[ELAPSED]
@@ -125,7 +138,7 @@ class LearningFilter(InferredFilter):
 
     def _infer(self, rows):
         try:
-            record = _record(rows)
+            record, when = _record(rows)
             known = [name for name, column in zip(AIDS, record.aids.T, strict=False) if np.isfinite(column).any()]
             structures = self._structures(record, [name for name in known if name in self.aid])
             running, banks = set_of(structures), []
@@ -138,7 +151,7 @@ class LearningFilter(InferredFilter):
             self.learned = InferredProfile.of(structures, "learned")
             if self.keep is not None:
                 self.keep(self.learned)
-            self._found = running, banks, rows[-1][0]
+            self._found = running, banks, rows[-1][0], when
         except Exception:  # the filter goes on with what it has
             LOG.exception("vessel and receiver could not be inferred anew")
         finally:
@@ -154,10 +167,11 @@ class LearningFilter(InferredFilter):
         """Take up what was found, with the fixes that came meanwhile."""
         if self._found is None or self._set.fading:
             return
-        (running, banks, until), self._found = self._found, None
+        (running, banks, until, self._measurements), self._found = self._found, None
         out = np.empty(FUSED + 3)
         for time, first, second, excess, aids in [each for each in self._rows if each[0] > until]:
             table = np.array([aids]) if aids else np.empty((0, len(AIDS)))
+            first = self._measured(time, first)
             for one, bank in zip(running.structures, banks, strict=True):
                 step(bank, one.model, time - until, first, second, excess, table, one.motion_states, out)
             until = time
@@ -167,11 +181,14 @@ class LearningFilter(InferredFilter):
         self.take_up(running, banks)
 
 
-def _record(rows) -> Rows:
-    """Rows of a window as a record in the plane of the filter."""
+def _record(rows) -> tuple[Rows, Measurements | None]:
+    """Rows of a window as a record in the plane of the filter, and when the receiver measures."""
     time, north, east, excess = (np.array([each[i] for each in rows], dtype=np.float64) for i in range(4))
     unknown = (_UNKNOWN,) * len(AIDS)
     table = (
         np.array([each[4] or unknown for each in rows]) if any(each[4] for each in rows) else np.empty((0, len(AIDS)))
     )
-    return Rows(time, north, east, excess, table, np.empty(0, np.int64))
+    fixed = np.flatnonzero(np.isfinite(north))
+    guessed = extrapolated(time[fixed], north[fixed], east[fixed])
+    north[fixed[guessed]] = _UNKNOWN
+    return Rows(time, north, east, excess, table, np.empty(0, np.int64)), measurements(time[fixed], guessed)

@@ -1,6 +1,7 @@
 """What a record is before it is fitted: copies of fixes, the white part of their noise, rows to fit to."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -82,6 +83,27 @@ def extrapolated(time, north, east):
         if by_phase[measured] > CORRECTED * max(others.max(), resolution):
             return slot % period != measured
     return np.zeros(len(time), bool)
+
+
+class Measurements(NamedTuple):
+    """When a receiver measures that extrapolates the fixes between: every `period` seconds, last at `last`."""
+
+    period: float
+    last: float
+    apart: float  # s between fixes
+
+    def include(self, time) -> bool:
+        """Whether a fix of this time (s) is measured."""
+        since = time - self.last
+        return abs(since - round(since / self.period) * self.period) < 0.5 * self.apart
+
+
+def measurements(time, guessed) -> Measurements | None:
+    """When a receiver of which these fixes are extrapolated ones (n, bool) measures; None where none is."""
+    if not guessed.any():
+        return None
+    measured = time[~guessed]
+    return Measurements(float(np.median(np.diff(measured))), float(measured[-1]), float(np.median(np.diff(time))))
 
 
 def white_std(time, north, east) -> float:

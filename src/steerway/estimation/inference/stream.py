@@ -178,9 +178,8 @@ class InferredFilter:
         return state[LAST_SOG] * state[SINCE] > FEW_STEPS * state[COARSE] > 0.0
 
     def _advance(self, dt, first, second, excess, aids):
-        state = self._state
         if dt > LONGEST_GAP:
-            state[KNOWN] = 0.0
+            self._state[KNOWN] = 0.0
             for bank in self._banks:
                 bank.run[STARTED] = 0.0
             dt = 0.0
@@ -188,7 +187,7 @@ class InferredFilter:
             self._fade(dt)
         for one, bank, out in zip(self._set.structures, self._banks, self._outs, strict=True):
             step(bank, one.model, dt, first, second, excess, aids, one.motion_states, out)
-        state[ELAPSED] += dt
+        self._state[ELAPSED] += dt  # another array where the older structures have just gone
         if self._set.learns and math.isfinite(first):
             self._learn()
 
