@@ -49,11 +49,15 @@ def rms(values):
     ("smooth", "most"),
     [
         (False, 0.55),
-        pytest.param(True, 0.36, marks=pytest.mark.xfail(strict=True, reason="0.385: wander at the noise of a fix")),
+        pytest.param(True, 0.36, marks=pytest.mark.xfail(strict=True, reason="0.385: 9 mm athwart, see below")),
     ],
 )
 def test_figure_of_eight_against_an_independent_gyro(shared_data, tuned, smooth, most):
-    """Course rate against the Precision-9's yaw rate over one second; the positions are 2.5 s late."""
+    """Course rate against the Precision-9's yaw rate over one second; the positions are 2.5 s late.
+
+    From 0.05 to 0.4 Hz the positions hold nearly twice the rate that the gyro does (coherence 0.8 to 0.3): 9 mm
+    athwart, below the noise of a fix, which are as likely yaw as motion of the antenna.
+    """
     motion = tuned("furuno_scx20_n2k/furuno-130842-figure8-fast.raw")[2 if smooth else 1]
     gyro = pl.read_csv(shared_data / "data/furuno_scx20_n2k/derived/furuno-130842-figure8-fast_scx20.csv")
     rate = np.interp(motion.time, gyro["t"], gyro["p9_rot_dps_1s"])
@@ -144,9 +148,9 @@ def missed(reason):
     ("key", "most"),
     [
         ("figure8_rate_rms_dps", 0.545),
-        pytest.param("figure8_rate_rms_smoothed_dps", 0.36, marks=missed("0.385 °/s: wander at the noise of a fix")),
+        pytest.param("figure8_rate_rms_smoothed_dps", 0.36, marks=missed("0.389 °/s: 9 mm athwart, see above")),
         ("figure8_rate_rms_aligned_dps", 0.335),
-        pytest.param("figure8_rate_rms_smoothed_aligned_dps", 0.21, marks=missed("0.224 °/s: as above")),
+        pytest.param("figure8_rate_rms_smoothed_aligned_dps", 0.21, marks=missed("0.234 °/s: as above")),
         ("s330_sog_rms_mps", 0.035),
         ("s330_cog_rms_deg", 0.45),
         ("seap_sog_rms_mps", 0.05),
