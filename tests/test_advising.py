@@ -70,3 +70,8 @@ def test_better_fixes_and_a_measured_velocity_damp_the_loop():
     assert damping(white=0.02) > damping(white=0.3) and damping(white=0.3, velocity_std=0.05) > damping(white=0.3)
     mirrored = [steering_loop(boat, GnssTable(), 1.2, 0.5, side).damping for side in (1.0, -1.0)]
     assert mirrored[0] == pytest.approx(mirrored[1], abs=1e-9)
+
+
+def test_another_autopilot_than_that_assessed_is_named():
+    scenario = parse_scenario(SCENARIO % (0.3, 0.3, 0.2) + '[autopilot]\nkind = "lqg"\n')
+    assert "with pole-placement in place of lqg and fixes" in advise(scenario)[1]

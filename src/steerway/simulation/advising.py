@@ -14,6 +14,7 @@ import numpy as np
 
 from steerway.control.bandwidth import COMFORTABLE, advice
 from steerway.control.boats import Boat
+from steerway.control.heading_steering import KINDS
 from steerway.control.in_current import LEAST_WAY, YawResponse
 from steerway.core.arrays import Floats
 from steerway.core.estimate import Estimate
@@ -79,7 +80,9 @@ def _advise_steering(scenario, known, speed):
     most = f"she makes way against a current of up to {tolerated_current(known):.2g} m/s"
     if worst.speed <= 0.0:
         return False, f"The boat cannot follow the route{way}: {most}, so sail faster or wait for a weaker one."
-    fixes = f"fixes of {scenario.gnss.white:g} m every {1.0 / scenario.gnss.rate:g} s"
+    kind = scenario.autopilot.kind
+    assessed = "" if kind == KINDS[0] else f"{KINDS[0]} in place of {kind} and "
+    fixes = f"{assessed}fixes of {scenario.gnss.white:g} m every {1.0 / scenario.gnss.rate:g} s"
     loop = (
         f"with {fixes} it has a bandwidth of {worst.bandwidth:.2g} rad/s and a damping of at least {worst.damping:.2g}"
         f"{way}, the boat's response as uncertain as the filter takes it to be"
