@@ -13,12 +13,12 @@ _WORDS = {
     "waves": "waves: {wave_surge:.2g} m/s every {surge_period:.2g} s, {wave_yaw:.2g}°/s every {yaw_period:.2g} s",
     "antenna": "antenna rolling {antenna_std:.2g} m every {antenna_period:.2g} s",
     "clock": "time of a fix within {time_std:.2g} s",
-    "beat": "and by {beat_std:.2g} s every {beat_period:.2g} s",
+    "beat": "beat of two clocks, {beat_std:.2g} s every {beat_period:.2g} s",
     "error": "error of {error_std:.2g} m over {error_time:.2g} s",
     "second_roll": "antenna rolling {roll_std:.2g} m every {roll_period:.2g} s too",
     "quick_error": "error of {quick_std:.2g} m over {quick_time:.2g} s",
     "steps": "steps of {step_std:.2g} m every {step_every:.2g} s",
-    "slips": "and of {slip_std:.2g} s in time",
+    "slips": "steps of {slip_std:.2g} s along the way",
     **{aid.name: aid.words for aid in TABLE},
 }
 _ANGLES = ("wander_std", "rate_std", "wave_yaw", *(aid.noise for aid in TABLE if "°" in aid.words))
