@@ -63,12 +63,6 @@ def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: order.get(item.path.stem, len(order)))
 
 
-def pytest_xdist_auto_num_workers():
-    """One process more than processors: live tests wait for what happens at its true pace."""
-    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return processors + 1
-
-
 def pytest_collection_finish(session):
     """Do not search what all imports left for garbage again and again: some 4 % of the time."""
     gc.collect()
