@@ -38,8 +38,6 @@ _SHORTEST = 0.3
 """Least share of the lookahead."""
 _LEAST = 0.1
 """Least share of the bandwidth."""
-_LEAST_DAMPING = 0.2
-"""Of the linear damping of the yaw rate, as it is identified."""
 
 
 class YawResponse(NamedTuple):
@@ -215,9 +213,7 @@ class InCurrent:
     def identified(self, estimate: Estimate) -> YawResponse:
         """The response as far as it is identified."""
         declared = self.response
-        return declared._replace(
-            gain=declared.gain * estimate.yaw_gain, linear=max(declared.linear + estimate.yaw_damping, _LEAST_DAMPING)
-        )
+        return declared._replace(gain=declared.gain * estimate.yaw_gain, linear=declared.linear + estimate.yaw_damping)
 
     def fed(self, autopilot: Autopilot, estimate: Estimate) -> float:
         """The output that turns the boat as the reference does; 0 for a controller whose observer would take it for a
