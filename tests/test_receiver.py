@@ -74,7 +74,7 @@ def test_the_correction_has_the_moments_of_the_mixture_of_all_hypotheses(slips):
             "outlier": 1.0 / (20.0 * math.pi * (nu @ nu + np.trace(s) + 100.0 * variance)),
         }
         steps = 1.0 - math.exp(-1.0 / 20.0)
-        prior = (1.0 - wrong) * np.array([1.0 - 0.1 - steps, 0.1, steps, wrong / (1.0 - wrong)])
+        prior = (1.0 - wrong) * np.array([0.9 * (1.0 - steps), 0.1, 0.9 * steps, wrong / (1.0 - wrong)])
         weights = prior * np.array(list(density.values()))
         weights /= weights.sum()
         moments, none = [], np.zeros((2, 2))

@@ -75,10 +75,12 @@ def test_where_more_effort_predicts_worse_the_answer_is_the_defaults(monkeypatch
 @pytest.mark.xfail(strict=True, reason="2.1 m (1.0): the fit ends at a slower, larger error beside a quick one")
 def test_a_slow_error_of_the_receiver_is_found_and_not_taken_for_motion():
     fixes = logged(replace(FAST, duration=450.0), 2, white=0.1, markov=((0.5, 10.0),))
-    values = max(tune(fixes).profile.structures, key=lambda each: each.weight).values
-    assert 0.08 < values["fix_std"] < 0.12
-    assert 0.3 < math.hypot(values.get("error_std", 0.0), values.get("quick_std", 0.0)) < 1.0
-    assert values["wander_std"] < 0.01
+    structures = tune(fixes).profile.structures
+    slow = [math.hypot(each.values.get("error_std", 0.0), each.values.get("quick_std", 0.0)) for each in structures]
+    weights = [each.weight for each in structures]
+    assert all(0.08 < each.values["fix_std"] < 0.12 for each in structures)
+    assert 0.3 < math.exp(np.average(np.log(slow), weights=weights)) < 1.0, "that of any one is a draw"
+    assert all(each.values["wander_std"] < 0.01 for each in structures)
 
 
 @pytest.fixture(scope="module")

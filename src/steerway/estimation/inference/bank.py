@@ -142,15 +142,28 @@ def loses_course(x, p, k):
 
 @called_kernel
 def forget_direction(x, p, k):
-    """Where the course is lost, a velocity and a place that may lie in any direction, with the moments that they have.
+    """Where the course is lost, a velocity that may lie in any direction: of its moments those of a normal course.
 
-    A covariance that is linear in the course would lay them all on a line across it.
+    A covariance that is linear in the course would lay them all on a line across it. A course of variance σ² leaves
+    exp(−σ²/2) of the mean velocity; the place follows by its regression on the velocity across.
     """
     n = x.shape[1]
-    spread = 0.5 * (x[k, SPEED] ** 2 + p[k, SPEED, SPEED])
+    speed, across = x[k, SPEED], p[k, COURSE, COURSE]
+    power = speed * speed + p[k, SPEED, SPEED]
+    mean = speed * math.exp(-0.5 * across / power)
+    spread = min(0.5 * (power - mean * mean), START_SPEED_STD**2)
     place = 0.5 * (p[k, NORTH, NORTH] + p[k, EAST, EAST])
-    x[k, SPEED] = 0.0
+    c, s = math.cos(x[k, COURSE]), math.sin(x[k, COURSE])
+    lead = (c * p[k, EAST, COURSE] - s * p[k, NORTH, COURSE]) / across
+    x[k, NORTH] += c * lead * (mean - speed)
+    x[k, EAST] += s * lead * (mean - speed)
+    x[k, SPEED] = mean
     for i in range(4):
         for j in range(n):
             p[k, i, j] = p[k, j, i] = 0.0
         p[k, i, i] = place if i < SPEED else spread
+    with_speed = lead * spread
+    p[k, NORTH, SPEED] = p[k, SPEED, NORTH] = c * with_speed
+    p[k, EAST, SPEED] = p[k, SPEED, EAST] = s * with_speed
+    p[k, NORTH, COURSE] = p[k, COURSE, NORTH] = -s * with_speed
+    p[k, EAST, COURSE] = p[k, COURSE, EAST] = c * with_speed

@@ -23,7 +23,8 @@ def without_copies(time, north, east):
     same = (steps == 0.0).all(axis=1)
     if not same.any():
         return north, east
-    resolution = [np.nanquantile(np.where(column > 0.0, column, np.nan), 0.05) for column in steps.T]
+    resolved = np.where(steps > TURNED * steps.max(axis=1, keepdims=True), steps, np.nan)
+    resolution = [np.nanquantile(column, 0.05) if np.isfinite(column).any() else 0.0 for column in resolved.T]
     coarse = np.maximum(np.nan_to_num(resolution), 1e-9)
     far = (steps > FEW_STEPS * coarse).any(axis=1)
     follows = np.flatnonzero(~same)  # the next move after each run of repeats
@@ -44,6 +45,9 @@ rest. Chosen: the speed is `course.STEERAGEWAY`."""
 HELD = 1.0
 """s for which a fix may be a copy of the one before as long as no other follows: loggers stutter for less, and a boat
 that is longer at one place has stopped. Chosen."""
+TURNED = 1e-4
+"""Part of a step along a meridian or a parallel that is no step along the other. As meridians converge, a fix that goes
+north alone goes a little east. Chosen: so do 0.7 km at 60° of latitude."""
 FEW_STEPS = 2.5
 """Steps of the resolution that a vessel which hardly moves goes at once: one or two, and rounding."""
 
@@ -122,7 +126,7 @@ def white_std(time, north, east) -> float:
     return max(float(np.median(third)) / math.sqrt(20.0 * 2.0 * math.log(2.0)), 1e-3)
 
 
-_LONG, _LONG_FOR = 60.0, 5.0
+LONG, _LONG_FOR = 60.0, 5.0
 """s and usual intervals; behind a longer gap a fit begins anew: one fix after it tells nothing of any one
 number. Chosen."""
 _PIECES, _BURSTS, _IN_BURSTS, _IN_PHASE = 8, 4, 0.25, 10
@@ -266,4 +270,4 @@ def rows_of(record: Rows, rows, restarts) -> Rows:
 def gaps_in(time):
     """Rows behind a long gap."""
     intervals = np.diff(time)
-    return np.flatnonzero(intervals > max(_LONG, _LONG_FOR * np.median(intervals))) + 1
+    return np.flatnonzero(intervals > max(LONG, _LONG_FOR * np.median(intervals))) + 1

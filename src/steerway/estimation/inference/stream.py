@@ -22,7 +22,7 @@ from steerway.estimation.inference.forecast import MOMENTS, mixed, place_moments
 from steerway.estimation.inference.fuse import fuse
 from steerway.estimation.inference.model import FUSED, STARTED, Bank, Model, empty_bank
 from steerway.estimation.inference.plane import place_near, step_between
-from steerway.estimation.inference.record import FEW_STEPS, HELD
+from steerway.estimation.inference.record import FEW_STEPS, HELD, LONG, TURNED
 from steerway.estimation.inference.structures import model_of
 from steerway.estimation.inference.track import take_row
 from steerway.estimation.inference.whole_log import UNKNOWN_SPEED
@@ -164,6 +164,8 @@ class InferredFilter:
         excess = variance_scale(state[USUAL : USUAL_COUNT + 1], position_std) if fixed else 1.0
         first = second = math.nan
         if fixed:
+            if state[SINCE] > LONG:
+                state[KNOWN] = 0.0
             state[SINCE] = 0.0
             first, second = _walk(state, latitude, longitude)
         self._advance(dt, first, second, excess, table)
@@ -281,8 +283,8 @@ def _walk(state, latitude, longitude):
         state[FIRST] += c * north + s * east
         state[SECOND] += c * east - s * north
         state[AZIMUTH] += convergence
-        for way in (abs(north), abs(east)):
-            if way > 0.0 and (way < state[COARSE] or state[COARSE] == 0.0):
+        for way, other in ((abs(north), abs(east)), (abs(east), abs(north))):
+            if way > TURNED * other and (way < state[COARSE] or state[COARSE] == 0.0):
                 state[COARSE] = way
     state[LATITUDE], state[LONGITUDE] = latitude, longitude
     return state[FIRST], state[SECOND]

@@ -38,6 +38,9 @@ POOR = 6.0
 """How many times as large the noise of a poor fix is. Chosen; how many fixes are poor is fitted."""
 STUDENT_VARIANCE = 2.0
 """Of Student's t distribution of four degrees of freedom and unit scale."""
+DIFFUSE, RARE = 1e6, 1e-3
+"""Variance of a predicted fix, in that of its white noise, from which on a fix that is so seldom an outlier is right,
+as the first one is: the share of so vague a prediction would outweigh the fix in the correction. Chosen."""
 OUTLIERS_LAST = 0.5
 """Probability that a fix after an outlier is one too. Chosen: even odds, as the two below."""
 SAME_OFFSET = 0.5
@@ -74,7 +77,7 @@ def take_fix(bank, model, north, east, excess):
     return_step(bank, model, north, east, excess)
     wrong_prior = receiver[OUTLIER_RATE] * (1.0 - run[WAS_OUTLIER]) + OUTLIERS_LAST * run[WAS_OUTLIER]
     poor_prior = (1.0 - wrong_prior) * receiver[POOR_RATE]
-    step_prior = (1.0 - wrong_prior) * (1.0 - math.exp(-receiver[STEP_RATE] * run[SINCE]))
+    step_prior = (1.0 - wrong_prior - poor_prior) * (1.0 - math.exp(-receiver[STEP_RATE] * run[SINCE]))
     run[SINCE] = 0.0
     good_prior = 1.0 - wrong_prior - poor_prior - step_prior
     density = work[8]
@@ -115,6 +118,8 @@ def take_fix(bank, model, north, east, excess):
         mean_ne += weight * (s_ne + far * d_ne + nu_n * nu_e)
         mean_ee += weight * (s_ee + loose + far * d_ee + nu_e * nu_e)
         least = min(least, s_nn + s_ee)
+        if s_nn + s_ee > DIFFUSE * variance and outlier < RARE * whole:
+            whole -= outlier
         m_nn, m_ne, m_ee, mean_s_n, mean_s_e = share(usual / whole, nu_n, nu_e, s_nn, s_ne, s_ee)
         if poor > LEAST_PROBABILITY * whole:
             j_nn, j_ne, j_ee, b_n, b_e = share(poor / whole, nu_n, nu_e, p_nn, p_ne, p_ee)

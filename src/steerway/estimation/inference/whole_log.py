@@ -32,7 +32,7 @@ from steerway.estimation.inference.course import (
 from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.inference.plane import Plane, laid_out, placed, steps_between
-from steerway.estimation.inference.record import extrapolated, without_copies
+from steerway.estimation.inference.record import LONG, extrapolated, without_copies
 from steerway.estimation.inference.selection import PLAIN, Inference, Structure, infer
 from steerway.estimation.inference.stamps import regular_times
 from steerway.estimation.inference.structures import model_of, parameters_of
@@ -83,7 +83,7 @@ def _of_one(fixes, structures, aid, rate, smooth, steerageway) -> Motion:
     estimate, nis, wrong = _filtered(record, structures, steerageway)
     if smooth and len(record.time):
         estimate = _smoothed(record, structures, steerageway)
-    starting = _starting(estimate, record.restarts)
+    starting = _starting(estimate, record)
     latitude, longitude = track.places(estimate)
     cog = wrap_array(estimate[:, COG] + track.azimuth)
     status = np.select(
@@ -187,11 +187,13 @@ def _new(time, latitude, longitude, fixed):
     return new
 
 
-def _starting(estimate, restarts):
-    """(n,) bool: rows from a start on until the speed is first known."""
+def _starting(estimate, record: Rows):
+    """(n,) bool: rows from a start, or the first fix behind a long gap, on until the speed is known."""
     known = estimate[:, SOG_STD] < UNKNOWN_SPEED
     starting = np.zeros(len(known), bool)
-    bounds = [0, *restarts.tolist(), len(known)]
+    fixes = np.flatnonzero(np.isfinite(record.north))
+    behind_gaps = fixes[1:][np.diff(record.time[fixes]) > LONG]
+    bounds = [0, *np.union1d(record.restarts, behind_gaps).tolist(), len(known)]
     for begin, end in pairwise(bounds):
         first = int(np.argmax(known[begin:end])) if known[begin:end].any() else end - begin
         starting[begin : begin + first] = True
