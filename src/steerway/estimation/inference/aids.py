@@ -89,7 +89,7 @@ def measured(x, p, k, model, aids, which, h):
     speed, companion = x[k, SPEED], int(model.aids[which, COMPANION])
     if which == SOG or which == COG:
         whole = math.isfinite(aids[SOG]) and math.isfinite(aids[COG])
-        steady = is_steady(speed, p[k, 3, 3])
+        steady = is_steady(speed, p[k, 2, 2], p[k, 3, 3])
         bend = wrap(aids[COG] - x[k, COURSE]) if math.isfinite(aids[COG]) else 0.0
         error = 0.0
         if companion:

@@ -43,6 +43,12 @@ START_SPEED_STD, START_RATE_STD = 10.0, 0.2
 START_PROBABILITY = (0.55, 0.2, 0.15, 0.09, 0.01)
 """Of the modes of a vessel of which nothing is known. Chosen; the first rows are no part of a fit (`fit`)."""
 
+LEAST_SHARE = 1e-3
+"""Share that a mode has in what another starts a step from, of which half counts, and of a smaller one less. Moments
+that hold every share in full would let a mode that is hardly probable and knows nothing, as an emergency, widen all
+others at every step: the likelihood is lower, and SOG of scenes with steady courses off by 2 % more. With 0.01
+manoeuvres are followed late."""
+
 
 @called_kernel
 def start(bank, model, north, east):
@@ -91,12 +97,12 @@ def mix(bank):
         for i in range(m):
             total += probability[i] * change[i, j]
         work[m + 1, j] = total
-        w0, w1, w2 = (
-            probability[0] * change[0, j] / total,
-            probability[1] * change[1, j] / total,
-            probability[2] * change[2, j] / total,
-        )
-        w3, w4 = probability[3] * change[3, j] / total, probability[4] * change[4, j] / total
+        kept, shares = 0.0, work[m + 2]
+        for i in range(m):
+            share = probability[i] * change[i, j] / total
+            shares[i] = share * share / (share + LEAST_SHARE)
+            kept += shares[i]
+        w0, w1, w2, w3, w4 = shares[0] / kept, shares[1] / kept, shares[2] / kept, shares[3] / kept, shares[4] / kept
         for a in range(n * n):
             mixed_flat[j, a] = w0 * flat[0, a] + w1 * flat[1, a] + w2 * flat[2, a] + w3 * flat[3, a] + w4 * flat[4, a]
         for a in range(n):

@@ -22,10 +22,8 @@ from steerway.estimation.inference.model import (
     STATE,
 )
 from steerway.estimation.inference.motion import turn_pair
+from steerway.estimation.inference.relative import is_steady
 
-_STEADY = 2.0
-"""Standard deviations of the velocity across the course above which speed has to stand for a correction to turn the
-velocity; below, it is added to it. Chosen: the course is then known to half a radian."""
 _ROUND, _SMALL = 0.5, 5.0
 """Ratio of the variances along and across the course above which a velocity is known as a vector, as after a start,
 rather than as speed and course; of such a one, deviations across above which the two differ too little to matter.
@@ -117,8 +115,11 @@ def turn_velocity(x, p, k, along, across):
     Returns whether the covariance has turned.
     """
     speed = x[k, SPEED]
-    steady = _SMALL if p[k, 2, 2] > _ROUND * p[k, 3, 3] else _STEADY
-    if speed > 0.0 and speed + along > 0.0 and speed * speed > steady * steady * max(p[k, 3, 3], across * across):
+    furthest = max(p[k, 3, 3], across * across)
+    steady = is_steady(speed, max(p[k, 2, 2], along * along), furthest)
+    if p[k, 2, 2] > _ROUND * p[k, 3, 3]:
+        steady = speed * speed > _SMALL**2 * furthest
+    if steady and speed > 0.0 and speed + along > 0.0:
         x[k, SPEED] = speed + along
         x[k, COURSE] = wrap(x[k, COURSE] + across / speed)
         return False

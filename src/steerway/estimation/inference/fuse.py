@@ -62,6 +62,11 @@ def mean_speed(x, p, k):
 _VAGUE = 0.4
 """m/s; a velocity that is known better and has no direction is that of a vessel at rest. Chosen: little
 above `course.STEERAGEWAY`."""
+LEAST_COUNTED = 0.003
+"""Probability of a mode below which it is left out of the spread; of pairs of modes as many times less as there are
+more of them. An interval is to hold 95 %, and modes so improbable would widen it alone: in the scene `circles` the
+deviation of the rate would be 1.5 times as large. With 0.01 it holds 78 % of the rates in the scene `spins`, with this
+90 %."""
 
 
 @called_kernel
@@ -85,16 +90,19 @@ def fuse(x, p, probability, filters, h, out):
         u += weight * mean_speed(x, p, k)
         across += weight * bend
         w += weight * rate
-    p_u = p_w = p_place = p_s = 0.0
+    p_u = p_w = p_place = p_s = counted = 0.0
+    least = LEAST_COUNTED * MODES / m
     for k in range(m):
-        if probability[k] == 0.0:
+        if probability[k] < least:
             continue
+        counted += probability[k]
         weight, bend = probability[k], wrap(x[k, COURSE] - reference)
         rate, variance = course_rate(x, p, k, h)
         p_u += weight * (p[k, 2, 2] + (mean_speed(x, p, k) - u) ** 2)
         p_s += weight * (p[k, 3, 3] + (x[k, SPEED] * (bend - across)) ** 2)
         p_w += weight * (variance + (rate - w) ** 2)
         p_place += weight * 0.5 * (p[k, 0, 0] + p[k, 1, 1] + (x[k, 0] - north) ** 2 + (x[k, 1] - east) ** 2)
+    p_u, p_s, p_w, p_place = p_u / counted, p_s / counted, p_w / counted, p_place / counted
     out[0], out[1], out[2], out[3], out[4] = north, east, u, wrap(reference + across), w
     out[5], out[6], out[7], out[8] = p_u, p_s / max(u * u, 1e-12), p_w, p_place
     out[9] = 1.0

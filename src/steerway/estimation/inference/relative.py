@@ -8,14 +8,19 @@ from steerway.estimation.inference.model import COURSE, SPEED
 from steerway.estimation.inference.motion import turn_pair
 
 _STEADY = 3.0
-"""Speed in standard deviations across the course above which modes are averaged, and SOG and COG are taken, as speeds
-and courses, not as vectors. Chosen: the course is then known to a third of a radian."""
+"""Speed in its standard deviations, or in those across the course, above which velocities are compared, averaged and
+corrected as speeds and courses, not as vectors. Chosen: the course is then known to a third of a radian, or the speed
+to a third of itself and the course within a radian."""
 
 
 @lean_kernel
-def is_steady(speed, variance_across):
-    """Whether velocities near this one are compared as speeds and courses rather than as vectors."""
-    return speed * speed > _STEADY**2 * variance_across
+def is_steady(speed, along, across):
+    """Whether velocities near this one, of these variances (m²/s²), are compared as speeds and courses.
+
+    A turn leaves the speed as it is: as vectors, velocities that differ by their courses alone have a slower mean.
+    """
+    way = speed * speed
+    return way > _STEADY**2 * across or way > max(_STEADY**2 * along, across)
 
 
 @called_kernel
@@ -26,11 +31,12 @@ def from_likeliest(x, p, probability, d):
     for k in range(1, m):
         if probability[k] > probability[reference]:
             reference = k
-    across = 0.0
+    across = along = 0.0
     for k in range(m):
         bend = wrap(x[k, COURSE] - x[reference, COURSE])
-        across += probability[k] * (p[k, 3, 3] + (x[k, SPEED] * math.sin(bend)) ** 2)
-    steady = is_steady(x[reference, SPEED], across)
+        across += probability[k] * (p[k, 3, 3] + (x[k, SPEED] * bend) ** 2)
+        along += probability[k] * (p[k, 2, 2] + (x[k, SPEED] - x[reference, SPEED]) ** 2)
+    steady = is_steady(x[reference, SPEED], along, across)
     for k in range(m):
         turned(p, k, difference(x, k, x[reference], steady, d[k]))
     return reference, steady

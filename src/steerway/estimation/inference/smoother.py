@@ -201,7 +201,8 @@ def compare(filtered_x, filtered_p, reversal, bank, x, p, weight, room):
 @lean_kernel
 def are_steady(x, p, other_x, other_p):
     """Whether a mode and one met there (states (n,), covariances) are compared as speeds and courses."""
-    one, other = is_steady(x[SPEED], p[3, 3]), is_steady(other_x[SPEED], other_p[3, 3])
+    one = is_steady(x[SPEED], p[2, 2], p[3, 3])
+    other = is_steady(other_x[SPEED], other_p[2, 2], other_p[3, 3])
     return (one and other) or ((one or other) and abs(wrap(other_x[COURSE] - x[COURSE])) < _NEAR)
 
 
