@@ -30,9 +30,12 @@ should hold 95."""
 START_ROUNDS, FIRST_ROUNDS, FEW_ROUNDS, LAST_ROUNDS = 1, 8, 1, 2
 """Rounds of a fit at most: from either start, of the plain structure, of the others on few rows, the last. Chosen: each
 costs one to two runs of the filter for every number."""
-BEHIND = 3.0
-"""Log evidence by which a structure may be behind the best on few rows before it is given up: its weight is then
-below 5 %. Chosen: a part that a log does not show costs 0.3 to 2 of it."""
+FAR_BEHIND, BEHIND = 20.0, 10.0
+"""Log evidence by which a structure may be behind the best before it is given up: on few rows, and on many before it is
+fitted to them. Chosen: in five logs and scenes those that were best in the end were behind by up to 6 on few rows, and
+fits to many gained 3 to 60 there."""
+FINALISTS = 3
+"""Structures fitted to many rows at most. Chosen: each takes 0.1 to 1 s."""
 LOST = 10.0
 """Log posterior by which a structure may be behind the best on many rows before its fit ends. Chosen: a further round
 gains 0.1 to 3, and its weight is then below 0.1 %."""
@@ -48,7 +51,7 @@ NOISES = (3.0, 1.0, 0.5)
 Chosen: starting points only."""
 _PERIODS = (3.0, 4.5, 7.0, 10.0, 15.0, 22.0)
 """s, to begin from: of waves, from a lake's to the longest swell, a factor of one and a half apart. Chosen: a grid."""
-_ROLLS = (1.5, 2.0, 2.5, 3.2, 4.0, 5.0)
+_ROLLS = (1.5, 2.0, 2.5, 3.2, 4.0)
 """s, of the roll of small craft, a factor of a quarter apart: its prior is that narrow. Chosen: a grid."""
 
 
@@ -72,23 +75,27 @@ def infer(record: Rows, aids=()) -> Inference:
     few, many = excerpt(record, FEW, 1.0), excerpt(record, MANY, 0.5)
     noise, shortest = scales_of(record)
     contenders = screened(PLAIN + tuple(aids), few, noise, shortest)
-    fits = refitted({parts: fit.values for parts, fit in contenders.items()}, many, LAST_ROUNDS, shortest)
-    return weighed(fits, np.isfinite(record.north).sum() <= OPEN)
+    draws = DRAWS if np.isfinite(record.north).sum() <= OPEN else 0
+    return weighed(refitted(contenders, many, shortest, draws), draws)
 
 
-def refitted(starts, rows, rounds, shortest=0.0) -> dict[tuple, Fit]:
-    """Fits of structures (parts → numbers, the likeliest first) on other rows.
+def refitted(contenders: dict[tuple, Fit], rows, shortest, draws) -> dict[tuple, Fit]:
+    """The best of these structures (the best first) fitted to other rows.
 
-    All but the first begin with what it found of the numbers that they share, where they hardly move.
+    All but the first begin with what it found of the numbers that they share, where they hardly move, and only those
+    are fitted that are not far behind there already.
     """
-    fits: dict[tuple, Fit] = {}
-    common: dict = {}
-    least = -math.inf
-    for parts, values in starts.items():
-        start = likeliest(parts, rows, [values | common, values], shortest)
-        fits[parts] = fitted(parts, rows, start, rounds, shortest, least)
-        common = common or fits[parts].values
-        least = max(least, fits[parts].log_posterior - LOST)
+    best, *others = contenders
+    found = fitted(best, rows, contenders[best].values, LAST_ROUNDS, shortest, draws=draws)
+    fits, starts, expected = {best: found}, {}, {}
+    for parts in others:
+        few = contenders[parts]
+        starts[parts], log = likeliest(parts, rows, [few.values | found.values, few.values], shortest)
+        expected[parts] = log + few.evidence - few.log_posterior
+    for parts in sorted(others, key=lambda parts: -expected[parts])[: FINALISTS - 1]:
+        if expected[parts] > max(fit.evidence for fit in fits.values()) - BEHIND:
+            least = max(fit.log_posterior for fit in fits.values()) - LOST
+            fits[parts] = fitted(parts, rows, starts[parts], LAST_ROUNDS, shortest, least, draws)
     return fits
 
 
@@ -103,7 +110,7 @@ def screened(base, few, noise, shortest=0.0) -> dict[tuple, Fit]:
     """Fits of structures on few rows, the best first, without those that fall behind."""
     ends = []
     for vessels in (VESSELS, (SHIP,)):
-        begin = likeliest(base, few, [v | {"fix_std": noise * s} for v, s in product(vessels, NOISES)])
+        begin, _ = likeliest(base, few, [v | {"fix_std": noise * s} for v, s in product(vessels, NOISES)])
         ends.append(fitted(base, few, begin, START_ROUNDS))
     plain = fitted(base, few, max(ends, key=lambda fit: fit.evidence).values, FIRST_ROUNDS)
     fits = {base: plain}
@@ -132,19 +139,19 @@ def screened(base, few, noise, shortest=0.0) -> dict[tuple, Fit]:
             parts = best + tuple(part for part in other[len(base) :] if part not in best)
             if parts not in fits:
                 one, two = fits[best].values, fits[other].values
-                begin = likeliest(parts, few, [two | one, one | two], shortest)
+                begin, _ = likeliest(parts, few, [two | one, one | two], shortest)
                 fits[parts] = fitted(parts, few, begin, FEW_ROUNDS, shortest)
             gains[other] = fits[parts].evidence - fits[best].evidence
         good = [other for other in good if gains[other] > 0.0]
         best = max(fits, key=lambda parts: fits[parts].evidence)
     ranked = sorted(fits, key=lambda parts: -fits[parts].evidence)
-    return {parts: fits[parts] for parts in ranked if fits[parts].evidence > fits[ranked[0]].evidence - BEHIND}
+    return {parts: fits[parts] for parts in ranked if fits[parts].evidence > fits[ranked[0]].evidence - FAR_BEHIND}
 
 
-def weighed(fits: dict[tuple, Fit], spread=False) -> Inference:
+def weighed(fits: dict[tuple, Fit], draws=0) -> Inference:
     """The structures by their evidence; those of hardly any weight are left out.
 
-    spread: of numbers drawn from the posterior of the likelier structures, DRAWS in all.
+    draws: how many sets of numbers drawn from the posterior (`Fit.others`) stand for all structures.
     """
     top = max(fit.evidence for fit in fits.values())
     weights = {parts: math.exp(fit.evidence - top) for parts, fit in fits.items()}
@@ -153,7 +160,7 @@ def weighed(fits: dict[tuple, Fit], spread=False) -> Inference:
     total = sum(kept.values())
     structures = []
     for parts, weight in kept.items():
-        drawn = 2 * round(DRAWS * weight / total / 2) if spread else 0
+        drawn = 2 * round(draws * weight / total / 2)
         numbers = fits[parts].others[:drawn] or (fits[parts].values,)
         structures += [Structure(weight / total / len(numbers), parts, values) for values in numbers]
     return Inference(tuple(structures), tuple(fits.values()))
@@ -210,5 +217,5 @@ def searched(parts, rows, stages, shortest=0.0) -> dict:
     """The likeliest of the starting points, stage by stage."""
     best = {}
     for stage in stages:
-        best = likeliest(parts, rows, [best | start for start in stage], shortest)
+        best, _ = likeliest(parts, rows, [best | start for start in stage], shortest)
     return best

@@ -95,11 +95,17 @@ EMERGENCY_ACCELERATION, EMERGENCY_YAW, EMERGENCY_TIME = 3.0, 1.5, 1.5
 WAVE_PERIODS, SHORTEST_WAVE = ("surge_period", "yaw_period"), 2.0
 """s; waves of a shorter period are shorter than 6 m (g T²/2π) and move no vessel to and fro. What oscillates faster is
 of the receiver."""
+ROLL_PERIODS, LONGEST_ROLL = ("antenna_period", "roll_period"), 4.0
+"""s; what takes longer of craft under 15 m is their way through waves: one more oscillation athwart, with the period of
+the waves, would be taken for the antenna's."""
 SHORTEST_STAY = 2.5
 """Shortest periods that fixes resolve (five intervals) from one step of a receiver's error to the next on average: what
 changes oftener is noise. Chosen: in recorded logs of receivers that step it is 9 to 100 intervals."""
 TURN_SHARE = 0.5
 """Probability that a yaw manoeuvre ends in a steady turn rather than on a held course. Chosen: no preference."""
+STRAIGHT_SHARE = 2.0 / 3.0
+"""Probability that a steady turn ends on a held course rather than in a yaw manoeuvre. Chosen: twice as probable. With
+0.5 ends of turns are noticed later in scenes with steady turns, with 0.8 a figure of eight is followed later."""
 _AFTER_EMERGENCY = 0.4, 0.2, 0.2, 0.2, 0.0
 """Probabilities of the modes after an emergency. Chosen: a held course twice as probable as any other."""
 _MOST_BAD = 0.3
@@ -129,7 +135,9 @@ def _modes_of(parts, v) -> tuple[np.ndarray, np.ndarray]:
     g = np.zeros((MODES, MODES))
     yaw_begins, surge_begins = 1.0 / v["yaw_every"], 1.0 / v["surge_every"]
     g[CALM, YAW], g[CALM, SURGE] = yaw_begins, surge_begins
-    g[TURN, YAW], g[TURN, CALM], g[TURN, SURGE] = 0.5 / v["turn_time"], 0.5 / v["turn_time"], surge_begins
+    turn_ends = 1.0 / v["turn_time"]
+    g[TURN, CALM], g[TURN, YAW] = STRAIGHT_SHARE * turn_ends, (1.0 - STRAIGHT_SHARE) * turn_ends
+    g[TURN, SURGE] = surge_begins
     g[YAW, TURN], g[YAW, CALM] = TURN_SHARE / v["yaw_time"], (1.0 - TURN_SHARE) / v["yaw_time"]
     g[SURGE, CALM], g[SURGE, YAW] = 1.0 / v["surge_time"], yaw_begins
     g[:, EMERGENCY] = 1.0 / v["emergency_every"]

@@ -21,6 +21,7 @@ from steerway.estimation.inference.record import excerpt
 from steerway.estimation.inference.selection import (
     BETTER,
     FEW,
+    FINALISTS,
     LAST_ROUNDS,
     MANY,
     PLAIN,
@@ -158,12 +159,12 @@ def _thorough(record: Rows, quick: Inference, report) -> Inference:
     few, many = excerpt(record, _MORE * FEW, 0.5), excerpt(record, _MORE * MANY, 0.25)
     noise, shortest = scales_of(record)
     starts = {fit.parts: [fit.values] for fit in quick.fits}
-    for parts, fit in screened(PLAIN, few, noise, shortest).items():
+    for parts, fit in list(screened(PLAIN, few, noise, shortest).items())[:FINALISTS]:
         starts.setdefault(parts, []).append(fit.values)
     report(0.3)
     first: dict[tuple, Fit] = {}
     for parts, each in starts.items():
-        first[parts] = fitted(parts, many, likeliest(parts, many, each, shortest), 1, shortest)
+        first[parts] = fitted(parts, many, likeliest(parts, many, each, shortest)[0], 1, shortest)
         report(0.3 + 0.3 * len(first) / len(starts))
     least = max(fit.evidence for fit in first.values()) - _FAR_BEHIND
     return weighed(
