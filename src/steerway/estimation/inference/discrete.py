@@ -147,7 +147,7 @@ def set_steps(steps, change, power, dt, model):
         step[Q_LL], step[Q_LU], step[Q_UU] = ll + step[S_LL], lu + step[S_LU], uu + step[S_UU]
         step[Q_SIDEWAYS] = modes[i, SIDEWAYS]
         alike = 0
-        while modes[alike, RATE_DECAY] != modes[i, RATE_DECAY]:
+        while alike < i and modes[alike, RATE_DECAY] != modes[i, RATE_DECAY]:
             alike += 1
         if alike == i:
             pole = complex(-modes[i, RATE_DECAY], 0.0)

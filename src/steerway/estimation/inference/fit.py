@@ -111,9 +111,10 @@ class Posterior:
         return np.clip(x, np.minimum(self.least, self.most), self.most)
 
     def scores(self, x, each):
-        """(numbers, n) derivative of every row's log density by every number."""
+        """(numbers, n) derivative of every row's log density by every number, 0 where rounding leaves no density."""
         steps = _DIFFERENCE * np.eye(len(x))
-        return np.array([(self.densities(x + step) - each) / _DIFFERENCE for step in steps])
+        scores = np.array([(self.densities(x + step) - each) / _DIFFERENCE for step in steps])
+        return np.where(np.isfinite(scores), scores, 0.0)
 
 
 def likeliest(parts, rows, starts, shortest=0.0) -> tuple[dict, float]:
@@ -133,10 +134,11 @@ def fitted(parts, rows, start, rounds=2, shortest=0.0, least=-math.inf, draws=0)
     posterior = Posterior(parts, rows, shortest)
     ascent = Ascent(posterior, posterior.point(start))
     climb(ascent, rounds, least)
-    if not math.isfinite(ascent.log):
-        return Fit(parts, posterior.values(ascent.x), -math.inf, -math.inf, posterior.calls, ())
     information = ascent.information()
-    evidence = ascent.log - 0.5 * float(np.linalg.slogdet(information)[1])
+    with np.errstate(invalid="ignore"):
+        evidence = ascent.log - 0.5 * float(np.linalg.slogdet(information)[1])
+    if not math.isfinite(evidence):
+        return Fit(parts, posterior.values(ascent.x), -math.inf, -math.inf, posterior.calls, ())
     others = drawn(ascent, information, draws)
     return Fit(parts, posterior.values(ascent.x), ascent.log, evidence, posterior.calls, others)
 
