@@ -43,6 +43,10 @@ def default_weights(limits: InputLimits, output_weight: float | None, change_wei
     return positive("mpc.output_weight", output_weight), positive("mpc.change_weight", change_weight)
 
 
+_ROUNDING = 1e-12
+"""Ratio of the least to the largest curvature of a QP below which rounding may make it concave: 5000 roundings."""
+
+
 class HeadingMpc(SampledHeading):
     """Steps from a wanted and an estimated heading (rad) to the input; any linear plant, any horizon.
 
@@ -74,6 +78,10 @@ class HeadingMpc(SampledHeading):
         self._solve = _solver()
         free, held, forced = prediction(plant, horizon, control_horizon)
         self.hessian = 2.0 * (output_weight * forced.T @ forced + change_weight * np.eye(control_horizon))
+        curvature = np.linalg.eigvalsh(self.hessian) if np.isfinite(self.hessian).all() else np.array([math.nan])
+        if not curvature[0] > _ROUNDING * curvature[-1]:
+            weights = f"mpc.output_weight is {output_weight:g} and mpc.change_weight {change_weight:g}"
+            raise InputError(f"{weights}, expected weights of which rounding loses neither beside the other")
         # The gradient is linear in states and bias, the last input and the wanted output.
         outputs = np.column_stack([free, held, -np.ones(horizon)])
         self._slopes = 2.0 * output_weight * forced.T @ outputs
