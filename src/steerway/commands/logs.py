@@ -46,7 +46,7 @@ def estimate(
         float | None, typer.Option(metavar="HZ", parser=hertz, help="Output rate in Hz; by default one row per fix.")
     ] = None,
     smooth: Annotated[
-        bool, flag("--smooth", help="Smooth (fixed-interval, RTS): every estimate uses the whole log.")
+        bool, flag("--smooth", help="Smooth (fixed-interval): every estimate uses the whole log.")
     ] = False,
     profile: ProfileName = None,
     source: Source = None,
