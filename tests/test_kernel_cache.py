@@ -44,20 +44,20 @@ def test_a_change_in_an_imported_file_is_seen_however_it_is_imported(package):
         "from boats.hull import (\n    SLOW as S,\n)",
     ):
         package(base="SLOW = 0.3\n", boat=statement + "\n")
-        before = kernel_cache._source_digest("boats.boat")
+        before = kernel_cache.source_digest("boats.boat")
         package(rudder=f"x = {len(statement)}\n")
-        assert kernel_cache._source_digest("boats.boat") == before
+        assert kernel_cache.source_digest("boats.boat") == before
         package(base="SLOW = 0.4\n")
-        assert kernel_cache._source_digest("boats.boat") != before
+        assert kernel_cache.source_digest("boats.boat") != before
 
 
 def test_a_kernel_of_another_package_depends_on_this_one(package):
     package(boat="from steerway.core.angles import wrap\n")
-    alone = kernel_cache._source_digest("boats.boat")
+    alone = kernel_cache.source_digest("boats.boat")
     source = kernel_cache._source
     try:
         kernel_cache._source = lambda name: ("changed", ()) if name == "steerway.core.angles" else source(name)
-        assert kernel_cache._source_digest("boats.boat") != alone
+        assert kernel_cache.source_digest("boats.boat") != alone
     finally:
         kernel_cache._source = source
 

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import typer
 
 from steerway.core.errors import InputError
 from steerway.estimation import estimate
@@ -16,8 +17,9 @@ from steerway.estimation.profiles import Profile
 from steerway.formats import nmea0183
 from steerway.formats.reading import read
 from steerway.formats.writing import write
+from steerway.live import commands
 from steerway.live.base.orders import Order, State
-from steerway.live.base.rows import rows_of
+from steerway.live.base.rows import InputRow, rows_of
 from steerway.live.learning import NotedLearning
 from steerway.live.links.decoding import ReceiverDecoder
 from steerway.live.links.link import Feed
@@ -68,7 +70,7 @@ def recorded(tmp_path_factory):
 def test_a_recording_is_repeated_bit_by_bit(recorded):
     path, rows, log = recorded
     found = replay(path)
-    assert found.differing == 0 and len(found.recorded) == len(rows) >= 119 and found.orders == 1
+    assert not found.differing and len(found.recorded) == len(rows) >= 119 and found.orders == 1
     assert np.array(found.repeated).tobytes() == np.array(rows).tobytes()
     motion = estimate(nmea0183.read(log).sources["GP"], "small-usv", aid=("sog", "cog"))
     assert_equal(found.repeated, motion.rows(slice(0, len(rows))))
@@ -109,22 +111,46 @@ def test_a_run_that_learns_is_repeated_too(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         asyncio.run(service.run([SimpleNamespace(run=receives)]))
     found = replay(path)
-    assert "takes" in took and len(found.recorded) == 400 and found.differing == 0
+    assert "takes" in took and len(found.recorded) == 400 and not found.differing
 
 
 def test_another_estimate_is_noticed(recorded, monkeypatch):
-    monkeypatch.setattr("steerway.live.replaying.load_profile", lambda path: Profile.named("otter"))
+    monkeypatch.setattr("steerway.live.replaying.parse_profile", lambda text, place: Profile.named("otter"))
     found = replay(recorded[0])
-    assert found.differing > 100 and found.largest > 1e-3
+    assert len(found.differing) > 100 and found.largest[0] > 1e-3
 
 
 def test_last_digits_are_those_of_another_processor(recorded):
     rows = replay(recorded[0]).recorded
     near = [row._replace(sog=row.sog * (1.0 + 1e-13)) for row in rows]
     found = Replayed(rows, near, 0, 0)
-    assert found.differing > 50 and 0.0 < found.largest <= ANOTHER_PROCESSOR
-    assert Replayed(rows, near[:-1], 0, 0).largest == math.inf
-    assert Replayed(rows, [*near[:-1], near[-1]._replace(sog=math.nan)], 0, 0).largest == math.inf
+    assert len(found.differing) > 50 and 0.0 < found.largest[0] <= ANOTHER_PROCESSOR
+    assert Replayed(rows, near[:-1], 0, 0).largest == (math.inf, "row")
+    assert Replayed(rows, [*near[:-1], near[-1]._replace(sog=math.nan)], 0, 0).largest == (math.inf, "sog")
+
+
+def test_a_recording_of_another_version(recorded, tmp_path, monkeypatch, capsys):
+    """A column that it does not have is unknown; where the estimates differ, it is said that other code recorded."""
+    path, rows, log = recorded
+
+    def without_bottom_speed(self):
+        return {name: value for name, value in zip(self._fields, self, strict=True) if name != "bottom_speed"}
+
+    with monkeypatch.context() as patch:
+        patch.setattr(InputRow, "_asdict", without_bottom_speed)
+        patch.setattr("steerway.live.recording.code", lambda: "0.0.9-older")
+        recorder = Recorder(tmp_path / "older.mcap", SETTINGS | {"aid": []})
+        for row in rows_of({"GP": nmea0183.read(log).sources["GP"]}):
+            recorder.input(row, math.nan, "GP")
+        for row in rows:
+            recorder.fix(row)
+        recorder.close()
+    with pytest.raises(typer.Exit):
+        commands.replay(str(tmp_path / "older.mcap"))
+    said = capsys.readouterr().out
+    assert "estimates differ, the first at 2" in said and said.endswith("recorded by other code: 0.0.9-older\n")
+    commands.replay(str(path))
+    assert capsys.readouterr().out.endswith("every estimate is the same\n")
 
 
 def test_a_recording_that_was_cut_off_is_repeated_as_far_as_it_goes(recorded, tmp_path):
@@ -132,7 +158,7 @@ def test_a_recording_that_was_cut_off_is_repeated_as_far_as_it_goes(recorded, tm
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(whole[: len(whole) * 3 // 5])
     found = replay(cut)
-    assert found.differing == 0
+    assert not found.differing
     (tmp_path / "noise.mcap").write_bytes(b"noise")
     with pytest.raises(InputError, match="is no MCAP"):
         replay(tmp_path / "noise.mcap")

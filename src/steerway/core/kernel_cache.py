@@ -42,7 +42,7 @@ def module_directory(module: str, variant: str) -> Path | None:
     if root is None:
         return None
     versions = root / module
-    directory = versions / (_source_digest(module) + variant)
+    directory = versions / (source_digest(module) + variant)
     try:
         if not directory.exists():
             directory.mkdir(parents=True)
@@ -55,7 +55,7 @@ def module_directory(module: str, variant: str) -> Path | None:
     return directory
 
 
-def _source_digest(module: str) -> str:
+def source_digest(module: str) -> str:
     """A digest of the sources of `module` and of what it imports of its own package and of this one."""
     packages = {_PRODUCT, module.partition(".")[0]}
     found: dict[str, str] = {}

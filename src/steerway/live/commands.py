@@ -172,7 +172,9 @@ def replay(
 
         steerway replay sortie.mcap -o sortie.parquet
     """
+    from steerway.core.timestamps import iso
     from steerway.formats.writing import write, writer
+    from steerway.live.recording import code
     from steerway.live.replaying import ANOTHER_PROCESSOR
     from steerway.live.replaying import replay as repeat
 
@@ -180,13 +182,15 @@ def replay(
         writer(out)
     found = repeat(recording)
     print(f"{found.inputs} inputs, {len(found.recorded)} estimates, {found.orders} orders recorded")
-    differing, largest = found.differing, found.largest
+    differing, (largest, column) = found.differing, found.largest
+    number = f"{len(differing)} estimates differ"
     if not differing:
         print("every estimate is the same")
     elif largest <= ANOTHER_PROCESSOR:
-        print(f"{differing} estimates differ in their last digits, by at most {largest:.1g}, as on another processor")
+        print(f"{number} in their last digits, by at most {largest:.1g}, as on another processor")
     else:
-        print(f"{differing} estimates differ, by up to {largest:.3g}")
+        print(f"{number}, the first at {iso(differing[0].time)}, by up to {largest:.3g} in {column}")
+        print("recorded by this code" if found.code == code() else f"recorded by other code: {found.code or 'older'}")
     if out is not None:
         write(found.motion(), out)
         print(f"wrote {out}")

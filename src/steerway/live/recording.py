@@ -2,7 +2,7 @@
 
 Topics: `/raw` the bytes of the links, `/input` the rows decoded from them as the navigator gets them, `/estimate` a row
 a fix, `/order` a row a tick with an autopilot, `/position` for maps, `/learning` when a profile was inferred. The
-metadata `steerway` holds what `replay` needs.
+metadata `steerway` holds the settings that `replay` needs, and which code recorded.
 """
 
 import json
@@ -11,7 +11,9 @@ import math
 import time
 from pathlib import Path
 
+from steerway import __version__
 from steerway.core.errors import InputError
+from steerway.core.kernel_cache import source_digest
 from steerway.core.leg import Leg
 from steerway.formats.mcap import INPUT, require_mcap
 from steerway.live.base.orders import Order
@@ -21,8 +23,13 @@ from steerway.live.links.file import FileSink
 LOG = logging.getLogger("steerway.live")
 RAW, ESTIMATE, ORDER, POSITION, LEARNING = "/raw", "/estimate", "/order", "/position", "/learning"
 SETTINGS = "steerway"
-"""The name of the metadata, with the key `settings`."""
+"""The name of the metadata, with the keys `settings` and `code`."""
 _CHUNK = 1 << 16  # bytes; what a loss of power costs
+
+
+def code() -> str:
+    """Version of the package, and a digest of all code that makes an estimate of an input."""
+    return f"{__version__}-{source_digest('steerway.live.service')}"
 
 
 class Recorder:
@@ -45,7 +52,7 @@ class Recorder:
         self._pieces, self._size = bytearray(), 0
         self._writer = Writer(self, chunk_size=_CHUNK)
         self._writer.start(profile="", library="steerway")
-        self._writer.add_metadata(SETTINGS, {"settings": json.dumps(settings)})
+        self._writer.add_metadata(SETTINGS, {"settings": json.dumps(settings), "code": code()})
         self._channels = {}
         names = {INPUT: "Input", ESTIMATE: "Row", ORDER: "Order", LEARNING: "Learning"}
         for topic, name in names.items():

@@ -2,7 +2,6 @@
 
 import json
 import math
-import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from steerway.core.errors import InputError
 from steerway.core.records import Motion
-from steerway.estimation.profiles.inferred import load_profile
+from steerway.estimation.profiles.inferred import parse_profile
 from steerway.formats.mcap import INPUT, MAGIC, messages, require_mcap
 from steerway.live.base.rows import InputRow, Row
 from steerway.live.learning import RepeatedLearning
@@ -24,32 +23,38 @@ an inferred one."""
 
 
 class Replayed(NamedTuple):
-    """What came of a replay. `recorded`, `repeated`: the rows at the fixes; `orders`: their number in the recording."""
+    """What came of a replay. `recorded`, `repeated`: the rows at the fixes; `orders`: their number in the recording;
+    `code`: which made it, as of `recording.code`, "" where it does not say.
+    """
 
     recorded: list[Row]
     repeated: list[Row]
     inputs: int
     orders: int
+    code: str = ""
 
     @property
-    def differing(self) -> int:
-        """The number of rows that are not the same in every bit, or that only one of both has."""
+    def differing(self) -> list[Row]:
+        """The recorded or repeated rows that are not the same in every bit, or that only one of both has."""
         pairs = zip(self.recorded, self.repeated, strict=False)
-        unequal = sum(np.array(one, float).tobytes() != np.array(other, float).tobytes() for one, other in pairs)
-        return unequal + abs(len(self.recorded) - len(self.repeated))
+        unequal = [one for one, other in pairs if np.array(one, float).tobytes() != np.array(other, float).tobytes()]
+        n = min(len(self.recorded), len(self.repeated))
+        return unequal + self.recorded[n:] + self.repeated[n:]
 
     @property
-    def largest(self) -> float:
-        """The largest difference, in SI and of numbers above 1 as a part of them; inf where a row or number is missing.
+    def largest(self) -> tuple[float, str]:
+        """The largest difference, in SI and of numbers above 1 as a part of them, and the column it is in; inf where a
+        number is missing, or "row".
 
         Another processor rounds sums and products in another order: see ANOTHER_PROCESSOR.
         """
         if len(self.recorded) != len(self.repeated):
-            return math.inf
-        one, other = np.array(self.recorded, float), np.array(self.repeated, float)
-        if (np.isnan(one) != np.isnan(other)).any():
-            return math.inf
-        return float(np.nanmax(np.abs(one - other) / np.maximum(np.abs(one), 1.0), initial=0.0))
+            return math.inf, "row"
+        one, other = (np.array(rows, float).reshape(-1, len(Row._fields)) for rows in (self.recorded, self.repeated))
+        apart = np.abs(one - other) / np.maximum(np.abs(one), 1.0)
+        apart[np.isnan(one) & np.isnan(other)] = 0.0
+        most = np.max(np.where(np.isnan(apart), math.inf, apart), axis=0, initial=0.0)
+        return float(most.max()), Row._fields[int(most.argmax())]
 
     def motion(self) -> Motion:
         """The repeated rows as a record."""
@@ -98,7 +103,7 @@ def _replayed(file, path):
     for message in messages(file, metadata):
         if SETTINGS not in metadata:
             raise InputError(f"{path}: is no recording of Steerway, expected one of live --record")
-        service = service or _service(json.loads(metadata[SETTINGS]["settings"]), kept, moments)
+        service = service or _service(json.loads(metadata[SETTINGS]["settings"]), kept, moments, path)
         if message.topic == INPUT:
             inputs += 1
             _feed(service, json.loads(message.data))
@@ -109,7 +114,8 @@ def _replayed(file, path):
         kept.rows += service.navigator.finish()
     if service is None:
         raise InputError(f"{path}: holds no message, expected a recording of live --record")
-    return Replayed(recorded, kept.rows[: len(recorded)] if _is_cut(file) else kept.rows, inputs, orders)
+    repeated = kept.rows[: len(recorded)] if _is_cut(file) else kept.rows
+    return Replayed(recorded, repeated, inputs, orders, metadata[SETTINGS].get("code", ""))
 
 
 def _is_cut(file):
@@ -118,20 +124,12 @@ def _is_cut(file):
     return file.read() != MAGIC
 
 
-def _service(settings, kept, moments):
-    profile, latency = _profile(settings.pop("profile")), settings.pop("latency")
+def _service(settings, kept, moments, path):
+    text, latency, learns = settings.pop("profile"), settings.pop("latency"), settings.pop("learns", False)
+    profile = None if text is None else parse_profile(text, f"profile in {path}")
     settings |= {"aid": tuple(settings["aid"]), "sources": tuple(settings["sources"])}
-    tuning = RepeatedLearning(profile, settings["aid"], moments) if settings.pop("learns", False) else profile
+    tuning = RepeatedLearning(profile, settings["aid"], moments) if learns else profile
     return Service(Navigator(tuning, **settings), [kept], settings["rate"] or RATE, latency)
-
-
-def _profile(text):
-    if text is None:
-        return None
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "profile.toml")
-        path.write_text(text, encoding="utf-8")
-        return load_profile(path)
 
 
 def _feed(service, values):
@@ -141,5 +139,7 @@ def _feed(service, values):
 
 
 def _values(values, kind):
+    """The fields of a row; NaN for one that the recording's version did not have."""
     for name in kind._fields:
-        yield math.nan if values[name] is None else values[name]
+        value = values.get(name)
+        yield math.nan if value is None else value

@@ -20,7 +20,7 @@ from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, Bank, empty_bank, room_to_keep
 from steerway.estimation.inference.record import Measurements, extrapolated, measurements
 from steerway.estimation.inference.selection import PLAIN, Structure, infer
-from steerway.estimation.inference.stream import ELAPSED, InferredFilter, Set, set_of, step
+from steerway.estimation.inference.stream import ELAPSED, InferredFilter, Set, alone, set_of
 from steerway.estimation.inference.structures import VESSELS, parameters_of
 from steerway.estimation.inference.track import run_record
 from steerway.estimation.profiles.inferred import InferredProfile
@@ -168,16 +168,16 @@ class LearningFilter(InferredFilter):
         if self._found is None or self._set.fading:
             return
         (running, banks, until, self._measurements), self._found = self._found, None
-        out = np.empty(FUSED + 3)
+        each_alone = [alone(one, bank) for one, bank in zip(running.structures, banks, strict=True)]
         for time, first, second, excess, aids in [each for each in self._rows if each[0] > until]:
             table = np.array([aids]) if aids else np.empty((0, len(AIDS)))
             first = self._measured(time, first)
-            for one, bank in zip(running.structures, banks, strict=True):
-                step(bank, one.model, time - until, first, second, excess, table, one.motion_states, out)
+            for each in each_alone:
+                each.step(time - until, first, second, excess, table)
             until = time
         rest = self._state[ELAPSED] - until
-        for one, bank in zip(running.structures, banks, strict=True):
-            step(bank, one.model, rest, _UNKNOWN, _UNKNOWN, 1.0, np.empty((0, len(AIDS))), one.motion_states, out)
+        for each in each_alone:
+            each.step(rest, _UNKNOWN, _UNKNOWN, 1.0, np.empty((0, len(AIDS))))
         self.take_up(running, banks)
 
 

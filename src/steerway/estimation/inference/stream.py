@@ -6,6 +6,7 @@ filter that is given the snapshot.
 
 import math
 from collections.abc import Sequence
+from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -63,6 +64,25 @@ class Running(NamedTuple):
     motion_states: int
 
 
+class Alike(NamedTuple):
+    """Structures of one size, which one call steps: the arrays of banks and models have an axis of structures first."""
+
+    banks: Bank
+    models: Model
+    motion_states: int
+    outs: Floats  # (structures, FUSED + 3)
+
+    def step(self, dt: float, first: float, second: float, excess: float, aids: Floats) -> None:
+        """One row of all, as of the kernel `step`."""
+        step(self.banks, self.models, dt, first, second, excess, aids, self.motion_states, self.outs)
+
+
+def alone(one: Running, bank: Bank) -> Alike:
+    """One structure, to be stepped by itself."""
+    banks, models = (type(each)(*(part[None] for part in each)) for each in (bank, one.model))
+    return Alike(banks, models, one.motion_states, np.empty((1, FUSED + 3)))
+
+
 class Set(NamedTuple):
     """Structures that run together: those fading out first. `learns`: weights follow the likelihood, as of a prior."""
 
@@ -100,23 +120,27 @@ class InferredFilter:
     def _arrange(self, running: Set, header: Floats | None) -> None:
         """Make room for a set of structures."""
         self._set = running
-        shapes = [[each.shape for each in empty_bank(one.states)] for one in running.structures]
-        sizes = [sum(math.prod(shape) for shape in each) for each in shapes]
-        n = len(shapes)
-        self._state = np.zeros(_HEADER + n + sum(sizes))
+        n = len(running.structures)
+        groups = [list(each) for _, each in groupby(running.structures, _size)]
+        shapes = [[(len(each), *part.shape) for part in empty_bank(each[0].states)] for each in groups]
+        self._state = np.zeros(_HEADER + n + sum(math.prod(shape) for each in shapes for shape in each))
         if header is not None:
             self._state[:_HEADER] = header
         self._weights = self._state[_HEADER : _HEADER + n]
         self._weights[:] = running.weights
-        self._banks, at = [], _HEADER + n
-        for each in shapes:
+        self._outs = np.full((n, FUSED + 3), np.nan)
+        self._banks, self._groups, at = [], [], _HEADER + n
+        for group, each in zip(groups, shapes, strict=True):
             parts = []
             for shape in each:
                 size = math.prod(shape)
                 parts.append(self._state[at : at + size].reshape(shape))
                 at += size
-            self._banks.append(Bank(*parts))
-        self._outs = np.full((n, FUSED + 3), np.nan)
+            models = Model(*map(np.stack, zip(*(one.model for one in group), strict=True)))
+            first = len(self._banks)
+            outs = self._outs[first : first + len(group)]
+            self._groups.append(Alike(Bank(*parts), models, group[0].motion_states, outs))
+            self._banks += [Bank(*(part[k] for part in parts)) for k in range(len(group))]
         self._estimate = np.full(POSITION_STD + 1, np.nan)
 
     def reset(self) -> None:
@@ -187,8 +211,8 @@ class InferredFilter:
             dt = 0.0
         if self._set.fading:
             self._fade(dt)
-        for one, bank, out in zip(self._set.structures, self._banks, self._outs, strict=True):
-            step(bank, one.model, dt, first, second, excess, aids, one.motion_states, out)
+        for each in self._groups:
+            each.step(dt, first, second, excess, aids)
         self._state[ELAPSED] += dt  # another array where the older structures have just gone
         if self._set.learns and math.isfinite(first):
             self._learn()
@@ -257,19 +281,40 @@ class InferredFilter:
         return np.array([[nn, ne], [ne, ee]])
 
 
+def _size(one):
+    """What structures have in common that one call steps."""
+    return one.states, one.motion_states, *(part.shape for part in one.model)
+
+
 @kernel
-def step(bank, model, dt, first, second, excess, aids, motion_states, out):
-    """One row of a structure, as `run_record` does it. Into `out`: `fuse`, NIS, WRONG and LOG_DENSITY."""
-    begins = bank.run[STARTED] == 0.0
-    nis, log_density, wrong = take_row(bank, model, dt, first, second, excess, motion_states)
-    if len(aids) and not begins:
-        log_density += take_aids(bank, model, aids[0])
-    if bank.run[STARTED] == 0.0:
-        for i in range(len(out)):
-            out[i] = math.nan
-    else:
-        fuse(bank.x, bank.p, bank.probability, model.filters, bank.work[0], out)
-    out[NIS], out[WRONG], out[LOG_DENSITY] = nis, wrong, log_density
+def step(banks, models, dt, first, second, excess, aids, motion_states, outs):
+    """One row of structures of one size, as `run_record` does it: arrays of banks and models have an axis of structures
+    before their own. Into `outs` (structures, FUSED + 3): `fuse`, NIS, WRONG and LOG_DENSITY.
+    """
+    for k in range(len(outs)):
+        bank = Bank(
+            banks.x[k],
+            banks.p[k],
+            banks.probability[k],
+            banks.mixed_x[k],
+            banks.mixed_p[k],
+            banks.run[k],
+            banks.steps[k],
+            banks.change[k],
+            banks.work[k],
+        )
+        model = Model(models.modes[k], models.generator[k], models.filters[k], models.receiver[k], models.aids[k])
+        out = outs[k]
+        begins = bank.run[STARTED] == 0.0
+        nis, log_density, wrong = take_row(bank, model, dt, first, second, excess, motion_states)
+        if len(aids) and not begins:
+            log_density += take_aids(bank, model, aids[0])
+        if bank.run[STARTED] == 0.0:
+            for i in range(len(out)):
+                out[i] = math.nan
+        else:
+            fuse(bank.x, bank.p, bank.probability, model.filters, bank.work[0], out)
+        out[NIS], out[WRONG], out[LOG_DENSITY] = nis, wrong, log_density
 
 
 @kernel

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from steerway.core.files import complete_or_absent
 from steerway.core.profile_fields import positive_number
-from steerway.core.toml import read_toml, toml_value
+from steerway.core.toml import parse_toml, read_toml, toml_value
 from steerway.core.validation import refusal
 from steerway.estimation.inference.course import STEERAGEWAY
 from steerway.estimation.inference.selection import PLAIN, Structure
@@ -103,7 +103,7 @@ class InferredProfile(BaseModel):
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """An inferred profile from a TOML file. Raises InputError naming the file and the key that is wrong."""
-        return _made(cls, read_toml(path, "profile"), path)
+        return _made(cls, read_toml(path, "profile"), f"profile {path}")
 
     def save(self, path: str | Path) -> None:
         """Write the profile as a TOML file that `load` reads."""
@@ -118,8 +118,16 @@ class InferredProfile(BaseModel):
 
 def load_profile(path: str | Path) -> Profile | InferredProfile:
     """The profile in a TOML file, of either kind: inferred ones have structures. Raises InputError."""
-    table = read_toml(path, "profile")
-    return _made(InferredProfile if "structures" in table else Profile, table, path)
+    return _of_either_kind(read_toml(path, "profile"), f"profile {path}")
+
+
+def parse_profile(text: str, place: str) -> Profile | InferredProfile:
+    """The profile in a TOML text, of either kind; `place` names it in errors. Raises InputError."""
+    return _of_either_kind(parse_toml(text, place), place)
+
+
+def _of_either_kind(table, place):
+    return _made(InferredProfile if "structures" in table else Profile, table, place)
 
 
 def profile_of(given: Profile | InferredProfile | str | Path) -> Profile | InferredProfile:
@@ -129,11 +137,11 @@ def profile_of(given: Profile | InferredProfile | str | Path) -> Profile | Infer
     return load_profile(given) if str(given).endswith(".toml") else Profile.named(str(given))
 
 
-def _made(kind, table, path):
+def _made(kind, table, place):
     try:
         return kind(**table)
     except ValidationError as error:
-        raise refusal(f"profile {path}", error, kind) from None
+        raise refusal(place, error, kind) from None
 
 
 def _structure_toml(structure) -> str:
