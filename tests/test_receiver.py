@@ -9,9 +9,10 @@ import pytest
 from steerway.core.angles import wrap_array
 from steerway.core.records import PREDICTED, REJECTED
 from steerway.estimation import LearningFilter
-from steerway.estimation.inference.bank import advance, start
+from steerway.estimation.inference.bank import LONGEST_STEP, advance, start
+from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import COURSE, MODES, SPEED, empty_bank
-from steerway.estimation.inference.record import extrapolated, without_copies
+from steerway.estimation.inference.record import excerpt, extrapolated, walking, without_copies
 from steerway.estimation.inference.structures import model_of, parameters_of
 from steerway.estimation.inference.weigh import take_fix
 from steerway.estimation.inference.whole_log import infer_log, motion_of
@@ -164,3 +165,28 @@ def test_a_boat_that_rests_at_one_place_is_no_receiver_that_holds():
     held = north[np.arange(400) // 2 * 2]
     kept, _ = without_copies(time, held, 0.5 * held)
     np.testing.assert_array_equal(np.isfinite(kept[60:150]), np.arange(60, 150) % 2 == 0)
+
+
+def held_course(errors):
+    """Fixes of a vessel that goes straight, ten a second with these errors (2, n), as rows to fit to."""
+    time = 0.1 * np.arange(errors.shape[1])
+    return Rows(time, 7.0 * time + errors[0], errors[1], np.empty(0), np.empty((0, 5)), np.empty(0, np.int64))
+
+
+def test_fits_see_all_of_a_record_where_a_random_walk_hides_the_motion():
+    """Half an hour at 10 Hz: of a random walk single fixes some seconds apart, of white noise means of fixes."""
+    noise = np.random.default_rng(1).normal(0.0, 0.2, (2, 18_000))
+    walk, white = (held_course(each) for each in (np.cumsum(noise, axis=1), noise))
+    rows = excerpt(walk, 1500, 0.5)
+    assert len(rows.time) <= 1500 and not len(rows.restarts)
+    assert rows.time[-1] - rows.time[0] > 0.99 * (walk.time[-1] - walk.time[0])
+    assert (rows.excess == 1.0).all()
+    assert np.median(excerpt(white, 1500, 0.5).excess) < 0.5
+
+
+def test_a_vessel_that_turns_is_not_looked_at_every_few_seconds_alone():
+    time = 0.1 * np.arange(18_000)
+    north, east = 7.0 * np.sin(time), 7.0 * np.cos(time)
+    walk = np.cumsum(np.random.default_rng(1).normal(0.0, 0.02, (2, len(time))), axis=1)
+    assert walking(time, north + walk[0], east + walk[1]) < 0.5
+    assert walking(time, 7.0 * time + walk[0], walk[1]) == LONGEST_STEP

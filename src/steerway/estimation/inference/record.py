@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from steerway.estimation.inference.bank import LONGEST_STEP
 from steerway.estimation.inference.fit import Rows
 
 
@@ -165,8 +166,8 @@ def excerpt(record: Rows, most, apart) -> Rows:
     """At most about so many rows: means of fixes, fixes up to `apart` seconds apart or pieces of the record, bursts.
 
     Means (where there are no aids) and thinned fixes determine motion as well as all do where its time constants are
-    longer; bursts of all determine the rest. The phase of the thinned ones changes now and then, lest they be those of
-    one of two receivers.
+    longer, farther apart where a receiver's random walk hides it; bursts of all determine the rest. The phase of the
+    thinned ones changes now and then, lest they be those of one of two receivers.
     """
     fixed = telling(record)
     n = len(fixed)
@@ -175,7 +176,12 @@ def excerpt(record: Rows, most, apart) -> Rows:
         return whole
     burst = int(_IN_BURSTS * most / _BURSTS)
     coarse = most - _BURSTS * burst
-    begin = np.arange(n) if np.isfinite(whole.aids).any() else grouped(whole.time, whole.north, whole.east, coarse)
+    begin = np.arange(n)
+    if not np.isfinite(whole.aids).any():
+        walk = walking(whole.time, whole.north, whole.east)
+        apart = max(apart, walk)
+        if not walk:
+            begin = grouped(whole.time, whole.north, whole.east, coarse)
     groups, end = len(begin), np.append(begin[1:], n)
     interval = np.median(np.diff(whole.time[begin]))
     stride = max(1, min(math.ceil(groups / coarse), int(apart / interval + 0.01)))
@@ -210,8 +216,8 @@ _WHITE = 1.5
 pairs have one of 1 to 1.2 in the scenes with white noise, of 1.7 and more where receivers filter."""
 _STRAIGHT = 13.28
 """Of a chi-square of four degrees of freedom the 99 % quantile: four means in a line."""
-_MEDIAN = 3.357
-"""… and its median."""
+_MEDIAN, _MEDIAN_OF_TWO = 3.357, 2.0 * math.log(2.0)
+"""… and its median, and that of two degrees of freedom."""
 
 
 def grouped(time, north, east, most):
@@ -227,22 +233,63 @@ def grouped(time, north, east, most):
         lengths = np.diff(begin, append=n)
         q = np.flatnonzero(np.append(begin, n)[4:] - begin[:-3] == 4 * length)
         q = q[begin[q] % (4 * length) == 0]
-        t, x, y = (np.add.reduceat(each, begin) / lengths for each in (time, north, east))
-        even = [np.abs(t[q + i + 1] - t[q + i] - length * usual) < 0.1 * length * usual for i in range(3)]
-        q = q[np.all(even, axis=0)]
+        places = (np.add.reduceat(each, begin) / lengths for each in (time, north, east))
+        q, second, third = departures(*places, q, length * usual)
         if len(q) < _ENOUGH / 4:
             break
-        off = np.zeros(len(q))
-        for each in (x, y):
-            a, b, c, d = (each[q + i] for i in range(4))
-            off += 0.25 * (a - b - c + d) ** 2 + 0.05 * (3.0 * (b - c) - a + d) ** 2
-        off *= length / noise**2
+        off = (second + third) * length / noise**2
         if not 1.0 / _WHITE < np.median(off) / _MEDIAN < _WHITE:
             break
         q = q[off < _STRAIGHT]
         begin = np.delete(begin, np.append(q + 1, q + 3))
         length *= 2
     return begin
+
+
+def departures(time, north, east, first, interval):
+    """Of those of `first` from which on four places are evenly spaced: they, and second and third differences squared.
+
+    Both differences (m²) are scaled to mean what white noise has as its variance, of north and east together.
+    """
+    even = [np.abs(time[first + i + 1] - time[first + i] - interval) < 0.1 * interval for i in range(3)]
+    first = first[np.all(even, axis=0)]
+    second, third = np.zeros((2, len(first)))
+    for each in (north, east):
+        a, b, c, d = (each[first + i] for i in range(4))
+        second += 0.25 * (a - b - c + d) ** 2
+        third += 0.05 * (3.0 * (b - c) - a + d) ** 2
+    return first, second, third
+
+
+_WALKS = math.sqrt(5.0 / 3.0), math.sqrt(25.0 / 3.0)
+"""Between which second differences are over third of a random walk. Of it they are 5/3, of white noise 1, of a random
+walk of the speed 5: the limits are geometric means."""
+_OFF = 0.02
+"""Share of four fixes that are not in a line, of which a random walk makes 0.01, up to which all tell the same.
+Chosen: at the interval of their fixes scenes and recorded logs have 0.05 and more or are no random walk."""
+
+
+def walking(time, north, east) -> float:
+    """Interval (s) up to which a receiver's random walk hides how the vessel's way departs from a line; 0 of others.
+
+    Fixes of white noise tell more the more they are; those of a random walk tell of slow motion no more than some do,
+    and one every few seconds tells of a receiver's slow error what a short piece of all does not.
+    """
+    usual = float(np.median(np.diff(time)))
+    stride = 1
+    while stride * usual < LONGEST_STEP:
+        thinned = time[::stride], north[::stride], east[::stride]
+        _, second, third = departures(*thinned, np.arange(max(len(thinned[0]) - 3, 0)), stride * usual)
+        if len(second) < _ENOUGH:
+            break
+        levels = np.median(second), np.median(third)
+        if not _WALKS[0] * levels[1] < levels[0] < _WALKS[1] * levels[1]:
+            break
+        off = _MEDIAN_OF_TWO * (second / levels[0] + third / levels[1]) > _STRAIGHT
+        if off.mean() > _OFF:
+            break
+        stride *= 2
+    return min(stride * usual, LONGEST_STEP) if stride > 2 else 0.0
 
 
 def means(record: Rows, first, last, restarts) -> Rows:
