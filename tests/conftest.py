@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from tests import found_once
+from tests import found_once, overlapping
 
 # How long an example takes depends on what numba compiles first and on what else the machine does.
 settings.register_profile("steerway", deadline=None)
@@ -46,12 +46,25 @@ SLOW = (
 
 
 FIRST = (
-    "test_estimator_limits", "test_archive", "test_adaptive_speed_study", "test_cybership_study", "test_otter_path",
-    "test_recorded_logs", "test_reference_outputs", "test_square_live", "test_tuning", "test_inference",
+    "test_estimator_limits", "test_archive", "test_autopilot", "test_adaptive_speed_study", "test_cybership_study",
+    "test_otter_path", "test_recorded_logs", "test_reference_outputs", "test_tuning", "test_inference",
     "test_unseen_logs", "test_field_studies", "test_mariner_los",
 )  # fmt: skip
 """Files to begin with: what is begun last is what the other processes wait for. The first of them compile different
 kernels."""
+
+
+def pytest_configure(config):
+    if worker := getattr(config, "workerinput", None):
+        overlapping.give_way(worker["workerid"], worker["workercount"])
+
+
+def pytest_xdist_auto_num_workers(config):
+    return overlapping.processors() + (config.option.dist == "loadfile")
+
+
+def pytest_xdist_make_scheduler(config, log):
+    return overlapping.Overlapping(config, log) if config.option.dist == "loadfile" else None
 
 
 def pytest_collection_modifyitems(items):
@@ -59,7 +72,7 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if any(word in item.nodeid for word in SLOW):
             item.add_marker("slow")
-    order = {name: k for k, name in enumerate(FIRST)}
+    order = {name: k for k, name in enumerate((*FIRST, *overlapping.WAITING))}
     items.sort(key=lambda item: order.get(item.path.stem, len(order)))
 
 
