@@ -59,10 +59,12 @@ def pytest_configure(config):
         overlapping.give_way(worker["workerid"], worker["workercount"])
 
 
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers(config):
     return overlapping.processors() + (config.option.dist == "loadfile")
 
 
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
     return overlapping.Overlapping(config, log) if config.option.dist == "loadfile" else None
 
