@@ -10,6 +10,7 @@ import numpy as np
 from steerway.core.angles import wrap
 from steerway.core.compiled import called_kernel, kernel
 from steerway.estimation.inference.fit import Rows
+from steerway.estimation.inference.fuse import add_unresolved_rate, add_unresolved_speed
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.inference.reversal import reversal_of, reversed_aids
 from steerway.estimation.inference.smoother import ROOM, smooth_kept
@@ -21,11 +22,6 @@ COURSE_STD = 0.6
 STEERAGEWAY = 0.3
 """m/s; no course is stated below it, as by the profiles (`steerway study low-speed`): what a receiver at rest reports
 as motion is its own slow error."""
-QUICK_SPEED, QUICK_SPEED_TIME, QUICK_RATE, QUICK_RATE_TIME = 0.02, 6.0, 0.5 * math.pi / 180.0, 3.0
-"""Speed (of the speed) and course rate (rad/s) that a vessel changes by at any time, and for how long (s): the medians
-of the priors of wander, for a craft of 1.5 m/s."""
-SOG_VARIANCE, RATE_VARIANCE = 5, 7
-"""Columns of `fuse`."""
 _EMPTY = np.empty(0)
 NORTH, EAST, SOG, COG, RATE, SOG_STD, COG_STD, RATE_STD, POSITION_STD = range(9)
 """Columns of an estimate; SI, NaN where unknown."""
@@ -36,31 +32,24 @@ def smoothed_record(record: Rows, structures, steerageway=STEERAGEWAY):
     *rows, restarts = record
     *fixes, aids = rows
     aids = reversed_aids(aids)
-    outs = []
+    apart, outs = fixes_apart(record.time, record.north), []
     for each in structures:
         model, states, driving = model_of(each.parts, each.values)
         out, kept = np.empty((len(record.time), FUSED + 2)), room_to_keep(len(record.time), states)
         run_record(*rows, model, empty_bank(states), driving, restarts, out[:0], _EMPTY, 0, kept)
         reversal, bank, room = reversal_of(model, states), empty_bank(states), np.zeros((ROOM, states, states))
         smooth_kept(*fixes, aids, restarts, reversal, bank, driving, kept, room, out)
-        add_unresolved(record.time, record.north, each.values, out)
+        add_unresolved(model.filters, apart, out)
         outs.append(out)
     return averaged(outs, [each.weight for each in structures], steerageway)
 
 
-def add_unresolved(time, north, values, out):
-    """Add to the variances of a structure's `fuse` (n, FUSED) the motion that is faster than the fixes.
-
-    The wander of a structure is fitted to what the fixes resolve. Of that which changes between them they tell nothing,
-    and it is as usual: see QUICK_SPEED and QUICK_RATE.
-    """
-    apart = fixes_apart(time, north)
-    for column, usual, usual_time, std, lasts in (
-        (SOG_VARIANCE, QUICK_SPEED * out[:, SOG], QUICK_SPEED_TIME, "speed_std", "speed_time"),
-        (RATE_VARIANCE, QUICK_RATE, QUICK_RATE_TIME, "wander_std", "wander_time"),
-    ):
-        known = values[std] ** 2 * unresolved(apart / values[lasts])
-        out[:, column] += np.maximum(usual**2 * unresolved(apart / usual_time) - known, 0.0)
+@kernel
+def add_unresolved(filters, apart, outs):
+    """Add to the variances of a structure's `fuse` (n, FUSED) the motion that is faster than fixes `apart` (n,) s."""
+    for k in range(len(outs)):
+        add_unresolved_speed(filters, apart[k], outs[k])
+        add_unresolved_rate(filters, apart[k], outs[k])
 
 
 def fixes_apart(time, north):
@@ -71,12 +60,6 @@ def fixes_apart(time, north):
     intervals = np.diff(fixed)
     before, after = (np.searchsorted(fixed, time, side).clip(1, len(intervals)) - 1 for side in ("left", "right"))
     return np.minimum(intervals[before], intervals[after])
-
-
-def unresolved(interval):
-    """Share of the variance of a first-order process that means over an interval, in its time constants, lack."""
-    a = np.maximum(interval, 1e-3)
-    return 1.0 - 2.0 * (a - 1.0 + np.exp(-a)) / (a * a)
 
 
 def averaged(outs, weights, steerageway=STEERAGEWAY):

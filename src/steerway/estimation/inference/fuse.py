@@ -1,4 +1,4 @@
-"""What all modes together say: mean and spread of the mixture."""
+"""What all modes together say: mean and spread of the mixture, and the motion that fixes do not resolve."""
 
 import math
 
@@ -14,11 +14,19 @@ from steerway.estimation.inference.model import (
     NORTH,
     ON_COURSE,
     ON_RATE,
+    ON_SPEED,
     RATE,
     SPEED,
     STATE,
     TURN,
+    VARIANCE,
 )
+
+SOG_VARIANCE, RATE_VARIANCE = 5, 7
+"""Columns of `fuse`."""
+QUICK_SPEED, QUICK_SPEED_TIME, QUICK_RATE, QUICK_RATE_TIME = 0.02, 6.0, 0.5 * math.pi / 180.0, 3.0
+"""Speed (of the speed) and course rate (rad/s) that a vessel changes by at any time, and for how long (s): the medians
+of the priors of wander, for a craft of 1.5 m/s."""
 
 
 @called_kernel
@@ -106,3 +114,36 @@ def fuse(x, p, probability, filters, h, out):
     out[0], out[1], out[2], out[3], out[4] = north, east, u, wrap(reference + across), w
     out[5], out[6], out[7], out[8] = p_u, p_s / max(u * u, 1e-12), p_w, p_place
     out[9] = 1.0
+
+
+@called_kernel
+def add_unresolved_speed(filters, apart, out):
+    """Add to the variance of the speed in `out` (FUSED) the motion that is faster than fixes `apart` s.
+
+    The wander of a structure is fitted to what the fixes resolve. Of that which changes between them they tell nothing,
+    and it is as usual: see QUICK_SPEED and QUICK_RATE.
+    """
+    out[SOG_VARIANCE] += unresolved_variance(filters, ON_SPEED, apart, QUICK_SPEED * out[2], QUICK_SPEED_TIME)
+
+
+@called_kernel
+def add_unresolved_rate(filters, apart, out):
+    """As `add_unresolved_speed`, of the course rate."""
+    out[RATE_VARIANCE] += unresolved_variance(filters, ON_RATE, apart, QUICK_RATE, QUICK_RATE_TIME)
+
+
+@lean_kernel
+def unresolved_variance(filters, acts_on, apart, usual, usual_time):
+    """Variance of usual wander that fixes `apart` s do not resolve, as far as that of a structure does not hold it."""
+    held = 0.0
+    for f in range(len(filters)):
+        if filters[f, ACTS_ON] == acts_on and filters[f, FREQUENCY] == 0.0:
+            held += filters[f, VARIANCE] * unresolved(apart * filters[f, DECAY])
+    return max(usual * usual * unresolved(apart / usual_time) - held, 0.0)
+
+
+@lean_kernel
+def unresolved(interval):
+    """Share of the variance of a first-order process that means over an interval, in its time constants, lack."""
+    a = max(interval, 1e-3)
+    return 1.0 - 2.0 * (a - 1.0 + math.exp(-a)) / (a * a)

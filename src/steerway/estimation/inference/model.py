@@ -79,7 +79,7 @@ class Bank(NamedTuple):
     probability: np.ndarray  # (MODES,)
     mixed_x: np.ndarray  # (MODES, n) as `x`, before the step
     mixed_p: np.ndarray  # (MODES, n, n)
-    run: np.ndarray  # (8,) of outliers in a row, see RUN
+    run: np.ndarray  # (9,) of outliers in a row and of the time, see RUN
     steps: np.ndarray  # (MODES, STEP_ROWS, n) see `discrete`
     change: np.ndarray  # (MODES, MODES) probabilities of change in a step
     work: np.ndarray  # (12, max(n, 8))
@@ -103,16 +103,17 @@ def empty_bank(states: int) -> Bank:
         np.zeros(m),
         np.zeros((m, n)),
         np.zeros((m, n, n)),
-        np.zeros(8),
+        np.zeros(9),
         np.zeros((m, STEP_ROWS, n)),
         np.zeros((m, m)),
         np.zeros((12, max(n, 8))),
     )
 
 
-RUN, RUN_N, RUN_E, WAS_OUTLIER, STARTED, STEP_N, STEP_E, SINCE = range(8)
+RUN, RUN_N, RUN_E, WAS_OUTLIER, STARTED, STEP_N, STEP_E, SINCE, APART = range(9)
 """`run` of a bank: how many outliers in a row agree, and their offset; the probability that the last fix was one; 1
-once begun; the step of the receiver last followed; s since the last fix."""
+once begun; the step of the receiver last followed; s since the last fix,
+and from that before it to it."""
 
 
 class Kept(NamedTuple):

@@ -20,12 +20,11 @@ from steerway.estimation.course.update.reported_accuracy import variance_scale
 from steerway.estimation.inference.aids import take_aids
 from steerway.estimation.inference.course import COG, EAST, NORTH, POSITION_STD, RATE, SOG, SOG_STD, average
 from steerway.estimation.inference.forecast import MOMENTS, mixed, place_moments, rotated
-from steerway.estimation.inference.fuse import fuse
 from steerway.estimation.inference.model import FUSED, STARTED, Bank, Model, empty_bank
 from steerway.estimation.inference.plane import place_near, step_between
 from steerway.estimation.inference.record import FEW_STEPS, HELD, LONG, TURNED
 from steerway.estimation.inference.structures import model_of
-from steerway.estimation.inference.track import take_row
+from steerway.estimation.inference.track import state_row, take_row
 from steerway.estimation.inference.whole_log import UNKNOWN_SPEED
 from steerway.estimation.profiles.inferred import InferredProfile
 
@@ -289,7 +288,7 @@ def _size(one):
 @kernel
 def step(banks, models, dt, first, second, excess, aids, motion_states, outs):
     """One row of structures of one size, as `run_record` does it: arrays of banks and models have an axis of structures
-    before their own. Into `outs` (structures, FUSED + 3): `fuse`, NIS, WRONG and LOG_DENSITY.
+    before their own. Into `outs` (structures, FUSED + 3): `state_row`, NIS, WRONG and LOG_DENSITY.
     """
     for k in range(len(outs)):
         bank = Bank(
@@ -313,7 +312,7 @@ def step(banks, models, dt, first, second, excess, aids, motion_states, outs):
             for i in range(len(out)):
                 out[i] = math.nan
         else:
-            fuse(bank.x, bank.p, bank.probability, model.filters, bank.work[0], out)
+            state_row(bank, model, out)
         out[NIS], out[WRONG], out[LOG_DENSITY] = nis, wrong, log_density
 
 

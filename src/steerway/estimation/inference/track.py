@@ -5,8 +5,8 @@ import math
 from steerway.core.compiled import called_kernel, inlined_kernel
 from steerway.estimation.inference.aids import take_aids
 from steerway.estimation.inference.bank import advance, start
-from steerway.estimation.inference.fuse import fuse
-from steerway.estimation.inference.model import STARTED
+from steerway.estimation.inference.fuse import add_unresolved_speed, fuse
+from steerway.estimation.inference.model import APART, SINCE, STARTED
 from steerway.estimation.inference.weigh import take_fix
 
 
@@ -17,7 +17,7 @@ def run_record(time, north, east, excess, aids, model, bank, motion_states, rest
     Args:
         time: (n,) s. north, east: (n,) m, NaN where a row is no fix. excess: (n or 0,), see `take_fix`. aids: (n or 0,
             5), NaN where unknown. restarts: (r,) rows at which the filter begins anew.
-        out: (n or 0, FUSED + 2) filled: `fuse`, NIS and the probability of an outlier.
+        out: (n or 0, FUSED + 2) filled: `state_row`, NIS and the probability of an outlier.
         density: (n or 0,) filled: log density of every row that counts, else 0.
         judged: rows after a start that do not count.
         kept: of n or 0 rows, filled for the smoother.
@@ -50,7 +50,7 @@ def run_record(time, north, east, excess, aids, model, bank, motion_states, rest
                 for i in range(out.shape[1]):
                     out[k, i] = math.nan
             else:
-                fuse(bank.x, bank.p, bank.probability, model.filters, bank.work[0], out[k])
+                state_row(bank, model, out[k])
             out[k, -2], out[k, -1] = nis, wrong
         if len(kept.x):
             keep(bank, kept, k)
@@ -75,6 +75,13 @@ def take_row(bank, model, dt, north, east, excess, motion_states):
         if fixed:
             return take_fix(bank, model, north, east, excess)
     return math.nan, 0.0, math.nan
+
+
+@called_kernel
+def state_row(bank, model, out):
+    """What all modes say after a row, into `out` (≥ FUSED)."""
+    fuse(bank.x, bank.p, bank.probability, model.filters, bank.work[0], out)
+    add_unresolved_speed(model.filters, max(bank.run[SINCE], bank.run[APART]), out)
 
 
 @called_kernel

@@ -8,6 +8,7 @@ import math
 from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.inference.fix import correct, of_fix, project
 from steerway.estimation.inference.model import (
+    APART,
     COURSE,
     EAST,
     FIX_VARIANCE,
@@ -78,7 +79,7 @@ def take_fix(bank, model, north, east, excess):
     wrong_prior = receiver[OUTLIER_RATE] * (1.0 - run[WAS_OUTLIER]) + OUTLIERS_LAST * run[WAS_OUTLIER]
     poor_prior = (1.0 - wrong_prior) * receiver[POOR_RATE]
     step_prior = (1.0 - wrong_prior - poor_prior) * (1.0 - math.exp(-receiver[STEP_RATE] * run[SINCE]))
-    run[SINCE] = 0.0
+    run[APART], run[SINCE] = run[SINCE], 0.0
     good_prior = 1.0 - wrong_prior - poor_prior - step_prior
     density = work[8]
     mean_n = mean_e = mean_nn = mean_ne = mean_ee = 0.0
