@@ -17,6 +17,8 @@ FOUND = (
     "steerway.estimation.inference.tune infer",
     "steerway.estimation.inference.tune _thorough",
     "steerway_studies.adaptive_speed.cases run",
+    "steerway_studies.mariner_los.figures voyage",
+    "steerway_studies.mariner_los.ship voyage",
     "steerway_studies.otter_course.comparisons noisy_numbers",
     "steerway_studies.otter_path.boat leg",
     "steerway_studies.springer_mission.missions paper_mission",

@@ -18,7 +18,6 @@ from steerway_studies.mariner_los.ship import (
     cross_track,
     receiver,
     straight,
-    voyage,
 )
 
 measured = cache(ship.measured)
@@ -76,7 +75,7 @@ def test_erratum_p1_42_what_the_printed_noise_amounts_to(noise, std):
 
 
 def test_straight_legs_are_those_long_after_a_switch():
-    run, mission = voyage(ShipCase("truth"))
+    run, mission = ship.voyage(ShipCase("truth"))
     leg = straight(run)
     for passage in mission.log.passages[:-1]:
         after = (run.time > passage.time + 1.0) & (run.time < passage.time + 249.0)

@@ -142,6 +142,7 @@ def measured(case: ShipCase) -> dict[str, float]:
     leg = straight(run)
     asked = asked_rudder_rate(run)
     achieved = np.gradient(rudder(run), STEP)
+    across = cross_track(run, case.turned)
     limited = (np.abs(run.command[:, 0]) > RUDDER.high - 1e-6) | (np.abs(asked) > RUDDER.rate)
     numbers = {
         "finished": float(len(mission.log.reached) == 5),
@@ -149,8 +150,8 @@ def measured(case: ShipCase) -> dict[str, float]:
         "cog_rms_deg": math.degrees(rms(wrap_array(run["estimated_cog"] - run.true_cog)[counted])),
         "sog_rms_mps": rms((run["estimated_sog"] - run.true_sog)[counted]),
         "rate_rms_dps": math.degrees(rms((run["estimated_course_rate"] - run["true_course_rate"])[counted])),
-        "cross_track_rms_m": rms(cross_track(run, case.turned)),
-        "cross_track_max_m": float(np.abs(cross_track(run, case.turned)).max()),
+        "cross_track_rms_m": rms(across),
+        "cross_track_max_m": float(np.abs(across).max()),
         "rudder_max_deg": math.degrees(np.abs(rudder(run)).max()),
         "rudder_rate_max_dps": math.degrees(np.abs(asked).max()),
         "straight_rudder_rate_rms_dps": math.degrees(rms(asked[leg])),
