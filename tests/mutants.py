@@ -1,8 +1,8 @@
 """`python -m tests.mutants`: mutations of the estimator's and guidance's core files that the tests must notice.
 
 A random sample of cosmic-ray's mutations of the files below, each in a copy of the project, with the tests that cover
-its file and kernels run as Python. Lists what survives; `SURVIVING` says why some may. Decorators and annotations are
-left alone: without compilation they have no effect.
+its file and kernels run as Python. Lists what survives. Decorators and annotations are left alone: without compilation
+they have no effect.
 """
 
 import argparse

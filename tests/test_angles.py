@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from steerway.core.angles import smallest_difference, wrap
+from steerway.core.angles import sinc, smallest_difference, wrap, wrap_array
 from tests.golden import assert_golden, golden
 
 
@@ -34,3 +34,15 @@ def test_the_smallest_difference_leads_from_the_reference_to_the_angle():
     assert smallest_difference(0.2, -0.1) == pytest.approx(0.3)
     assert smallest_difference(math.radians(-170), math.radians(170)) == pytest.approx(math.radians(20))
     assert math.isnan(smallest_difference(math.nan, 0.0))
+
+
+def test_an_array_is_wrapped_as_its_elements_are():
+    angles = [0.2, -math.pi, math.pi, 4.0, -9.0, math.nextafter(-math.pi, -4.0)]
+    assert wrap_array([angles, angles]).tolist() == [[wrap(each) for each in angles]] * 2
+
+
+@pytest.mark.parametrize("angle", [-0.049, 0.01, 0.049, 0.051, 2.0])
+def test_sinc_is_its_series(angle):
+    ratio = sum((-1) ** k * angle ** (2 * k) / math.factorial(2 * k + 1) for k in range(15))
+    slope = sum((-1) ** k * 2 * k * angle ** (2 * k - 1) / math.factorial(2 * k + 1) for k in range(1, 15))
+    assert sinc(angle) == pytest.approx((ratio, slope), rel=5e-13)

@@ -18,7 +18,7 @@ from steerway.estimation.course.update.position import correct, innovation
 from tests.five_state_by_matrices import ExactTurn, responses, update
 
 PROFILE = Profile(speed_noise=2e-2, course_rate_noise=3e-3, course_rate_decay=0.3, position_std=0.2)
-RECEIVER_ERRS = PROFILE.model_copy(update={"error_std": 0.7, "error_time": 20.0})
+RECEIVER_ERRS = PROFILE.model_copy(update={"error_std": 0.7, "error_time": 20.0, "speed_decay": 0.05})
 STEPS = (0.02, 0.2, 1.0, 7.0)
 NORTH, EAST, SPEED, COURSE, RATE = range(5)
 

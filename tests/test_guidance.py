@@ -222,8 +222,24 @@ def test_an_early_turn_ends_on_the_next_leg(direction, current):
     _, across = track_errors(*(begin + path[-1]), 0.0, 0.0, following)
     assert lead > 0.0 and abs(across) < 1e-9
     assert len(path) * 0.02 == pytest.approx(time, abs=0.03)
+    assert not path[0].any() and math.dist(path[0], path[1]) < 0.02 * 2.0
     middle, (ahead_n, ahead_e) = path[len(path) // 2], (path[1] - path[0]) / math.dist(path[0], path[1])
     abeam = np.array([-ahead_e, ahead_n])
     assert off_path(path, *middle) == (pytest.approx(0.0, abs=1e-9), False)
     assert off_path(path, *(path[0] + 0.1 * abeam))[0] > 0.0 > off_path(path, *(path[0] - 0.1 * abeam))[0]
     assert off_path(path, *(path[-1] + 2.0 * (path[-1] - path[-2])))[1]
+
+
+def test_the_distance_from_a_path_is_that_of_its_nearest_piece():
+    path = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0]])
+    assert off_path(path, 5.0, 1.0) == (1.0, False)
+    assert off_path(path, 9.0, 5.0) == (1.0, False)
+    assert off_path(path, 12.0, 8.0) == (-2.0, False)
+    assert off_path(path, 12.0, 11.0) == (-2.0, True)
+
+
+def test_a_turn_is_no_faster_over_ground_than_allowed():
+    to, current = 1.5, (0.3, 0.1)
+    path, _ = turn_path(0.0, to, 1.2, *current, 1.0, 0.2, 0.2, after=2.0, speed_time=0.2, along_most=0.8)
+    north, east = (path[-1] - path[-2]) / 0.02
+    assert north * math.cos(to) + east * math.sin(to) == pytest.approx(0.8, abs=0.01)

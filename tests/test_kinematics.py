@@ -5,7 +5,7 @@ import math
 import pytest
 
 from steerway.core.angles import smallest_difference
-from steerway.core.kinematics import GroundMotion, drift_angle, in_body, over_ground, turning_rate
+from steerway.core.kinematics import GroundMotion, drift_angle, heading_for, in_body, over_ground, turning_rate
 
 HEADINGS = [0.3 * k - 3.0 for k in range(21)]
 
@@ -31,6 +31,7 @@ def test_course_is_heading_and_crab_angle(heading, surge, sway):
     assert m.sog == pytest.approx(math.hypot(surge, sway)) == m.water_speed
     assert smallest_difference(m.cog, heading + m.crab_angle) == pytest.approx(0.0, abs=1e-12)
     assert m.crab_angle == pytest.approx(math.atan2(sway, surge)) == m.sideslip
+    assert m.along == pytest.approx(surge)
 
 
 def test_the_printed_crab_angle_is_wrong_astern():
@@ -67,3 +68,20 @@ def test_course_rate_is_yaw_rate_and_the_crab_angles_rate():
     acceleration = [(b - a) / h for a, b in zip(now, later, strict=True)]
     crab_rate = (math.atan2(0.3 * (1.0 + h), surge) - math.atan2(0.3, surge)) / h
     assert turning_rate(*now, *acceleration) == pytest.approx(rate + crab_rate, rel=1e-5)
+
+
+@pytest.mark.parametrize("course", HEADINGS)
+@pytest.mark.parametrize("current", [(0.3, -0.5), (-0.6, 0.1), (0.0, 0.0)])
+def test_the_heading_against_a_current_makes_the_course_good(course, current):
+    heading, speed = heading_for(course, 1.2, *current)
+    north, east = over_ground(1.2, 0.0, heading)
+    made_good = north + current[0], east + current[1]
+    assert made_good == pytest.approx((speed * math.cos(course), speed * math.sin(course)))
+    assert heading_for(course, 0.0, *current)[0] == course
+
+
+@pytest.mark.parametrize("to_starboard", [1.0, -1.0])
+def test_across_a_current_faster_than_the_boat_the_heading_is_across(to_starboard):
+    heading, speed = heading_for(0.0, 1.0, 0.2, 5.0 * to_starboard)
+    assert heading == pytest.approx(-math.asin(0.98) * to_starboard)
+    assert speed == pytest.approx(0.2 + math.sqrt(1.0 - 0.98**2))

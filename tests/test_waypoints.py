@@ -319,3 +319,11 @@ def test_the_leg_that_is_gone_to_leads_from_the_waypoint_before(target, directio
     leg = mission.step(50.0, 30.0, 1.0)
     assert leg.target == target and math.remainder(leg.direction - direction, 2.0 * math.pi) == pytest.approx(0.0)
     assert leg.cross_track == pytest.approx(across)
+
+
+def test_to_a_waypoint_beyond_which_the_boat_lies_she_goes_straight_unless_she_is_at_it():
+    for place, direction in (((140.0, 140.0), -0.75 * math.pi), ((103.0, 104.0), math.pi / 2)):
+        mission = Mission(SQUARE)
+        mission.step(*place, 1.0)
+        mission.go_to(2)
+        assert mission._direction == pytest.approx(direction)
