@@ -69,6 +69,7 @@ def test_the_table_holds_the_run_with_units_in_its_names(written):
         "estimated_speed_gain",
         "estimated_yaw_gain",
         "estimated_yaw_damping",
+        "estimated_yaw_time",
     )
     assert all(name.endswith(units) or name in plain for name in frame.columns)
     assert len(frame.columns) == 1 + len(COLUMNS) + 7 + 2

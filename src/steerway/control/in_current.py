@@ -213,7 +213,11 @@ class InCurrent:
     def identified(self, estimate: Estimate) -> YawResponse:
         """The response as far as it is identified."""
         declared = self.response
-        return declared._replace(gain=declared.gain * estimate.yaw_gain, linear=declared.linear + estimate.yaw_damping)
+        return declared._replace(
+            gain=declared.gain * estimate.yaw_gain,
+            time=declared.time * estimate.yaw_time,
+            linear=declared.linear + estimate.yaw_damping,
+        )
 
     def fed(self, autopilot: Autopilot, estimate: Estimate) -> float:
         """The output that turns the boat as the reference does; 0 for a controller whose observer would take it for a

@@ -46,6 +46,7 @@ class Estimate(NamedTuple):
     speed_gain: float = math.nan  # speed through the water over the ordered one
     yaw_gain: float = 1.0  # of the yaw rate's response to orders, over the declared one
     yaw_damping: float = 0.0  # of that response, beyond the declared linear one
+    yaw_time: float = 1.0  # of that response: its time constant over the declared one
     current_std: float = 0.0  # of the current in the direction in which it is known least
 
     @property

@@ -22,6 +22,7 @@ from steerway.estimation.steering.motion import (
     HEADING,
     NORTH,
     STATES,
+    TIME,
     WATER_SPEED,
     YAW_RATE,
     predict_bank,
@@ -89,7 +90,7 @@ def course_bound(scenario: Scenario, run: Run) -> float:
 
 
 def _states(run, pivot):
-    """(n, 15) true states: the heading is that of the motion of the point that moves along the bow."""
+    """(n, 16) true states: the heading is that of the motion of the point that moves along the bow."""
     states = np.zeros((len(run), STATES))
     current = run["current_north"], run["current_east"]
     north, east = run["true_north_velocity"] - current[0], run["true_east_velocity"] - current[1]
@@ -98,7 +99,7 @@ def _states(run, pivot):
     states[:, CURRENT_N], states[:, CURRENT_E] = current
     states[:, WATER_SPEED] = np.hypot(ahead, abeam)
     states[:, HEADING] = run["true_heading"] + np.arctan2(abeam, ahead)
-    states[:, YAW_RATE], states[:, GAIN] = run["true_yaw_rate"], 1.0
+    states[:, YAW_RATE], states[:, [GAIN, TIME]] = run["true_yaw_rate"], 1.0
     return states
 
 

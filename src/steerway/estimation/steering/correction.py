@@ -19,6 +19,7 @@ from steerway.estimation.steering.motion import (
     NORTH,
     SPEED_GAIN,
     STATES,
+    TIME,
     WATER_SPEED,
     YAW_RATE,
 )
@@ -31,6 +32,8 @@ MANOEUVRES = 60.0
 _LARGEST_GAIN = 2.5
 """Of a response over the declared one, and the inverse of the least. Chosen: beyond it the boat is another than
 declared."""
+_SHORTEST, _LONGEST = 0.05, 2.5
+"""Limits of a time constant over the declared one. Chosen: vehicles' own loops answer in 0.1 to 3 s."""
 _ASTERN = 2.0
 """Standard deviations from which on a speed through the water is one astern: by chance one in 44 (normal, one tail)."""
 GOOD, MANOEUVRED, REFUSED = range(3)
@@ -38,7 +41,7 @@ GOOD, MANOEUVRED, REFUSED = range(3)
 
 @lean_kernel
 def _correct_scalar(x, p, h, residual, variance, gain):
-    """Kalman's correction by one number z = h x + noise, in place; gain (15,) is scratch."""
+    """Kalman's correction by one number z = h x + noise, in place; gain (16,) is scratch."""
     spread = variance
     for i in range(STATES):
         total = 0.0
@@ -65,7 +68,7 @@ def _pair_nll(a, b, s_aa, s_ab, s_bb):
 
 @lean_kernel
 def _seen_pair(p, hn, he, a, b, variance):
-    """(NIS, −log density) of a residual (a, b) of two numbers with the rows hn and he (15,) of their Jacobian."""
+    """(NIS, −log density) of a residual (a, b) of two numbers with the rows hn and he (16,) of their Jacobian."""
     s_aa, s_ab, s_bb = variance, 0.0, variance
     for i in range(STATES):
         if hn[i] == 0.0 and he[i] == 0.0:
@@ -88,7 +91,7 @@ def _position_rows(x, pivot, hn, he):
 
 @kernel
 def velocity_of(x: Floats, pivot: float, hn: Floats, he: Floats) -> tuple[float, float]:
-    """Velocity north and east over ground of where the receiver is, m/s; hn and he (15,) become the rows of their
+    """Velocity north and east over ground of where the receiver is, m/s; hn and he (16,) become the rows of their
     Jacobian.
     """
     c, s, u, sway = math.cos(x[HEADING]), math.sin(x[HEADING]), x[WATER_SPEED], -pivot * x[YAW_RATE]
@@ -126,7 +129,7 @@ def take_position(
 ) -> tuple[int, float]:
     """(GOOD, MANOEUVRED or REFUSED; NIS of the most probable hypothesis) of a fix; all hypotheses are corrected.
 
-    states (m, 15), covariances (m, 15, 15), log weights (m,): in place. interval since the fix before, s; speed (m/s)
+    states (m, 16), covariances (m, 16, 16), log weights (m,): in place. interval since the fix before, s; speed (m/s)
     and rate (rad/s) the size of an unordered manoeuvre; pivot as of `Response`. What is most probable is taken: the
     motion as predicted, a manoeuvre that no order explains, or a wrong fix.
     """
@@ -230,4 +233,5 @@ def fold(states: Floats, covariances: Floats, linear: float) -> None:
         x[HEADING] = wrap(x[HEADING])
         x[GAIN] = min(_LARGEST_GAIN, max(1.0 / _LARGEST_GAIN, x[GAIN]))
         x[SPEED_GAIN] = min(_LARGEST_GAIN, max(1.0 / _LARGEST_GAIN, x[SPEED_GAIN]))
+        x[TIME] = min(_LONGEST, max(_SHORTEST, x[TIME]))
         x[DAMPING] = linear * min(_LARGEST_GAIN - 1.0, max(1.0 / _LARGEST_GAIN - 1.0, x[DAMPING] / linear))

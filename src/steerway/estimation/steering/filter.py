@@ -31,6 +31,7 @@ from steerway.estimation.steering.motion import (
     HEADING,
     NORTH,
     SPEED_GAIN,
+    TIME,
     WATER_SPEED,
     YAW_RATE,
     Response,
@@ -97,6 +98,7 @@ class Found(NamedTuple):
     speed_gain: float
     yaw_gain: float
     yaw_damping: float
+    yaw_time: float
     current_std: float
     velocity_std: float
 
@@ -345,6 +347,7 @@ def _found(x, p, heading_std, current_std, age, pivot):
         float(x[SPEED_GAIN]),
         float(x[GAIN]),
         float(x[DAMPING]),
+        float(x[TIME]),
         current_std,
         velocity_std,
     )

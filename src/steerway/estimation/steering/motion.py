@@ -1,16 +1,17 @@
 """Motion of a boat whose orders are known: through the water along its bow, carried by a current.
 
-States [x^n y^n V_N V_E U_r ψ r g b w^n w^e δ k e^n e^e]: position (m), current (m/s), speed through the water (m/s),
+States [x^n y^n V_N V_E U_r ψ r g b w^n w^e δ τ k e^n e^e]: position (m), current (m/s), speed through the water (m/s),
 heading of that speed (rad), its rate (rad/s), gain of the response to orders (1: as declared), bias of the rate and
-what the wind adds to it (rad/s), and what the linear damping is beyond the declared one; gain of the speed; slow error
-of the receiver (m). The rate answers an ordered rate u by T ṙ + (d + δ) r + n r|r| = g u + b + w^e cos ψ − w^n sin ψ:
-Nomoto's first-order model with Norrbin's damping (Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control,
-2nd edition, sections 7.2 and 7.3); d = d_0 − m U_r², since the Munk moment of a slender hull grows with the square of
-the speed. The moment of the wind, and of the leeway that it makes, keeps its direction in the earth, so that what one
-leg shows of it holds on the next. So the uncertainty of the rate grows in an ordered turn as far as the response is
-uncertain, and not between turns. The speed tends to k times an ordered one. The position is that of the pivot point,
-which moves along the bow, as the receiver gives it: it wanders with what of the receiver's error is slower than the
-slow error. Sideslip beyond that counts as a part of the response. A covariance is kept whole.
+what the wind adds to it (rad/s), what the linear damping is beyond the declared one, time constant over the declared
+one; gain of the speed; slow error of the receiver (m). The rate answers an ordered rate u by
+τ T ṙ + (d + δ) r + n r|r| = g u + b + w^e cos ψ − w^n sin ψ: Nomoto's first-order model with Norrbin's damping
+(Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd edition, sections 7.2 and 7.3);
+d = d_0 − m U_r², since the Munk moment of a slender hull grows with the square of the speed. The moment of the wind,
+and of the leeway that it makes, keeps its direction in the earth, so that what one leg shows of it holds on the next.
+So the uncertainty of the rate grows in an ordered turn as far as the response is uncertain, and not between turns. The
+speed tends to k times an ordered one. The position is that of the pivot point, which moves along the bow, as the
+receiver gives it: it wanders with what of the receiver's error is slower than the slow error. Sideslip beyond that
+counts as a part of the response. A covariance is kept whole.
 """
 
 import math
@@ -21,7 +22,7 @@ import numpy as np
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel, lean_kernel
 
-STATES = 15
+STATES = 16
 (
     NORTH,
     EAST,
@@ -35,6 +36,7 @@ STATES = 15
     WIND_N,
     WIND_E,
     DAMPING,
+    TIME,
     SPEED_GAIN,
     ERROR_N,
     ERROR_E,
@@ -55,7 +57,8 @@ class Response(NamedTuple):
     response, and speed_gain_std of that, in shares; slip: lost share of the speed in a turn at `rate`; manual: yaw
     rate of an unknown helmsman, as a share of `rate`; over_ground: whether an ordered speed is one over ground along
     the bow, as of vehicles with a speed loop of their own, else one through the water; pivot: m that the point which
-    moves along the bow, in a turn too, lies ahead of the one whose position is measured; time_std: of 1/T, as a share.
+    moves along the bow, in a turn too, lies ahead of the one whose position is measured; time_std: of T, and of
+    what an ordered speed is beyond the largest, as a share.
     """
 
     time: float
@@ -115,7 +118,7 @@ _HELM_TIME = 2.0
 """s, time constant of the yaw rate under unknown orders, a first-order Gauss-Markov process. Chosen: a
 helmsman's turn lasts some seconds."""
 _IDENTIFIED, _TIMES = 300.0, 100.0
-"""s, and time constants of the yaw rate, in which gain and damping may drift by their first deviations; the bias in
+"""s, and time constants of the yaw rate, in which the response may drift by their first deviations; the bias in
 ten times that. Chosen."""
 ERROR_TIME = 5.0
 """s, time constant of the receiver's slow error: two receivers of one boat drift apart by 0.05 m in 1 s
@@ -130,29 +133,32 @@ def yaw_bias(x: Floats) -> float:
 
 @lean_kernel
 def _response(x, order, parameters, dt):
-    """What becomes in dt of a unit of the rate, as (rate, angle), and of a unit of order; and the rate that damps
-    it.
+    """What becomes in dt of a unit of the rate, as (rate, angle), and of a unit of order; the order with all that adds
+    to it; and what a unit of the relative time constant changes, as (rate, angle).
     """
     if not math.isfinite(order):
         left = math.exp(-dt / _HELM_TIME)
-        return left, _HELM_TIME * (1.0 - left), 0.0, 0.0, 0.0
-    time, u = parameters[_TIME], x[WATER_SPEED]
+        return left, _HELM_TIME * (1.0 - left), 0.0, 0.0, 0.0, 0.0, 0.0
+    time, u = x[TIME] * parameters[_TIME], x[WATER_SPEED]
     quadratic = parameters[_QUADRATIC] * abs(x[YAW_RATE])
     damping = parameters[_LINEAR] - parameters[_MUNK] * u * u + x[DAMPING] + 2.0 * quadratic
     a = min(20.0, max(-1.0, damping * dt / time))
     if abs(a) < 0.02:
-        first, second = 1.0 - 0.5 * a + a * a / 6.0, 0.5 - a / 6.0 + a * a / 24.0
+        first, second, third = 1.0 - 0.5 * a + a * a / 6.0, 0.5 - a / 6.0 + a * a / 24.0, 0.5 - a / 3.0 + a * a / 8.0
     else:
         first = -math.expm1(-a) / a
         second = (1.0 - first) / a
+        third = first - second
+    left, share = 1.0 - a * first, dt / time
     steady = x[GAIN] * order + yaw_bias(x) + quadratic * x[YAW_RATE]
-    return 1.0 - a * first, dt * first, dt / time * first, dt * dt / time * second, steady
+    slower = -share * (steady - damping * x[YAW_RATE]) / x[TIME]
+    return left, dt * first, share * first, dt * share * second, steady, left * slower, dt * third * slower
 
 
 @lean_kernel
 def move(x: Floats, order: float, speed: float, parameters: Floats, dt: float) -> None:
     """The state after a short dt under an ordered yaw rate and speed; NaN for one that is not known."""
-    left, angle_left, to_rate, to_angle, steady = _response(x, order, parameters, dt)
+    left, angle_left, to_rate, to_angle, steady, _, _ = _response(x, order, parameters, dt)
     turned = x[YAW_RATE] * angle_left + steady * to_angle
     mean = x[HEADING] + 0.5 * turned
     x[NORTH] += dt * (x[WATER_SPEED] * math.cos(mean) + x[CURRENT_N])
@@ -164,7 +170,7 @@ def move(x: Floats, order: float, speed: float, parameters: Floats, dt: float) -
     if math.isfinite(speed):
         share = -math.expm1(-dt / parameters[_SPEED_TIME])
         if parameters[_OVER_GROUND] > 0.0:
-            asked = min(parameters[_TOP], max(0.0, x[SPEED_GAIN] * speed - _along(x)))
+            asked = min(_fastest(x, parameters), max(0.0, x[SPEED_GAIN] * speed - _along(x)))
         else:
             asked = x[SPEED_GAIN] * speed
         x[WATER_SPEED] += share * (asked - x[WATER_SPEED])
@@ -174,6 +180,14 @@ def move(x: Floats, order: float, speed: float, parameters: Floats, dt: float) -
 def _along(x):
     """The current along the bow."""
     return x[CURRENT_N] * math.cos(x[HEADING]) + x[CURRENT_E] * math.sin(x[HEADING])
+
+
+@lean_kernel
+def _fastest(x, parameters):
+    """The speed through the water that an order over ground leads to at the most: the declared top speed, or the
+    boat's where that is higher; a vehicle with a speed loop of its own may have power to spare.
+    """
+    return max(parameters[_TOP], x[WATER_SPEED])
 
 
 @lean_kernel
@@ -188,17 +202,18 @@ def predict(
     f: Floats,
     work: Floats,
 ) -> None:
-    """State and covariance after a short dt, in place; wander: variance of the slow error, m²; f and work are (15,
-    15) of scratch.
+    """State and covariance after a short dt, in place; wander: variance of the slow error, m²; f and work are (16,
+    16) of scratch.
     """
     known = math.isfinite(order)
-    left, angle_left, to_rate, to_angle, steady = _response(x, order, parameters, dt)
+    left, angle_left, to_rate, to_angle, steady, slower_rate, slower_angle = _response(x, order, parameters, dt)
     rate, water = x[YAW_RATE], x[WATER_SPEED]
     abeam_n, abeam_e = -math.sin(x[HEADING]), math.cos(x[HEADING])
     weathercock = x[WIND_E] * abeam_n - x[WIND_N] * abeam_e  # change of the wind's part with heading
     mean = x[HEADING] + 0.5 * (rate * angle_left + steady * to_angle)
     c, s = math.cos(mean), math.sin(mean)
     asked = x[SPEED_GAIN] * speed - _along(x)
+    beyond = max(0.0, asked - _fastest(x, parameters)) if math.isfinite(speed) else 0.0
     move(x, order, speed, parameters, dt)
 
     for i in range(STATES):
@@ -217,20 +232,21 @@ def predict(
         f[HEADING, HEADING] += to_angle * weathercock
         f[YAW_RATE, HEADING] = to_rate * weathercock
         f[HEADING, DAMPING], f[YAW_RATE, DAMPING] = -to_angle * rate, -to_rate * rate
+        f[HEADING, TIME], f[YAW_RATE, TIME] = slower_angle, slower_rate
     for k in range(YAW_RATE, SPEED_GAIN):
         half = 0.5 * f[HEADING, k] * dt * water
         f[NORTH, k], f[EAST, k] = -half * s, half * c
     if math.isfinite(speed):
         kept = math.exp(-dt / parameters[_SPEED_TIME])
-        f[WATER_SPEED, WATER_SPEED] = kept
         over_ground = parameters[_OVER_GROUND] > 0.0
-        limited = over_ground and not 0.0 < asked < parameters[_TOP]
+        limited = over_ground and not 0.0 < asked < max(parameters[_TOP], water)
+        f[WATER_SPEED, WATER_SPEED] = 1.0 if limited and asked > water > parameters[_TOP] else kept
         f[WATER_SPEED, SPEED_GAIN] = 0.0 if limited else (1.0 - kept) * speed
         if over_ground and not limited:
             f[WATER_SPEED, CURRENT_N], f[WATER_SPEED, CURRENT_E] = -(1.0 - kept) * c, -(1.0 - kept) * s
 
     _transform(f, p, work)
-    _add_noise(x, p, known, math.isfinite(speed), parameters, wander, dt)
+    _add_noise(x, p, known, math.isfinite(speed), beyond, parameters, wander, dt)
 
 
 @lean_kernel
@@ -260,7 +276,7 @@ def rate_density(known: bool, parameters: Floats) -> float:
 
 @lean_kernel
 def _identified(parameters):
-    """s in which gain and damping may drift by their first deviations."""
+    """s in which gain, damping and time constant may drift by their first deviations."""
     return max(_IDENTIFIED, _TIMES * parameters[_TIME])
 
 
@@ -271,7 +287,7 @@ def bias_density(parameters: Floats) -> float:
 
 
 @lean_kernel
-def _add_noise(x, p, known, has_speed, parameters, wander, dt):
+def _add_noise(x, p, known, has_speed, beyond, parameters, wander, dt):
     rate, time = parameters[_RATE], parameters[_TIME]
     q = rate_density(known, parameters)
     p[YAW_RATE, YAW_RATE] += q * dt
@@ -281,14 +297,16 @@ def _add_noise(x, p, known, has_speed, parameters, wander, dt):
     turning, speed_time = min(1.0, abs(x[YAW_RATE]) / rate), parameters[_SPEED_TIME]
     unsteady = parameters[_SPEED_NOISE] * parameters[_SPEED] * (1.0 if has_speed else 2.0)
     slip = parameters[_SLIP] * x[WATER_SPEED] * turning
+    power = parameters[_TIME_STD] * beyond  # the top speed is not as declared
     p[HEADING, HEADING] += dt * ((0.02 * turning) ** 2 / max(time, 1.0) + q * dt * dt / 3.0)
-    p[WATER_SPEED, WATER_SPEED] += dt * 2.0 / speed_time * (unsteady * unsteady + slip * slip)
+    p[WATER_SPEED, WATER_SPEED] += dt * 2.0 / speed_time * (unsteady * unsteady + slip * slip + power * power)
     for k in (CURRENT_N, CURRENT_E):
         p[k, k] += dt * parameters[_CURRENT_NOISE]
     identified = _identified(parameters)
     p[SPEED_GAIN, SPEED_GAIN] += dt * parameters[_SPEED_GAIN_STD] ** 2 / identified
     p[GAIN, GAIN] += dt * parameters[_GAIN_STD] ** 2 / identified
     p[DAMPING, DAMPING] += dt * parameters[_DAMPING_STD] ** 2 / identified
+    p[TIME, TIME] += dt * parameters[_TIME_STD] ** 2 / identified
     for k in (BIAS, WIND_N, WIND_E):
         p[k, k] += dt * bias_density(parameters)
     # A receiver that wanders in seconds wanders in minutes too: by the same density.
@@ -315,7 +333,7 @@ def predict_bank(
     start: float,
     stop: float,
 ) -> None:
-    """All states (m, 15) and covariances (m, 15, 15) from time start to stop, in place.
+    """All states (m, 16) and covariances (m, 16, 16) from time start to stop, in place.
 
     orders: (k, 3), rows of time, yaw rate and speed that are in force from that time on; the first also before it.
     """
@@ -345,7 +363,7 @@ def predict_bank(
 
 @kernel
 def moved_by_orders(x: Floats, orders: Floats, parameters: Floats, start: float, stop: float) -> Floats:
-    """One state (15,) from time start to stop under orders as of `predict_bank`."""
+    """One state (16,) from time start to stop under orders as of `predict_bank`."""
     after = x.copy()
     k = 0
     now = start

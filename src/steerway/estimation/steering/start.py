@@ -18,6 +18,7 @@ from steerway.estimation.steering.motion import (
     NORTH,
     SPEED_GAIN,
     STATES,
+    TIME,
     WATER_SPEED,
     WIND_E,
     WIND_N,
@@ -61,7 +62,7 @@ def hypotheses(
     velocity_std: float,
     response: Response,
 ) -> tuple[Floats, Floats, Floats]:
-    """(states (m, 15), covariances (m, 15, 15), log weights (m,)) for a first position (m) and velocity (m/s).
+    """(states (m, 16), covariances (m, 16, 16), log weights (m,)) for a first position (m) and velocity (m/s).
 
     A moving boat: for currents of all directions the motion through the water that is left. A boat at rest in the
     water: any heading.
@@ -86,14 +87,14 @@ def hypotheses(
         x[[NORTH, EAST, CURRENT_N, CURRENT_E, WATER_SPEED, HEADING]] = *place, *current, speed, wrap(course)
         x[NORTH] += response.pivot * math.cos(course)
         x[EAST] += response.pivot * math.sin(course)
-        x[GAIN] = x[SPEED_GAIN] = 1.0
+        x[GAIN] = x[TIME] = x[SPEED_GAIN] = 1.0
         _spread(x, p, place_std, velocity_std, response)
     weights = -np.array([cost for *_, cost in found])
     return states, covariances, weights - np.log(np.sum(np.exp(weights)))
 
 
 def any_heading(x: Floats, p: Floats, response: Response) -> tuple[Floats, Floats, Floats]:
-    """(states, covariances, log weights) as of `hypotheses`, for a state (15,) and covariance (15, 15) at rest.
+    """(states, covariances, log weights) as of `hypotheses`, for a state (16,) and covariance (16, 16) at rest.
 
     Its velocity over ground becomes the current; what is known of its response is kept.
     """
@@ -130,10 +131,7 @@ def _spread(x, p, place_std, velocity_std, response):
     for k in (WIND_N, WIND_E):
         p[k, k] = (response.wind_std * response.rate) ** 2
     p[DAMPING, DAMPING] = response.damping_std**2
-    # Another time constant is the same factor of gain and damping.
-    for j, one in ((GAIN, 1.0), (DAMPING, response.linear)):
-        for k, other in ((GAIN, 1.0), (DAMPING, response.linear)):
-            p[j, k] += response.time_std**2 * one * other
+    p[TIME, TIME] = response.time_std**2
     if speed == 0.0:
         p[CURRENT_N, CURRENT_N] = p[CURRENT_E, CURRENT_E] = velocity_std**2 + (_CURRENT_STD * response.speed) ** 2
         p[WATER_SPEED, WATER_SPEED] = (_REST_STD * response.speed) ** 2

@@ -16,7 +16,15 @@ _DEGREES = ("roll", "pitch", "cog_std", "heading_std")
 _DEGREES_PER_SECOND = ("yaw_rate", "course_rate", "course_rate_std", "rate", "yaw_bias")
 _METRES_PER_SECOND = ("velocity", "surge", "sway", "sog", "sog_std", "speed")
 _METRES = ("north", "east", "along_track", "cross_track", "remaining", "distance", "position_std")
-_PLAIN = ("mode", "by_course", "leg_target", "estimated_speed_gain", "estimated_yaw_gain", "estimated_yaw_damping")
+_PLAIN = (
+    "mode",
+    "by_course",
+    "leg_target",
+    "estimated_speed_gain",
+    "estimated_yaw_gain",
+    "estimated_yaw_damping",
+    "estimated_yaw_time",
+)
 _SPECIAL = {
     "desired_acceleration": ("desired_acceleration_dps2", np.degrees),
     "reference_acceleration": ("reference_acceleration_dps2", np.degrees),
