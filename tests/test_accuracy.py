@@ -165,8 +165,8 @@ def test_live_without_it_and_of_another_receiver():
     _, fixes, _ = troubled(6)
     silent = replace(fixes, position_std=None)
     deaf = sailed_by(Navigator(ONE, accuracy=False), received(fixes))
-    never_told = sailed_by(Navigator(ONE), received(silent))
-    np.testing.assert_array_equal([row.sog for row in deaf], [row.sog for row in never_told])
+    without = sailed_by(Navigator(ONE), received(silent))
+    np.testing.assert_array_equal([row.sog for row in deaf], [row.sog for row in without])
     proud = replace(fixes.rows(slice(0, 300)), position_std=np.full(300, 0.1))
     humble = replace(fixes.rows(slice(300, 400)), position_std=np.full(100, 10.0))
     rows = received(proud) + [row._replace(time=row.time + 10.0) for row in received(humble, source="UBX")]

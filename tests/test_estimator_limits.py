@@ -70,7 +70,7 @@ def test_with_known_modes_the_filter_is_consistent():
     runs = [known_modes.one("o05", seed) for seed in range(12)]
     nees = np.sum([run["invariant_nees"] for run in runs], axis=0)
     assert np.all(np.abs(nees[:, 0] / nees[:, 1] - 3.0) < 0.5)
-    textbook, invariant = (np.sum([run[f"{form}_told"] for run in runs], axis=0) for form in ("textbook", "invariant"))
+    textbook, invariant = (np.sum([run[f"{form}_known"] for run in runs], axis=0) for form in ("textbook", "invariant"))
     assert np.sqrt(textbook[1, 0] / invariant[1, 0]) > 1.08, "SOG in turns"
     assert np.all(np.abs(np.sqrt(textbook[:, 1:3] / invariant[:, 1:3]) - 1.0) < 0.03), "COG and rate"
 
@@ -240,7 +240,7 @@ def test_the_study_is_registered_and_reports_what_it_measured():
         for where in WHERE
     }
     assert wanted | {"o05_nis", "o05_nees_straight", "o05_nees_turn"} <= results.numbers.keys()
-    assert unknown_modes.KINDS.keys() == {"particles", "told", "histories", "histories_blind"}
+    assert unknown_modes.KINDS.keys() == {"particles", "known", "histories", "histories_blind"}
 
 
 def test_white_fixes_in_the_plane_are_where_they_were():

@@ -60,7 +60,7 @@ def test_surge_tells_a_staircase_from_a_constant_speed(tmp_path):
     assert run("identify", "surge", log, "--diameter", "0.8", "--shaft", "shaft_rps")[0] == 2
 
 
-def test_a_log_without_the_columns_is_told_which(tmp_path):
+def test_a_log_without_the_columns_is_refused_by_their_names(tmp_path):
     log = tmp_path / "empty.csv"
     log.write_text("time_s,depth_m\n1,2\n2,3\n")
     code, _, err = run("identify", "yaw", log)

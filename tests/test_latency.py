@@ -34,7 +34,7 @@ def test_a_late_course_is_found(late):
     assert math.isnan(found.sog)
 
 
-def test_nothing_is_told_of_a_receiver_in_time_nor_without_one():
+def test_nothing_is_said_of_a_receiver_in_time_nor_without_one():
     _, fixes = late_receiver(0.0)
     silent = replace(fixes, sog=None, cog=None)
     for each in (fixes, silent, replace(fixes, mmsi=np.ones(len(fixes))), fixes.rows(slice(0, 50))):

@@ -71,7 +71,7 @@ def test_beyond_the_patience_nothing_is_said(length, nothing):
     assert found.recovery < 2.0
 
 
-def test_with_the_latency_told_the_present_is_said():
+def test_with_the_latency_given_the_present_is_stated():
     stated, unstated = (measure(each) for each in FAULTS if each.name.startswith("every fix 0.3 s late"))
     assert abs(stated.astern) < 0.06, "a tick is 20 ms, 4 cm at 2 m/s"
     assert unstated.astern == pytest.approx(0.3 * SPEED, abs=0.06)

@@ -205,7 +205,7 @@ def test_other_addresses_are_refused(text):
         address(text, TOKEN)
 
 
-def test_a_token_is_long_enough_and_never_told(tmp_path, monkeypatch):
+def test_a_token_is_long_enough_and_never_printed(tmp_path, monkeypatch):
     for token in ("short", "x" * 300, "a\nb" * 8):
         with pytest.raises(InputError) as refused:
             checked(token)

@@ -380,7 +380,7 @@ def test_ubx_and_sentences_mixed_on_a_link(scheme, source):
     assert_equal(kept.fixes, estimate(expected, "small-usv"))
 
 
-def test_everyone_who_connects_is_told_and_a_deaf_one_stops_nobody():
+def test_every_client_receives_and_one_that_does_not_read_stops_nobody():
     into, out = free_port(socket.SOCK_DGRAM), free_port()
     received = bytearray()
 

@@ -66,7 +66,7 @@ def test_a_replay_of_a_recorded_log_is_the_estimate(shared_data, log, source, ra
 
 
 @pytest.mark.parametrize("rate", [None, 10.0])
-def test_what_is_told_twice_is_taken_once(fixes, rate):
+def test_what_arrives_twice_is_taken_once(fixes, rate):
     aided = Fixes(fixes.time, fixes.latitude, fixes.longitude, yaw_rate=np.full(len(fixes), 0.2))
     twice = aided.rows(np.repeat(np.arange(len(fixes)), 2))
     at_fixes, at_ticks = replayed({"GP": twice}, rate, aid=("yaw_rate",))
@@ -169,7 +169,7 @@ def test_the_motion_goes_on_when_the_clock_steps_back(by, speed):
     np.testing.assert_allclose(stepped.at(end + by)[1:6], steady.at(end)[1:6], rtol=1e-6)
 
 
-def test_a_step_forward_is_told_from_a_dropout_by_the_present(fixes):
+def test_a_step_forward_is_distinguished_from_a_dropout_by_the_present(fixes):
     rows = received_from(fixes)
     dropout, step = Navigator(), Navigator()
     for received in rows[:150]:

@@ -420,7 +420,7 @@ def test_the_command_from_end_to_end(tmp_path):
     )
 
 
-def test_a_live_run_ends_whole_when_it_is_told_to(tmp_path):
+def test_a_live_run_ends_whole_when_it_is_asked_to(tmp_path):
     port, out = free_port(), tmp_path / "run.csv"
     epochs = exact_log(20)
     command = [sys.executable, "-c", "from steerway.commands.cli import main; main()", "live"]

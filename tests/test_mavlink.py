@@ -214,7 +214,7 @@ def test_another_vehicle_and_a_ground_station_are_not_listened_to():
     assert not guided.receive(*Wire(1, 1).carry([rover._heartbeat(0.0, AT_REST, PLACE)]), 0.0)
 
 
-def test_whatever_a_stopped_order_says_she_is_told_zero():
+def test_whatever_a_stopped_order_says_she_gets_zero():
     pair = Pair().run(2.0)
     pair.order = RUNNING
     pair.run(2.0)

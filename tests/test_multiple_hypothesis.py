@@ -53,7 +53,7 @@ def test_agreement_is_the_integral_it_says(n):
 
 @pytest.mark.parametrize("extra", [{}, {"error_std": 0.05, "error_time": 20.0, "drift_std": 0.1}])
 @pytest.mark.parametrize("lasting", [0.0, 0.05])
-def test_of_two_manners_alike_it_is_the_plain_smoother(extra, lasting):
+def test_of_two_models_alike_it_is_the_plain_smoother(extra, lasting):
     """Whatever the histories are worth, all say the same: Rauch, Tung and Striebel must come out, deviations too."""
     voyage, _ = O05.sailed(3)
     fixes = voyage.fixes(Gnss(white=0.02), 3)

@@ -205,7 +205,7 @@ def reported_twice(fixes):
 
 @pytest.mark.parametrize("smooth", [False, True])
 @pytest.mark.parametrize("profile", [SMALL, SLOW.profile], ids=["one motion model", "two"])
-def test_a_fix_told_twice_counts_once(profile, smooth):
+def test_a_fix_given_twice_counts_once(profile, smooth):
     fixes = turning(1.3, 0.5, 60.0, seed=3).fixes(0.3, 3)
     fixes = replace(fixes, sog=np.full(len(fixes), 1.3), yaw_rate=np.full(len(fixes), 0.01))
     for aid in ((), ("sog", "yaw_rate")):
@@ -237,7 +237,7 @@ def test_another_position_of_the_same_time_and_the_same_of_another_count():
     assert np.isfinite(FiveStateFilter(SMALL).filter(later).nis[2:]).all()
 
 
-def test_aids_that_come_with_a_fix_told_twice_count():
+def test_aids_that_come_with_a_fix_given_twice_count():
     scene = turning(1.3, 0.5, 60.0, seed=3)
     reported = replace(scene.fixes(0.3, 3), yaw_rate=np.gradient(np.unwrap(scene.cog), scene.time))
     later = reported_twice(reported)

@@ -106,13 +106,13 @@ def test_it_knows_no_direction_of_time(name, kind):
 
 ALIKE, ALIKE_DEVIATIONS = 0.03, 0.01
 """How far apart estimates (in deviations) and deviations (as a part of them) may be that should be the same."""
-ONE_MANNER = Profile(speed_noise=1e-4, course_rate_noise=1e-6, course_rate_decay=0.2, position_std=0.14)
+ONE_MODEL = Profile(speed_noise=1e-4, course_rate_noise=1e-6, course_rate_decay=0.2, position_std=0.14)
 SAME_TWICE = {
     "turn_time": 20.0,
     "straight_time": 50.0,
-    "turn_speed_noise": ONE_MANNER.speed_noise,
-    "turn_course_rate_noise": ONE_MANNER.course_rate_noise,
-    "turn_course_rate_decay": ONE_MANNER.course_rate_decay,
+    "turn_speed_noise": ONE_MODEL.speed_noise,
+    "turn_course_rate_noise": ONE_MODEL.course_rate_noise,
+    "turn_course_rate_decay": ONE_MODEL.course_rate_decay,
 }
 BUT_ONE = {
     "both models alike": SAME_TWICE,
@@ -123,12 +123,12 @@ BUT_ONE = {
 
 @pytest.mark.parametrize("two", BUT_ONE)
 @pytest.mark.parametrize("scene", [straight(5.0, 0.7, 300.0), turning(5.0, 0.7, 300.0, decay=0.2, density=1e-6)])
-def test_where_there_is_one_manner_of_moving_it_is_the_smoother_of_one(two, scene):
+def test_where_there_is_one_motion_model_it_is_the_smoother_of_one(two, scene):
     """At a speed and with fixes at which the form of a correction does not matter, and with no fix near the gate."""
-    profile = ONE_MANNER.model_copy(update=BUT_ONE[two])
+    profile = ONE_MODEL.model_copy(update=BUT_ONE[two])
     for seed in range(3):
         fixes = scene.fixes(0.1, seed)
-        one, other = (steerway.estimate(fixes, each, smooth=True) for each in (ONE_MANNER, profile))
+        one, other = (steerway.estimate(fixes, each, smooth=True) for each in (ONE_MODEL, profile))
         difference = apart(output(one), output(other)) / deviations(one)
         assert np.max(np.abs(difference[:, MIDDLE])) < ALIKE
         assert np.all(np.abs(deviations(other) / deviations(one) - 1.0)[:, MIDDLE] < ALIKE_DEVIATIONS)
@@ -136,10 +136,10 @@ def test_where_there_is_one_manner_of_moving_it_is_the_smoother_of_one(two, scen
 
 def test_the_time_of_a_fix_is_as_uncertain_where_modes_are_alike():
     """Way along the course is then less certain than across it, by half as much as the fixes are."""
-    one = ONE_MANNER.model_copy(update={"time_std": 0.1})
+    one = ONE_MODEL.model_copy(update={"time_std": 0.1})
     fixes = turning(5.0, 0.7, 300.0, decay=0.2, density=1e-6).fixes(0.1, 0)
     surely, plain, two = (
-        steerway.estimate(fixes, each, smooth=True) for each in (ONE_MANNER, one, one.model_copy(update=SAME_TWICE))
+        steerway.estimate(fixes, each, smooth=True) for each in (ONE_MODEL, one, one.model_copy(update=SAME_TWICE))
     )
     assert np.all(np.abs(deviations(two) / deviations(plain) - 1.0)[:, MIDDLE] < ALIKE_DEVIATIONS)
     assert np.mean(two.sog_std[MIDDLE] / surely.sog_std[MIDDLE]) > 1.05

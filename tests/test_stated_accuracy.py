@@ -85,7 +85,7 @@ def test_nmea_2000_tells_it_with_the_gnss_position():
     assert fixes.position_std[0] == pytest.approx(0.8 * FIXED)
 
 
-def test_nmea_2000_rapid_positions_take_the_last_told_while_it_is_fresh():
+def test_nmea_2000_rapid_positions_take_the_last_given_while_it_is_fresh():
     lines = [line(0.05 + 0.2 * k, 129025, 3, position(50.0, -4.5 + 1e-6 * k)) for k in range(40)]
     lines.insert(5, line(1.0, 129029, 3, gnss(50.0, -4.5)))
     (fixes,) = nmea2000.read("\n".join(lines).encode()).sources.values()

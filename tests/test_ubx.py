@@ -47,7 +47,7 @@ def test_what_the_receiver_does_not_vouch_for_is_counted(changes, reason):
     assert recording.skipped == {reason: 1}
 
 
-def test_a_receiver_that_only_solves_for_time_is_told():
+def test_a_receiver_that_only_solves_for_time_is_named():
     assert "surveyed" in ubx.read(pvt(1, fixType=5)).notes[0]
 
 

@@ -231,7 +231,7 @@ def test_noise_that_steps_up_is_followed():
     )
 
 
-def test_waves_are_told_from_motion():
+def test_waves_are_distinguished_from_motion():
     runs = records(fix_noise=scenario.with_waves)
     watched = [scenario.watch(contestants.product(contestants.WAVES), record) for record in runs]
     least = np.mean([contestants.bound(record, contestants.WAVES)[0] for record in runs])

@@ -130,14 +130,14 @@ class Sea:
                 wind.arm,
             ]
         )
-        self._tell(None)
+        self._update(None)
 
     def advance(self, motion: GroundMotion | None = None) -> None:
         """One step on. `motion` of the vessel gives the relative wind; None: at rest, heading north."""
         if self._varies:
             _advance(self._wander, self._decays, self._swings, self._oscillator, self._next_row())
         if self._varies or self._met:
-            self._tell(motion)
+            self._update(motion)
 
     def _next_row(self):
         for row in self._rows:
@@ -145,9 +145,11 @@ class Sea:
         self._rows = iter(self._draws.standard_normal((_BLOCK, _DRAWS)))
         return next(self._rows)
 
-    def _tell(self, motion):
+    def _update(self, motion):
         moving = (0.0, 0.0, 0.0) if motion is None else (motion.north_velocity, motion.east_velocity, motion.heading)
-        self.conditions, waves = _told(self._mean, self._wander, self._swings, self._swing_stds, *moving)
+        self.conditions, waves = _conditions_and_waves(
+            self._mean, self._wander, self._swings, self._swing_stds, *moving
+        )
         self.waves = WaveMotion(*waves)
 
 
@@ -161,7 +163,7 @@ def _advance(wander, decays, swings, model, normals):
 
 
 @kernel
-def _told(mean, wander, swings, stds, north_velocity, east_velocity, heading):
+def _conditions_and_waves(mean, wander, swings, stds, north_velocity, east_velocity, heading):
     wind_north = mean[5] + wander[2] - north_velocity
     wind_east = mean[6] + wander[3] - east_velocity
     push = mean[10] * math.hypot(wind_north, wind_east)

@@ -104,7 +104,7 @@ def report(results: Results, found) -> None:
     for name, sums in found.items():
         _bounds(results, name, sums)
     for kind in ("", "tuned_", "default_", "smoothed_", "default_smoothed_"):
-        results.section = f"Error over the bound, {_manner(kind)}"
+        results.section = f"Error over the bound, {_in_words(kind)}"
         for name, sums in found.items():
             _ratios(results, name, sums, kind)
     results.section = "Consistency"
@@ -142,7 +142,7 @@ def _bounds(results, name, sums):
 
 def _ratios(results, name, sums, kind):
     smoothed = kind.endswith("smoothed_")
-    words = _manner(kind)
+    words = _in_words(kind)
     for what in WHAT:
         for where in WHERE:
             value = ratio(sums, kind, "smoothing_bound" if smoothed else "bound", what, where)
@@ -191,12 +191,12 @@ def _coverage(results, found):
     rows = []
     for kind in KINDS:
         for name, sums in found.items():
-            rows.append((_manner(kind), WORDS[name], *coverage_row(results, f"{kind}{name}", sums[f"{kind}covered"])))
+            rows.append((_in_words(kind), WORDS[name], *coverage_row(results, f"{kind}{name}", sums[f"{kind}covered"])))
     heading = "Rows with the truth in the 95 % interval of the estimate (%): straight / in turns / all along"
     results.tables.append((heading, ("parameters", "vessel and receiver", *QUANTITIES.values()), rows))
 
 
-def _manner(kind):
+def _in_words(kind):
     return PARAMETERS[kind.removesuffix("smoothed_")] + (", smoothed" if kind.endswith("smoothed_") else "")
 
 

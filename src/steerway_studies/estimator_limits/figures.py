@@ -33,7 +33,7 @@ def all_figures(numbers, bias_errors) -> dict:
                 {
                     "smoothed_": ("smoothed, true parameters", "o"),
                     "histories_": ("smoother by all histories of modes", "s"),
-                    "told_": ("smoother with known modes", "^"),
+                    "known_": ("smoother with known modes", "^"),
                 },
                 lambda name, what, where: accuracy.SMOOTHED_TARGET,
             ),
@@ -115,7 +115,7 @@ def _ratios(numbers, kinds, targets) -> Figure:
 _DOUBTERS = (
     ("", "o", ""),
     ("particles_", "x", "… of the filter of many histories, "),
-    ("told_filter_", "^", "… of the filter with known modes, "),
+    ("known_filter_", "^", "… of the filter with known modes, "),
 )
 
 

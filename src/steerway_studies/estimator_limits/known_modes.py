@@ -25,10 +25,10 @@ POOR_COURSE_STD, EARLY = math.radians(60.0), 60.0
 """A course all but unknown to begin with, and for how long it tells (s)."""
 FORMS = {"invariant": True, "textbook": False}
 KINDS = {
-    "told": "known modes",
+    "known": "known modes",
     "early": f"known modes, course known to {math.degrees(POOR_COURSE_STD):.0f}° at first, first minute",
     "weighing": "weighing 300 histories of modes",
-    "one_manner": "one motion model, that of the average",
+    "one_model": "one motion model, that of the average",
 }
 
 
@@ -64,9 +64,9 @@ def one(name: str, seed: int) -> dict[str, np.ndarray]:
     for form, invariant in FORMS.items():
         states, covariance = known_mode_filter(places, start, voyage.turning, models, dt, invariant)
         estimates = {
-            "told": (states, places_sailed),
+            "known": (states, places_sailed),
             "early": (known_mode_filter(places, poor, voyage.turning, models, dt, invariant)[0], early),
-            "one_manner": (known_mode_filter(places, start, voyage.turning, average, dt, invariant)[0], places_sailed),
+            "one_model": (known_mode_filter(places, start, voyage.turning, average, dt, invariant)[0], places_sailed),
         }
         if name in HISTORIES:
             weighed, _ = particle_filter(places, start, models, dt, HISTORIES[name], seed, invariant)
@@ -92,7 +92,7 @@ def report(results: Results, found) -> None:
     ):
         product = form == "invariant"
         for name, kinds in found.items():
-            key = f"told_filter_{name}" if product else f"told_filter_textbook_{name}"
+            key = f"known_filter_{name}" if product else f"known_filter_textbook_{name}"
             report_nees(results, key, f"{WORDS[name]}, {who}", kinds[f"{form}_nees"], judged=product)
     cases = [(name, kind) for kind in KINDS for name in found if f"invariant_{kind}" in found[name]]
     rows = [_row(results, name, kind, found[name]) for name, kind in cases]

@@ -20,7 +20,7 @@ def _modes(numbers):
     causal = _both(numbers, "particles_{}_cog_straight_ratio", _SLOW)
     walked = _both(numbers, "histories_{}_cog_straight_ratio", _SLOW)
     turns = _both(numbers, "histories_{}_cog_turn_ratio", _SLOW)
-    known = _span(numbers, [f"told_{name}_cog_{where}_ratio" for name in _SLOW for where in ("straight", "turn")])
+    known = _span(numbers, [f"known_{name}_cog_{where}_ratio" for name in _SLOW for where in ("straight", "turn")])
     ours = _both(numbers, "smoothed_{}_cog_straight_ratio", _SLOW)
     ours_in_turns = _both(numbers, "smoothed_{}_cog_turn_ratio", _SLOW)
     return (
@@ -44,8 +44,8 @@ def _doubts(numbers):
         f"not know which it is in, so that its covariance is too large on straight legs ({nees('', 'straight')}) and "
         f"too small in the first seconds of a turn ({nees('', 'turn')}). So does the filter of many histories "
         f"({nees('particles_', 'straight')} and {nees('particles_', 'turn')}). With known modes the filter has "
-        f"{nees('told_filter_', 'straight')} straight and {nees('told_filter_', 'turn')} in turns: what is missing is "
-        f"knowledge of the mode, not a better covariance. For a user: the 95 % interval of COG holds the truth "
+        f"{nees('known_filter_', 'straight')} straight and {nees('known_filter_', 'turn')} in turns: what is missing "
+        f"is knowledge of the mode, not a better covariance. For a user: the 95 % interval of COG holds the truth "
         f"in {covered} % of all rows; in O in {straight} % of those straight and {turn} % of those in turns."
     )
 
@@ -74,8 +74,8 @@ def _form(numbers):
     return (
         f"The invariant form of a correction matters where turns are sharp: the textbook's form attributes an error "
         f"of the course to the speed. Without it SOG errs, in turns in O (0.5 and 2.5 m), by "
-        f"{costs('told', 'sog', 'turn')} more with known modes, by {costs('weighing', 'sog', 'turn')} if they are "
-        f"weighed, by {costs('one_manner', 'sog', 'turn')} in a filter of one motion model; COG straight by "
+        f"{costs('known', 'sog', 'turn')} more with known modes, by {costs('weighing', 'sog', 'turn')} if they are "
+        f"weighed, by {costs('one_model', 'sog', 'turn')} in a filter of one motion model; COG straight by "
         f"{costs('weighing', 'cog', 'straight')} if modes are weighed. In M, where turns are slow, it does nothing; of "
         f"a course known to 60° at first, what it does in a minute is little beside the spread of the voyages. The "
         f"product has it in the filter of two motion models; the plain five states, where it would serve SOG as "

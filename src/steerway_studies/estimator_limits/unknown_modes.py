@@ -51,7 +51,7 @@ def one(name: str, seed: int) -> dict[str, np.ndarray]:
     if name in SMOOTHED:
         known = known_mode_smoother(places, start, voyage.turning, models, dt)
         found["smoothing_bound"] = bounded(smoothing_bound(voyage, cell.profile), voyage, cell.scenario)
-        found["told"] = sums(np.square(errors(*known[:, 2:].T, voyage)), masks)
+        found["known"] = sums(np.square(errors(*known[:, 2:].T, voyage)), masks)
         for key, guess in (("histories", voyage.turning), ("histories_blind", np.zeros(len(places), bool))):
             walked, _ = all_histories(places, start, guess, models, dt, SWEEPS, seed)
             found[key] = sums(np.square(errors(*walked[:, 2:].T, voyage)), masks)
@@ -65,7 +65,7 @@ def measured(seeds, first_seed, progress) -> dict[str, dict[str, np.ndarray]]:
 
 KINDS = {
     "particles": ("bound", "filter of {} histories"),
-    "told": ("smoothing_bound", "smoother with known modes"),
+    "known": ("smoothing_bound", "smoother with known modes"),
     "histories": ("smoothing_bound", "smoother by all histories, begun at the true one"),
     "histories_blind": ("smoothing_bound", "smoother by all histories, begun at none"),
 }

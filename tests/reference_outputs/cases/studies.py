@@ -200,8 +200,8 @@ def limits_accuracy():
     return flat(accuracy.measure("o05", SEED, tuned_below=0))
 
 
-@case("study_limits_told")
-def limits_told():
+@case("study_limits_known_modes")
+def limits_known_modes():
     return flat(known_modes.one("o05", SEED))
 
 
