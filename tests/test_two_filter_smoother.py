@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from steerway.estimation.course.update.aids import AIDS
+from steerway.estimation.inference import whole_log
 from steerway.estimation.inference.course import COG, RATE, SOG, SOG_STD, smoothed_record
 from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import RATE as RATE_STATE
@@ -49,6 +50,25 @@ def test_a_held_speed_is_that_of_the_straight_line():
     middle = estimate[40:160]
     np.testing.assert_allclose(middle[:, SOG], math.hypot(*slopes), atol=0.1 * std)
     np.testing.assert_allclose(middle[:, COG], math.atan2(slopes[1], slopes[0]), atol=std)
+
+
+def gybe():
+    """Fixes at 1 Hz of a planing craft that turns by 180° in 4 s and slows down from 9 to 3 m/s; speed and course."""
+    time = np.arange(0.0, 60.0, 0.01)
+    speed = np.interp(time, [28.0, 33.0], [9.0, 3.0])
+    course = np.cumsum(np.where((time > 28.0) & (time < 32.0), math.pi / 4.0, 0.0)) * 0.01
+    place = np.cumsum([speed * np.cos(course), speed * np.sin(course)], axis=1) * 0.01
+    return place[:, ::100] + np.random.default_rng(0).normal(0.0, 0.02, (2, 60)), speed[::100], course[::100]
+
+
+def test_a_gybe_at_speed_keeps_its_speed_and_course():
+    (north, east), speed, course = gybe()
+    fixes, numbers = record(north, east, 1.0), [structure(fix_std=0.02, speed_walk=0.2)]
+    causal, smoothed = whole_log._filtered(fixes, numbers, 0.3)[0][10:], smoothed_record(fixes, numbers)[10:]
+    for estimate, worst, worst_course in ((causal, 1.5, 0.8), (smoothed, 0.8, 0.2)):
+        assert np.isfinite(estimate[:, COG]).all()
+        assert np.abs(estimate[:, SOG] - speed[10:]).max() < worst
+        assert np.abs(np.angle(np.exp(1j * (estimate[:, COG] - course[10:])))).max() < worst_course
 
 
 def test_from_the_other_end_the_vessel_sails_the_opposite_course():

@@ -33,6 +33,9 @@ from steerway.estimation.inference.model import COURSE, EAST, NORTH, RATE, SPEED
 
 _SLOW = 1e-6
 """m/s: below it a change of speed does not scale the velocity across: it is divided by."""
+_SPINS_BELOW = 2.0
+"""m/s above which a vessel in an emergency spins less: its noise of the course rate would be a larger acceleration
+across than is expected along (`structures.EMERGENCY_ACCELERATION` over `EMERGENCY_YAW`)."""
 
 
 @called_kernel
@@ -164,15 +167,18 @@ def take_noise(p, k, step, speed, c, s, drift_speed):
     """What the processes take up in a step (upper triangle); (c, s) is the direction of the way.
 
     At rest a vessel is pushed about in any direction: of the noise of the held speed a share that falls with the
-    fourth power of speed acts across the course as well.
+    fourth power of speed acts across the course as well. Where all of it does (an emergency), the noise of the course
+    rate adds no more than that at speed.
     """
     n = p.shape[2]
     slowness = (speed / drift_speed) ** 2
     sideways = max(1.0 / (1.0 + slowness * slowness), step[Q_SIDEWAYS])
     ll, lu, uu = step[Q_LL], step[Q_LU], step[Q_UU]
-    yy = speed * speed * step[Q_YY] + sideways * step[S_LL]
-    ys = speed * speed * step[Q_YX] + sideways * step[S_LU]
-    ss = speed * speed * step[Q_XX] + sideways * step[S_UU]
+    spins = 1.0 / (1.0 + step[Q_SIDEWAYS] * (speed / _SPINS_BELOW) ** 2)
+    turned = spins * speed * speed
+    yy = turned * step[Q_YY] + sideways * step[S_LL]
+    ys = turned * step[Q_YX] + sideways * step[S_LU]
+    ss = turned * step[Q_XX] + sideways * step[S_UU]
     p[k, 0, 0] += c * c * ll + s * s * yy
     p[k, 0, 1] += c * s * (ll - yy)
     p[k, 1, 1] += s * s * ll + c * c * yy
@@ -183,15 +189,17 @@ def take_noise(p, k, step, speed, c, s, drift_speed):
     p[k, 1, 3] += c * ys
     p[k, 3, 3] += ss
     for j in range(RATE, n):
+        if step[TURN, j] != 0.0:
+            p[k, j, j] += spins * step[ADDED, j]
+            p[k, 0, j] -= s * spins * speed * step[WITH_WAY, j]
+            p[k, 1, j] += c * spins * speed * step[WITH_WAY, j]
+            p[k, 3, j] += spins * speed * step[WITH_GAIN, j]
+            continue
         p[k, j, j] += step[ADDED, j]
         if step[GAIN, j] != 0.0:
             p[k, 0, j] += c * step[WITH_WAY, j]
             p[k, 1, j] += s * step[WITH_WAY, j]
             p[k, 2, j] += step[WITH_GAIN, j]
-        elif step[TURN, j] != 0.0:
-            p[k, 0, j] -= s * speed * step[WITH_WAY, j]
-            p[k, 1, j] += c * speed * step[WITH_WAY, j]
-            p[k, 3, j] += speed * step[WITH_GAIN, j]
 
 
 @called_kernel
