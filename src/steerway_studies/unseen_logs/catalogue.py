@@ -12,7 +12,8 @@ DEVELOP, REPORT = "develop", "report"
 class PublicLog:
     """A log in a public repository.
 
-    `minutes` of it are used, None for all; `independent` where the reference is another instrument's than the receiver.
+    `minutes` of it are used, None for all; `independent` where the reference is another instrument's than the receiver;
+    `lasting` (m/s): what errors of the reference that last over rows are known to be, along and across the course.
     """
 
     name: str
@@ -27,6 +28,7 @@ class PublicLog:
     remark: str = ""
     minutes: tuple[float, float] | None = None
     independent: bool = False
+    lasting: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,7 @@ def opened(log: PublicLog | KnownLog) -> JudgedLog:
     path = path_of(log)
     known = isinstance(log, KnownLog)
     record = steerway.read(path, source=log.source if known else None)
-    reference = _of_instruments(log, record) if known else _of_columns(path, own=not log.independent)
+    reference = _of_instruments(log, record) if known else _of_columns(path, log)
     fixes = record.rows(record.has_position)
     places = plane(fixes.latitude, fixes.longitude)
     reference = replace(reference, course_lag=course_lag(reference, fixes.time, places))
@@ -64,7 +64,7 @@ def plane(latitude, longitude) -> np.ndarray:
     return np.concatenate([np.zeros((1, 2)), np.cumsum(np.column_stack([north, east]), axis=0)])
 
 
-def _of_columns(path, own) -> VelocityReference:
+def _of_columns(path, log) -> VelocityReference:
     """The columns ref_* of a table: what stands there under the names that the page gives."""
     table = pl.read_csv(path, infer_schema_length=None)
     _, once = np.unique(table["time_s"].to_numpy(), return_index=True)
@@ -78,7 +78,8 @@ def _of_columns(path, own) -> VelocityReference:
     heading = np.radians(column("ref_heading_deg"))
     if np.isfinite(heading).any():
         rate = heading_rate(time, heading)
-    reference = VelocityReference(time, column("ref_sog_mps"), np.radians(column("ref_cog_deg")), rate, own)
+    reference = VelocityReference(time, column("ref_sog_mps"), np.radians(column("ref_cog_deg")), rate)
+    reference = replace(reference, own=not log.independent, lasting=log.lasting)
     return reference.believed(column("ref_sog_std_mps"))
 
 

@@ -26,7 +26,7 @@ class VelocityReference:
     """Speed, course and rate by another instrument than the positions', or by the same receiver (`own`).
 
     Shapes: all (n,); time ascends strictly. NaN where unknown. The speed is late by `lag` s, the course by `course_lag`
-    more, the rate by `rate_lag`.
+    more, the rate by `rate_lag`. `lasting`: standard deviation (m/s) of errors that last over rows, where known.
     """
 
     time: np.ndarray
@@ -37,6 +37,7 @@ class VelocityReference:
     lag: float = 0.0
     rate_lag: float = 0.0
     course_lag: float = 0.0
+    lasting: float = 0.0
 
     def believed(self, accuracy: np.ndarray | None = None) -> Self:
         """Without the rows around spikes, and those whose stated accuracy (m/s) is poor.
@@ -86,14 +87,15 @@ class VelocityReference:
 
     @cached_property
     def noise(self) -> tuple[float, float, float]:
-        """Standard deviations of its white noise: SOG (m/s), velocity across the course (m/s), rate (rad/s).
+        """Standard deviations of its noise: SOG (m/s), velocity across the course (m/s), rate (rad/s).
 
-        From third differences, by the quartile of their size: in the calm quarter of a log motion plays no part. No
-        smaller than rounding makes it. An error that lasts over several rows is not in it: the true one is larger.
+        The white part is from third differences, by the quartile of their size: in the calm quarter of a log motion
+        plays no part. No smaller than rounding makes it. Of errors that last over several rows only `lasting` is in it.
         """
         fast = np.where(self.sog > _WAY, self.sog, np.nan)
         changes = np.diff(self.sog), wrap_array(np.diff(self.cog)) * fast[1:], np.diff(self.rate)
-        return tuple(_white_noise(self.time, each) for each in changes)
+        along, across, rate = (_white_noise(self.time, each) for each in changes)
+        return math.hypot(along, self.lasting), math.hypot(across, self.lasting), rate
 
 
 class Integral:
