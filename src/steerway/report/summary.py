@@ -99,7 +99,7 @@ def sentences(summary: dict) -> list[tuple[str, str]]:
         ("distance", f"{s['distance_m'] / 1000.0:.2f} km ({s['distance_m'] / NAUTICAL_MILE:.2f} NM) under way"),
         ("speed over ground", f"median {_speed(s['sog_median_mps'])}, highest {_speed(s['sog_max_mps'])}"),
         ("course defined", f"{s['course_defined_pct']:.1f} % of rows"),
-        ("typical 1σ", f"SOG {s['sog_std_median_mps']:.3f} m/s, COG {s['cog_std_median_deg']:.2f}°"),
+        ("typical 1σ", _deviations(s)),
         ("episodes", in_words(s["episodes"])),
         *([("NIS", f"{s['nis_mean']:.2f} (2 expected)")] if math.isfinite(s["nis_mean"]) else []),
     ]
@@ -118,6 +118,11 @@ def _receiver(s) -> list[tuple[str, str]]:
     if late:
         found.extend(late)
     return [("receiver", "; ".join(found))] if found else []
+
+
+def _deviations(s) -> str:
+    cog = f"COG {s['cog_std_median_deg']:.2f}°" if math.isfinite(s["cog_std_median_deg"]) else "no course"
+    return f"SOG {s['sog_std_median_mps']:.3f} m/s, {cog}"
 
 
 def _structure(each) -> str:

@@ -22,6 +22,9 @@ LONGEST_LAG = 5.0
 _LAGS = np.round(np.arange(-LONGEST_LAG, LONGEST_LAG + 0.05, 0.1), 1)
 _COVERED = 0.9
 """Share of the rows of the best covered lag that a lag needs: beyond the ends of a record there are none. Chosen."""
+_GROSS = 10.0
+"""Times the median difference beyond which one counts no more where a lag is chosen: of a position or a speed that
+jumps. Chosen: of 20,000 rows of a recorded log 20 jumped by 25 m/s and more, and moved the lag by 3 s."""
 _NEAR = 2.0
 """s between a row and the estimate it is compared with, at most: two rows at 1 Hz."""
 
@@ -150,10 +153,12 @@ def compare(fixes: Fixes, motion: Motion, least_speed: float = LEAST_SPEED) -> A
 
 
 class _Differences(NamedTuple):
-    """Of one vessel: number of known differences and sum of squares at every lag (l,); differences at none (k,)."""
+    """Of one vessel: number of known differences, sum of squares and of squares without gross ones at every lag (l,);
+    differences at none (k,)."""
 
     counts: Floats
     squares: Floats
+    usual: Floats
     now: Floats
 
 
@@ -183,17 +188,21 @@ def _nearest(time, moments):
 
 def _differences(time, values, moments, reported, is_angle=False) -> _Differences:
     """Of values at `moments` − lag from what is reported; lag by lag, which takes a hundredth of the memory."""
-    counts, squares = np.zeros(len(_LAGS)), np.zeros(len(_LAGS))
-    now = np.full(len(moments), np.nan)
-    for k, lag in enumerate(_LAGS if len(time) else ()):
+    counts, squares, usual = np.zeros((3, len(_LAGS)))
+
+    def at(lag):
         difference = np.interp(moments - lag, time, values, left=np.nan, right=np.nan) - reported
-        if is_angle:
-            difference = wrap_array(difference)
-        known = np.isfinite(difference)
-        counts[k], squares[k] = known.sum(), np.sum(np.where(known, difference, 0.0) ** 2)
-        if k == len(_LAGS) // 2:
-            now = difference
-    return _Differences(counts, squares, now)
+        return wrap_array(difference) if is_angle else difference
+
+    if not len(time):
+        return _Differences(counts, squares, usual, np.full(len(moments), np.nan))
+    now = at(0.0)
+    gross = (_GROSS * _median(np.abs(now))) ** 2 or math.inf
+    for k, lag in enumerate(_LAGS):
+        square = at(lag) ** 2
+        square = square[np.isfinite(square)]
+        counts[k], squares[k], usual[k] = len(square), square.sum(), np.fmin(square, gross).sum()
+    return _Differences(counts, squares, usual, now)
 
 
 def _figures(vessels):
@@ -202,9 +211,12 @@ def _figures(vessels):
     if not len(now):
         return math.nan, math.nan, math.nan, math.nan
     counts = sum(each.counts for each in vessels)
-    rms = np.sqrt(sum(each.squares for each in vessels) / np.maximum(counts, 1))
-    rms[counts < _COVERED * counts.max()] = np.inf
-    best = int(np.argmin(rms))
+    rms, usual = (
+        np.sqrt(sum(each) / np.maximum(counts, 1))
+        for each in ([of.squares for of in vessels], [of.usual for of in vessels])
+    )
+    usual[counts < _COVERED * counts.max()] = np.inf
+    best = int(np.argmin(usual))
     return (
         float(rms[len(_LAGS) // 2]),
         DEVIATION_OF_MEDIAN * _median(np.abs(now - _median(now))),
