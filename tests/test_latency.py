@@ -11,7 +11,8 @@ from typer.testing import CliRunner
 import steerway
 from steerway import Fixes, InputError, Profile
 from steerway.commands.app import app
-from steerway.estimation.course.latency import lateness, on_time
+from steerway.estimation.course.comparison import compare
+from steerway.estimation.course.latency import differenced, lateness, on_time
 from tests.scenes import angle_error, turning
 
 SMALL = Profile(speed_noise=1e-2, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.1)
@@ -49,6 +50,17 @@ def test_a_late_speed_is_found_in_the_busiest_part_of_a_long_record():
     late = np.interp(time - 2.0, time, speed)
     found = lateness(Fixes(time, latitude, np.zeros(len(time)), sog=late, cog=np.zeros(len(time))))
     assert found.sog == pytest.approx(2.0, abs=0.51)
+
+
+def test_a_few_positions_that_jump_move_no_lag():
+    time = 1.7e9 + np.arange(3000.0)
+    speed = 3.0 + np.sin(time / 10.0)
+    latitude = np.cumsum(speed) / 6.37e6
+    latitude[1000::1000] += 100.0 / 6.37e6
+    late = np.interp(time - 1.0, time, speed)
+    late[997::1000] = 30.0
+    fixes = Fixes(time, latitude, np.zeros(len(time)), sog=late, cog=np.zeros(len(time)))
+    assert compare(fixes, differenced(fixes, 1.0)).sog_lag == pytest.approx(1.5, abs=0.51)
 
 
 def test_positions_are_put_back_and_instruments_stay():

@@ -161,6 +161,12 @@ def test_noise_of_the_reference_is_found_and_its_rounding_counts(weaving):
     assert rounded.noise[0] == pytest.approx(0.1 / math.sqrt(12.0), rel=0.2)
 
 
+def test_errors_of_the_reference_that_are_known_to_last_count_as_noise(weaving):
+    white, known = reference_of(weaving), replace(reference_of(weaving), lasting=0.16)
+    np.testing.assert_allclose(known.noise[:2], np.hypot(white.noise[:2], 0.16), rtol=1e-12)
+    assert known.noise[2] == white.noise[2]
+
+
 def test_spikes_gaps_and_poor_rows_of_the_reference_are_unknown(weaving):
     reference = reference_of(weaving)
     sog = reference.sog.copy()
