@@ -7,6 +7,8 @@ from hypothesis import settings
 
 from tests import found_once, overlapping
 
+gc.disable()  # until all is imported and collected: a quarter of that time
+
 # How long an example takes depends on what numba compiles first and on what else the machine does.
 settings.register_profile("steerway", deadline=None)
 settings.load_profile("steerway")
@@ -83,6 +85,7 @@ def pytest_collection_finish(session):
     gc.collect()
     gc.freeze()
     gc.set_threshold(50_000, 20, 20)
+    gc.enable()
 
 
 def pytest_terminal_summary(terminalreporter):

@@ -10,8 +10,8 @@ from pathlib import PurePosixPath
 from xdist.scheduler import LoadFileScheduling
 
 WAITING = (
-    "test_live_helm_places", "test_live_opening", "test_live_links", "test_processes", "test_accessibility",
-    "test_live_full_disk", "test_live_foxglove", "test_live_n2k", "test_live_helm", "test_simulated_live",
+    "test_live_helm_places", "test_live_opening", "test_processes", "test_accessibility", "test_live_full_disk",
+    "test_live_foxglove", "test_live_n2k", "test_live_helm", "test_simulated_live",
     "test_live_parts", "test_live_helm_browser", "test_soak", "test_square_live",
 )  # fmt: skip
 """Files that wait more than they compute. What needs most kernels is last: the others have compiled them by then."""

@@ -32,7 +32,6 @@ from steerway_studies.springer_mission.world import (
     turnless_deg,
 )
 
-LEARNED = ("weight_net", "innovations_net", "correction_net")
 PAPER_TABLE = {
     "ideal": {
         "reached": "7/7",
