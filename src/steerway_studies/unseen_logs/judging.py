@@ -97,7 +97,7 @@ def right_refused(recording: JudgedLog, refused) -> tuple[int, int]:
     usual = _disagreement(recording, taken[:-1], taken[1:])
     if np.isfinite(usual).sum() < FEWEST:
         return 0, 0
-    limit, interval = np.nanquantile(usual, _RIGHT), float(np.median(np.diff(time)))
+    limit, interval = np.nanquantile(usual, _RIGHT), float(np.median(np.diff(np.unique(time))))
     before = np.searchsorted(taken, rows) - 1
     rows, before = rows[before >= 0], taken[before[before >= 0]]
     off = _disagreement(recording, before, rows)
