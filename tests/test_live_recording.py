@@ -202,7 +202,8 @@ def test_a_fix_of_ros_2(frame):
 
 
 def test_a_bag_of_ros_2(tmp_path):
-    path = tmp_path / "bag_0.db3"
+    path = tmp_path / "bag" / "bag_0.db3"
+    path.parent.mkdir()
     base = sqlite3.connect(path)
     base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)")
     base.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)")
@@ -217,6 +218,8 @@ def test_a_bag_of_ros_2(tmp_path):
     fixes = read(path)
     assert fixes.source == "/gps/fix" and len(fixes) == 19 and fixes.position_std[0] == 0.5
     np.testing.assert_allclose(np.degrees(fixes.latitude[:3]), [54.0, 54.00001, 54.00002], atol=1e-12)
+    (path.parent / "metadata.yaml").touch()  # as ROS 2 keeps bags: a directory
+    np.testing.assert_array_equal(read(path.parent).latitude, fixes.latitude)
     other = sqlite3.connect(tmp_path / "other.db3")
     other.execute("CREATE TABLE a(b)")
     other.commit()

@@ -29,7 +29,7 @@ FORMATS = {
 }
 
 Source = str | PathLike | bytes | BinaryIO
-"""A path, "-" for standard input, the bytes themselves, or an open binary file."""
+"""A path, also of the directory of a ROS 2 bag, "-" for standard input, the bytes themselves, or an open binary file."""
 
 Progress = Callable[[int, int], None]
 """Called with the number of bytes read so far and the number in all (0 when not known)."""
@@ -96,6 +96,7 @@ def plain(path: Source, max_size: float | None = None) -> bytes:
 def _recordings(paths, progress, max_size) -> Iterator[tuple[str, Recording]]:
     if not paths:
         raise InputError("no log is given, expected one or more paths, or - for standard input")
+    paths = [each for path in paths for each in _files(path)]
     total = sum(_size(path) for path in paths)
     done = 0
     for path in paths:
@@ -104,6 +105,12 @@ def _recordings(paths, progress, max_size) -> Iterator[tuple[str, Recording]]:
         yield from ((name, recording) for recording in _parsed(name, packed.plain(name, data, max_size)))
         if progress is not None:
             progress(done, max(total, done))
+
+
+def _files(path):
+    """The files of a ROS 2 bag; of anything else itself."""
+    is_directory = isinstance(path, str | PathLike) and Path(path).is_dir()
+    return (is_directory and ros2.files_of(Path(path))) or [path]
 
 
 def _size(path):

@@ -9,6 +9,7 @@ import sqlite3
 import struct
 from collections import Counter
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
@@ -85,6 +86,13 @@ def nav_sat_fix(data: bytes) -> tuple[float, ...]:
     variance = 0.5 * (covariance[0] + covariance[4])
     std = math.sqrt(variance) if kind and variance > 0.0 else math.nan
     return seconds + 1e-9 * nanoseconds, *place, std, *[math.nan] * (len(REPORTED) - 1)
+
+
+def files_of(bag: Path) -> list[Path]:
+    """The files of a bag, which ROS 2 keeps in a directory; none of another directory."""
+    if not (bag / "metadata.yaml").is_file():
+        return []
+    return sorted(each for each in bag.iterdir() if each.suffix in (".db3", ".mcap"))
 
 
 def recognises(head: bytes) -> bool:
