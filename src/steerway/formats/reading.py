@@ -29,7 +29,7 @@ FORMATS = {
 }
 
 Source = str | PathLike | bytes | BinaryIO
-"""A path, also of the directory of a ROS 2 bag, "-" for standard input, the bytes themselves, or an open binary file."""
+"""A path (also the directory of a ROS 2 bag), "-" for standard input, the bytes themselves, or an open binary file."""
 
 Progress = Callable[[int, int], None]
 """Called with the number of bytes read so far and the number in all (0 when not known)."""
