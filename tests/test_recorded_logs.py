@@ -148,9 +148,9 @@ def missed(reason):
     ("key", "most"),
     [
         ("figure8_rate_rms_dps", 0.545),
-        pytest.param("figure8_rate_rms_smoothed_dps", 0.36, marks=missed("0.389 °/s: 9 mm athwart, see above")),
+        pytest.param("figure8_rate_rms_smoothed_dps", 0.36, marks=missed("0.379 °/s: 9 mm athwart, see above")),
         ("figure8_rate_rms_aligned_dps", 0.335),
-        pytest.param("figure8_rate_rms_smoothed_aligned_dps", 0.21, marks=missed("0.234 °/s: as above")),
+        pytest.param("figure8_rate_rms_smoothed_aligned_dps", 0.21, marks=missed("0.220 °/s: as above")),
         ("s330_sog_rms_mps", 0.035),
         ("s330_cog_rms_deg", 0.45),
         ("seap_sog_rms_mps", 0.05),
@@ -163,7 +163,6 @@ def test_independent_truth_on_recorded_logs(field, key, most):
     assert field.numbers[key] <= most
 
 
-@missed("2.32 s; at 2.5 s the error is 0.2 % larger")
 def test_the_lag_of_the_figure_of_eight_is_found(field):
     assert 2.4 < field.numbers["figure8_receiver_lag_s"] < 3.2  # the error is flat from 2.5 to 3.2 s
 

@@ -6,7 +6,7 @@ The five-state model of P0 (11)–(15) integrated exactly (constant turn rate ov
 import math
 
 from steerway.core.angles import sinc
-from steerway.core.compiled import called_kernel
+from steerway.core.compiled import called_kernel, lean_kernel
 from steerway.estimation.inference.discrete import (
     ADDED,
     DT,
@@ -174,7 +174,7 @@ def take_noise(p, k, step, speed, c, s, drift_speed):
     slowness = (speed / drift_speed) ** 2
     sideways = max(1.0 / (1.0 + slowness * slowness), step[Q_SIDEWAYS])
     ll, lu, uu = step[Q_LL], step[Q_LU], step[Q_UU]
-    spins = 1.0 / (1.0 + step[Q_SIDEWAYS] * (speed / _SPINS_BELOW) ** 2)
+    spins = spin_share(step, speed)
     turned = spins * speed * speed
     yy = turned * step[Q_YY] + sideways * step[S_LL]
     ys = turned * step[Q_YX] + sideways * step[S_LU]
@@ -200,6 +200,12 @@ def take_noise(p, k, step, speed, c, s, drift_speed):
             p[k, 0, j] += c * step[WITH_WAY, j]
             p[k, 1, j] += s * step[WITH_WAY, j]
             p[k, 2, j] += step[WITH_GAIN, j]
+
+
+@lean_kernel
+def spin_share(step, speed):
+    """Share of its noise of the course rate that a mode has at a speed: less than 1 in an emergency."""
+    return 1.0 / (1.0 + step[Q_SIDEWAYS] * (speed / _SPINS_BELOW) ** 2)
 
 
 @called_kernel

@@ -27,6 +27,7 @@ from steerway.estimation.inference.model import (
     STARTED,
     STEP_RATE,
 )
+from steerway.estimation.inference.motion import spin_share
 from steerway.estimation.inference.relative import difference, is_steady, shifted, turned
 from steerway.estimation.inference.weigh import gaussian, outlier_density, step_variance, student, take_fix
 
@@ -129,7 +130,8 @@ def inform(filtered_p, loose, reversal, bank, weight, room):
             covariance[EAST, EAST] += loose
             log_after[i] = inverse(covariance, room[_AFTER + i], scratch)
             for u in range(RATE, n):
-                variance = max(reversal.variance[i, u], covariance[u, u])
+                share = spin_share(bank.steps[i], bank.x[i, SPEED]) if u == RATE else 1.0
+                variance = max(share * reversal.variance[i, u], covariance[u, u])
                 bank.work[_KNOWN + i, u] = 1.0 / variance
                 log_after[i] -= math.log(variance)
             room[_AFTER + i, RATE, RATE] -= bank.work[_KNOWN + i, RATE]
