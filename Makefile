@@ -80,7 +80,7 @@ reference: .venv/.test
 docs: .venv/.docs
 	$(BIN)/python docs/build.py
 
-# The README's pictures of pages, taken in Chromium.
+# The README's pictures: of pages, taken in Chromium, and of its tutorial.
 pictures: .venv/.test
 	$(BIN)/python docs/pictures.py
 

@@ -1,8 +1,8 @@
-"""The pictures of the README, taken in a real browser: docs/images/demo.png and helm.png.
+"""The pictures of the README: docs/images/closed-loop.png, the figure of its tutorial, demo.png and helm.png.
 
 python docs/pictures.py   (make pictures; needs chromium and chromedriver)
 
-Each shows a page on a laptop and on a phone, beside each other.
+The last two show a page in a real browser, on a laptop and on a phone, beside each other.
 """
 
 import shutil
@@ -19,11 +19,11 @@ from urllib.error import URLError
 from urllib.request import urlopen
 
 import numpy as np
+from build import DOCS, ROOT, executed
 from matplotlib.image import imread, imsave
 from selenium import webdriver
 
-ROOT = Path(__file__).resolve().parents[1]
-IMAGES = ROOT / "docs" / "images"
+IMAGES = DOCS / "images"
 STEERWAY = (sys.executable, "-c", "from steerway.commands.cli import main; main()")
 LAPTOP, PHONE = (1200, 940), (390, 940)
 GAP, GROUND = 24, (0.88, 0.90, 0.92)
@@ -71,6 +71,14 @@ def beside(laptop: np.ndarray, phone: np.ndarray) -> np.ndarray:
     return ground
 
 
+def closed_loop(folder: Path) -> np.ndarray:
+    """The figure of the tutorial on a closed loop."""
+    page = DOCS / "tutorials" / "closed-loop.md"
+    executed(page.read_text("utf-8"), page.name, folder, folder)
+    (image,) = folder.glob("*.png")
+    return imread(image)
+
+
 def demo(folder: Path) -> np.ndarray:
     """The page of the demo, with the cursor in a turn."""
     subprocess.run((*STEERWAY, "demo", "-o", str(folder)), check=True, cwd=ROOT)
@@ -115,7 +123,8 @@ def answered(address: str, patience: float = 120.0) -> None:
 
 
 if __name__ == "__main__":
-    for make in (demo, helm):
+    for make in (closed_loop, demo, helm):
+        name = f"{make.__name__.replace('_', '-')}.png"
         with TemporaryDirectory() as folder:
-            imsave(IMAGES / f"{make.__name__}.png", make(Path(folder)))
-        print(f"wrote docs/images/{make.__name__}.png", flush=True)
+            imsave(IMAGES / name, make(Path(folder)))
+        print(f"wrote docs/images/{name}", flush=True)
