@@ -7,8 +7,9 @@ import pytest
 
 from steerway.estimation.course.update.aids import AIDS
 from steerway.estimation.inference import whole_log
-from steerway.estimation.inference.course import COG, RATE, SOG, SOG_STD, smoothed_record
+from steerway.estimation.inference.course import COG, COG_STD, RATE, SOG, SOG_STD, smoothed_record
 from steerway.estimation.inference.fit import Rows
+from steerway.estimation.inference.fuse import QUICK_SPEED, QUICK_SPEED_TIME
 from steerway.estimation.inference.model import RATE as RATE_STATE
 from steerway.estimation.inference.reversal import reversal_of
 from steerway.estimation.inference.selection import Structure
@@ -131,3 +132,23 @@ def test_a_structure_backwards(parts):
     again = reversal_of(reversal.model, states)
     np.testing.assert_allclose(again.model.generator, model.generator, atol=1e-9)
     np.testing.assert_array_equal(again.sign, reversal.sign)
+
+
+def test_a_causal_speed_holds_what_fixes_far_apart_do_not_resolve():
+    apart, held = 20.0, structure(**HELD)
+    north, east = np.random.default_rng(0).normal(0.0, NOISE, (2, 150))
+    estimate, _, _ = whole_log._filtered(record(north + apart * np.arange(150), east, apart), [held], 0.3)
+    a = apart / QUICK_SPEED_TIME
+    unresolved = 1.0 - 2.0 * (a - 1.0 + math.exp(-a)) / a**2
+    assert estimate[-1, SOG] == pytest.approx(1.0, abs=0.01)
+    assert QUICK_SPEED * estimate[-1, SOG] * math.sqrt(unresolved) < estimate[-1, SOG_STD] < 0.02
+
+
+def test_what_a_turn_leaves_behind_does_not_bend_the_leg_before_it():
+    course = np.radians(np.r_[np.zeros(300), np.linspace(0.0, 40.0, 20), np.full(300, 40.0)])
+    noise = np.random.default_rng(0).normal(0.0, NOISE, (2, len(course)))
+    north, east = np.cumsum(0.4 * np.array([np.cos(course), np.sin(course)]), axis=1) + noise
+    estimate = smoothed_record(record(north, east), [structure(wander_std=1e-4)])
+    legs = np.r_[30:280, 340:590]
+    assert np.sqrt(np.mean((estimate[legs, COG] - course[legs]) ** 2)) < math.radians(0.3)  # 0.35 if it does
+    assert estimate[legs, COG_STD].mean() < math.radians(0.4)
