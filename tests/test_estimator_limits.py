@@ -16,7 +16,7 @@ from steerway_studies.estimator_limits.cells import CELLS, WHAT, WHERE, bounded,
 from steerway_studies.estimator_limits.histories import all_histories, known_mode_smoother
 from steerway_studies.estimator_limits.particles import begun, in_plane, particle_filter
 from steerway_studies.estimator_limits.scenarios import SLOW, sail, straight_and_turning
-from steerway_studies.estimator_limits.statistics import errors, over_runs
+from steerway_studies.estimator_limits.statistics import error_squares, errors, over_runs
 from steerway_studies.study import Results
 
 
@@ -197,6 +197,19 @@ def test_a_wandering_receiver_that_is_known_does_little_harm():
     for scene in correlated.NOISES:
         nis = np.sum([run[f"mariner_{scene}_nis"] for run in runs], axis=0)
         assert 1.9 < nis[0] / nis[1] < 2.1
+
+
+def test_a_wandering_receiver_that_is_to_be_found_does_half_the_harm_at_most():
+    """The ship's turns are no wander, and an error that lasts is seen in fixes some seconds apart."""
+    truth, seed = correlated.ship(), 10
+    receiver = correlated.receiver(correlated.NOISES["printed_noise"])
+    fixes = receiver.fixes(truth.time, truth.north, truth.east, seed)
+    rows = (truth.time > correlated.SETTLED) & ~truth.turning
+    found, printed = (
+        np.sqrt(np.mean(squares[1, rows]))
+        for squares in (error_squares(steerway.estimate(fixes), truth), correlated.printed(fixes, truth))
+    )
+    assert found < 0.5 * printed
 
 
 def test_parameters_that_are_off_cost_little():

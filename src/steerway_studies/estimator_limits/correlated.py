@@ -82,7 +82,7 @@ def one(seed: int, variants=VARIANTS) -> dict[str, np.ndarray]:
     masks = settled & ~truth.turning, settled & truth.turning
     for label, noise in NOISES.items():
         fixes = receiver(noise).fixes(truth.time, truth.north, truth.east, seed)
-        found[f"printed_filter_mariner_{label}"] = sums(_printed(fixes, truth), masks)
+        found[f"printed_filter_mariner_{label}"] = sums(printed(fixes, truth), masks)
         for variant, profile in zip(VARIANTS, (ship_profile(noise), None), strict=True):
             if variant not in variants:
                 continue
@@ -109,7 +109,7 @@ def _nis(motion, rows):
     return np.array([motion.nis[rows].sum(), rows.sum()])
 
 
-def _printed(fixes, truth):
+def printed(fixes, truth):
     """(3, n) squared errors of the printed filter with P1's tuning, begun at the truth."""
     north, east = in_plane(fixes).T
     start = np.array([north[0], east[0], truth.sog[0], truth.cog[0], 0.0])

@@ -133,6 +133,11 @@ def screened(base, few, noise, shortest=0.0) -> dict[tuple, Fit]:
         again = fitted(base, few, fits[best].values, FEW_ROUNDS, shortest)
         plain = fits[base] = max(plain, again, key=lambda fit: fit.evidence)
     good = [other for other in ranked if fits[other].evidence > plain.evidence + BETTER]
+    if "error" in best:  # under which turns may have been taken for wander
+        steady = tuple(part for part in best if part != "wander")
+        begin, _ = likeliest(steady, few, [fits[best].values | vessel for vessel in VESSELS], shortest)
+        fits[steady] = fitted(steady, few, begin, FEW_ROUNDS, shortest)
+        best = max(best, steady, key=lambda parts: fits[parts].evidence)
     while good:  # until no other part makes the best better
         gains = {}
         for other in good:

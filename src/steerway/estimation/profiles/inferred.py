@@ -11,7 +11,7 @@ from steerway.core.profile_fields import positive_number
 from steerway.core.toml import parse_toml, read_toml, toml_value
 from steerway.core.validation import refusal
 from steerway.estimation.inference.course import STEERAGEWAY
-from steerway.estimation.inference.selection import PLAIN, Structure
+from steerway.estimation.inference.selection import Structure
 from steerway.estimation.inference.structures import PRIORS, parameters_of
 from steerway.estimation.profiles.schema import Profile
 
@@ -37,9 +37,8 @@ class WeighedStructure(BaseModel):
         for part in parts:
             if part not in PRIORS:
                 raise ValueError(f"part {part!r} is unknown, expected some of {', '.join(PRIORS)}")
-        for part in PLAIN:
-            if part not in parts:
-                raise ValueError(f"part {part!r} is missing, expected {', '.join(PLAIN)} in every structure")
+        if "base" not in parts:
+            raise ValueError("part 'base' is missing, expected in every structure")
         return parts
 
     @model_validator(mode="after")
