@@ -31,11 +31,11 @@ class Ascent:
         self.posterior, self.x = posterior, x
         self.each = posterior.densities(x)
         self.log = posterior.log(x, self.each)
-        self.scores = None
+        self.scores = self.measured = None
 
     def differentiate(self):
         """Take the scores by differences."""
-        self.scores = self.posterior.scores(self.x, self.each)
+        self.scores = self.measured = self.posterior.scores(self.x, self.each)
 
     def information(self):
         """Of the record and the prior about the numbers."""
@@ -61,21 +61,24 @@ class Ascent:
         return gained
 
 
-def climb(ascent: Ascent, rounds, least=-math.inf):
+def climb(ascent: Ascent, rounds, least=-math.inf) -> bool:
     """Go up in at most so many rounds: differences, scoring, every number by itself, scoring.
 
-    least: log posterior below which a round is the last.
+    least: log posterior below which scoring is the last. Returns whether the last round gained hardly anything.
     """
     for _ in range(rounds):
         before = ascent.log
         ascent.differentiate()
         score(ascent)
+        if ascent.log < least:
+            return False
         scored = ascent.log
         sweep(ascent)
         if ascent.log - scored > _TOLERANCE:
             score(ascent)
-        if ascent.log - before < _TOLERANCE or ascent.log < least:
-            return
+        if ascent.log - before < _TOLERANCE:
+            return True
+    return False
 
 
 def score(ascent: Ascent):

@@ -117,23 +117,25 @@ class Posterior:
         return np.where(np.isfinite(scores), scores, 0.0)
 
 
-def likeliest(parts, rows, starts, shortest=0.0) -> tuple[dict, float]:
-    """Of starting points (dicts) the likeliest, and its log posterior."""
+def likeliest(parts, rows, starts, shortest=0.0, most=1) -> list[tuple[dict, float]]:
+    """Of starting points (dicts) so many of the likeliest, each with its log posterior, the likeliest first."""
     posterior = Posterior(parts, rows, shortest)
     logs = [posterior.log(x, posterior.densities(x)) for x in map(posterior.point, starts)]
-    best = int(np.argmax(logs))
-    return starts[best], logs[best]
+    return [(starts[i], logs[i]) for i in np.argsort(-np.array(logs), kind="stable")[:most]]
 
 
 def fitted(parts, rows, start, rounds=2, shortest=0.0, least=-math.inf, draws=0) -> Fit:
     """Maximise the posterior from a starting point (dict), in at most so many rounds.
 
-    shortest: period (s) below which fixes do not resolve an oscillation. least: log posterior below which a round is
+    shortest: period (s) below which fixes do not resolve an oscillation. least: log posterior below which scoring is
     the last. draws: how many `others` (even).
     """
     posterior = Posterior(parts, rows, shortest)
     ascent = Ascent(posterior, posterior.point(start))
-    climb(ascent, rounds, least)
+    if climb(ascent, rounds, least):
+        ascent.scores = ascent.measured  # secants of short steps say little
+    elif rounds > 1 and ascent.log > least:
+        ascent.differentiate()
     information = ascent.information()
     with np.errstate(invalid="ignore"):
         evidence = ascent.log - 0.5 * float(np.linalg.slogdet(information)[1])

@@ -5,18 +5,19 @@ Structures that fall behind there are given up, the others are fitted and compar
 """
 
 import math
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
 from steerway.estimation.inference.fit import DRAWS, Fit, Rows, fitted, likeliest
-from steerway.estimation.inference.record import excerpt, white_std
-from steerway.estimation.inference.structures import SHIP, VESSELS
+from steerway.estimation.inference.record import excerpt
+from steerway.estimation.inference.starts import Scales, scales_of, starts, vessels
 
 PLAIN = ("base", "wander")
 OPTIONAL = ("waves", "antenna", "clock", "error", "steps")
 """Parts that a structure may have beside the plain ones."""
+OTHERWISE = ("error", "steps")
+"""Parts that explain what the plain structure explains by the vessel: the search begins from a second vessel too."""
 SECOND = {"antenna": "second_roll", "error": "quick_error", "clock": "beat", "steps": "slips"}
 """Parts that may come with one of these, where that is better than none."""
 
@@ -27,10 +28,10 @@ OPEN = 10_000
 """Fixes up to which the numbers of a structure are averaged over what the record leaves open, which costs time with
 every fix. Without that, deviations of a boat at constant speed in 1,001 fixes hold 79 to 89 % of the errors where they
 should hold 95."""
-START_ROUNDS, FIRST_ROUNDS, FEW_ROUNDS, LAST_ROUNDS = 1, 8, 1, 2
-"""Rounds of a fit at most: from either start, of the plain structure, of the others on few rows, the last. Chosen: each
-costs one to two runs of the filter for every number."""
-FAR_BEHIND, BEHIND = 20.0, 10.0
+START_VESSELS, FIRST_ROUNDS, FEW_ROUNDS, LAST_ROUNDS = 3, 5, 1, 3
+"""Kinds of vessel that a fit begins from, and rounds of a fit at most: of the plain structure, of the others on few
+rows, the last. Chosen: each costs one to two runs of the filter for every number."""
+FAR_BEHIND, BEHIND = 20.0, 5.0
 """Log evidence by which a structure may be behind the best before it is given up: on few rows, and on many before it is
 fitted to them. Chosen: in five logs and scenes those that were best in the end were behind by up to 6 on few rows, and
 fits to many gained 3 to 60 there."""
@@ -44,15 +45,6 @@ BETTER = 3.0
 LEAST_WEIGHT = 0.02
 """Share of all weight below which a structure is left out: a mean moves by this part of the distance at most.
 Chosen: well below the deviation of a mean."""
-RESOLVED = 2.0
-"""Usual intervals between fixes in the shortest period that they resolve (the sampling theorem)."""
-NOISES = (3.0, 1.0, 0.5)
-"""Noise of a fix to begin from, in that of third differences: motion makes those larger, a receiver's filter less.
-Chosen: starting points only."""
-_PERIODS = (3.0, 4.5, 7.0, 10.0, 15.0, 22.0)
-"""s, to begin from: of waves, from a lake's to the longest swell, a factor of one and a half apart. Chosen: a grid."""
-_ROLLS = (1.5, 2.0, 2.5, 3.2, 4.0)
-"""s, of the roll of small craft, a factor of a quarter apart: its prior is that narrow. Chosen: a grid."""
 
 
 class Structure(NamedTuple):
@@ -73,59 +65,72 @@ class Inference(NamedTuple):
 def infer(record: Rows, aids=()) -> Inference:
     """Fit and compare the declared structures on a record (see `whole_log.Track`) with these of its aids."""
     few, many = excerpt(record, FEW, 1.0), excerpt(record, MANY, 0.5)
-    noise, shortest = scales_of(record)
-    contenders = screened(PLAIN + tuple(aids), few, noise, shortest)
+    scales = scales_of(record)
+    contenders = screened(PLAIN + tuple(aids), few, scales)
     draws = DRAWS if np.isfinite(record.north).sum() <= OPEN else 0
-    return weighed(refitted(contenders, many, shortest, draws), draws)
+    return weighed(refitted(contenders, many, scales.shortest, draws), draws)
 
 
-def refitted(contenders: dict[tuple, Fit], rows, shortest, draws) -> dict[tuple, Fit]:
-    """The best of these structures (the best first) fitted to other rows.
+def refitted(few: dict[tuple, Fit], rows, shortest, draws) -> dict[tuple, Fit]:
+    """The best of the structures fitted on few rows (the best first), fitted to other rows.
 
-    All but the first begin with what it found of the numbers that they share, where they hardly move, and only those
-    are fitted that are not far behind there already.
+    They compete with the best as they are, and with their parts added to it: what few rows do not tell, many may. They
+    begin with what the best found of the numbers that they share, where they hardly move, and only those are fitted
+    that are not far behind there already.
     """
-    best, *others = contenders
-    found = fitted(best, rows, contenders[best].values, LAST_ROUNDS, shortest, draws=draws)
-    fits, starts, expected = {best: found}, {}, {}
-    for parts in others:
-        few = contenders[parts]
-        starts[parts], log = likeliest(parts, rows, [few.values | found.values, few.values], shortest)
-        expected[parts] = log + few.evidence - few.log_posterior
-    for parts in sorted(others, key=lambda parts: -expected[parts])[: FINALISTS - 1]:
-        if expected[parts] > max(fit.evidence for fit in fits.values()) - BEHIND:
-            least = max(fit.log_posterior for fit in fits.values()) - LOST
-            fits[parts] = fitted(parts, rows, starts[parts], LAST_ROUNDS, shortest, least, draws)
+    first, base = next(iter(few)), min(few, key=len)
+    fits = {first: fitted(first, rows, few[first].values, LAST_ROUNDS, shortest, draws=draws)}
+    tried: dict[tuple, tuple] = {}
+    penalty = {parts: fit.evidence - fit.log_posterior for parts, fit in few.items()}
+
+    def consider(parts, values, penalty, behind):
+        if parts not in fits and parts not in tried:
+            found = fits[best].values
+            [(begin, log)] = likeliest(parts, rows, [values | found, found | values], shortest)
+            tried[parts] = log + penalty + behind, begin
+
+    while len(fits) < FINALISTS:
+        best = max(fits, key=lambda parts: fits[parts].evidence)
+        top = fits[best]
+        for parts, fit in few.items():
+            if fit.evidence > few[first].evidence - FAR_BEHIND:
+                consider(parts, fit.values, penalty[parts], BEHIND)
+            more = tuple(part for part in parts if part not in best)
+            consider(best + more, fit.values, top.evidence - top.log_posterior + penalty[parts] - penalty[base], 0.0)
+        if not tried:
+            break
+        parts = max(tried, key=lambda parts: tried[parts][0])
+        expected, begin = tried.pop(parts)
+        if expected < top.evidence:
+            break
+        fits[parts] = fitted(parts, rows, begin, LAST_ROUNDS, shortest, top.log_posterior - LOST, draws)
     return fits
 
 
-def scales_of(record: Rows) -> tuple[float, float]:
-    """Noise of a fix by third differences (m), and the shortest period (s) that the fixes resolve."""
-    fixed = np.isfinite(record.north)
-    noise = white_std(record.time[fixed], record.north[fixed], record.east[fixed])
-    return noise, RESOLVED * float(np.median(np.diff(record.time[fixed])))
-
-
-def screened(base, few, noise, shortest=0.0) -> dict[tuple, Fit]:
-    """Fits of structures on few rows, the best first, without those that fall behind."""
-    ends = []
-    for vessels in (VESSELS, (SHIP,)):
-        begin, _ = likeliest(base, few, [v | {"fix_std": noise * s} for v, s in product(vessels, NOISES)])
-        ends.append(fitted(base, few, begin, START_ROUNDS))
-    plain = fitted(base, few, max(ends, key=lambda fit: fit.evidence).values, FIRST_ROUNDS)
+def screened(base, few, scales: Scales) -> dict[tuple, Fit]:
+    """Fits of structures on few rows, the best first."""
+    shortest = scales.shortest
+    begin = [
+        fitted(base, few, start, 1) for start, _ in likeliest(base, few, vessels(scales.noise), shortest, START_VESSELS)
+    ]
+    begin.sort(key=lambda fit: -fit.log_posterior)
+    plain = fitted(base, few, begin[0].values, FIRST_ROUNDS)
     fits = {base: plain}
 
-    def compete(part, with_parts, values):
-        parts = (*with_parts, part)
-        fits[parts] = fitted(
-            parts, few, searched(parts, few, starts(part, values, noise), shortest), FEW_ROUNDS, shortest
-        )
-        return parts, fits[parts].evidence > plain.evidence + BETTER
+    def compete(part, begun: Fit):
+        """Fit a part, unless it explains nothing even with the likeliest numbers. Returns whether it is better."""
+        parts = (*begun.parts, part)
+        start, log = searched(parts, few, starts(part, begun.values, scales), shortest)
+        if log > begun.log_posterior - FAR_BEHIND:
+            found = fitted(parts, few, start, FEW_ROUNDS, shortest)
+            fits[parts] = max(fits.get(parts, found), found, key=lambda fit: fit.evidence)
+        return parts in fits and fits[parts].evidence > plain.evidence + BETTER
 
     for part in OPTIONAL:
-        parts, better = compete(part, base, plain.values)
-        if better and part in SECOND:
-            compete(SECOND[part], parts, fits[parts].values)
+        if part in OTHERWISE:
+            compete(part, begin[1])
+        if compete(part, plain) and part in SECOND:
+            compete(SECOND[part], fits[*base, part])
     ranked = sorted(fits, key=lambda parts: -fits[parts].evidence)
     best = ranked[0]
     if best != base:
@@ -144,13 +149,12 @@ def screened(base, few, noise, shortest=0.0) -> dict[tuple, Fit]:
             parts = best + tuple(part for part in other[len(base) :] if part not in best)
             if parts not in fits:
                 one, two = fits[best].values, fits[other].values
-                begin, _ = likeliest(parts, few, [two | one, one | two], shortest)
+                [(begin, _)] = likeliest(parts, few, [two | one, one | two], shortest)
                 fits[parts] = fitted(parts, few, begin, FEW_ROUNDS, shortest)
             gains[other] = fits[parts].evidence - fits[best].evidence
         good = [other for other in good if gains[other] > 0.0]
         best = max(fits, key=lambda parts: fits[parts].evidence)
-    ranked = sorted(fits, key=lambda parts: -fits[parts].evidence)
-    return {parts: fits[parts] for parts in ranked if fits[parts].evidence > fits[ranked[0]].evidence - FAR_BEHIND}
+    return {parts: fits[parts] for parts in sorted(fits, key=lambda parts: -fits[parts].evidence)}
 
 
 def weighed(fits: dict[tuple, Fit], draws=0) -> Inference:
@@ -171,56 +175,9 @@ def weighed(fits: dict[tuple, Fit], draws=0) -> Inference:
     return Inference(tuple(structures), tuple(fits.values()))
 
 
-def starts(part, values, noise) -> list[list[dict]]:
-    """Where to begin the search for a part's numbers: lists of numbers, each to be added to the likeliest so far."""
-    still = {"speed_std": 0.01, "wander_std": 0.003}
-    noisy = {"fix_std": noise}
-    if part == "waves":
-        surges = product((values, values | still), _PERIODS, (0.05, 0.2))
-        yaws = product((*_PERIODS, 30.0), (0.03, 0.1))
-        return [
-            [v | {"surge_period": period, "wave_surge": std, "wave_yaw": 0.01} for v, period, std in surges],
-            [{"yaw_period": period, "wave_yaw": std} for period, std in yaws],
-        ]
-    if part == "antenna":
-        rolls = product((values, noisy, {"fix_std": 0.5 * noise}), _ROLLS, (0.02, 0.15))
-        return [[v | {"antenna_period": period, "antenna_std": std} for v, period, std in rolls]]
-    if part == "second_roll":
-        return [[values | {"roll_period": period, "roll_std": std} for period, std in product(_ROLLS, (0.02, 0.1))]]
-    if part == "quick_error":
-        return [
-            [values | {"quick_std": std, "quick_time": time} for std, time in product(_sizes(noise, 0.2), (1.5, 5.0))]
-        ]
-    if part == "clock":
-        clocks = product((1.0, 0.5), (0.01, 0.1))
-        return [[values | {"fix_std": share * values["fix_std"], "time_std": std} for share, std in clocks]]
-    if part == "beat":
-        beats = product((1.0, 0.3), (0.1, 0.3), (*_PERIODS, 40.0))
-        return [
-            [
-                values | {"time_std": share * values.get("time_std", 0.05), "beat_std": std, "beat_period": period}
-                for share, std, period in beats
-            ]
-        ]
-    if part == "slips":
-        share = values | {"step_std": 0.3 * values["step_std"]}
-        return [[v | {"slip_std": std} for v, std in product((values, share), (0.1, 0.3, 1.0))]]
-    if part == "steps":
-        shares = (values, values | {"fix_std": 0.5 * values["fix_std"]})
-        steps = product(shares, (10.0, 60.0), (3.0 * noise, 10.0 * noise))
-        return [[v | {"step_every": every, "step_std": std} for v, every, std in steps]]
-    errors = product((values, values | {"fix_std": 0.7 * values["fix_std"]}, noisy), _sizes(noise, 1.0), (20.0, 200.0))
-    return [[v | {"error_std": std, "error_time": time} for v, std, time in errors]]
-
-
-def _sizes(noise, largest):
-    """Where to begin the search for the size (m) of a receiver's error: from its noise to that of a receiver alone."""
-    return noise, math.sqrt(noise * largest), largest
-
-
-def searched(parts, rows, stages, shortest=0.0) -> dict:
-    """The likeliest of the starting points, stage by stage."""
-    best = {}
+def searched(parts, rows, stages, shortest) -> tuple[dict, float]:
+    """The likeliest of the starting points, stage by stage, and its log posterior."""
+    best, log = {}, -math.inf
     for stage in stages:
-        best, _ = likeliest(parts, rows, [best | start for start in stage], shortest)
-    return best
+        [(best, log)] = likeliest(parts, rows, [best | start for start in stage], shortest)
+    return best, log

@@ -28,10 +28,10 @@ from steerway.estimation.inference.selection import (
     Inference,
     Structure,
     infer,
-    scales_of,
     screened,
     weighed,
 )
+from steerway.estimation.inference.starts import scales_of
 from steerway.estimation.inference.whole_log import Track, motion_of, part_of
 from steerway.estimation.profiles.inferred import InferredProfile, WeighedStructure
 
@@ -157,14 +157,15 @@ def log_likelihood(fixes: Fixes, profile: InferredProfile, since: float) -> floa
 def _thorough(record: Rows, quick: Inference, report) -> Inference:
     """The inference on more rows, begun from the quick one's results and from those of a search of its own."""
     few, many = excerpt(record, _MORE * FEW, 0.5), excerpt(record, _MORE * MANY, 0.25)
-    noise, shortest = scales_of(record)
+    scales = scales_of(record)
+    shortest = scales.shortest
     starts = {fit.parts: [fit.values] for fit in quick.fits}
-    for parts, fit in list(screened(PLAIN, few, noise, shortest).items())[:FINALISTS]:
+    for parts, fit in list(screened(PLAIN, few, scales).items())[:FINALISTS]:
         starts.setdefault(parts, []).append(fit.values)
     report(0.3)
     first: dict[tuple, Fit] = {}
     for parts, each in starts.items():
-        first[parts] = fitted(parts, many, likeliest(parts, many, each, shortest)[0], 1, shortest)
+        first[parts] = fitted(parts, many, likeliest(parts, many, each, shortest)[0][0], 1, shortest)
         report(0.3 + 0.3 * len(first) / len(starts))
     least = max(fit.evidence for fit in first.values()) - _FAR_BEHIND
     return weighed(
@@ -178,7 +179,7 @@ def _thorough(record: Rows, quick: Inference, report) -> Inference:
 
 def _refitted(record: Rows, found: Inference) -> Inference:
     """The structures of an inference fitted to a whole record."""
-    many, (_, shortest) = excerpt(record, _MORE * MANY, 0.25), scales_of(record)
+    many, shortest = excerpt(record, _MORE * MANY, 0.25), scales_of(record).shortest
     starts = {each.parts: each.values for each in found.structures}
     return weighed({p: fitted(p, many, values, _MORE * LAST_ROUNDS, shortest) for p, values in starts.items()})
 

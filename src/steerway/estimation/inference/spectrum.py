@@ -1,0 +1,70 @@
+"""Periods of what oscillates in a record, by the spectrum of its velocity along and across the way made good."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+_SPAN, _FEWEST = 100.0, 32
+"""s, and fixes at least, of a segment: it resolves an oscillation of 5 s to a quarter of a second. Chosen."""
+_SMOOTH = 4.0
+"""s on either side, over which the mean velocity gives the way made good. Chosen: half the period of usual waves."""
+_LEAST_SPEED = 0.3
+"""m/s, of a segment that has a way made good; as `course.STEERAGEWAY`."""
+_COMPLETE = 0.7
+"""Share of its fixes that a segment needs. Chosen."""
+_SHORTEST, _LONGEST = 1.4, 40.0
+"""s, of periods that are looked for: from the roll of small craft to the longest swell in following seas."""
+_MOST, _BESIDE = 3, 6
+"""Periods taken in a direction; frequencies on either side of one whose median is its background. Chosen."""
+_UNKNOWN = (2.5, 4.0, 7.0, 12.0, 20.0)
+"""s, where a record is too short or coarse for a spectrum: about a factor of 1.7 apart."""
+
+
+class Periods(NamedTuple):
+    """Periods (s) of the strongest lines along and across the way made good, the strongest first."""
+
+    along: tuple
+    across: tuple
+
+
+def periods_of(time, north, east) -> Periods:
+    """The periods that stand out. Spectra of segments that overlap by half are averaged (P. D. Welch, IEEE Trans. Audio
+    and Electroacoustics 15(2), 1967), as logarithms, so that no segment outweighs the others.
+
+    Args:
+        time: (n,) s, ascends. north, east: (n,) m.
+    """
+    step = float(np.median(np.diff(time)))
+    n = int(_SPAN / step)
+    if n < _FEWEST:
+        return Periods(_UNKNOWN, _UNKNOWN)
+    even = np.arange(time[0], time[-1], step)
+    place = np.interp(even, time, north) + 1j * np.interp(even, time, east)
+    width = int(_SMOOTH / step)
+    window, mean = np.hanning(n), np.ones(2 * width + 1) / (2 * width + 1)
+    total, segments = np.zeros((2, n // 2 + 1)), 0
+    for begin in range(0, len(even) - n, n // 2):
+        fixes = np.diff(np.searchsorted(time, [even[begin], even[begin + n]]))[0]
+        velocity = np.diff(place[begin : begin + n + 1]) / step
+        usual = np.convolve(np.pad(velocity, width, mode="edge"), mean, "valid")
+        if fixes < _COMPLETE * n or np.median(np.abs(usual)) < _LEAST_SPEED:
+            continue
+        turned = (velocity - usual) * np.exp(-1j * np.angle(usual))
+        for which, each in enumerate((turned.real, turned.imag)):
+            power = np.abs(np.fft.rfft(window * each)) ** 2
+            total[which] += np.log(power + 1e-6 * power.max() + 1e-12)
+        segments += 1
+    if not segments:
+        return Periods(_UNKNOWN, _UNKNOWN)
+    return Periods(*(_lines(each / segments, np.fft.rfftfreq(n, step)) for each in total))
+
+
+def _lines(power, frequency) -> tuple:
+    """Periods at which a spectrum (log) stands out most from the frequencies around."""
+    low, high = np.searchsorted(frequency, [1.0 / _LONGEST, min(1.0 / _SHORTEST, frequency[-1])])
+    beside = [max(_BESIDE, i // 2) for i in range(high)]
+    around = [np.median(power[max(low, i - b) : min(high, i + b + 1)]) for i, b in enumerate(beside[low:], low)]
+    excess = power[low:high] - around
+    peak = 1 + np.flatnonzero((excess[1:-1] >= excess[:-2]) & (excess[1:-1] >= excess[2:]))
+    peak = peak[np.argsort(-excess[peak])][:_MOST]
+    return tuple((1.0 / frequency[low + peak]).tolist()) or _UNKNOWN
