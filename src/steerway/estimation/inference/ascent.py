@@ -14,6 +14,9 @@ import numpy as np
 _TOLERANCE = 0.3
 """Gain of log posterior below which a round is the last: a tenth of what distinguishes two structures
 (`selection.BETTER`)."""
+_STANDS = 2.0
+"""Gain of scoring below which it stands still, and every number is tried by itself. Chosen: else new differences gain
+more for as many runs of the filter."""
 _FAILURES = 2
 """Steps in a row that lead down, each at most half as long as the one before, after which scoring has had its turn.
 Chosen."""
@@ -62,7 +65,7 @@ class Ascent:
 
 
 def climb(ascent: Ascent, rounds, least=-math.inf) -> bool:
-    """Go up in at most so many rounds: differences, scoring, every number by itself, scoring.
+    """Go up in at most so many rounds: differences and scoring; where that stands still, every number by itself.
 
     least: log posterior below which scoring is the last. Returns whether the last round gained hardly anything.
     """
@@ -72,10 +75,11 @@ def climb(ascent: Ascent, rounds, least=-math.inf) -> bool:
         score(ascent)
         if ascent.log < least:
             return False
-        scored = ascent.log
-        sweep(ascent)
-        if ascent.log - scored > _TOLERANCE:
-            score(ascent)
+        if ascent.log - before < _STANDS:
+            scored = ascent.log
+            sweep(ascent)
+            if ascent.log - scored > _TOLERANCE:
+                score(ascent)
         if ascent.log - before < _TOLERANCE:
             return True
     return False

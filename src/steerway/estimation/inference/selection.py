@@ -28,9 +28,9 @@ OPEN = 10_000
 """Fixes up to which the numbers of a structure are averaged over what the record leaves open, which costs time with
 every fix. Without that, deviations of a boat at constant speed in 1,001 fixes hold 79 to 89 % of the errors where they
 should hold 95."""
-START_VESSELS, FIRST_ROUNDS, FEW_ROUNDS, LAST_ROUNDS = 3, 5, 1, 3
+START_VESSELS, FIRST_ROUNDS, FEW_ROUNDS, LAST_ROUNDS, OTHER_ROUNDS = 3, 5, 1, 4, 3
 """Kinds of vessel that a fit begins from, and rounds of a fit at most: of the plain structure, of the others on few
-rows, the last. Chosen: each costs one to two runs of the filter for every number."""
+rows, of the best on many, of the others there. Chosen: each costs one to two runs of the filter for every number."""
 FAR_BEHIND, BEHIND = 20.0, 5.0
 """Log evidence by which a structure may be behind the best before it is given up: on few rows, and on many before it is
 fitted to them. Chosen: in five logs and scenes those that were best in the end were behind by up to 6 on few rows, and
@@ -103,7 +103,7 @@ def refitted(few: dict[tuple, Fit], rows, shortest, draws) -> dict[tuple, Fit]:
         expected, begin = tried.pop(parts)
         if expected < top.evidence:
             break
-        fits[parts] = fitted(parts, rows, begin, LAST_ROUNDS, shortest, top.log_posterior - LOST, draws)
+        fits[parts] = fitted(parts, rows, begin, OTHER_ROUNDS, shortest, top.log_posterior - LOST, draws)
     return fits
 
 
