@@ -14,12 +14,12 @@ from steerway.estimation.inference.record import excerpt
 from steerway.estimation.inference.starts import Scales, scales_of, starts, vessels
 
 PLAIN = ("base", "wander")
-OPTIONAL = ("waves", "antenna", "clock", "error", "steps")
+PARTS = ("waves", "antenna", "second_roll", "clock", "beat", "error", "quick_error", "steps", "slips")
 """Parts that a structure may have beside the plain ones."""
+SECOND = {"antenna": "second_roll", "error": "quick_error", "clock": "beat", "steps": "slips"}
+"""Parts that come with one of these only, and are tried where that is better than none."""
 OTHERWISE = ("error", "steps")
 """Parts that explain what the plain structure explains by the vessel: the search begins from a second vessel too."""
-SECOND = {"antenna": "second_roll", "error": "quick_error", "clock": "beat", "steps": "slips"}
-"""Parts that may come with one of these, where that is better than none."""
 
 FEW, MANY = 500, 1500
 """Rows for a first fit and for the last, a few minutes and half an hour of a usual receiver. Chosen: they
@@ -95,8 +95,8 @@ def refitted(few: dict[tuple, Fit], rows, shortest, draws) -> dict[tuple, Fit]:
         for parts, fit in few.items():
             if fit.evidence > few[first].evidence - FAR_BEHIND:
                 consider(parts, fit.values, penalty[parts], BEHIND)
-            more = tuple(part for part in parts if part not in best)
-            consider(best + more, fit.values, top.evidence - top.log_posterior + penalty[parts] - penalty[base], 0.0)
+            more = top.evidence - top.log_posterior - penalty[base]
+            consider(together(base, best, parts), fit.values, penalty[parts] + more, 0.0)
         if not tried:
             break
         parts = max(tried, key=lambda parts: tried[parts][0])
@@ -126,7 +126,7 @@ def screened(base, few, scales: Scales) -> dict[tuple, Fit]:
             fits[parts] = max(fits.get(parts, found), found, key=lambda fit: fit.evidence)
         return parts in fits and fits[parts].evidence > plain.evidence + BETTER
 
-    for part in OPTIONAL:
+    for part in (part for part in PARTS if part not in SECOND.values()):
         if part in OTHERWISE:
             compete(part, begin[1])
         if compete(part, plain) and part in SECOND:
@@ -146,7 +146,7 @@ def screened(base, few, scales: Scales) -> dict[tuple, Fit]:
     while good:  # until no other part makes the best better
         gains = {}
         for other in good:
-            parts = best + tuple(part for part in other[len(base) :] if part not in best)
+            parts = together(base, best, other)
             if parts not in fits:
                 one, two = fits[best].values, fits[other].values
                 [(begin, _)] = likeliest(parts, few, [two | one, one | two], shortest)
@@ -155,6 +155,12 @@ def screened(base, few, scales: Scales) -> dict[tuple, Fit]:
         good = [other for other in good if gains[other] > 0.0]
         best = max(fits, key=lambda parts: fits[parts].evidence)
     return {parts: fits[parts] for parts in sorted(fits, key=lambda parts: -fits[parts].evidence)}
+
+
+def together(base, *structures) -> tuple:
+    """The structure with the parts of all of these."""
+    parts = {part for each in structures for part in each}
+    return base + tuple(part for part in PARTS if part in parts)
 
 
 def weighed(fits: dict[tuple, Fit], draws=0) -> Inference:

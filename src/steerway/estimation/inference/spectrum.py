@@ -38,16 +38,20 @@ def periods_of(time, north, east) -> Periods:
     n = int(_SPAN / step)
     if n < _FEWEST:
         return Periods(_UNKNOWN, _UNKNOWN)
-    even = np.arange(time[0], time[-1], step)
-    place = np.interp(even, time, north) + 1j * np.interp(even, time, east)
     width = int(_SMOOTH / step)
     window, mean = np.hanning(n), np.ones(2 * width + 1) / (2 * width + 1)
-    total, segments = np.zeros((2, n // 2 + 1)), 0
-    for begin in range(0, len(even) - n, n // 2):
-        fixes = np.diff(np.searchsorted(time, [even[begin], even[begin + n]]))[0]
-        velocity = np.diff(place[begin : begin + n + 1]) / step
+    total, segments, begin = np.zeros((2, n // 2 + 1)), 0, time[0]
+    while begin + n * step <= time[-1]:
+        even = begin + step * np.arange(n + 1)
+        first, last = np.searchsorted(time, even[[0, -1]])
+        begin = max(even[n // 2], time[first])
+        if last - first < _COMPLETE * n:
+            continue
+        fixes = slice(max(first - 1, 0), last + 1)
+        place = np.interp(even, time[fixes], north[fixes]) + 1j * np.interp(even, time[fixes], east[fixes])
+        velocity = np.diff(place) / step
         usual = np.convolve(np.pad(velocity, width, mode="edge"), mean, "valid")
-        if fixes < _COMPLETE * n or np.median(np.abs(usual)) < _LEAST_SPEED:
+        if np.median(np.abs(usual)) < _LEAST_SPEED:
             continue
         turned = (velocity - usual) * np.exp(-1j * np.angle(usual))
         for which, each in enumerate((turned.real, turned.imag)):
