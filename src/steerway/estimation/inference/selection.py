@@ -12,6 +12,7 @@ import numpy as np
 from steerway.estimation.inference.fit import DRAWS, Fit, Rows, fitted, likeliest
 from steerway.estimation.inference.record import excerpt
 from steerway.estimation.inference.starts import Scales, scales_of, starts, vessels
+from steerway.estimation.inference.structures import VESSELS
 
 PLAIN = ("base", "wander")
 PARTS = ("waves", "antenna", "second_roll", "clock", "beat", "error", "quick_error", "steps", "slips")
@@ -78,10 +79,11 @@ def refitted(few: dict[tuple, Fit], rows, shortest, draws) -> dict[tuple, Fit]:
     begin with what the best found of the numbers that they share, where they hardly move, and only those are fitted
     that are not far behind there already.
     """
-    first, base = next(iter(few)), min(few, key=len)
+    first = next(iter(few))
     fits = {first: fitted(first, rows, few[first].values, LAST_ROUNDS, shortest, draws=draws)}
     tried: dict[tuple, tuple] = {}
     penalty = {parts: fit.evidence - fit.log_posterior for parts, fit in few.items()}
+    plain = next(parts for parts in few if parts == plain_of(parts))
 
     def consider(parts, values, penalty, behind):
         if parts not in fits and parts not in tried:
@@ -95,8 +97,8 @@ def refitted(few: dict[tuple, Fit], rows, shortest, draws) -> dict[tuple, Fit]:
         for parts, fit in few.items():
             if fit.evidence > few[first].evidence - FAR_BEHIND:
                 consider(parts, fit.values, penalty[parts], BEHIND)
-            more = top.evidence - top.log_posterior - penalty[base]
-            consider(together(base, best, parts), fit.values, penalty[parts] + more, 0.0)
+            more = top.evidence - top.log_posterior - penalty[plain]
+            consider(together(best, parts), fit.values, penalty[parts] + more, 0.0)
         if not tried:
             break
         parts = max(tried, key=lambda parts: tried[parts][0])
@@ -140,13 +142,13 @@ def screened(base, few, scales: Scales) -> dict[tuple, Fit]:
     good = [other for other in ranked if fits[other].evidence > plain.evidence + BETTER]
     if "error" in best:  # under which turns may have been taken for wander
         steady = tuple(part for part in best if part != "wander")
-        begin, _ = likeliest(steady, few, [fits[best].values | vessel for vessel in VESSELS], shortest)
-        fits[steady] = fitted(steady, few, begin, FEW_ROUNDS, shortest)
+        [(start, _)] = likeliest(steady, few, [fits[best].values | vessel for vessel in VESSELS], shortest)
+        fits[steady] = fitted(steady, few, start, FEW_ROUNDS, shortest)
         best = max(best, steady, key=lambda parts: fits[parts].evidence)
     while good:  # until no other part makes the best better
         gains = {}
         for other in good:
-            parts = together(base, best, other)
+            parts = together(best, other)
             if parts not in fits:
                 one, two = fits[best].values, fits[other].values
                 [(begin, _)] = likeliest(parts, few, [two | one, one | two], shortest)
@@ -157,10 +159,14 @@ def screened(base, few, scales: Scales) -> dict[tuple, Fit]:
     return {parts: fits[parts] for parts in sorted(fits, key=lambda parts: -fits[parts].evidence)}
 
 
-def together(base, *structures) -> tuple:
-    """The structure with the parts of all of these."""
-    parts = {part for each in structures for part in each}
-    return base + tuple(part for part in PARTS if part in parts)
+def together(structure, other) -> tuple:
+    """A structure with the parts that may be added to it of another."""
+    return plain_of(structure) + tuple(part for part in PARTS if part in structure or part in other)
+
+
+def plain_of(structure) -> tuple:
+    """The parts of a structure that are not among PARTS."""
+    return tuple(part for part in structure if part not in PARTS)
 
 
 def weighed(fits: dict[tuple, Fit], draws=0) -> Inference:
