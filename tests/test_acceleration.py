@@ -103,7 +103,6 @@ def test_the_swell_is_found_from_the_log(of_swell):
     assert "waves" in of_swell.parts and of_swell.values["surge_period"] == pytest.approx(10.0, rel=0.01)
 
 
-@pytest.mark.xfail(strict=True, reason="0.047: sixty swells of one height hardly determine a deviation")
 def test_the_height_of_the_swell_is_found_from_the_log(of_swell):
     assert of_swell.values["wave_surge"] > 0.05
 

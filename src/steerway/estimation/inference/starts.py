@@ -72,16 +72,18 @@ def starts(part, values, scales: Scales) -> list[list[dict]]:
     less = values | {"fix_std": 0.5 * values["fix_std"]}
     rolls = [period for period in periods.across if period < LONGEST_ROLL] or [2.0, 3.0]
     if part == "waves":
-        still = values | {"speed_std": 0.01, "wander_std": 0.003}
         along, across = ([p for p in each if p > _WAVE] or _SWELLS for each in periods)
-        surges = product((values, still), along, (0.05, 0.2))
-        yaws = product(across, (0.03, 0.1))
+        surges = product(({}, {"speed_std": 0.01}), along, (0.005, 0.05, 0.2))
+        yaws = product(({}, {"wander_std": 0.003}), across, (0.005, 0.03, 0.1))
         return [
-            [v | {"surge_period": period, "wave_surge": std, "wave_yaw": 0.01} for v, period, std in surges],
-            [{"yaw_period": period, "wave_yaw": std} for period, std in yaws],
+            [
+                v | still | {"surge_period": period, "wave_surge": std, "wave_yaw": 0.01}
+                for still, period, std in surges
+            ],
+            [still | {"yaw_period": period, "wave_yaw": std} for still, period, std in yaws],
         ]
     if part == "antenna":
-        all_ = product((values, less, values | {"fix_std": noise}), rolls, (0.02, 0.15))
+        all_ = product((values, less, values | {"fix_std": noise}), rolls, (0.005, 0.02, 0.15))
         return [[v | {"antenna_period": period, "antenna_std": std} for v, period, std in all_]]
     if part == "second_roll":
         return [[v | {"roll_period": period, "roll_std": std} for period, std in product(rolls, (0.02, 0.1))]]
@@ -89,7 +91,7 @@ def starts(part, values, scales: Scales) -> list[list[dict]]:
         errors = product(_sizes(noise, 0.2), (1.5, 5.0))
         return [[v | {"quick_std": std, "quick_time": time} for std, time in errors]]
     if part == "clock":
-        return [[v | {"time_std": std} for v, std in product((values, less), (0.01, 0.1))]]
+        return [[v | {"time_std": std} for v, std in product((values, less), (0.001, 0.01, 0.1))]]
     if part == "beat":
         beats = product((1.0, 0.3), (0.1, 0.3), (0.05, 0.2), periods.along)
         return [
