@@ -182,7 +182,8 @@ def response_of(known: Boat) -> Response:
     """What the steering filter knows of a boat."""
     _, time, *damping = known.yaw_response
     speeds, slowly = (known.cruise, known.top_speed), min(speed_time(known), 60.0)
-    return Response(time, known.turn_rate, *speeds, *damping, speed_time=slowly, pivot=known.pivot)
+    made = Response(time, known.turn_rate, *speeds, *damping, speed_time=slowly, pivot=known.pivot)
+    return made._replace(wander=max(made.wander, known.yaw_wander / known.turn_rate))
 
 
 def speed_time(known: Boat) -> float:
