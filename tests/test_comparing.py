@@ -82,6 +82,7 @@ def test_a_notebook_shows_extent_and_first_rows():
     assert repr(motion).startswith("Motion: 50 rows, 2023-11-14T22:13:20Z to")
     assert "<td>1.7000e9</td>" in motion._repr_html_()
     assert repr(fixes.rows(slice(0))) == "Fixes: no rows"
+    assert repr(Fixes(np.full(2, np.nan), np.full(2, 0.9), np.full(2, 0.2))) == "Fixes: 2 rows without a time"
 
 
 def test_a_filter_shows_what_it_estimates():

@@ -1,6 +1,7 @@
 """Heading MPC against a solver of its own kind, its limits, its freedom from offset; LQG beside it."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -220,6 +221,12 @@ def test_default_weights_are_the_paper_s_in_proportion_to_the_limits():
     assert first == pytest.approx(paper.step(1.0, 0.0) / RPM, abs=1e-6) and first > 15.0
     with pytest.raises(InputError, match=r"mpc\.change_weight is missing"):
         HeadingMpc(plant, InputLimits(), observer)
+
+
+def test_a_wanted_output_is_as_far_off_as_rounding_allows():
+    plant, limits, observer = autopilot_parts(PAPER_YAW)
+    far, near = (HeadingMpc(replace(plant, circular=False), limits, observer) for _ in range(2))
+    assert far.step(1e9, 2.5) == near.step(1e4 + 2.5, 2.5) > 0.0
 
 
 def test_the_first_heading_known_is_where_a_controller_begins():

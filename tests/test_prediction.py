@@ -173,6 +173,11 @@ def test_an_impossible_horizon_is_refused(horizon):
         predict(fleet(), horizon)
 
 
+def test_positions_without_a_time_are_refused():
+    with pytest.raises(steerway.InputError, match="no position with a time"):
+        predict(Fixes(np.full(3, np.nan), np.full(3, 0.9), np.full(3, 0.2)), profile="otter")
+
+
 def test_the_command(tmp_path):
     log, table = tmp_path / "ais.csv", tmp_path / "where.csv"
     fleet().to_frame().write_csv(log)

@@ -80,9 +80,12 @@ class Record(ABC):
             return "no rows"
         vessels = self.columns().get("mmsi")
         of = "" if vessels is None else f" of {len(np.unique(vessels))} vessels"
-        steps = np.diff(np.unique(self.time)) if vessels is None else np.empty(0)
+        time = self.time[np.isfinite(self.time)]
+        if len(time) == 0:
+            return f"{len(self)} rows{of} without a time"
+        steps = np.diff(np.unique(time)) if vessels is None else np.empty(0)
         rate = f", {1.0 / np.median(steps):.3g} Hz" if len(steps) else ""
-        ends = [iso(round(float(end), 3)) for end in (self.time.min(), self.time.max())]
+        ends = [iso(round(float(end), 3)) for end in (time.min(), time.max())]
         return f"{len(self)} rows{of}, {ends[0]} to {ends[1]}{rate}"
 
     def columns(self) -> dict[str, np.ndarray]:

@@ -95,9 +95,12 @@ def predict(
     if len(wrong):
         raise InputError(f"horizon is {wrong[0]:g}, expected more than 0 and at most {LONGEST_HORIZON:g} s")
     profile, aid = _chosen(fixes, profile, aid)
-    now = fixes.time[fixes.has_position].max()
+    fixes = fixes.rows(fixes.has_position & np.isfinite(fixes.time))
+    if len(fixes) == 0:
+        raise InputError("the log has no position with a time, expected at least one")
+    now = fixes.time.max()
     rows, vessels = [], []
-    for mmsi, track in fixes.rows(fixes.has_position).in_order().tracks():
+    for mmsi, track in fixes.in_order().tracks():
         silent = now - track.time[-1]
         if silent > LONGEST_GAP:
             continue
