@@ -30,6 +30,9 @@ _CHANGES = 15.0
 """Steps from 0 to the limit of the input that stand for a limit of its change where there is none: P4's
 300 rpm and 20 rpm."""
 
+_TOLERANCE, _ROUNDED = 1e-12, 1e-9
+"""Of the limits, in the input's unit; and where that fails, in shares of the change without limits, whose rounding of
+1e-16 grows with the condition of the QP."""
 _FARTHEST = 1e4
 """From the output to the wanted one, as which any farther one counts. Chosen: a thousand turns. At 10⁹ rounding in the
 solver is larger than its tolerance of the limits."""
@@ -121,12 +124,20 @@ class HeadingMpc(SampledHeading):
     def change(self, wanted: float) -> float:
         """The best Δu at the observer's states, within the limits to the solver's tolerance."""
         gradient, upper, lower = self.problem(wanted)
-        best, _, verdict, _ = self._solve(
-            self.hessian, gradient, self._sums, upper, lower, self._sense, primal_tol=1e-12, eps_prox=0.0
-        )
+        best, verdict = self._solved(gradient, upper, lower, _TOLERANCE)
+        if verdict < 1:  # of a change that no limit would hold, rounding exceeds the tolerance
+            unlimited = np.abs(np.linalg.solve(self.hessian, gradient)).max()
+            best, verdict = self._solved(gradient, upper, lower, _ROUNDED * unlimited)
         if verdict < 1:
             raise RuntimeError(f"DAQP gave up with code {verdict}")
         return float(best[0])
+
+    def _solved(self, gradient, upper, lower, tolerance):
+        """The changes and DAQP's verdict."""
+        best, _, verdict, _ = self._solve(
+            self.hessian, gradient, self._sums, upper, lower, self._sense, primal_tol=tolerance, eps_prox=0.0
+        )
+        return best, verdict
 
     def problem(self, wanted: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(gradient, upper, lower) of the QP ½ Δᵀ H Δ + gᵀ Δ, lower ≤ [Δ; ΣΔ] ≤ upper; H is `hessian`."""
