@@ -227,6 +227,8 @@ def test_a_wanted_output_is_as_far_off_as_rounding_allows():
     plant, limits, observer = autopilot_parts(PAPER_YAW)
     far, near = (HeadingMpc(replace(plant, circular=False), limits, observer) for _ in range(2))
     assert far.step(1e9, 2.5) == near.step(1e4 + 2.5, 2.5) > 0.0
+    with pytest.raises(InputError, match="applied is -inf"):
+        far.reset(applied=-math.inf)
 
 
 def test_the_first_heading_known_is_where_a_controller_begins():

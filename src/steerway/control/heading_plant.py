@@ -226,7 +226,9 @@ class SampledHeading(ABC):
 
     def reset(self, states: ArrayLike | None = None, applied: float = 0.0) -> None:
         """Forget everything; begin at `states` (n,), or at rest on the first heading known, with an input already
-        applied."""
+        applied. Raises InputError for one that is not finite."""
+        if not math.isfinite(applied):
+            raise InputError(f"applied is {applied:g}, expected a finite number")
         self.observer.reset(0.0 if states is None else states)
         self.input = applied
         self._is_begun = states is not None
