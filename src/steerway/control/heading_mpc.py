@@ -30,13 +30,6 @@ _CHANGES = 15.0
 """Steps from 0 to the limit of the input that stand for a limit of its change where there is none: P4's
 300 rpm and 20 rpm."""
 
-_TOLERANCE, _ROUNDED = 1e-12, 1e-9
-"""Of the limits, in the input's unit; and where that fails, in shares of the change without limits, whose rounding of
-1e-16 grows with the condition of the QP."""
-_FARTHEST = 1e4
-"""From the output to the wanted one, as which any farther one counts. Chosen: a thousand turns. At 10⁹ rounding in the
-solver is larger than its tolerance of the limits."""
-
 
 def default_weights(limits: InputLimits, output_weight: float | None, change_weight: float | None):
     """Q per rad² and R per unit² of input: as given, else P4's in proportion to the limits."""
@@ -52,6 +45,9 @@ def default_weights(limits: InputLimits, output_weight: float | None, change_wei
 
 _ROUNDING = 1e-12
 """Ratio of the least to the largest curvature of a QP below which rounding may make it concave: 5000 roundings."""
+_TOLERANCE, _ROUNDED = 1e-12, 1e-9
+"""Of the limits, in the input's unit; and where that fails, in shares of the change without limits, whose rounding of
+1e-16 grows with the condition of the QP."""
 
 
 class HeadingMpc(SampledHeading):
@@ -184,12 +180,11 @@ def _solver():
 @kernel
 def _problem(state, last, wanted, output, turn, size, change, slopes, gradient, upper, lower):
     n, m = len(output), len(gradient)
-    now = 0.0
-    for i in range(n):
-        now += output[i] * state[i]
     if turn < math.inf:
+        now = 0.0
+        for i in range(n):
+            now += output[i] * state[i]
         wanted -= turn * round((wanted - now) / turn)
-    wanted = now + min(max(wanted - now, -_FARTHEST), _FARTHEST)
     for j in range(m):
         gradient[j] = slopes[j, n + 1] * last + slopes[j, n + 2] * wanted
         for i in range(n + 1):

@@ -81,15 +81,15 @@ def refitted(few: dict[tuple, Fit], rows, shortest, draws) -> dict[tuple, Fit]:
     """
     first = next(iter(few))
     fits = {first: fitted(first, rows, few[first].values, LAST_ROUNDS, shortest, draws=draws)}
-    tried: dict[tuple, tuple] = {}
+    waiting: dict[tuple, tuple] = {}
     penalty = {parts: fit.evidence - fit.log_posterior for parts, fit in few.items()}
     plain = next(parts for parts in few if parts == plain_of(parts))
 
     def consider(parts, values, penalty, behind):
-        if parts not in fits and parts not in tried:
+        if parts not in fits and parts not in waiting:
             found = fits[best].values
             [(begin, log)] = likeliest(parts, rows, [values | found, found | values], shortest)
-            tried[parts] = log + penalty + behind, begin
+            waiting[parts] = log + penalty + behind, begin
 
     while len(fits) < FINALISTS:
         best = max(fits, key=lambda parts: fits[parts].evidence)
@@ -99,10 +99,10 @@ def refitted(few: dict[tuple, Fit], rows, shortest, draws) -> dict[tuple, Fit]:
                 consider(parts, fit.values, penalty[parts], BEHIND)
             more = top.evidence - top.log_posterior - penalty[plain]
             consider(together(best, parts), fit.values, penalty[parts] + more, 0.0)
-        if not tried:
+        if not waiting:
             break
-        parts = max(tried, key=lambda parts: tried[parts][0])
-        expected, begin = tried.pop(parts)
+        parts = max(waiting, key=lambda parts: waiting[parts][0])
+        expected, begin = waiting.pop(parts)
         if expected < top.evidence:
             break
         fits[parts] = fitted(parts, rows, begin, OTHER_ROUNDS, shortest, top.log_posterior - LOST, draws)

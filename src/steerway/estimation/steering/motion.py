@@ -213,7 +213,8 @@ def predict(
     mean = x[HEADING] + 0.5 * (rate * angle_left + steady * to_angle)
     c, s = math.cos(mean), math.sin(mean)
     asked = x[SPEED_GAIN] * speed - _along(x)
-    beyond = max(0.0, asked - _fastest(x, parameters)) if math.isfinite(speed) else 0.0
+    fastest = _fastest(x, parameters)
+    beyond = max(0.0, asked - fastest) if math.isfinite(speed) else 0.0
     move(x, order, speed, parameters, dt)
 
     for i in range(STATES):
@@ -239,7 +240,7 @@ def predict(
     if math.isfinite(speed):
         kept = math.exp(-dt / parameters[_SPEED_TIME])
         over_ground = parameters[_OVER_GROUND] > 0.0
-        limited = over_ground and not 0.0 < asked < max(parameters[_TOP], water)
+        limited = over_ground and not 0.0 < asked < fastest
         f[WATER_SPEED, WATER_SPEED] = 1.0 if limited and asked > water > parameters[_TOP] else kept
         f[WATER_SPEED, SPEED_GAIN] = 0.0 if limited else (1.0 - kept) * speed
         if over_ground and not limited:
