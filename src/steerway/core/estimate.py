@@ -55,6 +55,9 @@ class Estimate(NamedTuple):
         return not math.isnan(self.current_north)
 
 
+NOTHING_KNOWN = Estimate(*[math.nan] * 11)
+
+
 class Estimator(Protocol):
     """What makes an estimate of measurements."""
 

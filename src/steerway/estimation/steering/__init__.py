@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.estimation.steering.filter import Found, SteeringFilter
+    from steerway.estimation.steering.filter import SteeringFilter
     from steerway.estimation.steering.motion import Response
     from steerway.estimation.steering.onboard import SteeringEstimator
 
-__all__ = ["Found", "Response", "SteeringEstimator", "SteeringFilter"]
+__all__ = ["Response", "SteeringEstimator", "SteeringFilter"]
 __getattr__, __dir__ = on_demand(__name__)

@@ -6,12 +6,12 @@ extended Kalman filter of `motion`; the first turns show which is right.
 
 import math
 from collections import deque
-from typing import NamedTuple
 
 import numpy as np
 
 from steerway.core.angles import wrap
 from steerway.core.checks import positive
+from steerway.core.estimate import NOTHING_KNOWN, Estimate
 from steerway.core.kinematics import turning_rate
 from steerway.estimation.steering.correction import (
     GOOD,
@@ -74,36 +74,6 @@ _COMPASS_STD = math.radians(10.0)
 _COMPASS_NEEDED = math.radians(6.0)
 """rad of heading, above which a compass is asked: positions know it better, and have no deviation. Chosen: below
 `_COMPASS_STD`."""
-
-
-class Found(NamedTuple):
-    """What is known at a time; SI, rad. Deviations are 1σ, NaN where nothing is known."""
-
-    north: float
-    east: float
-    sog: float
-    cog: float
-    course_rate: float
-    sog_std: float
-    cog_std: float
-    course_rate_std: float
-    position_std: float
-    heading: float  # of the motion through the water
-    yaw_rate: float
-    heading_std: float
-    water_speed: float
-    current_north: float
-    current_east: float
-    yaw_bias: float
-    speed_gain: float
-    yaw_gain: float
-    yaw_damping: float
-    yaw_time: float
-    current_std: float
-    velocity_std: float
-
-
-NOTHING = Found(*[math.nan] * len(Found._fields))
 
 
 class SteeringFilter:
@@ -219,16 +189,16 @@ class SteeringFilter:
             found = any_heading(self._states[best], self._covariances[best], self.response)
             self._states, self._covariances, self._weights = found
 
-    def at(self, time: float) -> Found:
-        """The motion at a time, by the orders since the last fix."""
+    def at(self, time: float) -> Estimate:
+        """The motion at a time, by the orders since the last fix; the heading is that through the water."""
         if not self.started:
-            return NOTHING
+            return NOTHING_KNOWN
         best = int(np.argmax(self._weights))
         age, pivot = time - self._time, self.response.pivot
         x, p = self._moved(best, time), self._covariances[best]
         if self._sureness is None:  # the same until the next fix
             self._sureness = self._heading_std(best), self._current_std(best)
-        return _found(x, p, *self._sureness, age, pivot)
+        return _estimate(x, p, *self._sureness, age, pivot)
 
     def _moved(self, best, time):
         """The state at a time, from the state asked for last where that was earlier."""
@@ -313,7 +283,7 @@ def _same(one, other):
     return one == other or (math.isnan(one) and math.isnan(other))
 
 
-def _found(x, p, heading_std, current_std, age, pivot):
+def _estimate(x, p, heading_std, current_std, age, pivot):
     c, s = math.cos(x[HEADING]), math.sin(x[HEADING])
     u, rate = x[WATER_SPEED], x[YAW_RATE]
     h = np.zeros((2, len(x)))
@@ -326,8 +296,7 @@ def _found(x, p, heading_std, current_std, age, pivot):
     along, across = (math.sqrt(max(float(axis @ velocity @ axis), 0.0)) for axis in (ahead, abeam))
     rate_std = math.sqrt(max(p[YAW_RATE, YAW_RATE], 0.0))
     position_std = math.sqrt(max(0.5 * (p[NORTH, NORTH] + p[EAST, EAST]), 0.0))
-    velocity_std = math.hypot(along, across)
-    return Found(
+    return Estimate(
         float(x[NORTH]) - pivot * c,
         float(x[EAST]) - pivot * s,
         sog,
@@ -336,7 +305,7 @@ def _found(x, p, heading_std, current_std, age, pivot):
         along,
         min(math.pi, across / max(sog, 1e-6)),
         rate_std,
-        position_std + velocity_std * max(age, 0.0),
+        position_std + math.hypot(along, across) * max(age, 0.0),
         wrap(float(x[HEADING])),
         float(rate),
         heading_std,
@@ -349,5 +318,4 @@ def _found(x, p, heading_std, current_std, age, pivot):
         float(x[DAMPING]),
         float(x[TIME]),
         current_std,
-        velocity_std,
     )

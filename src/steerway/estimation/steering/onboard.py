@@ -33,14 +33,9 @@ class SteeringEstimator:
             velocity = sog * math.cos(cog), sog * math.sin(cog)
             self.filter.fix(self._now - age, north, east, *velocity, self._heading, self._yaw_rate)
             self._heading = self._yaw_rate = math.nan
-        return estimate_of(self.filter.at(self._now))
+        return self.filter.at(self._now)
 
     def order(self, yaw: float, speed: float) -> None:
         """What the actuators made of the autopilot's output, and the ordered speed through the water (m/s, or NaN)."""
         if self.follows_orders:
             self.filter.order(self._now, self._gain * yaw, speed)
-
-
-def estimate_of(found) -> Estimate:
-    """An estimate of what the filter found."""
-    return Estimate(*found[:-1])

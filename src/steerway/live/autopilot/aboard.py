@@ -3,9 +3,8 @@
 import math
 
 from steerway.core.earth import displacement
-from steerway.core.estimate import Estimate
+from steerway.core.estimate import NOTHING_KNOWN, Estimate
 from steerway.estimation.steering import Response, SteeringFilter
-from steerway.estimation.steering.onboard import estimate_of
 from steerway.live.autopilot.headings import MeasuredHeading
 from steerway.live.base.rows import InputRow, Row
 
@@ -66,9 +65,9 @@ class Aboard:
 
     def _estimate(self, row):
         if not row.valid:
-            return Estimate(*[math.nan] * 11)
+            return NOTHING_KNOWN
         if self.filter.started and row.time - self._fixed <= _LONGEST_GAP:
-            return estimate_of(self.filter.at(row.time))
+            return self.filter.at(row.time)
         north, east = displacement(row.latitude, row.longitude, *self._origin)
         motion = row.sog, row.cog, row.course_rate, row.sog_std, row.cog_std, row.course_rate_std, row.position_std
         return Estimate(north, east, *motion, math.nan, math.nan)
