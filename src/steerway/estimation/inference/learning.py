@@ -20,7 +20,7 @@ from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, Bank, empty_bank, room_to_keep
 from steerway.estimation.inference.record import Measurements, extrapolated, measurements
 from steerway.estimation.inference.selection import PLAIN, Structure, infer
-from steerway.estimation.inference.stream import ELAPSED, InferredFilter, Set, alone, set_of
+from steerway.estimation.inference.stream import ELAPSED, InferredFilter, Set, set_of
 from steerway.estimation.inference.structures import VESSELS, parameters_of
 from steerway.estimation.inference.track import run_record
 from steerway.estimation.profiles.inferred import InferredProfile
@@ -143,11 +143,8 @@ class LearningFilter(InferredFilter):
             structures = self._structures(record, [name for name in known if name in self.aid])
             running, banks = set_of(structures), []
             for each in running.structures:
-                bank, nothing = empty_bank(each.states), np.empty(0)
-                *columns, restarts = record
-                out, kept = np.empty((0, FUSED + 2)), room_to_keep(0, each.states)
-                run_record(*columns, each.model, bank, each.motion_states, restarts, out, nothing, 0, kept)
-                banks.append(bank)
+                banks.append(empty_bank(each.states))
+                _run(record, each, banks[-1])
             self.learned = InferredProfile.of(structures, "learned")
             if self.keep is not None:
                 self.keep(self.learned)
@@ -168,27 +165,38 @@ class LearningFilter(InferredFilter):
         if self._found is None or self._set.fading:
             return
         (running, banks, until, self._measurements), self._found = self._found, None
-        each_alone = [alone(one, bank) for one, bank in zip(running.structures, banks, strict=True)]
-        for time, first, second, excess, aids in [each for each in self._rows if each[0] > until]:
-            table = np.array([aids]) if aids else np.empty((0, len(AIDS)))
-            first = self._measured(time, first)
-            for each in each_alone:
-                each.step(time - until, first, second, excess, table)
-            until = time
-        rest = self._state[ELAPSED] - until
-        for each in each_alone:
-            each.step(rest, _UNKNOWN, _UNKNOWN, 1.0, np.empty((0, len(AIDS))))
+        rest = [(until, _UNKNOWN, _UNKNOWN, 1.0, ())]
+        for time, first, *others in [each for each in self._rows if each[0] > until]:
+            rest.append((time, self._measured(time, first), *others))
+        rest.append((self._state[ELAPSED], _UNKNOWN, _UNKNOWN, 1.0, ()))
+        record = _columns(rest)
+        for each, bank in zip(running.structures, banks, strict=True):
+            _run(record, each, bank)
         self.take_up(running, banks)
 
 
-def _record(rows) -> tuple[Rows, Measurements | None]:
-    """Rows of a window as a record in the plane of the filter, and when the receiver measures."""
+def _run(record, one, bank):
+    """Over a record by one structure; its bank goes on from where it is, or begins."""
+    *columns, restarts = record
+    out, kept = np.empty((0, FUSED + 2)), room_to_keep(0, one.states)
+    run_record(*columns, one.model, bank, one.motion_states, restarts, out, np.empty(0), 0, kept)
+
+
+def _columns(rows) -> Rows:
+    """Rows of a window as columns."""
     time, north, east, excess = (np.array([each[i] for each in rows], dtype=np.float64) for i in range(4))
     unknown = (_UNKNOWN,) * len(AIDS)
     table = (
         np.array([each[4] or unknown for each in rows]) if any(each[4] for each in rows) else np.empty((0, len(AIDS)))
     )
+    return Rows(time, north, east, excess, table, np.empty(0, np.int64))
+
+
+def _record(rows) -> tuple[Rows, Measurements | None]:
+    """Rows of a window as a record in the plane of the filter, and when the receiver measures."""
+    record = _columns(rows)
+    time, north, east, *_ = record
     fixed = np.flatnonzero(np.isfinite(north))
     guessed = extrapolated(time[fixed], north[fixed], east[fixed])
     north[fixed[guessed]] = _UNKNOWN
-    return Rows(time, north, east, excess, table, np.empty(0, np.int64)), measurements(time[fixed], guessed)
+    return record, measurements(time[fixed], guessed)

@@ -76,12 +76,6 @@ class Alike(NamedTuple):
         step(self.banks, self.models, dt, first, second, excess, aids, self.motion_states, self.outs)
 
 
-def alone(one: Running, bank: Bank) -> Alike:
-    """One structure, to be stepped by itself."""
-    banks, models = (type(each)(*(part[None] for part in each)) for each in (bank, one.model))
-    return Alike(banks, models, one.motion_states, np.empty((1, FUSED + 3)))
-
-
 class Set(NamedTuple):
     """Structures that run together: those fading out first. `learns`: weights follow the likelihood, as of a prior."""
 
