@@ -78,7 +78,8 @@ def messages(file: BinaryIO, metadata: dict | None = None) -> Iterator[Message]:
         raise
     except (McapError, *_DAMAGE) as error:
         if not schemas and not channels:
-            raise InputError(f"MCAP is damaged from the beginning ({error}), expected a recording") from None
+            why = f" ({error})" if str(error) else ""
+            raise InputError(f"MCAP is damaged from the beginning{why}, expected a recording") from None
 
 
 def _records(file) -> Iterator:

@@ -83,14 +83,16 @@ def replay(path: str | Path) -> Replayed:
     require_mcap(str(path))
     try:
         with open(path, "rb") as file:
-            return _replayed(file, path)
+            return _replayed(file)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}), expected a recording of live --record") from None
 
 
-def _replayed(file, path):
+def _replayed(file):
     if file.read(len(MAGIC)) != MAGIC:
-        raise InputError(f"{path}: is no MCAP, expected a recording of live --record")
+        raise InputError("is no MCAP, expected a recording of live --record")
     file.seek(0)
     metadata: dict = {}
     kept, recorded, service, inputs, orders = _Kept(), [], None, 0, 0
@@ -102,8 +104,8 @@ def _replayed(file, path):
     file.seek(0)
     for message in messages(file, metadata):
         if SETTINGS not in metadata:
-            raise InputError(f"{path}: is no recording of Steerway, expected one of live --record")
-        service = service or _service(json.loads(metadata[SETTINGS]["settings"]), kept, moments, path)
+            raise InputError("is no recording of Steerway, expected one of live --record")
+        service = service or _service(json.loads(metadata[SETTINGS]["settings"]), kept, moments)
         if message.topic == INPUT:
             inputs += 1
             _feed(service, json.loads(message.data))
@@ -113,7 +115,7 @@ def _replayed(file, path):
     if service is not None and len(recorded) > len(kept.rows):
         kept.rows += service.navigator.finish()
     if service is None:
-        raise InputError(f"{path}: holds no message, expected a recording of live --record")
+        raise InputError("holds no message, expected a recording of live --record")
     repeated = kept.rows[: len(recorded)] if _is_cut(file) else kept.rows
     return Replayed(recorded, repeated, inputs, orders, metadata[SETTINGS].get("code", ""))
 
@@ -124,9 +126,9 @@ def _is_cut(file):
     return file.read() != MAGIC
 
 
-def _service(settings, kept, moments, path):
+def _service(settings, kept, moments):
     text, latency, learns = settings.pop("profile"), settings.pop("latency"), settings.pop("learns", False)
-    profile = None if text is None else parse_profile(text, f"profile in {path}")
+    profile = None if text is None else parse_profile(text, "its profile")
     settings |= {"aid": tuple(settings["aid"]), "sources": tuple(settings["sources"])}
     tuning = RepeatedLearning(profile, settings["aid"], moments) if learns else profile
     return Service(Navigator(tuning, **settings), [kept], settings["rate"] or RATE, latency)
