@@ -127,7 +127,7 @@ CAUSES = {
     "time back": (stepped(-3.0), 0.0, "time has stepped"),
     "time far back": (stepped(-3600.0), 0.0, "time stepped"),
     "late fixes": (changed_by(delayed(4.0)), 4.4, "fixes come more than 2 s late"),
-    "watchdog": (lambda desk: desk.hang(0.7), 0.0, "the service was late by 0.7 s"),
+    "watchdog": (lambda desk: desk.hang(2.2), 0.0, "the service was late by 2.2 s"),
     "link": (lambda desk: desk.autopilot.link("mavlink", False), 0.0, "link mavlink is lost"),
     "person": (lambda desk: desk.autopilot.stop(), 0.0, "stopped by command"),
 }
@@ -146,6 +146,28 @@ def test_every_cause_leads_to_the_safe_output_in_time(name, safe):
         assert order[3:7] == (0.0, 0.0, 0.0, 0.0)
         assert order.reason == desk.order.reason
     assert re.search(output, desk.order.reason), desk.order.reason
+
+
+@pytest.mark.parametrize("seconds", [0.6, 1.0, 1.9])
+def test_a_late_service_is_reported_and_steers_on(seconds):
+    """Also in a turn; a vehicle follows its last order meanwhile."""
+    desk = under_way()
+    desk.until(lambda: desk.leg.destination == "WP2", 120.0)
+    desk.hang(seconds)
+    order = desk.sail(0.2)[-1]
+    assert order.state is State.DEGRADED and order.engaged
+    assert order.reason == f"the service was late by {seconds + TICK:.1f} s"
+    elapsed, off = off_the_line(desk).T
+    assert desk.order.reason == "the route is finished" and rms(off[elapsed > 15.0]) < 1.0
+
+
+def test_a_service_that_is_late_again_and_again_stops():
+    desk = under_way()
+    for _ in range(4):
+        assert desk.order.state in UNDER_WAY
+        desk.hang(0.6)
+        desk.sail(1.0)
+    assert desk.order.state is State.STOPPED and "the service was late by" in desk.order.reason
 
 
 @pytest.mark.parametrize("rate", [0.5, 1.0, 10.0])

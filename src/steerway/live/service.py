@@ -105,7 +105,7 @@ class Service:
         for estimate in estimates:
             if not math.isnan(now):
                 self.clock.add(estimate.time, now)
-            self._fix(estimate)
+            self._fix(estimate, now)
 
     async def run(self, inputs: Sequence[Input], links: Sequence[Sink] = ()) -> None:
         """Run until cancelled; `links` are those of the outputs."""
@@ -149,9 +149,11 @@ class Service:
             self.supervisor.untimely()
         return estimates
 
-    def _fix(self, row):
+    def _fix(self, row, now=math.nan):
+        """A new estimate; `now` is when its fix arrived, NaN in a replay."""
         if self.supervisor is not None:
-            self.supervisor.fix(row, self.navigator.last_input)
+            since = now - self._ticked
+            self.supervisor.fix(row, self.navigator.last_input, since if since > 0.0 else 0.0)
         for output in self.outputs:
             output.fix(row)
 

@@ -9,6 +9,8 @@ from steerway.live.base.rows import Row
 
 LASTING = 0.5
 """s for which speed or distance has to be beyond a limit, since an estimate scatters."""
+_LONGEST_STEP = 0.2
+"""s of a step that count: what was seen once does not last because the step is late."""
 ACCELERATING = 15.0
 """s after the start, and after a position was held, within which the least speed is not checked."""
 
@@ -37,7 +39,7 @@ class LimitGuard:
         is_held = leg is not None and leg.is_held
         self._under_way = 0.0 if is_held else self._under_way + dt
         beyond = self._beyond_limit(row, leg, self._low if self._under_way > ACCELERATING else 0.0)
-        self._beyond = self._beyond + dt if beyond else 0.0
+        self._beyond = self._beyond + min(dt, _LONGEST_STEP) if beyond else 0.0
         return self._left(row) or (beyond if self._beyond >= LASTING else "")
 
     def _left(self, row):

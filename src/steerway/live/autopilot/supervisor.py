@@ -108,10 +108,13 @@ class Supervisor:
         else:
             self.stop(reason)
 
-    def fix(self, row: Row, measured: InputRow | None = None) -> None:
-        """A fix was used, or rejected by the navigator's filter; `measured` is what the receiver gave."""
+    def fix(self, row: Row, measured: InputRow | None = None, since: float = 0.0) -> None:
+        """A fix was used, or rejected by the navigator's filter; `measured` is what the receiver gave.
+
+        `since`: s from the last step to its arrival.
+        """
         is_new = measured is not None and measured.time == row.time
-        self._watch.fix(row, self.pilot.estimator.fix(measured) if is_new else None)
+        self._watch.fix(row, self.pilot.estimator.fix(measured) if is_new else None, since)
 
     def take(self, row: InputRow) -> None:
         """Whatever a link reports, used by the navigator or not."""

@@ -11,6 +11,9 @@ from steerway.live.base.rows import Row
 
 LATE_TICK = 0.5
 """s between two steps above which the service is late."""
+LONGEST_LATE, FORGIVEN = 2.0, 0.1
+"""s by which steps may be late in all, and the part of the time by which that falls. The boat follows the last order
+meanwhile, as the estimate does. Chosen: below the 3 s after which ArduPilot drops an order."""
 SETTLED = 3.0
 """s without trouble before the autopilot is ready."""
 LARGEST_COURSE_STD = math.radians(30.0)
@@ -44,6 +47,7 @@ class Watch:
         self._knows_orders = False
         self._event = ""
         self._links: dict[str, bool] = {}
+        self._late = self._lateness = 0.0  # s by which steps were late, less what is forgiven
         self._nis: deque[float] = deque(maxlen=_KEPT)
         self._times: deque[float] = deque(maxlen=_KEPT)
         self._clock = FixClock()
@@ -55,13 +59,14 @@ class Watch:
         """Whether the peer of a link answers."""
         self._links[name] = alive
 
-    def fix(self, row: Row, fits: bool | None = None) -> None:
-        """A fix was used. fits: whether by the autopilot's own estimate, which knows the orders; None without one.
+    def fix(self, row: Row, fits: bool | None = None, since: float = 0.0) -> None:
+        """A fix was used, so many s after the last step. fits: whether by the autopilot's own estimate, which knows the
+        orders; None without one.
 
         Then refusals of the navigator's filter do not count: it does not know of the turns that are ordered.
         """
         self._untimely_since = math.nan
-        self._judge_time(row.time)
+        self._judge_time(row.time, self._now + since)
         self._knows_orders = fits is not None
         if row.status == _REJECTED if fits is None else not fits:
             self._unfit_since = _since(self._unfit_since, self._now)
@@ -80,9 +85,7 @@ class Watch:
     def step(self, row: Row, dt: float) -> str:
         """Why to stop, "" for no reason."""
         self._now += dt
-        if dt > LATE_TICK:
-            self._event = f"the service was late by {dt:.1f} s"
-            self._forget_clock()
+        self._judge_lateness(dt)
         trouble, self._event = self._event or self._lasting_trouble(row), ""
         self.settled = 0.0 if trouble or self._obstacle_now(row) else self.settled + dt
         return trouble
@@ -93,6 +96,8 @@ class Watch:
             return f"no fix for {self._age(row):.0f} s, by dead reckoning"
         if not math.isnan(self._unfit_since):
             return "fixes do not fit the estimate"
+        if self._late > 0.0:
+            return f"the service was late by {self._lateness:.1f} s"
         return "the course is not known" if math.isnan(row.cog) and not self._knows_orders else ""
 
     def obstacle(self, row: Row) -> str:
@@ -140,12 +145,27 @@ class Watch:
     def _lost_link(self):
         return next((f"link {name} is lost" for name, alive in self._links.items() if not alive), "")
 
-    def _judge_time(self, time):
-        ahead = time - self._clock.now(self._now)
+    def _judge_lateness(self, dt):
+        """A late step is no trouble by itself; in its time no fix could end what lasts."""
+        if dt <= LATE_TICK:
+            self._late = max(self._late - FORGIVEN * dt, 0.0)
+            return
+        self._late, self._lateness = self._late + dt, dt
+        self._unfit_since += dt
+        self._unknown_since += dt
+        self._late_since += dt
+        self._untimely_since += dt
+        if self._late > LONGEST_LATE:
+            self._event = f"the service was late by {self._late:.1f} s"
+            self._late = 0.0
+            self._forget_clock()
+
+    def _judge_time(self, time, now):
+        ahead = time - self._clock.now(now)
         if ahead > STEP or (self._times and time < self._times[-1]):
             self._event = f"the receiver's time stepped by {ahead:+.1f} s"
             self._forget_clock()
-        self._clock.add(time, self._now)
+        self._clock.add(time, now)
         if not self._times or time > self._times[-1]:
             self._times.append(time)
             self._advanced = self._now

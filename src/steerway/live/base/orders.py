@@ -11,7 +11,7 @@ class State(StrEnum):
     IDLE = "idle"
     READY = "ready"
     RUNNING = "running"
-    DEGRADED = "degraded"  # steers, by dead reckoning or with fixes that do not fit
+    DEGRADED = "degraded"  # steers, by dead reckoning, with fixes that do not fit, or after a late tick
     STOPPED = "stopped"
 
 

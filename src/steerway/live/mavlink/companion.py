@@ -20,6 +20,7 @@ CARRIERS = ("udpin", "udpout", "tcp")
 """What carries MAVLink, beside a serial line."""
 _PERIOD = 0.05  # s between checks of what is due
 _STALE = 0.5  # s after which an order is no longer carried out
+_LATE = 0.2  # s after which what came meanwhile is used, and a tick made, before link and order are judged
 _ONBOARD_COMPUTER = 191  # MAV_COMP_ID_ONBOARD_COMPUTER
 
 
@@ -100,8 +101,11 @@ class Companion:
 
     async def _send(self):
         while True:
-            self._send_now(time.monotonic())
+            before = time.monotonic()
+            self._send_now(before)
             await asyncio.sleep(_PERIOD)
+            if time.monotonic() - before > _LATE:
+                await asyncio.sleep(_PERIOD)
 
     def _send_now(self, now):
         if self.supervisor is not None:
