@@ -113,7 +113,7 @@ def test_rows_and_tables_tell_the_state(voyage):
 def test_addresses_of_propellers(tmp_path):
     output, _ = addresses.output("udp://127.0.0.1:1234?format=propellers")
     assert isinstance(output, PropellerCommands)
-    assert isinstance(addresses.output("stdout:?say=propellers")[0], PropellerCommands)
+    assert isinstance(addresses.output("stdout:?format=propellers")[0], PropellerCommands)
     assert isinstance(addresses.output("stdout:")[0], JsonLines)
     assert isinstance(addresses.output("udp://127.0.0.1:1234?format=json")[0], JsonLines)
     with pytest.raises(InputError, match="option 'period' is unknown, expected format"):

@@ -208,8 +208,3 @@ def test_a_long_gap_of_readings_widens_every_deviation():
 def test_mis_shaped_models_are_refused(wrong):
     with pytest.raises(InputError, match="expected"):
         wrong()
-
-
-def test_the_old_name_of_step_warns_once_a_line():
-    with pytest.warns(FutureWarning, match=r"second is now CompositeFilter\.step"):
-        assert CompositeFilter(MODEL).second(0.5, np.zeros(40)) == CompositeFilter(MODEL).step(0.5, np.zeros(40))

@@ -409,6 +409,4 @@ def test_a_position_has_one_unit():
     assert estimator.position == (1.0, 0.2) and np.isnan(estimator.position_north_east).all()
     estimator = FiveStateFilter("otter")
     estimator.update_north_east(30.0, 40.0)
-    assert estimator.position_north_east == (30.0, 40.0)
-    with pytest.warns(FutureWarning, match="position_north_east"):
-        assert estimator.position == (30.0, 40.0)
+    assert estimator.position_north_east == (30.0, 40.0) and np.isnan(estimator.position).all()

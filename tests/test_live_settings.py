@@ -99,16 +99,6 @@ def launched(monkeypatch, *arguments):
     return taken[0]
 
 
-def test_the_old_key_and_option_of_dead_reckoning_are_taken_with_a_warning(tmp_path, monkeypatch, caplog, capsys):
-    assert output(tmp_path, "patience = 4.0\n").max_dead_reckoning == 4.0
-    assert [each.getMessage() for each in caplog.records] == [
-        f"settings {tmp_path / 'boat.toml'}: the key patience is now max_dead_reckoning"
-    ]
-    assert launched(monkeypatch, "--patience", "3").max_dead_reckoning == 3.0
-    assert "the option --patience is now --max-dead-reckoning" in capsys.readouterr().err
-    assert launched(monkeypatch, "--max-dead-reckoning", "2").max_dead_reckoning == 2.0
-
-
 def test_helm_without_an_address_is_the_usual_one(monkeypatch):
     for arguments in (["--helm"], ["--helm", "--rate", "5"], ["--helm", "127.0.0.1:8080"]):
         assert launched(monkeypatch, *arguments).helm == "127.0.0.1:8080"

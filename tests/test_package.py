@@ -1,15 +1,11 @@
 """The front door: public names are there when they are asked for, and nothing heavy before."""
 
-import importlib
-import importlib.util
 import subprocess
 import sys
 
 import pytest
 
 import steerway
-from steerway.core.moved import MOVED
-from steerway.pilot import Pilot
 
 
 def test_every_public_name_is_there():
@@ -30,24 +26,6 @@ def test_the_door_alone_is_light():
     assert printed.stdout.split() == ["False", "Fixes"]
 
 
-def test_modules_that_moved_are_found_by_their_old_names():
-    with pytest.warns(FutureWarning, match="steerway.guidance.leg is now steerway.core.leg"):
-        old = importlib.import_module("steerway.guidance.leg")
-    assert old is importlib.import_module("steerway.core.leg")
-    assert old.__spec__.name == "steerway.core.leg"
-    with pytest.warns(FutureWarning, match="steerway.papers is now steerway_studies.papers"):
-        from steerway.papers.ekf_5states import ekf_5states
-    assert steerway.papers.ekf_5states is ekf_5states
-    with pytest.raises(ModuleNotFoundError):
-        importlib.import_module("steerway.guidance.legs")
-
-
-def test_every_old_name_leads_somewhere():
-    assert all(importlib.util.find_spec(new) for new in MOVED.values())
-
-
-def test_old_methods_and_arguments():
-    with pytest.warns(FutureWarning, match="Profile.model is now Profile.parameters"):
-        assert steerway.Profile.named("otter").model().size
-    with pytest.warns(FutureWarning, match="the argument patience is now max_dead_reckoning"):
-        assert Pilot(*5 * [None], patience=3.0).max_dead_reckoning == 3.0
+def test_the_package_is_a_command():
+    shown = subprocess.run([sys.executable, "-m", "steerway", "--version"], capture_output=True, text=True, check=True)
+    assert shown.stdout.split()[-1] == steerway.__version__

@@ -7,7 +7,6 @@ steerway.write(motion, "sortie.csv")
 
 from typing import TYPE_CHECKING
 
-from steerway.core.moved import redirect_moved_modules
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
@@ -20,5 +19,3 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 __all__ = ["FiveStateFilter", "Fixes", "InputError", "Motion", "Profile", "estimate", "read", "survey", "tune", "write"]
 __getattr__, __dir__ = on_demand(__name__)
-
-redirect_moved_modules()

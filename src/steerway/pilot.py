@@ -18,7 +18,6 @@ from steerway.core.checks import one_of, positive
 from steerway.core.estimate import Estimate, Estimator, Measurements
 from steerway.core.kinematics import heading_for
 from steerway.core.leg import LegState
-from steerway.core.moved import renamed_argument
 from steerway.guidance.line_of_sight import GuidanceLaw
 from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
@@ -135,7 +134,6 @@ class Pilot:
     max_dead_reckoning: time without a position after which the engines stop, s.
     """
 
-    @renamed_argument("patience", "max_dead_reckoning")
     def __init__(
         self,
         estimator: Estimator,

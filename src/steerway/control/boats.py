@@ -5,9 +5,7 @@ for the vessels that a scenario can name.
 """
 
 import math
-import warnings
 from dataclasses import dataclass, replace
-from importlib import import_module
 
 from steerway.control.course import AnglePID, place_poles
 from steerway.control.handover import Autopilot, HandOver, Steerageway
@@ -108,11 +106,6 @@ class Boat:
         """The response of the yaw rate to the autopilot's output."""
         return self.yaw or YawResponse(self.nomoto_gain, self.nomoto_time)
 
-    def helm(self, shaper, steerageway: Steerageway | None = None) -> Autopilot:
-        """The old name of `autopilot`."""
-        warnings.warn("Boat.helm is now Boat.autopilot", FutureWarning, stacklevel=2)
-        return self.autopilot(shaper, steerageway)
-
     def speed_loop(self, kind: str = "pi") -> SpeedPI | ForceLoop | None:
         """A speed loop of one of `speed_force.CONTROLLERS`, None for a boat without one."""
         return speed_loop(kind, self.speed, self.full_shaft) if self.speed else None
@@ -124,19 +117,3 @@ class Boat:
     def but(self, **changes) -> "Boat":
         """The same boat with other numbers."""
         return replace(self, **changes)
-
-
-_MOVED = {
-    "OTTER": ("otter", "BOAT"),
-    "OTTER_GENTLY": ("otter", "BOAT_FOR_SMALL_MOMENTS"),
-    "MARINER": ("mariner", "BOAT"),
-}
-
-
-def __getattr__(name):
-    """The boats that are now declared beside their vessels, by their old names."""
-    if name not in _MOVED:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    file, present = _MOVED[name]
-    warnings.warn(f"{__name__}.{name} is now steerway.vessels.{file}.{present}", FutureWarning, stacklevel=2)
-    return getattr(import_module(f"steerway.vessels.{file}"), present)

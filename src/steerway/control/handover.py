@@ -6,7 +6,6 @@ the way its bow points; else by heading. Simulation and live steer by this one.
 """
 
 import math
-import warnings
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -154,10 +153,3 @@ class Autopilot:
         desired, desired_rate, acceleration = shaper.reference
         shaper.start(angle - wrap(last_angle - desired), desired_rate + rate - last_rate, acceleration)
         self.controller.start(self.controller.command, shaper.reference, angle, rate)
-
-
-def __getattr__(name):
-    if name == "Helm":
-        warnings.warn("steerway.control.handover.Helm is now Autopilot", FutureWarning, stacklevel=2)
-        return Autopilot
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

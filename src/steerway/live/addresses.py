@@ -1,9 +1,7 @@
 """From addresses to inputs and outputs, by the tables in `schemes` and `outputs.formats`."""
 
-import logging
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from urllib.parse import quote
 
 from steerway.core.checks import positive
@@ -43,7 +41,7 @@ def opened(address: Uri, among: int) -> Input | Companion:
 
 def sink(text: str) -> Uri:
     """An address of --to, checked. Raises InputError for one that cannot be."""
-    address = _renamed(uri.parse(text, OUTPUTS, PORTS))
+    address = uri.parse(text, OUTPUTS, PORTS)
     scheme = SCHEMES[address.scheme]
     options = scheme.sink_options
     if scheme.sink is not None:
@@ -120,12 +118,3 @@ def _form(address) -> str:
     if form not in scheme.forms:
         raise InputError(f"{address.text}: format is {form!r}, expected one of {', '.join(scheme.forms)}")
     return form
-
-
-def _renamed(address: Uri) -> Uri:
-    """The address with the present names of its options."""
-    if "say" not in address.options:
-        return address
-    logging.getLogger("steerway.live").warning("%s: the option say is now format", address.text)
-    options = {"format" if name == "say" else name: value for name, value in address.options.items()}
-    return replace(address, options=options)

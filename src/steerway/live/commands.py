@@ -1,13 +1,10 @@
 """The commands `live` and `warm`: their options; `settings` checks them and `launch` runs them."""
 
-import logging
 import time
 from typing import Annotated
 
 import typer
 from typer.core import TyperCommand
-
-LOG = logging.getLogger("steerway.live")
 
 
 class LiveCommand(TyperCommand):
@@ -74,7 +71,6 @@ def live(
             help="Longest time without a fix to predict the motion, s; 10 by default.",
         ),
     ] = None,
-    patience: Annotated[float | None, typer.Option("--patience", hidden=True)] = None,
     engage: Annotated[
         bool | None, typer.Option("--engage/--no-engage", help="Start the autopilot as soon as it is ready.")
     ] = None,
@@ -133,9 +129,6 @@ def live(
     from steerway.live.settings import Settings
 
     log_to_stderr("steerway live")
-    if patience is not None:
-        LOG.warning("the option --patience is now --max-dead-reckoning")
-        max_dead_reckoning = patience if max_dead_reckoning is None else max_dead_reckoning
     settings = Settings() if config is None else Settings.load(config)
     given = {
         "inputs": inputs and tuple(inputs),

@@ -4,7 +4,6 @@ Keys are the command's options, with `_` for `-`; options on the command line ov
 it are relative to its folder.
 """
 
-import logging
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -32,9 +31,6 @@ Texts = Annotated[tuple[str, ...], BeforeValidator(_several)]
 Aid = Literal["auto", *(name.replace("_", "-") for name in AIDS)]
 FILES = ("mission", "record", "helm_token_file", "mavlink_signing", "control_token_file", "learned")
 """Keys that name a file."""
-RENAMED = {"patience": "max_dead_reckoning"}
-"""Old keys and their present names."""
-LOG = logging.getLogger("steerway.live")
 
 
 class SpeedSettings(Table):
@@ -87,12 +83,7 @@ class Settings(BaseModel):
     def load(cls, path: str | Path) -> Self:
         """Settings from a TOML file. Raises InputError that names file, key, value and what was expected."""
         try:
-            table = read_toml(path, "settings")
-            for old, new in RENAMED.items():
-                if old in table:
-                    LOG.warning("settings %s: the key %s is now %s", path, old, new)
-                    table[new] = table.pop(old)
-            return cls(**table)._relative_to(Path(path).parent)
+            return cls(**read_toml(path, "settings"))._relative_to(Path(path).parent)
         except ValidationError as error:
             raise refusal(f"settings {path}", error, cls) from None
 

@@ -1,7 +1,6 @@
 """FiveStateFilter: the filter as an object, fix by fix or over a whole record."""
 
 import math
-import warnings
 from collections.abc import Sequence
 
 import numpy as np
@@ -238,14 +237,9 @@ class FiveStateFilter:
 
     @property
     def position(self) -> tuple[float, float]:
-        """Latitude and longitude, rad; NaN before the first fix.
-
-        After `update_north_east`, in this version still, north and east in m, with a warning.
-        """
+        """Latitude and longitude, rad; NaN before the first fix and after `update_north_east`."""
         first, second, *_ = self.output()
-        if not self._geodetic:
-            warnings.warn("position in metres is now FiveStateFilter.position_north_east", FutureWarning, stacklevel=2)
-        return first, second
+        return (first, second) if self._geodetic else (math.nan, math.nan)
 
     @property
     def position_north_east(self) -> tuple[float, float]:
@@ -256,16 +250,6 @@ class FiveStateFilter:
     def output(self) -> list[float]:
         """All at the price of one property: position, SOG, COG, course rate, 1σ of these three and of position."""
         return _output(self._combined, self._geodetic).tolist()
-
-    def said(self) -> list[float]:
-        """Old name of `output`."""
-        warnings.warn("FiveStateFilter.said is now FiveStateFilter.output", FutureWarning, stacklevel=2)
-        return self.output()
-
-    def meet_receiver(self) -> None:
-        """Old name of `change_receiver`."""
-        warnings.warn("FiveStateFilter.meet_receiver is now .change_receiver", FutureWarning, stacklevel=2)
-        self.change_receiver()
 
     @property
     def state(self) -> np.ndarray:

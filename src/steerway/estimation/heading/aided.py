@@ -24,7 +24,6 @@ from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.linear_algebra import fill_lower
-from steerway.core.moved import formerly
 from steerway.estimation.course.update.aids import take_scalar
 from steerway.estimation.heading.composite import (
     A1,
@@ -276,8 +275,6 @@ class AidedHeadingFilter:
         if len(self._beginnings) > 1:
             self._decide()
         return self.heading
-
-    second = formerly("second", step)
 
     def _weights(self) -> Floats:
         scores = np.array([each.score for each in self._beginnings])

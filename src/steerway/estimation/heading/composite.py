@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.core.moved import formerly
 from steerway.estimation.heading.readings import Ticks, checked_difference
 from steerway.sensors.tcm2 import READING_VARIANCE_DEG2, STATE_VARIANCE, TCM2, CompassModel
 from steerway.vessels.springer import PAPER_YAW, HeadingModel, held
@@ -159,8 +158,6 @@ class CompositeFilter:
             total, squares, taken = total + sums[0], squares + sums[1], taken + sums[2]
         self.innovation, self.nis = (total / taken, squares / taken) if taken else (math.nan, math.nan)
         return self.heading
-
-    second = formerly("second", step)
 
 
 @kernel

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.core.moved import formerly
 from steerway.estimation.heading import composite
 from steerway.estimation.heading.composite import (
     START_VARIANCE,
@@ -119,8 +118,6 @@ class ModelBank:
             )
         self._innovations = sums / taken if taken else np.full(len(sums), math.nan)
         return self.heading
-
-    second = formerly("second", step)
 
 
 @kernel

@@ -8,7 +8,6 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent
-from steerway.core.moved import formerly
 from steerway.core.profile_fields import positive_number
 from steerway.core.toml import read_toml, toml_value
 from steerway.core.validation import refusal
@@ -160,9 +159,6 @@ class Profile(AidNoise, ReceiverErrors, MotionNoise, _Named):
     def modes(self) -> np.ndarray:
         """(2, k): the parameters of a held course and of a turn, with the rates (1/s) at which they end."""
         return packing.pack_two_modes(self)
-
-    model = formerly("Profile.model", parameters)
-    manners = formerly("Profile.manners", modes)
 
 
 BUILT_IN = {profile.name: profile for profile in (Profile(**numbers) for numbers in PRESETS)}

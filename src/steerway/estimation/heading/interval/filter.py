@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.core.moved import formerly
 from steerway.estimation.heading.composite import (
     A1,
     A2,
@@ -96,8 +95,6 @@ class IntervalFilter:
             if not self.diverged:
                 self._advance(difference, part, table)
         return self.low, self.high
-
-    second = formerly("second", step)
 
     def _advance(self, difference: float, part: float, table: Floats) -> None:
         boxes = self._boxes if part == 1.0 else np.array([_stepped_box(box, part) for box in self._boxes])

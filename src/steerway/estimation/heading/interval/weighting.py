@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 
 from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
-from steerway.core.moved import formerly
 from steerway.estimation.heading.model_bank import ModelBank, corners
 
 SPANS = np.array([1.0, 5.0, 20.0, 60.0, 200.0])
@@ -125,5 +124,3 @@ class LearnedHeading:
             self.weight = min(max(output, 0.0), 1.0)
             self.heading = weighted(self.low, self.high, self.weight)
         return self.heading
-
-    second = formerly("second", step)

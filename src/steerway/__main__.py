@@ -1,0 +1,6 @@
+"""`python -m steerway` is the command `steerway`."""
+
+from steerway.commands.cli import main
+
+if __name__ == "__main__":
+    main()
