@@ -43,6 +43,23 @@ def test_a_step_of_the_receiver_moves_the_place_and_not_the_motion():
         assert not (stepped.status == REJECTED).any()
 
 
+def test_an_outlier_behind_a_step_of_the_receiver_is_no_return():
+    """Far from where the receiver was and from where it is: the fixes after it are taken."""
+    parts = ("base", "wander")
+    names, medians, _ = parameters_of(parts)
+    model, states, motion_states = model_of(parts, dict(zip(names, np.exp(medians), strict=True)))
+    bank, refused = empty_bank(states), []
+    start(bank, model, 0.0, 0.0)
+    for k in range(1, 61):
+        advance(bank, model, 0.2, motion_states)
+        offset = 20.0 if k >= 30 else 0.0
+        east = offset - 12.0 if k == 50 else offset
+        _, _, wrong = take_fix(bank, model, 0.4 * k, east, 1.0)
+        if wrong > 0.5:
+            refused.append(k)
+    assert refused == [30, 31, 32, 33, 50]
+
+
 @pytest.mark.parametrize("slips", [(), ("slips",)], ids=["in any direction", "along the way too"])
 def test_the_correction_has_the_moments_of_the_mixture_of_all_hypotheses(slips):
     """Against the hypotheses corrected one by one, those of less than 1e-6 too; an outlier leaves a mode as it is."""

@@ -234,7 +234,7 @@ def shift(bank, north, east, variance):
 
 @called_kernel
 def return_step(bank, model, north, east, excess):
-    """Undo the step last followed where a fix is likelier so."""
+    """Undo the step last followed where a fix is likelier so than as a good one or an outlier."""
     x, p, probability, run, work = bank.x, bank.p, bank.probability, bank.run, bank.work
     if run[STEP_N] == 0.0 and run[STEP_E] == 0.0:
         return
@@ -246,6 +246,7 @@ def return_step(bank, model, north, east, excess):
         s_nn, s_ee = s_nn + variance, s_ee + variance
         a, b = north - at_n, east - at_e
         stays += probability[k] * gaussian(a, b, s_nn, s_ne, s_ee)
+        stays += probability[k] * model.receiver[OUTLIER_RATE] * outlier_density(a, b, s_nn + s_ee, variance)
         s_nn, s_ee = s_nn + variance, s_ee + variance
         returns += probability[k] * gaussian(a + run[STEP_N], b + run[STEP_E], s_nn, s_ne, s_ee)
     if RETURNS * model.receiver[OUTLIER_RATE] * returns > stays:
