@@ -83,14 +83,16 @@ def start(bank, model, north, east):
 @called_kernel
 def mix(bank):
     """What each mode starts a step from: all of them, as likely as each of them led to it."""
-    x, p, mixed_x, mixed_p = bank.x, bank.p, bank.mixed_x, bank.mixed_p
+    x, p, origin, mixed_p = bank.x, bank.p, bank.mixed_x[0], bank.mixed_p
     probability, change, work = bank.probability, bank.change, bank.work
     m, n = x.shape
     reference, steady = from_likeliest(x, p, probability, work)
+    for a in range(n):
+        origin[a] = x[reference, a]
     for k in range(m):
         for a in range(n):
             for b in range(n):
-                p[k, a, b] += work[k, a] * work[k, b]
+                mixed_p[k, a, b] = p[k, a, b] + work[k, a] * work[k, b]
     flat, mixed_flat = p.reshape((m, n * n)), mixed_p.reshape((m, n * n))
     for j in range(m):
         total = 0.0
@@ -104,13 +106,19 @@ def mix(bank):
             kept += shares[i]
         w0, w1, w2, w3, w4 = shares[0] / kept, shares[1] / kept, shares[2] / kept, shares[3] / kept, shares[4] / kept
         for a in range(n * n):
-            mixed_flat[j, a] = w0 * flat[0, a] + w1 * flat[1, a] + w2 * flat[2, a] + w3 * flat[3, a] + w4 * flat[4, a]
+            flat[j, a] = (
+                w0 * mixed_flat[0, a]
+                + w1 * mixed_flat[1, a]
+                + w2 * mixed_flat[2, a]
+                + w3 * mixed_flat[3, a]
+                + w4 * mixed_flat[4, a]
+            )
         for a in range(n):
             work[m, a] = w0 * work[0, a] + w1 * work[1, a] + w2 * work[2, a] + w3 * work[3, a] + w4 * work[4, a]
         for a in range(n):
             for b in range(n):
-                mixed_p[j, a, b] -= work[m, a] * work[m, b]
-        shifted(x[reference], work[m], steady, mixed_x, mixed_p, j)
+                p[j, a, b] -= work[m, a] * work[m, b]
+        shifted(origin, work[m], steady, x, p, j)
     total = 0.0
     for j in range(m):
         total += work[m + 1, j]
@@ -121,8 +129,7 @@ def mix(bank):
 @inlined_kernel
 def advance(bank, model, dt, motion_states):
     """Predict by dt > 0 seconds."""
-    x, p, mixed_x, mixed_p, steps = bank.x, bank.p, bank.mixed_x, bank.mixed_p, bank.steps
-    m, n = x.shape
+    x, p, steps = bank.x, bank.p, bank.steps
     parts = min(max(math.ceil(dt / LONGEST_STEP - 1e-3), 1), MOST_STEPS)
     part = dt / parts
     bank.run[SINCE] += dt
@@ -130,11 +137,7 @@ def advance(bank, model, dt, motion_states):
         set_steps(steps, bank.change, bank.work, part, model)
     for _ in range(parts):
         mix(bank)
-        for k in range(m):
-            for i in range(n):
-                x[k, i] = mixed_x[k, i]
-                for j in range(n):
-                    p[k, i, j] = mixed_p[k, i, j]
+        for k in range(x.shape[0]):
             predict(x, p, k, steps[k], motion_states, model.receiver[DRIFT_SPEED], bank.work)
             if loses_course(x, p, k):
                 forget_direction(x, p, k)

@@ -31,8 +31,11 @@ Chosen: the angle is then a fifth of a radian, and what a turn adds to a vector 
 
 
 @called_kernel
-def project(x, p, k, filters, out_n, out_e):
-    """Predicted fix (north, east) of mode k; its covariance with the state, P Hᵀ, into two vectors (n,)."""
+def project(x, p, k, filters, c, s, out_n, out_e):
+    """Predicted fix (north, east) of mode k; its covariance with the state, P Hᵀ, into two vectors (n,).
+
+    (c, s): cosine and sine of its course.
+    """
     n = x.shape[1]
     north, east = x[k, NORTH], x[k, EAST]
     for i in range(n):
@@ -47,14 +50,13 @@ def project(x, p, k, filters, out_n, out_e):
                 out_n[i] += p[k, j, i]
                 out_e[i] += p[k, j + 1, i]
         elif filters[f, ACTS_ON] == ON_ANTENNA:
-            c, s = math.cos(x[k, COURSE]), math.sin(x[k, COURSE])
             north -= s * x[k, j]
             east += c * x[k, j]
             for i in range(n):
                 out_n[i] -= s * p[k, j, i]
                 out_e[i] += c * p[k, j, i]
         elif filters[f, ACTS_ON] == ON_TIME:
-            v_n, v_e = x[k, SPEED] * math.cos(x[k, COURSE]), x[k, SPEED] * math.sin(x[k, COURSE])
+            v_n, v_e = x[k, SPEED] * c, x[k, SPEED] * s
             north += v_n * x[k, j]
             east += v_e * x[k, j]
             for i in range(n):
@@ -64,8 +66,11 @@ def project(x, p, k, filters, out_n, out_e):
 
 
 @called_kernel
-def of_fix(x, k, filters, vector_n, vector_e):
-    """(H v_n)_N, (H v_n)_E, (H v_e)_E of two vectors over the states: the covariance of a predicted fix."""
+def of_fix(speed, filters, c, s, vector_n, vector_e):
+    """(H v_n)_N, (H v_n)_E, (H v_e)_E of two vectors over the states: the covariance of a predicted fix.
+
+    (c, s): cosine and sine of the course.
+    """
     nn, ne, ee = vector_n[NORTH], vector_n[EAST], vector_e[EAST]
     for f in range(len(filters)):
         j = int(filters[f, STATE])
@@ -74,12 +79,11 @@ def of_fix(x, k, filters, vector_n, vector_e):
             ne += vector_n[j + 1]
             ee += vector_e[j + 1]
         elif filters[f, ACTS_ON] == ON_ANTENNA:
-            c, s = math.cos(x[k, COURSE]), math.sin(x[k, COURSE])
             nn -= s * vector_n[j]
             ne += c * vector_n[j]
             ee += c * vector_e[j]
         elif filters[f, ACTS_ON] == ON_TIME:
-            v_n, v_e = x[k, SPEED] * math.cos(x[k, COURSE]), x[k, SPEED] * math.sin(x[k, COURSE])
+            v_n, v_e = speed * c, speed * s
             nn += v_n * vector_n[j]
             ne += v_e * vector_n[j]
             ee += v_e * vector_e[j]

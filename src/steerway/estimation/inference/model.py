@@ -77,8 +77,8 @@ class Bank(NamedTuple):
     x: np.ndarray  # (MODES, n)
     p: np.ndarray  # (MODES, n, n), symmetric
     probability: np.ndarray  # (MODES,)
-    mixed_x: np.ndarray  # (MODES, n) as `x`, before the step
-    mixed_p: np.ndarray  # (MODES, n, n)
+    mixed_x: np.ndarray  # (MODES, n) workspace
+    mixed_p: np.ndarray  # (MODES, n, n) workspace: of what is mixed
     run: np.ndarray  # (9,) of outliers in a row and of the time, see RUN
     steps: np.ndarray  # (MODES, STEP_ROWS, n) see `discrete`
     change: np.ndarray  # (MODES, MODES) probabilities of change in a step

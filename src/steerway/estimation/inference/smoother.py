@@ -235,7 +235,8 @@ def step_between(kept, k, reversal, bank, weight):
         a, b = bank.mixed_x[j, NORTH] - kept.x[k, i, NORTH], bank.mixed_x[j, EAST] - kept.x[k, i, EAST]
         nn, ne = bank.p[j, 0, 0] + kept.p[k, i, 0, 0], bank.p[j, 0, 1] + kept.p[k, i, 0, 1]
         ee = bank.p[j, 1, 1] + kept.p[k, i, 1, 1]
-        d_nn, d_ne, d_ee = step_variance(receiver, kept.x[k, i, SPEED], kept.x[k, i, COURSE])
+        speed, course = kept.x[k, i, SPEED], kept.x[k, i, COURSE]
+        d_nn, d_ne, d_ee = step_variance(receiver, speed * math.cos(course), speed * math.sin(course))
         stays += weight[q] * gaussian(a, b, nn, ne, ee)
         steps += weight[q] * receiver[OUTLIER_RATE] * outlier_density(a, b, nn + ee, receiver[FIX_VARIANCE])
         if happens > 0.0:

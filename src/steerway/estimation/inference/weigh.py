@@ -87,9 +87,10 @@ def take_fix(bank, model, north, east, excess):
     least = math.inf
     for k in range(m):
         pc_n, pc_e = work[0], work[1]
-        at_n, at_e = project(x, p, k, filters, pc_n, pc_e)
-        s_nn, s_ne, s_ee = of_fix(x, k, filters, pc_n, pc_e)
-        v_n, v_e = x[k, SPEED] * math.cos(x[k, COURSE]), x[k, SPEED] * math.sin(x[k, COURSE])
+        c, s = math.cos(x[k, COURSE]), math.sin(x[k, COURSE])
+        at_n, at_e = project(x, p, k, filters, c, s, pc_n, pc_e)
+        s_nn, s_ne, s_ee = of_fix(x[k, SPEED], filters, c, s, pc_n, pc_e)
+        v_n, v_e = x[k, SPEED] * c, x[k, SPEED] * s
         if clock > 0.0:
             s_nn, s_ne, s_ee = s_nn + clock * v_n * v_n, s_ne + clock * v_n * v_e, s_ee + clock * v_e * v_e
         s_nn, s_ee = s_nn + variance, s_ee + variance
@@ -104,7 +105,7 @@ def take_fix(bank, model, north, east, excess):
         p_nn, p_ne, p_ee = s_nn + added + late * v_n * v_n, s_ne + late * v_n * v_e, s_ee + added + late * v_e * v_e
         poor = poor_prior * gaussian(nu_n, nu_e, p_nn, p_ne, p_ee)
         stepped = 0.0
-        d_nn, d_ne, d_ee = step_variance(receiver, x[k, SPEED], x[k, COURSE])
+        d_nn, d_ne, d_ee = step_variance(receiver, v_n, v_e)
         if step_prior > 0.0:
             stepped = step_prior * student(nu_n, nu_e, s_nn + d_nn, s_ne + d_ne, s_ee + d_ee)
         whole = usual + poor + stepped + outlier
@@ -160,9 +161,8 @@ def share(probability, nu_n, nu_e, s_nn, s_ne, s_ee):
 
 
 @lean_kernel
-def step_variance(receiver, speed, course):
-    """Covariance (m²) of a step of the receiver: in any direction, and along the way made good."""
-    v_n, v_e = speed * math.cos(course), speed * math.sin(course)
+def step_variance(receiver, v_n, v_e):
+    """Covariance (m²) of a step of the receiver: in any direction, and along the velocity."""
     step, slip = receiver[STEP_VARIANCE], receiver[SLIP_VARIANCE]
     return step + slip * v_n * v_n, slip * v_n * v_e, step + slip * v_e * v_e
 
@@ -241,8 +241,9 @@ def return_step(bank, model, north, east, excess):
     variance = excess * model.receiver[FIX_VARIANCE]
     stays = returns = 0.0
     for k in range(x.shape[0]):
-        at_n, at_e = project(x, p, k, model.filters, work[0], work[1])
-        s_nn, s_ne, s_ee = of_fix(x, k, model.filters, work[0], work[1])
+        c, s = math.cos(x[k, COURSE]), math.sin(x[k, COURSE])
+        at_n, at_e = project(x, p, k, model.filters, c, s, work[0], work[1])
+        s_nn, s_ne, s_ee = of_fix(x[k, SPEED], model.filters, c, s, work[0], work[1])
         s_nn, s_ee = s_nn + variance, s_ee + variance
         a, b = north - at_n, east - at_e
         stays += probability[k] * gaussian(a, b, s_nn, s_ne, s_ee)
