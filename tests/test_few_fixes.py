@@ -14,7 +14,7 @@ from steerway.estimation.inference.motion import COURSE, SPEED, reverse
 from steerway.estimation.inference.structures import parameters_of
 from steerway.estimation.prediction import hindcast, predict
 from steerway.estimation.profiles.inferred import WeighedStructure
-from steerway.estimation.steering import SteeringFilter
+from steerway.estimation.steering import Response, SteeringFilter
 from steerway.identification import SurgeIdentification, SurgeModel
 from steerway.identification.yaw import _under_way
 from steerway.identification.yaw_likelihood import positions_cost
@@ -93,6 +93,22 @@ def test_the_steering_filter_takes_a_heading_and_a_yaw_rate():
     for k in range(30):
         filter.fix(float(k), 1.0 * k, 0.0, heading=0.0, yaw_rate=0.0)
     assert filter.started
+
+
+@pytest.mark.parametrize("first", [3, 5, 7])
+def test_a_boat_that_is_driven_off_by_hand_is_no_longer_at_rest(first):
+    """Against the current she stands still over ground for a moment; what she does then is not all current."""
+    chance, current = np.random.default_rng(4), np.array([-1.0, -0.15])
+    filter = SteeringFilter(Response(0.3, math.radians(20.0), 2.0, 2.0), 0.1)
+    place, heading = np.zeros(2), 0.0
+    for k in range(50):
+        velocity = current + min(1.0, 0.1 * k) * np.array([math.cos(heading), math.sin(heading)])
+        if k >= first:
+            filter.fix(0.2 * k, *place + 0.1 * chance.standard_normal(2), *velocity + 0.1 * chance.standard_normal(2))
+        place += 0.2 * velocity
+        heading += 0.06 * (k > 3)
+    found = filter.at(9.8)
+    assert math.dist((found.current_north, found.current_east), current) < 2.0 * found.current_std
 
 
 def test_the_cost_of_a_rudders_effect_is_least_near_the_truth(fixes):

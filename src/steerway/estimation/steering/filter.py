@@ -102,6 +102,7 @@ class SteeringFilter:
         self._time = math.nan
         self._ahead = (math.nan, np.empty(0))
         self._sureness: tuple[float, float] | None = None
+        self._drift: tuple[float, float] | None = None  # velocity over ground of a boat at rest in the water
 
     @property
     def started(self) -> bool:
@@ -182,11 +183,22 @@ class SteeringFilter:
         return kind
 
     def _forget_heading(self):
-        """Without an order and at rest in the water nothing tells the heading."""
+        """Without an order and at rest in the water nothing tells the heading.
+
+        The current does not change: a boat whose velocity over ground does is under way, and the hypotheses begin anew.
+        """
+        slow = _REST * self.response.speed
+        if math.isfinite(self._orders[-1][1]) or np.any(self._states[:, WATER_SPEED] > slow):
+            self._drift = None
+            return
         best = int(np.argmax(self._weights))
-        at_rest = np.all(self._states[:, WATER_SPEED] < _REST * self.response.speed)
-        if math.isnan(self._orders[-1][1]) and at_rest and self._heading_std(best) < _UNKNOWN_STD:
-            found = any_heading(self._states[best], self._covariances[best], self.response)
+        x = self._states[best]
+        velocity = _over_ground(x)
+        self._drift = self._drift or velocity
+        if math.dist(velocity, self._drift) > slow:
+            self._begin(self._time, 0.5 * START_TIME)
+        elif self._heading_std(best) < _UNKNOWN_STD:
+            found = any_heading(x, self._covariances[best], self.response)
             self._states, self._covariances, self._weights = found
 
     def at(self, time: float) -> Estimate:
@@ -237,7 +249,7 @@ class SteeringFilter:
             return
         self._states, self._covariances, self._weights = hypotheses(*line, self.response)
         self._time = self._begun = time
-        self._misfit, self.refused_for = 2.0, 0.0
+        self._misfit, self.refused_for, self._drift = 2.0, 0.0, None
         self._ahead = (math.nan, self._ahead[1])
         self._sureness = None
 
@@ -277,6 +289,12 @@ class SteeringFilter:
         within = self._covariances[:, CURRENT_N : CURRENT_E + 1, CURRENT_N : CURRENT_E + 1]
         (nn, ne), (_, ee) = np.einsum("m,mij->ij", share, within + apart[:, :, None] * apart[:, None, :])
         return math.sqrt(0.5 * (nn + ee) + math.hypot(0.5 * (nn - ee), ne))
+
+
+def _over_ground(x):
+    """Velocity over ground, north and east."""
+    c, s, u = math.cos(x[HEADING]), math.sin(x[HEADING]), x[WATER_SPEED]
+    return float(x[CURRENT_N] + u * c), float(x[CURRENT_E] + u * s)
 
 
 def _same(one, other):
