@@ -37,7 +37,8 @@ class Boat:
     what the autopilot's output can change by in a second. steers: whether the boat can turn. turn_rate: the largest
     that is ordered, rad/s; yaw: the response to orders where K and T alone do not describe it; pivot: m from the
     receiver ahead to the point that moves along the bow in a turn too. yaw_wander: RMS of the yaw rate that the
-    response leaves unexplained, rad/s; 0 where that is not known.
+    response leaves unexplained, rad/s; 0 where that is not known. yaw_doubt: 1σ of the response's gain, damping and
+    bias over that of a boat whose response is a guess.
     """
 
     nomoto_gain: float
@@ -61,6 +62,7 @@ class Boat:
     steers: bool = True
     pivot: float = 0.0
     yaw_wander: float = 0.0
+    yaw_doubt: float = 1.0
 
     def autopilot(
         self, shaper, steerageway: Steerageway | None = None, kind: str = KINDS[0], angle_std: float = 0.0

@@ -183,7 +183,8 @@ def response_of(known: Boat) -> Response:
     _, time, *damping = known.yaw_response
     speeds, slowly = (known.cruise, known.top_speed), min(speed_time(known), 60.0)
     made = Response(time, known.turn_rate, *speeds, *damping, speed_time=slowly, pivot=known.pivot)
-    return made._replace(wander=max(made.wander, known.yaw_wander / known.turn_rate))
+    doubt = {name: known.yaw_doubt * getattr(made, name) for name in ("gain_std", "damping_std", "bias_std")}
+    return made._replace(wander=max(made.wander, known.yaw_wander / known.turn_rate), **doubt)
 
 
 def speed_time(known: Boat) -> float:

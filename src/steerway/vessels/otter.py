@@ -330,6 +330,7 @@ BOAT_IN_CURRENT = BOAT.but(
     yaw=YawResponse(0.0243, 1.86, 1.0, 0.714, 12.9),
     pivot=0.43,
     yaw_wander=math.radians(0.15),
+    yaw_doubt=0.2,
 )
 """The yaw response is the one whose yaw rate, by the moments of whole squares and surveys at 0.5 to 1.3 m/s, differs
 least from the model's (0.15°/s RMS; with T = 1 s 0.55); above 1.2 m/s it is unstable on a straight course. The sway of
