@@ -30,11 +30,11 @@ waypoints = [{ north = 0.0, east = 0.0 }, { north = 150.0, east = 0.0 }, { north
 """
 
 
-def swing(white, slow):
+def swing(white, slow, doubt):
     """Swing of the heading (rad) from 80 s on after the last corner, with perfect fixes that the filter takes for poor
     ones."""
     scenario = parse_scenario(SCENARIO % (0.3, 0.0, 0.0))
-    known = assembly.boat(scenario)
+    known = assembly.boat(scenario).but(yaw_doubt=doubt)
     law = scenario.guidance.design(known.lookahead, known.cruise)
     pilot = assembly.steering_pilot(known, assembly.voyage(scenario, known), law, white, learn=False)
     pilot.estimator.filter.slow_std = slow
@@ -44,14 +44,18 @@ def swing(white, slow):
     return np.ptp(run["true_heading"][run.time > corner + 80.0])
 
 
-@pytest.mark.parametrize(("white", "slow", "fits"), [(0.02, 0.01, True), (1.5, 1.0, False)])
-def test_the_damping_is_that_of_the_loop(white, slow, fits):
+@pytest.mark.parametrize(
+    ("white", "slow", "doubt", "fits"), [(0.02, 0.01, 0.2, True), (1.5, 1.0, 1.0, False), (1.5, 1.0, 0.2, True)]
+)
+def test_the_damping_is_that_of_the_loop(white, slow, doubt, fits, monkeypatch):
     """Of a turn of 90° exp(−ζ ω 80 s) leaves 1° for ζ of 0.2 and ω of 0.3 rad/s, and 27° for a quarter of it."""
     scenario = parse_scenario(SCENARIO % (0.3, white, slow))
+    boat = assembly.boat(scenario).but(yaw_doubt=doubt)
+    monkeypatch.setattr(assembly, "boat", lambda scenario: boat)
     assert advise(scenario)[0] is fits
-    damping = steering_loop(assembly.boat(scenario), scenario.gnss, 1.2, 0.3, 0.5 * math.pi).damping
+    damping = steering_loop(boat, scenario.gnss, 1.2, 0.3, 0.5 * math.pi).damping
     assert (damping >= 0.2) is fits
-    assert bool(swing(white, slow) < math.radians(5.0)) is fits
+    assert bool(swing(white, slow, doubt) < math.radians(5.0)) is fits
 
 
 def test_the_current_that_is_tolerated():

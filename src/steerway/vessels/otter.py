@@ -333,8 +333,9 @@ BOAT_IN_CURRENT = BOAT.but(
     yaw_doubt=0.2,
 )
 """The yaw response is the one whose yaw rate, by the moments of whole squares and surveys at 0.5 to 1.3 m/s, differs
-least from the model's (0.15°/s RMS; with T = 1 s 0.55); above 1.2 m/s it is unstable on a straight course. The sway of
-the model is −0.43 m times its yaw rate. Bandwidth and lookahead are the demo's best on other seeds."""
+least from the model's: by 0.15°/s RMS (with T = 1 s 0.55), some hundredths of what is ordered; above 1.2 m/s it is
+unstable on a straight course. The sway of the model is −0.43 m times its yaw rate. Bandwidth and lookahead are the
+demo's best on other seeds."""
 
 
 class OtterTable(VesselTable):
