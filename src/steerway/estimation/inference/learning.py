@@ -111,7 +111,7 @@ class LearningFilter(InferredFilter):
         measured = self._measured(self._state[ELAPSED] + dt, first)
         super()._advance(dt, measured, second, excess, aids)
         if np.isfinite(first) or len(aids):
-            self._rows.append((self._state[ELAPSED], first, second, excess, tuple(aids[0]) if len(aids) else ()))
+            self._rows.append(_row(self._state[ELAPSED], first, second, excess, aids[0] if len(aids) else _UNKNOWN))
             while self._rows[0][0] < self._state[ELAPSED] - _WINDOW:
                 self._rows.popleft()
 
@@ -165,11 +165,10 @@ class LearningFilter(InferredFilter):
         if self._found is None or self._set.fading:
             return
         (running, banks, until, self._measurements), self._found = self._found, None
-        rest = [(until, _UNKNOWN, _UNKNOWN, 1.0, ())]
-        for time, first, *others in [each for each in self._rows if each[0] > until]:
-            rest.append((time, self._measured(time, first), *others))
-        rest.append((self._state[ELAPSED], _UNKNOWN, _UNKNOWN, 1.0, ()))
-        record = _columns(rest)
+        since = [each.copy() for each in self._rows if each[0] > until]
+        for each in since:
+            each[1] = self._measured(each[0], each[1])
+        record = _columns([_row(until), *since, _row(self._state[ELAPSED])])
         for each, bank in zip(running.structures, banks, strict=True):
             _run(record, each, bank)
         self.take_up(running, banks)
@@ -182,14 +181,20 @@ def _run(record, one, bank):
     run_record(*columns, one.model, bank, one.motion_states, restarts, out, np.empty(0), 0, kept)
 
 
+def _row(time, first=_UNKNOWN, second=_UNKNOWN, excess=1.0, aids=_UNKNOWN) -> Floats:
+    """A row of the window in one array, which takes less memory than its numbers: there are up to 12,000."""
+    row = np.empty(4 + len(AIDS))
+    row[:4], row[4:] = (time, first, second, excess), aids
+    return row
+
+
 def _columns(rows) -> Rows:
     """Rows of a window as columns."""
-    time, north, east, excess = (np.array([each[i] for each in rows], dtype=np.float64) for i in range(4))
-    unknown = (_UNKNOWN,) * len(AIDS)
-    table = (
-        np.array([each[4] or unknown for each in rows]) if any(each[4] for each in rows) else np.empty((0, len(AIDS)))
-    )
-    return Rows(time, north, east, excess, table, np.empty(0, np.int64))
+    table = np.array(rows)
+    aids = table[:, 4:].copy()
+    if not np.isfinite(aids).any():
+        aids = np.empty((0, len(AIDS)))
+    return Rows(*table[:, :4].T.copy(), aids, np.empty(0, np.int64))
 
 
 def _record(rows) -> tuple[Rows, Measurements | None]:
