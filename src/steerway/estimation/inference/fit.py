@@ -71,6 +71,8 @@ class Posterior:
                 self.most[i] = (math.log(LONGEST_ROLL) - self.medians[i]) / self.deviations[i]
             if name.endswith("_period"):
                 period = max(shortest, SHORTEST_WAVE if name in WAVE_PERIODS else shortest)
+                if name == "yaw_period" and "antenna" in parts:
+                    period = max(period, LONGEST_ROLL)
                 if period > 0.0:
                     self.least[i] = max((math.log(period) - self.medians[i]) / self.deviations[i], -FURTHEST)
             elif name == "step_every" and shortest > 0.0:

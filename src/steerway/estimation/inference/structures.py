@@ -97,7 +97,7 @@ WAVE_PERIODS, SHORTEST_WAVE = ("surge_period", "yaw_period"), 2.0
 of the receiver."""
 ROLL_PERIODS, LONGEST_ROLL = ("antenna_period", "roll_period"), 4.0
 """s; what takes longer of craft under 15 m is their way through waves: one more oscillation athwart, with the period of
-the waves, would be taken for the antenna's."""
+the waves, would be taken for the antenna's. And a yaw that takes less, beside an antenna that rolls, for a course."""
 SHORTEST_STAY = 2.5
 """Shortest periods that fixes resolve (five intervals) from one step of a receiver's error to the next on average: what
 changes oftener is noise. Chosen: in recorded logs of receivers that step it is 9 to 100 intervals."""
