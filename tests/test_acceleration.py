@@ -7,11 +7,15 @@ import pytest
 from scipy.linalg import expm
 
 import steerway
+from steerway.core import NORMAL_95
 from steerway.core.records import Fixes
 from steerway.estimation import Profile, choose_profile
 from steerway.estimation.course.motion.layout import STATES
 from steerway.estimation.course.motion.models import predict, set_step, transition
 from steerway.estimation.course.steerageway import reset_manoeuvre
+from steerway.estimation.inference.fit import Posterior, Rows
+from steerway.estimation.inference.structures import LONGEST_ROLL
+from steerway.estimation.inference.whole_log import infer_log, motion_of
 from tests.scenes import angle_error, sailed, straight
 
 SWELL = Profile(
@@ -98,6 +102,30 @@ def test_the_swell_is_found_from_the_log():
     likeliest = max(choose_profile(heaving().fixes(0.01, 3)).structures, key=lambda each: each.weight)
     assert "waves" in likeliest.parts and likeliest.values["wave_surge"] > 0.05
     assert likeliest.values["surge_period"] == pytest.approx(10.0, rel=0.01)
+
+
+def test_strokes_of_oars_are_found_and_no_motion_of_the_receiver():
+    time = np.arange(0.0, 300.0, 0.2)
+    scene = sailed(4.0 + 0.4 * np.sin(2.0 * math.pi * time / 2.2), 0.7 + 0.1 * np.sin(time / 40.0))
+    fixes = scene.fixes(0.05, 3)
+    found = infer_log(fixes)
+    likeliest = max(found.structures, key=lambda each: each.weight)
+    assert "strokes" in likeliest.parts
+    assert likeliest.values["stroke_period"] == pytest.approx(2.2, rel=0.01)
+    motion = motion_of(fixes, found.structures)
+    errors = motion.sog[100:] - scene.sog[100:]
+    assert np.sqrt(np.mean(errors**2)) < 0.5 * np.std(scene.sog)
+    assert np.mean(np.abs(errors) < NORMAL_95 * motion.sog_std[100:]) > 0.9
+
+
+def test_beside_an_antenna_that_rolls_a_vessel_yaws_more_slowly():
+    """A yaw with the period of the roll and the roll itself move the antenna alike: it is no course of the vessel."""
+    rows = Rows(*np.zeros((3, 1)), np.empty(0), np.empty((0, 0)), np.empty(0, int))
+    found = {}
+    for parts in (("base", "waves"), ("base", "waves", "antenna")):
+        posterior = Posterior(parts, rows)
+        found[parts] = posterior.values(posterior.point({"yaw_period": 2.8}))["yaw_period"]
+    assert list(found.values()) == pytest.approx([2.8, LONGEST_ROLL])
 
 
 def test_acceleration_is_forgotten_with_the_course():

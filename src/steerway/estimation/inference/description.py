@@ -11,6 +11,7 @@ _WORDS = {
     "wander": "speed varying by {speed_std:.2g} m/s and course rate by {wander_std:.2g}°/s",
     "calm_rate": "course rate within {rate_std:.2g}°/s on a held course",
     "waves": "waves: {wave_surge:.2g} m/s every {surge_period:.2g} s, {wave_yaw:.2g}°/s every {yaw_period:.2g} s",
+    "strokes": "surge {stroke_surge:.2g} m/s every {stroke_period:.2g} s",
     "antenna": "antenna rolling {antenna_std:.2g} m every {antenna_period:.2g} s",
     "clock": "time of a fix within {time_std:.2g} s",
     "beat": "beat of two clocks, {beat_std:.2g} s every {beat_period:.2g} s",

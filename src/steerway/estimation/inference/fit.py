@@ -13,6 +13,7 @@ from steerway.estimation.inference.structures import (
     SHORTEST_STAY,
     SHORTEST_WAVE,
     WAVE_PERIODS,
+    log_share,
     model_of,
     parameters_of,
 )
@@ -46,7 +47,8 @@ class Rows(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """A structure with its numbers (by name), log posterior, log evidence (Laplace) on the same rows, evaluations.
+    """A structure with its numbers (by name), log posterior, log evidence (Laplace, and `log_share`) on the same rows,
+    evaluations.
 
     others: numbers drawn from the posterior (Laplace), as likely as one another.
     """
@@ -143,7 +145,7 @@ def fitted(parts, rows, start, rounds=2, shortest=0.0, least=-math.inf, draws=0)
         ascent.differentiate()
     information = ascent.information()
     with np.errstate(invalid="ignore"):
-        evidence = ascent.log - 0.5 * float(np.linalg.slogdet(information)[1])
+        evidence = ascent.log - 0.5 * float(np.linalg.slogdet(information)[1]) + log_share(parts)
     if not math.isfinite(evidence):
         return Fit(parts, posterior.values(ascent.x), -math.inf, -math.inf, posterior.calls, ())
     others = drawn(ascent, information, draws)

@@ -67,6 +67,11 @@ PRIORS = {
         "surge_damping": (0.06, 1.2),  # as a share of critical damping
         "yaw_damping": (0.06, 1.2),
     },
+    "strokes": {  # of oars and paddles, and what a mast pitches
+        "stroke_surge": (0.2, 1.2),  # m/s
+        "stroke_period": (2.0, 0.4),  # s; 20 to 100 strokes a minute
+        "stroke_damping": (0.06, 1.2),
+    },
     "antenna": {
         "antenna_std": (0.1, 1.2),  # m athwart
         "antenna_period": (2.5, 0.25),  # s; craft under 15 m roll in 2 to 4 s
@@ -90,11 +95,15 @@ PRIORS = {
     **{aid.name: aid.priors for aid in TABLE},
 }
 
+SHARE = {"strokes": 0.02}
+"""Share of vessels that have a part, before their record is seen; of the others as many have it as do not. Chosen: few
+are rowed or paddled, and where noise hides strokes, they make the speed of all others uncertain."""
+
 EMERGENCY_ACCELERATION, EMERGENCY_YAW, EMERGENCY_TIME = 3.0, 1.5, 1.5
 """m/s², rad/s² and s: a planing craft that stops, a small craft that spins. Chosen."""
 WAVE_PERIODS, SHORTEST_WAVE = ("surge_period", "yaw_period"), 2.0
 """s; waves of a shorter period are shorter than 6 m (g T²/2π) and move no vessel to and fro. What oscillates faster is
-of the receiver."""
+of oars or of the receiver."""
 ROLL_PERIODS, LONGEST_ROLL = ("antenna_period", "roll_period"), 4.0
 """s; what takes longer of craft under 15 m is their way through waves: one more oscillation athwart, with the period of
 the waves, would be taken for the antenna's. And a yaw that takes less, beside an antenna that rolls, for a course."""
@@ -117,6 +126,11 @@ def parameters_of(parts):
     table = {name: prior for part in parts for name, prior in PRIORS[part].items()}
     names = tuple(table)
     return names, np.log([table[name][0] for name in names]), np.array([table[name][1] for name in names])
+
+
+def log_share(parts) -> float:
+    """Log of the share of vessels that have these parts, against those that have none."""
+    return sum(math.log(SHARE[part] / (1.0 - SHARE[part])) for part in parts if part in SHARE)
 
 
 def _modes_of(parts, v) -> tuple[np.ndarray, np.ndarray]:
@@ -165,6 +179,9 @@ def model_of(parts, values) -> tuple[Model, int, int]:
         for acts_on, std, name in ((ON_SPEED, "wave_surge", "surge"), (ON_COURSE, "wave_yaw", "yaw")):
             natural = 2.0 * math.pi / v[f"{name}_period"]
             add(acts_on, v[f"{name}_damping"] * natural, natural, v[std])
+    if "strokes" in parts:
+        natural = 2.0 * math.pi / v["stroke_period"]
+        add(ON_SPEED, v["stroke_damping"] * natural, natural, v["stroke_surge"])
     driving = at
     if "antenna" in parts:
         natural = 2.0 * math.pi / v["antenna_period"]
