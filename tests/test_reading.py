@@ -166,7 +166,12 @@ def test_progress_ends_at_all(log):
         (lambda folder: b"", "is empty"),
         (lambda folder: b" \r\n", "is empty"),
         (lambda folder: b"a,b,c\n1,2,3\n" * 40, "unrecognized format, expected one of NMEA 0183"),
-        (lambda folder: sealed("HEHDT,90.0,T"), "no position in it; found HEHDT"),
+        (lambda folder: b"a,b,c\n1,2,3\n" * 40, "of a table, columns time_s, lat_deg and lon_deg"),
+        (
+            lambda folder: b"time,lat,lon\n1,99,2\n",
+            "no position in it; found 1 × rows (1 × latitude or longitude out of range)",
+        ),
+        (lambda folder: sealed("HEHDT,90.0,T"), "no position in it; found 1 × HEHDT"),
         (lambda folder: b"\x1f\x8b\x08 no archive", "the gzip archive is damaged from the beginning"),
         (lambda folder: 7, "expected a path"),
     ],

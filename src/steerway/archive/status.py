@@ -15,7 +15,7 @@ def status(directory: str | Path) -> dict[str, Any]:
     done, todo = sorted(store.done()), sum(map(len, chains(store, manifest)))
     numbers = [store.numbers(*unit) for unit in done]
     days = sorted({day for day, _ in store.staged_units()})
-    settings = [f"{manifest['buckets']} buckets", profile_names(manifest)]
+    settings = [f"{manifest['buckets']} bucket{'' if manifest['buckets'] == 1 else 's'}", profile_names(manifest)]
     settings += ["smoothed"] if manifest["smooth"] else []
     settings += [f"{manifest['rate']:g} Hz"] if manifest["rate"] else []
     settings += [f"aided by {', '.join(manifest['aid'])}"] if manifest["aid"] else []

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from steerway.commands.options import Aids, From, aid_names, moment
+from steerway.commands.options import AIDS_OF_ARCHIVES, ArchiveAids, From, aid_names, moment
 from steerway.commands.terminal import flag, print_json, print_notes, print_pairs, print_table, progress_line
 from steerway.core.errors import InputError, printable
 
@@ -40,7 +40,7 @@ def run(
     rate: Annotated[
         float | None, typer.Option(metavar="HZ", help="Output rate; by default one row per report.")
     ] = None,
-    aid: Aids = None,
+    aid: ArchiveAids = None,
     profile: Annotated[
         str | None, typer.Option(metavar="NAME|FILE.toml", help="Filter profile; by default by the class of AIS.")
     ] = None,
@@ -81,7 +81,7 @@ def run(
                 scheduler=scheduler,
                 smooth=smooth,
                 rate=rate,
-                aid=aid_names(aid),
+                aid=aid_names(aid, AIDS_OF_ARCHIVES),
                 profile=chosen,
                 vessel_column=vessel_column,
                 strict=strict,

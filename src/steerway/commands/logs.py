@@ -17,10 +17,10 @@ from steerway.commands.options import (
     Source,
     Until,
     aid_names,
+    expect_output,
     expect_toml,
     hertz,
     read_logs,
-    refuse_overwriting,
 )
 from steerway.commands.terminal import flag, print_json, print_notes, print_pairs, print_table, progress_line
 from steerway.core.errors import InputError, printable
@@ -113,17 +113,17 @@ def _expect_outputs(logs, out, report, episodes) -> None:
         from steerway.formats.writing import writer
 
         writer(out)
-        refuse_overwriting(out, logs)
+        expect_output(out, logs)
     if report is not None:
         from steerway.report.motion_page import report_writer
 
-        refuse_overwriting(report, logs)
+        expect_output(report, logs)
         report_writer(report)
     if episodes is not None:
         from steerway.report.episodes import expect_writable
 
         expect_writable(episodes)
-        refuse_overwriting(episodes, logs)
+        expect_output(episodes, logs)
 
 
 def _write_outputs(logs, out, report, episodes, fixes, motion, summary) -> None:
@@ -224,7 +224,7 @@ def tune(
     from steerway.estimation import tune as fit
 
     if out is not None:
-        refuse_overwriting(out, logs)
+        expect_output(out, logs)
         expect_toml(out)
     fixes = read_logs(logs, source, start, stop, max_size)
     with progress_line("fitting") as step:
@@ -308,7 +308,7 @@ def predict(
     from steerway.formats.writing import write, writer
 
     if out is not None:
-        refuse_overwriting(out, logs)
+        expect_output(out, logs)
         writer(out, tracks=False)
     horizons = horizon or [600.0]
     fixes = read_logs(logs, source, start, stop, max_size)
@@ -340,7 +340,7 @@ def _print_predictions(frame):
         )
         for row in frame.iter_rows(named=True)
     ]
-    print_table("", (*vessel, "time", "ahead", "latitude", "longitude", "95 % ellipse", "along"), rows)
+    print_table("", (*vessel, "time", "ahead", "latitude", "longitude", "95 % half axes", "along"), rows)
 
 
 def _print_summary(summary):

@@ -1,6 +1,7 @@
 """Options that the commands for logs and archives share, and what their texts mean."""
 
 import math
+import re
 from pathlib import Path
 from typing import Annotated
 
@@ -37,12 +38,16 @@ ProfileName = Annotated[
         "--profile", metavar="NAME|FILE.toml", help="Filter profile; by default all is inferred from the log."
     ),
 ]
-Aids = Annotated[
-    str | None,
-    typer.Option(
-        "--aid", metavar="LIST", help="Further measurements to use, of: auto, sog, cog, heading, water-speed, yaw-rate."
-    ),
-]
+AIDS_OF_LOGS = ("auto", "sog", "cog", "heading", "water-speed", "yaw-rate")
+AIDS_OF_ARCHIVES = ("sog", "cog", "heading")
+
+
+def _aid(names: tuple[str, ...]):
+    return typer.Option("--aid", metavar="LIST", help=f"Further measurements to use, of: {', '.join(names)}.")
+
+
+Aids = Annotated[str | None, _aid(AIDS_OF_LOGS)]
+ArchiveAids = Annotated[str | None, _aid(AIDS_OF_ARCHIVES)]
 
 
 def hertz(text: str) -> float:
@@ -84,7 +89,8 @@ def moment(option: str, text: str | None) -> float | None:
     try:
         return float(text)
     except ValueError:
-        moment = float(unix_times([printable(text)])[0])
+        of_midnight = f"{text}T00:00Z" if re.fullmatch(r"\d{4}-\d\d-\d\d", text) else text
+        moment = float(unix_times([printable(of_midnight)])[0])
     if math.isnan(moment):
         raise InputError(
             f"{option} is {text!r}, expected a time in ISO 8601 such as 2024-09-23T14:26:10Z or in Unix seconds"
@@ -92,14 +98,23 @@ def moment(option: str, text: str | None) -> float | None:
     return moment
 
 
-def aid_names(text: str | None) -> tuple[str, ...]:
-    """The names in the list of --aid."""
-    return tuple(name.strip().replace("-", "_") for name in text.split(",") if name.strip()) if text else ()
+def aid_names(text: str | None, known: tuple[str, ...] = AIDS_OF_LOGS) -> tuple[str, ...]:
+    """The names in the list of --aid, as the library spells them. Raises InputError for one that is not known."""
+    names = [name.strip().replace("_", "-") for name in (text or "").split(",") if name.strip()]
+    for name in names:
+        if name not in known:
+            raise InputError(f"--aid names {name!r}, expected some of {', '.join(known)}")
+    return tuple(name.replace("-", "_") for name in names)
 
 
-def refuse_overwriting(out, logs) -> None:
-    """Raises InputError when an output is one of the inputs."""
+def expect_output(out, logs) -> None:
+    """Raises InputError when an output is one of the inputs, a directory, or in one that does not exist."""
     from steerway.formats.writing import same_file
+
+    if out.is_dir():
+        raise InputError(f"cannot write {str(out)!r}: is a directory")
+    if not out.parent.is_dir():
+        raise InputError(f"cannot write {str(out)!r}: no directory {str(out.parent)!r}")
 
     for log in logs:
         if same_file(out, log):

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from steerway.commands.options import AsJson, refuse_overwriting
+from steerway.commands.options import AsJson, expect_output
 from steerway.commands.terminal import print_json, print_table
 from steerway.core.errors import InputError
 
@@ -45,7 +45,7 @@ def plot(
             raise InputError(
                 f"figure {path} ends in {path.suffix or 'nothing'!r}, expected one of {', '.join(ENDINGS)}"
             )
-        refuse_overwriting(path, files)
+        expect_output(path, files)
     tracks = [track for path in files for track in read_tracks(path)]
     if len(tracks) < 2 and show_differences is not None:
         raise InputError("--differences needs two tracks, expected another file")
@@ -66,7 +66,9 @@ def plot(
     for path, _ in written:
         print(f"wrote {path}")
     if not written:
-        print("-o overlay.png (or .svg .pdf) writes the tracks, --differences errors.png what they are off the first")
+        print(
+            "-o overlay.png (or .svg .pdf) writes the tracks, --differences errors.png the differences from the first"
+        )
 
 
 def _rows(table):

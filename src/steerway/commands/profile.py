@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from steerway.commands.options import AsJson, From, Logs, Source, Until, expect_toml, read_logs, refuse_overwriting
+from steerway.commands.options import AsJson, From, Logs, Source, Until, expect_output, expect_toml, read_logs
 from steerway.commands.terminal import flag, print_json, print_pairs, progress_line
 
 app = typer.Typer(
@@ -82,7 +82,7 @@ def make_profile(
     from steerway.estimation import tune as fit
     from steerway.estimation.inference.description import structures_of
 
-    refuse_overwriting(out, logs)
+    expect_output(out, logs)
     expect_toml(out)
     fixes = read_logs(logs, source, start, stop)
     if tuned:

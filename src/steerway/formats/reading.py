@@ -14,6 +14,7 @@ from typing import BinaryIO
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes
 from steerway.formats import ais, gpx, mcap, nmea0183, nmea2000, packed, ros2, table, ubx
+from steerway.formats.columns import EXPECTED
 from steerway.formats.recording import Recording
 from steerway.formats.sources import Quality, choose, described, gather, quality, with_instruments
 
@@ -153,7 +154,9 @@ def _parsed(name, data):
     if not readers and len(data) > _HEAD:
         readers = [reader for reader in FORMATS.values() if reader.recognises(data)]
     if not readers:
-        raise InputError(f"{name}: unrecognized format, expected one of {', '.join(FORMATS)}")
+        raise InputError(
+            f"{name}: unrecognized format, expected one of {', '.join(FORMATS)}; of a table, columns {EXPECTED}"
+        )
     recordings, refused = [], []
     for reader in readers:
         try:
@@ -167,7 +170,8 @@ def _parsed(name, data):
 
 def _no_position(logs):
     names = ", ".join(dict.fromkeys(name for name, _ in logs))
-    kinds = ", ".join(dict.fromkeys(kind for _, recording in logs for kind in list(recording.counts)[:5]))
+    counts = [each for _, recording in logs for each in list(recording.counts.items())[:5]]
+    kinds = ", ".join(f"{count} × {kind}" for kind, count in counts if count)
     skipped = _skipped([recording for _, recording in logs])
     return f"{names}: no position in it; found {kinds or 'no complete message'}{f' ({skipped})' if skipped else ''}"
 

@@ -304,13 +304,15 @@ def _recording(kind, frame, columns, names, first_line, delimiter, skipped):
     for name in (each for each in REPORTED if each in columns):
         numbers = reader.numbers(columns[name])
         columns[name] = by_positions(columns[name], numbers, time, latitude, longitude)
-        reported[name] = _said(name, numbers, columns[name], is_ais)
+        reported[name] = _in_si(name, numbers, columns[name], is_ais)
     empty = np.isnan(place[0]) & np.isnan(place[1])
     useful = np.isfinite(latitude) | (empty & np.any([np.isfinite(values) for values in reported.values()], axis=0))
     useful = np.broadcast_to(useful, len(time))
+    out_of_range = ~useful & np.isfinite(place[0]) & np.isfinite(place[1]) & (not is_ais)
     keep = ~reader.blank & ~reader.bad
     for reason, good in (
         ("no time", np.isfinite(time)),
+        ("latitude or longitude out of range", ~out_of_range),
         ("no position", useful),
         ("no MMSI", (mmsi >= 0) & (mmsi < 1e10) if is_ais else useful),
     ):
@@ -332,7 +334,7 @@ def _degrees(numbers, column):
     return np.degrees(numbers) if column.factor == 1.0 else numbers
 
 
-def _said(name, numbers, column, is_ais):
+def _in_si(name, numbers, column, is_ais):
     """A column in SI; NaN where the number means that there is none (AIS: 102.3 kn, course 360°, heading 511°)."""
     values = numbers * column.factor
     with np.errstate(invalid="ignore"):

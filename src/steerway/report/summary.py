@@ -91,7 +91,7 @@ def sentences(summary: dict) -> list[tuple[str, str]]:
         ("source", s["source"] or "the only source"),
         *vessels,
         ("time", f"{s['start']} to {s['stop']} ({_duration(s['duration_s'])})"),
-        ("fixes", f"{s['fixes']}, {s['gaps']} gaps, the longest {s['longest_gap_s']:.1f} s"),
+        ("fixes", f"{s['fixes']}, {_gaps(s)}"),
         *_receiver(s),
         ("rows", f"{s['rows']}: {status}"),
         ("profile", s["profile"]),
@@ -103,6 +103,16 @@ def sentences(summary: dict) -> list[tuple[str, str]]:
         ("episodes", in_words(s["episodes"])),
         *([("NIS", f"{s['nis_mean']:.2f} (2 expected)")] if math.isfinite(s["nis_mean"]) else []),
     ]
+
+
+def _gaps(s) -> str:
+    if not s["gaps"]:
+        return "no gap"
+    return (
+        f"1 gap of {s['longest_gap_s']:.1f} s"
+        if s["gaps"] == 1
+        else (f"{s['gaps']} gaps, the longest {s['longest_gap_s']:.1f} s")
+    )
 
 
 def _receiver(s) -> list[tuple[str, str]]:
