@@ -25,7 +25,7 @@ def slowly(folder: Path, seed: int) -> tuple[int, int]:
     return seed, seed * seed
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def cluster():
     distributed = pytest.importorskip("distributed")
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
@@ -44,6 +44,11 @@ def test_a_seed_is_the_same_run_wherever_it_is_sailed(cluster):
     assert over_seeds(run, range(3), dask=cluster.scheduler_address, progress=progress.append) == here
     assert progress == [1 / 3, 2 / 3, 1.0]
     assert here[0] != here[1]
+
+
+def test_a_seed_that_fails_is_not_hidden(cluster):
+    with pytest.raises(ZeroDivisionError):
+        over_seeds(divide, [1, 0], dask=cluster.scheduler_address)
 
 
 def test_no_seed_is_lost_or_counted_twice_when_a_worker_is_killed(cluster, tmp_path):
@@ -68,11 +73,6 @@ def test_no_seed_is_lost_or_counted_twice_when_a_worker_is_killed(cluster, tmp_p
     begun = [int(path.name.split("-")[1]) for path in tmp_path.iterdir()]
     assert victim in begun and len(set(begun)) >= 2  # the dead one had really worked
     assert len(begun) > len(seeds)  # and what it was at was begun anew
-
-
-def test_a_seed_that_fails_is_not_hidden(cluster):
-    with pytest.raises(ZeroDivisionError):
-        over_seeds(divide, [1, 0], dask=cluster.scheduler_address)
 
 
 def divide(seed):

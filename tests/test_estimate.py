@@ -150,7 +150,7 @@ def test_the_default_profile_suits_the_receiver():
 
 
 def test_tune_finds_noise_that_is_known():
-    scene = turning(3.0, 0.5, 1500.0, rate=1.0, seed=4, decay=0.3, density=1e-3)
+    scene = turning(3.0, 0.5, 600.0, rate=1.0, seed=4, decay=0.3, density=1e-3)
     tuned = steerway.tune(scene.fixes(0.3, 4))
     for each in tuned.profile.structures:
         assert 0.24 < math.hypot(each.values["fix_std"], each.values.get("error_std", 0.0)) < 0.36

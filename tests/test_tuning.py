@@ -73,7 +73,7 @@ def test_where_more_effort_predicts_worse_the_answer_is_the_defaults(monkeypatch
 
 
 def test_a_slow_error_of_the_receiver_is_found_and_not_taken_for_motion():
-    fixes = logged(replace(FAST, duration=450.0), 2, white=0.1, markov=((0.5, 10.0),))
+    fixes = logged(replace(FAST, duration=300.0), 2, white=0.1, markov=((0.5, 10.0),))
     structures = tune(fixes).profile.structures
     slow = [math.hypot(each.values.get("error_std", 0.0), each.values.get("quick_std", 0.0)) for each in structures]
     weights = [each.weight for each in structures]
