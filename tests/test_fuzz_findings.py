@@ -44,6 +44,14 @@ def test_routes_beyond_what_a_parser_takes_are_refused(text, tmp_path):
         GeodeticRoute.load(path)
 
 
+@pytest.mark.parametrize("length", ["1.7e308", "1e300", "3e6"])
+def test_a_survey_that_leaves_the_chart_is_refused(length, tmp_path):
+    path = tmp_path / "route.toml"
+    path.write_text(f"[survey]\nlat_deg = 63.4\nlon_deg = 10.4\nlength = {length}\nspacing = 25\nlines = 2\n")
+    with pytest.raises(InputError, match=r"route.toml: a waypoint of the survey: l(at|on)_deg is"):
+        GeodeticRoute.load(path)
+
+
 @pytest.mark.parametrize("message", [DEEP.encode() + b"\n", TPV % (b"9" * 400)])
 def test_messages_of_other_computers_are_counted_as_malformed(message):
     for decoder in (GpsdDecoder(), SignalKDecoder()):

@@ -160,7 +160,10 @@ class GeodeticRoute:
             raise refusal(f"route {path}", error, MissionFile) from None
         except (ValueError, LookupError, TypeError, AttributeError, RecursionError, ElementTree.ParseError) as error:
             raise InputError(f"route {path} is malformed ({error}), expected waypoints in degrees") from None
-        waypoints = table.waypoint + ([] if table.survey is None else table.survey.waypoints())
+        try:
+            waypoints = table.waypoint + ([] if table.survey is None else table.survey.waypoints())
+        except ValidationError as error:
+            raise refusal(f"route {path}: a waypoint of the survey", error, Waypoint) from None
         if len(waypoints) < 2:
             raise InputError(f"route {path} has {len(waypoints)} waypoints, expected at least 2, or a table [survey]")
         try:
