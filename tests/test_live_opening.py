@@ -61,6 +61,18 @@ def test_a_plotter_that_stamps_two_positions_with_one_second(shared_data, lines)
     assert_equal(rows, motion.rows(slice(0, len(rows))))
 
 
+def test_a_position_that_another_formatter_gave_before_a_pause_is_not_lost():
+    """RMC mostly has the position of the second before; where it has GGA's, and a pause parts them, it counts too."""
+    places, used = list(zip(*track(40), strict=True)), []
+    decoder, opening = ReceiverDecoder(), Opening(("GP RMC",))
+    for k, (place, before) in enumerate(zip(places[1:], places, strict=False)):
+        rows = decoder.feed(gga(*place)) + (decoder.settle() if k > 30 else [])
+        rows += decoder.feed(rmc(*(place if k > 30 else (place[0], *before[1:])))) + decoder.settle()
+        used += opening.admit(rows, float(k))
+    times = [row.time for row, _ in used if row.source == "GP RMC" and row.has_position]
+    assert opening.chosen == "GP RMC" and times == [place[0] for place in places[1:]]
+
+
 def test_a_source_that_does_not_exist_is_refused_with_those_that_do():
     epochs = [gga(*place) + rmc(*place) for place in zip(*track(40), strict=True)]
     rows, outcome = asyncio.run(received(epochs, 0.001, sources=("GX",)))

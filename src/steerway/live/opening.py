@@ -30,6 +30,7 @@ class Streams:
         self._newest: dict[str, deque[tuple[int, InputRow]]] = {}
         self._divisions: dict[str, Division] = {}
         self._tracks: dict[str, list[InputRow]] = {}
+        self._placed: dict[str, InputRow] = {}  # the last row with a position of a talker divided by formatters
         self._count = 0
 
     def learn(self, row: InputRow) -> bool:
@@ -81,9 +82,24 @@ class Streams:
             return row
         names = divided.names(row.source)
         if divided.formatters:
+            row = self._completed(row, present)
             mine = self.all_names(row) or names[:1]
             return row._replace(source=present if present in mine else mine[0])
         return row._replace(source=names[self._track(row)] if row.has_position else names[0])
+
+    def _completed(self, row, present):
+        """With the position that another formatter gave already: decoders give a position once, also where a pause
+        parts an epoch before the formatter that is used confirms it.
+        """
+        before = self._placed.get(row.source)
+        if row.has_position:
+            self._placed[row.source] = row
+        elif before is not None and before.time == row.time and present in self.all_names(row):
+            if present not in self.all_names(before):
+                return row._replace(
+                    latitude=before.latitude, longitude=before.longitude, position_std=before.position_std
+                )
+        return row
 
     def _track(self, row):
         """Which of two receivers in one talker: the one whose track it continues, once an epoch."""
