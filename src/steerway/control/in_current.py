@@ -176,8 +176,9 @@ class InCurrent:
         off = leg.cross_track
         if self._turn is not None:
             turned, is_over = off_path(self._turn, estimate.north, estimate.east)
-            # Nearer to the leg than to the path: the boat does not turn as planned.
-            self._turn, off = (None, off) if is_over or abs(turned) > abs(off) else (self._turn, turned)
+            # Off the path by the turn's radius, and nearer to the leg: the boat does not turn as planned.
+            lost = abs(turned) > max(abs(off), estimate.water_speed / self.turn_rate)
+            self._turn, off = (None, off) if is_over or lost else (self._turn, turned)
         slower = min(1.0, max(_SHORTEST, estimate.sog / speed)) if speed > 0.0 else 1.0
         return leg._replace(cross_track=off / slower)
 
