@@ -48,9 +48,12 @@ def read_steering(path: str | PathLike, rudder: str | None = None, angle: str | 
     try:
         data = Path(path).read_bytes()
         frame = pl.read_parquet(io.BytesIO(data)) if data.startswith(b"PAR1") else _csv(data)
-    except (OSError, pl.exceptions.PolarsError) as error:
-        reason = str(error).splitlines()[0]
-        raise InputError(f"{path}: cannot be read ({reason}), expected a CSV or Parquet table") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}), expected a CSV or Parquet table") from None
+    except pl.exceptions.PolarsError:
+        raise InputError(
+            f"{path} is no table, expected CSV or Parquet with columns for time, rudder, and heading or positions"
+        ) from None
     columns = understood(frame.columns)
     name = _chosen(path, frame, rudder, "rudder") if rudder else _rudder(path, frame)
     if "time" not in columns:

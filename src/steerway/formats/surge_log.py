@@ -21,8 +21,11 @@ def read_surge_log(path: str | Path, shaft: str | None = None) -> tuple[np.ndarr
 
     try:
         table = pl.read_csv(Path(path).read_bytes(), infer_schema=False)
-    except (OSError, pl.exceptions.PolarsError) as error:
-        raise InputError(f"{path} cannot be read as CSV: {str(error).splitlines()[0]}") from error
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}), expected a CSV table") from None
+    except pl.exceptions.PolarsError:
+        expected = ", ".join((*COLUMNS[:2], shaft or COLUMNS[2]))
+        raise InputError(f"{path} is no table, expected CSV with columns {expected}") from None
     names = (*COLUMNS[:2], shaft or COLUMNS[2])
     missing = [name for name in names if name not in table.columns]
     if missing:
