@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from steerway.core.angles import sinc, smallest_difference, wrap, wrap_array
+from steerway.core.angles import sinc, wrap, wrap_array
 from tests.golden import assert_golden, golden
 
 
@@ -28,12 +28,6 @@ def test_wrapping_keeps_the_direction(angle):
     assert math.cos(wrapped) == pytest.approx(math.cos(angle), abs=1e-12)
     assert math.sin(wrapped) == pytest.approx(math.sin(angle), abs=1e-12)
     assert wrap(wrapped) == wrapped
-
-
-def test_the_smallest_difference_leads_from_the_reference_to_the_angle():
-    assert smallest_difference(0.2, -0.1) == pytest.approx(0.3)
-    assert smallest_difference(math.radians(-170), math.radians(170)) == pytest.approx(math.radians(20))
-    assert math.isnan(smallest_difference(math.nan, 0.0))
 
 
 def test_an_array_is_wrapped_as_its_elements_are():

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from steerway.core.angles import smallest_difference
+from steerway.core.angles import wrap
 from steerway.core.kinematics import GroundMotion, drift_angle, heading_for, in_body, over_ground, turning_rate
 
 HEADINGS = [0.3 * k - 3.0 for k in range(21)]
@@ -29,7 +29,7 @@ def test_course_is_heading_and_crab_angle(heading, surge, sway):
     """P1 (5)–(7): without current crab angle and sideslip are one, and right astern too."""
     m = motion(heading, surge, sway)
     assert m.sog == pytest.approx(math.hypot(surge, sway)) == m.water_speed
-    assert smallest_difference(m.cog, heading + m.crab_angle) == pytest.approx(0.0, abs=1e-12)
+    assert wrap(m.cog - heading - m.crab_angle) == pytest.approx(0.0, abs=1e-12)
     assert m.crab_angle == pytest.approx(math.atan2(sway, surge)) == m.sideslip
     assert m.along == pytest.approx(surge)
 

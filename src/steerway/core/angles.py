@@ -19,12 +19,6 @@ def wrap(angle: float) -> float:
     return -math.pi if wrapped >= math.pi else wrapped  # in this order NaN stays NaN
 
 
-@kernel
-def smallest_difference(angle: float, reference: float) -> float:
-    """The smallest signed angle that leads from `reference` to `angle`, in [−π, π). Scalars, rad."""
-    return wrap(angle - reference)
-
-
 @lean_kernel
 def sinc(angle: float) -> tuple[float, float]:
     """(sin a)/a and its derivative."""
