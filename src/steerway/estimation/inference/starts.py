@@ -68,7 +68,7 @@ def vessels(noise) -> list[dict]:
 def starts(part, values, scales: Scales) -> list[list[dict]]:
     """Where to begin the search for a part's numbers: lists of numbers, each to be added to the likeliest so far; none
     where a record shows no sign of the part."""
-    noise, _, periods = scales
+    noise, shortest, periods = scales
     v = values
     less = values | {"fix_std": 0.5 * values["fix_std"]}
     rolls = [period for period in periods.across if period < LONGEST_ROLL] or [2.0, 3.0]
@@ -86,7 +86,11 @@ def starts(part, values, scales: Scales) -> list[list[dict]]:
     if part == "strokes":
         period = periods.along[0]  # oars make the strongest line, if any
         strokes = product((values, less), (0.03, 0.2))
-        return [[v | {"stroke_period": period, "stroke_surge": std} for v, std in strokes]] if period < _WAVE else []
+        return (
+            [[v | {"stroke_period": period, "stroke_surge": std} for v, std in strokes]]
+            if shortest < period < _WAVE
+            else []
+        )
     if part == "antenna":
         all_ = product((values, less, values | {"fix_std": noise}), rolls, (0.005, 0.02, 0.15))
         return [[v | {"antenna_period": period, "antenna_std": std} for v, period, std in all_]]
