@@ -200,6 +200,11 @@ def test_a_wrong_profile_is_named(tmp_path, text, words):
     assert words in str(error.value)
 
 
+def test_a_path_is_no_record():
+    with pytest.raises(steerway.InputError, match=r"given as str, expected Fixes, as steerway.read\(path\)"):
+        steerway.estimate("sortie.nmea")
+
+
 def test_unknown_names_are_answered_with_the_known_ones():
     with pytest.raises(steerway.InputError, match="otter, mariner-usv, small-usv, sailing-yacht, swell, ship, ais"):
         FiveStateFilter("otterr")

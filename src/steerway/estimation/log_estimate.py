@@ -51,7 +51,7 @@ class LogEstimator:
     inference: Inference | None = None
 
     def __init__(self, fixes: Fixes, profile: AnyProfile = None, aid: tuple[str, ...] = ()):
-        _refuse_single(fixes)
+        _refuse(fixes)
         self.aid = tuple(each for each in aid if each != AUTO)
         if profile is None and fixes.mmsi is None:
             self.inference = infer_log(fixes, self.aid)
@@ -82,8 +82,12 @@ class LogEstimator:
         return self.motion(fixes, smooth=True)
 
 
-def _refuse_single(fixes: Fixes) -> None:
-    """InputError for the log of one vessel without two positions at different times."""
+def _refuse(fixes: Fixes) -> None:
+    """InputError for what is no record, and for that of one vessel without two positions at different times."""
+    if not isinstance(fixes, Fixes):
+        raise InputError(
+            f"fixes are given as {type(fixes).__name__}, expected Fixes, as steerway.read(path) returns them"
+        )
     times = fixes.time[fixes.has_position]
     if fixes.mmsi is None and not (len(times) and times.max() > times.min()):
         found = f"{len(times)} positions at one time" if len(times) > 1 else f"{len(times)} position"
