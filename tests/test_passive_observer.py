@@ -135,3 +135,8 @@ def test_bad_input_is_named():
         ObserverGains((1.0,) * 3, (-1.0, 1.0, 1.0), (1.0,) * 3)
     with pytest.raises(InputError, match=r"observer\.fix_interval"):
         PassiveObserver(INERTIA, DAMPING, TUNED_GAINS, fix_interval=0.0)
+
+
+def test_an_interval_of_zero_is_not_taken_for_no_compass():
+    with pytest.raises(InputError, match=r"observer\.heading_interval is 0"):
+        PassiveObserver(INERTIA, DAMPING, TUNED_GAINS, heading_interval=0.0)

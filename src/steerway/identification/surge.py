@@ -208,7 +208,7 @@ def _known_together(found: SurgeIdentification, speed: Floats, shaft: Floats) ->
     if float(np.percentile(speed, 98.0) - np.percentile(speed, 2.0)) < LEAST_SPREAD * float(np.percentile(speed, 98.0)):
         return ""
     return (
-        f"Drag and the loss of thrust with speed are told apart only if the propeller's diameter is given; together "
+        f"Drag and the loss of thrust with speed are distinguished only if the propeller's diameter is given; together "
         f"they hold {steady:.2f} m/s at the highest command of {full:g}, from a thrust at rest of "
         f"{found.thrust_at_rest * full**2:.2g} m/s²."
     )

@@ -214,7 +214,9 @@ class PassiveObserver:
     ) -> None:
         self._form = one_of("observer.correction", correction, CORRECTIONS)
         self._fix_interval = positive("observer.fix_interval", fix_interval)
-        self._heading_interval = heading_interval and positive("observer.heading_interval", heading_interval)
+        self._heading_interval = heading_interval
+        if heading_interval is not None:
+            positive("observer.heading_interval", heading_interval)
         self.gains = gains
         self._gains = gains.table()
         self._inverse = np.linalg.inv(array_of("inertia", inertia, (3, 3))).astype(np.float64)
