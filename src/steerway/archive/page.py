@@ -61,7 +61,8 @@ def write(store: Store, manifest: dict[str, Any]) -> None:
         (_coverage(numbers, days), "Rows a day."),
         (_intervals(intervals), "Time from report to report."),
     ]
-    title = f"Archive of {len(manifest['inputs'])} inputs"
+    count = len(manifest["inputs"])
+    title = f"Archive of {count} input{'' if count == 1 else 's'}"
     write_page(store.root / "index.html", title, tables=tables, figures=figures)
 
 
