@@ -147,11 +147,6 @@ def test_outliers_are_refused_and_good_fixes_kept(name):
     assert (refused & ~wrong).sum() <= max(3, 0.001 * len(wrong))
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="2.3 m/s: a minute of noise twenty times the usual is followed as manoeuvres; poor fixes are six times as "
-    "noisy in the model, and each independent of the one before",
-)
 def test_a_minute_of_poor_fixes_is_no_motion():
     """One minute in three with 2 m of noise in place of 0.1 m, as under trees, 1 Hz."""
     scene = straight(1.5, 0.4, 600.0, rate=1.0)

@@ -45,10 +45,13 @@ MODES = 5
     STEP_RATE,
     STEP_VARIANCE,
     SLIP_VARIANCE,
-) = range(9)
+    POOR_NOISE,
+    POOR_TIME,
+) = range(11)
 """`receiver`: variance of a fix (white, m²), share of outliers, the speed (m/s) below which motion is isotropic, share
-of poor fixes, variance of the moment of a fix and that of a poor one besides (s²), steps of its error a second, and the
-variance of a step in any direction (m²) and, besides, along the way made good (s²)."""
+of poor fixes, variance of the moment of a fix and that of a poor one besides (s²), steps of its error a second, the
+variance of a step in any direction (m²) and, besides, along the way made good (s²), how many times the usual noise a
+poor fix has, and how long (s) fixes stay poor; 0 where each is so by itself."""
 
 
 class Model(NamedTuple):
@@ -57,7 +60,7 @@ class Model(NamedTuple):
     modes: np.ndarray  # (MODES, 4)
     generator: np.ndarray  # (MODES, MODES) rates of change between modes, 1/s; rows sum to 0
     filters: np.ndarray  # (f, 5)
-    receiver: np.ndarray  # (9,)
+    receiver: np.ndarray  # (11,)
     aids: np.ndarray  # (aids, 2)
 
 
@@ -79,7 +82,7 @@ class Bank(NamedTuple):
     probability: np.ndarray  # (MODES,)
     mixed_x: np.ndarray  # (MODES, n) workspace
     mixed_p: np.ndarray  # (MODES, n, n) workspace: of what is mixed
-    run: np.ndarray  # (9,) of outliers in a row and of the time, see RUN
+    run: np.ndarray  # (10,) of outliers in a row and of the time, see RUN
     steps: np.ndarray  # (MODES, STEP_ROWS, n) see `discrete`
     change: np.ndarray  # (MODES, MODES) probabilities of change in a step
     work: np.ndarray  # (12, max(n, 8))
@@ -103,17 +106,17 @@ def empty_bank(states: int) -> Bank:
         np.zeros(m),
         np.zeros((m, n)),
         np.zeros((m, n, n)),
-        np.zeros(9),
+        np.zeros(10),
         np.zeros((m, STEP_ROWS, n)),
         np.zeros((m, m)),
         np.zeros((12, max(n, 8))),
     )
 
 
-RUN, RUN_N, RUN_E, WAS_OUTLIER, STARTED, STEP_N, STEP_E, SINCE, APART = range(9)
+RUN, RUN_N, RUN_E, WAS_OUTLIER, STARTED, STEP_N, STEP_E, SINCE, APART, WAS_POOR = range(10)
 """`run` of a bank: how many outliers in a row agree, and their offset; the probability that the last fix was one; 1
-once begun; the step of the receiver last followed; s since the last fix,
-and from that before it to it."""
+once begun; the step of the receiver last followed; s since the last fix, and from that before it to it; the probability
+that the last fix was poor."""
 
 
 class Kept(NamedTuple):

@@ -15,7 +15,19 @@ from steerway.estimation.inference.starts import Scales, scales_of, starts, vess
 from steerway.estimation.inference.structures import VESSELS
 
 PLAIN = ("base", "wander")
-PARTS = ("waves", "strokes", "antenna", "second_roll", "clock", "beat", "error", "quick_error", "steps", "slips")
+PARTS = (
+    "waves",
+    "strokes",
+    "antenna",
+    "second_roll",
+    "clock",
+    "beat",
+    "error",
+    "quick_error",
+    "steps",
+    "slips",
+    "obstructions",
+)
 """Parts that a structure may have beside the plain ones."""
 SECOND = {"antenna": "second_roll", "error": "quick_error", "clock": "beat", "steps": "slips"}
 """Parts that come with one of these only, and are tried where that is better than none."""

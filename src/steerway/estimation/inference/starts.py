@@ -115,6 +115,9 @@ def starts(part, values, scales: Scales) -> list[list[dict]]:
     if part == "steps":
         steps = product((values, less), (10.0, 60.0), (3.0 * noise, 10.0 * noise))
         return [[v | {"step_every": every, "step_std": std} for v, every, std in steps]]
+    if part == "obstructions":  # which may have been taken for manoeuvres
+        poor = product((values, *vessels(noise)), (5.0, 20.0))
+        return [[v | {"poor_rate": 0.01, "obstructed_noise": ratio, "obstructed_time": 20.0} for v, ratio in poor]]
     errors = product((values, less, values | {"fix_std": noise}), _sizes(noise, 1.0), (20.0, 200.0))
     return [[v | {"error_std": std, "error_time": time} for v, std, time in errors]]
 

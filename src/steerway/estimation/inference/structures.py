@@ -92,12 +92,17 @@ PRIORS = {
     "slips": {"slip_std": (0.3, 1.2)},  # s, steps along the way made good besides: of the moment of a fix
     "error": {"error_std": (0.7, 1.2), "error_time": (100.0, 1.5)},  # m, s
     "quick_error": {"quick_std": (0.25, 1.2), "quick_time": (5.0, 0.8)},  # m, s
+    "obstructions": {  # of the sky, by trees, bridges, quays: poor fixes in a row
+        "obstructed_noise": (10.0, 0.7),  # of a poor fix, in the usual one, above 1
+        "obstructed_time": (20.0, 1.2),  # s
+    },
     **{aid.name: aid.priors for aid in TABLE},
 }
 
-SHARE = {"strokes": 0.02}
-"""Share of vessels that have a part, before their record is seen; of the others as many have it as do not. Chosen: few
-are rowed or paddled, and where noise hides strokes, they make the speed of all others uncertain."""
+SHARE = {"strokes": 0.02, "obstructions": 0.02}
+"""Share of records that have a part, before they are seen; of the others as many have it as do not. Chosen: few vessels
+are rowed or paddled, and where noise hides strokes, they make the speed of all others uncertain; few records are made
+under trees, and those that are say so by hundreds of log evidence."""
 
 EMERGENCY_ACCELERATION, EMERGENCY_YAW, EMERGENCY_TIME = 3.0, 1.5, 1.5
 """m/s², rad/s² and s: a planing craft that stops, a small craft that spins. Chosen."""
@@ -117,6 +122,8 @@ STRAIGHT_SHARE = 2.0 / 3.0
 0.5 ends of turns are noticed later in scenes with steady turns, with 0.8 a figure of eight is followed later."""
 _AFTER_EMERGENCY = 0.4, 0.2, 0.2, 0.2, 0.0
 """Probabilities of the modes after an emergency. Chosen: a held course twice as probable as any other."""
+_POOR = 5.0
+"""Noise of a single poor fix, in the usual one, above 1. Chosen; how many fixes are poor is fitted."""
 _MOST_BAD = 0.3
 """Largest share of outliers, and of poor fixes, that a filter works with. Chosen: at more they are the rule."""
 
@@ -217,6 +224,8 @@ def model_of(parts, values) -> tuple[Model, int, int]:
             1.0 / v["step_every"] if "steps" in parts else 0.0,
             v.get("step_std", 0.0) ** 2,
             v.get("slip_std", 0.0) ** 2,
+            1.0 + v.get("obstructed_noise", _POOR),
+            v.get("obstructed_time", 0.0),
         ]
     )
     return Model(modes, generator, table, receiver, aids), states_of(table), driving

@@ -15,7 +15,9 @@ from steerway.estimation.inference.model import (
     LATE_VARIANCE,
     NORTH,
     OUTLIER_RATE,
+    POOR_NOISE,
     POOR_RATE,
+    POOR_TIME,
     RUN,
     RUN_E,
     RUN_N,
@@ -28,6 +30,7 @@ from steerway.estimation.inference.model import (
     STEP_VARIANCE,
     TIME_VARIANCE,
     WAS_OUTLIER,
+    WAS_POOR,
 )
 
 LEAST_OUTLIER, DECADES = 10.0, 10.0
@@ -35,8 +38,6 @@ LEAST_OUTLIER, DECADES = 10.0, 10.0
 density 1/(2π (ρ² + a²) L) with a (m) and L = ln (km / a), about 10 for any receiver."""
 LEAST_PROBABILITY = 1e-6
 """Of a hypothesis that a correction counts: below, it moves nothing by a thousandth of a standard deviation."""
-POOR = 6.0
-"""How many times as large the noise of a poor fix is. Chosen; how many fixes are poor is fitted."""
 STUDENT_VARIANCE = 2.0
 """Of Student's t distribution of four degrees of freedom and unit scale."""
 DIFFUSE, RARE = 1e6, 1e-3
@@ -64,11 +65,12 @@ def outlier_density(nu_n, nu_e, spread, variance):
 def take_fix(bank, model, north, east, excess):
     """Weigh and take a fix. Returns (NIS of the mean of all modes, log density, probability of an outlier).
 
-    A fix is good, poor (its noise POOR times as large), the first of which the receiver is off by another distance (a
-    step, which moves the position and not the motion) or an outlier; in every mode all four are weighed, and the
+    A fix is good, poor (its noise several times the usual), the first of which the receiver is off by another distance
+    (a step, which moves the position and not the motion) or an outlier; in every mode all four are weighed, and the
     correction is their mean (probabilistic data association: Y. Bar-Shalom and X. R. Li, Multitarget-Multisensor
     Tracking, 1995, §3.4): x ← x + C Σ β_h s_h and P ← P − C (Σ β_h (S_h⁻¹ − s_h s_hᵀ) + s̄ s̄ᵀ) Cᵀ with C = P Hᵀ,
-    s_h = S_h⁻¹ ν, s̄ = Σ β_h s_h; for a step see `step_position`.
+    s_h = S_h⁻¹ ν, s̄ = Σ β_h s_h; for a step see `step_position`. Where the sky is obstructed a poor fix is mostly
+    followed by one.
     excess: how many times its usual variance the white noise of this fix has.
     """
     x, p, probability, run, work = bank.x, bank.p, bank.probability, bank.run, bank.work
@@ -77,13 +79,14 @@ def take_fix(bank, model, north, east, excess):
     variance, clock, late = excess * receiver[FIX_VARIANCE], receiver[TIME_VARIANCE], receiver[LATE_VARIANCE]
     return_step(bank, model, north, east, excess)
     wrong_prior = receiver[OUTLIER_RATE] * (1.0 - run[WAS_OUTLIER]) + OUTLIERS_LAST * run[WAS_OUTLIER]
-    poor_prior = (1.0 - wrong_prior) * receiver[POOR_RATE]
+    stays = run[WAS_POOR] * math.exp(-run[SINCE] / receiver[POOR_TIME]) if receiver[POOR_TIME] > 0.0 else 0.0
+    poor_prior = (1.0 - wrong_prior) * (stays + (1.0 - stays) * receiver[POOR_RATE])
     step_prior = (1.0 - wrong_prior - poor_prior) * (1.0 - math.exp(-receiver[STEP_RATE] * run[SINCE]))
     run[APART], run[SINCE] = run[SINCE], 0.0
     good_prior = 1.0 - wrong_prior - poor_prior - step_prior
     density = work[8]
     mean_n = mean_e = mean_nn = mean_ne = mean_ee = 0.0
-    total = wrong = 0.0
+    total = wrong = bad = 0.0
     least = math.inf
     for k in range(m):
         pc_n, pc_e = work[0], work[1]
@@ -101,7 +104,7 @@ def take_fix(bank, model, north, east, excess):
             outlier = (1.0 - SAME_OFFSET) * outlier + SAME_OFFSET * same
         outlier *= wrong_prior
         usual = good_prior * gaussian(nu_n, nu_e, s_nn, s_ne, s_ee)
-        added = (POOR * POOR - 1.0) * variance
+        added = (receiver[POOR_NOISE] ** 2 - 1.0) * variance
         p_nn, p_ne, p_ee = s_nn + added + late * v_n * v_n, s_ne + late * v_n * v_e, s_ee + added + late * v_e * v_e
         poor = poor_prior * gaussian(nu_n, nu_e, p_nn, p_ne, p_ee)
         stepped = 0.0
@@ -113,6 +116,7 @@ def take_fix(bank, model, north, east, excess):
         density[k] = weight * whole
         total += weight * whole
         wrong += weight * outlier
+        bad += weight * poor
         mean_n += weight * nu_n
         mean_e += weight * nu_e
         loose, far = poor_prior * added, step_prior * STUDENT_VARIANCE
@@ -146,6 +150,7 @@ def take_fix(bank, model, north, east, excess):
     nis = (mean_ee * mean_n * mean_n - 2.0 * mean_ne * mean_n * mean_e + mean_nn * mean_e * mean_e) / (
         mean_nn * mean_ee - mean_ne * mean_ne
     )
+    run[WAS_POOR] = bad / total
     follow_run(bank, mean_n, mean_e, wrong / total, least)
     return nis, math.log(total), wrong / total
 
