@@ -49,7 +49,7 @@ def rms(values):
     ("smooth", "most"),
     [
         (False, 0.55),
-        pytest.param(True, 0.36, marks=pytest.mark.xfail(strict=True, reason="0.385: 9 mm athwart, see below")),
+        pytest.param(True, 0.36, marks=pytest.mark.xfail(strict=True, reason="0.393: 9 mm athwart, see below")),
     ],
 )
 def test_figure_of_eight_against_an_independent_gyro(shared_data, tuned, smooth, most):
@@ -105,7 +105,7 @@ def test_a_start_from_rest_converges_to_the_right_course(logs):
             "signalk_samples/gps.log",
             marks=pytest.mark.xfail(
                 strict=True,
-                reason="course undefined in 87 % of rows (median SOG 0.141 m/s)",
+                reason="course undefined in 83 % of rows (median SOG 0.164 m/s)",
             ),
         ),
         "furuno_scx20_n2k/ac42-commissioning.raw",
@@ -148,14 +148,14 @@ def missed(reason):
     ("key", "most"),
     [
         ("figure8_rate_rms_dps", 0.545),
-        pytest.param("figure8_rate_rms_smoothed_dps", 0.36, marks=missed("0.379 °/s: 9 mm athwart, see above")),
+        pytest.param("figure8_rate_rms_smoothed_dps", 0.36, marks=missed("0.393 °/s: 9 mm athwart, see above")),
         ("figure8_rate_rms_aligned_dps", 0.335),
-        pytest.param("figure8_rate_rms_smoothed_aligned_dps", 0.21, marks=missed("0.220 °/s: as above")),
+        pytest.param("figure8_rate_rms_smoothed_aligned_dps", 0.21, marks=missed("0.240 °/s: as above")),
         ("s330_sog_rms_mps", 0.035),
         ("s330_cog_rms_deg", 0.45),
         ("seap_sog_rms_mps", 0.05),
         ("seap_cog_rms_deg", 0.5),
-        pytest.param("standstill_gps_sog_median_mps", 0.15, marks=missed("0.174 m/s: a receiver at rest that steps")),
+        pytest.param("standstill_gps_sog_median_mps", 0.15, marks=missed("0.164 m/s: a receiver at rest that steps")),
         ("standstill_ac42_sog_median_mps", 0.15),
     ],
 )
@@ -168,7 +168,7 @@ def test_the_lag_of_the_figure_of_eight_is_found(field):
     assert 2.4 < field.numbers["figure8_receiver_lag_s"] < 3.2  # the error is flat from 2.5 to 3.2 s
 
 
-@missed("85 % of rows: a slow error taken for motion")
+@missed("83 % of rows: a slow error taken for motion")
 def test_at_a_standstill_there_is_no_course(field):
     assert field.numbers["standstill_undefined_pct"] >= 95.0
 
