@@ -19,7 +19,7 @@ from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
 from steerway.core.schema import Positive
-from steerway.vessels.actuators import Actuator, follow
+from steerway.vessels.actuators import Actuated, Actuator, follow
 from steerway.vessels.propeller import Propeller, thrust
 from steerway.vessels.surge import (
     CALDAS_LINEAR_DRAG,
@@ -44,7 +44,7 @@ _D1, _D2, _D3 = LINEAR_DRAG
 _B1, _B2, _B3 = QUADRATIC_DRAG
 
 
-class Caldas:
+class Caldas(Actuated):
     """The 15 m USV for the loop. Command: shaft speed (rev/s) and yaw moment (N·m). State (7,): see the module."""
 
     def __init__(self, propeller: Propeller | None = None, shaft: Actuator = SHAFT, moment_limit: float = math.inf):

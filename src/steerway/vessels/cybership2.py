@@ -16,7 +16,7 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import one_of
 from steerway.core.compiled import kernel
 from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
-from steerway.vessels.actuators import Actuator
+from steerway.vessels.actuators import Actuated, Actuator
 from steerway.vessels.vessel import (
     CURRENT_EAST,
     CURRENT_NORTH,
@@ -57,7 +57,7 @@ def derivatives(state, force, identification="linear", conditions=None) -> np.nd
     return _rates(np.asarray(state, float), np.asarray(force, float), identification == "nonlinear", weather)
 
 
-class CyberShip2:
+class CyberShip2(Actuated):
     """CyberShip II for the loop. Command: (surge force N, sway force N, yaw moment N·m), limited by its actuators.
 
     `identification` is "linear" or "nonlinear", see the module. The velocities are through the water, which a current

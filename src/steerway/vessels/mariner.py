@@ -23,7 +23,7 @@ from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import SHORTLY, GroundMotion, over_ground, turning_rate
 from steerway.core.schema import Positive
-from steerway.vessels.actuators import Actuator
+from steerway.vessels.actuators import Actuated, Actuator
 from steerway.vessels.table import VesselTable
 from steerway.vessels.vessel import (
     CURRENT_EAST,
@@ -107,7 +107,7 @@ def _rates(state, rudder, cruise_speed, conditions):
     return out
 
 
-class Mariner:
+class Mariner(Actuated):
     """A Mariner-class ship for the loop. Command: the rudder, rad. State (7,): see `derivatives`.
 
     The velocities are those through the water, which a current carries along. Raises InputError for a cruise speed that

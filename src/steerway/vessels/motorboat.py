@@ -21,7 +21,7 @@ from steerway.core.checks import positive
 from steerway.core.compiled import kernel
 from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
 from steerway.core.schema import Positive
-from steerway.vessels.actuators import Actuator
+from steerway.vessels.actuators import Actuated, Actuator
 from steerway.vessels.table import VesselTable
 from steerway.vessels.vessel import (
     CURRENT_EAST,
@@ -65,7 +65,7 @@ class Outboard:
         return OutboardCommand(steering, force / self.max_force, force, steering)
 
 
-class Motorboat:
+class Motorboat(Actuated):
     """The boat for the loop. Command: steering, throttle. State (6,): see the module.
 
     top_speed U_max m/s, turn_rate R rad/s, surge_time T_u and yaw_time T_r in s.

@@ -17,7 +17,7 @@ from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
 from steerway.core.schema import Positive
-from steerway.vessels.actuators import Actuator
+from steerway.vessels.actuators import Actuated, Actuator
 from steerway.vessels.table import VesselTable
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, check_shapes, checked_method
 
@@ -37,7 +37,7 @@ def derivatives(state, rudder, gain, time_constant, speed, bias=0.0, actuator=ID
 _CALM = np.zeros(5)
 
 
-class Nomoto:
+class Nomoto(Actuated):
     """A Nomoto vessel for the loop. Command: the rudder, or moment. State (5,): see `derivatives`.
 
     `actuator` holds the rudder's limits, rate and lag; without a lag the rudder equals its command. Raises

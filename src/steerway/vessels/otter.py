@@ -25,7 +25,7 @@ from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, turning_rate
 from steerway.core.schema import NotNegative, Triple
-from steerway.vessels.actuators import Actuator
+from steerway.vessels.actuators import Actuated, Actuator
 from steerway.vessels.otter_hull import (
     ADDED,
     CENTRE,
@@ -208,7 +208,7 @@ def _derivatives(state, left, right, hull, current_speed, current_direction):
     return out
 
 
-class Otter:
+class Otter(Actuated):
     """An Otter for the loop: its load, edition, propeller lag (s) and integration method.
 
     Command: propeller speeds left and right, rad/s. State (14,): the twelve of `derivatives` and the two propeller

@@ -24,7 +24,7 @@ from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
 from steerway.core.schema import Positive
-from steerway.vessels.actuators import Actuator
+from steerway.vessels.actuators import Actuated, Actuator
 from steerway.vessels.table import VesselTable
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, check_shapes
 
@@ -61,7 +61,7 @@ PAPER_YAW = HeadingModel((1.002, 0.9945), (6.354e-6, -4.699e-6), (34.13, 15.11))
 PHYSICAL_YAW = PAPER_YAW._replace(poles=(1.0, 0.9945))
 
 
-class Springer:
+class Springer(Actuated):
     """Springer for the loop. Command: (n_d,) in rad/s. State (6,): x y (m), the two states of yaw, n_d (rad/s), ψ̇.
 
     plant: "paper" or "physical". effectiveness: factor on B. bias: error of n_d, rad/s. speed: through the water.

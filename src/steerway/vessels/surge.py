@@ -19,7 +19,7 @@ from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.kinematics import GroundMotion, in_body, over_ground
 from steerway.core.schema import NotNegative, Positive
-from steerway.vessels.actuators import Actuator, follow
+from steerway.vessels.actuators import Actuated, Actuator, follow
 from steerway.vessels.propeller import Propeller, thrust, thrust_coefficient
 from steerway.vessels.table import VesselTable
 from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, check_shapes
@@ -48,7 +48,7 @@ def surge_step(speed, before, after, stream, push, linear_drag, quadratic_drag, 
     return speed + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
 
 
-class Surge:
+class Surge(Actuated):
     """A surge-only vessel for the loop. Command: the shaft speed, rev/s. State (5,): see the module.
 
     mass with its added mass in kg; drag linear in N·s/m and quadratic in N·s²/m². As given: P3's USV of Table I.
