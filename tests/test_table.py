@@ -145,6 +145,25 @@ def test_decimal_commas_and_longitudes_to_360():
     assert_allclose(np.degrees((fixes.latitude[0], fixes.longitude[0])), (47.25, -3.5))
 
 
+def test_degrees_and_minutes():
+    rows = (
+        """1,54°18.5'N,10 30 W""",
+        """2,54°18'30"S,W 10°30'00\"""",
+        "3,54.30833333333333s,10.5e",
+        "4,-54 18.5,-10 30",
+        "5,54.5 18 N,10E",  # decimals of a degree and minutes
+        "6,54 60 N,10E",
+        "7,-54 18 N,10E",
+        "8,54 18 E,10E",
+        "9,91 N,10E",
+    )
+    recording = read("time,lat,lon\n" + "\n".join(rows))
+    fixes = only(recording)
+    assert_allclose(np.degrees(fixes.latitude), (54 + 18.5 / 60) * np.array([1, -1, -1, -1]))
+    assert_allclose(np.degrees(fixes.longitude), [-10.5, -10.5, 10.5, -10.5])
+    assert recording.skipped == {"lat not understood": 4, "latitude or longitude out of range": 1}
+
+
 def test_a_row_without_a_place_may_bring_a_heading():
     fixes = only(read("time,lat,lon,heading\n1,1,2,\n2,,,45\n3,,,\n"))
     assert list(fixes.has_position) == [True, False]
@@ -208,4 +227,11 @@ def test_dates_there_and_back():
     times = np.array([0.0, 1e9 + 0.1, T + 0.123456, -86399.5, 951782400.0, 1.7e9 + 2**-22])
     assert np.array_equal(unix_times([iso(time) for time in times]), times)
     assert np.isnan(unix_times(["2023-02-30T00:00:00", "31/31/2023 00:00", "noon", "", None])).all()
+    assert_allclose(
+        unix_times(
+            [f"2023-01-02 {clock}" for clock in ("12:00:01 am", "1:00:01AM", "12:00:01 PM", "11:00:01 pm Z", "0:30 AM")]
+        )
+        - unix_times(["2023-01-02T00:00:01Z"]),
+        [0.0, 3600.0, 43200.0, 82800.0, np.nan],
+    )
     assert unix_times(["12/31/2023 00:00:01"])[0] == unix_times(["2023-12-31T00:00:01Z"])[0]

@@ -8,7 +8,10 @@ import polars as pl
 
 from steerway.core.arrays import Floats
 
-_CLOCK = r"[T\s_Z-]*(\d{1,2}):?(\d{2})(?::?(\d{2}(?:[.,]\d+)?))?\s*(Z|UTC|[+-]\d{2}(?::?\d{2})?)?\s*$"
+_CLOCK = (
+    r"[T\s_Z-]*(\d{1,2}):?(\d{2})(?::?(\d{2}(?:[.,]\d+)?))?\s*([AaPp][Mm])?"
+    r"\s*(Z|UTC|[+-]\d{2}(?::?\d{2})?)?\s*$"
+)
 _YEAR_1, _YEAR_10000 = -62_135_596_800.0, 253_402_300_800.0
 _YEAR_FIRST = r"^\s*(\d{4})[-/.]?(\d{2})[-/.]?(\d{2})" + _CLOCK
 _YEAR_LAST = r"^\s*(\d{1,2})[/.-](\d{1,2})[/.-](\d{4})" + _CLOCK
@@ -17,8 +20,8 @@ _YEAR_LAST = r"^\s*(\d{1,2})[/.-](\d{1,2})[/.-](\d{4})" + _CLOCK
 def unix_times(texts: Sequence[str | None] | pl.Series) -> np.ndarray:
     """Unix seconds (n,) of n dates: ISO 8601 and its kin, or day and month before the year; NaN where not one.
 
-    Without an offset a time is UTC. Where the year stands last the day comes first, unless that gives no date anywhere
-    and the month first does.
+    Clocks have 24 hours, or am or pm. Without an offset a time is UTC. Where the year stands last the day comes first,
+    unless that gives no date anywhere and the month first does.
     """
     column = pl.Series("text", texts, dtype=pl.String)
     parts = _parts(column, _YEAR_FIRST)
@@ -57,7 +60,19 @@ def _parts(column: pl.Series, pattern: str) -> tuple[Floats, ...]:
     ]
     matched = groups["1"].is_not_null().to_numpy()
     numbers[5] = np.where(np.isnan(numbers[5]) & matched, 0.0, numbers[5])
-    return *numbers, _offset(groups["7"])
+    numbers[3] = _of_day(numbers[3], groups["7"].str.to_lowercase())
+    return *numbers, _offset(groups["8"])
+
+
+def _of_day(hours: Floats, halves: pl.Series) -> Floats:
+    """Hours of the day of those of its half, am or pm; NaN where such a clock shows no such hour."""
+    if halves.null_count() == len(halves):
+        return hours
+    twelve = halves.is_not_null().to_numpy()
+    with np.errstate(invalid="ignore"):
+        shown = (hours >= 1.0) & (hours <= 12.0)
+    later = (halves == "pm").fill_null(False).to_numpy()
+    return np.where(twelve, np.where(shown, hours % 12.0 + 12.0 * later, np.nan), hours)
 
 
 def _offset(zones: pl.Series) -> Floats:

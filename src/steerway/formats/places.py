@@ -3,8 +3,13 @@
 import math
 
 import numpy as np
+import polars as pl
 
 from steerway.core.angles import wrap
+
+_MARKS = "[°º'′’\"″”]"
+_DEGREES = r"^([NSEW])?\s*(-)?(\d{1,3}(?:\.\d*)?)(?:\s+(\d{1,2}(?:\.\d*)?))?(?:\s+(\d{1,2}(?:\.\d*)?))?\s*([NSEW])?$"
+"""Degrees, minutes and seconds, the last of them with decimals, with a sign or the letter of a hemisphere."""
 
 
 def on_earth(latitude: float, longitude: float) -> tuple[float, float]:
@@ -21,3 +26,19 @@ def places(latitude_deg, longitude_deg) -> tuple[np.ndarray, np.ndarray]:
         on_earth = (np.abs(latitude) <= 90.0) & (np.abs(longitude) <= 180.0)
     longitude = np.where(longitude == 180.0, -180.0, longitude)
     return np.radians(np.where(on_earth, latitude, np.nan)), np.radians(np.where(on_earth, longitude, np.nan))
+
+
+def degrees(texts: pl.Series, hemispheres: str) -> np.ndarray:
+    """Degrees (n,) of texts such as 54°18.5'N, S 54 18 30 or 54.3N; NaN where not one.
+
+    hemispheres: the letters of the axis, that of positive degrees first: "NS" or "EW".
+    """
+    plain = texts.str.to_uppercase().str.replace_all(_MARKS, " ").str.strip_chars()
+    groups = plain.str.extract_groups(_DEGREES).struct.unnest()
+    whole, minutes, seconds = (groups[name].cast(pl.Float64).to_numpy() for name in ("3", "4", "5"))
+    letter = (groups["1"].fill_null("") + groups["2"].fill_null("") + groups["6"].fill_null("")).to_numpy()
+    size = whole + np.nan_to_num(minutes) / 60.0 + np.nan_to_num(seconds) / 3600.0
+    with np.errstate(invalid="ignore"):
+        broken = (whole % 1.0 > 0.0) & np.isfinite(minutes) | (minutes % 1.0 > 0.0) & np.isfinite(seconds)
+        wrong = broken | (minutes >= 60.0) | (seconds >= 60.0) | ~np.isin(letter, ("", "-", *hemispheres))
+    return np.where(wrong, np.nan, np.where(np.isin(letter, ("-", hemispheres[1])), -size, size))

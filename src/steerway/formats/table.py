@@ -21,7 +21,7 @@ from steerway.core.records import REPORTED, Fixes
 from steerway.core.timestamps import dated, unix_times
 from steerway.formats import parquet_structure
 from steerway.formats.columns import EXPECTED, Column, understood
-from steerway.formats.places import places
+from steerway.formats.places import degrees, places
 from steerway.formats.recording import Recording
 from steerway.formats.units import by_positions, refuse_radians
 
@@ -212,13 +212,15 @@ class _Reader:
         self.blank = _blank(frame)
         self.bad = np.zeros(len(frame), dtype=bool)
 
-    def numbers(self, column: Column) -> np.ndarray:
-        """The column as it stands, (n,) float, NaN where empty or bad."""
+    def numbers(self, column: Column, hemispheres: str = "") -> np.ndarray:
+        """The column as it stands, (n,) float, NaN where empty or bad; of an axis in degrees, minutes too are read."""
         series = self._series(column)
         if series.dtype != pl.String:
             return _floats(series)
         text = self._text(series)
         values = _floats(self._plain(text).cast(pl.Float64, strict=False))
+        if hemispheres and column.factor != 1.0 and (np.isnan(values) & text.is_not_null().to_numpy()).any():
+            values = np.where(np.isnan(values), degrees(self._plain(text), hemispheres), values)
         self._account(column, text, np.isnan(values) & text.is_not_null().to_numpy())
         return np.where(np.isfinite(values), values, np.nan)
 
@@ -292,7 +294,7 @@ def _recording(kind, frame, columns, names, first_line, delimiter, skipped):
     reader = _Reader(frame, first_line, delimiter, skipped, notes)
     is_ais = "mmsi" in columns
     time = reader.times(columns["time"], columns.get("date"))
-    place = [reader.numbers(columns[name]) for name in ("latitude", "longitude")]
+    place = [reader.numbers(columns["latitude"], "NS"), reader.numbers(columns["longitude"], "EW")]
     refuse_radians(columns, *place)
     place = [_degrees(numbers, columns[name]) for numbers, name in zip(place, ("latitude", "longitude"), strict=True)]
     if not is_ais:  # where 181° means that there is none
