@@ -11,7 +11,7 @@ from steerway.live.base.rows import Row
 from steerway.live.base.uri import Uri
 from steerway.live.links.link import Deliver
 from steerway.live.mavlink.decoding import MavlinkDecoder
-from steerway.live.mavlink.guided import SYSTEM, Guided
+from steerway.live.mavlink.guided import SILENCE, SYSTEM, Guided
 from steerway.live.mavlink.link import MavlinkLink
 from steerway.live.mavlink.signing import key_of
 
@@ -45,7 +45,7 @@ class Companion:
     """
 
     def __init__(self, uri: Uri, place: str = ""):
-        silence = positive(f"{uri.text}: silence", uri.number("silence", 0.8))
+        silence = positive(f"{uri.text}: silence", uri.number("silence", SILENCE))
         system = int(uri.number("system", 0))
         self.link = MavlinkLink(uri, self._receive, system or SYSTEM, _ONBOARD_COMPUTER)
         if "signing" in uri.options:

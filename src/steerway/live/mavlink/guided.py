@@ -12,7 +12,13 @@ from steerway.live.mavlink.dialect import RoverMode, mode_name
 from steerway.live.mavlink.readiness import Readiness, result_words
 
 SYSTEM = 1  # before the vehicle is known; then its own, as is usual for companion computers
-HEARTBEAT_LOST = 2.5  # s; the vehicle sends one a second
+SILENCE = 2.5
+"""s without any message after which the link counts as lost. Chosen: a radio loses some; above two heartbeats, one a
+second, and below the 3 s after which ArduPilot drops an order: until then the boat follows the last one, as the
+estimate does."""
+HEARTBEAT_LOST = 5.0
+"""s without a heartbeat while other messages come: five of them, as is usual (mavlink.io, heartbeat protocol)."""
+_CONFIRMED = 2.5  # s in which a heartbeat shows a mode that was asked for
 _ASKED_AGAIN = 0.5  # s between two requests of a mode
 _REFUSED = 3.0  # s after which a request counts as refused
 _STOPPING = 2.0  # s of zero thrust before HOLD is requested
@@ -54,7 +60,7 @@ class Guided:
     `refusal` is why the vehicle is not steered although it should be, "" otherwise; `obstacle` why it could not be.
     """
 
-    def __init__(self, messages, silence: float = 0.8, system: int = 0):
+    def __init__(self, messages, silence: float = SILENCE, system: int = 0):
         self._messages, self._silence, self._only = messages, silence, system
         self.vehicle: tuple[int, int] | None = None
         self.mode: int | None = None
@@ -182,7 +188,7 @@ class Guided:
 
     def _is_left(self, guided, now):
         """Whether the vehicle has left GUIDED for good, or does not respond."""
-        on_its_way = now - self._asked_guided <= HEARTBEAT_LOST
+        on_its_way = now - self._asked_guided <= _CONFIRMED
         return (not guided and not on_its_way) or now - self._since > _GIVEN_UP
 
     def _enter(self, phase, now):
