@@ -9,11 +9,14 @@ import pytest
 import steerway
 from steerway.core.records import Fixes
 from steerway.estimation import InferredProfile, Profile
+from steerway.estimation.course.onboard import HeadingTracker
 from steerway.estimation.heading.composite import composite_model
 from steerway.estimation.inference.motion import COURSE, SPEED, reverse
+from steerway.estimation.inference.stream import InferredFilter
 from steerway.estimation.inference.structures import parameters_of
 from steerway.estimation.prediction import hindcast, predict
 from steerway.estimation.profiles.inferred import WeighedStructure
+from steerway.estimation.speed.surge import SurgeFilter
 from steerway.estimation.steering import Response, SteeringFilter
 from steerway.identification import SurgeIdentification, SurgeModel
 from steerway.identification.yaw import _under_way
@@ -76,6 +79,30 @@ def test_an_inferred_profile_predicts(fixes):
     np.testing.assert_allclose(earlier.variance_north[-2:], found.variance_north, rtol=1e-9)
 
 
+def test_the_positions_covariance_is_that_of_its_standard_deviation(fixes):
+    estimator, position_std = InferredFilter(inferred()), math.nan
+    for latitude, longitude in zip(fixes.latitude, fixes.longitude, strict=True):
+        (*_, position_std), _, _ = estimator.row(1.0, latitude, longitude)
+    np.testing.assert_allclose(0.5 * np.trace(estimator.covariance), position_std**2, rtol=1e-3)
+    assert np.linalg.eigvalsh(estimator.covariance).min() > 0.0
+
+
+@pytest.mark.parametrize("dt", [math.nan, math.inf])
+def test_filters_refuse_what_is_no_time_step(dt):
+    """In silence a NaN would be taken for no time at all, and infinity would forget everything."""
+    calls = (
+        lambda: steerway.FiveStateFilter().predict(dt),
+        lambda: steerway.FiveStateFilter().row(dt),
+        lambda: InferredFilter(inferred()).predict(dt),
+        lambda: InferredFilter(inferred()).row(dt, 0.9, 0.2),
+        lambda: SurgeFilter().predict(0.0, dt),
+        lambda: HeadingTracker().step(0.0, 0.0, dt),
+    )
+    for call in calls:
+        with pytest.raises(steerway.InputError, match="dt is"):
+            call()
+
+
 def test_running_backwards_twice_is_running_forwards():
     rng = np.random.default_rng(1)
     x, root = rng.normal(size=(1, 6)), rng.normal(size=(1, 6, 6))
@@ -109,6 +136,32 @@ def test_a_boat_that_is_driven_off_by_hand_is_no_longer_at_rest(first):
         heading += 0.06 * (k > 3)
     found = filter.at(9.8)
     assert math.dist((found.current_north, found.current_east), current) < 2.0 * found.current_std
+
+
+def _current_missed(seed, gyro):
+    """m/s by which the current is missed after three turns; the motion follows the bow in 0.5 s."""
+    chance, current = np.random.default_rng(seed), np.array([-0.97, 0.26])
+    filter = SteeringFilter(Response(1.3, math.radians(20.0), 2.0, 2.0, time_std=0.5, damping_std=0.0), 0.1)
+    place, bow, heading, rate, dt = np.zeros(2), 0.0, 0.0, 0.0, 0.05
+    for k in range(1400):
+        ordered = math.radians(16.0) if k > 400 and k % 400 < 112 else 0.0
+        filter.order(k * dt, ordered, 2.0)
+        rate += dt / 0.3 * (ordered - rate)
+        bow += dt * rate
+        heading += dt / 0.5 * (bow - heading)
+        velocity = current + 2.0 * np.array([math.cos(heading), math.sin(heading)])
+        place += dt * velocity
+        if k % 4 == 0:
+            seen = *place + 0.1 * chance.standard_normal(2), *velocity + 0.1 * chance.standard_normal(2)
+            filter.fix(k * dt, *seen, bow if k < 60 else math.nan, rate if gyro else math.nan)
+    found = filter.at(1400 * dt)
+    return math.dist((found.current_north, found.current_east), current)
+
+
+def test_the_gyro_of_a_hull_that_slips_does_no_harm():
+    """The slip of her turns was taken for current, 0.06 m/s of it here."""
+    missed = {gyro: np.mean([_current_missed(seed, gyro) for seed in range(4)]) for gyro in (True, False)}
+    assert missed[True] <= missed[False] <= 0.06
 
 
 def test_the_cost_of_a_rudders_effect_is_least_near_the_truth(fixes):

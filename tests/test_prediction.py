@@ -10,10 +10,16 @@ import pytest
 import steerway
 from steerway.core.earth import displacement
 from steerway.core.records import Fixes
-from steerway.estimation import Profile, load_profile
+from steerway.estimation import InferredProfile, Profile, load_profile
 from steerway.estimation.course.forecast import forecast
 from steerway.estimation.course.motion.layout import LOW_SPEED, PHASE, UNDER_WAY, empty_bank
+from steerway.estimation.inference import model as structure
+from steerway.estimation.inference.discrete import set_steps
+from steerway.estimation.inference.forecast import draw_voyages
+from steerway.estimation.inference.place import MOMENTS
+from steerway.estimation.inference.structures import model_of, parameters_of
 from steerway.estimation.prediction import Prediction, predict
+from steerway.estimation.profiles.inferred import WeighedStructure
 from tests.command_line import run
 from tests.scenes import EPOCH, sailed, straight, turning
 
@@ -68,6 +74,47 @@ def test_mean_and_covariance_are_those_of_many_voyages(horizon, acceleration):
     spread = math.sqrt(np.trace(sampled))
     assert math.hypot(north - x[:, 0].mean(), east - x[:, 1].mean()) < 0.05 * spread
     np.testing.assert_allclose([[nn, ne], [ne, ee]], sampled, rtol=0.05, atol=0.04 * spread**2)
+
+
+@pytest.mark.parametrize("horizon", [10.0, 300.0])
+def test_voyages_of_one_mode_have_the_moments_of_its_model(horizon):
+    """Drawn voyages on a held course against moments in closed form; nothing else happens, and no speed is usual."""
+    parts = "base", "calm_rate"
+    names, medians, _ = parameters_of(parts)
+    never = {"yaw_every": 1e12, "surge_every": 1e12, "emergency_every": 1e12, "drift_speed": 1e-3}
+    values = dict(zip(names, np.exp(medians), strict=True)) | never
+    values |= {"speed_walk": 0.03, "rate_std": 0.02, "rate_time": 4.0}
+    model, states, driving = model_of(parts, values)
+    speed, course, square = 5.0, 0.7, np.diag([4.0, 4.0, 0.04, 1e-3, 1e-4])
+    square[3, 4] = square[4, 3] = 1e-4
+    profile = Profile(
+        speed_noise=0.03**2, course_rate_noise=2.0 * 0.02**2 / 4.0, course_rate_decay=1.0 / 4.0, position_std=1.0
+    )
+    state = np.array([0.0, 0.0, speed, course, 0.02])
+    north, east, nn, ne, ee = forecast(*filter_state(profile, state, square), horizon)
+    bank, modes = structure.empty_bank(states), structure.MODES
+    bank.probability[0], bank.x[0] = 1.0, state
+    bank.p[0] = square * np.outer(*2 * [[1.0, 1.0, 1.0, speed, 1.0]])  # velocity across, not course
+    steps, change, counts = np.empty((1, *bank.steps.shape)), np.empty((1, modes, modes)), np.array([int(horizon)])
+    set_steps(steps[0], change[0], bank.work, 1.0, model)
+    found, record = np.empty((1, MOMENTS)), (np.array([speed]), np.array([1e9]))
+    draw_voyages(bank, driving, steps, change, counts, 1e-3, *record, 0.0, 8000, np.random.default_rng(0), found)
+    spread = math.sqrt(nn + ee)
+    assert math.hypot(north - found[0, 0], east - found[0, 1]) < 0.03 * spread
+    np.testing.assert_allclose(found[0, 2:], [nn, ne, ee], rtol=0.05, atol=0.03 * spread**2)
+
+
+def test_no_region_is_larger_than_the_speeds_of_the_record_allow():
+    """A boat at 1 m/s that changes her speed often stays within reach, ten minutes ahead too."""
+    parts = "base", "wander"
+    names, medians, _ = parameters_of(parts)
+    values = dict(zip(names, np.exp(medians).tolist(), strict=True)) | {"surge_size": 0.8, "surge_every": 15.0}
+    profile = InferredProfile(structures=(WeighedStructure(weight=1.0, parts=parts, values=values),))
+    fixes = straight(1.0, 0.5, 1200.0, rate=0.5).fixes(0.5, 1)
+    within = predict(fixes, (60.0, 600.0, 600.0), profile)
+    assert (within.ellipse[0] < 2.45 * 2.0 * within.horizon).all()
+    assert (within.ellipse[0] > 0.2 * within.horizon).all()
+    assert within.latitude[1] == within.latitude[2]
 
 
 def test_predictions_turn_with_the_scene():

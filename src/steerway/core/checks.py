@@ -28,6 +28,11 @@ def not_negative(place: str, value: float) -> float:
     return float(value)
 
 
+def elapsed(place: str, value: float) -> float:
+    """The value, 0 for a negative one, as of a clock that was set back; InputError names the place where not finite."""
+    return not_negative(place, 0.0 if value < 0.0 and math.isfinite(value) else value)
+
+
 def one_of(place: str, value: str, choices: tuple[str, ...]) -> str:
     """The value itself when it is among the choices; InputError names the place otherwise."""
     if value not in choices:

@@ -13,7 +13,8 @@ from steerway.core.records import Fixes, Record
 from steerway.estimation.course.forecast import forecast
 from steerway.estimation.course.motion.layout import EAST, EMPTY, LATITUDE, LONGEST_GAP, LONGITUDE, NORTH, PHASE
 from steerway.estimation.course.replay import kept_rows
-from steerway.estimation.inference.forecast import forecasts, rotated
+from steerway.estimation.inference.forecast import forecasts
+from steerway.estimation.inference.place import rotated
 from steerway.estimation.inference.whole_log import Track
 from steerway.estimation.log_estimate import AnyProfile, choose_profile
 from steerway.estimation.profiles import Profile
@@ -136,7 +137,7 @@ def hindcast(
     for row, moment in enumerate(track.time):
         if moment - last >= spacing:
             rows, last = [*rows, row], moment
-    found = _ahead_of_rows(profile, aid, track, rows, np.asarray(horizons, float))
+    found = _ahead_of_rows(profile, aid, track, rows, np.asarray(horizons, float)) if rows else []
     times = (np.asarray(track.time)[rows][:, None] + np.asarray(horizons, float)).ravel()
     columns = np.column_stack([times, np.array(found, float).reshape(-1, 6)])
     mmsi = None if track.mmsi is None else np.full(len(columns), track.mmsi[0])

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from steerway.core.arrays import Floats
+from steerway.core.checks import elapsed
 from steerway.core.compiled import kernel, lean_kernel
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes, Motion
@@ -125,8 +126,8 @@ class FiveStateFilter:
         self._usual[:] = 0.0
 
     def predict(self, dt: float) -> None:
-        """Advance by dt ≥ 0 seconds."""
-        _advance(self._bank, dt, self._parameters)
+        """Advance by dt seconds, by none where a clock was set back. Raises InputError where dt is not finite."""
+        _advance(self._bank, elapsed("dt", dt), self._parameters)
 
     def update(self, latitude: float, longitude: float, position_std: float | None = None) -> float:
         """Take a fix (rad). Returns its NIS: above 13.8 it was rejected, NaN for the first.

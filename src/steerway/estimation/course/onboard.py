@@ -3,7 +3,7 @@
 import math
 
 from steerway.core.angles import wrap
-from steerway.core.checks import positive
+from steerway.core.checks import not_negative, positive
 from steerway.core.estimate import NO_MEASUREMENTS, Estimate, Measurements
 from steerway.estimation.course.filter import FiveStateFilter
 
@@ -24,8 +24,8 @@ class HeadingTracker:
         self._since_compass = 0.0
 
     def step(self, heading: float, yaw_rate: float, dt: float) -> tuple[float, float]:
-        """(heading, yaw rate) now; measurements in rad and rad/s, NaN for none."""
-        gyro = not math.isnan(yaw_rate)
+        """(heading, yaw rate) now; measurements in rad and rad/s, NaN for none. Raises InputError for dt < 0."""
+        gyro, dt = not math.isnan(yaw_rate), not_negative("dt", dt)
         if gyro:
             self.yaw_rate = yaw_rate
         if math.isnan(self.heading) and math.isnan(heading):

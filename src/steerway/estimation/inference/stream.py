@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from steerway.core.arrays import Floats
+from steerway.core.checks import elapsed
 from steerway.core.compiled import kernel
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING
 from steerway.estimation.course.motion.layout import LONGEST_GAP
@@ -19,8 +20,8 @@ from steerway.estimation.course.update.aids import AIDS, NO_AIDS, expect_aids
 from steerway.estimation.course.update.reported_accuracy import variance_scale
 from steerway.estimation.inference.aids import take_aids
 from steerway.estimation.inference.course import COG, EAST, NORTH, POSITION_STD, RATE, SOG, SOG_STD, average
-from steerway.estimation.inference.forecast import MOMENTS, mixed, place_moments, rotated
 from steerway.estimation.inference.model import FUSED, STARTED, Bank, Model, empty_bank
+from steerway.estimation.inference.place import MOMENTS, mixed, place_moments, rotated
 from steerway.estimation.inference.plane import place_near, step_between
 from steerway.estimation.inference.record import FEW_STEPS, HELD, LONG, TURNED
 from steerway.estimation.inference.structures import model_of
@@ -155,8 +156,8 @@ class InferredFilter:
         self._state[USUAL] = self._state[USUAL_COUNT] = 0.0
 
     def predict(self, dt: float) -> None:
-        """Advance by dt ≥ 0 seconds."""
-        self._advance(dt, math.nan, math.nan, 1.0, NO_AIDS)
+        """Advance by dt seconds, by none where a clock was set back. Raises InputError where dt is not finite."""
+        self._advance(elapsed("dt", dt), math.nan, math.nan, 1.0, NO_AIDS)
 
     def row(
         self,
@@ -170,7 +171,7 @@ class InferredFilter:
 
         Arguments and what is returned as of `FiveStateFilter.row`.
         """
-        state = self._state
+        state, dt = self._state, elapsed("dt", dt)
         table = NO_AIDS
         if self.aid and aids is not None:
             table = np.array([[a if name in self.aid else math.nan for name, a in zip(AIDS, aids, strict=True)]])

@@ -97,8 +97,8 @@ class SurgeFilter:
         self._filter_state[range(STATES), range(STATES)] = variances
 
     def predict(self, acceleration: float, dt: float) -> None:
-        """Advance by dt s of one acceleration along the hull (m/s², NaN for unknown)."""
-        _predict(self._filter_state, acceleration, dt, self._model)
+        """Advance by dt s of one acceleration along the hull (m/s², NaN for unknown). Raises InputError for dt < 0."""
+        _predict(self._filter_state, acceleration, not_negative("dt", dt), self._model)
 
     def aid_by(
         self,
