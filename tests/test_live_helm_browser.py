@@ -202,7 +202,8 @@ def works(page):
     page.click("sure")
     time.sleep(1.0)
     assert page.text("state") == "ready"
-    page.browser.execute_script("helmBeat = kept")
+    seen = page.browser.execute_script("helmBeat = kept; return helmSeq")
+    until(lambda: page.browser.execute_script("return helmSeq") > seen)  # else it may still be late
     until(lambda: not page.browser.find_elements(By.CSS_SELECTOR, ".q-dialog__backdrop"))
     page.click("start")
     assert page.text("state") == "ready"  # it asks first

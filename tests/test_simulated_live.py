@@ -313,7 +313,7 @@ def test_steered_over_a_serial_line(tmp_path):
         line.wait()
 
 
-def test_a_silent_vehicle_is_reported_within_a_second_and_stops_by_herself():
+def test_a_silent_vehicle_is_reported_before_she_drops_the_order_and_stops_by_herself():
     async def sail():
         desk = Desk(*udp())
         async with desk.sail():
@@ -322,7 +322,7 @@ def test_a_silent_vehicle_is_reported_within_a_second_and_stops_by_herself():
             desk.running.link.send = lambda messages: None
             cut = asyncio.get_running_loop().time()
             await until(lambda: desk.supervisor.links[-1] is False)
-            assert asyncio.get_running_loop().time() - cut < 1.0
+            assert 2.4 < asyncio.get_running_loop().time() - cut < 3.0, "two lost heartbeats are no lost link"
             desk.running.link.send = given
             await until(lambda: desk.supervisor.links[-1] is True)
             desk.order = RUNNING

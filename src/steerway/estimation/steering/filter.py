@@ -66,9 +66,11 @@ _REST, _UNKNOWN_STD = 0.25, 1.5
 """Share of the usual speed below which a boat without an order is at rest in the water, and 1σ (rad) that its heading
 has there at the least. Chosen: of uniform directions it is π/√3 = 1.8.
 """
-_GYRO_STD = math.radians(2.0)
-"""rad/s: in and out of a turn the bow is ahead of the motion through the water. Chosen: by 2° in its first
-second."""
+_GYRO_STD, _SLIP_TIME = math.radians(2.0), 1.0
+"""rad/s of a measured yaw rate, and s by which the bow is ahead of the motion through the water in and out of a turn: a
+hull slips until the water turns its motion. Chosen: above the 0.5 s of a small motorboat; with 0 the filter takes the
+slip of a turn for current, 0.2 m/s of it.
+"""
 _COMPASS_STD = math.radians(10.0)
 """rad, deviation and drift angle included. Chosen: as the crab angle of an aid (`course.update.aids.TABLE`)."""
 _COMPASS_NEEDED = math.radians(6.0)
@@ -103,6 +105,7 @@ class SteeringFilter:
         self._ahead = (math.nan, np.empty(0))
         self._sureness: tuple[float, float] | None = None
         self._drift: tuple[float, float] | None = None  # velocity over ground of a boat at rest in the water
+        self._measured_rate = math.nan  # the last yaw rate
 
     @property
     def started(self) -> bool:
@@ -173,7 +176,9 @@ class SteeringFilter:
         if math.isfinite(heading) and self._heading_std(int(np.argmax(self._weights))) > _COMPASS_NEEDED:
             take_number(self._states, self._covariances, self._weights, heading, _COMPASS_STD, HEADING)
         if math.isfinite(yaw_rate):
-            take_number(self._states, self._covariances, self._weights, yaw_rate, _GYRO_STD, YAW_RATE)
+            std = self._gyro_std(yaw_rate, interval)
+            take_number(self._states, self._covariances, self._weights, yaw_rate, std, YAW_RATE)
+        self._measured_rate = yaw_rate
         fold(self._states, self._covariances, self.response.linear)
         if len(self._weights) > 1:
             self._prune()
@@ -181,6 +186,11 @@ class SteeringFilter:
         self._ahead = (math.nan, self._ahead[1])
         self._sureness = None
         return kind
+
+    def _gyro_std(self, yaw_rate, interval):
+        """1σ of a measured yaw rate as that of the motion through the water."""
+        change = (yaw_rate - self._measured_rate) / max(interval, 0.1)
+        return math.hypot(_GYRO_STD, _SLIP_TIME * change) if math.isfinite(change) else _GYRO_STD
 
     def _forget_heading(self):
         """Without an order and at rest in the water nothing tells the heading.
