@@ -14,19 +14,11 @@ class ExactTurn:
     """Motion model of [x^n y^n U χ ω] over a step of fixed length, with spectral densities S_U and S_ω."""
 
     def __init__(self, dt, speed_noise, rate_noise, speed_decay, rate_decay):
-        self.dt, self.speed_noise, self.rate_noise = dt, speed_noise, rate_noise
         self.speed_left, self.way, _ = responses(speed_decay, dt)
         self.rate_left, self.turn, area = responses(rate_decay, dt)
         self.lean = area / dt
-        long = dt > 1.0 and rate_decay * dt > 0.5  # where the kernel takes the integral itself
-        nodes, weights = np.polynomial.legendre.leggauss(40 if long else 3)
-        spent = [responses(rate_decay, 0.5 * dt * (1.0 + node)) for node in nodes]
-        self.rate_covariance = (
-            0.5
-            * dt
-            * rate_noise
-            * sum(weight * np.outer(each, each) for weight, each in zip(weights, spent, strict=True))
-        )  # of (ω, χ, ∫χ)
+        self.rate_covariance = rate_noise * covariance_of_noise(rate_decay, dt)  # of (ω, χ, ∫χ)
+        self.speed_covariance = speed_noise * covariance_of_noise(speed_decay, dt)[1::-1, 1::-1]  # of (way, U)
 
     def step(self, x):
         """f(x), F and Q at x."""
@@ -54,11 +46,17 @@ class ExactTurn:
 
     def _noise(self, u, c, s):
         """S_U enters the way along (c, s) and the speed, S_ω the rate, the course and, times U, the way across."""
-        dt, q = self.dt, self.speed_noise
         by_speed = np.array([[c, 0.0], [s, 0.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]])
         by_rate = np.array([[0.0, 0.0, -u * s], [0.0, 0.0, u * c], [0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
-        speed = q * np.array([[dt**3 / 3.0, dt**2 / 2.0], [dt**2 / 2.0, dt]])
-        return by_speed @ speed @ by_speed.T + by_rate @ self.rate_covariance @ by_rate.T
+        return by_speed @ self.speed_covariance @ by_speed.T + by_rate @ self.rate_covariance @ by_rate.T
+
+
+def covariance_of_noise(rate, dt):
+    """Covariance of a decaying state and its two integrals after dt of unit white noise (3, 3)."""
+    long = dt > 1.0 and rate * dt > 0.5  # where the kernel takes the integral itself
+    nodes, weights = np.polynomial.legendre.leggauss(40 if long else 3)
+    spent = [responses(rate, 0.5 * dt * (1.0 + node)) for node in nodes]
+    return 0.5 * dt * sum(weight * np.outer(each, each) for weight, each in zip(weights, spent, strict=True))
 
 
 def responses(rate, t):

@@ -38,6 +38,7 @@ from steerway.estimation.course.steerageway import (
     velocity_to_course,
 )
 from steerway.estimation.course.update.position import correct, innovation, normalised_square, place_by_fix
+from tests.five_state_by_matrices import covariance_of_noise
 
 PLAIN = Profile(speed_noise=2e-2, course_rate_noise=3e-3, speed_decay=0.05, course_rate_decay=0.3, position_std=0.2)
 PAIRS = (0, 1, 2)
@@ -144,8 +145,9 @@ def test_low_speed_is_a_random_walk_of_velocity(dt, pairs):
     f, q = np.eye(n), np.zeros((n, n))
     for axis in range(2):
         f[axis, 2 + axis], f[2 + axis, 2 + axis] = integral, left
-        q[axis, axis], q[2 + axis, 2 + axis] = density * dt**3 / 3.0, density * dt
-        q[axis, 2 + axis] = q[2 + axis, axis] = 0.5 * density * dt**2
+        gathered = density * covariance_of_noise(decay, dt)
+        q[axis, axis], q[2 + axis, 2 + axis] = gathered[1, 1], gathered[0, 0]
+        q[axis, 2 + axis] = q[2 + axis, axis] = gathered[0, 1]
     for k in range(5, n):
         std, time = ((0.7, 20.0) if pairs == 1 or k < 7 else (0.4, 600.0)) if pairs < 2 else EXTRA[k]
         f[k, k] = math.exp(-dt / time)

@@ -60,6 +60,19 @@ def test_a_prediction_is_dense_f_p_f_plus_q(dt, decays):
         np.testing.assert_allclose(p_after, f @ p @ f.T + q, rtol=1e-9, atol=1e-9 * np.abs(p_after).max())
 
 
+def test_a_step_of_a_speed_that_decays_is_a_hundred_short_ones():
+    """On a straight course, where the model is linear: what S_U adds does not depend on the rate of steps."""
+    model = PROFILE.model_copy(update={"speed_decay": 0.5, "course_rate_noise": 0.0}).parameters()[0]
+    start, nothing = np.array([0.0, 0.0, 3.0, 0.7, 0.0]), np.zeros((5, 5))
+    whole_x, whole_p = predicted(start, nothing, 1.0, model)
+    x, p = start, nothing
+    for _ in range(100):
+        x, p = predicted(x, p, 0.01, model)
+    np.testing.assert_allclose(x, whole_x, rtol=1e-12)
+    np.testing.assert_allclose(p, whole_p, rtol=1e-5, atol=1e-12)
+    assert whole_p[2, 2] == pytest.approx(PROFILE.speed_noise * (1.0 - math.exp(-1.0)), rel=1e-5)
+
+
 @pytest.mark.parametrize("dt", STEPS)
 def test_extra_states_decay_beside_the_five(dt):
     model = RECEIVER_ERRS.parameters()[0]

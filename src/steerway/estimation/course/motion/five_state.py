@@ -160,12 +160,11 @@ def set_step(step: Floats, dt: float, parameters: Floats) -> None:
     """Fill `step` (3, n) with what a prediction over dt ≥ 0 seconds needs that depends on dt alone."""
     speed_noise, rate_noise = parameters[SPEED_NOISE], parameters[RATE_NOISE]
     step[DT] = dt
+    uu, lu, ll, _, _, _ = turn_noise(parameters[SPEED_DECAY], dt)  # speed and way decay as course rate and course
     step[SPEED_LEFT], step[SPEED_INTEGRAL] = decay(parameters[SPEED_DECAY], dt)
     step[RATE_LEFT], step[TURN], area = turn_response(parameters[RATE_DECAY], dt)
     step[LEAN] = area / dt if dt > 0.0 else 0.0
-    step[Q_UU] = speed_noise * dt
-    step[Q_LU] = 0.5 * speed_noise * dt * dt
-    step[Q_LL] = speed_noise * dt**3 / 3.0
+    step[Q_UU], step[Q_LU], step[Q_LL] = speed_noise * uu, speed_noise * lu, speed_noise * ll
     ww, xw, xx, yw, yx, yy = turn_noise(parameters[RATE_DECAY], dt)
     step[Q_WW], step[Q_XW], step[Q_XX] = rate_noise * ww, rate_noise * xw, rate_noise * xx
     step[Q_YW], step[Q_YX], step[Q_YY] = rate_noise * yw, rate_noise * yx, rate_noise * yy

@@ -5,11 +5,12 @@ and at a standstill it has no course to lose. The course rate does not move.
 """
 
 from steerway.core.compiled import called_kernel
-from steerway.estimation.course.motion.five_state import predict_extras
+from steerway.estimation.course.motion.five_state import predict_extras, turn_noise
 from steerway.estimation.course.motion.layout import (
     DT,
     EAST,
     NORTH,
+    SPEED_DECAY,
     SPEED_INTEGRAL,
     SPEED_LEFT,
     SPEED_NOISE,
@@ -26,21 +27,22 @@ minutes, which only costs a wider variance at rest."""
 @called_kernel
 def predict(x, p, step, parameters):
     """x ← F x, P ← F P Fᵀ + Q in place."""
-    dt, left, integral = step[DT], step[SPEED_LEFT], step[SPEED_INTEGRAL]
+    left, integral = step[SPEED_LEFT], step[SPEED_INTEGRAL]
+    vv, yv, yy, _, _, _ = turn_noise(parameters[SPEED_DECAY], step[DT])  # velocity and place, as rate and course
     density = parameters[SPEED_NOISE] + parameters[STEERAGEWAY] ** 2 / SPEED_UP_TIME
     x[NORTH] += integral * x[VELOCITY_NORTH]
     x[EAST] += integral * x[VELOCITY_EAST]
     x[VELOCITY_NORTH] *= left
     x[VELOCITY_EAST] *= left
-    p[0, 0] += integral * (2.0 * p[0, 2] + integral * p[2, 2]) + density * dt**3 / 3.0
-    p[1, 1] += integral * (2.0 * p[1, 3] + integral * p[3, 3]) + density * dt**3 / 3.0
+    p[0, 0] += integral * (2.0 * p[0, 2] + integral * p[2, 2]) + density * yy
+    p[1, 1] += integral * (2.0 * p[1, 3] + integral * p[3, 3]) + density * yy
     p[0, 1] += integral * (p[0, 3] + p[1, 2] + integral * p[2, 3])
-    p[0, 2] = left * (p[0, 2] + integral * p[2, 2]) + 0.5 * density * dt * dt
-    p[1, 3] = left * (p[1, 3] + integral * p[3, 3]) + 0.5 * density * dt * dt
+    p[0, 2] = left * (p[0, 2] + integral * p[2, 2]) + density * yv
+    p[1, 3] = left * (p[1, 3] + integral * p[3, 3]) + density * yv
     p[0, 3] = left * (p[0, 3] + integral * p[2, 3])
     p[1, 2] = left * (p[1, 2] + integral * p[2, 3])
-    p[2, 2] = left * left * p[2, 2] + density * dt
-    p[3, 3] = left * left * p[3, 3] + density * dt
+    p[2, 2] = left * left * p[2, 2] + density * vv
+    p[3, 3] = left * left * p[3, 3] + density * vv
     p[2, 3] *= left * left
     for j in range(5, p.shape[1]):
         p[0, j] += integral * p[2, j]

@@ -76,7 +76,7 @@ def parts_of(x, p, under_way, dt, parameters):
     if most == 1 or parameters[MOTION] == OSCILLATION:
         return most
     if not under_way:
-        return 1 if parameters[SPEED_DECAY] == 0.0 else most
+        return 1
     if may_lose_course(p, dt, parameters):
         return most
     turn = abs(x[RATE]) * lasting(parameters[RATE_DECAY], dt)
