@@ -105,7 +105,7 @@ def test_a_start_from_rest_converges_to_the_right_course(logs):
             "signalk_samples/gps.log",
             marks=pytest.mark.xfail(
                 strict=True,
-                reason="course undefined in 83 % of rows (median SOG 0.164 m/s)",
+                reason="course undefined in 85 % of rows (median SOG 0.154 m/s)",
             ),
         ),
         "furuno_scx20_n2k/ac42-commissioning.raw",
@@ -155,7 +155,11 @@ def missed(reason):
         ("s330_cog_rms_deg", 0.45),
         ("seap_sog_rms_mps", 0.05),
         ("seap_cog_rms_deg", 0.5),
-        pytest.param("standstill_gps_sog_median_mps", 0.15, marks=missed("0.164 m/s: a receiver at rest that steps")),
+        pytest.param(
+            "standstill_gps_sog_median_mps",
+            0.15,
+            marks=missed("0.154 m/s: a receiver that swings; its own SOG is 0.165"),
+        ),
         ("standstill_ac42_sog_median_mps", 0.15),
     ],
 )
@@ -168,7 +172,7 @@ def test_the_lag_of_the_figure_of_eight_is_found(field):
     assert 2.4 < field.numbers["figure8_receiver_lag_s"] < 3.2  # the error is flat from 2.5 to 3.2 s
 
 
-@missed("83 % of rows: a slow error taken for motion")
+@missed("85 % of rows: a slow error taken for motion")
 def test_at_a_standstill_there_is_no_course(field):
     assert field.numbers["standstill_undefined_pct"] >= 95.0
 

@@ -19,7 +19,7 @@ _WORDS = {
     "second_roll": "antenna rolling {roll_std:.2g} m every {roll_period:.2g} s too",
     "quick_error": "error of {quick_std:.2g} m over {quick_time:.2g} s",
     "steps": "steps of {step_std:.2g} m every {step_every:.2g} s",
-    "obstructions": "{obstructed_noise:.2g} times the noise for {obstructed_time:.2g} s at a time",
+    "obstructions": "noise larger by {obstructed_noise:.2g} times the usual for {obstructed_time:.2g} s at a time",
     "slips": "steps of {slip_std:.2g} s along the way",
     **{aid.name: aid.words for aid in TABLE},
 }

@@ -87,7 +87,7 @@ class Posterior:
         self.calls += 1
         model, states, driving = model_of(self.parts, self.values(x))
         if self._bank is None:
-            self._bank = empty_bank(states)
+            self._bank = empty_bank(states + (states % 4 == 3))  # rows of whole vectors of four are faster
         self._bank.run[:] = 0.0
         self._bank.steps[:] = 0.0
         each = np.zeros(len(self.rows.time))

@@ -68,7 +68,8 @@ def reversal_of(model: Model, states: int) -> Reversal:
     for aid, measured in zip(model.aids, STATE_OF, strict=True):
         if measured == RATE and aid[COMPANION] > 0.0:
             sign[int(aid[COMPANION])] = -1.0
-    backward = model._replace(modes=modes, generator=generator.T * share / share[:, None])
+    reversed_ = np.ascontiguousarray(generator.T * share / share[:, None])  # else all is compiled for its layout too
+    backward = model._replace(modes=modes, generator=reversed_)
     return Reversal(backward, sign, share, variance)
 
 

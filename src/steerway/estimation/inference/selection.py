@@ -9,10 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from steerway.estimation.inference.bank import LONGEST_STEP, MOST_STEPS
 from steerway.estimation.inference.fit import DRAWS, Fit, Rows, fitted, likeliest
 from steerway.estimation.inference.record import excerpt
-from steerway.estimation.inference.starts import Scales, scales_of, starts, vessels
-from steerway.estimation.inference.structures import VESSELS
+from steerway.estimation.inference.starts import Scales, scales_of, ships, starts, vessels
+from steerway.estimation.inference.structures import VESSELS, model_of, parameters_of
 
 PLAIN = ("base", "wander")
 PARTS = (
@@ -44,10 +45,18 @@ should hold 95."""
 START_VESSELS, FIRST_ROUNDS, FEW_ROUNDS, LAST_ROUNDS, OTHER_ROUNDS = 3, 5, 1, 4, 3
 """Kinds of vessel that a fit begins from, and rounds of a fit at most: of the plain structure, of the others on few
 rows, of the best on many, of the others there. Chosen: each costs one to two runs of the filter for every number."""
+FAR_VESSELS, FAR_ROUNDS = 5, 3
+"""The same of fixes more than `LONGEST_STEP` apart, and rounds from each of them: manoeuvres begin and end between two
+fixes, which has many maxima. With three and one, a ship's slow-downs in 181 fixes 30 s apart end as outliers, 30 to 120
+of log evidence below."""
 FAR_BEHIND, BEHIND = 20.0, 5.0
 """Log evidence by which a structure may be behind the best before it is given up: on few rows, and on many before it is
 fitted to them. Chosen: in five logs and scenes those that were best in the end were behind by up to 6 on few rows, and
 fits to many gained 3 to 60 there."""
+USUAL_STATES = 12
+"""States of a structure, times predictions a row, up to which it is fitted to MANY rows: the plain one with two errors
+of the receiver or with waves has 11. With 9, fits of large structures are worse (COG of the scene `rolling-antenna` by
+9 and 24 %)."""
 FINALISTS = 3
 """Structures fitted to many rows at most. Chosen: each takes 0.1 to 1 s."""
 LOST = 10.0
@@ -77,11 +86,23 @@ class Inference(NamedTuple):
 
 def infer(record: Rows, aids=()) -> Inference:
     """Fit and compare the declared structures on a record (see `whole_log.Track`) with these of its aids."""
-    few, many = excerpt(record, FEW, 1.0), excerpt(record, MANY, 0.5)
+    few = excerpt(record, FEW, 1.0)
     scales = scales_of(record)
     contenders = screened(PLAIN + tuple(aids), few, scales)
+    many = affordable(record, next(iter(contenders)))
     draws = DRAWS if np.isfinite(record.north).sum() <= OPEN else 0
     return weighed(refitted(contenders, many, scales.shortest, draws), draws)
+
+
+def affordable(record: Rows, parts) -> Rows:
+    """MANY rows, fewer for a large structure and of fixes far apart, so that no run of the filter costs much more."""
+    rows = excerpt(record, MANY, 0.5)
+    apart = np.diff(rows.time)
+    apart[rows.restarts - 1] = 0.0
+    predictions = np.ceil(apart / LONGEST_STEP).clip(1, MOST_STEPS).mean()
+    _, states, _ = model_of(parts, dict.fromkeys(parameters_of(parts)[0], 1.0))
+    share = USUAL_STATES / (states * predictions)
+    return rows if share >= 1.0 else excerpt(record, max(FEW, int(share * MANY)), 0.5)
 
 
 def refitted(few: dict[tuple, Fit], rows, shortest, draws) -> dict[tuple, Fit]:
@@ -124,9 +145,10 @@ def refitted(few: dict[tuple, Fit], rows, shortest, draws) -> dict[tuple, Fit]:
 def screened(base, few, scales: Scales) -> dict[tuple, Fit]:
     """Fits of structures on few rows, the best first."""
     shortest = scales.shortest
-    begin = [
-        fitted(base, few, start, 1) for start, _ in likeliest(base, few, vessels(scales.noise), shortest, START_VESSELS)
-    ]
+    kinds, most, rounds = vessels(scales.noise), START_VESSELS, 1
+    if shortest > 2.0 * LONGEST_STEP:
+        kinds, most, rounds = kinds + ships(scales.noise), FAR_VESSELS, FAR_ROUNDS
+    begin = [fitted(base, few, start, rounds) for start, _ in likeliest(base, few, kinds, shortest, most)]
     begin.sort(key=lambda fit: -fit.log_posterior)
     plain = fitted(base, few, begin[0].values, FIRST_ROUNDS)
     fits = {base: plain}
@@ -147,10 +169,6 @@ def screened(base, few, scales: Scales) -> dict[tuple, Fit]:
             compete(SECOND[part], fits[*base, part])
     ranked = sorted(fits, key=lambda parts: -fits[parts].evidence)
     best = ranked[0]
-    if best != base:
-        # a part must not win by a better place in the numbers that all share
-        again = fitted(base, few, fits[best].values, FEW_ROUNDS, shortest)
-        plain = fits[base] = max(plain, again, key=lambda fit: fit.evidence)
     good = [other for other in ranked if fits[other].evidence > plain.evidence + BETTER]
     if "error" in best:  # under which turns may have been taken for wander
         steady = tuple(part for part in best if part != "wander")

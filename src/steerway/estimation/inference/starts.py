@@ -9,7 +9,7 @@ import numpy as np
 from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.record import white_std
 from steerway.estimation.inference.spectrum import Periods, periods_of
-from steerway.estimation.inference.structures import LONGEST_ROLL, parameters_of
+from steerway.estimation.inference.structures import LONGEST_ROLL, SHIP, parameters_of
 
 _RESOLVED = 2.0
 """Usual intervals between fixes in the shortest period that they resolve (the sampling theorem)."""
@@ -63,6 +63,11 @@ def vessels(noise) -> list[dict]:
     names, medians, deviations = parameters_of(_PLAIN)
     others = np.exp(medians[1:] + 0.5 * deviations[1:] * _HALVES)
     return [dict(zip(names, each, strict=True)) for each in np.column_stack([noise * _NOISES, others]).tolist()]
+
+
+def ships(noise) -> list[dict]:
+    """The same of vessels whose fixes are far apart: a ship that keeps her speed, and one that slows down."""
+    return [SHIP | {"fix_std": noise}, SHIP | {"fix_std": noise, "surge_size": 2.0}]
 
 
 def starts(part, values, scales: Scales) -> list[list[dict]]:
