@@ -48,12 +48,13 @@ SLOW = (
 
 
 FIRST = (
-    "test_estimator_limits", "test_archive", "test_autopilot", "test_adaptive_speed_study", "test_cybership_study",
-    "test_otter_path", "test_recorded_logs", "test_reference_outputs", "test_tuning", "test_inference",
-    "test_unseen_logs", "test_field_studies", "test_mariner_los",
+    "test_estimator_limits", "test_adaptive_speed_study", "test_interval", "test_cybership_study", "test_identify_yaw",
+    "test_compass_readings", "test_archive", "test_autopilot", "test_recorded_logs", "test_reference_outputs",
+    "test_otter_path", "test_tuning", "test_inference", "test_unseen_logs", "test_field_studies", "test_mariner_los",
 )  # fmt: skip
-"""Files to begin with: what is begun last is what the other processes wait for. The first of them compile different
-kernels."""
+"""Files to begin with: what is begun last is what the other processes wait for. While the first of them compiles the
+filter of the course, its smoothers and the inference, those behind it compile what is no part of them; archive and
+autopilot find what they share with it."""
 
 
 def pytest_configure(config):

@@ -155,7 +155,7 @@ def _figure(curves):
 
     figure = Figure(figsize=(12.0, 4.5), layout="constrained")
     cog_axes, sog_axes, share_axes = figure.subplots(1, 3)
-    for (receiver, (cog, sog, share, _)), color in zip(curves.items(), (OURS, THEIRS, "#38761d"), strict=True):
+    for (receiver, (cog, sog, share, _)), color in zip(curves.items(), (OURS, THEIRS, "#38761d"), strict=False):
         for k, style in enumerate(("-", ":")):
             label = WORDS[receiver] if k == 0 else None
             cog_axes.plot(SPEEDS, np.degrees(cog[:, k]), style, color=color, label=label, marker=".")

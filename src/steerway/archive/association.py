@@ -246,7 +246,7 @@ def steady_level(bank, dt):
     return level + 1 if bank[0, bank.shape[2] + 1, PHASE] == UNDER_WAY else level
 
 
-@lean_kernel
+@called_kernel
 def predict_to(slot, bank, time, parameters, terms):
     """Predict a filter to a time; after a long gap it is empty."""
     if time - slot[LAST] > LONGEST_GAP:

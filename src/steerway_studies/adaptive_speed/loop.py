@@ -15,6 +15,7 @@ ACCELEROMETER = accelerometer(rate=200.0)
 LEAK = Instrument(rate=200.0, wander=(0.0034, 5.0))
 GPS = Instrument(rate=10.0, white=0.03)
 LOG = Instrument(rate=10.0, white=0.002)
+_UNKNOWN = (math.nan,) * 3
 TABLE_III = SurgeTuning(scale_std=0.0)
 """The filter for P3's instruments, whose log has no scale error."""
 
@@ -95,18 +96,18 @@ def sail(
 
     fusion, turns = SurgeFusion(tuning), None if propeller is None else propeller.start()
     state = boat.start()
-    out = np.zeros((7, n))
-    parameters = np.full((n, 3), np.nan)
     received = np.full((2, n), np.nan)
     nis = []
-    setpoint = _at(setpoints, 0.0)
-    out[6], command, estimate = setpoint, 0.0, 0.0
+    setpoint, command, estimate = _at(setpoints, 0.0), 0.0, 0.0
+    rows, parameters = [(0.0,) * 6 + (setpoint,)], [_UNKNOWN]
+    model, adapted = math.nan, _UNKNOWN
     for k in range(1, n):
         now = k * STEP
         if k % _CONTROL == 1:
             setpoint, conditions = _at(setpoints, now), sea(now) if callable(sea) else _at(sea, now)
         if k % every == 1:
             command = control.step(setpoint, estimate, every * STEP, state[4] if shaft_seen else math.nan)
+            model, adapted = getattr(control, "model", math.nan), tuple(getattr(control, "parameters", _UNKNOWN))
         before = state[3]
         state = boat.step(state, (command,), conditions, STEP)
         speed = state[3]
@@ -126,14 +127,7 @@ def sail(
         estimate = fusion.step(acceleration, STEP, reference=third, **reported)
         if reported and now > 10.0:
             nis += [each for each in fusion.nis[:3] if not math.isnan(each)]
-        out[:, k] = (
-            speed,
-            estimate,
-            fusion.speed_std,
-            fusion.current,
-            state[4],
-            getattr(control, "model", math.nan),
-            setpoint,
-        )
-        parameters[k] = getattr(control, "parameters", (math.nan,) * 3)
-    return SpeedRun(time, out[6], *out[:6], parameters, np.array(nis), fusion.events, *received)
+        rows.append((speed, estimate, fusion.speed_std, fusion.current, state[4], model, setpoint))
+        parameters.append(adapted)
+    out = np.array(rows).T
+    return SpeedRun(time, out[6], *out[:6], np.array(parameters), np.array(nis), fusion.events, *received)

@@ -1,11 +1,11 @@
 """Studies: what each finds with one seed, or its parts where that takes long.
 
 Whole, with one seed: cybership-observers, springer-mission (but for its own timings), low-speed at two of its fifteen
-speeds, otter-course without logs; on recorded logs: ais-prediction. In parts: mariner-los (68 voyages a seed),
-otter-path (at one of its two speeds), adaptive-speed (every kind of voyage at one set-point) and estimator-limits
-(its sections on one voyage of one cell; of troubles what they do to a record, of wandering receivers the profiles).
-at-sea is one square; of real-logs and unseen-logs, which take minutes, what they judge by on one log and a fixed
-profile.
+speeds with one of its three receivers, otter-course without logs; on recorded logs: ais-prediction. In parts:
+mariner-los (68 voyages a seed), otter-path (at one of its two speeds), adaptive-speed (every kind of voyage at one
+set-point) and estimator-limits (its sections on one voyage of one cell; of troubles what they do to a record, of
+wandering receivers the profiles). at-sea is one square; of real-logs and unseen-logs, which take minutes, what they
+judge by on one log and a fixed profile.
 """
 
 import os
@@ -81,7 +81,8 @@ def springer_mission():
 
 @case("study_low_speed", rtol=FITTED, atol=1e-4)  # m/s: a fit to a boat at rest moves with the machine code
 def at_low_speed():
-    with patch.object(low_speed, "SPEEDS", (0.0, 0.7)):
+    receivers = {"low_cost": low_speed.RECEIVERS["low_cost"]}
+    with patch.object(low_speed, "SPEEDS", (0.0, 0.7)), patch.object(low_speed, "RECEIVERS", receivers):
         return whole("low-speed")
 
 

@@ -245,7 +245,7 @@ class PassiveObserver:
         x = self.state
         if not self._known[2]:
             self._measured[2] = x[PLACE + 2]
-        force = array_of("force", force, (3,))
+        force, dt = array_of("force", force, (3,)), not_negative("dt", dt)
         held = self._form == "held"
         gains = self._gains if self._known.all() else self._gains * [*[self._known] * 5, np.ones(3)]
         predict(x, self._measured, held, self._error, force, gains, self._inverse, self._damping, dt)

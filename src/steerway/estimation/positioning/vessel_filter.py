@@ -237,6 +237,7 @@ class VesselFilter:
         if self._scheduled is not None:
             self.densities[3:6] = self._scheduled(self.state[3], self.state[4])
         force = array_of("force", force, (3,))
+        dt = not_negative("dt", dt)
         predict(self.state, self.covariance_upper, force, self.densities, self.model, dt, self._work)
 
     def update(self, north: float, east: float) -> float:
