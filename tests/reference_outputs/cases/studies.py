@@ -49,6 +49,7 @@ from tests.reference_outputs.tables import case
 
 FITTED = 1e-3
 SEED = 1
+CHAOTIC = ("verbatim_1cm_cog_rms_deg",)  # diverges: the last digit of a sine, which differs between processors, decides
 TIMINGS = ("interval_step_us", "mpc_step_us", "interval_mission_s")
 
 
@@ -90,16 +91,16 @@ def at_low_speed():
 def otter_course_without_logs():
     with patch.dict(os.environ):
         os.environ.pop("STEERWAY_DATA", None)
-        return whole("otter-course")
+        return whole("otter-course", CHAOTIC)
 
 
 @case("study_otter_course_published")
 def otter_course_published():
-    quiet, noisy = as_published(), as_published(0.01, SEED)
+    """With noise only the first quarter: then rounding has grown by nine digits."""
     found = {}
-    for name, record in (("quiet", quiet), ("noisy", noisy)):
+    for name, record, each in (("quiet", as_published(), 40), ("noisy", as_published(0.01, SEED), 10)):
         columns = np.column_stack([record.sog, record.cog, record.estimated_sog, record.estimated_cog, record.turning])
-        found[name] = columns[::40]
+        found[name] = columns[::each][:51]
     return found
 
 
@@ -144,7 +145,7 @@ def mariner_lyapunov():
     return found
 
 
-@case("study_adaptive_speed_voyages")
+@case("study_adaptive_speed_voyages", rtol=1e-6)  # what adapts amplifies rounding
 def adaptive_speed():
     """Every kind of voyage at 3 m/s."""
     found = {}
