@@ -76,7 +76,7 @@ def pytest_runtest_call(item):
 def _limited(seconds):
     for number, timer, limit in ((signal.SIGPROF, signal.ITIMER_PROF, 1.0), (signal.SIGALRM, signal.ITIMER_REAL, 3.0)):
         signal.signal(number, _end)
-        signal.setitimer(timer, limit * seconds)
+        signal.setitimer(timer, limit * seconds, 1.0)  # again each second: in a destructor it is ignored
     try:
         yield
     except (KeyboardInterrupt, pytest.exit.Exception):

@@ -11,6 +11,7 @@ from steerway.core.records import Fixes
 from steerway.estimation import InferredProfile, Profile
 from steerway.estimation.course.onboard import HeadingTracker
 from steerway.estimation.heading.composite import composite_model
+from steerway.estimation.inference import forecast
 from steerway.estimation.inference.motion import COURSE, SPEED, reverse
 from steerway.estimation.inference.stream import InferredFilter
 from steerway.estimation.inference.structures import parameters_of
@@ -23,8 +24,11 @@ from steerway.identification.yaw import _under_way
 from steerway.identification.yaw_likelihood import positions_cost
 from steerway.simulation.assembly import response_of
 from steerway.vessels import otter
+from steerway_studies.estimator_limits.bound import filtering_bound, smoothing_bound
+from steerway_studies.estimator_limits.cells import CELLS
 from steerway_studies.estimator_limits.histories import all_histories
 from steerway_studies.estimator_limits.particles import particle_filter
+from steerway_studies.estimator_limits.scenarios import TrueMotion
 from steerway_studies.springer_mission.h_infinity import exists
 from tests.scenes import straight
 
@@ -85,6 +89,12 @@ def test_the_positions_covariance_is_that_of_its_standard_deviation(fixes):
         (*_, position_std), _, _ = estimator.row(1.0, latitude, longitude)
     np.testing.assert_allclose(0.5 * np.trace(estimator.covariance), position_std**2, rtol=1e-3)
     assert np.linalg.eigvalsh(estimator.covariance).min() > 0.0
+
+
+def test_an_earlier_moment_is_predicted_from(fixes, monkeypatch):
+    monkeypatch.setattr(forecast, "VOYAGES", 4)
+    rows, found = hindcast(fixes.rows(slice(4)), (1.0,), 2.0, inferred())
+    assert len(found) == len(rows) == 2 and (found.variance_north > 0.0).all()
 
 
 @pytest.mark.parametrize("dt", [math.nan, math.inf])
@@ -186,6 +196,14 @@ def test_a_guess_of_surge_balances_half_throttle():
 
 def test_a_robust_filter_exists_where_it_is_the_kalman_filter():
     assert exists(composite_model(), 0.0, horizon=5)
+
+
+def test_a_smoother_can_be_better_than_a_filter():
+    n, cell = 4, CELLS["o05"]
+    line = np.arange(float(n)), *np.zeros((5, n))
+    voyage = TrueMotion(*line, turning=np.array([False, True, True, False]))
+    filtered, smoothed = (bound(voyage, cell.profile) for bound in (filtering_bound, smoothing_bound))
+    assert (np.trace(smoothed, axis1=1, axis2=2)[:-1] < np.trace(filtered, axis1=1, axis2=2)[:-1]).all()
 
 
 def test_every_history_of_a_few_fixes_is_visited():
