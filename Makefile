@@ -4,7 +4,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/pip install --quiet --disable-pip-version-check --no-compile
 # On all cores; pip would use one. Where Python may not write bytecode, every process would compile all that it imports.
-BYTECODE := $(BIN)/python -m compileall -q -j 0 .venv/lib src || true
+BYTECODE := $(BIN)/python -W ignore -m compileall -q -j 0 .venv/lib src || true
 
 CHECKED = src tests benchmarks docs/*.py
 
