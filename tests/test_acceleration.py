@@ -14,7 +14,7 @@ from steerway.estimation.course.motion.layout import STATES
 from steerway.estimation.course.motion.models import predict, set_step, transition
 from steerway.estimation.course.steerageway import reset_manoeuvre
 from steerway.estimation.inference.fit import Posterior, Rows
-from steerway.estimation.inference.structures import LONGEST_ROLL
+from steerway.estimation.inference.parts import LONGEST_ROLL
 from steerway.estimation.inference.whole_log import infer_log, motion_of
 from tests.scenes import angle_error, sailed, straight
 

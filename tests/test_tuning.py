@@ -12,7 +12,7 @@ from steerway.core.earth import displacement
 from steerway.estimation import InferredProfile, Profile, choose_profile, load_profile, tune
 from steerway.estimation.inference import tune as tuning
 from steerway.estimation.inference.fit import FURTHEST, Posterior
-from steerway.estimation.inference.selection import PLAIN
+from steerway.estimation.inference.parts import PLAIN
 from steerway.estimation.inference.whole_log import Track, infer_log, motion_of
 from steerway.estimation.prediction import predict
 from steerway.sensors.gnss import Gnss

@@ -7,16 +7,8 @@ import numpy as np
 
 from steerway.estimation.inference.ascent import Ascent, climb
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
-from steerway.estimation.inference.structures import (
-    LONGEST_ROLL,
-    ROLL_PERIODS,
-    SHORTEST_STAY,
-    SHORTEST_WAVE,
-    WAVE_PERIODS,
-    log_share,
-    model_of,
-    parameters_of,
-)
+from steerway.estimation.inference.parts import LONGEST_ROLL
+from steerway.estimation.inference.structures import log_share, model_of, priors_of
 from steerway.estimation.inference.track import run_record
 
 _NO_OUT = np.empty((0, FUSED + 2))
@@ -66,20 +58,16 @@ class Posterior:
 
     def __init__(self, parts, rows: Rows, shortest=0.0):
         self.parts, self.rows, self.calls = parts, rows, 0
-        self.names, self.medians, self.deviations = parameters_of(parts)
-        self.least, self.most = np.full(len(self.names), -FURTHEST), np.full(len(self.names), FURTHEST)
-        for i, name in enumerate(self.names):
-            if name in ROLL_PERIODS:
-                self.most[i] = (math.log(LONGEST_ROLL) - self.medians[i]) / self.deviations[i]
-            if name.endswith("_period"):
-                period = max(shortest, SHORTEST_WAVE if name in WAVE_PERIODS else shortest)
-                if name == "yaw_period" and "antenna" in parts:
-                    period = max(period, LONGEST_ROLL)
-                if period > 0.0:
-                    self.least[i] = max((math.log(period) - self.medians[i]) / self.deviations[i], -FURTHEST)
-            elif name == "step_every" and shortest > 0.0:
-                often = math.log(SHORTEST_STAY * shortest)
-                self.least[i] = max((often - self.medians[i]) / self.deviations[i], -FURTHEST)
+        priors = priors_of(parts)
+        self.names = tuple(priors)
+        median, self.deviations, least, most, periods = np.array(list(priors.values())).T
+        self.medians = np.log(median)
+        least = np.maximum(least, periods * shortest)
+        if "antenna" in parts and "waves" in parts:
+            least[self.names.index("yaw_period")] = max(least[self.names.index("yaw_period")], LONGEST_ROLL)
+        with np.errstate(divide="ignore"):
+            self.least = np.maximum((np.log(least) - self.medians) / self.deviations, -FURTHEST)
+        self.most = np.minimum((np.log(most) - self.medians) / self.deviations, FURTHEST)
         self._bank = None
 
     def densities(self, x):

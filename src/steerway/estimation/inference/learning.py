@@ -18,8 +18,9 @@ from steerway.estimation.course.update.aids import AIDS
 from steerway.estimation.inference.auto_aids import AUTO, VELOCITY, velocity_in
 from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, Bank, empty_bank, room_to_keep
+from steerway.estimation.inference.parts import PLAIN
 from steerway.estimation.inference.record import Measurements, extrapolated, measurements
-from steerway.estimation.inference.selection import PLAIN, Structure, infer
+from steerway.estimation.inference.selection import Structure, infer
 from steerway.estimation.inference.stream import ELAPSED, InferredFilter, Set, set_of
 from steerway.estimation.inference.structures import VESSELS, parameters_of
 from steerway.estimation.inference.track import run_record

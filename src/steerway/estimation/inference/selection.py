@@ -5,33 +5,18 @@ Structures that fall behind there are given up, the others are fitted and compar
 """
 
 import math
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
 from steerway.estimation.inference.bank import LONGEST_STEP, MOST_STEPS
 from steerway.estimation.inference.fit import DRAWS, Fit, Rows, fitted, likeliest
+from steerway.estimation.inference.parts import OPTIONAL, PARTS, PLAIN, Scales
 from steerway.estimation.inference.record import excerpt
-from steerway.estimation.inference.starts import Scales, scales_of, ships, starts, vessels
+from steerway.estimation.inference.starts import scales_of, ships, vessels
 from steerway.estimation.inference.structures import VESSELS, model_of, parameters_of
 
-PLAIN = ("base", "wander")
-PARTS = (
-    "waves",
-    "strokes",
-    "antenna",
-    "second_roll",
-    "clock",
-    "beat",
-    "error",
-    "quick_error",
-    "steps",
-    "slips",
-    "obstructions",
-)
-"""Parts that a structure may have beside the plain ones."""
-SECOND = {"antenna": "second_roll", "error": "quick_error", "clock": "beat", "steps": "slips"}
-"""Parts that come with one of these only, and are tried where that is better than none."""
 OTHERWISE = ("error", "steps")
 """Parts that explain what the plain structure explains by the vessel: the search begins from a second vessel too."""
 
@@ -154,19 +139,20 @@ def screened(base, few, scales: Scales) -> dict[tuple, Fit]:
     fits = {base: plain}
 
     def compete(part, begun: Fit):
-        """Fit a part, unless it explains nothing even with the likeliest numbers. Returns whether it is better."""
+        """Fit a part, unless it explains nothing even with the likeliest numbers."""
         parts = (*begun.parts, part)
-        start, log = searched(parts, few, starts(part, begun.values, scales), shortest)
+        start, log = searched(parts, few, begun.values, scales)
         if log > begun.log_posterior - FAR_BEHIND:
             found = fitted(parts, few, start, FEW_ROUNDS, shortest)
             fits[parts] = max(fits.get(parts, found), found, key=lambda fit: fit.evidence)
-        return parts in fits and fits[parts].evidence > plain.evidence + BETTER
 
-    for part in (part for part in PARTS if part not in SECOND.values()):
-        if part in OTHERWISE:
-            compete(part, begin[1])
-        if compete(part, plain) and part in SECOND:
-            compete(SECOND[part], fits[*base, part])
+    for part in OPTIONAL:
+        if not (first := PARTS[part].only_with):
+            if part in OTHERWISE:
+                compete(part, begin[1])
+            compete(part, plain)
+        elif (*base, first) in fits and fits[*base, first].evidence > plain.evidence + BETTER:
+            compete(part, fits[*base, first])
     ranked = sorted(fits, key=lambda parts: -fits[parts].evidence)
     best = ranked[0]
     good = [other for other in ranked if fits[other].evidence > plain.evidence + BETTER]
@@ -191,12 +177,12 @@ def screened(base, few, scales: Scales) -> dict[tuple, Fit]:
 
 def together(structure, other) -> tuple:
     """A structure with the parts that may be added to it of another."""
-    return plain_of(structure) + tuple(part for part in PARTS if part in structure or part in other)
+    return plain_of(structure) + tuple(part for part in OPTIONAL if part in structure or part in other)
 
 
 def plain_of(structure) -> tuple:
-    """The parts of a structure that are not among PARTS."""
-    return tuple(part for part in structure if part not in PARTS)
+    """The parts of a structure that are not among OPTIONAL."""
+    return tuple(part for part in structure if part not in OPTIONAL)
 
 
 def weighed(fits: dict[tuple, Fit], draws=0) -> Inference:
@@ -217,9 +203,14 @@ def weighed(fits: dict[tuple, Fit], draws=0) -> Inference:
     return Inference(tuple(structures), tuple(fits.values()))
 
 
-def searched(parts, rows, stages, shortest) -> tuple[dict, float]:
-    """The likeliest of the starting points, stage by stage, and its log posterior."""
-    best, log = {}, -math.inf
-    for stage in stages:
-        [(best, log)] = likeliest(parts, rows, [best | start for start in stage], shortest)
-    return best, log
+def searched(parts, rows, values, scales: Scales) -> tuple[dict, float]:
+    """Numbers to begin from where the last part comes to others with these values, and their log posterior."""
+    begun, log = [values], -math.inf
+    if parts[-1] == "obstructions":  # which may have been taken for manoeuvres
+        begun += vessels(scales.noise)
+    for stage in PARTS[parts[-1]].begin(scales, values):
+        grid = [dict(zip(stage, chosen, strict=True)) for chosen in product(*stage.values())]
+        starts = [each | chosen for each in begun for chosen in grid]
+        [(best, log)] = likeliest(parts, rows, starts, scales.shortest)
+        begun = [best]
+    return begun[0], log

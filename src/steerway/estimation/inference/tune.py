@@ -17,6 +17,7 @@ from steerway.core.errors import InputError
 from steerway.core.records import OK, REJECTED, Fixes
 from steerway.estimation.inference.description import structures_of
 from steerway.estimation.inference.fit import FURTHEST, Fit, Posterior, Rows, fitted, likeliest
+from steerway.estimation.inference.parts import PLAIN
 from steerway.estimation.inference.record import excerpt
 from steerway.estimation.inference.selection import (
     BETTER,
@@ -24,7 +25,6 @@ from steerway.estimation.inference.selection import (
     FINALISTS,
     LAST_ROUNDS,
     MANY,
-    PLAIN,
     Inference,
     Structure,
     infer,

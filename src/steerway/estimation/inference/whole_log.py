@@ -31,9 +31,10 @@ from steerway.estimation.inference.course import (
 )
 from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
+from steerway.estimation.inference.parts import PLAIN
 from steerway.estimation.inference.plane import Plane, laid_out, placed, steps_between
 from steerway.estimation.inference.record import LONG, extrapolated, without_copies
-from steerway.estimation.inference.selection import PLAIN, Inference, Structure, infer
+from steerway.estimation.inference.selection import Inference, Structure, infer
 from steerway.estimation.inference.stamps import regular_times
 from steerway.estimation.inference.structures import model_of, parameters_of
 from steerway.estimation.inference.track import run_record

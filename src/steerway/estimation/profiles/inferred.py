@@ -11,8 +11,9 @@ from steerway.core.profile_fields import positive_number
 from steerway.core.toml import parse_toml, read_toml, toml_value
 from steerway.core.validation import refusal
 from steerway.estimation.inference.course import STEERAGEWAY
+from steerway.estimation.inference.parts import PARTS
 from steerway.estimation.inference.selection import Structure
-from steerway.estimation.inference.structures import PRIORS, parameters_of
+from steerway.estimation.inference.structures import parameters_of
 from steerway.estimation.profiles.schema import Profile
 
 WIDEST_INTERVAL = 10.0
@@ -35,8 +36,8 @@ class WeighedStructure(BaseModel):
     @classmethod
     def _declared(cls, parts):
         for part in parts:
-            if part not in PRIORS:
-                raise ValueError(f"part {part!r} is unknown, expected some of {', '.join(PRIORS)}")
+            if part not in PARTS:
+                raise ValueError(f"part {part!r} is unknown, expected some of {', '.join(PARTS)}")
         if "base" not in parts:
             raise ValueError("part 'base' is missing, expected in every structure")
         return parts

@@ -1,0 +1,291 @@
+"""The declared parts: what a vessel and her receiver may be made of, an entry of `PARTS` each.
+
+A part has the weak priors of its numbers, the shaping filters by which it enters the model, values from which the
+search for them begins, and words. Numbers are fitted as logarithms, with normal priors. One deviation of 1 is a factor
+of 2.7 either way: about what vessels of one kind differ by; 1.5 and more span dinghies and ships. Chosen for craft from
+2 m to ships and receivers as they are sold. Judged by `steerway study unseen-logs`.
+"""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from steerway.estimation.course.update.aids import TABLE
+from steerway.estimation.inference.model import (
+    ON_AID,
+    ON_ANTENNA,
+    ON_COURSE,
+    ON_FIX,
+    ON_RATE,
+    ON_SPEED,
+    ON_TIME,
+)
+
+_DEG = math.pi / 180.0
+LONGEST_ROLL = 4.0
+"""s; what takes longer of craft under 15 m is their way through waves: one more oscillation athwart, with the period of
+the waves, would be taken for the antenna's. And a yaw that takes less, beside an antenna that rolls, for a course."""
+_SHORTEST_WAVE = 2.0
+"""s; waves of a shorter period are shorter than 6 m (g T²/2π) and move no vessel to and fro. What oscillates faster is
+of oars or of the receiver."""
+_SHORTEST_STAY = 2.5
+"""Shortest periods that fixes resolve (five intervals) from one step of a receiver's error to the next on average: what
+changes oftener is noise. Chosen: in recorded logs of receivers that step it is 9 to 100 intervals."""
+_WAVE, _SWELLS = 3.0, (4.0, 7.0, 12.0, 20.0)
+"""s: a line of a shorter period is looked for in the receiver and its antenna first. Waves begin from longer ones, or
+where there is none from a grid. Chosen: with all lines a roll of 2.5 s is fitted as a yaw of the vessel, 1,100 of log
+evidence below it."""
+
+
+class Prior(NamedTuple):
+    """Of a number: median, deviation of its logarithm, and between what it is sought."""
+
+    median: float
+    deviation: float
+    least: float = 0.0
+    most: float = math.inf
+    periods: float = 0.0
+    """Its least value in shortest periods that the fixes resolve."""
+
+
+class Filter(NamedTuple):
+    """A shaping filter by the names of its numbers: standard deviation and time constant, or period and damping."""
+
+    acts_on: int
+    std: str
+    time: str
+    damping: str | None = None
+    harmonic: int = 1
+
+
+class Scales(NamedTuple):
+    """What a record tells before any fit."""
+
+    noise: float
+    """m, of a fix by third differences."""
+    shortest: float
+    """s, the shortest period that the fixes resolve."""
+    along: tuple
+    across: tuple
+    """s, periods that stand out along and across the way made good, the strongest first."""
+
+    def sizes(self, largest) -> tuple:
+        """Sizes of a receiver's error to be tried (m), from its noise to that of a receiver alone."""
+        return self.noise, math.sqrt(self.noise * largest), largest
+
+    def rolls(self) -> tuple:
+        """Periods of an antenna that rolls to be tried (s)."""
+        return tuple(period for period in self.across if period < LONGEST_ROLL) or (2.0, 3.0)
+
+
+class Part(NamedTuple):
+    """What may be in a structure."""
+
+    priors: dict[str, Prior]
+    words: str
+    filters: tuple[Filter, ...] = ()
+    begin: Callable[[Scales, dict], list[dict[str, tuple]]] | None = None
+    """Where to begin the search, by the scales of a record and the numbers without the part: values of each number, all
+    with all; stage by stage, each from the likeliest before. No stage where a record shows no sign of the part."""
+    share: float = 0.5
+    """Share of records that have it, before they are scales."""
+    only_with: str = ""
+    """Part without which it is not tried."""
+
+
+def _half(values, name, *others) -> tuple:
+    """A number as it is, half of it where the part takes over what it explained, and others."""
+    return values[name], 0.5 * values[name], *others
+
+
+def _waves(scales: Scales, values) -> list[dict[str, tuple]]:
+    along, across = (tuple(p for p in each if p > _WAVE) or _SWELLS for each in (scales.along, scales.across))
+    surge = {"surge_period": along, "wave_surge": (0.005, 0.05, 0.2), "wave_yaw": (0.01,)}
+    yaw = {"yaw_period": across, "wave_yaw": (0.005, 0.03, 0.1)}
+    return [
+        {"speed_std": (values["speed_std"], 0.01)} | surge,
+        {"wander_std": (values["wander_std"], 0.003)} | yaw,
+    ]
+
+
+def _strokes(scales: Scales, values) -> list[dict[str, tuple]]:
+    period = scales.along[0]  # oars make the strongest line, if any
+    if not scales.shortest < period < _WAVE:
+        return []
+    return [{"fix_std": _half(values, "fix_std"), "stroke_period": (period,), "stroke_surge": (0.03, 0.2)}]
+
+
+def _of_aid(aid) -> Part:
+    priors = {name: Prior(*prior) for name, prior in aid.priors.items()}
+    _, *companion = aid.priors
+    return Part(priors, aid.words, (Filter(ON_AID, *companion),) if companion else ())
+
+
+PARTS = {
+    "base": Part(
+        {
+            "fix_std": Prior(0.3, 2.0),  # m, white part of a fix
+            "poor_rate": Prior(0.003, 1.5),  # share of fixes with much larger noise
+            "late_std": Prior(0.03, 1.2),  # s, of the moment of such a fix
+            "outlier_rate": Prior(0.001, 1.2),  # share of fixes that are off by any distance
+            "speed_walk": Prior(0.004, 1.5),  # m/s per √s, held speed
+            "yaw_size": Prior(6.0 * _DEG, 1.5),  # rad/s, change of course rate in a yaw manoeuvre
+            "yaw_time": Prior(2.0, 1.2),  # s, how long it lasts
+            "yaw_every": Prior(100.0, 2.0),  # s between them
+            "yaw_slip": Prior(0.02, 1.5),  # m/s per √s, held speed in a yaw manoeuvre
+            "turn_walk": Prior(0.3 * _DEG, 1.5),  # rad/s per √s, course rate in a steady turn
+            "turn_time": Prior(30.0, 2.0),  # s, how long a steady turn lasts
+            "rate_time": Prior(0.8, 1.0),  # s, in which the course rate dies away on a held course
+            "surge_size": Prior(1.0, 1.5),  # m/s, change of speed in a speed manoeuvre
+            "surge_time": Prior(4.0, 1.2),  # s
+            "surge_every": Prior(200.0, 1.5),  # s
+            "emergency_every": Prior(1e4, 2.0),  # s
+            "drift_speed": Prior(0.2, 1.0),  # m/s, below which a vessel is pushed about in any direction
+        },
+        "fixes with {fix_std:.2g} m of noise",
+    ),
+    "wander": Part(
+        {
+            "speed_std": Prior(0.03, 1.5),  # m/s about the held speed
+            "speed_time": Prior(6.0, 1.0),  # s
+            "wander_std": Prior(0.5 * _DEG, 1.5),  # rad/s about the held course rate
+            "wander_time": Prior(3.0, 1.0),  # s
+        },
+        "speed varying by {speed_std:.2g} m/s and course rate by {wander_std:.2g}°/s",
+        (Filter(ON_SPEED, "speed_std", "speed_time"), Filter(ON_RATE, "wander_std", "wander_time")),
+    ),
+    "waves": Part(
+        {
+            "wave_surge": Prior(0.15, 1.2),  # m/s
+            "surge_period": Prior(9.0, 0.8, _SHORTEST_WAVE, periods=1.0),  # s
+            "wave_yaw": Prior(3.0 * _DEG, 1.2),  # rad
+            "yaw_period": Prior(12.0, 0.8, _SHORTEST_WAVE, periods=1.0),  # s
+            "surge_damping": Prior(0.06, 1.2),  # as a share of critical damping
+            "yaw_damping": Prior(0.06, 1.2),
+        },
+        "waves: {wave_surge:.2g} m/s every {surge_period:.2g} s, {wave_yaw:.2g}°/s every {yaw_period:.2g} s",
+        (
+            Filter(ON_SPEED, "wave_surge", "surge_period", "surge_damping"),
+            Filter(ON_COURSE, "wave_yaw", "yaw_period", "yaw_damping"),
+        ),
+        _waves,
+    ),
+    "strokes": Part(  # of oars and paddles, and what a mast pitches
+        {
+            "stroke_surge": Prior(0.2, 1.2),  # m/s
+            "stroke_period": Prior(2.0, 0.4, periods=1.0),  # s; 20 to 100 strokes a minute
+            "stroke_damping": Prior(0.06, 1.2),
+        },
+        "surge {stroke_surge:.2g} m/s every {stroke_period:.2g} s",
+        (Filter(ON_SPEED, "stroke_surge", "stroke_period", "stroke_damping"),),
+        _strokes,
+        share=0.02,  # Chosen: few vessels are rowed; strokes that noise may hide make the speed of all others uncertain
+    ),
+    "antenna": Part(
+        {
+            "antenna_std": Prior(0.1, 1.2),  # m athwart
+            "antenna_period": Prior(2.5, 0.25, most=LONGEST_ROLL, periods=1.0),  # s; craft under 15 m roll in 2 to 4 s
+            "antenna_damping": Prior(0.03, 1.2),
+        },
+        "antenna rolling {antenna_std:.2g} m every {antenna_period:.2g} s",
+        (Filter(ON_ANTENNA, "antenna_std", "antenna_period", "antenna_damping"),),
+        lambda scales, values: [
+            {
+                "fix_std": _half(values, "fix_std", scales.noise),
+                "antenna_period": scales.rolls(),
+                "antenna_std": (0.005, 0.02, 0.15),
+            }
+        ],
+    ),
+    "second_roll": Part(
+        {
+            "roll_std": Prior(0.05, 1.2),  # m athwart
+            "roll_period": Prior(2.5, 0.25, most=LONGEST_ROLL, periods=1.0),  # s
+            "roll_damping": Prior(0.03, 1.2),
+        },
+        "antenna rolling {roll_std:.2g} m every {roll_period:.2g} s too",
+        (Filter(ON_ANTENNA, "roll_std", "roll_period", "roll_damping"),),
+        lambda scales, values: [{"roll_period": scales.rolls(), "roll_std": (0.02, 0.1)}],
+        only_with="antenna",
+    ),
+    "clock": Part(
+        {"time_std": Prior(0.03, 1.2)},  # s, of the moment of a fix
+        "time of a fix within {time_std:.2g} s",
+        begin=lambda scales, values: [{"fix_std": _half(values, "fix_std"), "time_std": (0.001, 0.01, 0.1)}],
+    ),
+    "beat": Part(  # of a receiver's interval and a logger's
+        {
+            "beat_std": Prior(0.1, 1.2),  # s, of the moment of a fix too
+            "beat_period": Prior(10.0, 1.2, periods=1.0),  # s
+            "beat_damping": Prior(0.2, 1.2),
+        },
+        "beat of two clocks, {beat_std:.2g} s every {beat_period:.2g} s",
+        tuple(  # a sawtooth, which the phase between two clocks is
+            Filter(ON_TIME, "beat_std", "beat_period", "beat_damping", harmonic) for harmonic in (1, 2)
+        ),
+        lambda scales, values: [
+            {
+                "time_std": (values["time_std"], 0.3 * values["time_std"]),
+                "beat_std": (0.1, 0.3),
+                "beat_damping": (0.05, 0.2),
+                "beat_period": scales.along,
+            }
+        ],
+        only_with="clock",
+    ),
+    "error": Part(
+        {"error_std": Prior(0.7, 1.2), "error_time": Prior(100.0, 1.5)},  # m, s
+        "error of {error_std:.2g} m over {error_time:.2g} s",
+        (Filter(ON_FIX, "error_std", "error_time"),),
+        lambda scales, values: [
+            {
+                "fix_std": _half(values, "fix_std", scales.noise),
+                "error_std": scales.sizes(1.0),
+                "error_time": (20.0, 200.0),
+            }
+        ],
+    ),
+    "quick_error": Part(
+        {"quick_std": Prior(0.25, 1.2), "quick_time": Prior(5.0, 0.8)},  # m, s
+        "error of {quick_std:.2g} m over {quick_time:.2g} s",
+        (Filter(ON_FIX, "quick_std", "quick_time"),),
+        lambda scales, values: [{"quick_std": scales.sizes(0.2), "quick_time": (1.5, 5.0)}],
+        only_with="error",
+    ),
+    "steps": Part(  # s and m, as of the study's developing half
+        {"step_every": Prior(15.0, 1.0, periods=_SHORTEST_STAY), "step_std": Prior(0.15, 1.3)},
+        "steps of {step_std:.2g} m every {step_every:.2g} s",
+        begin=lambda scales, values: [
+            {
+                "fix_std": _half(values, "fix_std"),
+                "step_every": (10.0, 60.0),
+                "step_std": (3.0 * scales.noise, 10.0 * scales.noise),
+            }
+        ],
+    ),
+    "slips": Part(
+        {"slip_std": Prior(0.3, 1.2)},  # s, steps along the way made good besides: of the moment of a fix
+        "steps of {slip_std:.2g} s along the way",
+        begin=lambda scales, values: [
+            {"step_std": (values["step_std"], 0.3 * values["step_std"]), "slip_std": (0.1, 0.3, 1.0)}
+        ],
+        only_with="steps",
+    ),
+    "obstructions": Part(  # of the sky, by trees, bridges, quays: poor fixes in a row
+        {
+            "obstructed_noise": Prior(10.0, 0.7),  # of a poor fix, in the usual one, above 1
+            "obstructed_time": Prior(20.0, 1.2),  # s
+        },
+        "noise larger by {obstructed_noise:.2g} times the usual for {obstructed_time:.2g} s at a time",
+        begin=lambda scales, values: [
+            {"poor_rate": (0.01,), "obstructed_noise": (5.0, 20.0), "obstructed_time": (20.0,)}
+        ],
+        share=0.02,  # Chosen: few records are made under trees, which those say by hundreds of log evidence
+    ),
+    **{aid.name: _of_aid(aid) for aid in TABLE},
+}
+"""In the order in which they enter a structure, those that move the vessel first."""
+PLAIN = "base", "wander"
+"""Parts of every structure that is inferred."""
+OPTIONAL = tuple(name for name, part in PARTS.items() if part.begin)
+"""Parts that a structure may have beside the plain ones and aids."""
