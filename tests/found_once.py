@@ -15,7 +15,6 @@ from unittest.mock import patch
 FOUND = (
     "steerway.estimation.inference.whole_log infer",
     "steerway.estimation.inference.tune infer",
-    "steerway.estimation.inference.tune _thorough",
     "steerway_studies.adaptive_speed.cases run",
     "steerway_studies.mariner_los.figures voyage",
     "steerway_studies.mariner_los.ship voyage",

@@ -11,8 +11,10 @@ import steerway
 from steerway.core.earth import displacement
 from steerway.estimation import InferredProfile, Profile, choose_profile, load_profile, tune
 from steerway.estimation.inference import tune as tuning
-from steerway.estimation.inference.fit import FURTHEST, Posterior
+from steerway.estimation.inference.fit import FURTHEST, Fit, Posterior
 from steerway.estimation.inference.parts import PLAIN
+from steerway.estimation.inference.selection import infer
+from steerway.estimation.inference.structures import parameters_of
 from steerway.estimation.inference.whole_log import Track, infer_log, motion_of
 from steerway.estimation.prediction import predict
 from steerway.sensors.gnss import Gnss
@@ -56,16 +58,15 @@ def test_what_is_found_predicts_no_worse_than_the_default(sortie):
 
 
 def test_where_more_effort_predicts_worse_the_answer_is_the_defaults(monkeypatch):
-    """The thorough fit is spoilt: a receiver of ten times the noise."""
+    """The thorough inference is spoilt: a receiver of ten times the noise."""
     fixes = one_mode(5, 200.0)
-    thorough = tuning._thorough
 
-    def spoilt(*arguments):
-        found = thorough(*arguments)
+    def spoilt(record, aids=(), effort=1):
+        found = infer(record, aids, effort)
         worse = [s._replace(values=s.values | {"fix_std": 10.0 * s.values["fix_std"]}) for s in found.structures]
-        return found._replace(structures=tuple(worse))
+        return found if effort == 1 else found._replace(structures=tuple(worse))
 
-    monkeypatch.setattr(tuning, "_thorough", spoilt)
+    monkeypatch.setattr(tuning, "infer", spoilt)
     tuned = tune(fixes)
     assert tuned.is_default and tuned.held_back_log_likelihood == tuned.default_held_back_log_likelihood
     assert "the default's" in dict(tuned.sentences())[f"log likelihood of {tuned.held_back} fixes held back"]
@@ -108,12 +109,12 @@ def test_what_a_log_does_not_determine_is_named(sortie):
 
 
 def test_numbers_at_a_bound_are_flagged(sortie):
-    fixes, tuned = sortie
+    _, tuned = sortie
     assert tuned.at_bounds == ()
-    posterior = Posterior(PLAIN, Track(fixes, ()).record)
-    x = np.zeros(len(posterior.names))
-    x[posterior.names.index("speed_walk")] = -FURTHEST
-    assert tuning._intervals(posterior, posterior.values(x), np.zeros(len(x)))[1] == ["speed_walk"]
+    names, medians, deviations = parameters_of(PLAIN)
+    logs = medians - FURTHEST * deviations * (np.array(names) == "speed_walk")
+    values = dict(zip(names, np.exp(logs).tolist(), strict=True))
+    assert Fit(PLAIN, values, 0.0, 0.0, 0, {}, ()).at_bounds == ["speed_walk"]
     flagged = replace(tuned, at_bounds=("speed_walk",))
     assert dict(flagged.sentences())["at a bound"] == "speed_walk" and flagged.as_dict()["at_bounds"] == ["speed_walk"]
 

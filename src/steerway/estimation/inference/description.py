@@ -1,6 +1,7 @@
-"""An inference in words: structures, weights, evidence and the numbers that matter."""
+"""An inference or a tuned profile in words: structures, weights, evidence and the numbers that matter."""
 
 import math
+from dataclasses import dataclass
 
 from steerway.estimation.course.update.aids import TABLE
 from steerway.estimation.inference.parts import PARTS
@@ -8,6 +9,66 @@ from steerway.estimation.inference.selection import Inference
 from steerway.estimation.profiles.inferred import InferredProfile
 
 _ANGLES = ("wander_std", "wave_yaw", *(aid.noise for aid in TABLE if "°" in aid.words))
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """A profile fitted to a log, and how well what was found in the rest predicts the fixes that were held back."""
+
+    profile: InferredProfile
+    default: InferredProfile
+    """What `estimate` finds by itself in the same fixes."""
+    fixes: int
+    moving: int
+    rejected: int
+    nis_mean: float
+    """Over all fixes; 2 where noise is as inferred and no fix is wrong."""
+    nis_within_pct: float
+    """Share of fixes within the predicted 95 % region."""
+    held_back: int
+    held_back_log_likelihood: float
+    default_held_back_log_likelihood: float
+    at_bounds: tuple[str, ...]
+    """Numbers that ended at the bounds of the search."""
+
+    @property
+    def is_default(self) -> bool:
+        """Whether more effort found nothing that predicts better than the default."""
+        return self.held_back_log_likelihood <= self.default_held_back_log_likelihood
+
+    @property
+    def cannot_tell(self) -> tuple[str, ...]:
+        """Names of the numbers that this log does not determine: see `InferredProfile`."""
+        return tuple(
+            dict.fromkeys(
+                name for each in self.profile.structures for name in each.values if not each.is_determined(name)
+            )
+        )
+
+    def as_dict(self) -> dict:
+        """All as plain numbers, texts and lists; `structures` as in the profile."""
+        names = ("fixes", "moving", "rejected", "nis_mean", "nis_within_pct", "held_back", "held_back_log_likelihood")
+        own = {name: getattr(self, name) for name in (*names, "default_held_back_log_likelihood", "is_default")}
+        structures = [each.model_dump(mode="json") for each in self.profile.structures]
+        lists = {"at_bounds": list(self.at_bounds), "cannot_tell": list(self.cannot_tell)}
+        return own | lists | {"structures": structures}
+
+    def sentences(self) -> list[tuple[str, str]]:
+        """The fit as (what, value) pairs of text."""
+        ours, default = self.held_back_log_likelihood, self.default_held_back_log_likelihood
+        verdict = (
+            "the default's, which more effort does not improve"
+            if self.is_default
+            else f"better by {ours - default:.1f}"
+        )
+        return [
+            ("fixes", f"{self.fixes}, {self.moving} under way, {self.rejected} rejected"),
+            *((f"weight {each['weight']:.2f}", each["words"]) for each in structures_of(self.profile)),
+            *([("at a bound", ", ".join(self.at_bounds))] if self.at_bounds else []),
+            *([("not determined", ", ".join(self.cannot_tell))] if self.cannot_tell else []),
+            ("NIS", f"{self.nis_mean:.2f} (2 expected), {self.nis_within_pct:.1f} % of fixes in the predicted 95 %"),
+            (f"log likelihood of {self.held_back} fixes held back", f"{ours:.1f}, default {default:.1f}: {verdict}"),
+        ]
 
 
 def structures_of(profile: InferredProfile, inference: Inference | None = None) -> list[dict]:

@@ -42,7 +42,7 @@ class Fit(NamedTuple):
     """A structure with its numbers (by name), log posterior, log evidence (Laplace, and `log_share`) on the same rows,
     evaluations.
 
-    others: numbers drawn from the posterior (Laplace), as likely as one another.
+    deviations: of the numbers' logarithms (Laplace). others: numbers drawn from the posterior, all as likely.
     """
 
     parts: tuple
@@ -50,7 +50,15 @@ class Fit(NamedTuple):
     log_posterior: float
     evidence: float
     calls: int
+    deviations: dict
     others: tuple
+
+    @property
+    def at_bounds(self) -> list[str]:
+        """Names of the numbers that ended at the bounds of the search."""
+        priors, values = priors_of(self.parts), self.values
+        furthest = {name: 0.999 * FURTHEST * prior.deviation for name, prior in priors.items()}
+        return [name for name in values if abs(math.log(values[name] / priors[name].median)) > furthest[name]]
 
 
 class Posterior:
@@ -134,10 +142,13 @@ def fitted(parts, rows, start, rounds=2, shortest=0.0, least=-math.inf, draws=0)
     information = ascent.information()
     with np.errstate(invalid="ignore"):
         evidence = ascent.log - 0.5 * float(np.linalg.slogdet(information)[1]) + log_share(parts)
+    values = posterior.values(ascent.x)
     if not math.isfinite(evidence):
-        return Fit(parts, posterior.values(ascent.x), -math.inf, -math.inf, posterior.calls, ())
+        return Fit(parts, values, -math.inf, -math.inf, posterior.calls, {}, ())
+    spread = posterior.deviations * np.sqrt(np.diag(np.linalg.inv(information)))
+    deviations = dict(zip(posterior.names, spread.tolist(), strict=True))
     others = drawn(ascent, information, draws)
-    return Fit(parts, posterior.values(ascent.x), ascent.log, evidence, posterior.calls, others)
+    return Fit(parts, values, ascent.log, evidence, posterior.calls, deviations, others)
 
 
 def drawn(ascent: Ascent, information, draws) -> tuple:

@@ -68,29 +68,37 @@ class Inference(NamedTuple):
     structures: tuple
     fits: tuple
 
+    @property
+    def used(self) -> list[Fit]:
+        """The fits of the structures."""
+        return [fit for fit in self.fits if fit.parts in {each.parts for each in self.structures}]
 
-def infer(record: Rows, aids=()) -> Inference:
-    """Fit and compare the declared structures on a record (see `whole_log.Track`) with these of its aids."""
-    few = excerpt(record, FEW, 1.0)
+
+def infer(record: Rows, aids=(), effort=1) -> Inference:
+    """Fit and compare the declared structures on a record (see `whole_log.Track`) with these of its aids.
+
+    effort: how many times the usual rows and rounds.
+    """
+    few = excerpt(record, effort * FEW, 1.0 / effort)
     scales = scales_of(record)
     contenders = screened(PLAIN + tuple(aids), few, scales)
-    many = affordable(record, next(iter(contenders)))
+    many = affordable(record, next(iter(contenders)), effort)
     draws = DRAWS if np.isfinite(record.north).sum() <= OPEN else 0
-    return weighed(refitted(contenders, many, scales.shortest, draws), draws)
+    return weighed(refitted(contenders, many, scales.shortest, effort, draws), draws)
 
 
-def affordable(record: Rows, parts) -> Rows:
+def affordable(record: Rows, parts, effort) -> Rows:
     """MANY rows, fewer for a large structure and of fixes far apart, so that no run of the filter costs much more."""
-    rows = excerpt(record, MANY, 0.5)
+    rows = excerpt(record, effort * MANY, 0.5 / effort)
     apart = np.diff(rows.time)
     apart[rows.restarts - 1] = 0.0
     predictions = np.ceil(apart / LONGEST_STEP).clip(1, MOST_STEPS).mean()
     _, states, _ = model_of(parts, dict.fromkeys(parameters_of(parts)[0], 1.0))
     share = USUAL_STATES / (states * predictions)
-    return rows if share >= 1.0 else excerpt(record, max(FEW, int(share * MANY)), 0.5)
+    return rows if share >= 1.0 else excerpt(record, effort * max(FEW, int(share * MANY)), 0.5 / effort)
 
 
-def refitted(few: dict[tuple, Fit], rows, shortest, draws) -> dict[tuple, Fit]:
+def refitted(few: dict[tuple, Fit], rows, shortest, effort, draws) -> dict[tuple, Fit]:
     """The best of the structures fitted on few rows (the best first), fitted to other rows.
 
     They compete with the best as they are, and with their parts added to it: what few rows do not tell, many may. They
@@ -98,7 +106,7 @@ def refitted(few: dict[tuple, Fit], rows, shortest, draws) -> dict[tuple, Fit]:
     that are not far behind there already.
     """
     first = next(iter(few))
-    fits = {first: fitted(first, rows, few[first].values, LAST_ROUNDS, shortest, draws=draws)}
+    fits = {first: fitted(first, rows, few[first].values, effort * LAST_ROUNDS, shortest, draws=draws)}
     waiting: dict[tuple, tuple] = {}
     penalty = {parts: fit.evidence - fit.log_posterior for parts, fit in few.items()}
     plain = next(parts for parts in few if parts == plain_of(parts))
@@ -123,7 +131,7 @@ def refitted(few: dict[tuple, Fit], rows, shortest, draws) -> dict[tuple, Fit]:
         expected, begin = waiting.pop(parts)
         if expected < top.evidence:
             break
-        fits[parts] = fitted(parts, rows, begin, OTHER_ROUNDS, shortest, top.log_posterior - LOST, draws)
+        fits[parts] = fitted(parts, rows, begin, effort * OTHER_ROUNDS, shortest, top.log_posterior - LOST, draws)
     return fits
 
 
