@@ -411,11 +411,13 @@ def test_listening_for_long_takes_no_memory():
                 rows += len(navigator.add(received))
 
     listen(0.0, 2500)  # the interpreter keeps some 2000 tuples to use again
-    gc.collect()
-    before = sys.getallocatedblocks()
-    listen(2500.0, 1500)
-    gc.collect()
-    assert rows > 3900 and sys.getallocatedblocks() - before < 200
+    held = []
+    for start in (2500.0, 4000.0, 5500.0):
+        gc.collect()
+        held.append(sys.getallocatedblocks())
+        listen(start, 1500)
+    # What is kept of each fix is kept in both; what other threads of the process keep for once is not.
+    assert rows > 6900 and min(held[1] - held[0], held[2] - held[1]) < 200, held
 
 
 @pytest.mark.parametrize("rate", [10.0, 50.0, 100.0])
