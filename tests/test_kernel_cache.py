@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -91,3 +92,40 @@ def test_without_a_writable_directory_nothing_is_kept(package, monkeypatch, tmp_
     monkeypatch.setenv("STEERWAY_CACHE", str(tmp_path / "file"))
     _forget()
     assert kernel_cache.module_directory("boats.boat", "") is None
+
+
+BESIDE = """
+import sys, time
+from numba.core import event
+from steerway.core import displacement
+compiled = []
+class Seen(event.Listener):
+    def on_start(self, each): compiled.append(each.data["dispatcher"].py_func.__name__)
+    def on_end(self, _): pass
+event.register("numba:compile", Seen())
+time.sleep(max(float(sys.argv[1]) - time.time(), 0.0))
+displacement(0.0, 0.0, 0.0, 0.0)
+print(compiled.count("displacement"))
+"""
+
+
+def test_of_processes_that_begin_together_one_compiles(tmp_path):
+    at_once = str(time.time() + 5.0)
+    beside = [
+        subprocess.Popen(
+            [sys.executable, "-c", BESIDE, at_once],
+            env=os.environ | {"STEERWAY_CACHE": str(tmp_path)},
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        for _ in range(3)
+    ]
+    assert sorted(each.communicate()[0] for each in beside) == ["0\n", "0\n", "1\n"]
+
+
+def test_nobody_waits_for_ever_for_a_process_that_stands(tmp_path, monkeypatch):
+    monkeypatch.setattr(kernel_cache, "_LONGEST_WAIT", 0.1)
+    with kernel_cache.one_process(tmp_path / "lock"), kernel_cache.one_process(tmp_path / "lock"):
+        pass
+    with kernel_cache.one_process(tmp_path / "nowhere" / "lock"):
+        pass

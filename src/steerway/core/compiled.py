@@ -2,15 +2,17 @@
 
 import contextlib
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
 import numba.core.config
 from numba.core import event
 from numba.core.caching import UserProvidedCacheLocator
+from numba.core.compiler_lock import global_compiler_lock
 
-from steerway.core import compiling
-from steerway.core.kernel_cache import module_directory
+from steerway.core import compiling, numba_lookups
+from steerway.core.kernel_cache import module_directory, one_process
 
 config: Any = numba.core.config  # sets its attributes at run time
 F = TypeVar("F", bound=Callable[..., Any])
@@ -38,6 +40,7 @@ class _Announcement(event.Listener):
 
 
 event.register("numba:compile", _Announcement())
+numba_lookups.install()
 
 
 def kernel(function: F) -> F:
@@ -81,20 +84,24 @@ def _compiled(function: F, **options: Any) -> F:
     users_settings = config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES
     config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = str(directory), f"{__name__}.{Locator.__name__}"
     try:
-        return _kept_if_possible(numba.njit(cache=True, **options)(function))
+        dispatcher = numba.njit(cache=True, **options)(function)
     finally:
         config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = users_settings
-
-
-def _kept_if_possible(dispatcher: Any) -> Any:
-    """On a full disk a kernel is compiled for this process alone."""
-    cache = getattr(dispatcher, "_cache", None)  # none where compilation is switched off
-    if cache is not None:
-        save = cache.save_overload
-
-        def kept(*compiled: Any) -> None:
-            with contextlib.suppress(OSError):
-                save(*compiled)
-
-        cache.save_overload = kept
+    if hasattr(dispatcher, "_cache"):  # else compilation is switched off
+        _keep(dispatcher, directory / f"{function.__name__}.lock")
     return dispatcher
+
+
+def _keep(dispatcher: Any, lock: Path) -> None:
+    """Of several processes one compiles a kernel, and the others load it; on a full disk each compiles its own."""
+    compile_or_load, save = dispatcher.compile, dispatcher._cache.save_overload
+
+    def compiled(signature: Any) -> Any:
+        with global_compiler_lock, one_process(lock):
+            return compile_or_load(signature)
+
+    def kept(*overload: Any) -> None:
+        with contextlib.suppress(OSError):
+            save(*overload)
+
+    dispatcher.compile, dispatcher._cache.save_overload = compiled, kept
