@@ -26,14 +26,13 @@ from steerway.estimation.course.smoothing.linearised import (
     forget_position,
     linearise,
 )
-from steerway.estimation.course.smoothing.rauch_tung_striebel import smooth
+from steerway.estimation.course.smoothing.rauch_tung_striebel import FIRST_ROW, smooth
 from steerway.estimation.course.steerageway import fold
 
 _BLOCK = 128
 """Rows for which the forward bank is stored at a time, and computed again from the start of the block: for memory."""
 
 
-@kernel
 def smooth_modes(record, parameters, kept, output, hypotheses):
     """Write `output` (n, OUTPUTS) of the record of `track` anew; its `kept` becomes that of the plain smoother.
 
@@ -46,7 +45,7 @@ def smooth_modes(record, parameters, kept, output, hypotheses):
     filtered = np.empty((len(stretches), 2, states + 2, states))
     for i in range(len(stretches)):
         filtered[i, 0], filtered[i, 1] = kept[stretches[i, 0]], kept[stretches[i, 1]]
-    smooth(record[0], record[5], parameters, np.zeros(0, np.int64), kept, output)
+    smooth(record[0], record[5], parameters, FIRST_ROW, kept, output)
     modes = parameters[parameters[:, STARTS_IN] > 0.0]
     accepted = np.zeros((len(kept), ROW_FLAGS), np.bool_)
     for i in range(len(stretches)):
@@ -69,7 +68,6 @@ def stretches_of(kept):
     return ends[:m].copy()
 
 
-@kernel
 def smooth_stretch(record, kept, filtered, modes, hypotheses, accepted, first, last, output):
     """Write the rows from `first` to `last` anew; `filtered` (2, n + 2, n) is the filter state at either."""
     n = kept.shape[2]
