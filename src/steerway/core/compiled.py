@@ -11,7 +11,7 @@ from numba.core import event
 from numba.core.caching import UserProvidedCacheLocator
 from numba.core.compiler_lock import global_compiler_lock
 
-from steerway.core import compiling, numba_lookups
+from steerway.core import compiling
 from steerway.core.kernel_cache import module_directory, one_process
 
 config: Any = numba.core.config  # sets its attributes at run time
@@ -40,7 +40,6 @@ class _Announcement(event.Listener):
 
 
 event.register("numba:compile", _Announcement())
-numba_lookups.install()
 
 
 def kernel(function: F) -> F:
