@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import steerway
+from steerway.core.angles import wrap
 from steerway.core.records import Fixes
 from steerway.estimation import InferredProfile, Profile
 from steerway.estimation.course.onboard import HeadingTracker
@@ -172,6 +173,31 @@ def test_the_gyro_of_a_hull_that_slips_does_no_harm():
     """The slip of her turns was taken for current, 0.06 m/s of it here."""
     missed = {gyro: np.mean([_current_missed(seed, gyro) for seed in range(4)]) for gyro in (True, False)}
     assert missed[True] <= missed[False] <= 0.06
+
+
+def _turn_by_own_loop(share, integral):
+    """rad by which the estimate misses the heading 5 s after a turn, of a vehicle whose own loop gives a share of an
+    ordered rate at once and adds the rest by an integral (1/s).
+    """
+    response = Response(1.3, math.radians(20.0), 2.0, 2.0, gain_std=0.3, time_std=0.5, damping_std=0.0)
+    filter = SteeringFilter(response._replace(integral=integral, over_ground=True), 0.1)
+    place, heading, added, rate, dt = np.zeros(2), 0.0, 0.0, 0.0, 0.05
+    for k in range(600):
+        ordered = math.radians(16.0) if k % 200 >= 100 and k < 500 else 0.0
+        filter.order(k * dt, ordered, 2.0)
+        rate = share * ordered + added
+        added += dt * 0.2 * (ordered - rate)
+        heading += dt * rate
+        place += dt * 2.0 * np.array([math.cos(heading), math.sin(heading)])
+        if k % 4 == 0 and k <= 500:
+            filter.fix(k * dt, *place, yaw_rate=rate)
+    return abs(wrap(filter.at(600 * dt).heading - heading))
+
+
+def test_what_a_vehicles_own_loop_adds_to_a_turn_is_foreseen():
+    """After a turn its integral turns the boat on, or back."""
+    for share in (0.6, 1.2):
+        assert _turn_by_own_loop(share, 0.2) < 0.5 * _turn_by_own_loop(share, 0.0)
 
 
 def test_the_cost_of_a_rudders_effect_is_least_near_the_truth(fixes):

@@ -8,6 +8,8 @@ one; gain of the speed; slow error of the receiver (m). The rate answers an orde
 (Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd edition, sections 7.2 and 7.3);
 d = d_0 − m U_r², since the Munk moment of a slender hull grows with the square of the speed. The moment of the wind,
 and of the leeway that it makes, keeps its direction in the earth, so that what one leg shows of it holds on the next.
+A vehicle's own yaw-rate loop has an integral i, which makes up what the rate lacks: ḃ = i (u − r), so that what a turn
+has left in it turns the boat beyond the turn's end.
 So the uncertainty of the rate grows in an ordered turn as far as the response is uncertain, and not between turns. The
 speed tends to k times an ordered one. The position is that of the pivot point, which moves along the bow, as the
 receiver gives it: it wanders with what of the receiver's error is slower than the slow error. Sideslip beyond that
@@ -58,7 +60,7 @@ class Response(NamedTuple):
     rate of an unknown helmsman, as a share of `rate`; over_ground: whether an ordered speed is one over ground along
     the bow, as of vehicles with a speed loop of their own, else one through the water; pivot: m that the point which
     moves along the bow, in a turn too, lies ahead of the one whose position is measured; time_std: of T, and of
-    what an ordered speed is beyond the largest, as a share.
+    what an ordered speed is beyond the largest, as a share; integral i (1/s): of the vehicle's own yaw-rate loop.
     """
 
     time: float
@@ -83,6 +85,7 @@ class Response(NamedTuple):
     over_ground: bool = False
     pivot: float = 0.0
     time_std: float = 0.0
+    integral: float = 0.0
 
     def packed(self) -> "list[float]":
         """The parameters of the kernels."""
@@ -112,6 +115,7 @@ class Response(NamedTuple):
     _OVER_GROUND,
     PIVOT,
     _TIME_STD,
+    _INTEGRAL,
 ) = range(len(Response._fields))
 
 _HELM_TIME = 2.0
@@ -164,6 +168,8 @@ def move(x: Floats, order: float, speed: float, parameters: Floats, dt: float) -
     x[NORTH] += dt * (x[WATER_SPEED] * math.cos(mean) + x[CURRENT_N])
     x[EAST] += dt * (x[WATER_SPEED] * math.sin(mean) + x[CURRENT_E])
     x[HEADING] += turned
+    if math.isfinite(order):
+        x[BIAS] += parameters[_INTEGRAL] * (dt * order - turned)
     x[ERROR_N] *= math.exp(-dt / ERROR_TIME)
     x[ERROR_E] *= math.exp(-dt / ERROR_TIME)
     x[YAW_RATE] = x[YAW_RATE] * left + steady * to_rate
@@ -234,6 +240,8 @@ def predict(
         f[YAW_RATE, HEADING] = to_rate * weathercock
         f[HEADING, DAMPING], f[YAW_RATE, DAMPING] = -to_angle * rate, -to_rate * rate
         f[HEADING, TIME], f[YAW_RATE, TIME] = slower_angle, slower_rate
+        for k in range(HEADING, SPEED_GAIN):
+            f[BIAS, k] -= parameters[_INTEGRAL] * (f[HEADING, k] - (k == HEADING))
     for k in range(YAW_RATE, SPEED_GAIN):
         half = 0.5 * f[HEADING, k] * dt * water
         f[NORTH, k], f[EAST, k] = -half * s, half * c
