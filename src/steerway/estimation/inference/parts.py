@@ -31,10 +31,12 @@ of oars or of the receiver."""
 _SHORTEST_STAY = 2.5
 """Shortest periods that fixes resolve (five intervals) from one step of a receiver's error to the next on average: what
 changes oftener is noise. Chosen: in recorded logs of receivers that step it is 9 to 100 intervals."""
-_WAVE, _SWELLS = 3.0, (4.0, 7.0, 12.0, 20.0)
+_WAVE = 3.0
 """s: a line of a shorter period is looked for in the receiver and its antenna first. Waves begin from longer ones, or
-where there is none from a grid. Chosen: with all lines a roll of 2.5 s is fitted as a yaw of the vessel, 1,100 of log
-evidence below it."""
+where there is none from unknown ones. Chosen: with all lines a roll of 2.5 s is fitted as a yaw of the vessel, 1,100 of
+log evidence below it."""
+UNKNOWN_PERIODS = (2.5, 4.0, 7.0, 12.0, 20.0)
+"""s, where a record does not tell them: about a factor of 1.7 apart."""
 
 
 class Prior(NamedTuple):
@@ -88,7 +90,7 @@ class Part(NamedTuple):
     """Where to begin the search, by the scales of a record and the numbers without the part: values of each number, all
     with all; stage by stage, each from the likeliest before. No stage where a record shows no sign of the part."""
     share: float = 0.5
-    """Share of records that have it, before they are scales."""
+    """Share of records that have it, before they are seen."""
     only_with: str = ""
     """Part without which it is not tried."""
 
@@ -98,8 +100,12 @@ def _half(values, name, *others) -> tuple:
     return values[name], 0.5 * values[name], *others
 
 
+def _longer(periods) -> tuple:
+    return tuple(period for period in periods if period > _WAVE)
+
+
 def _waves(scales: Scales, values) -> list[dict[str, tuple]]:
-    along, across = (tuple(p for p in each if p > _WAVE) or _SWELLS for each in (scales.along, scales.across))
+    along, across = (_longer(each) or _longer(UNKNOWN_PERIODS) for each in (scales.along, scales.across))
     surge = {"surge_period": along, "wave_surge": (0.005, 0.05, 0.2), "wave_yaw": (0.01,)}
     yaw = {"yaw_period": across, "wave_yaw": (0.005, 0.03, 0.1)}
     return [

@@ -4,20 +4,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from steerway.estimation.inference.course import STEERAGEWAY
+from steerway.estimation.inference.parts import UNKNOWN_PERIODS
+
 _SPAN, _FEWEST = 100.0, 32
 """s, and fixes at least, of a segment: it resolves an oscillation of 5 s to a quarter of a second. Chosen."""
 _SMOOTH = 4.0
 """s on either side, over which the mean velocity gives the way made good. Chosen: half the period of usual waves."""
-_LEAST_SPEED = 0.3
-"""m/s, of a segment that has a way made good; as `course.STEERAGEWAY`."""
 _COMPLETE = 0.7
 """Share of its fixes that a segment needs. Chosen."""
 _SHORTEST, _LONGEST = 1.4, 40.0
 """s, of periods that are looked for: from the roll of small craft to the longest swell in following seas."""
 _MOST, _BESIDE = 3, 6
 """Periods taken in a direction; frequencies on either side of one whose median is its background. Chosen."""
-_UNKNOWN = (2.5, 4.0, 7.0, 12.0, 20.0)
-"""s, where a record is too short or coarse for a spectrum: about a factor of 1.7 apart."""
 
 
 class Periods(NamedTuple):
@@ -37,7 +36,7 @@ def periods_of(time, north, east) -> Periods:
     step = float(np.median(np.diff(time)))
     n = int(_SPAN / step)
     if n < _FEWEST:
-        return Periods(_UNKNOWN, _UNKNOWN)
+        return Periods(UNKNOWN_PERIODS, UNKNOWN_PERIODS)
     width = int(_SMOOTH / step)
     window, mean = np.hanning(n), np.ones(2 * width + 1) / (2 * width + 1)
     total, segments, begin = np.zeros((2, n // 2 + 1)), 0, time[0]
@@ -51,7 +50,7 @@ def periods_of(time, north, east) -> Periods:
         place = np.interp(even, time[fixes], north[fixes]) + 1j * np.interp(even, time[fixes], east[fixes])
         velocity = np.diff(place) / step
         usual = np.convolve(np.pad(velocity, width, mode="edge"), mean, "valid")
-        if np.median(np.abs(usual)) < _LEAST_SPEED:
+        if np.median(np.abs(usual)) < STEERAGEWAY:  # no way made good
             continue
         turned = (velocity - usual) * np.exp(-1j * np.angle(usual))
         for which, each in enumerate((turned.real, turned.imag)):
@@ -59,7 +58,7 @@ def periods_of(time, north, east) -> Periods:
             total[which] += np.log(power + 1e-6 * power.max() + 1e-12)
         segments += 1
     if not segments:
-        return Periods(_UNKNOWN, _UNKNOWN)
+        return Periods(UNKNOWN_PERIODS, UNKNOWN_PERIODS)
     return Periods(*(_lines(each / segments, np.fft.rfftfreq(n, step)) for each in total))
 
 
@@ -71,4 +70,4 @@ def _lines(power, frequency) -> tuple:
     excess = power[low:high] - around
     peak = 1 + np.flatnonzero((excess[1:-1] >= excess[:-2]) & (excess[1:-1] >= excess[2:]))
     peak = peak[np.argsort(-excess[peak])][:_MOST]
-    return tuple((1.0 / frequency[low + peak]).tolist()) or _UNKNOWN
+    return tuple((1.0 / frequency[low + peak]).tolist()) or UNKNOWN_PERIODS

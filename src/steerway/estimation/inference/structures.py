@@ -24,11 +24,9 @@ EMERGENCY_ACCELERATION, EMERGENCY_YAW, EMERGENCY_TIME = 3.0, 1.5, 1.5
 """m/s², rad/s² and s: a planing craft that stops, a small craft that spins. Chosen."""
 TURN_SHARE = 0.5
 """Probability that a yaw manoeuvre ends in a steady turn rather than on a held course. Chosen: no preference."""
-STRAIGHT_SHARE = 2.0 / 3.0
-"""Probability that a steady turn ends on a held course rather than in a yaw manoeuvre. Chosen: twice as probable. With
-0.5 ends of turns are noticed later in scenes with steady turns, with 0.8 a figure of eight is followed later."""
-_AFTER_EMERGENCY = 0.4, 0.2, 0.2, 0.2, 0.0
-"""Probabilities of the modes after an emergency. Chosen: a held course twice as probable as any other."""
+STRAIGHT = 2.0
+"""How many times as probable a held course is as any other mode after a steady turn and after an emergency. Chosen:
+with 1 ends of turns are noticed later in scenes with steady turns, with 4 a figure of eight is followed later."""
 _POOR = 5.0
 """Noise of a single poor fix, in the usual one, above 1. Chosen; how many fixes are poor is fitted."""
 _MOST_BAD = 0.3
@@ -70,12 +68,13 @@ def _modes_of(v) -> tuple[np.ndarray, np.ndarray]:
     yaw_begins, surge_begins = 1.0 / v["yaw_every"], 1.0 / v["surge_every"]
     g[CALM, YAW], g[CALM, SURGE] = yaw_begins, surge_begins
     turn_ends = 1.0 / v["turn_time"]
-    g[TURN, CALM], g[TURN, YAW] = STRAIGHT_SHARE * turn_ends, (1.0 - STRAIGHT_SHARE) * turn_ends
+    straight = STRAIGHT / (STRAIGHT + 1.0)
+    g[TURN, CALM], g[TURN, YAW] = straight * turn_ends, (1.0 - straight) * turn_ends
     g[TURN, SURGE] = surge_begins
     g[YAW, TURN], g[YAW, CALM] = TURN_SHARE / v["yaw_time"], (1.0 - TURN_SHARE) / v["yaw_time"]
     g[SURGE, CALM], g[SURGE, YAW] = 1.0 / v["surge_time"], yaw_begins
     g[:, EMERGENCY] = 1.0 / v["emergency_every"]
-    g[EMERGENCY] = np.array(_AFTER_EMERGENCY) / EMERGENCY_TIME
+    g[EMERGENCY, [CALM, TURN, YAW, SURGE]] = np.array([STRAIGHT, 1.0, 1.0, 1.0]) / (STRAIGHT + 3.0) / EMERGENCY_TIME
     np.fill_diagonal(g, 0.0)
     np.fill_diagonal(g, -g.sum(axis=1))
     return modes, g
