@@ -27,14 +27,13 @@ from steerway.estimation.inference.motion import predict
 from steerway.estimation.inference.relative import from_likeliest, shifted
 
 LONGEST_STEP = 3.0
-"""s; a longer interval is predicted in equal parts of at most this. Chosen: about the duration of a yaw manoeuvre, of
-which the prior median is 2 s."""
+"""s; a longer interval is predicted in parts: up to four equal ones of at most this, beyond that from either end on a
+part is as long as all between it and that end, the first two about this. Behind a fix modes differ, and before the next
+one they have to, lest a manoeuvre be as long as the part; between, their shares are nearly steady. Chosen: about the
+duration of a yaw manoeuvre, of which the prior median is 2 s."""
 _LOST = 2.0
 """Variance across the course, in squares of the speed, above which there is no course: 1.4 rad. Chosen: of
 uniform directions it is π²/3."""
-MOST_STEPS = 150
-"""In an interval between fixes. Chosen: enough for 7.5 min; with longer steps over several minutes the mixture
-is off by too much afterwards."""
 SAME_STEP = 1e-4
 """Part of a step by which clocks err: a tenth of a millisecond at 1 Hz. Chosen: far below the error of
 the time of a fix."""
@@ -126,16 +125,32 @@ def mix(bank):
         probability[j] = work[m + 1, j] / total
 
 
+@called_kernel
+def steps_in(dt):
+    """How many steps an interval of dt > 0 seconds is predicted in."""
+    if dt <= 4.0 * LONGEST_STEP:
+        return max(math.ceil(dt / LONGEST_STEP - 1e-3), 1)
+    return 2 * round(math.log2(dt / LONGEST_STEP))
+
+
+@called_kernel
+def step_of(k, dt):
+    """The k-th of the steps (s) that an interval of dt > 0 seconds is predicted in."""
+    steps = steps_in(dt)
+    if steps <= 4:
+        return dt / steps
+    return dt * 2.0 ** (max(min(k, steps - 1 - k) - 1, 0) - steps // 2)
+
+
 @inlined_kernel
 def advance(bank, model, dt, motion_states):
     """Predict by dt > 0 seconds."""
     x, p, steps = bank.x, bank.p, bank.steps
-    parts = min(max(math.ceil(dt / LONGEST_STEP - 1e-3), 1), MOST_STEPS)
-    part = dt / parts
     bank.run[SINCE] += dt
-    if abs(part - steps[0][DT]) > SAME_STEP * part:
-        set_steps(steps, bank.change, bank.work, part, model)
-    for _ in range(parts):
+    for j in range(steps_in(dt)):
+        part = step_of(j, dt)
+        if abs(part - steps[0][DT]) > SAME_STEP * part:
+            set_steps(steps, bank.change, bank.work, part, model)
         mix(bank)
         for k in range(x.shape[0]):
             predict(x, p, k, steps[k], motion_states, model.receiver[DRIFT_SPEED], bank.work)

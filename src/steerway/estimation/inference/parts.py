@@ -94,6 +94,12 @@ class Part(NamedTuple):
     only_with: str = ""
     """Part without which it is not tried."""
 
+    def resolved(self, shortest) -> bool:
+        """Whether fixes that resolve periods from `shortest` (s) on resolve this part's, as long as those may be: two
+        prior deviations above their medians."""
+        longest = {name: prior.median * math.exp(2.0 * prior.deviation) for name, prior in self.priors.items()}
+        return all(prior.periods * shortest < longest[name] for name, prior in self.priors.items())
+
 
 def _half(values, name, *others) -> tuple:
     """A number as it is, half of it where the part takes over what it explained, and others."""

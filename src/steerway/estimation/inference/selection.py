@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.estimation.inference.bank import LONGEST_STEP, MOST_STEPS
+from steerway.estimation.inference.bank import LONGEST_STEP, steps_in
 from steerway.estimation.inference.fit import DRAWS, Fit, Rows, fitted, likeliest
 from steerway.estimation.inference.parts import OPTIONAL, PARTS, PLAIN, Scales
 from steerway.estimation.inference.record import excerpt
-from steerway.estimation.inference.starts import scales_of, ships, vessels
+from steerway.estimation.inference.starts import scales_of, vessels
 from steerway.estimation.inference.structures import VESSELS, model_of, parameters_of
 
 OTHERWISE = ("error", "steps")
@@ -23,6 +23,9 @@ OTHERWISE = ("error", "steps")
 FEW, MANY = 500, 1500
 """Rows for a first fit and for the last, a few minutes and half an hour of a usual receiver. Chosen: they
 bound the time that an inference takes."""
+FEWEST = 200
+"""Rows for a fit at least, ten for each number of the plain structure. With 150, of four simulated logs with fixes 20
+and 30 s apart one ends 12 of log evidence below; 300 gain nothing there, and cost 1.7 times where minutes apart."""
 OPEN = 10_000
 """Fixes up to which the numbers of a structure are averaged over what the record leaves open, which costs time with
 every fix. Without that, deviations of a boat at constant speed in 1,001 fixes hold 79 to 89 % of the errors where they
@@ -30,10 +33,6 @@ should hold 95."""
 START_VESSELS, FIRST_ROUNDS, FEW_ROUNDS, LAST_ROUNDS, OTHER_ROUNDS = 3, 5, 1, 4, 3
 """Kinds of vessel that a fit begins from, and rounds of a fit at most: of the plain structure, of the others on few
 rows, of the best on many, of the others there. Chosen: each costs one to two runs of the filter for every number."""
-FAR_VESSELS, FAR_ROUNDS = 5, 3
-"""The same of fixes more than `LONGEST_STEP` apart, and rounds from each of them: manoeuvres begin and end between two
-fixes, which has many maxima. With three and one, a ship's slow-downs in 181 fixes 30 s apart end as outliers, 30 to 120
-of log evidence below."""
 FAR_BEHIND, BEHIND = 20.0, 5.0
 """Log evidence by which a structure may be behind the best before it is given up: on few rows, and on many before it is
 fitted to them. Chosen: in five logs and scenes those that were best in the end were behind by up to 6 on few rows, and
@@ -79,23 +78,23 @@ def infer(record: Rows, aids=(), effort=1) -> Inference:
 
     effort: how many times the usual rows and rounds.
     """
-    few = excerpt(record, effort * FEW, 1.0 / effort)
+    few = affordable(record, PLAIN + tuple(aids), effort * FEW, 1.0 / effort)
     scales = scales_of(record)
     contenders = screened(PLAIN + tuple(aids), few, scales)
-    many = affordable(record, next(iter(contenders)), effort)
+    many = affordable(record, next(iter(contenders)), effort * MANY, 0.5 / effort)
     draws = DRAWS if np.isfinite(record.north).sum() <= OPEN else 0
     return weighed(refitted(contenders, many, scales.shortest, effort, draws), draws)
 
 
-def affordable(record: Rows, parts, effort) -> Rows:
-    """MANY rows, fewer for a large structure and of fixes far apart, so that no run of the filter costs much more."""
-    rows = excerpt(record, effort * MANY, 0.5 / effort)
-    apart = np.diff(rows.time)
-    apart[rows.restarts - 1] = 0.0
-    predictions = np.ceil(apart / LONGEST_STEP).clip(1, MOST_STEPS).mean()
+def affordable(record: Rows, parts, most, apart) -> Rows:
+    """At most so many rows; for large structures and fixes far apart fewer, so that no run of the filter costs more."""
+    rows = excerpt(record, most, apart)
+    intervals = np.diff(rows.time)
+    intervals[rows.restarts - 1] = 0.0
+    predictions = np.mean([steps_in(interval) for interval in intervals])
     _, states, _ = model_of(parts, dict.fromkeys(parameters_of(parts)[0], 1.0))
     share = USUAL_STATES / (states * predictions)
-    return rows if share >= 1.0 else excerpt(record, effort * max(FEW, int(share * MANY)), 0.5 / effort)
+    return rows if share >= 1.0 else excerpt(record, max(FEWEST, int(share * most)), apart)
 
 
 def refitted(few: dict[tuple, Fit], rows, shortest, effort, draws) -> dict[tuple, Fit]:
@@ -138,10 +137,8 @@ def refitted(few: dict[tuple, Fit], rows, shortest, effort, draws) -> dict[tuple
 def screened(base, few, scales: Scales) -> dict[tuple, Fit]:
     """Fits of structures on few rows, the best first."""
     shortest = scales.shortest
-    kinds, most, rounds = vessels(scales.noise), START_VESSELS, 1
-    if shortest > 2.0 * LONGEST_STEP:
-        kinds, most, rounds = kinds + ships(scales.noise), FAR_VESSELS, FAR_ROUNDS
-    begin = [fitted(base, few, start, rounds) for start, _ in likeliest(base, few, kinds, shortest, most)]
+    kinds = vessels(scales.noise, far=shortest > 2.0 * LONGEST_STEP)
+    begin = [fitted(base, few, start, 1) for start, _ in likeliest(base, few, kinds, shortest, START_VESSELS)]
     begin.sort(key=lambda fit: -fit.log_posterior)
     plain = fitted(base, few, begin[0].values, FIRST_ROUNDS)
     fits = {base: plain}
@@ -155,6 +152,8 @@ def screened(base, few, scales: Scales) -> dict[tuple, Fit]:
             fits[parts] = max(fits.get(parts, found), found, key=lambda fit: fit.evidence)
 
     for part in OPTIONAL:
+        if not PARTS[part].resolved(shortest):
+            continue
         if not (first := PARTS[part].only_with):
             if part in OTHERWISE:
                 compete(part, begin[1])

@@ -18,7 +18,7 @@ from steerway.estimation.course.replay import (
     without_duplicates,
 )
 from steerway.estimation.course.update.aids import AIDS, expect_aids
-from steerway.estimation.inference.bank import LONGEST_STEP, MOST_STEPS
+from steerway.estimation.inference.bank import steps_in
 from steerway.estimation.inference.course import (
     COG,
     POSITION_STD,
@@ -238,7 +238,7 @@ def _smoothed(record: Rows, structures, steerageway):
     n = len(record.time)
     gaps = np.diff(record.time)
     gaps[record.restarts - 1] = 0.0
-    steps = np.concatenate([[0], np.cumsum(np.ceil(gaps / LONGEST_STEP).clip(1, MOST_STEPS))])
+    steps = np.concatenate([[0], np.cumsum([steps_in(gap) for gap in gaps])])
     if steps[-1] < _BLOCK + 2 * _OVERLAP:
         return smoothed_record(record, structures, steerageway)
     estimate = np.empty((n, 9))
