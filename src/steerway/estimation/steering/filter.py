@@ -66,10 +66,10 @@ _REST, _UNKNOWN_STD = 0.25, 1.5
 """Share of the usual speed below which a boat without an order is at rest in the water, and 1σ (rad) that its heading
 has there at the least. Chosen: of uniform directions it is π/√3 = 1.8.
 """
-_GYRO_STD, _SLIP_TIME = math.radians(0.5), 1.0
+_GYRO_STD, _SLIP_TIME = math.radians(2.0), 1.0
 """rad/s of a measured yaw rate, and s by which the bow is ahead of the motion through the water in and out of a turn: a
 hull slips until the water turns its motion. Chosen: above the 0.5 s of a small motorboat; with 0 the filter takes the
-slip of a turn for current, 0.2 m/s of it. Of the first, 0.5 to 1° leave half the error of the current that 2° do.
+slip of a turn for current, 0.2 m/s of it.
 """
 _COMPASS_STD = math.radians(10.0)
 """rad, deviation and drift angle included. Chosen: as the crab angle of an aid (`course.update.aids.TABLE`)."""

@@ -57,11 +57,9 @@ _CORNER = 1.5
 """Radius of a corner's curve over that of the tightest turn."""
 _TIME_STD = 0.5
 """1σ of `rate_time`, as a share: vehicles' own loops answer in 0.1 to 1.3 s. Chosen."""
-_GAIN_STD, _INTEGRAL = 0.3, 0.2
-"""1σ of what such a loop makes of an ordered yaw rate at once, as a share, and 1/s at which its integral adds what is
-missing. Chosen: feedforward and proportional action of ArduPilot's Rover give a motorboat 0.5 to 1.24 of the rate, by
-the current, her integral the rest at 0.1 to 0.26 1/s. With this and a gyro trusted to 0.5°/s she is 0.13 m RMS off
-legs after turns, without either 0.31.
+_INTEGRAL = 0.1
+"""1/s at which the integral of such a loop adds what is missing of an ordered yaw rate. Chosen: of a motorboat by
+ArduPilot's Rover it is 0.1 to 0.26 1/s, and many loops have none. With 0.2 boats without one are lost in a current.
 """
 _WANDER = 0.1
 """Yaw rate of a hull beside its first-order response to propellers, 1σ as a share of the largest. Chosen: sideslip,
@@ -165,8 +163,7 @@ def response_of(line: GeodeticRoute, takes: str) -> Response:
     if takes == PROPELLERS:
         return response._replace(wander=_WANDER)
     # One number of the damping, the time constant and the gain is free.
-    own_loop = {"gain_std": _GAIN_STD, "time_std": _TIME_STD, "damping_std": 0.0, "integral": _INTEGRAL}
-    return response._replace(over_ground=True, slip=_SLIP, **own_loop)
+    return response._replace(over_ground=True, time_std=_TIME_STD, damping_std=0.0, slip=_SLIP, integral=_INTEGRAL)
 
 
 def in_current(line: GeodeticRoute, takes: str) -> InCurrent:
