@@ -50,7 +50,10 @@ def recorded(tmp_path_factory):
     """(path of a recording, the rows that the run gave, the log it got)."""
     path, kept = tmp_path_factory.mktemp("recorded") / "run.mcap", Kept()
     recorder = Recorder(path, dict(SETTINGS))
-    log = sortie(120)
+    log, decoder = sortie(120), ReceiverDecoder()
+    # Compiled before, as by `live`: a service that computes for seconds gets epochs in pieces.
+    compiling = Service(Navigator("small-usv", ("sog", "cog")), [Kept()], 50.0, 0.1)
+    asyncio.run(compiling.replay(decoder.feed(log) + decoder.settle()))
     service = Service(Navigator("small-usv", ("sog", "cog")), [kept, recorder], 50.0, 0.1, recorder=recorder)
 
     async def receives(deliver):
