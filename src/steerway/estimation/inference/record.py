@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.estimation.inference.bank import LONGEST_STEP
+from steerway.estimation.inference.bank import LONGEST_STEP, steps_in
 from steerway.estimation.inference.fit import Rows
 
 
@@ -318,3 +318,10 @@ def gaps_in(time):
     """Rows behind a long gap."""
     intervals = np.diff(time)
     return np.flatnonzero(intervals > max(LONG, _LONG_FOR * np.median(intervals))) + 1
+
+
+def predictions(record: Rows):
+    """Number of predictions from each row to the next, (n - 1,)."""
+    intervals = np.diff(record.time)
+    intervals[record.restarts - 1] = 0.0
+    return np.array([steps_in(interval) for interval in intervals])

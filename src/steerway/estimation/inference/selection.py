@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.estimation.inference.bank import LONGEST_STEP, steps_in
+from steerway.estimation.inference.bank import LONGEST_STEP
 from steerway.estimation.inference.fit import DRAWS, Fit, Rows, fitted, likeliest
 from steerway.estimation.inference.parts import OPTIONAL, PARTS, PLAIN, Scales
-from steerway.estimation.inference.record import excerpt
+from steerway.estimation.inference.record import excerpt, predictions
 from steerway.estimation.inference.starts import scales_of, vessels
 from steerway.estimation.inference.structures import VESSELS, model_of, parameters_of
 
@@ -89,11 +89,8 @@ def infer(record: Rows, aids=(), effort=1) -> Inference:
 def affordable(record: Rows, parts, most, apart) -> Rows:
     """At most so many rows; for large structures and fixes far apart fewer, so that no run of the filter costs more."""
     rows = excerpt(record, most, apart)
-    intervals = np.diff(rows.time)
-    intervals[rows.restarts - 1] = 0.0
-    predictions = np.mean([steps_in(interval) for interval in intervals])
     _, states, _ = model_of(parts, dict.fromkeys(parameters_of(parts)[0], 1.0))
-    share = USUAL_STATES / (states * predictions)
+    share = USUAL_STATES / (states * predictions(rows).mean())
     return rows if share >= 1.0 else excerpt(record, max(FEWEST, int(share * most)), apart)
 
 

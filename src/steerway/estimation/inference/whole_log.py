@@ -18,7 +18,6 @@ from steerway.estimation.course.replay import (
     without_duplicates,
 )
 from steerway.estimation.course.update.aids import AIDS, expect_aids
-from steerway.estimation.inference.bank import steps_in
 from steerway.estimation.inference.course import (
     COG,
     POSITION_STD,
@@ -33,7 +32,7 @@ from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.inference.parts import PLAIN
 from steerway.estimation.inference.plane import Plane, laid_out, placed, steps_between
-from steerway.estimation.inference.record import LONG, extrapolated, without_copies
+from steerway.estimation.inference.record import LONG, extrapolated, predictions, without_copies
 from steerway.estimation.inference.selection import Inference, Structure, infer
 from steerway.estimation.inference.stamps import regular_times
 from steerway.estimation.inference.structures import model_of, parameters_of
@@ -236,9 +235,7 @@ def _filtered(record: Rows, structures, steerageway):
 def _smoothed(record: Rows, structures, steerageway):
     """Estimate (n, 9) of every row that knows the whole record, or all that bears on it."""
     n = len(record.time)
-    gaps = np.diff(record.time)
-    gaps[record.restarts - 1] = 0.0
-    steps = np.concatenate([[0], np.cumsum([steps_in(gap) for gap in gaps])])
+    steps = np.concatenate([[0], np.cumsum(predictions(record))])
     if steps[-1] < _BLOCK + 2 * _OVERLAP:
         return smoothed_record(record, structures, steerageway)
     estimate = np.empty((n, 9))
