@@ -13,7 +13,9 @@ from steerway.estimation.inference.track import run_record
 
 _NO_OUT = np.empty((0, FUSED + 2))
 _SETTLING = 10
-"""Fixes after a start that do not count: the start's prior is no part of the structure. Chosen."""
+"""Fixes after a start that do not count: the start's prior is no part of the structure. Of a short record a third of
+them, lest none be left. Chosen: SOG of simulated logs of 4 to 29 fixes is off by 0.4 and 0.7 times as much so as with
+the prior medians."""
 DRAWS, _WIDTH = 6, 0.6
 """Sets of numbers that stand for what a short record leaves open, and how wide they lie in deviations of the normal
 distribution. Without them the rate is within its 95 % interval in 90 to 96 % of the rows of the scenes `drifting`,
@@ -66,6 +68,7 @@ class Posterior:
 
     def __init__(self, parts, rows: Rows, shortest=0.0):
         self.parts, self.rows, self.calls = parts, rows, 0
+        self.settling = min(_SETTLING, len(rows.time) // 3)
         priors = priors_of(parts)
         self.names = tuple(priors)
         median, self.deviations, least, most, periods = np.array(list(priors.values())).T
@@ -88,7 +91,7 @@ class Posterior:
         self._bank.steps[:] = 0.0
         each = np.zeros(len(self.rows.time))
         *rows, restarts = self.rows
-        run_record(*rows, model, self._bank, driving, restarts, _NO_OUT, each, _SETTLING, room_to_keep(0, states))
+        run_record(*rows, model, self._bank, driving, restarts, _NO_OUT, each, self.settling, room_to_keep(0, states))
         return each
 
     def log(self, x, each):

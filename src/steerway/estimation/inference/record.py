@@ -9,6 +9,13 @@ from steerway.estimation.inference.bank import LONGEST_STEP, steps_in
 from steerway.estimation.inference.fit import Rows
 
 
+def usual_interval(time) -> float:
+    """Median (s) of the intervals between fixes of different times; 0 where all are of one."""
+    intervals = np.diff(time)
+    intervals = intervals[intervals > 0.0]
+    return float(np.median(intervals)) if len(intervals) else 0.0
+
+
 def without_copies(time, north, east):
     """North and east (n,) with copies of the fix before as unknown: receivers hold, loggers stutter.
 
@@ -67,7 +74,7 @@ def extrapolated(time, north, east):
     Such fixes say nothing of the motion that the ones before did not say, and each measurement corrects them at once.
     A receiver that does so departs from even progress always in the same phase of a period.
     """
-    usual = np.median(np.diff(time)) if len(time) > 1 else 0.0
+    usual = usual_interval(time)
     if usual <= 0.0:
         return np.zeros(len(time), bool)
     slot = np.round((time - time[0]) / usual).astype(np.int64)
@@ -108,7 +115,7 @@ def measurements(time, guessed) -> Measurements | None:
     if not guessed.any():
         return None
     measured = time[~guessed]
-    return Measurements(float(np.median(np.diff(measured))), float(measured[-1]), float(np.median(np.diff(time))))
+    return Measurements(usual_interval(measured), float(measured[-1]), usual_interval(time))
 
 
 def white_std(time, north, east) -> float:
@@ -117,8 +124,7 @@ def white_std(time, north, east) -> float:
     A median, which turns and outliers do not move, of lengths, which no axes change. The third difference of white
     noise has a variance of 20; the median of a chi-square of two degrees of freedom is 2 ln 2.
     """
-    steps = np.diff(time)
-    usual = np.median(steps)
+    steps, usual = np.diff(time), usual_interval(time)
     even = np.abs(steps - usual) < 0.1 * usual
     even = even[2:] & even[1:-1] & even[:-2]
     if even.sum() < 20:
@@ -183,7 +189,7 @@ def excerpt(record: Rows, most, apart) -> Rows:
         if not walk:
             begin = grouped(whole.time, whole.north, whole.east, coarse)
     groups, end = len(begin), np.append(begin[1:], n)
-    interval = np.median(np.diff(whole.time[begin]))
+    interval = usual_interval(whole.time[begin])
     stride = max(1, min(math.ceil(groups / coarse), int(apart / interval + 0.01)))
     if groups == n and stride == 1:
         coarse = most
@@ -228,7 +234,7 @@ def grouped(time, north, east, most):
     """
     n, length = len(time), 1
     begin = np.arange(n)
-    noise, usual = white_std(time, north, east), np.median(np.diff(time))
+    noise, usual = white_std(time, north, east), usual_interval(time)
     while len(begin) > most:
         lengths = np.diff(begin, append=n)
         q = np.flatnonzero(np.append(begin, n)[4:] - begin[:-3] == 4 * length)
@@ -275,7 +281,7 @@ def walking(time, north, east) -> float:
     Fixes of white noise tell more the more they are; those of a random walk tell of slow motion no more than some do,
     and one every few seconds tells of a receiver's slow error what a short piece of all does not.
     """
-    usual = float(np.median(np.diff(time)))
+    usual = usual_interval(time)
     stride = 1
     while stride * usual < LONGEST_STEP:
         thinned = time[::stride], north[::stride], east[::stride]
@@ -316,8 +322,7 @@ def rows_of(record: Rows, rows, restarts) -> Rows:
 
 def gaps_in(time):
     """Rows behind a long gap."""
-    intervals = np.diff(time)
-    return np.flatnonzero(intervals > max(LONG, _LONG_FOR * np.median(intervals))) + 1
+    return np.flatnonzero(np.diff(time) > max(LONG, _LONG_FOR * usual_interval(time))) + 1
 
 
 def predictions(record: Rows):

@@ -6,6 +6,7 @@ import numpy as np
 
 from steerway.estimation.inference.course import STEERAGEWAY
 from steerway.estimation.inference.parts import UNKNOWN_PERIODS
+from steerway.estimation.inference.record import usual_interval
 
 _SPAN, _FEWEST = 100.0, 32
 """s, and fixes at least, of a segment: it resolves an oscillation of 5 s to a quarter of a second. Chosen."""
@@ -33,7 +34,7 @@ def periods_of(time, north, east) -> Periods:
     Args:
         time: (n,) s, ascends. north, east: (n,) m.
     """
-    step = float(np.median(np.diff(time)))
+    step = usual_interval(time)
     n = int(_SPAN / step)
     if n < _FEWEST:
         return Periods(UNKNOWN_PERIODS, UNKNOWN_PERIODS)

@@ -4,7 +4,7 @@ import numpy as np
 
 from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.parts import PLAIN, Scales
-from steerway.estimation.inference.record import white_std
+from steerway.estimation.inference.record import usual_interval, white_std
 from steerway.estimation.inference.spectrum import periods_of
 from steerway.estimation.inference.structures import parameters_of
 
@@ -46,7 +46,7 @@ def scales_of(record: Rows) -> Scales:
     """The scales of a record with at least a few fixes."""
     fixed = np.isfinite(record.north)
     places = record.time[fixed], record.north[fixed], record.east[fixed]
-    shortest = _RESOLVED * float(np.median(np.diff(places[0])))
+    shortest = _RESOLVED * usual_interval(places[0])
     return Scales(white_std(*places), shortest, *periods_of(*places))
 
 

@@ -32,14 +32,12 @@ from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.inference.parts import PLAIN
 from steerway.estimation.inference.plane import Plane, laid_out, placed, steps_between
-from steerway.estimation.inference.record import LONG, extrapolated, predictions, without_copies
+from steerway.estimation.inference.record import LONG, extrapolated, predictions, usual_interval, without_copies
 from steerway.estimation.inference.selection import Inference, Structure, infer
 from steerway.estimation.inference.stamps import regular_times
 from steerway.estimation.inference.structures import model_of, parameters_of
 from steerway.estimation.inference.track import run_record
 
-_FEWEST = 30
-"""Fixes below which nothing is fitted: a third of them settle the start, and the plain structure has 19 numbers."""
 UNKNOWN_SPEED = 3.0
 """m/s; a speed that is known worse after a start is not stated: a third of what is expected of a vessel unseen
 (`bank.START_SPEED_STD`). Chosen."""
@@ -50,14 +48,14 @@ _NONE = np.empty(0)
 
 
 def infer_log(fixes: Fixes, aid: tuple[str, ...] = ()) -> Inference:
-    """The structures that a vessel's record is evidence for; of a very short one the plain structure as expected.
+    """The structures that a vessel's record is evidence for; of fixes at one time the plain structure as expected.
 
     Raises InputError for an unknown aid.
     """
     expect_aids(aid)
     track = Track(fixes, aid)
     known = [name for name in aid if np.isfinite(getattr(track.fixes, name)).any()]
-    if np.isfinite(track.record.north).sum() >= _FEWEST:
+    if usual_interval(track.record.time[np.isfinite(track.record.north)]) > 0.0:
         return infer(track.record, known)
     parts = (*PLAIN, *known)
     names, medians, _ = parameters_of(parts)
