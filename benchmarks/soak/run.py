@@ -90,8 +90,12 @@ async def soak(seconds: float) -> Soak:
                 first_row, rows, memory = await _watched(boat, begun, seconds)
                 telling.cancel()
                 await asyncio.sleep(0.5)
+            except EOFError:
+                log = (await boat.stderr.read()).decode()
+                raise SystemExit(f"the service ended with exit code {await boat.wait()}:\n{log}") from None
             finally:
-                boat.terminate()
+                with contextlib.suppress(ProcessLookupError):
+                    boat.terminate()
             rest, log = await boat.communicate()
             output, _ = await idle.communicate()
         log = log.decode()
@@ -116,15 +120,21 @@ async def _process(*arguments):
 
 
 async def _watched(boat, begun, seconds):
-    """When the first row came, how many came, and the memory all the while."""
-    await asyncio.wait_for(boat.stdout.readline(), 120.0)
+    """When the first row came, how many came, and the memory all the while; EOFError when she ends before."""
+
+    async def row():
+        if not await boat.stdout.readline():
+            raise EOFError
+        return 1
+
+    await asyncio.wait_for(row(), 120.0)
     first_row, rows, memory = time.monotonic() - begun, 1, []
     while (now := time.monotonic() - begun) < seconds:
         memory.append((now, _resident(boat.pid)))
         until = now + min(1.0, seconds - now)
         while (left := until - (time.monotonic() - begun)) > 0.0:
             with contextlib.suppress(TimeoutError):
-                rows += bool(await asyncio.wait_for(boat.stdout.readline(), left))
+                rows += await asyncio.wait_for(row(), left)
     memory.append((now, _resident(boat.pid)))
     return first_row, rows, memory
 
