@@ -233,6 +233,12 @@ def test_a_boat_that_departs_from_a_drift_knows_the_current():
     assert np.sum(np.array(off) < 0.1) >= 5, np.round(off, 2)
 
 
+def test_a_compass_moves_a_heading_that_is_far_off():
+    """The drift is taken for way through the water: a heading that fits the fixes, and is sure, and 35° off."""
+    without, compass = (_departing(0.0, 1.0, since, 16.0) for since in (math.inf, 11.0))
+    assert compass < 0.7 * without and without > 0.9
+
+
 def test_the_cost_of_a_rudders_effect_is_least_near_the_truth(fixes):
     """A straight run with the rudder amidships: an effect that is not there costs."""
     profile = Profile(speed_noise=1e-3, course_rate_noise=1e-4, position_std=0.1)
