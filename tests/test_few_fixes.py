@@ -46,11 +46,11 @@ def fixes():
     return scene.fixes(0.1, 5)
 
 
-def inferred():
+def inferred(parts=PARTS):
     """A profile with the prior medians of a structure."""
-    names, medians, _ = parameters_of(PARTS)
+    names, medians, _ = parameters_of(parts)
     values = dict(zip(names, np.exp(medians).tolist(), strict=True))
-    return InferredProfile(structures=(WeighedStructure(weight=1.0, parts=PARTS, values=values),))
+    return InferredProfile(structures=(WeighedStructure(weight=1.0, parts=parts, values=values),))
 
 
 def test_two_modes_with_aids_are_smoothed(fixes):
@@ -58,6 +58,13 @@ def test_two_modes_with_aids_are_smoothed(fixes):
     aided = replace(fixes, sog=np.full(n, 2.0), cog=np.full(n, 1.0), heading=np.full(n, 1.0), yaw_rate=np.zeros(n))
     motion = steerway.estimate(aided, TWO_MODES, aid=("sog", "cog", "heading", "yaw_rate"), smooth=True)
     assert np.abs(motion.sog[1:] - 2.0).max() < 0.1
+
+
+def test_an_obstruction_of_the_sky_is_no_motion():
+    off = 5.0 * np.where(np.arange(12) < 6, 0.0, (-1.0) ** np.arange(12))
+    fixes = straight(2.0, 1.0, 11.0, 1.0).fixes(0.1, 5, lambda _: (off, -off))
+    motion = steerway.estimate(fixes, inferred(("base", "wander", "obstructions")))
+    assert np.abs(motion.sog[6:] - 2.0).max() < 1.0
 
 
 def test_a_vessel_that_comes_to_rest_is_smoothed_to_there():

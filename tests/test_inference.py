@@ -156,6 +156,16 @@ def test_a_minute_of_poor_fixes_is_no_motion():
     assert rms(motion.sog - scene.sog) < 0.3
 
 
+def test_noise_that_grows_a_hundredfold_is_no_motion():
+    """From 0.1 m to 5 m and back, by and by. By a noise of one size SOG is off by 2.2 m/s, and 15 fixes are refused."""
+    scene = straight(1.5, 0.4, 600.0)
+    since = np.abs((scene.time - scene.time[0]) % 200.0 - 100.0)
+    noise = 5.0 * 0.01 ** (since / 100.0) * np.random.default_rng(3).normal(size=(2, len(since)))
+    motion = steerway.estimate(scene.fixes(0.1, 3, lambda _: noise))
+    assert np.abs(motion.sog - 1.5)[SETTLED:].max() < 0.3
+    assert (motion.status == REJECTED).sum() <= 3
+
+
 def test_a_crash_stop_is_followed():
     scene, motion = estimated("planing_craft", 1)
     assert (motion.status == REJECTED).sum() <= 3

@@ -82,7 +82,7 @@ class Bank(NamedTuple):
     probability: np.ndarray  # (MODES,)
     mixed_x: np.ndarray  # (MODES, n) workspace
     mixed_p: np.ndarray  # (MODES, n, n) workspace: of what is mixed
-    run: np.ndarray  # (10,) of outliers in a row and of the time, see RUN
+    run: np.ndarray  # (12,) of outliers in a row and of the time, see RUN
     steps: np.ndarray  # (MODES, STEP_ROWS, n) see `discrete`
     change: np.ndarray  # (MODES, MODES) probabilities of change in a step
     work: np.ndarray  # (12, max(n, 8))
@@ -106,17 +106,18 @@ def empty_bank(states: int) -> Bank:
         np.zeros(m),
         np.zeros((m, n)),
         np.zeros((m, n, n)),
-        np.zeros(10),
+        np.zeros(12),
         np.zeros((m, STEP_ROWS, n)),
         np.zeros((m, m)),
         np.zeros((12, max(n, 8))),
     )
 
 
-RUN, RUN_N, RUN_E, WAS_OUTLIER, STARTED, STEP_N, STEP_E, SINCE, APART, WAS_POOR = range(10)
+RUN, RUN_N, RUN_E, WAS_OUTLIER, STARTED, STEP_N, STEP_E, SINCE, APART, WAS_POOR, LEARNT, LEVEL = range(12)
 """`run` of a bank: how many outliers in a row agree, and their offset; the probability that the last fix was one; 1
 once begun; the step of the receiver last followed; s since the last fix, and from that before it to it; the probability
-that the last fix was poor."""
+that the last fix was poor; degrees of freedom of what the fixes of an obstruction tell of its noise, and how many times
+the usual variance of poor fixes that is."""
 
 
 class Kept(NamedTuple):

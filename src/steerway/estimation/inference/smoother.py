@@ -29,7 +29,7 @@ from steerway.estimation.inference.model import (
 )
 from steerway.estimation.inference.motion import spin_share
 from steerway.estimation.inference.relative import difference, is_steady, shifted, turned
-from steerway.estimation.inference.weigh import gaussian, outlier_density, step_variance, student, take_fix
+from steerway.estimation.inference.weigh import FREEDOM, gaussian, outlier_density, step_variance, student, take_fix
 
 _NEGLIGIBLE = 3e-3
 """Probability of a pair of modes below which it is left out, against that of the likeliest pair: before their states
@@ -240,7 +240,7 @@ def step_between(kept, k, reversal, bank, weight):
         stays += weight[q] * gaussian(a, b, nn, ne, ee)
         steps += weight[q] * receiver[OUTLIER_RATE] * outlier_density(a, b, nn + ee, receiver[FIX_VARIANCE])
         if happens > 0.0:
-            steps += weight[q] * happens * student(a, b, nn + d_nn, ne + d_ne, ee + d_ee)
+            steps += weight[q] * happens * student(a, b, nn + d_nn, ne + d_ne, ee + d_ee, FREEDOM)
         total += weight[q]
         spread += weight[q] * 0.5 * (nn + ee)
         variance += weight[q] * 0.5 * max(d_nn + d_ee, a * a + b * b - nn - ee)

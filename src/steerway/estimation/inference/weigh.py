@@ -13,6 +13,8 @@ from steerway.estimation.inference.model import (
     EAST,
     FIX_VARIANCE,
     LATE_VARIANCE,
+    LEARNT,
+    LEVEL,
     NORTH,
     OUTLIER_RATE,
     POOR_NOISE,
@@ -38,8 +40,11 @@ LEAST_OUTLIER, DECADES = 10.0, 10.0
 density 1/(2π (ρ² + a²) L) with a (m) and L = ln (km / a), about 10 for any receiver."""
 LEAST_PROBABILITY = 1e-6
 """Of a hypothesis that a correction counts: below, it moves nothing by a thousandth of a standard deviation."""
-STUDENT_VARIANCE = 2.0
-"""Of Student's t distribution of four degrees of freedom and unit scale."""
+FREEDOM = 4.0
+STUDENT_VARIANCE = FREEDOM / (FREEDOM - 2.0)
+"""Degrees of freedom of Student's t distribution (K. L. Lange, R. J. A. Little and J. M. G. Taylor, J. American
+Statistical Association 84(408), 1989), and its variance at unit scale: steps are small and seldom large, and so is the
+noise of an obstruction before its fixes tell it."""
 DIFFUSE, RARE = 1e6, 1e-3
 """Variance of a predicted fix, in that of its white noise, from which on a fix that is so seldom an outlier is right,
 as the first one is: the share of so vague a prediction would outweigh the fix in the correction. Chosen."""
@@ -70,7 +75,8 @@ def take_fix(bank, model, north, east, excess):
     correction is their mean (probabilistic data association: Y. Bar-Shalom and X. R. Li, Multitarget-Multisensor
     Tracking, 1995, §3.4): x ← x + C Σ β_h s_h and P ← P − C (Σ β_h (S_h⁻¹ − s_h s_hᵀ) + s̄ s̄ᵀ) Cᵀ with C = P Hᵀ,
     s_h = S_h⁻¹ ν, s̄ = Σ β_h s_h; for a step see `step_position`. Where the sky is obstructed a poor fix is mostly
-    followed by one.
+    followed by one, and those before it tell how large the noise is (S. Särkkä and A. Nummenmaa, IEEE Trans. Automatic
+    Control 54(3), 2009).
     excess: how many times its usual variance the white noise of this fix has.
     """
     x, p, probability, run, work = bank.x, bank.p, bank.probability, bank.run, bank.work
@@ -79,14 +85,19 @@ def take_fix(bank, model, north, east, excess):
     variance, clock, late = excess * receiver[FIX_VARIANCE], receiver[TIME_VARIANCE], receiver[LATE_VARIANCE]
     return_step(bank, model, north, east, excess)
     wrong_prior = receiver[OUTLIER_RATE] * (1.0 - run[WAS_OUTLIER]) + OUTLIERS_LAST * run[WAS_OUTLIER]
-    stays = run[WAS_POOR] * math.exp(-run[SINCE] / receiver[POOR_TIME]) if receiver[POOR_TIME] > 0.0 else 0.0
+    lasting = receiver[POOR_TIME] > 0.0
+    left = math.exp(-run[SINCE] / receiver[POOR_TIME]) if lasting else 0.0
+    stays, learnt = left * run[WAS_POOR], left * run[LEARNT]
+    freedom = FREEDOM + learnt
+    level = (FREEDOM + learnt * run[LEVEL]) / freedom
+    poor_spread = freedom / (freedom - 2.0) if lasting else 1.0
     poor_prior = (1.0 - wrong_prior) * (stays + (1.0 - stays) * receiver[POOR_RATE])
     step_prior = (1.0 - wrong_prior - poor_prior) * (1.0 - math.exp(-receiver[STEP_RATE] * run[SINCE]))
     run[APART], run[SINCE] = run[SINCE], 0.0
     good_prior = 1.0 - wrong_prior - poor_prior - step_prior
     density = work[8]
     mean_n = mean_e = mean_nn = mean_ne = mean_ee = 0.0
-    total = wrong = bad = 0.0
+    total = wrong = bad = seen = 0.0
     least = math.inf
     for k in range(m):
         pc_n, pc_e = work[0], work[1]
@@ -97,29 +108,32 @@ def take_fix(bank, model, north, east, excess):
         if clock > 0.0:
             s_nn, s_ne, s_ee = s_nn + clock * v_n * v_n, s_ne + clock * v_n * v_e, s_ee + clock * v_e * v_e
         s_nn, s_ee = s_nn + variance, s_ee + variance
-        nu_n, nu_e = north - at_n, east - at_e
+        nu_n, nu_e, weight = north - at_n, east - at_e, probability[k]
         outlier = outlier_density(nu_n, nu_e, s_nn + s_ee, variance)
         if run[RUN] > 0.0:
             same = gaussian(nu_n - run[RUN_N], nu_e - run[RUN_E], s_nn + variance, s_ne, s_ee + variance)
             outlier = (1.0 - SAME_OFFSET) * outlier + SAME_OFFSET * same
         outlier *= wrong_prior
         usual = good_prior * gaussian(nu_n, nu_e, s_nn, s_ne, s_ee)
-        added = (receiver[POOR_NOISE] ** 2 - 1.0) * variance
+        added = level * (receiver[POOR_NOISE] ** 2 - 1.0) * variance
         p_nn, p_ne, p_ee = s_nn + added + late * v_n * v_n, s_ne + late * v_n * v_e, s_ee + added + late * v_e * v_e
-        poor = poor_prior * gaussian(nu_n, nu_e, p_nn, p_ne, p_ee)
+        if lasting:
+            poor = poor_prior * student(nu_n, nu_e, p_nn, p_ne, p_ee, freedom)
+            seen += weight * poor * level * noise_seen(2.0 * added, nu_n, nu_e, p_nn + p_ee)
+        else:
+            poor = poor_prior * gaussian(nu_n, nu_e, p_nn, p_ne, p_ee)
         stepped = 0.0
         d_nn, d_ne, d_ee = step_variance(receiver, v_n, v_e)
         if step_prior > 0.0:
-            stepped = step_prior * student(nu_n, nu_e, s_nn + d_nn, s_ne + d_ne, s_ee + d_ee)
+            stepped = step_prior * student(nu_n, nu_e, s_nn + d_nn, s_ne + d_ne, s_ee + d_ee, FREEDOM)
         whole = usual + poor + stepped + outlier
-        weight = probability[k]
         density[k] = weight * whole
         total += weight * whole
         wrong += weight * outlier
         bad += weight * poor
         mean_n += weight * nu_n
         mean_e += weight * nu_e
-        loose, far = poor_prior * added, step_prior * STUDENT_VARIANCE
+        loose, far = poor_prior * poor_spread * added, step_prior * STUDENT_VARIANCE
         mean_nn += weight * (s_nn + loose + far * d_nn + nu_n * nu_n)
         mean_ne += weight * (s_ne + far * d_ne + nu_n * nu_e)
         mean_ee += weight * (s_ee + loose + far * d_ee + nu_e * nu_e)
@@ -128,6 +142,13 @@ def take_fix(bank, model, north, east, excess):
             whole -= outlier
         m_nn, m_ne, m_ee, mean_s_n, mean_s_e = share(usual / whole, nu_n, nu_e, s_nn, s_ne, s_ee)
         if poor > LEAST_PROBABILITY * whole:
+            if lasting:
+                scale = (freedom + square(nu_n, nu_e, p_nn, p_ne, p_ee)) / (freedom + 2.0)
+                p_nn, p_ne, p_ee = (
+                    s_nn + scale * (p_nn - s_nn),
+                    s_ne + scale * (p_ne - s_ne),
+                    s_ee + scale * (p_ee - s_ee),
+                )
             j_nn, j_ne, j_ee, b_n, b_e = share(poor / whole, nu_n, nu_e, p_nn, p_ne, p_ee)
             m_nn, m_ne, m_ee = m_nn + j_nn, m_ne + j_ne, m_ee + j_ee
             mean_s_n, mean_s_e = mean_s_n + b_n, mean_s_e + b_e
@@ -150,7 +171,11 @@ def take_fix(bank, model, north, east, excess):
     nis = (mean_ee * mean_n * mean_n - 2.0 * mean_ne * mean_n * mean_e + mean_nn * mean_e * mean_e) / (
         mean_nn * mean_ee - mean_ne * mean_ne
     )
-    run[WAS_POOR] = bad / total
+    run[WAS_POOR], run[LEARNT] = bad / total, learnt
+    if lasting and bad > 0.0:
+        told = 2.0 * bad / total  # a fix has two coordinates
+        run[LEARNT] = learnt + told
+        run[LEVEL] += told / run[LEARNT] * (seen / bad - run[LEVEL])
     follow_run(bank, mean_n, mean_e, wrong / total, least)
     return nis, math.log(total), wrong / total
 
@@ -163,6 +188,13 @@ def share(probability, nu_n, nu_e, s_nn, s_ne, s_ee):
     s_n, s_e = i_nn * nu_n + i_ne * nu_e, i_ne * nu_n + i_ee * nu_e
     m_nn, m_ne, m_ee = i_nn - s_n * s_n, i_ne - s_n * s_e, i_ee - s_e * s_e
     return probability * m_nn, probability * m_ne, probability * m_ee, probability * s_n, probability * s_e
+
+
+@lean_kernel
+def noise_seen(variance, nu_n, nu_e, spread):
+    """Mean square of a noise, in its variance, where the innovation, of variance `spread` with it, is known."""
+    part = variance / spread
+    return part * (nu_n * nu_n + nu_e * nu_e) / spread + 1.0 - part
 
 
 @lean_kernel
@@ -261,18 +293,22 @@ def return_step(bank, model, north, east, excess):
 
 
 @lean_kernel
-def gaussian(a, b, s_nn, s_ne, s_ee):
-    """Density (1/m²) of an innovation (a, b)."""
-    determinant = s_nn * s_ee - s_ne * s_ne
-    nis = (s_ee * a * a - 2.0 * s_ne * a * b + s_nn * b * b) / determinant
-    return math.exp(-0.5 * nis) / (2.0 * math.pi * math.sqrt(determinant))
+def square(a, b, s_nn, s_ne, s_ee):
+    """Innovation (a, b) squared, in its covariance: NIS."""
+    return (s_ee * a * a - 2.0 * s_ne * a * b + s_nn * b * b) / (s_nn * s_ee - s_ne * s_ne)
 
 
 @lean_kernel
-def student(a, b, s_nn, s_ne, s_ee):
-    """Density (1/m²) of an innovation (a, b) by Student's t distribution of four degrees of freedom (K. L. Lange, R. J.
-    A. Little and J. M. G. Taylor, J. American Statistical Association 84(408), 1989): steps are small and seldom large.
-    """
+def gaussian(a, b, s_nn, s_ne, s_ee):
+    """Density (1/m²) of an innovation (a, b)."""
     determinant = s_nn * s_ee - s_ne * s_ne
-    nis = (s_ee * a * a - 2.0 * s_ne * a * b + s_nn * b * b) / determinant
-    return 1.0 / (2.0 * math.pi * math.sqrt(determinant) * (1.0 + 0.25 * nis) ** 3)
+    return math.exp(-0.5 * square(a, b, s_nn, s_ne, s_ee)) / (2.0 * math.pi * math.sqrt(determinant))
+
+
+@lean_kernel
+def student(a, b, s_nn, s_ne, s_ee, freedom):
+    """Density (1/m²) of an innovation (a, b) by Student's t distribution of so many degrees of freedom."""
+    determinant = s_nn * s_ee - s_ne * s_ne
+    tail = 1.0 + square(a, b, s_nn, s_ne, s_ee) / freedom
+    power = tail**3 if freedom == FREEDOM else tail ** (0.5 * freedom + 1.0)  # a cube takes less time
+    return 1.0 / (2.0 * math.pi * math.sqrt(determinant) * power)
