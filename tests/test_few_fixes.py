@@ -207,45 +207,6 @@ def test_what_a_vehicles_own_loop_adds_to_a_turn_is_foreseen():
         assert _turn_by_own_loop(share, 0.2) < 0.5 * _turn_by_own_loop(share, 0.0)
 
 
-def _departing(towards, turn, compass_from=math.inf, until=11.0):
-    """The error (m/s) of the current of a boat that drifts with 1 m/s for 3 s and departs; heading 0, a turn of 64°.
-
-    Her own loop gives an ordered speed over ground through the water at once, and makes up for the current by an
-    integral: a filter that expects it made up for within the time constant of the speed is surprised.
-    """
-    chance, current = np.random.default_rng(0), np.array([math.cos(towards), math.sin(towards)])
-    response = Response(1.3, math.radians(20.0), 2.0, 3.0, time_std=0.5, damping_std=0.0, over_ground=True)
-    filter = SteeringFilter(response, 0.1)
-    place, heading, rate, speed, trim, dt = np.zeros(2), 0.0, 0.0, 0.0, 0.0, 0.05
-    for k in range(round(until / dt)):
-        if k >= 60:
-            yaw_rate, asked = math.radians(16.0 * turn) if k < 140 else 0.0, min(2.0, 0.8 + 0.025 * (k - 60))
-            filter.order(k * dt, yaw_rate, asked)
-            trim += dt * 0.3 * (asked - speed - current @ [math.cos(heading), math.sin(heading)])
-            speed = max(0.0, speed + dt / 0.7 * (asked + trim - speed))
-            rate += dt / 0.3 * (yaw_rate - rate)
-        heading += dt * rate
-        velocity = current + speed * np.array([math.cos(heading), math.sin(heading)])
-        place += dt * velocity
-        if k % 4 == 0:
-            compass = heading if k * dt >= compass_from else math.nan
-            filter.fix(k * dt, *place + 0.02 * chance.standard_normal(2), *velocity, compass, rate)
-    found = filter.at(until)
-    return math.dist((found.current_north, found.current_east), current)
-
-
-def test_a_boat_that_departs_from_a_drift_knows_the_current():
-    """However her own loop makes up the speed. Without a compass, a drift ahead may be way through the water."""
-    off = [_departing(math.tau * k / 8.0, turn) for k in range(8) for turn in (-1.0, 1.0)]
-    assert np.sum(np.array(off) < 0.1) >= 5, np.round(off, 2)
-
-
-def test_a_compass_moves_a_heading_that_is_far_off():
-    """The drift is taken for way through the water: a heading that fits the fixes, and is sure, and 35° off."""
-    without, compass = (_departing(0.0, 1.0, since, 16.0) for since in (math.inf, 11.0))
-    assert compass < 0.7 * without and without > 0.9
-
-
 def test_the_cost_of_a_rudders_effect_is_least_near_the_truth(fixes):
     """A straight run with the rudder amidships: an effect that is not there costs."""
     profile = Profile(speed_noise=1e-3, course_rate_noise=1e-4, position_std=0.1)

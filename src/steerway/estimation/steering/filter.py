@@ -76,9 +76,6 @@ _COMPASS_STD = math.radians(10.0)
 _COMPASS_NEEDED = math.radians(6.0)
 """rad of heading, above which a compass is asked: positions know it better, and have no deviation. Chosen: below
 `_COMPASS_STD`."""
-_COMPASS_FAR = 2.0 * _COMPASS_STD
-"""rad from a compass beyond which it is asked however sure the heading is: a wrong current explains the positions too.
-Chosen: twice its deviation."""
 
 
 class SteeringFilter:
@@ -176,7 +173,7 @@ class SteeringFilter:
         if math.isfinite(north_velocity + east_velocity) and kind != REFUSED:
             measured = north_velocity, east_velocity, self.velocity_std, self.response.pivot
             take_velocity(self._states, self._covariances, self._weights, *measured)
-        if math.isfinite(heading) and self._needs_compass(heading):
+        if math.isfinite(heading) and self._heading_std(int(np.argmax(self._weights))) > _COMPASS_NEEDED:
             take_number(self._states, self._covariances, self._weights, heading, _COMPASS_STD, HEADING)
         if math.isfinite(yaw_rate):
             std = self._gyro_std(yaw_rate, interval)
@@ -189,11 +186,6 @@ class SteeringFilter:
         self._ahead = (math.nan, self._ahead[1])
         self._sureness = None
         return kind
-
-    def _needs_compass(self, heading):
-        best = int(np.argmax(self._weights))
-        off = abs(wrap(heading - self._states[best, HEADING]))
-        return off > _COMPASS_FAR or self._heading_std(best) > _COMPASS_NEEDED
 
     def _gyro_std(self, yaw_rate, interval):
         """1σ of a measured yaw rate as that of the motion through the water."""

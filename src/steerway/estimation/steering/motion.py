@@ -60,7 +60,7 @@ class Response(NamedTuple):
     rate of an unknown helmsman, as a share of `rate`; over_ground: whether an ordered speed is one over ground along
     the bow, as of vehicles with a speed loop of their own, else one through the water; pivot: m that the point which
     moves along the bow, in a turn too, lies ahead of the one whose position is measured; time_std: of T, and of
-    what is lacking of an ordered speed, as a share; integral i (1/s): of the vehicle's own yaw-rate loop.
+    what an ordered speed is beyond the largest, as a share; integral i (1/s): of the vehicle's own yaw-rate loop.
     """
 
     time: float
@@ -224,7 +224,7 @@ def predict(
     c, s = math.cos(mean), math.sin(mean)
     asked = x[SPEED_GAIN] * speed - _along(x)
     fastest = _fastest(x, parameters)
-    lacking = abs(max(0.0, asked) - water) if math.isfinite(speed) else 0.0
+    beyond = max(0.0, asked - fastest) if math.isfinite(speed) else 0.0
     move(x, order, speed, parameters, dt)
 
     for i in range(STATES):
@@ -259,7 +259,7 @@ def predict(
             f[WATER_SPEED, CURRENT_N], f[WATER_SPEED, CURRENT_E] = -(1.0 - kept) * c, -(1.0 - kept) * s
 
     _transform(f, p, work)
-    _add_noise(x, p, order, math.isfinite(speed), lacking, parameters, wander, dt)
+    _add_noise(x, p, order, math.isfinite(speed), beyond, parameters, wander, dt)
 
 
 @lean_kernel
@@ -300,7 +300,7 @@ def bias_density(parameters: Floats) -> float:
 
 
 @lean_kernel
-def _add_noise(x, p, order, has_speed, lacking, parameters, wander, dt):
+def _add_noise(x, p, order, has_speed, beyond, parameters, wander, dt):
     known = math.isfinite(order)
     rate, time = parameters[_RATE], parameters[_TIME]
     q = rate_density(known, parameters)
@@ -311,7 +311,7 @@ def _add_noise(x, p, order, has_speed, lacking, parameters, wander, dt):
     turning, speed_time = min(1.0, abs(x[YAW_RATE]) / rate), parameters[_SPEED_TIME]
     unsteady = parameters[_SPEED_NOISE] * parameters[_SPEED] * (1.0 if has_speed else 2.0)
     slip = parameters[_SLIP] * x[WATER_SPEED] * turning
-    power = parameters[_TIME_STD] * lacking  # how fast she gets there, and whether, is not as declared
+    power = parameters[_TIME_STD] * beyond  # the top speed is not as declared
     p[HEADING, HEADING] += dt * ((0.02 * turning) ** 2 / max(time, 1.0) + q * dt * dt / 3.0)
     p[WATER_SPEED, WATER_SPEED] += dt * 2.0 / speed_time * (unsteady * unsteady + slip * slip + power * power)
     for k in (CURRENT_N, CURRENT_E):
