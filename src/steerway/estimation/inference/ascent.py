@@ -64,17 +64,15 @@ class Ascent:
         return gained
 
 
-def climb(ascent: Ascent, rounds, least=-math.inf) -> bool:
+def climb(ascent: Ascent, rounds) -> bool:
     """Go up in at most so many rounds: differences and scoring; where that stands still, every number by itself.
 
-    least: log posterior below which scoring is the last. Returns whether the last round gained hardly anything.
+    Returns whether the last round gained hardly anything.
     """
     for _ in range(rounds):
         before = ascent.log
         ascent.differentiate()
         score(ascent)
-        if ascent.log < least:
-            return False
         if ascent.log - before < _STANDS:
             scored = ascent.log
             sweep(ascent)

@@ -130,17 +130,16 @@ def likeliest(parts, rows, starts, shortest=0.0, most=1) -> list[tuple[dict, flo
     return [(starts[i], logs[i]) for i in np.argsort(-np.array(logs), kind="stable")[:most]]
 
 
-def fitted(parts, rows, start, rounds=2, shortest=0.0, least=-math.inf, draws=0) -> Fit:
+def fitted(parts, rows, start, rounds=2, shortest=0.0, draws=0) -> Fit:
     """Maximise the posterior from a starting point (dict), in at most so many rounds.
 
-    shortest: period (s) below which fixes do not resolve an oscillation. least: log posterior below which scoring is
-    the last. draws: how many `others` (even).
+    shortest: period (s) below which fixes do not resolve an oscillation. draws: how many `others` (even).
     """
     posterior = Posterior(parts, rows, shortest)
     ascent = Ascent(posterior, posterior.point(start))
-    if climb(ascent, rounds, least):
+    if climb(ascent, rounds):
         ascent.scores = ascent.measured  # secants of short steps say little
-    elif rounds > 1 and ascent.log > least:
+    elif rounds > 1:
         ascent.differentiate()
     information = ascent.information()
     with np.errstate(invalid="ignore"):

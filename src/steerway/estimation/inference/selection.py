@@ -43,9 +43,6 @@ of the receiver or with waves has 11. With 9, fits of large structures are worse
 9 and 24 %)."""
 FINALISTS = 3
 """Structures fitted to many rows at most. Chosen: each takes 0.1 to 1 s."""
-LOST = 10.0
-"""Log posterior by which a structure may be behind the best on many rows before its fit ends. Chosen: a further round
-gains 0.1 to 3, and its weight is then below 0.1 %."""
 BETTER = 3.0
 """Log evidence that is called strong (H. Jeffreys, Theory of Probability, 1961)."""
 LEAST_WEIGHT = 0.02
@@ -102,7 +99,7 @@ def refitted(few: dict[tuple, Fit], rows, shortest, effort, draws) -> dict[tuple
     that are not far behind there already.
     """
     first = next(iter(few))
-    fits = {first: fitted(first, rows, few[first].values, effort * LAST_ROUNDS, shortest, draws=draws)}
+    fits = {first: fitted(first, rows, few[first].values, effort * LAST_ROUNDS, shortest, draws)}
     waiting: dict[tuple, tuple] = {}
     penalty = {parts: fit.evidence - fit.log_posterior for parts, fit in few.items()}
     plain = next(parts for parts in few if parts == plain_of(parts))
@@ -127,7 +124,7 @@ def refitted(few: dict[tuple, Fit], rows, shortest, effort, draws) -> dict[tuple
         expected, begin = waiting.pop(parts)
         if expected < top.evidence:
             break
-        fits[parts] = fitted(parts, rows, begin, effort * OTHER_ROUNDS, shortest, top.log_posterior - LOST, draws)
+        fits[parts] = fitted(parts, rows, begin, effort * OTHER_ROUNDS, shortest, draws)
     return fits
 
 
