@@ -89,6 +89,8 @@ def score(ascent: Ascent):
     while failures <= _FAILURES:
         step = np.linalg.solve(ascent.information(), ascent.slope())
         largest = np.abs(step).max()
+        if largest == 0.0:  # the start is the maximum: no row says anything of the numbers
+            return
         gained = ascent.try_step(step * min(1.0, reach / largest))
         if gained > 0.0:
             reach, failures = min(2.0, 1.5 * reach), 0
