@@ -19,7 +19,7 @@ from steerway.live.autopilot.route import Guide
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.autopilot.watch import Watch
 from steerway.live.base.orders import UNDER_WAY, State
-from steerway.live.base.rows import Row, lost
+from steerway.live.base.rows import InputRow, Row, lost
 from tests.desk import HOME, NOON, OTTER, SQUARE, TICK, Desk, dock_all, square
 
 FENCE = ((-40.0, -10.0), (70.0, -10.0), (70.0, 70.0), (-40.0, 70.0))
@@ -342,6 +342,27 @@ def test_from_rest_she_departs_and_after_a_stop_again():
     desk.sail(1.0)
     _, off = off_the_line(desk).T
     assert desk.order.reason == "the route is finished" and rms(off[-1000:]) < 1.0
+
+
+def _current_missed(seed, tells):
+    """m/s, 6 s after she is started from a drift in 0.6 m/s, her motor said to idle or not."""
+    desk = Desk(square(boat=OTTER), current=0.6, noise=0.05, seed=seed)
+    desk.drive, desk.state, fixes = 0.0, desk.boat.start(-20.0, -20.0, float(seed), 0.0), desk.fixes
+
+    def rows(time, north, east):
+        throttle = 0.5 if desk.order is not None and desk.order.engaged else 0.0
+        return [*([InputRow("motor", NOON + time, throttle=throttle)] if tells else []), *fixes(time, north, east)]
+
+    desk.fixes = rows
+    desk.sail(10.0)
+    desk.start().sail(6.0)
+    seen = desk.autopilot.pilot.estimator.step(desk.rows[-1], 0.0)
+    return math.hypot(seen.current_north - desk.sea[0], seen.current_east - desk.sea[1])
+
+
+def test_where_the_motor_is_said_to_idle_she_departs_with_the_current_of_her_drift():
+    missed = {tells: [_current_missed(seed, tells) for seed in (3, 4)] for tells in (True, False)}
+    assert max(missed[True]) < 0.25 and min(missed[False]) > 0.5
 
 
 @pytest.mark.parametrize("towards", [1.5, 3.0, 4.5])

@@ -156,6 +156,52 @@ def test_a_boat_that_is_driven_off_by_hand_is_no_longer_at_rest(first):
     assert math.dist((found.current_north, found.current_east), current) < 2.0 * found.current_std
 
 
+def _departure(towards, tells, watched=3.0, way=0.0, leeway=0.0):
+    """m/s by which the current (1 m/s) is missed 5 s after a boat departs from a drift, without a compass, and its 1σ.
+
+    She was watched for some s, at the beginning with way. Her own speed loop goes ahead by the order at once, and makes
+    up for the current later.
+    """
+    chance, current = np.random.default_rng(1), np.array([math.cos(towards), math.sin(towards)])
+    response = Response(1.3, math.radians(20.0), 2.0, 3.0, time_std=0.5, damping_std=0.0, slip=0.2, integral=0.1)
+    filter = SteeringFilter(response._replace(over_ground=True, speed_time=1.5), 0.3)
+    place, heading, rate, added, dt = np.zeros(2), 0.0, 0.0, 0.0, 0.05
+    for k in range(round((watched + 5.0) / dt)):
+        time, since = k * dt, k * dt - watched
+        filter.idle_since = 0.0 if tells and since < 0.0 else math.inf
+        if since < 0.0:
+            way -= dt / 1.5 * way
+        else:
+            ordered, speed = math.radians(16.0) * (since < 4.0), min(2.0, 0.8 + 0.5 * since)
+            filter.order(time, ordered, speed)
+            added += dt * 0.3 * (speed - way - current @ (math.cos(heading), math.sin(heading)))
+            way = max(0.0, way + dt / 0.7 * (speed + added - way))
+            rate += dt / 0.3 * (ordered - rate)
+        heading += dt * rate
+        velocity = (1.0 + leeway * (since < 0.0)) * current + way * np.array((math.cos(heading), math.sin(heading)))
+        place += dt * velocity
+        if k % 4 == 0:
+            seen = *place + 0.02 * chance.standard_normal(2), *velocity + 0.02 * chance.standard_normal(2)
+            filter.fix(time, *seen, yaw_rate=rate)
+    found = filter.at(watched + 5.0)
+    return math.dist((found.current_north, found.current_east), current), found.current_std
+
+
+def test_a_boat_whose_motor_idles_drifts_with_the_current():
+    """Where that is not said a current may be found that is 1.8 m/s off. Way that is left does no harm."""
+    directions = 0.1 + np.arange(8) * math.pi / 4.0
+    missed = {tells: max(_departure(each, tells)[0] for each in directions) for tells in (False, True)}
+    assert missed[True] < 0.3 and missed[False] > 3.0 * missed[True]
+    assert max(_departure(each, True, 5.0, way=2.0)[0] for each in directions) < 0.35
+
+
+@pytest.mark.parametrize("watched", [3.0, 15.0])
+def test_a_drift_is_partly_wind(watched):
+    for towards in 0.1 + np.arange(8) * math.pi / 4.0:
+        error, std = _departure(towards, True, watched, leeway=0.15)
+        assert error < 3.0 * std
+
+
 def _current_missed(seed, gyro):
     """m/s by which the current is missed after three turns; the motion follows the bow in 0.5 s."""
     chance, current = np.random.default_rng(seed), np.array([-0.97, 0.26])

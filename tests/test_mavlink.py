@@ -213,6 +213,15 @@ def test_another_vehicle_and_a_ground_station_are_not_listened_to():
     assert not guided.receive(*Wire(1, 1).carry([rover._heartbeat(0.0, AT_REST, PLACE)]), 0.0)
 
 
+def test_she_says_her_throttle_when_asked():
+    pair = Pair()
+    pair.rover._intervals["VFR_HUD"], pair.rover.throttle = -1.0, 0.3
+    pair.run(7.0)
+    assert pair.rover._intervals["VFR_HUD"] == pytest.approx(0.5)
+    hud = next(each for each in pair.rover.due(pair.time + 1.0, AT_REST, PLACE) if each.get_type() == "VFR_HUD")
+    assert hud.throttle == 30
+
+
 def test_whatever_a_stopped_order_says_she_gets_zero():
     pair = Pair().run(2.0)
     pair.order = RUNNING

@@ -176,3 +176,27 @@ def test_the_speed_of_the_motors_that_turn(rpm, shaft):
     decoder.message(fix, 0.1)
     (row,) = decoder.message(turns, 0.4)
     assert row.shaft == pytest.approx(shaft) and row.time - NOON == pytest.approx(1.2, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("kind", "autopilot", "armed", "throttle"),
+    [
+        ("SURFACE_BOAT", "ARDUPILOTMEGA", 0, [0.0]),
+        ("SURFACE_BOAT", "ARDUPILOTMEGA", 128, [0.3]),
+        ("SURFACE_BOAT", "PX4", 128, []),
+        ("SUBMARINE", "ARDUPILOTMEGA", 128, []),
+        ("SUBMARINE", "PX4", 0, [0.0]),
+    ],
+)
+def test_the_throttle_of_a_vehicle_that_tells_it(kind, autopilot, armed, throttle):
+    """It has no time of its own. In other vehicles' VFR_HUD it may be that of something else."""
+    decoder, wire = MavlinkDecoder(), Wire(1, 1)
+    kinds = getattr(messages, f"MAV_TYPE_{kind}"), getattr(messages, f"MAV_AUTOPILOT_{autopilot}")
+    beat = messages.MAVLink_heartbeat_message(*kinds, armed, 0, 4, 3)
+    hud = messages.MAVLink_vfr_hud_message(0.0, 0.0, 0, 30, 0.0, 0.0)
+    clock, fix, *says = wire.carry([system_time(NOON, 59.0), raw_fix(59_900_000), beat, hud])
+    decoder.message(clock, 0.0)
+    decoder.message(fix, 0.1)
+    rows = [row for each in says for row in decoder.message(each, 0.4)]
+    assert [row.throttle for row in rows] == pytest.approx(throttle)
+    assert all(row.time - NOON == pytest.approx(1.2, abs=1e-3) and not row.has_position for row in rows)

@@ -31,6 +31,7 @@ from steerway.live.simulated.inner_loops import InnerLoops
 from steerway.live.simulated.propellers import PropellerReceiver
 from steerway.live.simulated.running import RunningBoat
 from steerway.simulation.reading import load_scenario, parse_scenario
+from tests.mavlink_wire import NOON, Wire
 from tests.ports import free_port, until
 
 ROOT = Path(__file__).parent.parent
@@ -419,6 +420,22 @@ def test_one_link_has_one_set_of_options():
         addresses.output(
             "mavlink:udpin:127.0.0.1:1", Context(lossless=True, inputs=[companion], supervisor=Commanding())
         )
+
+
+def test_the_throttle_counts_of_a_vehicle_that_is_steered():
+    """Of one that is only read it may be 0 while others drive the boat."""
+    companion, rows, wire = Companion(addresses.sources(["mavlink:udpin:127.0.0.1:1"])[0][0]), [], Wire(1, 1)
+    companion._deliver = lambda found, _: rows.extend(found)
+    m = companion.link.messages
+    beat = m.MAVLink_heartbeat_message(m.MAV_TYPE_SURFACE_BOAT, m.MAV_AUTOPILOT_ARDUPILOTMEGA, 0, 0, 4, 3)
+    stamp = m.MAVLink_system_time_message(round(NOON * 1e6), 50_000)
+    fix = m.MAVLink_gps_raw_int_message(49_900_000, 3, 634400000, 104000000, 0, 1, 1, 0, 0, 9)
+    said = wire.carry([beat, stamp, fix, beat])
+    for supervisor, throttles in ((None, []), (Commanding(), [0.0])):
+        companion.supervisor = supervisor
+        for message in said:
+            companion._receive(message)
+        assert [row.throttle for row in rows if math.isfinite(row.throttle)][:1] == throttles
 
 
 def test_without_pymavlink_an_error_names_what_is_missing(monkeypatch):

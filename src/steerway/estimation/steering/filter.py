@@ -40,7 +40,7 @@ from steerway.estimation.steering.motion import (
     yaw_bias,
 )
 from steerway.estimation.steering.receiver import ReceiverNoise
-from steerway.estimation.steering.start import any_heading, hypotheses, straight_line
+from steerway.estimation.steering.start import any_heading, departing, drifting, hypotheses, straight_line
 
 START_TIME, START_FIXES, LONGEST_START = 2.0, 3, 6.0
 """s and fixes of the first straight line, and s at most. Chosen: in longer a boat turns."""
@@ -63,8 +63,9 @@ _LATELY, _WORST, _LARGEST_MISFIT = 0.1, 50.0, 9.0
 """Part of a fix in the mean NIS, the largest that counts, and the mean above which the hypotheses are made anew.
 Chosen: 9.2 is the 99 % quantile of χ² with 2 degrees of freedom for a single fix."""
 _REST, _UNKNOWN_STD = 0.25, 1.5
-"""Share of the usual speed below which a boat without an order is at rest in the water, and 1σ (rad) that its heading
-has there at the least. Chosen: of uniform directions it is π/√3 = 1.8.
+"""Share of the usual speed below which a boat without an order is at rest in the water, by its estimate or 1.4 time
+constants of its speed after its motor began to idle; and 1σ (rad) that its heading has there at the least. Chosen: of
+uniform directions it is π/√3 = 1.8.
 """
 _GYRO_STD, _SLIP_TIME = math.radians(2.0), 1.0
 """rad/s of a measured yaw rate, and s by which the bow is ahead of the motion through the water in and out of a turn: a
@@ -81,6 +82,9 @@ _COMPASS_NEEDED = math.radians(6.0)
 class SteeringFilter:
     """The filter of one boat; times are s of any one clock.
 
+    `idle_since`, to be set before a fix: the time since which the motor is known to idle, inf where it is not. At rest
+    in the water the boat then moves with current and wind alone, so that the current is known when it departs.
+
     response: what the boat makes of orders. position_std (m): of a fix, where learning begins. velocity_std (m/s): of
     the receiver's velocity. learn: whether the receiver's noise is learned from its fixes.
     """
@@ -92,6 +96,8 @@ class SteeringFilter:
         self.velocity_std = max(positive("velocity_std", velocity_std), MODEL_SHARE * response.speed)
         self.learn = learn
         self.refused_for = 0.0  # s since the last fix that fitted
+        self.idle_since = math.inf
+        self._drifts = False  # at rest in the water, since the motor idles
         self._parameters = np.array(response.packed())
         self._noise = ReceiverNoise()
         self.slow_std = _FIRST_SLOW
@@ -126,6 +132,7 @@ class SteeringFilter:
         while len(self._orders) > 2 and self._orders[1][0] < self._oldest:
             self._orders.popleft()
         self._table = np.array(self._orders)
+        self._drift_or_depart(time)
 
     @property
     def _oldest(self):
@@ -150,6 +157,7 @@ class SteeringFilter:
         interval = max(time - self._time, 0.0)
         predict_bank(self._states, self._covariances, self._table, self._parameters, self.slow_std**2, self._time, time)
         self._time = time
+        self._drift_or_depart(time)
         kind, nis = take_position(
             self._states,
             self._covariances,
@@ -192,6 +200,26 @@ class SteeringFilter:
         change = (yaw_rate - self._measured_rate) / max(interval, 0.1)
         return math.hypot(_GYRO_STD, _SLIP_TIME * change) if math.isfinite(change) else _GYRO_STD
 
+    def _way(self, time):
+        """1σ of the speed through the water (m/s) that is left of the usual one where the motor is known to idle; inf
+        where it is not, and before the boat is at rest.
+        """
+        if math.isfinite(self._orders[-1][1]):
+            return math.inf
+        left = math.exp(min((self.idle_since - time) / self.response.speed_time, 0.0))
+        return left * self.response.speed if left < _REST else math.inf
+
+    def _drift_or_depart(self, time):
+        """In a drift there is no speed through the water but what is left; at first that tells hypotheses apart."""
+        way, drifted = self._way(time), self._drifts
+        self._drifts = self.started and math.isfinite(way)
+        if drifted and not self._drifts:
+            departing(self._covariances, self.response)
+        if self._drifts:
+            if not drifted:
+                take_number(self._states, self._covariances, self._weights, 0.0, way, WATER_SPEED)
+            drifting(self._states, self._covariances, way)
+
     def _forget_heading(self):
         """Without an order and at rest in the water nothing tells the heading.
 
@@ -208,7 +236,7 @@ class SteeringFilter:
         if math.dist(velocity, self._drift) > slow:
             self._begin(self._time, 0.5 * START_TIME)
         elif self._heading_std(best) < _UNKNOWN_STD:
-            found = any_heading(x, self._covariances[best], self.response)
+            found = any_heading(x, self._covariances[best], self.response, self._way(self._time))
             self._states, self._covariances, self._weights = found
 
     def at(self, time: float) -> Estimate:
@@ -257,7 +285,9 @@ class SteeringFilter:
             not self.started and line[3] > _START_STD * self.response.speed and lasted < 0.9 * LONGEST_START
         ):
             return
-        self._states, self._covariances, self._weights = hypotheses(*line, self.response)
+        way = self._way(time)
+        self._drifts = math.isfinite(way)
+        self._states, self._covariances, self._weights = hypotheses(*line, self.response, way)
         self._time = self._begun = time
         self._misfit, self.refused_for, self._drift = 2.0, 0.0, None
         self._ahead = (math.nan, self._ahead[1])

@@ -11,6 +11,9 @@ from steerway.live.base.rows import InputRow, Row
 _LONGEST_GAP = 30.0
 """s between two fixes, forward, after which the filter begins anew; at once where time goes back."""
 
+_TOLD = 3.0
+"""s for which a throttle holds. Chosen: three heartbeats, as which say that a vehicle is not armed."""
+
 
 class Aboard:
     """Rows of the navigator as estimates in the tangent plane around an origin (latitude, longitude; rad).
@@ -29,6 +32,7 @@ class Aboard:
         self._origin, self._response, self._std = origin, response, position_std
         self.heading = heading
         self._moment = self._fixed = math.nan
+        self._idle_since, self._throttle_told = math.inf, -math.inf  # when the motors began to idle, if they do
         self._stepped: tuple[Row, Estimate] | None = None  # of the row asked for last: guidance and control ask for one
         self.restart()
 
@@ -39,6 +43,9 @@ class Aboard:
 
     def take(self, row: InputRow) -> None:
         """Whatever a link reports."""
+        if math.isfinite(row.throttle):
+            self._idle_since = min(self._idle_since, row.time) if row.throttle == 0.0 else math.inf
+            self._throttle_told = row.time
         if self.heading is not None:
             self.heading.take(row)
 
@@ -50,6 +57,7 @@ class Aboard:
         self._stepped = None
         place = displacement(row.latitude, row.longitude, *self._origin)
         velocity = row.sog * math.cos(row.cog), row.sog * math.sin(row.cog)
+        self.filter.idle_since = self._idle_since if row.time - self._throttle_told < _TOLD else math.inf
         heading = row.heading if self.heading is None else self.heading.at(row.time)
         self.filter.fix(row.time, *place, *velocity, heading, row.yaw_rate)
         if self.heading is not None and self.filter.started:

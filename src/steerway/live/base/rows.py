@@ -9,13 +9,14 @@ import numpy as np
 
 from steerway.core.records import LOST, REPORTED, Fixes
 
-_OPTIONAL = dict.fromkeys(("latitude", "longitude", *REPORTED), math.nan) | {"formatters": 0}
+_OPTIONAL = dict.fromkeys(("latitude", "longitude", *REPORTED), math.nan) | {"formatters": 0, "throttle": math.nan}
 
 
 class InputRow(namedtuple("InputRow", ("source", "time", *_OPTIONAL), defaults=_OPTIONAL.values())):
     """One measurement of one source, as a row of Fixes: SI, rad, NaN for what it does not report.
 
-    `time` is Unix UTC, by the instrument; `formatters` are bits of the NMEA 0183 formatters that gave the position.
+    `time` is Unix UTC, by the instrument; `formatters` are bits of the NMEA 0183 formatters that gave the position;
+    `throttle` is the share of full that drives the motors, 0 where they idle.
     """
 
     __slots__ = ()
@@ -61,7 +62,7 @@ def rows_of(sources: dict[str, Fixes], formatters: Mapping[str, np.ndarray] | No
     rows = []
     for name, fixes in sources.items():
         if fixes.mmsi is None:
-            columns = [getattr(fixes, field).tolist() for field in InputRow._fields[1:-1]]
+            columns = [getattr(fixes, field).tolist() for field in ("time", "latitude", "longitude", *REPORTED)]
             bits = (formatters or {}).get(name)
             columns.append([0] * len(fixes) if bits is None else bits.tolist())
             rows += [InputRow(name, *values) for values in zip(*columns, strict=True)]

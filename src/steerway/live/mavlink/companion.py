@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import math
 import time
 from typing import Protocol
 
@@ -96,6 +97,8 @@ class Companion:
             LOG.warning("vehicle: %s", message.text)
         if self._deliver is not None:
             for row in self.decoder.message(message, now):
+                if self.supervisor is None and math.isfinite(row.throttle):
+                    continue  # the motors of a vehicle that is only read may idle while others drive the boat
                 self._deliver([row], now - self.decoder.age(row, now))
         return True
 

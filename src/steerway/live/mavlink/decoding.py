@@ -28,6 +28,8 @@ _KEPT = 20  # of the newest of an aid
 _OLDEST = 2.0  # s that a row may be old when it comes in; above, its time is another clock's
 _NO_FIX = 1.0  # s without a fix after which aids are rows of their own
 _UNKNOWN_16 = 0xFFFF
+_ARMED = 0b1000_0000  # MAV_MODE_FLAG_SAFETY_ARMED
+_ARDUPILOT, _ROVERS = 3, (10, 11)  # MAV_AUTOPILOT_ARDUPILOTMEGA; MAV_TYPE_GROUND_ROVER and _SURFACE_BOAT
 
 
 class BootClock:
@@ -91,6 +93,7 @@ class MavlinkDecoder:
         self._aids: dict[str, deque[tuple[float, float]]] = {}  # the newest, time and value
         self._fixed = -math.inf  # arrival of the newest fix
         self._moment = self._moment_came = math.nan  # of the newest row
+        self._says_throttle = False  # armed, and of a kind whose throttle is known to be that of her motors
 
     def message(self, message, arrival: float) -> list[InputRow]:
         """The rows, none or one, of a message that came in at `arrival` (s, monotonic)."""
@@ -192,11 +195,27 @@ class MavlinkDecoder:
         return row._replace(yaw_rate=yaw_rate if alone else math.nan, acceleration=acceleration)
 
     def _turns(self, message, arrival):
-        """ESC_TELEMETRY_1_TO_4: the mean of the motors that turn. It has no time: that of the newest row goes on."""
+        """ESC_TELEMETRY_1_TO_4: the mean of the motors that turn."""
         turns = [each for each in message.rpm[:4] if each]
         mean = sum(turns) / len(turns) / 60.0 if turns else 0.0
-        time = self._moment + arrival - self._moment_came
-        return InputRow(f"mavlink ESC_TELEMETRY{self._place}", time, shaft=mean)
+        return InputRow(f"mavlink ESC_TELEMETRY{self._place}", self._untimed(arrival), shaft=mean)
+
+    def _heartbeat(self, message, arrival):
+        """HEARTBEAT: the motors of a vehicle that is not armed idle."""
+        is_armed = bool(message.base_mode & _ARMED)
+        self._says_throttle = is_armed and message.autopilot == _ARDUPILOT and message.type in _ROVERS
+        return None if is_armed else self._throttle(0.0, arrival)
+
+    def _hud(self, message, arrival):
+        """VFR_HUD: the throttle, per cent."""
+        return self._throttle(message.throttle * 1e-2, arrival) if self._says_throttle else None
+
+    def _throttle(self, share, arrival):
+        return InputRow(f"mavlink throttle{self._place}", self._untimed(arrival), throttle=share)
+
+    def _untimed(self, arrival):
+        """The time of a message that has none: that of the newest row goes on."""
+        return self._moment + arrival - self._moment_came
 
     def _stamped(self, microseconds, arrival):
         """Unix time of a stamp that is Unix time or the time since the start."""
@@ -216,6 +235,8 @@ _MAKERS = {
     "RAW_IMU": MavlinkDecoder._raw_inertial,
     "HIGHRES_IMU": MavlinkDecoder._fine_inertial,
     "ESC_TELEMETRY_1_TO_4": MavlinkDecoder._turns,
+    "HEARTBEAT": MavlinkDecoder._heartbeat,
+    "VFR_HUD": MavlinkDecoder._hud,
 }
 
 

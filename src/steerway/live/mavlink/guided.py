@@ -32,6 +32,7 @@ _WANTED = {
     "EKF_STATUS_REPORT": 1.0,
     "SYS_STATUS": 1.0,
     "BATTERY_STATUS": 2.0,
+    "VFR_HUD": 0.5,
 }  # messages and their intervals, s
 _NO_ROVER = "the vehicle is not a boat of ArduPilot's Rover"
 _MISSED = 5.0  # s between two requests for them while they do not come

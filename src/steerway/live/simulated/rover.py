@@ -58,6 +58,7 @@ class Rover:
         self.system, self.component = 1, 1
         self.mode = RoverMode.MANUAL
         self.heading = math.nan  # by the compass; without one the truth
+        self.throttle = 0.0  # share of full
         self._target: Target | None = None
         self._seen: ReceiverFix | None = None
         self._intervals = {
@@ -67,6 +68,7 @@ class Rover:
             "GLOBAL_POSITION_INT": 0.2,
             "GPS_RAW_INT": 0.2,
             "EKF_STATUS_REPORT": 0.5,
+            "VFR_HUD": 0.25,
         }
         self._sent = dict.fromkeys(self._intervals, -math.inf)
 
@@ -154,6 +156,13 @@ class Rover:
         flags = _EKF_ALL if now >= self.ekf_time else _EKF_ATTITUDE
         return self._messages.MAVLink_ekf_status_report_message(flags, 0.1, 0.1, 0.1, 0.1, 0.0)
 
+    def _hud(self, now, motion, place):
+        """Heading 0 where it is not known."""
+        heading = self._heading_of(motion)
+        degrees = 0 if math.isnan(heading) else round(math.degrees(heading)) % 360
+        sog = math.hypot(motion.north_velocity, motion.east_velocity)
+        return self._messages.MAVLink_vfr_hud_message(0.0, sog, degrees, round(100.0 * abs(self.throttle)), 0.0, 0.0)
+
     def _heading_of(self, motion):
         if not self.compass:
             return math.nan
@@ -210,6 +219,7 @@ _MAKERS = {
     "GLOBAL_POSITION_INT": Rover._global_position,
     "GPS_RAW_INT": Rover._gps_raw,
     "EKF_STATUS_REPORT": Rover._ekf,
+    "VFR_HUD": Rover._hud,
 }
 
 
