@@ -15,6 +15,7 @@ from steerway.commands.app import app
 from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING
 from steerway.estimation.inference import whole_log
 from steerway.estimation.inference.plane import laid_out, placed
+from steerway.estimation.inference.spectrum import periods_of
 from steerway.estimation.log_estimate import LogEstimator
 from tests.scenes import EPOCH, HOME, angle_error, sailed, straight, turning
 
@@ -271,6 +272,20 @@ def test_fixes_five_a_second_stamped_to_the_second():
     scene = straight(2.0, 1.0, 120.0)
     motion = steerway.estimate(replace(scene.fixes(0.5, 3), time=np.floor(scene.time)))
     assert np.abs(motion.sog - 2.0)[SETTLED:].max() < 0.1
+
+
+@pytest.mark.parametrize(("surges", "weaves"), [(9.0, 26.0), (9.0, 30.0), (14.0, 6.0)])
+def test_periods_of_surge_and_weave_are_found(surges, weaves):
+    """Also where they are slower than the means that give the way made good, and beside turns."""
+    time = np.arange(0.0, 900.0, 0.2)
+    speed = 1.2 + 0.2 * np.sin(math.tau * time / surges)
+    turns = np.cumsum(np.where(time % 180.0 > 150.0, math.radians(3.0), 0.0)) * 0.2
+    velocity = speed * np.exp(1j * (turns + 0.08 * np.sin(math.tau * time / weaves)))
+    noise = np.random.default_rng(5).normal(0.0, 0.35, (2, len(time)))
+    place = np.cumsum(0.2 * velocity) + noise[0] + 1j * noise[1]
+    found = periods_of(time, place.real, place.imag)
+    assert 1.0 / found.along[0] == pytest.approx(1.0 / surges, abs=0.005)  # a segment of 100 s resolves 0.01 Hz
+    assert 1.0 / found.across[0] == pytest.approx(1.0 / weaves, abs=0.005)
 
 
 def test_an_interrupted_dozen_of_fixes_has_the_usual_numbers():

@@ -11,7 +11,8 @@ from steerway.estimation.inference.record import usual_interval
 _SPAN, _FEWEST = 100.0, 32
 """s, and fixes at least, of a segment: it resolves an oscillation of 5 s to a quarter of a second. Chosen."""
 _SMOOTH = 4.0
-"""s on either side, over which the mean velocity gives the way made good. Chosen: half the period of usual waves."""
+"""s on either side, over which the mean velocity gives the way made good; what is slower is in its speed and course.
+Chosen: half the period of usual waves."""
 _COMPLETE = 0.7
 """Share of its fixes that a segment needs. Chosen."""
 _SHORTEST, _LONGEST = 1.4, 40.0
@@ -39,8 +40,9 @@ def periods_of(time, north, east) -> Periods:
     if n < _FEWEST:
         return Periods(UNKNOWN_PERIODS, UNKNOWN_PERIODS)
     width = int(_SMOOTH / step)
-    window, mean = np.hanning(n), np.ones(2 * width + 1) / (2 * width + 1)
-    total, segments, begin = np.zeros((2, n // 2 + 1)), 0, time[0]
+    window, mean = np.hanning(n)[:, None], np.ones(2 * width + 1) / (2 * width + 1)
+    moment = np.linspace(-1.0, 1.0, n)
+    total, segments, begin = np.zeros((n // 2 + 1, 2)), 0, time[0]
     while begin + n * step <= time[-1]:
         even = begin + step * np.arange(n + 1)
         first, last = np.searchsorted(time, even[[0, -1]])
@@ -51,21 +53,24 @@ def periods_of(time, north, east) -> Periods:
         place = np.interp(even, time[fixes], north[fixes]) + 1j * np.interp(even, time[fixes], east[fixes])
         velocity = np.diff(place) / step
         usual = np.convolve(np.pad(velocity, width, mode="edge"), mean, "valid")
-        if np.median(np.abs(usual)) < STEERAGEWAY:  # no way made good
+        speed, course = np.abs(usual), np.unwrap(np.angle(usual))
+        if np.median(speed) < STEERAGEWAY:  # no way made good
             continue
-        turned = (velocity - usual) * np.exp(-1j * np.angle(usual))
-        for which, each in enumerate((turned.real, turned.imag)):
-            power = np.abs(np.fft.rfft(window * each)) ** 2
-            total[which] += np.log(power + 1e-6 * power.max() + 1e-12)
+        quick = (velocity - usual) * np.exp(-1j * course)
+        both = np.column_stack((quick.real + speed, quick.imag + np.median(speed) * course))
+        both -= np.vander(moment, 2) @ np.polyfit(moment, both, 1)  # a steady acceleration and turn
+        power = np.abs(np.fft.rfft(window * both, axis=0)) ** 2
+        total += np.log(power + 1e-6 * power.max(axis=0) + 1e-12)
         segments += 1
     if not segments:
         return Periods(UNKNOWN_PERIODS, UNKNOWN_PERIODS)
-    return Periods(*(_lines(each / segments, np.fft.rfftfreq(n, step)) for each in total))
+    return Periods(*(_lines(each / segments, np.fft.rfftfreq(n, step)) for each in total.T))
 
 
 def _lines(power, frequency) -> tuple:
     """Periods at which a spectrum (log) stands out most from the frequencies around."""
     low, high = np.searchsorted(frequency, [1.0 / _LONGEST, min(1.0 / _SHORTEST, frequency[-1])])
+    low -= 1  # a peak is higher than both beside it
     beside = [max(_BESIDE, i // 2) for i in range(high)]
     around = [np.median(power[max(low, i - b) : min(high, i + b + 1)]) for i, b in enumerate(beside[low:], low)]
     excess = power[low:high] - around
