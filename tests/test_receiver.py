@@ -12,11 +12,17 @@ from steerway.estimation import LearningFilter
 from steerway.estimation.inference.bank import LONGEST_STEP, advance, start
 from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import COURSE, MODES, SPEED, empty_bank
-from steerway.estimation.inference.record import excerpt, extrapolated, walking, without_copies
+from steerway.estimation.inference.record import (
+    excerpt,
+    extrapolated,
+    of_other_receiver,
+    walking,
+    without_copies,
+)
 from steerway.estimation.inference.structures import model_of, parameters_of
 from steerway.estimation.inference.weigh import take_fix
 from steerway.estimation.inference.whole_log import infer_log, motion_of
-from tests.scenes import turning
+from tests.scenes import sailed, turning
 
 SETTLED = 100
 
@@ -170,6 +176,49 @@ def test_measured_fixes_are_not_taken_for_extrapolated_ones(std, rounded):
     if rounded:
         north, east = (np.round(column / rounded) * rounded for column in (north, east))
     assert not extrapolated(scene.time, north, east).any()
+    assert not of_other_receiver(scene.time, north, east).any()
+
+
+def two_receivers(scene, seed):
+    """Errors (2, n) of fixes that alternate: 0.2 m of noise at the vessel, 0.5 m a metre ahead to port."""
+    odd = np.arange(len(scene.time)) % 2 == 1
+    noise = np.where(odd, 0.5, 0.2) * np.random.default_rng(seed).standard_normal((2, len(scene.time)))
+    forward, starboard = 1.0 * odd, -0.5 * odd
+    c, s = np.cos(scene.cog), np.sin(scene.cog)
+    return noise + np.array([forward * c - starboard * s, forward * s + starboard * c])
+
+
+def test_of_two_receivers_whose_fixes_alternate_the_better_one_is_followed():
+    """In turns of 12 °/s, in which the place between the two antennas has a course that is off by 4°."""
+    t = np.arange(6000) / 10.0
+    rate = np.radians(12.0) * np.where(t % 60.0 < 30.0, 0.0, np.where(t % 120.0 < 60.0, 1.0, -1.0))
+    scene = sailed(1.5, np.cumsum(rate) / 10.0, 10.0)
+    fixes = scene.fixes(0.0, 1, lambda _: two_receivers(scene, 1))
+    motion = motion_of(fixes, infer_log(fixes).structures, smooth=True)
+    assert ((motion.status == PREDICTED) == (np.arange(len(t)) % 2 == 1))[SETTLED:].all()
+    turns = (t > 20.0) & (np.abs(t % 30.0 - 15.0) < 10.0) & (rate != 0.0)
+    assert abs(np.mean(wrap_array(motion.cog - scene.cog)[turns] * np.sign(rate[turns]))) < np.radians(0.5)
+    for off, std in ((motion.sog - scene.sog, motion.sog_std), (wrap_array(motion.cog - scene.cog), motion.cog_std)):
+        assert (np.abs(off) < 1.96 * std)[t > 20.0].mean() > 0.85
+
+
+def test_where_one_of_two_receivers_is_silent_the_other_is_followed():
+    scene = turning(1.5, 0.3, 300.0, rate=10.0, seed=2)
+    east = scene.east + two_receivers(scene, 2)[1]
+    north = scene.north + two_receivers(scene, 2)[0]
+    rows = np.arange(len(scene.time))
+    heard = (rows % 2 == 1) | (rows < 1000) | (rows > 1200)
+    other = of_other_receiver(scene.time[heard], north[heard], east[heard])
+    np.testing.assert_array_equal(other, ((rows % 2 == 1) & ((rows < 1001) | (rows > 1200)))[heard])
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.3], ids=["even", "in pairs"])
+def test_one_receiver_that_is_fast_is_not_taken_for_two(shift):
+    """Fixes in pairs under right stamps: neighbours are at unequal distances, and on one line."""
+    t = np.arange(2000) / 5.0
+    t += shift / 5.0 * (np.arange(2000) % 2)
+    noise = np.random.default_rng(1).normal(0.0, 0.02, (2, len(t)))
+    assert not of_other_receiver(t, 12.0 * t + noise[0], noise[1]).any()
 
 
 def test_a_boat_that_rests_at_one_place_is_no_receiver_that_holds():

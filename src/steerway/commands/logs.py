@@ -172,6 +172,7 @@ def info(
             [
                 ("repeated positions", f"{inferred['repeated']} of {inferred['fixes']}"),
                 ("extrapolated positions", f"{inferred['extrapolated']} of {inferred['fixes']}"),
+                ("positions of another receiver", f"{inferred['of_other_receiver']} of {inferred['fixes']}"),
                 ("time stamps", "irregular, of regular fixes" if inferred["regular_times"] else "of the fixes"),
                 *(
                     (f"weight {m['weight']:.2f}", f"log evidence {m['log_evidence']:.1f}: {m['words']}")
@@ -182,7 +183,7 @@ def info(
 
 
 def _models(logs, max_size) -> dict:
-    """Number of fixes, of those that repeat the one before or that the receiver extrapolated; stamps; the models."""
+    """Number of fixes, of those that repeat the one before, were extrapolated or are another's; stamps; the models."""
     import numpy as np
 
     from steerway.estimation.inference.description import structures_of
@@ -199,6 +200,7 @@ def _models(logs, max_size) -> dict:
         "fixes": len(placed),
         "repeated": int(same.sum()),
         "extrapolated": sum(each.extrapolated for each in tracks),
+        "of_other_receiver": sum(each.of_other_receiver for each in tracks),
         "regular_times": any(each.regular for each in tracks),
         "models": found,
     }

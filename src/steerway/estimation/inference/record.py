@@ -133,6 +133,48 @@ def white_std(time, north, east) -> float:
     return max(float(np.median(third)) / math.sqrt(20.0 * 2.0 * math.log(2.0)), 1e-3)
 
 
+_ANTENNAS, _SURE, _CHORD = 0.2, 6.0, 10
+"""m between two antennas and standard errors from which on they are told apart; intervals either way over which the
+course is taken for it. Chosen: antennas nearer than that, taken for one, move SOG by less than 0.02 m/s in a turn of
+10 °/s. Of one receiver the offset is up to 2.5 standard errors in scenes, 0.7 in 14 recorded logs, and 29 but 7 mm in a
+table that holds every fix for a row; of two that are 1.1 m apart it is 60."""
+_OF_MEDIAN = 2.0
+"""Standard error of the median of n departures from the line between two neighbours, with alternating sign, in their
+deviation over √n: √(π/2) of a median, √(8/3) as they share much of white noise with the next ones."""
+
+
+def of_other_receiver(time, north, east):
+    """(n,) bool: of two receivers whose fixes alternate in a record, those of the noisier one, beside one of the other.
+
+    The place between two antennas is that of neither: taken for it, a boat has another speed and course in turns, by
+    the course rate times its offset. What fixes depart by from the line between their neighbours is the offset of one
+    antenna from the other, forward and to starboard (real and imaginary), with alternating sign.
+    """
+    none, usual = np.zeros(len(time), bool), usual_interval(time)
+    if usual <= 0.0:
+        return none
+    slot = np.round((time - time[0]) / usual).astype(np.int64)
+    place = north + 1j * east
+    at = np.arange(_CHORD, len(time) - _CHORD)
+    chord = place[at + _CHORD] - place[at - _CHORD]
+    beside = np.diff(slot) == 1
+    even = beside[at - 1] & beside[at] & (chord != 0.0)
+    at, chord = at[even], chord[even]
+    if len(at) < _ENOUGH:
+        return none
+    odd = slot % 2 == 1
+    share = (time[at] - time[at - 1]) / (time[at + 1] - time[at - 1])
+    departure = place[at] - (1.0 - share) * place[at - 1] - share * place[at + 1]
+    departure *= np.abs(chord) / chord
+    departure[odd[at]] *= -1.0
+    offset = np.median(departure.real) + 1j * np.median(departure.imag)
+    deviation = np.median(np.abs(departure - offset)) / math.sqrt(_MEDIAN_OF_TWO)
+    if abs(offset) < max(_ANTENNAS, _SURE * _OF_MEDIAN * deviation / math.sqrt(len(at))):
+        return none
+    noisier = max(odd, ~odd, key=lambda rows: white_std(time[rows], north[rows], east[rows]))
+    return noisier & (np.append(beside, False) | np.append(False, beside))
+
+
 LONG, _LONG_FOR = 60.0, 5.0
 """s and usual intervals; behind a longer gap a fit begins anew: one fix after it tells nothing of any one
 number. Chosen."""

@@ -32,7 +32,14 @@ from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.inference.parts import PLAIN
 from steerway.estimation.inference.plane import Plane, laid_out, placed, steps_between
-from steerway.estimation.inference.record import LONG, extrapolated, predictions, usual_interval, without_copies
+from steerway.estimation.inference.record import (
+    LONG,
+    extrapolated,
+    of_other_receiver,
+    predictions,
+    usual_interval,
+    without_copies,
+)
 from steerway.estimation.inference.selection import Inference, Structure, infer
 from steerway.estimation.inference.stamps import regular_times
 from steerway.estimation.inference.structures import model_of, parameters_of
@@ -112,7 +119,8 @@ def _of_one(fixes, structures, aid, rate, smooth, steerageway) -> Motion:
 class Track:
     """A vessel's rows as a `record` in a plane, and the way back; `wanted` says which rows go out, `time` when.
 
-    extrapolated: how many fixes the receiver extrapolated, see `record.extrapolated`.
+    extrapolated, of_other_receiver: how many fixes the receiver extrapolated, and are left out as another one's, see
+        `record`.
     regular: whether the times of the fixes are regular ones in place of their stamps, see `stamps.regular_times`.
     """
 
@@ -134,9 +142,10 @@ class Track:
         self.time, origin, self.wanted = schedule(fixes, rate, None)
         first[~_new(fixes.time, latitude, longitude, fixed)] = np.nan
         known = np.flatnonzero(np.isfinite(first))
-        guessed = extrapolated(fixes.time[known], first[known], second[known])
-        first[known[guessed]] = np.nan
-        self.extrapolated = int(guessed.sum())
+        placed_at = fixes.time[known], first[known], second[known]
+        guessed, other = extrapolated(*placed_at), of_other_receiver(*placed_at)
+        first[known[guessed | other]] = np.nan
+        self.extrapolated, self.of_other_receiver = int(guessed.sum()), int(other.sum())
         own = origin >= 0
         self._fix = (np.cumsum(fixed[origin] & own) - 1).clip(0)
         table = np.where(own[:, None], aids[origin], np.nan) if len(aids) else np.empty((0, len(AIDS)))
