@@ -105,7 +105,7 @@ class InCurrent:
         """The boat begins to steer."""
         self._carried_off = self._without_way = self._departing = 0.0
         self._target, self._nearest, self._before = -1, math.inf, math.inf
-        self._turn, self._turning, self._next_turn = None, 0.0, (-1, None, 0.0)
+        self._turn, self._turning, self._next_turn = None, 0.0, (-1, None, None, 0.0)
 
     @property
     def trouble(self) -> str:
@@ -122,8 +122,8 @@ class InCurrent:
         is_new = leg.target != self._target
         if is_new:
             self._target, self._nearest, self._before = leg.target, leg.distance, leg.distance
-            into, path, time = self._next_turn
-            self._turn, self._turning = (path, time) if into == leg.target else (None, 0.0)
+            into, path, begins, time = self._next_turn
+            self._turn, self._turning = (path + begins, time) if into == leg.target else (None, 0.0)
         self._turning -= dt
         if self._turning <= 0.0:
             self._turn = None
@@ -199,7 +199,7 @@ class InCurrent:
             estimate.north + left * math.cos(leg.direction) + leg.cross_track * math.sin(leg.direction),
             estimate.east + left * math.sin(leg.direction) - leg.cross_track * math.cos(leg.direction),
         )
-        self._next_turn = leg.target + 1, path + begins if lead > 0.0 else None, time
+        self._next_turn = leg.target + 1 if lead > 0.0 else -1, path, begins, time
         return lead
 
     def progress(self, course: float, estimate: Estimate) -> float:

@@ -114,8 +114,5 @@ def _corrected(p: Floats, heading: float, pivot: float, std: float) -> Floats:
 
 
 def _course_std(state, p, pivot):
-    h = np.zeros((2, STATES))
-    north, east = velocity_of(state, pivot, h[0], h[1])
-    speed = math.hypot(north, east)
-    abeam = np.array([-east, north]) / speed
-    return math.sqrt(max(float(abeam @ h @ p @ h.T @ abeam), 0.0)) / speed
+    north, east, _, across = velocity_of(state, p, pivot)
+    return across / math.hypot(north, east)

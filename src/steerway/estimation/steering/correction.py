@@ -67,17 +67,24 @@ def _pair_nll(a, b, s_aa, s_ab, s_bb):
 
 
 @lean_kernel
-def _seen_pair(p, hn, he, a, b, variance):
-    """(NIS, −log density) of a residual (a, b) of two numbers with the rows hn and he (16,) of their Jacobian."""
-    s_aa, s_ab, s_bb = variance, 0.0, variance
+def _pair_covariance(p, hn, he, variance):
+    """Covariance (north, both, east) of two numbers with the rows hn and he (16,) of their Jacobian, and noise."""
+    s_nn, s_ne, s_ee = variance, 0.0, variance
     for i in range(STATES):
         if hn[i] == 0.0 and he[i] == 0.0:
             continue
         for j in range(STATES):
-            s_aa += hn[i] * p[i, j] * hn[j]
-            s_ab += hn[i] * p[i, j] * he[j]
-            s_bb += he[i] * p[i, j] * he[j]
-    return _pair_nll(a, b, s_aa, s_ab, s_bb)
+            s_nn += hn[i] * p[i, j] * hn[j]
+            s_ne += hn[i] * p[i, j] * he[j]
+            s_ee += he[i] * p[i, j] * he[j]
+    return s_nn, s_ne, s_ee
+
+
+@lean_kernel
+def _seen_pair(p, hn, he, a, b, variance):
+    """(NIS, −log density) of a residual (a, b) of two numbers with the rows hn and he (16,) of their Jacobian."""
+    s_nn, s_ne, s_ee = _pair_covariance(p, hn, he, variance)
+    return _pair_nll(a, b, s_nn, s_ne, s_ee)
 
 
 @lean_kernel
@@ -89,8 +96,8 @@ def _position_rows(x, pivot, hn, he):
     return x[NORTH] + x[ERROR_N] - pivot * c, x[EAST] + x[ERROR_E] - pivot * s
 
 
-@kernel
-def velocity_of(x: Floats, pivot: float, hn: Floats, he: Floats) -> tuple[float, float]:
+@lean_kernel
+def _velocity_rows(x, pivot, hn, he):
     """Velocity north and east over ground of where the receiver is, m/s; hn and he (16,) become the rows of their
     Jacobian.
     """
@@ -100,6 +107,19 @@ def velocity_of(x: Floats, pivot: float, hn: Floats, he: Floats) -> tuple[float,
     hn[HEADING], he[HEADING] = -u * s - sway * c, u * c - sway * s
     hn[YAW_RATE], he[YAW_RATE] = pivot * s, -pivot * c
     return u * c - sway * s + x[CURRENT_N], u * s + sway * c + x[CURRENT_E]
+
+
+@kernel
+def velocity_of(x: Floats, p: Floats, pivot: float) -> tuple[float, float, float, float]:
+    """Velocity north and east over ground of where the receiver is, and its 1σ along and across it, m/s."""
+    hn, he = np.zeros(STATES), np.zeros(STATES)
+    north, east = _velocity_rows(x, pivot, hn, he)
+    nn, ne, ee = _pair_covariance(p, hn, he, 0.0)
+    cog = math.atan2(east, north)
+    c, s = math.cos(cog), math.sin(cog)
+    along = c * c * nn + 2.0 * c * s * ne + s * s * ee
+    across = s * s * nn - 2.0 * c * s * ne + c * c * ee
+    return north, east, math.sqrt(max(along, 0.0)), math.sqrt(max(across, 0.0))
 
 
 @lean_kernel
@@ -182,7 +202,7 @@ def take_velocity(
     best, nis = 0, 0.0
     for k in range(m):
         x = states[k]
-        of_north, of_east = velocity_of(x, pivot, hn, he)
+        of_north, of_east = _velocity_rows(x, pivot, hn, he)
         this, costs[k] = _seen_pair(covariances[k], hn, he, north - of_north, east - of_east, variance)
         if weights[k] >= weights[best]:
             best, nis = k, this
@@ -192,8 +212,8 @@ def take_velocity(
     for k in range(m):
         x, p = states[k], covariances[k]
         weights[k] -= costs[k] + fits
-        _correct_scalar(x, p, hn, north - velocity_of(x, pivot, hn, he)[0], variance, gain)
-        _correct_scalar(x, p, he, east - velocity_of(x, pivot, hn, he)[1], variance, gain)
+        _correct_scalar(x, p, hn, north - _velocity_rows(x, pivot, hn, he)[0], variance, gain)
+        _correct_scalar(x, p, he, east - _velocity_rows(x, pivot, hn, he)[1], variance, gain)
     return True
 
 

@@ -344,14 +344,9 @@ def _same(one, other):
 def _estimate(x, p, heading_std, current_std, age, pivot):
     c, s = math.cos(x[HEADING]), math.sin(x[HEADING])
     u, rate = x[WATER_SPEED], x[YAW_RATE]
-    h = np.zeros((2, len(x)))
-    north, east = velocity_of(x, pivot, h[0], h[1])
+    north, east, along, across = velocity_of(x, p, pivot)
     acceleration = rate * (pivot * rate * c - u * s), rate * (pivot * rate * s + u * c)
     sog, cog = math.hypot(north, east), math.atan2(east, north)
-    velocity = h @ p @ h.T
-    ahead = np.array([math.cos(cog), math.sin(cog)])
-    abeam = np.array([-ahead[1], ahead[0]])
-    along, across = (math.sqrt(max(float(axis @ velocity @ axis), 0.0)) for axis in (ahead, abeam))
     rate_std = math.sqrt(max(p[YAW_RATE, YAW_RATE], 0.0))
     position_std = math.sqrt(max(0.5 * (p[NORTH, NORTH] + p[EAST, EAST]), 0.0))
     return Estimate(
