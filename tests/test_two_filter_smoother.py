@@ -41,6 +41,13 @@ HELD = {"speed_walk": 1e-6, "speed_std": 1e-6, "wander_std": 1e-6, "surge_every"
 HELD |= {"emergency_every": 1e12, "poor_rate": 1e-9, "outlier_rate": 1e-12, "turn_walk": 1e-7, "yaw_slip": 1e-6}
 
 
+def test_behind_the_last_fix_nothing_is_known_beyond_the_filter():
+    fixes, one = record(*on_a_line(10)), [structure()]
+    causal, smoothed = whole_log._filtered(fixes, one, 0.3)[0], smoothed_record(fixes, one)
+    np.testing.assert_allclose(smoothed[-1], causal[-1], rtol=1e-9)
+    assert smoothed[0, SOG_STD] < 0.5 * causal[2, SOG_STD]
+
+
 def test_a_held_speed_is_that_of_the_straight_line():
     std = 0.03
     north, east = on_a_line(200, std)
