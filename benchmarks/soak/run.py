@@ -87,6 +87,7 @@ async def soak(seconds: float) -> Soak:
                 telling = asyncio.create_task(receiver.tell())
                 stack.callback(telling.cancel)
                 idle = await _process("-m", "benchmarks.soak.idle", str(seconds))
+                stack.callback(_end, idle)
                 first_row, rows, memory = await _watched(boat, begun, seconds)
                 telling.cancel()
                 await asyncio.sleep(0.5)
@@ -94,8 +95,7 @@ async def soak(seconds: float) -> Soak:
                 log = (await boat.stderr.read()).decode()
                 raise SystemExit(f"the service ended with exit code {await boat.wait()}:\n{log}") from None
             finally:
-                with contextlib.suppress(ProcessLookupError):
-                    boat.terminate()
+                _end(boat)
             rest, log = await boat.communicate()
             output, _ = await idle.communicate()
         log = log.decode()
@@ -119,6 +119,11 @@ async def _process(*arguments):
     return await asyncio.create_subprocess_exec(sys.executable, *arguments, stdout=pipe, stderr=pipe, limit=1 << 24)
 
 
+def _end(process):
+    with contextlib.suppress(ProcessLookupError):
+        process.terminate()
+
+
 async def _watched(boat, begun, seconds):
     """When the first row came, how many came, and the memory all the while; EOFError when she ends before."""
 
@@ -140,9 +145,11 @@ async def _watched(boat, begun, seconds):
 
 
 def _resident(pid):
-    """Bytes of memory that a process holds."""
-    status = Path(f"/proc/{pid}/status").read_text(encoding="utf-8")
-    return 1024 * int(re.search(r"VmRSS:\s+(\d+)", status)[1])
+    """Bytes of memory that a process holds; EOFError when it has ended."""
+    found = re.search(r"VmRSS:\s+(\d+)", Path(f"/proc/{pid}/status").read_text(encoding="utf-8"))
+    if found is None:
+        raise EOFError
+    return 1024 * int(found[1])
 
 
 def _rhythm(text):
