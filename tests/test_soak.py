@@ -20,9 +20,10 @@ def test_a_quarter_of_a_minute_with_every_output_open():
     subprocess.run([sys.executable, "-c", code, "warm"], check=True, capture_output=True)
     done = asyncio.run(soak(SECONDS))
     assert done.code == 0 and "Traceback" not in done.log, done.log
-    assert done.boat.ticks > 0.8 * 50.0 * (SECONDS - done.first_row)
+    due = 0.8 * 50.0 * (SECONDS - done.first_row)
+    assert done.boat.ticks > due
     assert done.reported > 20 and abs(done.used - done.reported) <= 1, "nothing valid is lost on a damaged line"
-    assert done.rows == done.states.height > 400
+    assert done.rows == done.states.height > due
     assert done.growth < 5e6
     received = {each.name: each.received for each in done.consumers}
     assert all(received[name] > 1000 for name in ("tcp-server", "udp", "signalk", "foxglove", "propellers"))
