@@ -18,7 +18,7 @@ os.environ["NUMBA_DISABLE_JIT"] = "1"
 
 import steerway
 import steerway_studies
-from steerway.core import compiled
+from steerway.core.testing import compiled
 
 SETUP, CALL = 5.0, 1.0
 """Seconds of the processor for fixtures and for a test; three times as long where they wait."""

@@ -6,7 +6,7 @@ import sys
 from contextlib import redirect_stderr, redirect_stdout
 from unittest.mock import patch
 
-from steerway.commands import cli
+from steerway.commands.testing import cli
 
 STEERWAY = [sys.executable, "-c", "from steerway.commands.cli import main; main()"]
 

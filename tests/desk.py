@@ -8,16 +8,24 @@ from typing import ClassVar
 
 import numpy as np
 
-from steerway.control.allocation import OTTER_PROPELLERS
-from steerway.core.earth import displaced
-from steerway.live.autopilot.mission import BoatTable, GeodeticRoute, Limits, MissionTable, Place, Waypoint
-from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE
-from steerway.live.autopilot.route import Guide
-from steerway.live.autopilot.supervisor import Supervisor
-from steerway.live.base.orders import State
-from steerway.live.base.rows import InputRow
-from steerway.live.navigator import Navigator
-from steerway.live.service import Service
+from steerway.control import OTTER_PROPELLERS
+from steerway.core.testing import displaced
+from steerway.live.testing import (
+    PROPELLERS,
+    YAW_RATE,
+    BoatTable,
+    GeodeticRoute,
+    Guide,
+    InputRow,
+    Limits,
+    MissionTable,
+    Navigator,
+    Place,
+    Service,
+    State,
+    Supervisor,
+    Waypoint,
+)
 from steerway.vessels import Otter, conditions
 from tests.faults.hastened import HastenedLoop
 

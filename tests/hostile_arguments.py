@@ -22,8 +22,7 @@ import warnings
 
 import numpy as np
 
-from steerway.core.errors import InputError
-from steerway.core.records import Fixes
+from steerway.core import Fixes, InputError
 
 PACKAGES = (
     "core", "estimation", "estimation.heading", "estimation.speed", "estimation.positioning", "guidance", "control",

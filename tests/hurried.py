@@ -23,6 +23,6 @@ def hurry(factor: float) -> None:
 
 if __name__ == "__main__":
     hurry(float(sys.argv.pop(1)))
-    from steerway.commands.cli import main
+    from steerway.commands.testing import main
 
     main()

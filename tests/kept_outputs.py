@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from steerway.live.base.rows import Row
+from steerway.live.testing import Row
 
 
 class Kept:

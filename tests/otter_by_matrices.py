@@ -6,7 +6,7 @@ array with `steerway.vessels.otter`.
 
 import numpy as np
 
-from steerway.vessels import otter_hull as ship
+from steerway.vessels.testing import otter_hull as ship
 
 
 def skew(a):

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.core.angles import wrap_array
-from steerway.core.earth import displaced, radii
-from steerway.core.records import Fixes
+from steerway.core import Fixes, radii, wrap_array
+from steerway.core.testing import displaced
 
 EPOCH = 1_700_000_000.0
 HOME = (math.radians(63.43), math.radians(10.40))

@@ -186,8 +186,8 @@ waypoints = [{{ north = 0.0, east = 0.0 }}, {{ north = 80.0, east = 0.0 }}]
 
 def rover(directory, current, direction, compass=True, seed=1, ekf=10.0) -> Course:
     """The motorboat in a current (m/s) towards a direction (°); its files are written into a directory."""
-    from steerway.core.earth import displaced
-    from steerway.simulation.scenario import OriginTable
+    from steerway.core.testing import displaced
+    from steerway.simulation.testing import OriginTable
 
     home = OriginTable()
     origin = math.radians(home.latitude_deg), math.radians(home.longitude_deg)

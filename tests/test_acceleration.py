@@ -7,15 +7,20 @@ import pytest
 from scipy.linalg import expm
 
 import steerway
-from steerway.core import NORMAL_95
-from steerway.core.records import Fixes
+from steerway.core import NORMAL_95, Fixes
 from steerway.estimation import Profile, choose_profile
-from steerway.estimation.course.motion.layout import STATES
-from steerway.estimation.course.motion.models import predict, set_step, transition
-from steerway.estimation.course.steerageway import reset_manoeuvre
-from steerway.estimation.inference.fit import Posterior, Rows
-from steerway.estimation.inference.parts import LONGEST_ROLL
-from steerway.estimation.inference.whole_log import infer_log, motion_of
+from steerway.estimation.testing import (
+    LONGEST_ROLL,
+    STATES,
+    Posterior,
+    Rows,
+    infer_log,
+    motion_of,
+    reset_manoeuvre,
+    transition,
+)
+from steerway.estimation.testing import models_predict as predict
+from steerway.estimation.testing import models_set_step as set_step
 from tests.scenes import angle_error, sailed, straight
 
 SWELL = Profile(

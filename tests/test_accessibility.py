@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.core.records import Fixes
-from steerway.report.motion_page import write_report
-from steerway.report.page import write_page
-from steerway.report.summary import summarise
+from steerway.core import Fixes
+from steerway.report import write_page
+from steerway.report.testing import summarise, write_report
 from tests.browser import chromium
 from tests.scenes import turning
 

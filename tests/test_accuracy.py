@@ -8,9 +8,8 @@ import pytest
 
 import steerway
 from steerway import FiveStateFilter, Fixes, Profile
-from steerway.estimation.course.update.reported_accuracy import variance_scales_of
-from steerway.live.base.rows import rows_of
-from steerway.live.navigator import Navigator
+from steerway.estimation.testing import variance_scales_of
+from steerway.live.testing import Navigator, rows_of
 from tests.scenes import angle_error, turning
 
 ONE = Profile(speed_noise=1e-3, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.5)

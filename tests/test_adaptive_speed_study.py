@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import steerway_studies as studies
-from steerway.simulation import campaign
-from steerway_studies.adaptive_speed import judge, theory
-from steerway_studies.adaptive_speed.cases import Job, run
+from steerway.simulation.testing import campaign
+from steerway_studies.testing import Job, judge, run, theory
 
 TIME = np.arange(0.0, 200.05, 0.1)
 

@@ -5,11 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from steerway.sensors.gnss import GnssTable
-from steerway.simulation import assembly
-from steerway.simulation.advising import advise, steering_loop, tolerated_current
-from steerway.simulation.loop import sail
-from steerway.simulation.reading import parse_scenario
+from steerway.sensors.testing import GnssTable
+from steerway.simulation import parse_scenario, sail
+from steerway.simulation.testing import advise, assembly, steering_loop, tolerated_current
 
 SCENARIO = """
 duration = 300.0

@@ -6,14 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from steerway.core.angles import wrap
+from steerway.core import wrap
 from steerway.estimation import FiveStateFilter, choose_profile, estimate
-from steerway.estimation.course.motion.layout import NLLS
-from steerway.estimation.course.replay import run_rows
-from steerway.estimation.course.update.aids import companion_of
-from steerway_studies.estimator_limits.aided import GYRO_BIAS, GYRO_STD, PROFILE, VELOCITY_STD, aided_fixes
-from steerway_studies.estimator_limits.cells import judged
-from steerway_studies.estimator_limits.scenarios import SLOW, sail
+from steerway.estimation.testing import NLLS, companion_of, run_rows
+from steerway_studies.testing import GYRO_BIAS, GYRO_STD, PROFILE, SLOW, VELOCITY_STD, aided_fixes
+from steerway_studies.testing import cells_judged as judged
+from steerway_studies.testing import scenarios_sail as sail
 
 ALL = ("sog", "cog", "yaw_rate")
 ONE = PROFILE.turning

@@ -6,8 +6,8 @@ from numpy.testing import assert_allclose
 from pyais import encode_dict
 from pyais.stream import IterMessages
 
-from steerway.core.earth import KNOT
-from steerway.formats import ais
+from steerway.core.testing import KNOT
+from steerway.formats.testing import ais
 from tests.ais_sentences import checksum, sentences, tagged
 
 MIDNIGHT = 1565222400  # 2019-08-08 00:00:00

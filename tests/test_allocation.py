@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from steerway.control.allocation import OTTER_PROPELLERS, thrust
-from steerway.core.errors import InputError
-from steerway_studies.papers import otter_allocation as printed
+from steerway.control import OTTER_PROPELLERS
+from steerway.control.testing import thrust
+from steerway.core import InputError
+from steerway_studies.testing import otter_allocation as printed
 
 
 def given_by(propellers, port, starboard):

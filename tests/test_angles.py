@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from steerway.core.angles import sinc, wrap, wrap_array
+from steerway.core import wrap, wrap_array
+from steerway.core.testing import sinc
 from tests.golden import assert_golden, golden
 
 

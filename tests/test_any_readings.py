@@ -6,14 +6,11 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from steerway.control.speed import AdaptiveSpeed, AdaptiveSpeedGains
-from steerway.control.speed_observer import ObservedSpeed, SpeedObserverGains
-from steerway.core.errors import InputError
-from steerway.estimation.heading.aboard import HeadingAboard, model_of
-from steerway.estimation.heading.aided import AidedHeadingFilter
-from steerway.estimation.heading.readings import TICK
-from steerway.live.autopilot.speeds import MeasuredSpeed
-from steerway.live.base.rows import InputRow
+from steerway.control import AdaptiveSpeed, AdaptiveSpeedGains, ObservedSpeed, SpeedObserverGains
+from steerway.core import InputError
+from steerway.estimation.heading import AidedHeadingFilter
+from steerway.estimation.heading.testing import TICK, HeadingAboard, model_of
+from steerway.live.testing import InputRow, MeasuredSpeed
 
 NAN = st.just(math.nan)
 SPEED = st.one_of(NAN, st.floats(-30.0, 30.0))

@@ -14,16 +14,10 @@ import pytest
 from benchmarks.support.fleet import day_path, generate
 
 import steerway.archive
-from steerway.archive import running
-from steerway.archive.encounters import encounters
-from steerway.archive.selecting import export
-from steerway.archive.status import status
-from steerway.archive.store import Store
-from steerway.archive.verifying import digest
-from steerway.core.errors import InputError
-from steerway.core.records import Fixes
+from steerway.archive.testing import Store, digest, encounters, export, running, status
+from steerway.core import Fixes, InputError
 from steerway.estimation import FiveStateFilter
-from steerway.formats.ais import class_b
+from steerway.formats.testing import class_b
 from tests.ais_sentences import checksum, sentences
 
 DAYS = 2
@@ -178,7 +172,7 @@ def test_a_bad_file_is_named_and_left_out(files, tmp_path):
 
 
 def test_a_full_disk_ends_the_run_and_the_next_one_goes_on(files, whole, tmp_path, monkeypatch):
-    from steerway.core import files as core_files
+    from steerway.core.testing import files as core_files
 
     real, writes = core_files.complete_or_absent, []
 
@@ -480,7 +474,7 @@ def test_the_commands_of_the_page_run(fleet, tmp_path, monkeypatch):
     """From the download on, on a generated day in the place of the download."""
     from click.testing import CliRunner
 
-    from steerway.commands.app import command_tree
+    from steerway.commands.testing import command_tree
 
     page = Path(__file__).parents[1] / "docs" / "archives.md"
     lines = [line.strip() for line in page.read_text(encoding="utf-8").splitlines()]
@@ -531,8 +525,7 @@ def test_a_file_that_is_damaged_later_is_found(files, tmp_path):
 def test_the_page_and_the_commands(files, whole, tmp_path, monkeypatch):
     from click.testing import CliRunner
 
-    from steerway.commands import interruption
-    from steerway.commands.app import command_tree
+    from steerway.commands.testing import command_tree, interruption
 
     monkeypatch.setattr(interruption, "note", "")
     html = (whole / "index.html").read_text()

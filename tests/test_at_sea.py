@@ -6,11 +6,10 @@ from collections import Counter
 import pytest
 
 from steerway.core import InputError
-from steerway.estimation.steering.receiver import ReceiverNoise
+from steerway.estimation.steering.testing import ReceiverNoise
 from steerway.sensors import Gnss
-from steerway_studies import at_sea, named
-from steerway_studies.at_sea.cases import CRAFT, SHARES, Case, Receiver, all_cases, drawn
-from steerway_studies.at_sea.sailing import judged
+from steerway_studies.testing import CRAFT, SHARES, Case, Receiver, all_cases, at_sea, drawn, named
+from steerway_studies.testing import sailing_judged as judged
 
 
 def test_a_seed_draws_every_direction_and_current_evenly():

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.estimation.inference.auto_aids import velocity_of
-from steerway.estimation.inference.whole_log import Track
-from steerway.estimation.log_estimate import LogEstimator
+from steerway.estimation.testing import LogEstimator, Track, velocity_of
 from tests.command_line import run
 from tests.scenes import angle_error, turning
 

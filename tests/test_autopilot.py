@@ -8,18 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from steerway.control.bandwidth import COMFORTABLE, RATE_SHARE, comfortable_bandwidth, loop_damping
-from steerway.core.errors import InputError
-from steerway.core.leg import Leg, track_errors
-from steerway.core.records import OK, STATUSES
-from steerway.estimation.profiles import Profile
-from steerway.live.autopilot import piloting
-from steerway.live.autopilot.mission import Limits
-from steerway.live.autopilot.route import Guide
-from steerway.live.autopilot.supervisor import Supervisor
-from steerway.live.autopilot.watch import Watch
-from steerway.live.base.orders import UNDER_WAY, State
-from steerway.live.base.rows import InputRow, Row, lost
+from steerway.control.testing import COMFORTABLE, RATE_SHARE, comfortable_bandwidth, loop_damping
+from steerway.core import OK, InputError, track_errors
+from steerway.core.testing import STATUSES, Leg
+from steerway.estimation import Profile
+from steerway.live.testing import UNDER_WAY, Guide, InputRow, Limits, Row, State, Supervisor, Watch, lost, piloting
 from tests.desk import HOME, NOON, OTTER, SQUARE, TICK, Desk, dock_all, square
 
 FENCE = ((-40.0, -10.0), (70.0, -10.0), (70.0, 70.0), (-40.0, 70.0))

@@ -6,17 +6,20 @@ import math
 import polars as pl
 import pytest
 
-from steerway.core.errors import InputError
-from steerway.live import addresses
-from steerway.live.autopilot.fence import Fence
-from steerway.live.autopilot.mission import GeodeticRoute
-from steerway.live.autopilot.route import Guide
-from steerway.live.base.orders import Order, State
-from steerway.live.outputs.deltas import Deltas
-from steerway.live.outputs.json_lines import JsonLines
-from steerway.live.outputs.propellers import PropellerCommands
-from steerway.live.outputs.sentences import SentenceOutput
-from steerway.live.outputs.table import TableFile
+from steerway.core import InputError
+from steerway.live.testing import (
+    Deltas,
+    Fence,
+    GeodeticRoute,
+    Guide,
+    JsonLines,
+    Order,
+    PropellerCommands,
+    SentenceOutput,
+    State,
+    TableFile,
+    addresses,
+)
 from tests.desk import HOME, NOON, OTTER, SQUARE, Desk, corner, dock_all, square
 from tests.recording_sink import RecordingSink
 

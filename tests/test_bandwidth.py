@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_are
 
-from steerway.control.bandwidth import advice, carried_bandwidth
-from steerway.core.errors import InputError
+from steerway.control import carried_bandwidth
+from steerway.control.testing import advice
+from steerway.core import InputError
 
 
 @pytest.mark.parametrize("case", [(1.3, 7.8e-3, 0.5, 0.2), (7.7, 4.4e-6, 2.5, 1.0)])

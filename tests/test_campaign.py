@@ -8,10 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from steerway.core.errors import InputError
-from steerway.simulation.campaign import over_seeds
-from steerway.simulation.reading import parse_scenario
-from steerway.simulation.run import numbers_of_seed
+from steerway.core import InputError
+from steerway.simulation import numbers_of_seed, over_seeds, parse_scenario
 
 SHORT = parse_scenario(
     'duration = 15\n[route]\nat_end = "stop"\nwaypoints = [{ north = 0, east = 0 }, { north = 200, east = 0 }]'

@@ -12,7 +12,7 @@ import pytest
 import typer
 
 import steerway
-from steerway.commands.app import command_tree
+from steerway.commands.testing import command_tree
 from steerway.estimation import load_profile
 from tests.command_line import STEERWAY, run
 from tests.scenes import turning

@@ -5,25 +5,17 @@ import math
 import numpy as np
 import pytest
 
-from steerway.control.bandwidth import advice, loop_damping
-from steerway.control.rudder import Rudder
-from steerway.core.angles import wrap
-from steerway.estimation.course.filter import FiveStateFilter
-from steerway.estimation.course.onboard import FilterEstimator
-from steerway.estimation.profiles import Profile
-from steerway.guidance.line_of_sight import LineOfSight
-from steerway.guidance.reference import TrackingFilter
-from steerway.guidance.route import Route
-from steerway.guidance.waypoints import Mission
-from steerway.pilot import Mode, Pilot
-from steerway.sensors.gnss import Gnss, low_cost
-from steerway.sensors.suite import Suite, Truth
-from steerway.simulation.loop import Start, sail
-from steerway.simulation.reading import parse_scenario
-from steerway.simulation.run import sail_scenario
-from steerway.vessels import Nomoto, Otter
-from steerway.vessels.environment import Current, Environment
-from steerway.vessels.otter import BOAT as OTTER
+from steerway.control import Rudder
+from steerway.control.testing import advice, loop_damping
+from steerway.core import wrap
+from steerway.estimation import FiveStateFilter, Profile
+from steerway.estimation.testing import FilterEstimator
+from steerway.guidance import LineOfSight, Mission, Route, TrackingFilter
+from steerway.sensors import Gnss, Suite, Truth, low_cost
+from steerway.simulation import Start, parse_scenario, sail, sail_scenario
+from steerway.testing import Mode, Pilot
+from steerway.vessels import Current, Environment, Nomoto, Otter
+from steerway.vessels.testing import OTTER_BOAT as OTTER
 
 STEP = 0.02
 NORTH, EAST = np.array([0.0, 60.0, 60.0]), np.array([0.0, 0.0, 50.0])

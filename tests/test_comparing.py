@@ -8,10 +8,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import steerway
-from steerway.core.errors import InputError
-from steerway.core.records import Fixes
-from steerway.formats.results import read_tracks
-from steerway.report.overlay import differences, statistics, statistics_table
+from steerway.core import Fixes, InputError
+from steerway.formats.testing import read_tracks
+from steerway.report.testing import differences, statistics, statistics_table
 from tests.command_line import run
 from tests.scenes import turning
 

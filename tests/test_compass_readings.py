@@ -8,16 +8,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from steerway.core.errors import InputError
-from steerway.estimation.heading.aided import AidedHeadingFilter
-from steerway.estimation.heading.composite import CompositeFilter, composite_model
-from steerway.estimation.heading.interval.filter import IntervalFilter, box_of
-from steerway.estimation.heading.interval.weighting import LearnedHeading
-from steerway.estimation.heading.model_bank import ModelBank, corners
-from steerway.estimation.heading.readings import Ticks
-from steerway.sensors.tcm2 import TCM2, random_compass
-from steerway_studies.papers.interval_filter import PrintedIntervalFilter
-from steerway_studies.springer_mission.h_infinity import HInfinityFilter
+from steerway.core import InputError
+from steerway.estimation.heading import (
+    AidedHeadingFilter,
+    CompositeFilter,
+    IntervalFilter,
+    LearnedHeading,
+    ModelBank,
+    Ticks,
+    box_of,
+    composite_model,
+    corners,
+)
+from steerway.sensors import TCM2, random_compass
+from steerway_studies.testing import HInfinityFilter, PrintedIntervalFilter
 from tests.weaving import record
 
 MODEL = composite_model()

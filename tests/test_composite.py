@@ -5,13 +5,22 @@ import math
 import numpy as np
 import pytest
 
-from steerway.core.errors import InputError
-from steerway.estimation.heading.aided import PRODUCT, SCALE_ONLY, AidedHeadingFilter, HeadingTuning
-from steerway.estimation.heading.composite import CompositeFilter, composite_model
-from steerway.estimation.heading.model_bank import ModelBank, corners, grid
-from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, random_compass
-from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, RPM
-from steerway_studies.springer_mission.h_infinity import HInfinityFilter, exists, largest_theta
+from steerway.core import InputError
+from steerway.estimation.heading import (
+    SCALE_ONLY,
+    AidedHeadingFilter,
+    CompositeFilter,
+    HeadingTuning,
+    ModelBank,
+    composite_model,
+    corners,
+    grid,
+)
+from steerway.estimation.heading.testing import PRODUCT
+from steerway.sensors import TCM2, TRUE_TCM2, random_compass
+from steerway.vessels import RPM
+from steerway.vessels.testing import PAPER_YAW, PHYSICAL_YAW
+from steerway_studies.testing import HInfinityFilter, exists, largest_theta
 from tests.weaving import record
 
 
@@ -99,7 +108,7 @@ def test_h_infinity_is_the_kalman_filter_at_theta_zero_and_ends_somewhere():
 
 def test_h_infinity_step_is_the_information_form():
     """P ← (P⁻¹ − θ CᵀC)⁻¹."""
-    from steerway_studies.springer_mission.h_infinity import _inflate
+    from steerway_studies.testing import _inflate
 
     model, rng = composite_model(), np.random.default_rng(0)
     root = rng.standard_normal((4, 4)) * [1e-6, 1e-6, 1.0, 1.0]
@@ -135,7 +144,7 @@ def derivative(function, x, steps):
 
 
 def test_aided_filter_predicts_its_covariance_by_the_true_jacobian():
-    from steerway.estimation.heading.aided import STATES, predict_compass, predict_vehicle
+    from steerway.estimation.heading.testing import STATES, predict_compass, predict_vehicle
 
     estimator, rng = AidedHeadingFilter(), np.random.default_rng(4)
     model = estimator._model
@@ -167,7 +176,7 @@ def test_aided_filter_predicts_its_covariance_by_the_true_jacobian():
 
 
 def test_gnss_velocity_corrects_like_the_textbook():
-    from steerway.estimation.heading.aided import STATES, take_velocity
+    from steerway.estimation.heading.testing import STATES, take_velocity
 
     estimator, rng = AidedHeadingFilter(), np.random.default_rng(5)
     x = np.zeros(STATES)

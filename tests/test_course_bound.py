@@ -2,10 +2,8 @@
 
 import numpy as np
 
-from steerway.simulation.bound import course_bound
-from steerway.simulation.outcome import errors, evaluated
-from steerway.simulation.reading import parse_scenario
-from steerway.simulation.run import sail_scenario
+from steerway.simulation import parse_scenario, sail_scenario
+from steerway.simulation.testing import course_bound, errors, evaluated
 
 SCENARIO = """
 duration = 150.0

@@ -7,12 +7,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 from steerway import Profile
-from steerway.estimation.course.motion import low_speed
-from steerway.estimation.course.motion.five_state import set_step
-from steerway.estimation.course.motion.layout import (
+from steerway.estimation.testing import (
     ACCELERATION_STATE,
+    COURSE_GAINED,
+    COURSE_LOST,
     EXTRAS,
     FIRST,
+    KNOWN_VELOCITY_STD,
     LOST_COURSE_VARIANCE,
     LOW_SPEED,
     PHASE,
@@ -24,20 +25,20 @@ from steerway.estimation.course.motion.layout import (
     STARTING,
     STEERAGEWAY,
     UNDER_WAY,
-)
-from steerway.estimation.course.steerageway import (
-    COURSE_GAINED,
-    COURSE_LOST,
-    KNOWN_VELOCITY_STD,
+    correct,
     course_to_velocity,
     fold,
+    innovation,
+    low_speed,
+    normalised_square,
+    place_by_fix,
     reset_manoeuvre,
     set_position,
-    start,
     update_phase,
     velocity_to_course,
 )
-from steerway.estimation.course.update.position import correct, innovation, normalised_square, place_by_fix
+from steerway.estimation.testing import five_state_set_step as set_step
+from steerway.estimation.testing import steerageway_start as start
 from tests.five_state_by_matrices import covariance_of_noise
 
 PLAIN = Profile(speed_noise=2e-2, course_rate_noise=3e-3, speed_decay=0.05, course_rate_decay=0.3, position_std=0.2)

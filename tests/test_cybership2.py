@@ -7,7 +7,8 @@ import pytest
 
 from steerway import InputError
 from steerway.vessels import CALM, CyberShip2, conditions
-from steerway.vessels.cybership2 import DAMPING, INERTIA, derivatives
+from steerway.vessels.testing import DAMPING, INERTIA
+from steerway.vessels.testing import cybership2_derivatives as derivatives
 from tests.cybership_forces import public_forces
 from tests.golden import assert_golden, columns, golden
 

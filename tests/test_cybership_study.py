@@ -5,8 +5,7 @@ import math
 
 import pytest
 
-from steerway_studies import named
-from steerway_studies.cybership_observers import trials, tuning
+from steerway_studies.testing import named, trials, tuning
 
 TUNED = {
     (world, form): [{"constant": -3.1, "inverse square": -4.6}.get(form, -4.1), -2.0] for world, form in tuning.CASES
@@ -57,7 +56,7 @@ def test_one_seed_is_one_truth():
 
 
 def test_tuning_finds_a_better_noise_than_it_starts_from():
-    from steerway_studies.cybership_observers import scenario
+    from steerway_studies.testing import scenario
 
     found = tuning.tune(1, tuning.CASES.index(("S*", "one factor")))
     record = scenario.sail(scenario.drawn(tuning.FIRST_TUNING_SEED))

@@ -8,8 +8,7 @@ import typer
 from docs import reference
 from docs.build import ROOT, home, run_python, snippets
 
-from steerway.commands.app import command_tree
-from steerway.commands.schema import KINDS, schema_of
+from steerway.commands.testing import KINDS, command_tree, schema_of
 
 PAGES = sorted(path for path in (ROOT / "docs").rglob("*.md"))
 FRONT = [ROOT / name for name in ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md")]

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from steerway.core.earth import displaced, displacement, radii
+from steerway.core import displacement, radii
+from steerway.core.testing import displaced
 from tests.golden import assert_golden, golden
 
 HEIGHT = 7.0  # of the golden tangent planes above the ellipsoid; a boat's is 0

@@ -5,7 +5,7 @@ import polars as pl
 import pytest
 
 import steerway
-from steerway_studies.papers import ekf_5states
+from steerway_studies.testing import ekf_5states
 
 SHIP = {"h": 0.1, "z": 1, "alpha_1": 1e-5}
 TUNINGS_NED = {

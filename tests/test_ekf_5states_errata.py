@@ -5,9 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from steerway.core.earth import radii
-from steerway_studies.papers import ekf_5states
-from steerway_studies.papers.ekf_5states import Ekf5States
+from steerway.core import radii
+from steerway_studies.testing import Ekf5States, ekf_5states
 
 SPEED = 7.72
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from steerway import InputError
-from steerway.core.noise import oscillator
-from steerway.vessels import Nomoto, Otter
-from steerway.vessels.environment import AIR_DENSITY, Current, Environment, Waves, Wind
+from steerway.core import oscillator
+from steerway.vessels import Current, Environment, Nomoto, Otter
+from steerway.vessels.testing import AIR_DENSITY, Waves, Wind
 
 
 def run(environment, n, step=0.1, seed=0, motion=None):

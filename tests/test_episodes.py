@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.core.records import OK, REJECTED, STARTING
-from steerway.report.episodes import DISAGREES, GAP, REFUSED, RESTARTED, episodes_of
+from steerway.core import OK, REJECTED
+from steerway.core.testing import STARTING
+from steerway.report.testing import DISAGREES, GAP, REFUSED, RESTARTED, episodes_of
 from tests.command_line import run
 from tests.scenes import straight, turning
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.core.records import OK, PREDICTED, Fixes
+from steerway.core import OK, Fixes
+from steerway.core.testing import PREDICTED
 from steerway.estimation import FiveStateFilter, Profile, choose_profile
-from steerway.estimation.course.comparison import compare
+from steerway.estimation.testing import compare
 from tests.scenes import angle_error, sailed, straight, turning
 
 SMALL = Profile(speed_noise=1e-3, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.5)

@@ -9,15 +9,36 @@ import pytest
 import steerway
 import steerway_studies as studies
 from steerway.core import wrap_array
-from steerway.sensors.gnss import white
-from steerway_studies.estimator_limits import accuracy, aided, consistency, correlated, held, known_modes, unknown_modes
-from steerway_studies.estimator_limits.bound import filtering_bound, smoothing_bound
-from steerway_studies.estimator_limits.cells import CELLS, WHAT, WHERE, bounded, judged, sums
-from steerway_studies.estimator_limits.histories import all_histories, known_mode_smoother
-from steerway_studies.estimator_limits.particles import begun, in_plane, particle_filter
-from steerway_studies.estimator_limits.scenarios import SLOW, sail, straight_and_turning
-from steerway_studies.estimator_limits.statistics import error_squares, errors, over_runs
-from steerway_studies.study import Results
+from steerway.sensors import white
+from steerway_studies.testing import (
+    CELLS,
+    SLOW,
+    WHAT,
+    WHERE,
+    Results,
+    accuracy,
+    aided,
+    all_histories,
+    begun,
+    bounded,
+    consistency,
+    correlated,
+    error_squares,
+    errors,
+    filtering_bound,
+    held,
+    in_plane,
+    known_mode_smoother,
+    known_modes,
+    over_runs,
+    particle_filter,
+    smoothing_bound,
+    straight_and_turning,
+    sums,
+    unknown_modes,
+)
+from steerway_studies.testing import cells_judged as judged
+from steerway_studies.testing import scenarios_sail as sail
 
 
 @pytest.mark.parametrize("name", CELLS)
@@ -106,8 +127,7 @@ def restless():
 
 def written_out(places, start, models, dt):
     """Every history's probability given the record, its smoothed states and its last filtered one."""
-    from steerway_studies.estimator_limits.histories import _forward
-    from steerway_studies.estimator_limits.particles import steps
+    from steerway_studies.testing import _forward, steps
 
     step, chances = steps(models, dt)
     n = len(places)

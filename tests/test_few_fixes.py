@@ -7,30 +7,26 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.core.angles import wrap
-from steerway.core.records import Fixes
-from steerway.estimation import InferredProfile, Profile
-from steerway.estimation.course.onboard import HeadingTracker
-from steerway.estimation.heading.composite import composite_model
-from steerway.estimation.inference import forecast
-from steerway.estimation.inference.motion import COURSE, SPEED, reverse
-from steerway.estimation.inference.stream import InferredFilter
-from steerway.estimation.inference.structures import parameters_of
-from steerway.estimation.prediction import hindcast, predict
-from steerway.estimation.profiles.inferred import WeighedStructure
-from steerway.estimation.speed.surge import SurgeFilter
+from steerway.core import Fixes, wrap
+from steerway.estimation import InferredFilter, InferredProfile, Profile, hindcast, predict
+from steerway.estimation.heading import composite_model
+from steerway.estimation.speed import SurgeFilter
 from steerway.estimation.steering import Response, SteeringFilter
+from steerway.estimation.testing import COURSE, SPEED, HeadingTracker, WeighedStructure, parameters_of, reverse
+from steerway.estimation.testing import inference_forecast as forecast
 from steerway.identification import SurgeIdentification, SurgeModel
-from steerway.identification.yaw import _under_way
-from steerway.identification.yaw_likelihood import positions_cost
-from steerway.simulation.assembly import response_of
-from steerway.vessels import otter
-from steerway_studies.estimator_limits.bound import filtering_bound, smoothing_bound
-from steerway_studies.estimator_limits.cells import CELLS
-from steerway_studies.estimator_limits.histories import all_histories
-from steerway_studies.estimator_limits.particles import particle_filter
-from steerway_studies.estimator_limits.scenarios import TrueMotion
-from steerway_studies.springer_mission.h_infinity import exists
+from steerway.identification.testing import _under_way, positions_cost
+from steerway.simulation.testing import response_of
+from steerway.vessels.testing import otter
+from steerway_studies.testing import (
+    CELLS,
+    TrueMotion,
+    all_histories,
+    exists,
+    filtering_bound,
+    particle_filter,
+    smoothing_bound,
+)
 from tests.scenes import straight
 
 PARTS = "base", "wander", "error"

@@ -8,7 +8,7 @@ import pytest
 import steerway
 import steerway_studies as studies
 from steerway.estimation import choose_profile
-from steerway_studies import low_speed
+from steerway_studies.testing import low_speed
 from tests.scenes import angle_error, straight, turning
 
 

@@ -8,13 +8,22 @@ import numpy as np
 import pytest
 
 from steerway import FiveStateFilter, Fixes, Profile
-from steerway.core.angles import wrap
-from steerway.estimation.course.motion.five_state import predict, set_step, turn_noise, turn_response
-from steerway.estimation.course.motion.layout import RATE_DECAY, SPEED_DECAY, empty_bank
-from steerway.estimation.course.replay import TrackOutput, run_track
-from steerway.estimation.course.steerageway import fold
-from steerway.estimation.course.update.aids import NO_AIDS
-from steerway.estimation.course.update.position import correct, innovation
+from steerway.core import wrap
+from steerway.estimation.testing import (
+    NO_AIDS,
+    RATE_DECAY,
+    SPEED_DECAY,
+    TrackOutput,
+    correct,
+    fold,
+    innovation,
+    run_track,
+    turn_noise,
+    turn_response,
+)
+from steerway.estimation.testing import five_state_predict as predict
+from steerway.estimation.testing import five_state_set_step as set_step
+from steerway.estimation.testing import layout_empty_bank as empty_bank
 from tests.five_state_by_matrices import ExactTurn, responses, update
 
 PROFILE = Profile(speed_noise=2e-2, course_rate_noise=3e-3, course_rate_decay=0.3, position_std=0.2)
@@ -340,7 +349,7 @@ def test_a_moved_scene_gives_a_moved_estimate():
 
 def on_earth(latitude_deg, longitude_deg):
     """The winding boat around a place, through latitude and longitude: its motion."""
-    from steerway.core.earth import displaced
+    from steerway.core.testing import displaced
 
     time, north, east = winding()
     origin = math.radians(latitude_deg), math.radians(longitude_deg)

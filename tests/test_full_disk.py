@@ -8,21 +8,15 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from steerway.core.errors import InputError
-from steerway.core.files import complete_or_absent
-from steerway.core.records import Fixes
-from steerway.estimation import estimate
-from steerway.estimation.profiles import Profile
-from steerway.formats.writing import endings, write
-from steerway.report.motion_page import WRITERS as REPORTS
-from steerway.report.motion_page import write_report
-from steerway.report.summary import summarise
-from steerway.simulation import Unfinished
-from steerway.simulation.reading import parse_scenario
-from steerway.simulation.run import sail_scenario
-from steerway.simulation.runs.campaign import write_campaign
-from steerway.simulation.runs.writing import write as write_run
-from steerway_studies.study import Results
+from steerway.core import Fixes, InputError, complete_or_absent
+from steerway.estimation import Profile, estimate
+from steerway.formats.testing import endings, write
+from steerway.report.testing import WRITERS as REPORTS
+from steerway.report.testing import summarise, write_report
+from steerway.simulation import Unfinished, parse_scenario, sail_scenario
+from steerway.simulation.testing import write as write_run
+from steerway.simulation.testing import write_campaign
+from steerway_studies.testing import Results
 from tests.command_line import run_process
 
 resource = pytest.importorskip("resource")

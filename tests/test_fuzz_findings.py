@@ -7,17 +7,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from steerway.core.errors import InputError
-from steerway.estimation.profiles import Profile
-from steerway.live.autopilot.holding import HoldingGuide
-from steerway.live.autopilot.mission import GeodeticRoute
-from steerway.live.autopilot.route import Guide
-from steerway.live.autopilot.supervisor import Supervisor
-from steerway.live.controls import Controls
-from steerway.live.links.gpsd import GpsdDecoder
-from steerway.live.links.signalk import SignalKDecoder
-from steerway.live.settings import Settings
-from steerway.simulation.reading import load_scenario
+from steerway.core import InputError
+from steerway.estimation import Profile
+from steerway.live.testing import (
+    Controls,
+    GeodeticRoute,
+    GpsdDecoder,
+    Guide,
+    HoldingGuide,
+    Settings,
+    SignalKDecoder,
+    Supervisor,
+)
+from steerway.simulation import load_scenario
 from tests.fuzz.mutation import mutated
 from tests.fuzz.targets import TARGETS
 
@@ -73,7 +75,7 @@ def test_requests_beyond_numbers_are_refused(what, value):
 
 def test_what_a_library_prints_in_the_page_does_not_end_it(monkeypatch):
     pytest.importorskip("nicegui")
-    from steerway.live.helm import bridge
+    from steerway.live.testing import bridge
 
     page, asked = bridge.HelmPage.__new__(bridge.HelmPage), []
     page.address = SimpleNamespace(url="http://127.0.0.1:8080")

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from steerway import InputError
-from steerway.core import noise
-from steerway.core.earth import displacement
-from steerway.sensors import gnss
-from steerway.sensors.faults import Fault
-from steerway.sensors.gnss import Gnss
+from steerway.core import displacement
+from steerway.core.testing import noise
+from steerway.sensors import Gnss
+from steerway.sensors.testing import Fault, gnss
 
 ORIGIN = (math.radians(63.4), math.radians(10.4))
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from steerway.core.errors import InputError
-from steerway.formats import gpx
+from steerway.core import InputError
+from steerway.formats.testing import gpx
 from tests.gpx_documents import HEAD, POINT, POINTS, WHOLE, document
 
 T = 1672531200.0

@@ -7,15 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from steerway.core.errors import InputError
-from steerway.core.leg import LegState, leg_direction, track_errors
-from steerway.guidance.adaptive_line_of_sight import AdaptiveLineOfSight
-from steerway.guidance.integral_line_of_sight import IntegralLineOfSight
-from steerway.guidance.line_of_sight import LineOfSight, PurePursuit
-from steerway.guidance.route import Route
-from steerway.guidance.vector_field import VectorField
-from steerway.guidance.waypoints import Mission
-from steerway.guidance.wheel_over import off_path, turn_path, wheel_over
+from steerway.core import InputError, LegState, leg_direction, track_errors
+from steerway.guidance import (
+    AdaptiveLineOfSight,
+    IntegralLineOfSight,
+    LineOfSight,
+    Mission,
+    PurePursuit,
+    Route,
+    VectorField,
+)
+from steerway.guidance.testing import off_path, turn_path, wheel_over
 
 P1_WAYPOINTS = ([0.0, 2000.0, 5000.0, 3000.0, 6000.0, 10000.0], [0.0, 0.0, 5000.0, 8000.0, 12000.0, 12000.0])
 

@@ -6,16 +6,19 @@ import random
 import numpy as np
 import pytest
 
-from steerway.control.allocation import OTTER_PROPELLERS
-from steerway.control.course import AnglePID, place_poles
-from steerway.control.handover import Autopilot, HandOver, Steerageway
-from steerway.control.speed_pi import SpeedPI, SpeedPIGains
-from steerway.control.station import StationGains, StationKeeper
-from steerway.core.errors import InputError
-from steerway.guidance.line_of_sight import LineOfSight
-from steerway.guidance.reference import ReferenceModel
-from steerway.guidance.route import Route
-from steerway.guidance.waypoints import Mission, Phase
+from steerway.control import (
+    OTTER_PROPELLERS,
+    AnglePID,
+    Autopilot,
+    SpeedPI,
+    SpeedPIGains,
+    StationGains,
+    StationKeeper,
+    place_poles,
+)
+from steerway.control.testing import HandOver, Steerageway
+from steerway.core import InputError
+from steerway.guidance import LineOfSight, Mission, Phase, ReferenceModel, Route
 from tests.boats import Hull
 
 H = 0.02

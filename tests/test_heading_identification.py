@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from steerway.core.errors import InputError
-from steerway.identification.heading import binary_sequence, identify_heading
-from steerway.vessels.springer import RPM, Springer
-from steerway.vessels.vessel import conditions
+from steerway.core import InputError
+from steerway.identification import identify_heading
+from steerway.identification.testing import binary_sequence
+from steerway.vessels import RPM, Springer, conditions
 
 
 def manoeuvre(plant="physical", seconds=900, noise_deg=0.5, bias_rpm=5.0, seed=0, step=1.0):

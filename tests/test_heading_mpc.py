@@ -7,19 +7,14 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from steerway.control.heading_lqg import HeadingLqg
-from steerway.control.heading_mpc import HeadingMpc, prediction
-from steerway.control.heading_plant import BiasObserver, HeadingResponse, InputLimits, LinearPlant
-from steerway.control.heading_steering import steering
-from steerway.core.angles import wrap
-from steerway.core.errors import InputError
-from steerway.identification.heading import binary_sequence, identify_heading
-from steerway.vessels.mariner import Mariner
-from steerway.vessels.nomoto import Nomoto
-from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, RPM, Springer
-from steerway.vessels.vessel import conditions
-from steerway_studies.papers.output_corrected_mpc import OutputCorrectedMpc
-from steerway_studies.springer_mission.world import autopilot_parts, paper_mpc
+from steerway.control import BiasObserver, HeadingLqg, HeadingMpc, HeadingResponse, InputLimits, LinearPlant
+from steerway.control.testing import prediction, steering
+from steerway.core import InputError, wrap
+from steerway.identification import identify_heading
+from steerway.identification.testing import binary_sequence
+from steerway.vessels import RPM, Mariner, Nomoto, Springer, conditions
+from steerway.vessels.testing import PAPER_YAW, PHYSICAL_YAW
+from steerway_studies.testing import OutputCorrectedMpc, autopilot_parts, paper_mpc
 
 pytest.importorskip("daqp")
 CALM = conditions()

@@ -5,12 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from steerway.control.holding import PositionHold
-from steerway.core.estimate import Estimate
-from steerway.core.kinematics import over_ground
-from steerway.pilot import Mode
-from steerway.simulation.reading import parse_scenario
-from steerway.simulation.run import sail_scenario
+from steerway.control.testing import PositionHold
+from steerway.core import Estimate
+from steerway.core.testing import over_ground
+from steerway.simulation import parse_scenario, sail_scenario
+from steerway.testing import Mode
 
 
 def estimate(north, east):

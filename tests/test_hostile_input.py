@@ -15,11 +15,8 @@ import pytest
 import zstandard
 from mcap.writer import CompressionType, Writer
 
-from steerway.core.errors import InputError
-from steerway.formats import ais_tables
-from steerway.formats.nmea0183.writing import gga, rmc
-from steerway.formats.packed import MAX_SIZE
-from steerway.formats.reading import read, survey
+from steerway.core import InputError
+from steerway.formats.testing import MAX_SIZE, ais_tables, gga, read, rmc, survey
 from tests.canboat_lines import line, position
 from tests.ubx_frames import pvt
 

@@ -7,12 +7,12 @@ import polars as pl
 import pytest
 
 from steerway import InputError
-from steerway.control.course import place_poles
-from steerway.core.angles import wrap_array
-from steerway.formats.steering import read_steering
-from steerway.identification.interval import Interval, covariance
-from steerway.identification.yaw import YawModel, identify_yaw, identify_yaw_from_fixes
-from steerway.sensors.gnss import white
+from steerway.control import place_poles
+from steerway.core import wrap_array
+from steerway.formats.testing import read_steering
+from steerway.identification import YawModel, identify_yaw, identify_yaw_from_fixes
+from steerway.identification.testing import Interval, covariance
+from steerway.sensors import white
 from steerway.vessels import CALM, Nomoto
 
 PLANTS = {"otter": (0.5, 1.0, 1.3, -0.03, 0.1, 80.0), "boat": (0.185, 10.0, 2.0, 0.05, 0.2, 240.0)}

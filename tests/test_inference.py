@@ -11,12 +11,10 @@ from typer.testing import CliRunner
 
 import steerway
 from steerway import Fixes
-from steerway.commands.app import app
-from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING
-from steerway.estimation.inference import whole_log
-from steerway.estimation.inference.plane import laid_out, placed
-from steerway.estimation.inference.spectrum import periods_of
-from steerway.estimation.log_estimate import LogEstimator
+from steerway.commands.testing import app
+from steerway.core import OK, REJECTED
+from steerway.core.testing import NO_COURSE, PREDICTED, STARTING
+from steerway.estimation.testing import LogEstimator, laid_out, periods_of, placed, whole_log
 from tests.scenes import EPOCH, HOME, angle_error, sailed, straight, turning
 
 SETTLED = 100

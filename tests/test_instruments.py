@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 
 from steerway import InputError
-from steerway.sensors.clock import Clock, epochs
-from steerway.sensors.compass import Compass
-from steerway.sensors.doppler import DopplerLog
-from steerway.sensors.inertial import accelerometer, gyro
-from steerway.sensors.instrument import Instrument
+from steerway.sensors import Compass, DopplerLog, Instrument, accelerometer, gyro
+from steerway.sensors.testing import Clock, epochs
 
 TIME = 1.7e9 + 0.02 * np.arange(20_001)
 WOBBLY = Instrument(rate=7.0, white=0.1, bias=0.3, turn_on_std=0.2, wander=(0.1, 20.0), scale=1.1)

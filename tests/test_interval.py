@@ -8,16 +8,23 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from steerway.core.errors import InputError
-from steerway.estimation.heading.composite import CompositeFilter, composite_model
-from steerway.estimation.heading.interval import arithmetic
-from steerway.estimation.heading.interval.deviation import DeviationBounds
-from steerway.estimation.heading.interval.filter import IntervalFilter, box_of, sub_boxes
-from steerway.estimation.heading.interval.weighting import Features, Network, ideal_weight, weighted
-from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, CompassModel, random_compass
-from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, HeadingModel
-from steerway_studies.papers.interval_filter import PrintedIntervalFilter
-from steerway_studies.springer_mission.rigour import exact_headings, rigour
+from steerway.core import InputError
+from steerway.estimation.heading import (
+    CompositeFilter,
+    DeviationBounds,
+    Features,
+    IntervalFilter,
+    Network,
+    box_of,
+    composite_model,
+    ideal_weight,
+    weighted,
+)
+from steerway.estimation.heading.testing import arithmetic, sub_boxes
+from steerway.sensors import TCM2, TRUE_TCM2, CompassModel, random_compass
+from steerway.vessels import HeadingModel
+from steerway.vessels.testing import PAPER_YAW, PHYSICAL_YAW
+from steerway_studies.testing import PrintedIntervalFilter, exact_headings, rigour
 from tests.weaving import record
 
 NUMBERS = st.floats(-1e9, 1e9).filter(lambda x: x == 0.0 or abs(x) > 1e-9)
@@ -149,7 +156,7 @@ def test_erratum_ten_per_cent_diverges_at_once():
 
 def test_any_coordinates_are_sound(monkeypatch):
     """The change of variables is exact: poor numbers for it widen the bounds and never break them."""
-    from steerway.estimation.heading.interval import sharpened
+    from steerway.estimation.heading.testing import sharpened
 
     differences, readings, _, _ = record(30)
     for frame in ([5.0, 4.0, 1.1, -0.5], [25.0, 24.0, 0.9, -1.0]):

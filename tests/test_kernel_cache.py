@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from steerway.core import kernel_cache
+from steerway.core.testing import kernel_cache
 
 
 @pytest.fixture

@@ -6,19 +6,13 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from steerway.core.errors import InputError
-from steerway.core.schema import NotNegative, Table, one_of_kinds
-from steerway.core.validation import refusal
-from steerway.guidance.laws import LAWS
-from steerway.guidance.shapers import SHAPERS
-from steerway.sensors.gnss import Gnss
-from steerway.sensors.kinds import INSTRUMENTS
-from steerway.sensors.suite import Suite
-from steerway.simulation.reading import parse_scenario
-from steerway.simulation.run import sail_scenario
-from steerway.vessels.kinds import TABLES
-from steerway.vessels.otter import OtterTable
-from steerway.vessels.table import VesselTable
+from steerway.core import InputError
+from steerway.core.testing import NotNegative, Table, one_of_kinds, refusal
+from steerway.guidance.testing import LAWS, SHAPERS
+from steerway.sensors import Gnss, Suite
+from steerway.sensors.testing import INSTRUMENTS
+from steerway.simulation import parse_scenario, sail_scenario
+from steerway.vessels.testing import TABLES, OtterTable, VesselTable
 
 ROUTE = "duration = 20\n[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 400, east = 0 }]\n[compass]\n"
 KINDS = [

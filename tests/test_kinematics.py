@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from steerway.core.angles import wrap
-from steerway.core.kinematics import GroundMotion, drift_angle, heading_for, in_body, over_ground, turning_rate
+from steerway.core import wrap
+from steerway.core.testing import GroundMotion, drift_angle, heading_for, in_body, over_ground, turning_rate
 
 HEADINGS = [0.3 * k - 3.0 for k in range(21)]
 

@@ -10,9 +10,8 @@ from typer.testing import CliRunner
 
 import steerway
 from steerway import Fixes, InputError, Profile
-from steerway.commands.app import app
-from steerway.estimation.course.comparison import compare
-from steerway.estimation.course.latency import differenced, lateness, on_time
+from steerway.commands.testing import app
+from steerway.estimation.testing import compare, differenced, lateness, on_time
 from tests.scenes import angle_error, turning
 
 SMALL = Profile(speed_noise=1e-2, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.1)

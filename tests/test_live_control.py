@@ -6,16 +6,9 @@ import math
 
 import pytest
 
-from steerway.core.angles import wrap
-from steerway.core.earth import displaced, displacement
-from steerway.core.errors import InputError
-from steerway.live.autopilot.holding import HoldingGuide
-from steerway.live.autopilot.mission import Limits
-from steerway.live.autopilot.route import Guide
-from steerway.live.base.orders import State
-from steerway.live.control_port import ControlPort, control_address
-from steerway.live.controls import Controls
-from steerway.live.helm.address import Address
+from steerway.core import InputError, displacement, wrap
+from steerway.core.testing import displaced
+from steerway.live.testing import Address, ControlPort, Controls, Guide, HoldingGuide, Limits, State, control_address
 from tests.desk import SQUARE, Desk, dock_all, square
 from tests.ports import free_port
 

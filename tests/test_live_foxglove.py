@@ -7,12 +7,9 @@ import struct
 
 import pytest
 
-from steerway.core.errors import InputError
-from steerway.core.records import OK
-from steerway.live import addresses
-from steerway.live.base.rows import Row, lost
-from steerway.live.outputs import foxglove as link
-from steerway.live.outputs.json_lines import json_line
+from steerway.core import OK, InputError
+from steerway.live.testing import Row, addresses, json_line, lost
+from steerway.live.testing import foxglove as link
 from tests.ports import free_port
 
 pytest.importorskip("foxglove", reason="foxglove-sdk is not installed: pip install steerway[foxglove]")

@@ -7,10 +7,8 @@ import time
 import numpy as np
 import pytest
 
-from steerway.core.records import OK
-from steerway.live.base.rows import Row
-from steerway.live.links.file import FileSink
-from steerway.live.outputs.table import TableFile
+from steerway.core import OK
+from steerway.live.testing import FileSink, Row, TableFile
 from tests.disk import Disk
 
 NOON = 1_719_835_200.0
@@ -93,7 +91,7 @@ def test_a_table_has_the_rows_for_which_there_was_room(tmp_path, caplog, monkeyp
 
 
 def test_where_the_table_cannot_be_written_its_rows_are_kept(tmp_path, caplog, monkeypatch):
-    from steerway.core.errors import InputError
+    from steerway.core import InputError
 
     def full(record, path):
         raise InputError(f"{path} cannot be written: No space left on device")

@@ -15,23 +15,37 @@ import httpx
 import numpy as np
 import pytest
 
-from steerway.core.earth import KNOT
-from steerway.core.errors import InputError
-from steerway.core.leg import Leg
-from steerway.core.records import LOST, OK, PREDICTED, REJECTED
-from steerway.live.autopilot.route import GeodeticRoute
-from steerway.live.base.orders import Order, State
-from steerway.live.base.rows import InputRow, Row, lost
-from steerway.live.helm import chart, strips
-from steerway.live.helm.address import Address, address, checked, token_of
-from steerway.live.helm.bridge import HelmPage
-from steerway.live.helm.gate import COOKIE, Gate, Sessions
-from steerway.live.helm.history import History
-from steerway.live.helm.seeing import ChartPlane, Seen, ellipse, view
-from steerway.live.helm.view import View
-from steerway.live.helm.words import UNKNOWN, tone, words
-from steerway.live.navigator import Navigator
-from steerway.live.service import Service
+from steerway.core import OK, REJECTED, InputError
+from steerway.core.testing import KNOT, LOST, PREDICTED, Leg
+from steerway.live.testing import (
+    COOKIE,
+    UNKNOWN,
+    Address,
+    ChartPlane,
+    Gate,
+    GeodeticRoute,
+    HelmPage,
+    History,
+    InputRow,
+    Navigator,
+    Order,
+    Row,
+    Seen,
+    Service,
+    Sessions,
+    State,
+    View,
+    address,
+    chart,
+    checked,
+    ellipse,
+    lost,
+    strips,
+    tone,
+    view,
+    words,
+)
+from steerway.live.testing import address_token_of as token_of
 
 NOON = 1_719_835_200.0
 PLACE = (math.radians(54.0), math.radians(10.0))

@@ -14,8 +14,8 @@ import urllib.parse
 
 import pytest
 
-from steerway.formats.nmea0183.writing import gga, rmc
-from steerway.live.warming import warm
+from steerway.formats.testing import gga, rmc
+from steerway.live.testing import warm
 from tests.browser import chromium
 from tests.ports import free_port
 

@@ -9,7 +9,7 @@ import urllib.request
 
 import pytest
 
-from steerway.live.helm.places import Places
+from steerway.live.testing import Places
 from tests.ports import free_port
 
 TOKEN = "correct horse"

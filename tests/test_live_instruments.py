@@ -4,9 +4,8 @@ import math
 
 import pytest
 
-from steerway.formats.nmea0183 import SentenceReader
-from steerway.formats.nmea0183.writing import rmc
-from steerway.live.base.rows import rows_of
+from steerway.formats.testing import SentenceReader, rmc
+from steerway.live.testing import rows_of
 from tests.sentences import sealed
 
 START = 1_719_835_200.0

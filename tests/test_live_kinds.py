@@ -5,14 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from steerway.core.angles import wrap
-from steerway.core.errors import InputError
-from steerway.estimation.tables import HeadingEstimatorTable
-from steerway.live.autopilot.headings import MeasuredHeading
-from steerway.live.autopilot.speeds import MeasuredSpeed, measured_speed
-from steerway.live.base.rows import InputRow
-from steerway.live.launch import launch
-from steerway.live.settings import Settings
+from steerway.core import InputError, wrap
+from steerway.estimation.testing import HeadingEstimatorTable
+from steerway.live.testing import InputRow, MeasuredHeading, MeasuredSpeed, Settings, measured_speed
+from steerway.live.testing import launch_launch as launch
 from tests.desk import NOON, OTTER, Desk, square
 
 pytest.importorskip("daqp")

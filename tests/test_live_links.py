@@ -12,25 +12,31 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from steerway.core.errors import InputError
-from steerway.core.records import NO_COURSE, OK
-from steerway.core.timestamps import iso
+from steerway.core import OK, InputError
+from steerway.core.testing import NO_COURSE, iso
 from steerway.estimation import estimate
-from steerway.formats import nmea0183, ubx
-from steerway.live import addresses
-from steerway.live.base import uri
-from steerway.live.base.rows import Row, lost
-from steerway.live.links.decoding import ReceiverDecoder
-from steerway.live.links.file import FileSink
-from steerway.live.links.gpsd import GpsdDecoder
-from steerway.live.links.signalk import SignalKDecoder, token_of
-from steerway.live.navigator import Navigator
-from steerway.live.outputs.deltas import Deltas, delta, motion
-from steerway.live.outputs.json_lines import JsonLines, json_line
-from steerway.live.outputs.rhythm import Rhythm
-from steerway.live.outputs.sentences import SentenceOutput
-from steerway.live.schemes import Context
-from steerway.live.service import Service
+from steerway.formats.testing import nmea0183, ubx
+from steerway.live.testing import (
+    Context,
+    Deltas,
+    FileSink,
+    GpsdDecoder,
+    JsonLines,
+    Navigator,
+    ReceiverDecoder,
+    Rhythm,
+    Row,
+    SentenceOutput,
+    Service,
+    SignalKDecoder,
+    addresses,
+    delta,
+    json_line,
+    lost,
+    motion,
+    uri,
+)
+from steerway.live.testing import signalk_token_of as token_of
 from tests.kept_outputs import Kept, assert_equal
 from tests.ports import free_port, until
 from tests.recording_sink import RecordingSink

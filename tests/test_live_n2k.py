@@ -8,19 +8,30 @@ from pathlib import Path
 
 import pytest
 
-from steerway.core.errors import InputError
-from steerway.core.leg import Leg
-from steerway.core.records import OK
-from steerway.live import addresses
-from steerway.live.base.orders import Order, State
-from steerway.live.base.rows import Row
-from steerway.live.n2k import messages
-from steerway.live.n2k.claim import CLAIM, NO_ADDRESS, REQUEST, AddressClaim, name_of
-from steerway.live.n2k.device import N2kDecoder, N2kDevice
-from steerway.live.n2k.frames import Frame, Joiner, Splitter, frame_of, identifier_of
-from steerway.live.navigator import Navigator
-from steerway.live.schemes import Context
-from steerway.live.service import Service
+from steerway.core import OK, InputError
+from steerway.core.testing import Leg
+from steerway.live.testing import (
+    CLAIM,
+    NO_ADDRESS,
+    REQUEST,
+    AddressClaim,
+    Context,
+    Frame,
+    Joiner,
+    N2kDecoder,
+    N2kDevice,
+    Navigator,
+    Order,
+    Row,
+    Service,
+    Splitter,
+    State,
+    addresses,
+    frame_of,
+    identifier_of,
+    messages,
+    name_of,
+)
 from tests.canboat_lines import frames as split
 from tests.canboat_lines import gnss, position
 from tests.kept_outputs import Kept

@@ -6,16 +6,11 @@ import math
 import numpy as np
 import pytest
 
-from steerway.core.errors import InputError
-from steerway.core.records import LOST, OK, REJECTED, Fixes
+from steerway.core import OK, REJECTED, Fixes, InputError
+from steerway.core.testing import LOST
 from steerway.estimation import estimate
-from steerway.formats.reading import read, survey
-from steerway.live.base.clock import FixClock
-from steerway.live.base.rows import InputRow, rows_of
-from steerway.live.choice import SourceChoice
-from steerway.live.navigator import Navigator
-from steerway.live.outputs.table import TableFile
-from steerway.live.service import Service
+from steerway.formats.testing import read, survey
+from steerway.live.testing import FixClock, InputRow, Navigator, Service, SourceChoice, TableFile, rows_of
 from tests.kept_outputs import Kept, assert_equal, first_of_each
 from tests.scenes import turning
 
@@ -305,7 +300,7 @@ def test_a_table_that_was_cut_off_is_continued(fixes, tmp_path):
 
 
 def test_warming_sails_through_everything():
-    from steerway.live.warming import warm
+    from steerway.live.testing import warm
 
     assert warm() == 30
 

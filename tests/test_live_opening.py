@@ -7,18 +7,20 @@ import re
 
 import pytest
 
-from steerway.core.errors import InputError
-from steerway.core.records import REJECTED
-from steerway.core.timestamps import iso
+from steerway.core import REJECTED, InputError
+from steerway.core.testing import iso
 from steerway.estimation import estimate
-from steerway.formats.reading import read
-from steerway.live import addresses
-from steerway.live.base.rows import InputRow
-from steerway.live.links.decoding import ReceiverDecoder
-from steerway.live.links.gpsd import GpsdDecoder
-from steerway.live.navigator import Navigator
-from steerway.live.opening import LONGEST, Opening
-from steerway.live.service import Service
+from steerway.formats.testing import read
+from steerway.live.testing import (
+    LONGEST,
+    GpsdDecoder,
+    InputRow,
+    Navigator,
+    Opening,
+    ReceiverDecoder,
+    Service,
+    addresses,
+)
 from tests.kept_outputs import Kept, assert_equal, first_of_each
 from tests.ports import free_port
 from tests.sentences import START, gga, rmc, track

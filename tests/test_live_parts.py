@@ -16,18 +16,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from steerway.core.errors import InputError
-from steerway.core.timestamps import iso
+from steerway.core import InputError
+from steerway.core.testing import iso
 from steerway.estimation import estimate
-from steerway.formats import nmea0183, ubx
-from steerway.formats.reading import read
-from steerway.live import addresses
-from steerway.live.control_port import ControlPort
-from steerway.live.helm.address import Address
-from steerway.live.links.signalk import connected
-from steerway.live.navigator import Navigator
-from steerway.live.schemes import Context
-from steerway.live.service import Service
+from steerway.formats.testing import nmea0183, read, ubx
+from steerway.live.testing import Address, Context, ControlPort, Navigator, Service, addresses, connected
 from tests.kept_outputs import Kept, assert_equal, first_of_each
 from tests.ports import free_port, until
 from tests.sentences import START, gga, pvt, rmc, sortie, track

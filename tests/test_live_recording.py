@@ -11,28 +11,28 @@ import numpy as np
 import pytest
 import typer
 
-from steerway.core.errors import InputError
-from steerway.estimation import estimate
-from steerway.estimation.profiles import Profile
-from steerway.formats import nmea0183
-from steerway.formats.reading import read
-from steerway.formats.writing import write
-from steerway.live import commands
-from steerway.live.base.orders import Order, State
-from steerway.live.base.rows import InputRow, rows_of
-from steerway.live.learning import NotedLearning
-from steerway.live.links.decoding import ReceiverDecoder
-from steerway.live.links.link import Feed
-from steerway.live.navigator import Navigator
-from steerway.live.service import Service
+from steerway.core import InputError
+from steerway.estimation import Profile, estimate
+from steerway.formats.testing import nmea0183, read, write
+from steerway.live.testing import (
+    Feed,
+    InputRow,
+    Navigator,
+    NotedLearning,
+    Order,
+    ReceiverDecoder,
+    Service,
+    State,
+    commands,
+    rows_of,
+)
 from tests.kept_outputs import Kept, assert_equal
 from tests.scenes import turning
 from tests.sentences import START, sortie
 
 pytest.importorskip("mcap", reason="mcap is not installed")
-from steerway.formats import mcap, ros2
-from steerway.live.recording import ESTIMATE, INPUT, ORDER, RAW, Recorder
-from steerway.live.replaying import ANOTHER_PROCESSOR, Replayed, replay
+from steerway.formats.testing import mcap, ros2
+from steerway.live.testing import ANOTHER_PROCESSOR, ESTIMATE, INPUT, ORDER, RAW, Recorder, Replayed, replay
 
 SETTINGS = {
     "profile": Profile.named("small-usv").toml(),

@@ -5,16 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from steerway.core.earth import NAUTICAL_MILE, displaced
-from steerway.core.errors import InputError
-from steerway.core.leg import Leg
-from steerway.core.records import OK
-from steerway.formats.nmea0183.writing import apb, rmb, sealed, xte
-from steerway.live.autopilot.mission import GeodeticRoute
-from steerway.live.autopilot.piloting import pilot_of
-from steerway.live.autopilot.route import Guide
-from steerway.live.base.rows import Row, lost
-from steerway.live.outputs.sentences import SentenceOutput
+from steerway.core import OK, InputError
+from steerway.core.testing import NAUTICAL_MILE, Leg, displaced
+from steerway.formats.testing import apb, rmb, sealed, xte
+from steerway.live.testing import GeodeticRoute, Guide, Row, SentenceOutput, lost, pilot_of
 
 EXAMPLES = Path(__file__).parent.parent / "examples" / "live"
 HOME = (math.radians(54.0), math.radians(10.0))

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from steerway.commands.cli import main
-from steerway.core.errors import InputError
-from steerway.formats.nmea0183.writing import gga, rmc
-from steerway.live import launch as launching
-from steerway.live.autopilot.mission import GeodeticRoute
-from steerway.live.settings import Settings
+from steerway.commands.testing import main
+from steerway.core import InputError
+from steerway.formats.testing import gga, rmc
+from steerway.live.testing import GeodeticRoute, Settings
+from steerway.live.testing import live_launch as launching
 
 EXAMPLES = Path(__file__).parent.parent / "examples" / "live"
 NOON = 1_719_835_200.0

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from benchmarks.support.fleet import generate
 
-from steerway.core.records import OK, Fixes
+from steerway.core import OK, Fixes
 from steerway.estimation import FiveStateFilter
-from steerway.estimation.course.motion.five_state import turn_noise
-from steerway.estimation.course.motion.layout import LONGEST_GAP
+from steerway.estimation.testing import LONGEST_GAP, turn_noise
 from tests.five_state_by_matrices import responses
 
 

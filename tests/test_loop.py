@@ -5,24 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from steerway.control.allocation import OTTER_PROPELLERS
-from steerway.control.course import AnglePID, place_poles
-from steerway.control.handover import Autopilot
-from steerway.control.speed_pi import SpeedPI, SpeedPIGains
-from steerway.core.errors import InputError
-from steerway.estimation.course.filter import FiveStateFilter
-from steerway.estimation.course.onboard import FilterEstimator
-from steerway.guidance.line_of_sight import LineOfSight
-from steerway.guidance.reference import ReferenceModel
-from steerway.guidance.route import Route
-from steerway.guidance.waypoints import Mission
-from steerway.pilot import Mode, Pilot
-from steerway.sensors.faults import Fault
-from steerway.sensors.gnss import Gnss, low_cost
-from steerway.sensors.suite import Suite
-from steerway.simulation.loop import Start, sail
-from steerway.vessels import Otter
-from steerway.vessels.environment import Current, Environment
+from steerway.control import OTTER_PROPELLERS, AnglePID, Autopilot, SpeedPI, SpeedPIGains, place_poles
+from steerway.core import InputError
+from steerway.estimation import FiveStateFilter
+from steerway.estimation.testing import FilterEstimator
+from steerway.guidance import LineOfSight, Mission, ReferenceModel, Route
+from steerway.sensors import Gnss, Suite, low_cost
+from steerway.sensors.testing import Fault
+from steerway.simulation import Start, sail
+from steerway.testing import Mode, Pilot
+from steerway.vessels import Current, Environment, Otter
 
 STEP = 0.02
 CROSSING = Environment(Current(0.3, math.pi / 2.0))

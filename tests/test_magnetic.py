@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from steerway.core.magnetic import model_of, variation
+from steerway.core.testing import model_of, variation
 
 YEAR = 365.2425 * 86400.0
 

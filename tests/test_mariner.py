@@ -7,7 +7,8 @@ import pytest
 
 from steerway import InputError
 from steerway.vessels import CALM, Mariner, conditions
-from steerway.vessels.mariner import RUDDER, derivatives
+from steerway.vessels.testing import RUDDER
+from steerway.vessels.testing import mariner_derivatives as derivatives
 from tests.golden import assert_golden, columns, golden
 
 STATE = ("u", "v", "r", "x", "y", "psi", "delta")

@@ -7,16 +7,19 @@ from functools import cache
 import numpy as np
 import pytest
 
-from steerway.vessels.mariner import CRUISE_SPEED
-from steerway_studies import mariner_los, named
-from steerway_studies.mariner_los import ship
-from steerway_studies.mariner_los.lyapunov import LOOKAHEAD, approaches, promised
-from steerway_studies.mariner_los.ship import (
+from steerway.vessels.testing import CRUISE_SPEED
+from steerway_studies.testing import LYAPUNOV_LOOKAHEAD as LOOKAHEAD
+from steerway_studies.testing import (
     PRINTED_NOISE,
     STATED_NOISE,
     ShipCase,
+    approaches,
     cross_track,
+    mariner_los,
+    named,
+    promised,
     receiver,
+    ship,
     straight,
 )
 

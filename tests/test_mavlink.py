@@ -5,12 +5,8 @@ import random
 
 import pytest
 
-from steerway.core.kinematics import GroundMotion
-from steerway.live.base.orders import Order, State
-from steerway.live.mavlink.dialect import RoverMode, mode_name
-from steerway.live.mavlink.guided import Guided, Takeover
-from steerway.live.simulated.boat import ReceiverFix
-from steerway.live.simulated.rover import Rover
+from steerway.core.testing import GroundMotion
+from steerway.live.testing import Guided, Order, ReceiverFix, Rover, RoverMode, State, Takeover, mode_name
 from tests.mavlink_wire import NOON, Wire, messages
 
 AT_REST = GroundMotion(*[0.0] * 11)

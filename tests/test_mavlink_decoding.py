@@ -6,8 +6,8 @@ import time
 import numpy as np
 import pytest
 
-from steerway.core.earth import displaced
-from steerway.live.mavlink.decoding import BootClock, MavlinkDecoder
+from steerway.core.testing import displaced
+from steerway.live.testing import BootClock, MavlinkDecoder
 from tests.mavlink_wire import NOON, Wire
 
 messages = pytest.importorskip("pymavlink.dialects.v20.ardupilotmega", reason="pymavlink is not installed")

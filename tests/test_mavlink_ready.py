@@ -5,14 +5,8 @@ import socket
 
 import pytest
 
-from steerway.core.errors import InputError
-from steerway.live import addresses
-from steerway.live.base.orders import State
-from steerway.live.mavlink.companion import Companion
-from steerway.live.mavlink.link import MavlinkLink
-from steerway.live.mavlink.readiness import Readiness, result_words
-from steerway.live.mavlink.signing import key_of
-from steerway.live.settings import Settings
+from steerway.core import InputError
+from steerway.live.testing import Companion, MavlinkLink, Readiness, Settings, State, addresses, key_of, result_words
 from tests.desk import Desk, dock_all, square
 from tests.mavlink_wire import messages
 from tests.ports import free_port, until

@@ -7,16 +7,12 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.core.angles import wrap
-from steerway.core.records import Fixes
-from steerway.estimation.course.filter import FiveStateFilter
-from steerway.estimation.course.smoothing.overlap import log_mean_likelihood
-from steerway.estimation.profiles import Profile
-from steerway.sensors.gnss import Gnss
-from steerway_studies.estimator_limits.bound import smoothing_bound
-from steerway_studies.estimator_limits.cells import CELLS, bounded, judged
-from steerway_studies.estimator_limits.statistics import over_runs
-from steerway_studies.estimator_limits.troubles import TROUBLES
+from steerway.core import Fixes, wrap
+from steerway.estimation import FiveStateFilter, Profile
+from steerway.estimation.testing import log_mean_likelihood
+from steerway.sensors import Gnss
+from steerway_studies.testing import CELLS, TROUBLES, bounded, over_runs, smoothing_bound
+from steerway_studies.testing import cells_judged as judged
 
 O05 = CELLS["o05"]
 

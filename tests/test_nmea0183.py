@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pytest
 
-from steerway.formats import nmea0183
+from steerway.formats.testing import nmea0183
 from tests.sentences import KNOT, START, clock, gga, gll, place, rmc, sealed, sortie, track
 
 DAY = 86400.0

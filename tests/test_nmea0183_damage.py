@@ -6,9 +6,8 @@ import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from steerway.core.errors import InputError
-from steerway.formats import nmea0183
-from steerway.formats.reading import read
+from steerway.core import InputError
+from steerway.formats.testing import nmea0183, read
 from tests.sentences import sortie
 
 WHOLE = sortie(60)

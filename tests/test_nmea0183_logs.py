@@ -9,8 +9,8 @@ import pytest
 from pynmeagps import NMEAReader
 from pynmeagps.exceptions import NMEAMessageError, NMEAParseError, NMEATypeError
 
-from steerway.formats import nmea0183
-from steerway.formats.nmea0183 import fields as field
+from steerway.formats.testing import fields as field
+from steerway.formats.testing import nmea0183
 
 LOGS = [
     "anemomind_corrupt/irene_20150429_fragments.nmea",

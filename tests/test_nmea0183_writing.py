@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from steerway.formats import nmea0183
-from steerway.formats.nmea0183.writing import gga, hdt, rmc, rot, sealed, vtg
+from steerway.formats.testing import gga, hdt, nmea0183, rmc, rot, sealed, vtg
 
 NOON = 1_719_835_200.0  # 2024-07-01 12:00 UTC
 PLACE = (math.radians(63.44), math.radians(-10.25))

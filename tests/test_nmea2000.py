@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from steerway.formats import nmea2000
+from steerway.formats.testing import nmea2000
 from tests.canboat_lines import frames, gnss, line, position
 
 START = 1785732420.0  # 04:47:00

@@ -7,7 +7,7 @@ import pytest
 
 from steerway import InputError
 from steerway.vessels import CALM, Actuator, Nomoto, conditions
-from steerway.vessels.nomoto import derivatives
+from steerway.vessels.testing import nomoto_derivatives as derivatives
 
 
 def sail(vessel, state, rudder, seconds, weather=CALM, step=0.05):

@@ -5,10 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from steerway.core.angles import wrap
-from steerway.core.estimate import NO_MEASUREMENTS, Measurements
-from steerway.estimation.course.filter import FiveStateFilter
-from steerway.estimation.course.onboard import AtFaceValue, FilterEstimator, HeadingTracker
+from steerway.core import NO_MEASUREMENTS, Measurements, wrap
+from steerway.estimation import FiveStateFilter
+from steerway.estimation.testing import AtFaceValue, FilterEstimator, HeadingTracker
 
 
 def turned(tracker, rate, seconds, gyro=False, noise=0.0, every=5, dt=0.02):

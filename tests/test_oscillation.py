@@ -7,11 +7,9 @@ import pytest
 from scipy.linalg import expm, solve_continuous_lyapunov
 
 import steerway
-from steerway.core.errors import InputError
-from steerway.core.records import REJECTED
+from steerway.core import REJECTED, InputError
 from steerway.estimation import Profile, choose_profile
-from steerway.estimation.course.forecast import forecast
-from steerway.estimation.course.motion.layout import (
+from steerway.estimation.testing import (
     EXTRAS,
     GATE,
     OSCILLATION_STATE,
@@ -19,10 +17,13 @@ from steerway.estimation.course.motion.layout import (
     PHASE,
     STATES,
     UNDER_WAY,
-    empty_bank,
+    run_rows,
+    transition,
 )
-from steerway.estimation.course.motion.models import predict, set_step, transition
-from steerway.estimation.course.replay import run_rows
+from steerway.estimation.testing import forecast_forecast as forecast
+from steerway.estimation.testing import layout_empty_bank as empty_bank
+from steerway.estimation.testing import models_predict as predict
+from steerway.estimation.testing import models_set_step as set_step
 from tests.scenes import Scene, angle_error, sailed
 
 SWELL = Profile(

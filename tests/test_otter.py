@@ -8,8 +8,9 @@ import pytest
 
 from steerway import InputError
 from steerway.vessels import CALM, Otter, conditions
-from steerway.vessels.otter import PROPELLER_MAX, PROPELLER_MIN, derivatives, thrust
-from steerway.vessels.otter_hull import mass_matrix
+from steerway.vessels.testing import PROPELLER_MAX, PROPELLER_MIN, mass_matrix
+from steerway.vessels.testing import otter_derivatives as derivatives
+from steerway.vessels.testing import otter_thrust as thrust
 from tests import otter_by_matrices
 from tests.golden import assert_golden, columns, golden
 
@@ -129,8 +130,7 @@ def test_a_drifting_boat_that_does_not_turn_feels_only_the_water():
 @pytest.mark.parametrize("payload", [(0.0, (0.0, 0.0, 0.0)), LOAD])
 def test_gyroscopic_forces_do_no_work(payload):
     """νᵀC(ν)ν = 0: what turns velocities about neither makes nor eats energy."""
-    from steerway.vessels.otter import _inertial_forces
-    from steerway.vessels.otter_hull import loaded
+    from steerway.vessels.testing import _inertial_forces, loaded
 
     hull = loaded(*payload, "today")
     for state, *_ in some_states():

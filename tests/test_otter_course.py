@@ -6,14 +6,20 @@ import math
 import numpy as np
 import pytest
 
-from steerway.identification.yaw import identify_yaw_from_fixes
-from steerway_studies import named, otter_course
-from steerway_studies.otter_course import comparisons
-from steerway_studies.otter_course import logs as otter_logs
-from steerway_studies.otter_course.boat import COMMAND, as_published, zigzag
-from steerway_studies.otter_course.logs import LOGS, as_printed
-from steerway_studies.otter_course.unwinding import turned
-from steerway_studies.papers.course_autopilot import OTTER_PRINTED_GAINS
+from steerway.identification import identify_yaw_from_fixes
+from steerway_studies.testing import (
+    COMMAND,
+    LOGS,
+    OTTER_PRINTED_GAINS,
+    as_printed,
+    as_published,
+    comparisons,
+    named,
+    otter_course,
+    turned,
+    zigzag,
+)
+from steerway_studies.testing import logs as otter_logs
 
 
 @pytest.fixture(scope="module")

@@ -4,9 +4,8 @@ import math
 
 import pytest
 
-from steerway_studies import named, otter_path
-from steerway_studies.otter_path import boat
-from steerway_studies.otter_path.boat import LOOKAHEAD, PathCase
+from steerway_studies.testing import BOAT_LOOKAHEAD as LOOKAHEAD
+from steerway_studies.testing import PathCase, boat, named, otter_path
 
 
 @pytest.mark.parametrize(("noise", "most"), [(0.1, 0.2), (0.5, 0.55)])

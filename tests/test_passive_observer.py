@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from steerway import InputError
-from steerway.core.angles import wrap
-from steerway.estimation.positioning.passive import DEMO_GAINS, ObserverGains, PassiveObserver
+from steerway.core import wrap
+from steerway.estimation.positioning import DEMO_GAINS, ObserverGains, PassiveObserver
 from steerway.vessels import CALM, CyberShip2
-from steerway.vessels.cybership2 import DAMPING, INERTIA
-from steerway_studies.cybership_observers import scenario
-from steerway_studies.cybership_observers.contestants import TUNED_GAINS
+from steerway.vessels.testing import DAMPING, INERTIA
+from steerway_studies.testing import TUNED_GAINS, scenario
 from tests.cybership_forces import public_forces
 from tests.golden import assert_golden, columns, golden
 

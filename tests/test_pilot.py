@@ -5,18 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from steerway.core.errors import InputError
-from steerway.core.estimate import Measurements
-from steerway.core.kinematics import GroundMotion, WaveMotion
-from steerway.estimation.course.onboard import AtFaceValue
-from steerway.guidance.line_of_sight import LineOfSight
-from steerway.guidance.reference import TrackingFilter
-from steerway.guidance.route import Route
-from steerway.guidance.waypoints import Mission
-from steerway.pilot import Mode, Pilot, SteadyForce
-from steerway.sensors.gnss import Gnss
-from steerway.sensors.suite import Suite
-from steerway.vessels.otter import BOAT as OTTER
+from steerway.core import InputError, Measurements
+from steerway.core.testing import GroundMotion, WaveMotion
+from steerway.estimation.testing import AtFaceValue
+from steerway.guidance import LineOfSight, Mission, Route, TrackingFilter
+from steerway.sensors import Gnss, Suite
+from steerway.testing import Mode, Pilot, SteadyForce
+from steerway.vessels.testing import OTTER_BOAT as OTTER
 
 UNDER_WAY = Measurements(0.0, 5.0, sog=0.8, cog=0.3, course_rate=0.0, heading=0.3, yaw_rate=0.0)
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from steerway import InputError
-from steerway.control.positioning import PositioningGains, PositionPID, by_bandwidth
+from steerway.control import PositioningGains, PositionPID
+from steerway.control.testing import by_bandwidth
 from steerway.vessels import CALM, CyberShip2
-from steerway.vessels.cybership2 import INERTIA
-from steerway_studies.cybership_observers import positioning, scenario
-from steerway_studies.papers.positioning import PrintedPositionPID, saturation
+from steerway.vessels.testing import INERTIA
+from steerway_studies.testing import PrintedPositionPID, positioning, saturation, scenario
 
 
 def unlimited():

@@ -8,18 +8,22 @@ import polars as pl
 import pytest
 
 import steerway
-from steerway.core.earth import displacement
-from steerway.core.records import Fixes
-from steerway.estimation import InferredProfile, Profile, load_profile
-from steerway.estimation.course.forecast import forecast
-from steerway.estimation.course.motion.layout import LOW_SPEED, PHASE, UNDER_WAY, empty_bank
-from steerway.estimation.inference import model as structure
-from steerway.estimation.inference.discrete import set_steps
-from steerway.estimation.inference.forecast import draw_voyages
-from steerway.estimation.inference.place import MOMENTS
-from steerway.estimation.inference.structures import model_of, parameters_of
-from steerway.estimation.prediction import Prediction, predict
-from steerway.estimation.profiles.inferred import WeighedStructure
+from steerway.core import Fixes, displacement
+from steerway.estimation import InferredProfile, Prediction, Profile, load_profile, predict
+from steerway.estimation.testing import (
+    LOW_SPEED,
+    MOMENTS,
+    PHASE,
+    UNDER_WAY,
+    WeighedStructure,
+    draw_voyages,
+    model_of,
+    parameters_of,
+    set_steps,
+)
+from steerway.estimation.testing import forecast_forecast as forecast
+from steerway.estimation.testing import layout_empty_bank as empty_bank
+from steerway.estimation.testing import model as structure
 from tests.command_line import run
 from tests.scenes import EPOCH, sailed, straight, turning
 
@@ -273,7 +277,7 @@ def test_profiles_are_listed_shown_and_made(tmp_path):
 
 def test_the_solent(shared_data):
     """Better than dead reckoning on what is transmitted, and inside the ellipse as often as it says."""
-    from steerway_studies.ais_prediction import CHI_SQUARE, LOG, judged_predictions
+    from steerway_studies.testing import CHI_SQUARE, LOG, judged_predictions
 
     found = judged_predictions(steerway.read(shared_data / "data" / LOG), horizons=(30.0, 120.0, 300.0, 600.0))
     moving = found[(found[:, 1] >= 0.5) & np.isfinite(found[:, 3])]

@@ -4,11 +4,10 @@ import math
 
 import pytest
 
-from steerway.core.leg import leg_direction, track_errors
-from steerway.guidance.line_of_sight import line_of_sight
-from steerway.guidance.route import Route
-from steerway.guidance.waypoints import Mission
-from steerway_studies.papers import path_following as printed
+from steerway.core import leg_direction, track_errors
+from steerway.guidance import Mission, Route
+from steerway.guidance.testing import line_of_sight
+from steerway_studies.testing import path_following as printed
 
 P1_WAYPOINTS = ([0.0, 2000.0, 5000.0, 3000.0, 6000.0, 10000.0], [0.0, 0.0, 5000.0, 8000.0, 12000.0, 12000.0])
 

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from steerway.core.errors import InputError
-from steerway.core.workers import in_workers
+from steerway.core import InputError
+from steerway.core.testing import in_workers
 from tests.command_line import STEERWAY, run_process
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self").exists(), reason="processes are counted in /proc")

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from steerway.core.errors import InputError
-from steerway.formats import ais, gpx, nmea2000, table, ubx
+from steerway.core import InputError
+from steerway.formats.testing import ais, gpx, nmea2000, table, ubx
 from tests.ais_sentences import sentences, tagged
 from tests.canboat_lines import frames, gnss, line, position
 from tests.gpx_documents import WHOLE

@@ -7,8 +7,8 @@ import re
 import numpy as np
 import pytest
 
-from steerway.core.errors import InputError
-from steerway.formats.reading import read, survey
+from steerway.core import InputError
+from steerway.formats.testing import read, survey
 from tests.sentences import START, gga, place, rmc, sealed, sortie, track
 
 

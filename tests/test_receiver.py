@@ -6,22 +6,29 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from steerway.core.angles import wrap_array
-from steerway.core.records import PREDICTED, REJECTED
+from steerway.core import REJECTED, wrap_array
+from steerway.core.testing import PREDICTED
 from steerway.estimation import LearningFilter
-from steerway.estimation.inference.bank import LONGEST_STEP, advance, start
-from steerway.estimation.inference.fit import Rows
-from steerway.estimation.inference.model import COURSE, MODES, SPEED, empty_bank
-from steerway.estimation.inference.record import (
+from steerway.estimation.testing import (
+    COURSE,
+    LONGEST_STEP,
+    MODES,
+    SPEED,
+    Rows,
+    advance,
     excerpt,
     extrapolated,
+    infer_log,
+    model_of,
+    motion_of,
     of_other_receiver,
+    parameters_of,
+    take_fix,
     walking,
     without_copies,
 )
-from steerway.estimation.inference.structures import model_of, parameters_of
-from steerway.estimation.inference.weigh import take_fix
-from steerway.estimation.inference.whole_log import infer_log, motion_of
+from steerway.estimation.testing import bank_start as start
+from steerway.estimation.testing import model_empty_bank as empty_bank
 from tests.scenes import sailed, turning
 
 SETTLED = 100

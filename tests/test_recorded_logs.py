@@ -9,8 +9,8 @@ import polars as pl
 import pytest
 
 import steerway
-from steerway.estimation.course.comparison import compare
-from steerway_studies import real_logs
+from steerway.estimation.testing import compare
+from steerway_studies.testing import real_logs
 
 OTHER = "ais_misc/*.nm4"
 """A log that is not in the study."""

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from steerway.core.errors import InputError
-from steerway.guidance.reference import LowPass, Reference, ReferenceModel, TrackingFilter
-from steerway_studies.papers import references as printed
+from steerway.core import InputError
+from steerway.guidance import LowPass, Reference, ReferenceModel, TrackingFilter
+from steerway_studies.testing import references as printed
 
 H = 0.05
 

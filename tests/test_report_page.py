@@ -15,14 +15,10 @@ from numpy.testing import assert_allclose
 pytest.importorskip("bokeh", reason="bokeh is not installed")
 
 import steerway
-from steerway.core.records import REJECTED
-from steerway.report.course_axis import course_cut
-from steerway.report.events import events
-from steerway.report.interactive.data import mercator
-from steerway.report.motion_page import write_report
-from steerway.report.summary import summarise
+from steerway.core import REJECTED
+from steerway.report.testing import course_cut, events, mercator, summarise, write_report
 from steerway.simulation import parse_scenario, sail_scenario
-from steerway.simulation.runs.story import write_story
+from steerway.simulation.testing import write_story
 from tests.browser import chromium
 from tests.scenes import turning
 

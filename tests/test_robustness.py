@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from steerway.core.earth import displacement
-from steerway.core.records import NO_COURSE, OK, REJECTED, Fixes
+from steerway.core import OK, REJECTED, Fixes, displacement
+from steerway.core.testing import NO_COURSE
 from steerway.estimation import FiveStateFilter, Profile
-from steerway_studies.estimator_limits.scenarios import SLOW
+from steerway_studies.testing import SLOW
 from tests.scenes import angle_error, sailed, straight, turning
 
 SMALL = Profile(speed_noise=1e-3, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.1)

@@ -5,10 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from steerway.core.errors import InputError
-from steerway.simulation.advising import advise
-from steerway.simulation.assembly import assemble, boat, pilot
-from steerway.simulation.reading import load_scenario, parse_scenario
+from steerway.core import InputError
+from steerway.simulation import assemble, load_scenario, parse_scenario
+from steerway.simulation.testing import advise, boat, pilot
 
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
 ROUTE = "[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 200, east = 0 }]\n"
@@ -155,7 +154,7 @@ def test_what_is_wrong_is_one_sentence(expected):
 def test_a_file_that_is_not_there_and_a_profile_beside_the_scenario(tmp_path):
     with pytest.raises(InputError, match=r"scenario .*none\.toml cannot be read: No such file"):
         load_scenario(tmp_path / "none.toml")
-    from steerway.estimation.profiles import Profile
+    from steerway.estimation import Profile
 
     Profile.named("otter").model_copy(update={"position_std": 0.123}).save(tmp_path / "mine.toml")
     (tmp_path / "scene.toml").write_text(ROUTE + '[estimator]\nprofile = "mine.toml"', encoding="utf-8")

@@ -9,18 +9,13 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from steerway.commands import sailing as commands
-from steerway.commands.demo import SCENARIO, simulate_demo
-from steerway.core.errors import InputError
-from steerway.estimation.course.filter import FiveStateFilter
-from steerway.formats import nmea0183
-from steerway.simulation import outcome
-from steerway.simulation.advising import advise
-from steerway.simulation.assembly import begins
-from steerway.simulation.loop import COLUMNS
-from steerway.simulation.reading import load_scenario, parse_scenario
-from steerway.simulation.run import origin, sail_scenario
-from steerway.simulation.runs.writing import write
+from steerway.commands.testing import SCENARIO, simulate_demo
+from steerway.commands.testing import sailing as commands
+from steerway.core import InputError
+from steerway.estimation import FiveStateFilter
+from steerway.formats.testing import nmea0183
+from steerway.simulation import load_scenario, parse_scenario, sail_scenario
+from steerway.simulation.testing import COLUMNS, advise, begins, origin, outcome, write
 
 SHORT = """
 duration = 60.0

@@ -17,20 +17,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from steerway.commands.cli import main
-from steerway.core.errors import InputError
-from steerway.formats import nmea0183
-from steerway.live import addresses
-from steerway.live.base.orders import Order, State
-from steerway.live.mavlink.companion import Companion
-from steerway.live.mavlink.dialect import RoverMode
-from steerway.live.mavlink.link import MavlinkLink
-from steerway.live.schemes import Context
-from steerway.live.simulated.boat import SimulatedBoat
-from steerway.live.simulated.inner_loops import InnerLoops
-from steerway.live.simulated.propellers import PropellerReceiver
-from steerway.live.simulated.running import RunningBoat
-from steerway.simulation.reading import load_scenario, parse_scenario
+from steerway.commands.testing import main
+from steerway.core import InputError
+from steerway.formats.testing import nmea0183
+from steerway.live.testing import (
+    Companion,
+    Context,
+    InnerLoops,
+    MavlinkLink,
+    Order,
+    PropellerReceiver,
+    RoverMode,
+    RunningBoat,
+    SimulatedBoat,
+    State,
+    addresses,
+)
+from steerway.simulation import load_scenario, parse_scenario
 from tests.mavlink_wire import NOON, Wire
 from tests.ports import free_port, until
 

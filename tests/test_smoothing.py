@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.core import wrap_array
-from steerway.core.records import Fixes
+from steerway.core import Fixes, wrap_array
 from steerway.estimation import Profile
-from steerway_studies.estimator_limits.cells import CELLS
-from steerway_studies.estimator_limits.statistics import errors
+from steerway_studies.testing import CELLS, errors
 from tests.scenes import straight, turning
 
 ENDS = 100

@@ -10,7 +10,7 @@ import sys
 import pytest
 from benchmarks.soak.run import soak
 
-from steerway.live.pulse import Durations, Pulse
+from steerway.live.testing import Durations, Pulse
 
 SECONDS = 15.0
 

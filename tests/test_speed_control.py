@@ -6,13 +6,18 @@ import numpy as np
 import pytest
 
 from steerway import InputError
-from steerway.control.speed import AdaptiveSpeed, AdaptiveSpeedGains
-from steerway.control.speed_force import ForceLoop, speed_loop
-from steerway.control.speed_observer import ObservedSpeed, SpeedObserverGains
-from steerway.control.speed_pi import SpeedPI, SpeedPIGains
+from steerway.control import (
+    AdaptiveSpeed,
+    AdaptiveSpeedGains,
+    ForceLoop,
+    ObservedSpeed,
+    SpeedObserverGains,
+    SpeedPI,
+    SpeedPIGains,
+    speed_loop,
+)
 from steerway.vessels import CALM, Surge, conditions
-from steerway_studies.adaptive_speed import judge, plants, printed
-from steerway_studies.papers.speed_mrac import PrintedMrac
+from steerway_studies.testing import PrintedMrac, judge, plants, printed
 
 
 def respond(name, setpoint, control=None, duration=120.0, control_step=0.05):

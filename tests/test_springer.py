@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from steerway.core.errors import InputError
-from steerway.sensors.compass import deviation
-from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, DynamicCompass, random_compass, stability_limit
-from steerway.vessels.springer import PAPER_YAW, RPM, SPEED, Springer
-from steerway.vessels.vessel import conditions
+from steerway.core import InputError
+from steerway.sensors import TCM2, TRUE_TCM2, DynamicCompass, random_compass, stability_limit
+from steerway.sensors.testing import deviation
+from steerway.vessels import RPM, Springer, conditions
+from steerway.vessels.testing import PAPER_YAW, SPEED
 
 CALM = conditions()
 

@@ -8,19 +8,29 @@ import pytest
 
 pytest.importorskip("daqp")
 
-from steerway.core.errors import InputError
-from steerway.core.leg import LegState
-from steerway.estimation.heading.compass_alarm import gain_range
-from steerway.estimation.heading.interval.filter import IntervalFilter
-from steerway.estimation.heading.interval.weighting import LearnedHeading, shipped
-from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, random_compass
-from steerway.vessels.springer import RPM
-from steerway_studies import named
-from steerway_studies.papers.range_rate import RangeRatePassing
-from steerway_studies.springer_mission import perturbed
-from steerway_studies.springer_mission.missions import alarm_mission, real_mission, unseen_mission
-from steerway_studies.springer_mission.navigators import WeightedBounds, ideal, interval_box, nominal
-from steerway_studies.springer_mission.world import PAPER_CIRCUIT, World, ideal_path, random_circuit, replayed, sail
+from steerway.core import InputError, LegState
+from steerway.estimation.heading import IntervalFilter, LearnedHeading
+from steerway.estimation.heading.testing import gain_range, shipped
+from steerway.sensors import TCM2, TRUE_TCM2, random_compass
+from steerway.vessels import RPM
+from steerway_studies.testing import (
+    PAPER_CIRCUIT,
+    RangeRatePassing,
+    WeightedBounds,
+    World,
+    alarm_mission,
+    ideal,
+    ideal_path,
+    interval_box,
+    named,
+    nominal,
+    random_circuit,
+    real_mission,
+    replayed,
+    unseen_mission,
+)
+from steerway_studies.testing import springer_mission_perturbed as perturbed
+from steerway_studies.testing import world_sail as sail
 
 
 @pytest.fixture(scope="module")
@@ -120,7 +130,7 @@ def test_shipped_networks():
 @pytest.mark.filterwarnings("ignore:Stochastic Optimizer")
 def test_training_learns_a_weight_from_little():
     pytest.importorskip("sklearn")
-    from steerway_studies.springer_mission.training import lesson, train
+    from steerway_studies.testing import lesson, train
 
     notes = np.concatenate([lesson(2_000_000 + k) for k in range(6)])[::10]
     network = train(notes, "weight", iterations=200)

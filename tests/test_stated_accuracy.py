@@ -7,11 +7,9 @@ import struct
 import numpy as np
 import pytest
 
-from steerway.core.timestamps import iso
-from steerway.formats import gpx, nmea0183, nmea2000, table
-from steerway.formats.dilution import deviation
-from steerway.live.links.gpsd import GpsdDecoder
-from steerway.live.links.signalk import SignalKDecoder
+from steerway.core.testing import iso
+from steerway.formats.testing import deviation, gpx, nmea0183, nmea2000, table
+from steerway.live.testing import GpsdDecoder, SignalKDecoder
 from tests.canboat_lines import gnss, line, position
 from tests.gpx_documents import POINT, document
 from tests.sentences import START, clock, place, rmc, sealed

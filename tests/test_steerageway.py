@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from steerway.core.earth import displaced_all
-from steerway.core.records import Fixes
+from steerway.core import Fixes
+from steerway.core.testing import displaced_all
 from steerway.estimation import FiveStateFilter, Profile
 
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from steerway import InputError
-from steerway.simulation.outcome import leg_rms
-from steerway.simulation.reading import parse_scenario
-from steerway.simulation.run import sail_scenario
+from steerway.simulation import parse_scenario, sail_scenario
+from steerway.simulation.testing import leg_rms
 
 pytest.importorskip("daqp")
 

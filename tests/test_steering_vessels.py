@@ -4,16 +4,11 @@ import math
 
 import pytest
 
-from steerway.control.allocation import OTTER_PROPELLERS
-from steerway.control.course import AnglePID, place_poles
-from steerway.guidance.line_of_sight import LineOfSight
-from steerway.guidance.reference import LowPass
-from steerway.guidance.route import Route
-from steerway.guidance.waypoints import Mission, Phase
-from steerway.vessels import otter
-from steerway.vessels.mariner import RUDDER, Mariner
-from steerway.vessels.vessel import CALM
-from steerway_studies.papers.course_autopilot import MARINER_NOMOTO
+from steerway.control import OTTER_PROPELLERS, AnglePID, place_poles
+from steerway.guidance import LineOfSight, LowPass, Mission, Phase, Route
+from steerway.vessels import CALM, Mariner
+from steerway.vessels.testing import RUDDER, otter
+from steerway_studies.testing import MARINER_NOMOTO
 
 
 def test_a_mariner_ship_on_p1s_route():

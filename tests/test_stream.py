@@ -9,12 +9,10 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.core.records import PREDICTED
+from steerway.core.testing import PREDICTED
 from steerway.estimation import InferredFilter, InferredProfile, LearningFilter, choose_profile
-from steerway.estimation.inference import learning
-from steerway.estimation.inference.learning import prior_profile
-from steerway.live.base.rows import rows_of
-from steerway.live.navigator import Navigator
+from steerway.estimation.testing import learning, prior_profile
+from steerway.live.testing import Navigator, rows_of
 from tests.scenes import angle_error, turning
 
 NAMES = ("sog", "cog", "course_rate", "sog_std", "cog_std", "course_rate_std", "position_std")

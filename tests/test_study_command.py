@@ -12,11 +12,9 @@ import pytest
 
 import steerway
 import steerway_studies
-from steerway.commands import terminal
-from steerway.commands.study import GROUP, study
+from steerway.commands.testing import GROUP, study, terminal
 from steerway.simulation import Unfinished
-from steerway_studies.parts import keeping, over_cases
-from steerway_studies.study import Results, Study
+from steerway_studies.testing import Results, Study, keeping, over_cases
 
 ROOT = Path(steerway.__file__).parents[2]
 

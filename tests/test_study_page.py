@@ -2,7 +2,7 @@
 
 import json
 
-from steerway_studies.study import Results
+from steerway_studies.testing import Results
 
 
 def long_study():

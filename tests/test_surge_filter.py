@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from steerway import InputError
-from steerway.estimation.speed.surge import BIAS, CURRENT, LEAK, SPEED, SurgeFilter, SurgeTuning
-from steerway_studies.adaptive_speed import judge, plants, printed
-from steerway_studies.adaptive_speed.cases import Job, run
-from steerway_studies.papers.speed_ekf import SENSOR_STDS, PrintedSpeedEkf
+from steerway.estimation.speed import SurgeFilter, SurgeTuning
+from steerway.estimation.speed.testing import BIAS, CURRENT, LEAK, SPEED
+from steerway_studies.testing import SENSOR_STDS, Job, PrintedSpeedEkf, judge, plants, printed, run
 
 GATE = 10.8
 """χ² with one degree of freedom at 0.1 %: 10.83."""

@@ -5,9 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from steerway.estimation.speed.fault_vote import FaultVote
-from steerway.estimation.speed.fusion import FaultEvent, SurgeFusion
-from steerway_studies.adaptive_speed.cases import FAULTS, Job, run
+from steerway.estimation.speed import FaultEvent, FaultVote, SurgeFusion
+from steerway_studies.testing import FAULTS, Job, run
 
 STEP = 0.02
 

@@ -7,10 +7,10 @@ import pytest
 
 from steerway import InputError
 from steerway.control import AdaptiveSpeedGains
-from steerway.formats.surge_log import read_surge_log
+from steerway.formats.testing import read_surge_log
 from steerway.identification import SurgeModel, identify_surge
 from steerway.vessels import CALM, Propeller, Surge
-from steerway_studies.adaptive_speed import plants
+from steerway_studies.testing import plants
 
 STEPS = (5.0, 9.0, 14.0, 9.0, 5.0)
 

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from steerway import InputError
-from steerway.vessels import CALM, Actuator, Caldas, Propeller, Surge, conditions
-from steerway.vessels.actuators import follow
-from steerway.vessels.propeller import thrust, thrust_coefficient
-from steerway.vessels.surge import CALDAS_MASS, published_surrogate
-from steerway_studies.adaptive_speed import theory
+from steerway.vessels import CALDAS_MASS, CALM, Actuator, Caldas, Propeller, Surge, conditions, published_surrogate
+from steerway.vessels.testing import follow, thrust_coefficient
+from steerway.vessels.testing import propeller_thrust as thrust
+from steerway_studies.testing import theory
 
 CURVE = Propeller().curve()
 

@@ -7,10 +7,9 @@ import polars as pl
 import pytest
 from numpy.testing import assert_allclose
 
-from steerway.core.earth import KNOT
-from steerway.core.errors import InputError
-from steerway.core.timestamps import iso, unix_times
-from steerway.formats import table
+from steerway.core import InputError
+from steerway.core.testing import KNOT, iso, unix_times
+from steerway.formats.testing import table
 
 T = 1672531201.0  # 2023-01-01 00:00:01
 

@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from steerway.estimation.inference.stamps import regular_times
-from steerway.estimation.inference.whole_log import Track, infer_log, motion_of
+from steerway.estimation.testing import Track, infer_log, motion_of, regular_times
 from tests.scenes import turning
 
 SETTLED = 100

@@ -8,18 +8,23 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.core.earth import displacement
-from steerway.estimation import InferredProfile, Profile, choose_profile, load_profile, tune
-from steerway.estimation.inference import tune as tuning
-from steerway.estimation.inference.fit import FURTHEST, Fit, Posterior
-from steerway.estimation.inference.parts import PLAIN
-from steerway.estimation.inference.selection import infer
-from steerway.estimation.inference.structures import parameters_of
-from steerway.estimation.inference.whole_log import Track, infer_log, motion_of
-from steerway.estimation.prediction import predict
-from steerway.sensors.gnss import Gnss
-from steerway_studies.estimator_limits.scenarios import FAST, SLOW, sail
-from steerway_studies.estimator_limits.troubles import BEGIN, standstill
+from steerway.core import displacement
+from steerway.estimation import InferredProfile, Profile, choose_profile, load_profile, predict, tune
+from steerway.estimation.testing import (
+    FURTHEST,
+    PLAIN,
+    Fit,
+    Posterior,
+    Track,
+    infer,
+    infer_log,
+    motion_of,
+    parameters_of,
+)
+from steerway.estimation.testing import tune as tuning
+from steerway.sensors import Gnss
+from steerway_studies.testing import BEGIN, FAST, SLOW, standstill
+from steerway_studies.testing import scenarios_sail as sail
 from tests.command_line import run
 from tests.scenes import angle_error, sailed
 

@@ -5,15 +5,24 @@ import math
 import numpy as np
 import pytest
 
-from steerway.estimation.course.update.aids import AIDS
-from steerway.estimation.inference import whole_log
-from steerway.estimation.inference.course import COG, COG_STD, RATE, SOG, SOG_STD, smoothed_record
-from steerway.estimation.inference.fit import Rows
-from steerway.estimation.inference.fuse import QUICK_SPEED, QUICK_SPEED_TIME
-from steerway.estimation.inference.model import RATE as RATE_STATE
-from steerway.estimation.inference.reversal import reversal_of
-from steerway.estimation.inference.selection import Structure
-from steerway.estimation.inference.structures import model_of, parameters_of
+from steerway.estimation.testing import (
+    AIDS,
+    COG,
+    COG_STD,
+    QUICK_SPEED,
+    QUICK_SPEED_TIME,
+    RATE,
+    SOG,
+    SOG_STD,
+    Rows,
+    Structure,
+    model_of,
+    parameters_of,
+    reversal_of,
+    smoothed_record,
+    whole_log,
+)
+from steerway.estimation.testing import RATE as RATE_STATE
 
 NOISE = 0.3
 _NONE = np.empty(0)

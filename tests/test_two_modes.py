@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 import steerway
-from steerway.core import wrap_array
-from steerway.core.records import REJECTED
+from steerway.core import REJECTED, wrap_array
 from steerway.estimation import FiveStateFilter, Profile
-from steerway_studies.estimator_limits.cells import CELLS
+from steerway_studies.testing import CELLS
 from tests.scenes import angle_error, sailed, straight
 
 STEADY = {"speed_noise": 1e-4, "course_rate_noise": 1e-5, "course_rate_decay": 1.0, "position_std": 0.5}

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from steerway.core.errors import InputError
+from steerway.core import InputError
 from steerway.simulation import Unfinished
 from tests.command_line import STEERWAY
 

@@ -9,15 +9,25 @@ import pytest
 
 import steerway
 import steerway_studies as studies
-from steerway.core.earth import displaced_all
+from steerway.core.testing import displaced_all
 from steerway.estimation import choose_profile, log_likelihood
-from steerway_studies import unseen_logs
-from steerway_studies.unseen_logs import catalogue, plain_ekf, prediction, summarise
-from steerway_studies.unseen_logs.alignment import course_lag, rate_lag, velocity_lag
-from steerway_studies.unseen_logs.contestants import difference
-from steerway_studies.unseen_logs.judging import right_refused
-from steerway_studies.unseen_logs.recordings import JudgedLog, heading_rate, opened, plane
-from steerway_studies.unseen_logs.reference import VelocityReference
+from steerway_studies.testing import (
+    JudgedLog,
+    VelocityReference,
+    catalogue,
+    course_lag,
+    difference,
+    heading_rate,
+    opened,
+    plain_ekf,
+    plane,
+    prediction,
+    rate_lag,
+    right_refused,
+    summarise,
+    unseen_logs,
+    velocity_lag,
+)
 
 HOME = math.radians(54.0), math.radians(10.0)
 STEP = 0.2

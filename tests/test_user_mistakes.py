@@ -9,12 +9,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 import steerway
-from steerway.core.earth import KNOT
-from steerway.core.records import Fixes
+from steerway.core import Fixes
+from steerway.core.testing import KNOT
 from steerway.estimation import Profile
-from steerway.estimation.course.comparison import compare
-from steerway.formats import table
-from steerway.simulation.reading import parse_scenario
+from steerway.estimation.testing import compare
+from steerway.formats.testing import table
+from steerway.simulation import parse_scenario
 from tests.command_line import run
 
 T = 1672531201

@@ -8,15 +8,20 @@ import pytest
 from scipy.linalg import expm
 
 from steerway import InputError
-from steerway.core.angles import wrap
-from steerway.estimation.positioning import low_speed
-from steerway.estimation.positioning.adaptive_noise import VariationalNoise
-from steerway.estimation.positioning.time_varying import SpeedDependentFixNoise, TimeVaryingNoise, saturated
-from steerway.estimation.positioning.vessel_filter import PATIENCE, VesselFilter, VesselNoise
-from steerway.estimation.positioning.vessel_smoother import smooth
+from steerway.core import wrap
+from steerway.estimation.positioning import (
+    SpeedDependentFixNoise,
+    TimeVaryingNoise,
+    VariationalNoise,
+    VesselFilter,
+    VesselNoise,
+    saturated,
+    smooth,
+)
+from steerway.estimation.positioning.testing import PATIENCE, low_speed
 from steerway.vessels import CyberShip2, conditions
-from steerway.vessels.cybership2 import DAMPING, INERTIA
-from steerway_studies.cybership_observers import contestants, scenario
+from steerway.vessels.testing import DAMPING, INERTIA
+from steerway_studies.testing import contestants, scenario
 
 MODEL = low_speed.pack(INERTIA, DAMPING, 50.0, 0.8, 0.1)
 STATE = np.array([1.0, -2.0, 0.7, 0.3, -0.15, 0.2, 0.2, -0.3, 0.02, 0.05, -0.1, 0.2, 0.1])

@@ -4,10 +4,9 @@ import math
 
 import pytest
 
-from steerway.core.errors import InputError
-from steerway.guidance.route import Route
-from steerway.guidance.voyage import Voyage
-from steerway.guidance.waypoints import Mission, Phase
+from steerway.core import InputError
+from steerway.guidance import Mission, Phase, Route
+from steerway.guidance.testing import Voyage
 
 
 def route():

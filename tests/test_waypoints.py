@@ -7,12 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from steerway.core.errors import InputError
-from steerway.guidance.corners import corner
-from steerway.guidance.line_of_sight import LineOfSight
-from steerway.guidance.route import Route
-from steerway.guidance.waypoints import Mission, Passing, Phase
-from steerway_studies.papers.path_following import RangeRateTest
+from steerway.core import InputError
+from steerway.guidance import LineOfSight, Mission, Passing, Phase, Route
+from steerway.guidance.testing import corner
+from steerway_studies.testing import RangeRateTest
 from tests.boats import Nomoto
 
 SQUARE = Route([0.0, 100.0, 100.0, 0.0], [0.0, 0.0, 100.0, 100.0])

@@ -8,9 +8,9 @@ import polars as pl
 import pytest
 from numpy.testing import assert_allclose
 
-from steerway.core.errors import InputError
-from steerway.core.records import Fixes, Motion
-from steerway.formats import gpx, table, writing
+from steerway.core import Fixes, InputError, Motion
+from steerway.formats.testing import formats_writing as writing
+from steerway.formats.testing import gpx, table
 
 RNG = np.random.default_rng(7)
 N = 300

@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 
-from steerway.sensors.tcm2 import TRUE_TCM2, DynamicCompass
-from steerway.vessels.springer import RPM, Springer
-from steerway.vessels.vessel import conditions
+from steerway.sensors import TRUE_TCM2, DynamicCompass
+from steerway.vessels import RPM, Springer, conditions
 
 
 def record(seconds=60, compass=TRUE_TCM2, plant="paper", current=(0.0, 0.15), seed=0, heading=0.0, **vessel):

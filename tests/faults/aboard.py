@@ -8,16 +8,20 @@ from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from steerway.core.records import OK
-from steerway.core.timestamps import iso
-from steerway.live.base.orders import Order, State
-from steerway.live.base.rows import Row, lost
-from steerway.live.links.file import FileSink
-from steerway.live.links.signalk import SignalKDecoder
-from steerway.live.mavlink.dialect import dialect
-from steerway.live.mavlink.guided import Guided
-from steerway.live.outputs.deltas import Deltas
-from steerway.live.process import log_to_stderr
+from steerway.core import OK
+from steerway.core.testing import iso
+from steerway.live.testing import (
+    Deltas,
+    FileSink,
+    Guided,
+    Order,
+    Row,
+    SignalKDecoder,
+    State,
+    dialect,
+    log_to_stderr,
+    lost,
+)
 from tests.disk import Disk
 
 NOON = 1_719_835_200.0

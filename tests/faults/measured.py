@@ -11,12 +11,9 @@ from unittest import mock
 
 import numpy as np
 
-from steerway.core.angles import wrap
-from steerway.core.earth import displacement
-from steerway.core.records import PREDICTED, STATUSES
-from steerway.live import addresses
-from steerway.live.navigator import Navigator
-from steerway.live.service import Service
+from steerway.core import displacement, wrap
+from steerway.core.testing import PREDICTED, STATUSES
+from steerway.live.testing import Navigator, Service, addresses
 from tests.faults import hastened
 from tests.faults.sorties import BEGIN, COURSE, END, SPEED, Fault
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from steerway.core.angles import wrap
-from steerway.core.earth import displaced
-from steerway.formats.nmea0183.epochs import ROLLOVER
+from steerway.core import wrap
+from steerway.core.testing import displaced
+from steerway.formats.testing import ROLLOVER
 from tests.sentences import KNOT, clock, place, sealed
 
 SPEED, COURSE = 2.0, math.radians(60.0)

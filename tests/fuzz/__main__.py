@@ -11,7 +11,7 @@ import time
 from contextlib import closing
 from pathlib import Path
 
-from steerway.core.workers import in_workers
+from steerway.core.testing import in_workers
 from tests.fuzz.rounds import Round, fuzz
 from tests.fuzz.targets import TARGETS
 

@@ -11,7 +11,7 @@ import sys
 import atheris
 
 with atheris.instrument_imports(include=["steerway.formats", "steerway.live"]):
-    from steerway.core.errors import InputError
+    from steerway.core import InputError
     from tests.fuzz.targets import REFUSED, named
 
     _, name, seconds, folder = sys.argv

@@ -11,7 +11,7 @@ import traceback
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from steerway.core.errors import InputError
+from steerway.core import InputError
 from tests.fuzz.mutation import mutated
 from tests.fuzz.targets import REFUSED, named
 

@@ -16,7 +16,7 @@ import numpy as np
 import polars as pl
 import zstandard
 
-from steerway.core.records import REPORTED
+from steerway.core.testing import REPORTED
 from tests.ais_sentences import sentences, tagged
 from tests.canboat_lines import frames, gnss, line, position
 from tests.gpx_documents import WHOLE
@@ -107,7 +107,7 @@ def examples(pattern: str):
 
 def profiles():
     """The built-in profiles as files."""
-    from steerway.estimation.profiles import BUILT_IN
+    from steerway.estimation.testing import BUILT_IN
 
     return [profile.toml().encode() for profile in BUILT_IN.values()]
 

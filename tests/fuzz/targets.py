@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.core.errors import InputError
+from steerway.core import InputError
 from tests.fuzz import seeds
 
 REFUSED = "refused"
@@ -61,7 +61,7 @@ def _format(name):
 
 
 def _any_log(data):
-    from steerway.formats.reading import survey
+    from steerway.formats.testing import survey
 
     try:
         logs = survey(data, max_size=1e7)
@@ -97,32 +97,32 @@ _MEMORY = "/dev/shm" if os.path.isdir("/dev/shm") else None
 
 
 def _scenario(path):
-    from steerway.simulation.reading import load_scenario
+    from steerway.simulation import load_scenario
 
     load_scenario(path)
 
 
 def _profile(path):
-    from steerway.estimation.profiles import Profile
+    from steerway.estimation import Profile
 
     profile = Profile.load(path)
     assert Profile.load.__self__ is Profile and profile.toml()
 
 
 def _settings(path):
-    from steerway.live.settings import Settings
+    from steerway.live.testing import Settings
 
     Settings.load(path)
 
 
 def _mission(path):
-    from steerway.live.autopilot.mission import GeodeticRoute
+    from steerway.live.testing import GeodeticRoute
 
     GeodeticRoute.load(path)
 
 
 def _ais_table(path):
-    from steerway.formats import ais_tables
+    from steerway.formats.testing import ais_tables
 
     with ais_tables.reports(Path(path), Path(path).parent) as frame:
         if frame is not None:
@@ -151,7 +151,7 @@ def _link(make):
 
 def _n2k(data):
     """Lines of a gateway on TCP."""
-    from steerway.live.n2k import device
+    from steerway.live.testing import device
 
     decoder, rows = device.N2kDecoder(), []
     for k, line in enumerate(data.split(b"\n")):
@@ -162,27 +162,26 @@ def _n2k(data):
 
 
 def _receiver():
-    from steerway.live.links.decoding import ReceiverDecoder
+    from steerway.live.testing import ReceiverDecoder
 
     return ReceiverDecoder()
 
 
 def _signalk():
-    from steerway.live.links.signalk import SignalKDecoder
+    from steerway.live.testing import SignalKDecoder
 
     return SignalKDecoder()
 
 
 def _gpsd():
-    from steerway.live.links.gpsd import GpsdDecoder
+    from steerway.live.testing import GpsdDecoder
 
     return GpsdDecoder()
 
 
 def _mavlink(data):
     """Packets of a vehicle to the companion computer: nothing they hold may raise."""
-    from steerway.live import addresses
-    from steerway.live.mavlink.companion import Companion
+    from steerway.live.testing import Companion, addresses
 
     companion = Companion(addresses.sources(["mavlink:udpin:127.0.0.1:1"])[0][0])
     rows = []
@@ -197,8 +196,7 @@ TOKEN = "correct-horse-battery"
 
 def _helm(data):
     """A request to the helm page, which is reached by nobody without a login."""
-    from steerway.live.helm import gate
-    from steerway.live.helm.address import Address
+    from steerway.live.testing import Address, gate
 
     gate._PAUSE = 0.0
     head, _, body = data.partition(b"\n\n")
@@ -232,13 +230,8 @@ SCHEMES = ("http", "https", "ws", "wss")
 
 def _helm_lines(data):
     """Lines of the page's process to the service, which carries out what they request."""
-    from steerway.estimation.profiles import Profile
-    from steerway.live.autopilot.holding import HoldingGuide
-    from steerway.live.autopilot.mission import GeodeticRoute
-    from steerway.live.autopilot.route import Guide
-    from steerway.live.autopilot.supervisor import Supervisor
-    from steerway.live.controls import Controls
-    from steerway.live.helm import bridge
+    from steerway.estimation import Profile
+    from steerway.live.testing import Controls, GeodeticRoute, Guide, HoldingGuide, Supervisor, bridge
 
     route = GeodeticRoute(np.radians([54.0, 54.001]), np.radians([10.0, 10.0]))
     supervisor = Supervisor(route, Profile.named("small-usv"), engage=True)

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from steerway import Fixes, Profile
-from steerway.core.angles import wrap
+from steerway.core import wrap
 from tests.scenes import EPOCH, HOME, sailed, straight, turning
 
 EARTH_RADIUS = 6_371_000.0

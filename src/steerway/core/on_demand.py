@@ -1,4 +1,4 @@
-"""Public names of a package, loaded when first asked for: importing the package loads none of its modules."""
+"""Names of a package or of its `testing` module, loaded on first use: importing it loads none of its modules."""
 
 import ast
 import pkgutil
@@ -7,34 +7,44 @@ from collections.abc import Callable
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
+from pathlib import Path
 
 
-def on_demand(package: str) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
-    """`__getattr__` and `__dir__` (PEP 562) for the `__init__` of a package.
+def on_demand(module: str) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
+    """`__getattr__` and `__dir__` (PEP 562) for a package or another module that only lists names.
 
-    The `__init__` imports its public names under `if TYPE_CHECKING`, where editors and type checkers see them, and
-    lists them in `__all__`. Here the same lines say, at run time, which module a name comes from. Modules of the
-    package load as attributes too, and are not listed.
+    It imports its names under `if TYPE_CHECKING`, where editors and type checkers see them. Here the same lines say, at
+    run time, where a name comes from. Modules of a package load as attributes too, and are not listed.
     """
 
     def load(name: str) -> object:
-        if name in _homes(package):
-            module, name_there = _homes(package)[name]
-            value = getattr(import_module(module), name_there)
-            setattr(sys.modules[package], name, value)
+        if name in _homes(module):
+            home, name_there = _homes(module)[name]
+            value = _imported(home, name_there)
+            setattr(sys.modules[module], name, value)
             return value
-        if not name.startswith("_") and find_spec(f"{package}.{name}") is not None:
-            return import_module(f"{package}.{name}")
-        raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        if not name.startswith("_") and _is_module(module, name):
+            return import_module(f"{module}.{name}")
+        raise AttributeError(f"module {module!r} has no attribute {name!r}")
 
-    return load, lambda: sorted(sys.modules[package].__all__)
+    return load, lambda: sorted(_homes(module))
+
+
+def _imported(home: str, name: str) -> object:
+    """What `from home import name` gives."""
+    return import_module(f"{home}.{name}") if _is_module(home, name) else getattr(import_module(home), name)
+
+
+def _is_module(package: str, name: str) -> bool:
+    return hasattr(import_module(package), "__path__") and find_spec(f"{package}.{name}") is not None
 
 
 @cache
-def _homes(package: str) -> dict[str, tuple[str, str]]:
-    """Public name → its module and its name there, from the source of the package's `__init__`."""
+def _homes(module: str) -> dict[str, tuple[str, str]]:
+    """Listed name → the module it comes from and its name there, from the source of the module that lists it."""
     homes: dict[str, tuple[str, str]] = {}
-    for block in ast.parse(pkgutil.get_data(package, "__init__.py") or b"").body:
+    source = pkgutil.get_data(module, Path(sys.modules[module].__file__ or "").name) or b""
+    for block in ast.parse(source).body:
         for line in block.body if isinstance(block, ast.If) else ():
             if isinstance(line, ast.ImportFrom) and line.module:
                 homes |= {alias.asname or alias.name: (line.module, alias.name) for alias in line.names}

@@ -4,20 +4,35 @@ import math
 
 import numpy as np
 
-from steerway.control.allocation import OTTER_PROPELLERS, TwoPropellers, shaft_speed, thrust
-from steerway.control.bandwidth import advice, carried_bandwidth, comfortable_bandwidth, loop_damping
-from steerway.control.course import AnglePID, place_poles
-from steerway.control.handover import Autopilot, HandOver, Steerageway
-from steerway.control.positioning import PositionPID, by_bandwidth
-from steerway.control.rudder import Rudder
-from steerway.control.station import StationGains, StationKeeper
-from steerway.estimation.profiles import Profile
-from steerway.guidance.reference import Reference, ReferenceModel, TrackingFilter
+from steerway.control import (
+    OTTER_PROPELLERS,
+    AnglePID,
+    Autopilot,
+    PositionPID,
+    Rudder,
+    StationGains,
+    StationKeeper,
+    TwoPropellers,
+    carried_bandwidth,
+    place_poles,
+)
+from steerway.control.testing import (
+    HandOver,
+    Steerageway,
+    advice,
+    by_bandwidth,
+    comfortable_bandwidth,
+    loop_damping,
+    shaft_speed,
+    thrust,
+)
+from steerway.estimation import Profile
+from steerway.guidance import Reference, ReferenceModel, TrackingFilter
 from steerway.vessels import CyberShip2, conditions
-from steerway.vessels.cybership2 import INERTIA
-from steerway.vessels.mariner import BOAT as MARINER
-from steerway.vessels.otter import BOAT as OTTER
-from steerway.vessels.otter import BOAT_FOR_SMALL_MOMENTS as OTTER_GENTLY
+from steerway.vessels.testing import BOAT_FOR_SMALL_MOMENTS as OTTER_GENTLY
+from steerway.vessels.testing import INERTIA
+from steerway.vessels.testing import MARINER_BOAT as MARINER
+from steerway.vessels.testing import OTTER_BOAT as OTTER
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case
 

@@ -3,7 +3,7 @@
 from functools import partial
 
 from steerway import FiveStateFilter, Profile
-from steerway.estimation.prediction import predict
+from steerway.estimation import predict
 from tests.reference_outputs.sorties import (
     AIDS,
     KINDS,

@@ -7,9 +7,8 @@ import numpy as np
 
 import steerway
 from steerway import FiveStateFilter, Fixes
-from steerway.estimation.course.comparison import compare
-from steerway.estimation.course.latency import lateness, on_time
-from steerway.estimation.log_estimate import choose_profile
+from steerway.estimation import choose_profile
+from steerway.estimation.testing import compare, lateness, on_time
 from tests.reference_outputs.sorties import (
     AIDS,
     ONE,

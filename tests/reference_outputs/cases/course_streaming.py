@@ -6,8 +6,8 @@ from functools import partial
 import numpy as np
 
 from steerway import FiveStateFilter, Profile
-from steerway.core.angles import wrap
-from steerway.estimation.course.onboard import NO_MEASUREMENTS, AtFaceValue, FilterEstimator, HeadingTracker
+from steerway.core import wrap
+from steerway.estimation.testing import NO_MEASUREMENTS, AtFaceValue, FilterEstimator, HeadingTracker
 from tests.reference_outputs.sorties import AIDS, KINDS, MODES, TWO, alternating, instruments, table_of
 from tests.reference_outputs.tables import case
 from tests.scenes import EPOCH

@@ -4,15 +4,24 @@ import math
 
 import numpy as np
 
-from steerway.core.leg import LegState, leg_direction, seen_from_leg, track_errors
-from steerway.guidance.adaptive_line_of_sight import AdaptiveLineOfSight
-from steerway.guidance.integral_line_of_sight import IntegralLineOfSight
-from steerway.guidance.line_of_sight import LineOfSight, PurePursuit
-from steerway.guidance.reference import LowPass, Reference, ReferenceModel, TrackingFilter
-from steerway.guidance.route import Route
-from steerway.guidance.vector_field import VectorField
-from steerway.guidance.voyage import Voyage
-from steerway.guidance.waypoints import Mission, Passing, Phase
+from steerway.core import LegState, leg_direction, track_errors
+from steerway.core.testing import seen_from_leg
+from steerway.guidance import (
+    AdaptiveLineOfSight,
+    IntegralLineOfSight,
+    LineOfSight,
+    LowPass,
+    Mission,
+    Passing,
+    Phase,
+    PurePursuit,
+    Reference,
+    ReferenceModel,
+    Route,
+    TrackingFilter,
+    VectorField,
+)
+from steerway.guidance.testing import Voyage
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case
 

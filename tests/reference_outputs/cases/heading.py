@@ -5,21 +5,29 @@ from functools import cache
 
 import numpy as np
 
-from steerway.control.heading_lqg import HeadingLqg
-from steerway.control.heading_mpc import HeadingMpc
-from steerway.control.heading_plant import BiasObserver, InputLimits, LinearPlant
-from steerway.estimation.heading.aided import PRODUCT, SCALE_ONLY, AidedHeadingFilter
-from steerway.estimation.heading.compass_alarm import gain_range, outside
-from steerway.estimation.heading.composite import CompositeFilter, composite_model
-from steerway.estimation.heading.interval import IntervalFilter, arithmetic
-from steerway.estimation.heading.interval.filter import box_of, sub_boxes
-from steerway.estimation.heading.interval.weighting import WEIGHTS, Features, LearnedHeading, ideal_weight, weighted
-from steerway.estimation.heading.model_bank import ModelBank, corners, grid
-from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, DynamicCompass
-from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, RPM, Springer
-from steerway.vessels.vessel import conditions
-from steerway_studies.papers.interval_filter import PrintedIntervalFilter
-from steerway_studies.springer_mission.h_infinity import HInfinityFilter, largest_theta
+from steerway.control import BiasObserver, HeadingLqg, HeadingMpc, InputLimits, LinearPlant
+from steerway.estimation.heading import (
+    SCALE_ONLY,
+    WEIGHTS,
+    AidedHeadingFilter,
+    CompositeFilter,
+    Features,
+    IntervalFilter,
+    LearnedHeading,
+    ModelBank,
+    box_of,
+    composite_model,
+    corners,
+    grid,
+    ideal_weight,
+    outside,
+    weighted,
+)
+from steerway.estimation.heading.testing import PRODUCT, arithmetic, gain_range, sub_boxes
+from steerway.sensors import TCM2, TRUE_TCM2, DynamicCompass
+from steerway.vessels import RPM, Springer, conditions
+from steerway.vessels.testing import PAPER_YAW, PHYSICAL_YAW
+from steerway_studies.testing import HInfinityFilter, PrintedIntervalFilter, largest_theta
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case
 

@@ -5,13 +5,10 @@ from functools import cache
 
 import numpy as np
 
-from steerway.identification import SurgeModel, identify_heading, identify_surge, identify_yaw
-from steerway.identification.heading import binary_sequence
-from steerway.identification.interval import Interval, covariance
-from steerway.identification.yaw import identify_yaw_from_fixes
-from steerway.sensors.gnss import white
-from steerway.vessels import CALM, Actuator, Nomoto, Propeller, Surge
-from steerway.vessels.springer import RPM, Springer
+from steerway.identification import SurgeModel, identify_heading, identify_surge, identify_yaw, identify_yaw_from_fixes
+from steerway.identification.testing import Interval, binary_sequence, covariance
+from steerway.sensors import white
+from steerway.vessels import CALM, RPM, Actuator, Nomoto, Propeller, Springer, Surge
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case
 

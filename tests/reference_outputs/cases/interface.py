@@ -9,8 +9,7 @@ import re
 import typer
 
 import steerway
-from steerway.commands.app import app
-from steerway.commands.schema import KINDS, schema_of
+from steerway.commands.testing import KINDS, app, schema_of
 from tests.reference_outputs.tables import case
 
 

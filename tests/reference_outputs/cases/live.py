@@ -7,32 +7,40 @@ from pathlib import Path
 
 import numpy as np
 
-from steerway.core.earth import displaced, displacement
-from steerway.core.records import OK
+from steerway.core import OK, displacement
+from steerway.core.testing import displaced
 from steerway.estimation import Profile
-from steerway.formats.nmea0183 import writing
-from steerway.guidance.reference import Reference
-from steerway.live.autopilot.fence import Fence
-from steerway.live.autopilot.mission import BoatTable, GeodeticRoute, Limits, MissionTable, Place, Waypoint
-from steerway.live.autopilot.piloting import pilot_of
-from steerway.live.autopilot.route import Guide
-from steerway.live.autopilot.supervisor import Supervisor
-from steerway.live.autopilot.watch import Watch
-from steerway.live.base.clock import FixClock
-from steerway.live.base.orders import State
-from steerway.live.base.rows import InputRow, Row
-from steerway.live.choice import SourceChoice
-from steerway.live.links.decoding import ReceiverDecoder
-from steerway.live.links.gpsd import GpsdDecoder
-from steerway.live.links.signalk import SignalKDecoder
-from steerway.live.navigator import Navigator
-from steerway.live.outputs.deltas import Deltas
-from steerway.live.outputs.json_lines import JsonLines
-from steerway.live.outputs.propellers import PropellerCommands
-from steerway.live.outputs.sentences import SentenceOutput
-from steerway.live.simulated.boat import SimulatedBoat
-from steerway.live.simulated.inner_loops import InnerLoops
-from steerway.simulation.reading import load_scenario
+from steerway.formats.testing import nmea0183_writing as writing
+from steerway.guidance import Reference
+from steerway.live.testing import (
+    BoatTable,
+    Deltas,
+    Fence,
+    FixClock,
+    GeodeticRoute,
+    GpsdDecoder,
+    Guide,
+    InnerLoops,
+    InputRow,
+    JsonLines,
+    Limits,
+    MissionTable,
+    Navigator,
+    Place,
+    PropellerCommands,
+    ReceiverDecoder,
+    Row,
+    SentenceOutput,
+    SignalKDecoder,
+    SimulatedBoat,
+    SourceChoice,
+    State,
+    Supervisor,
+    Watch,
+    Waypoint,
+    pilot_of,
+)
+from steerway.simulation import load_scenario
 from tests.recording_sink import RecordingSink
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case

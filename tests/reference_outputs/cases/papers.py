@@ -4,32 +4,35 @@ import math
 
 import numpy as np
 
-from steerway.core.estimate import Measurements
-from steerway.guidance.route import Route
-from steerway.guidance.waypoints import Mission
-from steerway.vessels import CALM, Surge
-from steerway.vessels.springer import Springer
-from steerway_studies.cybership_observers.scenario import PRINTED_GAINS
-from steerway_studies.papers import ekf_5states
-from steerway_studies.papers.aboard import AlwaysByCourse, PrintedEstimator
-from steerway_studies.papers.course_autopilot import (
+from steerway.core import Measurements
+from steerway.guidance import Mission, Route
+from steerway.vessels import CALM, Springer, Surge
+from steerway_studies.testing import (
     MARINER_NOMOTO,
     OTTER_NOMOTO,
     OTTER_PRINTED_GAINS,
+    PRINTED_GAINS,
+    AlwaysByCourse,
+    Ekf5States,
+    OutputCorrectedMpc,
+    PrintedEstimator,
+    PrintedMrac,
+    PrintedPositionPID,
+    PrintedSpeedEkf,
+    RangeRatePassing,
+    RangeRateTest,
+    along_track,
     closed_loop_poles,
+    ekf_5states,
     feedforward,
+    los_observer,
+    paper_mpc,
+    propeller_speeds,
+    reference_model,
     rudder,
+    saturation,
+    switches,
 )
-from steerway_studies.papers.ekf_5states import Ekf5States
-from steerway_studies.papers.otter_allocation import propeller_speeds
-from steerway_studies.papers.output_corrected_mpc import OutputCorrectedMpc
-from steerway_studies.papers.path_following import RangeRateTest, along_track, switches
-from steerway_studies.papers.positioning import PrintedPositionPID, saturation
-from steerway_studies.papers.range_rate import RangeRatePassing
-from steerway_studies.papers.references import los_observer, reference_model
-from steerway_studies.papers.speed_ekf import PrintedSpeedEkf
-from steerway_studies.papers.speed_mrac import PrintedMrac
-from steerway_studies.springer_mission.world import paper_mpc
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case
 

@@ -7,14 +7,20 @@ from functools import cache
 
 import numpy as np
 
-from steerway.estimation.positioning import low_speed
-from steerway.estimation.positioning.adaptive_noise import VariationalNoise
-from steerway.estimation.positioning.passive import DEMO_GAINS, ObserverGains, PassiveObserver
-from steerway.estimation.positioning.time_varying import SpeedDependentFixNoise, TimeVaryingNoise
-from steerway.estimation.positioning.vessel_filter import VesselFilter, VesselNoise
-from steerway.estimation.positioning.vessel_smoother import smooth
+from steerway.estimation.positioning import (
+    DEMO_GAINS,
+    ObserverGains,
+    PassiveObserver,
+    SpeedDependentFixNoise,
+    TimeVaryingNoise,
+    VariationalNoise,
+    VesselFilter,
+    VesselNoise,
+    smooth,
+)
+from steerway.estimation.positioning.testing import low_speed
 from steerway.vessels import CyberShip2, conditions
-from steerway.vessels.cybership2 import DAMPING, INERTIA
+from steerway.vessels.testing import DAMPING, INERTIA
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case
 

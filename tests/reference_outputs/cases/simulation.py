@@ -7,14 +7,9 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from steerway.commands.demo import SCENARIO
-from steerway.simulation.campaign import over_seeds
-from steerway.simulation.loop import COLUMNS
-from steerway.simulation.outcome import errors
-from steerway.simulation.reading import load_scenario, parse_scenario
-from steerway.simulation.run import numbers_of_seed, sail_scenario
-from steerway.simulation.runs.campaign import gathered
-from steerway.simulation.runs.writing import write
+from steerway.commands.testing import SCENARIO
+from steerway.simulation import load_scenario, numbers_of_seed, over_seeds, parse_scenario, sail_scenario
+from steerway.simulation.testing import COLUMNS, errors, gathered, write
 from tests.reference_outputs.generated import numbers
 from tests.reference_outputs.tables import case
 

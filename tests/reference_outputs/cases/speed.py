@@ -4,13 +4,10 @@ import math
 
 import numpy as np
 
-from steerway.control.speed import AdaptiveSpeed, AdaptiveSpeedGains
-from steerway.control.speed_pi import SpeedPI, SpeedPIGains
-from steerway.estimation.speed.fault_vote import FaultVote
-from steerway.estimation.speed.fusion import AIDS, SurgeFusion
-from steerway.estimation.speed.surge import SurgeFilter, SurgeTuning
-from steerway.vessels import CALM, Actuator, Surge, conditions
-from steerway.vessels.surge import published_surrogate
+from steerway.control import AdaptiveSpeed, AdaptiveSpeedGains, SpeedPI, SpeedPIGains
+from steerway.estimation.speed import FaultVote, SurgeFilter, SurgeFusion, SurgeTuning
+from steerway.estimation.speed.testing import AIDS
+from steerway.vessels import CALM, Actuator, Surge, conditions, published_surrogate
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case
 

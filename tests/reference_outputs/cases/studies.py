@@ -15,35 +15,47 @@ from unittest.mock import patch
 import numpy as np
 
 import steerway
-from steerway_studies import low_speed, real_logs
-from steerway_studies import named as study_named
-from steerway_studies.adaptive_speed import cases as speed_cases
-from steerway_studies.adaptive_speed import perturbed, plants, printed, theory
-from steerway_studies.at_sea.cases import ablations
-from steerway_studies.at_sea.sailing import judged as at_sea_judged
-from steerway_studies.cybership_observers import trials, tuning
-from steerway_studies.estimator_limits import (
+from steerway_studies.testing import (
+    CELLS,
+    DEFAULT,
+    EKF,
+    KNOWN,
+    OTTER_PRINTED_GAINS,
+    STATED_NOISE,
+    TROUBLES,
+    Results,
+    ablations,
     accuracy,
     aided,
+    approaches,
+    as_published,
     correlated,
+    difference,
     held,
+    identified,
+    judged_rows,
     known_modes,
+    low_speed,
+    measured,
+    of_motion,
+    plants,
+    printed,
+    real_logs,
+    recordings,
+    steered_by_product,
+    theory,
+    trials,
+    tuning,
+    turned,
     unknown_modes,
+    verdict,
 )
-from steerway_studies.estimator_limits.cells import CELLS
-from steerway_studies.estimator_limits.troubles import TROUBLES
-from steerway_studies.mariner_los.lyapunov import approaches
-from steerway_studies.mariner_los.ship import STATED_NOISE, measured
-from steerway_studies.mariner_los.ship import ShipCase as Voyage
-from steerway_studies.otter_course.boat import as_published, identified, steered_by_product
-from steerway_studies.otter_course.unwinding import turned
-from steerway_studies.otter_path import boat as otter_path_boat
-from steerway_studies.papers.course_autopilot import OTTER_PRINTED_GAINS
-from steerway_studies.study import Results
-from steerway_studies.unseen_logs import recordings
-from steerway_studies.unseen_logs.catalogue import KNOWN
-from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, difference, of_motion
-from steerway_studies.unseen_logs.judging import judged_rows, verdict
+from steerway_studies.testing import ShipCase as Voyage
+from steerway_studies.testing import adaptive_speed_perturbed as perturbed
+from steerway_studies.testing import boat as otter_path_boat
+from steerway_studies.testing import cases as speed_cases
+from steerway_studies.testing import named as study_named
+from steerway_studies.testing import sailing_judged as at_sea_judged
 from tests.reference_outputs.generated import numbers
 from tests.reference_outputs.tables import case
 

@@ -4,36 +4,53 @@ import math
 
 import numpy as np
 
-from steerway.core.kinematics import drift_angle, in_body, over_ground, turning_rate
-from steerway.sensors.compass import Compass
-from steerway.sensors.doppler import DopplerLog
-from steerway.sensors.faults import Fault
-from steerway.sensors.gnss import Gnss, low_cost, navstar, white
-from steerway.sensors.inertial import accelerometer, gyro
-from steerway.sensors.instrument import Instrument
-from steerway.sensors.suite import Suite
-from steerway.sensors.tcm2 import TCM2, TRUE_TCM2, DynamicCompass, random_compass, stability_limit
+from steerway.core.testing import drift_angle, in_body, over_ground, turning_rate
+from steerway.sensors import (
+    TCM2,
+    TRUE_TCM2,
+    Compass,
+    DopplerLog,
+    DynamicCompass,
+    Gnss,
+    Instrument,
+    Suite,
+    accelerometer,
+    gyro,
+    low_cost,
+    random_compass,
+    stability_limit,
+    white,
+)
+from steerway.sensors.testing import Fault, navstar
 from steerway.vessels import (
     CALM,
     Actuator,
     Caldas,
+    Current,
     CyberShip2,
+    Environment,
     Mariner,
     Nomoto,
     Otter,
     Propeller,
+    Springer,
     Surge,
     conditions,
+    published_surrogate,
+)
+from steerway.vessels.testing import (
+    PAPER_YAW,
+    PHYSICAL_YAW,
+    WaveMotion,
+    Waves,
+    Wind,
     cybership2,
+    follow,
     mariner,
+    mass_matrix,
     nomoto,
     otter,
 )
-from steerway.vessels.actuators import follow
-from steerway.vessels.environment import Current, Environment, WaveMotion, Waves, Wind
-from steerway.vessels.otter_hull import mass_matrix
-from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, Springer
-from steerway.vessels.surge import published_surrogate
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case
 

@@ -1,0 +1,15 @@
+"""Names that the tests of this package need and no user does."""
+
+from typing import TYPE_CHECKING
+
+from steerway.core.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from steerway.archive import running
+    from steerway.archive.encounters import encounters
+    from steerway.archive.selecting import export
+    from steerway.archive.status import status
+    from steerway.archive.store import Store
+    from steerway.archive.verifying import digest
+
+__getattr__, __dir__ = on_demand(__name__)

@@ -1,0 +1,16 @@
+"""Names that the tests of this package need and no user does."""
+
+from typing import TYPE_CHECKING
+
+from steerway.core.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from steerway.control.allocation import shaft_speed, thrust
+    from steerway.control.bandwidth import COMFORTABLE, RATE_SHARE, advice, comfortable_bandwidth, loop_damping
+    from steerway.control.handover import HandOver, Steerageway
+    from steerway.control.heading_mpc import prediction
+    from steerway.control.heading_steering import steering
+    from steerway.control.holding import PositionHold
+    from steerway.control.positioning import by_bandwidth
+
+__getattr__, __dir__ = on_demand(__name__)

@@ -1,0 +1,28 @@
+"""Names that the tests of this package need and no user does."""
+
+from typing import TYPE_CHECKING
+
+from steerway.core.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from steerway.core import compiled, files, kernel_cache, noise
+    from steerway.core.angles import sinc
+    from steerway.core.earth import KNOT, NAUTICAL_MILE, displaced, displaced_all
+    from steerway.core.kinematics import (
+        GroundMotion,
+        WaveMotion,
+        drift_angle,
+        heading_for,
+        in_body,
+        over_ground,
+        turning_rate,
+    )
+    from steerway.core.leg import Leg, seen_from_leg
+    from steerway.core.magnetic import model_of, variation
+    from steerway.core.records import LOST, NO_COURSE, PREDICTED, REPORTED, STARTING, STATUSES
+    from steerway.core.schema import NotNegative, Table, one_of_kinds
+    from steerway.core.timestamps import iso, unix_times
+    from steerway.core.validation import refusal
+    from steerway.core.workers import in_workers
+
+__getattr__, __dir__ = on_demand(__name__)

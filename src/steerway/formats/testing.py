@@ -1,0 +1,23 @@
+"""Names that the tests of this package need and no user does."""
+
+from typing import TYPE_CHECKING
+
+from steerway.core.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from steerway.formats import ais, ais_tables, gpx, mcap, nmea0183, nmea2000, ros2, table, ubx
+    from steerway.formats import writing as formats_writing
+    from steerway.formats.ais import class_b
+    from steerway.formats.dilution import deviation
+    from steerway.formats.nmea0183 import SentenceReader, fields
+    from steerway.formats.nmea0183 import writing as nmea0183_writing
+    from steerway.formats.nmea0183.epochs import ROLLOVER
+    from steerway.formats.nmea0183.writing import apb, gga, hdt, rmb, rmc, rot, sealed, vtg, xte
+    from steerway.formats.packed import MAX_SIZE
+    from steerway.formats.reading import read, survey
+    from steerway.formats.results import read_tracks
+    from steerway.formats.steering import read_steering
+    from steerway.formats.surge_log import read_surge_log
+    from steerway.formats.writing import endings, write
+
+__getattr__, __dir__ = on_demand(__name__)

@@ -1,0 +1,15 @@
+"""Names that the tests of this package need and no user does."""
+
+from typing import TYPE_CHECKING
+
+from steerway.core.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from steerway.guidance.corners import corner
+    from steerway.guidance.laws import LAWS
+    from steerway.guidance.line_of_sight import line_of_sight
+    from steerway.guidance.shapers import SHAPERS
+    from steerway.guidance.voyage import Voyage
+    from steerway.guidance.wheel_over import off_path, turn_path, wheel_over
+
+__getattr__, __dir__ = on_demand(__name__)

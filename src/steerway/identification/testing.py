@@ -1,0 +1,13 @@
+"""Names that the tests of this package need and no user does."""
+
+from typing import TYPE_CHECKING
+
+from steerway.core.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from steerway.identification.heading import binary_sequence
+    from steerway.identification.interval import Interval, covariance
+    from steerway.identification.yaw import _under_way
+    from steerway.identification.yaw_likelihood import positions_cost
+
+__getattr__, __dir__ = on_demand(__name__)

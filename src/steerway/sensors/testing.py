@@ -1,0 +1,15 @@
+"""Names that the tests of this package need and no user does."""
+
+from typing import TYPE_CHECKING
+
+from steerway.core.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from steerway.sensors import gnss
+    from steerway.sensors.clock import Clock, epochs
+    from steerway.sensors.compass import deviation
+    from steerway.sensors.faults import Fault
+    from steerway.sensors.gnss import GnssTable, navstar
+    from steerway.sensors.kinds import INSTRUMENTS
+
+__getattr__, __dir__ = on_demand(__name__)

@@ -1,0 +1,20 @@
+"""Names that the tests of this package need and no user does."""
+
+from typing import TYPE_CHECKING
+
+from steerway.core.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from steerway.simulation import assembly, campaign, outcome
+    from steerway.simulation.advising import advise, steering_loop, tolerated_current
+    from steerway.simulation.assembly import begins, boat, pilot, response_of
+    from steerway.simulation.bound import course_bound
+    from steerway.simulation.loop import COLUMNS
+    from steerway.simulation.outcome import errors, evaluated, leg_rms
+    from steerway.simulation.run import origin
+    from steerway.simulation.runs.campaign import gathered, write_campaign
+    from steerway.simulation.runs.story import write_story
+    from steerway.simulation.runs.writing import write
+    from steerway.simulation.scenario import OriginTable
+
+__getattr__, __dir__ = on_demand(__name__)

@@ -1,0 +1,10 @@
+"""Names that the tests of this package need and no user does."""
+
+from typing import TYPE_CHECKING
+
+from steerway.core.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from steerway.pilot import Mode, Pilot, SteadyForce
+
+__getattr__, __dir__ = on_demand(__name__)
