@@ -27,6 +27,6 @@ def test_heading_guidance_leaves_its_offset_and_adaptive_guidance_does_not(speed
     assert boat.leg(PathCase(0.1, speed, "integral"), 1).rms <= 0.7
 
 
-def test_a_leg_that_was_never_sailed_is_a_miss(found_anew, monkeypatch):
+def test_a_leg_that_was_never_sailed_is_a_miss(monkeypatch):
     monkeypatch.setattr(boat, "JUDGED", (150.0, 5000.0))
     assert math.isnan(boat.leg(PathCase(0.1, 1.2), 1).rms)
