@@ -1,8 +1,6 @@
 """What fuzzing found, each as the smallest input that shows it; and a few mutations of everything that is fuzzed."""
 
-import asyncio
 import random
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -71,22 +69,6 @@ def test_requests_beyond_numbers_are_refused(what, value):
     supervisor = Supervisor(route, Profile.named("small-usv"), engage=True)
     with pytest.raises(InputError, match=r"expected"):
         Controls(supervisor, HoldingGuide(Guide(route, supervisor.pilot), route)).do(what, value, "a test")
-
-
-def test_what_a_library_prints_in_the_page_does_not_end_it(monkeypatch):
-    pytest.importorskip("nicegui")
-    from steerway.live.testing import bridge
-
-    page, asked = bridge.HelmPage.__new__(bridge.HelmPage), []
-    page.address = SimpleNamespace(url="http://127.0.0.1:8080")
-    monkeypatch.setattr(page, "_do", lambda what, *_: asked.append(what))
-
-    async def lines():
-        for line in (b"a warning\n", b"[1]\n", b"3\n", DEEP.encode() + b"\n", b'{"do": "stop"}\n'):
-            yield line
-
-    asyncio.run(page._read(SimpleNamespace(stdout=lines())))
-    assert asked == ["stop"]
 
 
 @pytest.mark.parametrize("name", TARGETS)

@@ -23,7 +23,6 @@ class Target(NamedTuple):
 
     seeds: Callable[[], list[bytes]]
     read: Callable[[bytes], str]
-    pure: bool = False  # Python alone: coverage guides atheris
 
 
 def swallow(module, data: bytes):
@@ -257,29 +256,29 @@ def _packed(given):
 
 TARGETS = {
     "NMEA 0183": Target(seeds.nmea, _format("nmea0183")),
-    "UBX": Target(seeds.ubx, _format("ubx"), pure=True),
-    "NMEA 2000": Target(seeds.canboat, _format("nmea2000"), pure=True),
-    "AIS": Target(seeds.ais, _format("ais"), pure=True),
-    "GPX": Target(seeds.gpx, _format("gpx"), pure=True),
+    "UBX": Target(seeds.ubx, _format("ubx")),
+    "NMEA 2000": Target(seeds.canboat, _format("nmea2000")),
+    "AIS": Target(seeds.ais, _format("ais")),
+    "GPX": Target(seeds.gpx, _format("gpx")),
     "CSV": Target(seeds.csv, _format("table")),
     "Parquet": Target(seeds.parquet, _format("table")),
     "MCAP": Target(seeds.mcap, _format("mcap")),
     "ROS 2 bag": Target(seeds.bags, _format("ros2")),
     "AIS table": Target(seeds.ais_tables, _file(".csv", _ais_table)),
     "unfinished work": Target(seeds.unfinished, _file("", _unfinished)),
-    "NMEA 2000 wire": Target(seeds.gateway, _n2k, pure=True),
+    "NMEA 2000 wire": Target(seeds.gateway, _n2k),
     "any log, packed": Target(_packed(seeds.recorded), _any_log),
     "scenario": Target(lambda: seeds.examples("*.toml"), _file(".toml", _scenario)),
     "profile": Target(seeds.profiles, _file(".toml", _profile)),
-    "settings": Target(seeds.settings, _file(".toml", _settings), pure=True),
+    "settings": Target(seeds.settings, _file(".toml", _settings)),
     "mission TOML": Target(seeds.missions_toml, _file(".toml", _mission)),
     "mission GPX": Target(seeds.missions_gpx, _file(".gpx", _mission)),
     "mission GeoJSON": Target(seeds.missions_geojson, _file(".geojson", _mission)),
     "receiver link": Target(seeds.mixed, _link(_receiver)),
-    "Signal K": Target(seeds.signalk, _link(_signalk), pure=True),
-    "gpsd": Target(seeds.gpsd, _link(_gpsd), pure=True),
-    "MAVLink": Target(seeds.mavlink, _mavlink, pure=True),
-    "helm request": Target(seeds.requests, _helm, pure=True),
+    "Signal K": Target(seeds.signalk, _link(_signalk)),
+    "gpsd": Target(seeds.gpsd, _link(_gpsd)),
+    "MAVLink": Target(seeds.mavlink, _mavlink),
+    "helm request": Target(seeds.requests, _helm),
     "helm lines": Target(lambda: [json.dumps(each).encode() for each in seeds.HELM_LINES], _helm_lines),
 }
 
