@@ -20,6 +20,7 @@ from steerway.archive.unit import LOOKAHEAD, Work
 from steerway.core.errors import InputError
 from steerway.core.files import made_directory
 from steerway.estimation.profiles import Profile
+from steerway.estimation.profiles.inferred import InferredProfile
 
 UNIT_ROWS = 400_000
 """Rows of a unit to aim at: below 200,000 reading and writing cost more than filtering."""
@@ -64,7 +65,7 @@ def run(
     smooth: bool = False,
     rate: float | None = None,
     aid: tuple[str, ...] = (),
-    profile: Profile | None = None,
+    profile: Profile | InferredProfile | None = None,
     vessel_column: str | None = None,
     strict: bool = False,
     progress: Callable[[float, str], None] | None = None,
@@ -89,6 +90,11 @@ def run(
     for name in aid:
         if name not in _AIDS:
             raise InputError(f"aid {name!r} is unknown, expected some of {', '.join(_AIDS)}")
+    if isinstance(profile, InferredProfile):
+        raise InputError(
+            f"profile {profile.name} has structures, which archives do not estimate by, expected one of the five-state "
+            "filter (steerway profile list)"
+        )
     if rate is not None and not 1e-6 <= rate <= 10.0:
         raise InputError(f"rate is {rate}, expected Hz between 1e-6 and 10")
     for name, value in (("buckets", buckets), ("workers", workers)):

@@ -64,11 +64,8 @@ def run(
     from steerway.archive.running import DiskFull
     from steerway.archive.running import run as run_archive
     from steerway.commands import interruption
-    from steerway.estimation import Profile
+    from steerway.estimation.profiles.inferred import profile_of
 
-    chosen = None
-    if profile is not None:
-        chosen = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
     interruption.note = "what is done is kept, the same command goes on"
     try:
         with progress_line("archive") as step:
@@ -82,7 +79,7 @@ def run(
                 smooth=smooth,
                 rate=rate,
                 aid=aid_names(aid, AIDS_OF_ARCHIVES),
-                profile=chosen,
+                profile=None if profile is None else profile_of(profile),
                 vessel_column=vessel_column,
                 strict=strict,
                 progress=step,

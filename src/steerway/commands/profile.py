@@ -49,10 +49,9 @@ def show_profile(
 
         steerway profile show small-usv > mine.toml
     """
-    from steerway.estimation.profiles import Profile
-    from steerway.estimation.profiles.inferred import load_profile
+    from steerway.estimation.profiles.inferred import profile_of
 
-    profile = load_profile(name) if name.endswith(".toml") else Profile.named(name)
+    profile = profile_of(name)
     if as_json:
         print_json(profile.model_dump(mode="json"))
     else:

@@ -184,14 +184,14 @@ def advise(
         steerway advise examples/otter-mission.toml --strict
     """
     from steerway.control.bandwidth import advice, carried_bandwidth
-    from steerway.estimation.profiles import Profile
+    from steerway.estimation.profiles.inferred import profile_of
     from steerway.simulation import advising
     from steerway.simulation.reading import load_scenario
 
     if _is_scenario(profile):
         print(_warned(*advising.advise(load_scenario(profile)), strict, quiet=True))
         return
-    tuning = Profile.load(profile) if profile.endswith(".toml") else Profile.named(profile)
+    tuning = profile_of(profile)
     if speed is None:
         raise InputError("--speed is missing, expected the lowest speed over ground in m/s")
     if speed > _FASTEST:

@@ -1,10 +1,31 @@
-"""The estimator aboard put together: course and speed over ground, with heading and speed by filters of their own."""
+"""Estimators aboard: by an inferred profile, and with further filters of heading and speed."""
 
 import math
 
+from steerway.core.earth import displaced, displacement
 from steerway.core.estimate import Estimate, Estimator, Measurements
+from steerway.estimation.course.onboard import HeadingTracker
 from steerway.estimation.heading.aboard import HeadingAboard
+from steerway.estimation.inference.stream import InferredFilter
 from steerway.estimation.speed.fusion import SurgeFusion
+
+
+class InferredEstimator:
+    """A filter by an inferred profile for motion over ground, the heading tracker for heading and yaw rate.
+
+    The filter takes latitude and longitude: north and east are laid out on the equator, where a plane errs least.
+    """
+
+    def __init__(self, filter: InferredFilter, tracker: HeadingTracker | None = None) -> None:
+        self.filter, self.tracker = filter, tracker or HeadingTracker()
+
+    def step(self, measurements: Measurements, dt: float) -> Estimate:
+        """See Estimator."""
+        north, east, sog, cog, _, heading, yaw_rate, water_speed, *_ = measurements
+        place = displaced(0.0, 0.0, north, east)
+        values, _, _ = self.filter.row(dt, *place, (sog, cog, heading, water_speed, yaw_rate))
+        position = displacement(0.0, 0.0, *values[:2])
+        return Estimate(*position, *values[2:], *self.tracker.step(heading, yaw_rate, dt))
 
 
 class ComposedEstimator:

@@ -12,11 +12,14 @@ from steerway.control.handover import Steerageway
 from steerway.control.heading_plant import HeadingResponse
 from steerway.core.earth import displacement
 from steerway.core.errors import InputError
-from steerway.estimation.aboard import ComposedEstimator
+from steerway.core.estimate import Estimator
+from steerway.estimation.aboard import ComposedEstimator, InferredEstimator
 from steerway.estimation.course.filter import FiveStateFilter
 from steerway.estimation.course.onboard import AtFaceValue, FilterEstimator
 from steerway.estimation.heading.aboard import HeadingAboard, model_of
+from steerway.estimation.inference.stream import InferredFilter
 from steerway.estimation.profiles import Profile
+from steerway.estimation.profiles.inferred import InferredProfile, profile_of
 from steerway.estimation.speed import SurgeFusion, SurgeTuning
 from steerway.estimation.steering import Response, SteeringEstimator, SteeringFilter
 from steerway.guidance.line_of_sight import GuidanceLaw
@@ -89,10 +92,9 @@ def instruments(scenario: Scenario) -> Suite | Truth:
     return Suite(scenario.gnss.build(), **{name: table.build() for name, table in scenario.instruments().items()})
 
 
-def profile(scenario: Scenario) -> Profile:
+def profile(scenario: Scenario) -> Profile | InferredProfile:
     """The filter's tuning."""
-    name = scenario.estimator.profile or boat(scenario).profile
-    return Profile.load(name) if name.endswith(".toml") else Profile.named(name)
+    return profile_of(scenario.estimator.profile or boat(scenario).profile)
 
 
 def pilot(scenario: Scenario) -> Pilot:
@@ -104,9 +106,8 @@ def pilot(scenario: Scenario) -> Pilot:
         kinds = scenario.autopilot.kind, scenario.speed.controller
         return steering_pilot(known, voyage(scenario, known), law, std, radius=scenario.station.radius, kinds=kinds)
     truth = scenario.estimator.kind == "truth"
-    filtering = None if truth else FiveStateFilter(profile(scenario), scenario.estimator.aid)
     shaper = SHAPERS[scenario.reference.kind or scenario.vessel.reference]
-    estimator = AtFaceValue() if truth else composed(scenario, known, FilterEstimator(filtering))
+    estimator = AtFaceValue() if truth else composed(scenario, known, ground_estimator(scenario))
     angle_std = 0.0 if truth else ANGLE_STD
     return Pilot(
         estimator,
@@ -123,7 +124,15 @@ def pilot(scenario: Scenario) -> Pilot:
     )
 
 
-def composed(scenario: Scenario, known: Boat, ground: FilterEstimator) -> FilterEstimator | ComposedEstimator:
+def ground_estimator(scenario: Scenario) -> FilterEstimator | InferredEstimator:
+    """The filter of the motion over ground, by a profile of either kind."""
+    tuning, aid = profile(scenario), scenario.estimator.aid
+    if isinstance(tuning, InferredProfile):
+        return InferredEstimator(InferredFilter(tuning, aid))
+    return FilterEstimator(FiveStateFilter(tuning, aid))
+
+
+def composed(scenario: Scenario, known: Boat, ground: Estimator) -> Estimator:
     """The estimator with heading and speed by filters of their own, where the scenario asks for them."""
     table, speeds = scenario.estimator.heading, scenario.estimator.speed
     heading = speed = None

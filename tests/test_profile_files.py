@@ -1,0 +1,57 @@
+"""A profile that `tune` or `profile make` wrote is taken wherever a profile is named."""
+
+import numpy as np
+import pytest
+
+from steerway.estimation.testing import prior_profile
+from tests.command_line import run
+from tests.scenes import turning
+
+SCENARIO = """
+duration = 20.0
+[vessel]
+kind = "otter"
+[route]
+waypoints = [{{ north = 0.0, east = 0.0 }}, {{ north = 60.0, east = 0.0 }}]
+[estimator]
+profile = "{path}"
+"""
+
+
+@pytest.fixture(scope="module")
+def inferred(tmp_path_factory):
+    path = tmp_path_factory.mktemp("profile") / "mine.toml"
+    prior_profile().save(path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    path = tmp_path_factory.mktemp("log") / "log.csv"
+    fixes = turning(2.0, 0.5, 60.0, rate=1.0).fixes(0.3, 1)
+    rows = zip(fixes.time, np.degrees(fixes.latitude), np.degrees(fixes.longitude), strict=True)
+    path.write_text("\n".join(["time_s,lat_deg,lon_deg", *(f"{t},{a:.9f},{o:.9f}" for t, a, o in rows)]))
+    return path
+
+
+def test_estimate_advise_and_show_take_it(inferred, log, tmp_path):
+    for command in (
+        ("estimate", log, "-o", tmp_path / "out.csv", "--profile", inferred),
+        ("advise", inferred, "--speed", "2"),
+        ("profile", "show", inferred),
+    ):
+        code, _, said = run(*command)
+        assert code == 0, said
+
+
+def test_a_scenario_is_sailed_by_it(inferred, tmp_path):
+    path = tmp_path / "scenario.toml"
+    path.write_text(SCENARIO.format(path=inferred))
+    code, _, said = run("simulate", path, "-o", tmp_path / "sailed")
+    assert code == 0, said
+
+
+def test_an_archive_refuses_it_in_one_sentence(inferred, log, tmp_path):
+    code, _, said = run("archive", "run", log, "-o", tmp_path / "archive", "--profile", inferred)
+    assert code == 2 and said.count("\n") == 1
+    assert "profile prior has structures, which archives do not estimate by" in said
