@@ -1,13 +1,16 @@
 """NMEA 2000: hand-made messages with known numbers, and recorded logs against tables others derived from them."""
 
+import json
+import math
 import struct
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from steerway.formats.testing import nmea2000
-from tests.canboat_lines import frames, gnss, line, position
+from steerway.formats.testing import Frame, Splitter, identifier_of, nmea2000
+from steerway.live.testing import N2kDecoder
+from tests.canboat_lines import STAMP, frames, gnss, line, position
 
 START = 1785732420.0  # 04:47:00
 
@@ -155,3 +158,100 @@ def test_recognises_by_content():
     assert nmea2000.recognises(b"junk\n" + line(1.0, 129025, 52, position(1, 2)).encode())
     assert not nmea2000.recognises(b"$GPRMC,165004.445,A,3806.5206,N,12251.7776,W,000.0,000.0,200818,,,A*74\r\n")
     assert not nmea2000.recognises(b"time,lat,lon\n2026-08-03T04:47:01Z,1,2\n")
+
+
+def forms(messages):
+    """A log of (second, PGN, source, payload) in every form: text by name."""
+    found = {name: b"" for name in ("canboat", "candump -l", "candump", "Yacht Devices RAW", "Actisense")}
+    splitter = Splitter()
+    for second, pgn, source, payload in messages:
+        stamp = START + second
+        clock = f"04:47:{second:06.3f}"
+        found["canboat"] += line(second, pgn, source, payload).encode()
+        prefix = f"A{clock.replace(':', '')} {source:02X}FF3 {pgn:05X}"
+        found["Actisense"] += f"{prefix} {payload.hex().upper()}\r\n".encode()
+        for data in splitter.parts(pgn, payload):
+            name, text = f"{identifier_of(pgn, source):08X}", data.hex(" ").upper()
+            found["candump -l"] += f"({stamp:.6f}) can0 {name}#{text.replace(' ', '')}\n".encode()
+            found["candump"] += f" ({stamp:.6f})  can0  {name}   [{len(data)}]  {text}\n".encode()
+            found["Yacht Devices RAW"] += f"{clock} R {name} {text}\r\n".encode()
+    return found
+
+
+BUS = [
+    (1.0, 127258, 8, struct.pack("<BBHh", 1, 0, 20000, 700)),
+    (1.1, 129029, 3, gnss(54.0, 10.0)),
+    (1.3, 129025, 3, position(54.0001, 10.0)),
+    (1.4, 129026, 3, struct.pack("<BBHHH", 255, 0xFD, 10000, 321, 65535)),
+    (1.5, 127250, 7, struct.pack("<BHhhB", 1, 11000, 0x7FFF, 0x7FFF, 0xFD)),
+]
+"""Magnetic COG and heading, with the variation of another sender; a position, and one with its accuracy."""
+
+
+@pytest.mark.parametrize("form", forms(BUS))
+def test_every_form_of_a_log_and_the_wire_say_the_same(form):
+    sources = read(forms(BUS)[form].decode()).sources
+    wire = N2kDecoder()
+    rows = [
+        row
+        for second, pgn, source, payload in BUS
+        for part in Splitter().parts(pgn, payload)
+        for row in wire.frame(Frame(pgn, source, 255, 3, part), 1784609220.0 + second)
+    ]
+    by_source = {row.source: row for row in rows}
+    (gnss_row,) = (row for row in rows if row.source == "src 3 GNSS")
+    (course,) = (row for row in rows if math.isfinite(row.cog))
+    (rapid,) = (row for row in rows if row.source == "src 3" and row.has_position)
+    assert_allclose(sources["src 7"].heading, [1.17])
+    assert_allclose(by_source["src 7"].heading, 1.17)
+    assert_allclose(course.cog, 1.07)
+    receiver = sources["src 3"]
+    assert_allclose(receiver.cog[np.isfinite(receiver.cog)], [1.07])
+    assert_allclose(receiver.position_std[receiver.has_position], [gnss_row.position_std], rtol=1e-12)
+    assert rapid.position_std == gnss_row.position_std > 0.0
+
+
+def test_the_accuracy_of_a_rapid_position_is_that_of_its_receiver_and_recent():
+    log = [(0.1, 129029, 3, gnss(54.0, 10.0))]
+    log += [(1.0 + 0.2 * k, 129025, 3, position(54.0 + 1e-5 * k, 10.0)) for k in range(15)]
+    log += [(1.05, 129025, 4, position(50.0, 10.0))]
+    sources = read(forms(log)["canboat"].decode()).sources
+    ages = sources["src 3"].time - sources["src 3"].time[0] + 0.9
+    assert_allclose(np.isfinite(sources["src 3"].position_std), ages < 3.0)
+    assert not np.isfinite(sources["src 4"].position_std).any()
+
+
+@pytest.mark.parametrize("in_radians", [False, True])
+def test_canboats_json_in_degrees_and_in_radians(in_radians):
+    def angle(degrees):
+        return math.radians(degrees) if in_radians else degrees
+
+    def message(second, pgn, **fields):
+        stamp = STAMP.format(second)
+        return json.dumps({"timestamp": stamp, "prio": 2, "src": 3, "dst": 255, "pgn": pgn, "fields": fields}) + "\n"
+
+    recording = read(
+        message(1.0, 129026, **{"COG Reference": "True", "COG": angle(222.5), "SOG": 2.5}),
+        message(2.0, 129026, **{"COG Reference": {"value": 0, "name": "True"}, "SOG": 655.34}),
+        message(3.0, 129029, Date="2021.10.13", Time="09:00:38", Latitude=0, Longitude=0, Method="no GNSS"),
+        message(
+            4.0, 129029, Date="2021.10.13", Time="09:00:39", Latitude=57.7, Longitude=-11.8, Method="GNSS fix", HDOP=0.9
+        ),
+        message(5.0, 127251, Rate=angle(-3.0)),
+        '{"pgn": 129026}\n',
+    )
+    fixes = recording.sources["src 3"]
+    placed = fixes.rows(fixes.has_position)
+    assert_allclose(placed.time, [1634115639.0])
+    assert_allclose(np.degrees((placed.latitude[0], placed.longitude[0])), (57.7, -11.8), rtol=1e-12)
+    assert_allclose(np.degrees(fixes.cog[np.isfinite(fixes.cog)]), [222.5], atol=0.01)
+    assert_allclose(fixes.sog[np.isfinite(fixes.sog)], [2.5])
+    assert_allclose(np.degrees(fixes.yaw_rate[np.isfinite(fixes.yaw_rate)]), [-3.0], atol=1e-5)
+    assert recording.skipped == {"not a line of NMEA 2000": 1, "position not available": 1}
+
+
+def test_a_log_with_times_of_the_day_counts_days_over_midnight():
+    lines = [f"A235959.{k:03d} 03FF2 1F801 {position(54.0, 10.0).hex().upper()}\n" for k in (100, 600)]
+    recording = read(*lines, f"A000000.100 03FF2 1F801 {position(54.0, 10.0).hex().upper()}\n")
+    assert_allclose(recording.sources["src 3"].time, [86399.1, 86399.6, 86400.1])
+    assert any("without a date" in note for note in recording.notes)

@@ -150,11 +150,12 @@ def _link(make):
 
 def _n2k(data):
     """Lines of a gateway on TCP."""
+    from steerway.formats.testing import frame_of_line
     from steerway.live.testing import device
 
     decoder, rows = device.N2kDecoder(), []
     for k, line in enumerate(data.split(b"\n")):
-        frame = device._raw_line(line)
+        frame = frame_of_line(line)
         if frame is not None:
             rows += decoder.frame(frame, 1.7e9 + k)
     return str(bool(rows))

@@ -21,7 +21,7 @@ from steerway.formats.sources import Quality, choose, described, gather, quality
 FORMATS = {
     "NMEA 0183": nmea0183,
     "UBX": ubx,
-    "NMEA 2000 as canboat text": nmea2000,
+    "NMEA 2000": nmea2000,
     "AIS": ais,
     "GPX": gpx,
     "CSV or Parquet": table,

@@ -49,10 +49,9 @@ if TYPE_CHECKING:
     from steerway.live.mavlink.link import MavlinkLink
     from steerway.live.mavlink.readiness import Readiness, result_words
     from steerway.live.mavlink.signing import key_of
-    from steerway.live.n2k import device, messages
+    from steerway.live.n2k import device, writing
     from steerway.live.n2k.claim import CLAIM, NO_ADDRESS, REQUEST, AddressClaim, name_of
     from steerway.live.n2k.device import N2kDecoder, N2kDevice
-    from steerway.live.n2k.frames import Frame, Joiner, Splitter, frame_of, identifier_of
     from steerway.live.navigator import Navigator
     from steerway.live.opening import LONGEST, Opening
     from steerway.live.outputs import foxglove

@@ -3,7 +3,7 @@
 import math
 import struct
 
-from steerway.live.n2k.frames import BROADCAST, Frame
+from steerway.formats.nmea2000.frames import BROADCAST, Frame
 
 CLAIM, REQUEST = 60928, 59904
 NO_ADDRESS = 254

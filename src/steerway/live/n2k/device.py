@@ -14,13 +14,16 @@ import uuid
 
 from steerway.core.errors import InputError
 from steerway.core.leg import Leg
+from steerway.formats.nmea2000.decoder import Decoder
+from steerway.formats.nmea2000.fields import MESSAGES
+from steerway.formats.nmea2000.frames import Frame, Joiner, Splitter, frame_of, identifier_of
+from steerway.formats.nmea2000.text import frame_of_line
 from steerway.live.base.orders import UNDER_WAY, Order
 from steerway.live.base.rows import InputRow, Row
 from steerway.live.base.uri import Uri
 from steerway.live.links.link import BACKLOG, Deliver, kept_open
-from steerway.live.n2k import messages
+from steerway.live.n2k import writing
 from steerway.live.n2k.claim import AddressClaim, name_of
-from steerway.live.n2k.frames import Frame, Joiner, Splitter, frame_of, identifier_of
 from steerway.live.outputs.rhythm import Rhythm
 
 LOG = logging.getLogger("steerway.live")
@@ -40,19 +43,18 @@ class N2kDecoder:
 
     def __init__(self, place: str = ""):
         self._place = f" in {place}" if place else ""
-        self._joiner = Joiner()
+        self._joiner, self._decoder = Joiner(), Decoder()
         self._clock_error = 0.0
 
     def frame(self, frame: Frame, arrived: float) -> list[InputRow]:
         """The rows, none or one, of a frame that arrived at a Unix time."""
-        reader, least = messages.READERS.get(frame.pgn, (None, 0))
-        if reader is None:
+        message = MESSAGES.get(frame.pgn)
+        data = self._joiner.add(frame) if message else None
+        if data is None or len(data) < message.length:
             return []
-        data = self._joiner.add(frame)
-        if data is None or len(data) < least:
-            return []
-        values = {name: value for name, value in reader(data).items() if not math.isnan(value)}
-        if not values:
+        values = self._decoder.values(frame.pgn, frame.source, message.raw(data), arrived)
+        values = {name: value for name, value in values.items() if not math.isnan(value)}
+        if not values.keys() - {"time", "position_std"}:
             return []
         source = f"src {frame.source}"
         if "time" in values:
@@ -99,17 +101,17 @@ class N2kDevice:
             return
         if self._rhythms["motion"].is_due(row.time):
             self._sid = (self._sid + 1) % 253
-            self._send(129026, messages.write_course_and_speed(self._sid, row.cog, row.sog), priority=2)
-            self._send(127251, messages.write_rate_of_turn(self._sid, row.course_rate), priority=2)
+            self._send(129026, writing.write_course_and_speed(self._sid, row.cog, row.sog), priority=2)
+            self._send(127251, writing.write_rate_of_turn(self._sid, row.course_rate), priority=2)
         if leg is not None and self._rhythms["leg"].is_due(row.time):
-            self._send(129283, messages.write_cross_track(self._sid, leg))
+            self._send(129283, writing.write_cross_track(self._sid, leg))
             if math.isfinite(leg.distance):
                 self._send(
-                    129284, messages.write_navigation(self._sid, leg, _number(leg.origin), _number(leg.destination))
+                    129284, writing.write_navigation(self._sid, leg, _number(leg.origin), _number(leg.destination))
                 )
         engaged = order is not None and order.engaged and order.state in UNDER_WAY
         if engaged and self._rhythms["orders"].is_due(row.time):
-            self._send(127237, messages.write_track_control(order.course, order.yaw_rate), priority=2)
+            self._send(127237, writing.write_track_control(order.course, order.yaw_rate), priority=2)
 
     def close(self) -> None:
         """See Output; the link ends with `run`."""
@@ -182,7 +184,7 @@ class N2kDevice:
         try:
             self._opened(write)
             while line := await reader.readline():
-                frame = _raw_line(line)
+                frame = frame_of_line(line)
                 if frame is not None:
                     self._frame(frame, time.time())
         except ValueError:
@@ -191,17 +193,6 @@ class N2kDevice:
             self._write = None
             with contextlib.suppress(OSError):
                 writer.close()
-
-
-def _raw_line(line):
-    """The frame of a gateway's line; None for any other, and for one that was sent."""
-    words = line.decode("ascii", "replace").split()
-    if len(words) < 4 or words[1] != "R":
-        return None
-    try:
-        return frame_of(int(words[2], 16), bytes.fromhex("".join(words[3:])))
-    except ValueError:
-        return None
 
 
 def _number(waypoint):

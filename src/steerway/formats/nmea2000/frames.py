@@ -42,7 +42,12 @@ class Joiner:
 
     def __init__(self):
         self._open: dict[tuple[int, int, int], tuple[int, list[bytes]]] = {}
-        self.incomplete = 0
+        self._given_up = 0
+
+    @property
+    def lost(self) -> int:
+        """How many messages were given up or are not complete."""
+        return self._given_up + len(self._open)
 
     def add(self, frame: Frame) -> bytes | None:
         """The whole message that a frame completes; None while it is not complete."""
@@ -52,15 +57,15 @@ class Joiner:
             return None
         key, place = (frame.pgn, frame.source, frame.data[0] >> 5), frame.data[0] & 31
         if place == 0:
-            self.incomplete += key in self._open
+            self._given_up += key in self._open
             self._open[key] = frame.data[1], [frame.data[2:]]
             while len(self._open) > _OPEN:
                 self._open.pop(next(iter(self._open)))
-                self.incomplete += 1
+                self._given_up += 1
         elif key in self._open and len(self._open[key][1]) == place:
             self._open[key][1].append(frame.data[1:])
         else:
-            self.incomplete += self._open.pop(key, None) is not None
+            self._given_up += self._open.pop(key, None) is not None
             return None
         length, pieces = self._open[key]
         if sum(map(len, pieces)) < length:

@@ -1,0 +1,126 @@
+"""Lines of logs of NMEA 2000: canboat's text and JSON, candump, Yacht Devices RAW and Actisense's N2K ASCII."""
+
+import json
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from steerway.core.timestamps import unix_times
+from steerway.formats.nmea2000.fields import ANGLES, MESSAGES
+from steerway.formats.nmea2000.frames import FAST, Frame, Joiner, frame_of
+
+_CANBOAT = re.compile(
+    rb"(?P<stamp>\d{4}-\d\d-\d\d[T Z_-]\d\d:\d\d:\d\d(?:[.,]\d{1,9})?)Z?,\d,(?P<pgn>\d{5,6}),(?P<source>\d{1,3}),"
+    rb"\d{1,3},(?P<length>\d{1,4}),(?P<data>(?:[0-9A-Fa-f]{2},)*[0-9A-Fa-f]{2})(?=\s|,\s|$)"
+)
+_JSON = re.compile(rb'^\s*(\{.*"pgn"\s*:.*\})\s*$', re.M)
+_CANDUMP = re.compile(
+    rb"^\s*\((?P<unix>\d{1,12}\.\d{1,9})\)\s+\S+\s+(?P<id>[0-9A-F]{8})(?:#|\s+\[\d\]\s+)(?P<data>[0-9A-F ]{2,24})", re.M
+)
+_CLOCK = rb"(?P<hour>[0-2]\d):?(?P<minute>[0-5]\d):?(?P<second>[0-6]\d\.\d{3})"
+_RAW = re.compile(rb"^" + _CLOCK + rb" R (?P<id>[0-9A-F]{8})(?P<data>(?: [0-9A-F]{2}){1,8})\s*$", re.M)
+_ACTISENSE = re.compile(
+    rb"^A" + _CLOCK + rb" (?P<source>[0-9A-F]{2})[0-9A-F]{2}[0-7] (?P<hex>[0-9A-F]{5}) (?P<data>(?:[0-9A-F]{2})+)\s*$",
+    re.M,
+)
+FORMS = (_CANBOAT, _JSON, _CANDUMP, _RAW, _ACTISENSE)
+_DAY = 86400.0
+
+
+class Heard(NamedTuple):
+    """A whole message: when it was received (Unix s; NaN for a damaged stamp), its sender and its numbers."""
+
+    time: float
+    pgn: int
+    source: int
+    raw: tuple[int, ...]
+
+
+def form_of(text: bytes) -> re.Pattern | None:
+    """The form of a log: that of which most lines are; None without any."""
+    counts = {form: sum(1 for _ in form.finditer(text)) for form in FORMS}
+    best = max(FORMS, key=counts.__getitem__)
+    return best if counts[best] else None
+
+
+def messages(data: bytes, skipped: Counter[str]) -> list[Heard]:
+    """Every whole message that is read, in the order of the log; what is left out is counted by reason."""
+    form = form_of(data)
+    lines = [] if form is None else list(form.finditer(data))
+    written = sum(1 for line in data.splitlines() if line.strip() and not line.lstrip().startswith(b"#"))
+    if written > len(lines):
+        skipped["not a line of NMEA 2000"] += written - len(lines)
+    if form is _JSON:
+        return _of_json([match.group(1) for match in lines], skipped)
+    found, joiner = [], Joiner()
+    for time, pgn, source, payload in _payloads(form, lines, skipped):
+        if pgn not in MESSAGES:
+            continue
+        whole = joiner.add(Frame(pgn, source, 255, 3, payload)) if pgn in FAST and len(payload) <= 8 else payload
+        if whole is None:
+            continue
+        if len(whole) < MESSAGES[pgn].length:
+            skipped["message too short"] += 1
+            continue
+        found.append(Heard(time, pgn, source, MESSAGES[pgn].raw(whole)))
+    if joiner.lost:
+        skipped["fast packet incomplete"] += joiner.lost
+    return found
+
+
+def frame_of_line(line: bytes) -> Frame | None:
+    """The frame of a line that a gateway received from the bus, in Yacht Devices' RAW form; None for any other line."""
+    match = _RAW.match(line)
+    return match and frame_of(int(match["id"], 16), bytes.fromhex(match["data"].decode()))
+
+
+def _payloads(form, lines, skipped) -> Iterator[tuple[float, int, int, bytes]]:
+    stamps = unix_times([each["stamp"].decode() for each in lines]) if form is _CANBOAT else _clocks(form, lines)
+    for match, time in zip(lines, stamps, strict=True):
+        payload = bytes.fromhex(match["data"].replace(b",", b"").decode())
+        if form is _CANBOAT:
+            if len(payload) != int(match["length"]):
+                skipped["length does not match the bytes"] += 1
+                continue
+            yield time, int(match["pgn"]), int(match["source"]), payload
+        elif form is _ACTISENSE:
+            yield time, int(match["hex"], 16), int(match["source"], 16), payload
+        else:
+            frame = frame_of(int(match["id"], 16), payload)
+            yield time, frame.pgn, frame.source, payload
+
+
+def _clocks(form, lines) -> list[float]:
+    """Unix times; of a form without dates, seconds since the midnight before the log began."""
+    if form is _CANDUMP:
+        return [float(each["unix"]) for each in lines]
+    times, day, last = [], 0.0, 0.0
+    for each in lines:
+        clock = 3600.0 * int(each["hour"]) + 60.0 * int(each["minute"]) + float(each["second"])
+        if clock < last - 0.5 * _DAY:
+            day += _DAY
+        last = clock
+        times.append(day + clock)
+    return times
+
+
+def _of_json(lines, skipped) -> list[Heard]:
+    found = []
+    for line in lines:
+        try:
+            each = json.loads(line)
+            kind, fields = (each["pgn"], each["src"], str(each["timestamp"])), each["fields"]
+        except (ValueError, KeyError, TypeError, RecursionError):
+            skipped["not a line of NMEA 2000"] += 1
+            continue
+        if kind[0] in MESSAGES and isinstance(fields, dict) and isinstance(kind[1], int):
+            found.append((kind, fields))
+    angles = [fields[name] for _, fields in found for name in ANGLES if isinstance(fields.get(name), int | float)]
+    in_radians = max(angles, default=0.0) <= math.tau  # a whole log of courses below 6.3° is less likely
+    times = unix_times([stamp for (_, _, stamp), _ in found])
+    return [
+        Heard(time, pgn, source, MESSAGES[pgn].raw_of_json(fields, in_radians))
+        for time, ((pgn, source, _), fields) in zip(times, found, strict=True)
+    ]
