@@ -1,6 +1,5 @@
 """Tracks to compare: tables that `estimate` and `simulate` wrote, and logs with the receiver's own values."""
 
-import io
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,6 +7,7 @@ import numpy as np
 import polars as pl
 
 from steerway.core.errors import InputError
+from steerway.formats.plain_table import numbers, read_plain
 
 _COLUMNS = {
     "latitude": "lat_deg",
@@ -63,17 +63,15 @@ def read_tracks(path: str | Path) -> list[NamedTrack]:
 def _table(path) -> pl.DataFrame | None:
     """The file as a table whose first column is time_s or mmsi, None for any other file."""
     try:
-        data = Path(path).read_bytes()
+        with Path(path).open("rb") as file:
+            head = file.read(16)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({(error.strerror or 'not readable').lower()})") from None
+    if not head.startswith((b"PAR1", b"time_s,", b"mmsi,time_s,")):
+        return None
     try:
-        if data.startswith(b"PAR1"):
-            frame = pl.read_parquet(io.BytesIO(data))
-        elif data.startswith((b"time_s,", b"mmsi,time_s,")):
-            frame = pl.read_csv(io.BytesIO(data), infer_schema_length=None)
-        else:
-            return None
-    except pl.exceptions.PolarsError:
+        frame = read_plain(path)
+    except InputError:
         return None
     return frame if "time_s" in frame.columns else None
 
@@ -82,7 +80,7 @@ def _of_frame(name, frame, prefix) -> NamedTrack:
     def column(outward):
         if outward not in frame.columns:
             return np.full(len(frame), np.nan)
-        return frame[outward].cast(pl.Float64, strict=False).fill_null(np.nan).to_numpy()
+        return numbers(frame, outward)
 
     values = {field: column(prefix + outward) for field, outward in _COLUMNS.items()}
     values = {

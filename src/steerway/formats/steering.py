@@ -4,7 +4,6 @@ The rudder is found by the name of its column (rudder_deg, rudder_command_deg, c
 yaw …), the response in a heading or course, or in positions.
 """
 
-import io
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -17,6 +16,7 @@ from steerway.core.records import Fixes
 from steerway.core.timestamps import unix_times
 from steerway.formats import table
 from steerway.formats.columns import DEGREE, plain_name, understood
+from steerway.formats.plain_table import numbers, read_plain
 
 _RUDDERS = ("rudder", "rudder_angle", "rudder_command", "command_rudder", "yaw_moment", "moment", "yaw")
 _UNITS = {"_deg": DEGREE, "_rad": 1.0, "_nm": 1.0}
@@ -45,15 +45,7 @@ def read_steering(path: str | PathLike, rudder: str | None = None, angle: str | 
 
     Raises InputError when the file cannot be read or a column that is needed is not there.
     """
-    try:
-        data = Path(path).read_bytes()
-        frame = pl.read_parquet(io.BytesIO(data)) if data.startswith(b"PAR1") else _csv(data)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}), expected a CSV or Parquet table") from None
-    except pl.exceptions.PolarsError:
-        raise InputError(
-            f"{path} is no table, expected CSV or Parquet with columns for time, rudder, and heading or positions"
-        ) from None
+    frame = read_plain(path, "for time, rudder, and heading or positions")
     columns = understood(frame.columns)
     name = _chosen(path, frame, rudder, "rudder") if rudder else _rudder(path, frame)
     if "time" not in columns:
@@ -68,7 +60,7 @@ def read_steering(path: str | PathLike, rudder: str | None = None, angle: str | 
         notes.append(f"angle: {turned}")
     fixes = None
     if {"latitude", "longitude"} <= columns.keys():
-        fixes = next(iter(table.read(data).sources.values()), None)
+        fixes = next(iter(table.read(Path(path).read_bytes()).sources.values()), None)
     if heading is None and fixes is None:
         raise InputError(
             f"{path} has neither heading, course nor positions, found {', '.join(frame.columns)}, "
@@ -77,10 +69,6 @@ def read_steering(path: str | PathLike, rudder: str | None = None, angle: str | 
     known = np.isfinite(time) & np.isfinite(commanded)
     heading = None if heading is None else heading[known]
     return Steering(time[known], commanded[known], heading, fixes, tuple(notes))
-
-
-def _csv(data):
-    return pl.read_csv(data, comment_prefix="#", infer_schema_length=None, null_values=["", "nan", "NaN", "null"])
 
 
 def _rudder(path, frame):
@@ -128,7 +116,6 @@ def _times(frame, column):
 
 
 def _numbers(frame, name):
-    series = frame[name]
-    if series.dtype == pl.String:
+    if (series := frame[name]).dtype == pl.String:
         raise InputError(f"column {name!r} holds text ({series.drop_nulls().head(1).to_list()}), expected numbers")
-    return series.cast(pl.Float64, strict=False).fill_null(np.nan).to_numpy()
+    return numbers(frame, name)

@@ -25,7 +25,7 @@ from steerway.formats.places import degrees, places
 from steerway.formats.recording import Recording
 from steerway.formats.units import by_positions, refuse_radians
 
-_DELIMITERS = (",", ";", "\t", "|")
+DELIMITERS = (",", ";", "\t", "|")
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "unknown")
 _NEEDED = ("time", "latitude", "longitude", "mmsi")
 _MOST_COLUMNS = 2000  # of a header: a line with more is none
@@ -87,7 +87,7 @@ def read_vessels(data: bytes, vessel_column: str) -> tuple[dict[str, Recording],
 def _frame(data, skipped, vessel_column=None):
     """(kind, frame, column names, line number of its first row, delimiter)."""
     if data.startswith(b"PAR1"):
-        frame = _parquet(data)
+        frame = parquet(data)
         return "Parquet", frame, frame.columns, 1, ","
     return "CSV", *_csv(data, skipped, vessel_column)
 
@@ -99,7 +99,8 @@ def _demand(columns, names):
         raise InputError(f"the table has no column for {' and '.join(missing)}: found {found}, expected {EXPECTED}")
 
 
-def _parquet(data):
+def parquet(data: bytes) -> pl.DataFrame:
+    """The frame of a Parquet file. Raises InputError for one that is damaged or declares more than it can hold."""
     parquet_structure.check(data)
     try:
         with _quiet():
@@ -145,7 +146,7 @@ def _header(text):
         line = text[start:stop].decode("utf-8", "replace").strip()
         commented = line.startswith("#")
         plain = line.lstrip("# ")
-        delimiter = max(_DELIMITERS, key=plain.count)
+        delimiter = max(DELIMITERS, key=plain.count)
         if plain.count(delimiter) > _MOST_COLUMNS:
             return None
         names = [name.strip().strip('"').strip() for name in plain.split(delimiter)]
