@@ -228,9 +228,9 @@ def test_the_wanted_source_is_taken_while_it_speaks():
     for k in range(40):
         time = float(k)
         if not 10 <= k < 20:
-            taken += ["GN"] * choice.takes(InputRow("GN", time, 1.0, 1.0), time)
-        taken += ["GP"] * choice.takes(InputRow("GP", time, 1.0, 1.0), time)
-        assert not choice.takes(InputRow("AI", time, 1.0, 1.0), time)
+            taken += ["GN"] * choice.uses_position(InputRow("GN", time, 1.0, 1.0), time)
+        taken += ["GP"] * choice.uses_position(InputRow("GP", time, 1.0, 1.0), time)
+        assert not choice.uses_position(InputRow("AI", time, 1.0, 1.0), time)
     assert taken.count("GN") == 30 and 6 <= taken.count("GP") <= 8
     assert choice.present == "GN" and choice.changes == 2
 
@@ -239,13 +239,13 @@ def test_without_a_wish_the_quicker_source_wins():
     choice = SourceChoice()
     for k in range(100):
         if k % 10 == 0:
-            choice.takes(InputRow("slow", k * 0.1, 1.0, 1.0), k * 0.1)
-        choice.takes(InputRow("quick", k * 0.1 + 0.01, 1.0, 1.0), k * 0.1 + 0.01)
+            choice.uses_position(InputRow("slow", k * 0.1, 1.0, 1.0), k * 0.1)
+        choice.uses_position(InputRow("quick", k * 0.1 + 0.01, 1.0, 1.0), k * 0.1 + 0.01)
     assert choice.present == "slow", "not known well enough yet"
     for k in range(100, 300):
         if k % 10 == 0:
-            choice.takes(InputRow("slow", k * 0.1, 1.0, 1.0), k * 0.1)
-        choice.takes(InputRow("quick", k * 0.1 + 0.01, 1.0, 1.0), k * 0.1 + 0.01)
+            choice.uses_position(InputRow("slow", k * 0.1, 1.0, 1.0), k * 0.1)
+        choice.uses_position(InputRow("quick", k * 0.1 + 0.01, 1.0, 1.0), k * 0.1 + 0.01)
     assert choice.present == "quick" and choice.changes == 1
 
 

@@ -18,7 +18,7 @@ from steerway.estimation.inference.stream import InferredFilter
 from steerway.estimation.profiles import AIDS, Profile
 from steerway.estimation.profiles.inferred import InferredProfile
 from steerway.live.base.rows import InputRow, Row, lost
-from steerway.live.choice import SourceChoice
+from steerway.live.source_choice import SourceChoice
 
 STEP = 60.0
 """s: a time so far from the last one, forward or back, is accepted when a second one confirms it."""
@@ -120,7 +120,7 @@ class Navigator:
             return []
         place = (row.latitude, row.longitude) if row.has_position else (math.nan, math.nan)
         now = row.time if math.isnan(present) else present
-        if row.has_position and not self.choice.takes(row, now):
+        if row.has_position and not self.choice.uses_position(row, now):
             self.counts["other source"] += 1
             place = math.nan, math.nan
         aids = self._aids(row, now)
@@ -158,7 +158,7 @@ class Navigator:
         """The aids in the order of AIDS that this row may give."""
         wanted = self.filter.aid
         return tuple(
-            value if name in wanted and not math.isnan(value) and self.choice.gives(name, row, now) else math.nan
+            value if name in wanted and not math.isnan(value) and self.choice.uses_aid(name, row, now) else math.nan
             for name, value in ((name, getattr(row, name)) for name in AIDS)
         )
 

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from steerway.live.base.clock import FixClock
     from steerway.live.base.orders import UNDER_WAY, Order, State
     from steerway.live.base.rows import InputRow, Row, lost, rows_of
-    from steerway.live.choice import SourceChoice
     from steerway.live.control_port import ControlPort, control_address
     from steerway.live.controls import Controls
     from steerway.live.helm import bridge, chart, gate, strips
@@ -73,6 +72,7 @@ if TYPE_CHECKING:
     from steerway.live.simulated.propellers import PropellerReceiver
     from steerway.live.simulated.rover import Rover
     from steerway.live.simulated.running import RunningBoat
+    from steerway.live.source_choice import SourceChoice
     from steerway.live.warming import warm
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -137,7 +137,13 @@ def source_choice():
             continue
         each = InputRow(source, NOON + 0.1 * k, *HOME, sog=1.0)
         rows.append(
-            (k, choice.takes(each, each.time), choice.gives("sog", each, each.time), choice.interval, choice.silence)
+            (
+                k,
+                choice.uses_position(each, each.time),
+                choice.uses_aid("sog", each, each.time),
+                choice.interval,
+                choice.silence,
+            )
         )
     return columns("k takes gives interval silence", rows, 2)
 

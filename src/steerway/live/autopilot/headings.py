@@ -8,7 +8,7 @@ from steerway.core.angles import wrap
 from steerway.estimation.heading.aboard import HeadingAboard, model_of
 from steerway.estimation.tables import HeadingEstimatorTable
 from steerway.live.base.rows import InputRow
-from steerway.live.choice import SourceChoice
+from steerway.live.source_choice import SourceChoice
 
 LOG = logging.getLogger("steerway.live")
 _SHORTEST_STEP, _LONGEST_STEP = 1e-3, 30.0
@@ -52,7 +52,7 @@ class MeasuredHeading:
         """Compass, gyro and velocity over ground of a row; rows without any are ignored."""
         if math.isfinite(row.yaw_rate):
             self._gyro, self._turned_at = row.yaw_rate, row.time
-        is_compass = math.isfinite(row.heading) and self._choice.gives("heading", row, row.time)
+        is_compass = math.isfinite(row.heading) and self._choice.uses_aid("heading", row, row.time)
         heading = row.heading if is_compass else math.nan
         velocity = row.sog * math.cos(row.cog), row.sog * math.sin(row.cog)
         if not (is_compass or math.isfinite(velocity[0])):

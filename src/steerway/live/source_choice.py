@@ -1,0 +1,125 @@
+"""Which source is used, by what came so far: one for positions, one for each kind of aid.
+
+Two receivers are never mixed: the distance of their antennas and of their errors would appear as motion.
+"""
+
+from collections import defaultdict, deque
+from collections.abc import Callable
+from itertools import pairwise
+
+from steerway.live.base.rows import InputRow
+
+_KEPT = 20  # positions of a source over which its interval is taken
+_SILENT = 3.0  # intervals after which a source counts as silent
+_LEAST_SILENCE = 2.0  # s, and never sooner
+_QUICKER = 1.5  # times the rate of the present source at which another replaces it
+
+
+class _Choice:
+    """The one of several sources that is used: by rank, then by rate; another where it is silent."""
+
+    def __init__(self) -> None:
+        self.present = ""
+        self.times: dict[str, deque[float]] = {}
+        self.last: dict[str, float] = {}
+
+    def add(self, source: str, time: float, now: float) -> None:
+        """A row of this source."""
+        self.times.setdefault(source, deque(maxlen=_KEPT)).append(time)
+        self.last[source] = now
+
+    def is_better(self, source: str, rank_of: Callable[[str], int], by_rate: bool, now: float) -> bool:
+        """Whether to change from the present source to this one."""
+        if not self.present or abs(now - self.last[self.present]) > self.silence(self.present):
+            return True
+        rank, present_rank = rank_of(source), rank_of(self.present)
+        if rank != present_rank:
+            return rank < present_rank
+        full = all(len(self.times[each]) == _KEPT for each in (source, self.present))
+        return by_rate and full and self.interval(source) * _QUICKER < self.interval(self.present)
+
+    def silence(self, source: str) -> float:
+        """s after which a source counts as silent."""
+        return max(_LEAST_SILENCE, _SILENT * self.interval(source))
+
+    def interval(self, source: str) -> float:
+        """Median interval of a source, s; 0 while unknown."""
+        times = self.times.get(source, ())
+        intervals = sorted(later - earlier for earlier, later in pairwise(times))
+        return intervals[len(intervals) // 2] if intervals else 0.0
+
+
+class SourceChoice:
+    """The source of positions, and for each column the source of that aid.
+
+    wanted: names in order of priority, each also meaning the sources it begins ("GP" for "GP in tcp://…"). Without any,
+        the first one that comes, until it is silent or another is `_QUICKER`. An aid comes from the source of the
+        positions where that has it, else from the first, until it is silent or another is `_QUICKER`: as in a log,
+        where it comes from the source that reports it most often.
+    """
+
+    def __init__(self, wanted: tuple[str, ...] = ()):
+        self.names = wanted
+        self.wanted = tuple(name.casefold() for name in wanted)
+        self.changes = 0
+        self._positions = _Choice()
+        self._aids: defaultdict[str, _Choice] = defaultdict(_Choice)
+
+    @property
+    def present(self) -> str:
+        """The source of positions; "" before the first."""
+        return self._positions.present
+
+    def uses_position(self, row: InputRow, now: float) -> bool:
+        """Whether this position is used. Silence is measured by `now`, since clocks of receivers may differ."""
+        if self._rank(row.source) is None:
+            return False
+        self._positions.add(row.source, row.time, now)
+        if row.source != self.present and self._positions.is_better(row.source, self._rank, not self.wanted, now):
+            self._change_to(row.source)
+        return row.source == self.present
+
+    def prefer(self, source: str, now: float) -> None:
+        """Take the positions of a source from now on."""
+        self._change_to(source)
+        self._positions.times.setdefault(source, deque(maxlen=_KEPT))
+        self._positions.last[source] = now
+
+    def uses_aid(self, column: str, row: InputRow, now: float) -> bool:
+        """Whether this source gives a column."""
+        choice = self._aids[column]
+        choice.add(row.source, row.time, now)
+        if row.source != choice.present and choice.is_better(row.source, self._is_other, True, now):
+            choice.present = row.source
+        return row.source == choice.present
+
+    @property
+    def interval(self) -> float:
+        """Median interval of the present source, s; 0 while unknown."""
+        return self._positions.interval(self.present)
+
+    @property
+    def silence(self) -> float:
+        """s without a position after which the present source counts as silent."""
+        return self._positions.silence(self.present) if self.present else _LEAST_SILENCE
+
+    def shift(self, by: float) -> None:
+        """Add a clock correction to all stored times."""
+        for choice in (self._positions, *self._aids.values()):
+            choice.last = {source: last + by for source, last in choice.last.items()}
+
+    def _is_other(self, source):
+        """The rank of a source of an aid: the receiver of the positions comes first."""
+        return source != self.present
+
+    def _change_to(self, source):
+        self.changes += self.present not in ("", source)
+        self._positions.present = source
+
+    def _rank(self, source):
+        """The place of a source among the wanted; None when it is not wanted."""
+        if not self.wanted:
+            return 0
+        name = source.casefold()
+        ranks = (rank for rank, each in enumerate(self.wanted) if name == each or name.startswith(f"{each} "))
+        return next(ranks, None)
