@@ -6,7 +6,7 @@ import sys
 import steerway
 from tests.scenes import turning
 
-EXTRAS = ("scipy", "sklearn", "distributed", "websockets", "nicegui", "pymavlink", "daqp")
+EXTRAS = ("scipy", "sklearn", "distributed", "websockets", "nicegui", "pymavlink", "daqp", "matplotlib", "bokeh")
 WITHOUT = f"import sys; sys.modules.update(dict.fromkeys({EXTRAS}))\nfrom steerway.commands.cli import main; main()"
 
 
@@ -18,7 +18,7 @@ def run(*arguments):
 def test_a_log_is_estimated_without_the_extras(tmp_path):
     log = tmp_path / "log.csv"
     steerway.write(turning(2.0, 0.5, 60.0).fixes(0.3, 1), log)
-    assert run("estimate", log, "--smooth")[0] == 0
+    assert run("estimate", log, "--smooth", "--profile", "small-usv")[0] == 0
 
 
 def test_a_scenario_is_simulated_without_the_extras(tmp_path):
@@ -28,6 +28,7 @@ def test_a_scenario_is_simulated_without_the_extras(tmp_path):
     )
     code, out = run("simulate", scenario, "-o", tmp_path / "sailed", "--nmea")
     assert code == 0, out
+    assert "This page has figures after pip install" in (tmp_path / "sailed" / "index.html").read_text()
 
 
 def test_what_is_missing_is_named(tmp_path):
@@ -35,4 +36,10 @@ def test_what_is_missing_is_named(tmp_path):
     rows = "".join(f"{k},{1.0 + 0.01 * k},{2.0 + 0.02 * k}\n" for k in range(200))
     log.write_text("time_s,speed_mps,shaft_rps\n" + rows)
     code, out = run("identify", "surge", log)
-    assert (code, out) == (2, "steerway: this needs the package scipy, expected pip install scipy\n")
+    expected = "pip install '.[{}]' in a clone of steerway\n"
+    assert (code, out) == (2, f"steerway: this needs the package scipy, expected {expected.format('identify')}")
+    track = tmp_path / "track.csv"
+    steerway.write(turning(2.0, 0.5, 60.0).fixes(0.3, 1), track)
+    for name in ("report.html", "report.png"):
+        code, out = run("estimate", track, "--profile", "small-usv", "--report", tmp_path / name)
+        assert code == 2 and out.endswith(expected.format("report")), out

@@ -136,7 +136,7 @@ def test_a_port_in_use_is_said(caplog):
 
 def test_without_its_package_it_is_refused(monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    with pytest.raises(InputError, match=r"expected pip install steerway\[foxglove\]"):
+    with pytest.raises(InputError, match=r"expected pip install '\.\[foxglove\]'"):
         addresses.output("foxglove://127.0.0.1")
 
 

@@ -386,7 +386,7 @@ async def _alongside(helm, condition, seconds=20.0):
 
 def test_without_its_package_there_is_no_page(monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(InputError, match=r"expected pip install steerway\[helm\]"):
+    with pytest.raises(InputError, match=r"expected pip install '\.\[helm\]'"):
         HelmPage(Service(Navigator(), []), Address("127.0.0.1", 8080))
 
 

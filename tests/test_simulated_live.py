@@ -444,5 +444,5 @@ def test_the_throttle_counts_of_a_vehicle_that_is_steered():
 def test_without_pymavlink_an_error_names_what_is_missing(monkeypatch):
     monkeypatch.setitem(sys.modules, "pymavlink.dialects.v20.ardupilotmega", None)
     monkeypatch.setitem(sys.modules, "pymavlink.dialects.v20", None)
-    with pytest.raises(InputError, match=r"pip install steerway\[mavlink\]"):
+    with pytest.raises(InputError, match=r"pip install '\.\[mavlink\]'"):
         Companion(addresses.sources(["mavlink:udpin:127.0.0.1:1"])[0][0])

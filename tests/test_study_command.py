@@ -66,8 +66,11 @@ def test_what_is_not_installed_is_said_in_one_sentence(tmp_path):
     )
     entry_points_of(tmp_path, "needy:STUDIES")
     for path, expected in (
-        ([], "no studies are installed, expected pip install 'steerway[studies]'"),
-        ([tmp_path], "study needy needs the package no_such_package, expected pip install 'steerway[studies]'"),
+        ([], "no studies are installed, expected pip install '.[studies]' in a clone of steerway"),
+        (
+            [tmp_path],
+            "study needy needs the package no_such_package, expected pip install '.[studies]' in a clone of steerway",
+        ),
     ):
         code = (
             "import importlib.metadata, sys; from steerway.commands import cli, study as command\n"

@@ -149,7 +149,8 @@ class Study:
         missing = [name for name in self.needs if find_spec(name) is None]
         if missing:
             raise InputError(
-                f"study {self.name} needs the package {missing[0]}, expected pip install 'steerway[studies]'"
+                f"study {self.name} needs the package {missing[0]}, expected pip install '.[studies]' in a clone of "
+                "steerway"
             )
 
 

@@ -56,11 +56,14 @@ def write(store: Store, manifest: dict[str, Any]) -> None:
             _named(_inconsistent(numbers.values()), names),
         ),
     ]
-    figures = [
-        (_map(store, totals["rows"]), "Estimated positions; lighter where there are more."),
-        (_coverage(numbers, days), "Rows a day."),
-        (_intervals(intervals), "Time from report to report."),
-    ]
+
+    def figures():
+        return [
+            (_map(store, totals["rows"]), "Estimated positions; lighter where there are more."),
+            (_coverage(numbers, days), "Rows a day."),
+            (_intervals(intervals), "Time from report to report."),
+        ]
+
     count = len(manifest["inputs"])
     title = f"Archive of {count} input{'' if count == 1 else 's'}"
     write_page(store.root / "index.html", title, tables=tables, figures=figures)

@@ -8,9 +8,6 @@ import sys
 
 from steerway.commands import interruption
 
-OPTIONAL = ("scipy", "sklearn", "bokeh")
-"""Packages that only some commands need; others are named where they are missed."""
-
 
 def main() -> None:
     """Run the command line."""
@@ -29,6 +26,7 @@ def _run() -> int:
     from steerway.commands.app import command_tree
     from steerway.core import compiling
     from steerway.core.errors import InputError
+    from steerway.core.extras import extra_of, missing
 
     compiling.announce = _announce_compilation
     try:
@@ -39,9 +37,10 @@ def _run() -> int:
         return _failed("interrupted", 130)
     except ModuleNotFoundError as error:
         package = (error.name or "").split(".")[0]
-        if package not in OPTIONAL:
+        extra = extra_of(package)
+        if extra is None:
             raise
-        return _failed(f"this needs the package {package}, expected pip install {package}", 2)
+        return _failed(missing("this", package, extra), 2)
     except ChildProcessError as error:
         return _failed(error, 1)
     except OSError as error:

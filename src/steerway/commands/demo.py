@@ -2,7 +2,6 @@
 
 import json
 import math
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
@@ -74,6 +73,7 @@ def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str,
     Returns (rows, files): (what, value) rows of the estimate compared with the truth and of what the boat did, and the
     files written. Raises InputError for a directory that cannot be written.
     """
+    from steerway.core.extras import is_installed
     from steerway.simulation import outcome, run
     from steerway.simulation.advising import advise
     from steerway.simulation.bound import course_bound
@@ -87,7 +87,7 @@ def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str,
     remarks = [advise(scenario)[1]]
     written = write(sailed, directory, nmea=True, remarks=remarks)
     page = Path(directory) / "index.html"
-    if find_spec("bokeh"):  # else the page of figures is the only one
+    if is_installed("report"):  # else the page of tables is the only one
         page.replace(page.with_name("details.html"))
         write_story(sailed, page, [*remarks, "details.html has the actuators, the waypoints and the errors over time."])
         written.append(page.with_name("details.html"))

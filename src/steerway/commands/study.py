@@ -11,6 +11,7 @@ import typer
 from steerway.commands import interruption
 from steerway.commands.terminal import flag, print_pairs, progress_line
 from steerway.core.errors import InputError
+from steerway.core.extras import install
 from steerway.simulation.unfinished import Unfinished
 
 GROUP = "steerway.studies"
@@ -67,5 +68,5 @@ def installed() -> dict[str, str]:
     for entry in entry_points(group=GROUP):
         modules |= entry.load()
     if not modules:
-        raise InputError("no studies are installed, expected pip install 'steerway[studies]'")
+        raise InputError(f"no studies are installed, expected {install('studies')}")
     return modules

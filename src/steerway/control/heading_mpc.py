@@ -21,6 +21,7 @@ from steerway.control.heading_plant import (
 from steerway.core.checks import positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.extras import missing
 
 FULL_CHANGE = 40.0
 """Cost of a change of the input at its limit, where an error of 1° costs 1: P4's R = 0.1 per rpm² with 20 rpm."""
@@ -173,7 +174,7 @@ def _solver():
     try:
         from daqp import solve
     except ImportError:
-        raise InputError("heading MPC needs the package daqp, expected `pip install steerway[mpc]`") from None
+        raise missing("heading MPC", "daqp", "mpc") from None
     return solve
 
 

@@ -3,6 +3,7 @@
 from typing import Any
 
 from steerway.core.errors import InputError
+from steerway.core.extras import missing
 
 CONNECTING = 10.0
 """s to wait for a cluster's scheduler."""
@@ -16,7 +17,7 @@ def connected(address: str, option: str) -> Any:
     try:
         from dask import distributed
     except ImportError:
-        raise InputError(f"{option} needs the optional extra: pip install 'steerway[dask]'") from None
+        raise missing(option, "distributed", "dask") from None
     client: Any = distributed.Client
     try:
         return client(address, timeout=CONNECTING, set_as_default=False)

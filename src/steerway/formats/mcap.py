@@ -4,7 +4,6 @@ Read: `sensor_msgs/msg/NavSatFix` of ROS 2, `foxglove.LocationFix` as JSON, and 
 Written: `nav_msgs/msg/Odometry`. A file that was cut off is read up to the damage. Format: mcap.dev/spec.
 """
 
-import importlib.util
 import io
 import json
 import math
@@ -17,6 +16,7 @@ from typing import BinaryIO, NamedTuple
 import numpy as np
 
 from steerway.core.errors import InputError
+from steerway.core.extras import require
 from steerway.core.records import REPORTED, Fixes
 from steerway.core.timestamps import dated
 from steerway.formats import packed, ros2
@@ -43,8 +43,7 @@ class Message(NamedTuple):
 
 def require_mcap(name: str) -> None:
     """Raises InputError without the package that reads and writes MCAP."""
-    if importlib.util.find_spec("mcap") is None:
-        raise InputError(f"{name}: needs the package mcap, expected pip install steerway[mcap]")
+    require(f"{name}:", "mcap")
 
 
 def recognises(head: bytes) -> bool:

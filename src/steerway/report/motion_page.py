@@ -43,12 +43,8 @@ def write_report(path: Path, title: str, fixes: Fixes, motion: Motion, summary: 
 
 
 def _page(path, report: ReportContents):
-    try:
-        from steerway.report.interactive import write_interactive_page
-    except ImportError:
-        raise InputError(
-            "the page needs the package bokeh, expected pip install bokeh, or a report ending in .png"
-        ) from None
+    from steerway.report.interactive import write_interactive_page
+
     write_interactive_page(
         path, report.title, report.fixes, report.motion, report.tables, report.remarks, report.events, gate=report.gate
     )

@@ -3,15 +3,18 @@
 import base64
 import html
 import io
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from steerway.core.extras import install, is_installed
 from steerway.core.files import complete_or_absent
 from steerway.report.tables import Table, html_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    Drawn = tuple[Figure | bytes, str]
 
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 72rem; margin: 2rem auto; padding: 0 1rem; color: #1b2733; }
@@ -28,7 +31,7 @@ def write_page(
     path: Path,
     title: str,
     tables: Sequence[Table] = (),
-    figures: Sequence[tuple["Figure | bytes", str]] = (),
+    figures: "Sequence[Drawn] | Callable[[], Sequence[Drawn]]" = (),
     remarks: Sequence[str] = (),
     lead: str = "",
     details: Sequence[Table] = (),
@@ -38,7 +41,8 @@ def write_page(
     Args:
         path: the file to write; complete or absent.
         tables: (heading, column names, rows) each.
-        figures: (matplotlib figure or what `png` gives of it, caption) each.
+        figures: (matplotlib figure or what `png` gives of it, caption) each; or a function that draws them, which is
+            not called where the extra `report` is not installed: the page then says how to install it.
         remarks: one paragraph each.
         lead: a sentence under the title.
         details: further tables, at the end of a page that is long: there the remarks come before the figures.
@@ -47,7 +51,9 @@ def write_page(
     if lead:
         parts.append(f"<p>{html.escape(lead)}</p>")
     parts += [html_table(*table) for table in tables]
-    shown = [_figure(figure, caption) for figure, caption in figures]
+    if callable(figures) and not is_installed("report"):
+        figures, remarks = (), [*remarks, f"This page has figures after {install('report')}."]
+    shown = [_figure(figure, caption) for figure, caption in (figures() if callable(figures) else figures)]
     paragraphs = _remarks(remarks) if remarks else []
     parts += [*paragraphs, *shown] if details else [*shown, *paragraphs]
     parts += [html_table(*table) for table in details]

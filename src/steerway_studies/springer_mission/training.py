@@ -4,7 +4,7 @@
 
 Compasses within ± 1 % of the TCM2's, random circuits, seeds that no study uses. Half of the voyages are steered by the
 true compass's filter, half by a blend with the nominal one, so that the networks have seen the turns that their own
-errors make. Takes a few minutes; needs scikit-learn (`pip install 'steerway[studies]'`).
+errors make. Takes a few minutes; needs scikit-learn (`pip install '.[studies]'`).
 """
 
 import argparse
@@ -64,7 +64,7 @@ def train(notes: np.ndarray, name: str, iterations: int = 60) -> Network:
     try:
         from sklearn.neural_network import MLPRegressor
     except ImportError:
-        raise InputError("training needs scikit-learn, expected pip install 'steerway[studies]'") from None
+        raise InputError("training needs scikit-learn, expected pip install '.[studies]'") from None
     inputs = notes[:, : INNOVATIONS_ONLY if name == "innovations" else 12]
     low, high, nominal, ideal = notes[:, 12:].T
     width = high - low

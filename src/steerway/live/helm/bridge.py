@@ -5,7 +5,6 @@ Nothing here waits: a page that does not keep up misses views, and one that ends
 
 import asyncio
 import contextlib
-import importlib.util
 import json
 import logging
 import math
@@ -13,6 +12,7 @@ import sys
 from typing import Protocol
 
 from steerway.core.errors import InputError
+from steerway.core.extras import require
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.helm.address import Address
 from steerway.live.helm.seeing import ChartPlane, Seen, view
@@ -43,8 +43,7 @@ class HelmPage:
     """
 
     def __init__(self, service: ShownService, address: Address, route: GeodeticRoute | None = None):
-        if importlib.util.find_spec("nicegui") is None:
-            raise InputError("the helm page needs the package nicegui, expected pip install steerway[helm]")
+        require("the helm page", "helm")
         self.service, self.address = service, address
         self._plane = ChartPlane.of(route)
         self._notice = ""

@@ -8,6 +8,7 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 
 from steerway.core.errors import InputError
+from steerway.core.extras import require
 from steerway.formats.dilution import deviation
 from steerway.live.base.rows import InputRow
 from steerway.live.base.uri import Uri
@@ -30,10 +31,7 @@ SUBSCRIBED = ("navigation.position", _DILUTION, *_PATHS)
 
 def require_websockets(uri: Uri) -> None:
     """Raises InputError without the package that Signal K needs."""
-    try:
-        import websockets  # noqa: F401
-    except ImportError:
-        raise InputError(f"{uri.text}: needs the package websockets, expected pip install steerway[live]") from None
+    require(f"{uri.text}:", "live")
 
 
 def token_of(uri: Uri) -> str:

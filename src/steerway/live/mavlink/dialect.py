@@ -2,7 +2,7 @@
 
 from enum import IntEnum
 
-from steerway.core.errors import InputError
+from steerway.core.extras import missing
 
 
 class RoverMode(IntEnum):
@@ -37,5 +37,5 @@ def dialect(address: str):
     try:
         import pymavlink.dialects.v20.ardupilotmega as messages
     except ImportError:
-        raise InputError(f"{address}: needs the package pymavlink, expected pip install steerway[mavlink]") from None
+        raise missing(f"{address}:", "pymavlink", "mavlink") from None
     return messages

@@ -6,13 +6,12 @@ out.
 
 import asyncio
 import contextlib
-import importlib.util
 import logging
 import math
 import time
 import uuid
 
-from steerway.core.errors import InputError
+from steerway.core.extras import require
 from steerway.core.leg import Leg
 from steerway.formats.nmea2000.decoder import Decoder
 from steerway.formats.nmea2000.fields import MESSAGES
@@ -34,8 +33,8 @@ _LONGEST = 256  # characters of a gateway's line
 
 def require_can(uri: Uri) -> None:
     """Raises InputError without the package that reads and writes the bus."""
-    if uri.scheme == "n2k" and importlib.util.find_spec("can") is None:
-        raise InputError(f"{uri.text}: needs the package python-can, expected pip install steerway[n2k]")
+    if uri.scheme == "n2k":
+        require(f"{uri.text}:", "n2k")
 
 
 class N2kDecoder:

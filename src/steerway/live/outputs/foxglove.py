@@ -5,11 +5,10 @@ clients: it offers no capability.
 """
 
 import asyncio
-import importlib.util
 import json
 import math
 
-from steerway.core.errors import InputError
+from steerway.core.extras import require
 from steerway.core.leg import Leg
 from steerway.core.records import MOTION_COLUMNS
 from steerway.live.base.orders import Order
@@ -32,8 +31,7 @@ _SCHEMA = {
 
 def require_foxglove(uri: Uri) -> None:
     """Raises InputError without the package that Foxglove needs."""
-    if importlib.util.find_spec("foxglove") is None:
-        raise InputError(f"{uri.text}: needs the package foxglove-sdk, expected pip install steerway[foxglove]")
+    require(f"{uri.text}:", "foxglove")
 
 
 class FoxgloveServer:

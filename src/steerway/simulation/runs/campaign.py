@@ -49,7 +49,7 @@ def write_campaign(seeds, results, directory: Path, title: str, remarks=()) -> l
         page,
         title,
         tables=[(f"{len(results)} seeds", SPREAD_COLUMNS, spread(results))],
-        figures=[(_figure(columns), "Cumulative distribution of each number over the seeds.")],
+        figures=lambda: [(_figure(columns), "Cumulative distribution of each number over the seeds.")],
         remarks=remarks,
     )
     return [table, medians, page]

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 
 from steerway.report.page import write_page
-from steerway.simulation.runs.figures import actuators_figure, errors_figure, steering_figure, track_figure
 
 _TRACK = "Route with acceptance circles, true and estimated track, and the fixes of the receiver."
 _ERRORS = (
@@ -22,14 +21,7 @@ _ACTUATORS = "Commands of the actuators, with their limits."
 
 def write_run_page(sailed, path: Path, remarks=()) -> None:
     """The page of a `run.Sailed`: track, errors, steering with crab angle, actuators, numbers."""
-    run, scenario = sailed.run, sailed.scenario
-    actuators = sailed.assembly.vessel.actuators
-    figures = [
-        (track_figure(run, route_of(sailed)), _TRACK),
-        (errors_figure(run), _ERRORS),
-        (steering_figure(run), _STEERING),
-        (actuators_figure(run, actuators), _ACTUATORS),
-    ]
+    scenario = sailed.scenario
     passages = [
         (each.waypoint, "reached" if each.reached else "missed", each.why, f"{each.time:.1f}", f"{each.distance:.1f}")
         for each in sailed.assembly.pilot.mission.passages
@@ -39,7 +31,19 @@ def write_run_page(sailed, path: Path, remarks=()) -> None:
         ("Summary", ("", ""), summary(sailed.numbers)),
         ("Waypoints", ("waypoint", "", "by", "under way (s)", "distance then (m)"), passages),
     ]
-    write_page(path, scenario.name, tables, figures, remarks, scenario.description)
+    write_page(path, scenario.name, tables, lambda: _figures(sailed), remarks, scenario.description)
+
+
+def _figures(sailed):
+    from steerway.simulation.runs import figures
+
+    run = sailed.run
+    return [
+        (figures.track_figure(run, route_of(sailed)), _TRACK),
+        (figures.errors_figure(run), _ERRORS),
+        (figures.steering_figure(run), _STEERING),
+        (figures.actuators_figure(run, sailed.assembly.vessel.actuators), _ACTUATORS),
+    ]
 
 
 def route_of(sailed) -> tuple[np.ndarray, np.ndarray]:
