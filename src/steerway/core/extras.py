@@ -43,7 +43,7 @@ def require(what: str, extra: str) -> None:
         raise missing(what, module, extra)
 
 
-def _absent(module):
+def _absent(module: str) -> bool:
     return (module in sys.modules and sys.modules[module] is None) or importlib.util.find_spec(module) is None
 
 
