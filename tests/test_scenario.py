@@ -23,17 +23,6 @@ def test_a_route_alone_is_a_scenario():
     assert scenario.vessel.kind == "otter" and scenario.gnss.rate == 5.0 and boat(scenario).cruise == 1.2
 
 
-def test_two_pilots_of_one_scenario_share_nothing():
-    scenario = parse_scenario(ROUTE)
-    one, other = pilot(scenario), pilot(scenario)
-    one.mission.step(1.0, 2.0, 0.1)
-    assert one.mission.missions[0].log.time == 0.1 and other.mission.missions[0].log.time == 0.0
-    assert (
-        one.estimator.filter is not other.estimator.filter
-        and one.autopilot.controller is not other.autopilot.controller
-    )
-
-
 def test_angles_are_degrees_in_the_file_and_radians_behind_it():
     blocks = assemble(
         parse_scenario(
