@@ -77,8 +77,7 @@ def held_on(autopilot, plant, seconds, bias_rpm=10.0, wanted=1.0):
     return np.array(out)
 
 
-@pytest.mark.parametrize("plant", ["paper", "physical"])
-@pytest.mark.parametrize("kind", ["mpc", "lqg"])
+@pytest.mark.parametrize(("plant", "kind"), [("paper", "mpc"), ("physical", "lqg")])
 def test_no_offset_from_a_bias(plant, kind):
     yaw = PAPER_YAW if plant == "paper" else PHYSICAL_YAW
     weights = {"output_weight": math.degrees(1.0) ** 2, "change_weight": 0.1 / RPM**2}

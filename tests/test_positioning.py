@@ -76,20 +76,6 @@ def test_divergence_is_detected_before_it_runs():
     assert demo("held").spectral_radius < 1.0
 
 
-def test_it_finds_a_constant_force():
-    observer = PassiveObserver(INERTIA, DAMPING, ObserverGains((0.5,) * 3, (0.3,) * 3, (3.0,) * 3, 1e9))
-    sea, heading = np.array([0.2, -0.1, 0.01]), 0.6
-    c, s = math.cos(heading), math.sin(heading)
-    body = (c * sea[0] + s * sea[1], c * sea[1] - s * sea[0], sea[2])
-    for k in range(6000):  # she lies still: her actuators answer the sea
-        if k % 10 == 0:
-            observer.update(1.0, 2.0)
-        observer.update_heading(heading)
-        observer.predict([-each for each in body], 0.1)
-    np.testing.assert_allclose(observer.motion.force, sea, atol=1e-4)
-    np.testing.assert_allclose(observer.motion.velocity, 0.0, atol=1e-5)
-
-
 def test_on_the_scenario_tuning_and_impulses_make_it_good():
     records = [scenario.sail(scenario.drawn(seed)) for seed in range(4)]
     tuned = PassiveObserver(INERTIA, DAMPING, TUNED_GAINS)
@@ -98,25 +84,7 @@ def test_on_the_scenario_tuning_and_impulses_make_it_good():
     assert np.mean(errors) < 0.056 < 0.09 < np.mean(stock)
 
 
-MODEL = low_speed.pack(INERTIA, DAMPING, 50.0, 0.8, 0.1)
-STATE = np.array([1.0, -2.0, 0.7, 0.3, -0.15, 0.2, 0.2, -0.3, 0.02, 0.05, -0.1, 0.2, 0.1])
 FORCE = np.array([0.8, -0.4, 0.1])
-
-
-def rates(x):
-    out = np.empty(len(x))
-    low_speed.rates(x, FORCE, MODEL, out)
-    return out
-
-
-@pytest.mark.parametrize("n", [6, 9, 13])
-def test_the_jacobian_is_that_of_f(n):
-    x, found = STATE[:n].copy(), np.empty((n, n))
-    low_speed.jacobian(x, MODEL, found)
-    small = 1e-6
-    for j in range(n):
-        step = small * np.eye(n)[j]
-        np.testing.assert_allclose(found[:, j], (rates(x + step) - rates(x - step)) / (2.0 * small), atol=1e-8)
 
 
 def test_the_mean_goes_as_the_vessel_herself_does():

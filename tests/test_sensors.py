@@ -7,7 +7,6 @@ import pytest
 
 from steerway import InputError
 from steerway.core import displacement
-from steerway.core.testing import noise
 from steerway.sensors import Compass, DopplerLog, Gnss, Instrument, accelerometer, gyro
 from steerway.sensors.testing import Fault, gnss
 
@@ -91,13 +90,6 @@ def test_gauss_markov_errors_have_their_spread_and_their_memory():
         lag = round(time_constant * rate)
         assert abs(np.corrcoef(axis[lag:], axis[:-lag])[0, 1] - math.exp(-1.0)) < 0.05
         assert abs(np.std(np.diff(axis)) / (std * math.sqrt(2.0 * -math.expm1(-1.0 / 50.0))) - 1.0) < 0.02
-
-
-def test_the_papers_driving_noise_fits_steps_of_one_second_not_a_tenth():
-    """P1 (42)–(43): 0.21 m and T = 1100 s are said to give 4.7 m."""
-    assert noise.markov_std(0.21, 1100.0, 0.1) == pytest.approx(15.6, abs=0.05)
-    assert noise.markov_std(0.21, 1100.0, 1.0) == pytest.approx(4.9, abs=0.05)
-    assert noise.markov_std(0.0634, 1100.0, 0.1) == pytest.approx(4.7, abs=0.01)
 
 
 def test_faults_do_what_their_kinds_say():

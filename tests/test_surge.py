@@ -7,7 +7,7 @@ import pytest
 
 from steerway import InputError
 from steerway.estimation.speed import SurgeFilter, SurgeFusion, SurgeTuning
-from steerway_studies.testing import Job, PrintedSpeedEkf, judge, plants, printed, run
+from steerway_studies.testing import Job, PrintedSpeedEkf, run
 
 
 @pytest.fixture(scope="module")
@@ -22,25 +22,6 @@ def test_fused_speed_is_better_than_the_log_and_honest(voyages):
         assert found["exclusions"] == 0
     assert 0.95 < np.mean([found["nis"] for found in voyages]) < 1.05
     assert 0.93 < np.mean([found["coverage"] for found in voyages]) < 0.97
-
-
-@pytest.fixture(scope="module")
-def track():
-    return printed.sail_true(plants.plant("T"), plants.controller("a"), 3, 40.0, 0.001, 0.05)
-
-
-def test_erratum_28_as_printed_diverges(track):
-    def error(printed_sign):
-        time, truth, estimate, _, _ = printed.filtered(track, 0, imu=None, printed_sign=printed_sign)
-        return np.abs(estimate - truth)[time > judge.TRANSIENT].max()
-
-    assert error(printed_sign=False) < 0.03
-    assert error(printed_sign=True) > 30.0
-
-
-def test_erratum_an_accelerometer_is_no_speed_sensor(track):
-    time, truth, estimate, _, _ = printed.filtered(track, 0, imu="integrated")
-    assert np.abs(estimate - truth)[time > judge.TRANSIENT].max() > 0.3
 
 
 def test_erratum_27_the_slope_takes_the_size_of_the_speed():

@@ -408,14 +408,6 @@ def test_a_shaft_follows_its_lag_exactly_and_its_rate_at_most():
     assert follow(1.0, 99.0, 0.0, 17.5, math.inf, 0.0, 0.5) == 17.5
 
 
-def test_a_boat_adrift_takes_the_current_s_speed_and_wind_pushes_her():
-    boat, stream = Surge(), conditions(current=(0.5, 0.3))
-    motion = boat.motion(sail(boat, boat.start(), (0.0,), 400.0, stream, step=0.1), stream)
-    assert motion.north_velocity == pytest.approx(0.5, abs=1e-3) and motion.east_velocity == pytest.approx(0.3)
-    pushed = boat.step(boat.start(heading=math.pi / 2), (0.0,), conditions(force=(7.0, 1000.0)), 0.01)
-    assert pushed[3] == pytest.approx(0.01 * 1000.0 / CALDAS_MASS, rel=1e-3)
-
-
 def test_three_degrees_of_freedom_straight_ahead_are_the_surge_boat_and_unstable():
     machine = Actuator("shaft speed", 0.0, 17.5, rate=3.0, lag=0.7)
     weather = conditions(current=(0.4, 0.0), force=(500.0, 0.0))

@@ -24,26 +24,6 @@ from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case
 
 
-@case("control_pole_placement")
-def placed():
-    rows = []
-    for gain, time in ((0.0242, 1.0), (0.05, 2.5), (0.185, 107.3)):
-        for bandwidth in (0.5, 1.5, 3.0):
-            for damping in (0.7, 1.0):
-                gains = place_poles(gain, time, max(bandwidth, 0.51 / (damping * time)), damping, 20.0)
-                rows.append(
-                    (
-                        gains.proportional,
-                        gains.integral_time,
-                        gains.derivative_time,
-                        gains.rate_feedforward,
-                        gains.acceleration_feedforward,
-                        gains.limit,
-                    )
-                )
-    return columns("proportional integral_time derivative_time rate acceleration limit", rows)
-
-
 def turning(control, seconds=60.0, gain=0.0242, time=1.0):
     """A Nomoto boat with a bias under `control(reference, angle, rate, dt)`, 0.1 s a step; gives (angle, rate, u)."""
     angle, rate, rows = 0.1, 0.0, []

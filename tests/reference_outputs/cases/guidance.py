@@ -74,33 +74,6 @@ def voyage():
     return sailed(LineOfSight(12.0), Voyage(route, [0, 20, 0, 15, 0], at_end="hold"))
 
 
-@case("guidance_passages")
-def passages():
-    """The log of missions under both rules, one with a leg given up, one with a waypoint skipped."""
-    missions = [
-        Mission(Route(NORTH, EAST, 5.0, 1.2)),
-        Mission(Route(NORTH, EAST, 0.5, 1.2), Passing("circle"), start="point"),
-        Mission(Route(NORTH, EAST, 0.5, 1.2), Passing("circle", by_plane=False, time_factor=0.5, time_margin=3.0)),
-    ]
-    rows = []
-    for number, mission in enumerate(missions):
-        for k in range(230):
-            share = k / 50.0
-            leg, part = min(int(share), 3), share - min(int(share), 3)
-            place = [each[leg] + part * (each[leg + 1] - each[leg]) for each in (NORTH, EAST)]
-            mission.step(place[0] + 1.0, place[1] - 0.7, 1.5, 0.1 * k)
-            if number == 0 and k == 70:
-                mission.skip()
-        log = mission.log
-        total = log.time, log.distance, log.energy, log.cross_track_rms, log.cross_track_max, log.mean_effort
-        for each in log.passages:
-            rows.append(
-                (number, each.waypoint, each.reached, each.time, each.sailed, each.distance, each.closest, total)
-            )
-    names = "mission waypoint reached time sailed distance closest total distance_total energy rms max effort"
-    return columns(names, rows)
-
-
 def shaped(shaper):
     rows = []
     shaper.start(0.2, 0.01)

@@ -168,12 +168,6 @@ def mpc():
     return steered(HeadingMpc(*parts_of(PHYSICAL_YAW), **weights), "physical")
 
 
-@case("heading_mpc_longer_horizon")
-def mpc_longer():
-    weights = {"output_weight": math.degrees(1.0) ** 2, "change_weight": 0.1 / RPM**2}
-    return steered(HeadingMpc(*parts_of(PAPER_YAW), 14, 4, **weights), "paper")
-
-
 @case("heading_lqg")
 def lqg():
     control = HeadingLqg(*parts_of(PHYSICAL_YAW), output_weight=math.degrees(1.0) ** 2, change_weight=0.1 / RPM**2)
