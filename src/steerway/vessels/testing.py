@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from steerway.core.kinematics import WaveMotion
     from steerway.vessels import otter
     from steerway.vessels.actuators import follow
     from steerway.vessels.cybership2 import DAMPING, INERTIA
     from steerway.vessels.cybership2 import derivatives as cybership2_derivatives
-    from steerway.vessels.environment import AIR_DENSITY, WaveMotion, Waves, Wind
+    from steerway.vessels.environment import AIR_DENSITY, Waves, Wind
     from steerway.vessels.kinds import TABLES
     from steerway.vessels.mariner import CRUISE_SPEED
     from steerway.vessels.mariner import derivatives as mariner_derivatives
