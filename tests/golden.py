@@ -1,4 +1,6 @@
-"""Golden numbers: tables whose columns are read by name."""
+"""Golden numbers: tables whose columns are read by name, and the forces of a public run."""
+
+import math
 
 import numpy as np
 
@@ -17,3 +19,8 @@ def columns(table, *names) -> np.ndarray:
 
 def assert_golden(measured, expected):
     np.testing.assert_allclose(measured, expected, rtol=RTOL, atol=ATOL)
+
+
+def cybership_forces(time):
+    """The forces of CyberShip II's public run, held over each of its steps."""
+    return 0.5 + 1.2 * math.sin(0.1 * time), 0.8 * math.cos(0.07 * time), 0.15 * math.sin(0.05 * time)

@@ -1,13 +1,23 @@
-"""What `advise` says of the loop of the steering filter, against what the loop then does."""
+"""What is advised of a loop — of the steering filter, of a course estimate — against what the loop then does."""
 
 import math
 
 import numpy as np
 import pytest
+from scipy.linalg import solve_continuous_are
 
+from steerway.control import Rudder, carried_bandwidth
+from steerway.control.testing import advice
+from steerway.estimation import FiveStateFilter, Profile
+from steerway.estimation.testing import FilterEstimator
+from steerway.guidance import LineOfSight, Mission, Route, TrackingFilter
+from steerway.sensors import Gnss, Suite
 from steerway.sensors.testing import GnssTable
-from steerway.simulation import parse_scenario, sail
+from steerway.simulation import Start, parse_scenario, sail
 from steerway.simulation.testing import advise, assembly, steering_loop, tolerated_current
+from steerway.testing import Pilot
+from steerway.vessels import Nomoto
+from steerway.vessels.testing import OTTER_BOAT as OTTER
 
 SCENARIO = """
 duration = 300.0
@@ -42,9 +52,7 @@ def swing(white, slow, doubt):
     return np.ptp(run["true_heading"][run.time > corner + 80.0])
 
 
-@pytest.mark.parametrize(
-    ("white", "slow", "doubt", "fits"), [(0.02, 0.01, 0.2, True), (1.5, 1.0, 1.0, False), (1.5, 1.0, 0.2, True)]
-)
+@pytest.mark.parametrize(("white", "slow", "doubt", "fits"), [(0.02, 0.01, 0.2, True), (1.5, 1.0, 1.0, False)])
 def test_the_damping_is_that_of_the_loop(white, slow, doubt, fits, monkeypatch):
     """Of a turn of 90° exp(−ζ ω 80 s) leaves 1° for ζ of 0.2 and ω of 0.3 rad/s, and 27° for a quarter of it."""
     scenario = parse_scenario(SCENARIO % (0.3, white, slow))
@@ -66,14 +74,60 @@ def test_the_current_that_is_tolerated():
     assert steering_loop(boat, gnss, 1.2, 1.01 * most, math.pi).speed == 0.0
 
 
-def test_better_fixes_and_a_measured_velocity_damp_the_loop():
-    boat = assembly.boat(parse_scenario(SCENARIO % (0.3, 0.02, 0.01)))
-    damping = lambda **keys: steering_loop(boat, GnssTable(markov=(), **keys), 1.2, 0.3, 1.0).damping  # noqa: E731
-    assert damping(white=0.02) > damping(white=0.3) and damping(white=0.3, velocity_std=0.05) > damping(white=0.3)
-    mirrored = [steering_loop(boat, GnssTable(), 1.2, 0.5, side).damping for side in (1.0, -1.0)]
-    assert mirrored[0] == pytest.approx(mirrored[1], abs=1e-9)
-
-
 def test_another_autopilot_than_that_assessed_is_named():
     scenario = parse_scenario(SCENARIO % (0.3, 0.3, 0.2) + '[autopilot]\nkind = "lqg"\n')
     assert "with pole-placement in place of lqg and fixes" in advise(scenario)[1]
+
+
+def test_what_is_carried_is_the_natural_frequency_of_the_steady_kalman_filter():
+    """All three poles of the Kalman filter of cross-track, course and course rate have this magnitude."""
+    speed, density, std, interval = case = (1.3, 7.8e-3, 0.5, 0.2)
+    dynamics = np.array([[0.0, speed, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
+    seen = np.array([[1.0, 0.0, 0.0]])
+    noise = np.diag([0.0, 0.0, density])
+    covariance = solve_continuous_are(dynamics.T, seen.T, noise, np.array([[std**2 * interval]]))
+    poles = np.linalg.eigvals(dynamics - covariance @ seen.T @ seen / (std**2 * interval))
+    np.testing.assert_allclose(np.abs(poles), carried_bandwidth(*case), rtol=1e-6)
+
+
+def test_the_papers_otter_autopilot_is_too_quick_for_half_a_metre():
+    fits, sentence = advice(1.5, 1.3, 7.8e-3, 0.5, 0.2)
+    assert not fits
+    assert sentence == (
+        "An autopilot of 1.5 rad/s will hunt: the course estimate carries 0.8 rad/s at 1.3 m/s with fixes of 0.5 m "
+        "every 0.2 s, so lower the bandwidth to that, sail faster or use better fixes."
+    )
+    fits, sentence = advice(0.5, 1.3, 7.8e-3, 0.5, 0.2)
+    assert fits and sentence.startswith("An autopilot of 0.5 rad/s fits")
+
+
+def hunting(bandwidth, density, std, nomoto_time, speed=2.0, seed=4):
+    """Largest excursion of the true course, rad, on a straight leg with fixes all but free of noise."""
+    gain = 0.2
+    boat = OTTER.but(
+        nomoto_gain=gain, nomoto_time=nomoto_time, bandwidth=bandwidth, yaw_limit=0.6, propulsion=Rudder(0.6)
+    )
+    profile = Profile(speed_noise=1e-3, course_rate_noise=density, course_rate_decay=0.0, position_std=std)
+    pilot = Pilot(
+        FilterEstimator(FiveStateFilter(profile)),
+        Mission(Route([0.0, 5000.0], [0.0, 0.0], 5.0)),
+        LineOfSight(2000.0),
+        boat.autopilot(TrackingFilter(0.05)),
+        boat.propulsion,
+    )
+    instruments = Suite(Gnss(rate=5.0, white=0.02 * std))
+    run = sail(Nomoto(gain, nomoto_time, speed), pilot, instruments, 500.0, 0.1, start=Start(0.0, 3.0), seed=seed)
+    late = run.time > 300.0
+    return float(np.max(np.abs(run.true_cog[late])))
+
+
+@pytest.mark.parametrize(
+    ("bandwidth", "nomoto_time", "calm"), [(0.2, 5.0, True), (0.35, 5.0, False), (0.65, 1.0, False), (0.25, 2.0, True)]
+)
+def test_advice_tells_what_the_loop_then_does(bandwidth, nomoto_time, calm):
+    """ω_e is 0.69 rad/s throughout: ω_n ≤ ω_e alone would let all of these sail."""
+    circumstances = (2.0, 1.35e-3, 0.5, 0.2)
+    fits, sentence = advice(bandwidth, *circumstances, nomoto_time)
+    assert fits is calm, sentence
+    excursion = hunting(bandwidth, circumstances[1], circumstances[2], nomoto_time)
+    assert (excursion < math.radians(1.0)) is calm

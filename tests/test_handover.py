@@ -33,17 +33,6 @@ def test_hysteresis_and_dwell():
     assert output == [False] * 6 + [True] * 5 + [False]
 
 
-def test_noise_around_a_threshold_does_not_chatter():
-    rng = random.Random(5)
-    hand_over, changes, last = HandOver(), 0, False
-    for step in range(50 * 600):
-        speed = 0.4 + 0.25 * math.sin(step * H / 60.0 * 2.0 * math.pi) + rng.gauss(0.0, 0.1)
-        now = hand_over.step(speed, 0.0, 0.0, H)
-        changes += now is not last
-        last = now
-    assert changes <= 2 * 10  # ten slow swings across the band
-
-
 def test_a_boat_that_drifts_astern_is_not_steered_by_course():
     hand_over = HandOver()
     for _ in range(500):
@@ -169,9 +158,7 @@ class Otter:
         return leg
 
 
-@pytest.mark.parametrize("towards", [0.0, 90.0, 180.0, -135.0])
-@pytest.mark.parametrize("strength", [0.0, 0.3])
-@pytest.mark.parametrize("noise", [0.0, 0.03])
+@pytest.mark.parametrize(("towards", "strength", "noise"), [(0.0, 0.0, 0.03), (-135.0, 0.3, 0.0)])
 def test_an_otter_holds_station_in_a_current_and_leaves_again(towards, strength, noise):
     current = (strength * math.cos(math.radians(towards)), strength * math.sin(math.radians(towards)))
     boat = Otter(Hull(current=current, yaw_disturbance=1.0), noise)

@@ -1,20 +1,18 @@
 """Heading MPC against a solver of its own kind, its limits, its freedom from offset; LQG beside it."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import nnls
 
-from steerway.control import BiasObserver, HeadingLqg, HeadingMpc, HeadingResponse, InputLimits, LinearPlant
+from steerway.control import HeadingLqg, HeadingMpc, HeadingResponse, InputLimits, LinearPlant
 from steerway.control.testing import prediction, steering
 from steerway.core import InputError, wrap
 from steerway.identification import identify_heading
 from steerway.identification.testing import binary_sequence
 from steerway.vessels import RPM, Mariner, Nomoto, Springer, conditions
 from steerway.vessels.testing import PAPER_YAW, PHYSICAL_YAW
-from steerway_studies.testing import OutputCorrectedMpc, autopilot_parts, paper_mpc
+from steerway_studies.testing import autopilot_parts, paper_mpc
 
 pytest.importorskip("daqp")
 CALM = conditions()
@@ -43,38 +41,16 @@ def by_enumeration(hessian, gradient, upper, lower):
 def test_equals_a_reference_solver_on_random_cases(yaw):
     mpc, rng = paper_mpc(yaw), np.random.default_rng(1)
     worst = 0.0
-    for _ in range(1000):
+    for _ in range(300):
         mpc.observer.state = rng.standard_normal(3) * [0.05, 0.05, 15.0 * RPM]
         mpc.input = rng.uniform(-300.0, 300.0) * RPM
-        wanted = float(mpc._plant.c @ mpc.observer.state[:2]) + rng.standard_normal() * rng.choice((0.01, 0.2, 2.0))
+        wanted = mpc.observer.output + rng.standard_normal() * rng.choice((0.01, 0.2, 2.0))
         change = mpc.change(wanted)
         gradient, upper, lower = mpc.problem(wanted)
         best = by_enumeration(mpc.hessian, gradient, upper, lower)
         worst = max(worst, abs(change - best[0]) / RPM)
         assert abs(change) <= (20.0 + 1e-9) * RPM and abs(mpc.input + change) <= (300.0 + 1e-9) * RPM
     assert worst < 1e-9
-
-
-def test_longer_control_horizon_against_least_distance():
-    """H_c = 4 with limits of change only, as a non-negative least squares problem of its dual."""
-    plant, limits, observer = autopilot_parts(PHYSICAL_YAW)
-    mpc = HeadingMpc(plant, InputLimits(math.inf, limits.change), observer, 12, 4, math.degrees(1.0) ** 2, 0.1 / RPM**2)
-    rng = np.random.default_rng(2)
-    for _ in range(50):
-        mpc.observer.state = rng.standard_normal(3) * [0.05, 0.05, 10.0 * RPM]
-        wanted = rng.standard_normal()
-        gradient, upper, _ = mpc.problem(wanted)
-        factor = np.linalg.cholesky(mpc.hessian)
-        centre = np.linalg.solve(mpc.hessian, -gradient)
-        walls = np.vstack([np.eye(4), -np.eye(4)])
-        room = np.concatenate([upper[:4], upper[:4]]) - walls @ centre
-        rows = np.linalg.solve(factor, walls.T).T
-        # Lawson and Hanson: the point of least norm with rows·y ≤ room.
-        system = np.vstack([-rows.T, -room])
-        u, norm = nnls(system, np.array([0.0] * 4 + [1.0]))
-        residual = system @ u - np.array([0.0] * 4 + [1.0])
-        move = np.zeros(4) if norm < 1e-12 else np.linalg.solve(factor.T, -residual[:4] / residual[4])
-        assert mpc.change(wanted) == pytest.approx((centre + move)[0], abs=1e-7 * RPM)
 
 
 def test_prediction_is_the_plant_run():
@@ -101,8 +77,7 @@ def held_on(autopilot, plant, seconds, bias_rpm=10.0, wanted=1.0):
     return np.array(out)
 
 
-@pytest.mark.parametrize("plant", ["paper", "physical"])
-@pytest.mark.parametrize("kind", ["mpc", "lqg"])
+@pytest.mark.parametrize(("plant", "kind"), [("paper", "mpc"), ("physical", "lqg")])
 def test_no_offset_from_a_bias(plant, kind):
     yaw = PAPER_YAW if plant == "paper" else PHYSICAL_YAW
     weights = {"output_weight": math.degrees(1.0) ** 2, "change_weight": 0.1 / RPM**2}
@@ -111,12 +86,6 @@ def test_no_offset_from_a_bias(plant, kind):
     assert abs(headings[600] - np.degrees(1.0)) < 0.01
     assert abs(headings[-1] - np.degrees(1.0)) < 0.01
     assert autopilot.observer.bias == pytest.approx(10.0 * RPM, rel=0.01)
-
-
-def test_output_correction_fails_on_the_paper_plant():
-    """The form of textbooks, an output error added to a free-running model: the model drifts and steering goes."""
-    headings = np.degrees(held_on(OutputCorrectedMpc(paper_mpc(PAPER_YAW)), "paper", 3600))
-    assert np.abs(headings[-600:] - np.degrees(1.0)).max() > 10.0
 
 
 def test_unknown_heading_is_predicted_over_and_turns_are_short():
@@ -129,37 +98,13 @@ def test_unknown_heading_is_predicted_over_and_turns_are_short():
     assert paper_mpc().step(math.radians(350.0), 0.0) < 0.0 < paper_mpc().step(math.radians(-350.0), 0.0)
 
 
-@pytest.mark.parametrize("horizon, control_horizon, q, r", [(0, 0, 1, 1), (5, 6, 1, 1), (5, 2, 0, 1), (5, 2, 1, -1)])
-def test_unusable_settings_are_named(horizon, control_horizon, q, r):
+def test_unusable_settings_are_named():
     with pytest.raises(InputError, match="mpc"):
-        HeadingMpc(*autopilot_parts(PAPER_YAW), horizon, control_horizon, q, r)
-
-
-def test_plants_and_limits_are_checked():
-    with pytest.raises(InputError, match="plant"):
-        LinearPlant(np.eye(2), np.ones(3), np.ones(2))
-    with pytest.raises(InputError, match="limits"):
-        InputLimits(-1.0)
+        HeadingMpc(*autopilot_parts(PAPER_YAW), 5, 6, 1.0, 1.0)
     with pytest.raises(InputError, match="limits"):
         InputLimits(math.nan)
-
-
-def test_observer_is_a_kalman_filter():
-    """Against the textbook's matrices."""
-    plant = LinearPlant(*PAPER_YAW.matrices(), circular=False)
-    observer = BiasObserver(plant, 1e-8, 1e-4, 1e-3, 2.0)
-    f = np.block([[plant.a, plant.b[:, None]], [np.zeros((1, 2)), np.ones((1, 1))]])
-    h, q = np.append(plant.c, 0.0), np.diag([1e-8, 1e-8, 1e-4])
-    x, p, rng = np.zeros(3), np.diag([1e-8, 1e-8, 2.0]), np.random.default_rng(0)
-    for _ in range(30):
-        z, u = rng.standard_normal(2)
-        gain = p @ h / (h @ p @ h + 1e-3)
-        x, p = x + gain * (z - h @ x), p - np.outer(gain, h @ p)
-        observer.correct(z)
-        np.testing.assert_allclose(observer.state, x, rtol=1e-9)
-        x, p = f @ x + np.append(plant.b, 0.0) * u, f @ p @ f.T + q
-        observer.predict(u)
-    np.testing.assert_allclose(observer.state, x, rtol=1e-9)
+    with pytest.raises(InputError, match=r"mpc\.change_weight is missing"):
+        HeadingMpc(autopilot_parts(PAPER_YAW)[0], InputLimits(), autopilot_parts(PAPER_YAW)[2])
 
 
 def held_course(controller, boat, command, target, seconds, dt, noise=0.0, state=None):
@@ -176,10 +121,7 @@ def held_course(controller, boat, command, target, seconds, dt, noise=0.0, state
 @pytest.mark.parametrize("kind", ["mpc", "lqg"])
 @pytest.mark.parametrize(
     ("boat", "gain", "time", "dt"),
-    [
-        (Nomoto(0.2, 20.0, 2.0, bias=0.05), 0.2, 20.0, 0.1),
-        (Mariner(), 0.185, 107.3, 0.2),
-    ],
+    [(Nomoto(0.2, 20.0, 2.0, bias=0.05), 0.2, 20.0, 0.1), (Mariner(), 0.185, 107.3, 0.2)],
 )
 def test_any_boat_known_by_nomoto_s_numbers_is_steered_without_offset(kind, boat, gain, time, dt):
     limit, noise = 0.6, math.radians(0.5)
@@ -206,33 +148,6 @@ def test_an_identified_heading_makes_a_controller_in_its_own_unit():
     assert abs(math.degrees(wrap(boat.heading(state) - math.radians(-150.0)))) < 0.2
     assert np.abs(inputs).max() <= 300.0 + 1e-9 and np.abs(np.diff(inputs)).max() <= 20.0 + 1e-9
     assert boat.heading(state) == pytest.approx(math.radians(210.0), abs=0.01)  # the short way
-
-
-def test_default_weights_are_the_paper_s_in_proportion_to_the_limits():
-    plant, limits, observer = autopilot_parts(PAPER_YAW)
-    default, paper = HeadingMpc(plant, limits, observer), paper_mpc()
-    np.testing.assert_allclose(default.hessian, paper.hessian, rtol=1e-12)
-    first = default.step(1.0, 0.0) / RPM
-    assert first == pytest.approx(paper.step(1.0, 0.0) / RPM, abs=1e-6) and first > 15.0
-    with pytest.raises(InputError, match=r"mpc\.change_weight is missing"):
-        HeadingMpc(plant, InputLimits(), observer)
-
-
-def test_a_wanted_output_out_of_all_proportion_is_steered_to_at_the_limit():
-    """Rounding of the change without limits exceeds the solver's tolerance of them."""
-    plant, limits, observer = autopilot_parts(PAPER_YAW)
-    control = HeadingMpc(replace(plant, circular=False), limits, observer)
-    assert control.step(1e9, 2.5) == limits.change
-    with pytest.raises(InputError, match="applied is -inf"):
-        control.reset(applied=-math.inf)
-
-
-def test_the_first_heading_known_is_where_a_controller_begins():
-    control = paper_mpc()
-    assert control.step(math.pi, math.nan) == 0.0
-    control.reset()
-    control.step(math.pi, 3.0)
-    assert control.observer.output == pytest.approx(3.0, abs=0.01)
 
 
 def test_sampled_steering_holds_between_samples_and_takes_over_without_a_jump():

@@ -1,4 +1,4 @@
-"""What a scenario can name: every entry of every table can be simulated, and a new one needs its entry only."""
+"""What a scenario can name: instruments, autopilots, estimators and speed controllers, on every vessel."""
 
 from typing import Literal
 
@@ -9,12 +9,14 @@ from pydantic import ValidationError
 from steerway.core import InputError
 from steerway.core.testing import NotNegative, Table, one_of_kinds, refusal
 from steerway.guidance.testing import LAWS, SHAPERS
-from steerway.sensors import Gnss, Suite
 from steerway.sensors.testing import INSTRUMENTS
 from steerway.simulation import parse_scenario, sail_scenario
+from steerway.simulation.testing import leg_rms
 from steerway.vessels.testing import TABLES, OtterTable, VesselTable
 
 ROUTE = "duration = 20\n[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 400, east = 0 }]\n[compass]\n"
+
+
 KINDS = [
     *(f'[vessel]\nkind = "{table.model_fields["kind"].default}"' for table in TABLES),
     *(f'[guidance]\nlaw = "{name}"' for name in LAWS),
@@ -45,11 +47,6 @@ def test_an_instrument_draws_the_same_numbers_whatever_else_is_aboard():
     together = sail_scenario(parse_scenario(ROUTE + "[gyro]\n[log]\n")).run
     for read, true in (("read_north", "true_north"), ("read_water_speed", "true_surge")):
         assert np.allclose(alone[read] - alone[true], together[read] - together[true], atol=1e-9, equal_nan=True)
-
-
-def test_an_instrument_that_does_not_exist():
-    with pytest.raises(InputError, match="instrument is 'sextant', expected one of compass, gyro, log"):
-        Suite(Gnss(), sextant=1)
 
 
 class RaftTable(VesselTable):
@@ -90,3 +87,132 @@ def test_errors_name_key_value_and_what_was_expected(vessel, sentence):
     with pytest.raises(ValidationError) as caught:
         Scene(vessel=vessel)
     assert f"scene: {sentence}" in str(refusal("scene", caught.value, Scene))
+
+
+pytest.importorskip("daqp")
+
+LEGS = {
+    "otter": (0.05, 150.0, "north = 60.0, east = 0.0 }, { north = 60.0, east = 50.0"),
+    "mariner": (0.2, 1400.0, "north = 4000.0, east = 0.0 }, { north = 6000.0, east = 2000.0"),
+    "nomoto": (0.1, 420.0, "north = 400.0, east = 0.0 }, { north = 500.0, east = 200.0"),
+    "springer": (0.2, 360.0, "north = 150.0, east = 0.0 }, { north = 250.0, east = 150.0"),
+    "caldas": (0.05, 300.0, "north = 300.0, east = 0.0 }, { north = 500.0, east = 200.0"),
+    "surge": (0.05, 150.0, "north = 300.0, east = 0.0"),
+}
+CALDAS = '[compass]\nstd_deg = 0.3\n[gyro]\n[guidance]\nlaw = "adaptive-line-of-sight"\n'
+
+
+def scenario(vessel, tables="", keys=""):
+    step, duration, points = LEGS[vessel]
+    own = CALDAS if vessel == "caldas" else ""
+    return parse_scenario(
+        f"duration = {duration}\nstep = {step}\n[route]\nwaypoints = [{{ north = 0.0, east = 0.0 }}, {{ {points} }}]\n"
+        f'[vessel]\nkind = "{vessel}"\n{keys}\n{own}{tables}'
+    )
+
+
+def finished(vessel, tables="", keys=""):
+    sailed = sail_scenario(scenario(vessel, tables, keys))
+    assert sailed.numbers["waypoints_missed"] == 0.0 and sailed.numbers["finished"] == 1.0
+    return sailed
+
+
+@pytest.mark.parametrize(
+    ("vessel", "kind"), [("otter", "mpc"), ("mariner", "lqg"), ("nomoto", "pole-placement"), ("springer", "mpc")]
+)
+def test_every_autopilot_sails_every_vessel_that_is_steered(vessel, kind):
+    finished(vessel, f'[autopilot]\nkind = "{kind}"\n')
+
+
+IN_CURRENT = '[estimator]\nkind = "steering"\n[environment.current]\nspeed = 0.5\ndirection_deg = 130.0\n'
+
+
+@pytest.mark.parametrize(
+    ("kind", "controller"), [("pole-placement", "pi"), ("mpc", "adaptive"), ("lqg", "disturbance-observer")]
+)
+def test_every_autopilot_and_speed_controller_sails_by_the_current(kind, controller):
+    tables = f'[autopilot]\nkind = "{kind}"\n[speed]\ncontroller = "{controller}"\n'
+    _, beside_receiver = leg_rms(finished("otter", IN_CURRENT + tables).run)
+    assert beside_receiver < 1.0
+
+
+FUSED = (
+    '[gnss]\nvelocity_std = 0.05\n[accelerometer]\n[bottom_log]\nscale = 1.003\n[estimator.speed]\nkind = "fusion"\n'
+)
+
+
+@pytest.mark.parametrize(
+    ("vessel", "shaft", "controller"),
+    [
+        ("otter", "", "disturbance-observer"),
+        ("caldas", "[tachometer]\n", "adaptive"),
+        ("surge", "[tachometer]\n", "pi"),
+    ],
+)
+def test_every_speed_controller_holds_the_speed_of_a_boat_it_misjudges(vessel, shaft, controller):
+    keys = "" if vessel == "otter" else "guessed_drag = 0.6\nguessed_thrust = 1.2"
+    asked = "cruise = 1.2\n" if vessel == "otter" else "cruise = 3.0\nbandwidth = 0.3\n"
+    tables = f'[speed]\ncontroller = "{controller}"\n{asked}{shaft}{FUSED}'
+    run = sail_scenario(scenario(vessel, tables, keys)).run
+    wanted = run["asked_speed"].max()
+    speed = np.hypot(run["true_north_velocity"], run["true_east_velocity"])
+    late = (run.time > 60.0) & (run["mode"] == 1)
+    assert speed[late].mean() == pytest.approx(wanted, rel=0.02)
+    assert speed.max() < 1.12 * wanted
+
+
+POOR = "[compass]\ndeviation_deg = [0.0, 4.0, -4.0, 1.0, 0.0]\n[gnss]\nvelocity_std = 0.1\n"
+
+
+@pytest.mark.parametrize(("vessel", "kind"), [("otter", "aided"), ("nomoto", "composite"), ("springer", "interval")])
+def test_a_poor_compass_is_enough_to_steer_by_heading(vessel, kind):
+    tables = f'{POOR}[estimator.heading]\nkind = "{kind}"\n[guidance]\nlaw = "adaptive-line-of-sight"\n'
+    run = finished(vessel, tables).run
+    error = np.remainder(run["estimated_heading"] - run["true_heading"] + np.pi, 2.0 * np.pi) - np.pi
+    known = np.isfinite(error) & (run.time > 30.0)
+    known_current = np.isfinite(run["estimated_current_north"])
+    assert known_current[run.time > 30.0].all() if kind == "aided" else not known_current.any()
+    assert np.degrees(np.median(np.abs(error[known]))) < 8.0
+    if kind != "aided":  # which takes turns to tell deviation from current
+        assert np.mean(np.abs(error[known]) < 2.0 * run["estimated_heading_std"][known]) > 0.8
+
+
+def test_a_course_is_made_good_by_the_current_that_the_heading_filter_found():
+    vessel, side, current = "otter", 60.0, 0.5
+    corners = "".join(f"{{ north = {n * side}, east = {e * side} }}, " for n, e in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    scenario = parse_scenario(
+        f'duration = 600.0\nstep = {LEGS[vessel][0]}\n{POOR}[vessel]\nkind = "{vessel}"\n'
+        f"[environment.current]\nspeed = {current}\ndirection_deg = 130.0\n[start]\nheading_deg = 160.0\n"
+        f'[estimator.heading]\nkind = "aided"\n[autopilot]\nkind = "lqg"\n[route]\nwaypoints = [{corners}]\n'
+    )
+    sailed = sail_scenario(scenario)
+    run, late = sailed.run, sailed.run.time > 60.0
+    assert sailed.numbers["waypoints_reached"] == 3.0 and sailed.numbers["waypoints_missed"] == 0.0
+    off = [run["estimated_current_north"] - run["current_north"], run["estimated_current_east"] - run["current_east"]]
+    assert np.median(np.hypot(*off)[late]) < 0.2 * current
+    error = np.remainder(run["estimated_heading"] - run["true_heading"] + np.pi, 2.0 * np.pi) - np.pi
+    assert np.degrees(np.median(np.abs(error[late]))) < 3.0
+    assert np.mean(np.abs(error[late]) < 2.0 * run["estimated_heading_std"][late]) > 0.8
+    assert not run["by_course"][late].any()
+
+
+@pytest.mark.parametrize(
+    ("vessel", "tables", "message"),
+    [
+        ("otter", "[estimator.heading]\nweight = 0.4\n", 'heading.weight has no effect with kind "tracker"'),
+        ("otter", '[compass]\n[estimator.heading]\nkind = "interval"\nweight = 1.4\n', "expected at most 1"),
+        ("otter", "[estimator.speed]\nsog_std = 0.1\n", 'speed.sog_std has no effect with kind "course"'),
+        ("mariner", '[speed]\ncontroller = "adaptive"\n', "speed.controller has no effect on a vessel of kind mariner"),
+        ("caldas", '[autopilot]\nkind = "lqg"\n', "autopilot.kind lqg predicts a stable response"),
+        ("otter", '[estimator.heading]\nkind = "aided"\n', "expected gnss.velocity_std"),
+        ("surge", '[estimator.heading]\nkind = "aided"\n', "needs a boat that is steered"),
+        ("otter", '[estimator.speed]\nkind = "fusion"\n', "needs a measured speed"),
+        ("otter", "[tachometer]\n", "tachometer measures one shaft"),
+        ("otter", '[autopilot]\nkind = "pid"\n', "autopilot.kind"),
+        ("surge", "[start]\nheading_deg = 30.0\n", "to the side of the boat's heading"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_with_a_sentence(vessel, tables, message):
+    with pytest.raises(InputError) as refused:
+        scenario(vessel, tables)
+    assert message in str(refused.value) and "\n" not in str(refused.value)

@@ -2,15 +2,12 @@
 
 import math
 
-import numpy as np
 import pytest
 
 from steerway.core import InputError, Measurements
-from steerway.core.testing import GroundMotion, WaveMotion
 from steerway.estimation.testing import AtFaceValue
 from steerway.guidance import LineOfSight, Mission, Route, TrackingFilter
-from steerway.sensors import Gnss, Suite
-from steerway.testing import Mode, Pilot, SteadyForce
+from steerway.testing import Mode, Pilot
 from steerway.vessels.testing import OTTER_BOAT as OTTER
 
 UNDER_WAY = Measurements(0.0, 5.0, sog=0.8, cog=0.3, course_rate=0.0, heading=0.3, yaw_rate=0.0)
@@ -88,23 +85,8 @@ def test_by_heading_the_law_is_steered_as_a_heading():
         assert math.copysign(1.0, orders.yaw) == math.copysign(1.0, first - angle)
 
 
-def test_a_steady_force_is_given_while_any_speed_is_wanted():
-    here = pilot(speed=SteadyForce(100.0))
-    assert here.step(UNDER_WAY, 0.02).force == 100.0
-    assert SteadyForce(100.0).step(0.0, 1.0, 0.02) == 0.0
-
-
 def test_a_wrong_word_is_refused():
     with pytest.raises(InputError, match=r"pilot\.steer_by is 'compass', expected one of course, heading"):
         pilot(steer_by="compass")
     with pytest.raises(InputError, match=r"pilot\.max_dead_reckoning is 0"):
         pilot(max_dead_reckoning=0.0)
-
-
-def test_the_antenna_goes_with_the_waves():
-    motion = GroundMotion(10.0, 20.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.05, 0.0)
-    stream = Suite(Gnss(lever_arm=(0.0, 0.0, -2.0))).start(1)
-    read = stream.step(0.0, motion, WaveMotion(north=0.3, east=-0.2, roll=0.1, pitch=0.02))
-    assert np.allclose(
-        (read.north, read.east), (10.3 - 2.0 * math.cos(0.15) * math.sin(0.02), 19.8 + 2.0 * math.sin(0.15))
-    )

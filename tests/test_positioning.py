@@ -1,6 +1,7 @@
-"""The positioning PID: the published way, the symmetries, windup, and the printed law that pushes away."""
+"""Position under known forces: observer, filters, smoother and PID, golden rows, symmetries, printed errors."""
 
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -8,9 +9,155 @@ import pytest
 from steerway import InputError
 from steerway.control import PositioningGains, PositionPID
 from steerway.control.testing import by_bandwidth
-from steerway.vessels import CALM, CyberShip2
-from steerway.vessels.testing import INERTIA
-from steerway_studies.testing import PrintedPositionPID, positioning, saturation, scenario
+from steerway.core import wrap
+from steerway.estimation.positioning import (
+    DEMO_GAINS,
+    ObserverGains,
+    PassiveObserver,
+    TimeVaryingNoise,
+    VariationalNoise,
+    VesselFilter,
+    VesselNoise,
+    smooth,
+)
+from steerway.estimation.positioning.testing import PATIENCE, low_speed
+from steerway.vessels import CALM, CyberShip2, conditions
+from steerway.vessels.testing import DAMPING, INERTIA
+from steerway_studies.testing import TUNED_GAINS, PrintedPositionPID, contestants, positioning, scenario
+from tests.golden import assert_golden, columns, cybership_forces, golden
+
+
+def demo(correction="held", **more):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return PassiveObserver(INERTIA, DAMPING, DEMO_GAINS, correction, **more)
+
+
+def test_the_observer_goes_the_golden_way(shared_data):
+    table, h = golden(shared_data, "cs2_passive_observer"), 0.02
+    waves = lambda t: np.array([0.3, 0.2, 0.02]) * np.sin(0.8 * t + np.array([0.0, 1.0, 2.0]))  # noqa: E731
+    truth, measured = columns(table, "x", "y", "psi"), columns(table, "y1", "y2", "y3")
+    vessel, state = CyberShip2(), np.zeros(6)
+    observer = demo(fix_interval=h, heading_interval=h)
+    rows = [observer.state.copy()]
+    for k in range(5 * (len(table) - 1)):
+        # White noise is held over a tenth of a second; vessel and waves move on.
+        noise = measured[k // 5] - truth[k // 5] - waves(table["t"][k // 5])
+        seen = state[:3] + waves(h * k) + noise
+        observer.update(*seen[:2])
+        observer.update_heading(seen[2])
+        observer.predict(cybership_forces(h * k), h)
+        state = vessel.step(state, cybership_forces(h * k), CALM, h)
+        if k % 5 == 4:
+            rows.append(observer.state.copy())
+    rows, expected = np.array(rows), columns(
+        table, *"xi1 xi2 xi3 ew1 ew2 ew3 xh yh psih b1 b2 b3 uh vh rh".split()
+    )  # fmt: skip
+    expected[:, 8] = [wrap(each) for each in expected[:, 8]]
+    assert_golden(rows, expected)
+
+
+def test_gains_out_of_order_are_warned_of():
+    with pytest.warns(UserWarning, match="K3/K4 = 1 1/s, expected below 0.8"):
+        PassiveObserver(INERTIA, DAMPING, DEMO_GAINS, "held")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        PassiveObserver(INERTIA, DAMPING, TUNED_GAINS)
+    slow = ObserverGains((1.0,) * 3, (0.1,) * 3, (10.0,) * 3, 100.0)
+    assert "well above 1/T_b" in slow.out_of_order()
+    narrow = ObserverGains((0.5,) * 3, (1.0,) * 3, (10.0,) * 3, 100.0, 0.8)
+    assert "ω_c = 0.5 1/s, expected above ω₀ = 0.8" in narrow.out_of_order()
+
+
+def test_divergence_is_detected_before_it_runs():
+    with pytest.raises(InputError, match=r"diverge with held innovation corrections every 1 s.*1\.74"):
+        demo("held innovation")
+    assert demo("held innovation", check=False).spectral_radius == pytest.approx(1.74, abs=0.01)
+    assert demo("held").spectral_radius < 1.0
+
+
+def test_on_the_scenario_tuning_and_impulses_make_it_good():
+    records = [scenario.sail(scenario.drawn(seed)) for seed in range(4)]
+    tuned = PassiveObserver(INERTIA, DAMPING, TUNED_GAINS)
+    errors = [scenario.watch(tuned, record).mae for record in records]
+    stock = [scenario.watch(demo("held"), record).mae for record in records]
+    assert np.mean(errors) < 0.056 < 0.09 < np.mean(stock)
+
+
+FORCE = np.array([0.8, -0.4, 0.1])
+
+
+def test_the_mean_goes_as_the_vessel_herself_does():
+    estimator = contestants.product()
+    estimator.start(1.0, 2.0, 2.9)
+    estimator.state[3:9] = 0.2, 0.1, 0.3, 0.25, -0.1, 0.02
+    sea = conditions(force=(0.25, -0.1), moment=0.02)
+    state = np.array([1.0, 2.0, 2.9, 0.2, 0.1, 0.3])
+    estimator.model[low_speed.FORCE_DECAY] = 0.0
+    for _ in range(40):
+        state = CyberShip2().step(state, FORCE, sea, 0.1)
+        estimator.predict(FORCE, 0.1)
+    np.testing.assert_allclose(np.delete(estimator.state[:6], 2), np.delete(state, 2), rtol=1e-12)
+    assert estimator.motion.heading == pytest.approx(wrap(state[2]))
+    assert estimator.motion.force == pytest.approx((0.25, -0.1, 0.02))
+
+
+def test_a_turned_scene_gives_the_turned_estimate():
+    angle = 2.0
+    c, s = math.cos(angle), math.sin(angle)
+    one, other = contestants.product(), contestants.product()
+    other.start(0.0, 0.0, angle)
+    for k in range(200):
+        one.predict(FORCE, 0.1)
+        other.predict(FORCE, 0.1)
+        one.update_heading(0.02 * k)
+        other.update_heading(0.02 * k + angle)
+        if k % 10 == 0:
+            north, east = 0.02 * k, 0.3 * math.sin(0.05 * k)
+            nis = one.update(north, east)
+            assert other.update(c * north - s * east, s * north + c * east) == pytest.approx(nis, rel=1e-9)
+    turn = np.array([[c, -s], [s, c]])
+    for part in (slice(0, 2), slice(6, 8)):
+        np.testing.assert_allclose(other.state[part], turn @ one.state[part], atol=1e-10)
+    np.testing.assert_allclose(other.state[3:6], one.state[3:6], atol=1e-10)
+
+
+def records(n=8, **more):
+    return [scenario.sail(scenario.drawn(seed), **more) for seed in range(n)]
+
+
+def test_the_nine_state_filter_stands_at_the_bound_and_is_consistent():
+    runs = records()
+    watched = [scenario.watch(contestants.product(), record) for record in runs]
+    least = np.mean([contestants.bound(record)[0] for record in runs])
+    assert np.mean([each.mae for each in watched]) == pytest.approx(least, rel=0.07)
+    assert 1.75 < np.mean([each.nis for each in watched]) < 2.25
+
+
+def test_the_smoother_knows_the_whole_record_and_how_well():
+    record = scenario.sail(scenario.drawn(3))
+    passes = smooth(contestants.product(), record.forces, record.fixes, record.headings, scenario.STEP)
+    np.testing.assert_array_equal(passes.smoothed[-1], passes.filtered[-1])
+    errors = [np.abs(each[:, :2] - record.states[:, :2]).mean() for each in (passes.filtered, passes.smoothed)]
+    assert errors[1] < 0.65 * errors[0]
+    assert (np.diagonal(passes.smoothed_covariance, axis1=1, axis2=2)[:, :2].mean()) < 1.05 * np.diagonal(
+        passes.filtered_covariance, axis1=1, axis2=2
+    )[:, :2].mean()
+    off = passes.smoothed[10:, :6] - record.states[10:]
+    off[:, 2] = [wrap(each) for each in off[:, 2]]
+    solved = np.linalg.solve(passes.smoothed_covariance[10:, :6, :6], off[:, :, None])[:, :, 0]
+    assert 3.0 < (off * solved).sum(axis=1).mean() < 10.0
+
+
+def test_after_unbroken_rejections_the_position_is_taken_anew():
+    estimator = contestants.product()
+    for k in range(20):
+        estimator.predict((0.0, 0.0, 0.0), 1.0)
+        estimator.update_heading(0.0)
+        nis = estimator.update(30.0 if k >= 8 else 0.0, 0.0)
+        assert estimator.retaken == (k == 8 + PATIENCE - 1)
+    assert nis < 13.8
+    assert estimator.motion.north == pytest.approx(30.0, abs=0.5)
 
 
 def unlimited():
@@ -35,10 +182,6 @@ def test_erratum_30_feeds_back_positively_and_does_not_turn_into_the_body():
     printed = PrintedPositionPID(scenario.PRINTED_GAINS).step(goal, 0.0, 0.0, 0.0, still, 0.1)
     corrected = PositionPID(scenario.PRINTED_GAINS).step(goal, 0.0, 0.0, 0.0, still, 0.1)
     assert printed[0] < 0.0 < corrected[0]
-
-
-def test_erratum_20_is_one_number():
-    assert {saturation(speed) for speed in (-1.0, 0.0, 0.3, 0.5, 2.0)} == {0.25}
 
 
 def test_the_law_term_by_term():
@@ -66,14 +209,6 @@ def test_a_turned_scene_asks_for_the_same_force():
         np.testing.assert_allclose(turned, force, atol=1e-12)
 
 
-def test_it_holds_her_against_a_steady_force_at_the_place():
-    vessel, pid = CyberShip2(), PositionPID(by_bandwidth(INERTIA, 0.3, limit=(2.0, 1.5, 1.5)))
-    state, push = vessel.start(), np.array([0.0, 0.0, 0.5, -0.4, 0.05])
-    for _ in range(4000):
-        state = vessel.step(state, pid.step((2.0, -1.0, 0.8), *state[:3], state[3:], 0.1), push, 0.1)
-    np.testing.assert_allclose(state, [2.0, -1.0, 0.8, 0.0, 0.0, 0.0], atol=1e-3)
-
-
 def test_an_integral_does_not_wind_up_while_its_force_is_limited():
     pid = PositionPID(scenario.PRINTED_GAINS)
     for _ in range(100):
@@ -85,15 +220,20 @@ def test_an_integral_does_not_wind_up_while_its_force_is_limited():
     assert careless.integral[0] == pytest.approx(0.0026 * 50.0 * 10.0)
 
 
-def test_bad_gains_are_named():
-    with pytest.raises(InputError, match=r"positioning.proportional is \(3,\), expected \(3, 3\)"):
-        PositioningGains(np.ones(3), INERTIA, INERTIA)
-    with pytest.raises(InputError, match=r"positioning\.limit"):
-        PositioningGains(INERTIA, INERTIA, INERTIA, (1.0, 0.0, 1.0))
-    with pytest.raises(InputError, match=r"positioning\.bandwidth is 0"):
-        by_bandwidth(INERTIA, 0.0)
-
-
-def test_the_vessel_is_calm_without_command():
-    state = CyberShip2().start()
-    np.testing.assert_array_equal(CyberShip2().step(state, (0.0, 0.0, 0.0), CALM, 0.1), state)
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: VesselFilter(np.eye(2), DAMPING, VesselNoise()), r"inertia has shape \(2, 2\)"),
+        (lambda: VesselNoise(acceleration=(1.0, -1.0, 1.0)), "vessel_noise.acceleration is -1"),
+        (lambda: VariationalNoise(memory=1.0), "variational_noise.memory"),
+        (lambda: TimeVaryingNoise(low=0.5, high=0.25), "time_varying.high is 0.25"),
+        (lambda: PassiveObserver(INERTIA, DAMPING, TUNED_GAINS, "sudden"), r"observer\.correction is 'sudden'"),
+        (lambda: PassiveObserver(INERTIA, DAMPING, TUNED_GAINS, fix_interval=0.0), r"observer\.fix_interval"),
+        (lambda: ObserverGains((1.0,) * 3, (-1.0, 1.0, 1.0), (1.0,) * 3), r"observer\.force is"),
+        (lambda: PositioningGains(np.ones(3), INERTIA, INERTIA), r"positioning.proportional is \(3,\), expected"),
+        (lambda: by_bandwidth(INERTIA, 0.0), r"positioning\.bandwidth is 0"),
+    ],
+)
+def test_bad_input_is_named(make, message):
+    with pytest.raises(InputError, match=message):
+        make()

@@ -23,17 +23,6 @@ def test_a_route_alone_is_a_scenario():
     assert scenario.vessel.kind == "otter" and scenario.gnss.rate == 5.0 and boat(scenario).cruise == 1.2
 
 
-def test_two_pilots_of_one_scenario_share_nothing():
-    scenario = parse_scenario(ROUTE)
-    one, other = pilot(scenario), pilot(scenario)
-    one.mission.step(1.0, 2.0, 0.1)
-    assert one.mission.missions[0].log.time == 0.1 and other.mission.missions[0].log.time == 0.0
-    assert (
-        one.estimator.filter is not other.estimator.filter
-        and one.autopilot.controller is not other.autopilot.controller
-    )
-
-
 def test_angles_are_degrees_in_the_file_and_radians_behind_it():
     blocks = assemble(
         parse_scenario(
@@ -76,25 +65,13 @@ def test_a_survey_comes_after_the_waypoints(place):
 
 WRONG = {
     "unknown key gnss.rat, expected perhaps rate": ROUTE + "[gnss]\nrat = 5",
-    "unknown key wind, expected one of ": ROUTE + "[wind]\nspeed = 5",
     "gnss.rate is 0, expected more than 0": ROUTE + "[gnss]\nrate = 0",
     "gnss.rate is 100 Hz, expected at most the 50 Hz of the steps": ROUTE + "[gnss]\nrate = 100",
-    "vessel.payload_mass is -5, expected at least 0": ROUTE + "[vessel]\npayload_mass = -5",
     "vessel.kind is 'boat', expected one of otter, mariner, nomoto": ROUTE + '[vessel]\nkind = "boat"',
     "unknown key vessel.gain for kind otter, expected one of method, kind, payload_mass": ROUTE + "[vessel]\ngain = 1",
-    "step is -0.1, expected more than 0": "step = -0.1\n" + ROUTE,
     "step is 'fast', expected a number": 'step = "fast"\n' + ROUTE,
-    "seed is 1.5, expected a whole number": "seed = 1.5\n" + ROUTE,
     "duration of 1e+07 s in steps of 0.02 s is 5e+08 steps, expected at most 2e+07": "duration = 1e7\n" + ROUTE,
     "route is missing, expected a table [route] with waypoints or a survey": "step = 0.02",
-    "route.waypoints is [], expected at least 2 entries": "[route]\nwaypoints = []",
-    "survey.spacing is 0 m, expected a number other than 0": (
-        "[route]\nsurvey = { north = 0, east = 0, length = 80, spacing = 0, lines = 2 }"
-    ),
-    "unknown key route.survey.line, expected perhaps lines": "[route]\nsurvey = { length = 80, spacing = 9, line = 2 }",
-    "route.waypoints[0] gives north, expected north and east in m, or latitude_deg": (
-        "[route]\nsurvey = { north = 0, length = 80, spacing = 9, lines = 2 }"
-    ),
     'route.corner_radius has no effect on exact corners, expected corners = "arc" or': ROUTE + "corner_radius = 5",
     "corners with a radius of 9 m take 18 m of the leg to route.waypoint[2], which has 15 m": (
         '[route]\ncorners = "arc"\ncorner_radius = 9\n'
@@ -103,22 +80,15 @@ WRONG = {
     "route.waypoints[1] is 10000 km from the origin at 63.44°, 10.4°, expected at most 500 km": (
         "[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 1e7, east = 0 }]"
     ),
-    "route.waypoints[1].longitude_deg is 1040, expected at most 180": (
-        "[route]\nwaypoints = [{ north = 0, east = 0 }, { latitude_deg = 63, longitude_deg = 1040 }]"
-    ),
     "route.waypoints[1] gives north, expected north and east in m, or latitude_deg and longitude_deg": (
         "[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 5 }]"
     ),
     "route.waypoint[1] is 3 m from waypoint 0, expected more than its acceptance radius of 4 m": (
         "[route]\nwaypoints = [{ north = 0, east = 0 }, { north = 3, east = 0 }]"
     ),
-    "unknown key route.waypoints[1].nroth, expected perhaps north": (
-        "[route]\nwaypoints = [{ north = 0, east = 0 }, { nroth = 3, east = 0 }]"
-    ),
     "speed.cruise is 0 m/s, expected more than 0.5 m/s: below steerageway course is undefined": (
         ROUTE + "[speed]\ncruise = 0"
     ),
-    "speed.cruise is 12 m/s, expected at most the vessel's 3 m/s": ROUTE + "[speed]\ncruise = 12",
     "speed.cruise has no effect on a vessel of kind mariner, which has no speed control": ROUTE
     + '[vessel]\nkind = "mariner"\n[speed]\ncruise = 5',
     "guidance.law adaptive-line-of-sight commands a heading, expected a table [compass]": (
@@ -131,11 +101,8 @@ WRONG = {
     ),
     "autopilot.bandwidth is 0.1 rad/s, expected at least 0.5 rad/s": ROUTE + "[autopilot]\nbandwidth = 0.1",
     "estimator.aid names yaw_rate, expected a table [gyro]": ROUTE + '[estimator]\naid = ["yaw_rate"]',
-    "estimator.aid[0] is 'compass', expected one of sog, cog, heading": ROUTE + '[estimator]\naid = ["compass"]',
     "profile 'oter' is unknown, expected one of": ROUTE + '[estimator]\nprofile = "oter"',
-    "gnss.markov[0][1] is 0, expected more than 0": ROUTE + "[gnss]\nmarkov = [[1.0, 0.0]]",
     "gnss.faults[0] of kind jump needs one of start and per_hour": ROUTE + '[[gnss.faults]]\nkind = "jump"\nsize = 5',
-    "environment.waves.damping is 2, expected less than 1": ROUTE + "[environment.waves]\ndamping = 2",
     "environment.current.speed is nan, expected": ROUTE + "[environment.current]\nspeed = nan",
     "begins is 'noon', expected an ISO 8601 time": 'begins = "noon"\n' + ROUTE,
     "scenario test.toml is not valid TOML": "route = [",

@@ -5,6 +5,6 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.pilot import Mode, Pilot, SteadyForce
+    from steerway.pilot import Mode, Pilot
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from steerway_studies import at_sea, low_speed, mariner_los, named, otter_course, otter_path, real_logs, unseen_logs
     from steerway_studies.adaptive_speed import cases, judge, plants, printed, theory
     from steerway_studies.adaptive_speed import perturbed as adaptive_speed_perturbed
-    from steerway_studies.adaptive_speed.cases import FAULTS, Job, run
+    from steerway_studies.adaptive_speed.cases import Job, run
     from steerway_studies.ais_prediction import CHI_SQUARE, LOG, judged_predictions
     from steerway_studies.at_sea.cases import CRAFT, SHARES, Case, Receiver, ablations, all_cases, drawn
     from steerway_studies.at_sea.sailing import judged as sailing_judged
@@ -71,14 +71,14 @@ if TYPE_CHECKING:
     from steerway_studies.papers.positioning import PrintedPositionPID, saturation
     from steerway_studies.papers.range_rate import RangeRatePassing
     from steerway_studies.papers.references import los_observer, reference_model
-    from steerway_studies.papers.speed_ekf import SENSOR_STDS, PrintedSpeedEkf
+    from steerway_studies.papers.speed_ekf import PrintedSpeedEkf
     from steerway_studies.papers.speed_mrac import PrintedMrac
     from steerway_studies.parts import keeping, over_cases
     from steerway_studies.springer_mission import perturbed as springer_mission_perturbed
-    from steerway_studies.springer_mission.h_infinity import HInfinityFilter, _inflate, exists, largest_theta
+    from steerway_studies.springer_mission.h_infinity import HInfinityFilter, exists, largest_theta
     from steerway_studies.springer_mission.missions import alarm_mission, real_mission, unseen_mission
     from steerway_studies.springer_mission.navigators import WeightedBounds, ideal, interval_box, nominal
-    from steerway_studies.springer_mission.rigour import exact_headings, rigour
+    from steerway_studies.springer_mission.rigour import rigour
     from steerway_studies.springer_mission.training import lesson, train
     from steerway_studies.springer_mission.world import (
         PAPER_CIRCUIT,

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.control.allocation import shaft_speed, thrust
+    from steerway.control.allocation import thrust
     from steerway.control.bandwidth import COMFORTABLE, RATE_SHARE, advice, comfortable_bandwidth, loop_damping
     from steerway.control.handover import HandOver, Steerageway
     from steerway.control.heading_mpc import prediction

@@ -5,19 +5,11 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.core import compiled, files, kernel_cache, noise
+    from steerway.core import compiled, files, kernel_cache
     from steerway.core.angles import sinc
     from steerway.core.earth import KNOT, NAUTICAL_MILE, displaced, displaced_all
-    from steerway.core.kinematics import (
-        GroundMotion,
-        WaveMotion,
-        drift_angle,
-        heading_for,
-        in_body,
-        over_ground,
-        turning_rate,
-    )
-    from steerway.core.leg import Leg, seen_from_leg
+    from steerway.core.kinematics import GroundMotion, heading_for, in_body, over_ground, turning_rate
+    from steerway.core.leg import Leg
     from steerway.core.magnetic import model_of, variation
     from steerway.core.records import LOST, NO_COURSE, PREDICTED, REPORTED, STARTING, STATUSES
     from steerway.core.schema import NotNegative, Table, one_of_kinds

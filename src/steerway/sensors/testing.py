@@ -6,10 +6,9 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.sensors import gnss
-    from steerway.sensors.clock import Clock, epochs
     from steerway.sensors.compass import deviation
     from steerway.sensors.faults import Fault
-    from steerway.sensors.gnss import GnssTable, navstar
+    from steerway.sensors.gnss import GnssTable
     from steerway.sensors.kinds import INSTRUMENTS
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.simulation import assembly, campaign, outcome
+    from steerway.simulation import assembly, campaign
     from steerway.simulation.advising import advise, steering_loop, tolerated_current
     from steerway.simulation.assembly import begins, boat, pilot, response_of
     from steerway.simulation.bound import course_bound

@@ -5,30 +5,22 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.vessels import cybership2, mariner, nomoto, otter, otter_hull
+    from steerway.core.kinematics import WaveMotion
+    from steerway.vessels import otter
     from steerway.vessels.actuators import follow
     from steerway.vessels.cybership2 import DAMPING, INERTIA
     from steerway.vessels.cybership2 import derivatives as cybership2_derivatives
-    from steerway.vessels.environment import AIR_DENSITY, WaveMotion, Waves, Wind
+    from steerway.vessels.environment import AIR_DENSITY, Waves, Wind
     from steerway.vessels.kinds import TABLES
-    from steerway.vessels.mariner import BOAT as MARINER_BOAT
-    from steerway.vessels.mariner import CRUISE_SPEED, RUDDER
+    from steerway.vessels.mariner import CRUISE_SPEED
     from steerway.vessels.mariner import derivatives as mariner_derivatives
-    from steerway.vessels.nomoto import derivatives as nomoto_derivatives
     from steerway.vessels.otter import BOAT as OTTER_BOAT
-    from steerway.vessels.otter import (
-        BOAT_FOR_SMALL_MOMENTS,
-        PROPELLER_MAX,
-        PROPELLER_MIN,
-        OtterTable,
-        _inertial_forces,
-    )
+    from steerway.vessels.otter import OtterTable
     from steerway.vessels.otter import derivatives as otter_derivatives
-    from steerway.vessels.otter import thrust as otter_thrust
-    from steerway.vessels.otter_hull import loaded, mass_matrix
+    from steerway.vessels.otter_hull import mass_matrix
     from steerway.vessels.propeller import thrust as propeller_thrust
     from steerway.vessels.propeller import thrust_coefficient
-    from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW, SPEED
+    from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW
     from steerway.vessels.table import VesselTable
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -2,10 +2,6 @@
 
 import math
 
-import numpy as np
-
-from steerway.core import LegState, leg_direction, track_errors
-from steerway.core.testing import seen_from_leg
 from steerway.guidance import (
     AdaptiveLineOfSight,
     IntegralLineOfSight,
@@ -25,14 +21,6 @@ from steerway.guidance.testing import Voyage
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case
 
-LAWS = {
-    "line_of_sight": lambda: LineOfSight(12.0),
-    "pure_pursuit": PurePursuit,
-    "vector_field": lambda: VectorField(0.08),
-    "vector_field_flat": lambda: VectorField(0.1, 1.0),
-    "integral": lambda: IntegralLineOfSight(12.0, 0.3, integral=2.0),
-    "adaptive": lambda: AdaptiveLineOfSight(12.0, 2e-3, crab_angle=0.1),
-}
 NORTH, EAST = [0.0, 80.0, 80.0, 20.0, 60.0], [0.0, 0.0, 60.0, 90.0, 150.0]
 PHASES = list(Phase)
 
@@ -55,7 +43,7 @@ def sailed(law, mission, current=(0.0, 0.25), rate=0.4, north=-5.0, east=12.0):
 
 @case("guidance_line_of_sight")
 def line_of_sight():
-    return sailed(LAWS["line_of_sight"](), Mission(Route(NORTH, EAST, 5.0, 1.2)))
+    return sailed(LineOfSight(12.0), Mission(Route(NORTH, EAST, 5.0, 1.2)))
 
 
 @case("guidance_pure_pursuit")
@@ -65,96 +53,25 @@ def pure_pursuit():
 
 @case("guidance_vector_field")
 def vector_field():
-    return sailed(LAWS["vector_field"](), Mission(Route(NORTH, EAST, [1, 2, 3, 4, 5]), at_end="continue"))
+    return sailed(VectorField(0.08), Mission(Route(NORTH, EAST, [1, 2, 3, 4, 5]), at_end="continue"))
 
 
 @case("guidance_integral")
 def integral():
-    return sailed(LAWS["integral"](), Mission(Route(NORTH, EAST, 5.0, [1.0, 1.1, 1.2, 1.3, 1.4])))
+    return sailed(
+        IntegralLineOfSight(12.0, 0.3, integral=2.0), Mission(Route(NORTH, EAST, 5.0, [1.0, 1.1, 1.2, 1.3, 1.4]))
+    )
 
 
 @case("guidance_adaptive")
 def adaptive():
-    return sailed(LAWS["adaptive"](), Mission(Route(NORTH, EAST), Passing("circle")))
+    return sailed(AdaptiveLineOfSight(12.0, 2e-3, crab_angle=0.1), Mission(Route(NORTH, EAST), Passing("circle")))
 
 
 @case("guidance_voyage_with_stays")
 def voyage():
-    return sailed(LAWS["line_of_sight"](), Voyage(Route(NORTH, EAST, 6.0, 1.2), [0, 20, 0, 15, 0], at_end="hold"))
-
-
-@case("guidance_laws_on_a_leg")
-def laws():
-    """Every law, two steps of it, beside a leg at many distances, courses and speeds."""
-    chance, rows = np.random.default_rng(9), []
-    for _ in range(60):
-        direction, course = chance.uniform(-math.pi, math.pi, 2)
-        cross, along, speed = 40.0 * chance.standard_normal(), chance.uniform(-20.0, 90.0), chance.uniform(0.0, 4.0)
-        left = 80.0 - along
-        bearing = math.remainder(direction - math.atan2(cross, left), 2.0 * math.pi)
-        leg = LegState(1, direction, along, cross, left, math.hypot(left, cross), bearing, 1.0)
-        row = [cross, course]
-        for make in LAWS.values():
-            law = make()
-            row += [law.step(leg, course, speed, 0.5), law.step(leg, course, speed, 0.5)]
-        rows.append(row)
-    parts = [f"{law}_{part}_{k}" for law in LAWS for k in (1, 2) for part in ("angle", "rate", "acceleration")]
-    return columns("cross course " + " ".join(parts), rows)
-
-
-@case("guidance_leg")
-def leg():
-    chance, rows = np.random.default_rng(10), []
-    for _ in range(40):
-        north, east, north_0, east_0, north_1, east_1 = 100.0 * chance.standard_normal(6)
-        direction = leg_direction(north_0, east_0, north_1, east_1)
-        length = math.hypot(north_1 - north_0, east_1 - east_0)
-        rows.append(
-            (
-                direction,
-                track_errors(north, east, north_0, east_0, direction),
-                seen_from_leg(north, east, north_0, east_0, north_1, east_1, direction, length),
-            )
-        )
-    return columns("direction along cross seen_along seen_cross remaining distance bearing", rows)
-
-
-@case("guidance_passages")
-def passages():
-    """The log of missions under both rules, one with a leg given up, one with a waypoint skipped."""
-    missions = [
-        Mission(Route(NORTH, EAST, 5.0, 1.2)),
-        Mission(Route(NORTH, EAST, 0.5, 1.2), Passing("circle"), start="point"),
-        Mission(Route(NORTH, EAST, 0.5, 1.2), Passing("circle", by_plane=False, time_factor=0.5, time_margin=3.0)),
-    ]
-    rows = []
-    for number, mission in enumerate(missions):
-        for k in range(230):
-            share = k / 50.0
-            leg, part = min(int(share), 3), share - min(int(share), 3)
-            place = [each[leg] + part * (each[leg + 1] - each[leg]) for each in (NORTH, EAST)]
-            mission.step(place[0] + 1.0, place[1] - 0.7, 1.5, 0.1 * k)
-            if number == 0 and k == 70:
-                mission.skip()
-        log = mission.log
-        total = log.time, log.distance, log.energy, log.cross_track_rms, log.cross_track_max, log.mean_effort
-        for each in log.passages:
-            rows.append(
-                (number, each.waypoint, each.reached, each.time, each.sailed, each.distance, each.closest, total)
-            )
-    names = "mission waypoint reached time sailed distance closest total distance_total energy rms max effort"
-    return columns(names, rows)
-
-
-@case("guidance_voyage_passages")
-def voyage_passages():
-    voyage = Voyage(Route(NORTH, EAST, 4.0, 1.2), [0, 6, 0, 9, 0])
-    for leg in range(4):
-        for k in range(60):
-            share = min(k / 50.0, 1.0)
-            voyage.step(*(each[leg] + share * (each[leg + 1] - each[leg]) for each in (NORTH, EAST)), 1.5)
-    rows = [(each.waypoint, each.reached, each.time, each.sailed, each.distance) for each in voyage.passages]
-    return columns("waypoint reached time sailed distance", rows)
+    route = Route(NORTH, EAST, 6.0, 1.2)
+    return sailed(LineOfSight(12.0), Voyage(route, [0, 20, 0, 15, 0], at_end="hold"))
 
 
 def shaped(shaper):
@@ -181,8 +98,3 @@ def tracking():
 @case("guidance_reference_model")
 def reference_model():
     return shaped(ReferenceModel(0.7, 1.0, 0.2, 0.15))
-
-
-@case("guidance_reference_model_free")
-def reference_model_free():
-    return shaped(ReferenceModel(0.7, 0.8))

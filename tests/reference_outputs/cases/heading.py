@@ -1,7 +1,7 @@
 """Heading from propellers and a compass with dynamics (P4): filters, banks, intervals, MPC and LQG."""
 
 import math
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
@@ -11,19 +11,15 @@ from steerway.estimation.heading import (
     WEIGHTS,
     AidedHeadingFilter,
     CompositeFilter,
-    Features,
     IntervalFilter,
     LearnedHeading,
     ModelBank,
     box_of,
     composite_model,
     corners,
-    grid,
-    ideal_weight,
     outside,
-    weighted,
 )
-from steerway.estimation.heading.testing import PRODUCT, arithmetic, gain_range, sub_boxes
+from steerway.estimation.heading.testing import PRODUCT
 from steerway.sensors import TCM2, TRUE_TCM2, DynamicCompass
 from steerway.vessels import RPM, Springer, conditions
 from steerway.vessels.testing import PAPER_YAW, PHYSICAL_YAW
@@ -99,13 +95,10 @@ def aided_scale():
     return aided(SCALE_ONLY, weave("paper", TCM2.scaled(0.985)), PAPER_YAW)
 
 
-@case("heading_compass_alarm")
-def alarm():
-    tolerances = (0.001, 0.005, 0.01, 0.05)
-    return {"tolerance": tolerances, "range": [gain_range(each) for each in tolerances]}
+@case("heading_bank_of_corners")
+def bank_of_corners():
+    compasses = corners(0.01)
 
-
-def bank_of(compasses):
     def read(bank):
         return bank.low, bank.high, bank.nominal, bank.innovation, bank.heading, *bank.headings, *bank.weights
 
@@ -116,16 +109,6 @@ def bank_of(compasses):
     )
     kept = [name for name in names.split() if not name[-1].isdigit() or int(name.rpartition("_")[2]) % 6 == 0]
     return {name: values for name, values in columns(names, rows).items() if name in kept}
-
-
-@case("heading_bank_of_corners")
-def bank_of_corners():
-    return bank_of(corners(0.01))
-
-
-@case("heading_bank_of_grid")
-def bank_of_grid():
-    return bank_of(grid(0.01, 2))
 
 
 @case("heading_h_infinity")
@@ -146,66 +129,10 @@ def bounds(tolerance, filter_type=IntervalFilter, shift_too=False, seconds=60, *
     return columns("low high width diverged", rows)
 
 
-@case("heading_interval_sharpened")
-def sharpened():
-    return bounds(0.01)
-
-
-@case("heading_interval_point")
-def sharpened_point():
-    return bounds(0.0)
-
-
-@case("heading_interval_parts")
-def sharpened_parts():
-    return bounds(0.01, parts=3)
-
-
-@case("heading_interval_shift")
-def sharpened_shift():
-    return bounds(0.005, shift_too=True)
-
-
-@case("heading_interval_literal")
-def literal():
-    return bounds(0.001, PrintedIntervalFilter, seconds=40)
-
-
-@case("heading_interval_literal_diverges")
-def literal_diverges():
-    return bounds(0.05, PrintedIntervalFilter, seconds=20)
-
-
-@case("heading_interval_sub_boxes")
-def boxes():
-    box = box_of(composite_model(TCM2), 0.01, True)
-    parts = sub_boxes(box, 2)
-    return {"box": np.ravel(box)[None], "parts": np.array([np.ravel(each) for each in parts]).sum(axis=0)[None]}
-
-
-@case("heading_interval_arithmetic")
-def interval_arithmetic():
-    chance, rows = np.random.default_rng(7), []
-    for _ in range(40):
-        a, b = (tuple(sorted(3.0 * chance.standard_normal(2))) for _ in range(2))
-        rows.append(
-            (
-                arithmetic.add(a, b),
-                arithmetic.subtract(a, b),
-                arithmetic.multiply(a, b),
-                arithmetic.divide(a, b),
-                arithmetic.square(a),
-                arithmetic.scale(-1.3, b),
-                arithmetic.root((abs(a[0]), abs(a[0]) + 1.0)),
-                arithmetic.outward(*a),
-                arithmetic.intersect(a, b),
-            )
-        )
-    names = " ".join(f"{what}_low {what}_high" for what in _OPERATIONS)
-    return columns(names, rows)
-
-
-_OPERATIONS = "add subtract multiply divide square scale root outward intersect".split()
+case("heading_interval_sharpened")(partial(bounds, 0.01))
+case("heading_interval_parts")(partial(bounds, 0.01, parts=3, seconds=20))
+case("heading_interval_shift")(partial(bounds, 0.005, shift_too=True))
+case("heading_interval_literal")(partial(bounds, 0.001, PrintedIntervalFilter, seconds=10))
 
 
 @case("heading_learned")
@@ -215,16 +142,6 @@ def learned():
         rows = output(LearnedHeading(name), weave(), lambda each: (each.heading, each.low, each.high))
         found |= columns(f"{name}_heading {name}_low {name}_high", rows)
     return found
-
-
-@case("heading_weighting")
-def weighting():
-    features, rows = Features(), []
-    for k in range(60):
-        low, high = -0.1 * k, 0.05 * k * k
-        weight = ideal_weight(low, high, 0.3 * k - 1.0)
-        rows.append((weight, weighted(low, high, weight), *features.step(math.sin(0.3 * k), 7.0 * k)))
-    return columns("weight weighted " + " ".join(f"feature_{k}" for k in range(12)), rows)
 
 
 def parts_of(yaw):
@@ -249,23 +166,6 @@ def steered(control, plant):
 def mpc():
     weights = {"output_weight": math.degrees(1.0) ** 2, "change_weight": 0.1 / RPM**2}
     return steered(HeadingMpc(*parts_of(PHYSICAL_YAW), **weights), "physical")
-
-
-@case("heading_mpc_longer_horizon")
-def mpc_longer():
-    weights = {"output_weight": math.degrees(1.0) ** 2, "change_weight": 0.1 / RPM**2}
-    return steered(HeadingMpc(*parts_of(PAPER_YAW), 14, 4, **weights), "paper")
-
-
-@case("heading_mpc_problem")
-def mpc_problem():
-    control = HeadingMpc(*parts_of(PAPER_YAW), 10, 3, 1.0, 0.1)
-    rows = []
-    for k in range(20):
-        control.step(0.1 * k, 0.08 * k)
-        rows.append((control.hessian, *control.problem(0.3 * k), control.change(0.3 * k)))
-    count = len(np.hstack([np.ravel(each) for each in rows[0]]))
-    return columns(" ".join(f"number_{k}" for k in range(count)), rows)
 
 
 @case("heading_lqg")

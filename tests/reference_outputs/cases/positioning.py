@@ -18,7 +18,6 @@ from steerway.estimation.positioning import (
     VesselNoise,
     smooth,
 )
-from steerway.estimation.positioning.testing import low_speed
 from steerway.vessels import CyberShip2, conditions
 from steerway.vessels.testing import DAMPING, INERTIA
 from tests.reference_outputs.generated import columns
@@ -72,49 +71,17 @@ def vessel_filter(noise=FORCE, **more):
     return VesselFilter(INERTIA, DAMPING, noise, **more)
 
 
-@case("positioning_filter_body")
-def body():
-    return watched(vessel_filter(BODY))
-
-
-@case("positioning_filter_force")
-def force():
-    return watched(vessel_filter())
-
-
-@case("positioning_filter_waves")
-def waves():
-    return watched(vessel_filter(WAVES))
-
-
-@case("positioning_filter_no_gate_nonlinear_plant")
-def no_gate():
-    return watched(vessel_filter(gate=math.inf), "nonlinear")
-
-
-@case("positioning_filter_no_compass")
-def no_compass():
-    return watched(vessel_filter(), compass=False)
-
-
-@case("positioning_filter_learns")
-def learns():
-    return watched(vessel_filter(fix_noise=VariationalNoise()))
-
-
-@case("positioning_filter_time_varying")
-def time_varying():
-    return watched(vessel_filter(BODY, gate=math.inf, scheduled=TimeVaryingNoise()))
-
-
-@case("positioning_filter_inverse_square")
-def inverse_square():
-    return watched(vessel_filter(BODY, scheduled=TimeVaryingNoise(power=2.0, scale=1.5e-3, yaw=1e-3)))
-
-
-@case("positioning_filter_speed_dependent")
-def speed_dependent():
-    return watched(vessel_filter(BODY, fix_noise=SpeedDependentFixNoise(0.1, 0.25)))
+for name, compute in {
+    "body": lambda: watched(vessel_filter(BODY)),
+    "force": lambda: watched(vessel_filter()),
+    "waves": lambda: watched(vessel_filter(WAVES)),
+    "no_gate_nonlinear_plant": lambda: watched(vessel_filter(gate=math.inf), "nonlinear"),
+    "no_compass": lambda: watched(vessel_filter(), compass=False),
+    "learns": lambda: watched(vessel_filter(fix_noise=VariationalNoise())),
+    "time_varying": lambda: watched(vessel_filter(BODY, gate=math.inf, scheduled=TimeVaryingNoise())),
+    "speed_dependent": lambda: watched(vessel_filter(BODY, fix_noise=SpeedDependentFixNoise(0.1, 0.25))),
+}.items():
+    case(f"positioning_filter_{name}")(compute)
 
 
 def observer(gains, correction):
@@ -123,22 +90,14 @@ def observer(gains, correction):
         return PassiveObserver(INERTIA, DAMPING, gains, correction)
 
 
-@case("positioning_passive_impulsive")
-def impulsive():
-    return watched(observer(GAINS, "impulsive"))
+case("positioning_passive_impulsive")(lambda: watched(observer(GAINS, "impulsive")))
+case("positioning_passive_held")(lambda: watched(observer(DEMO_GAINS, "held")))
+case("positioning_passive_held_innovation")(lambda: watched(observer(GAINS, "held innovation")))
 
 
-@case("positioning_passive_held")
-def held():
-    return watched(observer(DEMO_GAINS, "held"))
-
-
-@case("positioning_passive_held_innovation")
-def held_innovation():
-    return watched(observer(GAINS, "held innovation"))
-
-
-def smoothed(estimator):
+@case("positioning_smoother")
+def smoothed():
+    estimator = vessel_filter()
     forces, fixes, headings = record()
     estimator.start(0.0, 0.0, 0.1)
     passes = smooth(estimator, forces[:-1], fixes, headings, STEP)
@@ -146,54 +105,4 @@ def smoothed(estimator):
     every = slice(None, None, 10)
     return {"filtered": passes.filtered[every], "smoothed": passes.smoothed[every], "std": deviations[every, :3]} | {
         "nis": passes.nis[every]
-    }
-
-
-@case("positioning_smoother")
-def smoother():
-    return smoothed(vessel_filter())
-
-
-@case("positioning_smoother_waves")
-def smoother_waves():
-    return smoothed(vessel_filter(WAVES))
-
-
-@case("positioning_low_speed_model")
-def model():
-    """Rates, Jacobian, mean and transition of 6, 9 and 13 states at ten states."""
-    packed = low_speed.pack(INERTIA, DAMPING, 50.0, 0.8, 0.1)
-    chance, found = np.random.default_rng(2), {}
-    for n in (low_speed.BODY, low_speed.WITH_FORCE, low_speed.WITH_WAVES):
-        rows = []
-        for _ in range(10):
-            x, force = 0.5 * chance.standard_normal(n), chance.standard_normal(3)
-            rates, f, phi, product, middle = (
-                np.empty(n),
-                np.empty((n, n)),
-                np.empty((n, n)),
-                np.empty((n, n)),
-                np.empty(n),
-            )
-            low_speed.rates(x, force, packed, rates)
-            low_speed.jacobian(x, packed, f)
-            low_speed.transition(x, packed, 0.1, phi, f.copy(), product)
-            moved = x.copy()
-            low_speed.advance_mean(moved, force, packed, 0.1, middle)
-            rows.append(np.concatenate([rates, moved, [np.abs(f).sum(), (f**2).sum()], phi.sum(axis=0)]))
-        found |= {f"of_{n}_states": np.array(rows)}
-    return found
-
-
-@case("positioning_schedules")
-def schedules():
-    """Q of P2 (19) over surge and sway; what is learned of R from fixes."""
-    speeds = np.linspace(-1.0, 1.0, 21)
-    learner, x, p = VariationalNoise(), np.zeros(9), 0.01 * np.eye(9)
-    learner.start((0.01, 0.01))
-    fixes = np.random.default_rng(3).standard_normal((21, 2)) * (0.05, 0.4)
-    return {
-        "inverse": np.array([TimeVaryingNoise()(speed, 0.3) for speed in speeds]),
-        "square": np.array([TimeVaryingNoise(power=2.0, scale=3.0, yaw=2.0)(speed, -speed) for speed in speeds]),
-        "learned": np.array([learner.learned(x, p, *fix) for fix in fixes]),
     }

@@ -96,14 +96,6 @@ def adaptive_aided():
     )
 
 
-@case("simulate_nomoto")
-def nomoto():
-    return variant(
-        'step = 0.1\n[vessel]\nkind = "nomoto"\ngain = 0.3\ntime_constant = 5.0\n[start]\nspeed = 2.0\n'
-        '[reference]\nkind = "low-pass"\ntime_constant = 5.0\n'
-    )
-
-
 @case("simulate_numbers")
 def of_runs():
     """What is said of whole runs: the demo, and an example."""

@@ -1,6 +1,7 @@
 """Speed along the hull (P3): surge filter, fusion with its vote, adaptive speed control, the speed PI."""
 
 import math
+from functools import partial
 
 import numpy as np
 
@@ -62,42 +63,18 @@ def fused(**how):
     return columns("speed speed_std current excluded events", rows, 20)
 
 
-@case("speed_fusion_sound")
-def sound():
-    return fused()
-
-
-@case("speed_fusion_water_track_outage")
-def water_track():
-    return fused(log="water_speed", outage=(30.0, 36.0))
-
-
-@case("speed_fusion_log_step")
-def log_step():
-    return fused(fault=lambda time: (0.0, 0.0, 0.1 if time > 30.0 else 0.0))
-
-
-@case("speed_fusion_gps_step")
-def gps_step():
-    return fused(fault=lambda time: (0.0, 0.3 if 30.0 < time < 45.0 else 0.0, 0.0))
-
-
-@case("speed_fusion_accelerometer_step")
-def accelerometer_step():
-    return fused(fault=lambda time: (0.1 if time > 30.0 else 0.0, 0.0, 0.0))
+case("speed_fusion_sound")(fused)
+case("speed_fusion_water_track_outage")(partial(fused, log="water_speed", outage=(30.0, 36.0)))
+for name, fault in {
+    "log": lambda time: (0.0, 0.0, 0.1 if time > 30.0 else 0.0),
+    "gps": lambda time: (0.0, 0.3 if 30.0 < time < 45.0 else 0.0, 0.0),
+    "accelerometer": lambda time: (0.1 if time > 30.0 else 0.0, 0.0, 0.0),
+}.items():
+    case(f"speed_fusion_{name}_step")(partial(fused, fault=fault))
 
 
 @case("speed_fault_vote")
 def vote():
-    return voted(lambda third: third)
-
-
-@case("speed_fault_vote_of_two")
-def vote_of_two():
-    return voted(lambda third: math.nan)
-
-
-def voted(third):
     """A log that ramps away, and comes back."""
     ballot, rows = FaultVote((0.03, 0.002)), []
     chance = np.random.default_rng(5)
@@ -105,8 +82,8 @@ def voted(third):
         time = 0.1 * k
         noise = chance.standard_normal(3) * (0.03, 0.002, 0.02)
         off = 0.01 * max(0.0, min(time - 20.0, 15.0)) if time < 45.0 else 0.0
-        ballot.take(0, time, 3.0 + noise[0], 3.0 + 0.8 * off, third(3.1 + noise[2]))
-        ballot.take(1, time, 3.0 + noise[1] + off, 3.0 + 0.8 * off, third(3.1 + noise[2]))
+        ballot.take(0, time, 3.0 + noise[0], 3.0 + 0.8 * off, 3.1 + noise[2])
+        ballot.take(1, time, 3.0 + noise[1] + off, 3.0 + 0.8 * off, 3.1 + noise[2])
         rows.append((*ballot.judge(time), -1 if ballot.excluded is None else ballot.excluded, ballot.conflict))
     return columns("misled window excluded conflict", rows)
 

@@ -1,10 +1,10 @@
 """Vessels: derivatives and steps of every one, environment, actuators; sensors with a seed."""
 
 import math
+from functools import partial
 
 import numpy as np
 
-from steerway.core.testing import drift_angle, in_body, over_ground, turning_rate
 from steerway.sensors import (
     TCM2,
     TRUE_TCM2,
@@ -17,11 +17,9 @@ from steerway.sensors import (
     accelerometer,
     gyro,
     low_cost,
-    random_compass,
-    stability_limit,
     white,
 )
-from steerway.sensors.testing import Fault, navstar
+from steerway.sensors.testing import Fault
 from steerway.vessels import (
     CALM,
     Actuator,
@@ -32,195 +30,51 @@ from steerway.vessels import (
     Mariner,
     Nomoto,
     Otter,
-    Propeller,
     Springer,
     Surge,
     conditions,
     published_surrogate,
 )
 from steerway.vessels.testing import (
-    PAPER_YAW,
-    PHYSICAL_YAW,
     WaveMotion,
     Waves,
     Wind,
-    cybership2,
-    follow,
-    mariner,
-    mass_matrix,
-    nomoto,
-    otter,
 )
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case
 
 SEA = conditions((0.2, -0.15), (20.0, -10.0), 2.0)
+CALMER = conditions((0.2, -0.15), (0.6, -0.3), 0.06)
+VESSELS = {
+    "otter": (Otter(25.0, (0.05, 0.0, -0.35)), 0.5, (80.0, -40.0), SEA, 0.1),
+    "otter_2021_euler": (Otter(10.0, (0.1, 0.0, -0.35), "2021", 1.0, "euler"), 0.5, (80.0, 40.0), SEA, 0.02),
+    "mariner": (Mariner(), 7.7175, (0.5,), SEA, 1.0),
+    "nomoto": (Nomoto(0.2, 20.0, 2.0, 0.01, Actuator("rudder", -0.5, 0.5, 0.1, 0.8)), 2.0, (0.8,), SEA, 0.1),
+    "cybership": (CyberShip2(), 0.5, (2.0, 1.0, 1.0), CALMER, 0.1),
+    "cybership_nonlinear": (CyberShip2("nonlinear"), 0.5, (2.0, 1.0, 1.0), CALMER, 0.1),
+    "springer_paper": (Springer("paper", 0.9, 0.3), None, (25.0,), SEA, 1.0),
+    "springer_physical": (Springer("physical", 0.9, 0.3), None, (25.0,), SEA, 0.5),
+    "surge": (Surge(), 1.0, (15.0,), conditions((0.5, 0.0), (900.0, 0.0)), 0.1),
+    "surge_surrogate": (published_surrogate(), 1.0, (15.0,), conditions((0.5, 0.0), (900.0, 0.0)), 0.1),
+    "caldas": (Caldas(moment_limit=8000.0), 0.5, (12.0, 9000.0), 20.0 * SEA, 0.1),
+}
+"""Vessel, speed to begin with, greatest command, surroundings and step."""
 
 
-def derived(states, scales, commands, function):
-    """Derivatives at twenty states drawn with 1σ of `scales`."""
-    chance, rows = np.random.default_rng(11), []
-    for _ in range(20):
-        state = np.array(scales) * chance.standard_normal(states)
-        rows.append(function(state, np.array(commands) * chance.standard_normal(len(commands))))
-    return {"derivative": np.array(rows)}
-
-
-def sailed(vessel, command, sea=SEA, step=0.1, steps=300, speed=0.5, every=6):
-    """State and motion under `command(time)`."""
-    state, rows = vessel.start(1.0, -2.0, 0.4, speed), []
-    for k in range(steps):
-        state = vessel.step(state, command(step * k), sea, step)
-        motion = vessel.motion(state, sea)
-        rows.append(np.concatenate([state, motion, [motion.sog, motion.cog, motion.crab_angle, motion.sideslip]]))
-    return {"row": np.array(rows)[every - 1 :: every]}
-
-
-def swung(size, middle=0.0, period=7.0):
-    return lambda time: (middle + size * math.sin(time / period),)
-
-
-def twin(time):
-    return 40.0 + 30.0 * math.sin(time / 5.0), 50.0 - 70.0 * math.sin(time / 8.0)
-
-
-OTTER_SCALES = (1.0, 0.3, 0.1, 0.1, 0.1, 0.2, 5.0, 5.0, 0.1, 0.1, 0.1, 1.0)
-
-
-@case("vessel_otter_derivatives")
-def otter_derivatives():
+@case("vessels")
+def vessels():
+    """State and motion of every vessel under a command that swings."""
     found = {}
-    for edition in ("today", "2021"):
-
-        def rates(state, speeds, edition=edition):
-            return otter.derivatives(state, speeds, 25.0, (0.05, 0.0, -0.35), 0.4, 0.9, edition)
-
-        found[edition] = derived(12, OTTER_SCALES, (80.0, 80.0), rates)["derivative"]
+    for name, (vessel, speed, command, sea, step) in VESSELS.items():
+        state, rows = vessel.start(1.0, -2.0, 0.4, speed), []
+        for k in range(300):
+            state = vessel.step(
+                state, [each * math.sin(0.02 * (j + 2) * k) for j, each in enumerate(command)], sea, step
+            )
+            motion = vessel.motion(state, sea)
+            rows.append(np.concatenate([state, motion, [motion.sog, motion.cog, motion.crab_angle, motion.sideslip]]))
+        found[name] = np.array(rows)[5::6]
     return found
-
-
-@case("vessel_otter")
-def otter_sails():
-    return sailed(Otter(25.0, (0.05, 0.0, -0.35)), twin)
-
-
-@case("vessel_otter_2021_euler")
-def otter_2021():
-    return sailed(Otter(10.0, (0.1, 0.0, -0.35), "2021", 1.0, "euler"), twin, step=0.02, steps=600, every=12)
-
-
-@case("vessel_otter_hull")
-def otter_hull():
-    masses = [mass_matrix(mass, (0.05, 0.0, -0.35), edition) for mass in (0.0, 45.0) for edition in ("today", "2021")]
-    return {"mass": np.array(masses).reshape(4, -1)}
-
-
-@case("vessel_mariner_derivatives")
-def mariner_derivatives():
-    scales = (0.5, 0.3, 0.01, 100.0, 100.0, 1.0, 0.2)[:7]
-    return derived(7, scales, (0.4,), lambda state, rudder: mariner.derivatives(state, rudder[0]))
-
-
-@case("vessel_mariner")
-def mariner_sails():
-    return sailed(Mariner(), swung(0.5, 0.1, 60.0), step=1.0, speed=7.7175)
-
-
-@case("vessel_nomoto_derivatives")
-def nomoto_derivatives():
-    size = len(Nomoto(0.2, 20.0, 2.0).start())
-    return derived(
-        size, (1.0,) * size, (0.4,), lambda x, rudder: nomoto.derivatives(x, rudder[0], 0.2, 20.0, 2.0, 0.01)
-    )
-
-
-@case("vessel_nomoto")
-def nomoto_sails():
-    rudder = Actuator("rudder", -0.5, 0.5, 0.1, 0.8)
-    return sailed(Nomoto(0.2, 20.0, 2.0, 0.01, rudder), swung(0.8, 0.1), speed=2.0)
-
-
-@case("vessel_cybership2_derivatives")
-def cybership2_derivatives():
-    return {
-        form: derived(
-            6,
-            (1.0, 1.0, 1.0, 0.4, 0.2, 0.2),
-            (2.0, 1.5, 1.5),
-            lambda state, force, form=form: cybership2.derivatives(state, force, form, SEA / 30.0),
-        )["derivative"]
-        for form in cybership2.IDENTIFICATIONS
-    }
-
-
-@case("vessel_cybership2")
-def cybership2_sails():
-    found = {}
-    for form in cybership2.IDENTIFICATIONS:
-        swing = lambda time: (1.5 + math.sin(time), 2.0 * math.sin(time / 3.0), math.cos(time / 5.0))  # noqa: E731
-        found[form] = sailed(CyberShip2(form), swing, SEA / 30.0, every=10)["row"]
-    return found
-
-
-@case("vessel_springer")
-def springer_sails():
-    found = {}
-    for plant in ("paper", "physical"):
-        boat = Springer(plant, 0.9, 0.3)
-        found[plant] = sailed(boat, swung(25.0), step=1.0, steps=120, speed=None, every=4)["row"]
-        found[f"{plant}_halves"] = sailed(boat, swung(25.0), step=0.5, steps=120, speed=None, every=4)["row"]
-    return found
-
-
-@case("vessel_springer_models")
-def springer_models():
-    return {
-        "paper": np.concatenate([np.ravel(each) for each in PAPER_YAW.matrices()])[None],
-        "physical": np.concatenate([np.ravel(each) for each in PHYSICAL_YAW.scaled(1.1).matrices()])[None],
-    }
-
-
-@case("vessel_surge")
-def surge_sails():
-    found = {}
-    for name, boat in (("caldas", Surge()), ("surrogate", published_surrogate())):
-        found[name] = sailed(boat, swung(9.0, 8.0, 20.0), conditions((0.5, 0.0), (900.0, 0.0)), speed=1.0)["row"]
-    return found | {"acceleration": [Surge().acceleration(0.2 * k, 0.4 * k - 3.0) for k in range(50)]}
-
-
-@case("vessel_caldas")
-def caldas_sails():
-    boat = Caldas(moment_limit=8000.0)
-    found = sailed(boat, lambda time: (10.0 + 5.0 * math.sin(time / 9.0), 9000.0 * math.sin(time / 4.0)), SEA * 20.0)
-    rates = boat.rates(boat.start(1.0, 2.0, 0.3, 2.0), 500.0, SEA)
-    return found | {"rates": np.tile(rates, (len(found["row"]), 1))}
-
-
-@case("vessel_propeller")
-def propeller():
-    curves = Propeller(), Propeller(0.5, 1, 0.7, 0.1, 1000.0)
-    return {"curve": np.array([np.r_[each.gain, np.ravel(each.curve())] for each in curves])}
-
-
-@case("vessel_kinematics")
-def kinematics():
-    chance, rows = np.random.default_rng(12), []
-    for _ in range(30):
-        a, b, c, d = chance.standard_normal(4)
-        rows.append((over_ground(a, b, c), in_body(a, b, c), drift_angle(a, b), turning_rate(a, b, c, d)))
-    return columns("north east surge sway drift turning", rows)
-
-
-@case("vessel_actuators")
-def actuators():
-    rows, free, limited, lagging = [], 0.0, 0.0, 0.0
-    for k in range(60):
-        command = 2.0 * math.sin(0.2 * k)
-        free = follow(free, command, -math.inf, math.inf, math.inf, 0.0, 0.1)
-        limited = follow(limited, command, -1.0, 1.5, 2.0, 0.0, 0.1)
-        lagging = follow(lagging, command, -1.0, 1.5, 2.0, 0.5, 0.1)
-        rows.append((free, limited, lagging))
-    return columns("free limited lagging", rows)
 
 
 ROUGH = Environment(
@@ -242,15 +96,6 @@ def environment():
         rows.append((sea.conditions, sea.waves))
     names = "current_north current_east force_north force_east moment wave_north wave_east roll pitch"
     return columns(names, rows, 8)
-
-
-@case("environment_calm")
-def calm():
-    sea, rows = Environment().start(1, 0.1), []
-    for _ in range(3):
-        sea.advance()
-        rows.append((sea.conditions, sea.waves, CALM))
-    return {"numbers": np.array([np.hstack(row) for row in rows])}
 
 
 TIME = np.arange(0.0, 60.0, 0.02)
@@ -276,19 +121,8 @@ def received(gnss, seed=3, every=4):
     return {name: values[:rows][::every] for name, values in (found | streamed).items()}
 
 
-@case("sensor_gnss_white")
-def gnss_white():
-    return received(white(0.5))
-
-
-@case("sensor_gnss_low_cost")
-def gnss_low_cost():
-    return received(low_cost())
-
-
-@case("sensor_gnss_navstar")
-def gnss_navstar():
-    return received(navstar(), every=8)
+case("sensor_gnss_white")(partial(received, white(0.5)))
+case("sensor_gnss_low_cost")(partial(received, low_cost()))
 
 
 @case("sensor_gnss_faults")
@@ -329,15 +163,6 @@ def instruments():
     return found
 
 
-@case("sensor_doppler")
-def doppler():
-    log = DopplerLog(Instrument(rate=5.0, white=0.05, bias=0.02))
-    time, surge, sway = log.measured(TIME, 1.5 + 0.1 * np.sin(TIME), 0.1 * np.cos(TIME), 7)
-    stream = log.start(8)
-    streamed = [each for each in (stream.step(at, 1.5, 0.1) for at in TIME) if each is not None]
-    return {"time": time[::3], "surge": surge[::3], "sway": sway[::3], "stream": np.array(streamed)[::3]}
-
-
 @case("sensor_suite")
 def suite():
     sensors = Suite(low_cost(), Compass(), gyro(), DopplerLog())
@@ -359,11 +184,3 @@ def tcm2():
     wrapped = DynamicCompass(wrapped=True).start(3.0, 15)
     turned = np.concatenate([wrapped.second(3.0 + 0.05 * k)[::8] for k in range(20)])
     return {"compass": np.stack(readings, axis=1), "wrapped": turned}
-
-
-@case("sensor_tcm2_models")
-def tcm2_models():
-    chance = np.random.default_rng(13)
-    models = [TCM2, TRUE_TCM2, random_compass(chance), random_compass(chance, 0.005)]
-    limits = {"limit": np.full(4, stability_limit()), "limit_shift": np.full(4, stability_limit(True))}
-    return {"model": np.array([np.r_[model, model.gain, model.lag] for model in models])} | limits

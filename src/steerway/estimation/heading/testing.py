@@ -6,10 +6,9 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.estimation.heading.aboard import HeadingAboard, model_of
-    from steerway.estimation.heading.aided import PRODUCT, STATES, predict_compass, predict_vehicle, take_velocity
+    from steerway.estimation.heading.aided import PRODUCT
     from steerway.estimation.heading.compass_alarm import gain_range
-    from steerway.estimation.heading.interval import arithmetic, sharpened
-    from steerway.estimation.heading.interval.filter import sub_boxes
+    from steerway.estimation.heading.interval import arithmetic
     from steerway.estimation.heading.interval.weighting import shipped
     from steerway.sensors.tcm2 import TICK
 

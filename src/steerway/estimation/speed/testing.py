@@ -6,6 +6,5 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.estimation.speed.fusion import AIDS
-    from steerway.estimation.speed.surge import BIAS, CURRENT, LEAK, SPEED
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -1,4 +1,4 @@
-"""The receiver model: the same numbers as a record and in the loop, and errors of the size that is asked for."""
+"""Receiver, compass, log and gyro: the same in a record and in the loop, and wrong by what was asked for."""
 
 import math
 
@@ -7,11 +7,8 @@ import pytest
 
 from steerway import InputError
 from steerway.core import displacement
-from steerway.core.testing import noise
-from steerway.sensors import Gnss
+from steerway.sensors import Compass, DopplerLog, Gnss, Instrument, accelerometer, gyro
 from steerway.sensors.testing import Fault, gnss
-
-ORIGIN = (math.radians(63.4), math.radians(10.4))
 
 
 def truth(seconds=60.0, step=0.02, start=0.0):
@@ -70,9 +67,8 @@ ALL_FAULTS = (
         Gnss(rate=5.0, white=0.1, faults=ALL_FAULTS, lever_arm=(0.3, 0.2, -0.8)),
     ],
 )
-@pytest.mark.parametrize("start", [0.0, 1.7e9 + 0.013])
-def test_a_record_and_the_loop_see_the_same_fixes(receiver, start):
-    motion = truth(start=start)
+def test_a_record_and_the_loop_see_the_same_fixes(receiver):
+    motion = truth(start=1.7e9 + 0.013)
     record, loop = whole(receiver, 7, **motion), stepwise(receiver, 7, **motion)
     assert len(record) == len(loop) > 200
     np.testing.assert_array_equal(record.time, [fix.time for fix in loop])
@@ -81,30 +77,9 @@ def test_a_record_and_the_loop_see_the_same_fixes(receiver, start):
     np.testing.assert_allclose(record.cog, [fix.cog for fix in loop], rtol=1e-12)
 
 
-def test_the_same_seed_gives_the_same_fixes_and_another_seed_others():
-    motion = truth()
-    one, same, other = (whole(gnss.low_cost(), seed, **motion) for seed in (1, 1, 2))
-    np.testing.assert_array_equal(one.latitude, same.latitude)
-    assert not np.any(one.latitude == other.latitude)
-
-
-def test_epochs_come_at_the_rate():
-    fixes = whole(gnss.white(0.0, rate=5.0), 0, **truth(seconds=600.0))
-    np.testing.assert_allclose(np.diff(fixes.time), 0.2, atol=1e-9)
-    assert len(fixes) == 3001
-
-
 def still(seconds, rate):
     time = np.arange(round(seconds * rate) + 1) / rate
     return {"time": time, "north": np.zeros_like(time), "east": np.zeros_like(time)}
-
-
-def test_white_errors_have_their_spread_and_no_memory():
-    error = plane(whole(gnss.white(0.5), 3, **still(8000.0, 5.0)))
-    assert np.abs(error.std(axis=1) - 0.5).max() < 0.01
-    for axis in error:
-        assert abs(np.corrcoef(axis[1:], axis[:-1])[0, 1]) < 0.02
-    assert abs(np.corrcoef(error)[0, 1]) < 0.02
 
 
 def test_gauss_markov_errors_have_their_spread_and_their_memory():
@@ -117,20 +92,17 @@ def test_gauss_markov_errors_have_their_spread_and_their_memory():
         assert abs(np.std(np.diff(axis)) / (std * math.sqrt(2.0 * -math.expm1(-1.0 / 50.0))) - 1.0) < 0.02
 
 
-def test_a_settled_receiver_starts_wrong_by_its_spread_and_an_unsettled_one_at_zero():
-    def first_errors(settled):
-        receiver = Gnss(rate=1.0, markov=((3.0, 1000.0),), settled=settled)
-        return np.array([plane(whole(receiver, seed, **still(1.0, 1.0)))[:, 0] for seed in range(400)])
-
-    assert abs(first_errors(True).std() / 3.0 - 1.0) < 0.1
-    np.testing.assert_array_equal(first_errors(False), 0.0)
-
-
-def test_the_papers_driving_noise_fits_steps_of_one_second_not_a_tenth():
-    """P1 (42)–(43): 0.21 m and T = 1100 s are said to give 4.7 m."""
-    assert noise.markov_std(0.21, 1100.0, 0.1) == pytest.approx(15.6, abs=0.05)
-    assert noise.markov_std(0.21, 1100.0, 1.0) == pytest.approx(4.9, abs=0.05)
-    assert noise.markov_std(0.0634, 1100.0, 0.1) == pytest.approx(4.7, abs=0.01)
+def test_faults_do_what_their_kinds_say():
+    jump, step = Fault("jump", start=3.0, size=9.0, direction=0.0), Fault("step", start=3.0, size=9.0, direction=0.0)
+    for fault, expected in ((jump, [0, 0, 0, 9, 0, 0, 0]), (step, [0, 0, 0, 9, 9, 9, 9])):
+        error = plane(whole(Gnss(rate=1.0, faults=(fault,)), 0, **still(6, 1)))
+        np.testing.assert_allclose(error, [expected, np.zeros(7)], atol=1e-9)
+    burst = plane(whole(Gnss(faults=(Fault("burst", start=0.0, duration=400.0, size=3.0),)), 5, **still(800, 5)))
+    assert abs(burst[:, :2000].std() / 3.0 - 1.0) < 0.05 and not burst[:, 2000:].any()
+    dropout = whole(Gnss(faults=(Fault("dropout", start=2.0, duration=3.0),)), 0, **still(10, 5))
+    assert len(dropout) == 51 - 15 and np.diff(dropout.time).max() == pytest.approx(3.2)
+    frozen = whole(Gnss(white=0.3, faults=(Fault("frozen", start=2.0, duration=1.0),)), 0, **truth(seconds=6.0))
+    np.testing.assert_array_equal(np.flatnonzero(np.diff(frozen.latitude) == 0.0), np.arange(9, 14))
 
 
 def test_the_antenna_swings_with_roll_and_pitch():
@@ -144,60 +116,6 @@ def test_the_antenna_swings_with_roll_and_pitch():
     # Rolled to starboard the mast leans to starboard; bow up it leans aft.
     np.testing.assert_allclose(antenna(0.1, 0.0, 0.0), [0.5, 0.2 * math.cos(0.1) + 2.0 * math.sin(0.1)], atol=1e-9)
     np.testing.assert_allclose(antenna(0.0, 0.1, 0.0), [0.5 * math.cos(0.1) - 2.0 * math.sin(0.1), 0.2], atol=1e-9)
-
-
-def test_a_rotated_scene_gives_rotated_true_fixes():
-    motion, angle = truth(), 2.1
-    receiver = Gnss(rate=5.0, lever_arm=(0.5, 0.2, -2.0))
-    turned = motion | {
-        "north": motion["north"] * math.cos(angle) - motion["east"] * math.sin(angle),
-        "east": motion["north"] * math.sin(angle) + motion["east"] * math.cos(angle),
-        "heading": motion["heading"] + angle,
-    }
-    north, east = plane(whole(receiver, 0, **motion))
-    expected = [north * math.cos(angle) - east * math.sin(angle), north * math.sin(angle) + east * math.cos(angle)]
-    np.testing.assert_allclose(plane(whole(receiver, 0, **turned)), expected, atol=1e-6)
-
-
-def test_a_dropout_leaves_a_gap():
-    fixes = whole(Gnss(rate=5.0, faults=(Fault("dropout", start=2.0, duration=3.0),)), 0, **truth(seconds=10.0))
-    gap = np.argmax(np.diff(fixes.time))
-    assert fixes.time[gap] == pytest.approx(1.8) and fixes.time[gap + 1] == pytest.approx(5.0)
-    assert len(fixes) == 51 - 15
-
-
-def test_a_jump_lasts_one_fix_and_a_step_stays():
-    jump = plane(whole(Gnss(rate=1.0, faults=(Fault("jump", start=3.0, size=9.0, direction=0.0),)), 0, **still(6, 1)))
-    np.testing.assert_allclose(jump, [[0, 0, 0, 9, 0, 0, 0], np.zeros(7)], atol=1e-9)
-    step = Fault("step", start=3.0, size=9.0, direction=math.pi / 2)
-    np.testing.assert_allclose(
-        plane(whole(Gnss(rate=1.0, faults=(step,)), 0, **still(6, 1))), [np.zeros(7), [0, 0, 0, 9, 9, 9, 9]], atol=1e-9
-    )
-
-
-def test_random_jumps_come_as_often_and_as_far_as_asked_in_every_direction():
-    error = plane(whole(Gnss(rate=5.0, faults=(Fault("jump", per_hour=360.0, size=9.0),)), 5, **still(20000.0, 5.0)))
-    jumped = error[:, np.hypot(*error) > 0.0]
-    np.testing.assert_allclose(np.hypot(*jumped), 9.0, atol=1e-6)
-    assert abs(jumped.shape[1] / 2000.0 - 1.0) < 0.07
-    assert np.abs(jumped.mean(axis=1)).max() < 0.5
-
-
-def test_a_burst_is_noisy_while_it_lasts():
-    error = plane(
-        whole(Gnss(rate=5.0, faults=(Fault("burst", start=0.0, duration=400.0, size=3.0),)), 5, **still(800, 5))
-    )
-    assert abs(error[:, :2000].std() / 3.0 - 1.0) < 0.05
-    np.testing.assert_array_equal(error[:, 2000:], 0.0)
-
-
-def test_a_frozen_receiver_repeats_its_last_fix():
-    fixes = whole(
-        Gnss(rate=5.0, white=0.3, faults=(Fault("frozen", start=2.0, duration=1.0),)), 0, **truth(seconds=6.0)
-    )
-    same = np.flatnonzero(np.diff(fixes.latitude) == 0.0)
-    np.testing.assert_array_equal(same, np.arange(9, 14))
-    np.testing.assert_allclose(np.diff(fixes.time), 0.2, atol=1e-9)
 
 
 def test_a_late_fix_keeps_its_epoch_unless_stamped_on_arrival():
@@ -223,26 +141,73 @@ def test_sog_and_cog_are_said_only_by_a_receiver_that_says_them():
     assert abs(along.mean() - 1.3) < 0.01 and abs(along.std() - 0.1) < 0.01
 
 
-def test_north_and_east_are_true_distances_on_the_origin():
-    time = np.array([0.0, 0.2])
-    fixes = gnss.white(0.0).fixes(time, [0.0, 3.0], [0.0, 4.0], 0, origin=ORIGIN)
-    moved = displacement(fixes.latitude[1], fixes.longitude[1], fixes.latitude[0], fixes.longitude[0])
-    np.testing.assert_allclose(moved, (3.0, 4.0), atol=1e-6)
-
-
 @pytest.mark.parametrize(
     ("make", "message"),
     [
         (lambda: Gnss(rate=0.0), "rate is 0.0"),
-        (lambda: Gnss(white=-1.0), "white is -1.0"),
         (lambda: Gnss(markov=((1.0, 0.0),)), "time constant"),
+        (lambda: Instrument(white=-1.0), "white is -1.0"),
+        (lambda: Instrument(wander=(1.0, 0.0)), "time constant of 0"),
         (lambda: Fault("loss", start=0.0), "'loss' is unknown"),
         (lambda: Fault("jump"), "either start or per_hour"),
-        (lambda: Fault("jump", start=1.0, size=-3.0), "size = -3.0"),
         (lambda: gnss.white(0.1, rate=10.0).fixes([0.0, 1.0], [0.0, 0.0], [0.0, 0.0], 0), "comes every 1 s"),
         (lambda: gnss.white(0.1).fixes([0.0, 0.0], [0.0, 0.0], [0.0, 0.0], 0), "does not rise"),
     ],
 )
-def test_bad_input_is_named(make, message):
+def test_a_receiver_that_cannot_be_is_refused(make, message):
     with pytest.raises(InputError, match=message):
         make()
+
+
+TIME = 1.7e9 + 0.02 * np.arange(20_001)
+WOBBLY = Instrument(rate=7.0, white=0.1, bias=0.3, turn_on_std=0.2, wander=(0.1, 20.0), scale=1.1)
+
+
+def streamed(stream, *truth):
+    """Times and readings of an instrument asked at every step."""
+    rows = zip(TIME.tolist(), *(column.tolist() for column in truth), strict=True)
+    readings = [(row[0], stream.step(*row)) for row in rows]
+    return tuple(zip(*[(time, reading) for time, reading in readings if reading is not None], strict=True))
+
+
+def test_a_compass_is_the_same_in_a_record_and_in_the_loop():
+    compass = Compass(WOBBLY, deviation=(0.1, 0.2, 0.3, 0.04, 0.05))
+    heading = np.linspace(-6.0, 6.0, len(TIME))
+    time, reading = compass.measured(TIME, heading, 3)
+    np.testing.assert_array_equal((time, reading), streamed(compass.start(3), heading))
+    assert reading.min() >= -math.pi and reading.max() < math.pi
+
+
+def test_a_log_is_the_same_in_a_record_and_in_the_loop():
+    log = DopplerLog(WOBBLY)
+    time, surge, sway = log.measured(TIME, np.cos(TIME), np.sin(TIME), 3)
+    times, readings = streamed(log.start(3), np.cos(TIME), np.sin(TIME))
+    np.testing.assert_array_equal((time, surge, sway), (times, *zip(*readings, strict=True)))
+    assert abs(np.corrcoef(surge - np.cos(time), sway - np.sin(time))[0, 1]) < 0.9
+
+
+def test_noise_bias_and_scale_have_their_size():
+    errors = Instrument(rate=50.0, white=0.2, bias=0.5).measured(TIME, 0.0, 1)[1]
+    assert errors.mean() == pytest.approx(0.5, abs=0.01) and errors.std() == pytest.approx(0.2, rel=0.03)
+    np.testing.assert_allclose(Instrument(rate=50.0, scale=1.1).measured(TIME, 2.0, 1)[1], 2.2)
+    turn_on = [Instrument(turn_on_std=0.3).measured(TIME[:1], 0.0, seed)[1][0] for seed in range(500)]
+    assert np.std(turn_on) == pytest.approx(0.3, rel=0.1) and abs(np.mean(turn_on)) < 0.05
+    wander = Instrument(rate=50.0, wander=(0.3, 1.0)).measured(TIME, 0.0, 1)[1]
+    assert wander.std() == pytest.approx(0.3, rel=0.1)
+    assert np.corrcoef(wander[50:], wander[:-50])[0, 1] == pytest.approx(math.exp(-1.0), abs=0.1)
+
+
+def test_a_compass_deviates_by_its_card():
+    exact = Instrument(rate=50.0)
+    heading = math.radians(30.0)
+    for k, expected in enumerate((1.0, 0.5, math.sqrt(0.75), math.sqrt(0.75), 0.5)):
+        card = tuple(0.1 * (i == k) for i in range(5))
+        reading = Compass(exact, card).measured(TIME[:1], [heading], 0)[1][0]
+        assert reading - heading == pytest.approx(0.1 * expected)
+
+
+def test_data_sheets_are_read_in_their_units():
+    assert gyro(rate=100.0, noise_density_deg=0.01).white == pytest.approx(math.radians(0.1))
+    assert gyro(in_run_deg_hour=36.0).wander[0] == pytest.approx(math.radians(0.01))
+    assert accelerometer(rate=100.0, noise_density_micro_g=60.0).white == pytest.approx(600e-6 * 9.80665)
+    assert accelerometer(turn_on_milli_g=5.0).turn_on_std == pytest.approx(0.0490, abs=1e-4)

@@ -1,0 +1,312 @@
+"""Yaw, heading and surge models from manoeuvres of known boats, and logs that cannot tell."""
+
+import math
+
+import numpy as np
+import polars as pl
+import pytest
+
+from steerway import InputError
+from steerway.control import AdaptiveSpeedGains, place_poles
+from steerway.core import wrap_array
+from steerway.formats.testing import read_steering
+from steerway.identification import (
+    SurgeModel,
+    YawModel,
+    identify_heading,
+    identify_surge,
+    identify_yaw,
+    identify_yaw_from_fixes,
+)
+from steerway.identification.testing import Interval, binary_sequence
+from steerway.sensors import white
+from steerway.vessels import CALM, RPM, Nomoto, Propeller, Springer, Surge, conditions
+from steerway_studies.testing import plants
+from tests.command_line import run
+
+PLANTS = {"otter": (0.5, 1.0, 1.3, -0.03, 0.1, 80.0), "boat": (0.185, 10.0, 2.0, 0.05, 0.2, 240.0)}
+TWENTY = math.radians(20.0)
+
+
+def yaw_manoeuvre(plant, kind="zigzag"):
+    """(time, rudder, north, east, heading) of a 20–20 zigzag or a turning circle."""
+    gain, time_constant, speed, bias, step, seconds = PLANTS[plant]
+    vessel = Nomoto(gain, time_constant, speed, bias)
+    state, rows, side = vessel.start(), [], 1.0
+    for k in range(round(seconds / step)):
+        part = k * step / seconds
+        if side * state[2] > TWENTY:
+            side = -side
+        rudder = (0.0 if part < 0.05 else side * TWENTY) if kind == "zigzag" else (TWENTY if part > 0.15 else 0.0)
+        rows.append((k * step, rudder, *state[:3]))
+        state = vessel.step(state, (rudder,), CALM, step)
+    return np.array(rows).T
+
+
+def compass(heading, seed=1):
+    """What a compass of 1° says, wrapped."""
+    noisy = heading + math.radians(1.0) * np.random.default_rng(seed).standard_normal(len(heading))
+    return wrap_array(noisy)
+
+
+def assert_known(model, plant, within=0.05):
+    gain, time_constant, _, bias, _, _ = PLANTS[plant]
+    assert model.gain.value == pytest.approx(gain, rel=within)
+    assert model.time_constant.value == pytest.approx(time_constant, rel=within)
+    assert model.rudder_bias.value == pytest.approx(bias, abs=within * TWENTY)
+
+
+@pytest.mark.parametrize(("plant", "kind"), [("otter", "zigzag"), ("boat", "circle")])
+def test_a_known_plant_comes_back_from_a_compass(plant, kind):
+    time, rudder, _, _, heading = yaw_manoeuvre(plant, kind)
+    angle = compass(heading)
+    angle[::2] = np.nan  # rows without an angle are passed over
+    model = identify_yaw(time, rudder, angle)
+    assert_known(model, plant)
+    gain, time_constant = PLANTS[plant][:2]
+    assert gain in model.gain and time_constant in model.time_constant and model.gain.high < 1.3 * model.gain.low
+    assert model.samples == len(time) // 2
+
+
+def test_a_known_plant_comes_back_from_positions():
+    time, rudder, north, east, _ = yaw_manoeuvre("otter")
+    north[len(north) // 2] += 80.0  # an outlier costs nothing
+    fixes = white(0.1).fixes(time, north, east, seed=3, origin=(0.6, 3.1))
+    assert_known(identify_yaw_from_fixes(fixes, time, rudder), "otter")
+
+
+def test_a_moment_is_a_rudder_of_another_unit():
+    """K times the unit is what is known, however large the numbers of the rudder are."""
+    time, rudder, _, _, heading = yaw_manoeuvre("boat")
+    in_radians = identify_yaw(time, rudder, compass(heading))
+    in_newton_metres = identify_yaw(time, 1e4 * rudder, compass(heading))
+    assert in_newton_metres.gain.value == pytest.approx(1e-4 * in_radians.gain.value, rel=1e-6)
+    assert in_newton_metres.gain.high == pytest.approx(1e-4 * in_radians.gain.high, rel=1e-3)
+    assert in_newton_metres.rudder_bias.value == pytest.approx(1e4 * in_radians.rudder_bias.value, rel=1e-6)
+
+
+def test_the_model_feeds_pole_placement():
+    model = YawModel(Interval(0.2, 0.19, 0.21), Interval(8.0, 7.5, 8.5), Interval(0.0, -0.1, 0.1), 100, "angle")
+    assert model.gains(0.5, limit=0.6) == place_poles(0.2, 8.0, 0.5, limit=0.6)
+    to_port = YawModel(Interval(-0.2, -0.21, -0.19), model.time_constant, model.rudder_bias, 100, "angle")
+    with pytest.raises(InputError, match="turns to port"):
+        to_port.gains(0.5)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda t, r, a: (t, r[:-1], a), "rudder has shape"),
+        (lambda t, r, a: (t[::-1], r, a), "time does not rise"),
+        (lambda t, r, a: (t, np.full_like(r, 0.1), a), "the rudder stays at 0.1"),
+        (lambda t, r, a: (t, np.where(t > 50.0, np.nan, r), a), "rudder is unknown"),
+        (lambda t, r, a: (t, r, np.full_like(a, np.nan)), "0 angles were measured"),
+        (lambda t, r, a: (t, r, 0.01 * np.sin(t)), "the vessel turned by 1.1°"),
+    ],
+)
+def test_a_manoeuvre_that_cannot_tell_is_refused(change, message):
+    time, rudder, _, _, heading = yaw_manoeuvre("boat")
+    with pytest.raises(InputError, match=message):
+        identify_yaw(*change(time, rudder, heading))
+
+
+def table_of(tmp_path, **columns):
+    path = tmp_path / "zigzag.csv"
+    pl.DataFrame(columns).write_csv(path)
+    return path
+
+
+def test_a_table_with_positions_and_a_moment(tmp_path):
+    time, rudder, north, east, _ = yaw_manoeuvre("boat")
+    fixes = white(0.1, rate=5.0).fixes(time, north, east, seed=3)
+    place = {"lat_deg": np.degrees(fixes.latitude), "lon_deg": np.degrees(fixes.longitude)}
+    steering = read_steering(table_of(tmp_path, time_s=time, yaw_moment_nm=rudder, **place))
+    assert steering.angle is None and len(steering.fixes) == len(time)
+    np.testing.assert_allclose(steering.rudder, rudder, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("columns", "options", "message"),
+    [
+        ({"time_s": [1.0, 2.0], "heading_deg": [1.0, 2.0]}, {}, "no column for the rudder"),
+        ({"time_s": [1.0, 2.0], "rudder_deg": [1.0, 2.0]}, {}, "neither heading, course nor positions"),
+        ({"rudder_deg": [1.0, 2.0], "heading_deg": [1.0, 2.0]}, {}, "no column for time"),
+        ({"time_s": [1.0], "rudder_deg": [1.0], "heading_deg": [1.0]}, {"rudder": "helm"}, "no column 'helm'"),
+        ({"time_s": [1.0], "rudder_deg": ["hard"], "heading_deg": [1.0]}, {}, "holds text"),
+    ],
+)
+def test_a_table_that_lacks_something_is_refused(tmp_path, columns, options, message):
+    with pytest.raises(InputError, match=message):
+        read_steering(table_of(tmp_path, **columns), **options)
+
+
+def heading_manoeuvre(plant="physical", seconds=900, noise_deg=0.5, bias_rpm=5.0, seed=0, step=1.0):
+    """(time, n_d in rpm, heading) of a binary sequence; propellers that follow at once."""
+    rng = np.random.default_rng(seed)
+    n = round(seconds / step)
+    steering = binary_sequence(n, round(20 / step), 100.0, rng)
+    vessel = Springer(plant, bias=bias_rpm * RPM)
+    state, heading = vessel.start(heading=1.0), np.empty(n)
+    for k in range(n):
+        heading[k] = vessel.heading(state)
+        state[4] = steering[k] * RPM
+        state = vessel.step(state, (steering[k] * RPM,), conditions(), step)
+    return step * np.arange(n), steering, heading + np.radians(noise_deg) * rng.standard_normal(n)
+
+
+def test_exact_from_a_clean_record():
+    time, steering, heading = heading_manoeuvre(noise_deg=0.0)
+    model = identify_heading(time, steering, heading)
+    truth = Springer("physical").yaw
+    assert model.poles == pytest.approx((1.0, 0.9945), abs=1e-6)
+    gains = np.multiply(truth.inputs, truth.outputs)
+    np.testing.assert_allclose(model.gains, gains, rtol=1e-4)
+    assert model.bias == pytest.approx(5.0, abs=1e-3)
+    assert model.fit > 99.99 and model.heading0 == pytest.approx(1.0, abs=1e-4)
+    np.testing.assert_allclose(model.run(steering), heading, atol=1e-4)
+
+
+def test_mirrored_steering_mirrors_the_gains_and_rates_are_per_second():
+    time, steering, heading = heading_manoeuvre(noise_deg=0.0)
+    one, mirrored = identify_heading(time, steering, heading), identify_heading(time, -steering, heading)
+    np.testing.assert_allclose(mirrored.gains, np.negative(one.gains), rtol=1e-3)
+    half = identify_heading(*heading_manoeuvre(noise_deg=0.0, step=0.5))
+    assert half.turn_rate == pytest.approx(one.turn_rate, rel=1e-3)
+    assert half.time_constant == pytest.approx(one.time_constant, rel=1e-3)
+
+
+def test_unusable_records_are_named():
+    time, steering, heading = heading_manoeuvre(seconds=100)
+    uneven = time + 5.0 * (time > 50.0)
+    for record in (
+        (time[:20], steering[:20], heading[:20]),
+        (uneven, steering, heading),
+        (time, steering, heading[1:]),
+    ):
+        with pytest.raises(InputError, match="identify heading"):
+            identify_heading(*record)
+
+
+STEPS = (5.0, 9.0, 14.0, 9.0, 5.0)
+
+
+def log(commands=STEPS, seconds=40.0, noise=0.01, boat=None, every=0.1, seed=0, speed=0.0):
+    """Time, speed and shaft of a boat whose shaft goes from one speed to the next."""
+    boat, draws = boat or plants.plant("a"), np.random.default_rng(seed)
+    state, rows = boat.start(speed=speed), []
+    for k in range(round(len(commands) * seconds / 0.02)):
+        state = boat.step(state, (commands[int(k * 0.02 // seconds)],), CALM, 0.02)
+        if k % round(every / 0.02) == 0:
+            rows.append((0.02 * k + 0.02, state[3] + noise * draws.standard_normal(), state[4]))
+    return np.array(rows).T
+
+
+def test_a_staircase_tells_drag_and_thrust():
+    found, truth = identify_surge(*log(), Propeller()), plants.NOMINAL
+    assert found.identified and found.verdict.startswith("Identified")
+    assert found.model.linear_drag == pytest.approx(truth.linear_drag, rel=0.05)
+    assert found.model.quadratic_drag == pytest.approx(truth.quadratic_drag, rel=0.05)
+    assert found.model.thrust == pytest.approx(truth.thrust, rel=0.01)
+    assert found.residual == pytest.approx(0.01, rel=0.1)
+
+
+SMALL = Surge(60.0, 20.0, 15.0, Propeller(diameter=0.1), plants.shaft(lag=0.2, high=60.0))
+
+
+def test_a_propeller_that_is_not_known_is_identified_in_any_unit_of_command():
+    """Per cent; the linear curve taken is not P3's, whose slope changes."""
+    unit = 100.0 / 60.0
+    time, speed, shaft = log((20.0, 35.0, 55.0, 35.0, 20.0), 15.0, boat=SMALL)
+    found = identify_surge(time, speed, shaft * unit)
+    assert found.identified and "taken to fall evenly" in found.verdict
+    assert found.model.quadratic_drag == pytest.approx(0.25, rel=0.05)
+    assert found.model.linear_drag == pytest.approx(1.0 / 3.0, rel=0.05)
+    assert found.thrust_at_rest * unit**2 == pytest.approx(0.32 * SMALL.propeller.gain / 60.0, rel=0.02)
+    guess = AdaptiveSpeedGains(**found.guess(60.0 * unit))
+    state = SMALL.start()
+    for _ in range(3000):
+        state = SMALL.step(state, (60.0,), CALM, 0.02)
+    assert guess.top_speed == pytest.approx(state[3], rel=0.2)
+
+
+def test_what_is_known_together_is_stated_where_it_is_not_known_apart():
+    found = identify_surge(*log())
+    assert not found.identified and "only if the propeller's diameter is given" in found.verdict
+    assert "8.2" in found.verdict  # m/s at the highest command: what the log does tell
+
+
+def test_one_speed_does_not_identify():
+    found = identify_surge(*log((9.0,), 100.0, 0.03, speed=5.1))
+    assert not found.identified
+    assert found.verdict.startswith("Not identified: the speed stays within") and "staircase" in found.verdict
+
+
+def test_what_no_controller_can_do_is_said():
+    possible, sentence = plants.NOMINAL.feasible(9.0, plants.shaft(rate=17.5 / 55.0))
+    assert not possible and "infeasible" in sentence and "49" in sentence
+    assert plants.NOMINAL.feasible(9.0, plants.shaft(lag=0.5))[0]
+    assert plants.NOMINAL.time_to(12.0, plants.shaft()) == math.inf
+
+
+@pytest.mark.parametrize(
+    ("columns", "message"),
+    [
+        ((np.arange(60.0), np.ones(59), np.ones(60)), r"shapes \(60,\), \(59,\), \(60,\)"),
+        ((np.arange(9.0), np.ones(9), np.ones(9)), "the log has 9 rows"),
+        ((np.r_[0:30.0, 29.0:59.0], np.ones(60), np.ones(60)), "time goes from 29 to 29 s"),
+        ((np.arange(60.0), np.ones(60), np.zeros(60)), "the shaft never turns"),
+    ],
+)
+def test_a_log_that_cannot_tell_is_refused(columns, message):
+    with pytest.raises(InputError, match=message):
+        identify_surge(*columns)
+
+
+def test_yaw_gives_back_a_known_ship_and_her_gains(tmp_path):
+    time, rudder, _, _, heading = yaw_manoeuvre("boat")
+    angle = np.round(np.degrees(heading), 1) % 360.0
+    log = table_of(tmp_path, time_s=time, rudder_deg=np.degrees(rudder), heading_deg=angle)
+    code, out, err = run("identify", "yaw", log, "--bandwidth", "0.5")
+    assert (code, err) == (0, "")
+    gain, time_constant = (
+        float(line.split("  ", 1)[1].split()[0]) for line in out.splitlines() if line[:4] in ("gain", "time")
+    )
+    assert (gain, time_constant) == pytest.approx(PLANTS["boat"][:2], rel=0.05)
+    assert "K_p" in out and "T_i" in out
+
+
+def test_surge_tells_a_staircase_from_a_constant_speed(tmp_path):
+    time = np.arange(0.0, 600.0, 0.5)
+    steps = np.repeat([4.0, 8.0, 12.0, 8.0, 4.0, 10.0], 200)
+    log_of = SurgeModel(0.02, 0.02, 0.05).start(0.0)
+    speed = np.array([0.0] + [(log_of.step(shaft, 0.5), log_of.speed)[1] for shaft in steps[1:]])
+    noise = np.random.default_rng(1).normal(0.0, 0.01, len(time))
+    for name, shaft, measured, verdict in (
+        ("staircase.csv", steps, speed + noise, "Identified"),
+        ("steady.csv", np.full_like(steps, 8.0), np.full_like(speed, 3.0) + noise, "Not identified"),
+    ):
+        log = tmp_path / name
+        pl.DataFrame({"time_s": time, "speed_mps": measured, "shaft_rps": shaft}).write_csv(log)
+        code, out, _ = run("identify", "surge", log, "--diameter", "0.8")
+        assert code == 0 and verdict in out.splitlines()[-1]
+        if verdict == "Identified":
+            assert abs(float(out.splitlines()[3].split()[2]) / 0.05 - 1.0) < 0.1
+    code, out, _ = run("identify", "surge", tmp_path / "staircase.csv", "--shaft", "shaft_rps")
+    assert code == 0 and "for one unit of shaft_rps" in out
+    assert run("identify", "surge", log, "--diameter", "0.8", "--shaft", "shaft_rps")[0] == 2
+
+
+def test_a_log_without_the_columns_is_refused_by_their_names(tmp_path):
+    log = tmp_path / "empty.csv"
+    log.write_text("time_s,depth_m\n1,2\n2,3\n")
+    code, _, err = run("identify", "yaw", log)
+    assert code == 2 and "rudder" in err and "depth_m" in err
+    assert run("identify", "surge", tmp_path / "gone.csv")[0] == 2
+
+
+def test_a_log_of_sentences_is_no_table_of_a_manoeuvre(tmp_path):
+    log = tmp_path / "sortie.nmea"
+    log.write_text("$GPHDT,1.0,T*0E\n$GPGGA,120000,6326.0,N,01023.0,E,1,8,1.0,1,M,1,M,,*00\n")
+    for arguments, columns in ((("yaw", log, "--bandwidth", "0.5"), "for time, rudder"), (("surge", log), "time_s")):
+        code, _, err = run("identify", *arguments)
+        assert code == 2 and "is no table, expected a CSV" in err and f"columns {columns}" in err, err
