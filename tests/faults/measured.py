@@ -14,7 +14,7 @@ import numpy as np
 from steerway.core import displacement, wrap
 from steerway.core.testing import PREDICTED, STATUSES
 from steerway.live.testing import Navigator, Service, addresses
-from tests.faults import hastened
+from tests import hastened
 from tests.faults.sorties import BEGIN, COURSE, END, SPEED, Fault
 
 BOUNDS = 1.0, 0.3, math.radians(10.0)

@@ -6,6 +6,7 @@ pauses, and a minute of silence takes as long as what is done in it.
 
 import asyncio
 import selectors
+from unittest import mock
 
 
 class _Selector(selectors.DefaultSelector):
@@ -23,15 +24,15 @@ class HastenedLoop(asyncio.SelectorEventLoop):
     """Its time begins at 0."""
 
     def __init__(self):
-        self._hastened = _Selector()
-        super().__init__(self._hastened)
+        self.hastened = _Selector()
+        super().__init__(self.hastened)
 
     def time(self) -> float:
         """s since it began."""
-        return self._hastened.ahead
+        return self.hastened.ahead
 
 
 def run(work):
-    """`asyncio.run` on a hastened loop."""
-    with asyncio.Runner(loop_factory=HastenedLoop) as runner:
+    """`asyncio.run` on a hastened loop, whose time is also that of `time.monotonic`."""
+    with asyncio.Runner(loop_factory=HastenedLoop) as runner, mock.patch("time.monotonic", runner.get_loop().time):
         return runner.run(work)
