@@ -63,10 +63,6 @@ def test_a_square_in_a_current(by, seed):
     )
 
 
-def test_a_square_by_fixes_a_second_apart():
-    desk = Desk(square(boat=OTTER), rate=1.0).start()
-    elapsed, off = off_the_line(desk).T
-    assert desk.order.reason == "the route is finished" and rms(off[elapsed > 15.0]) < 1.0
 
 
 def under_way(**settings):
@@ -183,14 +179,6 @@ def test_dead_reckoning_is_said_and_ends_with_the_next_fix():
     assert desk.sail(4.0)[-1].state is State.RUNNING
 
 
-def test_one_outlier_does_not_stop_her():
-    desk = under_way()
-    says = desk.fixes
-    desk.fixes = lambda time, north, east: says(time, north + 50.0, east)
-    desk.sail(0.4)
-    assert desk.order.state is State.DEGRADED and "do not fit" in desk.order.reason
-    desk.fixes = says
-    assert desk.sail(1.0)[-1].state is State.RUNNING
 
 
 def test_the_fence_stops_her_before_it_is_left():
@@ -290,9 +278,6 @@ def test_a_fix_of_long_ago_is_no_fix_of_now():
     assert watch.degradation(at(7.1)) == "no fix for 5 s, by dead reckoning"
 
 
-def test_a_waypoint_is_not_given_up_for_time():
-    guide = Guide(square())
-    assert {guide.step(at(10.0 * k)).destination for k in range(100)} == {"WP1"}
 
 
 def test_a_start_is_refused_in_words():
@@ -307,10 +292,6 @@ def test_a_start_is_refused_in_words():
     assert desk.order.state is State.IDLE
 
 
-def test_the_noise_of_the_receiver_is_learned_whatever_the_profile_says():
-    desk = Desk(square(boat=OTTER), profile="small-usv", noise=0.5).until_ready()
-    desk.sail(20.0)
-    assert desk.autopilot.pilot.estimator.filter.position_std == pytest.approx(0.5, rel=0.25)
 
 
 def test_a_boat_at_rest_is_ready_and_one_that_is_moored_is_not_driven_for_long():
@@ -494,14 +475,6 @@ def test_the_gains_obey_the_estimator():
     assert gain(math.nan, 0.2) == gain(1.2, math.nan) == gain(0.6, 0.2)
 
 
-def test_a_finished_route_is_sailed_again_from_its_beginning():
-    pilot, time = pilot_ready()
-    pilot.start()
-    pilot.step(at(time), LEG, 0.1)
-    assert not pilot.begins
-    assert pilot.step(at(time), None, 0.1).reason == "the route is finished"
-    pilot.start()
-    assert pilot.begins and pilot.step(at(time), LEG, 0.1).state is State.RUNNING
 
 
 def test_a_course_that_stays_unknown_stops_her():

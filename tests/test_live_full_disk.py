@@ -65,29 +65,6 @@ def test_a_pipe_without_a_reader_ends_the_run():
         sink.send(b"b\n")
 
 
-def test_a_table_has_the_rows_for_which_there_was_room(tmp_path, caplog, monkeypatch):
-    disks = []
-
-    def opened(part, mode, buffering):
-        disks.append(Disk(part, "a"))
-        return disks[-1]
-
-    monkeypatch.setattr("steerway.live.outputs.table.open", opened, raising=False)
-    table = TableFile(tmp_path / "run.parquet")
-    for k in range(30):
-        if k == 10:
-            settled(table._sink)
-            disks[0].room = 100
-        if k == 20:
-            settled(table._sink)
-            disks[0].room = 10**9
-        table.fix(ROW._replace(time=NOON + k))
-    table.close()
-    import polars as pl
-
-    times = pl.read_parquet(tmp_path / "run.parquet")["time_s"].to_numpy() - NOON
-    np.testing.assert_array_equal(times, [*range(10), *range(20, 30)])
-    assert "No space left on device" in caplog.text and not (tmp_path / "run.parquet.part").exists()
 
 
 def test_where_the_table_cannot_be_written_its_rows_are_kept(tmp_path, caplog, monkeypatch):

@@ -211,23 +211,6 @@ def exact_log(n):
     return [gga(*place) + rmc(*place) for place in places]
 
 
-@contextlib.asynccontextmanager
-async def telling(epochs, port):
-    """Tells epochs to whoever connects, ten times as fast as they were."""
-
-    async def send(reader, writer):
-        writer.write(epochs[0])
-        await asyncio.sleep(1.0)
-        for epoch in epochs[1:]:
-            writer.write(epoch)
-            await asyncio.sleep(0.1)
-        await reader.read()
-
-    server = await asyncio.start_server(send, "127.0.0.1", port)
-    try:
-        yield
-    finally:
-        server.close()
 
 
 def in_signal_k(motion, k):
@@ -314,28 +297,6 @@ def test_gpsfake_to_signal_k_and_read_back(signalk_port, tmp_path):
     assert links[0] == "receiver" and "receiver" not in after, "the server goes by its source priorities"
 
 
-def test_from_signal_k_the_wanted_source_is_taken(signalk_port):
-    def given(source, k, latitude):
-        place = {"latitude": latitude + 3e-5 * k, "longitude": 10.0}
-        values = [{"path": "navigation.position", "value": place}]
-        update = {"$source": source, "timestamp": f"2024-07-01T13:00:{k:02d}.000Z", "values": values}
-        return json.dumps({"context": "vessels.self", "updates": [update]})
-
-    async def chain():
-        address = f"signalk://127.0.0.1:{signalk_port}"
-        async with serving([address], [], sources=("second",)) as kept:
-            async with connected(addresses.sources([address])[0][0]) as stream:
-                await asyncio.sleep(0.5)
-                for k in range(12):
-                    await stream.send(given("first", k, 50.0))
-                    await stream.send(given("second", k, 54.0))
-                    await asyncio.sleep(0.1)
-                await until(lambda: len(kept.fixes) >= 10)
-        return kept.fixes
-
-    rows = asyncio.run(chain())
-    assert all(math.degrees(row.latitude) > 53.9 for row in rows)
-    assert rows[-1].sog == pytest.approx(3e-5 * 111_300.0, rel=0.05)
 
 
 def damaged(messages, seed):
@@ -413,80 +374,7 @@ def test_the_command_from_end_to_end(tmp_path):
     )
 
 
-def test_a_live_run_ends_whole_when_it_is_asked_to(tmp_path):
-    port, out = free_port(), tmp_path / "run.csv"
-    epochs = exact_log(20)
-    command = [sys.executable, "-c", "from steerway.commands.cli import main; main()", "live"]
-
-    async def run():
-        async with telling(epochs, port):
-            process = await asyncio.create_subprocess_exec(
-                *command, "--from", f"tcp://127.0.0.1:{port}", "--to", f"file:{out}", "--to", "stdout:",
-                stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            )  # fmt: skip
-            lines = [await asyncio.wait_for(process.stdout.readline(), 60.0) for _ in range(15)]
-            process.terminate()
-            _, err = await process.communicate()
-            return process.returncode, lines, err
-
-    code, lines, err = asyncio.run(run())
-    assert code == 0 and b"source GP" in err and b"Traceback" not in err
-    written = out.read_text().splitlines()
-    assert len(written) >= 16
-    assert json.loads(lines[14])["time_s"] == START + 14.0
 
 
-def test_through_gpsd_a_plotter_is_what_estimate_makes_of_its_log(shared_data, tmp_path):
-    gpsfake = installed("gpsfake")
-    installed("gpsd")
-    path, port = shared_data / "data" / "gpsd_logs" / "bundg_zeus_9.log", free_port()
-
-    async def chain():
-        async with serving([f"gpsd://127.0.0.1:{port}"], []) as kept:
-            with running(gpsfake, "-1", "-q", "-c", "0.003", "-P", str(port), str(path)):
-                await until(lambda: len(kept.fixes) >= 100, 30.0)
-            return kept.fixes
-
-    rows, fixes = asyncio.run(chain()), read(path)
-    fixes = fixes.rows(fixes.has_position)
-    first = int(np.searchsorted(fixes.time, rows[0].time))
-    assert fixes.source == "GP RMC" and first <= 30  # gpsd takes some to find out how to read them
-    fixes = fixes.rows(slice(first, None))
-    motion = estimate(fixes, "small-usv").rows(first_of_each(fixes))
-    assert_equal(rows, motion.rows(slice(0, len(rows))))
 
 
-def test_with_steerway_first_in_the_priorities_nobody_is_starved(signalk_port):
-    """It reads the positions of the server to which it sends, and another source takes over where it knows nothing."""
-    server = f"signalk://127.0.0.1:{signalk_port}"
-    address = f"http://127.0.0.1:{signalk_port}/signalk/v1/api/vessels/self/navigation/courseOverGroundTrue"
-    sends = {"positions": True}
-
-    async def receiver():
-        async with connected(addresses.sources([server])[0][0]) as stream:
-            for k in itertools.count():
-                place = {"latitude": 54.0 + 3e-6 * k, "longitude": 10.0}
-                values = [{"path": "navigation.courseOverGroundTrue", "value": 1.0}]
-                values += [{"path": "navigation.position", "value": place}] if sends["positions"] else []
-                update = {"$source": "receiver", "timestamp": iso(START + 0.2 * k), "values": values}
-                await stream.send(json.dumps({"context": "vessels.self", "updates": [update]}))
-                await asyncio.sleep(0.2)
-
-    def held():
-        return json.loads(urllib.request.urlopen(address).read())
-
-    async def chain():
-        other = asyncio.create_task(receiver())
-        async with serving([server], [server], max_dead_reckoning=1.0) as kept:
-            await until(lambda: len(kept.fixes) >= 25, 20.0)
-            under_way = await asyncio.to_thread(held)
-            sends["positions"] = False
-            await asyncio.sleep(4.5)
-            alone = await asyncio.to_thread(held)
-        other.cancel()
-        await asyncio.gather(other, return_exceptions=True)
-        return under_way, alone
-
-    under_way, alone = asyncio.run(chain())
-    assert under_way["$source"] == "steerway" and abs(math.remainder(under_way["value"], 2.0 * math.pi)) < 0.1
-    assert (alone["$source"], alone["value"]) == ("receiver", 1.0)

@@ -36,10 +36,6 @@ def test_what_a_file_says(tmp_path):
     assert (settings.max_dead_reckoning, settings.latency, settings.helm) == (5.0, 0.1, "127.0.0.1:8080")
 
 
-def test_what_it_does_not_say_is_as_on_the_command_line():
-    settings = Settings()
-    assert settings.outputs == ("stdout:",) and settings.profile is None and settings.max_dead_reckoning == 10.0
-    assert (settings.rate, settings.mission, settings.helm, settings.engage) == (None, None, None, False)
 
 
 def test_the_command_line_goes_first(tmp_path):
@@ -75,9 +71,6 @@ def test_what_is_wrong_is_said_in_words(tmp_path, text, words):
     assert "\n" not in str(refused.value)
 
 
-def test_a_file_that_is_not_there(tmp_path):
-    with pytest.raises(InputError, match=r"none\.toml cannot be read: No such file"):
-        Settings.load(tmp_path / "none.toml")
 
 
 def run(monkeypatch, *arguments):

@@ -178,14 +178,6 @@ def test_a_silent_link_is_lost_and_so_is_one_without_heartbeats():
     assert not pair.run(1.5).guided.alive(pair.time)
 
 
-def test_a_vehicle_stops_by_herself_when_nobody_commands():
-    pair = Pair().run(2.0)
-    pair.order = RUNNING
-    pair.run(2.0)
-    pair.connected = False
-    cut = pair.time
-    assert pair.run(2.9).rover.target(pair.time) is not None
-    assert pair.run(0.3).rover.target(pair.time) is None and pair.time - cut < 3.5
 
 
 def test_messages_that_stay_away_are_asked_for():
@@ -303,15 +295,6 @@ def test_without_a_number_nothing_moves():
     assert pair.run(1.0).rover.target(pair.time).speed == pytest.approx(2.0)
 
 
-def test_farewell_stops_her_only_while_she_is_steered():
-    pair = Pair().run(2.0)
-    assert pair.guided.last_messages(False) == []
-    pair.order = RUNNING
-    pair.run(2.0)
-    target, mode = pair.up.carry(pair.guided.last_messages(False))
-    assert (target.thrust, target.body_yaw_rate) == (0.0, 0.0) and mode.param2 == RoverMode.HOLD
-    pair.rover.receive(target, pair.time), pair.rover.receive(mode, pair.time)
-    assert pair.rover.mode is RoverMode.HOLD
 
 
 def test_whatever_happens_she_is_steered_only_by_orders_and_never_against_the_skipper():
