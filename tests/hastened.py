@@ -6,6 +6,7 @@ pauses, and a minute of silence takes as long as what is done in it.
 
 import asyncio
 import selectors
+import time
 from unittest import mock
 
 
@@ -32,7 +33,10 @@ class HastenedLoop(asyncio.SelectorEventLoop):
         return self.hastened.ahead
 
 
-def run(work):
-    """`asyncio.run` on a hastened loop, whose time is also that of `time.monotonic`."""
-    with asyncio.Runner(loop_factory=HastenedLoop) as runner, mock.patch("time.monotonic", runner.get_loop().time):
-        return runner.run(work)
+def run(work, start=None):
+    """`asyncio.run` on a hastened loop, whose time is also that of the clocks of `time`; `start` is Unix time."""
+    begun = time.time() if start is None else start
+    with asyncio.Runner(loop_factory=HastenedLoop) as runner:
+        now = runner.get_loop().time
+        with mock.patch("time.monotonic", now), mock.patch("time.time", lambda: begun + now()):
+            return runner.run(work)

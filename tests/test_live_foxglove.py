@@ -117,11 +117,7 @@ def test_once_a_period_and_nothing_false():
     assert topic == link.ESTIMATE and json.loads(payload)["sog_mps"] is None
 
 
-
-
 def test_without_its_package_it_is_refused(monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"expected pip install steerway\[foxglove\]"):
         addresses.output("foxglove://127.0.0.1")
-
-
