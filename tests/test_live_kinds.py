@@ -18,8 +18,8 @@ pytest.importorskip("daqp")
     ("autopilot", "speed", "heading", "by"),
     [
         ("pole-placement", "disturbance-observer", "composite", "yaw-rate"),
-        ("mpc", "adaptive", "interval", "propellers"),
-        ("lqg", "pi", "tracker", "yaw-rate"),
+        ("mpc", "adaptive", "composite", "propellers"),
+        ("lqg", "disturbance-observer", "interval", "yaw-rate"),
     ],
 )
 def test_every_controller_sails_two_legs_in_a_current_of_half_the_speed(autopilot, speed, heading, by):
