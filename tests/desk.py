@@ -27,7 +27,7 @@ from steerway.live.testing import (
     Waypoint,
 )
 from steerway.vessels import Otter, conditions
-from tests.faults.hastened import HastenedLoop
+from tests.hastened import HastenedLoop
 
 NOON = 1_719_835_200.0
 HOME = (math.radians(54.0), math.radians(10.0))
@@ -116,7 +116,7 @@ class Desk:
 
     def hang(self, seconds):
         """Nothing happens for so long, but time goes on."""
-        self.loop._hastened.ahead += seconds
+        self.loop.hastened.ahead += seconds
 
     def close(self):
         """Also called by the service."""

@@ -1,27 +1,31 @@
-"""The loop on a desk, in two processes: the simulated boat as a MAVLink vehicle, and `steerway live` that steers her.
+"""The loop on a desk: the simulated boat as a vehicle on its links, and what `steerway live` runs, on a virtual clock.
 
-`python -m tests.square --current 1.0` sails a square of 80 m, at its true pace, in a current towards the north-east,
-with a motorboat of 2 m/s like ArduPilot's: it turns 20 °/s, takes GUIDED only once its EKF is ready, and its
-positions are 0.2 s late. It exits with 1 when it gives up, or is more than 0.6 m RMS off its legs. `--times 10`
-repeats that in ten directions of the current, `--no-compass` takes its compass away.
+`python -m tests.square --current 1.0` sails a square of 80 m in a current towards the north-east, with a motorboat of
+2 m/s like ArduPilot's: it turns 20 °/s, takes GUIDED only once its EKF is ready, and its positions are 0.2 s late. It
+exits with 1 when it gives up, or is more than 0.6 m RMS off its legs. `--times 10` repeats that in ten directions of
+the current, `--no-compass` takes its compass away.
 """
 
 import argparse
+import asyncio
+import io
+import logging
 import math
-import re
-import signal
 import socket
-import subprocess
 import sys
 import tempfile
-import time
-from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
+from unittest import mock
 
 import numpy as np
 
-from tests.ports import free_port
+from steerway.core.testing import displaced
+from steerway.live.testing import RunningBoat, Settings, SimulatedBoat, addresses, live_launch
+from steerway.simulation import load_scenario
+from steerway.simulation.testing import OriginTable
+from tests import hastened
+from tests.ports import free_port, until
 
 ROOT = Path(__file__).parent.parent
 GUIDED = 15.0
@@ -32,12 +36,12 @@ MOST = {"mavlink": 1.0, "propellers": 1.7}
 
 
 class Course(NamedTuple):
-    """What is sailed: the boat's scenario, the mission, its corners (m); how `live` is started."""
+    """What is sailed: the boat's scenario, the mission, its corners (m); the settings of `live`."""
 
     scenario: Path
     mission: Path
     corners: tuple[tuple[float, float], ...]
-    options: tuple[str, ...] = ()
+    settings: Settings = Settings()
     vehicle: str = ""  # options of its MAVLink address
 
 
@@ -49,73 +53,51 @@ OTTER = Course(
     ROOT / "examples" / "otter-square.toml",
     ROOT / "examples" / "live" / "square.toml",
     _square(60.0),
-    ("--profile", "otter"),
+    Settings(profile="otter"),
 )
 
 
-class Program:
-    """A steerway command in a world that is `factor` times faster; what it says on stderr is at hand as it comes."""
+def sailed(course, act, by="mavlink"):
+    """(truth at every fix as a polars DataFrame, what was logged) of a boat that is engaged and then sails while
+    `act(log)` runs, which gets a function that gives the log so far.
 
-    def __init__(self, factor, directory, *arguments):
-        self.log = Path(directory) / f"{arguments[0]}.log"
-        self._file = open(self.log, "w")
-        command = [sys.executable, "-m", "tests.hurried", str(factor), *map(str, arguments)]
-        self.process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=self._file)
-
-    @property
-    def output(self) -> str:
-        return self.log.read_text()
-
-    def until(self, pattern, patience=150.0) -> float:
-        """The moment at which it has said something, monotonic; it must not have ended before."""
-        begun = time.monotonic()
-        while not re.search(pattern, self.output):
-            assert time.monotonic() - begun < patience, f"{pattern!r} was never said in:\n{self.output}"
-            assert self.process.poll() is None, f"it ended:\n{self.output}"
-            time.sleep(0.005)
-        return time.monotonic()
-
-    def tell(self, number) -> None:
-        self.process.send_signal(number)
-
-    def end(self) -> None:
-        """Ended as a user ends it, and its file closed."""
-        if self.process.poll() is None:
-            self.tell(signal.SIGCONT)
-            self.tell(signal.SIGINT)
-            try:
-                self.process.wait(20.0)
-            except subprocess.TimeoutExpired:
-                self.process.kill()
-                self.process.wait()
-        self._file.close()
-
-
-@contextmanager
-def desk(directory, factor, by="mavlink", course=OTTER):
-    """The boat and the computer aboard, engaged; they talk MAVLink, or sentences and propeller commands."""
+    Boat and computer talk MAVLink, or sentences and propeller commands.
+    """
     there, here = (f"127.0.0.1:{free_port(socket.SOCK_DGRAM)}" for _ in range(2))
+    model = SimulatedBoat(load_scenario(course.scenario))
     if by == "mavlink":
-        links = "--mavlink", f"udpout:{here}{course.vehicle}"
-        ends = f"mavlink:udpin:{here}", f"mavlink:udpin:{here}"
+        vehicle = addresses.vehicle(f"udpout:{here}{course.vehicle}")
+        cruise = vehicle.number("cruise", 0.0) or None
+        boat = RunningBoat(model, mavlink=vehicle, cruise=cruise, keeps=True)
+        inputs, outputs = [f"mavlink:udpin:{here}"] * 2
     else:
-        links = "--to", f"udp://{here}", "--propellers", f"udp://{there}"
-        ends = f"udp://{here}", f"udp://{there}?format=propellers"
-    boat = Program(factor, directory, "simulate", course.scenario, "--live", *links, "-o", directory)
-    route = "--mission", course.mission, *course.options, "--engage"
-    computer = Program(factor, directory, "live", "--from", ends[0], "--to", ends[1], *route)
-    try:
-        yield boat, computer
-    finally:
-        computer.end()
-        boat.end()
+        driven = addresses.datagrams(f"udp://{there}")
+        boat = RunningBoat(model, [addresses.stream(f"udp://{here}")], propellers=driven, keeps=True)
+        inputs, outputs = f"udp://{here}", f"udp://{there}?format=propellers"
+    ends = {"inputs": (inputs,), "outputs": (outputs,), "mission": str(course.mission), "engage": True}
+    with mock.patch.object(live_launch, "until_stopped") as run:
+        live_launch.launch(course.settings.overridden(**ends))
+    ((computer,), _) = run.call_args
+    text = io.StringIO()
+    handler, logger = logging.StreamHandler(text), logging.getLogger("steerway.live")
 
+    async def both():
+        tasks = [asyncio.create_task(each) for each in (boat.run(), computer)]
+        try:
+            await until(lambda: "autopilot running" in text.getvalue(), 150.0)
+            await act(text.getvalue)
+        finally:
+            for task in reversed(tasks):  # the computer ends first and gives the boat back
+                task.cancel()
+                await asyncio.gather(task, return_exceptions=True)
 
-def truth(directory):
-    """What the boat kept of her run, a polars DataFrame."""
-    import polars as pl
-
-    return pl.read_parquet(Path(directory) / "run.parquet")
+    with mock.patch.object(logger, "level", logging.INFO):
+        logger.addHandler(handler)
+        try:
+            hastened.run(both())
+        finally:
+            logger.removeHandler(handler)
+    return boat.table(), text.getvalue()
 
 
 def cross_track(run, corners=OTTER.corners, turn=TURN) -> list[np.ndarray]:
@@ -186,9 +168,6 @@ waypoints = [{{ north = 0.0, east = 0.0 }}, {{ north = 80.0, east = 0.0 }}]
 
 def rover(directory, current, direction, compass=True, seed=1, ekf=10.0) -> Course:
     """The motorboat in a current (m/s) towards a direction (°); its files are written into a directory."""
-    from steerway.core.testing import displaced
-    from steerway.simulation.testing import OriginTable
-
     home = OriginTable()
     origin = math.radians(home.latitude_deg), math.radians(home.longitude_deg)
     scenario, mission = Path(directory) / "rover.toml", Path(directory) / "mission.toml"
@@ -199,25 +178,30 @@ def rover(directory, current, direction, compass=True, seed=1, ekf=10.0) -> Cour
         lat, lon = map(math.degrees, displaced(*origin, *corner))
         lines += ["[[waypoint]]", f"lat_deg = {lat!r}", f"lon_deg = {lon!r}"]
     mission.write_text("\n".join(lines))
-    return Course(scenario, mission, _square(SIDE), (), f"?cruise=2.0&ekf={ekf}&compass={int(compass)}")
+    return Course(scenario, mission, _square(SIDE), vehicle=f"?cruise=2.0&ekf={ekf}&compass={int(compass)}")
 
 
-def sail(current, direction, compass, seed, factor=1.0, ekf=10.0) -> tuple[bool, str]:
+def sail(current, direction, compass, seed, ekf=10.0) -> tuple[bool, str]:
     """One square: whether it was sailed within the limit, and what came of it."""
+    lasted = 0.0
+
+    async def to_the_end(log):
+        nonlocal lasted
+        begun = asyncio.get_running_loop().time()
+        await until(lambda: "stopped" in log(), 300.0)
+        lasted = asyncio.get_running_loop().time() - begun
+
     with tempfile.TemporaryDirectory() as directory:
         course = rover(directory, current, direction, compass, seed, ekf)
-        with desk(directory, factor, course=course) as (_, computer):
-            begun = time.monotonic()
-            while "stopped" not in computer.output and time.monotonic() - begun < 300.0 / factor:
-                if computer.process.poll() is not None:
-                    break
-                time.sleep(0.1)
-            output, lasted = computer.output, factor * (time.monotonic() - begun)
-        legs = [rms(leg) for leg in cross_track(truth(directory), course.corners, AROUND) if len(leg)]
-    finished = "the route is finished" in output
-    sailed = finished and len(legs) == 3 and max(legs) <= ROVER_MOST
-    why = "" if finished else "; " + (output.strip().splitlines() or ["it said nothing"])[-1]
-    return sailed, f"legs {' '.join(f'{leg:.2f}' for leg in legs)} m RMS in {lasted:.0f} s{why}"
+        try:
+            run, log = sailed(course, to_the_end)
+        except AssertionError as error:
+            return False, str(error)
+    legs = [rms(leg) for leg in cross_track(run, course.corners, AROUND) if len(leg)]
+    finished = "the route is finished" in log
+    why = "" if finished else "; " + next(line for line in log.splitlines() if "stopped" in line)
+    good = finished and len(legs) == 3 and max(legs) <= ROVER_MOST
+    return good, f"legs {' '.join(f'{leg:.2f}' for leg in legs)} m RMS in {lasted:.0f} s{why}"
 
 
 def main() -> None:
@@ -225,16 +209,15 @@ def main() -> None:
     options.add_argument("--current", type=float, default=0.5, help="m/s")
     options.add_argument("--times", type=int, default=1, help="squares, each in another direction of the current")
     options.add_argument("--no-compass", action="store_true")
-    options.add_argument("--factor", type=float, default=1.0, help="times faster than the true pace")
     options.add_argument("--ekf", type=float, default=10.0, help="s until the vehicle takes GUIDED")
     chosen = options.parse_args()
     good = 0
     for k in range(chosen.times):
         direction = 45.0 + 360.0 * k / chosen.times
-        sailed, words = sail(chosen.current, direction, not chosen.no_compass, k + 1, chosen.factor, chosen.ekf)
-        good += sailed
+        is_good, words = sail(chosen.current, direction, not chosen.no_compass, k + 1, chosen.ekf)
+        good += is_good
         print(
-            f"current {chosen.current:g} m/s to {direction % 360.0:.0f}°: {'sailed' if sailed else 'MISSED'}, {words}",
+            f"current {chosen.current:g} m/s to {direction % 360.0:.0f}°: {'sailed' if is_good else 'MISSED'}, {words}",
             flush=True,
         )
     print(f"{good} of {chosen.times}")

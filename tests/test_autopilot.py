@@ -12,7 +12,7 @@ from steerway.control.testing import COMFORTABLE, RATE_SHARE, comfortable_bandwi
 from steerway.core import OK, InputError, track_errors
 from steerway.core.testing import STATUSES, Leg
 from steerway.estimation import Profile
-from steerway.live.testing import UNDER_WAY, Guide, InputRow, Limits, Row, State, Supervisor, Watch, lost, piloting
+from steerway.live.testing import UNDER_WAY, InputRow, Limits, Row, State, Supervisor, Watch, lost, piloting
 from tests.desk import HOME, NOON, OTTER, SQUARE, TICK, Desk, dock_all, square
 
 FENCE = ((-40.0, -10.0), (70.0, -10.0), (70.0, 70.0), (-40.0, 70.0))
@@ -49,10 +49,9 @@ def rms(values):
     return math.sqrt(np.mean(np.square(values)))
 
 
-@pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize("by", ["yaw-rate", "propellers"])
-def test_a_square_in_a_current(by, seed):
-    desk = Desk(square(boat=OTTER), by=by, seed=seed).start()
+def test_a_square_in_a_current(by):
+    desk = Desk(square(boat=OTTER), by=by).start()
     elapsed, off = off_the_line(desk).T
     assert desk.order.reason == "the route is finished"
     assert rms(off[elapsed > 15.0]) < (0.4 if by == "yaw-rate" else 1.0)
@@ -61,12 +60,6 @@ def test_a_square_in_a_current(by, seed):
     assert np.median([order.speed for order in desk.output if order.engaged and order.thrust]) == pytest.approx(
         1.2, abs=0.1
     )
-
-
-def test_a_square_by_fixes_a_second_apart():
-    desk = Desk(square(boat=OTTER), rate=1.0).start()
-    elapsed, off = off_the_line(desk).T
-    assert desk.order.reason == "the route is finished" and rms(off[elapsed > 15.0]) < 1.0
 
 
 def under_way(**settings):
@@ -127,8 +120,7 @@ CAUSES = {
 """What happens, for how long that is allowed to go on or cannot be seen, and what is said of it."""
 
 
-@pytest.mark.parametrize("name", CAUSES)
-@pytest.mark.parametrize("safe", ["stop", "hand-back"])
+@pytest.mark.parametrize(("name", "safe"), [*((name, "stop") for name in CAUSES), ("link", "hand-back")])
 def test_every_cause_leads_to_the_safe_output_in_time(name, safe):
     cause, allowed, output = CAUSES[name]
     desk = under_way(route=square(boat=OTTER, safe=safe))
@@ -141,8 +133,7 @@ def test_every_cause_leads_to_the_safe_output_in_time(name, safe):
     assert re.search(output, desk.order.reason), desk.order.reason
 
 
-@pytest.mark.parametrize("seconds", [0.6, 1.0, 1.9])
-def test_a_late_service_is_reported_and_steers_on(seconds):
+def test_a_late_service_is_reported_and_steers_on(seconds=1.9):
     """Also in a turn; a vehicle follows its last order meanwhile."""
     desk = under_way()
     desk.until(lambda: desk.leg.destination == "WP2", 120.0)
@@ -163,7 +154,7 @@ def test_a_service_that_is_late_again_and_again_stops():
     assert desk.order.state is State.STOPPED and "the service was late by" in desk.order.reason
 
 
-@pytest.mark.parametrize("rate", [0.5, 1.0, 10.0])
+@pytest.mark.parametrize("rate", [0.5, 10.0])
 def test_silence_is_counted_from_the_last_fix(rate):
     desk = under_way(rate=rate, max_dead_reckoning=6.0)
     begun = desk.time
@@ -181,16 +172,6 @@ def test_dead_reckoning_is_said_and_ends_with_the_next_fix():
     assert "dead reckoning" in output[-1].reason and output[-1].engaged
     desk.fixes = says
     assert desk.sail(4.0)[-1].state is State.RUNNING
-
-
-def test_one_outlier_does_not_stop_her():
-    desk = under_way()
-    says = desk.fixes
-    desk.fixes = lambda time, north, east: says(time, north + 50.0, east)
-    desk.sail(0.4)
-    assert desk.order.state is State.DEGRADED and "do not fit" in desk.order.reason
-    desk.fixes = says
-    assert desk.sail(1.0)[-1].state is State.RUNNING
 
 
 def test_the_fence_stops_her_before_it_is_left():
@@ -290,11 +271,6 @@ def test_a_fix_of_long_ago_is_no_fix_of_now():
     assert watch.degradation(at(7.1)) == "no fix for 5 s, by dead reckoning"
 
 
-def test_a_waypoint_is_not_given_up_for_time():
-    guide = Guide(square())
-    assert {guide.step(at(10.0 * k)).destination for k in range(100)} == {"WP1"}
-
-
 def test_a_start_is_refused_in_words():
     desk = Desk(square(boat=OTTER))
     with pytest.raises(InputError, match="cannot be started: no position yet"):
@@ -305,12 +281,6 @@ def test_a_start_is_refused_in_words():
     with pytest.raises(InputError, match="link mavlink is lost"):
         desk.autopilot.start()
     assert desk.order.state is State.IDLE
-
-
-def test_the_noise_of_the_receiver_is_learned_whatever_the_profile_says():
-    desk = Desk(square(boat=OTTER), profile="small-usv", noise=0.5).until_ready()
-    desk.sail(20.0)
-    assert desk.autopilot.pilot.estimator.filter.position_std == pytest.approx(0.5, rel=0.25)
 
 
 def test_a_boat_at_rest_is_ready_and_one_that_is_moored_is_not_driven_for_long():
@@ -358,8 +328,7 @@ def test_where_the_motor_is_said_to_idle_she_departs_with_the_current_of_her_dri
     assert max(missed[True]) < 0.25 and min(missed[False]) > 0.5
 
 
-@pytest.mark.parametrize("towards", [1.5, 3.0, 4.5])
-def test_a_current_that_is_too_strong_ends_it_within_half_a_minute(towards):
+def test_a_current_that_is_too_strong_ends_it_within_half_a_minute(towards=3.0):
     """A boat of 3 m/s in a current of 3.6 m/s."""
     desk = Desk(square(boat=OTTER), by="propellers", current=0.0)
     desk.sea[:2] = 3.6 * math.cos(towards), 3.6 * math.sin(towards)
@@ -383,7 +352,7 @@ def test_engaged_by_itself_once_and_not_after_a_stop():
 EVENTS = st.sampled_from(["start", "stop", "down", "up", "silence", "fixes", "jump", "hang", "blind", "end", "wait"])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(st.lists(st.tuples(EVENTS, st.integers(1, 60)), max_size=25), st.sampled_from(["stop", "hand-back"]))
 def test_whatever_happens_it_steers_only_when_started_and_safely_stops(events, safe):
     pilot = Supervisor(square(boat=OTTER, safe=safe), "otter", max_dead_reckoning=2.0)
@@ -462,22 +431,23 @@ def test_propellers_give_the_share_of_the_full_moment_that_a_yaw_rate_takes():
     assert rate == achieved == pytest.approx(math.radians(15.0)), "a vehicle's yaw rate has a limit of its own"
 
 
-@pytest.mark.parametrize("time", [0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 20.0, 107.0])
-@pytest.mark.parametrize("carried", [0.1, 0.5, 1.0])
-def test_the_bandwidth_keeps_the_loop_damped(carried, time):
-    bandwidth = comfortable_bandwidth(carried, time)
-    assert 0.1 * carried < bandwidth < carried
-    assert loop_damping(bandwidth, carried, time) == pytest.approx(COMFORTABLE, abs=0.01)
+LAGS = [(carried, time) for carried in (0.1, 0.5, 1.0) for time in (0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 20.0)]
 
 
-@pytest.mark.parametrize("time", [0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 20.0])
-@pytest.mark.parametrize("carried", [0.1, 0.5, 1.0])
-def test_a_commanded_yaw_rate_keeps_the_loop_damped_whatever_the_vessels_lag(carried, time):
-    s = np.polynomial.Polynomial([0.0, 1.0])
-    filtering = np.polynomial.Polynomial([carried**3, 2.0 * carried**2, 2.0 * carried, 1.0])
-    course = np.polynomial.Polynomial([carried**3, 2.0 * carried**2])
-    poles = (s * (time * s + 1.0) * filtering + RATE_SHARE * carried * course).roots()
-    assert np.min(-poles.real / np.abs(poles)) > COMFORTABLE
+def test_the_bandwidth_keeps_the_loop_damped():
+    for carried, time in [*LAGS, (0.1, 107.0), (1.0, 107.0)]:
+        bandwidth = comfortable_bandwidth(carried, time)
+        assert 0.1 * carried < bandwidth < carried
+        assert loop_damping(bandwidth, carried, time) == pytest.approx(COMFORTABLE, abs=0.01), (carried, time)
+
+
+def test_a_commanded_yaw_rate_keeps_the_loop_damped_whatever_the_vessels_lag():
+    for carried, time in LAGS:
+        s = np.polynomial.Polynomial([0.0, 1.0])
+        filtering = np.polynomial.Polynomial([carried**3, 2.0 * carried**2, 2.0 * carried, 1.0])
+        course = np.polynomial.Polynomial([carried**3, 2.0 * carried**2])
+        poles = (s * (time * s + 1.0) * filtering + RATE_SHARE * carried * course).roots()
+        assert np.min(-poles.real / np.abs(poles)) > COMFORTABLE, (carried, time)
 
 
 def test_the_gains_obey_the_estimator():
@@ -492,16 +462,6 @@ def test_the_gains_obey_the_estimator():
     assert gain(1.2, 0.2) == pytest.approx(0.3 * carried) and start < 0.1
     assert gain(1.2, 2.0) < gain(1.2, 0.2) > gain(0.6, 0.2)
     assert gain(math.nan, 0.2) == gain(1.2, math.nan) == gain(0.6, 0.2)
-
-
-def test_a_finished_route_is_sailed_again_from_its_beginning():
-    pilot, time = pilot_ready()
-    pilot.start()
-    pilot.step(at(time), LEG, 0.1)
-    assert not pilot.begins
-    assert pilot.step(at(time), None, 0.1).reason == "the route is finished"
-    pilot.start()
-    assert pilot.begins and pilot.step(at(time), LEG, 0.1).state is State.RUNNING
 
 
 def test_a_course_that_stays_unknown_stops_her():

@@ -6,10 +6,9 @@ from functools import cache
 
 import pytest
 
-from tests.faults import aboard
 from tests.faults import measured as running
 from tests.faults.sorties import FAULTS, SPEED
-from tests.faults.table import ABOARD, ABOARD_END, ABOARD_HEAD, discrete, in_docs, line
+from tests.faults.table import discrete, in_docs, line
 
 UNSEEN = {
     "no fix for 1 s",
@@ -54,21 +53,6 @@ def test_a_fault_is_borne_as_the_docs_say(fault, documented):
 
 def test_the_docs_name_the_faults_that_are_measured(documented):
     assert list(documented) == [fault.name for fault in FAULTS]
-
-
-@pytest.mark.parametrize("name", aboard.FAULTS)
-def test_what_surrounds_the_boat_is_borne_as_the_docs_say(name):
-    pytest.importorskip("pymavlink")
-    assert f"| {name} | {aboard.FAULTS[name]()} |" in in_docs(ABOARD, ABOARD_END, ABOARD_HEAD)
-
-
-@pytest.mark.parametrize(("length", "nothing"), [(15.0, 5.0), (60.0, 50.0)])
-def test_beyond_the_patience_nothing_is_said(length, nothing):
-    (fault,) = (each for each in FAULTS if each.name == f"no fix for {length:g} s")
-    found = measure(fault)
-    assert found.rmc == "AV" and "lost" in found.statuses
-    assert found.unknown == pytest.approx(nothing, abs=0.5)
-    assert found.recovery < 2.0
 
 
 def test_with_the_latency_given_the_present_is_stated():

@@ -117,28 +117,7 @@ def test_once_a_period_and_nothing_false():
     assert topic == link.ESTIMATE and json.loads(payload)["sog_mps"] is None
 
 
-def test_a_port_in_use_is_said(caplog):
-    async def both():
-        first, second = (addresses.output(text)[1] for text in [f"foxglove://127.0.0.1:{free_port()}"] * 2)
-        tasks = [asyncio.create_task(first.run())]
-        await asyncio.sleep(0.2)
-        second.uri = first.uri
-        tasks.append(asyncio.create_task(second.run()))
-        async with asyncio.timeout(5.0):
-            while "trying again" not in caplog.text:
-                await asyncio.sleep(0.02)
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
-
-    asyncio.run(both())
-
-
 def test_without_its_package_it_is_refused(monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"expected pip install '\.\[foxglove\]'"):
         addresses.output("foxglove://127.0.0.1")
-
-
-def test_its_usual_port():
-    assert addresses.output("foxglove://127.0.0.1")[1].uri.port == 8765

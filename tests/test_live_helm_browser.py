@@ -77,19 +77,9 @@ def sailing(sea, port, *more, token=None, speed=5):
 
 
 def answers(port):
-    with contextlib.suppress(OSError):
-        return bool(asked(port, "GET", "/")[0])
-
-
-def asked(port, method, path, body=None, **headers):
-    """Status, headers and body of an answer."""
-    line = http.client.HTTPConnection("127.0.0.1", port, timeout=5.0)
-    try:
-        line.request(method, path, body, {name.replace("_", "-"): value for name, value in headers.items()})
-        reply = line.getresponse()
-        return reply.status, dict(reply.getheaders()), reply.read()
-    finally:
-        line.close()
+    with contextlib.suppress(OSError), contextlib.closing(http.client.HTTPConnection("127.0.0.1", port)) as line:
+        line.request("GET", "/")
+        return bool(line.getresponse().status)
 
 
 def until(condition, seconds=20.0):
@@ -271,18 +261,6 @@ def test_the_token_is_asked_for(page, sea):
         assert not page.browser.find_elements(By.CSS_SELECTOR, "[data-name=start]")  # no mission, nothing to start
         (cookie,) = page.browser.get_cookies()
         assert cookie["httpOnly"] and cookie["sameSite"] == "Strict"
-
-        own = {"Origin": url, "Content_Type": "application/x-www-form-urlencoded"}
-        stranger = "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
-        upgrade = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec_WebSocket_Version": "13"}
-        upgrade |= {"Sec_WebSocket_Key": "dGhlIHNhbXBsZSBub25jZQ=="}
-        entered = {"Cookie": f"{cookie['name']}={cookie['value']}"}
-        assert asked(port, "POST", "/", "x", **own)[0] == 401
-        assert asked(port, "POST", "/login", "token=wrong", **own)[0] in (401, 429)
-        assert asked(port, "GET", stranger, **own, **upgrade)[0] == 403
-        assert asked(port, "GET", stranger, **upgrade, **entered, Origin="http://evil.example")[0] == 403
-        assert asked(port, "GET", stranger, **own, **upgrade, **entered)[0] == 101
-        assert asked(port, "GET", "/", Host=f"evil.example:{port}")[0] == 403
         output = (sea / "said.txt").read_text()
         with open(f"/proc/{process.pid}/task/{process.pid}/children") as children:
             lines = [open(f"/proc/{child}/cmdline").read() for child in children.read().split()]

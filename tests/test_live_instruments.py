@@ -36,8 +36,7 @@ def values(found, name):
     return [(row.time - START, getattr(row, name)) for row in found if math.isfinite(getattr(row, name))]
 
 
-@pytest.mark.parametrize("settles", [False, True])
-@pytest.mark.parametrize("formatter", ["HDG", "HDM", "HDT"])
+@pytest.mark.parametrize(("formatter", "settles"), [("HDG", False), ("HDM", True), ("HDT", False)])
 def test_a_compass_keeps_its_rate_whatever_the_receivers_is(formatter, settles):
     forms = {"HDG": "HCHDG,{},,,3.0,E", "HDM": "HCHDM,{},M", "HDT": "HEHDT,{},T"}
     found, reader = rows(lambda k: [sealed(forms[formatter].format(k))], settles=settles)
@@ -72,8 +71,7 @@ def test_a_compass_goes_on_where_the_receiver_falls_silent():
         ("TIROT,60.0,A", "yaw_rate", math.radians(1.0)),
     ],
 )
-@pytest.mark.parametrize("per_second", [1, 5])
-def test_every_speed_and_rate_arrives_from_a_talker_without_positions(text, name, value, per_second):
+def test_every_speed_and_rate_arrives_from_a_talker_without_positions(text, name, value, per_second=5):
     found, reader = rows(lambda k: [sealed(text)], per_second=per_second)
     assert [each for _, each in values(found, name)] == pytest.approx([value] * 3 * per_second)
     assert not reader.skipped

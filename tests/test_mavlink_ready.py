@@ -7,6 +7,7 @@ import pytest
 
 from steerway.core import InputError
 from steerway.live.testing import Companion, MavlinkLink, Readiness, Settings, State, addresses, key_of, result_words
+from tests import hastened
 from tests.desk import Desk, dock_all, square
 from tests.mavlink_wire import messages
 from tests.ports import free_port, until
@@ -55,6 +56,7 @@ GOOD = (heartbeat(), ekf(), gps(), status())
         (GOOD, ""),
         ((*GOOD, ekf(GOOD_EKF & ~messages.EKF_POS_HORIZ_ABS)), "EKF is not ready: no position"),
         ((*GOOD, ekf(GOOD_EKF | messages.EKF_CONST_POS_MODE)), "EKF is not ready: no position"),
+        ((*GOOD, ekf(messages.EKF_ATTITUDE)), "EKF is not ready: no velocity"),
         ((*GOOD, ekf(messages.EKF_UNINITIALIZED)), "EKF is not ready: it is not initialised"),
         ((*GOOD, ekf(GOOD_EKF | messages.EKF_GPS_GLITCHING)), "positions jump"),
         ((*GOOD, gps(messages.GPS_FIX_TYPE_2D_FIX)), "no 3D fix"),
@@ -63,15 +65,7 @@ GOOD = (heartbeat(), ekf(), gps(), status())
         ((*GOOD, battery(messages.MAV_BATTERY_CHARGE_STATE_OK)), ""),
         ((*GOOD, heartbeat(state=messages.MAV_STATE_CRITICAL)), "in a fail-safe"),
         ((*GOOD, heartbeat(armed=False)), "the vehicle is not armed"),
-        (
-            (
-                *GOOD,
-                heartbeat(armed=False),
-                status(PREARM),
-                PREARM_TEXT,
-            ),
-            "not armed, its pre-arm checks fail: GPS 1: bad",
-        ),
+        ((*GOOD, heartbeat(armed=False), status(PREARM), PREARM_TEXT), "its pre-arm checks fail: GPS 1: bad"),
         (GOOD[:1], "EKF has not reported"),
     ],
 )
@@ -137,16 +131,12 @@ def test_a_refusal_of_a_start_by_hand_stops():
     assert (desk.order.state, desk.order.reason) == (State.STOPPED, "refused: DENIED")
 
 
-def signed(path):
-    return f"?signing={path}" if path else ""
-
-
 @pytest.mark.parametrize(("ours", "theirs", "accepted"), [("a", "a", True), ("a", "b", False), ("a", None, False)])
 def test_signed_packets_are_taken_from_who_has_the_key(tmp_path, ours, theirs, accepted):
     for name in "ab":
         (tmp_path / name).write_text(f"a long passphrase {name}\n")
     port = free_port(socket.SOCK_DGRAM)
-    address = f"mavlink:udpin:127.0.0.1:{port}{signed(tmp_path / ours)}"
+    address = f"mavlink:udpin:127.0.0.1:{port}?signing={tmp_path / ours}"
     ((found,), _) = addresses.sources([address])
     companion = Companion(found)
     other = MavlinkLink(addresses.vehicle(f"udpout:127.0.0.1:{port}"), lambda _: True)
@@ -167,7 +157,7 @@ def test_signed_packets_are_taken_from_who_has_the_key(tmp_path, ours, theirs, a
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    asyncio.run(run())
+    hastened.run(run())
     assert (companion.guided.vehicle is not None) is accepted and bool(received) is accepted
     assert (companion.link.broken > 0) is not accepted
 

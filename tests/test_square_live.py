@@ -1,48 +1,34 @@
-"""Two processes on a desk, as a user starts them: the square is sailed, and every loss stops the boat."""
+"""The square on a desk: sailed on a virtual clock, and by two processes at their true pace as a user starts them."""
 
+import asyncio
+import re
 import signal
+import socket
+import subprocess
 import time
 
 import numpy as np
+import polars as pl
 import pytest
 
-from tests.square import GUIDED, MOST, OTTER, cross_track, desk, rms, truth
+from steerway.live.testing import Settings
+from tests.command_line import STEERWAY
+from tests.ports import free_port
+from tests.square import GUIDED, MOST, OTTER, cross_track, rms, sailed
 
 pytest.importorskip("pymavlink", reason="pymavlink is not installed")
 
-RUNNING = "autopilot running"
-LATE = "the service was late"
-ATTEMPTS = 3
-
-
-def watched(factor, directory, act, by="mavlink", course=OTTER):
-    """What `act` finds of boat and computer under way; again, less hurried, where this machine had no time for them."""
-    for attempt in range(ATTEMPTS):
-        place = directory / str(attempt)
-        place.mkdir()
-        hurry = max(1.0, factor / 2.0**attempt)
-        with desk(place, hurry, by, course) as (boat, computer):
-            computer.until(RUNNING)
-            found = act(boat, computer, hurry)
-        if LATE not in computer.output:
-            return found, truth(place), computer.output
-    pytest.fail(f"{ATTEMPTS} times {LATE}:\n{computer.output}")
-
 
 @pytest.mark.parametrize("by", MOST)
-def test_the_square_is_sailed_close_to_its_legs_after_the_turns(by, tmp_path):
+def test_the_square_is_sailed_close_to_its_legs_after_the_turns(by):
     """Without a gyro of the vehicle's own, propellers hold a leg half as well."""
-
-    def two_legs(boat, computer, factor):
-        begun = time.monotonic()
-        while time.monotonic() - begun < 112.0 / factor and "stopped" not in computer.output:
-            time.sleep(0.1)
-
-    _, run, output = watched(5.0, tmp_path, two_legs, by)
-    assert "stopped" not in output
+    run, log = sailed(OTTER, lambda _: asyncio.sleep(112.0), by)
+    assert "stopped" not in log
     legs = cross_track(run)
     assert len(legs[0]) > 100 and rms(legs[0]) <= MOST[by]
     assert np.median(run["true_sog_mps"].to_numpy()[-300:]) == pytest.approx(1.2, abs=0.1)
+    if by == "mavlink":
+        assert GUIDED in run["mode"] and run["mode"][-1] == GUIDED
 
 
 @pytest.mark.parametrize(("by", "kind"), [("mavlink", "aided"), ("propellers", "interval")])
@@ -51,54 +37,47 @@ def test_the_heading_is_that_of_the_filter_in_the_settings(by, kind, tmp_path):
     compass = "velocity_std = 0.1\n[compass]\ndeviation_deg = [0.0, 6.0, -6.0, 0.0, 0.0]\n"
     boat, settings = tmp_path / "otter.toml", tmp_path / "live.toml"
     boat.write_text(OTTER.scenario.read_text().replace("markov = []\n", f"markov = []\n{compass}"))
-    settings.write_text(f'[estimator.heading]\nkind = "{kind}"\ndeviation_std_deg = 5.0\n')
-
-    def first_leg(_, computer, factor):
-        computer.until(rf"heading \({kind}\) known to ± \d+°")
-        time.sleep(25.0 / factor)
-
-    course = OTTER._replace(scenario=boat, options=(settings, *OTTER.options))
-    _, run, output = watched(5.0, tmp_path, first_leg, by, course)
-    assert "stopped" not in output and "unknown" not in output
+    settings.write_text(f'profile = "otter"\n[estimator.heading]\nkind = "{kind}"\ndeviation_std_deg = 5.0\n')
+    course = OTTER._replace(scenario=boat, settings=Settings.load(settings))
+    run, log = sailed(course, lambda _: asyncio.sleep(60.0), by)
+    assert re.search(rf"heading \({kind}\) known to ± \d+°", log) and "stopped" not in log and "unknown" not in log
     assert np.median(run["true_sog_mps"].to_numpy()[-50:]) == pytest.approx(1.2, abs=0.2)
 
 
 def test_a_vehicle_that_falls_silent_stops_the_autopilot_before_she_drops_the_order(tmp_path):
-    def silence(boat, computer, _):
+    """Two processes at their true pace: the boat is frozen, goes on, and is put into HOLD."""
+    here = f"127.0.0.1:{free_port(socket.SOCK_DGRAM)}"
+    ends = ("--from", f"mavlink:udpin:{here}", "--to", f"mavlink:udpin:{here}")
+    options = ("--mission", OTTER.mission, "--profile", "otter", "--engage")
+    programs = []
+
+    def started(*arguments):
+        log = tmp_path / f"{arguments[0]}.log"
+        with open(log, "w") as file:
+            command = [*STEERWAY, *map(str, arguments)]
+            programs.append(subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=file))
+        return programs[-1], log
+
+    def until(log, words, patience):
+        begun = time.monotonic()
+        while words not in log.read_text():
+            assert time.monotonic() - begun < patience, f"{words!r} was never said in:\n{log.read_text()}"
+            time.sleep(0.005)
+        return time.monotonic()
+
+    try:
+        boat, _ = started("simulate", OTTER.scenario, "--live", "--mavlink", f"udpout:{here}", "-o", tmp_path)
+        _, log = started("live", *ends, *options)
+        until(log, "autopilot running", 150.0)
         time.sleep(2.0)
-        boat.tell(signal.SIGSTOP)
+        boat.send_signal(signal.SIGSTOP)
         cut = time.monotonic()
-        noticed = computer.until("stopped: link mavlink:.* is lost") - cut
-        boat.tell(signal.SIGCONT)
+        assert 2.0 < until(log, f"stopped: link mavlink:udpin:{here} is lost", 10.0) - cut < 3.0
+        boat.send_signal(signal.SIGCONT)
         time.sleep(5.0)
-        return noticed
-
-    noticed, run, _ = watched(1.0, tmp_path, silence)
-    assert 2.0 < noticed < 3.0
-    assert run["mode"][-1] == 4.0, "when it sends again it is put into HOLD"
-    assert run["asked_speed_mps"][-1] is None
-
-
-def test_a_killed_computer_leaves_a_boat_that_stops_by_herself(tmp_path):
-    def kill(boat, computer, factor):
-        time.sleep(10.0 / factor)
-        computer.tell(signal.SIGKILL)
-        time.sleep(20.0 / factor)
-
-    _, run, _ = watched(4.0, tmp_path, kill)
-    time_s = run["time_s"].to_numpy()
-    driven = run["asked_speed_mps"].is_not_null().to_numpy()
-    last = time_s[driven][-1]
-    assert run["mode"][-1] == GUIDED and run["true_sog_mps"].to_numpy()[-1] < 0.3, "only the current carries her"
-    assert 15.5 < time_s[-1] - last < 18.5, "some 3 s of the 20 since"
-
-
-def test_an_ended_computer_puts_her_into_hold_at_once(tmp_path):
-    def end(boat, computer, _):
-        time.sleep(1.0)
-        computer.tell(signal.SIGTERM)
-        computer.process.wait(20.0)
-        time.sleep(1.0)
-
-    _, run, _ = watched(2.0, tmp_path, end)
-    assert run["mode"][-1] == 4.0
+    finally:
+        for each in reversed(programs):
+            each.send_signal(signal.SIGINT)
+            each.wait(20.0)
+    run = pl.read_parquet(tmp_path / "run.parquet")
+    assert run["mode"][-1] == 4.0 and run["asked_speed_mps"][-1] is None

@@ -1,9 +1,8 @@
-"""python -m tests.faults: measures every fault and writes the tables of docs/live.md anew."""
+"""python -m tests.faults: measures every fault and writes the table of docs/live.md anew."""
 
-from tests.faults import aboard
 from tests.faults.measured import measure
 from tests.faults.sorties import FAULTS
-from tests.faults.table import ABOARD, ABOARD_END, ABOARD_HEAD, line, written
+from tests.faults.table import line, written
 
 if __name__ == "__main__":
     lines = []
@@ -11,6 +10,3 @@ if __name__ == "__main__":
         lines.append(line(fault, measure(fault)))
         print(lines[-1], flush=True)
     written(lines)
-    lines = [f"| {name} | {happens()} |" for name, happens in aboard.FAULTS.items()]
-    print("\n".join(lines))
-    written(lines, ABOARD, ABOARD_END, ABOARD_HEAD)

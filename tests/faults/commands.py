@@ -21,11 +21,15 @@ from typing import NamedTuple
 import polars as pl
 
 from tests.command_line import STEERWAY
+from tests.faults import table
 from tests.sentences import sortie
 
-DOCS = Path(__file__).parents[2] / "docs" / "faults.md"
-BEGIN, END = "<!-- faults: python -m tests.faults.commands -->", "<!-- end of faults -->"
-HEAD = ("| what is tried | command | what it says | exit | time | memory |", "|---|---|---|---|---|---|")
+TABLE_IN_DOCS = (
+    Path(__file__).parents[2] / "docs" / "faults.md",
+    "<!-- faults: python -m tests.faults.commands -->",
+    "<!-- end of faults -->",
+    ("| what is tried | command | what it says | exit | time | memory |", "|---|---|---|---|---|---|"),
+)
 SCENARIO = """duration = 400
 [route]
 at_end = "stop"
@@ -260,7 +264,7 @@ def line(fault: Fault, found: Outcome) -> str:
 
 def in_docs() -> list[str]:
     """The lines that stand in the docs."""
-    return DOCS.read_text(encoding="utf-8").split(BEGIN)[1].split(END)[0].strip().splitlines()[len(HEAD) :]
+    return table.in_docs(*TABLE_IN_DOCS)
 
 
 def main() -> None:
@@ -269,9 +273,7 @@ def main() -> None:
     for fault in FAULTS:
         lines.append(line(fault, tried(fault)))
         print(lines[-1], flush=True)
-    before, rest = DOCS.read_text(encoding="utf-8").split(BEGIN)
-    table = "\n".join((*HEAD, *lines))
-    DOCS.write_text(f"{before}{BEGIN}\n\n{table}\n\n{END}{rest.split(END)[1]}", encoding="utf-8")
+    table.written(lines, *TABLE_IN_DOCS)
 
 
 if __name__ == "__main__":

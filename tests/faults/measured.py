@@ -5,17 +5,16 @@ import math
 import socket
 from contextlib import closing
 from itertools import pairwise
-from types import SimpleNamespace
 from typing import NamedTuple
-from unittest import mock
 
 import numpy as np
 
 from steerway.core import displacement, wrap
 from steerway.core.testing import PREDICTED, STATUSES
 from steerway.live.testing import Navigator, Service, addresses
-from tests.faults import hastened
+from tests import hastened
 from tests.faults.sorties import BEGIN, COURSE, END, SPEED, Fault
+from tests.ports import free_port
 
 BOUNDS = 1.0, 0.3, math.radians(10.0)
 """Errors of position, SOG and COG within which the boat counts as recovered: m, m/s, rad."""
@@ -63,14 +62,11 @@ class _Rows:
 
 def measure(fault: Fault) -> Measured:
     """Sail a fault."""
-    clock = SimpleNamespace(time=lambda: fault.start + asyncio.get_running_loop().time())
-    with mock.patch("steerway.live.links.decoding.time", clock):
-        kept, sentences = hastened.run(_sail(fault))
-    return _judged(fault, kept, sentences)
+    return _judged(fault, *hastened.run(_sail(fault), fault.start))
 
 
 async def _sail(fault):
-    ports = [_free_port() for _ in range(fault.links + 1)]
+    ports = [free_port(socket.SOCK_DGRAM) for _ in range(fault.links + 1)]
     output, link = addresses.output(f"udp://127.0.0.1:{ports[-1]}")
     found, _ = addresses.sources([f"udp://127.0.0.1:{port}" for port in ports[:-1]])
     inputs = [addresses.opened(each, len(found)) for each in found]
@@ -94,12 +90,6 @@ async def _sail(fault):
     running.cancel()
     await asyncio.gather(running, return_exceptions=True)
     return kept, sentences
-
-
-def _free_port():
-    with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def _judged(fault, kept, sentences):

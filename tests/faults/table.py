@@ -8,8 +8,6 @@ from tests.faults.sorties import Fault
 
 DOCS = Path(__file__).parents[2] / "docs" / "live.md"
 BEGIN, END = "<!-- faults: python -m tests.faults -->", "<!-- end of faults -->"
-ABOARD, ABOARD_END = "<!-- faults aboard: python -m tests.faults -->", "<!-- end of faults aboard -->"
-ABOARD_HEAD = "| what happens | what is said or done |", "|---|---|"
 HEAD = (
     "| what happens | status | RMC | COG | no position | position | SOG | COG | recovers in |",
     "|---|---|---|---|---|---|---|---|---|",
@@ -30,14 +28,15 @@ def discrete(row: str) -> tuple[str, ...]:
     return tuple(cell.strip() for cell in row.strip("|").split("|")[:4])
 
 
-def in_docs(begin: str = BEGIN, end: str = END, head: tuple[str, ...] = HEAD) -> list[str]:
+def in_docs(docs: Path = DOCS, begin: str = BEGIN, end: str = END, head: tuple[str, ...] = HEAD) -> list[str]:
     """The lines of a table that stand in the docs."""
-    return DOCS.read_text(encoding="utf-8").split(begin)[1].split(end)[0].strip().splitlines()[len(head) :]
+    return docs.read_text(encoding="utf-8").split(begin)[1].split(end)[0].strip().splitlines()[len(head) :]
 
 
-def written(lines: list[str], begin: str = BEGIN, end: str = END, head: tuple[str, ...] = HEAD) -> None:
+def written(
+    lines: list[str], docs: Path = DOCS, begin: str = BEGIN, end: str = END, head: tuple[str, ...] = HEAD
+) -> None:
     """Put the lines of a table into the docs."""
-    text = DOCS.read_text(encoding="utf-8")
-    before, rest = text.split(begin)
+    before, rest = docs.read_text(encoding="utf-8").split(begin)
     table = "\n".join((*head, *lines))
-    DOCS.write_text(f"{before}{begin}\n\n{table}\n\n{end}{rest.split(end)[1]}", encoding="utf-8")
+    docs.write_text(f"{before}{begin}\n\n{table}\n\n{end}{rest.split(end)[1]}", encoding="utf-8")

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.live import addresses, commands
+    from steerway.live import addresses
     from steerway.live import launch as live_launch
     from steerway.live.autopilot import piloting
     from steerway.live.autopilot.fence import Fence
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from steerway.live.links.signalk import token_of as signalk_token_of
     from steerway.live.mavlink.companion import Companion
     from steerway.live.mavlink.decoding import BootClock, MavlinkDecoder
-    from steerway.live.mavlink.dialect import RoverMode, dialect, mode_name
+    from steerway.live.mavlink.dialect import RoverMode, mode_name
     from steerway.live.mavlink.guided import Guided, Takeover
     from steerway.live.mavlink.link import MavlinkLink
     from steerway.live.mavlink.readiness import Readiness, result_words
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     from steerway.live.navigator import Navigator
     from steerway.live.opening import LONGEST, Opening
     from steerway.live.outputs import foxglove
-    from steerway.live.outputs.deltas import Deltas, delta, motion
+    from steerway.live.outputs.deltas import Deltas
     from steerway.live.outputs.json_lines import JsonLines, json_line
     from steerway.live.outputs.propellers import PropellerCommands
     from steerway.live.outputs.rhythm import Rhythm

@@ -10,15 +10,11 @@ import numpy as np
 from steerway.core import OK, displacement
 from steerway.core.testing import displaced
 from steerway.estimation import Profile
-from steerway.formats.testing import nmea0183_writing as writing
 from steerway.guidance import Reference
 from steerway.live.testing import (
     BoatTable,
     Deltas,
-    Fence,
-    FixClock,
     GeodeticRoute,
-    GpsdDecoder,
     Guide,
     InnerLoops,
     InputRow,
@@ -28,12 +24,9 @@ from steerway.live.testing import (
     Navigator,
     Place,
     PropellerCommands,
-    ReceiverDecoder,
     Row,
     SentenceOutput,
-    SignalKDecoder,
     SimulatedBoat,
-    SourceChoice,
     State,
     Supervisor,
     Watch,
@@ -128,35 +121,6 @@ def navigator_two_sources():
     return navigated(both, accuracy=False)
 
 
-@case("live_source_choice")
-def source_choice():
-    choice, rows = SourceChoice(("first", "second")), []
-    for k in range(200):
-        source = ("first", "second", "third")[k % 3]
-        if source == "first" and 60 < k < 120:
-            continue
-        each = InputRow(source, NOON + 0.1 * k, *HOME, sog=1.0)
-        rows.append(
-            (
-                k,
-                choice.uses_position(each, each.time),
-                choice.uses_aid("sog", each, each.time),
-                choice.interval,
-                choice.silence,
-            )
-        )
-    return columns("k takes gives interval silence", rows, 2)
-
-
-@case("live_fix_clock")
-def fix_clock():
-    clock, rows = FixClock(0.2), []
-    for k in range(60):
-        clock.add(NOON + 0.2 * k, 100.0 + 0.2 * k + 0.05 * math.sin(k) + (0.5 if k == 30 else 0.0))
-        rows.append(clock.now(100.1 + 0.2 * k) - NOON)
-    return {"now": np.array(rows)}
-
-
 @cache
 def sortie(safe="stop"):
     """(rows of numbers, {output: messages}) of the autopilot on the square, in a loop with a boat that obeys it.
@@ -205,15 +169,6 @@ ORDER = "yaw_rate thrust port starboard asked_course asked_speed"
 @case("live_autopilot")
 def autopilot():
     return columns(f"north east sog cog cross_track course_to_steer distance state engaged {ORDER}", sortie()[0], 13)
-
-
-@case("live_autopilot_hands_back")
-def hands_back():
-    return columns(
-        f"north east sog cog cross_track course_to_steer distance state engaged {ORDER}",
-        sortie("hand-back")[0][900:],
-        8,
-    )
 
 
 @case("live_sentences", text=True)
@@ -289,57 +244,6 @@ def watch():
         if k == 0 or words != given[-1][1:]:
             given.append((k, *words))
     return "".join(f"{' | '.join(map(str, each))}\n" for each in given)
-
-
-@case("live_fence")
-def fence():
-    corners = ((-10.0, -10.0), (50.0, -10.0), (20.0, 20.0), (50.0, 60.0), (-10.0, 40.0))
-    inside, rows = Fence([place(*each) for each in corners]), []
-    for north in np.linspace(-20.0, 60.0, 9):
-        for east in np.linspace(-20.0, 70.0, 8):
-            here = place(north, east)
-            rows.append(
-                (
-                    north,
-                    east,
-                    inside.holds(*here),
-                    inside.leg_leaves(here, place(0.0, 0.0)),
-                    bool(inside.trouble(*here, 2.0, 0.3)),
-                    inside.is_crossed(north, east, 5.0, 5.0),
-                )
-            )
-    return columns("north east holds leaves trouble crossed", rows)
-
-
-@case("live_decoders")
-def decoders():
-    """The same fixes as sentences, from gpsd and from Signal K."""
-    rows = []
-    receiver, gpsd, signalk = ReceiverDecoder(), GpsdDecoder(), SignalKDecoder()
-    for each in received(30):
-        latitude, longitude = each.latitude, each.longitude
-        given = writing.rmc(each.time, latitude, longitude, each.sog, each.cog) + writing.hdt(each.heading)
-        given += (
-            writing.gga(each.time, latitude, longitude, 9, 0.8) + writing.rot(0.1) + writing.vtg(each.sog, each.cog)
-        )
-        rows += [(0, *row[1:]) for row in receiver.feed(given.encode())]
-        stamp = f"2024-07-01T12:00:{each.time - NOON:06.3f}Z"
-        tpv = {"class": "TPV", "device": "/dev/gps", "mode": 3, "time": stamp, "lat": math.degrees(latitude)}
-        tpv |= {"lon": math.degrees(longitude), "speed": each.sog, "track": math.degrees(each.cog) % 360.0, "eph": 1.5}
-        rows += [(1, *row[1:]) for row in gpsd.feed((json.dumps(tpv) + "\n").encode())]
-        values = {
-            "navigation.position": {"latitude": math.degrees(latitude), "longitude": math.degrees(longitude)},
-            "navigation.speedOverGround": each.sog,
-            "navigation.courseOverGroundTrue": each.cog % (2.0 * math.pi),
-            "navigation.headingTrue": each.heading % (2.0 * math.pi),
-        }
-        update = {"$source": "gps.1", "timestamp": stamp}
-        update["values"] = [{"path": path, "value": value} for path, value in values.items()]
-        delta = {"context": "vessels.self", "updates": [update]}
-        rows += [(2, *row[1:]) for row in signalk.feed((json.dumps(delta) + "\n").encode())]
-    for number, decoder in enumerate((receiver, gpsd, signalk)):
-        rows += [(number, *row[1:]) for row in decoder.settle()]
-    return columns("decoder " + " ".join(InputRow._fields[1:]), rows)
 
 
 @case("live_simulated_boat")

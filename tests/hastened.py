@@ -6,6 +6,8 @@ pauses, and a minute of silence takes as long as what is done in it.
 
 import asyncio
 import selectors
+import time
+from unittest import mock
 
 
 class _Selector(selectors.DefaultSelector):
@@ -23,15 +25,18 @@ class HastenedLoop(asyncio.SelectorEventLoop):
     """Its time begins at 0."""
 
     def __init__(self):
-        self._hastened = _Selector()
-        super().__init__(self._hastened)
+        self.hastened = _Selector()
+        super().__init__(self.hastened)
 
     def time(self) -> float:
         """s since it began."""
-        return self._hastened.ahead
+        return self.hastened.ahead
 
 
-def run(work):
-    """`asyncio.run` on a hastened loop."""
+def run(work, start=None):
+    """`asyncio.run` on a hastened loop, whose time is also that of the clocks of `time`; `start` is Unix time."""
+    begun = time.time() if start is None else start
     with asyncio.Runner(loop_factory=HastenedLoop) as runner:
-        return runner.run(work)
+        now = runner.get_loop().time
+        with mock.patch("time.monotonic", now), mock.patch("time.time", lambda: begun + now()):
+            return runner.run(work)
