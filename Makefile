@@ -55,8 +55,7 @@ bounds-all: .venv/.test
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m tests.hostile_arguments --rounds 200
 	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest --numprocesses logical --dist loadfile --no-loadscope-reorder $(NO_KERNELS:%='--ignore-glob=*/test_*%*')
 
-# Mutated inputs to everything that reads what others wrote; by branch coverage too where atheris is installed. The
-# corpus is kept in ~/.cache/steerway/fuzz.
+# Mutated inputs to everything that reads what others wrote. The corpus is kept in ~/.cache/steerway/fuzz.
 fuzz: .venv/.test
 	$(BIN)/python -m tests.fuzz --minutes $(or $(MINUTES),15)
 

@@ -46,9 +46,7 @@ def array(rng: random.Random, length: int):
     """An array that a user might hand over by mistake, or on purpose."""
     numbers = np.random.default_rng(rng.randrange(1 << 30))
     made = rng.choice((np.cumsum(numbers.uniform(0.1, 1.0, length)), numbers.normal(size=length), np.zeros(length)))
-    kind = rng.choice(
-        ("sound",) * 6 + ("nan", "infinite", "unordered", "square", "scalar", "integers", "row", "longer")
-    )
+    kind = rng.choice(_KINDS)
     if kind == "nan" and length:
         made[rng.randrange(length)] = np.nan
     if kind == "infinite" and length:

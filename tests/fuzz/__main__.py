@@ -1,11 +1,8 @@
 """python -m tests.fuzz: rounds of every target until the time is over; then a table, exit code 1 for any finding."""
 
 import argparse
-import importlib.util
-import json
 import os
 import re
-import subprocess
 import sys
 import time
 from contextlib import closing
@@ -17,7 +14,6 @@ from tests.fuzz.targets import TARGETS
 
 ROUND = 10.0
 """s of one round, shorter where there is less time for all."""
-_GUIDED = 0.25  # of the time, for atheris
 
 
 def main() -> None:
@@ -31,8 +27,7 @@ def main() -> None:
     names = given.only or list(TARGETS)
     totals = {name: Round(name) for name in names}
     seconds = 60.0 * given.minutes
-    guided = [name for name in names if TARGETS[name].pure] if importlib.util.find_spec("atheris") else []
-    until = time.monotonic() + seconds * (1.0 - _GUIDED * bool(guided))
+    until = time.monotonic() + seconds
     length = min(ROUND, max(0.2, (until - time.monotonic()) * given.processes / len(names)))
     seed = int(time.time())
     while time.monotonic() < until:
@@ -46,8 +41,6 @@ def main() -> None:
             print(error, flush=True)
         _killed(totals, given.corpus, jobs)
         _print(totals, f"{max(until - time.monotonic(), 0.0) / 60.0:.1f} min left")
-    for name in guided:
-        _guided(totals[name], name, seconds * _GUIDED / len(guided), given.corpus)
     _print(totals, "in all")
     sys.exit(any(each.findings for each in totals.values()))
 
@@ -69,21 +62,6 @@ def _killed(totals, corpus, jobs) -> None:
             kept = left.with_name(f"killed-{seed}")
             left.rename(kept)
             totals[name].findings.append(("killed or stopped", str(kept), f"seed {seed}"))
-
-
-def _guided(total, name, seconds, corpus) -> None:
-    folder = corpus / re.sub(r"\W+", "-", name) / "guided"
-    folder.mkdir(parents=True, exist_ok=True)
-    command = [sys.executable, "-m", "tests.fuzz.guided", name, str(max(int(seconds), 1)), str(folder)]
-    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}  # atheris changes the code that numba reads
-    done = subprocess.run(command, capture_output=True, text=True, env=environment)
-    lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
-    counts = json.loads(lines[-1]) if lines else {"tried": 0, "refused": 0}
-    total.tried += counts["tried"]
-    total.refused += counts["refused"]
-    if done.returncode:
-        total.crashed += 1
-        total.findings.append(("guided", str(folder), (done.stderr.strip().splitlines() or ["?"])[-1][:200]))
 
 
 def _print(totals, words) -> None:

@@ -182,7 +182,7 @@ class N2kDevice:
         try:
             self._opened(write)
             while line := await reader.readline():
-                frame = _raw_line(line)
+                frame = raw_line(line)
                 if frame is not None:
                     self._frame(frame, time.time())
         except ValueError:
@@ -193,7 +193,7 @@ class N2kDevice:
                 writer.close()
 
 
-def _raw_line(line):
+def raw_line(line):
     """The frame of a gateway's line; None for any other, and for one that was sent."""
     words = line.decode("ascii", "replace").split()
     if len(words) < 4 or words[1] != "R":
