@@ -44,20 +44,18 @@ demo: .venv/.core
 test: .venv/.test
 	$(BIN)/python -m pytest --numprocesses logical --dist loadfile --no-loadscope-reorder
 
-# Every kernel with its indices checked: run by the interpreter, where NumPy checks them, a second of each test that calls
-# kernels, and every public name with arrays of the wrong size.
+# Every public name with arrays of the wrong size, with kernels run by the interpreter, where NumPy checks every index.
 bounds: .venv/.test
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m tests.hostile_arguments --rounds 50
-	$(BIN)/python -m pytest -p tests.bounds -p no:timeout --numprocesses logical $(NO_KERNELS:%='--ignore-glob=*/test_*%*')
 
-# The whole of those tests, with checks in the compiled kernels: twenty minutes of processor time.
+# And the tests that call kernels, with checks in the compiled ones.
 bounds-all: .venv/.test
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m tests.hostile_arguments --rounds 200
 	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest --numprocesses logical --dist loadfile --no-loadscope-reorder $(NO_KERNELS:%='--ignore-glob=*/test_*%*')
 
-# Mutated inputs to everything that reads what others wrote. The corpus is kept in ~/.cache/steerway/fuzz.
+# Mutated inputs to everything that reads what others wrote, for so many seconds a target.
 fuzz: .venv/.test
-	$(BIN)/python -m tests.fuzz --minutes $(or $(MINUTES),15)
+	STEERWAY_FUZZ=$(or $(SECONDS),60) $(BIN)/python -m pytest --numprocesses logical --timeout 0 tests/test_fuzz.py
 
 # Mutations of core files that the tests have to notice; cosmic-ray is installed beside the locked packages.
 mutants: .venv/.test

@@ -31,7 +31,7 @@ PACKAGES = (
 SKIPPED = {"over_seeds", "Unfinished", "sail", "write_page", "complete_or_absent", "made_directory", "kernel"} | {
     "estimate", "tune", "choose_profile", "InputError", "track_figure",
 }  # fmt: skip
-"""Writers, and what takes seconds a call: `make bounds` runs their own tests with checks."""
+"""Writers, and what takes seconds a call: `make bounds-all` runs their own tests with checks."""
 WRONG = (InputError, ValueError, TypeError, ArithmeticError, OSError, np.linalg.LinAlgError)
 """Errors of a wrong argument. (ArithmeticError: a number beyond floating point; OSError: no such file.)"""
 _KINDS = (*("sound",) * 6, "nan", "infinite", "unordered", "square", "scalar", "integers", "row", "longer")

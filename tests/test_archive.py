@@ -14,6 +14,7 @@ from benchmarks.support.fleet import day_path, generate
 
 import steerway.archive
 from steerway.archive.testing import Store, digest, encounters, export, running, status
+from steerway.commands.testing import interruption
 from steerway.core import Fixes, InputError
 from steerway.estimation import FiveStateFilter
 from steerway.formats.testing import class_b
@@ -479,7 +480,8 @@ def test_a_file_that_is_damaged_later_is_found(files, tmp_path):
         digest(tmp_path)
 
 
-def test_the_page_and_the_commands(files, whole, tmp_path):
+def test_the_page_and_the_commands(files, whole, tmp_path, monkeypatch):
+    monkeypatch.setattr(interruption, "note", "")
     html = (whole / "index.html").read_text()
     judged = rows_of(whole).filter(pl.col("status") == "ok", pl.col("nis").is_not_null()).group_by("mmsi")
     means = judged.agg(pl.len(), pl.mean("nis")).filter(pl.col("len") >= 100).sort("nis", descending=True)
@@ -490,5 +492,6 @@ def test_the_page_and_the_commands(files, whole, tmp_path):
     bad.write_bytes(b"PAR1 and no more")
     code, printed, said = run("archive", "run", files[0], bad, "-o", out, "--workers", "1")
     assert code == 3 and "bad.parquet: left out" in said and "units run" in printed
+    assert interruption.note == "what is done is kept, the same command goes on"  # of the line at Ctrl-C
     assert json.loads(run("archive", "status", out, "--json")[1])["to_do"] == 0
     assert run("archive", "verify", out)[1].split()[0] == digest(out)[0]

@@ -1,4 +1,4 @@
-"""Damage costs what it touches and nothing else; that no bytes whatever raise is in `test_fuzz_findings`."""
+"""Damage costs what it touches and nothing else; that no bytes whatever raise is in `test_fuzz`."""
 
 import functools
 

@@ -291,10 +291,3 @@ TARGETS = {
     "helm request": Target(seeds.requests, _helm),
     "helm lines": Target(lambda: [json.dumps(each).encode() for each in seeds.HELM_LINES], _helm_lines),
 }
-
-
-def named(name: str) -> Target:
-    """Raises InputError for another name."""
-    if name not in TARGETS:
-        raise InputError(f"target {name!r} is unknown, expected one of {', '.join(TARGETS)}")
-    return TARGETS[name]
