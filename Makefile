@@ -63,7 +63,7 @@ mutants: .venv/.test
 	$(BIN)/python -m tests.mutants --sample $(or $(SAMPLE),300)
 
 licences: .venv/.test
-	$(BIN)/python -m tests.licences
+	$(BIN)/python -m pytest -n0 -v tests/test_licences.py
 
 bench: .venv/.bench
 	$(BIN)/python -m benchmarks
