@@ -1,4 +1,4 @@
-# make demo | test | bounds | bounds-all | fuzz | mutants | licences | install | bench | soak | faults | reference | lint | docs | pictures | package
+# make demo | test | studies | bounds | bounds-all | fuzz | mutants | licences | install | bench | soak | faults | reference | lint | docs | pictures | package
 # Each creates .venv from the lock file by itself.
 PYTHON ?= python3
 BIN := .venv/bin
@@ -11,7 +11,7 @@ CHECKED = src tests benchmarks docs/*.py
 # Tests that run commands, services or whole studies: the kernels they call are called by the others too.
 NO_KERNELS = live autopilot desk docs soak cli commands package public_names study studies mission reference_outputs fuzz mavlink campaign
 
-.PHONY: install demo test bounds bounds-all fuzz mutants licences bench soak faults reference lint docs pictures package lock
+.PHONY: install demo test studies bounds bounds-all fuzz mutants licences bench soak faults reference lint docs pictures package lock
 
 install: .venv/.test
 
@@ -42,18 +42,25 @@ demo: .venv/.core
 	$(BIN)/steerway demo -o demo
 
 test: .venv/.test
-	$(BIN)/python -m pytest --numprocesses logical --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest -m "not study" --numprocesses logical --dist worksteal
 
-# Every public name with arrays of the wrong size, with kernels run by the interpreter, where NumPy checks every index.
+# The tests of the studies, every study whole with one seed, and the statistics over many seeds: an hour.
+studies: .venv/.test
+	$(BIN)/python -m pytest -m study --numprocesses logical --dist worksteal --timeout 3600
+
+# Every kernel with its indices checked: run by the interpreter, where NumPy checks them, a second of each test that calls
+# kernels, and every public name with arrays of the wrong size.
 bounds: .venv/.test
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m tests.hostile_arguments --rounds 50
+	$(BIN)/python -m pytest -m "not study" -p tests.bounds -p no:timeout --numprocesses logical $(NO_KERNELS:%='--ignore-glob=*/test_*%*')
 
-# And the tests that call kernels, with checks in the compiled ones.
+# The whole of those tests, with checks in the compiled kernels: twenty minutes of processor time.
 bounds-all: .venv/.test
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m tests.hostile_arguments --rounds 200
-	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest --numprocesses logical --dist loadfile --no-loadscope-reorder $(NO_KERNELS:%='--ignore-glob=*/test_*%*')
+	NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest -m "not study" --numprocesses logical --dist worksteal $(NO_KERNELS:%='--ignore-glob=*/test_*%*')
 
-# Mutated inputs to everything that reads what others wrote, for so many seconds a target.
+# Mutated inputs to everything that reads what others wrote, for so many seconds a target. The last input of one that
+# ends the process is in ~/.cache/steerway/fuzz.
 fuzz: .venv/.test
 	STEERWAY_FUZZ=$(or $(SECONDS),60) $(BIN)/python -m pytest --numprocesses logical --timeout 0 tests/test_fuzz.py
 

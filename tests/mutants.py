@@ -1,4 +1,4 @@
-"""`python -m tests.mutants`: mutations of the estimator's and guidance's core files that the tests must notice.
+"""`python -m tests.mutants`: mutations of core files that the tests must notice.
 
 A random sample of cosmic-ray's mutations of the files below, each in a copy of the project, with the tests that cover
 its file and kernels run as Python. Lists what survives. Decorators and annotations are left alone: without compilation
@@ -19,7 +19,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from steerway.core.testing import in_workers
+from steerway.core.workers import in_workers
 
 ROOT = Path(__file__).parents[1]
 LEAST = 0.9
@@ -29,6 +29,8 @@ _LIMIT = 90.0  # s: a mutation may loop for ever
 _LEFT_ALONE = ("RemoveDecorator", "ExceptionReplacer")
 COURSE = ("test_course_core", "test_five_state", "test_steerageway")
 GUIDANCE = ("test_waypoints", "test_guidance", "test_reference")
+ARCHIVE = ("test_archive.py::test_encounters_trips_and_wrong_values", "test_archive.py::test_raw_ais_with_tag_blocks")
+SMOOTHER = ("test_two_filter_smoother",)
 COVERED = {
     "core/angles.py": ("test_angles",),
     "core/earth.py": ("test_earth",),
@@ -37,6 +39,28 @@ COVERED = {
     "estimation/course/motion/low_speed.py": COURSE,
     "estimation/course/update/position.py": COURSE,
     "estimation/course/steerageway.py": COURSE,
+    "archive/association.py": ARCHIVE,
+    "archive/encounters.py": ARCHIVE,
+    "archive/inputs.py": ARCHIVE,
+    "control/allocation.py": ("test_allocation",),
+    "control/handover.py": ("test_handover",),
+    "control/speed.py": ("test_speed_control",),
+    "control/speed_observer.py": ("test_speed_control",),
+    "control/speed_pi.py": ("test_speed_control",),
+    "control/station.py": ("test_handover",),
+    "estimation/inference/fuse.py": SMOOTHER,
+    "estimation/inference/reversal.py": SMOOTHER,
+    "formats/ais.py": ("test_ais",),
+    "formats/ais_tables.py": ("test_ais",),
+    "formats/columns.py": ("test_table",),
+    "formats/dilution.py": ("test_stated_accuracy",),
+    "formats/gpx.py": ("test_gpx",),
+    "formats/nmea0183/writing.py": ("test_nmea0183_writing",),
+    "formats/nmea2000.py": ("test_nmea2000",),
+    "formats/reading.py": ("test_reading",),
+    "formats/table.py": ("test_table",),
+    "formats/ubx.py": ("test_ubx",),
+    "formats/writing.py": ("test_writing",),
     "guidance/adaptive_line_of_sight.py": GUIDANCE,
     "guidance/corners.py": GUIDANCE,
     "guidance/integral_line_of_sight.py": GUIDANCE,
@@ -46,8 +70,15 @@ COVERED = {
     "guidance/vector_field.py": GUIDANCE,
     "guidance/waypoints.py": GUIDANCE,
     "guidance/wheel_over.py": GUIDANCE,
+    "live/mavlink/decoding.py": ("test_mavlink_decoding",),
+    "live/n2k/frames.py": ("test_live_n2k",),
+    "live/opening.py": ("test_live_opening",),
+    "sensors/gnss.py": ("test_gnss",),
+    "simulation/loop.py": ("test_loop",),
+    "simulation/possible.py": ("test_scenario",),
+    "simulation/scenario.py": ("test_scenario",),
 }
-"""File of `steerway` → tests that cover it."""
+"""File of `steerway` → files of tests, or single tests, that cover it."""
 
 
 class Mutant(NamedTuple):
@@ -100,10 +131,11 @@ def survives(folder: str, mutant: Mutant) -> str:
     path, before = copy / "src" / "steerway" / mutant.file, _source(mutant.file).read_text(encoding="utf-8")
     after = mutated(mutant)
     path.write_text(after, encoding="utf-8")
-    tests = [f"tests/{name}.py" for name in COVERED[mutant.file] if (copy / "tests" / f"{name}.py").exists()]
+    tests = [f"tests/{name}" if "::" in name else f"tests/{name}.py" for name in COVERED[mutant.file]]
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": f"{copy / 'src'}{os.pathsep}{copy}"}
     environment |= {"PYTHONDONTWRITEBYTECODE": "1"}
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", *tests]
+    quiet = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-o", "filterwarnings="]  # Python's divisions warn
+    command = [sys.executable, "-m", "pytest", *quiet, *tests]
     try:
         code = subprocess.run(command, cwd=copy, env=environment, capture_output=True, timeout=_LIMIT).returncode
     except subprocess.TimeoutExpired:

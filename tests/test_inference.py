@@ -216,7 +216,7 @@ def test_copies_are_predicted_and_cost_nothing():
     assert rms(angle_error(motion.cog[::2], scene.cog)) < 1.1 * usual
 
 
-def test_the_same_log_gives_the_same_estimate(found_anew):
+def test_the_same_log_gives_the_same_estimate():
     fixes = straight(2.0, 1.0, 60.0, 1.0).fixes(0.3, 5)
     for smooth in (False, True):
         one, other = (steerway.estimate(fixes, smooth=smooth).columns() for _ in range(2))

@@ -1,13 +1,10 @@
 """The study of adaptive speed: how it judges, the paper's arguments, and one run from end to end."""
 
-import json
 import math
 
 import numpy as np
 import pytest
 
-import steerway_studies as studies
-from steerway.simulation.testing import campaign
 from steerway_studies.testing import Job, judge, run, theory
 
 TIME = np.arange(0.0, 200.05, 0.1)
@@ -59,20 +56,3 @@ def test_every_step_of_the_staircase_settles_and_the_log_identifies():
     assert max(found[f"step_{i}_s"] for i in range(1, 6)) <= 36.0
     assert found["drag_linear_pct"] < 10.0 and found["drag_quadratic_pct"] < 10.0 and found["thrust_pct"] < 2.5
     assert found["identified"] == 1.0 and found["constant_identified"] == 0.0
-
-
-def test_the_whole_study_with_one_seed(tmp_path, monkeypatch):
-    monkeypatch.setattr(campaign.os, "cpu_count", lambda: 1)
-    shares = []
-    results = studies.named("adaptive-speed").run(1, 1, lambda share, what: shares.append(share))
-    assert shares[-1] == 1.0 and shares == sorted(shares)
-    assert [each.what for each in results.comparisons if each.met is False] == []
-    assert [int(stem[3:5]) for stem in results.figures if stem.startswith("fig")] == list(range(1, 16))
-    page = results.write(tmp_path)
-    numbers = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
-    for key in ("mracplus_settling_s_3", "mracplus_overshoot_pct_9", "printed_mrac_settling_s_6", "fusion_rms_pct_9"):
-        assert numbers[key] > 0.0
-    asked = "speed_grid_passed_pct speed_grid_overshoot_max_pct scaled_boats_settled_pct dvl_scale_coverage_pct"
-    assert {*asked.split(), "dvl_false_exclusions"} <= numbers.keys()
-    assert {"fusion_nis", "random_plants_pass_pct", "fault_dvl_ramp_named_s"} <= numbers.keys()
-    assert page.stat().st_size > 1e5 and len(list(tmp_path.glob("*.png"))) == len(results.figures)

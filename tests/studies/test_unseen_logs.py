@@ -17,10 +17,8 @@ from steerway_studies.testing import (
     catalogue,
     course_lag,
     difference,
-    heading_rate,
     opened,
     plain_ekf,
-    plane,
     prediction,
     rate_lag,
     right_refused,
@@ -112,21 +110,6 @@ def test_lag_that_was_put_in_is_taken_out(study):
     assert math.degrees(numbers[f"{stem}_smoothed_cog"]) < 2.5
 
 
-def test_page_says_where_each_log_is_from_and_which_is_missing(study):
-    results, page, report, _ = study
-    logs = catalogue.public_logs()
-    assert all(log.repository in page and log.half in (catalogue.DEVELOP, catalogue.REPORT) for log in logs)
-    assert f"{report} (report)" in page and "positions, 1 s" in page
-    left_out = next(remark for remark in results.remarks if remark.startswith("Left out, not in the folder"))
-    assert all((log.name in left_out) != (log.name in study[2:]) for log in logs)
-
-
-def test_halves_are_even():
-    halves = [log.half for log in catalogue.public_logs()]
-    assert abs(halves.count(catalogue.REPORT) - halves.count(catalogue.DEVELOP)) <= 1
-    assert {log.half for log in catalogue.KNOWN} == {catalogue.DEVELOP}
-
-
 def test_nothing_there_is_no_error(monkeypatch):
     monkeypatch.delenv("STEERWAY_LOGS", raising=False)
     monkeypatch.delenv("STEERWAY_DATA", raising=False)
@@ -197,22 +180,6 @@ def test_refused_fixes_are_right_or_wrong_by_the_reference(weaving):
     assert right_refused(recording_of(weaving, places), refused) == (2, 5)
 
 
-def test_differences_and_headings_are_those_of_the_motion(weaving):
-    time, north, east, sog, cog, rate = weaving
-    places = np.column_stack([north, east])
-    said = difference(time, places, 1.0)
-    assert np.isnan(said.sog[:5]).all() and np.nanmax(np.abs(said.sog[5:] - sog[2:-3])) < 0.05
-    assert np.nanmax(np.abs(said.cog[5:] - cog[2:-3])) < 0.03
-    turning = heading_rate(time, (cog + np.pi) % (2.0 * np.pi))
-    assert np.nanmax(np.abs(turning - rate)) < 0.003 and np.isnan(turning[[0, -1]]).all()
-
-
-def test_plane_follows_the_ellipsoid():
-    north = np.linspace(0.0, 400.0, 50)
-    latitude, longitude = displaced_all(*HOME, north, 2.0 * north)
-    assert plane(latitude, longitude)[-1] == pytest.approx([400.0, 800.0], abs=0.05)
-
-
 def test_plain_ekf_is_consistent_and_beats_differences(weaving):
     time, north, east, sog, cog, rate = weaving
     places = np.column_stack([north, east]) + np.random.default_rng(6).normal(0.0, NOISE, (len(time), 2))
@@ -224,16 +191,6 @@ def test_plain_ekf_is_consistent_and_beats_differences(weaving):
     course = (said[late, 1] - cog[late] + np.pi) % (2.0 * np.pi) - np.pi
     assert np.sqrt(np.mean(course**2)) < math.radians(4.0)
     assert np.sqrt(np.mean((said[late, 2] - rate[late]) ** 2)) < math.radians(3.0)
-
-
-def test_plain_ekf_turns_round_with_the_picture(weaving):
-    time, north, east, *_ = weaving
-    numbers, said, turned = (1e-2, 1e-3, 0.2, 0.09), np.empty((len(time), 6)), np.empty((len(time), 6))
-    cost = plain_ekf.run(time, np.column_stack([north, east]), *numbers, said)
-    other = plain_ekf.run(time, np.column_stack([-east, north]), *numbers, turned)
-    assert other == pytest.approx(cost, rel=1e-9)
-    assert np.allclose(turned[100:, [0, 2, 3, 4, 5]], said[100:, [0, 2, 3, 4, 5]], atol=1e-9)
-    assert np.allclose(np.mod(turned[100:, 1] - said[100:, 1], 2.0 * np.pi), 0.5 * np.pi, atol=1e-9)
 
 
 def test_of_two_profiles_the_right_one_predicts_better(weaving):

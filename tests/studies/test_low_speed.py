@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import steerway
-import steerway_studies as studies
 from steerway.estimation import choose_profile
 from steerway_studies.testing import low_speed
 from tests.scenes import angle_error, straight, turning
@@ -21,13 +20,6 @@ def test_course_ends_where_the_study_says(monkeypatch):
     assert table[1, 0, 2] > 0.9 and table[2, 0, 2] == 1.0
     slow, fast = np.degrees(np.sqrt(table[1:, 0, 0]))
     assert fast < 4.0 and fast < slow < 20.0
-
-
-def test_studies_say_when_there_are_no_logs(monkeypatch):
-    monkeypatch.delenv("STEERWAY_DATA", raising=False)
-    for name in ("real-logs", "ais-prediction"):
-        with pytest.raises(steerway.InputError, match="STEERWAY_DATA is ''"):
-            studies.named(name).run(None, 0, None)
 
 
 def expected(profile, *names):

@@ -1,6 +1,5 @@
 """The study of P0 sections 5–7: its known numbers, what noise does, the real logs, and what it writes."""
 
-import json
 import math
 
 import numpy as np
@@ -29,15 +28,6 @@ def results():
     patch.setattr(otter_logs, "LOGS", LOGS[:1])
     yield named("otter-course").run(1, 1, None)
     patch.undo()
-
-
-def test_the_published_run_is_reproduced(results):
-    numbers = results.numbers
-    assert numbers["verbatim_sog_rms_mps"] <= 0.006
-    assert numbers["verbatim_cog_rms_deg"] <= 0.06
-    assert numbers["verbatim_rate_rms_dps"] <= 0.15
-    assert numbers["verbatim_overshoot_pct"] <= 4.0
-    assert numbers["verbatim_settling_s"] == pytest.approx(9.7, abs=0.5)
 
 
 def test_both_readings_of_the_gains(results):
@@ -109,13 +99,3 @@ def test_a_real_log_beside_its_receiver(shared_data):
 
 def _unwrapped(course):
     return np.unwrap(course[np.isfinite(course)])
-
-
-def test_the_study_writes_what_it_promises(results, tmp_path):
-    results.write(tmp_path)
-    numbers = json.loads((tmp_path / "results.json").read_text())
-    keys = ("sog_rms_mps", "cog_rms_deg", "rate_rms_dps", "overshoot_pct", "settling_s")
-    for key in [f"verbatim_{each}" for each in keys] + ["noisy_0p1_course_rms_deg", "noisy_0p5_course_rms_deg"]:
-        assert isinstance(numbers[key], float)
-    for figure in ("figure_4_positions", "figure_5_propellers", "figure_6_states", "noise"):
-        assert (tmp_path / f"{figure}.png").stat().st_size > 10_000

@@ -1,0 +1,63 @@
+"""One small case a paper, with the paper's own numbers: a broken equation fails here at once.
+
+Whole studies, over seeds and with their comparisons, are in tests/studies (`make studies`).
+"""
+
+import numpy as np
+import pytest
+
+from steerway.sensors import TRUE_TCM2
+from steerway_studies.testing import (
+    Job,
+    Results,
+    ShipCase,
+    World,
+    as_published,
+    comparisons,
+    contestants,
+    ideal,
+    nominal,
+    run,
+    scenario,
+    ship,
+)
+from steerway_studies.testing import world_sail as sail
+
+
+def test_p0_the_otter_turns_to_its_course_as_published():
+    results = Results("P0 without noise")
+    comparisons.published_set_up(results, as_published())
+    assert [each.key for each in results.comparisons if not each.met] == []
+    assert results.numbers["verbatim_settling_s"] == pytest.approx(9.7, abs=0.5)
+
+
+def test_p1_the_mariner_passes_its_waypoints_on_true_states():
+    found = ship.measured(ShipCase("truth"))
+    switches = [found[f"switch_s_{waypoint}"] for waypoint in (1, 2, 3, 4)]
+    np.testing.assert_allclose(switches, [252.7, 1063.3, 1596.6, 2329.3], atol=2.0)
+    assert found["rudder_max_deg"] == pytest.approx(31.3, abs=1.0)
+    assert found["rudder_rate_max_dps"] == pytest.approx(3.76, abs=0.2)
+    assert found["cross_track_max_m"] == pytest.approx(427.0, abs=10.0) and found["saturated_pct"] == 0.0
+
+
+def test_p2_the_observers_of_cybership_ii_stand_in_the_papers_order():
+    record = scenario.sail(scenario.drawn(4))
+    filtered = scenario.watch(contestants.product(), record)
+    stock, printed = (
+        scenario.watch(each, record) for each in (contestants.stock_observer(), contestants.time_varying())
+    )
+    assert filtered.mae < 0.055 < printed.mae < stock.mae
+    assert filtered.mae > 0.85 * contestants.bound(record)[0]
+
+
+def test_p3_adaptive_control_settles_in_time():
+    found = run(Job("ours", 0, 6))
+    assert found["settling_s"] < 40.0 and found["overshoot_pct"] <= 2.0
+
+
+def test_p4_the_ideal_filter_reaches_all_waypoints_and_the_nominal_one_misses_some():
+    pytest.importorskip("daqp")
+    best, misled = sail(World(), ideal(TRUE_TCM2), 3), sail(World(), nominal(), 3)
+    assert best.reached == 7 and best.finished and best.heading_rms_deg < 0.05
+    assert len(best.heading) == pytest.approx(869, abs=3)
+    assert 3 <= misled.reached <= 5 and misled.heading_rms_deg > 15.0
