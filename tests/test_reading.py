@@ -47,6 +47,13 @@ def test_fixes_with_the_compass_of_another_talker(log):
     assert "heading from HC" in fixes.notes
 
 
+def test_a_damaged_archive_is_read_as_far_as_it_goes(tmp_path):
+    path = tmp_path / "cut.gz"
+    whole = sortie(3000)
+    path.write_bytes(gzip.compress(whole)[:-4000])
+    assert 100 < len(read(path)) < 3000
+
+
 def test_logs_that_follow_one_another_are_one_record():
     first, second = sortie(30), sortie(30, start=START + 30.0, lat=54.1)
     fixes = read(second, first)

@@ -8,7 +8,7 @@ import polars as pl
 import pytest
 from numpy.testing import assert_allclose
 
-from steerway.core import Fixes, Motion
+from steerway.core import Fixes, InputError, Motion
 from steerway.formats.testing import formats_writing as writing
 from steerway.formats.testing import gpx, table
 
@@ -137,6 +137,12 @@ def test_compressed_files_are_the_same_each_time(tmp_path):
         writing.write(record, tmp_path / name)
     assert (tmp_path / "a.csv.gz").read_bytes() == (tmp_path / "b.csv.gz").read_bytes()
     assert gzip.decompress((tmp_path / "a.csv.gz").read_bytes()) == (tmp_path / "c.csv").read_bytes()
+
+
+def test_an_unknown_ending_is_refused_with_those_known(tmp_path):
+    with pytest.raises(InputError, match=r"'.*out\.xlsx' has an unknown ending, expected one of \.csv, \.parquet"):
+        writing.write(fixes(), tmp_path / "out.xlsx")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_same_file_sees_through_links(tmp_path):

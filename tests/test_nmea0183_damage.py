@@ -1,62 +1,15 @@
 """Damage costs what it touches and nothing else; that no bytes whatever raise is in `test_fuzz`."""
 
-import functools
-
 import numpy as np
-import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from steerway.formats.testing import ais, gpx, nmea0183, nmea2000, table, ubx
-from tests.ais_sentences import sentences, tagged
-from tests.canboat_lines import frames, gnss, line, position
-from tests.fuzz.targets import swallow
-from tests.gpx_documents import WHOLE as TRACK
+from steerway.formats.testing import nmea0183
 from tests.sentences import sortie
-from tests.ubx_frames import pvt
 
 WHOLE = sortie(60)
 LINES = WHOLE.splitlines(keepends=True)
 quick = settings(max_examples=100, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
-
-
-@functools.cache
-def samples():
-    """A sound log of each format, cut into its messages."""
-    rng = np.random.default_rng(1)
-    canboat = [line(second, 129025, 52, position(second, -second)).encode() for second in range(1, 9)]
-    canboat += [line(9.0, 129029, 3, frame).encode() for frame in frames(gnss(1.0, 2.0))]
-    reports = [tagged(1565222400 + each, *sentences(mmsi=each + 1, second=each)) for each in range(8)]
-    rows = [b"time,lat,lon,sog\n"] + [b"%d,%.3f,1,2\n" % (each, rng.uniform()) for each in range(8)]
-    points = [b"<trkpt" + part for part in TRACK.split(b"<trkpt")]
-    points[0] = points[0][6:]
-    frames_ = [pvt(second) for second in range(1, 9)]
-    return {
-        "ubx": (ubx, frames_), "nmea2000": (nmea2000, canboat), "ais": (ais, reports), "csv": (table, rows),
-        "gpx": (gpx, points),
-    }  # fmt: skip
-
-
-@pytest.mark.parametrize("name", samples())
-@quick
-@given(data=st.data())
-def test_nothing_valid_is_lost_around_a_spoilt_message(name, data):
-    module, messages = samples()[name]
-    count = 8 if name != "gpx" else 7
-    whole = swallow(module, b"".join(messages))
-    victim = data.draw(st.integers(1, count - 1))
-    kept = data.draw(st.integers(0, len(messages[victim]) - 1))
-    tail = b"" if name == "ubx" else b"\n"
-    noise = bytes(data.draw(st.lists(st.sampled_from(b"\x00\x07\x80\xff$*,.0129Aa>"), max_size=12)))
-    spoilt = [*messages[:victim], messages[victim][:kept] + noise + tail, *messages[victim + 1 :]]
-    recording = swallow(module, b"".join(spoilt))
-    places = {place for fixes in whole.sources.values() for place in fixes.latitude[fixes.has_position].tolist()}
-    left = {place for fixes in recording.sources.values() for place in fixes.latitude[fixes.has_position].tolist()}
-    times = [fixes.time for fixes in whole.sources.values()]
-    assert len(places) > 1 or len(np.concatenate(times)) > 1
-    lost = sum(len(fixes) for fixes in whole.sources.values()) - sum(len(f) for f in recording.sources.values())
-    assert lost <= 1
-    assert len(places - left) <= 1
 
 
 def readings_of(data):
