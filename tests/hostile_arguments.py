@@ -13,6 +13,7 @@ import inspect
 import json
 import math
 import random
+import re
 import signal
 import sys
 import traceback
@@ -31,7 +32,7 @@ PACKAGES = (
 SKIPPED = {"over_seeds", "Unfinished", "sail", "write_page", "complete_or_absent", "made_directory", "kernel"} | {
     "estimate", "tune", "choose_profile", "InputError", "track_figure",
 }  # fmt: skip
-"""Writers, and what takes seconds a call: `make bounds` runs their own tests with checks."""
+"""Writers, and what takes seconds a call: `make bounds-all` runs their own tests with checks."""
 WRONG = (InputError, ValueError, TypeError, ArithmeticError, OSError, np.linalg.LinAlgError)
 """Errors of a wrong argument. (ArithmeticError: a number beyond floating point; OSError: no such file.)"""
 _KINDS = (*("sound",) * 6, "nan", "infinite", "unordered", "square", "scalar", "integers", "row", "longer")
@@ -39,6 +40,7 @@ _NUMBERS = (0.0, 1.0, -1.0, 0.1, 2.5, 7.0, math.nan, math.inf, -math.inf, 1e-300
 _REFUSED_BY_TYPE = "too many indices", "tuple index out of range", "'float' object has no attribute"
 """A number or an array of fewer dimensions in place of an array: compiled, numba refuses it by its type."""
 _LONGEST_CALL = 0.3  # s: a simulation of 1e9 s is no error
+_UNIONS = (typing.Union, types.UnionType)
 _LENGTHS = (0, 1, 2, 3, 5, 6, 40, 300)
 
 
@@ -46,9 +48,7 @@ def array(rng: random.Random, length: int):
     """An array that a user might hand over by mistake, or on purpose."""
     numbers = np.random.default_rng(rng.randrange(1 << 30))
     made = rng.choice((np.cumsum(numbers.uniform(0.1, 1.0, length)), numbers.normal(size=length), np.zeros(length)))
-    kind = rng.choice(
-        ("sound",) * 6 + ("nan", "infinite", "unordered", "square", "scalar", "integers", "row", "longer")
-    )
+    kind = rng.choice(_KINDS)
     if kind == "nan" and length:
         made[rng.randrange(length)] = np.nan
     if kind == "infinite" and length:
@@ -109,49 +109,35 @@ class Caller:
         return positional, named
 
     def value(self, kind, length):
-        """An argument of this annotation; the class itself where there is none."""
-        origin, inner = typing.get_origin(kind), typing.get_args(kind)
+        """An argument of this annotation; `Caller` itself where none is made."""
+        choose, origin, inner = self.rng.choice, typing.get_origin(kind), typing.get_args(kind)
+        plain = {
+            float: lambda: choose(_NUMBERS),
+            int: lambda: choose((0, 1, 2, 5, -1, 100)),
+            bool: lambda: choose((True, False)),
+            types.NoneType: lambda: None,
+            str: lambda: choose(("small-usv", "stop", "")),
+            np.random.Generator: lambda: np.random.default_rng(0),
+        }
+        if kind in plain:
+            return plain[kind]()
+        if np.ndarray in (kind, origin) or (origin in _UNIONS and re.search("ndarray|SupportsArray", str(inner))):
+            return array(self.rng, length)
         if origin is typing.Annotated:
             return self.value(inner[0], length)
-        if kind is np.ndarray or origin is np.ndarray or (origin is typing.Union and np.ndarray in map(_base, inner)):
-            return array(self.rng, length)
-        if origin in (typing.Union, types.UnionType):
+        if origin in _UNIONS:
             options = [value for each in inner if (value := self.value(each, length)) is not Caller]
-            text = str(inner)
-            if "ndarray" in text or "SupportsArray" in text:
-                return array(self.rng, length)
-            return self.rng.choice(options) if options else Caller
-        if kind is float:
-            return self.rng.choice(_NUMBERS)
-        if kind is int:
-            return self.rng.choice((0, 1, 2, 5, -1, 100))
-        if kind is bool:
-            return self.rng.random() < 0.5
-        if kind is type(None):
-            return None
-        if kind is str:
-            return self.rng.choice(("small-usv", "stop", ""))
+            return choose(options) if options else Caller
         if origin is collections.abc.Callable:
             return lambda *given: given[0] if given else None
-        if origin is tuple and inner:
-            each = inner[:1] * self.rng.choice((0, 1, 2, 3, 6)) if Ellipsis in inner else inner
-            made = [self.value(one, length) for one in each]
-            return Caller if any(value is Caller for value in made) else tuple(made)
-        if origin in (list, collections.abc.Sequence) and inner:
-            made = [self.value(inner[0], length) for _ in range(self.rng.choice((0, 1, 2, 5)))]
-            return Caller if any(value is Caller for value in made) else made
         if origin is typing.Literal:
-            return self.rng.choice(inner)
-        if kind is np.random.Generator:
-            return np.random.default_rng(0)
-        if inspect.isclass(kind):
-            known = [each for made in self.made for each in self.made[made] if _is_a(each, kind)]
-            return self.rng.choice(known) if known else Caller
-        return Caller
-
-
-def _base(kind):
-    return typing.get_origin(kind) or kind
+            return choose(inner)
+        if origin in (tuple, list, collections.abc.Sequence) and inner:
+            fixed = origin is tuple and Ellipsis not in inner
+            made = [self.value(one, length) for one in (inner if fixed else inner[:1] * choose((0, 1, 2, 3, 6)))]
+            return Caller if any(value is Caller for value in made) else tuple(made) if origin is tuple else made
+        known = [each for made in self.made.values() for each in made if inspect.isclass(kind) and _is_a(each, kind)]
+        return choose(known) if known else Caller
 
 
 def _is_a(value, kind) -> bool:

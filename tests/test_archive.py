@@ -3,7 +3,6 @@
 import gzip
 import json
 import re
-import shutil
 import textwrap
 import zipfile
 from pathlib import Path
@@ -15,10 +14,12 @@ from benchmarks.support.fleet import day_path, generate
 
 import steerway.archive
 from steerway.archive.testing import Store, digest, encounters, export, running, status
+from steerway.commands.testing import interruption
 from steerway.core import Fixes, InputError
 from steerway.estimation import FiveStateFilter
 from steerway.formats.testing import class_b
-from tests.ais_sentences import checksum, sentences
+from tests.ais_sentences import sentences, tagged
+from tests.command_line import run
 
 DAYS = 2
 START = 1_709_251_200.0
@@ -55,12 +56,6 @@ def rows_of(directory, table="estimate"):
     return steerway.archive.scan(directory, table).collect()
 
 
-@pytest.mark.parametrize("buckets", [5, 16])
-def test_the_digest_does_not_depend_on_buckets(files, whole, tmp_path, buckets):
-    steerway.archive.run(reversed(files), tmp_path, buckets=buckets, workers=1)
-    assert digest(tmp_path) == digest(whole)
-
-
 def test_days_that_are_added_later_in_any_order_give_the_same(files, whole, tmp_path):
     steerway.archive.run(files[1:], tmp_path, buckets=2, workers=1)
     report = steerway.archive.run(files[:1], tmp_path, buckets=2, workers=1)
@@ -70,8 +65,8 @@ def test_days_that_are_added_later_in_any_order_give_the_same(files, whole, tmp_
     assert again.units == 0 and again.inputs == 0
 
 
-def test_workers_that_are_processes_give_the_same(files, whole, tmp_path):
-    steerway.archive.run(files, tmp_path, buckets=3, workers=2)
+def test_workers_that_are_processes_files_in_another_order_and_more_buckets_give_the_same(files, whole, tmp_path):
+    steerway.archive.run(reversed(files), tmp_path, buckets=5, workers=2)
     assert digest(tmp_path) == digest(whole)
 
 
@@ -132,19 +127,11 @@ def test_other_settings_are_refused_in_one_sentence(files, whole):
         steerway.archive.run(files, whole, profile=FiveStateFilter("ship").profile)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ({"rate": 11.0}, "rate is 11.0"),
-        ({"buckets": 0}, "buckets is 0"),
-        ({"memory": 1e6}, "memory is 0.001 GB"),
-        ({"aid": ("wind",)}, "wind"),
-        ({"aid": ("sog", "yaw_rate")}, "aid 'yaw_rate' is unknown"),
-    ],
-)
-def test_wrong_arguments(files, tmp_path, arguments, words):
-    with pytest.raises(InputError, match=words):
-        steerway.archive.run(files, tmp_path, **arguments)
+def test_wrong_arguments(files, tmp_path):
+    wrong = {"rate": 11.0, "buckets": 0, "memory": 1e6, "aid": ("sog", "yaw_rate")}
+    for (name, value), words in zip(wrong.items(), ("11.0", "0", "0.001 GB", "'yaw_rate' is unknown"), strict=True):
+        with pytest.raises(InputError, match=f"{name} .*{words}"):
+            steerway.archive.run(files, tmp_path, **{name: value})
 
 
 def test_no_input_and_a_directory_that_is_used(tmp_path, files):
@@ -203,27 +190,21 @@ def test_rows_left_out_are_counted_by_reason_and_file(files, whole):
     assert found["rows"] == len(rows_of(whole)) and found["to_do"] == 0
 
 
-def _marine_cadastre(table, old):
+OLD = ("MMSI", "BaseDateTime", "LAT", "LON", "SOG", "COG", "Heading", "VesselType", "Length", "Width")
+NEW = "mmsi base_date_time latitude longitude sog cog heading vessel_type length width".split()
+DANISH = ("MMSI", None, "Latitude", "Longitude", "SOG", "COG", "Heading", "Ship type", "Length", "Width")
+
+
+def marine_cadastre(table, old):
+    """Rows of the Danish layout in MarineCadastre's."""
     time = pl.col("# Timestamp").str.to_datetime("%d/%m/%Y %H:%M:%S")
-    names = ("MMSI", "BaseDateTime", "LAT", "LON", "SOG", "COG", "Heading", "VesselType", "Length", "Width")
-    if not old:
-        names = (
-            "mmsi",
-            "base_date_time",
-            "latitude",
-            "longitude",
-            "sog",
-            "cog",
-            "heading",
-            "vessel_type",
-            "length",
-            "width",
-        )
-    columns = ("MMSI", None, "Latitude", "Longitude", "SOG", "COG", "Heading", "Ship type", "Length", "Width")
     written = time.dt.strftime("%Y-%m-%dT%H:%M:%S" if old else "%Y-%m-%d %H:%M:%S")
-    chosen = {name: written if column is None else pl.col(column) for name, column in zip(names, columns, strict=True)}
+    names = zip(OLD if old else NEW, DANISH, strict=True)
     mobile = pl.col("Type of mobile").replace({"Class A": "A", "Class B": "B"})
-    return table.select(**chosen, **{"TransceiverClass" if old else "transceiver": mobile})
+    return table.select(
+        **{name: written if column is None else pl.col(column) for name, column in names},
+        **{"TransceiverClass" if old else "transceiver": mobile},
+    )
 
 
 @pytest.mark.parametrize("layout", ["old, zipped", "new, gzipped and zstd", "geoparquet"])
@@ -237,12 +218,12 @@ def test_every_layout_gives_the_same(files, whole, tmp_path, layout):
             places = table.select(x=pl.col("Longitude").cast(pl.Float64), y=pl.col("Latitude").cast(pl.Float64))
             points = [b"\x01\x01\x00\x00\x00" + np.array(each, "<f8").tobytes() for each in places.iter_rows()]
             numbers = [pl.col(name).cast(pl.Float64) for name in ("sog", "cog", "heading", "length", "width")]
-            plain = _marine_cadastre(table, False).with_columns(
+            plain = marine_cadastre(table, False).with_columns(
                 pl.col("base_date_time").str.to_datetime("%Y-%m-%d %H:%M:%S"), pl.col("mmsi").cast(pl.Int64), *numbers
             )
             plain.drop("latitude", "longitude").with_columns(geometry=pl.Series(points)).write_parquet(out)
         else:
-            plain = _marine_cadastre(table, layout.startswith("old"))
+            plain = marine_cadastre(table, layout.startswith("old"))
             text = plain.write_csv()
             if layout == "old, zipped":
                 out = out.with_suffix(".zip")
@@ -379,14 +360,6 @@ def test_rows_at_a_rate_change_nothing_at_the_reports(departure, tmp_path):
     assert len(minutes) == 151 and len(reports) == 71
 
 
-def test_rows_at_a_rate(files, tmp_path):
-    steerway.archive.run(files, tmp_path / "one", buckets=1, workers=1, rate=1 / 60)
-    steerway.archive.run(files, tmp_path / "two", buckets=4, workers=1, rate=1 / 60)
-    assert digest(tmp_path / "one") == digest(tmp_path / "two")
-    time = rows_of(tmp_path / "one")["time_s"]
-    assert len(time) > 1000 and (time % 60.0 == 0.0).all()
-
-
 def test_rows_at_a_rate_are_of_the_track_whose_reports_enclose_them(tmp_path):
     """Two ships under one number, of which one ends earlier: reports at 3 and at 8 s, rows at 0 s."""
     names = ("mmsi", "time_s", "latitude", "longitude")
@@ -441,41 +414,26 @@ def test_encounters_trips_and_wrong_values(tmp_path):
     assert abs(wrong["value"][0]) == pytest.approx(6.0, abs=0.6)
 
 
-def test_raw_ais_with_tag_blocks(tmp_path):
-    lines = []
-    for k in range(30):
-        second = (int(START) + 10 * k) % 60
-        (sentence,) = sentences(speed=10.0, lat=55.0 + 0.0005 * k, lon=11.0, course=0.0, second=second)
-        tag = b"g:1-1-%d,s:2573345,c:%d" % (k, int(START) + 10 * k + 1)  # received a second later
-        lines.append(b"\\%s*%s\\%s" % (tag, checksum(tag), sentence))
-    (tmp_path / "raw.nmea").write_bytes(b"\n".join(lines))
-    steerway.archive.run([tmp_path / "raw.nmea"], tmp_path / "out", workers=1)
-    rows = rows_of(tmp_path / "out")
-    assert len(rows) == 30 and (rows["time_s"].diff().drop_nulls() == 10.0).all()
-    assert rows["sog_mps"][-1] == pytest.approx(0.0005 * 111_300.0 / 10.0, rel=0.05)
-
-
-def test_raw_ais_of_class_b_has_its_profile(tmp_path):
+def test_raw_ais_with_tag_blocks_and_a_vessel_of_class_b_has_its_profile(tmp_path):
     lines = []
     for k in range(30):
         for each in ({"type": 18, "mmsi": 338_000_001}, {"type": 1, "mmsi": 257_000_001}):
-            (sentence,) = sentences(**each, speed=10.0, lat=55.0 + 0.0005 * k, lon=11.0, second=(10 * k) % 60)
-            lines.append(b"%d %s" % (START + 10 * k, sentence))
-    (tmp_path / "raw.nmea").write_bytes(b"\n".join(lines))
+            report = sentences(**each, speed=10.0, lat=55.0 + 0.0005 * k, lon=11.0, course=0.0, second=(10 * k) % 60)
+            lines.append(tagged(START + 10 * k + 1, *report))  # received a second later
+    (tmp_path / "raw.nmea").write_bytes(b"".join(lines))
     assert class_b((tmp_path / "raw.nmea").read_bytes()) == {338_000_001}
     steerway.archive.run([tmp_path / "raw.nmea"], tmp_path / "out", workers=1)
     store = Store(tmp_path / "out")
     (unit,) = store.done()
     unknown, a, b = np.reshape(store.numbers(*unit)["cells"][0], (3, -1, 2))[:, :, 1].sum(axis=1)
     assert unknown == 0 and a > 20 < b
+    rows = rows_of(tmp_path / "out").filter(mmsi=257_000_001)
+    assert len(rows) == 30 and (rows["time_s"].diff().drop_nulls() == 10.0).all()
+    assert rows["sog_mps"][-1] == pytest.approx(0.0005 * 111_300.0 / 10.0, rel=0.05)
 
 
 def test_the_commands_of_the_page_run(fleet, tmp_path, monkeypatch):
     """From the download on, on a generated day in the place of the download."""
-    from click.testing import CliRunner
-
-    from steerway.commands.testing import command_tree
-
     page = Path(__file__).parents[1] / "docs" / "archives.md"
     lines = [line.strip() for line in page.read_text(encoding="utf-8").splitlines()]
     commands = [line.split()[1:] for line in lines if line.startswith("steerway ")]
@@ -485,8 +443,8 @@ def test_the_commands_of_the_page_run(fleet, tmp_path, monkeypatch):
         archive.write(day_path(fleet, 0), "aisdk-2024-03-01.csv")
     for command in commands:
         command += ["--workers", "1"] if command[1] == "run" else []
-        result = CliRunner().invoke(command_tree(), command)
-        assert result.exit_code == 0, result.output
+        code, _, said = run(*command)
+        assert code == 0, said
     assert Path("map.geojson").exists() and Path("encounters.csv").exists()
     code = re.search(r"In Python:\n\n((?:    .*\n|\n)+)", page.read_text(encoding="utf-8"))
     exec(compile(textwrap.dedent(code[1]), "archives.md", "exec"), {})
@@ -523,10 +481,6 @@ def test_a_file_that_is_damaged_later_is_found(files, tmp_path):
 
 
 def test_the_page_and_the_commands(files, whole, tmp_path, monkeypatch):
-    from click.testing import CliRunner
-
-    from steerway.commands.testing import command_tree, interruption
-
     monkeypatch.setattr(interruption, "note", "")
     html = (whole / "index.html").read_text()
     judged = rows_of(whole).filter(pl.col("status") == "ok", pl.col("nis").is_not_null()).group_by("mmsi")
@@ -534,18 +488,10 @@ def test_the_page_and_the_commands(files, whole, tmp_path, monkeypatch):
     worst = html[html.index("largest mean NIS under way") :]
     shown = [int(number) for number in re.findall(r">(\d{9})<", worst)]
     assert "<img" in html and shown[: len(means)] == means["mmsi"].to_list()[:20]
-    program, runner = command_tree(), CliRunner()
-    bad = tmp_path / "bad.parquet"
+    bad, out = tmp_path / "bad.parquet", tmp_path / "out"
     bad.write_bytes(b"PAR1 and no more")
-    out = str(tmp_path / "out")
-    result = runner.invoke(program, ["archive", "run", str(files[0]), str(bad), "-o", out, "--workers", "1"])
-    assert result.exit_code == 3 and "bad.parquet: left out" in result.stderr
-    assert "units run" in result.stdout
+    code, printed, said = run("archive", "run", files[0], bad, "-o", out, "--workers", "1")
+    assert code == 3 and "bad.parquet: left out" in said and "units run" in printed
     assert interruption.note == "what is done is kept, the same command goes on"  # of the line at Ctrl-C
-    result = runner.invoke(program, ["archive", "status", out, "--json"])
-    assert json.loads(result.stdout)["to_do"] == 0
-    result = runner.invoke(program, ["archive", "verify", out])
-    assert result.stdout.split()[0] == digest(out)[0]
-    result = runner.invoke(program, ["encounters", out, "--distance", "2000", "-o", str(tmp_path / "e.csv")])
-    assert result.exit_code == 0 and (tmp_path / "e.csv").exists()
-    shutil.rmtree(out)
+    assert json.loads(run("archive", "status", out, "--json")[1])["to_do"] == 0
+    assert run("archive", "verify", out)[1].split()[0] == digest(out)[0]

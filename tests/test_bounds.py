@@ -1,6 +1,6 @@
 """No index is unchecked: public names with hostile arguments, where NumPy checks every index of every kernel.
 
-The long form is `make bounds`, and that with checks in the compiled kernels `make bounds-all`.
+The long form is `make bounds`; `make bounds-all` has checks in the compiled kernels too.
 """
 
 import json

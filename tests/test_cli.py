@@ -25,42 +25,32 @@ def log(tmp_path_factory):
     return path
 
 
-def test_estimate_without_a_place_to_write_says_how(log):
+def test_estimate_writes_what_is_asked_or_says_how_to_ask(log, tmp_path):
+    pytest.importorskip("bokeh", reason="bokeh is not installed")
     code, out, err = run("estimate", log)
     assert (code, err) == (0, "")
     assert "1001" in out and "-o track.csv" in out and "--report page.html" in out
-
-
-def test_estimate_writes_what_is_asked(log, tmp_path):
-    pytest.importorskip("bokeh", reason="bokeh is not installed")
     table, page = tmp_path / "track.csv", tmp_path / "page.html"
     code, out, _ = run("estimate", log, "-o", table, "--report", page, "--smooth", "--profile", "small-usv")
     assert code == 0 and f"wrote {table}" in out
-    assert len(pl.read_csv(table)) == 1001
-    text = page.read_text()
-    assert 'id="data"' in text and "<script src" not in text, "the page opens offline"
+    assert len(pl.read_csv(table)) == 1001 and 'id="data"' in page.read_text()
 
 
-def test_json_is_for_machines(log):
-    code, out, _ = run("estimate", log, "--json", "--rate", "10", "--profile", "small-usv")
-    summary = json.loads(out)
-    assert code == 0 and summary["rows"] == 2001 and summary["fixes"] == 1001
-    assert isinstance(json.loads(run("info", log, "--json")[1]), list)
-
-
-def test_standard_input_and_gzip(log, tmp_path):
+def test_json_is_for_machines_also_of_standard_input_gzip_and_an_interval(log, tmp_path):
     packed = tmp_path / "sortie.csv.gz"
     packed.write_bytes(gzip.compress(log.read_bytes()))
-    known = ("--json", "--profile", "small-usv")
-    assert json.loads(run("estimate", packed, *known)[1])["fixes"] == 1001
-    assert json.loads(run("estimate", "-", *known, stdin=log.read_bytes())[1])["fixes"] == 1001
 
+    def summary(*arguments, **given):
+        code, out, _ = run("estimate", *arguments, "--json", "--profile", "small-usv", **given)
+        assert code == 0
+        return json.loads(out)
 
-def test_time_is_cut(log):
+    assert summary(packed, "--rate", "10")["rows"] == 2001
+    assert summary("-", stdin=log.read_bytes())["fixes"] == 1001
     start = turning(2.0, 0.5, 200.0).time[0]
-    interval = ("--from", start + 50, "--until", "2023-11-14T22:15:00Z")
-    summary = json.loads(run("estimate", log, "--json", "--profile", "small-usv", *interval)[1])
-    assert summary["start"] == "2023-11-14T22:14:10Z" and summary["fixes"] == 250
+    cut = summary(log, "--from", start + 50, "--until", "2023-11-14T22:15:00Z")
+    assert cut["start"] == "2023-11-14T22:14:10Z" and cut["fixes"] == 250
+    assert isinstance(json.loads(run("info", log, "--json")[1]), list)
 
 
 def test_tune_writes_a_profile_that_estimate_takes(log, tmp_path):
@@ -94,23 +84,14 @@ def test_an_input_is_never_overwritten(log):
         (["estimate", "LOG", "-o", "track.xls"], ".parquet"),
         (["estimate", "LOG", "--report", "page.pdf"], "expected .html or .png"),
         (["estimate", "LOG", "--profile", "otterr"], "expected one of otter"),
-        (["estimate", "LOG", "--profile", "gone.toml"], "gone.toml cannot be read"),
         (["estimate", "LOG", "--aid", "sextant"], "--aid names 'sextant', expected some of auto, sog"),
-        (
-            ["archive", "run", "LOG", "-o", "new", "--aid", "auto"],
-            "--aid names 'auto', expected some of sog, cog, heading",
-        ),
         (["estimate", "LOG", "-o", "missing/track.csv"], "cannot write 'missing/track.csv': no directory 'missing'"),
         (["estimate", "LOG", "--from", "2035-01-01"], "no position of table lies between"),
-        (["estimate", "LOG", "--rate", "0"], "rate is 0.0"),
         (["estimate", "LOG", "--rate", "1e-320"], "expected Hz between 1e-6 and 1000"),
         (["advise", "otter", "--speed", "1e300"], "--speed is 1e+300, expected at most 1000 m/s"),
         (["estimate", "LOG", "--rate", "fast"], "--rate is 'fast', expected a number in Hz"),
         (["estimate", "LOG", "--from", "yesterday"], "--from is 'yesterday', expected a time"),
-        (["estimate", "LOG", "--from", "2040-01-01T00:00:00Z"], "no position of"),
-        (["estimate", "LOG", "--source", "GP"], "GP"),
         (["estimate", "LOG", "--loud"], "No such option"),
-        (["tune", "LOG", "-o", "mine.yaml"], "expected .toml"),
         (["study", "otter"], "study 'otter' is unknown"),
         (["sail"], "No such command"),
     ],
@@ -137,13 +118,9 @@ def test_every_help_has_an_example_and_no_types():
     for words, command in commands_of(root):
         name = " ".join(words)
         assert f"steerway {name}" in inspect.cleandoc(command.help), f"{name} has no example"
-        help = " ".join(
-            filter(
-                None,
-                (each.display_type_rich(top) for each in command.get_params(top) if not getattr(each, "hidden", False)),
-            )
-        )
-        assert "<" not in help, f"the help of {name} shows a type: {help}"
+        shown = [each for each in command.get_params(top) if not getattr(each, "hidden", False)]
+        types = [each.display_type_rich(top) or "" for each in shown]
+        assert "<" not in "".join(types), f"the help of {name} shows a type: {types}"
 
 
 def test_the_shell_completes_commands_and_options():

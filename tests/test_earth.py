@@ -1,5 +1,6 @@
 """The ellipsoid against golden numbers, and the tangent plane as its own inverse."""
 
+import itertools
 import math
 
 import numpy as np
@@ -41,14 +42,12 @@ def test_displacement_matches_the_golden_rows(shared_data):
         assert_golden(scaled, (row["llh2flat_xn"], row["llh2flat_yn"]))
 
 
-@pytest.mark.parametrize("latitude_deg", [-80.0, -33.0, 0.0, 63.4, 85.0])
-@pytest.mark.parametrize("longitude_deg", [-180.0, -179.9999, 0.0, 10.4, 179.9999])
-def test_displacement_undoes_displaced_across_the_antimeridian(latitude_deg, longitude_deg):
-    here = math.radians(latitude_deg), math.radians(longitude_deg)
-    for north, east in [(30.0, 40.0), (-30.0, 40.0), (30.0, -40.0)]:
-        latitude, longitude = displaced(*here, north, east)
-        assert -math.pi <= longitude < math.pi
-        np.testing.assert_allclose(displacement(latitude, longitude, *here), (north, east), atol=2e-8)
+def test_displacement_undoes_displaced_across_the_antimeridian():
+    for here in itertools.product(np.radians([-80.0, -33.0, 0.0, 63.4, 85.0]), np.radians([-180.0, 0.0, 179.9999])):
+        for north, east in [(30.0, 40.0), (-30.0, 40.0), (30.0, -40.0)]:
+            latitude, longitude = displaced(*here, north, east)
+            assert -math.pi <= longitude < math.pi
+            np.testing.assert_allclose(displacement(latitude, longitude, *here), (north, east), atol=2e-8)
 
 
 def test_a_minute_of_latitude_is_a_nautical_mile():

@@ -126,17 +126,12 @@ TOPICS = "CREATE TABLE topics AS SELECT 1 AS id, '/fix' AS name, 'sensor_msgs/ms
 COUNTING = "WITH RECURSIVE n(k) AS (SELECT 1 UNION ALL SELECT k + 1 FROM n) SELECT"
 
 
-@pytest.mark.parametrize(
-    "messages",
-    [
-        f"CREATE VIEW messages AS {COUNTING} 1 AS topic_id, k AS timestamp, x'00' AS data FROM n",
-        f"CREATE VIEW messages AS {COUNTING} 1 AS topic_id, k AS timestamp, zeroblob(1000000000) AS data FROM n",
-    ],
-)
-def test_a_bag_whose_messages_are_a_query_without_end_is_refused(messages):
+def test_a_bag_whose_messages_are_a_query_without_end_is_refused():
     began = time.process_time()
-    with pytest.raises(InputError, match="is no ROS 2 bag"):
-        survey(database(TOPICS, messages))
+    for data in ("x'00'", "zeroblob(1000000000)"):
+        messages = f"CREATE VIEW messages AS {COUNTING} 1 AS topic_id, k AS timestamp, {data} AS data FROM n"
+        with pytest.raises(InputError, match="is no ROS 2 bag"):
+            survey(database(TOPICS, messages))
     assert time.process_time() - began < LIMIT
 
 
@@ -162,8 +157,8 @@ def test_a_parquet_file_that_declares_more_rows_than_it_can_hold_is_refused():
 PANICS = """
 import sys
 from tests.test_hostile_input import parquet
-from steerway.core.errors import InputError
-from steerway.formats import table
+from steerway.core import InputError
+from steerway.formats.testing import table
 import numpy as np
 whole, rng, seen = parquet(2), np.random.default_rng(0), set()
 ends = [(rng.integers(len(whole) - 600, len(whole)), rng.integers(256)) for _ in range(600)]
@@ -183,8 +178,5 @@ print("a warning", file=sys.stderr)
 
 def test_a_damaged_parquet_file_is_one_sentence():
     done = subprocess.run([sys.executable, "-c", PANICS], capture_output=True, text=True)
-    assert (done.returncode, done.stdout, done.stderr) == (
-        0,
-        "True\n",
-        "a warning\n",
-    )  # panics occurred, and were quiet
+    # Panics occurred, and were quiet.
+    assert (done.returncode, done.stdout, done.stderr) == (0, "True\n", "a warning\n")

@@ -1,97 +1,92 @@
 """A kernel is compiled anew when something that it depends on changes, and only then."""
 
 import os
+import shutil
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
+import steerway
 from steerway.core.testing import kernel_cache
+
+DIGEST = """
+import boats, sys
+from steerway.core.testing import kernel_cache
+kernel_cache.module_directory("boats.boat", "")
+print(kernel_cache.source_digest("boats.boat"))
+"""
+
+
+def python(code, *arguments, **environment):
+    """What a process of its own prints; it reads every source anew."""
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments], env=os.environ | environment, capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    return done.stdout
 
 
 @pytest.fixture
-def package(tmp_path, monkeypatch):
-    """Writes modules of a package `boats` into a folder that imports find."""
-    folder = tmp_path / "boats"
-    folder.mkdir()
-    (folder / "__init__.py").write_text("")
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setenv("STEERWAY_CACHE", str(tmp_path / "cache"))
-    _forget()
+def digest(tmp_path):
+    """Writes modules of a package `boats`; returns the digest of its module `boat`, of which a directory is kept."""
+    (tmp_path / "boats").mkdir()
+    (tmp_path / "boats" / "__init__.py").write_text("")
+    shutil.copytree(Path(steerway.__file__).parent / "core", tmp_path / "steerway" / "core")
+    (tmp_path / "steerway" / "__init__.py").write_text("")
 
-    def write(**sources):
+    def written(**sources):
         for name, source in sources.items():
-            (folder / f"{name}.py").write_text(source)
-        _forget()
+            (tmp_path / "boats" / f"{name}.py").write_text(source)
+        return python(DIGEST, PYTHONPATH=str(tmp_path), STEERWAY_CACHE=str(tmp_path / "cache"))
 
-    import boats  # noqa: F401
-
-    yield write
-    sys.modules.pop("boats")
-    _forget()
+    return written
 
 
-def _forget():
-    for each in (kernel_cache._source, kernel_cache._file, kernel_cache.kernel_cache):
-        each.cache_clear()
+@pytest.mark.parametrize(
+    "statement", ["from boats import hull", "import boats.hull as h", "from boats.hull import (\n    SLOW as S,\n)"]
+)
+def test_a_change_in_an_imported_file_is_seen_however_it_is_imported(digest, statement):
+    before = digest(base="SLOW = 0.3\n", hull="from .base import (\n    SLOW,\n)\n", boat=statement + "\n")
+    assert digest(rudder="x = 1\n") == before
+    assert digest(base="SLOW = 0.4\n") != before
 
 
-def test_a_change_in_an_imported_file_is_seen_however_it_is_imported(package):
-    package(base="SLOW = 0.3\n", hull="from .base import (\n    SLOW,\n)\n", rudder="x = 1\n")
-    for statement in (
-        "from boats import hull",
-        "import boats.hull as h",
-        "from boats.hull import (\n    SLOW as S,\n)",
-    ):
-        package(base="SLOW = 0.3\n", boat=statement + "\n")
-        before = kernel_cache.source_digest("boats.boat")
-        package(rudder=f"x = {len(statement)}\n")
-        assert kernel_cache.source_digest("boats.boat") == before
-        package(base="SLOW = 0.4\n")
-        assert kernel_cache.source_digest("boats.boat") != before
+def test_a_kernel_of_another_package_depends_on_this_one(digest, tmp_path):
+    before = digest(boat="from steerway.core.angles import wrap\n")
+    for name, changes in (("magnetic", False), ("angles", True)):
+        with (tmp_path / "steerway" / "core" / f"{name}.py").open("a") as file:
+            file.write("# changed\n")
+        assert (digest() != before) == changes
 
 
-def test_a_kernel_of_another_package_depends_on_this_one(package):
-    package(boat="from steerway.core.angles import wrap\n")
-    alone = kernel_cache.source_digest("boats.boat")
-    source = kernel_cache._source
+def test_the_oldest_versions_of_a_module_are_removed(tmp_path, monkeypatch):
+    monkeypatch.setenv("STEERWAY_CACHE", str(tmp_path))
+    kernel_cache.kernel_cache.cache_clear()
     try:
-        kernel_cache._source = lambda name: ("changed", ()) if name == "steerway.core.angles" else source(name)
-        assert kernel_cache.source_digest("boats.boat") != alone
+        for k in range(12):
+            assert kernel_cache.module_directory("steerway.core.angles", f"-{k}").is_dir()
     finally:
-        kernel_cache._source = source
+        kernel_cache.kernel_cache.cache_clear()
+    assert 2 <= len(list((tmp_path / "steerway" / "kernels" / "steerway.core.angles").iterdir())) <= 10
 
 
-def test_the_oldest_versions_of_a_module_are_removed(package, tmp_path):
-    for k in range(12):
-        package(boat=f"x = {k}\n")
-        assert kernel_cache.module_directory("boats.boat", "").is_dir()
-    assert len(list((tmp_path / "cache" / "steerway" / "kernels" / "boats.boat").iterdir())) == kernel_cache._KEPT
-
-
-FULL = """
+KERNEL = """
 import resource, signal
-signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 from steerway.core import displacement
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
 print(displacement(0.0, 0.0, 0.0, 0.0))
 """
 
 
-def test_on_a_full_disk_a_kernel_is_compiled_and_not_kept(tmp_path):
-    done = subprocess.run(
-        [sys.executable, "-c", FULL], env=os.environ | {"STEERWAY_CACHE": str(tmp_path)}, capture_output=True, text=True
-    )
-    assert (done.stdout, done.stderr) == ("(0.0, 0.0)\n", "")
-    assert not list(tmp_path.rglob("*.nbc"))
-
-
-def test_without_a_writable_directory_nothing_is_kept(package, monkeypatch, tmp_path):
+def test_on_a_full_disk_or_without_a_directory_a_kernel_is_compiled_and_not_kept(tmp_path):
     (tmp_path / "file").write_text("")
-    monkeypatch.setenv("STEERWAY_CACHE", str(tmp_path / "file"))
-    _forget()
-    assert kernel_cache.module_directory("boats.boat", "") is None
+    for place in (tmp_path, tmp_path / "file"):
+        assert python(KERNEL, STEERWAY_CACHE=str(place)) == "(0.0, 0.0)\n"
+    assert not list(tmp_path.rglob("*.nbc"))
 
 
 BESIDE = """
@@ -110,16 +105,9 @@ print(compiled.count("displacement"))
 
 
 def test_of_processes_that_begin_together_one_compiles(tmp_path):
-    at_once = str(time.time() + 5.0)
-    beside = [
-        subprocess.Popen(
-            [sys.executable, "-c", BESIDE, at_once],
-            env=os.environ | {"STEERWAY_CACHE": str(tmp_path)},
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        for _ in range(3)
-    ]
+    command = [sys.executable, "-c", BESIDE, str(time.time() + 5.0)]
+    environment = os.environ | {"STEERWAY_CACHE": str(tmp_path)}
+    beside = [subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(3)]
     assert sorted(each.communicate()[0] for each in beside) == ["0\n", "0\n", "1\n"]
 
 

@@ -347,6 +347,7 @@ def test_a_live_link_takes_everything_once():
             speeds += int(np.isfinite(taken.sog).sum())
     np.testing.assert_allclose(times, time, atol=1e-6)
     assert positions == 30 and speeds >= 30
+    assert len(reader.recording().sources.get("GP", ())) < 10, "what was taken is not kept"
 
 
 def test_recognises_by_content():

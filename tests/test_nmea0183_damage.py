@@ -1,18 +1,15 @@
-"""Damage costs what it touches and nothing else, and no bytes whatever raise."""
-
-import gzip
+"""Damage costs what it touches and nothing else; that no bytes whatever raise is in `test_fuzz`."""
 
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from steerway.core import InputError
-from steerway.formats.testing import nmea0183, read
+from steerway.formats.testing import nmea0183
 from tests.sentences import sortie
 
 WHOLE = sortie(60)
 LINES = WHOLE.splitlines(keepends=True)
-quick = settings(max_examples=150, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+quick = settings(max_examples=100, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 
 
 def readings_of(data):
@@ -26,28 +23,6 @@ def assert_same(one, other):
     for name, fixes in one.sources.items():
         for column, values in fixes.columns().items():
             np.testing.assert_array_equal(values, other.sources[name].columns()[column], err_msg=f"{name} {column}")
-
-
-@quick
-@given(st.binary(max_size=2000))
-def test_random_bytes(data):
-    nmea0183.read(data)
-
-
-@quick
-@given(st.binary(max_size=300), st.integers(0, len(WHOLE)))
-def test_the_front_door_raises_nothing_but_input_errors(data, cut):
-    for log in (data, data + WHOLE[cut:], gzip.compress(WHOLE)[: cut // 4] + data):
-        try:
-            read(log)
-        except InputError as error:
-            assert "\n" not in str(error)
-
-
-@quick
-@given(st.text("$!*,.\r\nGPRMCAVNEW0123456789-TZ:", max_size=600))
-def test_random_sentences(text):
-    nmea0183.read(text.encode())
 
 
 @quick
@@ -66,12 +41,12 @@ def test_flipped_bits_cost_only_their_own_sentences(places, random):
     for place in places:
         damaged[place] ^= 1 << random.randrange(8)
     touched, start = set(), 0
-    for k, line in enumerate(LINES):
-        if damaged[start : start + len(line)] != line:
+    for k, sound in enumerate(LINES):
+        if damaged[start : start + len(sound)] != sound:
             touched.add(k)
-        start += len(line)
+        start += len(sound)
     kept = readings_of(bytes(damaged))
-    expected = [line[: line.index(b"*") + 3] for k, line in enumerate(LINES) if k not in touched]
+    expected = [each[: each.index(b"*") + 3] for k, each in enumerate(LINES) if k not in touched]
     position = 0
     for sentence in expected:  # a subsequence: what flips leave sound may stand between
         position = kept.index(sentence, position) + 1
@@ -110,6 +85,6 @@ def test_pieces_of_any_size_say_the_same(sizes):
 
 def test_binary_messages_between_sentences():
     rng = np.random.default_rng(7)
-    frames = [b"\xb5b" + rng.bytes(90) for _ in LINES]
-    mixed = b"".join(frame + line for frame, line in zip(frames, LINES, strict=True))
+    noise = [b"\xb5b" + rng.bytes(90) for _ in LINES]
+    mixed = b"".join(map(bytes.__add__, noise, LINES))
     assert readings_of(mixed) == readings_of(WHOLE)

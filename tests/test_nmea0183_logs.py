@@ -71,52 +71,42 @@ def seconds_of_day(time):
     return 3600 * time.hour + 60 * time.minute + time.second + 1e-6 * time.microsecond if time else np.nan
 
 
-@pytest.fixture(scope="module", params=LOGS)
-def log(request, shared_data):
-    data = (shared_data / "data" / request.param).read_bytes()
+def velocity(message, speed, course):
+    """Two fields of a message of pynmeagps in knots and degrees, NaN where they are empty."""
+    return [np.nan if (value := getattr(message, name)) == "" else value for name in (speed, course)]
+
+
+@pytest.mark.parametrize("name", LOGS)
+def test_a_recorded_log_is_read_as_pynmeagps_reads_it(name, shared_data):
+    data = (shared_data / "data" / name).read_bytes()
     fixes = {offset: message for offset, message in messages(data, POSITION) if is_fix(message)}
-    return request.param, data, fixes
-
-
-def test_position_sentences_agree(log):
-    name, data, theirs = log
     found = nmea0183.sentences(data)
-    row_of = {offset: k for k, offset in enumerate(found.offset.tolist()) if np.isfinite(found.values[k, field.LAT])}
-    assert set(row_of) <= set(theirs), "a fix that pynmeagps refuses"
-    assert len(set(theirs) - set(row_of)) == ONLY_THEIRS.get(name, 0)
+    offsets = found.offset.tolist()
+    row_of = {offset: k for k, offset in enumerate(offsets) if np.isfinite(found.values[k, field.LAT])}
+    assert set(row_of) <= set(fixes), "a fix that pynmeagps refuses"
+    assert len(set(fixes) - set(row_of)) == ONLY_THEIRS.get(name, 0)
     for offset, k in row_of.items():
-        message, values = theirs[offset], found.values[k]
+        message, values = fixes[offset], found.values[k]
         # pynmeagps rounds degrees to ten decimals
-        assert abs(np.degrees(values[field.LAT]) - message.lat) < 1e-10
-        assert abs(np.degrees(values[field.LON]) - message.lon) < 1e-10
+        assert np.abs(np.degrees(values[[field.LAT, field.LON]]) - [message.lat, message.lon]).max() < 1e-10
         np.testing.assert_allclose(values[field.TOD], seconds_of_day(getattr(message, "time", "")), rtol=0, atol=1e-6)
-        if message.msgID == "RMC":
-            speed_and_course = (message.spd, message.cog)
-            theirs_si = [np.nan if value == "" else value for value in speed_and_course]
-            ours = [values[field.SOG] * 3600 / 1852, np.degrees(values[field.COG])]
-            np.testing.assert_allclose(ours, theirs_si, rtol=1e-12, atol=1e-12)
+    velocities = dict(messages(data, VELOCITY))
+    moving = {offset: k for k, offset in enumerate(offsets) if found.kind[k] == field.VTG}
+    assert set(moving) <= set(velocities)
+    expected = [(k, velocity(velocities[offset], "sogn", "cogt")) for offset, k in moving.items()]
+    expected = [(k, theirs) for k, theirs in expected if np.isfinite(theirs[0])]
+    rmc = [(k, fixes[offset]) for offset, k in row_of.items() if fixes[offset].msgID == "RMC"]
+    for k, theirs in expected + [(k, velocity(message, "spd", "cog")) for k, message in rmc]:
+        ours = [found.values[k, field.SOG] * 3600 / 1852, np.degrees(found.values[k, field.COG])]
+        np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
+    every_fix_has_its_row(data, fixes.values())
 
 
-def test_vtg_agrees(log):
-    _, data, _ = log
-    found = nmea0183.sentences(data)
-    row_of = {offset: k for k, offset in enumerate(found.offset.tolist()) if found.kind[k] == field.VTG}
-    theirs = dict(messages(data, VELOCITY))
-    assert set(row_of) <= set(theirs)
-    for offset, k in row_of.items():
-        message, values = theirs[offset], found.values[k]
-        expected = [np.nan if value == "" else value for value in (message.sogn, message.cogt)]
-        ours = [values[field.SOG] * 3600 / 1852, np.degrees(values[field.COG])]
-        if np.isfinite(expected[0]):
-            np.testing.assert_allclose(ours, expected, rtol=1e-12, atol=1e-12)
-
-
-def test_every_valid_fix_has_its_row(log):
+def every_fix_has_its_row(data, fixes):
     """Fixes counted by pynmeagps: distinct in talker, time and place. A row may serve several sentences, when they
     agree to the last digit but one; the coarsest digit here is 1.7e-5°."""
-    _, data, fixes = log
     theirs = set()
-    for message in fixes.values():
+    for message in fixes:
         time = seconds_of_day(getattr(message, "time", ""))
         theirs.add((message.talker, "any" if np.isnan(time) else round(time, 3), message.lat, message.lon))
     ours = {}

@@ -1,11 +1,45 @@
-"""The front door: public names are there when they are asked for, and nothing heavy before."""
+"""The front door: public names are there when they are asked for, nothing heavy before, and the core suffices."""
 
+import os
 import subprocess
 import sys
 
 import pytest
 
 import steerway
+from tests.ais_sentences import sentences, tagged
+from tests.canboat_lines import line, position
+from tests.gpx_documents import WHOLE
+from tests.scenes import turning
+from tests.sentences import sortie
+from tests.ubx_frames import pvt
+
+COMMANDS = """
+import sys
+sys.modules.update(dict.fromkeys({without}))
+from steerway.commands.cli import main
+for arguments in {commands}:
+    sys.argv[1:] = arguments
+    try:
+        main()
+    except SystemExit as end:
+        print(f"\\nended with {{end.code}}")
+"""
+"""Several in one process, which saves a second of starting each."""
+
+
+def process(*command, **environment):
+    """Standard output and standard error of a process that ends well."""
+    environment = os.environ | {name: str(value) for name, value in environment.items()}
+    done = subprocess.run([sys.executable, *command], env=environment, capture_output=True, text=True, check=True)
+    return done.stdout, done.stderr
+
+
+def ends(commands, without=(), **environment):
+    """The exit codes of commands, and what they said on standard error."""
+    commands = [[str(each) for each in arguments] for arguments in commands]
+    out, err = process("-c", COMMANDS.format(without=without, commands=commands), **environment)
+    return [int(each.split()[-1]) for each in out.splitlines() if each.startswith("ended with")], err
 
 
 def test_every_public_name_is_there():
@@ -13,19 +47,57 @@ def test_every_public_name_is_there():
     for name in steerway.__all__:
         assert getattr(steerway, name).__name__ == name
     assert steerway.estimation.estimate is steerway.estimate  # rooms need no import of their own
-
-
-def test_any_other_is_an_attribute_error():
     with pytest.raises(AttributeError, match="module 'steerway' has no attribute 'nothing'"):
         steerway.nothing  # noqa: B018
 
 
-def test_the_door_alone_is_light():
-    asked_for = "import steerway, sys; print('numba' in sys.modules); steerway.read; print(steerway.Fixes.__name__)"
-    printed = subprocess.run([sys.executable, "-c", asked_for], capture_output=True, text=True, check=True)
-    assert printed.stdout.split() == ["False", "Fixes"]
-
-
 def test_the_package_is_a_command():
-    shown = subprocess.run([sys.executable, "-m", "steerway", "--version"], capture_output=True, text=True, check=True)
-    assert shown.stdout.split()[-1] == steerway.__version__
+    assert process("-m", "steerway", "--version")[0].split()[-1] == steerway.__version__
+
+
+LOGS = {
+    "nmea0183": sortie(300),
+    "ubx": b"".join(pvt(second) for second in range(1, 60)),
+    "nmea2000": "\n".join(line(k, 129025, 52, position(k, -k)) for k in range(1, 60)).encode(),
+    "ais": b"\n".join(tagged(1565222400 + k, *sentences(mmsi=1, second=k)) for k in range(50)),
+    "gpx": WHOLE,
+    "csv": b"time_s,lat_deg,lon_deg,sog_mps\n" + b"".join(b"%d,54.%03d,10,2\n" % (k, k) for k in range(100)),
+}
+
+
+def test_information_help_and_lists_compile_nothing(tmp_path):
+    for name, data in LOGS.items():
+        (tmp_path / name).write_bytes(data)
+    commands = [["info", tmp_path / name] for name in LOGS]
+    commands += [["--help"], ["estimate", "--help"], ["profile", "list"], ["profile", "show", "otter"]]
+    kept = tmp_path / "kernels"
+    assert ends(commands, STEERWAY_CACHE=kept) == ([0] * len(commands), "")
+    assert list(kept.rglob("*.nb?")) == []
+    process("-c", "from steerway.core import displacement; displacement(0.0, 0.0, 0.0, 0.0)", STEERWAY_CACHE=kept)
+    assert list(kept.rglob("*.nb?")), "an empty cache is seen to fill"
+
+
+EXTRAS = ("scipy", "sklearn", "distributed", "websockets", "nicegui", "pymavlink", "daqp", "matplotlib", "bokeh")
+
+
+def test_without_the_extras_a_log_is_estimated_a_scenario_simulated_and_what_is_missing_named(tmp_path):
+    log, scenario, staircase = (tmp_path / name for name in ("log.csv", "short.toml", "staircase.csv"))
+    steerway.write(turning(2.0, 0.5, 60.0).fixes(0.3, 1), log)
+    scenario.write_text(
+        "duration = 10.0\n[route]\nwaypoints = [{ north = 0.0, east = 0.0 }, { north = 50.0, east = 0.0 }]\n"
+    )
+    rows = "".join(f"{k},{1.0 + 0.01 * k},{2.0 + 0.02 * k}\n" for k in range(200))
+    staircase.write_text("time_s,speed_mps,shaft_rps\n" + rows)
+    commands = [
+        ["estimate", log, "--smooth", "--profile", "small-usv"],
+        ["simulate", scenario, "-o", tmp_path / "sailed", "--nmea"],
+        ["identify", "surge", staircase],
+        ["estimate", log, "--profile", "small-usv", "--report", tmp_path / "report.html"],
+        ["estimate", log, "--profile", "small-usv", "--report", tmp_path / "report.png"],
+    ]
+    codes, said = ends(commands, EXTRAS)
+    assert codes == [0, 0, 2, 2, 2]
+    assert "This page has figures after pip install" in (tmp_path / "sailed" / "index.html").read_text()
+    needs = "steerway: this needs the package {}, expected pip install '.[{}]' in a clone of steerway"
+    wanted = ("scipy", "identify"), ("bokeh", "report"), ("matplotlib", "report")
+    assert said.splitlines()[-3:] == [needs.format(*each) for each in wanted]

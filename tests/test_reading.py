@@ -203,12 +203,6 @@ def test_survey(log):
     np.testing.assert_allclose(gappy.sources["GP"].longest_gap, 11.0)
 
 
-@pytest.mark.parametrize("name, rows", [("kernevel_latrinite", 25158), ("tomales_kayak", 7540)])
-def test_recorded_logs(shared_data, name, rows):
-    fixes = read(shared_data / "data" / "rob_atlantic_1hz" / f"{name}.nmea")
-    assert fixes.has_position.sum() >= rows
-
-
 def test_several_recorded_receivers(shared_data):
     folder = shared_data / "data" / "palmer_seapath_truth"
     fixes = read(*(folder / f"NBP1406_{name}-2014-08-01" for name in ("seap", "gp02", "PCOD", "gyr1", "adcp")))

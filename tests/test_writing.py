@@ -145,26 +145,6 @@ def test_an_unknown_ending_is_refused_with_those_known(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_no_half_written_file_is_left(tmp_path, monkeypatch):
-    path = tmp_path / "out.csv"
-    path.write_text("as before")
-
-    def fails(record, file):
-        file.write(b"half")
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setitem(writing.WRITERS, ".csv", writing.Writer(fails))
-    with pytest.raises(InputError, match="No space left"):
-        writing.write(fixes(), path)
-    assert path.read_text() == "as before"
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_place_that_cannot_be_written(tmp_path):
-    with pytest.raises(InputError, match=r"cannot write .*No such file"):
-        writing.write(fixes(), tmp_path / "missing" / "out.csv")
-
-
 def test_same_file_sees_through_links(tmp_path):
     (tmp_path / "log.csv").write_text("x")
     (tmp_path / "link.csv").symlink_to(tmp_path / "log.csv")

@@ -1,6 +1,2 @@
-"""Fuzzing for long: `python -m tests.fuzz --minutes 15`.
-
-Mutations of generated and recorded inputs go to everything that reads what others wrote. An input that leads to an
-outcome not seen before joins the corpus, which is kept outside of the repository; where atheris is installed, readers
-in pure Python are also fuzzed by their branch coverage. Findings become tests (`tests/test_fuzz_findings.py`).
-"""
+"""Fuzzing, for long by `make fuzz`: mutations of generated and recorded inputs go to everything that reads what others
+wrote (`tests/test_fuzz.py`). Findings become tests there."""

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import NamedTuple
+from unittest.mock import AsyncMock, patch
 
 import numpy as np
 
@@ -186,8 +187,8 @@ def _mavlink(data):
     companion = Companion(addresses.sources(["mavlink:udpin:127.0.0.1:1"])[0][0])
     rows = []
     companion._deliver = lambda *given: rows.append(given)
-    companion.link._feed(data[: len(data) // 2])
-    companion.link._feed(data[len(data) // 2 :])
+    for part in (data[: len(data) // 2], data[len(data) // 2 :]):
+        companion.link._feed(part)
     return f"{len(rows) > 0} {companion.link.broken > 0}"
 
 
@@ -198,7 +199,6 @@ def _helm(data):
     """A request to the helm page, which is reached by nobody without a login."""
     from steerway.live.testing import Address, gate
 
-    gate._PAUSE = 0.0
     head, _, body = data.partition(b"\n\n")
     first, *lines = head.split(b"\n")
     method, path, scheme = [*first.decode("latin-1").split(" "), "", "", ""][:3]
@@ -220,7 +220,8 @@ def _helm(data):
     scope = {"type": kind, "method": method.upper(), "path": path, "scheme": scheme if scheme in SCHEMES else "http"}
     scope |= {"headers": headers, "query_string": b"", "root_path": "", "client": ("10.0.0.7", 5)}
     sessions = gate.Sessions(TOKEN)
-    asyncio.run(gate.Gate(inside, Address("0.0.0.0", 8080, TOKEN))(scope, receive, send))
+    with patch("asyncio.sleep", new=AsyncMock()):  # the pause after a wrong token
+        asyncio.run(gate.Gate(inside, Address("0.0.0.0", 8080, TOKEN))(scope, receive, send))
     assert answers, "no answer"
     return answers[0]
 
@@ -228,27 +229,36 @@ def _helm(data):
 SCHEMES = ("http", "https", "ws", "wss")
 
 
-def _helm_lines(data):
-    """Lines of the page's process to the service, which carries out what they request."""
+def controls():
+    """Of an autopilot with a route of two points."""
     from steerway.estimation import Profile
-    from steerway.live.testing import Controls, GeodeticRoute, Guide, HoldingGuide, Supervisor, bridge
+    from steerway.live.testing import Controls, GeodeticRoute, Guide, HoldingGuide, Supervisor
 
     route = GeodeticRoute(np.radians([54.0, 54.001]), np.radians([10.0, 10.0]))
     supervisor = Supervisor(route, Profile.named("small-usv"), engage=True)
-    controls = Controls(supervisor, HoldingGuide(Guide(route, supervisor.pilot), route))
-    page = bridge.HelmPage.__new__(bridge.HelmPage)
-    page.service, page._notice, page.address = SimpleNamespace(controls=controls), "", SimpleNamespace(url="")
+    return Controls(supervisor, HoldingGuide(Guide(route, supervisor.pilot), route))
+
+
+def read_from_page(data, requested) -> None:
+    """Lines of the page's process to the service, whose controls are `requested`."""
+    from steerway.live.testing import Address, HelmPage
 
     async def lines():
         for line in data.split(b"\n"):
             if line:
                 yield line
 
+    page = HelmPage(SimpleNamespace(controls=requested), Address("127.0.0.1", 8080, ""))
+    asyncio.run(page._read(SimpleNamespace(stdout=lines())))
+
+
+def _helm_lines(data):
+    requested = controls()
     try:
-        asyncio.run(page._read(SimpleNamespace(stdout=lines())))
+        read_from_page(data, requested)
     except OSError:
         return "failed"
-    return f"{controls.state()['state']} {page._notice[:30]}"
+    return requested.state()["state"]
 
 
 def _packed(given):
@@ -282,10 +292,3 @@ TARGETS = {
     "helm request": Target(seeds.requests, _helm),
     "helm lines": Target(lambda: [json.dumps(each).encode() for each in seeds.HELM_LINES], _helm_lines),
 }
-
-
-def named(name: str) -> Target:
-    """Raises InputError for another name."""
-    if name not in TARGETS:
-        raise InputError(f"target {name!r} is unknown, expected one of {', '.join(TARGETS)}")
-    return TARGETS[name]
