@@ -57,11 +57,11 @@ def test_stamps_of_irregular_fixes_stay():
     assert not Track(fixes.rows(smart[smart < len(fixes)]), ()).regular
 
 
-@pytest.mark.parametrize("stamped", [received, in_whole_seconds])
-def test_at_rest_nothing_tells(stamped):
+def test_at_rest_nothing_tells():
     time = 1e9 + 1.016 * np.arange(2000.0)
     north, east = np.random.default_rng(7).normal(0.0, 0.5, (2, len(time)))
-    assert regular_times(stamped(time), north, east) is None
+    for stamped in (received, in_whole_seconds):
+        assert regular_times(stamped(time), north, east) is None
 
 
 def test_gaps_stay_gaps():
