@@ -13,7 +13,7 @@ from steerway.estimation import InferredFilter, InferredProfile, Profile, hindca
 from steerway.estimation.heading import composite_model
 from steerway.estimation.speed import SurgeFilter
 from steerway.estimation.steering import Response, SteeringFilter
-from steerway.estimation.testing import COURSE, SPEED, HeadingTracker, WeighedStructure, parameters_of, reverse
+from steerway.estimation.testing import HeadingTracker, WeighedStructure, parameters_of
 from steerway.estimation.testing import inference_forecast as forecast
 from steerway.identification import SurgeIdentification, SurgeModel
 from steerway.identification.testing import _under_way, positions_cost
@@ -96,12 +96,6 @@ def test_the_positions_covariance_is_that_of_its_standard_deviation(fixes):
     assert np.linalg.eigvalsh(estimator.covariance).min() > 0.0
 
 
-def test_an_earlier_moment_is_predicted_from(fixes, monkeypatch):
-    monkeypatch.setattr(forecast, "VOYAGES", 4)
-    rows, found = hindcast(fixes.rows(slice(4)), (1.0,), 2.0, inferred())
-    assert len(found) == len(rows) == 2 and (found.variance_north > 0.0).all()
-
-
 def test_filters_refuse_what_is_no_time_step():
     """In silence a NaN would be taken for no time at all, and infinity would forget everything."""
     calls = (
@@ -115,17 +109,6 @@ def test_filters_refuse_what_is_no_time_step():
     for dt, call in itertools.product((math.nan, math.inf), calls):
         with pytest.raises(steerway.InputError, match="dt is"):
             call(dt)
-
-
-def test_running_backwards_twice_is_running_forwards():
-    rng = np.random.default_rng(1)
-    x, root = rng.normal(size=(1, 6)), rng.normal(size=(1, 6, 6))
-    p = np.einsum("kij,klj->kil", root, root)
-    state, covariance = x.copy(), p.copy()
-    reverse(state, covariance, 0)
-    assert state[0, SPEED] == -x[0, SPEED] and state[0, COURSE] == x[0, COURSE] + math.pi
-    reverse(state, covariance, 0)
-    np.testing.assert_array_equal(covariance, p)
 
 
 def test_the_steering_filter_takes_a_heading_and_a_yaw_rate():
@@ -247,20 +230,6 @@ def test_what_a_vehicles_own_loop_adds_to_a_turn_is_foreseen():
         assert _turn_by_own_loop(share, 0.2) < 0.5 * _turn_by_own_loop(share, 0.0)
 
 
-def test_the_cost_of_a_rudders_effect_is_least_near_the_truth(fixes):
-    """A straight run with the rudder amidships: an effect that is not there costs."""
-    profile = Profile(speed_noise=1e-3, course_rate_noise=1e-4, position_std=0.1)
-    motion, tuning = steerway.estimate(fixes, profile), profile.parameters()
-    motion = motion.rows(np.isfinite(motion.cog))
-    time, rudder = np.arange(12.0), np.ones(12)
-    north, east = 2.0 * math.cos(1.0) * time, 2.0 * math.sin(1.0) * time
-    cost = [
-        positions_cost(time, rudder, north, east, gain, 0.0, 1.0, tuning, _under_way(tuning, north, east, motion))
-        for gain in (0.0, 0.3)
-    ]
-    assert cost[0] < cost[1]
-
-
 def test_a_guess_of_surge_balances_half_throttle():
     guess = SurgeIdentification(SurgeModel(0.1, 0.05, 1e-3), np.zeros(3), 0.0, True, "").guess(20.0)
     assert guess["linear_drag"] == 0.1 and guess["quadratic_drag"] == 0.05
@@ -288,3 +257,23 @@ def test_every_history_of_a_few_fixes_is_visited():
     assert np.isfinite(mean).all() and 0.0 <= accepted <= 1.0
     means, spreads = particle_filter(places, start, models, 1.0, 20, 1)
     assert np.isfinite(means).all() and np.isfinite(spreads).all()
+
+
+def test_an_earlier_moment_is_predicted_from(fixes, monkeypatch):
+    monkeypatch.setattr(forecast, "VOYAGES", 4)
+    rows, found = hindcast(fixes.rows(slice(4)), (1.0,), 2.0, inferred())
+    assert len(found) == len(rows) == 2 and (found.variance_north > 0.0).all()
+
+
+def test_the_cost_of_a_rudders_effect_is_least_near_the_truth(fixes):
+    """A straight run with the rudder amidships: an effect that is not there costs."""
+    profile = Profile(speed_noise=1e-3, course_rate_noise=1e-4, position_std=0.1)
+    motion, tuning = steerway.estimate(fixes, profile), profile.parameters()
+    motion = motion.rows(np.isfinite(motion.cog))
+    time, rudder = np.arange(12.0), np.ones(12)
+    north, east = 2.0 * math.cos(1.0) * time, 2.0 * math.sin(1.0) * time
+    cost = [
+        positions_cost(time, rudder, north, east, gain, 0.0, 1.0, tuning, _under_way(tuning, north, east, motion))
+        for gain in (0.0, 0.3)
+    ]
+    assert cost[0] < cost[1]

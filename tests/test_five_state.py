@@ -170,18 +170,6 @@ def test_streaming_is_the_whole_record(profile):
     np.testing.assert_allclose(np.array(output)[moving], whole_record.T[moving], rtol=1e-12, atol=1e-12)
 
 
-def test_rate_changes_nothing_on_a_straight():
-    """With no course rate, its decay aside, mean and covariance of a step do not depend on how often it is cut."""
-    x, p = some_state(3)
-    x[RATE], p[RATE, :], p[:, RATE] = 0.0, 0.0, 0.0
-    profile = PROFILE.model_copy(update={"course_rate_noise": 1e-30})
-    once = predicted(x, p, 1.0, profile.parameters()[0])
-    for _ in range(10):
-        x, p = predicted(x, p, 0.1, profile.parameters()[0])
-    np.testing.assert_allclose(x, once[0], rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(p, once[1], rtol=1e-9, atol=1e-9)
-
-
 def test_rate_changes_little_in_a_turn():
     """In a turn a step takes the decaying rate as constant, and noise as entering along the mean course.
 

@@ -245,22 +245,6 @@ def test_a_dozen_fixes_tell_their_noise():
     assert math.sqrt(np.mean(squares)) < 0.3
 
 
-def test_fixes_five_a_second_stamped_to_the_second():
-    """Four intervals of five are zero."""
-    scene = straight(2.0, 1.0, 120.0)
-    motion = steerway.estimate(replace(scene.fixes(0.5, 3), time=np.floor(scene.time)))
-    assert np.abs(motion.sog - 2.0)[SETTLED:].max() < 0.1
-
-
-def test_an_interrupted_dozen_of_fixes_has_the_usual_numbers():
-    """After a gap a fix far off starts the filter anew, and it settles: no row is left to tell a number."""
-    seconds = np.array([0, 1, 2, 3, 70, 71, 378, 379, 380])
-    fixes = straight(2.0, 1.0, 400.0, 1.0).fixes(0.5, 3).rows(seconds)
-    east = 1e-4 * np.array([0, 0, 0, 0, 1, 1, 2, 2, 2])
-    motion = steerway.estimate(replace(fixes, longitude=fixes.longitude + east))
-    assert np.isfinite(motion.sog[motion.status != STARTING]).all()
-
-
 def test_a_vessel_at_one_place_is_at_rest():
     motion = steerway.estimate(ONE_PLACE)
     assert (motion.status[10:] == NO_COURSE).all()

@@ -9,13 +9,10 @@ import polars as pl
 import pytest
 from typer.testing import CliRunner
 
-import steerway
-from steerway import Fixes, InputError, Profile
+from steerway import Fixes, InputError
 from steerway.commands.testing import app
 from steerway.estimation.testing import lateness, on_time
-from tests.scenes import angle_error, turning
-
-SMALL = Profile(speed_noise=1e-2, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.1)
+from tests.scenes import turning
 
 
 def late_receiver(late, duration=300.0):
@@ -58,24 +55,6 @@ def test_positions_are_put_back_and_instruments_stay():
     assert on_time(fixes, 0.0) is fixes
     with pytest.raises(InputError, match="latency is -1"):
         on_time(fixes, -1.0)
-
-
-def test_latency_taken_out_lets_a_gyro_aid_again():
-    """Positions two seconds late beside a gyro in time: aided by it the course errs less once they are put back."""
-    scene = turning(2.0, 0.5, 300.0, density=8e-3)
-    rate = np.gradient(scene.cog, scene.time)
-    fixes = scene.fixes(0.3, 2)
-    late = replace(fixes, time=fixes.time + 2.0)
-    gyro = Fixes(scene.time, *np.full((2, len(rate)), np.nan), yaw_rate=rate)
-    columns = {name: np.concatenate([late.columns()[name], gyro.columns()[name]]) for name in late.columns()}
-    log = replace(late, **columns).in_order()
-    errors = []
-    for record, shift in ((log, 2.0), (on_time(log, 2.0), 0.0)):
-        motion = steerway.estimate(record, SMALL.model_copy(update={"position_std": 0.3}), aid=("yaw_rate",))
-        there = (motion.time - shift > scene.time[50]) & (motion.time - shift < scene.time[-1])
-        at = np.interp(motion.time - shift, scene.time, scene.cog)
-        errors.append(np.sqrt(np.nanmean(angle_error(motion.cog, at)[there] ** 2)))
-    assert errors[1] < 0.6 * errors[0]
 
 
 @pytest.fixture

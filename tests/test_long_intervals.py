@@ -56,16 +56,3 @@ def test_at_low_speed_one_step_is_many():
         assert not estimator.underway
     np.testing.assert_allclose(at_once.state, in_steps.state, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(at_once.covariance, in_steps.covariance, rtol=1e-9, atol=1e-9)
-
-
-def test_the_smoother_crosses_an_interval_at_once_or_second_by_second(reports):
-    some = reports.rows(reports.mmsi == 1).rows(slice(0, 300))
-    estimator = FiveStateFilter("ais")
-    at_fixes, by_seconds = estimator.smooth(some), estimator.smooth(some, rate=1.0)
-    assert np.isfinite(at_fixes.latitude).all()
-    same = np.searchsorted(by_seconds.time, at_fixes.time)
-    away = np.abs(by_seconds.sog[same] - at_fixes.sog) / at_fixes.sog_std
-    assert np.nanmedian(away) < 1e-3
-    errors = [each - some.water_speed for each in (at_fixes.sog, by_seconds.sog[same])]
-    error, by_steps = (float(np.sqrt(np.nanmean(each**2))) for each in errors)
-    assert error < 1.05 * by_steps

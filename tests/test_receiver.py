@@ -10,7 +10,7 @@ import pytest
 import steerway
 from steerway.core import REJECTED, wrap_array
 from steerway.core.testing import PREDICTED
-from steerway.estimation import InferredProfile, LearningFilter
+from steerway.estimation import InferredProfile
 from steerway.estimation.testing import (
     COURSE,
     MODES,
@@ -148,23 +148,6 @@ def test_fixes_that_a_receiver_extrapolates_are_predicted_and_tell_nothing():
     for name in ("sog", "cog", "course_rate"):
         apart = wrap_array(getattr(motion, name)[measured] - getattr(alone, name))
         assert rms(apart / getattr(alone, f"{name}_std")) < 0.5, name
-
-
-def test_a_learning_filter_predicts_the_fixes_that_a_receiver_extrapolates():
-    """Behind its last inference, at 240 s, it is as good as one that is given the measured fixes alone."""
-    scene = turning(1.5, 0.3, 400.0, seed=2, density=1e-4)
-    fixes = extrapolating(scene.fixes(0.1, 2), 5)
-    estimator, sog, status = LearningFilter(background=False), [], []
-    for row, dt in enumerate(np.diff(fixes.time, prepend=fixes.time[0])):
-        values, _, state = estimator.row(dt, fixes.latitude[row], fixes.longitude[row])
-        sog.append(values[2])
-        status.append(state)
-    rows = np.arange(len(fixes.time))
-    learned, measured = fixes.time - fixes.time[0] > 260.0, rows % 5 == 0
-    assert ((np.array(status) != PREDICTED) == measured)[learned].all()
-    alone = motion_of(fixes.rows(measured), estimator.learned.weighed)
-    apart = np.array(sog)[measured] - alone.sog
-    assert rms((apart / alone.sog_std)[learned[measured]]) < 0.5
 
 
 def test_measured_fixes_are_not_taken_for_extrapolated_ones():

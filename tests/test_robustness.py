@@ -188,21 +188,3 @@ def test_another_position_of_the_same_time_and_the_same_of_another_count():
     later = reported_twice(fixes)
     later = replace(later, time=later.time + np.tile([0.0, 0.1], len(fixes)))
     assert np.isfinite(FiveStateFilter(SMALL).filter(later).nis[2:]).all()
-
-
-def test_aids_that_come_with_a_fix_given_twice_count():
-    scene = turning(1.3, 0.5, 60.0, seed=3)
-    reported = replace(scene.fixes(0.3, 3), yaw_rate=np.gradient(np.unwrap(scene.cog), scene.time))
-    later = reported_twice(reported)
-    later.yaw_rate[::2] = np.nan
-    estimator = FiveStateFilter(SMALL, ("yaw_rate",))
-    found, known = estimator.filter(later), estimator.filter(reported)
-    np.testing.assert_allclose(found.course_rate_std[101::2], known.course_rate_std[50:], rtol=1e-3)
-
-
-def test_two_vessels_at_one_place_and_time_are_two():
-    fixes = straight(2.0, 0.3, 30.0).fixes(0.3, 1)
-    two = replace(reported_twice(fixes), mmsi=np.tile([1, 2], len(fixes))).in_order()
-    motion = FiveStateFilter(SMALL).filter(two)
-    np.testing.assert_array_equal(motion.sog[: len(fixes)], motion.sog[len(fixes) :])
-    assert np.isfinite(motion.nis[len(fixes) + 1 :]).all()

@@ -31,7 +31,8 @@ other_maximum = pytest.mark.xfail(strict=True, reason="3.3 mm/s, with the true t
 
 
 @pytest.mark.parametrize(
-    ("rate", "stamped"), [(1.0 / 1.016, received), pytest.param(5.0, in_whole_seconds, marks=other_maximum)]
+    ("rate", "stamped"),
+    [(1.0 / 1.016, received), pytest.param(5.0, in_whole_seconds, marks=[other_maximum, pytest.mark.study])],
 )
 def test_fixes_at_regular_times_under_irregular_stamps(rate, stamped):
     scene = turning(2.5, 0.3, 900.0, rate=rate, seed=4, density=2e-4)

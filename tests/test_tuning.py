@@ -22,7 +22,6 @@ from steerway.sensors import Gnss
 from steerway_studies.testing import BEGIN, FAST, SLOW, standstill
 from steerway_studies.testing import scenarios_sail as sail
 from tests.command_line import run
-from tests.scenes import angle_error, sailed
 
 ONE = Profile(speed_noise=1e-3, course_rate_noise=1e-3, course_rate_decay=0.3, position_std=0.3)
 
@@ -151,7 +150,7 @@ def test_the_command_line_shows_intervals(tmp_path):
 
 def test_a_vessel_that_stops_is_known_to_stop():
     """One who hardly changes her speed, but for once: the filter takes it from the log that she does."""
-    voyage, fixes = standstill(sail(SLOW, 6), logged(SLOW, 6, white=0.5), np.random.default_rng(6))
+    _, fixes = standstill(sail(SLOW, 6), logged(SLOW, 6, white=0.5), np.random.default_rng(6))
     motion = steerway.estimate(fixes)
     resting = (motion.time > BEGIN + 10.0) & (motion.time < BEGIN + 100.0)
     assert np.isnan(motion.cog[resting]).mean() > 0.95
@@ -165,7 +164,7 @@ def test_a_vessel_of_two_modes_is_forecast_by_her_average():
     assert ONE.on_average is ONE and ONE.agility == ONE.course_rate_noise
     assert known.agility == known.turn_course_rate_noise
     scores = []
-    for seed in range(12):
+    for seed in range(20):
         voyage = sail(SLOW, seed)
         fixes = voyage.fixes(Gnss(white=0.5), seed)
         found = predict(fixes.rows(np.arange(1201)), 30.0, known)
@@ -174,15 +173,3 @@ def test_a_vessel_of_two_modes_is_forecast_by_her_average():
         spread = [[found.variance_north[0], found.covariance[0]], [found.covariance[0], found.variance_east[0]]]
         scores.append(miss @ np.linalg.solve(spread, miss))
     assert np.median(scores) < 3.0 and np.quantile(scores, 0.9) < 8.0
-
-
-def test_smoothing_begins_at_rest_with_a_slow_error():
-    """The filter from the future starts at a wrong velocity; what grows backwards must not hide the velocity there."""
-    speed = np.r_[np.full(400, 2.0), np.linspace(2.0, 0.0, 20), np.zeros(600)]
-    scene = sailed(speed, np.full(len(speed), 0.4), rate=1.0)
-    fixes = scene.fixes(0.05, 1)
-    profile = SLOW.known(0.05).model_copy(update={"error_std": 0.5, "error_time": 20.0, "speed_noise": 5e-3})
-    causal, smoothed = (steerway.estimate(fixes, profile, smooth=smooth) for smooth in (False, True))
-    there = slice(100, 380)
-    assert np.all(causal.cog[there] != smoothed.cog[there])
-    assert np.nanstd(angle_error(smoothed.cog, scene.cog)[there]) < np.nanstd(angle_error(causal.cog, scene.cog)[there])
