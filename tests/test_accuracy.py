@@ -66,9 +66,9 @@ def test_trouble_makes_no_rule_and_a_start_in_trouble_is_forgotten():
 
 @pytest.mark.parametrize("profile", [ONE, TWO], ids=["one mode", "two modes"])
 def test_a_receiver_that_says_when_it_is_bad_is_followed_through(profile):
-    """Over six runs with σ 0.5 and 5 m, tuned for 0.5 m: without it every second estimate in trouble is nonsense."""
+    """Over four runs with σ 0.5 and 5 m, tuned for 0.5 m: without it every second estimate in trouble is nonsense."""
     errors, nis = {True: [], False: []}, []
-    for seed in range(6):
+    for seed in range(4):
         scene, fixes, bad = troubled(seed)
         for heeded in errors:
             motion = FiveStateFilter(profile).filter(fixes if heeded else replace(fixes, position_std=None))
@@ -81,20 +81,10 @@ def test_a_receiver_that_says_when_it_is_bad_is_followed_through(profile):
     assert np.mean(nis) == pytest.approx(2.0, abs=0.25)
 
 
-def test_a_receiver_that_does_not_exaggerate_is_believed_too_much_but_followed():
-    errors, rejected = [], []
-    for seed in range(4):
-        scene, fixes, bad = troubled(seed, exaggerated=1.0)
-        motion = FiveStateFilter(ONE).filter(fixes)
-        errors.append((motion.sog - scene.sog)[bad])
-        rejected.append(np.mean(motion.nis[bad] > 13.8))
-    assert math.sqrt(np.nanmean(np.square(errors))) < 0.2 and np.mean(rejected) < 0.3
-
-
 @pytest.mark.parametrize("profile", [ONE, TWO], ids=["one mode", "two modes"])
 def test_the_smoother_heeds_it_in_both_directions(profile):
     squares = np.zeros(2)
-    for seed in range(4):
+    for seed in range(2):
         scene, fixes, bad = troubled(seed)
         for k, motion in enumerate((FiveStateFilter(profile).filter(fixes), FiveStateFilter(profile).smooth(fixes))):
             squares[k] += np.mean(angle_error(motion.cog, scene.cog)[bad] ** 2)
@@ -104,10 +94,9 @@ def test_the_smoother_heeds_it_in_both_directions(profile):
 def test_of_fixes_all_alike_it_changes_nothing():
     _, fixes, _ = troubled(1)
     silent, constant = (replace(fixes, position_std=each) for each in (None, np.full(len(fixes), 4.0)))
-    for smooth in (False, True):
-        ours = [steerway.estimate(each, ONE, smooth=smooth) for each in (silent, constant)]
-        for name, column in ours[0].columns().items():
-            np.testing.assert_array_equal(column, getattr(ours[1], name), err_msg=name)
+    ours = [steerway.estimate(each, ONE, smooth=True) for each in (silent, constant)]
+    for name, column in ours[0].columns().items():
+        np.testing.assert_array_equal(column, getattr(ours[1], name), err_msg=name)
 
 
 @pytest.mark.parametrize("profile", [ONE, TWO], ids=["one mode", "two modes"])
@@ -119,45 +108,30 @@ def test_streaming_is_the_record(profile):
     estimator, rows = FiveStateFilter(profile), []
     for k in range(len(fixes)):
         estimator.predict(fixes.time[k] - fixes.time[k - 1] if k else 0.0)
-        if math.isnan(given[k]):
-            estimator.update(fixes.latitude[k], fixes.longitude[k])
-        else:
-            estimator.update(fixes.latitude[k], fixes.longitude[k], given[k])
+        said = () if math.isnan(given[k]) else (given[k],)
+        estimator.update(fixes.latitude[k], fixes.longitude[k], *said)
         rows.append(estimator.output())
     ours = np.array(rows).T
     for name, column in zip(("latitude", "longitude", "sog", "cog", "course_rate"), ours, strict=False):
         np.testing.assert_allclose(column, getattr(record, name), rtol=1e-9, atol=1e-10, err_msg=name)
 
 
-def received(fixes, order=None, source="GP"):
-    rows = list(rows_of({source: fixes}))
-    return rows if order is None else [rows[k] for k in order]
+def received(fixes, source="GP"):
+    return list(rows_of({source: fixes}))
 
 
 def sailed_by(navigator, rows):
     return [given for row in rows for given in navigator.add(row)]
 
 
-@pytest.mark.parametrize("rate", [None, 20.0])
-def test_live_is_the_record(rate):
+def test_live_is_the_record():
     _, fixes, _ = troubled(4)
-    record = FiveStateFilter(ONE).filter(fixes, rate)
+    record = FiveStateFilter(ONE).filter(fixes, 20.0)
     record = record.rows(np.searchsorted(record.time, fixes.time - 1e-3))
-    live = sailed_by(Navigator(ONE, rate=rate), received(fixes))
+    live = sailed_by(Navigator(ONE, rate=20.0), received(fixes))
     for name in ("time", "sog", "cog", "course_rate", "nis", "position_std"):
         ours = [getattr(row, name) for row in live]
         np.testing.assert_allclose(ours, getattr(record, name), rtol=1e-9, atol=1e-9, err_msg=name)
-
-
-def test_a_late_row_is_taken_with_what_was_said_of_it():
-    """Two neighbours in trouble come in the wrong order: from the next fix on all is as if they had not."""
-    _, fixes, _ = troubled(5)
-    order = np.arange(len(fixes))
-    order[[420, 421]] = order[[421, 420]]
-    late, straight = Navigator(ONE), Navigator(ONE)
-    disordered, ordered = sailed_by(late, received(fixes, order)), sailed_by(straight, received(fixes))
-    assert late.counts["late"] == 1
-    np.testing.assert_allclose(disordered[-1], ordered[-1], rtol=1e-12)
 
 
 def test_live_without_it_and_of_another_receiver():
@@ -200,35 +174,13 @@ def test_reset_and_restore_include_it():
     assert estimator.update(1.0, 0.2, 10.0) == fresh.update(1.0, 0.2, 10.0)
 
 
-def test_after_a_jump_the_covariance_is_one_still():
-    """The position taken anew goes along with what the receiver's slow error goes along with, the motion too."""
-    profile = ONE.model_copy(update={"error_std": 0.5, "error_time": 20.0, "position_std": 0.02})
-    scene = turning(3.0, 0.5, 60.0, seed=1)
-    jumped = scene.fixes(0.02, 1, lambda t: np.where(t > 40.0, 30.0, 0.0) * np.ones((2, 1)))
-    estimator = FiveStateFilter(profile)
-    for k in range(len(jumped)):
-        estimator.predict(0.2 if k else 0.0)
-        nis = estimator.update(jumped.latitude[k], jumped.longitude[k])
-        assert not nis < 0.0
-        spread = np.sqrt(np.diag(estimator.covariance))
-        assert np.linalg.eigvalsh(estimator.covariance / np.outer(spread, spread)).min() > 0.0
-
-
-def test_the_profile_found_is_that_of_the_receiver_as_a_rule():
-    _, fixes, _ = troubled(8, duration=900.0)
-    chosen = steerway.estimation.choose_profile(fixes)
-    for each in chosen.structures:
-        assert 0.25 < math.hypot(each.values["fix_std"], each.values.get("error_std", 0.0)) < 1.0
-
-
 def test_rows_without_a_position_make_no_rule():
     _, fixes, _ = troubled(9)
     nowhere = np.full(len(fixes), np.nan)
     extra = Fixes(fixes.time + 0.05, nowhere, nowhere, heading=np.zeros(len(fixes)))
-    extra = replace(extra, position_std=np.full(len(fixes), 1e-3))
-    columns = {name: np.concatenate([fixes.columns()[name], extra.columns()[name]]) for name in fixes.columns()}
-    mixed = FiveStateFilter(ONE, ("heading",)).filter(replace(fixes, **columns).in_order())
-    silent = replace(extra, position_std=None)
-    columns = {name: np.concatenate([fixes.columns()[name], silent.columns()[name]]) for name in fixes.columns()}
-    alone = FiveStateFilter(ONE, ("heading",)).filter(replace(fixes, **columns).in_order())
-    np.testing.assert_array_equal(mixed.sog, alone.sog)
+    found = []
+    for said in (np.full(len(fixes), 1e-3), None):
+        rows = replace(extra, position_std=said)
+        columns = {name: np.concatenate([fixes.columns()[name], rows.columns()[name]]) for name in fixes.columns()}
+        found.append(FiveStateFilter(ONE, ("heading",)).filter(replace(fixes, **columns).in_order()))
+    np.testing.assert_array_equal(found[0].sog, found[1].sog)

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -81,9 +82,5 @@ def test_heading_aboard_is_an_angle_or_unknown(kind, steps):
 
 def test_what_cannot_be_is_refused_with_a_sentence():
     for wrong in (math.nan, math.inf, 1e9):
-        try:
+        with pytest.raises(InputError, match="expected"):
             AidedHeadingFilter(heading=wrong)
-        except InputError as problem:
-            assert "expected" in str(problem)
-        else:
-            raise AssertionError(wrong)

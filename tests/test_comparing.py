@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -36,21 +37,15 @@ def test_a_written_estimate_is_read_back(folder):
 
 def test_differences_are_those_of_shifted_tracks(folder):
     (track,) = read_tracks(folder / "smooth.parquet")
-    moved = track.__class__(
-        **{name: getattr(track, name) for name in track.__dataclass_fields__}
-        | {"name": "moved", "latitude": track.latitude + 1e-6, "sog": track.sog + 0.25, "cog": track.cog + 6.2}
-    )
+    moved = replace(track, name="moved", latitude=track.latitude + 1e-6, sog=track.sog + 0.25, cog=track.cog + 6.2)
     found = differences(track, moved)
     known = np.isfinite(track.sog)
     assert known.mean() > 0.9 and (np.isfinite(found["sog"]) == known).all()
     assert_allclose(found["sog"][known], 0.25, atol=1e-12)
     assert_allclose(found["cog"][np.isfinite(track.cog)], 6.2 - 2.0 * math.pi, atol=1e-9)
     assert_allclose(found["position"], 6.39, atol=0.03)
-    later = track.__class__(
-        **{name: getattr(track, name) for name in track.__dataclass_fields__} | {"time": track.time + 1e6}
-    )
     with pytest.raises(InputError, match="share no time"):
-        differences(track, later)
+        differences(track, replace(track, time=track.time + 1e6))
 
 
 def test_statistics_are_of_magnitudes():

@@ -6,8 +6,7 @@ from benchmarks.support.fleet import generate
 
 from steerway.core import OK, Fixes
 from steerway.estimation import FiveStateFilter
-from steerway.estimation.testing import LONGEST_GAP, turn_noise
-from tests.five_state_by_matrices import responses
+from steerway.estimation.testing import LONGEST_GAP
 
 
 @pytest.fixture(scope="module")
@@ -16,21 +15,12 @@ def reports(tmp_path_factory):
     import polars as pl
 
     directory = tmp_path_factory.mktemp("fleet")
-    generate(directory, count=5, days=1, seed=5)
+    generate(directory, count=2, days=1, seed=5)
     truth = pl.read_parquet(directory / "truth.parquet").filter(pl.col("ship") >= 0, pl.col("lat_deg") < 91.0)
     truth = truth.sort("ship", "time_s").unique(["ship", "time_s"], keep="first", maintain_order=True)
     latitude, longitude = np.radians(truth["lat_deg"].to_numpy()), np.radians(truth["lon_deg"].to_numpy())
     ship = truth["ship"].to_numpy().astype(np.int64)
     return Fixes(truth["time_s"].to_numpy(), latitude, longitude, water_speed=truth["sog_mps"].to_numpy(), mmsi=ship)
-
-
-@pytest.mark.parametrize(("decay", "dt"), [(0.3, 2.0), (0.3, 60.0), (2.0, 1.1), (1 / 15, 30.0), (0.05, 600.0)])
-def test_the_noise_of_a_long_step_is_the_integral_of_the_response(decay, dt):
-    nodes, weights = np.polynomial.legendre.leggauss(60)
-    response = np.array([responses(decay, 0.5 * dt * (1.0 + node)) for node in nodes])
-    expected = 0.5 * dt * (response.T * weights) @ response
-    ww, xw, xx, yw, yx, yy = turn_noise(decay, dt)
-    np.testing.assert_allclose([[ww, xw, yw], [xw, xx, yx], [yw, yx, yy]], expected, rtol=1e-9)
 
 
 def test_few_steps_give_what_steps_of_a_second_give(reports):
@@ -66,16 +56,3 @@ def test_at_low_speed_one_step_is_many():
         assert not estimator.underway
     np.testing.assert_allclose(at_once.state, in_steps.state, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(at_once.covariance, in_steps.covariance, rtol=1e-9, atol=1e-9)
-
-
-def test_the_smoother_crosses_an_interval_at_once_or_second_by_second(reports):
-    some = reports.rows(reports.mmsi == 1).rows(slice(0, 300))
-    estimator = FiveStateFilter("ais")
-    at_fixes, by_seconds = estimator.smooth(some), estimator.smooth(some, rate=1.0)
-    assert np.isfinite(at_fixes.latitude).all()
-    same = np.searchsorted(by_seconds.time, at_fixes.time)
-    away = np.abs(by_seconds.sog[same] - at_fixes.sog) / at_fixes.sog_std
-    assert np.nanmedian(away) < 1e-3
-    errors = [each - some.water_speed for each in (at_fixes.sog, by_seconds.sog[same])]
-    error, by_steps = (float(np.sqrt(np.nanmean(each**2))) for each in errors)
-    assert error < 1.05 * by_steps

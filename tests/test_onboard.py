@@ -3,11 +3,9 @@
 import math
 
 import numpy as np
-import pytest
 
-from steerway.core import NO_MEASUREMENTS, Measurements, wrap
-from steerway.estimation import FiveStateFilter
-from steerway.estimation.testing import AtFaceValue, FilterEstimator, HeadingTracker
+from steerway.core import wrap
+from steerway.estimation.testing import HeadingTracker
 
 
 def turned(tracker, rate, seconds, gyro=False, noise=0.0, every=5, dt=0.02):
@@ -46,28 +44,3 @@ def test_a_compass_that_falls_silent_is_no_longer_believed():
         output = tracker.step(math.nan, math.nan, 0.1)
     assert all(map(math.isnan, output))
     assert tracker.step(-2.0, math.nan, 0.1) == (-2.0, 0.0)
-
-
-def test_the_filter_in_the_loop_is_the_streaming_filter():
-    estimator, alone = FilterEstimator(FiveStateFilter("otter", aid=("sog",))), FiveStateFilter("otter", aid=("sog",))
-    rng = np.random.default_rng(5)
-    for k in range(500):
-        alone.predict(0.02)
-        measurements = NO_MEASUREMENTS
-        if k % 10 == 0:
-            north, east = 0.02 * k + 0.1 * rng.standard_normal(), 0.01 * k
-            measurements = Measurements(north, east, sog=1.1)
-            alone.update_north_east(north, east)
-        alone.aid_by(sog=measurements.sog)
-        output = estimator.step(measurements, 0.02)
-    assert output[:2] == alone.position_north_east
-    assert (output.sog, output.cog, output.course_rate) == (alone.sog, alone.cog, alone.course_rate)
-    assert output.cog_std == pytest.approx(math.sqrt(alone.covariance[3, 3])) and math.isnan(output.heading)
-
-
-def test_at_face_value_the_last_word_of_each_instrument_counts():
-    estimator = AtFaceValue()
-    estimator.step(Measurements(1.0, 2.0, 3.0, 0.4, 0.05, 0.6, 0.07), 0.1)
-    output = estimator.step(Measurements(north=1.5, heading=0.7), 0.1)
-    assert (output.north, output.east, output.sog, output.cog, output.course_rate) == (1.5, 2.0, 3.0, 0.4, 0.05)
-    assert (output.heading, output.yaw_rate) == (0.7, 0.07)

@@ -1,22 +1,22 @@
 """What a receiver does to its fixes, found in the log: steps of its error that last, fixes that it extrapolates."""
 
+import itertools
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import steerway
 from steerway.core import REJECTED, wrap_array
 from steerway.core.testing import PREDICTED
-from steerway.estimation import LearningFilter
+from steerway.estimation import InferredProfile
 from steerway.estimation.testing import (
     COURSE,
-    LONGEST_STEP,
     MODES,
     SPEED,
-    Rows,
+    WeighedStructure,
     advance,
-    excerpt,
     extrapolated,
     infer_log,
     model_of,
@@ -24,12 +24,11 @@ from steerway.estimation.testing import (
     of_other_receiver,
     parameters_of,
     take_fix,
-    walking,
     without_copies,
 )
 from steerway.estimation.testing import bank_start as start
 from steerway.estimation.testing import model_empty_bank as empty_bank
-from tests.scenes import sailed, turning
+from tests.scenes import sailed, straight, turning
 
 SETTLED = 100
 
@@ -58,19 +57,13 @@ def test_a_step_of_the_receiver_moves_the_place_and_not_the_motion():
 
 def test_an_outlier_behind_a_step_of_the_receiver_is_no_return():
     """Far from where the receiver was and from where it is: the fixes after it are taken."""
-    parts = ("base", "wander")
-    names, medians, _ = parameters_of(parts)
-    model, states, motion_states = model_of(parts, dict(zip(names, np.exp(medians), strict=True)))
-    bank, refused = empty_bank(states), []
-    start(bank, model, 0.0, 0.0)
-    for k in range(1, 61):
-        advance(bank, model, 0.2, motion_states)
-        offset = 20.0 if k >= 30 else 0.0
-        east = offset - 12.0 if k == 50 else offset
-        _, _, wrong = take_fix(bank, model, 0.4 * k, east, 1.0)
-        if wrong > 0.5:
-            refused.append(k)
-    assert refused == [30, 31, 32, 33, 50]
+    names, medians, _ = parameters_of(("base", "wander"))
+    values = dict(zip(names, np.exp(medians).tolist(), strict=True))
+    profile = InferredProfile(structures=(WeighedStructure(weight=1.0, parts=("base", "wander"), values=values),))
+    off = np.where(np.arange(61) < 30, 0.0, 20.0) - 12.0 * (np.arange(61) == 50)
+    fixes = straight(2.0, 0.0, 12.0).fixes(0.0, 0, lambda _: (0.0 * off, off))
+    status = steerway.estimate(fixes, profile).status
+    assert np.flatnonzero(status == REJECTED).tolist() == [30, 31, 32, 33, 50]
 
 
 @pytest.mark.parametrize("slips", [(), ("slips",)], ids=["in any direction", "along the way too"])
@@ -157,33 +150,13 @@ def test_fixes_that_a_receiver_extrapolates_are_predicted_and_tell_nothing():
         assert rms(apart / getattr(alone, f"{name}_std")) < 0.5, name
 
 
-def test_a_learning_filter_predicts_the_fixes_that_a_receiver_extrapolates():
-    """Behind its last inference, at 240 s, it is as good as one that is given the measured fixes alone."""
-    scene = turning(1.5, 0.3, 400.0, seed=2, density=1e-4)
-    fixes = extrapolating(scene.fixes(0.1, 2), 5)
-    estimator, sog, status = LearningFilter(background=False), [], []
-    for row, dt in enumerate(np.diff(fixes.time, prepend=fixes.time[0])):
-        values, _, state = estimator.row(dt, fixes.latitude[row], fixes.longitude[row])
-        sog.append(values[2])
-        status.append(state)
-    rows = np.arange(len(fixes.time))
-    learned, measured = fixes.time - fixes.time[0] > 260.0, rows % 5 == 0
-    assert ((np.array(status) != PREDICTED) == measured)[learned].all()
-    alone = motion_of(fixes.rows(measured), estimator.learned.weighed)
-    apart = np.array(sog)[measured] - alone.sog
-    assert rms((apart / alone.sog_std)[learned[measured]]) < 0.5
-
-
-@pytest.mark.parametrize("rounded", [0.0, 0.1, 1.0])
-@pytest.mark.parametrize("std", [0.0, 0.01, 0.5])
-def test_measured_fixes_are_not_taken_for_extrapolated_ones(std, rounded):
+def test_measured_fixes_are_not_taken_for_extrapolated_ones():
     scene = turning(1.5, 0.3, 300.0, seed=2)
-    noise = np.random.default_rng(1).normal(0.0, std, (2, len(scene.time)))
-    north, east = scene.north + noise[0], scene.east + noise[1]
-    if rounded:
-        north, east = (np.round(column / rounded) * rounded for column in (north, east))
-    assert not extrapolated(scene.time, north, east).any()
-    assert not of_other_receiver(scene.time, north, east).any()
+    noise = np.random.default_rng(1).standard_normal((2, len(scene.time)))
+    for std, rounded in itertools.product((0.0, 0.01, 0.5), (1e-9, 0.1, 1.0)):
+        north, east = np.round((np.array([scene.north, scene.east]) + std * noise) / rounded) * rounded
+        assert not extrapolated(scene.time, north, east).any()
+        assert not of_other_receiver(scene.time, north, east).any()
 
 
 def two_receivers(scene, seed):
@@ -209,16 +182,6 @@ def test_of_two_receivers_whose_fixes_alternate_the_better_one_is_followed():
         assert (np.abs(off) < 1.96 * std)[t > 20.0].mean() > 0.85
 
 
-def test_where_one_of_two_receivers_is_silent_the_other_is_followed():
-    scene = turning(1.5, 0.3, 300.0, rate=10.0, seed=2)
-    east = scene.east + two_receivers(scene, 2)[1]
-    north = scene.north + two_receivers(scene, 2)[0]
-    rows = np.arange(len(scene.time))
-    heard = (rows % 2 == 1) | (rows < 1000) | (rows > 1200)
-    other = of_other_receiver(scene.time[heard], north[heard], east[heard])
-    np.testing.assert_array_equal(other, ((rows % 2 == 1) & ((rows < 1001) | (rows > 1200)))[heard])
-
-
 @pytest.mark.parametrize("shift", [0.0, 0.3], ids=["even", "in pairs"])
 def test_one_receiver_that_is_fast_is_not_taken_for_two(shift):
     """Fixes in pairs under right stamps: neighbours are at unequal distances, and on one line."""
@@ -238,28 +201,3 @@ def test_a_boat_that_rests_at_one_place_is_no_receiver_that_holds():
     held = north[np.arange(400) // 2 * 2]
     kept, _ = without_copies(time, held, 0.5 * held)
     np.testing.assert_array_equal(np.isfinite(kept[60:150]), np.arange(60, 150) % 2 == 0)
-
-
-def held_course(errors):
-    """Fixes of a vessel that goes straight, ten a second with these errors (2, n), as rows to fit to."""
-    time = 0.1 * np.arange(errors.shape[1])
-    return Rows(time, 7.0 * time + errors[0], errors[1], np.empty(0), np.empty((0, 5)), np.empty(0, np.int64))
-
-
-def test_fits_see_all_of_a_record_where_a_random_walk_hides_the_motion():
-    """Half an hour at 10 Hz: of a random walk single fixes some seconds apart, of white noise means of fixes."""
-    noise = np.random.default_rng(1).normal(0.0, 0.2, (2, 18_000))
-    walk, white = (held_course(each) for each in (np.cumsum(noise, axis=1), noise))
-    rows = excerpt(walk, 1500, 0.5)
-    assert len(rows.time) <= 1500 and not len(rows.restarts)
-    assert rows.time[-1] - rows.time[0] > 0.99 * (walk.time[-1] - walk.time[0])
-    assert (rows.excess == 1.0).all()
-    assert np.median(excerpt(white, 1500, 0.5).excess) < 0.5
-
-
-def test_a_vessel_that_turns_is_not_looked_at_every_few_seconds_alone():
-    time = 0.1 * np.arange(18_000)
-    north, east = 7.0 * np.sin(time), 7.0 * np.cos(time)
-    walk = np.cumsum(np.random.default_rng(1).normal(0.0, 0.02, (2, len(time))), axis=1)
-    assert walking(time, north + walk[0], east + walk[1]) < 0.5
-    assert walking(time, 7.0 * time + walk[0], walk[1]) == LONGEST_STEP

@@ -34,29 +34,17 @@ def stds(*sentences):
     return fixes.position_std.tolist()
 
 
-@pytest.mark.parametrize(
-    ("quality", "hdop", "std"),
-    [
-        (1, "1.5", 1.5 * ALONE),
-        (2, "0.8", 0.8 * DIFFERENTIAL),
-        (4, "0.7", 0.7 * FIXED),
-        (5, "1.0", FLOAT),
-        (1, "", math.nan),
-        (1, "0.0", math.nan),
-        (1, "99.99", math.nan),
-        (8, "1.0", math.nan),
-    ],
-)
-def test_dilution_and_quality_of_gga(quality, hdop, std):
-    assert stds(gga(0, quality, hdop)) == pytest.approx([std], rel=1e-12, nan_ok=True)
+def test_dilution_and_quality_of_gga():
+    said = {(1, "1.5"): 1.5 * ALONE, (2, "0.8"): 0.8 * DIFFERENTIAL, (4, "0.7"): 0.7 * FIXED, (5, "1.0"): FLOAT}
+    said |= dict.fromkeys([(1, ""), (1, "0.0"), (1, "99.99"), (8, "1.0")], math.nan)
+    for each, std in said.items():
+        assert stds(gga(0, *each)) == pytest.approx([std], rel=1e-12, nan_ok=True), each
 
 
-@pytest.mark.parametrize(
-    ("modes", "std"),
-    [("AN", 2.0 * ALONE), ("ADN", 2.0 * DIFFERENTIAL), ("RRNN", 2.0 * FIXED), ("FA", 2.0 * FLOAT), ("MM", math.nan)],
-)
-def test_the_best_mode_of_gns_counts(modes, std):
-    assert stds(gns(0, modes)) == pytest.approx([std], rel=1e-12, nan_ok=True)
+def test_the_best_mode_of_gns_counts():
+    best = {"AN": ALONE, "ADN": DIFFERENTIAL, "RRNN": FIXED, "FA": FLOAT, "MM": math.nan}
+    for modes, std in best.items():
+        assert stds(gns(0, modes)) == pytest.approx([2.0 * std], rel=1e-12, nan_ok=True), modes
 
 
 def test_deviations_overrule_dilution_from_the_first_on():
@@ -105,20 +93,12 @@ def test_gpx_dilution():
     np.testing.assert_allclose(fixes.position_std, [1.2 * ALONE, np.nan])
 
 
-@pytest.mark.parametrize(
-    ("name", "cell", "std"),
-    [
-        ("position_std_m", "0.5", 0.5),
-        ("hAcc", "2", math.sqrt(2.0)),
-        ("hacc_mm", "2000", math.sqrt(2.0)),
-        ("ehpe", "2", math.sqrt(2.0)),
-        ("HDOP", "1.2", 1.2 * ALONE),
-        ("hAcc", "-1", math.nan),
-    ],
-)
-def test_columns_of_tables(name, cell, std):
-    (fixes,) = table.read(f"time,lat,lon,{name}\n1700000000,1,2,{cell}\n".encode()).sources.values()
-    assert fixes.position_std[0] == pytest.approx(std, rel=1e-12, nan_ok=True)
+def test_columns_of_tables():
+    cells = {("position_std_m", "0.5"): 0.5, ("hAcc", "-1"): math.nan, ("HDOP", "1.2"): 1.2 * ALONE}
+    cells |= dict.fromkeys([("hAcc", "2"), ("hacc_mm", "2000"), ("ehpe", "2")], math.sqrt(2.0))
+    for (name, cell), std in cells.items():
+        (fixes,) = table.read(f"time,lat,lon,{name}\n1700000000,1,2,{cell}\n".encode()).sources.values()
+        assert fixes.position_std[0] == pytest.approx(std, rel=1e-12, nan_ok=True), name
 
 
 def test_a_deviation_goes_before_a_dilution_and_accuracy_in_ais_is_none():

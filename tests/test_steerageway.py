@@ -16,17 +16,16 @@ def filtered(seed, rate, speed):
     return FiveStateFilter(profile).filter(Fixes(time, *displaced_all(0.9, 0.2, north + speed * time, east)))
 
 
-@pytest.mark.parametrize("rate", [1.0, 5.0])
-def test_noise_alone_gives_no_course(rate):
+def test_noise_alone_gives_no_course():
     """A course at 4 standard deviations of the speed: at 2.5 every fourth start at 5 Hz has one in the first minute."""
-    assert not any(np.isfinite(filtered(seed, rate, 0.0).cog).any() for seed in range(150))
+    assert not any(np.isfinite(filtered(seed, 5.0, 0.0).cog).any() for seed in range(80))
 
 
 @pytest.mark.parametrize("rate", [1.0, 5.0])
 def test_a_moving_boat_has_a_course_soon(rate):
     """1.5 m/s is 3 of the fixes' deviations a second: most starts take less than 4 s."""
     delays = []
-    for seed in range(60):
+    for seed in range(25):
         motion = filtered(seed, rate, 1.5)
         delays.append(motion.time[np.isfinite(motion.cog)][0])
     assert np.median(delays) <= 4.0 and max(delays) <= 8.0

@@ -39,6 +39,11 @@ def record(north, east, dt=0.2, aids=None):
     return Rows(np.arange(len(north)) * dt, north, east, _NONE, aids, np.empty(0, np.int64))
 
 
+def filtered(fixes, structures):
+    """Rows of the causal estimate."""
+    return whole_log._filtered(fixes, structures, 0.3)[0]
+
+
 def on_a_line(n, std=NOISE, seed=0):
     """Fixes of a vessel at 2 m/s on course 0.5, 5 Hz."""
     way = 0.4 * np.arange(n)
@@ -52,7 +57,7 @@ HELD |= {"emergency_every": 1e12, "poor_rate": 1e-9, "outlier_rate": 1e-12, "tur
 
 def test_behind_the_last_fix_nothing_is_known_beyond_the_filter():
     fixes, one = record(*on_a_line(10)), [structure()]
-    causal, smoothed = whole_log._filtered(fixes, one, 0.3)[0], smoothed_record(fixes, one)
+    causal, smoothed = filtered(fixes, one), smoothed_record(fixes, one)
     np.testing.assert_allclose(smoothed[-1], causal[-1], rtol=1e-9)
     assert smoothed[0, SOG_STD] < 0.5 * causal[2, SOG_STD]
 
@@ -81,7 +86,7 @@ def gybe():
 def test_a_gybe_at_speed_keeps_its_speed_and_course():
     (north, east), speed, course = gybe()
     fixes, numbers = record(north, east, 1.0), [structure(fix_std=0.02, speed_walk=0.2)]
-    causal, smoothed = whole_log._filtered(fixes, numbers, 0.3)[0][10:], smoothed_record(fixes, numbers)[10:]
+    causal, smoothed = filtered(fixes, numbers)[10:], smoothed_record(fixes, numbers)[10:]
     for estimate, worst, worst_course in ((causal, 1.5, 0.8), (smoothed, 0.8, 0.2)):
         assert np.isfinite(estimate[:, COG]).all()
         assert np.abs(estimate[:, SOG] - speed[10:]).max() < worst
@@ -153,7 +158,7 @@ def test_a_structure_backwards(parts):
 def test_a_causal_speed_holds_what_fixes_far_apart_do_not_resolve():
     apart, held = 20.0, structure(**HELD)
     north, east = np.random.default_rng(0).normal(0.0, NOISE, (2, 150))
-    estimate, _, _ = whole_log._filtered(record(north + apart * np.arange(150), east, apart), [held], 0.3)
+    estimate = filtered(record(north + apart * np.arange(150), east, apart), [held])
     a = apart / QUICK_SPEED_TIME
     unresolved = 1.0 - 2.0 * (a - 1.0 + math.exp(-a)) / a**2
     assert estimate[-1, SOG] == pytest.approx(1.0, abs=0.01)

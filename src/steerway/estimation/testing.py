@@ -6,26 +6,20 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.estimation.course.comparison import compare
-    from steerway.estimation.course.forecast import forecast as forecast_forecast
-    from steerway.estimation.course.latency import differenced, lateness, on_time
+    from steerway.estimation.course.latency import lateness, on_time
     from steerway.estimation.course.motion import low_speed
     from steerway.estimation.course.motion.five_state import predict as five_state_predict
     from steerway.estimation.course.motion.five_state import set_step as five_state_set_step
-    from steerway.estimation.course.motion.five_state import turn_noise, turn_response
+    from steerway.estimation.course.motion.five_state import turn_response
     from steerway.estimation.course.motion.layout import (
         ACCELERATION_STATE,
         EXTRAS,
         FIRST,
-        GATE,
         LONGEST_GAP,
         LOST_COURSE_VARIANCE,
         LOW_SPEED,
-        NLLS,
-        OSCILLATION_STATE,
-        OUTLIER_NLL,
         PHASE,
         POSITION_VARIANCE,
-        RATE_DECAY,
         SPEED_DECAY,
         SPEED_NOISE,
         START_RATE_VARIANCE,
@@ -40,8 +34,7 @@ if TYPE_CHECKING:
     from steerway.estimation.course.motion.models import set_step as models_set_step
     from steerway.estimation.course.motion.models import transition
     from steerway.estimation.course.onboard import NO_MEASUREMENTS, AtFaceValue, FilterEstimator, HeadingTracker
-    from steerway.estimation.course.replay import TrackOutput, run_rows, run_track
-    from steerway.estimation.course.smoothing.overlap import log_mean_likelihood
+    from steerway.estimation.course.replay import TrackOutput, run_track
     from steerway.estimation.course.steerageway import (
         COURSE_GAINED,
         COURSE_LOST,
@@ -54,30 +47,24 @@ if TYPE_CHECKING:
         velocity_to_course,
     )
     from steerway.estimation.course.steerageway import start as steerageway_start
-    from steerway.estimation.course.update.aids import AIDS, NO_AIDS, companion_of
+    from steerway.estimation.course.update.aids import AIDS, NO_AIDS
     from steerway.estimation.course.update.position import correct, innovation, normalised_square, place_by_fix
     from steerway.estimation.course.update.reported_accuracy import variance_scales_of
     from steerway.estimation.inference import forecast as inference_forecast
-    from steerway.estimation.inference import learning, model, tune, whole_log
-    from steerway.estimation.inference.auto_aids import velocity_of
-    from steerway.estimation.inference.bank import LONGEST_STEP, advance
+    from steerway.estimation.inference import learning, tune, whole_log
+    from steerway.estimation.inference.bank import advance
     from steerway.estimation.inference.bank import start as bank_start
     from steerway.estimation.inference.course import COG, COG_STD, RATE, SOG, SOG_STD, smoothed_record
-    from steerway.estimation.inference.discrete import set_steps
-    from steerway.estimation.inference.fit import FURTHEST, Fit, Posterior, Rows
-    from steerway.estimation.inference.forecast import draw_voyages
+    from steerway.estimation.inference.fit import Posterior, Rows
     from steerway.estimation.inference.fuse import QUICK_SPEED, QUICK_SPEED_TIME
     from steerway.estimation.inference.learning import prior_profile
     from steerway.estimation.inference.model import MODES
     from steerway.estimation.inference.model import empty_bank as model_empty_bank
-    from steerway.estimation.inference.motion import COURSE, SPEED, reverse
-    from steerway.estimation.inference.parts import LONGEST_ROLL, PLAIN
-    from steerway.estimation.inference.place import MOMENTS
-    from steerway.estimation.inference.plane import laid_out, placed
-    from steerway.estimation.inference.record import excerpt, extrapolated, of_other_receiver, walking, without_copies
+    from steerway.estimation.inference.motion import COURSE, SPEED
+    from steerway.estimation.inference.plane import laid_out
+    from steerway.estimation.inference.record import extrapolated, of_other_receiver, without_copies
     from steerway.estimation.inference.reversal import reversal_of
     from steerway.estimation.inference.selection import Structure, infer
-    from steerway.estimation.inference.spectrum import periods_of
     from steerway.estimation.inference.stamps import regular_times
     from steerway.estimation.inference.structures import model_of, parameters_of
     from steerway.estimation.inference.weigh import take_fix
