@@ -162,6 +162,13 @@ def test_a_garmin_setting_is_no_fix():
     assert nmea0183.read(sealed("PGRMC,A,218.8,100,6378137.000,298.257223563,0.0,0.0,0.0,A,3,1,1,4,30")).sources == {}
 
 
+def test_a_talker_may_be_an_address_on_a_bus():
+    log = b"".join(rmc(START + k, 54.0, 10.0 + k * 1e-3, talker="24") for k in range(3)) + sealed("04HDT,90.0,T")
+    assert nmea0183.recognises(log)
+    sources = nmea0183.read(log).sources
+    assert len(sources["24"]) == 3 and np.isfinite(sources["04"].heading).all()
+
+
 def test_empty_course_is_unknown():
     fixes = only(rmc(START, 54.0, 10.0, cog=""))
     assert np.isnan(fixes.cog[0]) and np.isfinite(fixes.sog[0])

@@ -1,7 +1,55 @@
-"""GeoJSON (RFC 7946) out: a line for each track and a point for each row, with its columns as properties."""
+"""GeoJSON (RFC 7946): out, a line for each track and a point for each row with its columns as properties; in, points.
 
+Properties of points that are read have the names of a table's columns; a line with a time for each of its points
+(`coordTimes`) is read too.
+"""
+
+import io
 import json
 import math
+from dataclasses import replace
+
+import polars as pl
+
+from steerway.core.errors import InputError
+from steerway.formats import table
+from steerway.formats.recording import Recording
+
+
+def recognises(head: bytes) -> bool:
+    """Whether the first bytes are those of a feature or a collection of features."""
+    return head.lstrip()[:1] == b"{" and b'"Feature' in head and b'"coordinates"' in head
+
+
+def read(data: bytes) -> Recording:
+    """The points of a file, as `table.read` reads their properties. Raises InputError for damaged JSON and as that."""
+    try:
+        whole = json.loads(data)
+        found = whole["features"] if whole["type"] == "FeatureCollection" else [whole]
+        rows = [row for feature in found for row in _rows(feature)]
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise InputError(f"the GeoJSON is malformed: {str(error).splitlines()[0][:80]}") from None
+    if not rows:
+        return Recording("GeoJSON", {}, {"points": 0})
+    file = io.BytesIO()
+    pl.DataFrame(rows, infer_schema_length=None, strict=False).write_parquet(file)
+    return replace(table.read(file.getvalue()), format="GeoJSON")
+
+
+def _rows(feature):
+    """A feature's points with their properties; none of a line whose points have no times."""
+    geometry, properties = feature["geometry"] or {}, feature.get("properties") or {}
+    plain = {name: value for name, value in properties.items() if isinstance(value, int | float | str)}
+    places = geometry.get("coordinates", ())
+    if geometry.get("type") == "Point":
+        return [plain | {"lon_deg": float(places[0]), "lat_deg": float(places[1])}]
+    times = properties.get("coordTimes") or properties.get("times") or ()
+    if geometry.get("type") != "LineString" or len(times) != len(places):
+        return []
+    return [
+        {"time": time, "lon_deg": float(place[0]), "lat_deg": float(place[1])}
+        for time, place in zip(times, places, strict=True)
+    ]
 
 
 def text(record) -> str:

@@ -13,7 +13,22 @@ from typing import BinaryIO
 
 from steerway.core.errors import InputError
 from steerway.core.records import Fixes
-from steerway.formats import ais, gpx, mcap, nmea0183, nmea2000, packed, ros2, table, ubx
+from steerway.formats import (
+    ais,
+    dataflash,
+    geojson,
+    gpx,
+    igc,
+    mcap,
+    nmea0183,
+    nmea2000,
+    packed,
+    ros2,
+    rtklib,
+    table,
+    ubx,
+    xml_tracks,
+)
 from steerway.formats.columns import EXPECTED
 from steerway.formats.recording import Recording
 from steerway.formats.sources import Quality, choose, described, gather, quality, with_instruments
@@ -24,6 +39,11 @@ FORMATS = {
     "NMEA 2000": nmea2000,
     "AIS": ais,
     "GPX": gpx,
+    "TCX or KML": xml_tracks,
+    "GeoJSON": geojson,
+    "IGC": igc,
+    "RTKLIB": rtklib,
+    "ArduPilot log": dataflash,
     "CSV or Parquet": table,
     "MCAP": mcap,
     "ROS 2 bag": ros2,

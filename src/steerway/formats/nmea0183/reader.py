@@ -24,7 +24,7 @@ _CHUNK = 1 << 20
 _WORTH_COMPILING = 12e6
 """Bytes that the interpreter reads in the 10 s that compiling takes."""
 _bytes_interpreted = 0  # by this process: many short logs are worth compiling too
-_SENTENCE = re.compile(rb"\$(?:[A-Z][A-Z0-9][A-Z]{3}|P[A-Z][A-Z0-9]{2,6}),[ -~]*[\r\n*]")
+_SENTENCE = re.compile(rb"\$(?:[A-Z0-9]{2}[A-Z]{3}|P[A-Z][A-Z0-9]{2,6}),[ -~]*[\r\n*]")
 
 # Formatters of NMEA 0183 4.11 and of its forerunners that are still sent; any other means a damaged header.
 _STANDARD = frozenset(

@@ -123,13 +123,17 @@ def _received(buffer, first, last):
 
 @part_of_kernels
 def _header_end(buffer, start, stop):
-    """The index of the comma behind a header of 4 to 8 capitals and digits; else why not."""
+    """The index of the comma behind a header of 4 to 8 capitals and digits; else why not.
+
+    A talker may begin with a digit: n2kd names a device on the bus by its address.
+    """
     i = start + 1
     while i < stop and i <= start + 8 and (_is_capital(buffer[i]) or is_digit(buffer[i])):
         i += 1
     if i == stop and i <= start + 8:
         return _INCOMPLETE
-    if 5 <= i - start <= 9 and buffer[i] == _COMMA and _is_capital(buffer[start + 1]):
+    begins_well = _is_capital(buffer[start + 1]) or i - start == 6
+    if 5 <= i - start <= 9 and buffer[i] == _COMMA and begins_well:
         return i
     return _BAD_HEADER if i - start > 3 else _NOISE
 

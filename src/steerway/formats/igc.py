@@ -1,0 +1,80 @@
+"""IGC: flight recorders' text. Fields: FAI technical specification for GNSS flight recorders, appendix A."""
+
+import re
+from collections import Counter
+
+import numpy as np
+
+from steerway.core.records import Fixes
+from steerway.core.timestamps import unix_times
+from steerway.formats.places import places
+from steerway.formats.recording import Recording
+
+_DATE = re.compile(rb"^HFDTE(?:DATE:)?\s*(\d\d)(\d\d)(\d\d)", re.M)
+_FIX = re.compile(
+    rb"^B(?P<hour>\d\d)(?P<minute>\d\d)(?P<second>\d\d)(?P<lat>\d{7})(?P<ns>[NS])(?P<lon>\d{8})(?P<ew>[EW])(?P<valid>[AV])"
+    rb"[^\r\n]*",
+    re.M,
+)
+_EXTENSIONS = re.compile(rb"^I\d\d((?:\d{4}[A-Z]{3})+)", re.M)
+_DAY = 86400.0
+
+
+def recognises(head: bytes) -> bool:
+    """Whether the first bytes hold the date and a fix of an IGC file."""
+    return head[:1] == b"A" and _DATE.search(head) is not None and _FIX.search(head) is not None
+
+
+def read(data: bytes) -> Recording:
+    """The source "IGC": fixes with their places to 0.001′, or finer where the file declares further digits."""
+    skipped = Counter()
+    day, month, year = (int(each) for each in _DATE.search(data).groups())
+    century = 1900 if year >= 80 else 2000
+    midnight = unix_times([f"{century + year:04d}-{month:02d}-{day:02d}T00:00:00Z"])[0]
+    further = _places_of_extensions(data)
+    rows, last = [], 0.0
+    for fix in _FIX.finditer(data):
+        if fix["valid"] != b"A":
+            skipped["no fix"] += 1
+            continue
+        line, digits = fix.group(), {}
+        for code, (first, end) in further.items():
+            text = line[first:end]
+            digits[code] = int(text) / 10.0 ** len(text) if text.isdigit() else 0.0
+        clock = 3600.0 * int(fix["hour"]) + 60.0 * int(fix["minute"]) + int(fix["second"]) + digits.get("TDS", 0.0)
+        if clock < last - 0.5 * _DAY:
+            midnight += _DAY
+        last = clock
+        latitude = _degrees(fix["lat"], digits.get("LAD", 0.0), fix["ns"] == b"S")
+        longitude = _degrees(fix["lon"], digits.get("LOD", 0.0), fix["ew"] == b"W")
+        rows.append((midnight + clock, latitude, longitude))
+    counts = {"B fix": len(rows)}
+    if not rows:
+        return Recording("IGC", {}, counts, dict(skipped))
+    time, latitude, longitude = np.array(rows).T
+    fixes = Fixes(time, *places(latitude, longitude), source="IGC")
+    if not fixes.has_position.all():
+        skipped["no position"] += int((~fixes.has_position).sum())
+    fixes = fixes.rows(fixes.has_position).in_order()
+    return Recording("IGC", {"IGC": fixes} if len(fixes) else {}, counts, dict(skipped))
+
+
+def _places_of_extensions(data) -> dict[str, tuple[int, int]]:
+    """Where further digits of the clock and of the place stand in a fix's line, by the code of the extension."""
+    found = _EXTENSIONS.search(data)
+    codes = {}
+    for at in range(0, len(found[1]) if found else 0, 7):
+        first, end, code = (
+            int(found[1][at : at + 2]),
+            int(found[1][at + 2 : at + 4]),
+            found[1][at + 4 : at + 7].decode(),
+        )
+        if code in ("TDS", "LAD", "LOD"):
+            codes[code] = first - 1, end
+    return codes
+
+
+def _degrees(text, further, negative):
+    """Degrees of DDMMmmm or DDDMMmmm, with a further part of the last digit."""
+    thousandths = int(text[-5:]) + further
+    return (-1.0 if negative else 1.0) * (int(text[:-5]) + thousandths / 60000.0)

@@ -1,0 +1,107 @@
+"""Tracks with times in other XML than GPX: Garmin's TCX, and KML's gx:Track and placemarks with time stamps.
+
+Schemas: Garmin TrainingCenterDatabase v2; OGC 12-007r2 (KML 2.3). After damage what precedes it is kept.
+"""
+
+import re
+import xml.parsers.expat
+from collections import Counter
+
+import numpy as np
+
+from steerway.core.errors import InputError
+from steerway.core.records import Fixes
+from steerway.core.timestamps import unix_times
+from steerway.formats.places import places
+from steerway.formats.recording import Recording
+
+_ROOT = re.compile(rb"<(TrainingCenterDatabase|kml)[\s>]")
+_TEXTS = {"Time", "LatitudeDegrees", "LongitudeDegrees", "Speed", "when", "coord", "coordinates"}
+
+
+def recognises(head: bytes) -> bool:
+    """Whether the first bytes hold the root element of a TCX or KML file."""
+    return _ROOT.search(head) is not None
+
+
+def read(data: bytes) -> Recording:
+    """The source "TCX" or "KML": every point that has a time, in time order; speed (m/s) where points have it."""
+    kind = {b"kml": "KML"}.get(_ROOT.search(data)[1], "TCX")
+    skipped, points = Counter(), _Points()
+    try:
+        points.parser.Parse(data, True)
+    except xml.parsers.expat.ExpatError:
+        skipped["damaged place"] += 1
+    rows = points.found
+    counts = {"track points": len(rows)}
+    if not rows:
+        return Recording(kind, {}, counts, dict(skipped))
+    stamps, latitude, longitude, speed = zip(*rows, strict=True)
+    time = unix_times(stamps)
+    place = places(*(_numbers(each) for each in (latitude, longitude)))
+    fixes = Fixes(time, *place, sog=_numbers(speed), source=kind)
+    for reason, good in (("no time", np.isfinite(time)), ("no position", fixes.has_position)):
+        if not good.all():
+            skipped[reason] += int((~good).sum())
+    fixes = fixes.rows(np.isfinite(time) & fixes.has_position).in_order()
+    return Recording(kind, {kind: fixes} if len(fixes) else {}, counts, dict(skipped))
+
+
+class _Points:
+    """Collects (time, latitude, longitude, speed) as text: of a TCX track point, of a placemark, of a gx:Track."""
+
+    def __init__(self):
+        self.found, self._text, self._values = [], None, {}
+        self._whens, self._coords = [], []
+        self.parser = xml.parsers.expat.ParserCreate()
+        self.parser.buffer_text = True
+        self.parser.EntityDeclHandler = _refuse
+        self.parser.StartElementHandler, self.parser.EndElementHandler = self._start, self._end
+        self.parser.CharacterDataHandler = self._characters
+
+    def _start(self, tag, _):
+        tag = tag.rpartition(":")[2]
+        if tag in ("Trackpoint", "Placemark"):
+            self._values = {}
+        elif tag == "Track":
+            self._whens, self._coords = [], []
+        self._text = [] if tag in _TEXTS else None
+
+    def _characters(self, text):
+        if self._text is not None:
+            self._text.append(text)
+
+    def _end(self, tag):
+        tag = tag.rpartition(":")[2]
+        if self._text is not None:
+            text = "".join(self._text).strip()
+            self._values.setdefault(tag, text)
+            if tag in ("when", "coord"):
+                (self._whens if tag == "when" else self._coords).append(text)
+            self._text = None
+        values = self._values
+        if tag == "Trackpoint":
+            self.found.append(tuple(map(values.get, ("Time", "LatitudeDegrees", "LongitudeDegrees", "Speed"))))
+        elif tag == "Track" and self._coords:
+            for when, coord in zip(self._whens, self._coords, strict=False):
+                self._place(when, coord.split())
+        elif tag == "Placemark" and "when" in values and "coordinates" in values and "coord" not in values:
+            self._place(values["when"], values["coordinates"].split(","))
+
+    def _place(self, when, parts):
+        if len(parts) >= 2:
+            self.found.append((when, parts[1], parts[0], None))
+
+
+def _numbers(texts) -> np.ndarray:
+    numbers = np.full(len(texts), np.nan)
+    for k, text in enumerate(texts):
+        try:
+            numbers[k] = float(text or "nan")
+        except ValueError:
+            continue
+    return np.where(np.isfinite(numbers), numbers, np.nan)
+
+
+def _refuse(*_):
+    raise InputError("the file declares XML entities, expected none: they are not read")

@@ -1,0 +1,141 @@
+"""Logs of other kinds, one straight track read back from each: IGC, RTKLIB, ArduPilot, TCX, KML, GeoJSON; damage."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import steerway
+from steerway.formats.testing import read
+from tests.scenes import turning
+
+START = 1532858400.0  # 2018-07-29 10:00:00
+COUNT = 30
+LATITUDE, LONGITUDE = 45.1 + 1e-4 * np.arange(COUNT), -9.1 + 2e-4 * np.arange(COUNT)
+
+
+def clock(k, form="%Y/%m/%d %H:%M:%S"):
+    moment = np.datetime64(int(START) + k, "s").item()
+    return moment.strftime(form)
+
+
+def minutes(degrees, width):
+    whole = int(abs(degrees))
+    return f"{whole:0{width}d}{round((abs(degrees) - whole) * 60000):05d}"
+
+
+def igc():
+    fixes = [
+        f"B{clock(k, '%H%M%S')}{minutes(a, 2)}N{minutes(o, 3)}WA0010000100"
+        for k, (a, o) in enumerate(zip(LATITUDE, LONGITUDE, strict=True))
+    ]
+    return "AXXX001\r\nHFDTE290718\r\n" + "\r\n".join([*fixes[:3], fixes[3].replace("WA", "WV"), *fixes[4:]])
+
+
+def rtklib(system="GPST", ahead=18):
+    head = f"%  {system}   latitude(deg) longitude(deg) height(m) Q ns sdn(m) sde(m) sdu(m) sdne(m)\n"
+    lines = [
+        f"{clock(k + ahead)}.000 {a:.9f} {o:.9f} 100.0 {1 + k % 2} 9 0.0300 0.0400 0.05 0.0"
+        for k, (a, o) in enumerate(zip(LATITUDE, LONGITUDE, strict=True))
+    ]
+    return "% program : RTKPOST\n" + head + "\n".join(lines)
+
+
+def dataflash():
+    seconds = START + 18 - 315964800.0
+    head = "FMT, 130, 50, GPS, QBIHBcLLefffB, TimeUS,Status,GMS,GWk,NSats,HDop,Lat,Lng,Alt,Spd,GCrs,VZ,U\n"
+    lines = [
+        f"GPS, {k}, {3 if k != 3 else 1}, {(seconds + k) % 604800 * 1000:.0f}, {seconds // 604800:.0f}, 14, 0.8,"
+        f" {a:.7f}, {o:.7f}, 12.3, 1.500, 270.00, 0.01, 1"
+        for k, (a, o) in enumerate(zip(LATITUDE, LONGITUDE, strict=True))
+    ]
+    return head + "\n".join([*lines, "GPS, broken"])
+
+
+def tcx():
+    points = "".join(
+        f"<Trackpoint><Time>{clock(k, '%Y-%m-%dT%H:%M:%SZ')}</Time><Position><LatitudeDegrees>{a}</LatitudeDegrees>"
+        f"<LongitudeDegrees>{o}</LongitudeDegrees></Position><Extensions><ns3:TPX><ns3:Speed>1.5</ns3:Speed></ns3:TPX>"
+        "</Extensions></Trackpoint>"
+        for k, (a, o) in enumerate(zip(LATITUDE, LONGITUDE, strict=True))
+    )
+    return (
+        f'<?xml version="1.0"?><TrainingCenterDatabase xmlns:ns3="x"><Track>{points}</Track></TrainingCenterDatabase>'
+    )
+
+
+def kml(placemarks=False):
+    stamps = [clock(k, "%Y-%m-%dT%H:%M:%SZ") for k in range(COUNT)]
+    places = list(zip(LONGITUDE, LATITUDE, strict=True))
+    if placemarks:
+        inside = "".join(
+            f"<Placemark><TimeStamp><when>{when}</when></TimeStamp><Point><coordinates>{o},{a},0</coordinates></Point>"
+            "</Placemark>"
+            for when, (o, a) in zip(stamps, places, strict=True)
+        )
+    else:
+        coords = "".join(f"<gx:coord>{o} {a} 0</gx:coord>" for o, a in places)
+        inside = f"<Placemark><gx:Track>{''.join(f'<when>{w}</when>' for w in stamps)}{coords}</gx:Track></Placemark>"
+    return f'<kml xmlns="x" xmlns:gx="y"><Document>{inside}</Document></kml>'
+
+
+def coord_times():
+    places = ",".join(f"[{o},{a}]" for o, a in zip(LONGITUDE, LATITUDE, strict=True))
+    times = ",".join(f'"{clock(k, "%Y-%m-%dT%H:%M:%SZ")}"' for k in range(COUNT))
+    line = f'"geometry":{{"type":"LineString","coordinates":[{places}]}},"properties":{{"coordTimes":[{times}]}}'
+    return f'{{"type":"FeatureCollection","features":[{{"type":"Feature",{line}}}]}}'
+
+
+LOGS = {
+    "IGC": (igc, 1e-5, 1),
+    "RTKLIB": (rtklib, 1e-8, 0),
+    "RTKLIB in UTC": (lambda: rtklib("UTC", 0), 1e-8, 0),
+    "ArduPilot": (dataflash, 1e-6, 1),
+    "TCX": (tcx, 1e-12, 0),
+    "KML track": (kml, 1e-12, 0),
+    "KML placemarks": (lambda: kml(True), 1e-12, 0),
+    "GeoJSON line": (coord_times, 1e-12, 0),
+}
+"""Name → log, degrees within which its places are written, fixes without a solution."""
+
+
+@pytest.mark.parametrize("name", LOGS)
+def test_the_track_is_read_back(name):
+    log, within, lost = LOGS[name]
+    fixes = read(log().encode())
+    kept = [k for k in range(COUNT) if not (lost and k == 3)]
+    assert_allclose(fixes.time, START + np.array(kept), atol=1e-6)
+    assert_allclose(np.degrees(fixes.latitude), LATITUDE[kept], atol=within)
+    assert_allclose(np.degrees(fixes.longitude), LONGITUDE[kept], atol=within)
+
+
+def test_what_a_log_says_beside_places():
+    assert_allclose(read(rtklib().encode()).position_std, math.hypot(0.03, 0.04) / math.sqrt(2.0))
+    ardupilot = read(dataflash().encode())
+    assert_allclose((ardupilot.sog[0], np.degrees(ardupilot.cog[0])), (1.5, 270.0))
+    assert 0.1 < ardupilot.position_std[0] < 5.0
+    assert_allclose(read(tcx().encode()).sog, 1.5)
+
+
+def test_geojson_that_is_written_is_read(tmp_path):
+    fixes = turning(2.0, 0.5, 60.0).fixes(0.3, 1)
+    steerway.write(fixes, tmp_path / "track.geojson")
+    back = steerway.read(tmp_path / "track.geojson")
+    for name in ("time", "latitude", "longitude"):
+        assert_allclose(getattr(back, name), getattr(fixes, name), rtol=1e-14)
+
+
+@pytest.mark.parametrize("name", LOGS)
+def test_damage_costs_what_follows_it_at_most(name):
+    data = LOGS[name][0]().encode()
+    rng = np.random.default_rng(0)
+    for _ in range(40):
+        cut = bytearray(data[: rng.integers(len(data) // 2, len(data))])
+        cut[rng.integers(len(cut))] = rng.integers(256)
+        try:
+            fixes = read(bytes(cut))
+        except steerway.InputError as error:
+            assert "\n" not in str(error)
+            continue
+        assert np.isfinite(fixes.latitude).all() and (np.diff(fixes.time) >= 0.0).all()
