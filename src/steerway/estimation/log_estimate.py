@@ -12,6 +12,7 @@ from steerway.estimation.profiles import Profile
 from steerway.estimation.profiles.inferred import InferredProfile, profile_of
 
 AnyProfile = Profile | InferredProfile | str | Path | None
+_ONE_TIME = 1e-3  # s: what a file with one time for all its points rounds to
 
 
 def estimate(
@@ -89,7 +90,7 @@ def _refuse(fixes: Fixes) -> None:
             f"fixes are given as {type(fixes).__name__}, expected Fixes, as steerway.read(path) returns them"
         )
     times = fixes.time[fixes.has_position]
-    if fixes.mmsi is None and not (len(times) and times.max() > times.min()):
+    if fixes.mmsi is None and not (len(times) and times.max() - times.min() > _ONE_TIME):
         found = f"{len(times)} positions at one time" if len(times) > 1 else f"{len(times)} position"
         raise InputError(f"the log has {found}, expected at least two at different times")
 

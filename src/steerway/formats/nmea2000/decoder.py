@@ -5,7 +5,6 @@ from collections import Counter
 
 from steerway.formats import dilution
 from steerway.formats.nmea2000.fields import MAGNETIC, MESSAGES, TRUE
-from steerway.formats.places import on_earth
 
 _FIRST_DATE = 946771200.0  # 2000-01-02, a year before the standard was published: earlier ones are of no fix
 _FRESH = 3.0  # s for which a dilution of precision holds
@@ -75,6 +74,6 @@ class Decoder:
 
 def _placed(latitude: float, longitude: float) -> dict[str, float]:
     """A place in degrees as one in rad."""
-    if not abs(longitude) <= 180.0:
+    if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
         return {"latitude": math.nan, "longitude": math.nan}
-    return dict(zip(("latitude", "longitude"), on_earth(math.radians(latitude), math.radians(longitude)), strict=True))
+    return {"latitude": math.radians(latitude), "longitude": math.radians(-180.0 if longitude == 180.0 else longitude)}
