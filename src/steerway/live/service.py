@@ -7,7 +7,8 @@ rows at any speed.
 import asyncio
 import logging
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import NamedTuple
 
 from steerway.core.checks import positive
@@ -17,6 +18,7 @@ from steerway.estimation.course.motion.layout import LONGEST_GAP
 from steerway.live.autopilot.route import Guide
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.base.clock import FixClock
+from steerway.live.base.limits import believable
 from steerway.live.base.orders import Order, State
 from steerway.live.base.rows import InputRow, Row, lost
 from steerway.live.controls import Controls
@@ -77,7 +79,10 @@ class Service:
 
     def receive(self, rows: Iterable[InputRow], arrived: float | None = None) -> None:
         """Rows of a live link that arrived at a time of the event loop's clock, by default just now."""
-        for row, came in self.opening.admit(rows, _now() if arrived is None else arrived):
+        admitted: list[tuple[InputRow, float]] = []
+        with self._dropping("rows of a link"):
+            admitted = self.opening.admit(self._believed(rows), _now() if arrived is None else arrived)
+        for row, came in admitted:
             self.use(row, came)
 
     def unreachable(self) -> str:
@@ -92,6 +97,33 @@ class Service:
 
     def use(self, row: InputRow, now: float = math.nan) -> None:
         """A row whose source is known, and when it arrived; NaN: of a log."""
+        with self._dropping(row):
+            self._use(row, now)
+
+    @contextmanager
+    def _dropping(self, what):
+        """What raises within is dropped and counted: a boat under way is not left to itself by what a link sends."""
+        try:
+            yield
+        except OSError:
+            raise  # of an output
+        except Exception:
+            if not self.navigator.counts["failed"]:
+                LOG.exception("dropped, as all that fails from now on: %s", what)
+            self.navigator.counts["failed"] += 1
+
+    def _believed(self, rows: Iterable[InputRow]) -> Iterator[InputRow]:
+        """The rows without what no vessel could report, which is counted."""
+        for given in rows:
+            row = None
+            with self._dropping(given):
+                row = believable(given)
+            if row is not given:
+                self.navigator.counts["beyond all limits"] += 1
+            if row is not None:
+                yield row
+
+    def _use(self, row, now):
         if self.recorder is not None:
             self.recorder.input(row, now, self.opening.chosen)
         if self.opening.chosen != self._preferred:
@@ -188,7 +220,10 @@ class Service:
             await asyncio.sleep(max(beat - now, 0.0))
             woken = _now()
             self.pulse.begin()
-            for row, arrived in self.opening.due(woken):
+            held: list[tuple[InputRow, float]] = []
+            with self._dropping("rows of a link"):
+                held = self.opening.due(woken)
+            for row, arrived in held:
                 self.use(row, arrived)
             if self.opening.refusal:
                 raise InputError(self.opening.refusal)
@@ -205,7 +240,7 @@ class Service:
 
     async def _play(self, rows, speed):
         next_tick, before, origin = math.nan, math.nan, math.nan
-        for k, row in enumerate(rows):
+        for k, row in enumerate(self._believed(rows)):
             if not row.time - before <= LONGEST_GAP:
                 next_tick = math.ceil(row.time * self.rate)
                 origin = _now() - row.time / speed

@@ -1,17 +1,14 @@
 """The finished parts of long work, kept on the disk until all are: interrupted work continues with them."""
 
-import io
 import json
-import pickle
-import struct
 import zlib
 from collections.abc import Callable, Hashable
 from importlib.metadata import version
 from pathlib import Path
-from typing import BinaryIO
 
 from steerway.core.errors import InputError
 from steerway.core.files import cannot_write, made_directory
+from steerway.simulation.packing import packed, unpacked
 
 
 class Unfinished:
@@ -19,8 +16,9 @@ class Unfinished:
 
     `origin` says what the results are of. With `resume` those of interrupted work are read back; without, the file is
     begun anew. `noted()` is called after every result that is kept. Results consist of numbers, text, arrays, and
-    classes of this project and of `packages`. Raises InputError for a directory that cannot be written, and for results
-    of another origin or another version.
+    classes of this project and of `packages`; others are not kept, and made again. The file is text that holds data
+    alone. Raises InputError for a directory that cannot be written, and for results of another origin or another
+    version.
     """
 
     def __init__(
@@ -43,8 +41,11 @@ class Unfinished:
         """Keep one result. Raises InputError on a full disk."""
         self.results[key] = result
         try:
-            entry = pickle.dumps((key, result))
-            self._file.write(_HEAD.pack(len(entry), zlib.crc32(entry)) + entry)
+            entry = packed((key, result)).encode()
+        except TypeError:
+            return
+        try:
+            self._file.write(b"%08x %b\n" % (zlib.crc32(entry), entry))
             self._file.flush()
         except OSError as error:
             raise cannot_write(self._path, error) from None
@@ -60,43 +61,17 @@ class Unfinished:
         first = self._file.readline()
         if first not in (expected, b""):
             raise InputError(f"{self._path} is of other work or another version, expected that of the interrupted work")
-        end, whole = self._file.tell(), self._path.stat().st_size
-        while len(head := self._file.read(_HEAD.size)) == _HEAD.size:
-            size, checksum = _HEAD.unpack(head)
-            entry = self._file.read(min(size, whole))
-            if len(entry) < size or zlib.crc32(entry) != checksum:
+        end = self._file.tell()
+        for line in self._file:
+            checksum, _, entry = line[:-1].partition(b" ")
+            if not line.endswith(b"\n") or checksum != b"%08x" % zlib.crc32(entry):
                 break
             try:
-                key, result = _Entries(io.BytesIO(entry), self._packages).load()
-            except Exception:  # another's file, or a class that is no more
+                key, result = unpacked(entry.decode(), self._packages)
+                self.results[key] = result
+            except (TypeError, ValueError):  # another's file, or a class that is no more
                 break
-            self.results[key], end = result, self._file.tell()
+            end += len(line)
         self._file.seek(end)
         self._file.truncate()
         return first == expected
-
-
-_HEAD = struct.Struct("<QI")
-"""Before every entry: its length and CRC-32."""
-
-
-class _Entries(pickle.Unpickler):
-    """Reads data only: classes of some packages, and no function but those that make NumPy's arrays."""
-
-    def __init__(self, file: BinaryIO, packages: set[str]) -> None:
-        super().__init__(file)
-        self._packages = packages
-
-    def find_class(self, module: str, name: str) -> object:
-        package = module.split(".")[0]
-        if (package, name) in _DATA:
-            return super().find_class(module, name)
-        if package in self._packages and isinstance(found := super().find_class(module, name), type):
-            return found
-        raise pickle.UnpicklingError(f"{module}.{name} is no result")
-
-
-_DATA = {
-    *(("numpy", name) for name in ("ndarray", "dtype", "_reconstruct", "scalar", "_frombuffer")),
-    *(("builtins", name) for name in ("complex", "frozenset", "range", "set", "slice")),
-}

@@ -1,5 +1,6 @@
 """The estimate that the autopilot aboard steers by: fixes and its own orders in, motion and current out."""
 
+import logging
 import math
 
 from steerway.core.earth import displacement
@@ -8,6 +9,7 @@ from steerway.estimation.steering import Response, SteeringFilter
 from steerway.live.autopilot.headings import MeasuredHeading
 from steerway.live.base.rows import InputRow, Row
 
+LOG = logging.getLogger("steerway.live")
 _LONGEST_GAP = 30.0
 """s between two fixes, forward, after which the filter begins anew; at once where time goes back."""
 
@@ -33,6 +35,7 @@ class Aboard:
         self.heading = heading
         self._moment = self._fixed = math.nan
         self._idle_since, self._throttle_told = math.inf, -math.inf  # when the motors began to idle, if they do
+        self.is_broken = False  # the last fix left no number
         self._stepped: tuple[Row, Estimate] | None = None  # of the row asked for last: guidance and control ask for one
         self.restart()
 
@@ -59,10 +62,21 @@ class Aboard:
         velocity = row.sog * math.cos(row.cog), row.sog * math.sin(row.cog)
         self.filter.idle_since = self._idle_since if row.time - self._throttle_told < _TOLD else math.inf
         heading = row.heading if self.heading is None else self.heading.at(row.time)
-        self.filter.fix(row.time, *place, *velocity, heading, row.yaw_rate)
+        self._use(row.time, *place, *velocity, heading, row.yaw_rate)
         if self.heading is not None and self.filter.started:
             self.heading.report(heading)
         return self.filter.refused_for == 0.0 if self.filter.started else None
+
+    def _use(self, time, *measured):
+        """A fix for the filter, which begins anew where that is no number afterwards."""
+        try:
+            self.filter.fix(time, *measured)
+            self.is_broken = self.filter.started and not math.isfinite(sum(self.filter.at(time)[:5]))
+        except (ArithmeticError, ValueError):
+            self.is_broken = True
+        if self.is_broken:
+            LOG.error("the autopilot's estimate is no number and begins anew")
+            self.restart()
 
     def step(self, row: Row, dt: float) -> Estimate:
         """See `core.estimate.Estimator`."""

@@ -26,6 +26,8 @@ _SLOWEST = 1.5
 _SLOWEST_TURN = 0.5
 """Share of the route's speed that is kept in a sharp turn."""
 
+_NO_NUMBER = "the estimate is no number"
+
 
 class Supervisor:
     """Steers along the leg of each tick by its `pilot`, while everything allows it.
@@ -114,7 +116,10 @@ class Supervisor:
         `since`: s from the last step to its arrival.
         """
         is_new = measured is not None and measured.time == row.time
-        self._watch.fix(row, self.pilot.estimator.fix(measured) if is_new else None, since)
+        fits = self.pilot.estimator.fix(measured) if is_new else None
+        if self.pilot.estimator.is_broken:
+            self.stop(_NO_NUMBER)
+        self._watch.fix(row, fits, since)
 
     def take(self, row: InputRow) -> None:
         """Whatever a link reports, used by the navigator or not."""
@@ -160,8 +165,7 @@ class Supervisor:
 
     def _order(self, row, leg, dt):
         if self.state not in UNDER_WAY or self._is_new or leg is None:
-            self.pilot.estimator.order(math.nan, math.nan)
-            return Order(self.state, self.reason, self.state is State.STOPPED and not self.hands_back)
+            return self._none()
         pilot = self.pilot
         if pilot.autopilot.schedule is not None:
             pilot.autopilot.schedule.fix_interval = self._watch.interval
@@ -177,7 +181,16 @@ class Supervisor:
             steered = pilot.hold(leg.distance, leg.bearing, estimate, dt)
         else:
             steered = pilot.steer(Reference(leg.course_to_steer, 0.0, 0.0), speed, estimate, dt)
+        if not all(map(math.isfinite, (*steered.command, estimate.north, estimate.east))):
+            self.stop(_NO_NUMBER)
+            pilot.estimator.restart()
+            return self._none()
         return Order(self.state, self.reason, True, *steered.command, leg.course_to_steer, speed)
+
+    def _none(self):
+        """The order of an autopilot that does not steer."""
+        self.pilot.estimator.order(math.nan, math.nan)
+        return Order(self.state, self.reason, self.state is State.STOPPED and not self.hands_back)
 
     def _slowing(self, course_to_steer):
         """Share of the route's speed, by the turn that the reference has still to make."""

@@ -125,6 +125,8 @@ class Watch:
         age = self._age(row)
         if age > self.max_dead_reckoning:
             return f"no fix for {age:.1f} s"
+        if not row.valid and math.isfinite(self._accepted):
+            return "the estimate is no number"
         if self._now - self._unfit_since >= self._allowed_unfit:
             return f"fixes do not fit the estimate for {self._now - self._unfit_since:.1f} s"
         if self._accepted >= self._advanced + UNTIMELY:

@@ -35,12 +35,20 @@ class Feed:
         self.decoder, self._deliver, self._tap = decoder, deliver, tap
         self._timer: asyncio.TimerHandle | None = None
         self._arrived = math.nan
+        self._has_failed = False
 
     def feed(self, data: bytes) -> None:
         """A piece of the stream has come."""
         if self._tap is not None:
             self._tap(data)
-        self.pass_on(self.decoder.feed(data))
+        rows: list = []
+        try:
+            rows = self.decoder.feed(data)
+        except Exception:  # nothing that a link sends ends the service
+            if not self._has_failed:
+                LOG.exception("%s bytes of a link cannot be decoded and are dropped", len(data))
+            self._has_failed = True
+        self.pass_on(rows)
 
     def pass_on(self, rows: list) -> None:
         """Deliver complete rows; incomplete ones follow when nothing comes for `SILENCE`."""

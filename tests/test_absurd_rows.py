@@ -1,0 +1,162 @@
+"""Numbers that no vessel can report, from every link: the service goes on, the autopilot steers on or stops."""
+
+import json
+import math
+import struct
+
+import pytest
+
+from steerway.core.timestamps import iso
+from steerway.live.base.limits import believable
+from steerway.live.base.orders import State
+from steerway.live.base.rows import InputRow
+from steerway.live.links.gpsd import GpsdDecoder
+from steerway.live.links.signalk import SignalKDecoder
+from steerway.live.mavlink.decoding import MavlinkDecoder
+from steerway.live.mavlink.dialect import dialect
+from steerway.live.n2k.messages import READERS
+from tests.desk import HOME, NOON, Desk, dock_all, square
+
+ABSURD = (1e300, -1e300, 1e38, -1e38, math.inf, -math.inf, math.nan, 10**400)
+
+
+@pytest.fixture(autouse=True)
+def docked():
+    yield
+    dock_all()
+
+
+def gpsd(name, value, time):
+    report = {"class": "TPV", "mode": 3, "time": iso(time), "lat": 54.0, "lon": 10.0, "speed": 1.0, "track": 20.0}
+    decoder = GpsdDecoder()
+    return decoder.message(json.dumps(report | {name: value})) + decoder.settle()
+
+
+def signalk(path, value, time):
+    place = {"latitude": value, "longitude": value} if path == "navigation.position" else value
+    update = {"$source": "gps.GP", "timestamp": iso(time), "values": [{"path": path, "value": place}]}
+    decoder = SignalKDecoder()
+    return decoder.message(json.dumps({"updates": [update]})) + decoder.settle()
+
+
+def mavlink(name, value, time):
+    m = dialect("a test")
+    milliseconds = 1_000_000
+    numbers = {"roll": 0.0, "pitch": 0.0, "yaw": 0.0, "rollspeed": 0.0, "pitchspeed": 0.0, "yawspeed": 0.0}
+    if name in numbers:
+        value = float(max(-3.4e38, min(3.4e38, value))) if math.isfinite(value) else float(value)
+        message = m.MAVLink_attitude_message(milliseconds, **(numbers | {name: value}))
+    else:
+        message = m.MAVLink_gps_raw_int_message(
+            (1 << 64) - 1, 3, -(1 << 31), (1 << 31) - 1, 0, 0, 0, 0xFFFE, 0xFFFE, 9, h_acc=(1 << 32) - 1
+        )
+    decoder = MavlinkDecoder()
+    clock = m.MAVLink_system_time_message(round(time * 1e6), milliseconds)
+    return [row for each in (clock, message) for row in decoder.message(each, 5.0)]
+
+
+def n2k(number, fill, time):
+    reader, length = READERS[number]
+    values = reader(bytes([fill]) * max(length, 43))
+    return [InputRow("n2k 1", values.pop("time", time), **values)] if values else []
+
+
+MESSAGES = [
+    *((gpsd, name, value) for name in ("lat", "lon", "speed", "track", "eph") for value in ABSURD),
+    *(
+        (signalk, f"navigation.{name}", value)
+        for name in ("position", "speedOverGround", "courseOverGroundTrue", "headingTrue", "rateOfTurn")
+        for value in ABSURD
+    ),
+    *((signalk, "navigation.gnss.horizontalDilution", value) for value in ABSURD),
+    *((mavlink, name, value) for name in ("yawspeed", "yaw") for value in ABSURD[:-1]),
+    (mavlink, "GPS_RAW_INT", math.nan),
+    *((n2k, number, fill) for number in READERS for fill in (0x00, 0x7F, 0x80, 0xFE, 0xFF)),
+]
+
+
+def test_no_number_of_any_link_ends_the_service_or_stays():
+    """All of them, from the link whose fixes are used, one after another while the boat is steered."""
+    desk = Desk(square())
+    desk.start()
+    desk.sail(2.0)
+    honest, absurd = desk.fixes, []
+    messages = iter(MESSAGES)
+
+    def fixes(time, north, east):
+        sound, given = honest(time, north, east), next(messages, None)
+        rows = [] if given is None else given[0](*given[1:], NOON + time)
+        placeless = {"latitude": math.nan, "longitude": math.nan}
+        rows = [row._replace(source="gps", **(placeless if 0.9 < row.latitude < 1.0 else {})) for row in rows]
+        absurd.extend(row for row in rows if any(abs(each) > 1e30 for each in row[1:]))
+        return sound + rows
+
+    desk.fixes = fixes
+    desk.sail(len(MESSAGES) / 5.0 + 2.0)
+    assert not desk.running.done()
+    assert desk.navigator.counts["beyond all limits"] >= len(absurd) > 30
+    assert desk.navigator.counts["failed"] == 0
+    for row, order in zip(desk.rows[500:], desk.output[500:], strict=True):
+        assert math.isfinite(order.yaw_rate + order.thrust + row.latitude + row.longitude + row.sog)
+    assert desk.order.state in (State.RUNNING, State.DEGRADED), desk.order
+
+
+@pytest.mark.parametrize("value", [1e300, -1e38, math.inf, -math.inf])
+@pytest.mark.parametrize("name", ["latitude", "longitude", "position_std"])
+def test_a_place_beyond_the_earth_is_none(name, value):
+    row = believable(InputRow("gps", NOON, *HOME, sog=1.0)._replace(**{name: value}))
+    assert not row.has_position and row.sog == 1.0
+    assert believable(InputRow("gps", NOON, *HOME)._replace(**{name: value})) is None
+
+
+@pytest.mark.parametrize("time", [math.nan, math.inf, -math.inf, 1e300])
+def test_a_row_without_a_time_is_none(time):
+    assert believable(InputRow("gps", time, *HOME)) is None
+
+
+def test_what_a_vessel_can_report_stays():
+    row = InputRow(
+        "gps", NOON, -math.pi / 2.0, -math.pi, 0.0, 60.0, math.pi, 2.0 * math.pi, -5.0, -2.0, 2.0, 30.0, 90.0
+    )
+    assert believable(row) is row
+    assert believable(InputRow("gps", NOON, yaw_rate=0.1)) == InputRow("gps", NOON, yaw_rate=0.1)
+
+
+def test_a_row_that_raises_is_dropped_and_counted():
+    desk = Desk(square())
+    desk.start()
+    honest = desk.fixes
+    wrong = InputRow("gps", NOON, *HOME, sog="fast", formatters="none")
+    desk.fixes = lambda time, north, east: [wrong, *honest(time, north, east)]
+    desk.sail(3.0)
+    assert not desk.running.done() and desk.order.state is State.RUNNING
+    assert desk.navigator.counts["failed"] == 15
+
+
+def test_an_estimate_that_is_no_number_stops_and_begins_anew():
+    desk = Desk(square())
+    desk.start()
+    desk.sail(1.0)
+    desk.autopilot.pilot.estimator.filter._states[:] = math.nan
+    orders = desk.sail(0.5)
+    assert all(math.isfinite(each.yaw_rate + each.thrust) for each in orders)
+    assert desk.order.state is State.STOPPED and desk.order.reason == "the estimate is no number"
+    desk.sail(10.0)
+    desk.autopilot.start()
+    desk.sail(1.0)
+    assert desk.order.state is State.RUNNING
+
+
+def test_packets_of_any_floats_make_believable_rows():
+    m = dialect("a test")
+    decoder, kept = MavlinkDecoder(), 0
+    decoder.message(m.MAVLink_system_time_message(round(NOON * 1e6), 1000), 0.0)
+    for k, bits in enumerate(range(0, 1 << 32, 999_983)):
+        (value,) = struct.unpack("<f", struct.pack("<I", bits))
+        for row in decoder.message(
+            m.MAVLink_attitude_message(2000 + k, 0.0, 0.0, 0.0, 0.0, 0.0, value), 5.0 + 1e-3 * k
+        ):
+            row = believable(row)
+            kept += row is not None
+            assert row is None or not abs(row.yaw_rate) > 10.0
+    assert kept > 100
