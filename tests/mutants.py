@@ -19,7 +19,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from steerway.core.workers import in_workers
+from steerway.core.testing import in_workers
 
 ROOT = Path(__file__).parents[1]
 LEAST = 0.9

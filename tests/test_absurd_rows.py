@@ -6,15 +6,10 @@ import struct
 
 import pytest
 
-from steerway.core.timestamps import iso
-from steerway.live.base.limits import believable
-from steerway.live.base.orders import State
-from steerway.live.base.rows import InputRow
-from steerway.live.links.gpsd import GpsdDecoder
-from steerway.live.links.signalk import SignalKDecoder
-from steerway.live.mavlink.decoding import MavlinkDecoder
-from steerway.live.mavlink.dialect import dialect
-from steerway.live.n2k.messages import READERS
+from steerway.core.testing import iso
+from steerway.formats.testing import MESSAGES as N2K
+from steerway.formats.testing import Decoder
+from steerway.live.testing import GpsdDecoder, InputRow, MavlinkDecoder, SignalKDecoder, State, believable, dialect
 from tests.desk import HOME, NOON, Desk, dock_all, square
 
 ABSURD = (1e300, -1e300, 1e38, -1e38, math.inf, -math.inf, math.nan, 10**400)
@@ -56,8 +51,7 @@ def mavlink(name, value, time):
 
 
 def n2k(number, fill, time):
-    reader, length = READERS[number]
-    values = reader(bytes([fill]) * max(length, 43))
+    values = Decoder().values(number, 1, N2K[number].raw(bytes([fill]) * 43), time)
     return [InputRow("n2k 1", values.pop("time", time), **values)] if values else []
 
 
@@ -71,7 +65,7 @@ MESSAGES = [
     *((signalk, "navigation.gnss.horizontalDilution", value) for value in ABSURD),
     *((mavlink, name, value) for name in ("yawspeed", "yaw") for value in ABSURD[:-1]),
     (mavlink, "GPS_RAW_INT", math.nan),
-    *((n2k, number, fill) for number in READERS for fill in (0x00, 0x7F, 0x80, 0xFE, 0xFF)),
+    *((n2k, number, fill) for number in N2K for fill in (0x00, 0x7F, 0x80, 0xFE, 0xFF)),
 ]
 
 

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from steerway.formats.nmea0183 import writing as nmea0183_writing
     from steerway.formats.nmea0183.epochs import ROLLOVER
     from steerway.formats.nmea0183.writing import apb, gga, hdt, rmb, rmc, rot, sealed, vtg, xte
+    from steerway.formats.nmea2000.decoder import Decoder
+    from steerway.formats.nmea2000.fields import MESSAGES
     from steerway.formats.nmea2000.frames import Frame, Joiner, Splitter, frame_of, identifier_of
     from steerway.formats.nmea2000.text import frame_of_line
     from steerway.formats.packed import MAX_SIZE

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from steerway.live.autopilot.watch import Watch
     from steerway.live.base import uri
     from steerway.live.base.clock import FixClock
+    from steerway.live.base.limits import believable
     from steerway.live.base.orders import UNDER_WAY, Order, State
     from steerway.live.base.rows import InputRow, Row, lost, rows_of
     from steerway.live.control_port import ControlPort, control_address
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
     from steerway.live.links.signalk import token_of as signalk_token_of
     from steerway.live.mavlink.companion import Companion
     from steerway.live.mavlink.decoding import BootClock, MavlinkDecoder
-    from steerway.live.mavlink.dialect import RoverMode, mode_name
+    from steerway.live.mavlink.dialect import RoverMode, dialect, mode_name
     from steerway.live.mavlink.guided import Guided, Takeover
     from steerway.live.mavlink.link import MavlinkLink
     from steerway.live.mavlink.readiness import Readiness, result_words
