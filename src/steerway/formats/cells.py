@@ -10,10 +10,11 @@ import polars as pl
 
 from steerway.core.errors import InputError
 from steerway.formats import parquet_structure
-from steerway.formats.columns import EXPECTED, understood
+from steerway.formats.columns import EXPECTED, spelled, understood
 
 DELIMITERS = (",", ";", "\t", "|")
 _MOST_COLUMNS = 2000  # of a header: a line with more is none
+_MOST_ABOVE = 5  # lines above the header that are no comments
 _MOST_ROWS, _MOST_ROWS_OF_SMALL = 8, 100_000  # a byte of Parquet, and in any case
 _LEAST_ROW = 8  # bytes, on the average of that many rows: a row takes memory however short it is
 
@@ -56,23 +57,27 @@ def _quiet():
 def header_of(text):
     """(line number, delimiter, names, where the next line begins) of the header; None where there is none.
 
-    Comment lines may stand before it, and it may itself be one, as in the tables of the Danish authority.
+    Comment lines may stand before it, and it may itself be one, as in the tables of the Danish authority. Of other
+    lines a few may: a count of rows, a title.
     """
+    above = 0
     start = 3 if text.startswith(b"\xef\xbb\xbf") else 0
     for number in range(1, 100):
         stop = text.find(b"\n", start)
         stop = len(text) if stop < 0 else stop
         line = text[start:stop].decode("utf-8", "replace").strip()
-        commented = line.startswith("#")
-        plain = line.lstrip("# ")
+        commented = line.startswith(("#", "%"))
+        plain = line.lstrip("#% ")
         delimiter = max(DELIMITERS, key=plain.count)
         if plain.count(delimiter) > _MOST_COLUMNS:
             return None
         names = [name.strip().strip('"').strip() for name in plain.split(delimiter)]
         known = {"time", "latitude", "longitude"} & understood(names).keys()
-        if len(known) > 1 or (known and len(names) > 1 and not commented and not _is_sentence(names)):
+        is_header = len(known) > 1 or (known and len(names) > 1 and not commented and not _is_sentence(names))
+        if is_header and (not above or len(known) == 3):
             return number, delimiter, names, stop + 1
-        if (line and not commented) or stop == len(text):
+        above += bool(line) and not commented
+        if above > _MOST_ABOVE or stop == len(text):
             return None
         start = stop + 1
     return None
@@ -101,7 +106,7 @@ def csv(data, skipped, vessel_column=None):
         body = _without_stray_quotes(body, skipped)
     schema = {f"{index}": pl.String for index in range(len(names))}
     body = delimiter.encode() * (len(names) - 1) + b"\n" + body  # polars counts columns in the first row
-    wanted = {column.index for column in understood(names).values()}
+    wanted = {column.index for column in spelled(names)}
     wanted = sorted(wanted | {index for index, name in enumerate(names) if name == vessel_column})
     options = {"has_header": False, "schema": schema, "columns": wanted, "separator": delimiter}
     options |= {"truncate_ragged_lines": True, "encoding": "utf8-lossy"}

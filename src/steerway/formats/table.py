@@ -15,13 +15,15 @@ from steerway.core.errors import InputError
 from steerway.core.records import REPORTED, Fixes
 from steerway.core.timestamps import dated, unix_times
 from steerway.formats.cells import csv, header_of, parquet
-from steerway.formats.columns import EXPECTED, Column, understood
+from steerway.formats.columns import DEGREE, EXPECTED, Column, no_fix, spelled, understood, unit_in
 from steerway.formats.places import degrees, places
 from steerway.formats.recording import Recording
-from steerway.formats.units import by_positions, refuse_radians
+from steerway.formats.units import by_positions, in_seconds, places_by_size, refuse_radians, time_by_motion
 
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "unknown")
-_NEEDED = ("time", "latitude", "longitude", "mmsi")
+_NEEDED = ("time", "latitude", "longitude", "north_south", "east_west", "mmsi")
+_WITH_UNIT = r"^([+-]?\d[\d.]*)\s*([^\d\s.].*)$"
+_CLOCK = r"^\d{5,6}(\.\d*)?$"  # hhmmss, as a number perhaps without its first zero
 _VESSEL = "/vessel"  # no name of a column
 _SHOWN = 3  # bad cells that are listed with their line
 
@@ -106,31 +108,88 @@ class _Reader:
             return _floats(series)
         text = self._text(series)
         values = _floats(self._plain(text).cast(pl.Float64, strict=False))
-        if hemispheres and column.factor != 1.0 and (np.isnan(values) & text.is_not_null().to_numpy()).any():
+        lacking = (np.isnan(values) & text.is_not_null().to_numpy()).any()
+        if lacking and hemispheres and column.factor != 1.0:
             values = np.where(np.isnan(values), degrees(self._plain(text), hemispheres), values)
+        elif lacking and column.factor is not None:
+            values = np.where(np.isnan(values), self._with_units(self._plain(text), column), values)
         self._account(column, text, np.isnan(values) & text.is_not_null().to_numpy())
         return np.where(np.isfinite(values), values, np.nan)
 
-    def times(self, column: Column, date: Column | None) -> np.ndarray:
-        """The time column as Unix s: dates, or numbers in the unit of its name or, where it has none, of their size."""
+    def stated(self, column: Column) -> Column:
+        """The column in the unit that its first cell states, where its name states none."""
+        series = self._series(column)
+        if not column.assumed or series.dtype != pl.String:
+            return column
+        first = self._plain(self._text(series).drop_nulls().head(1)).str.extract_groups(_WITH_UNIT).struct.unnest()["2"]
+        factor = unit_in(column.meaning, first.item() or "") if len(first) else None
+        return column if factor is None else replace(column, factor=factor, basis="")
+
+    def with_side(self, values: np.ndarray, column: Column | None, letters: str) -> np.ndarray:
+        """Degrees of an axis (n,) with the signs of its column of hemispheres; letters: "NS" or "EW"."""
+        if column is None:
+            return values
+        text = self._text(self._series(column).cast(pl.String))
+        side = text.str.to_uppercase().str.slice(0, 1).fill_null("").to_numpy()
+        with np.errstate(invalid="ignore"):
+            bad = np.isfinite(values) & (~np.isin(side, tuple(letters)) | ((side == letters[0]) & (values < 0.0)))
+        self._account(column, text.fill_null(""), bad)
+        return np.where(side == letters[1], -np.abs(values), values)
+
+    def lacks_fix(self, column: Column | None) -> np.ndarray:
+        """(n,) bool: the rows of which a column says that they have none."""
+        if column is None:
+            return np.zeros(len(self.frame), bool)
+        text = self._series(column).cast(pl.String).str.strip_chars(' \t\r"').str.strip_suffix(".0").str.to_lowercase()
+        return text.is_in(no_fix(column.name)).fill_null(False).to_numpy()
+
+    def times(self, column: Column, date: Column | None = None, offset: Column | None = None) -> np.ndarray:
+        """The time column as Unix s: dates, or numbers in the unit of its name or, where it has none, of their size.
+
+        date and offset from UTC: columns that are put before and behind what is only a time of day.
+        """
         series = self._series(column)
         if series.dtype.is_temporal():
             if series.dtype == pl.Time:
                 raise InputError(f"column {column.name!r} of the table holds times without a date, expected {EXPECTED}")
             return _floats(series.cast(pl.Datetime("us")).to_physical()) / 1e6
         if series.dtype != pl.String:
-            return dated(_scaled(_floats(series), column.factor))
+            return dated(in_seconds(_floats(series), column.factor))
         text = self._text(series)
         numbers = _floats(self._plain(text).cast(pl.Float64, strict=False))
-        if date is not None and np.isnan(numbers).all():
-            text = self._text(self._series(date)) + " " + text
-        is_date = np.isnan(numbers)
-        values = _scaled(np.where(np.isfinite(numbers), numbers, np.nan), column.factor)
-        if is_date.any():
-            values = np.where(is_date, unix_times(text), values)
-        values = dated(values)
-        self._account(column, text, np.isnan(values) & text.is_not_null().to_numpy())
-        return values
+        if date is not None and (np.isnan(numbers).all() or text.drop_nulls().str.contains(_CLOCK).all()):
+            return dated(unix_times(self._on_day(text, date, offset)))
+        values = in_seconds(np.where(np.isfinite(numbers), numbers, np.nan), column.factor)
+        if np.isnan(numbers).any():
+            values = np.where(np.isnan(numbers), unix_times(text), values)
+        return dated(values)
+
+    def check_times(self, column: Column, values: np.ndarray) -> None:
+        """Account for the cells of a time column that give none."""
+        if (series := self._series(column)).dtype == pl.String:
+            text = self._text(series)
+            self._account(column, text, np.isnan(values) & text.is_not_null().to_numpy())
+
+    def _on_day(self, text, date, offset):
+        """Dates with the time of day; of six digits the year comes first, where that gives dates."""
+        of_clock = text.str.contains(_CLOCK).fill_null(False)
+        padded = pl.Series("padded", np.where(text.str.find(r"\d{6}").is_null(), "0", ""), dtype=pl.String) + text
+        text = text.zip_with(~of_clock, padded)
+        day = self._text(self._series(date))
+        if day.drop_nulls().str.contains(r"^\d{6}$").all():
+            orders = ((0, 2, 4), (4, 2, 0))
+            days = ["20" + day.str.slice(y, 2) + day.str.slice(m, 2) + day.str.slice(d, 2) for y, m, d in orders]
+            day = max(days, key=lambda each: np.isfinite(unix_times(each + " 00:00:00")).sum())
+        whole = day + " " + text
+        return whole if offset is None else whole + self._text(self._series(offset)).fill_null("")
+
+    def _with_units(self, text, column):
+        """Numbers (n,) of cells that have their unit beside them, in that of the column; NaN of others."""
+        groups = text.str.extract_groups(_WITH_UNIT).struct.unnest()
+        factors = {unit: unit_in(column.meaning, unit) for unit in groups["2"].drop_nulls().unique()}
+        beside = groups["2"].replace_strict(factors, default=None, return_dtype=pl.Float64)
+        own = 1.0 if column.meaning == "position_std" else column.factor  # that is a share of a radius
+        return _floats(groups["1"].cast(pl.Float64, strict=False) * beside / own)
 
     def _series(self, column):
         return self.frame[column.name] if column.name in self.frame.columns else self.frame[f"{column.index}"]
@@ -148,7 +207,8 @@ class _Reader:
             return
         self.skipped[f"{column.name} not understood"] += int(bad.sum())
         for row in np.flatnonzero(bad)[:_SHOWN]:
-            self.notes.append(f"line {self.first_line + row}: {text[int(row)][:40]!r} is not a valid {column.meaning}")
+            line = self.first_line + int(row)
+            self.notes.append((line, f"line {line}: {text[int(row)][:40]!r} is not a valid {column.meaning}"))
         if column.meaning in _NEEDED:
             self.bad |= bad
 
@@ -166,40 +226,36 @@ def _floats(series):
     return series.cast(pl.Float64, strict=False).fill_null(np.nan).to_numpy()
 
 
-def _scaled(numbers, factor):
-    """Unix s of numbers whose unit is known, or inferred from their size: s, ms, µs or ns since 1970."""
-    if factor is not None:
-        with np.errstate(all="ignore"):  # altered bits can be a signalling NaN
-            return numbers * factor if factor >= 1.0 else numbers / round(1.0 / factor)
-    known = np.abs(numbers[np.isfinite(numbers)])
-    size = np.median(known) if len(known) else 0.0
-    return numbers / next((unit for limit, unit in ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3)) if size > limit), 1.0)
-
-
 def _recording(kind, frame, columns, names, first_line, delimiter, skipped):
     notes = []
     reader = _Reader(frame, first_line, delimiter, skipped, notes)
     is_ais = "mmsi" in columns
-    time = reader.times(columns["time"], columns.get("date"))
     place = [reader.numbers(columns["latitude"], "NS"), reader.numbers(columns["longitude"], "EW")]
     refuse_radians(columns, *place)
+    columns |= places_by_size(columns, *place)
+    place[0] = reader.with_side(place[0], columns.get("north_south"), "NS")
+    place[1] = reader.with_side(place[1], columns.get("east_west"), "EW")
     place = [_degrees(numbers, columns[name]) for numbers, name in zip(place, ("latitude", "longitude"), strict=True)]
     if not is_ais:  # where 181° means that there is none
         with np.errstate(invalid="ignore"):  # altered bits can be a signalling NaN
             place[1] = np.where((place[1] > 180.0) & (place[1] <= 360.0), place[1] - 360.0, place[1])
     latitude, longitude = places(*place)
+    columns |= {name: reader.stated(columns[name]) for name in REPORTED if name in columns}
+    numbers = {name: reader.numbers(columns[name]) for name in REPORTED if name in columns}
+    time = _time(reader, columns, names, latitude, longitude, numbers.get("sog"))
+    without_fix = reader.lacks_fix(None if is_ais else columns.get("fix"))
     mmsi = reader.numbers(columns["mmsi"]) if is_ais else None
     reported = {}
-    for name in (each for each in REPORTED if each in columns):
-        numbers = reader.numbers(columns[name])
-        columns[name] = by_positions(columns[name], numbers, time, latitude, longitude)
-        reported[name] = _in_si(name, numbers, columns[name], is_ais)
+    for name, values in numbers.items():
+        columns[name] = by_positions(columns[name], values, time, latitude, longitude)
+        reported[name] = _in_si(name, values, columns[name], is_ais)
     empty = np.isnan(place[0]) & np.isnan(place[1])
     useful = np.isfinite(latitude) | (empty & np.any([np.isfinite(values) for values in reported.values()], axis=0))
     useful = np.broadcast_to(useful, len(time))
     out_of_range = ~useful & np.isfinite(place[0]) & np.isfinite(place[1]) & (not is_ais)
     keep = ~reader.blank & ~reader.bad
     for reason, good in (
+        ("no fix", ~without_fix),
         ("no time", np.isfinite(time)),
         ("latitude or longitude out of range", ~out_of_range),
         ("no position", useful),
@@ -216,11 +272,29 @@ def _recording(kind, frame, columns, names, first_line, delimiter, skipped):
     meanings = [f"columns: {', '.join(str(column) for column in columns.values())}"]
     if unused := [name for index, name in enumerate(names) if all(index != each.index for each in columns.values())]:
         meanings.append(f"columns not used: {', '.join(unused)}")
-    return Recording(kind, {name: fixes} if len(fixes) else {}, counts, dict(skipped), (*meanings, *notes))
+    lines = [note for _, note in sorted(notes, key=lambda each: each[0])]
+    return Recording(kind, {name: fixes} if len(fixes) else {}, counts, dict(skipped), (*meanings, *lines))
+
+
+def _time(reader, columns, names, latitude, longitude, sog):
+    """Unix s (n,) of the column of time that is possible, which becomes that of `columns`."""
+    beside = columns.get("date"), columns.get("utc_offset")
+    known = [each for each in spelled(names) if each.meaning == "time"]
+    if "mmsi" in columns:
+        time = reader.times(known[0], *beside)
+    else:
+        speed = np.full(len(latitude), np.nan) if sog is None else sog * columns["sog"].factor
+        columns["time"], time = time_by_motion(
+            known, lambda column: reader.times(column, *beside), latitude, longitude, speed
+        )
+    reader.check_times(columns["time"], time)
+    return time
 
 
 def _degrees(numbers, column):
-    return np.degrees(numbers) if column.factor == 1.0 else numbers
+    if column.factor == 1.0:
+        return np.degrees(numbers)
+    return numbers if column.factor == DEGREE else numbers * (column.factor / DEGREE)
 
 
 def _in_si(name, numbers, column, is_ais):
