@@ -10,6 +10,9 @@ Positive = Annotated[float, Field(strict=True, gt=0.0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(strict=True, ge=0.0, allow_inf_nan=False)]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Rate = Annotated[float, Field(strict=True, gt=0.0, le=1000.0)]
+Latitude = Annotated[float, Field(strict=True, ge=-89.0, le=89.0, allow_inf_nan=False)]
+Longitude = Annotated[float, Field(strict=True, ge=-180.0, le=180.0, allow_inf_nan=False)]
+Flag = Annotated[bool, Field(strict=True)]
 Triple = tuple[Number, Number, Number]
 
 

@@ -18,6 +18,7 @@ from steerway.core.earth import KNOT
 from steerway.core.errors import InputError
 from steerway.formats import packed
 from steerway.formats.columns import plain_name, understood
+from steerway.formats.units import unit_by_size
 
 SCHEMA = {
     "mmsi": pl.Int64,
@@ -206,8 +207,7 @@ def _time(frame, column, schema):
             )
     numbers = sample.cast(pl.Float64, strict=False).drop_nulls()
     size = abs(float(numbers.median() or 0.0))
-    unit = next((each for limit, each in ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3)) if size > limit), 1.0)
-    return named.cast(pl.Float64, strict=False) / unit
+    return named.cast(pl.Float64, strict=False) / round(1.0 / unit_by_size(size))
 
 
 def _day_first(named):

@@ -1,31 +1,43 @@
 """The meaning of the columns of a table: common spellings of their names, and units in names."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from steerway.core.earth import KNOT
 from steerway.formats.dilution import ALONE, RANGE_ERROR
 
 DEGREE = 0.017453292519943295
+SEMICIRCLE = 180.0 / 2**31 * DEGREE
 EXPECTED = "time_s, lat_deg and lon_deg or common spellings of them (time, timestamp, latitude, lon, …)"
 
 _SPELLINGS = {
-    "time": "time timestamp time_stamp datetime date_time basedatetime base_date_time utc time_utc utc_time t ts epoch "
-    "unix unix_time unixtime unixtimestamp timestamp_utc datetime_utc date_time_utc utc_datetime msgtime received_at",
-    "date": "date date_utc utc_date",
-    "latitude": "lat latitude",
-    "longitude": "lon lng long longitude",
+    "time": "header_stamp time timestamp time_stamp datetime date_time basedatetime base_date_time utc time_utc "
+    "utc_time t ts epoch unix unix_time unixtime unixtimestamp timestamp_utc datetime_utc date_time_utc utc_datetime "
+    "msgtime received_at utc_t lcl_time",
+    "date": "date date_utc utc_date utc_d lcl_date",
+    "utc_offset": "utc_offset utcofst",
+    "fix": "valid fix_valid gps_valid position_valid gps_fix fix_status fix_type fixtype gps_fix_type fix_quality "
+    "gps_quality status_status",
+    "latitude": "lat latitude latitude_n_s position_lat",
+    "longitude": "lon lng long longitude longitude_e_w position_long",
+    "north_south": "n_s ns north_south lat_ref latitude_ref lat_dir latitude_dir lat_hemisphere latitude_hemisphere "
+    "n_s_indicator ns_indicator",
+    "east_west": "e_w ew east_west lon_ref longitude_ref lon_dir longitude_dir lon_hemisphere longitude_hemisphere "
+    "e_w_indicator ew_indicator",
     "position_std": "position_std hacc h_acc horizontal_accuracy position_accuracy ehpe eph accuracy hdop",
-    "sog": "sog speed_over_ground speedoverground ground_speed groundspeed gspeed speed rx_sog gps_sog gnss_sog",
-    "cog": "cog course_over_ground courseoverground ground_course course track headmot rx_cog gps_cog gnss_cog",
+    "sog": "sog speed_over_ground speedoverground ground_speed groundspeed gspeed speed rx_sog gps_sog gnss_sog "
+    "gndspd enhanced_speed vel",
+    "cog": "cog course_over_ground courseoverground ground_course course track headmot rx_cog gps_cog gnss_cog trk",
     "heading": "heading true_heading heading_true trueheading hdt hdg",
     "water_speed": "water_speed stw speed_through_water waterspeed",
     "yaw_rate": "yaw_rate yawrate rate_of_turn rateofturn rot",
     "mmsi": "mmsi",
 }
 _UNITS = {
-    "time": {"s": 1.0, "sec": 1.0, "seconds": 1.0, "unix": None, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
-    "angle": {"deg": DEGREE, "degrees": DEGREE, "degree": DEGREE, "dd": DEGREE, "rad": 1.0, "radians": 1.0},
+    "time": {"s": 1.0, "sec": 1.0, "seconds": 1.0, "unix": None, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+    | {"msec": 1e-3, "usec": 1e-6, "nsec": 1e-9},
+    "angle": {"semicircles": SEMICIRCLE}
+    | {"deg": DEGREE, "degrees": DEGREE, "degree": DEGREE, "dd": DEGREE, "rad": 1.0, "radians": 1.0},
     "speed": {"mps": 1.0, "m_s": 1.0, "ms": 1.0, "kn": KNOT, "kt": KNOT, "kts": KNOT, "knot": KNOT, "knots": KNOT}
     | {"kmh": 1 / 3.6, "km_h": 1 / 3.6, "kph": 1 / 3.6, "mph": 0.44704},
     "rate": {"dps": DEGREE, "deg_s": DEGREE, "degps": DEGREE, "deg_per_s": DEGREE}
@@ -39,7 +51,16 @@ _KINDS |= {"sog": "speed", "water_speed": "speed", "yaw_rate": "rate", "position
 _RADII = ("hacc", "h_acc", "horizontal_accuracy", "position_accuracy", "ehpe", "eph", "accuracy")
 _FACTORS = dict.fromkeys(_RADII, 0.5**0.5) | {"hdop": float(RANGE_ERROR[ALONE]) * 0.5**0.5}
 """Factors from a radius, and from a dilution of precision, to 1σ of north and of east."""
+_NO_FIX = frozenset(("no fix", "no_fix", "nofix", "none", "invalid", "void", "v", "no", "false", "0"))
+_NO_FIX_OF = {"status_status": frozenset(("-1",))} | dict.fromkeys(
+    ("fix_type", "fixtype", "gps_fix_type"), _NO_FIX | {"1"}
+)
+"""What says that a row has no fix; of NavSatFix, and of u-blox and MAVLink, where 1 is none either."""
+_LOGGERS = ({"index", "tag"}, {"index", "rcr"})
+"""Columns of loggers with a button and no compass: what they call heading is the course."""
 _UNIT_NAMES = {KNOT: "knots", 1 / 3.6: "km/h", 0.44704: "mph", DEGREE: "degrees", DEGREE / 60: "degrees a minute"}
+_UNIT_NAMES |= {SEMICIRCLE: "semicircles", 1e-7 * DEGREE: "1e-7 degrees"}
+_TIME_UNITS = {1.0: "s", 1e-3: "ms", 1e-6: "µs", 1e-9: "ns"}
 _PLAIN_UNITS = {"time": "s", "angle": "radians", "speed": "m/s", "rate": "rad/s", "length": "m"}
 
 
@@ -60,6 +81,8 @@ class Column:
 
     def __str__(self):
         kind = _KINDS.get(self.meaning, "none")
+        if kind == "time" and self.basis:
+            return f"{self.name} as time in {_TIME_UNITS[self.factor]} ({self.basis})"
         if self.factor is None or kind in ("none", "time"):
             return f"{self.name} as {self.meaning}"
         unit = "degrees a second" if (kind, self.factor) == ("rate", DEGREE) else _UNIT_NAMES.get(self.factor)
@@ -70,15 +93,31 @@ class Column:
 
 def understood(names) -> dict[str, Column]:
     """The known columns of a table by meaning; of several alike the most common spelling is used."""
-    best = {}
-    for index, name in enumerate(names):
-        meaning, rank, unit = _meaning(name)
-        if meaning and (meaning not in best or rank < best[meaning][0]):
-            best[meaning] = (rank, index, name, unit)
-    is_ais = "mmsi" in best
-    if is_ais:
+    best = {each.meaning: each for each in reversed(spelled(names))}
+    if "mmsi" in best:
         best.pop("position_std", None)  # what AIS calls accuracy is yes or no
-    return {meaning: _column(index, name, meaning, unit, is_ais) for meaning, (_, index, name, unit) in best.items()}
+    plain = set(map(plain_name, names))
+    if "cog" not in best and "heading" in best and any(each <= plain for each in _LOGGERS):
+        best["cog"] = replace(best.pop("heading"), meaning="cog")
+    return dict(sorted(best.items(), key=lambda each: each[1].index))
+
+
+def spelled(names) -> list[Column]:
+    """Every column of a table whose name is known, of one meaning the most common spelling first."""
+    found = [(_meaning(name), index, name) for index, name in enumerate(names)]
+    is_ais = any(meaning == "mmsi" for (meaning, *_), *_ in found)
+    known = sorted((each for each in found if each[0][0]), key=lambda each: (each[0][1], each[1]))
+    return [_column(index, name, meaning, unit, is_ais) for (meaning, _, unit), index, name in known]
+
+
+def unit_in(meaning: str, text: str) -> float | None:
+    """The factor to SI of a unit beside a number of this meaning; None where it is none."""
+    return _UNITS[_KINDS.get(meaning, "none")].get(plain_name(text))
+
+
+def no_fix(name: str) -> frozenset[str]:
+    """What the cells of a column of this name say, in lower case, of a row without a fix."""
+    return _NO_FIX_OF.get(_plain_field(name), _NO_FIX)
 
 
 def _column(index, name, meaning, unit, is_ais):
@@ -89,7 +128,7 @@ def _column(index, name, meaning, unit, is_ais):
 
 def _meaning(name):
     """(meaning, rank of the spelling, factor the name states or None) of a column name; (None, 0, None) if unknown."""
-    plain = plain_name(name)
+    plain = _plain_field(name)
     for meaning, spellings in _SPELLINGS.items():
         units = _UNITS[_KINDS.get(meaning, "none")]
         for rank, spelling in enumerate(spellings.split()):
@@ -101,6 +140,11 @@ def _meaning(name):
     return None, 0, None
 
 
+def _plain_field(name):
+    """A name without the prefix of `rostopic echo -p`."""
+    return plain_name(name).removeprefix("field_")
+
+
 def plain_name(name):
     """A column name in lower case with its parts joined by underscores: "SOG [m/s]" is sog_m_s."""
     return re.sub(r"[^a-z0-9]+", "_", name.lower().replace("°", " deg ")).strip("_")
@@ -109,7 +153,7 @@ def plain_name(name):
 def _default(meaning, name, is_ais):
     """The factor of a name that states none: nautical units for nautical terms, SI for others."""
     if meaning in ("sog", "water_speed"):
-        return KNOT if is_ais or "speed" not in name.lower() else 1.0
+        return 1.0 if not is_ais and re.search("speed|vel", name.lower()) else KNOT
     if meaning == "yaw_rate":
         return DEGREE if "yaw" in name.lower() else DEGREE / 60
     return {"angle": DEGREE, "length": 1.0}.get(_KINDS.get(meaning))

@@ -8,7 +8,7 @@ import numpy as np
 import polars as pl
 
 from steerway.core.errors import InputError
-from steerway.formats import table
+from steerway.formats.cells import DELIMITERS, parquet
 
 _MISSING = ["", "nan", "NaN", "null", "NA", "-"]
 
@@ -26,11 +26,11 @@ def read_plain(path: str | PathLike, columns: str = "") -> pl.DataFrame:
         raise InputError(f"{path}: cannot be read ({(error.strerror or 'not readable').lower()}), {expected}") from None
     if data.startswith(b"PAR1"):
         try:
-            return table.parquet(data)
+            return parquet(data)
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
     header = next((line for line in data.splitlines() if line.strip() and not line.startswith(b"#")), b"")
-    delimiter = max(table.DELIMITERS, key=header.decode("utf-8", "replace").count)
+    delimiter = max(DELIMITERS, key=header.decode("utf-8", "replace").count)
     commas = delimiter != "," and re.search(rb"\d,\d", data) is not None
     options = {"comment_prefix": "#", "infer_schema_length": None, "null_values": _MISSING, "separator": delimiter}
     try:

@@ -17,6 +17,7 @@ from steerway.core.timestamps import unix_times
 from steerway.formats import table
 from steerway.formats.columns import DEGREE, plain_name, understood
 from steerway.formats.plain_table import numbers, read_plain
+from steerway.formats.units import in_seconds
 
 _RUDDERS = ("rudder", "rudder_angle", "rudder_command", "command_rudder", "yaw_moment", "moment", "yaw")
 _UNITS = {"_deg": DEGREE, "_rad": 1.0, "_nm": 1.0}
@@ -112,7 +113,9 @@ def _chosen(path, frame, name, what):
 
 def _times(frame, column):
     series = frame[column.name]
-    return unix_times(series) if series.dtype == pl.String else _numbers(frame, column.name) * (column.factor or 1.0)
+    if series.dtype == pl.String:
+        return unix_times(series)
+    return in_seconds(_numbers(frame, column.name), column.factor)
 
 
 def _numbers(frame, name):

@@ -4,11 +4,6 @@ A row needs a time and either a position or another measurement. The meaning of 
 rejects the row if it is time, position or MMSI, and is left empty elsewhere.
 """
 
-import contextlib
-import io
-import os
-import sys
-import tempfile
 from collections import Counter
 from dataclasses import replace
 
@@ -19,25 +14,23 @@ from steerway.core.earth import KNOT
 from steerway.core.errors import InputError
 from steerway.core.records import REPORTED, Fixes
 from steerway.core.timestamps import dated, unix_times
-from steerway.formats import parquet_structure
-from steerway.formats.columns import EXPECTED, Column, understood
+from steerway.formats.cells import csv, header_of, parquet
+from steerway.formats.columns import DEGREE, EXPECTED, Column, no_fix, spelled, understood, unit_in
 from steerway.formats.places import degrees, places
 from steerway.formats.recording import Recording
-from steerway.formats.units import by_positions, refuse_radians
+from steerway.formats.units import by_positions, in_seconds, places_by_size, refuse_radians, time_by_motion
 
-DELIMITERS = (",", ";", "\t", "|")
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "unknown")
-_NEEDED = ("time", "latitude", "longitude", "mmsi")
-_MOST_COLUMNS = 2000  # of a header: a line with more is none
-_MOST_ROWS, _MOST_ROWS_OF_SMALL = 8, 100_000  # a byte of Parquet, and in any case
-_LEAST_ROW = 8  # bytes, on the average of that many rows: a row takes memory however short it is
+_NEEDED = ("time", "latitude", "longitude", "north_south", "east_west", "mmsi")
+_WITH_UNIT = r"^([+-]?\d[\d.]*)\s*([^\d\s.].*)$"
+_CLOCK = r"^\d{5,6}(\.\d*)?$"  # hhmmss, as a number perhaps without its first zero
 _VESSEL = "/vessel"  # no name of a column
 _SHOWN = 3  # bad cells that are listed with their line
 
 
 def recognises(head: bytes) -> bool:
     """Whether the first bytes are those of Parquet, or of text whose first line names a column we understand."""
-    return head.startswith(b"PAR1") or _header(head) is not None
+    return head.startswith(b"PAR1") or header_of(head) is not None
 
 
 def read(data: bytes) -> Recording:
@@ -89,7 +82,7 @@ def _frame(data, skipped, vessel_column=None):
     if data.startswith(b"PAR1"):
         frame = parquet(data)
         return "Parquet", frame, frame.columns, 1, ","
-    return "CSV", *_csv(data, skipped, vessel_column)
+    return "CSV", *csv(data, skipped, vessel_column)
 
 
 def _demand(columns, names):
@@ -97,111 +90,6 @@ def _demand(columns, names):
     if missing:
         found = ", ".join(map(repr, names))
         raise InputError(f"the table has no column for {' and '.join(missing)}: found {found}, expected {EXPECTED}")
-
-
-def parquet(data: bytes) -> pl.DataFrame:
-    """The frame of a Parquet file. Raises InputError for one that is damaged or declares more than it can hold."""
-    parquet_structure.check(data)
-    try:
-        with _quiet():
-            declared = pl.scan_parquet(io.BytesIO(data)).select(pl.len()).collect().item()
-            if declared <= max(_MOST_ROWS * len(data), _MOST_ROWS_OF_SMALL):
-                return pl.read_parquet(io.BytesIO(data))
-    except (pl.exceptions.PolarsError, OSError, ValueError) as error:
-        raise InputError(f"the Parquet file is damaged: {str(error).splitlines()[0]}") from error
-    except pl.exceptions.PanicException as error:
-        raise InputError("the Parquet file is damaged, expected one that polars reads") from error
-    raise InputError(f"the Parquet file declares {declared} rows, expected at most {_MOST_ROWS} a byte")
-
-
-@contextlib.contextmanager
-def _quiet():
-    """Drop what polars writes to standard error when it fails: a backtrace of some 27 lines before its exception."""
-    sys.stderr.flush()
-    try:
-        kept = os.dup(2)
-    except OSError:  # a service without standard error
-        yield
-        return
-    with tempfile.TemporaryFile() as written:
-        os.dup2(written.fileno(), 2)
-        try:
-            yield
-        finally:
-            os.dup2(kept, 2)
-            os.close(kept)
-        written.seek(0)
-        sys.stderr.write(written.read().decode(errors="replace"))
-
-
-def _header(text):
-    """(line number, delimiter, names, where the next line begins) of the header; None where there is none.
-
-    Comment lines may stand before it, and it may itself be one, as in the tables of the Danish authority.
-    """
-    start = 3 if text.startswith(b"\xef\xbb\xbf") else 0
-    for number in range(1, 100):
-        stop = text.find(b"\n", start)
-        stop = len(text) if stop < 0 else stop
-        line = text[start:stop].decode("utf-8", "replace").strip()
-        commented = line.startswith("#")
-        plain = line.lstrip("# ")
-        delimiter = max(DELIMITERS, key=plain.count)
-        if plain.count(delimiter) > _MOST_COLUMNS:
-            return None
-        names = [name.strip().strip('"').strip() for name in plain.split(delimiter)]
-        known = {"time", "latitude", "longitude"} & understood(names).keys()
-        if len(known) > 1 or (known and len(names) > 1 and not commented and not _is_sentence(names)):
-            return number, delimiter, names, stop + 1
-        if (line and not commented) or stop == len(text):
-            return None
-        start = stop + 1
-    return None
-
-
-def _is_sentence(names):
-    """Whether a line is one of NMEA, where T (true) stands between commas and is no name of a time."""
-    return "$" in names[0] or "!" in names[0] or "t" in map(str.lower, names)
-
-
-def _csv(data, skipped, vessel_column=None):
-    """(frame of text, column names, line number of its first row, delimiter)."""
-    header = _header(data)
-    if header is None:
-        first = data.split(b"\n", 1)[0][:100].decode("utf-8", "replace").strip()
-        raise InputError(f"line 1 of the table, {first!r}, names no column that is known, expected {EXPECTED}")
-    number, delimiter, names, start = header
-    body = data[start:]
-    rows = body.count(b"\n")
-    if rows > max(len(body) / _LEAST_ROW, _MOST_ROWS_OF_SMALL):
-        raise InputError(
-            f"the table has {rows} lines of {len(body) / rows:.1f} bytes on the average, expected {_LEAST_ROW} or more"
-        )
-    quoted = b'"' in body
-    if quoted:
-        body = _without_stray_quotes(body, skipped)
-    schema = {f"{index}": pl.String for index in range(len(names))}
-    body = delimiter.encode() * (len(names) - 1) + b"\n" + body  # polars counts columns in the first row
-    wanted = {column.index for column in understood(names).values()}
-    wanted = sorted(wanted | {index for index, name in enumerate(names) if name == vessel_column})
-    options = {"has_header": False, "schema": schema, "columns": wanted, "separator": delimiter}
-    options |= {"truncate_ragged_lines": True, "encoding": "utf8-lossy"}
-    try:
-        frame = pl.read_csv(body, quote_char='"' if quoted else None, **options)
-    except pl.exceptions.PolarsError:
-        frame = pl.read_csv(body, quote_char=None, **options)
-    return frame, names, number, delimiter
-
-
-def _without_stray_quotes(body, skipped):
-    """The lines with balanced quotes; a cell never spans lines here, so that a stray quote costs one line only."""
-    lines = body.split(b"\n")
-    stray = [row for row, line in enumerate(lines) if line.count(b'"') % 2]
-    for row in stray:
-        lines[row] = b""
-    if stray:
-        skipped["unbalanced quote"] += len(stray)
-    return b"\n".join(lines)
 
 
 class _Reader:
@@ -220,31 +108,88 @@ class _Reader:
             return _floats(series)
         text = self._text(series)
         values = _floats(self._plain(text).cast(pl.Float64, strict=False))
-        if hemispheres and column.factor != 1.0 and (np.isnan(values) & text.is_not_null().to_numpy()).any():
+        lacking = (np.isnan(values) & text.is_not_null().to_numpy()).any()
+        if lacking and hemispheres and column.factor != 1.0:
             values = np.where(np.isnan(values), degrees(self._plain(text), hemispheres), values)
+        elif lacking and column.factor is not None:
+            values = np.where(np.isnan(values), self._with_units(self._plain(text), column), values)
         self._account(column, text, np.isnan(values) & text.is_not_null().to_numpy())
         return np.where(np.isfinite(values), values, np.nan)
 
-    def times(self, column: Column, date: Column | None) -> np.ndarray:
-        """The time column as Unix s: dates, or numbers in the unit of its name or, where it has none, of their size."""
+    def stated(self, column: Column) -> Column:
+        """The column in the unit that its first cell states, where its name states none."""
+        series = self._series(column)
+        if not column.assumed or series.dtype != pl.String:
+            return column
+        first = self._plain(self._text(series).drop_nulls().head(1)).str.extract_groups(_WITH_UNIT).struct.unnest()["2"]
+        factor = unit_in(column.meaning, first.item() or "") if len(first) else None
+        return column if factor is None else replace(column, factor=factor, basis="")
+
+    def with_side(self, values: np.ndarray, column: Column | None, letters: str) -> np.ndarray:
+        """Degrees of an axis (n,) with the signs of its column of hemispheres; letters: "NS" or "EW"."""
+        if column is None:
+            return values
+        text = self._text(self._series(column).cast(pl.String))
+        side = text.str.to_uppercase().str.slice(0, 1).fill_null("").to_numpy()
+        with np.errstate(invalid="ignore"):
+            bad = np.isfinite(values) & (~np.isin(side, tuple(letters)) | ((side == letters[0]) & (values < 0.0)))
+        self._account(column, text.fill_null(""), bad)
+        return np.where(side == letters[1], -np.abs(values), values)
+
+    def lacks_fix(self, column: Column | None) -> np.ndarray:
+        """(n,) bool: the rows of which a column says that they have none."""
+        if column is None:
+            return np.zeros(len(self.frame), bool)
+        text = self._series(column).cast(pl.String).str.strip_chars(' \t\r"').str.strip_suffix(".0").str.to_lowercase()
+        return text.is_in(no_fix(column.name)).fill_null(False).to_numpy()
+
+    def times(self, column: Column, date: Column | None = None, offset: Column | None = None) -> np.ndarray:
+        """The time column as Unix s: dates, or numbers in the unit of its name or, where it has none, of their size.
+
+        date and offset from UTC: columns that are put before and behind what is only a time of day.
+        """
         series = self._series(column)
         if series.dtype.is_temporal():
             if series.dtype == pl.Time:
                 raise InputError(f"column {column.name!r} of the table holds times without a date, expected {EXPECTED}")
             return _floats(series.cast(pl.Datetime("us")).to_physical()) / 1e6
         if series.dtype != pl.String:
-            return dated(_scaled(_floats(series), column.factor))
+            return dated(in_seconds(_floats(series), column.factor))
         text = self._text(series)
         numbers = _floats(self._plain(text).cast(pl.Float64, strict=False))
-        if date is not None and np.isnan(numbers).all():
-            text = self._text(self._series(date)) + " " + text
-        is_date = np.isnan(numbers)
-        values = _scaled(np.where(np.isfinite(numbers), numbers, np.nan), column.factor)
-        if is_date.any():
-            values = np.where(is_date, unix_times(text), values)
-        values = dated(values)
-        self._account(column, text, np.isnan(values) & text.is_not_null().to_numpy())
-        return values
+        if date is not None and (np.isnan(numbers).all() or text.drop_nulls().str.contains(_CLOCK).all()):
+            return dated(unix_times(self._on_day(text, date, offset)))
+        values = in_seconds(np.where(np.isfinite(numbers), numbers, np.nan), column.factor)
+        if np.isnan(numbers).any():
+            values = np.where(np.isnan(numbers), unix_times(text), values)
+        return dated(values)
+
+    def check_times(self, column: Column, values: np.ndarray) -> None:
+        """Account for the cells of a time column that give none."""
+        if (series := self._series(column)).dtype == pl.String:
+            text = self._text(series)
+            self._account(column, text, np.isnan(values) & text.is_not_null().to_numpy())
+
+    def _on_day(self, text, date, offset):
+        """Dates with the time of day; of six digits the year comes first, where that gives dates."""
+        of_clock = text.str.contains(_CLOCK).fill_null(False)
+        padded = pl.Series("padded", np.where(text.str.find(r"\d{6}").is_null(), "0", ""), dtype=pl.String) + text
+        text = text.zip_with(~of_clock, padded)
+        day = self._text(self._series(date))
+        if day.drop_nulls().str.contains(r"^\d{6}$").all():
+            orders = ((0, 2, 4), (4, 2, 0))
+            days = ["20" + day.str.slice(y, 2) + day.str.slice(m, 2) + day.str.slice(d, 2) for y, m, d in orders]
+            day = max(days, key=lambda each: np.isfinite(unix_times(each + " 00:00:00")).sum())
+        whole = day + " " + text
+        return whole if offset is None else whole + self._text(self._series(offset)).fill_null("")
+
+    def _with_units(self, text, column):
+        """Numbers (n,) of cells that have their unit beside them, in that of the column; NaN of others."""
+        groups = text.str.extract_groups(_WITH_UNIT).struct.unnest()
+        factors = {unit: unit_in(column.meaning, unit) for unit in groups["2"].drop_nulls().unique()}
+        beside = groups["2"].replace_strict(factors, default=None, return_dtype=pl.Float64)
+        own = 1.0 if column.meaning == "position_std" else column.factor  # that is a share of a radius
+        return _floats(groups["1"].cast(pl.Float64, strict=False) * beside / own)
 
     def _series(self, column):
         return self.frame[column.name] if column.name in self.frame.columns else self.frame[f"{column.index}"]
@@ -262,7 +207,8 @@ class _Reader:
             return
         self.skipped[f"{column.name} not understood"] += int(bad.sum())
         for row in np.flatnonzero(bad)[:_SHOWN]:
-            self.notes.append(f"line {self.first_line + row}: {text[int(row)][:40]!r} is not a valid {column.meaning}")
+            line = self.first_line + int(row)
+            self.notes.append((line, f"line {line}: {text[int(row)][:40]!r} is not a valid {column.meaning}"))
         if column.meaning in _NEEDED:
             self.bad |= bad
 
@@ -280,40 +226,36 @@ def _floats(series):
     return series.cast(pl.Float64, strict=False).fill_null(np.nan).to_numpy()
 
 
-def _scaled(numbers, factor):
-    """Unix s of numbers whose unit is known, or inferred from their size: s, ms, µs or ns since 1970."""
-    if factor is not None:
-        with np.errstate(all="ignore"):  # altered bits can be a signalling NaN
-            return numbers * factor if factor >= 1.0 else numbers / round(1.0 / factor)
-    known = np.abs(numbers[np.isfinite(numbers)])
-    size = np.median(known) if len(known) else 0.0
-    return numbers / next((unit for limit, unit in ((1e17, 1e9), (1e14, 1e6), (1e11, 1e3)) if size > limit), 1.0)
-
-
 def _recording(kind, frame, columns, names, first_line, delimiter, skipped):
     notes = []
     reader = _Reader(frame, first_line, delimiter, skipped, notes)
     is_ais = "mmsi" in columns
-    time = reader.times(columns["time"], columns.get("date"))
     place = [reader.numbers(columns["latitude"], "NS"), reader.numbers(columns["longitude"], "EW")]
     refuse_radians(columns, *place)
+    columns |= places_by_size(columns, *place)
+    place[0] = reader.with_side(place[0], columns.get("north_south"), "NS")
+    place[1] = reader.with_side(place[1], columns.get("east_west"), "EW")
     place = [_degrees(numbers, columns[name]) for numbers, name in zip(place, ("latitude", "longitude"), strict=True)]
     if not is_ais:  # where 181° means that there is none
         with np.errstate(invalid="ignore"):  # altered bits can be a signalling NaN
             place[1] = np.where((place[1] > 180.0) & (place[1] <= 360.0), place[1] - 360.0, place[1])
     latitude, longitude = places(*place)
+    columns |= {name: reader.stated(columns[name]) for name in REPORTED if name in columns}
+    numbers = {name: reader.numbers(columns[name]) for name in REPORTED if name in columns}
+    time = _time(reader, columns, names, latitude, longitude, numbers.get("sog"))
+    without_fix = reader.lacks_fix(None if is_ais else columns.get("fix"))
     mmsi = reader.numbers(columns["mmsi"]) if is_ais else None
     reported = {}
-    for name in (each for each in REPORTED if each in columns):
-        numbers = reader.numbers(columns[name])
-        columns[name] = by_positions(columns[name], numbers, time, latitude, longitude)
-        reported[name] = _in_si(name, numbers, columns[name], is_ais)
+    for name, values in numbers.items():
+        columns[name] = by_positions(columns[name], values, time, latitude, longitude)
+        reported[name] = _in_si(name, values, columns[name], is_ais)
     empty = np.isnan(place[0]) & np.isnan(place[1])
     useful = np.isfinite(latitude) | (empty & np.any([np.isfinite(values) for values in reported.values()], axis=0))
     useful = np.broadcast_to(useful, len(time))
     out_of_range = ~useful & np.isfinite(place[0]) & np.isfinite(place[1]) & (not is_ais)
     keep = ~reader.blank & ~reader.bad
     for reason, good in (
+        ("no fix", ~without_fix),
         ("no time", np.isfinite(time)),
         ("latitude or longitude out of range", ~out_of_range),
         ("no position", useful),
@@ -330,11 +272,29 @@ def _recording(kind, frame, columns, names, first_line, delimiter, skipped):
     meanings = [f"columns: {', '.join(str(column) for column in columns.values())}"]
     if unused := [name for index, name in enumerate(names) if all(index != each.index for each in columns.values())]:
         meanings.append(f"columns not used: {', '.join(unused)}")
-    return Recording(kind, {name: fixes} if len(fixes) else {}, counts, dict(skipped), (*meanings, *notes))
+    lines = [note for _, note in sorted(notes, key=lambda each: each[0])]
+    return Recording(kind, {name: fixes} if len(fixes) else {}, counts, dict(skipped), (*meanings, *lines))
+
+
+def _time(reader, columns, names, latitude, longitude, sog):
+    """Unix s (n,) of the column of time that is possible, which becomes that of `columns`."""
+    beside = columns.get("date"), columns.get("utc_offset")
+    known = [each for each in spelled(names) if each.meaning == "time"]
+    if "mmsi" in columns:
+        time = reader.times(known[0], *beside)
+    else:
+        speed = np.full(len(latitude), np.nan) if sog is None else sog * columns["sog"].factor
+        columns["time"], time = time_by_motion(
+            known, lambda column: reader.times(column, *beside), latitude, longitude, speed
+        )
+    reader.check_times(columns["time"], time)
+    return time
 
 
 def _degrees(numbers, column):
-    return np.degrees(numbers) if column.factor == 1.0 else numbers
+    if column.factor == 1.0:
+        return np.degrees(numbers)
+    return numbers if column.factor == DEGREE else numbers * (column.factor / DEGREE)
 
 
 def _in_si(name, numbers, column, is_ais):

@@ -1,13 +1,15 @@
 """Units of columns whose names state none, from the data: positions say how fast and where to the vessel moves."""
 
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
 from steerway.core.angles import wrap_array
 from steerway.core.earth import KNOT, radii
 from steerway.core.errors import InputError
-from steerway.formats.columns import DEGREE, Column
+from steerway.formats.columns import DEGREE, SEMICIRCLE, Column
 
 _WINDOW = 15.0  # s over which the positions are differenced: their noise is then some 0.1 m/s
 _LEAST_SPEED = 0.35  # m/s, several times that
@@ -17,6 +19,14 @@ _COURSE_NEAR = 0.35  # rad, median
 _COARSE = 1e-6  # rad, 6 m: no position is written in radians with fewer decimals
 _SPEEDS = (1.0, KNOT, 1.0 / 3.6)
 _ANGLES = (DEGREE, 1.0)
+_TIMES = (1.0, 1e-3, 1e-6, 1e-9)
+_DATED = 315_532_800.0, 4_102_444_800.0  # Unix s: 1980 to 2100
+_SHORTEST_STEP, _LONGEST_STEP = 2e-3, 3600.0  # s, medians of times that are no dates
+_SLOWEST, _FASTEST = 0.01, 150.0  # m/s
+_AWAY = 20.0  # m from the first position to the last: the vessel moves
+_OFF = 10.0  # times the reported speed
+_LARGE = 1e4  # no degrees
+_RADIUS = 6.37e6  # m, of the earth
 
 
 def refuse_radians(columns: dict[str, Column], latitude: np.ndarray, longitude: np.ndarray) -> None:
@@ -32,6 +42,71 @@ def refuse_radians(columns: dict[str, Column], latitude: np.ndarray, longitude: 
             f"the columns {names} lie within ±π/2 and ±π and may be radians, expected names that state the unit: "
             f"lat_rad and lon_rad, or lat_deg and lon_deg"
         )
+
+
+def in_seconds(numbers: np.ndarray, factor: float | None) -> np.ndarray:
+    """Times (n,) in s: by the factor, or where it is None inferred from their size: s, ms, µs or ns since 1970."""
+    if factor is None:
+        known = np.abs(numbers[np.isfinite(numbers)])
+        factor = unit_by_size(float(np.median(known)) if len(known) else 0.0)
+    with np.errstate(all="ignore"):  # altered bits can be a signalling NaN
+        return numbers * factor if factor >= 1.0 else numbers / round(1.0 / factor)
+
+
+def unit_by_size(size: float) -> float:
+    """The factor to s of Unix times of this size."""
+    return next((unit for limit, unit in ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3)) if size > limit), 1.0)
+
+
+def time_by_motion(
+    columns: Iterable[Column],
+    seconds: Callable[[Column], np.ndarray],
+    latitude: np.ndarray,
+    longitude: np.ndarray,
+    sog: np.ndarray,
+) -> tuple[Column, np.ndarray]:
+    """The first of several columns of time, and its Unix s (n,), with possible dates, steps and speeds.
+
+    Each is tried in its own unit, then in others; where none is possible it is the first in its own. `seconds` reads a
+    column by its factor. Shapes: latitude, longitude (rad) and sog (m/s, to a factor of some) (n,).
+    """
+    columns = list(columns)
+    others = (replace(each, factor=factor, basis="by the steps and speeds") for each in columns for factor in _TIMES)
+    first = seconds(columns[0])
+    for column in chain(columns, others):
+        time = first if column is columns[0] else seconds(column)
+        if _is_possible(time, latitude, longitude, sog):
+            return column, time
+    return columns[0], first
+
+
+def _is_possible(time, latitude, longitude, sog):
+    known = np.isfinite(time) & np.isfinite(latitude) & np.isfinite(longitude)
+    if np.isfinite(time).any() and _DATED[0] <= np.nanmedian(time) < _DATED[1]:
+        return True
+    if known.sum() < _FEWEST:
+        return bool(np.isfinite(time).any())
+    time, latitude, longitude, sog = (each[known] for each in (time, latitude, longitude, sog))
+    steps = np.diff(np.unique(time))
+    if not len(steps) or not _SHORTEST_STEP <= np.median(steps) <= _LONGEST_STEP:
+        return False
+    speed, _, reported, _ = _differenced(time, latitude, longitude, np.nan_to_num(sog))
+    speed, reported = (float(np.median(each)) if len(each) else 0.0 for each in (speed, reported))
+    away = np.hypot(latitude[-1] - latitude[0], (longitude[-1] - longitude[0]) * np.cos(latitude[0])) * _RADIUS
+    if speed > _FASTEST or (speed < _SLOWEST and away > _AWAY):
+        return False
+    return not (reported > _LEAST_SPEED and away > _AWAY) or reported / _OFF <= speed <= reported * _OFF
+
+
+def places_by_size(columns: dict[str, Column], latitude: np.ndarray, longitude: np.ndarray) -> dict[str, Column]:
+    """The columns of the position in the unit of whole numbers that are no degrees, as they stand (n,)."""
+    axes = {name: columns[name] for name in ("latitude", "longitude")}
+    size = np.hypot(latitude, longitude)
+    if not axes["latitude"].assumed or not np.isfinite(size).any() or np.nanmedian(size) < _LARGE:
+        return axes
+    is_fit = axes["latitude"].name.lower().startswith("position")
+    factor = SEMICIRCLE if is_fit else 1e-7 * DEGREE
+    return {name: replace(column, factor=factor, basis="by their size") for name, column in axes.items()}
 
 
 def by_positions(column: Column, values: np.ndarray, time: np.ndarray, latitude: np.ndarray, longitude: np.ndarray):

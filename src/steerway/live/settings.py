@@ -7,9 +7,9 @@ it are relative to its folder.
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import BeforeValidator, Field, ValidationError
 
-from steerway.core.schema import Table
+from steerway.core.schema import Flag, NotNegative, Positive, Rate, Table
 from steerway.core.toml import read_toml
 from steerway.core.validation import refusal
 from steerway.estimation.course.update.aids import AIDS
@@ -52,10 +52,8 @@ class EstimatorSettings(Table):
     speed: SpeedEstimatorTable = SpeedEstimatorTable()
 
 
-class Settings(BaseModel):
+class Settings(Table):
     """The options of `steerway live`; its help describes them."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     inputs: Texts = Field((), alias="from")
     outputs: Texts = Field(("stdout:",), alias="to", min_length=1)
@@ -63,13 +61,13 @@ class Settings(BaseModel):
     learned: str | None = None
     source: Texts = ()
     aid: Annotated[tuple[Aid, ...], BeforeValidator(_several)] = ("auto",)
-    rate: float | None = Field(None, gt=0.0, le=1000.0, allow_inf_nan=False, strict=True)
+    rate: Rate | None = None
     mission: str | None = None
     record: str | None = None
-    engage: bool = Field(False, strict=True)
-    max_dead_reckoning: float = Field(10.0, gt=0.0, allow_inf_nan=False, strict=True)
-    latency: float = Field(0.0, ge=0.0, allow_inf_nan=False, strict=True)
-    accuracy: bool = Field(True, strict=True)
+    engage: Flag = False
+    max_dead_reckoning: Positive = 10.0
+    latency: NotNegative = 0.0
+    accuracy: Flag = True
     helm: Annotated[str | None, BeforeValidator(_page)] = None
     helm_token_file: str | None = None
     mavlink_signing: str | None = None

@@ -11,7 +11,15 @@ if TYPE_CHECKING:
     from steerway.live.autopilot.fence import Fence
     from steerway.live.autopilot.headings import MeasuredHeading
     from steerway.live.autopilot.holding import HoldingGuide
-    from steerway.live.autopilot.mission import BoatTable, GeodeticRoute, Limits, MissionTable, Place, Waypoint
+    from steerway.live.autopilot.mission import (
+        BoatTable,
+        GeodeticRoute,
+        Limits,
+        MissionFile,
+        MissionTable,
+        Place,
+        Waypoint,
+    )
     from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE, pilot_of
     from steerway.live.autopilot.route import Guide
     from steerway.live.autopilot.speeds import MeasuredSpeed, measured_speed

@@ -24,7 +24,7 @@ from steerway.core.earth import displaced_all
 from steerway.core.errors import InputError
 from steerway.core.noise import Seed
 from steerway.core.records import Fixes
-from steerway.core.schema import NotNegative, Positive, Rate, Table, Triple
+from steerway.core.schema import Flag, NotNegative, Positive, Rate, Table, Triple
 from steerway.sensors.clock import SLACK, Clock, epochs
 from steerway.sensors.faults import GOOD, HELD, LOST, Fault, FaultTable
 from steerway.sensors.gnss_errors import Errors
@@ -254,7 +254,7 @@ class GnssTable(Table):
     rate: Rate = 5.0
     white: NotNegative = 0.05
     markov: tuple[tuple[NotNegative, Positive], ...] = ((1.5, 300.0), (0.25, 5.0))
-    settled: bool = True
+    settled: Flag = True
     latency: Annotated[float, Field(strict=True, ge=0.0, le=60.0)] = 0.0
     lever_arm: Triple = (0.0, 0.0, 0.0)
     velocity_std: NotNegative | None = None

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field, create_model
 
 from steerway.core.earth import displaced
-from steerway.core.schema import NotNegative, Number, Positive, Table, in_radians
+from steerway.core.schema import Latitude, Longitude, NotNegative, Number, Positive, Table, in_radians
 from steerway.estimation.course.update.aids import AIDS
 from steerway.estimation.tables import HeadingEstimatorTable, SpeedEstimatorTable
 from steerway.guidance.corners import KINDS as CORNERS
@@ -130,8 +130,8 @@ class WaypointTable(Table):
 
     north: Number | None = None
     east: Number | None = None
-    latitude_deg: Annotated[float, Field(strict=True, ge=-89.0, le=89.0)] | None = None
-    longitude_deg: Annotated[float, Field(strict=True, ge=-180.0, le=180.0)] | None = None
+    latitude_deg: Latitude | None = None
+    longitude_deg: Longitude | None = None
     speed: NotNegative | None = None
     acceptance: Positive | None = None
     stay: NotNegative = 0.0
@@ -142,8 +142,8 @@ class SurveyRouteTable(SurveyTable):
 
     north: Number | None = None
     east: Number | None = None
-    latitude_deg: Annotated[float, Field(strict=True, ge=-89.0, le=89.0)] | None = None
-    longitude_deg: Annotated[float, Field(strict=True, ge=-180.0, le=180.0)] | None = None
+    latitude_deg: Latitude | None = None
+    longitude_deg: Longitude | None = None
 
     def waypoints(self) -> tuple[WaypointTable, ...]:
         """The waypoints of the lines, given as the place is."""
@@ -184,8 +184,8 @@ class RouteTable(Table):
 class OriginTable(Table):
     """Where north = east = 0 lies, for logs and for waypoints in latitude and longitude."""
 
-    latitude_deg: Annotated[float, Field(strict=True, ge=-89.0, le=89.0)] = 63.44
-    longitude_deg: Annotated[float, Field(strict=True, ge=-180.0, le=180.0)] = 10.40
+    latitude_deg: Latitude = 63.44
+    longitude_deg: Longitude = 10.40
 
 
 _Instruments = create_model(

@@ -158,7 +158,7 @@ class SpringerTable(VesselTable):
     kind: Literal["springer"] = "springer"
     plant: Literal["paper", "physical"] = "physical"
     effectiveness: Positive = 1.0
-    bias_rpm: Annotated[float, Field(ge=-100.0, le=100.0)] = 0.0
+    bias_rpm: Annotated[float, Field(strict=True, ge=-100.0, le=100.0)] = 0.0
     speed: Positive = SPEED
 
     def build(self) -> Springer:

@@ -18,7 +18,7 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.kinematics import GroundMotion, in_body, over_ground
-from steerway.core.schema import NotNegative, Positive
+from steerway.core.schema import Flag, NotNegative, Positive
 from steerway.vessels.actuators import Actuated, Actuator, follow
 from steerway.vessels.propeller import Propeller, thrust, thrust_coefficient
 from steerway.vessels.table import VesselTable
@@ -163,10 +163,10 @@ class ShaftKeys(VesselTable):
     shaft_limit: Positive = 17.5
     shaft_lag: NotNegative = 0.5
     shaft_rate: NotNegative = 0.0
-    reverse: bool = False
+    reverse: Flag = False
     diameter: Positive = 0.8
-    guessed_drag: Annotated[float, Field(ge=0.1, le=10.0)] = 1.0
-    guessed_thrust: Annotated[float, Field(ge=0.1, le=10.0)] = 1.0
+    guessed_drag: Annotated[float, Field(strict=True, ge=0.1, le=10.0)] = 1.0
+    guessed_thrust: Annotated[float, Field(strict=True, ge=0.1, le=10.0)] = 1.0
 
     def shaft(self) -> Actuator:
         """The shaft."""

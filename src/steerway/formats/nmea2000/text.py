@@ -15,9 +15,10 @@ _CANBOAT = re.compile(
     rb"(?P<stamp>\d{4}-\d\d-\d\d[T Z_-]\d\d:\d\d:\d\d(?:[.,]\d{1,9})?)Z?,\d,(?P<pgn>\d{5,6}),(?P<source>\d{1,3}),"
     rb"\d{1,3},(?P<length>\d{1,4}),(?P<data>(?:[0-9A-Fa-f]{2},)*[0-9A-Fa-f]{2})(?=\s|,\s|$)"
 )
-_JSON = re.compile(rb'^\s*(\{.*"pgn"\s*:.*\})\s*$', re.M)
+_JSON = re.compile(rb'^[ \t]*(\{.*"pgn"\s*:.*\})\s*$', re.M)
 _CANDUMP = re.compile(
-    rb"^\s*\((?P<unix>\d{1,12}\.\d{1,9})\)\s+\S+\s+(?P<id>[0-9A-F]{8})(?:#|\s+\[\d\]\s+)(?P<data>[0-9A-F ]{2,24})", re.M
+    rb"^[ \t]*\((?P<unix>\d{1,12}\.\d{1,9})\)\s+\S+\s+(?P<id>[0-9A-F]{8})(?:#|\s+\[\d\]\s+)(?P<data>[0-9A-F ]{2,24})",
+    re.M,
 )
 _CLOCK = rb"(?P<hour>[0-2]\d):?(?P<minute>[0-5]\d):?(?P<second>[0-6]\d\.\d{3})"
 _RAW = re.compile(rb"^" + _CLOCK + rb" R (?P<id>[0-9A-F]{8})(?P<data>(?: [0-9A-F]{2}){1,8})\s*$", re.M)

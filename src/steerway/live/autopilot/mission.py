@@ -7,17 +7,18 @@ TOML has `[[waypoint]]` with `lat_deg` and `lon_deg`, `[survey]`, and what the t
 
 import json
 import math
-import tomllib
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from steerway.core.earth import displaced
 from steerway.core.errors import InputError
+from steerway.core.schema import Flag, Latitude, Longitude, NotNegative, Positive, Table
+from steerway.core.toml import parse_toml
 from steerway.core.validation import refusal
 from steerway.guidance.corners import KINDS as CORNERS
 from steerway.guidance.laws import COURSE_LAWS
@@ -28,15 +29,11 @@ LOOKAHEAD = 20.0
 """m, the default: some ten lengths of a small boat."""
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class Place(_Table):
+class Place(Table):
     """A place."""
 
-    lat_deg: float = Field(ge=-89.0, le=89.0, allow_inf_nan=False, description="degrees, + north")
-    lon_deg: float = Field(ge=-180.0, le=180.0, allow_inf_nan=False, description="degrees, + east")
+    lat_deg: Latitude = Field(description="degrees, + north")
+    lon_deg: Longitude = Field(description="degrees, + east")
 
     @property
     def place(self) -> tuple[float, float]:
@@ -47,8 +44,8 @@ class Place(_Table):
 class Waypoint(Place):
     """A waypoint, and what differs from the rest of the route on the leg that leads there."""
 
-    speed_mps: float | None = Field(None, gt=0.0, allow_inf_nan=False)
-    acceptance: float | None = Field(None, gt=0.0, allow_inf_nan=False)  # m
+    speed_mps: Positive | None = None
+    acceptance: Positive | None = None  # m
 
 
 class Survey(SurveyTable, Place):
@@ -60,40 +57,40 @@ class Survey(SurveyTable, Place):
         return [Waypoint(lat_deg=latitude, lon_deg=longitude) for latitude, longitude in places]
 
 
-class Limits(_Table):
+class Limits(Table):
     """The autopilot stops beyond these. None: no limit."""
 
-    min_sog_mps: float | None = Field(None, gt=0.0, allow_inf_nan=False)
-    max_sog_mps: float | None = Field(None, gt=0.0, allow_inf_nan=False)
-    cross_track: float | None = Field(None, gt=0.0, allow_inf_nan=False)  # m to either side of the leg
+    min_sog_mps: Positive | None = None
+    max_sog_mps: Positive | None = None
+    cross_track: Positive | None = None  # m to either side of the leg
 
 
-class BoatTable(_Table):
+class BoatTable(Table):
     """How the boat responds to commands; see `steerway.live.autopilot.piloting`."""
 
-    max_yaw_rate_dps: float = Field(20.0, gt=0.0, allow_inf_nan=False)  # largest that is commanded
-    yaw_time: float = Field(1.5, ge=0.0, allow_inf_nan=False)  # s, time constant of the yaw rate with propellers
-    rate_time: float = Field(1.3, gt=0.0, allow_inf_nan=False)  # s, of the yaw rate with a loop of its own
-    yaw_munk: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # s²/m², loss of damping with the speed squared
-    yaw_quadratic: float = Field(0.0, ge=0.0, allow_inf_nan=False)  # s/rad, damping that grows with the yaw rate
-    full_yaw_rate_dps: float = Field(90.0, gt=0.0, allow_inf_nan=False)  # with one propeller ahead, the other astern
-    top_speed_mps: float = Field(3.0, gt=0.0, allow_inf_nan=False)  # at full thrust
-    surge_time: float = Field(1.5, gt=0.0, allow_inf_nan=False)  # s, time constant of the speed
-    reverse: bool = False  # whether the propellers turn astern
+    max_yaw_rate_dps: Positive = 20.0  # largest that is commanded
+    yaw_time: NotNegative = 1.5  # s, time constant of the yaw rate with propellers
+    rate_time: Positive = 1.3  # s, of the yaw rate with a loop of its own
+    yaw_munk: NotNegative = 0.0  # s²/m², loss of damping with the speed squared
+    yaw_quadratic: NotNegative = 0.0  # s/rad, damping that grows with the yaw rate
+    full_yaw_rate_dps: Positive = 90.0  # with one propeller ahead, the other astern
+    top_speed_mps: Positive = 3.0  # at full thrust
+    surge_time: Positive = 1.5  # s, time constant of the speed
+    reverse: Flag = False  # whether the propellers turn astern
 
 
-class MissionTable(_Table):
+class MissionTable(Table):
     """What a mission file may set beside its waypoints and fence."""
 
     name: str = ""
-    lookahead: float = Field(LOOKAHEAD, gt=0.0, allow_inf_nan=False)  # m
-    acceptance: float = Field(10.0, gt=0.0, allow_inf_nan=False)  # m
-    speed_mps: float = Field(1.0, gt=0.0, allow_inf_nan=False)
+    lookahead: Positive = LOOKAHEAD  # m
+    acceptance: Positive = 10.0  # m
+    speed_mps: Positive = 1.0
     law: Literal[*COURSE_LAWS] = "line-of-sight"  # type: ignore[valid-type]
     corners: Literal[*CORNERS] = CORNERS[0]  # type: ignore[valid-type]
-    corner_radius: float | None = Field(None, gt=0.0, allow_inf_nan=False)  # m, of arcs and clothoids
+    corner_radius: Positive | None = None  # m, of arcs and clothoids
     at_end: Literal["stop", "hold"] = "stop"
-    hold_radius: float = Field(5.0, gt=0.0, allow_inf_nan=False)  # m
+    hold_radius: Positive = 5.0  # m
     safe: Literal["stop", "hand-back"] = "stop"
     limits: Limits = Limits()
     boat: BoatTable = BoatTable()
@@ -102,7 +99,7 @@ class MissionTable(_Table):
 class MissionFile(MissionTable):
     waypoint: list[Waypoint] = Field([], description="[[waypoint]] tables with lat_deg and lon_deg")
     survey: Survey | None = None
-    fence: list[Place] = []
+    fence: list[Place] = Field([])
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +145,12 @@ class GeodeticRoute:
     @classmethod
     def load(cls, path: str | Path) -> "GeodeticRoute":
         """A route from a file. Raises InputError that names the file and what is wrong with it."""
-        readers = {".toml": tomllib.loads, ".gpx": _from_gpx, ".geojson": _from_geojson, ".json": _from_geojson}
+        readers = {
+            ".toml": lambda text: parse_toml(text, f"route {path}"),
+            ".gpx": _from_gpx,
+            ".geojson": _from_geojson,
+            ".json": _from_geojson,
+        }
         reader = readers.get(Path(path).suffix.lower())
         if reader is None:
             raise InputError(f"route {path} has an unknown ending, expected one of {', '.join(readers)}")
@@ -158,6 +160,8 @@ class GeodeticRoute:
             raise InputError(f"route {path} cannot be read: {error.strerror}") from None
         except ValidationError as error:
             raise refusal(f"route {path}", error, MissionFile) from None
+        except InputError:
+            raise
         except (ValueError, LookupError, TypeError, AttributeError, RecursionError, ElementTree.ParseError) as error:
             raise InputError(f"route {path} is malformed ({error}), expected waypoints in degrees") from None
         try:
@@ -198,7 +202,7 @@ def _from_gpx(text):
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise ValueError("a document type is declared")
     points = [each for each in ElementTree.fromstring(text).iter() if each.tag.rpartition("}")[2] == "rtept"]
-    return {"waypoint": [{"lat_deg": each.attrib["lat"], "lon_deg": each.attrib["lon"]} for each in points]}
+    return {"waypoint": [{f"{axis}_deg": float(each.attrib[axis]) for axis in ("lat", "lon")} for each in points]}
 
 
 def _from_geojson(text):

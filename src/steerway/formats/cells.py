@@ -1,0 +1,128 @@
+"""The cells of a table: Parquet as it is, or CSV (comma, semicolon, tab or bar) as text, through polars."""
+
+import contextlib
+import io
+import os
+import sys
+import tempfile
+
+import polars as pl
+
+from steerway.core.errors import InputError
+from steerway.formats import parquet_structure
+from steerway.formats.columns import EXPECTED, spelled, understood
+
+DELIMITERS = (",", ";", "\t", "|")
+_MOST_COLUMNS = 2000  # of a header: a line with more is none
+_MOST_ABOVE = 5  # lines above the header that are no comments
+_MOST_ROWS, _MOST_ROWS_OF_SMALL = 8, 100_000  # a byte of Parquet, and in any case
+_LEAST_ROW = 8  # bytes, on the average of that many rows: a row takes memory however short it is
+
+
+def parquet(data: bytes) -> pl.DataFrame:
+    """The frame of a Parquet file. Raises InputError for one that is damaged or declares more than it can hold."""
+    parquet_structure.check(data)
+    try:
+        with _quiet():
+            declared = pl.scan_parquet(io.BytesIO(data)).select(pl.len()).collect().item()
+            if declared <= max(_MOST_ROWS * len(data), _MOST_ROWS_OF_SMALL):
+                return pl.read_parquet(io.BytesIO(data))
+    except (pl.exceptions.PolarsError, OSError, ValueError) as error:
+        raise InputError(f"the Parquet file is damaged: {str(error).splitlines()[0]}") from error
+    except pl.exceptions.PanicException as error:
+        raise InputError("the Parquet file is damaged, expected one that polars reads") from error
+    raise InputError(f"the Parquet file declares {declared} rows, expected at most {_MOST_ROWS} a byte")
+
+
+@contextlib.contextmanager
+def _quiet():
+    """Drop what polars writes to standard error when it fails: a backtrace of some 27 lines before its exception."""
+    sys.stderr.flush()
+    try:
+        kept = os.dup(2)
+    except OSError:  # a service without standard error
+        yield
+        return
+    with tempfile.TemporaryFile() as written:
+        os.dup2(written.fileno(), 2)
+        try:
+            yield
+        finally:
+            os.dup2(kept, 2)
+            os.close(kept)
+        written.seek(0)
+        sys.stderr.write(written.read().decode(errors="replace"))
+
+
+def header_of(text):
+    """(line number, delimiter, names, where the next line begins) of the header; None where there is none.
+
+    Comment lines may stand before it, and it may itself be one, as in the tables of the Danish authority. Of other
+    lines a few may: a count of rows, a title.
+    """
+    above = 0
+    start = 3 if text.startswith(b"\xef\xbb\xbf") else 0
+    for number in range(1, 100):
+        stop = text.find(b"\n", start)
+        stop = len(text) if stop < 0 else stop
+        line = text[start:stop].decode("utf-8", "replace").strip()
+        commented = line.startswith(("#", "%"))
+        plain = line.lstrip("#% ")
+        delimiter = max(DELIMITERS, key=plain.count)
+        if plain.count(delimiter) > _MOST_COLUMNS:
+            return None
+        names = [name.strip().strip('"').strip() for name in plain.split(delimiter)]
+        known = {"time", "latitude", "longitude"} & understood(names).keys()
+        is_header = len(known) > 1 or (known and len(names) > 1 and not commented and not _is_sentence(names))
+        if is_header and (not above or len(known) == 3):
+            return number, delimiter, names, stop + 1
+        above += bool(line) and not commented
+        if above > _MOST_ABOVE or stop == len(text):
+            return None
+        start = stop + 1
+    return None
+
+
+def _is_sentence(names):
+    """Whether a line is one of NMEA, where T (true) stands between commas and is no name of a time."""
+    return "$" in names[0] or "!" in names[0] or "t" in map(str.lower, names)
+
+
+def csv(data, skipped, vessel_column=None):
+    """(frame of text, column names, line number of its first row, delimiter)."""
+    header = header_of(data)
+    if header is None:
+        first = data.split(b"\n", 1)[0][:100].decode("utf-8", "replace").strip()
+        raise InputError(f"line 1 of the table, {first!r}, names no column that is known, expected {EXPECTED}")
+    number, delimiter, names, start = header
+    body = data[start:]
+    rows = body.count(b"\n")
+    if rows > max(len(body) / _LEAST_ROW, _MOST_ROWS_OF_SMALL):
+        raise InputError(
+            f"the table has {rows} lines of {len(body) / rows:.1f} bytes on the average, expected {_LEAST_ROW} or more"
+        )
+    quoted = b'"' in body
+    if quoted:
+        body = _without_stray_quotes(body, skipped)
+    schema = {f"{index}": pl.String for index in range(len(names))}
+    body = delimiter.encode() * (len(names) - 1) + b"\n" + body  # polars counts columns in the first row
+    wanted = {column.index for column in spelled(names)}
+    wanted = sorted(wanted | {index for index, name in enumerate(names) if name == vessel_column})
+    options = {"has_header": False, "schema": schema, "columns": wanted, "separator": delimiter}
+    options |= {"truncate_ragged_lines": True, "encoding": "utf8-lossy"}
+    try:
+        frame = pl.read_csv(body, quote_char='"' if quoted else None, **options)
+    except pl.exceptions.PolarsError:
+        frame = pl.read_csv(body, quote_char=None, **options)
+    return frame, names, number, delimiter
+
+
+def _without_stray_quotes(body, skipped):
+    """The lines with balanced quotes; a cell never spans lines here, so that a stray quote costs one line only."""
+    lines = body.split(b"\n")
+    stray = [row for row, line in enumerate(lines) if line.count(b'"') % 2]
+    for row in stray:
+        lines[row] = b""
+    if stray:
+        skipped["unbalanced quote"] += len(stray)
+    return b"\n".join(lines)

@@ -1,0 +1,177 @@
+"""Tables of loggers and tools: hemispheres and units in cells, clocks of other kinds, and the unit of a time."""
+
+import io
+import math
+
+import numpy as np
+import polars as pl
+import pytest
+
+import steerway
+from steerway.core import InputError
+from tests.command_line import run
+
+START = 1_700_000_000  # 2023-11-14 22:13:20 UTC
+SPEED, COURSE = 4.0, math.radians(45.0)
+K = np.arange(40)
+
+
+def track(step=1.0, latitude=-33.85, longitude=-70.2):
+    """Seconds and degrees of a boat at 4 m/s on a course of 45°."""
+    time = K * step
+    north, east = SPEED * time * math.cos(COURSE), SPEED * time * math.sin(COURSE)
+    return time, latitude + north / 110_900.0, longitude + east / (111_320.0 * math.cos(math.radians(latitude)))
+
+
+def table(header, row, **at):
+    """CSV of a row a fix: `row` gets the seconds since the start and the degrees."""
+    return "\n".join([header, *(row(*each) for each in zip(*track(**at), strict=True))]).encode() + b"\n"
+
+
+def clock(seconds, form="{:02d}:{:02d}:{:02d}"):
+    return form.format(22, 13 + (20 + int(seconds)) // 60, (20 + int(seconds)) % 60)
+
+
+def motion_of(data):
+    """Latitude of the first fix in degrees, mean speed in m/s and course in degrees of what is read, and the fixes."""
+    fixes = steerway.read(data)
+    north = 6.354e6 * (fixes.latitude[-1] - fixes.latitude[0])
+    east = 6.378e6 * math.cos(fixes.latitude[0]) * (fixes.longitude[-1] - fixes.longitude[0])
+    speed = math.hypot(north, east) / (fixes.time[-1] - fixes.time[0])
+    return math.degrees(fixes.latitude[0]), speed, math.degrees(math.atan2(east, north)), fixes
+
+
+def test_a_logger_with_hemispheres_and_units_in_cells(tmp_path):
+    """Hemispheres in columns, rows without a fix, and a heading that is the course, to the end of the command line."""
+    path, out = tmp_path / "log.csv", tmp_path / "track.csv"
+
+    def row(t, lat, lon):
+        valid, lat = ("No fix", 0.0) if t == 20.0 else ("SPS", abs(lat))
+        return f"1,T,2023/11/14,{clock(t)},{valid},{lat:.7f},S,{abs(lon):.7f},W,20.1 m,14.400 km/h,45.0,1 m,"
+
+    path.write_bytes(table("INDEX,RCR,DATE,TIME,VALID,LATITUDE,N/S,LONGITUDE,E/W,HEIGHT,SPEED,HEADING,DISTANCE,", row))
+    code, _, said = run("estimate", path, "-o", out, "--profile", "small-usv")
+    assert code == 0, said
+    frame = pl.read_csv(out)
+    end = frame.tail(1).row(0, named=True)
+    assert end["lat_deg"] == pytest.approx(track()[1][-1], abs=1e-5)
+    assert end["sog_mps"] == pytest.approx(SPEED, abs=0.15) and end["cog_deg"] == pytest.approx(45.0, abs=2.0)
+    assert frame.height == len(K) - 1
+    fixes = steerway.read(path)
+    assert fixes.sog == pytest.approx(SPEED) and np.degrees(fixes.cog) == pytest.approx(45.0)
+    assert np.isnan(fixes.heading).all() and "skipped 1 × no fix" in fixes.notes
+
+
+@pytest.mark.parametrize(
+    ("header", "row"),
+    [
+        ("time,lat,NS,lon,EW", lambda t, lat, lon: f"{START + t},{-lat:.7f},s,{-lon:.7f},w"),
+        ("time,Latitude,Lat_Dir,Longitude,Lon_Dir", lambda t, lat, lon: f"{START + t},{lat:.7f},S,{-lon:.7f},West"),
+        (
+            "time;lat;lat_ref;lon;lon_ref",
+            lambda t, lat, lon: f"{START + t};{int(-lat)} {-lat % 1 * 60:.6f};S;{int(-lon)} {-lon % 1 * 60:.6f};W",
+        ),
+        (
+            "TAG,DATE,TIME,LATITUDE N/S,LONGITUDE E/W",
+            lambda t, lat, lon: f"T,231114,{clock(t, '{:02d}{:02d}{:02d}')},{-lat:.7f}S,{-lon:.7f}W",
+        ),
+        (
+            "Lcl Date, Lcl Time, UTCOfst, Latitude, Longitude",
+            lambda t, lat, lon: f"2023-11-14, {clock(t).replace('22', '16', 1)}, -06:00, {lat:.7f}, {lon:.7f}",
+        ),
+        (
+            "No,Latitude,Longitude,utc_d,utc_t",
+            lambda t, lat, lon: f"1,{lat:.7f},{lon:.7f},2023/11/14,{clock(t).replace('22', '10', 1)} PM",
+        ),
+        ("40\ntime,lat,lon,provider,", lambda t, lat, lon: f"{START + t},{lat:.7f},{lon:.7f},gps"),
+        (
+            "%time,field.header.stamp,field.status.status,field.latitude,field.longitude",
+            lambda t, lat, lon: f"{START + int(t)}900000000,{START + int(t)}000000000,0,{lat:.7f},{lon:.7f}",
+        ),
+        (
+            "timestamp,position_lat,position_long",
+            lambda t, lat, lon: f"2023-11-14 {clock(t)},{lat * 2**31 / 180:.0f},{lon * 2**31 / 180:.0f}",
+        ),
+        ("timestamp,lat,lon", lambda t, lat, lon: f"2023-11-14 {clock(t)},{lat * 1e7:.0f},{lon * 1e7:.0f}"),
+    ],
+)
+def test_spellings_of_places_and_clocks(header, row):
+    data = table(header, row)
+    latitude, speed, course, fixes = motion_of(data)
+    assert latitude == pytest.approx(-33.85, abs=1e-6)
+    assert speed == pytest.approx(SPEED, rel=0.01) and course == pytest.approx(45.0, abs=1.0)
+    assert fixes.time[0] == START
+
+
+def test_hemispheres_of_parquet():
+    time, latitude, longitude = track()
+    frame = pl.DataFrame({"time_s": START + time, "lat_deg": -latitude, "N/S": "S", "lon_deg": -longitude, "E/W": "W"})
+    file = io.BytesIO()
+    frame.write_parquet(file)
+    assert motion_of(file.getvalue())[:3] == pytest.approx((-33.85, SPEED, 45.0), rel=0.02)
+
+
+@pytest.mark.parametrize(("side", "latitude"), [("?", 33.85), ("N", -33.85), ("", 33.85), ("E", 33.85)])
+def test_a_hemisphere_that_cannot_be_costs_its_row(side, latitude):
+    text = f"time,lat,N/S,lon,E/W\n1,33,S,70,W\n2,{latitude},{side},70,W\n3,33,S,70,W\n"
+    fixes = steerway.read(text.encode())
+    assert fixes.time.tolist() == [1.0, 3.0] and any("N/S not understood" in note for note in fixes.notes)
+    with pytest.raises(InputError, match="N/S not understood"):
+        steerway.read(f"time,lat,N/S,lon\n1,{latitude},{side},70\n".encode())
+
+
+def test_units_beside_numbers():
+    def row(t, lat, lon):
+        speed = "14.4 km/h" if t % 2 else "7.775 kn"
+        return f"{START + t},{lat:.7f},{lon:.7f},{speed},45.0°,{700.0 if t % 2 else 0.7}{' mm' if t % 2 else ' m'}"
+
+    fixes = steerway.read(table("time,lat,lon,speed,cog,position_std", row))
+    assert fixes.sog == pytest.approx(SPEED, rel=1e-3) and np.degrees(fixes.cog) == pytest.approx(45.0)
+    assert fixes.position_std == pytest.approx(0.7)
+    fixes = steerway.read(table("time,lat,lon,speed", lambda t, lat, lon: f"{t},{lat},{lon},4.0 parsec"))
+    assert np.isnan(fixes.sog).all() and any("'4.0 parsec' is not a valid sog" in note for note in fixes.notes)
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "step"),
+    [
+        ("timestamp,time_utc_usec,lat,lon", lambda t: f"{20_471_648 + t * 1e6:.0f},{START + t:.1f}", 0.2),
+        ("timestamp,time_utc_usec,lat,lon", lambda t: f"{20_471_648 + t * 1e6:.0f},{(START + t) * 1e6:.0f}", 0.2),
+        ("timestamp,lat,lon", lambda t: f"{20_471_648 + t * 1e6:.0f}", 0.2),  # µs since the start
+        ("t,lat,lon,sog_mps", lambda t: f"{5000 + t * 1e3:.0f}", 1.0),  # ms since the start
+        ("time_ms,lat,lon", lambda t: f"{START + t:.1f}", 0.2),  # s, whatever the name says
+        ("time_s,lat,lon", lambda t: f"{(START + t) * 1e3:.0f}", 1.0),
+        ("t,lat,lon", lambda t: f"{t:.1f}", 0.2),
+        ("t,lat,lon", lambda t: f"{t:.0f}", 900.0),  # a tracker
+        ("t,date,lat,lon", lambda t: f"{t:.0f},2023-11-14", 1.0),
+    ],
+)
+def test_the_unit_of_a_time_gives_possible_steps_and_speeds(header, row, step):
+    speed = "" if "sog" not in header else f",{SPEED}"
+    data = table(header, lambda t, lat, lon: f"{row(t)},{lat:.8f},{lon:.8f}{speed}", step=step)
+    _, speed, course, _ = motion_of(data)
+    assert speed == pytest.approx(SPEED, rel=0.02) and course == pytest.approx(45.0, abs=1.0)
+
+
+def test_a_boat_at_anchor_keeps_the_seconds_of_its_clock():
+    data = table("t,lat,lon", lambda t, lat, lon: f"{t:.0f},{-33.85 + 1e-7 * (t % 3)},-70.2", step=10.0)
+    fixes = steerway.read(data)
+    assert fixes.time[-1] - fixes.time[0] == 10.0 * K[-1]
+
+
+def test_a_time_in_milliseconds_means_the_same_to_identify(tmp_path):
+    """As of `estimate`: numbers of a time column without a unit are taken by their size."""
+    said = set()
+    for name, factor in (("seconds", 1), ("milliseconds", 1000)):
+        time, rate, heading, rows = 0.0, 0.0, 0.0, []
+        for k in range(800):
+            rudder = 10.0 * np.sign(np.sin(k / 24.0) + 0.3 * np.sin(k / 10.0))
+            rows.append(f"{round((START + time) * factor)},{rudder},{math.degrees(heading) % 360.0:.6f}")
+            rate += 0.2 * math.radians(rudder) / 2.0 - rate / 2.0
+            heading, time = heading + rate, time + 1.0
+        path = tmp_path / f"{name}.csv"
+        path.write_text("\n".join(["time,rudder_deg,heading_deg", *rows]))
+        code, out, error = run("identify", "yaw", path)
+        assert code == 0, error
+        said.add(out.replace(path.name, ""))
+    assert len(said) == 1
