@@ -87,6 +87,11 @@ def coord_times():
     return f'{{"type":"FeatureCollection","features":[{{"type":"Feature",{line}}}]}}'
 
 
+def wrsc():
+    rows = zip(LATITUDE, LONGITUDE, strict=True)
+    return "\n".join(f"{clock(k, '%H%M%S')}01,{a * 1e7:.0f},{o * 1e7:.0f}" for k, (a, o) in enumerate(rows))
+
+
 LOGS = {
     "IGC": (igc, 1e-5, 1),
     "RTKLIB": (rtklib, 1e-8, 0),
@@ -108,6 +113,13 @@ def test_the_track_is_read_back(name):
     assert_allclose(fixes.time, START + np.array(kept), atol=1e-6)
     assert_allclose(np.degrees(fixes.latitude), LATITUDE[kept], atol=within)
     assert_allclose(np.degrees(fixes.longitude), LONGITUDE[kept], atol=within)
+
+
+def test_a_log_without_month_and_year_counts_from_1970():
+    fixes = read(wrsc().encode())
+    assert_allclose(fixes.time, 36000.0 + np.arange(COUNT))
+    assert_allclose(np.degrees((fixes.latitude, fixes.longitude)), (LATITUDE, LONGITUDE), atol=1e-7)
+    assert any("January 1970" in note for note in fixes.notes)
 
 
 def test_what_a_log_says_beside_places():

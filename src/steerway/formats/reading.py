@@ -27,6 +27,7 @@ from steerway.formats import (
     rtklib,
     table,
     ubx,
+    wrsc,
     xml_tracks,
 )
 from steerway.formats.columns import EXPECTED
@@ -44,6 +45,7 @@ FORMATS = {
     "IGC": igc,
     "RTKLIB": rtklib,
     "ArduPilot log": dataflash,
+    "WRSC": wrsc,
     "CSV or Parquet": table,
     "MCAP": mcap,
     "ROS 2 bag": ros2,

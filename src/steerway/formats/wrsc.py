@@ -1,0 +1,35 @@
+"""Tracks of the World Robotic Sailing Championship: lines of hhmmssdd, latitude and longitude in 1e-7 degrees.
+
+The day is that of the month: neither month nor year are written.
+"""
+
+import re
+from collections import Counter
+
+import numpy as np
+
+from steerway.core.records import Fixes
+from steerway.formats.places import places
+from steerway.formats.recording import Recording
+
+_LINE = re.compile(rb"^([0-2]\d[0-5]\d[0-5]\d[0-3]\d),(-?\d{7,9}),(-?\d{7,10})\s*$", re.M)
+_DAY = 86400.0
+
+
+def recognises(head: bytes) -> bool:
+    """Whether the first line is of this form."""
+    return _LINE.match(head) is not None
+
+
+def read(data: bytes) -> Recording:
+    """The source "WRSC", its days counted in January 1970."""
+    rows = [(*divmod(int(stamp), 100), int(lat), int(lon)) for stamp, lat, lon in _LINE.findall(data)]
+    clock, day, latitude, longitude = np.array(rows).T
+    time = _DAY * (day - 1) + 3600.0 * (clock // 10000) + 60.0 * (clock // 100 % 100) + clock % 100
+    fixes = Fixes(time, *places(1e-7 * latitude, 1e-7 * longitude), source="WRSC")
+    skipped = Counter({"line not understood": len(data.split()) - len(rows)})
+    if not fixes.has_position.all():
+        skipped["no position"] = int((~fixes.has_position).sum())
+    fixes = fixes.rows(fixes.has_position).in_order()
+    notes = ("the log has days without month and year: they are counted in January 1970",)
+    return Recording("WRSC", {"WRSC": fixes} if len(fixes) else {}, {"lines": len(rows)}, dict(+skipped), notes)
