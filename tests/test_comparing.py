@@ -89,10 +89,10 @@ def test_a_filter_shows_what_it_estimates():
     assert "° (1σ)" not in repr(estimator) and "°/s (1σ)" in repr(estimator)
 
 
-def test_an_estimate_draws_itself():
+def test_an_estimate_is_drawn():
     fixes = turning(2.0, 0.5, 60.0).fixes(0.3, 1)
     motion = steerway.estimate(fixes, "otter")
-    assert len(motion.plot(fixes).axes) == 4
-    assert motion.plot(kind="track").axes
+    assert len(steerway.plot(motion, fixes).axes) == 4
+    assert steerway.plot(motion, kind="track").axes
     with pytest.raises(InputError, match="expected signals or track"):
-        motion.plot(kind="map")
+        steerway.plot(motion, kind="map")

@@ -15,7 +15,20 @@ if TYPE_CHECKING:
     from steerway.estimation import FiveStateFilter, Profile, estimate, tune
     from steerway.formats.reading import read, survey
     from steerway.formats.writing import write
+    from steerway.report.figures import plot
 
 __version__ = "0.1.0"
-__all__ = ["FiveStateFilter", "Fixes", "InputError", "Motion", "Profile", "estimate", "read", "survey", "tune", "write"]
+__all__ = [
+    "FiveStateFilter",
+    "Fixes",
+    "InputError",
+    "Motion",
+    "Profile",
+    "estimate",
+    "plot",
+    "read",
+    "survey",
+    "tune",
+    "write",
+]
 __getattr__, __dir__ = on_demand(__name__)

@@ -7,7 +7,6 @@ only in the frames of `to_frame`, whose column names carry their units.
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import KW_ONLY, dataclass, fields, replace
-from importlib import import_module
 from itertools import pairwise
 from typing import TYPE_CHECKING, Self
 
@@ -19,7 +18,6 @@ from steerway.core.errors import InputError
 
 if TYPE_CHECKING:
     import polars as pl
-    from matplotlib.figure import Figure
 
 OK, PREDICTED, REJECTED, NO_COURSE, STARTING, LOST = range(6)
 STATUSES = ("ok", "predicted", "rejected", "no_course", "starting", "lost")
@@ -193,25 +191,6 @@ class Motion(Record):
         import polars as pl
 
         return _frame(self, MOTION_COLUMNS).with_columns(pl.Series("status", np.array(STATUSES)[self.status]))
-
-    def plot(self, fixes: Fixes | None = None, kind: str = "signals") -> "Figure":
-        """A matplotlib Figure of the estimate of one vessel.
-
-        Args:
-            fixes: what it was made of, for the receiver's own SOG and COG and the gaps.
-            kind: "signals" (SOG, COG, course rate with ±2σ and innovations over time) or "track".
-
-        Raises InputError for another kind, and for signals of several vessels.
-        """
-        if kind not in ("signals", "track"):
-            raise InputError(f"kind is {kind!r}, expected signals or track")
-        # By name: the types that all packages exchange do not depend on those that draw them.
-        figures = import_module("steerway.report.figures")
-        if kind == "track":
-            return figures.track_figure(self)
-        if self.mmsi is not None:
-            raise InputError("signals are those of one vessel, expected one of `tracks()`, or kind='track'")
-        return figures.signals_figure(fixes or Fixes(self.time, self.latitude, self.longitude), self)
 
 
 def _degrees(radians: Floats) -> Floats:

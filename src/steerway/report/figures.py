@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from steerway.core.angles import wrap_array
 from steerway.core.earth import radii
+from steerway.core.errors import InputError
 from steerway.core.records import NO_COURSE, REJECTED, STARTING, Fixes, Motion
 from steerway.core.statistics import FIX_GATE
 from steerway.report.course_axis import broken, course_cut, on_axis
@@ -17,6 +18,25 @@ from steerway.report.summary import gaps
 OURS, THEIRS, BAD, QUIET = "#0072b2", "#d55e00", "#a4262c", "#9aa5b1"
 """Estimate, receiver, rejected or missed, undefined: the first two after Okabe and Ito, for the colour-blind."""
 _MOST_POINTS = 20_000
+
+
+def plot(motion: Motion, fixes: Fixes | None = None, kind: str = "signals") -> Figure:
+    """A matplotlib Figure of the estimate of one vessel.
+
+    Args:
+        motion: the estimate.
+        fixes: what it was made of, for the receiver's own SOG and COG and the gaps.
+        kind: "signals" (SOG, COG, course rate with ±2σ and innovations over time) or "track".
+
+    Raises InputError for another kind, and for signals of several vessels.
+    """
+    if kind not in ("signals", "track"):
+        raise InputError(f"kind is {kind!r}, expected signals or track")
+    if kind == "track":
+        return track_figure(motion)
+    if motion.mmsi is not None:
+        raise InputError("signals are those of one vessel, expected one of `tracks()`, or kind='track'")
+    return signals_figure(fixes or Fixes(motion.time, motion.latitude, motion.longitude), motion)
 
 
 def track_figure(motion: Motion) -> Figure:
