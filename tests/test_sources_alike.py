@@ -6,15 +6,15 @@ import pytest
 import steerway
 from steerway.formats.testing import nmea0183
 from steerway.live.testing import SourceChoice, rows_of
-from tests.sentences import START, rmc, sealed
+from tests.sentences import START, gga, rmc, sealed
 
 SECONDS = 90
 
 
-def bus(*, coarse_every=2, fine_from=3):
+def bus(*, coarse_every=2, fine_from=3, seconds=SECONDS):
     """RMC at 1 Hz, a compass of whole 20 degrees from the start, and a better one at 1 Hz that comes later."""
     lines = []
-    for k in range(SECONDS):
+    for k in range(seconds):
         lines.append((k, rmc(START + k, 54.0 + 1e-5 * k, 10.0)))
         if k % coarse_every == 0:
             lines.append((k + 0.2, sealed("HCHDT,20.0,T")))
@@ -23,15 +23,15 @@ def bus(*, coarse_every=2, fine_from=3):
     return lines
 
 
-def heading_source_live(lines):
-    """The source of the last heading that is used."""
+def heading_source_live(lines, column="heading"):
+    """The source of the last heading, or value of another column, that is used."""
     reader, choice, used = nmea0183.SentenceReader(), SourceChoice(), ""
     for second, line in lines:
         reader.feed(line, received=START + second)
         for row in rows_of(reader.take().sources):
             if row.has_position:
                 choice.uses_position(row, row.time)
-            if np.isfinite(row.heading) and choice.uses_aid("heading", row, row.time):
+            if np.isfinite(getattr(row, column)) and choice.uses_aid(column, row, row.time):
                 used = row.source
     return used
 
@@ -51,3 +51,24 @@ def test_a_compass_of_the_receiver_itself_is_preferred():
     fixes = steerway.read(b"".join(line for _, line in lines))
     assert not any("heading from" in note for note in fixes.notes)
     assert heading_source_live(lines) == "GP"
+
+
+def test_a_receiver_without_sog_gets_none_from_another_receiver():
+    """Two antennas move differently. A log has none either; an instrument without positions may give it."""
+    places = [(START + k, 54.0 + 1e-5 * k, 10.0) for k in range(SECONDS)]
+    lines = [(k, gga(*place)) for k, place in enumerate(places)]
+    lines += [(k + 0.3, rmc(*place, talker="GN")) for k, place in enumerate(places) if k % 2 == 0]
+    lines.sort(key=lambda each: each[0])
+    fixes = steerway.read(rmc(*places[0], talker="GP", status="V") + b"".join(line for _, line in lines))
+    assert fixes.source == "GP" and np.isnan(fixes.sog).all()
+    assert heading_source_live(lines, "sog") == ""
+
+
+def test_the_receivers_own_compass_that_reports_rarely_is_not_preferred():
+    """At less than half of its fixes, beside one that reports at each."""
+    lines = [each for each in bus(seconds=200) if b"HC" not in each[1]]
+    lines += [(k + 0.1, sealed("GPHDT,5.0,T")) for k in range(0, 200, 5)]
+    lines.sort(key=lambda each: each[0])
+    fixes = steerway.read(b"".join(line for _, line in lines))
+    assert "heading from HE" in fixes.notes
+    assert heading_source_live(lines) == "HE"

@@ -16,6 +16,8 @@ _GAP = 3.0  # intervals
 _FINE = 0.1  # m: a finer last digit is no better, the receiver's own noise is larger
 _FAST = 20.0  # Hz
 _SAMPLE = 500
+OWN_SHARE = 0.5
+"""Share of its fixes from which on the source of the positions gives an instrument's column itself."""
 _ROUNDED = 2e-3  # what is left of a decimal's rounding after degrees, minutes and radians
 _QUANTA_DEG = sorted([10.0**-k for k in range(2, 10)] + [10.0**-k / 60.0 for k in range(8)], reverse=True)
 
@@ -165,20 +167,30 @@ def _stacked(first, second):
     return replace(first, **{name: np.concatenate([getattr(first, name), getattr(second, name)]) for name in names})
 
 
+def rank(name: str, wanted: Sequence[str]) -> int | None:
+    """The place of a source among the wanted names, None when it is not wanted; without any, 0.
+
+    A name also means the sources that it begins ("GP" for "GP RMC" and "GP in tcp://…"); case does not matter.
+    """
+    folded = name.casefold()
+    begun = (k for k, each in enumerate(wanted) if f"{folded} ".startswith(f"{each.casefold()} "))
+    return next(begun, None) if wanted else 0
+
+
 def choose(sources: Mapping[str, Fixes], wanted: str | None = None) -> str:
     """The source whose positions are taken: the wanted one, else the one of the highest score; own boats before AIS.
 
-    A wanted name also means the sources that it begins ("GP" for "GP RMC" and "GP GGA"). Raises InputError when there
-    is none such, or it has no positions.
+    A wanted name also means the sources that it begins, see `rank`, unless one has just this name. Raises InputError
+    when there is none such, or it has no positions.
     """
     placed = {name: fixes for name, fixes in sources.items() if fixes.has_position.any()}
     named = placed
     if wanted is not None:
         exact = {name for name in sources if name.casefold() == wanted.casefold()}
-        begun = {name for name in sources if name.casefold().startswith(f"{wanted.casefold()} ")}
-        named = {name: placed[name] for name in placed if name in (exact or begun)}
+        meant = exact or {name for name in sources if rank(name, (wanted,)) is not None}
+        named = {name: placed[name] for name in placed if name in meant}
         if not named:
-            what = "has no position" if exact or begun else "is not in the log"
+            what = "has no position" if meant else "is not in the log"
             there = ", ".join(repr(name) for name in placed)
             raise InputError(f"source {wanted!r} {what}; the sources with positions are {there}")
     span = max(fixes.time.max() for fixes in placed.values()) - min(fixes.time.min() for fixes in placed.values())
@@ -211,7 +223,7 @@ def _giver(name, sources, column):
     """The other source that gives a column, or None."""
     chosen = sources[name]
     own = np.isfinite(getattr(chosen, column)).sum()
-    if own >= 0.5 * chosen.has_position.sum() or (own and column not in INSTRUMENT_COLUMNS):
+    if own >= OWN_SHARE * chosen.has_position.sum() or (own and column not in INSTRUMENT_COLUMNS):
         return None
     fit = {}
     for other, fixes in sources.items():

@@ -12,7 +12,7 @@ import numpy as np
 from steerway.core.records import Fixes
 from steerway.formats.nmea0183.epochs import DAY
 from steerway.formats.nmea0183.streams import FEW, Division, division
-from steerway.formats.sources import choose
+from steerway.formats.sources import choose, rank
 from steerway.live.base.rows import InputRow
 
 LONGEST = 10.0
@@ -124,7 +124,6 @@ class Opening:
 
     def __init__(self, wanted: tuple[str, ...] = ()):
         self.names = wanted
-        self.wanted = tuple(name.casefold() for name in wanted)
         self.chosen = self.refusal = ""
         self.streams = Streams()
         self._held: list[tuple[InputRow, float]] = []
@@ -162,7 +161,7 @@ class Opening:
 
     def _choose(self, now):
         sources = self._named(row for row, _ in self._held)
-        wanted = {name: rows for name, rows in sources.items() if self._rank(name) is not None}
+        wanted = {name: rows for name, rows in sources.items() if rank(name, self.names) is not None}
         if self._is_decided(wanted or sources, now, bool(wanted)):
             for talker in {row.source for row, _ in self._held}:
                 self.streams.divide(talker)
@@ -175,12 +174,12 @@ class Opening:
 
     def _best(self, sources):
         """What `estimate` chooses among the sources of the best rank; "" where none is wanted."""
-        lesser = self.streams.lesser() - set(self.wanted)  # a few epochs do not tell one formatter from another
-        ranks = {
-            name: rank for name in sources if name.casefold() not in lesser and (rank := self._rank(name)) is not None
-        }
+        # A few epochs do not tell one formatter from another.
+        lesser = self.streams.lesser() - {name.casefold() for name in self.names}
+        places = {name: rank(name, self.names) for name in sources if name.casefold() not in lesser}
+        ranks = {name: place for name, place in places.items() if place is not None}
         first = min(ranks.values(), default=0)
-        tables = {name: fixes_of(sources[name]) for name, rank in ranks.items() if rank == first}
+        tables = {name: fixes_of(sources[name]) for name, place in ranks.items() if place == first}
         return choose(tables) if tables else ""
 
     def _named(self, rows):
@@ -202,12 +201,6 @@ class Opening:
         if len(times) == 1 and not any(self.streams.is_double(row.source) for row in next(iter(sources.values()))[-1:]):
             return all(len(each) >= _ALONE for each in times.values()) and span >= _ALONE_SPAN
         return all(len(each) >= _COMPARED for each in times.values())
-
-    def _rank(self, name):
-        if not self.wanted:
-            return 0
-        folded = name.casefold()
-        return next((k for k, each in enumerate(self.wanted) if folded == each or folded.startswith(f"{each} ")), None)
 
 
 def fixes_of(rows: Iterable[InputRow]) -> Fixes:

@@ -3,16 +3,21 @@
 Two receivers are never mixed: the distance of their antennas and of their errors would appear as motion.
 """
 
+import math
 from collections import defaultdict, deque
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 
+from steerway.core.records import INSTRUMENT_COLUMNS
+from steerway.formats.sources import OWN_SHARE, rank
 from steerway.live.base.rows import InputRow
 
 _KEPT = 20  # positions of a source over which its interval is taken
 _SILENT = 3.0  # intervals after which a source counts as silent
 _LEAST_SILENCE = 2.0  # s, and never sooner
 _QUICKER = 1.5  # times the rate of the present source at which another replaces it
+_JITTER = 1.1  # between intervals that are the same
 
 
 class _Choice:
@@ -28,13 +33,13 @@ class _Choice:
         self.times.setdefault(source, deque(maxlen=_KEPT)).append(time)
         self.last[source] = now
 
-    def is_better(self, source: str, rank_of: Callable[[str], int], by_rate: bool, now: float) -> bool:
+    def is_better(self, source: str, rank_of: Callable[[str], float], by_rate: bool, now: float) -> bool:
         """Whether to change from the present source to this one."""
         if not self.present or abs(now - self.last[self.present]) > self.silence(self.present):
             return True
-        rank, present_rank = rank_of(source), rank_of(self.present)
-        if rank != present_rank:
-            return rank < present_rank
+        place, present_place = rank_of(source), rank_of(self.present)
+        if place != present_place:
+            return place < present_place
         full = all(len(self.times[each]) == _KEPT for each in (source, self.present))
         return by_rate and full and self.interval(source) * _QUICKER < self.interval(self.present)
 
@@ -52,15 +57,14 @@ class _Choice:
 class SourceChoice:
     """The source of positions, and for each column the source of that aid.
 
-    wanted: names in order of priority, each also meaning the sources it begins ("GP" for "GP in tcp://…"). Without any,
-        the first one that comes, until it is silent or another is `_QUICKER`. An aid comes from the source of the
-        positions where that has it, else from the first, until it is silent or another is `_QUICKER`: as in a log,
-        where it comes from the source that reports it most often.
+    wanted: names in order of priority, as of `formats.sources.rank`. Without any, the first one that comes, until it is
+        silent or another is `_QUICKER`. An aid comes, as in a log, from the source of the positions where that has it
+        at half of its fixes or more, else from the one that reports it most often: the first, until it is silent or
+        another is `_QUICKER`. SOG and COG never come from another receiver.
     """
 
     def __init__(self, wanted: tuple[str, ...] = ()):
         self.names = wanted
-        self.wanted = tuple(name.casefold() for name in wanted)
         self.changes = 0
         self._positions = _Choice()
         self._aids: defaultdict[str, _Choice] = defaultdict(_Choice)
@@ -72,10 +76,10 @@ class SourceChoice:
 
     def uses_position(self, row: InputRow, now: float) -> bool:
         """Whether this position is used. Silence is measured by `now`, since clocks of receivers may differ."""
-        if self._rank(row.source) is None:
-            return False
         self._positions.add(row.source, row.time, now)
-        if row.source != self.present and self._positions.is_better(row.source, self._rank, not self.wanted, now):
+        if rank(row.source, self.names) is None:
+            return False
+        if row.source != self.present and self._positions.is_better(row.source, self._rank, not self.names, now):
             self._change_to(row.source)
         return row.source == self.present
 
@@ -87,9 +91,11 @@ class SourceChoice:
 
     def uses_aid(self, column: str, row: InputRow, now: float) -> bool:
         """Whether this source gives a column."""
+        if column not in INSTRUMENT_COLUMNS and row.source != self.present and row.source in self._positions.times:
+            return False
         choice = self._aids[column]
         choice.add(row.source, row.time, now)
-        if row.source != choice.present and choice.is_better(row.source, self._is_other, True, now):
+        if row.source != choice.present and choice.is_better(row.source, partial(self._is_other, choice), True, now):
             choice.present = row.source
         return row.source == choice.present
 
@@ -108,18 +114,15 @@ class SourceChoice:
         for choice in (self._positions, *self._aids.values()):
             choice.last = {source: last + by for source, last in choice.last.items()}
 
-    def _is_other(self, source):
-        """The rank of a source of an aid: the receiver of the positions comes first."""
-        return source != self.present
+    def _is_other(self, choice, source):
+        """The rank of a source of an aid: the receiver of the positions comes first, unless it has it at few fixes."""
+        is_rare = OWN_SHARE * choice.interval(source) > _JITTER * self.interval > 0.0
+        return source != self.present or is_rare
 
     def _change_to(self, source):
         self.changes += self.present not in ("", source)
         self._positions.present = source
 
     def _rank(self, source):
-        """The place of a source among the wanted; None when it is not wanted."""
-        if not self.wanted:
-            return 0
-        name = source.casefold()
-        ranks = (rank for rank, each in enumerate(self.wanted) if name == each or name.startswith(f"{each} "))
-        return next(ranks, None)
+        place = rank(source, self.names)
+        return math.inf if place is None else place
