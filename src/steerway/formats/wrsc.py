@@ -25,7 +25,9 @@ def read(data: bytes) -> Recording:
     """The source "WRSC", its days counted in January 1970."""
     rows = [(*divmod(int(stamp), 100), int(lat), int(lon)) for stamp, lat, lon in _LINE.findall(data)]
     clock, day, latitude, longitude = np.array(rows).T
-    time = _DAY * (day - 1) + 3600.0 * (clock // 10000) + 60.0 * (clock // 100 % 100) + clock % 100
+    steps = np.diff(day, prepend=day[:1])
+    days = day[0] - 1 + np.cumsum(np.where(steps < 0, 1, steps))  # on into the next month
+    time = _DAY * days + 3600.0 * (clock // 10000) + 60.0 * (clock // 100 % 100) + clock % 100
     fixes = Fixes(time, *places(1e-7 * latitude, 1e-7 * longitude), source="WRSC")
     skipped = Counter({"line not understood": len(data.split()) - len(rows)})
     if not fixes.has_position.all():
