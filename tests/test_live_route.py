@@ -102,7 +102,7 @@ def test_routes_of_other_programs(tmp_path, name, text):
         (
             "a.gpx",
             "<gpx><rtept lat='99' lon='0'/><rtept lat='9' lon='0'/></gpx>",
-            "0].lat_deg is '99', expected",
+            "0].lat_deg is 99.0, expected at most 89.0",
         ),
     ],
 )

@@ -85,7 +85,10 @@ def csv():
     dated = b"# comment\ntimestamp;latitude;longitude;mmsi\n" + b"".join(
         b"01/07/2024 12:00:%02d;54,%03d;10,5;211000001\n" % (k, k) for k in range(8)
     )
-    return [plain, dated, *_recorded_with(b"MMSI", b"Latitude", b"lat")]
+    logger = b"40\nINDEX,RCR,DATE,TIME,UTCOfst,VALID,LAT,N/S,LON,E/W,SPEED,HEADING\n" + b"".join(
+        b"%d,T,240701,1200%02d,-06:00,SPS,54.%03d,S,10,W,7.2 km/h,45\n" % (k, k, k) for k in range(12)
+    )
+    return [plain, dated, logger, *_recorded_with(b"MMSI", b"Latitude", b"lat")]
 
 
 def parquet():
