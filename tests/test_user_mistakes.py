@@ -14,7 +14,6 @@ from steerway.core.testing import KNOT
 from steerway.estimation import Profile
 from steerway.estimation.testing import compare
 from steerway.formats.testing import table
-from steerway.simulation import parse_scenario
 from tests.command_line import run
 
 T = 1672531201
@@ -110,7 +109,6 @@ def test_degrees_are_not_taken_for_radians_in_python():
     ("text", "message"),
     [
         (NEEDED + "position_std = 1e300", r"position_std is 1e\+300, expected at most 10000.0 m"),
-        (NEEDED + 'position_std = "0.5"', "position_std is '0.5', expected a number"),
         (NEEDED + "position_sdt = 0.5", "unknown key position_sdt, expected perhaps position_std"),
         (NEEDED, "position_std is missing, expected white noise of a fix"),
     ],
@@ -120,13 +118,6 @@ def test_a_profile_is_checked_like_a_scenario(tmp_path, text, message):
     path.write_text(text)
     with pytest.raises(steerway.InputError, match=f"mine.toml: {message}"):
         Profile.load(path)
-
-
-@pytest.mark.parametrize(("line", "message"), [('duration = "3"', "'3', expected a number"), ("seed = 1.5", "whole")])
-def test_numbers_of_a_scenario_are_no_texts(line, message):
-    route = "[vessel]\nkind = 'otter'\n[route]\nwaypoints = [{north = 0.0, east = 0.0}, {north = 50.0, east = 0.0}]"
-    with pytest.raises(steerway.InputError, match=message):
-        parse_scenario(f"{line}\n{route}")
 
 
 @pytest.mark.parametrize(("count", "found"), [(1, "1 position"), (3, "3 positions at one time")])
