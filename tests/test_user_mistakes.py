@@ -46,12 +46,6 @@ def test_the_unit_of_a_bare_speed_is_that_of_the_positions(name, unit, words):
     assert_allclose(only(table.read(log("time,lat,lon,sog_kn", columns=(2.0,)))).sog, 2.0 * KNOT, rtol=1e-9)
 
 
-def test_a_speed_that_fits_no_unit_keeps_the_usual_one_and_is_noted():
-    recording = table.read(log("time,lat,lon,sog", columns=(20.0,)))
-    assert_allclose(only(recording).sog, 20.0 * KNOT, rtol=1e-9)
-    assert "sog as sog in knots (assumed)" in recording.notes[0]
-
-
 def test_a_time_without_a_date_is_left_out():
     rows = f"time_s,lat_deg,lon_deg\n{T},54,10\n1e300,54,10\n-1e12,54,10\n{T + 1},54,10\n"
     recording = table.read(rows.encode())
