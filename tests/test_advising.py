@@ -122,7 +122,7 @@ def hunting(bandwidth, density, std, nomoto_time, speed=2.0, seed=4):
 
 
 @pytest.mark.parametrize(
-    ("bandwidth", "nomoto_time", "calm"), [(0.2, 5.0, True), (0.35, 5.0, False), (0.65, 1.0, False), (0.25, 2.0, True)]
+    ("bandwidth", "nomoto_time", "calm"), [(0.2, 5.0, True), (0.35, 5.0, False), (0.65, 1.0, False)]
 )
 def test_advice_tells_what_the_loop_then_does(bandwidth, nomoto_time, calm):
     """ω_e is 0.69 rad/s throughout: ω_n ≤ ω_e alone would let all of these sail."""

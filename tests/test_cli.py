@@ -80,18 +80,14 @@ def test_an_input_is_never_overwritten(log):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["estimate", "missing.nmea"], "missing.nmea: cannot be read (no such file)"),
-        (["estimate", "LOG", "-o", "track.xls"], ".parquet"),
         (["estimate", "LOG", "--report", "page.pdf"], "expected .html or .png"),
         (["estimate", "LOG", "--profile", "otterr"], "expected one of otter"),
         (["estimate", "LOG", "--aid", "sextant"], "--aid names 'sextant', expected some of auto, sog"),
         (["estimate", "LOG", "-o", "missing/track.csv"], "cannot write 'missing/track.csv': no directory 'missing'"),
-        (["estimate", "LOG", "--from", "2035-01-01"], "no position of table lies between"),
         (["estimate", "LOG", "--rate", "1e-320"], "expected Hz between 1e-6 and 1000"),
         (["advise", "otter", "--speed", "1e300"], "--speed is 1e+300, expected at most 1000 m/s"),
         (["estimate", "LOG", "--rate", "fast"], "--rate is 'fast', expected a number in Hz"),
         (["estimate", "LOG", "--from", "yesterday"], "--from is 'yesterday', expected a time"),
-        (["estimate", "LOG", "--loud"], "No such option"),
         (["study", "otter"], "study 'otter' is unknown"),
         (["sail"], "No such command"),
     ],

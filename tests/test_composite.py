@@ -1,5 +1,6 @@
 """The composite filter, its bank, its H∞ cousin and the aided filter, against the textbook and against each other."""
 
+import itertools
 import math
 
 import numpy as np
@@ -9,8 +10,10 @@ from steerway.core import InputError
 from steerway.estimation.heading import (
     AidedHeadingFilter,
     CompositeFilter,
-    HeadingTuning,
+    IntervalFilter,
+    LearnedHeading,
     ModelBank,
+    box_of,
     composite_model,
     corners,
     grid,
@@ -19,6 +22,7 @@ from steerway.estimation.heading.testing import PRODUCT
 from steerway.sensors import TCM2, TRUE_TCM2, random_compass
 from steerway.vessels import RPM
 from steerway.vessels.testing import PAPER_YAW, PHYSICAL_YAW
+from steerway_studies.testing import HInfinityFilter, PrintedIntervalFilter
 from tests.weaving import record
 
 
@@ -111,12 +115,6 @@ def test_readings_may_be_wrapped_unknown_or_missing():
     assert blind.heading_std > one.heading_std
 
 
-@pytest.mark.parametrize("wrong", [{"velocity_std": 0.0}, {"scale": (-1.0, 0.0)}, {"vehicle_std": math.nan}])
-def test_unusable_tunings_are_named(wrong):
-    with pytest.raises(InputError, match="heading_tuning"):
-        HeadingTuning(**wrong)
-
-
 @pytest.mark.parametrize("first_deg", [0, 90, 180, -90, 315])
 def test_an_unknown_first_heading_is_found(first_deg):
     seed = 40 + first_deg // 45
@@ -128,3 +126,94 @@ def test_an_unknown_first_heading_is_found(first_deg):
         estimator.step(u, z, velocity)
         errors.append(math.remainder(estimator.heading - heading, 2.0 * math.pi))
     assert np.degrees(np.abs(errors[150:])).max() < 12.0
+
+
+MODEL = composite_model()
+FILTERS = {
+    "composite": lambda: CompositeFilter(MODEL),
+    "bank": lambda: ModelBank(corners(0.01)),
+    "h_infinity": lambda: HInfinityFilter(MODEL, 1e-3),
+    "aided": AidedHeadingFilter,
+    "learned": LearnedHeading,
+    "interval": lambda: IntervalFilter(box_of(MODEL, 0.005)),
+}
+STRANGE = (
+    None,
+    ["north"],
+    np.empty(0),
+    np.zeros((2, 20)),
+    np.full(130, 20.0),
+    np.r_[0.1, math.nan, -0.1],
+    np.r_[0.1, math.inf, -1e300],
+)
+
+
+@pytest.mark.parametrize("make", FILTERS.values(), ids=FILTERS)
+def test_any_readings_steps_and_times_give_a_heading_with_its_deviation_or_one_sentence(make):
+    estimator = make()
+    for readings, dt, difference in itertools.product(STRANGE, (1.0, 0.02, 2.5, math.nan), (0.0, 30.0, math.inf)):
+        try:
+            estimator.step(difference, readings, dt=dt)
+        except InputError as refused:
+            text = str(refused)
+            assert text.startswith(("heading.", "h_infinity.")) and "expected" in text and "\n" not in text
+    if isinstance(estimator, IntervalFilter):
+        assert estimator.diverged or -math.inf < estimator.low <= estimator.high < math.inf
+    else:
+        assert math.isfinite(estimator.heading)
+        assert isinstance(estimator, LearnedHeading) or 0.0 <= estimator.heading_std < math.inf
+
+
+@pytest.mark.parametrize("make", FILTERS.values(), ids=FILTERS)
+def test_what_is_refused_changes_nothing(make):
+    differences, readings, _, _ = record(6)
+    one, other = make(), make()
+    for u, z in zip(differences, readings, strict=True):
+        for wrong in ({"readings": np.full(3, 1e9)}, {"dt": 0.0}, {"readings": z, "times": np.full(40, 1.5)}):
+            with pytest.raises(InputError, match="heading"):
+                one.step(u, **wrong)
+        with pytest.raises(InputError, match=r"heading\.difference is nan"):
+            one.step(math.nan, z)
+        assert one.step(u, z) == other.step(u, z)
+
+
+@pytest.mark.parametrize(("step", "rate"), [(0.1, 40), (0.02, 10), (3.0, 7), (1.0, 160)])
+def test_other_steps_and_rates_estimate_the_same_heading(step, rate):
+    """Held against the filter of P4's 40 readings a second; the input changes every 30 s, so that any step holds it."""
+    rng = np.random.default_rng(2)
+    compass_gain, seconds = TCM2.gain, 120
+    differences = np.repeat([3.0, -2.0, 1.0, -4.0], 30)
+    usual, headings = CompositeFilter(MODEL), [0.0]
+    plant = CompositeFilter(MODEL)
+    for u in differences:
+        headings.append(plant.step(u))  # without readings the filter is its vehicle model
+    for k, u in enumerate(differences):
+        usual.step(u, compass_gain * headings[k] + 0.02 * rng.standard_normal(40))
+    other = CompositeFilter(MODEL)
+    for k in range(round(seconds / step)):
+        begin = k * step
+        n = round(step * rate * (k + 1)) - round(step * rate * k)
+        times = np.sort(rng.uniform(0.0, step, n))
+        truth = np.interp(begin + times, np.arange(seconds + 1), headings)
+        other.step(
+            differences[int(begin + 1e-9)], compass_gain * truth + 0.02 * rng.standard_normal(n), dt=step, times=times
+        )
+    assert usual.heading == pytest.approx(headings[-1], abs=math.radians(0.1))
+    assert other.heading == pytest.approx(headings[-1], abs=math.radians(0.1))
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda: CompositeFilter(np.zeros(13)),
+        lambda: HInfinityFilter(np.zeros((14, 2)), 0.0),
+        lambda: IntervalFilter(np.zeros((14, 3))),
+        lambda: IntervalFilter(box_of(MODEL, 0.01)[:, ::-1]),
+        lambda: IntervalFilter(box_of(MODEL, 0.01), parts=0),
+        lambda: PrintedIntervalFilter(box_of(MODEL, 0.01)).step(0.0, np.zeros(39)),
+        lambda: AidedHeadingFilter().step(0.0, velocity=(1.0,)),
+    ],
+)
+def test_mis_shaped_models_are_refused(wrong):
+    with pytest.raises(InputError, match="expected"):
+        wrong()

@@ -12,7 +12,7 @@ from steerway.core import OK, REJECTED
 from steerway.core.testing import STARTING
 from steerway.report.testing import DISAGREES, GAP, REFUSED, RESTARTED, episodes_of
 from tests.command_line import run
-from tests.scenes import straight, turning
+from tests.scenes import turning
 
 PROFILE = steerway.Profile.named("small-usv").model_copy(update={"position_std": 0.3})
 
@@ -24,11 +24,6 @@ def scene():
 def estimated():
     fixes = scene().fixes(0.3, 2)
     return fixes, steerway.estimate(fixes, PROFILE)
-
-
-def test_an_undisturbed_run_has_none():
-    for fixes in (scene().fixes(0.3, 2), straight(3.0, 1.0, 200.0).fixes(0.3, 5)):
-        assert all(each.kind == REFUSED for each in episodes_of(fixes, steerway.estimate(fixes, PROFILE)))
 
 
 def test_refused_fixes_in_a_row_are_one_episode():

@@ -5,7 +5,6 @@ import random
 import re
 import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -14,7 +13,7 @@ from steerway.estimation import Profile
 from steerway.live.testing import GeodeticRoute, GpsdDecoder, Settings, SignalKDecoder
 from steerway.simulation import load_scenario
 from tests.fuzz.mutation import mutated
-from tests.fuzz.targets import TARGETS, controls, read_from_page
+from tests.fuzz.targets import TARGETS, controls
 
 DEEP = "[" * 5000
 NO_RING = '{"type": "Feature", "geometry": {"type": "Polygon", "coordinates": []}}'
@@ -74,13 +73,6 @@ def test_messages_of_other_computers_are_counted_as_malformed(message):
 def test_requests_beyond_numbers_are_refused(what, value):
     with pytest.raises(InputError, match=r"expected"):
         controls().do(what, value, "a test")
-
-
-def test_what_a_library_prints_in_the_page_does_not_end_it():
-    pytest.importorskip("nicegui")
-    lines, asked = (b"a warning", b"[1]", b"3", DEEP.encode(), b'{"do": "stop"}'), []
-    read_from_page(b"\n".join(lines), SimpleNamespace(do=lambda what, *_: asked.append(what)))
-    assert asked == ["stop"]
 
 
 @pytest.mark.parametrize("name", TARGETS)

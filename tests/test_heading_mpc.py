@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from steerway.control import HeadingLqg, HeadingMpc, HeadingResponse, InputLimits, LinearPlant
-from steerway.control.testing import prediction, steering
+from steerway.control import HeadingLqg, HeadingMpc, HeadingResponse, InputLimits
+from steerway.control.testing import steering
 from steerway.core import InputError, wrap
 from steerway.identification import identify_heading
 from steerway.identification.testing import binary_sequence
@@ -51,17 +51,6 @@ def test_equals_a_reference_solver_on_random_cases(yaw):
         worst = max(worst, abs(change - best[0]) / RPM)
         assert abs(change) <= (20.0 + 1e-9) * RPM and abs(mpc.input + change) <= (300.0 + 1e-9) * RPM
     assert worst < 1e-9
-
-
-def test_prediction_is_the_plant_run():
-    plant = LinearPlant(*PAPER_YAW.matrices())
-    free, held, forced = prediction(plant, 10, 3)
-    x, u, bias, changes = np.array([0.02, -0.01]), 5.0, 2.0, np.array([1.0, -2.0, 0.5])
-    given = free @ [*x, bias] + held * u + forced @ changes
-    for i in range(10):
-        u += changes[i] if i < 3 else 0.0
-        x = plant.a @ x + plant.b * (u + bias)
-        assert given[i] == pytest.approx(plant.c @ x, rel=1e-12)
 
 
 def held_on(autopilot, plant, seconds, bias_rpm=10.0, wanted=1.0):

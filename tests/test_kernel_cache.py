@@ -109,11 +109,3 @@ def test_of_processes_that_begin_together_one_compiles(tmp_path):
     environment = os.environ | {"STEERWAY_CACHE": str(tmp_path)}
     beside = [subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(3)]
     assert sorted(each.communicate()[0] for each in beside) == ["0\n", "0\n", "1\n"]
-
-
-def test_nobody_waits_for_ever_for_a_process_that_stands(tmp_path, monkeypatch):
-    monkeypatch.setattr(kernel_cache, "_LONGEST_WAIT", 0.1)
-    with kernel_cache.one_process(tmp_path / "lock"), kernel_cache.one_process(tmp_path / "lock"):
-        pass
-    with kernel_cache.one_process(tmp_path / "nowhere" / "lock"):
-        pass

@@ -177,38 +177,15 @@ def test_a_poor_compass_is_enough_to_steer_by_heading(vessel, kind):
         assert np.mean(np.abs(error[known]) < 2.0 * run["estimated_heading_std"][known]) > 0.8
 
 
-def test_a_course_is_made_good_by_the_current_that_the_heading_filter_found():
-    vessel, side, current = "otter", 60.0, 0.5
-    corners = "".join(f"{{ north = {n * side}, east = {e * side} }}, " for n, e in ((0, 0), (1, 0), (1, 1), (0, 1)))
-    scenario = parse_scenario(
-        f'duration = 600.0\nstep = {LEGS[vessel][0]}\n{POOR}[vessel]\nkind = "{vessel}"\n'
-        f"[environment.current]\nspeed = {current}\ndirection_deg = 130.0\n[start]\nheading_deg = 160.0\n"
-        f'[estimator.heading]\nkind = "aided"\n[autopilot]\nkind = "lqg"\n[route]\nwaypoints = [{corners}]\n'
-    )
-    sailed = sail_scenario(scenario)
-    run, late = sailed.run, sailed.run.time > 60.0
-    assert sailed.numbers["waypoints_reached"] == 3.0 and sailed.numbers["waypoints_missed"] == 0.0
-    off = [run["estimated_current_north"] - run["current_north"], run["estimated_current_east"] - run["current_east"]]
-    assert np.median(np.hypot(*off)[late]) < 0.2 * current
-    error = np.remainder(run["estimated_heading"] - run["true_heading"] + np.pi, 2.0 * np.pi) - np.pi
-    assert np.degrees(np.median(np.abs(error[late]))) < 3.0
-    assert np.mean(np.abs(error[late]) < 2.0 * run["estimated_heading_std"][late]) > 0.8
-    assert not run["by_course"][late].any()
-
-
 @pytest.mark.parametrize(
     ("vessel", "tables", "message"),
     [
         ("otter", "[estimator.heading]\nweight = 0.4\n", 'heading.weight has no effect with kind "tracker"'),
         ("otter", '[compass]\n[estimator.heading]\nkind = "interval"\nweight = 1.4\n', "expected at most 1"),
-        ("otter", "[estimator.speed]\nsog_std = 0.1\n", 'speed.sog_std has no effect with kind "course"'),
-        ("mariner", '[speed]\ncontroller = "adaptive"\n', "speed.controller has no effect on a vessel of kind mariner"),
         ("caldas", '[autopilot]\nkind = "lqg"\n', "autopilot.kind lqg predicts a stable response"),
-        ("otter", '[estimator.heading]\nkind = "aided"\n', "expected gnss.velocity_std"),
         ("surge", '[estimator.heading]\nkind = "aided"\n', "needs a boat that is steered"),
         ("otter", '[estimator.speed]\nkind = "fusion"\n', "needs a measured speed"),
         ("otter", "[tachometer]\n", "tachometer measures one shaft"),
-        ("otter", '[autopilot]\nkind = "pid"\n', "autopilot.kind"),
         ("surge", "[start]\nheading_deg = 30.0\n", "to the side of the boat's heading"),
     ],
 )

@@ -26,15 +26,6 @@ def assert_same(one, other):
 
 
 @quick
-@given(st.lists(st.tuples(st.integers(0, len(LINES)), st.binary(max_size=80)), max_size=10))
-def test_noise_between_sentences_loses_nothing(noise):
-    lines = list(LINES)
-    for at, rubbish in sorted(noise, reverse=True):
-        lines.insert(at, rubbish.replace(b"$", b"").replace(b"!", b""))
-    assert readings_of(b"".join(lines)) == readings_of(WHOLE)
-
-
-@quick
 @given(st.lists(st.integers(0, len(WHOLE) - 1), min_size=1, max_size=20), st.randoms(use_true_random=False))
 def test_flipped_bits_cost_only_their_own_sentences(places, random):
     damaged = bytearray(WHOLE)
@@ -59,13 +50,6 @@ def test_a_piece_of_a_log_is_read_as_far_as_it_goes(first, last):
     whole = [(k, WHOLE.index(b"*", k) + 3) for k in nmea0183.sentences(WHOLE).offset.tolist()]
     expected = [WHOLE[a:b] for a, b in whole if first <= a and b <= last]
     assert readings_of(WHOLE[first:last]) == expected
-
-
-@quick
-@given(st.integers(0, 200), st.integers(1, 78))
-def test_a_sentence_cut_short_and_spliced_into_the_next(k, length):
-    spliced = LINES[k][: min(length, LINES[k].index(b"*") + 2)] + b"".join(LINES[k + 1 :])
-    assert readings_of(spliced) == readings_of(b"".join(LINES[k + 1 :]))
 
 
 @quick

@@ -8,14 +8,12 @@ import pytest
 
 from steerway import InputError
 from steerway.control import PositioningGains, PositionPID
-from steerway.control.testing import by_bandwidth
 from steerway.core import wrap
 from steerway.estimation.positioning import (
     DEMO_GAINS,
     ObserverGains,
     PassiveObserver,
     TimeVaryingNoise,
-    VariationalNoise,
     VesselFilter,
     VesselNoise,
     smooth,
@@ -225,13 +223,9 @@ def test_an_integral_does_not_wind_up_while_its_force_is_limited():
     [
         (lambda: VesselFilter(np.eye(2), DAMPING, VesselNoise()), r"inertia has shape \(2, 2\)"),
         (lambda: VesselNoise(acceleration=(1.0, -1.0, 1.0)), "vessel_noise.acceleration is -1"),
-        (lambda: VariationalNoise(memory=1.0), "variational_noise.memory"),
         (lambda: TimeVaryingNoise(low=0.5, high=0.25), "time_varying.high is 0.25"),
         (lambda: PassiveObserver(INERTIA, DAMPING, TUNED_GAINS, "sudden"), r"observer\.correction is 'sudden'"),
-        (lambda: PassiveObserver(INERTIA, DAMPING, TUNED_GAINS, fix_interval=0.0), r"observer\.fix_interval"),
-        (lambda: ObserverGains((1.0,) * 3, (-1.0, 1.0, 1.0), (1.0,) * 3), r"observer\.force is"),
         (lambda: PositioningGains(np.ones(3), INERTIA, INERTIA), r"positioning.proportional is \(3,\), expected"),
-        (lambda: by_bandwidth(INERTIA, 0.0), r"positioning\.bandwidth is 0"),
     ],
 )
 def test_bad_input_is_named(make, message):

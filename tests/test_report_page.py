@@ -4,9 +4,11 @@ import base64
 import gzip
 import json
 import math
+import os
 import re
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +17,8 @@ from numpy.testing import assert_allclose
 pytest.importorskip("bokeh", reason="bokeh is not installed")
 
 import steerway
-from steerway.core import REJECTED
+from steerway.core import REJECTED, Fixes
+from steerway.report import write_page
 from steerway.report.testing import course_cut, events, mercator, summarise, write_report
 from steerway.simulation import parse_scenario, sail_scenario
 from steerway.simulation.testing import write_story
@@ -114,12 +117,18 @@ def browser():
         yield driver
 
 
-def test_in_a_browser_the_charts_move_together(page, browser):
-    browser.get(page.as_uri())
-    run = browser.execute_script
+def opened(browser, path):
+    """Runs scripts in a page whose charts are drawn."""
+    browser.get(path.as_uri())
     deadline = time.monotonic() + 20.0
-    while not run("return document.body.dataset.ready") and time.monotonic() < deadline:
+    charts = "return !document.getElementById('data') || Boolean(document.body.dataset.ready)"
+    while not browser.execute_script(charts) and time.monotonic() < deadline:
         time.sleep(0.05)
+    return browser.execute_script
+
+
+def test_in_a_browser_the_charts_move_together(page, browser):
+    run = opened(browser, page)
     assert run("return performance.getEntriesByType('resource').length") == 0, "the page opens offline"
     span = "const r = Bokeh.documents[0].get_model_by_name('time'); return r.end - r.start"
     whole = run(span)
@@ -143,3 +152,42 @@ def test_a_row_without_a_position_does_not_hide_the_others():
     x, y = mercator(np.array([np.nan, 0.1, 0.1, 0.1, 0.1]), longitude)
     assert np.isnan(x).tolist() == [True, False, False, True, False] and np.all(np.diff(x[[1, 2, 4]]) > 0.0)
     assert np.isnan(y[0]) and np.isfinite(y[1:]).all()
+
+
+RULES = ["wcag2a", "wcag2aa", "wcag21aa", "best-practice"]
+CHECK = """
+const done = arguments[0];
+axe.run(document, {runOnly: %s}).then(found => done(found.violations.map(each => each.id + ": " + each.nodes[0].html)));
+"""
+
+
+@pytest.fixture(scope="module")
+def axe():
+    path = Path(os.environ.get("STEERWAY_NODE_MODULES", "nowhere")) / "axe-core" / "axe.min.js"
+    if not path.exists():
+        pytest.skip("axe-core is not in STEERWAY_NODE_MODULES")
+    return path.read_text(encoding="utf-8")
+
+
+def vessels_page(path):
+    time = np.tile(1.7e9 + 10.0 * np.arange(30.0), 2)
+    fixes = Fixes(time, 0.9 + 1e-6 * np.arange(60.0), np.full(60, 0.2), mmsi=np.repeat([211000001, 211000002], 30))
+    motion = steerway.estimate(fixes, "ais")
+    write_report(path, "Two vessels", fixes, motion, summarise(fixes, motion, "ais"))
+
+
+def plain_page(path):
+    write_page(
+        path, "A page", [("Table", ("", "value"), [("a", "1"), ("b", "missed")])], remarks=["A remark."], lead="Lead."
+    )
+
+
+def test_pages_are_accessible(page, axe, browser, tmp_path):
+    """By axe-core: contrast, names of controls, headings, tables (WCAG 2.1 AA)."""
+    vessels, plain = tmp_path / "vessels.html", tmp_path / "plain.html"
+    vessels_page(vessels)
+    plain_page(plain)
+    for each in (page, vessels, plain):
+        opened(browser, each)
+        browser.execute_script(axe)
+        assert browser.execute_async_script(CHECK % RULES) == [], each

@@ -147,7 +147,6 @@ def test_sog_and_cog_are_said_only_by_a_receiver_that_says_them():
         (lambda: Gnss(rate=0.0), "rate is 0.0"),
         (lambda: Gnss(markov=((1.0, 0.0),)), "time constant"),
         (lambda: Instrument(white=-1.0), "white is -1.0"),
-        (lambda: Instrument(wander=(1.0, 0.0)), "time constant of 0"),
         (lambda: Fault("loss", start=0.0), "'loss' is unknown"),
         (lambda: Fault("jump"), "either start or per_hour"),
         (lambda: gnss.white(0.1, rate=10.0).fixes([0.0, 1.0], [0.0, 0.0], [0.0, 0.0], 0), "comes every 1 s"),

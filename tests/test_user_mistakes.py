@@ -14,7 +14,6 @@ from steerway.core.testing import KNOT
 from steerway.estimation import Profile
 from steerway.estimation.testing import compare
 from steerway.formats.testing import table
-from steerway.simulation import parse_scenario
 from tests.command_line import run
 
 T = 1672531201
@@ -45,12 +44,6 @@ def test_the_unit_of_a_bare_speed_is_that_of_the_positions(name, unit, words):
     assert f"{name} as sog in {words} (by the positions)" in recording.notes[0]
     # A unit in the name is never overruled.
     assert_allclose(only(table.read(log("time,lat,lon,sog_kn", columns=(2.0,)))).sog, 2.0 * KNOT, rtol=1e-9)
-
-
-def test_a_speed_that_fits_no_unit_keeps_the_usual_one_and_is_noted():
-    recording = table.read(log("time,lat,lon,sog", columns=(20.0,)))
-    assert_allclose(only(recording).sog, 20.0 * KNOT, rtol=1e-9)
-    assert "sog as sog in knots (assumed)" in recording.notes[0]
 
 
 def test_a_time_without_a_date_is_left_out():
@@ -110,7 +103,6 @@ def test_degrees_are_not_taken_for_radians_in_python():
     ("text", "message"),
     [
         (NEEDED + "position_std = 1e300", r"position_std is 1e\+300, expected at most 10000.0 m"),
-        (NEEDED + 'position_std = "0.5"', "position_std is '0.5', expected a number"),
         (NEEDED + "position_sdt = 0.5", "unknown key position_sdt, expected perhaps position_std"),
         (NEEDED, "position_std is missing, expected white noise of a fix"),
     ],
@@ -120,13 +112,6 @@ def test_a_profile_is_checked_like_a_scenario(tmp_path, text, message):
     path.write_text(text)
     with pytest.raises(steerway.InputError, match=f"mine.toml: {message}"):
         Profile.load(path)
-
-
-@pytest.mark.parametrize(("line", "message"), [('duration = "3"', "'3', expected a number"), ("seed = 1.5", "whole")])
-def test_numbers_of_a_scenario_are_no_texts(line, message):
-    route = "[vessel]\nkind = 'otter'\n[route]\nwaypoints = [{north = 0.0, east = 0.0}, {north = 50.0, east = 0.0}]"
-    with pytest.raises(steerway.InputError, match=message):
-        parse_scenario(f"{line}\n{route}")
 
 
 @pytest.mark.parametrize(("count", "found"), [(1, "1 position"), (3, "3 positions at one time")])

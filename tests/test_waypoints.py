@@ -225,15 +225,6 @@ def test_the_scene_may_be_turned_shifted_and_mirrored(turn, shift, mirrored, rul
     assert moved_log.missed == log.missed
 
 
-def test_the_arrays_of_a_route_are_its_own():
-    north = np.array([0.0, 50.0])
-    route = Route(north, [0.0, 0.0])
-    north[1] = 0.0
-    assert route.north[1] == 50.0
-    with pytest.raises(ValueError):
-        route.north[0] = 1.0
-
-
 def test_the_plane_through_a_waypoint_is_crossed_behind_it_not_before():
     passing = Passing("circle")
     leg = Mission(Route([0.0, 100.0], [0.0, 0.0])).step(99.5, 40.0, 1.0)
@@ -340,10 +331,6 @@ def voyaged(mission, speed=1.0, duration=200.0, dt=0.5):
             north += speed * dt * math.cos(leg.bearing)
             east += speed * dt * math.sin(leg.bearing)
     return seen
-
-
-def test_without_stays_a_voyage_is_a_mission():
-    assert voyaged(Voyage(VOYAGE)) == voyaged(Mission(VOYAGE))
 
 
 def test_a_stay_lasts_as_long_as_it_should_and_the_route_goes_on():

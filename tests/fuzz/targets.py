@@ -6,6 +6,7 @@ import json
 import os
 import tempfile
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 from typing import NamedTuple
@@ -51,9 +52,7 @@ def check(fixes) -> None:
 
 def _format(name):
     def read(data):
-        from steerway import formats
-
-        module = __import__(f"{formats.__name__}.{name}", fromlist=["read"])
+        module = getattr(import_module("steerway.formats.testing"), name)
         recording = swallow(module, data)
         return REFUSED if recording is None else f"{sorted(recording.counts)[:5]} {sorted(recording.skipped)}"
 
@@ -96,29 +95,19 @@ def _file(ending, load):
 _MEMORY = "/dev/shm" if os.path.isdir("/dev/shm") else None
 
 
+def _loaded(package, name):
+    """The `load` of a class, imported when it is first used."""
+
+    def load(path):
+        getattr(import_module(f"steerway.{package}"), name).load(path)
+
+    return load
+
+
 def _scenario(path):
     from steerway.simulation import load_scenario
 
     load_scenario(path)
-
-
-def _profile(path):
-    from steerway.estimation import Profile
-
-    profile = Profile.load(path)
-    assert Profile.load.__self__ is Profile and profile.toml()
-
-
-def _settings(path):
-    from steerway.live.testing import Settings
-
-    Settings.load(path)
-
-
-def _mission(path):
-    from steerway.live.testing import GeodeticRoute
-
-    GeodeticRoute.load(path)
 
 
 def _ais_table(path):
@@ -136,11 +125,11 @@ def _unfinished(path):
     assert isinstance(results, dict)
 
 
-def _link(make):
+def _link(name):
     """A decoder of a live link, fed in two pieces."""
 
     def read(data):
-        decoder = make()
+        decoder = getattr(import_module("steerway.live.testing"), name)()
         rows = [*decoder.feed(data[: len(data) // 2]), *decoder.feed(data[len(data) // 2 :] + b"\n"), *decoder.settle()]
         for row in rows:
             assert isinstance(row.source, str)
@@ -160,24 +149,6 @@ def _n2k(data):
         if frame is not None:
             rows += decoder.frame(frame, 1.7e9 + k)
     return str(bool(rows))
-
-
-def _receiver():
-    from steerway.live.testing import ReceiverDecoder
-
-    return ReceiverDecoder()
-
-
-def _signalk():
-    from steerway.live.testing import SignalKDecoder
-
-    return SignalKDecoder()
-
-
-def _gpsd():
-    from steerway.live.testing import GpsdDecoder
-
-    return GpsdDecoder()
 
 
 def _mavlink(data):
@@ -265,6 +236,7 @@ def _packed(given):
     return lambda: [gzip.compress(each[:4000]) for each in given()] + given()
 
 
+_mission = _loaded("live.testing", "GeodeticRoute")
 TARGETS = {
     "NMEA 0183": Target(seeds.nmea, _format("nmea0183")),
     "UBX": Target(seeds.ubx, _format("ubx")),
@@ -280,14 +252,14 @@ TARGETS = {
     "NMEA 2000 wire": Target(seeds.gateway, _n2k),
     "any log, packed": Target(_packed(seeds.recorded), _any_log),
     "scenario": Target(lambda: seeds.examples("*.toml"), _file(".toml", _scenario)),
-    "profile": Target(seeds.profiles, _file(".toml", _profile)),
-    "settings": Target(seeds.settings, _file(".toml", _settings)),
+    "profile": Target(seeds.profiles, _file(".toml", _loaded("estimation", "Profile"))),
+    "settings": Target(seeds.settings, _file(".toml", _loaded("live.testing", "Settings"))),
     "mission TOML": Target(seeds.missions_toml, _file(".toml", _mission)),
     "mission GPX": Target(seeds.missions_gpx, _file(".gpx", _mission)),
     "mission GeoJSON": Target(seeds.missions_geojson, _file(".geojson", _mission)),
-    "receiver link": Target(seeds.mixed, _link(_receiver)),
-    "Signal K": Target(seeds.signalk, _link(_signalk)),
-    "gpsd": Target(seeds.gpsd, _link(_gpsd)),
+    "receiver link": Target(seeds.mixed, _link("ReceiverDecoder")),
+    "Signal K": Target(seeds.signalk, _link("SignalKDecoder")),
+    "gpsd": Target(seeds.gpsd, _link("GpsdDecoder")),
     "MAVLink": Target(seeds.mavlink, _mavlink),
     "helm request": Target(seeds.requests, _helm),
     "helm lines": Target(lambda: [json.dumps(each).encode() for each in seeds.HELM_LINES], _helm_lines),

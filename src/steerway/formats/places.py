@@ -6,7 +6,9 @@ import numpy as np
 import polars as pl
 
 from steerway.core.angles import wrap
+from steerway.core.interpreted import without_compiling
 
+_wrap = without_compiling(wrap)  # a log may have one place, and compiling takes longer than most logs
 _MARKS = "[°º'′’\"″”]"
 _DEGREES = r"^([NSEW])?\s*(-)?(\d{1,3}(?:\.\d*)?)(?:\s+(\d{1,2}(?:\.\d*)?))?(?:\s+(\d{1,2}(?:\.\d*)?))?\s*([NSEW])?$"
 """Degrees, minutes and seconds, the last of them with decimals, with a sign or the letter of a hemisphere."""
@@ -16,7 +18,7 @@ def on_earth(latitude: float, longitude: float) -> tuple[float, float]:
     """A place in rad, longitude in [−π, π); both NaN where the pair is not a place on earth."""
     if not (abs(latitude) <= 0.5 * math.pi and abs(longitude) <= 2.0 * math.pi):
         return math.nan, math.nan
-    return latitude, wrap(longitude)
+    return latitude, _wrap(longitude)
 
 
 def places(latitude_deg, longitude_deg) -> tuple[np.ndarray, np.ndarray]:
