@@ -1,15 +1,13 @@
-"""Closed loops: the example scenarios and their variants for a minute, thinned; a campaign; the files of a run."""
+"""Closed loops: the example scenarios and their variants for a minute, thinned; the sentences of a run."""
 
 import tempfile
-from functools import partial
 from pathlib import Path
 
 import numpy as np
-import polars as pl
 
 from steerway.commands.testing import SCENARIO
-from steerway.simulation import load_scenario, numbers_of_seed, over_seeds, parse_scenario, sail_scenario
-from steerway.simulation.testing import COLUMNS, errors, gathered, write
+from steerway.simulation import load_scenario, parse_scenario, sail_scenario
+from steerway.simulation.testing import COLUMNS, errors, write
 from tests.reference_outputs.generated import numbers
 from tests.reference_outputs.tables import case
 
@@ -104,28 +102,12 @@ def of_runs():
     return numbers({f"demo_{key}": each for key, each in demo.items()} | {f"square_{k}": v for k, v in square.items()})
 
 
-@case("simulate_campaign")
-def campaign():
-    scenario = example("otter-square", duration=60.0)
-    return gathered(over_seeds(partial(numbers_of_seed, scenario), (3, 4), workers=1))
-
-
 @case("simulate_every_column")
 def every_column():
     """One row in a hundred of everything that a run keeps, and the errors of the estimate."""
     run = sail_scenario(example("station-keeping", duration=40.0)).run
     found = {name: run[name][::100] for name in COLUMNS}
     return found | {f"error_{name}": values[::100] for name, values in errors(run).items()}
-
-
-@case("simulate_table_file")
-def table_file():
-    """The table that is written of a run: names and units."""
-    sailed = sail_scenario(example("otter-square", duration=20.0))
-    with tempfile.TemporaryDirectory() as folder:
-        written = write(sailed, Path(folder), nmea=True)
-        frame = pl.concat([pl.read_parquet(path) for path in written if path.suffix == ".parquet"])
-    return {name: frame[name].cast(pl.Float64, strict=False).to_numpy()[::40] for name in frame.columns}
 
 
 @case("simulate_sentences", text=True)
