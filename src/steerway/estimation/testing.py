@@ -51,7 +51,8 @@ if TYPE_CHECKING:
     from steerway.estimation.course.update.position import correct, innovation, normalised_square, place_by_fix
     from steerway.estimation.course.update.reported_accuracy import variance_scales_of
     from steerway.estimation.inference import forecast as inference_forecast
-    from steerway.estimation.inference import learning, tune, whole_log
+    from steerway.estimation.inference import tune, whole_log
+    from steerway.estimation.inference.auto_aids import velocity_of
     from steerway.estimation.inference.bank import advance
     from steerway.estimation.inference.bank import start as bank_start
     from steerway.estimation.inference.course import COG, COG_STD, RATE, SOG, SOG_STD, smoothed_record

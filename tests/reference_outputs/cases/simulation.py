@@ -1,11 +1,11 @@
 """Closed loops: the example scenarios and their variants for a minute, thinned; the sentences of a run."""
 
 import tempfile
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from steerway.commands.testing import SCENARIO
 from steerway.simulation import load_scenario, parse_scenario, sail_scenario
 from steerway.simulation.testing import COLUMNS, errors, write
 from tests.reference_outputs.generated import numbers
@@ -24,16 +24,29 @@ def example(name, **changes):
 
 
 def track(scenario, rows=60):
+    return thinned(sail_scenario(scenario).run, rows)
+
+
+def thinned(run, rows=60):
     """State, estimate and orders at so many rows."""
-    run = sail_scenario(scenario).run
     chosen = np.linspace(0, len(run) - 1, rows).astype(int)
     found = {name: run[name][chosen] for name in KEPT}
     return found | {"time": run.time[chosen], "command": run.command[chosen], "state": run.state[chosen]}
 
 
+@cache
+def square():
+    return sail_scenario(example("otter-square", duration=60.0))
+
+
 @case("simulate_otter_square", atol=1e-8)  # m, m/s, rad: a loop with noise amplifies rounding
 def otter_square():
-    return track(example("otter-square", duration=80.0))
+    return thinned(square().run)
+
+
+@case("simulate_numbers", atol=1e-8)
+def of_a_run():
+    return numbers(square().numbers)
 
 
 @case("simulate_otter_mission")
@@ -92,14 +105,6 @@ def adaptive_aided():
         _SENSORS + '[gnss]\nvelocity_std = 0.1\n[guidance]\nlaw = "adaptive-line-of-sight"\n'
         '[estimator]\naid = ["sog", "cog", "heading", "yaw_rate"]\n'
     )
-
-
-@case("simulate_numbers")
-def of_runs():
-    """What is said of whole runs: the demo, and an example."""
-    demo = sail_scenario(parse_scenario(SCENARIO, "demo").model_copy(update={"duration": 200.0})).numbers
-    square = sail_scenario(example("otter-square", duration=150.0)).numbers
-    return numbers({f"demo_{key}": each for key, each in demo.items()} | {f"square_{k}": v for k, v in square.items()})
 
 
 @case("simulate_every_column")
