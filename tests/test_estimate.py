@@ -46,12 +46,6 @@ def test_a_rate_adds_rows_between_fixes_and_changes_nothing_at_them():
     assert (np.diff(between) > 0.0).all(), "uncertainty grows until the next fix"
 
 
-def test_an_impossible_rate_is_refused():
-    for rate in (0.0, math.nan, 1e6):
-        with pytest.raises(steerway.InputError, match="rate is"):
-            steerway.estimate(straight(1.0, 0.0, 10.0).fixes(0.1, 0), SMALL, rate=rate)
-
-
 def test_smoothing_is_better_and_consistent():
     causal, smoothed, scores = [], [], []
     for seed in range(12):

@@ -215,17 +215,6 @@ def test_little_evidence_is_enough_for_an_estimate(n):
         assert np.isfinite(motion.sog[motion.status != STARTING]).all()
 
 
-@pytest.mark.study
-def test_a_dozen_fixes_tell_their_noise():
-    """By the numbers that are usual such fixes show a craft that twists and turns, SOG 0.5 m/s off."""
-    squares, n = [], 12
-    for seed in range(6):
-        scene = straight(5.0, 1.0, 10.0 * (n - 1), 0.1)
-        motion = steerway.estimate(scene.fixes(3.0, seed))
-        squares.append((motion.sog - 5.0)[n // 2 :] ** 2)
-    assert math.sqrt(np.mean(squares)) < 0.3
-
-
 def test_a_vessel_at_one_place_is_at_rest():
     fixes = Fixes(EPOCH + np.arange(200.0), np.full(200, HOME[0]), np.full(200, HOME[1]))
     motion = estimator_of("small_craft").motion(fixes)

@@ -15,7 +15,6 @@ from steerway_studies.testing import (
     JudgedLog,
     VelocityReference,
     catalogue,
-    course_lag,
     prediction,
     rate_lag,
     right_refused,
@@ -116,22 +115,6 @@ def test_lags_are_found_from_positions_alone(weaving, late):
         late, abs=0.2
     )
     assert rate_lag(reference, time, np.column_stack([north, east])) == pytest.approx(late, abs=0.16)
-
-
-@pytest.mark.parametrize("later", [-1.5, 0.0, 1.5])
-def test_a_course_that_is_later_than_the_speed_is_found(weaving, later):
-    time, north, east, *_ = weaving
-    places = np.column_stack([north, east]) + np.random.default_rng(3).normal(0.0, NOISE, (len(time), 2))
-    true = reference_of(weaving, 1.0)
-    apart = replace(true, cog=np.interp(time - later, time, true.cog))
-    found = replace(apart, course_lag=course_lag(apart, time, places))
-    assert found.course_lag == pytest.approx(later, abs=0.2)
-    assert velocity_lag(found, time, places) == pytest.approx(1.0, abs=0.2)
-    true = replace(true, lag=1.0)
-    inner = slice(300, -300)
-    found = replace(found, lag=1.0, course_lag=later).at(time[inner])
-    for one, other in zip(found[:2], true.at(time[inner])[:2], strict=True):
-        np.testing.assert_allclose(one, other, atol=0.001)
 
 
 def test_noise_of_the_reference_is_found_and_its_rounding_counts(weaving):

@@ -10,7 +10,6 @@ if TYPE_CHECKING:
     from steerway.estimation.course.motion import low_speed
     from steerway.estimation.course.motion.five_state import predict as five_state_predict
     from steerway.estimation.course.motion.five_state import set_step as five_state_set_step
-    from steerway.estimation.course.motion.five_state import turn_response
     from steerway.estimation.course.motion.layout import (
         ACCELERATION_STATE,
         EXTRAS,
@@ -56,7 +55,7 @@ if TYPE_CHECKING:
     from steerway.estimation.inference.bank import advance
     from steerway.estimation.inference.bank import start as bank_start
     from steerway.estimation.inference.course import COG, COG_STD, RATE, SOG, SOG_STD, smoothed_record
-    from steerway.estimation.inference.fit import Posterior, Rows
+    from steerway.estimation.inference.fit import Rows
     from steerway.estimation.inference.fuse import QUICK_SPEED, QUICK_SPEED_TIME
     from steerway.estimation.inference.learning import prior_profile
     from steerway.estimation.inference.model import MODES
