@@ -90,7 +90,7 @@ def rms(errors):
 
 def test_a_doppler_velocity_is_used():
     scene, fixes, alone = fitted.small_craft()
-    first = slice(500)
+    first = slice(300)
     estimator = LogEstimator(doppler().rows(first), aid=("auto",))
     assert estimator.aid == ("sog", "cog")
     plain, aided = alone.motion(fixes.rows(first)), estimator.motion(doppler().rows(first))
@@ -113,6 +113,7 @@ def test_without_a_velocity_and_with_a_profile_nothing_changes():
     )
 
 
+@pytest.mark.study
 def test_the_command_hints_at_it(tmp_path):
     log = tmp_path / "sortie.csv"
     doppler().rows(slice(150)).to_frame().write_csv(log)

@@ -16,6 +16,7 @@ from steerway.estimation.testing import (
     TrackOutput,
     fold,
     run_track,
+    turn_response,
 )
 from steerway.estimation.testing import five_state_predict as predict
 from steerway.estimation.testing import five_state_set_step as set_step
@@ -163,6 +164,11 @@ def test_a_course_is_wrapped():
         fold(x, p)
         assert -math.pi <= x[COURSE] < math.pi
         np.testing.assert_allclose(np.exp(1j * x[COURSE]), np.exp(1j * course), atol=1e-12)
+
+
+def test_the_response_to_a_course_rate():
+    for decay in np.array([1e-6, 1e-3, 0.0199, 0.0201, 0.3]) / 0.5:
+        np.testing.assert_allclose(turn_response(decay, 0.5), responses(decay, 0.5), rtol=3e-12)
 
 
 def test_series_and_closed_form_meet():

@@ -154,7 +154,7 @@ def test_the_command(tmp_path):
     assert json.loads(run("predict", log, "--json")[1])[0]["mmsi"] == 257000001
     own = tmp_path / "own.csv"
     steerway.write(sailed(np.full(200, 2.0), np.full(200, 0.5)).fixes(0.3, 1), own)
-    assert "mmsi" not in json.loads(run("predict", own, "--horizon", "30", "--json")[1])[0]
+    assert "mmsi" not in json.loads(run("predict", own, "--horizon", "30", "--profile", "otter", "--json")[1])[0]
     code, out, err = run("predict", log, "-o", "where.gpx")
     assert code == 2 and "expected one of .csv, .parquet" in err and out == ""
 

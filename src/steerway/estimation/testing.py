@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from steerway.estimation.course.motion import low_speed
     from steerway.estimation.course.motion.five_state import predict as five_state_predict
     from steerway.estimation.course.motion.five_state import set_step as five_state_set_step
+    from steerway.estimation.course.motion.five_state import turn_response
     from steerway.estimation.course.motion.layout import (
         ACCELERATION_STATE,
         EXTRAS,
