@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import steerway
 from steerway import FiveStateFilter, Fixes, Profile
 from steerway.estimation.testing import variance_scales_of
 from steerway.live.testing import Navigator, rows_of
@@ -82,24 +81,6 @@ def test_a_receiver_that_says_when_it_is_bad_is_followed_through(profile):
 
 
 @pytest.mark.parametrize("profile", [ONE, TWO], ids=["one mode", "two modes"])
-def test_the_smoother_heeds_it_in_both_directions(profile):
-    squares = np.zeros(2)
-    for seed in range(2):
-        scene, fixes, bad = troubled(seed)
-        for k, motion in enumerate((FiveStateFilter(profile).filter(fixes), FiveStateFilter(profile).smooth(fixes))):
-            squares[k] += np.mean(angle_error(motion.cog, scene.cog)[bad] ** 2)
-    assert math.sqrt(squares[1]) < 0.7 * math.sqrt(squares[0])
-
-
-def test_of_fixes_all_alike_it_changes_nothing():
-    _, fixes, _ = troubled(1)
-    silent, constant = (replace(fixes, position_std=each) for each in (None, np.full(len(fixes), 4.0)))
-    ours = [steerway.estimate(each, ONE, smooth=True) for each in (silent, constant)]
-    for name, column in ours[0].columns().items():
-        np.testing.assert_array_equal(column, getattr(ours[1], name), err_msg=name)
-
-
-@pytest.mark.parametrize("profile", [ONE, TWO], ids=["one mode", "two modes"])
 def test_streaming_is_the_record(profile):
     _, fixes, _ = troubled(2)
     given = np.where(np.arange(len(fixes)) % 7 == 3, np.nan, fixes.position_std)
@@ -124,16 +105,6 @@ def sailed_by(navigator, rows):
     return [given for row in rows for given in navigator.add(row)]
 
 
-def test_live_is_the_record():
-    _, fixes, _ = troubled(4)
-    record = FiveStateFilter(ONE).filter(fixes, 20.0)
-    record = record.rows(np.searchsorted(record.time, fixes.time - 1e-3))
-    live = sailed_by(Navigator(ONE, rate=20.0), received(fixes))
-    for name in ("time", "sog", "cog", "course_rate", "nis", "position_std"):
-        ours = [getattr(row, name) for row in live]
-        np.testing.assert_allclose(ours, getattr(record, name), rtol=1e-9, atol=1e-9, err_msg=name)
-
-
 def test_live_without_it_and_of_another_receiver():
     _, fixes, _ = troubled(6)
     silent = replace(fixes, position_std=None)
@@ -146,16 +117,6 @@ def test_live_without_it_and_of_another_receiver():
     weighted, unweighted = (sailed_by(Navigator(ONE, accuracy=heed), rows) for heed in (True, False))
     assert len(weighted) == 400
     np.testing.assert_array_equal([row.sog for row in weighted], [row.sog for row in unweighted])
-
-
-def test_every_vessel_has_its_own_rule():
-    _, fixes, _ = troubled(7)
-    n = len(fixes)
-    vessels = replace(fixes, position_std=np.full(n, 0.5), mmsi=np.full(n, 1))
-    columns = {name: np.tile(column, 2) for name, column in vessels.columns().items()}
-    columns |= {"mmsi": np.repeat([1, 2], n), "position_std": np.repeat([0.5, 50.0], n)}
-    motion = FiveStateFilter(ONE).filter(replace(vessels, **columns))
-    np.testing.assert_array_equal(motion.sog[:n], motion.sog[n:])
 
 
 def test_reset_and_restore_include_it():

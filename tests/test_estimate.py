@@ -9,8 +9,7 @@ import steerway
 from steerway.core import OK, Fixes
 from steerway.core.testing import PREDICTED
 from steerway.estimation import FiveStateFilter, Profile
-from steerway.estimation.testing import compare
-from tests.scenes import angle_error, sailed, straight, turning
+from tests.scenes import angle_error, straight, turning
 
 SMALL = Profile(speed_noise=1e-3, course_rate_noise=2e-3, course_rate_decay=0.3, position_std=0.5)
 COLUMNS = (
@@ -45,12 +44,6 @@ def test_a_rate_adds_rows_between_fixes_and_changes_nothing_at_them():
     assert (np.delete(fine.status, np.s_[::10])[100:] == PREDICTED).all()
     between = fine.sog_std[105:110]
     assert (np.diff(between) > 0.0).all(), "uncertainty grows until the next fix"
-
-
-def test_an_impossible_rate_is_refused():
-    for rate in (0.0, math.nan, 1e6):
-        with pytest.raises(steerway.InputError, match="rate is"):
-            steerway.estimate(straight(1.0, 0.0, 10.0).fixes(0.1, 0), SMALL, rate=rate)
 
 
 def test_smoothing_is_better_and_consistent():
@@ -128,35 +121,9 @@ def test_aids_help(aid, better_than):
     assert np.sqrt(np.mean(aided)) < better_than * np.sqrt(np.mean(alone))
 
 
-def test_an_instrument_between_fixes_is_used_and_gets_no_row():
-    scene = turning(1.3, 0.5, 60.0, rate=10.0)
-    fixes = scene.fixes(0.5, 1)
-    silent = np.arange(len(fixes)) % 10 != 0
-    latitude, longitude = np.where(silent, np.nan, fixes.latitude), np.where(silent, np.nan, fixes.longitude)
-    yaw_rate = np.gradient(np.unwrap(scene.cog), scene.time)
-    mixed = Fixes(fixes.time, latitude, longitude, yaw_rate=yaw_rate)
-    plain, aided = steerway.estimate(mixed, SMALL), steerway.estimate(mixed, SMALL, aid=("yaw_rate",))
-    assert len(plain) == len(aided) == np.sum(~silent)
-    assert np.nansum(angle_error(aided.cog, scene.cog[::10]) ** 2) < np.nansum(
-        angle_error(plain.cog, scene.cog[::10]) ** 2
-    )
-
-
 def test_tune_refuses_a_log_that_tells_nothing():
     with pytest.raises(steerway.InputError, match="of 101 fixes are under way"):
         steerway.tune(straight(0.0, 0.0, 20.0).fixes(0.1, 1))
-
-
-def test_compare_finds_the_receivers_lag():
-    speed = 2.0 + 0.5 * np.sin(np.arange(3000) / 5.0 / 8.0)
-    course = 0.5 * np.sin(np.arange(3000) / 5.0 / 15.0)
-    scene = sailed(speed, course)
-    late = np.clip(np.arange(3000) - 10, 0, None)
-    fixes = output(scene.fixes(0.02, 1), sog=speed[late], cog=course[late])
-    found = compare(fixes, steerway.estimate(fixes, SMALL.model_copy(update={"position_std": 0.02}), smooth=True))
-    assert found.sog_lag == pytest.approx(2.0, abs=0.15)
-    assert found.cog_lag == pytest.approx(2.0, abs=0.15)
-    assert found.cog_rms_aligned < 0.3 * found.cog_rms
 
 
 def test_profiles_survive_a_file(tmp_path):
@@ -164,23 +131,6 @@ def test_profiles_survive_a_file(tmp_path):
     profile = SMALL.model_copy(update={"name": 'the "Ægir"', "position_std": 0.1 + 0.2})
     profile.save(path)
     assert Profile.load(path) == profile
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("position_std = -1\nspeed_noise = 1\ncourse_rate_noise = 1", "position_std is -1"),
-        ("speed_nois = 1", "speed_nois"),
-        ("position_std = ", "is not valid TOML"),
-        ("position_std = inf\nspeed_noise = 1\ncourse_rate_noise = 1", "position_std is inf"),
-    ],
-)
-def test_a_wrong_profile_is_named(tmp_path, text, words):
-    path = tmp_path / "mine.toml"
-    path.write_text(text)
-    with pytest.raises(steerway.InputError, match=r"mine\.toml") as error:
-        Profile.load(path)
-    assert words in str(error.value)
 
 
 def test_a_path_is_no_record():

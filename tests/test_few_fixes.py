@@ -15,7 +15,6 @@ from steerway.estimation.speed import SurgeFilter
 from steerway.estimation.steering import Response, SteeringFilter
 from steerway.estimation.testing import HeadingTracker, WeighedStructure, parameters_of
 from steerway.estimation.testing import inference_forecast as forecast
-from steerway.identification import SurgeIdentification, SurgeModel
 from steerway.identification.testing import _under_way, positions_cost
 from steerway.simulation.testing import response_of
 from steerway.vessels.testing import otter
@@ -228,12 +227,6 @@ def test_what_a_vehicles_own_loop_adds_to_a_turn_is_foreseen():
     """After a turn its integral turns the boat on, or back."""
     for share in (0.6, 1.2):
         assert _turn_by_own_loop(share, 0.2) < 0.5 * _turn_by_own_loop(share, 0.0)
-
-
-def test_a_guess_of_surge_balances_half_throttle():
-    guess = SurgeIdentification(SurgeModel(0.1, 0.05, 1e-3), np.zeros(3), 0.0, True, "").guess(20.0)
-    assert guess["linear_drag"] == 0.1 and guess["quadratic_drag"] == 0.05
-    assert 0.0 < guess["thrust"] < 1.0
 
 
 def test_a_robust_filter_exists_where_it_is_the_kalman_filter():

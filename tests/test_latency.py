@@ -24,11 +24,6 @@ def late_receiver(late, duration=300.0):
     return scene, replace(fixes, sog=np.full(len(then), 3.0), cog=np.interp(then, scene.time, scene.cog))
 
 
-def test_a_late_course_is_found():
-    found = lateness(late_receiver(0.6)[1])
-    assert found.cog == pytest.approx(0.6, abs=0.11) and math.isnan(found.sog)
-
-
 def test_nothing_is_said_of_a_receiver_in_time_nor_without_one():
     _, fixes = late_receiver(0.0)
     silent = replace(fixes, sog=None, cog=None)

@@ -15,12 +15,11 @@ from steerway.estimation.testing import (
     COURSE,
     MODES,
     SPEED,
+    LogEstimator,
     WeighedStructure,
     advance,
     extrapolated,
-    infer_log,
     model_of,
-    motion_of,
     of_other_receiver,
     parameters_of,
     take_fix,
@@ -28,6 +27,7 @@ from steerway.estimation.testing import (
 )
 from steerway.estimation.testing import bank_start as start
 from steerway.estimation.testing import model_empty_bank as empty_bank
+from tests import fitted
 from tests.scenes import sailed, straight, turning
 
 SETTLED = 100
@@ -43,13 +43,14 @@ def stepping(time):
     return np.cumsum(change, axis=1)[:, (time // 50.0).astype(int) % 12]
 
 
+@pytest.mark.study
 def test_a_step_of_the_receiver_moves_the_place_and_not_the_motion():
     scene = turning(1.5, 0.3, 599.0, seed=3)
     found = {}
     for name, fixes in (("clean", scene.fixes(0.05, 3)), ("stepping", scene.fixes(0.05, 3, stepping))):
-        inferred = infer_log(fixes)
-        found[name] = motion_of(fixes, inferred.structures), motion_of(fixes, inferred.structures, smooth=True)
-    assert all("steps" in each.parts for each in inferred.structures)
+        estimator = LogEstimator(fixes)
+        found[name] = [estimator.motion(fixes, smooth=smooth) for smooth in (False, True)]
+    assert all("steps" in each.parts for each in estimator.profile.structures)
     for clean, stepped in zip(found["clean"], found["stepping"], strict=True):
         assert rms(stepped.sog - scene.sog) < 1.3 * rms(clean.sog - scene.sog)
         assert not (stepped.status == REJECTED).any()
@@ -140,11 +141,11 @@ def extrapolating(fixes, period):
 def test_fixes_that_a_receiver_extrapolates_are_predicted_and_tell_nothing():
     scene = turning(1.5, 0.3, 400.0, seed=2, density=1e-4)
     fixes = extrapolating(scene.fixes(0.1, 2), 5)
-    structures = infer_log(fixes).structures
-    motion = motion_of(fixes, structures)
+    estimator = fitted.small_craft()[2]
+    motion = estimator.motion(fixes)
     measured = motion.status != PREDICTED
     assert measured.mean() == pytest.approx(0.2, abs=0.01)
-    alone = motion_of(fixes.rows(measured), structures)
+    alone = estimator.motion(fixes.rows(measured))
     for name in ("sog", "cog", "course_rate"):
         apart = wrap_array(getattr(motion, name)[measured] - getattr(alone, name))
         assert rms(apart / getattr(alone, f"{name}_std")) < 0.5, name
@@ -170,11 +171,11 @@ def two_receivers(scene, seed):
 
 def test_of_two_receivers_whose_fixes_alternate_the_better_one_is_followed():
     """In turns of 12 °/s, in which the place between the two antennas has a course that is off by 4°."""
-    t = np.arange(6000) / 10.0
+    t = np.arange(3000) / 10.0
     rate = np.radians(12.0) * np.where(t % 60.0 < 30.0, 0.0, np.where(t % 120.0 < 60.0, 1.0, -1.0))
     scene = sailed(1.5, np.cumsum(rate) / 10.0, 10.0)
     fixes = scene.fixes(0.0, 1, lambda _: two_receivers(scene, 1))
-    motion = motion_of(fixes, infer_log(fixes).structures, smooth=True)
+    motion = fitted.small_craft()[2].smooth(fixes)
     assert ((motion.status == PREDICTED) == (np.arange(len(t)) % 2 == 1))[SETTLED:].all()
     turns = (t > 20.0) & (np.abs(t % 30.0 - 15.0) < 10.0) & (rate != 0.0)
     assert abs(np.mean(wrap_array(motion.cog - scene.cog)[turns] * np.sign(rate[turns]))) < np.radians(0.5)

@@ -143,20 +143,6 @@ def test_troubles_cost_next_to_nothing(trouble):
     assert np.all(troubled < 1.3 * usual)
 
 
-def test_where_fixes_are_far_apart_it_believes_those_at_the_beginning_of_a_turn():
-    """The filter rejects some of them; smoothed they count."""
-    causal, smoothed = [], []
-    for seed in range(4):
-        voyage, fixes = O05.sailed(seed)
-        seldom = np.arange(0, len(fixes), 15)
-        few = fixes.rows(seldom)
-        for found, smooth in ((causal, False), (smoothed, True)):
-            motion = steerway.estimate(few, O05.profile, smooth=smooth)
-            cog = wrap_array(motion.cog - voyage.cog[seldom])
-            found.append(np.nanmean(np.square(cog[10:])))
-    assert np.sqrt(np.mean(smoothed)) < 0.4 * np.sqrt(np.mean(causal))
-
-
 def test_of_a_vessel_that_comes_to_rest_it_knows_what_she_did_before():
     """The last rows in which she has a course see those behind them, in which she has none; the filter does not."""
     time = np.arange(0.0, 200.0, 0.2)

@@ -10,9 +10,10 @@ import pytest
 
 import steerway
 from steerway.core.testing import PREDICTED
-from steerway.estimation import InferredFilter, InferredProfile, LearningFilter, choose_profile
-from steerway.estimation.testing import learning, prior_profile
+from steerway.estimation import InferredFilter, InferredProfile, LearningFilter
+from steerway.estimation.testing import prior_profile
 from steerway.live.testing import Navigator, rows_of
+from tests import fitted
 from tests.scenes import angle_error, turning
 
 NAMES = ("sog", "cog", "course_rate", "sog_std", "cog_std", "course_rate_std", "position_std")
@@ -24,9 +25,8 @@ def sortie(seed=1, duration=200.0):
     return scene, scene.fixes(0.4, seed)
 
 
-@cache
 def profile():
-    return choose_profile(sortie()[1])
+    return fitted.small_craft()[2].profile
 
 
 def streamed(estimator, fixes):
@@ -106,19 +106,12 @@ def test_a_late_fix_is_used_at_its_own_time():
     assert rows[1].sog == pytest.approx(rows[0].sog, rel=1e-9)
 
 
-@cache
-def learnt(seed):
-    """Rows of a filter that begins from the prior, and its profile in the end."""
-    _, fixes = sortie(seed, 300.0)
+@pytest.mark.study
+def test_what_is_learned_is_nearly_what_estimate_infers():
+    scene, fixes = sortie(2, 300.0)
     found = []
     estimator = LearningFilter(background=False, keep=found.append)
     values, *_ = streamed(estimator, fixes)
-    return values, estimator, found
-
-
-def test_what_is_learned_is_nearly_what_estimate_infers():
-    scene, fixes = sortie(2, 300.0)
-    values, estimator, found = learnt(2)
     motion = steerway.estimate(fixes)
     rows = slice(500, None)
     errors = [angle_error(each, scene.cog)[rows] for each in (values[:, 3], motion.cog)]
@@ -138,11 +131,11 @@ def test_before_anything_is_learned_the_prior_serves():
     assert np.sqrt(np.mean(error**2)) < 0.05
 
 
-def test_the_estimate_makes_no_jump_when_something_is_learned(monkeypatch):
+def test_the_estimate_makes_no_jump_when_something_is_learned():
     """From fix to fix the estimate changes no more in the seconds of the change than a fix changes it at most."""
-    monkeypatch.setattr(learning, "_LATER", 1.5)
-    _, fixes = sortie(4, 200.0)
-    estimator, changed, sog = LearningFilter(background=False), [], []
+    _, fixes = sortie(4, 90.0)
+    found = []
+    estimator, changed, sog = LearningFilter(background=False, keep=found.append), [], []
     for k in range(len(fixes)):
         before = len(estimator.snapshot()[0].structures)
         values, _, _ = estimator.row(0.2 if k else 0.0, fixes.latitude[k], fixes.longitude[k])
@@ -152,8 +145,11 @@ def test_the_estimate_makes_no_jump_when_something_is_learned(monkeypatch):
     changes = np.flatnonzero(changed)
     assert len(changes) >= 2
     assert steps[changes].max() <= np.nanquantile(steps[100:], 0.999)
+    assert found == [estimator.learned] and found[0].name == "learned"
+    assert all(0.3 < each.values["fix_std"] < 0.5 for each in found[0].structures)
 
 
+@pytest.mark.study
 def test_inferences_in_the_background_hold_nobody_up():
     _, fixes = sortie(2, 300.0)
     estimator, longest = LearningFilter(), 0.0

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from steerway.estimation.testing import Track, infer_log, motion_of, regular_times
+from steerway.estimation.testing import LogEstimator, Track, regular_times
+from tests import fitted
 from tests.scenes import turning
 
 SETTLED = 100
@@ -22,30 +23,28 @@ def in_whole_seconds(time):
     return np.floor(time)
 
 
-def sogs_rms(fixes, scene):
-    motion = motion_of(fixes, infer_log(fixes).structures)
-    return math.sqrt(np.nanmean((motion.sog - scene.sog)[SETTLED:] ** 2)), motion
-
-
 other_maximum = pytest.mark.xfail(strict=True, reason="3.3 mm/s, with the true times 1.6: another maximum of the fit")
 
 
 @pytest.mark.parametrize(
-    ("rate", "stamped"),
-    [(1.0 / 1.016, received), pytest.param(5.0, in_whole_seconds, marks=[other_maximum, pytest.mark.study])],
+    ("rate", "stamped", "inferred"),
+    [
+        (1.0 / 1.016, received, False),
+        (5.0, in_whole_seconds, False),
+        pytest.param(1.0 / 1.016, received, True, marks=pytest.mark.study),
+        pytest.param(5.0, in_whole_seconds, True, marks=[other_maximum, pytest.mark.study]),
+    ],
 )
-def test_fixes_at_regular_times_under_irregular_stamps(rate, stamped):
+def test_fixes_at_regular_times_under_irregular_stamps(rate, stamped, inferred):
     scene = turning(2.5, 0.3, 900.0, rate=rate, seed=4, density=2e-4)
     true = scene.fixes(0.2, 4)
     fixes = replace(true, time=stamped(scene.time))
     track = Track(fixes, ())
-    assert track.regular
-    off = track.record.time - scene.time
-    assert np.ptp(off) < 0.25
-    best, _ = sogs_rms(true, scene)
-    error, motion = sogs_rms(fixes, scene)
+    assert track.regular and np.ptp(track.record.time - scene.time) < 0.25
+    motions = [(LogEstimator(each) if inferred else fitted.small_craft()[2]).motion(each) for each in (true, fixes)]
+    best, error = (math.sqrt(np.nanmean((each.sog - scene.sog)[SETTLED:] ** 2)) for each in motions)
     assert error < 1.1 * best
-    np.testing.assert_array_equal(motion.time, fixes.time)
+    np.testing.assert_array_equal(motions[1].time, fixes.time)
 
 
 def test_stamps_of_irregular_fixes_stay():

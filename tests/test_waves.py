@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import expm, solve_continuous_lyapunov
 
 import steerway
-from steerway.core import NORMAL_95, REJECTED, InputError, displacement
+from steerway.core import NORMAL_95, REJECTED, displacement
 from steerway.estimation import Profile, choose_profile, predict
 from steerway.estimation.testing import STATES, LogEstimator, models_predict, models_set_step, transition
 from tests.scenes import Scene, angle_error, sailed, straight
@@ -141,6 +141,7 @@ def likeliest(fixes):
     return max(choose_profile(fixes).structures, key=lambda each: each.weight)
 
 
+@pytest.mark.study
 def test_the_inference_finds_who_swings_and_who_does_not():
     found = likeliest(swinging(period=11.0, duration=400.0).fixes(0.01, 3))
     assert "waves" in found.parts and 9.0 < found.values["yaw_period"] < 14.0
@@ -172,6 +173,7 @@ def test_the_swell_is_found_from_the_log():
     assert found.values["surge_period"] == pytest.approx(10.0, rel=0.01)
 
 
+@pytest.mark.study
 def test_strokes_of_oars_are_found_and_no_motion_of_the_receiver():
     time = np.arange(0.0, 150.0, 0.2)
     scene = sailed(4.0 + 0.4 * np.sin(2.0 * math.pi * time / 2.2), 0.7 + 0.1 * np.sin(time / 40.0))
@@ -184,6 +186,7 @@ def test_strokes_of_oars_are_found_and_no_motion_of_the_receiver():
     assert np.mean(np.abs(errors) < NORMAL_95 * motion.sog_std[100:]) > 0.9
 
 
+@pytest.mark.study
 def test_a_wandering_receiver_is_not_taken_for_swings():
     chance, wander = np.random.default_rng(4), np.zeros((900, 2))
     for k in range(1, 900):
@@ -225,14 +228,6 @@ def test_a_forecast_goes_on_along_the_course_held():
         north, east = displacement(there.latitude[0], there.longitude[0], *scene.place(last - 1))
         off.append(math.atan2(east, north) - 0.7)
     assert np.sqrt(np.mean(np.square(off))) < 0.5 * np.std(scene.cog[200:])
-
-
-def test_what_it_cannot_be_is_refused(tmp_path):
-    turns = {"turn_time": 10.0, "straight_time": 40.0, "turn_speed_noise": 1e-3, "turn_course_rate_noise": 1e-3}
-    for update, word in (({"yawing_period": 1.0}, "at least"), (turns, "one")):
-        SWELL.model_copy(update=update).save(tmp_path / "swell.toml")
-        with pytest.raises(InputError, match=word):
-            Profile.load(tmp_path / "swell.toml")
 
 
 def test_a_fix_of_uncertain_moment_is_believed_less_along_the_way_only():

@@ -47,14 +47,13 @@ if TYPE_CHECKING:
         straight,
     )
     from steerway_studies.otter_course import comparisons, logs
-    from steerway_studies.otter_course.boat import COMMAND, as_published, identified, steered_by_product, zigzag
+    from steerway_studies.otter_course.boat import as_published, identified, steered_by_product, zigzag
     from steerway_studies.otter_course.logs import LOGS, as_printed
     from steerway_studies.otter_course.unwinding import turned
     from steerway_studies.otter_path import boat
     from steerway_studies.otter_path.boat import LOOKAHEAD as BOAT_LOOKAHEAD
     from steerway_studies.otter_path.boat import PathCase
     from steerway_studies.papers import ekf_5states, otter_allocation, path_following, references
-    from steerway_studies.papers.aboard import AlwaysByCourse, PrintedEstimator
     from steerway_studies.papers.course_autopilot import (
         MARINER_NOMOTO,
         OTTER_NOMOTO,
@@ -68,15 +67,14 @@ if TYPE_CHECKING:
     from steerway_studies.papers.otter_allocation import propeller_speeds
     from steerway_studies.papers.output_corrected_mpc import OutputCorrectedMpc
     from steerway_studies.papers.path_following import RangeRateTest, along_track, switches
-    from steerway_studies.papers.positioning import PrintedPositionPID, saturation
+    from steerway_studies.papers.positioning import PrintedPositionPID
     from steerway_studies.papers.range_rate import RangeRatePassing
     from steerway_studies.papers.references import los_observer, reference_model
     from steerway_studies.papers.speed_ekf import PrintedSpeedEkf
     from steerway_studies.papers.speed_mrac import PrintedMrac
     from steerway_studies.parts import keeping, over_cases
-    from steerway_studies.springer_mission import perturbed as springer_mission_perturbed
-    from steerway_studies.springer_mission.h_infinity import HInfinityFilter, exists, largest_theta
-    from steerway_studies.springer_mission.missions import alarm_mission, real_mission, unseen_mission
+    from steerway_studies.springer_mission.h_infinity import HInfinityFilter, exists
+    from steerway_studies.springer_mission.missions import alarm_mission
     from steerway_studies.springer_mission.navigators import WeightedBounds, ideal, interval_box, nominal
     from steerway_studies.springer_mission.rigour import rigour
     from steerway_studies.springer_mission.training import lesson, train
@@ -86,13 +84,12 @@ if TYPE_CHECKING:
         autopilot_parts,
         ideal_path,
         paper_mpc,
-        random_circuit,
         replayed,
     )
     from steerway_studies.springer_mission.world import sail as world_sail
     from steerway_studies.study import Results, Study
-    from steerway_studies.unseen_logs import catalogue, plain_ekf, prediction, recordings, summarise
-    from steerway_studies.unseen_logs.alignment import course_lag, rate_lag, velocity_lag
+    from steerway_studies.unseen_logs import catalogue, prediction, recordings, summarise
+    from steerway_studies.unseen_logs.alignment import rate_lag, velocity_lag
     from steerway_studies.unseen_logs.catalogue import KNOWN
     from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, difference, of_motion
     from steerway_studies.unseen_logs.judging import judged_rows, right_refused, verdict

@@ -10,13 +10,3 @@ def columns(names: str, rows, every: int = 1) -> dict[str, np.ndarray]:
     if len(names) != table.shape[1]:
         raise ValueError(f"{len(names)} names for {table.shape[1]} columns")
     return dict(zip(names, table[::-1][::every][::-1].T, strict=True))
-
-
-def numbers(table: dict) -> dict[str, float]:
-    """Names and numbers, with names that a column may have; True counts as 1 and None as unknown."""
-    return {
-        "".join(letter if letter.isalnum() or letter in "._-" else "_" for letter in name): (
-            np.nan if value is None else float(value)
-        )
-        for name, value in table.items()
-    }

@@ -68,11 +68,6 @@ def wrapped(angles) -> np.ndarray:
     return np.array([wrap(angle) for angle in np.atleast_1d(angles)])
 
 
-def joined(parts: dict[str, dict]) -> dict[str, np.ndarray]:
-    """The columns of several tables of equal length side by side, each under the name of its table."""
-    return {f"{part}_{name}": values for part, columns in parts.items() for name, values in columns.items()}
-
-
 @cache
 def weaving():
     """A wandering course at a changing speed, across south, a fix every half second."""
@@ -154,10 +149,6 @@ def burst() -> Fixes:
     return moved(alternating_fixes(), slice(35, 43), *wild).rows(slice(80))
 
 
-def step() -> Fixes:
-    return moved(alternating_fixes(), slice(45, None), 40.0, -25.0).rows(slice(90))
-
-
 def gaps() -> Fixes:
     """One of 12 s in a turn, one of half an hour and more, and one that is none, of a clock that stands still."""
     fixes = alternating_fixes()
@@ -177,12 +168,6 @@ def standstill() -> Fixes:
 
 def fast_start() -> Fixes:
     return straight(12.0, -3.0, 15.0, rate=4.0).fixes(0.3, 4)
-
-
-def repeats() -> Fixes:
-    """Fixes reported twice, and two at one time that differ."""
-    fixes = alternating_fixes().rows(np.sort(np.r_[0:60, 5, 20:24, 50]))
-    return moved(fixes, 30, 0.4, 0.2)
 
 
 def far_east() -> Fixes:

@@ -53,12 +53,6 @@ def test_a_square_in_a_current_from_rest_without_a_compass(craft, share, velocit
     assert found.legs <= most and found.corners <= 1.5
 
 
-def test_a_boat_that_turns_otherwise_than_planned_steers_for_her_leg():
-    """Her water speed is misjudged as the turn begins: its path is planned to the other side."""
-    found = judged(Case("motorboat", "square", 0.5, 0.625 * math.pi, Receiver("white", 5.0, False)), 802)
-    assert found.finished and found.legs <= 0.8 and found.corners <= 1.5
-
-
 @pytest.mark.parametrize(("white", "markov"), [(0.3, ()), (0.02, ()), (0.05, ((0.25, 5.0),))])
 def test_white_and_slow_errors_are_told_apart(white, markov):
     stream, noise = Gnss(rate=5.0, white=white, markov=markov).start(1), ReceiverNoise()

@@ -13,11 +13,9 @@ from steerway_studies.testing import (
     STATED_NOISE,
     ShipCase,
     approaches,
-    cross_track,
     promised,
     receiver,
     ship,
-    straight,
 )
 
 measured = cache(ship.measured)
@@ -54,25 +52,10 @@ def test_turning_the_scene_turns_the_truth_only(truth):
         assert turned[key] == pytest.approx(truth[key], rel=1e-3)
 
 
-def test_the_product_moves_the_rudder_less_at_the_printed_noise():
-    rates = {who: measured(ShipCase(who))["straight_rudder_rate_rms_dps"] for who in ("printed", "product")}
-    assert rates["printed"] > 2.0 * rates["product"]
-
-
 @pytest.mark.parametrize(("noise", "std"), [(PRINTED_NOISE, 15.6), (STATED_NOISE, 4.7)])
 def test_erratum_p1_42_what_the_printed_noise_amounts_to(noise, std):
     ((stationary, _),) = receiver(noise).markov
     assert stationary == pytest.approx(std, abs=0.05)
-
-
-def test_straight_legs_are_those_long_after_a_switch():
-    run, mission = ship.voyage(ShipCase("truth"))
-    leg = straight(run)
-    for passage in mission.log.passages[:-1]:
-        after = (run.time > passage.time + 1.0) & (run.time < passage.time + 249.0)
-        assert not leg[after].any()
-        assert leg[np.searchsorted(run.time, passage.time + 251.0)]
-    assert np.abs(cross_track(run)).max() == pytest.approx(mission.log.cross_track_max, abs=1e-6)
 
 
 def test_the_lyapunov_function_falls_as_promised():

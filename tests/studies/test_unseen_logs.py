@@ -15,14 +15,9 @@ from steerway_studies.testing import (
     JudgedLog,
     VelocityReference,
     catalogue,
-    course_lag,
-    difference,
-    opened,
-    plain_ekf,
     prediction,
     rate_lag,
     right_refused,
-    summarise,
     unseen_logs,
     velocity_lag,
 )
@@ -110,13 +105,6 @@ def test_lag_that_was_put_in_is_taken_out(study):
     assert math.degrees(numbers[f"{stem}_smoothed_cog"]) < 2.5
 
 
-def test_nothing_there_is_no_error(monkeypatch):
-    monkeypatch.delenv("STEERWAY_LOGS", raising=False)
-    monkeypatch.delenv("STEERWAY_DATA", raising=False)
-    results = studies.named("unseen-logs").run(None, 0, None)
-    assert not results.numbers and any("STEERWAY_LOGS names no folder" in remark for remark in results.remarks)
-
-
 @pytest.mark.parametrize("late", [-0.4, 0.0, 2.5])
 def test_lags_are_found_from_positions_alone(weaving, late):
     time, north, east, *_ = weaving
@@ -129,22 +117,6 @@ def test_lags_are_found_from_positions_alone(weaving, late):
     assert rate_lag(reference, time, np.column_stack([north, east])) == pytest.approx(late, abs=0.16)
 
 
-@pytest.mark.parametrize("later", [-1.5, 0.0, 1.5])
-def test_a_course_that_is_later_than_the_speed_is_found(weaving, later):
-    time, north, east, *_ = weaving
-    places = np.column_stack([north, east]) + np.random.default_rng(3).normal(0.0, NOISE, (len(time), 2))
-    true = reference_of(weaving, 1.0)
-    apart = replace(true, cog=np.interp(time - later, time, true.cog))
-    found = replace(apart, course_lag=course_lag(apart, time, places))
-    assert found.course_lag == pytest.approx(later, abs=0.2)
-    assert velocity_lag(found, time, places) == pytest.approx(1.0, abs=0.2)
-    true = replace(true, lag=1.0)
-    inner = slice(300, -300)
-    found = replace(found, lag=1.0, course_lag=later).at(time[inner])
-    for one, other in zip(found[:2], true.at(time[inner])[:2], strict=True):
-        np.testing.assert_allclose(one, other, atol=0.001)
-
-
 def test_noise_of_the_reference_is_found_and_its_rounding_counts(weaving):
     sog, across, _ = reference_of(weaving, rng=np.random.default_rng(4)).noise
     assert sog == pytest.approx(VELOCITY_NOISE, rel=0.25) and across == pytest.approx(VELOCITY_NOISE, rel=0.25)
@@ -152,12 +124,6 @@ def test_noise_of_the_reference_is_found_and_its_rounding_counts(weaving):
     assert exact.noise[0] < 0.005
     rounded = replace(exact, sog=np.round(exact.sog, 1))
     assert rounded.noise[0] == pytest.approx(0.1 / math.sqrt(12.0), rel=0.2)
-
-
-def test_errors_of_the_reference_that_are_known_to_last_count_as_noise(weaving):
-    white, known = reference_of(weaving), replace(reference_of(weaving), lasting=0.16)
-    np.testing.assert_allclose(known.noise[:2], np.hypot(white.noise[:2], 0.16), rtol=1e-12)
-    assert known.noise[2] == white.noise[2]
 
 
 def test_spikes_gaps_and_poor_rows_of_the_reference_are_unknown(weaving):
@@ -180,19 +146,6 @@ def test_refused_fixes_are_right_or_wrong_by_the_reference(weaving):
     assert right_refused(recording_of(weaving, places), refused) == (2, 5)
 
 
-def test_plain_ekf_is_consistent_and_beats_differences(weaving):
-    time, north, east, sog, cog, rate = weaving
-    places = np.column_stack([north, east]) + np.random.default_rng(6).normal(0.0, NOISE, (len(time), 2))
-    said = plain_ekf.fitted(time - time[0], places)
-    late = time - time[0] > 20.0
-    error = said[late, 0] - sog[late]
-    assert np.sqrt(np.mean(error**2)) < 0.5 * np.nanstd(difference(time, places, 1.0).sog - sog)
-    assert 0.85 < np.mean(np.abs(error) < 1.96 * said[late, 3]) <= 1.0
-    course = (said[late, 1] - cog[late] + np.pi) % (2.0 * np.pi) - np.pi
-    assert np.sqrt(np.mean(course**2)) < math.radians(4.0)
-    assert np.sqrt(np.mean((said[late, 2] - rate[late]) ** 2)) < math.radians(3.0)
-
-
 def test_of_two_profiles_the_right_one_predicts_better(weaving):
     fixes = recording_of(weaving).fixes
     profile = choose_profile(fixes)
@@ -203,28 +156,3 @@ def test_of_two_profiles_the_right_one_predicts_better(weaving):
     )
     assert prediction.worse(right, wrong) and not prediction.worse(wrong, right)
     assert log_likelihood(fixes, profile, fixes.time[-1] + 1.0) == 0.0
-
-
-def test_a_half_without_logs_has_no_numbers():
-    results = studies.study.Results("none")
-    summarise(results, [], catalogue.REPORT)
-    assert not results.numbers
-
-
-def test_a_log_without_a_reference_is_said_so(tmp_path, monkeypatch, weaving):
-    log = catalogue.public_logs()[0]
-    write_log(tmp_path, log.name, weaving, 7, ())
-    monkeypatch.setenv("STEERWAY_LOGS", str(tmp_path))
-    recording = opened(log)
-    assert np.isnan(recording.reference.sog).all() and recording.reference.lag == 0.0
-
-
-def test_the_mean_of_a_reference_leaves_the_swing_of_an_antenna_out(weaving):
-    time, _, _, sog, cog, _ = weaving
-    swing = 0.5 * np.sin(math.pi * (time - time[0]))  # athwart, m/s
-    antenna = sog * np.exp(1j * cog) + 1j * np.exp(1j * cog) * swing
-    reference = replace(reference_of(weaving, 0.7), sog=np.abs(antenna), cog=np.angle(antenna), lag=0.7)
-    mean = reference.averaged(4.0).at(time)
-    inner = (time > time[0] + 10.0) & (time < time[-1] - 10.0)
-    for one, other in zip(mean[:2], (sog, cog), strict=True):
-        np.testing.assert_allclose(one[inner], other[inner], atol=0.1)  # a chord is shorter than its arc

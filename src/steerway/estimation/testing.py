@@ -51,11 +51,12 @@ if TYPE_CHECKING:
     from steerway.estimation.course.update.position import correct, innovation, normalised_square, place_by_fix
     from steerway.estimation.course.update.reported_accuracy import variance_scales_of
     from steerway.estimation.inference import forecast as inference_forecast
-    from steerway.estimation.inference import learning, tune, whole_log
+    from steerway.estimation.inference import tune, whole_log
+    from steerway.estimation.inference.auto_aids import velocity_of
     from steerway.estimation.inference.bank import advance
     from steerway.estimation.inference.bank import start as bank_start
     from steerway.estimation.inference.course import COG, COG_STD, RATE, SOG, SOG_STD, smoothed_record
-    from steerway.estimation.inference.fit import Posterior, Rows
+    from steerway.estimation.inference.fit import Rows
     from steerway.estimation.inference.fuse import QUICK_SPEED, QUICK_SPEED_TIME
     from steerway.estimation.inference.learning import prior_profile
     from steerway.estimation.inference.model import MODES

@@ -1,24 +1,18 @@
-"""Control: course autopilot, handover, station, allocation, positioning, and the bandwidth an estimate carries."""
+"""Control: course autopilot, handover and station."""
 
 import math
 
 from steerway.control import (
     AnglePID,
     Autopilot,
-    PositionPID,
     StationKeeper,
     place_poles,
 )
 from steerway.control.testing import (
     HandOver,
     Steerageway,
-    advice,
-    by_bandwidth,
 )
-from steerway.estimation import Profile
 from steerway.guidance import Reference, ReferenceModel, TrackingFilter
-from steerway.vessels import CyberShip2, conditions
-from steerway.vessels.testing import INERTIA
 from steerway.vessels.testing import OTTER_BOAT as OTTER
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case
@@ -80,32 +74,3 @@ def station():
         speed += 0.25 * (force - 77.5 * speed) / 85.0
         north, east = north + 0.25 * velocity[0], east + 0.25 * velocity[1]
     return columns("north east heading desired force integral_north integral_east", rows, 6)
-
-
-@case("control_advice", text=True)
-def advised():
-    """The sentences, for every profile and three autopilots."""
-    lines = []
-    for name in ("small-usv", "otter", "ship"):
-        profile = Profile.named(name)
-        for bandwidth, time in ((0.05, None), (0.5, 2.0), (2.0, 1.0)):
-            for speed in (0.5, 3.0):
-                numbers = profile.on_average.course_rate_noise, profile.position_std, 0.2
-                lines.append(f"{name} {bandwidth} {speed} {time}: {advice(bandwidth, speed, *numbers, time)}")
-    return "\n".join(lines) + "\n"
-
-
-@case("control_position_pid")
-def position_pid():
-    """CyberShip II held at two places against a steady push."""
-    boat, pid, rows = CyberShip2(), PositionPID(by_bandwidth(INERTIA, 0.3, limit=(2.0, 1.5, 1.5))), []
-    state, push = boat.start(), conditions((0.0, 0.0), (0.5, -0.4), 0.05)
-    for k in range(1200):
-        goal = (2.0, -1.0, 0.8) if k < 500 else (-1.0, 3.0, -2.5)
-        if k == 900:
-            pid.restart()
-        force = pid.step(goal, *state[:3], state[3:], 0.1)
-        state = boat.step(state, force, push, 0.1)
-        rows.append((state, force, pid.integral))
-    names = "north east heading surge sway yaw_rate force_x force_y moment integral_x integral_y integral_moment"
-    return columns(names, rows, 15)

@@ -55,29 +55,6 @@ for modes, profile in MODES.items():
 case("course-streaming-errors-oscillating")(partial(streamed, Profile(**KINDS["oscillating-error-acceleration"])))
 
 
-@case("course-streaming-row")
-def rows_of_the_filter():
-    """`row` with fixes, aids and neither; back to a snapshot half-way, and another receiver."""
-    fixes = instruments()
-    filter, rows = FiveStateFilter(TWO, ("heading", "yaw_rate")), []
-    kept = filter.snapshot()
-    for k in range(100):
-        aids = [getattr(fixes, name)[k] for name in AIDS]
-        dt = float(fixes.time[k] - fixes.time[k - 1]) if k else 0.0
-        if k == 50:
-            filter.restore(kept)
-        if k == 70:
-            filter.change_receiver()
-        output, nis, status = filter.row(
-            dt, fixes.latitude[k], fixes.longitude[k], aids if k % 3 else None, 1.0 if k % 5 else 6.0
-        )
-        if k == 40:
-            kept = filter.snapshot()
-        rows.append([*output[2:], nis, status])
-    names = ("sog", "cog", "course_rate", "sog_std", "cog_std", "course_rate_std", "position_std", "nis", "status")
-    return dict(zip(names, np.array(rows).T, strict=True))
-
-
 def aboard(estimator):
     """Instruments at different rates, a compass that falls silent, and what is then known at every eighth step."""
     scene = alternating()

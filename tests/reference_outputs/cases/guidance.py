@@ -1,4 +1,4 @@
-"""Guidance: every law on a leg and on a route, waypoints, voyages, and what shapes references."""
+"""Guidance: every law on a leg and on a route, waypoints and voyages."""
 
 import math
 
@@ -6,15 +6,11 @@ from steerway.guidance import (
     AdaptiveLineOfSight,
     IntegralLineOfSight,
     LineOfSight,
-    LowPass,
     Mission,
     Passing,
     Phase,
     PurePursuit,
-    Reference,
-    ReferenceModel,
     Route,
-    TrackingFilter,
     VectorField,
 )
 from steerway.guidance.testing import Voyage
@@ -72,29 +68,3 @@ def adaptive():
 def voyage():
     route = Route(NORTH, EAST, 6.0, 1.2)
     return sailed(LineOfSight(12.0), Voyage(route, [0, 20, 0, 15, 0], at_end="hold"))
-
-
-def shaped(shaper):
-    rows = []
-    shaper.start(0.2, 0.01)
-    for k in range(160):
-        if k == 100:
-            shaper.start(-1.0)
-        angle = math.nan if k in (70, 71) else 1.5 if k < 60 else -2.8
-        rows.append(shaper.step(Reference(angle, 0.02 if k < 30 else 0.0, 0.0), 0.25))
-    return columns("angle rate acceleration", rows, 2)
-
-
-@case("guidance_low_pass")
-def low_pass():
-    return shaped(LowPass(4.0))
-
-
-@case("guidance_tracking_filter")
-def tracking():
-    return shaped(TrackingFilter(0.8, 0.9))
-
-
-@case("guidance_reference_model")
-def reference_model():
-    return shaped(ReferenceModel(0.7, 1.0, 0.2, 0.15))

@@ -1,22 +1,17 @@
-"""Position and velocity of a vessel under known forces (P2): filters in their variants, smoother, passive observer."""
+"""Position and velocity of a vessel under known forces (P2): the filter in its variants."""
 
 import math
-import warnings
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 from steerway.estimation.positioning import (
-    DEMO_GAINS,
-    ObserverGains,
-    PassiveObserver,
     SpeedDependentFixNoise,
     TimeVaryingNoise,
     VariationalNoise,
     VesselFilter,
     VesselNoise,
-    smooth,
 )
 from steerway.vessels import CyberShip2, conditions
 from steerway.vessels.testing import DAMPING, INERTIA
@@ -27,7 +22,6 @@ STEP = 0.1
 BODY = VesselNoise(position_std=0.1)
 FORCE = replace(BODY, force_std=(0.29, 0.29, 0.029))
 WAVES = replace(FORCE, wave_std=0.28)
-GAINS = ObserverGains((0.333, 0.333, 1.0), (0.34, 0.44, 0.08), (2.1, 2.8, 0.83))
 
 
 @cache
@@ -50,21 +44,20 @@ def record(identification="linear"):
     return tuple(np.array(each) for each in zip(*rows, strict=True))
 
 
-def watched(observer, identification="linear", compass=True):
-    """What an observer makes of the record, once a second."""
+def watched(filter, identification="linear", compass=True):
+    """What a filter makes of the record, once a second."""
     rows = []
-    observer.start(0.0, 0.0, 0.1)
+    filter.start(0.0, 0.0, 0.1)
     for force, fix, heading in zip(*record(identification), strict=True):
-        observer.predict(force, STEP)
+        filter.predict(force, STEP)
         if compass:
-            observer.update_heading(heading)
-        nis = observer.update(*fix) if math.isfinite(fix[0]) else math.nan
-        motion = observer.motion
-        rows.append((*motion[:3], *motion.velocity, *motion.force))
-        if hasattr(observer, "covariance"):
-            rows[-1] += (nis, *np.sqrt(np.diag(observer.covariance))[:3])
-    names = "north east heading surge sway yaw_rate force_x force_y moment nis north_std east_std heading_std".split()
-    return columns(" ".join(names[: len(rows[0])]), rows, 10)
+            filter.update_heading(heading)
+        nis = filter.update(*fix) if math.isfinite(fix[0]) else math.nan
+        motion = filter.motion
+        deviations = np.sqrt(np.diag(filter.covariance))[:3]
+        rows.append((*motion[:3], *motion.velocity, *motion.force, nis, *deviations))
+    names = "north east heading surge sway yaw_rate force_x force_y moment nis north_std east_std heading_std"
+    return columns(names, rows, 10)
 
 
 def vessel_filter(noise=FORCE, **more):
@@ -82,27 +75,3 @@ for name, compute in {
     "speed_dependent": lambda: watched(vessel_filter(BODY, fix_noise=SpeedDependentFixNoise(0.1, 0.25))),
 }.items():
     case(f"positioning_filter_{name}")(compute)
-
-
-def observer(gains, correction):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)
-        return PassiveObserver(INERTIA, DAMPING, gains, correction)
-
-
-case("positioning_passive_impulsive")(lambda: watched(observer(GAINS, "impulsive")))
-case("positioning_passive_held")(lambda: watched(observer(DEMO_GAINS, "held")))
-case("positioning_passive_held_innovation")(lambda: watched(observer(GAINS, "held innovation")))
-
-
-@case("positioning_smoother")
-def smoothed():
-    estimator = vessel_filter()
-    forces, fixes, headings = record()
-    estimator.start(0.0, 0.0, 0.1)
-    passes = smooth(estimator, forces[:-1], fixes, headings, STEP)
-    deviations = np.sqrt(np.diagonal(passes.smoothed_covariance, axis1=1, axis2=2))
-    every = slice(None, None, 10)
-    return {"filtered": passes.filtered[every], "smoothed": passes.smoothed[every], "std": deviations[every, :3]} | {
-        "nis": passes.nis[every]
-    }

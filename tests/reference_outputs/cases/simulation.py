@@ -1,16 +1,13 @@
-"""Closed loops: the example scenarios and their variants for a minute, thinned; a campaign; the files of a run."""
+"""Closed loops: the example scenarios and their variants for a minute, thinned; the sentences of a run."""
 
 import tempfile
-from functools import partial
+from functools import cache
 from pathlib import Path
 
 import numpy as np
-import polars as pl
 
-from steerway.commands.testing import SCENARIO
-from steerway.simulation import load_scenario, numbers_of_seed, over_seeds, parse_scenario, sail_scenario
-from steerway.simulation.testing import COLUMNS, errors, gathered, write
-from tests.reference_outputs.generated import numbers
+from steerway.simulation import load_scenario, parse_scenario, sail_scenario
+from steerway.simulation.testing import COLUMNS, errors, write
 from tests.reference_outputs.tables import case
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -26,16 +23,29 @@ def example(name, **changes):
 
 
 def track(scenario, rows=60):
+    return thinned(sail_scenario(scenario).run, rows)
+
+
+def thinned(run, rows=60):
     """State, estimate and orders at so many rows."""
-    run = sail_scenario(scenario).run
     chosen = np.linspace(0, len(run) - 1, rows).astype(int)
     found = {name: run[name][chosen] for name in KEPT}
     return found | {"time": run.time[chosen], "command": run.command[chosen], "state": run.state[chosen]}
 
 
+@cache
+def square():
+    return sail_scenario(example("otter-square", duration=60.0))
+
+
 @case("simulate_otter_square", atol=1e-8)  # m, m/s, rad: a loop with noise amplifies rounding
 def otter_square():
-    return track(example("otter-square", duration=80.0))
+    return thinned(square().run)
+
+
+@case("simulate_numbers", atol=1e-8)
+def of_a_run():
+    return {name: np.nan if value is None else float(value) for name, value in square().numbers.items()}
 
 
 @case("simulate_otter_mission")
@@ -96,36 +106,12 @@ def adaptive_aided():
     )
 
 
-@case("simulate_numbers")
-def of_runs():
-    """What is said of whole runs: the demo, and an example."""
-    demo = sail_scenario(parse_scenario(SCENARIO, "demo").model_copy(update={"duration": 200.0})).numbers
-    square = sail_scenario(example("otter-square", duration=150.0)).numbers
-    return numbers({f"demo_{key}": each for key, each in demo.items()} | {f"square_{k}": v for k, v in square.items()})
-
-
-@case("simulate_campaign")
-def campaign():
-    scenario = example("otter-square", duration=60.0)
-    return gathered(over_seeds(partial(numbers_of_seed, scenario), (3, 4), workers=1))
-
-
 @case("simulate_every_column")
 def every_column():
     """One row in a hundred of everything that a run keeps, and the errors of the estimate."""
     run = sail_scenario(example("station-keeping", duration=40.0)).run
     found = {name: run[name][::100] for name in COLUMNS}
     return found | {f"error_{name}": values[::100] for name, values in errors(run).items()}
-
-
-@case("simulate_table_file")
-def table_file():
-    """The table that is written of a run: names and units."""
-    sailed = sail_scenario(example("otter-square", duration=20.0))
-    with tempfile.TemporaryDirectory() as folder:
-        written = write(sailed, Path(folder), nmea=True)
-        frame = pl.concat([pl.read_parquet(path) for path in written if path.suffix == ".parquet"])
-    return {name: frame[name].cast(pl.Float64, strict=False).to_numpy()[::40] for name in frame.columns}
 
 
 @case("simulate_sentences", text=True)

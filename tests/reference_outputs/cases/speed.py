@@ -1,4 +1,4 @@
-"""Speed along the hull (P3): surge filter, fusion with its vote, adaptive speed control, the speed PI."""
+"""Speed along the hull (P3): surge filter, fusion, adaptive speed control, the speed PI."""
 
 import math
 from functools import partial
@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from steerway.control import AdaptiveSpeed, AdaptiveSpeedGains, SpeedPI, SpeedPIGains
-from steerway.estimation.speed import FaultVote, SurgeFilter, SurgeFusion, SurgeTuning
+from steerway.estimation.speed import SurgeFilter, SurgeFusion, SurgeTuning
 from steerway.estimation.speed.testing import AIDS
 from steerway.vessels import CALM, Actuator, Surge, conditions, published_surrogate
 from tests.reference_outputs.generated import columns
@@ -71,21 +71,6 @@ for name, fault in {
     "accelerometer": lambda time: (0.1 if time > 30.0 else 0.0, 0.0, 0.0),
 }.items():
     case(f"speed_fusion_{name}_step")(partial(fused, fault=fault))
-
-
-@case("speed_fault_vote")
-def vote():
-    """A log that ramps away, and comes back."""
-    ballot, rows = FaultVote((0.03, 0.002)), []
-    chance = np.random.default_rng(5)
-    for k in range(600):
-        time = 0.1 * k
-        noise = chance.standard_normal(3) * (0.03, 0.002, 0.02)
-        off = 0.01 * max(0.0, min(time - 20.0, 15.0)) if time < 45.0 else 0.0
-        ballot.take(0, time, 3.0 + noise[0], 3.0 + 0.8 * off, 3.1 + noise[2])
-        ballot.take(1, time, 3.0 + noise[1] + off, 3.0 + 0.8 * off, 3.1 + noise[2])
-        rows.append((*ballot.judge(time), -1 if ballot.excluded is None else ballot.excluded, ballot.conflict))
-    return columns("misled window excluded conflict", rows)
 
 
 def controlled(boat, control, sea=CALM):

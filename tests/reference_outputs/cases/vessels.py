@@ -1,23 +1,16 @@
 """Vessels: derivatives and steps of every one, environment, actuators; sensors with a seed."""
 
 import math
-from functools import partial
 
 import numpy as np
 
 from steerway.sensors import (
-    TCM2,
-    TRUE_TCM2,
     Compass,
     DopplerLog,
-    DynamicCompass,
     Gnss,
-    Instrument,
     Suite,
-    accelerometer,
     gyro,
     low_cost,
-    white,
 )
 from steerway.sensors.testing import Fault
 from steerway.vessels import (
@@ -86,47 +79,14 @@ ROUGH = Environment(
 )
 
 
-@case("environment")
-def environment():
-    boat, sea, rows = Otter(), ROUGH.start(5, 0.1), []
-    state = boat.start(speed=1.0)
-    for _ in range(600):
-        sea.advance(boat.motion(state, sea.conditions))
-        state = boat.step(state, (60.0, 55.0), sea.conditions, 0.1)
-        rows.append((sea.conditions, sea.waves))
-    names = "current_north current_east force_north force_east moment wave_north wave_east roll pitch"
-    return columns(names, rows, 8)
-
-
 TIME = np.arange(0.0, 60.0, 0.02)
 COURSE = 0.4 + 0.5 * np.sin(TIME / 9.0)
 NORTH, EAST = np.cumsum(0.03 * np.cos(COURSE)), np.cumsum(0.03 * np.sin(COURSE))
 
 
-def received(gnss, seed=3, every=4):
-    """A record and the stream of it: two seeds, because each draws by itself."""
-    fixes = gnss.fixes(
-        TIME, NORTH, EAST, seed, roll=0.1 * np.sin(TIME), heading=COURSE, north_velocity=1.5 * np.cos(COURSE),
-        east_velocity=1.5 * np.sin(COURSE), origin=(1.1, 0.2),
-    )  # fmt: skip
-    stream, rows = gnss.start(seed + 1), []
-    for k in range(len(TIME)):
-        velocity = 1.5 * math.cos(COURSE[k]), 1.5 * math.sin(COURSE[k])
-        if fix := stream.step(TIME[k], NORTH[k], EAST[k], 0.1, -0.05, COURSE[k], *velocity):
-            rows.append(fix)
-    found = {"time": fixes.time, "latitude": fixes.latitude, "longitude": fixes.longitude}
-    found |= {name: getattr(fixes, name) for name in ("sog", "cog") if getattr(fixes, name) is not None}
-    streamed = columns("s_time s_north s_east s_sog s_cog", rows)
-    rows = min(len(fixes.time), len(streamed["s_time"]))
-    return {name: values[:rows][::every] for name, values in (found | streamed).items()}
-
-
-case("sensor_gnss_white")(partial(received, white(0.5)))
-case("sensor_gnss_low_cost")(partial(received, low_cost()))
-
-
 @case("sensor_gnss_faults")
 def gnss_faults():
+    """A record and the stream of it: two seeds, because each draws by itself."""
     faults = (
         Fault("dropout", start=10.0, duration=3.0),
         Fault("jump", start=20.0, size=30.0, direction=0.5),
@@ -135,32 +95,20 @@ def gnss_faults():
         Fault("frozen", per_hour=90.0, duration=1.5),
     )
     more = {"latency": 0.3, "lever_arm": (0.5, -0.2, -1.0), "velocity_std": 0.05, "settled": False}
-    return received(Gnss(rate=5.0, white=0.1, markov=((1.0, 20.0),), faults=faults, **more))
-
-
-def read(instrument, values, seed=6, every=1):
-    """A record and a stream, thinned."""
-    time, readings = instrument.measured(TIME, values, seed)
-    stream = instrument.start(seed + 1)
-    steps = [stream.step(at, value) for at, value in zip(TIME, values, strict=True)]
-    streamed = np.array([each for each in steps if each is not None])
-    n = min(len(time), len(streamed))
-    every = max(1, n // 100)
-    return {"time": time[:n:every], "record": readings[:n:every], "stream": streamed[:n:every]}
-
-
-@case("sensor_instruments")
-def instruments():
-    found = {}
-    for name, sensor in (
-        ("gyro", gyro()),
-        ("accelerometer", accelerometer()),
-        ("biased", Instrument(10.0, 0.1, 0.3, 0.2, (0.05, 5.0), 1.02)),
-        ("compass", Compass()),
-        ("deviating", Compass(Instrument(rate=10.0, white=0.02), (0.01, 0.02, -0.03, 0.01, 0.02))),
-    ):
-        found |= {f"{name}_{what}": values[:100] for what, values in read(sensor, COURSE).items()}
-    return found
+    gnss = Gnss(rate=5.0, white=0.1, markov=((1.0, 20.0),), faults=faults, **more)
+    fixes = gnss.fixes(
+        TIME, NORTH, EAST, 3, roll=0.1 * np.sin(TIME), heading=COURSE, north_velocity=1.5 * np.cos(COURSE),
+        east_velocity=1.5 * np.sin(COURSE), origin=(1.1, 0.2),
+    )  # fmt: skip
+    stream, rows = gnss.start(4), []
+    for k in range(len(TIME)):
+        velocity = 1.5 * math.cos(COURSE[k]), 1.5 * math.sin(COURSE[k])
+        if fix := stream.step(TIME[k], NORTH[k], EAST[k], 0.1, -0.05, COURSE[k], *velocity):
+            rows.append(fix)
+    found = {name: getattr(fixes, name) for name in ("time", "latitude", "longitude", "sog", "cog")}
+    found |= columns("s_time s_north s_east s_sog s_cog", rows)
+    rows = min(len(each) for each in found.values())
+    return {name: values[:rows][::4] for name, values in found.items()}
 
 
 @case("sensor_suite")
@@ -174,13 +122,3 @@ def suite():
         rows.append(stream.step(0.02 * k, motion, WaveMotion(*sea.waves)))
         state = boat.step(state, (70.0, 60.0), CALM, 0.02)
     return columns(" ".join(rows[0]._fields), rows, 10)
-
-
-@case("sensor_tcm2")
-def tcm2():
-    card = tuple(np.radians([1.0, 3.0, -2.0, 1.0, 0.5]))
-    streams = [DynamicCompass(model, card).start(0.3, 14) for model in (TCM2, TRUE_TCM2)]
-    readings = [np.concatenate([stream.second(0.3 + 0.05 * k)[::8] for k in range(20)]) for stream in streams]
-    wrapped = DynamicCompass(wrapped=True).start(3.0, 15)
-    turned = np.concatenate([wrapped.second(3.0 + 0.05 * k)[::8] for k in range(20)])
-    return {"compass": np.stack(readings, axis=1), "wrapped": turned}
