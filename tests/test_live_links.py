@@ -24,12 +24,15 @@ from steerway.live.testing import (
     GpsdDecoder,
     JsonLines,
     Navigator,
+    Order,
+    PropellerCommands,
     ReceiverDecoder,
     Rhythm,
     Row,
     SentenceOutput,
     Service,
     SignalKDecoder,
+    State,
     addresses,
     json_line,
     log_to_stderr,
@@ -374,3 +377,21 @@ def test_what_another_wrote_begins_no_line_of_the_log(capsys):
         log_to_stderr("steerway live")
         logger.warning("vehicle: %s", "ok\nsteerway live: autopilot stopped\x1b[31m")
     assert capsys.readouterr().err == "steerway live: vehicle: ok\\nsteerway live: autopilot stopped\\x1b[31m\n"
+
+
+def test_addresses_of_propellers():
+    output, _ = addresses.output("udp://127.0.0.1:1234?format=propellers")
+    assert isinstance(output, PropellerCommands)
+    assert isinstance(addresses.output("stdout:?format=propellers")[0], PropellerCommands)
+    assert isinstance(addresses.output("stdout:")[0], JsonLines)
+    assert isinstance(addresses.output("udp://127.0.0.1:1234?format=json")[0], JsonLines)
+    with pytest.raises(InputError, match="option 'period' is unknown, expected format"):
+        addresses.output("udp://127.0.0.1:1234?format=json&period=1")
+    with pytest.raises(InputError, match="format is 'hello', expected one of nmea, json, propellers"):
+        addresses.output("udp://127.0.0.1:1234?format=hello")
+
+
+def test_a_boat_handed_back_is_commanded_nothing():
+    sink = RecordingSink()
+    PropellerCommands(sink).tick(SAILING, None, Order(State.STOPPED, "enough", False))
+    assert sink.lines()[0]["port"] is None
