@@ -32,8 +32,8 @@ def docked():
 
 def off_the_line(desk, seconds=600.0):
     """(s on the leg, m off its line) of every tick of so long, or to the end of the route."""
-    seen, leg_before, since, end = [], "", 0.0, desk.time + seconds
-    while desk.order.state in UNDER_WAY and desk.time < end:
+    seen, leg_before, since, last = [], "", 0.0, desk.time + seconds
+    while desk.order.state in UNDER_WAY and desk.time < last:
         desk.sail(TICK)
         if desk.leg is not None:
             if desk.leg.destination != leg_before:
