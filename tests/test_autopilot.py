@@ -267,8 +267,8 @@ def test_from_rest_she_departs_and_after_a_stop_again():
     assert abs(desk.state[0]) < 0.3, "the boat moves"
     desk.autopilot.start()
     desk.sail(1.0)
-    _, off = off_the_line(desk, 45.0).T
-    assert desk.order.state is State.RUNNING and desk.leg.destination == "WP2" and rms(off[-500:]) < 1.0
+    _, off = off_the_line(desk, 60.0).T
+    assert desk.order.state is State.RUNNING and desk.leg.destination == "WP3" and rms(off[-500:]) < 1.0
 
 
 def _current_missed(seed, tells):
