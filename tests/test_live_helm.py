@@ -24,7 +24,6 @@ from steerway.live.testing import (
     GeodeticRoute,
     HelmPage,
     History,
-    InputRow,
     Navigator,
     Order,
     Row,
@@ -106,17 +105,6 @@ def test_the_ellipse_lies_as_the_covariance_does():
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     (north, both), (_, east) = turn @ np.diag([4.0, 1.0]) @ turn.T
     assert ellipse((north, both, east)) == pytest.approx((2.0 * 2.447747, 2.447747, 135.0), rel=1e-6)
-
-
-def test_the_navigator_tells_the_covariance_of_what_it_said():
-    navigator = Navigator()
-    for k in range(20):
-        navigator.add(InputRow("GP", NOON + k, PLACE[0] + 3e-7 * k, PLACE[1]))
-    for ahead in (0.0, 0.7):
-        row = navigator.at(NOON + 19.0 + ahead)
-        north, _, east = navigator.position_covariance
-        assert math.sqrt((north + east) / 2.0) == pytest.approx(row.position_std, rel=1e-12)
-    assert navigator.last_fix.time == NOON + 19.0
 
 
 # --- what is drawn

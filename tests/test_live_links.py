@@ -6,7 +6,6 @@ import json
 import logging
 import math
 import socket
-import time
 from itertools import pairwise
 from unittest import mock
 
@@ -19,7 +18,6 @@ from steerway.estimation import estimate
 from steerway.formats.testing import nmea0183, ubx
 from steerway.live.testing import (
     Context,
-    Deltas,
     FileSink,
     JsonLines,
     Navigator,
@@ -28,14 +26,12 @@ from steerway.live.testing import (
     ReceiverDecoder,
     Rhythm,
     Row,
-    SentenceOutput,
     Service,
     SignalKDecoder,
     State,
     addresses,
     json_line,
     log_to_stderr,
-    lost,
     uri,
 )
 from steerway.live.testing import signalk_token_of as token_of
@@ -43,7 +39,7 @@ from tests import hastened
 from tests.kept_outputs import Kept, assert_equal
 from tests.ports import free_port, until
 from tests.recording_sink import RecordingSink
-from tests.sentences import START, gga, gll, pvt, rmc, sealed, sortie, track
+from tests.sentences import gga, pvt, rmc, sortie, track
 
 NOON = 1_719_835_200.0
 PLACE = (math.radians(54.0), math.radians(10.0))
@@ -61,28 +57,6 @@ def test_sentences_in_pieces_are_the_rows_of_the_log():
     for size in (1, 7, 100000):
         placed = [row for row in fed(ReceiverDecoder(), log, size) if row.source == "GP" and row.has_position]
         assert [(row.time, row.latitude) for row in placed] == list(zip(fixes.time, fixes.latitude, strict=True))
-
-
-def test_an_epoch_waits_for_its_finest_position():
-    coarse = sealed("GPGLL,5400.001,N,01000.002,E,120000,A,A")
-    decoder = ReceiverDecoder()
-    decoder.feed(rmc(START - 1.0, 54.0, 10.0))
-    (first,) = decoder.feed(coarse)
-    assert first.time == START - 1.0
-    assert decoder.feed(gga(START, 54.00002, 10.00003)) == []
-    (fine,) = decoder.settle()
-    assert math.degrees(fine.latitude) == pytest.approx(54.00002, abs=1e-9)
-    assert decoder.settle() == [] and decoder.feed(gll(START, 54.00002, 10.00003)) == []
-
-
-def test_weeks_that_rolled_over_are_put_right_by_the_computers_clock(monkeypatch):
-    rollover = 1024 * 7 * 86400.0
-    twice = START + 2.0 * rollover
-    for computer, expected in ((START + rollover, START + rollover), (twice + 5e5, twice), (START + 1e8, START),
-                               (0.0, START), (START - rollover, START)):  # fmt: skip
-        monkeypatch.setattr(time, "time", lambda now=computer: now)
-        (row,) = fed(ReceiverDecoder(), rmc(START, 54.0, 10.0), 100)
-        assert row.time == expected
 
 
 def test_signal_k_deltas_are_merged_and_null_is_nothing():
@@ -103,40 +77,6 @@ def test_signal_k_deltas_are_merged_and_null_is_nothing():
     (row,) = decoder.settle()
     assert (row.source, row.sog, row.latitude) == ("gps.GP", 2.0, math.radians(54.0))
     assert row.cog == pytest.approx(-math.pi / 2.0) and math.isnan(row.heading)
-
-
-def test_sentences_once_a_second_and_never_a_stale_one():
-    sink = RecordingSink()
-    output = SentenceOutput(sink)
-    for k in range(100):
-        output.tick(SAILING._replace(time=NOON + k * 0.02))
-    assert len(sink.messages) == 2
-    output.tick(SAILING._replace(time=NOON + 1.99))
-    output.tick(lost(NOON + 2.0))
-    first, last = (each.decode().split("\r\n") for each in (sink.messages[0], sink.messages[-1]))
-    assert first[0].startswith("$SWRMC,120000.000,A,5400.0000000,N,01000.0000000,E,3.888,270.00,010724,")
-    assert first[1].startswith("$SWVTG,270.00,T,,M,3.888,N,7.200,K,A")
-    assert first[2].startswith("$SWROT,60.00,A")  # 1 °/s to starboard
-    assert last[0].startswith("$SWRMC,120002.000,V,,,,,,,010724,,,N")
-    assert ",N*" in last[1] and last[2].startswith("$SWROT,,V")
-
-
-def test_a_delta_a_fix_and_the_present_where_fixes_stay_away():
-    sink = RecordingSink()
-    output = Deltas(sink)
-    for k in range(10):
-        output.fix(SAILING._replace(time=NOON + 0.2 * k))
-        output.tick(SAILING._replace(time=NOON + 0.2 * k + 0.1))
-    for k in range(100, 140):
-        output.tick(lost(NOON + 0.1 * k))
-    updates = [json.loads(message)["updates"][0] for message in sink.messages]
-    assert [each["timestamp"][17:-1] for each in updates] == ["00", "01", "10"]
-    values = [{each["path"]: each["value"] for each in update["values"]} for update in updates]
-    assert [len(each) for each in values] == [4, 4, 3] and set(values[2].values()) == {None}
-    assert "navigation.position" not in values[2]
-    output.fix(SAILING._replace(time=NOON + 20.0))
-    output.tick(lost(NOON + 40.0))
-    assert [len(json.loads(message)["updates"][0]["values"]) for message in sink.messages[3:]] == [4, 3]
 
 
 def test_the_own_position_is_not_sent_to_the_server_it_comes_from():

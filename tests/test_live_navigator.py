@@ -108,47 +108,6 @@ def test_late_and_disordered_fixes_are_taken_at_their_own_time(fixes):
     np.testing.assert_allclose(late.at(end)[:-2], in_order.at(end)[:-2], rtol=1e-12)
 
 
-def test_a_stray_time_is_not_believed_and_a_step_is(fixes):
-    rows = received_from(fixes)
-    navigator = Navigator()
-    for received in rows[:100]:
-        navigator.add(received)
-    before = navigator.at(rows[100].time)
-    assert navigator.add(rows[100]._replace(time=rows[100].time + 86400.0)) == []
-    assert navigator.at(rows[100].time) == before
-    assert len(navigator.add(rows[100])) == 1
-    stepped = [row._replace(time=row.time - 3600.0) for row in rows[101:140]]
-    out = [row for received in stepped for row in navigator.add(received)]
-    assert navigator.counts["clock steps"] == 1
-    assert [row.time for row in out] == [received.time for received in stepped]
-    assert out[-1].sog == pytest.approx(2.0, abs=0.3)
-
-
-@pytest.mark.parametrize(("by", "speed"), [(-18.0, 2.0), (-1.4, 0.4)])
-def test_the_motion_goes_on_when_the_clock_steps_back(by, speed):
-    rows = received_from(turning(speed, 0.5, 60.0).fixes(0.1, 1))
-    steady, stepped = Navigator(), Navigator()
-    for received in rows[:150]:
-        steady.add(received), stepped.add(received)
-    for received in rows[150:200]:
-        steady.add(received), stepped.add(received._replace(time=received.time + by))
-    assert stepped.counts["clock steps"] == 1
-    end = rows[199].time + 0.3
-    np.testing.assert_allclose(stepped.at(end + by)[1:6], steady.at(end)[1:6], rtol=1e-6)
-
-
-def test_a_step_forward_is_distinguished_from_a_dropout_by_the_present(fixes):
-    rows = received_from(fixes)
-    dropout, step = Navigator(), Navigator()
-    for received in rows[:150]:
-        dropout.add(received, received.time), step.add(received, received.time)
-    later = [received._replace(time=received.time + 20.0) for received in rows[150:160]]
-    for received, before in zip(later, rows[150:160], strict=True):
-        dropout.add(received, received.time), step.add(received, before.time + 20.0 * (received.time > later[1].time))
-    assert dropout.counts["clock steps"] == 0 and step.counts["clock steps"] == 1
-    assert step.at(later[-1].time).sog_std < 0.7 * dropout.at(later[-1].time).sog_std
-
-
 def test_a_gap_in_a_log_that_is_played_in_haste_is_no_step(fixes):
     rows = received_from(fixes)
     kept = rows[:150] + rows[200:]
@@ -169,28 +128,6 @@ def test_an_instrument_of_another_clock_does_not_carry_the_boat_away(fixes):
         navigator.add(InputRow("gyro", received.time + 500.0, yaw_rate=0.0), received.time)
     assert navigator.counts["used"] == 150 and navigator.counts["stray"] == 150
     assert navigator.at(rows[149].time).valid
-
-
-def test_a_receiver_of_another_clock_is_not_thought_silent(fixes):
-    navigator = Navigator()
-    for received in received_from(fixes):
-        navigator.add(received, received.time)
-        navigator.add(received._replace(source="GN", time=received.time + 3600.0), received.time)
-    assert navigator.choice.present == "GP" and navigator.choice.changes == 0
-    assert navigator.counts["used"] == len(fixes)
-
-
-def test_the_wanted_source_is_taken_while_it_speaks():
-    choice = SourceChoice(("GN", "GP"))
-    taken = []
-    for k in range(40):
-        time = float(k)
-        if not 10 <= k < 20:
-            taken += ["GN"] * choice.uses_position(InputRow("GN", time, 1.0, 1.0), time)
-        taken += ["GP"] * choice.uses_position(InputRow("GP", time, 1.0, 1.0), time)
-        assert not choice.uses_position(InputRow("AI", time, 1.0, 1.0), time)
-    assert taken.count("GN") == 30 and 6 <= taken.count("GP") <= 8
-    assert choice.present == "GN" and choice.changes == 2
 
 
 def test_without_a_wish_the_quicker_source_wins_once_it_is_known():

@@ -45,12 +45,6 @@ def test_the_letter_is_the_side_to_steer_to():
     assert ",A,A,0.00,T," in apb(STARBOARD._replace(is_arrived=True, is_passed=True))
 
 
-def test_what_is_not_valid_says_nothing():
-    assert xte(STARBOARD, valid=False) == sealed("SWXTE,V,V,,,N,N")
-    assert apb(STARBOARD, valid=False) == sealed("SWAPB,V,V,,,N,V,V,,T,WP1,,T,,T,N")
-    assert rmb(STARBOARD._replace(cross_track=math.nan)).startswith("$SWRMB,V,,,WP0,WP1,5400")
-
-
 def test_a_boat_is_led_back_to_the_line(guide):
     leg = guide.step(at(50.0, 10.0))
     assert leg.cross_track == pytest.approx(10.0, abs=1e-3) and leg.direction == pytest.approx(0.0, abs=1e-6)

@@ -116,17 +116,6 @@ def test_who_takes_her_out_of_guided_has_her():
     assert all(each.command != messages.MAV_CMD_DO_SET_MODE for each in pair.output("COMMAND_LONG", taken))
 
 
-def test_overruled_in_the_second_of_being_taken_she_is_not_asked_again():
-    pair = Pair().run(2.05)
-    pair.order = RUNNING
-    while pair.rover.mode is not RoverMode.GUIDED:
-        pair.step()
-    pair.step()
-    pair.rover.mode = RoverMode.MANUAL  # before any HEARTBEAT has said GUIDED
-    pair.run(5.0)
-    assert pair.rover.mode is RoverMode.MANUAL and "put into MANUAL" in pair.guided.refusal
-
-
 def test_a_vehicle_that_is_not_armed_or_does_not_obey_is_a_complaint():
     pair = Pair()
     pair.rover.armed = False
@@ -164,22 +153,6 @@ def test_a_silent_link_is_lost_and_so_is_one_without_heartbeats():
     pair.unheard = ("HEARTBEAT",)
     assert pair.run(4.0).guided.alive(pair.time)
     assert not pair.run(1.5).guided.alive(pair.time)
-
-
-def test_messages_that_stay_away_are_asked_for():
-    """Once a vehicle is known, and again when they stay away: she may have started anew."""
-
-    def asked(pair, since=0.0):
-        output = pair.output("COMMAND_LONG", since)
-        return {each.param1: each.param2 for each in output if each.command == messages.MAV_CMD_SET_MESSAGE_INTERVAL}
-
-    pair = Pair()
-    pair.unheard = ("GPS_RAW_INT", "SYSTEM_TIME", "VFR_HUD")
-    wanted = {messages.MAVLINK_MSG_ID_GPS_RAW_INT: 1e5, messages.MAVLINK_MSG_ID_SYSTEM_TIME: 1e6,
-              messages.MAVLINK_MSG_ID_VFR_HUD: 5e5}  # fmt: skip
-    assert wanted.items() <= asked(pair.run(7.0)).items()
-    again = pair.time
-    assert messages.MAVLINK_MSG_ID_GPS_RAW_INT in asked(pair.run(12.0), again)
 
 
 def test_another_vehicle_and_a_ground_station_are_not_listened_to():
