@@ -25,7 +25,6 @@ from selenium.common.exceptions import StaleElementReferenceException, WebDriver
 from selenium.webdriver.common.by import By  # noqa: E402
 
 NOON = 1_719_835_200.0
-TOKEN = "the token of this test"
 ROUTE = "".join(f"[[waypoint]]\nlat_deg = {54.0 + 1e-3 * k}\nlon_deg = {10.0 + 1e-4 * k}\n" for k in (0, 20, 22))
 PHONE, LAPTOP = (390, 844), (1280, 800)
 
@@ -52,16 +51,14 @@ def sea(tmp_path_factory):
 
 
 @contextlib.contextmanager
-def sailing(sea, port, *more, token=None, speed=5):
+def sailing(sea, port, *more):
     """`steerway live` with a helm page that answers."""
     surroundings = {name: value for name, value in os.environ.items() if name != "STEERWAY_HELM_TOKEN"}
     command = (
         *(sys.executable, "-c", "from steerway.commands.cli import main; main()", "live"),
-        *("--from", f"file:{sea / 'log.nmea'}?speed={speed}", "--to", f"file:{sea / 'run.csv'}"),
+        *("--from", f"file:{sea / 'log.nmea'}?speed=5", "--to", f"file:{sea / 'run.csv'}"),
         *("--helm", f"127.0.0.1:{port}", *more),
     )
-    if token:
-        surroundings["STEERWAY_HELM_TOKEN"] = token
     with open(sea / "said.txt", "wb") as output:
         process = subprocess.Popen(command, stdout=output, stderr=output, env=surroundings, cwd=sea)
     try:
@@ -242,26 +239,3 @@ def fits(page):
         assert red > 150 and green < 60 and blue < 60
         page.browser.execute_script("helmShade()")
         until(lambda: page.browser.execute_script("return Quasar.Dark.isActive") is (width > 600))  # noqa: B023
-
-
-def test_the_token_is_asked_for(page, sea):
-    port = free_port()
-    with sailing(sea, port, token=TOKEN, speed=2) as process:
-        url = f"http://127.0.0.1:{port}"
-        page.browser.delete_all_cookies()
-        page.browser.get(url)
-        assert page.browser.current_url == f"{url}/login"
-        for token in ("a wrong one", TOKEN):
-            field = page.browser.find_element(By.ID, "token")
-            field.send_keys(token)
-            field.submit()
-            if token != TOKEN:
-                until(lambda: "not the token" in page.browser.find_element(By.TAG_NAME, "form").text)
-        until(lambda: page.number("sog") > 3.0)
-        assert not page.browser.find_elements(By.CSS_SELECTOR, "[data-name=start]")  # no mission, nothing to start
-        (cookie,) = page.browser.get_cookies()
-        assert cookie["httpOnly"] and cookie["sameSite"] == "Strict"
-        output = (sea / "said.txt").read_text()
-        with open(f"/proc/{process.pid}/task/{process.pid}/children") as children:
-            lines = [open(f"/proc/{child}/cmdline").read() for child in children.read().split()]
-        assert len(lines) == 1 and TOKEN not in output + lines[0]

@@ -75,10 +75,3 @@ def test_every_speed_and_rate_arrives_from_a_talker_without_positions(text, name
     found, reader = rows(lambda k: [sealed(text)], per_second=per_second)
     assert [each for _, each in values(found, name)] == pytest.approx([value] * 3 * per_second)
     assert not reader.skipped
-
-
-def test_distance_through_the_water_is_recognised_and_not_used():
-    """VLW counts miles to one or two decimals: differences of 18.5 m or more tell no speed that VHW would not."""
-    found, reader = rows(lambda k: [sealed("VWVLW,12.34,N,1.23,N,,N,,N")])
-    assert not reader.skipped and reader.recording().counts["VWVLW"] == 30
-    assert {row.source for row in found} == {"SW"}

@@ -6,7 +6,6 @@ import json
 import logging
 import math
 import socket
-import time
 from itertools import pairwise
 from unittest import mock
 
@@ -19,21 +18,20 @@ from steerway.estimation import estimate
 from steerway.formats.testing import nmea0183, ubx
 from steerway.live.testing import (
     Context,
-    Deltas,
     FileSink,
-    GpsdDecoder,
     JsonLines,
     Navigator,
+    Order,
+    PropellerCommands,
     ReceiverDecoder,
     Rhythm,
     Row,
-    SentenceOutput,
     Service,
     SignalKDecoder,
+    State,
     addresses,
     json_line,
     log_to_stderr,
-    lost,
     uri,
 )
 from steerway.live.testing import signalk_token_of as token_of
@@ -41,7 +39,7 @@ from tests import hastened
 from tests.kept_outputs import Kept, assert_equal
 from tests.ports import free_port, until
 from tests.recording_sink import RecordingSink
-from tests.sentences import START, gga, gll, pvt, rmc, sealed, sortie, track
+from tests.sentences import gga, pvt, rmc, sortie, track
 
 NOON = 1_719_835_200.0
 PLACE = (math.radians(54.0), math.radians(10.0))
@@ -59,51 +57,6 @@ def test_sentences_in_pieces_are_the_rows_of_the_log():
     for size in (1, 7, 100000):
         placed = [row for row in fed(ReceiverDecoder(), log, size) if row.source == "GP" and row.has_position]
         assert [(row.time, row.latitude) for row in placed] == list(zip(fixes.time, fixes.latitude, strict=True))
-
-
-def test_an_epoch_waits_for_its_finest_position():
-    coarse = sealed("GPGLL,5400.001,N,01000.002,E,120000,A,A")
-    decoder = ReceiverDecoder()
-    decoder.feed(rmc(START - 1.0, 54.0, 10.0))
-    (first,) = decoder.feed(coarse)
-    assert first.time == START - 1.0
-    assert decoder.feed(gga(START, 54.00002, 10.00003)) == []
-    (fine,) = decoder.settle()
-    assert math.degrees(fine.latitude) == pytest.approx(54.00002, abs=1e-9)
-    assert decoder.settle() == [] and decoder.feed(gll(START, 54.00002, 10.00003)) == []
-
-
-def test_without_a_date_it_is_today():
-    (row,) = fed(ReceiverDecoder(), gga(START, 54.0, 10.0), 10)
-    assert abs(row.time - time.time()) <= 43200.0 + 1.0
-    assert (row.time - START) % 86400.0 == pytest.approx(0.0, abs=1e-6)
-
-
-def test_weeks_that_rolled_over_are_put_right_by_the_computers_clock(monkeypatch):
-    rollover = 1024 * 7 * 86400.0
-    twice = START + 2.0 * rollover
-    for computer, expected in ((START + rollover, START + rollover), (twice + 5e5, twice), (START + 1e8, START),
-                               (0.0, START), (START - rollover, START)):  # fmt: skip
-        monkeypatch.setattr(time, "time", lambda now=computer: now)
-        (row,) = fed(ReceiverDecoder(), rmc(START, 54.0, 10.0), 100)
-        assert row.time == expected
-
-
-def test_gpsd_reports_several_times_an_epoch():
-    place = {"class": "TPV", "device": "/dev/a", "mode": 3, "time": iso(NOON), "lat": 54.0, "lon": 190.0}
-    later = place | {"time": iso(NOON + 1.0), "eph": 2.0, "magtrack": 5.0}
-    lines = [{"class": "VERSION"}, place, place | {"speed": 3.0, "track": 270.0}, later, {"class": "SKY"}]
-    log = (
-        b"".join(json.dumps(line).encode() + b"\r\n" for line in lines) + b"not json\n" + b'{"class":"TPV","mode":1}\n'
-    )
-    decoder = GpsdDecoder()
-    first, second = fed(decoder, log, 11)
-    assert (first.source, first.time, first.sog) == ("gpsd /dev/a", NOON, 3.0)
-    assert first.longitude == pytest.approx(math.radians(-170.0))
-    assert first.cog == pytest.approx(-math.pi / 2.0)
-    assert second.time == NOON + 1.0 and math.isnan(second.cog) and math.isnan(second.heading)
-    assert second.position_std == pytest.approx(2.0 / math.sqrt(2.0))
-    assert decoder.skipped == {"malformed": 1}
 
 
 def test_signal_k_deltas_are_merged_and_null_is_nothing():
@@ -126,49 +79,11 @@ def test_signal_k_deltas_are_merged_and_null_is_nothing():
     assert row.cog == pytest.approx(-math.pi / 2.0) and math.isnan(row.heading)
 
 
-def test_sentences_once_a_second_and_never_a_stale_one():
-    sink = RecordingSink()
-    output = SentenceOutput(sink)
-    for k in range(100):
-        output.tick(SAILING._replace(time=NOON + k * 0.02))
-    assert len(sink.messages) == 2
-    output.tick(SAILING._replace(time=NOON + 1.99))
-    output.tick(lost(NOON + 2.0))
-    first, last = (each.decode().split("\r\n") for each in (sink.messages[0], sink.messages[-1]))
-    assert first[0].startswith("$SWRMC,120000.000,A,5400.0000000,N,01000.0000000,E,3.888,270.00,010724,")
-    assert first[1].startswith("$SWVTG,270.00,T,,M,3.888,N,7.200,K,A")
-    assert first[2].startswith("$SWROT,60.00,A")  # 1 °/s to starboard
-    assert last[0].startswith("$SWRMC,120002.000,V,,,,,,,010724,,,N")
-    assert ",N*" in last[1] and last[2].startswith("$SWROT,,V")
-
-
-def test_a_delta_a_fix_and_the_present_where_fixes_stay_away():
-    sink = RecordingSink()
-    output = Deltas(sink)
-    for k in range(10):
-        output.fix(SAILING._replace(time=NOON + 0.2 * k))
-        output.tick(SAILING._replace(time=NOON + 0.2 * k + 0.1))
-    for k in range(100, 140):
-        output.tick(lost(NOON + 0.1 * k))
-    updates = [json.loads(message)["updates"][0] for message in sink.messages]
-    assert [each["timestamp"][17:-1] for each in updates] == ["00", "01", "10"]
-    values = [{each["path"]: each["value"] for each in update["values"]} for update in updates]
-    assert [len(each) for each in values] == [4, 4, 3] and set(values[2].values()) == {None}
-    assert "navigation.position" not in values[2]
-    output.fix(SAILING._replace(time=NOON + 20.0))
-    output.tick(lost(NOON + 40.0))
-    assert [len(json.loads(message)["updates"][0]["values"]) for message in sink.messages[3:]] == [4, 3]
-
-
 def test_the_own_position_is_not_sent_to_the_server_it_comes_from():
     (address,), _ = addresses.sources(["signalk://127.0.0.1:3000?token=hidden"])
-    here = [addresses.opened(address, 1)]
-    for text, sent in (("", False), ("?position=yes", True), ("?position=no", False)):
-        output, _ = addresses.output(f"signalk://127.0.0.1:3000{text}", Context(inputs=here))
-        assert output.positions is sent
-    assert addresses.output("signalk://127.0.0.1:3001", Context(inputs=here))[0].positions
-    with pytest.raises(InputError, match="position is 'x', expected yes or no"):
-        addresses.output("signalk://127.0.0.1:3000?position=x")
+    here = Context(inputs=[addresses.opened(address, 1)])
+    for text, sent in ((":3000", False), (":3000?position=yes", True), (":3001", True)):
+        assert addresses.output(f"signalk://127.0.0.1{text}", here)[0].positions is sent
 
 
 def test_a_token_is_in_no_text(tmp_path, caplog):
@@ -214,10 +129,7 @@ def test_json_lines_carry_the_columns_of_estimate():
         ("ftp://a:1", "not a known address"),
         ("tcp://a", "names no port"),
         ("serial:/dev/ttyS0?baud=1234", "baud is 1234"),
-        ("mavlink:udp:127.0.0.1:1", "names no link"),
-        ("n2k:", "names no path"),
         ("udp://:1?speed=2", "option 'speed' is unknown"),
-        ("file:a?speed=0", "speed is 0"),
     ],
 )
 def test_wrong_addresses_are_refused_in_a_sentence(text, why):
@@ -281,47 +193,37 @@ def test_a_log_over_tcp_is_the_estimate_and_a_broken_link_is_opened_again():
     assert (np.diff(times) > 0.0).all() and np.allclose(np.array(times) * 50.0 % 1.0, 0.0, atol=1e-3)
 
 
+async def datagrams(port, parts):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for part in parts:
+            sender.sendto(part, ("127.0.0.1", port))
+            await asyncio.sleep(0.001)
+
+
 def test_datagrams_in_sentences_out():
     log = sortie(30).splitlines()
     into, out = free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_DGRAM)
     receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     receiver.bind(("127.0.0.1", out))
     receiver.setblocking(False)
-
-    async def feed():
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
-            for line in log:
-                sender.sendto(line, ("127.0.0.1", into))
-                await asyncio.sleep(0.001)
-
-    kept = hastened.run(listened(f"udp://127.0.0.1:{into}", feed, 30, [f"udp://127.0.0.1:{out}?period=0.1"]))
+    ends = f"udp://127.0.0.1:{into}", lambda: datagrams(into, log), 30, [f"udp://127.0.0.1:{out}?period=0.1"]
+    kept = hastened.run(listened(*ends))
     with receiver:
         received = receiver.recv(4096)
     assert_equal(kept.fixes, estimate(nmea0183.read(b"\r\n".join(log)).sources["GP"], "small-usv"))
     assert received.startswith(b"$SWRMC,") and b"$SWROT," in received
 
 
-def mixed(n):
-    """UBX and sentences of the same moments, some of either damaged."""
-    places = list(zip(*track(n), strict=True))
-    frames, lines = [pvt(*place) for place in places], [rmc(*place) + gga(*place) for place in places]
-    frames[n // 2] = frames[n // 2][:50]
-    lines[n // 3] = lines[n // 3][:50]
-    return [part for pair in zip(frames, lines, strict=True) for part in pair]
-
-
 @pytest.mark.parametrize(("scheme", "source"), [("tcp", "UBX"), ("udp", "GP")])
 def test_ubx_and_sentences_mixed_on_a_link(scheme, source):
-    parts = mixed(40)
+    """Of the same moments, some of either damaged."""
+    places = list(zip(*track(40), strict=True))
+    frames, lines = [pvt(*place) for place in places], [rmc(*place) + gga(*place) for place in places]
+    frames[20], lines[13] = frames[20][:50], lines[13][:50]
+    parts = [part for pair in zip(frames, lines, strict=True) for part in pair]
     log = b"".join(parts)
     expected = {**ubx.read(log).sources, **nmea0183.read(log).sources}[source]
     port = free_port(socket.SOCK_DGRAM if scheme == "udp" else socket.SOCK_STREAM)
-
-    async def datagrams():
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
-            for part in parts:
-                sender.sendto(part, ("127.0.0.1", port))
-                await asyncio.sleep(0.001)
 
     async def stream():
         async def send(reader, writer):
@@ -333,7 +235,7 @@ def test_ubx_and_sentences_mixed_on_a_link(scheme, source):
         async with await asyncio.start_server(send, "127.0.0.1", port):
             await asyncio.sleep(1.5)
 
-    feed = datagrams if scheme == "udp" else stream
+    feed = stream if scheme == "tcp" else lambda: datagrams(port, parts)
     kept = hastened.run(listened(f"{scheme}://127.0.0.1:{port}", feed, len(expected), source=source))
     assert len(expected) >= 39
     assert_equal(kept.fixes, estimate(expected, "small-usv"))
@@ -374,3 +276,21 @@ def test_what_another_wrote_begins_no_line_of_the_log(capsys):
         log_to_stderr("steerway live")
         logger.warning("vehicle: %s", "ok\nsteerway live: autopilot stopped\x1b[31m")
     assert capsys.readouterr().err == "steerway live: vehicle: ok\\nsteerway live: autopilot stopped\\x1b[31m\n"
+
+
+def test_addresses_of_propellers():
+    output, _ = addresses.output("udp://127.0.0.1:1234?format=propellers")
+    assert isinstance(output, PropellerCommands)
+    assert isinstance(addresses.output("stdout:?format=propellers")[0], PropellerCommands)
+    assert isinstance(addresses.output("stdout:")[0], JsonLines)
+    assert isinstance(addresses.output("udp://127.0.0.1:1234?format=json")[0], JsonLines)
+    with pytest.raises(InputError, match="option 'period' is unknown, expected format"):
+        addresses.output("udp://127.0.0.1:1234?format=json&period=1")
+    with pytest.raises(InputError, match="format is 'hello', expected one of nmea, json, propellers"):
+        addresses.output("udp://127.0.0.1:1234?format=hello")
+
+
+def test_a_boat_handed_back_is_commanded_nothing():
+    sink = RecordingSink()
+    PropellerCommands(sink).tick(SAILING, None, Order(State.STOPPED, "enough", False))
+    assert sink.lines()[0]["port"] is None

@@ -1,6 +1,7 @@
 """Recordings: what is recorded is repeated to the last bit, also after a cut; messages of ROS 2 in and out."""
 
 import asyncio
+import contextlib
 import json
 import math
 import sqlite3
@@ -121,7 +122,6 @@ def test_last_digits_are_those_of_another_processor(recorded):
     found = Replayed(rows, near, 0, 0)
     assert len(found.differing) > 50 and 0.0 < found.largest[0] <= ANOTHER_PROCESSOR
     assert Replayed(rows, near[:-1], 0, 0).largest == (math.inf, "row")
-    assert Replayed(rows, [*near[:-1], near[-1]._replace(sog=math.nan)], 0, 0).largest == (math.inf, "sog")
 
 
 def test_the_command_says_whether_the_estimates_are_the_same(recorded, tmp_path):
@@ -148,8 +148,8 @@ def test_a_recording_that_was_cut_off_is_repeated_as_far_as_it_goes(recorded, tm
     (tmp_path / "noise.mcap").write_bytes(b"noise")
     with pytest.raises(InputError, match="is no MCAP"):
         replay(tmp_path / "noise.mcap")
-    with pytest.raises(InputError, match="cannot be read"):
-        replay(tmp_path / "none.mcap")
+    with pytest.raises(InputError, match=r"expected \.mcap"):
+        Recorder("run.bag", SETTINGS)
 
 
 def test_a_recording_is_a_log_too(recorded):
@@ -158,13 +158,6 @@ def test_a_recording_is_a_log_too(recorded):
     assert fixes.source == "GP"
     placed = fixes.rows(fixes.has_position)
     np.testing.assert_array_equal(placed.latitude, direct.latitude[: len(placed)])
-
-
-def test_a_recording_is_refused_where_it_cannot_be():
-    with pytest.raises(InputError, match=r"expected \.mcap"):
-        Recorder("run.bag", SETTINGS)
-    with pytest.raises(InputError, match="cannot be written"):
-        Recorder("/nowhere/run.mcap", SETTINGS)
 
 
 def nav_sat_fix(time, latitude, longitude, status=0, variance=0.25, frame="gps"):
@@ -183,33 +176,28 @@ def test_a_fix_of_ros_2():
         time, latitude, longitude, std, *rest = ros2.nav_sat_fix(nav_sat_fix(1700000000.25, 54.0, 190.0, frame=frame))
         assert (time, math.degrees(latitude), std) == (1700000000.25, pytest.approx(54.0), 0.5)
         assert math.degrees(longitude) == pytest.approx(-170.0) and all(map(math.isnan, rest))
-    assert math.isnan(ros2.nav_sat_fix(nav_sat_fix(1.0, 54.0, 10.0, status=-1))[0])
     assert math.isnan(ros2.nav_sat_fix(nav_sat_fix(1.0, math.nan, 10.0))[0])
 
 
 def test_a_bag_of_ros_2(tmp_path):
     path = tmp_path / "bag" / "bag_0.db3"
     path.parent.mkdir()
-    base = sqlite3.connect(path)
-    base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)")
-    base.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)")
-    base.execute("INSERT INTO topics VALUES (1, '/gps/fix', 'sensor_msgs/msg/NavSatFix', 'cdr')")
-    base.execute("INSERT INTO topics VALUES (2, '/imu', 'sensor_msgs/msg/Imu', 'cdr')")
-    for k in range(20):
-        data = nav_sat_fix(START + k, 54.0 + 1e-5 * k, 10.0, status=-1 if k == 7 else 0)
-        base.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES (1, ?, ?)", (int(1e9 * (START + k)), data))
-        base.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES (2, ?, ?)", (int(1e9 * START), b"\0" * 40))
-    base.commit()
-    base.close()
+    with contextlib.closing(sqlite3.connect(path)) as base, base:
+        base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)")
+        base.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)")
+        base.execute("INSERT INTO topics VALUES (1, '/gps/fix', 'sensor_msgs/msg/NavSatFix', 'cdr')")
+        base.execute("INSERT INTO topics VALUES (2, '/imu', 'sensor_msgs/msg/Imu', 'cdr')")
+        for k in range(20):
+            time, fix = int(1e9 * (START + k)), nav_sat_fix(START + k, 54.0 + 1e-5 * k, 10.0, status=-(k == 7))
+            for topic, data in ((1, fix), (2, b"\0" * 40)):
+                base.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES (?, ?, ?)", (topic, time, data))
     fixes = read(path)
     assert fixes.source == "/gps/fix" and len(fixes) == 19 and fixes.position_std[0] == 0.5
     np.testing.assert_allclose(np.degrees(fixes.latitude[:3]), [54.0, 54.00001, 54.00002], atol=1e-12)
     (path.parent / "metadata.yaml").touch()  # as ROS 2 keeps bags: a directory
     np.testing.assert_array_equal(read(path.parent).latitude, fixes.latitude)
-    other = sqlite3.connect(tmp_path / "other.db3")
-    other.execute("CREATE TABLE a(b)")
-    other.commit()
-    other.close()
+    with contextlib.closing(sqlite3.connect(tmp_path / "other.db3")) as other, other:
+        other.execute("CREATE TABLE a(b)")
     with pytest.raises(InputError, match="is no ROS 2 bag"):
         read(tmp_path / "other.db3")
 
@@ -230,9 +218,8 @@ def test_odometry_has_the_axes_of_ros(tmp_path):
         assert math.remainder(yaw - (0.5 * math.pi - motion.cog[k]), 2.0 * math.pi) == pytest.approx(0.0, abs=1e-12)
         assert twist.linear.x == motion.sog[k] and twist.angular.z == -motion.course_rate[k]
         assert found[k].pose.covariance[35] == pytest.approx(motion.cog_std[k] ** 2)
-        assert found[k].header.stamp.sec + 1e-9 * found[k].header.stamp.nanosec == pytest.approx(
-            motion.time[k], abs=1e-6
-        )
+        stamp = found[k].header.stamp
+        assert stamp.sec + 1e-9 * stamp.nanosec == pytest.approx(motion.time[k], abs=1e-6)
     east = (motion.longitude[-1] - motion.longitude[0]) * math.cos(motion.latitude[0]) * 6.39e6
     north = (motion.latitude[-1] - motion.latitude[0]) * 6.37e6
     last = found[-1].pose.pose.position

@@ -1,5 +1,6 @@
-"""Steering sentences on a route: sides, bearings, arrival, and that nothing is said which is not known."""
+"""Routes and missions, their fences, and steering sentences: nothing is said which is not known."""
 
+import json
 import math
 from pathlib import Path
 
@@ -8,11 +9,20 @@ import pytest
 from steerway.core import OK, InputError
 from steerway.core.testing import NAUTICAL_MILE, Leg, displaced
 from steerway.formats.testing import apb, rmb, sealed, xte
-from steerway.live.testing import GeodeticRoute, Guide, Row, SentenceOutput, lost, pilot_of
+from steerway.live.testing import (
+    Fence,
+    GeodeticRoute,
+    Guide,
+    MissionTable,
+    Row,
+    SentenceOutput,
+    Waypoint,
+    lost,
+    pilot_of,
+)
+from tests.desk import HOME, NOON, SQUARE, corner, square
 
 EXAMPLES = Path(__file__).parent.parent / "examples" / "live"
-HOME = (math.radians(54.0), math.radians(10.0))
-NOON = 1_719_835_200.0
 STARBOARD = Leg(18.52, 0.0, math.radians(350.0), 1852.0, math.radians(-10.0), 2.0, *HOME, "WP0", "WP1")
 
 
@@ -21,14 +31,9 @@ def at(north, east, time=NOON, cog=0.0, sog=2.0):
 
 
 @pytest.fixture
-def guide(tmp_path):
-    path = tmp_path / "route.toml"
-    points = [displaced(*HOME, *point) for point in ((0.0, 0.0), (200.0, 0.0), (200.0, 200.0))]
-    tables = [
-        f"[[waypoint]]\nlat_deg = {math.degrees(lat)!r}\nlon_deg = {math.degrees(lon)!r}\n" for lat, lon in points
-    ]
-    path.write_text("lookahead = 20.0\nacceptance = 5.0\n" + "".join(tables))
-    return Guide(GeodeticRoute.load(path))
+def guide():
+    points = [corner(*each, Waypoint) for each in ((0.0, 0.0), (200.0, 0.0), (200.0, 200.0))]
+    return Guide(GeodeticRoute.of(points, [], MissionTable(lookahead=20.0, acceptance=5.0)))
 
 
 def test_the_letter_is_the_side_to_steer_to():
@@ -38,12 +43,6 @@ def test_the_letter_is_the_side_to_steer_to():
     assert rmb(STARBOARD) == sealed("SWRMB,A,0.01,L,WP0,WP1,5400.0000000,N,01000.0000000,E,1.000,350.00,3.89,V,A")
     assert rmb(STARBOARD._replace(cross_track=-30.0 * NAUTICAL_MILE)).startswith("$SWRMB,A,9.99,R,")
     assert ",A,A,0.00,T," in apb(STARBOARD._replace(is_arrived=True, is_passed=True))
-
-
-def test_what_is_not_valid_says_nothing():
-    assert xte(STARBOARD, valid=False) == sealed("SWXTE,V,V,,,N,N")
-    assert apb(STARBOARD, valid=False) == sealed("SWAPB,V,V,,,N,V,V,,T,WP1,,T,,T,N")
-    assert rmb(STARBOARD._replace(cross_track=math.nan)).startswith("$SWRMB,V,,,WP0,WP1,5400")
 
 
 def test_a_boat_is_led_back_to_the_line(guide):
@@ -91,12 +90,38 @@ def test_routes_of_other_programs(tmp_path, name, text):
     assert route.longitude.tolist() == [math.radians(10.0), math.radians(10.01)]
 
 
+MISSION = """
+name = "harbour"
+lookahead = 12.0
+speed_mps = 1.5
+safe = "hand-back"
+waypoint = [{ lat_deg = 54.0, lon_deg = 10.0 }, { lat_deg = 54.001, lon_deg = 10.0, speed_mps = 0.8, acceptance = 3 }]
+fence = [{ lat_deg = 53.9, lon_deg = 9.9 }, { lat_deg = 53.9, lon_deg = 10.1 }, { lat_deg = 54.1, lon_deg = 10.0 }]
+[limits]
+max_sog_mps = 2.0
+[boat]
+reverse = true
+"""
+
+
+def test_a_mission_file(tmp_path):
+    path = tmp_path / "m.toml"
+    path.write_text(MISSION)
+    route = GeodeticRoute.load(path)
+    assert route.speed.tolist() == [1.5, 0.8] and route.acceptance.tolist() == [10.0, 3.0]
+    assert route.lookahead == 12.0 and route.safe == "hand-back" and route.limits.max_sog_mps == 2.0
+    assert route.boat.reverse and route.boat.top_speed_mps == 3.0
+    assert route.fence.holds(*HOME) and not route.fence.holds(math.radians(54.2), HOME[1])
+
+
 @pytest.mark.parametrize(
     ("name", "text", "why"),
     [
         ("a.kml", "", "ending"),
         ("a.toml", "[[waypoint]]\nlat_deg = 54.0\nlon_deg = 1.0", "has 1 waypoints"),
-        ("a.toml", "sped_mps = 3", "unknown key sped_mps, expected perhaps speed_mps"),
+        ("a.toml", MISSION.replace("[boat]", "[boats]"), "unknown key boats, expected perhaps boat"),
+        ("a.toml", MISSION.replace("= 0.8", "= nan"), r"waypoint\[1\].speed_mps is nan, expected a finite number"),
+        ("a.toml", MISSION.replace("lat_deg = 54.1", "lat_deg = 53.95"), "waypoint 0 lies outside of the fence"),
         ("a.json", '{"type": "Point", "coordinates": [1, 2]}', "no LineString"),
         ("a.gpx", "<gpx>", "malformed"),
         (
@@ -108,8 +133,51 @@ def test_routes_of_other_programs(tmp_path, name, text):
 )
 def test_wrong_routes_are_refused_in_a_sentence(tmp_path, name, text, why):
     (tmp_path / name).write_text(text)
-    with pytest.raises(InputError, match=why):
+    with pytest.raises(InputError, match=why) as refused:
         GeodeticRoute.load(tmp_path / name)
+    assert str(refused.value).startswith(f"route {tmp_path / name}") and "\n" not in str(refused.value)
+
+
+def test_a_fence_in_geojson(tmp_path):
+    path = tmp_path / "m.geojson"
+    line = {"type": "LineString", "coordinates": [[10.0, 54.0], [10.01, 54.0]]}
+    ring = {"type": "Polygon", "coordinates": [[[9.9, 53.9], [10.1, 53.9], [10.1, 54.1], [9.9, 54.1], [9.9, 53.9]]]}
+    features = [{"type": "Feature", "properties": {}, "geometry": each} for each in (ring, line)]
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    route = GeodeticRoute.load(path)
+    assert len(route.latitude) == 2 and route.fence.holds(*HOME)
+    ring["coordinates"].append([[9.95, 53.95], [10.05, 53.95], [10.0, 54.05]])
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    with pytest.raises(InputError, match="the fence has holes"):
+        GeodeticRoute.load(path)
+
+
+def places(*corners):
+    return [corner(*each).place for each in corners]
+
+
+def test_a_fence_knows_inside_and_ahead():
+    fence = Fence(places((0.0, 0.0), (100.0, 0.0), (100.0, 100.0), (50.0, 50.0), (0.0, 100.0)))
+    inside, notch = places((50.0, 20.0), (50.0, 80.0))
+    assert fence.holds(*inside) and not fence.holds(*notch)
+    assert fence.trouble(*inside) == "" and fence.trouble(*notch) == "the fence is left"
+    assert fence.trouble(*inside, 8.0, -math.pi / 2.0).startswith("the fence is about to be left")
+    assert fence.trouble(*inside, 6.0, -math.pi / 2.0) == ""
+    assert fence.trouble(*inside, math.nan, math.nan) == ""
+    assert fence.leg_leaves(*places((90.0, 80.0), (10.0, 80.0))) and not fence.leg_leaves(
+        *places((90.0, 20.0), (5.0, 5.0))
+    )
+    with pytest.raises(InputError, match="crosses itself between corners 0 and 2"):
+        Fence(places((0.0, 0.0), (100.0, 100.0), (100.0, 0.0), (0.0, 100.0)))
+    notched = [(-10.0, -10.0), (70.0, -10.0), (70.0, 70.0), (50.0, 70.0), (50.0, 30.0), (20.0, 30.0), (20.0, 70.0)]
+    with pytest.raises(InputError, match="the leg to waypoint 3 crosses the fence"):
+        square(SQUARE, fence=[*notched, (-10.0, 70.0)])
+
+
+def test_she_slows_down_before_the_end():
+    guide = Guide(square(((0.0, 0.0), (60.0, 0.0))))
+    asked = [guide.step(at(north, 0.0, NOON + north)).speed for north in (10.0, 40.0, 50.0, 54.0)]
+    assert asked[0] == asked[1] == 1.2 and 1.2 > asked[2] > asked[3] == pytest.approx(0.72)
 
 
 def test_a_survey_aboard_is_followed_round_its_corners(tmp_path):

@@ -6,7 +6,7 @@ import random
 import pytest
 
 from steerway.core.testing import GroundMotion
-from steerway.live.testing import Guided, Order, ReceiverFix, Rover, RoverMode, State, Takeover, mode_name
+from steerway.live.testing import Guided, Order, ReceiverFix, Rover, RoverMode, State, Takeover
 from tests.mavlink_wire import NOON, Wire, messages
 
 AT_REST = GroundMotion(*[0.0] * 11)
@@ -47,6 +47,10 @@ class Pair:
             if self.connected and message.get_type() not in self.unheard:
                 self.guided.receive(message, self.time)
 
+    def steered(self, seconds=2.0):
+        self.run(2.0).order = RUNNING
+        return self.run(seconds)
+
     def output(self, kind, since=0.0):
         return [each for time, each in self.received if each.get_type() == kind and time > since]
 
@@ -77,9 +81,7 @@ def test_an_order_is_carried_out_in_guided_ten_times_a_second():
 
 @pytest.mark.parametrize(("order", "mode"), [(STOPPED, RoverMode.HOLD), (HANDED_BACK, RoverMode.MANUAL)])
 def test_stopping_gives_her_back(order, mode):
-    pair = Pair().run(2.0)
-    pair.order = RUNNING
-    pair.run(2.0)
+    pair = Pair().steered()
     pair.order = order
     stopped = pair.time
     pair.run(0.3)
@@ -100,9 +102,7 @@ def test_stopping_gives_her_back(order, mode):
 
 
 def test_who_takes_her_out_of_guided_has_her():
-    pair = Pair().run(2.0)
-    pair.order = RUNNING
-    pair.run(2.0)
+    pair = Pair().steered()
     pair.rover.mode = RoverMode.MANUAL  # the skipper's remote control
     taken = pair.time
     while not pair.guided.refusal:
@@ -116,29 +116,14 @@ def test_who_takes_her_out_of_guided_has_her():
     assert all(each.command != messages.MAV_CMD_DO_SET_MODE for each in pair.output("COMMAND_LONG", taken))
 
 
-def test_overruled_in_the_second_of_being_taken_she_is_not_asked_again():
-    pair = Pair().run(2.05)
-    pair.order = RUNNING
-    while pair.rover.mode is not RoverMode.GUIDED:
-        pair.step()
-    pair.step()
-    pair.rover.mode = RoverMode.MANUAL  # before any HEARTBEAT has said GUIDED
-    pair.run(5.0)
-    assert pair.rover.mode is RoverMode.MANUAL and "put into MANUAL" in pair.guided.refusal
-
-
 def test_a_vehicle_that_is_not_armed_or_does_not_obey_is_a_complaint():
     pair = Pair()
     pair.rover.armed = False
-    pair.run(2.0)
-    pair.order = RUNNING
-    assert pair.run(0.2).guided.refusal == "the vehicle is not armed"
+    assert pair.steered(0.2).guided.refusal == "the vehicle is not armed"
     assert pair.rover.mode is RoverMode.MANUAL
     pair = Pair()
     pair.rover = Rover(messages, 2.0, NOON, ekf_time=60.0)
-    pair.run(2.0)
-    pair.order = RUNNING
-    assert pair.run(2.5).guided.refusal == ""
+    assert pair.steered(2.5).guided.refusal == ""
     assert pair.run(1.0).guided.refusal == (
         "the vehicle does not go into GUIDED: it failed (FAILED), as before the vehicle has a position"
     )
@@ -170,22 +155,6 @@ def test_a_silent_link_is_lost_and_so_is_one_without_heartbeats():
     assert not pair.run(1.5).guided.alive(pair.time)
 
 
-def test_messages_that_stay_away_are_asked_for():
-    """Once a vehicle is known, and again when they stay away: she may have started anew."""
-
-    def asked(pair, since=0.0):
-        output = pair.output("COMMAND_LONG", since)
-        return {each.param1: each.param2 for each in output if each.command == messages.MAV_CMD_SET_MESSAGE_INTERVAL}
-
-    pair = Pair()
-    pair.unheard = ("GPS_RAW_INT", "SYSTEM_TIME", "VFR_HUD")
-    wanted = {messages.MAVLINK_MSG_ID_GPS_RAW_INT: 1e5, messages.MAVLINK_MSG_ID_SYSTEM_TIME: 1e6,
-              messages.MAVLINK_MSG_ID_VFR_HUD: 5e5}  # fmt: skip
-    assert wanted.items() <= asked(pair.run(7.0)).items()
-    again = pair.time
-    assert messages.MAVLINK_MSG_ID_GPS_RAW_INT in asked(pair.run(12.0), again)
-
-
 def test_another_vehicle_and_a_ground_station_are_not_listened_to():
     guided = Guided(messages)
     station, other = Wire(255, 190), Wire(7, 1)
@@ -198,19 +167,9 @@ def test_another_vehicle_and_a_ground_station_are_not_listened_to():
     assert not guided.receive(*Wire(1, 1).carry([beat]), 0.0)
 
 
-def test_whatever_a_stopped_order_says_she_gets_zero():
-    pair = Pair().run(2.0)
-    pair.order = RUNNING
-    pair.run(2.0)
-    pair.order = STOPPED._replace(yaw_rate=0.3, thrust=0.7)
-    assert pair.run(0.5).rover.target(pair.time)[:2] == (0.0, 0.0)
-
-
 @pytest.mark.parametrize("order", [STOPPED, HANDED_BACK])
 def test_taken_by_the_skipper_while_she_is_being_given_back_she_is_his(order):
-    pair = Pair().run(2.0)
-    pair.order = RUNNING
-    pair.run(0.3)
+    pair = Pair().steered(0.3)
     pair.order = order
     pair.step()
     pair.rover.mode = RoverMode.LOITER
@@ -233,9 +192,7 @@ def test_a_request_for_guided_that_is_carried_out_late_is_taken_back():
 
 
 def test_requests_come_twice_a_second_and_end():
-    pair = Pair().run(2.0)
-    pair.order = RUNNING
-    pair.run(2.0)
+    pair = Pair().steered()
     pair.rover.receive = lambda message, now: []
     pair.order, stopped = STOPPED, pair.time
     pair.run(15.0)
@@ -274,13 +231,15 @@ def test_a_vehicle_obeys_in_guided_and_armed_only():
     assert rover.receive(messages.MAVLink_set_mode_message(7, 1, 0), 0.5) == [], "another vehicle is meant"
 
 
-def test_without_a_number_nothing_moves():
-    pair = Pair().run(2.0)
-    pair.order = RUNNING._replace(yaw_rate=math.nan)
-    pair.run(2.0)
-    assert pair.rover.target(pair.time)[:2] == (0.0, 0.0)
-    pair.order = RUNNING._replace(thrust=7.0)
-    assert pair.run(1.0).rover.target(pair.time).speed == pytest.approx(2.0)
+def test_what_is_no_number_moves_nothing_and_what_is_too_much_is_limited():
+    pair = Pair().steered()
+    for order, target in (
+        (RUNNING._replace(yaw_rate=math.nan), (0.0, 0.0)),
+        (RUNNING._replace(thrust=7.0), (0.2, 2.0)),
+        (STOPPED._replace(yaw_rate=0.3, thrust=0.7), (0.0, 0.0)),
+    ):
+        pair.order = order
+        assert pair.run(0.5).rover.target(pair.time)[:2] == pytest.approx(target)
 
 
 def test_whatever_happens_she_is_steered_only_by_orders_and_never_against_the_skipper():
@@ -301,7 +260,3 @@ def test_whatever_happens_she_is_steered_only_by_orders_and_never_against_the_sk
                 asked = [each.param2 for each in pair.output("COMMAND_LONG", begun) if each.command == 176]
                 assert RoverMode.GUIDED not in asked
                 assert by_skipper is None or pair.rover.mode in (by_skipper, RoverMode.HOLD, RoverMode.MANUAL)
-
-
-def test_modes_have_names():
-    assert mode_name(15) == "GUIDED" and mode_name(99) == "mode 99"

@@ -6,7 +6,7 @@ import socket
 import pytest
 
 from steerway.core import InputError
-from steerway.live.testing import Companion, MavlinkLink, Readiness, Settings, State, addresses, key_of, result_words
+from steerway.live.testing import Companion, MavlinkLink, Readiness, Settings, State, addresses, key_of
 from tests import hastened
 from tests.desk import Desk, dock_all, square
 from tests.mavlink_wire import messages
@@ -94,12 +94,6 @@ def test_a_refusal_is_not_tried_again_at_once():
     for each in GOOD:
         readiness.receive(each, 7.0)
     assert readiness.obstacle(7.1) == ""
-
-
-def test_every_result_of_an_ack_has_words():
-    assert "(DENIED)" in result_words(messages, messages.MAV_RESULT_DENIED)
-    assert "(FAILED)" in result_words(messages, messages.MAV_RESULT_FAILED)
-    assert result_words(messages, 99) == "result 99"
 
 
 def test_engage_waits_for_the_vehicle_and_again_after_a_refusal():

@@ -41,48 +41,23 @@ RUNNING = Order(State.RUNNING, engaged=True, yaw_rate=0.2, thrust=0.4)
 STOPPED = Order(State.STOPPED, "ordered to stop", engaged=True)
 
 
-def scenario(**changes):
-    return load_scenario(SQUARE).model_copy(update=changes)
-
-
 def boat_of(kind, **keys):
     route = "waypoints = [{ north = 0.0, east = 0.0 }, { north = 900.0, east = 0.0 }]"
     lines = [f'kind = "{kind}"', *(f"{name} = {value}" for name, value in keys.items())]
     return SimulatedBoat(parse_scenario("\n".join(["[vessel]", *lines, "[route]", route])))
 
 
-def test_her_receiver_says_where_she_was():
-    gnss = scenario().gnss.model_copy(update={"latency": 0.4, "velocity_std": 0.05})
-    boat, loops = SimulatedBoat(scenario(gnss=gnss)), None
-    loops = InnerLoops(boat.known)
-    truth, seen = {}, []
-    for _ in range(10_000):
-        fix = boat.step(loops.step(0.05, 1.2, boat.motion, boat.step_length))
-        truth[round(boat.time, 3)] = boat.position(), boat.motion.sog
-        seen += [fix] if fix else []
-    assert len(seen) == pytest.approx(1000, abs=3)
-    assert [each.delivered - each.epoch for each in seen] == pytest.approx([0.4] * len(seen), abs=1e-9)
-    errors = [6.37e6 * (each.latitude - truth[round(each.epoch, 3)][0][0]) for each in seen]
-    assert np.std(errors) == pytest.approx(0.5, rel=0.1)
-    assert [each.sog for each in seen] == pytest.approx([truth[round(s.epoch, 3)][1] for s in seen], abs=0.3)
-
-
 @pytest.mark.parametrize(
-    ("boat", "yaw_rate", "speed", "seconds"),
-    [
-        (boat_of("otter", payload_mass=0.0), -0.1, 0.6, 30.0),
-        (boat_of("mariner"), -0.004, math.nan, 1500.0),
-        (boat_of("nomoto"), 0.05, math.nan, 200.0),
-    ],
-    ids=["light otter", "mariner", "nomoto"],
+    ("kind", "yaw_rate", "seconds"), [("otter", -0.1, 30.0), ("mariner", -0.004, 1500.0), ("nomoto", 0.05, 200.0)]
 )
-def test_inner_loops_make_good_what_is_asked(boat, yaw_rate, speed, seconds):
+def test_inner_loops_make_good_what_is_asked(kind, yaw_rate, seconds):
+    boat = boat_of(kind, **({"payload_mass": 0.0} if kind == "otter" else {}))
     loops = InnerLoops(boat.known)
     for _ in range(round(seconds / boat.step_length)):
-        boat.step(loops.step(yaw_rate, speed if speed == speed else 1.0, boat.motion, boat.step_length))
+        boat.step(loops.step(yaw_rate, 0.6 if kind == "otter" else 1.0, boat.motion, boat.step_length))
     assert boat.motion.yaw_rate == pytest.approx(yaw_rate, rel=0.05)
-    if speed == speed:
-        assert boat.motion.sog == pytest.approx(speed, rel=0.1)
+    if kind == "otter":
+        assert boat.motion.sog == pytest.approx(0.6, rel=0.1)
         for _ in range(round(60.0 / boat.step_length)):
             boat.step(loops.rest())
         assert boat.motion.sog < 0.05
@@ -93,9 +68,8 @@ def test_by_hand_she_circles_and_her_sentences_are_where_she_was():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ear:
         ear.bind(("127.0.0.1", 0))
         ear.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 21)
-        boat = RunningBoat(
-            SimulatedBoat(scenario()), [addresses.stream(f"udp://127.0.0.1:{ear.getsockname()[1]}")], keeps=True
-        )
+        output = addresses.stream(f"udp://127.0.0.1:{ear.getsockname()[1]}")
+        boat = RunningBoat(SimulatedBoat(load_scenario(SQUARE)), [output], keeps=True)
         begun, log = time.time(), []
 
         async def sail():
@@ -124,8 +98,6 @@ def test_by_hand_she_circles_and_her_sentences_are_where_she_was():
         (["--live"], "has no output"),
         (["--live", "--seeds", "3", "--to", "stdout:"], "cannot be combined with --live"),
         (["--to", "stdout:"], "expected --live"),
-        ([], "-o is missing"),
-        (["--live", "--to", "stdout:", "-o", str(SQUARE)], "cannot write"),
         (["--live", "--to", "stdout:", "--speed", "0"], "speed is 0"),
     ],
 )
@@ -149,7 +121,9 @@ def test_propeller_commands_turn_her_and_their_absence_stops_her():
     port = free_port(socket.SOCK_DGRAM)
 
     async def sail():
-        running = RunningBoat(SimulatedBoat(scenario()), propellers=addresses.datagrams(f"udp://127.0.0.1:{port}"))
+        running = RunningBoat(
+            SimulatedBoat(load_scenario(SQUARE)), propellers=addresses.datagrams(f"udp://127.0.0.1:{port}")
+        )
         async with under_way(running.run()):
             await until(lambda: running.boat.motion.sog > 0.3, 20.0)
             with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as hand:
@@ -202,7 +176,7 @@ class Desk:
     """A vehicle and a companion on a link, in one process; `order` is what the companion gets 50 times a second."""
 
     def __init__(self, here, there):
-        self.running = RunningBoat(SimulatedBoat(scenario()), mavlink=addresses.vehicle(there))
+        self.running = RunningBoat(SimulatedBoat(load_scenario(SQUARE)), mavlink=addresses.vehicle(there))
         ((address,), _) = addresses.sources([f"mavlink:{here}"])
         self.companion = addresses.opened(address, 1)
         output, link = addresses.output(f"mavlink:{here}", Context(inputs=[self.companion], supervisor=Commanding()))
@@ -256,10 +230,8 @@ async def check(desk):
     assert np.diff(times) == pytest.approx(0.2, abs=0.02)
 
 
-@pytest.mark.parametrize("turned", [False, True], ids=["udpin", "udpout"])
-def test_steered_over_udp(turned):
-    here, there = udp()
-    hastened.run(check(Desk(there, here) if turned else Desk(here, there)))
+def test_steered_over_udp():
+    hastened.run(check(Desk(*reversed(udp()))))
 
 
 @pytest.mark.skipif(shutil.which("socat") is None, reason="socat is not installed")
@@ -307,21 +279,6 @@ def test_leaving_the_link_gives_her_back(mode):
             async with under_way(desk.companion.run(desk.receive), desk.tick()):
                 await steered(desk)
             await until(lambda: desk.rover.mode is mode)
-
-    hastened.run(sail())
-
-
-def test_the_skipper_takes_the_boat_and_the_autopilot_shows_why():
-    async def sail():
-        desk = Desk(*udp())
-        async with desk.sail():
-            await steered(desk)
-            desk.rover.mode = RoverMode.MANUAL
-            await until(lambda: desk.supervisor.stops)
-            assert desk.supervisor.stops[0] == "the vehicle was put into MANUAL"
-            desk.order = STOPPED
-            await asyncio.sleep(1.0)
-            assert desk.rover.mode is RoverMode.MANUAL
 
     hastened.run(sail())
 

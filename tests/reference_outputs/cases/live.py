@@ -1,4 +1,4 @@
-"""Live: the navigator, autopilot, watch and outputs on generated fixes; decoders; the simulated boat."""
+"""Live: the navigator, autopilot and outputs on generated fixes; the simulated boat."""
 
 import json
 import math
@@ -7,68 +7,35 @@ from pathlib import Path
 
 import numpy as np
 
-from steerway.core import OK, displacement
+from steerway.core import displacement
 from steerway.core.testing import displaced
-from steerway.estimation import Profile
-from steerway.guidance import Reference
 from steerway.live.testing import (
-    BoatTable,
     Deltas,
-    GeodeticRoute,
     Guide,
     InnerLoops,
     InputRow,
     JsonLines,
     Limits,
-    MissionTable,
     Navigator,
-    Place,
     PropellerCommands,
     Row,
     SentenceOutput,
     SimulatedBoat,
     State,
     Supervisor,
-    Watch,
-    Waypoint,
-    pilot_of,
 )
 from steerway.simulation import load_scenario
+from tests.desk import HOME, NOON, OTTER, square
 from tests.recording_sink import RecordingSink
 from tests.reference_outputs.generated import columns
 from tests.reference_outputs.tables import case
 
-NOON = 1_719_835_200.0
-HOME = (math.radians(54.0), math.radians(10.0))
 TICK = 0.1
-ROW = " ".join(Row._fields)
+CORNERS = ((0.0, 0.0), (40.0, 0.0), (40.0, 30.0), (0.0, 30.0))
+FENCE = ((-60.0, -30.0), (70.0, -30.0), (70.0, 60.0), (-60.0, 60.0))
 
 
-def place(north, east):
-    return displaced(*HOME, north, east)
-
-
-def corner(north, east, kind=Place, **more):
-    latitude, longitude = place(north, east)
-    return kind(lat_deg=math.degrees(latitude), lon_deg=math.degrees(longitude), **more)
-
-
-def square(safe="stop"):
-    corners = ((0.0, 0.0), (40.0, 0.0), (40.0, 30.0), (0.0, 30.0))
-    fence = ((-60.0, -30.0), (70.0, -30.0), (70.0, 60.0), (-60.0, 60.0))
-    boat = BoatTable(full_yaw_rate_dps=60.0, max_yaw_rate_dps=15.0, yaw_time=1.5, surge_time=1.1, reverse=True)
-    settings = MissionTable(
-        lookahead=8.0,
-        acceptance=4.0,
-        speed_mps=1.2,
-        safe=safe,
-        limits=Limits(cross_track=30.0, max_sog_mps=3.0),
-        boat=boat,
-    )
-    return GeodeticRoute.of([corner(*each, Waypoint) for each in corners], [corner(*each) for each in fence], settings)
-
-
-def received(rows=300, source="gps"):
+def received(rows=300):
     """A weaving boat's fixes at 5 Hz with SOG, COG and heading: one is late, one far off, some are missing."""
     chance, fixes = np.random.default_rng(24), []
     north, east = 0.0, 0.0
@@ -81,9 +48,9 @@ def received(rows=300, source="gps"):
             continue
         fixes.append(
             InputRow(
-                source,
+                "gps",
                 NOON + 0.2 * k,
-                *place(north + noise[0] + far, east + noise[1]),
+                *displaced(*HOME, north + noise[0] + far, east + noise[1]),
                 0.4 if k % 2 else math.nan,
                 1.5 + noise[2],
                 course + noise[3],
@@ -94,40 +61,25 @@ def received(rows=300, source="gps"):
     return fixes
 
 
-def navigated(fixes, **settings):
-    navigator, rows = Navigator("small-usv", **settings), []
-    for k, each in enumerate(fixes):
+@case("live_navigator_aided")
+def navigator_aided():
+    navigator, rows = Navigator("small-usv", aid=("sog", "cog", "heading"), rate=4.0), []
+    for k, each in enumerate(received()):
         rows += navigator.add(each)
         if k % 10 == 0:
             rows.append(navigator.at(each.time + 0.13))
     rows += navigator.finish()
-    return columns(ROW, rows, 3)
-
-
-@case("live_navigator")
-def navigator():
-    return navigated(received())
-
-
-@case("live_navigator_aided")
-def navigator_aided():
-    return navigated(received(), aid=("sog", "cog", "heading"), rate=4.0)
-
-
-@case("live_navigator_two_sources")
-def navigator_two_sources():
-    other = [each._replace(time=each.time + 0.05, position_std=math.nan) for each in received(source="spare")]
-    both = sorted(received()[:120] + other, key=lambda each: each.time)
-    return navigated(both, accuracy=False)
+    return columns(" ".join(Row._fields), rows, 3)
 
 
 @cache
-def sortie(safe="stop"):
+def sortie():
     """(rows of numbers, {output: messages}) of the autopilot on the square, in a loop with a boat that obeys it.
 
     She is engaged as soon as possible, has no fixes for 4 s, and is pushed over the fence at the end.
     """
-    route, chance = square(safe), np.random.default_rng(25)
+    route = square(CORNERS, FENCE, Limits(cross_track=30.0, max_sog_mps=3.0), boat=OTTER)
+    chance = np.random.default_rng(25)
     navigator, autopilot = Navigator("otter"), Supervisor(route, "otter", engage=True)
     guide = Guide(route, autopilot.pilot)
     sinks = {name: RecordingSink() for name in ("propellers", "sentences", "deltas", "json")}
@@ -141,7 +93,9 @@ def sortie(safe="stop"):
     for k in range(1300):
         time = NOON + TICK * k
         if k % 2 == 0 and not 500 <= k < 540:
-            for row in navigator.add(InputRow("gps", time, *place(*(north, east) + 0.3 * chance.standard_normal(2)))):
+            for row in navigator.add(
+                InputRow("gps", time, *displaced(*HOME, *(north, east) + 0.3 * chance.standard_normal(2)))
+            ):
                 autopilot.fix(row)
                 for output in outputs:
                     output.fix(row)
@@ -202,48 +156,6 @@ def json_lines():
 @case("live_propellers", text=True)
 def propellers():
     return lines("propellers", 10)
-
-
-def row(time, north=0.0, east=0.0, sog=1.2, cog=0.0, rate=0.0, cog_std=0.05, status=OK):
-    return Row(time, *place(north, east), sog, cog, rate, 0.1, cog_std, 0.05, 0.4, 1.0, status)
-
-
-@case("live_steering")
-def steering():
-    """The law alone: a boat beside the line, slow fixes and fast, the course unknown for a while."""
-    route = square()
-    pilot, rows = pilot_of(route, Profile.named("otter")), []
-    guide, schedule = Guide(route, pilot), pilot.autopilot.schedule
-    for k in range(240):
-        here = row(
-            NOON + 0.1 * k, 0.1 * k, 8.0 * math.cos(k / 30.0), 1.0 + 0.5 * math.sin(k / 20.0),
-            math.nan if 100 <= k < 110 else 0.6 * math.sin(k / 12.0), 0.05 * math.cos(k / 12.0),
-        )  # fmt: skip
-        interval = 0.2 if k < 120 else 1.0
-        schedule.fix_interval = interval
-        desired, speed = guide.step(here).course_to_steer, 1.2
-        steered = pilot.steer(Reference(desired, 0.0, 0.0), speed, pilot.estimator.step(here, 0.1), 0.1)
-        rows.append((*steered.command, desired, speed, pilot.autopilot.controller.gains.proportional))
-    return columns(f"{ORDER} gain", rows, 3)
-
-
-@case("live_watch", text=True)
-def watch():
-    """What the watch says as fixes stop, doubts grow, the time jumps and a link is lost."""
-    guard, given = Watch(3.0), []
-    for k in range(400):
-        time = NOON + 0.1 * k
-        here = row(time, cog_std=0.05 if k < 150 else 1.2 if k < 180 else 0.1)
-        if k % 2 == 0 and not 60 <= k < 110:
-            guard.fix(here)
-        if k in (200, 201, 202):
-            guard.untimely()
-        if k in (250, 270):
-            guard.link("rover", k == 270)
-        words = guard.step(here, 0.1), guard.degradation(here), guard.obstacle(here), f"{guard.interval:.6g}"
-        if k == 0 or words != given[-1][1:]:
-            given.append((k, *words))
-    return "".join(f"{' | '.join(map(str, each))}\n" for each in given)
 
 
 @case("live_simulated_boat")
