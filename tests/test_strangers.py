@@ -12,6 +12,7 @@ import pytest
 
 from steerway.live import addresses
 from steerway.live.mavlink.dialect import dialect
+from steerway.live.mavlink.guided import Guided
 from steerway.live.mavlink.link import MavlinkLink
 from tests.ports import free_port
 
@@ -55,6 +56,45 @@ def test_a_stranger_costs_no_message_of_the_vehicle(signed, stranger):
 
     asyncio.run(talk())
     assert heard == ["SYSTEM_TIME"] * 500
+
+
+def heartbeat(m, system, kind, autopilot=3, component=1):
+    message = m.MAVLink_heartbeat_message(kind, autopilot, 0, 0, 0, 3)
+    message._header = m.MAVLink_header(0, srcSystem=system, srcComponent=component)
+    return message
+
+
+def test_a_boat_takes_the_place_of_a_drone_and_no_drone_that_of_a_boat():
+    m = dialect("a test")
+    guided, boat, drone = Guided(m), m.MAV_TYPE_SURFACE_BOAT, m.MAV_TYPE_QUADROTOR
+    guided.receive(heartbeat(m, 7, drone), 0.0)
+    assert guided.vehicle == (7, 1)
+    guided.receive(heartbeat(m, 3, boat), 0.5)
+    assert guided.vehicle == (7, 1)  # heard once
+    guided.receive(heartbeat(m, 3, boat), 1.5)
+    assert guided.vehicle == (3, 1) and guided.is_rover
+    for k in range(20):
+        guided.receive(heartbeat(m, 3, boat), 2.0 + k)
+        assert not guided.receive(heartbeat(m, 7, drone), 2.1 + k)
+        assert not guided.receive(heartbeat(m, 8, boat), 2.2 + k)
+    assert guided.vehicle == (3, 1)
+
+
+def test_a_vehicle_that_is_silent_gives_way_to_another():
+    m = dialect("a test")
+    guided, boat = Guided(m), m.MAV_TYPE_SURFACE_BOAT
+    guided.receive(heartbeat(m, 3, boat), 0.0)
+    for k in range(3):
+        guided.receive(heartbeat(m, 4, boat), 10.0 + k)
+    assert guided.vehicle == (4, 1) and guided.alive(12.0)
+
+
+def test_a_system_that_is_named_is_waited_for():
+    m = dialect("a test")
+    guided = Guided(m, system=5)
+    for k in range(3):
+        guided.receive(heartbeat(m, 3, m.MAV_TYPE_SURFACE_BOAT), float(k))
+    assert guided.vehicle is None
 
 
 SCRIPT = """
