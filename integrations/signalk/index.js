@@ -38,9 +38,17 @@ module.exports = function (app) {
 
   function connect() {
     let rest = ''
+    let greeting
+    try {
+      greeting = JSON.stringify({ token: token() }) + '\n'
+    } catch (error) {
+      app.setPluginError(`token file ${settings.tokenFile} cannot be read: ${error.code || error.message}`)
+      timer = setTimeout(connect, RETRY)
+      return
+    }
     const here = net.connect(settings.port, settings.host)
     here.setEncoding('utf8')
-    here.on('connect', () => here.write(JSON.stringify({ token: token() }) + '\n'))
+    here.on('connect', () => here.write(greeting))
     here.on('data', (piece) => {
       const lines = (rest + piece).split('\n')
       rest = lines.pop()
@@ -48,6 +56,7 @@ module.exports = function (app) {
     })
     here.on('error', () => {}) // "close" follows
     here.on('close', () => {
+      if (socket !== here) return // stopped, and possibly started again since
       socket = null
       steerway = null
       publish()
@@ -71,6 +80,7 @@ module.exports = function (app) {
     } catch (error) {
       return
     }
+    if (message === null || typeof message !== 'object') return
     if (message.state) {
       if (!steerway) app.setPluginStatus('connected to Steerway')
       steerway = message.state
@@ -163,6 +173,9 @@ module.exports = function (app) {
       isRunning = false
       clearTimeout(timer)
       if (socket) socket.destroy()
+      socket = null
+      steerway = null
+      waiting.forEach((_, id) => settle(id, new Error('Steerway does not answer')))
     }
   }
 }

@@ -35,6 +35,7 @@ class Aboard:
         self.heading = heading
         self._moment = self._fixed = math.nan
         self._idle_since, self._throttle_told = math.inf, -math.inf  # when the motors began to idle, if they do
+        self.ordered = math.nan  # yaw rate
         self.is_broken = False  # the last fix left no number
         self._stepped: tuple[Row, Estimate] | None = None  # of the row asked for last: guidance and control ask for one
         self.restart()
@@ -96,6 +97,7 @@ class Aboard:
 
     def order(self, yaw_rate: float, speed: float) -> None:
         """What is ordered from the last step on; NaN: someone else steers."""
+        self.ordered = yaw_rate
         if math.isfinite(self._moment):
             self.filter.order(self._moment, yaw_rate, speed)
             if self.heading is not None:

@@ -13,9 +13,10 @@ from steerway.estimation.profiles import Profile
 from steerway.estimation.profiles.inferred import InferredProfile
 from steerway.estimation.tables import HeadingEstimatorTable
 from steerway.guidance.reference import Reference
+from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor
 from steerway.live.autopilot.limits import LimitGuard
 from steerway.live.autopilot.mission import GeodeticRoute
-from steerway.live.autopilot.piloting import DEFAULT_KINDS, YAW_RATE, pilot_of
+from steerway.live.autopilot.piloting import DEFAULT_KINDS, YAW_RATE, pilot_of, response_of
 from steerway.live.autopilot.speeds import MeasuredSpeed
 from steerway.live.autopilot.watch import Watch
 from steerway.live.base.orders import UNDER_WAY, Order, State
@@ -68,6 +69,8 @@ class Supervisor:
         self._obstacle = self.reason
         self._watch = Watch(max_dead_reckoning)
         self._guard = LimitGuard(route.limits, route.fence)
+        response = response_of(route, takes)
+        self._monitors = ReceiverMonitor(), ResponseMonitor(response.time, response.speed)
 
     @property
     def begins(self) -> bool:
@@ -120,6 +123,16 @@ class Supervisor:
         if self.pilot.estimator.is_broken:
             self.stop(_NO_NUMBER)
         self._watch.fix(row, fits, since)
+        if is_new:
+            self._monitor(row, measured)
+
+    def _monitor(self, row, measured):
+        """Receiver and boat, by the fix and the motion that the navigator makes of positions."""
+        receiver, response = self._monitors
+        receiver.fix(measured.time, measured.latitude, measured.longitude, row.sog, self._watch.interval)
+        estimate = self.pilot.estimator.step(row, 0.0)
+        current = estimate.current_north, estimate.current_east
+        response.fix(row.time, row.sog, row.cog, measured.yaw_rate, current)
 
     def take(self, row: InputRow) -> None:
         """Whatever a link reports, used by the navigator or not."""
@@ -134,6 +147,7 @@ class Supervisor:
     def step(self, row: Row, leg: Leg | None, dt: float) -> Order:
         """The order of a tick, dt s after the one before; leg None: the route is finished."""
         trouble = self._watch.step(row, dt)
+        self._monitors[1].order(self.pilot.estimator.ordered, dt)
         if self.state in UNDER_WAY:
             self._go_on(row, leg, dt, trouble)
         self._obstacle = self._watch.obstacle(row) or self._guard.obstacle(row, leg) or self._vehicle
@@ -146,16 +160,20 @@ class Supervisor:
             self._is_new = self._is_finished = False
             self.pilot.restart()
             self._guard.start()
+            for monitor in self._monitors:
+                monitor.restart()
         if leg is None:
             self._is_finished = True
             trouble = trouble or "the route is finished"
         if self.pilot.in_current is not None:
             trouble = trouble or self.pilot.in_current.trouble
         trouble = trouble or self._guard.step(row, leg, dt)
+        trouble = trouble or next(filter(None, (each.trouble for each in self._monitors)), "")
         if trouble:
             self.stop(trouble)
         else:
-            self.reason = self._watch.degradation(row)
+            doubts = (each.doubt for each in self._monitors)
+            self.reason = self._watch.degradation(row) or next(filter(None, doubts), "")
             self.state = State.DEGRADED if self.reason else State.RUNNING
 
     def _wait(self):

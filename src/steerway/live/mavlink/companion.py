@@ -52,6 +52,7 @@ class Companion:
         if "signing" in uri.options:
             self.link.sign(key_of(uri.options["signing"]))
         self.guided = Guided(self.link.messages, silence, system)
+        self._place = place
         self.decoder = MavlinkDecoder(place)
         self.supervisor: Commanded | None = None
         self._deliver: Deliver | None = None
@@ -89,9 +90,12 @@ class Companion:
         """See Output. The last messages are sent when the link is left."""
 
     def _receive(self, message):
-        now = time.monotonic()
+        now, before = time.monotonic(), self.guided.vehicle
         if not self.guided.receive(message, now):
             return False
+        if before not in (None, self.guided.vehicle):
+            LOG.warning("%s: the vehicle is now system %d", self.link.uri.text, self.guided.vehicle[0])
+            self.decoder = MavlinkDecoder(self._place)
         self.link.system = self.guided.vehicle[0]
         if message.get_type() == "STATUSTEXT" and message.severity <= self.link.messages.MAV_SEVERITY_WARNING:
             LOG.warning("vehicle: %s", message.text)

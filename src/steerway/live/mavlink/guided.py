@@ -56,7 +56,7 @@ class Guided:
 
     messages: the dialect's module.
     silence:  s without any message after which the link counts as lost.
-    system:   id of the vehicle; 0: the first one that sends.
+    system:   id of the vehicle; 0: the first one that sends, until a boat is heard.
 
     `refusal` is why the vehicle is not steered although it should be, "" otherwise; `obstacle` why it could not be.
     """
@@ -64,6 +64,7 @@ class Guided:
     def __init__(self, messages, silence: float = SILENCE, system: int = 0):
         self._messages, self._silence, self._only = messages, silence, system
         self.vehicle: tuple[int, int] | None = None
+        self._other: tuple[int, int] | None = None  # the last other vehicle that was heard
         self.mode: int | None = None
         self.is_armed = self.is_rover = False
         self.phase = Takeover.FREE
@@ -80,8 +81,8 @@ class Guided:
         """Whether a message is the vehicle's."""
         sender = (message.get_srcSystem(), message.get_srcComponent())
         kind = message.get_type()
-        if self.vehicle is None and kind == "HEARTBEAT" and self._is_vehicle(message):
-            self.vehicle = sender
+        if sender != self.vehicle and kind == "HEARTBEAT" and self._is_vehicle(message):
+            self._choose(sender, self._is_rover(message), now)
         if sender != self.vehicle:
             return False
         if now - self._received > self._silence:
@@ -107,6 +108,20 @@ class Guided:
             elif self._asked is RoverMode.GUIDED:
                 self._answer = result_words(self._messages, answer.result)
             self._asked = None
+
+    def _choose(self, sender, is_rover, now):
+        """The first vehicle that is heard; another one that is confirmed by a second heartbeat in its place, where
+        that is no boat and this one is, or has fallen silent. None while one is under control.
+        """
+        if self.vehicle is not None:
+            heard, self._other = self._other, sender
+            is_better = is_rover and not self.is_rover
+            if heard != sender or self.phase is not Takeover.FREE or not (is_better or not self.alive(now)):
+                return
+            self.readiness = Readiness(self._messages)
+            self.mode, self.is_armed = None, False
+            self._asked_messages = self._fix_received = -math.inf
+        self.vehicle, self._other = sender, None
 
     def _is_vehicle(self, heartbeat):
         messages = self._messages

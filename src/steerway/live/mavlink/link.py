@@ -76,10 +76,17 @@ class MavlinkLink:
                 accepted |= self.receive(message)
         return accepted
 
+    def _begin(self):
+        """A datagram holds whole packets: what another sender left unfinished is no part of it."""
+        self._codec.buf, self._codec.buf_index = bytearray(), 0
+        self._codec.expected_length = self.messages.HEADER_LEN_V1 + 2
+        self._codec.have_prefix_error = False
+
     async def _udp(self):
         link, sends_first = self, self.uri.via == "udpout"
 
         def receive(data, address):
+            link._begin()
             if link._feed(data) and not sends_first:
                 link._write = lambda packet: transport.sendto(packet, address)
 

@@ -1,0 +1,142 @@
+"""Strangers on a MAVLink port, and a Signal K server's plugin without its token, with a line of null, started again."""
+
+import asyncio
+import json
+import shutil
+import socket
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+from steerway.live import addresses
+from steerway.live.mavlink.dialect import dialect
+from steerway.live.mavlink.guided import Guided
+from steerway.live.mavlink.link import MavlinkLink
+from tests.ports import free_port
+
+PLUGIN = Path(__file__).parents[1] / "integrations" / "signalk" / "index.js"
+NODE = shutil.which("node")
+KEY = bytes(range(32))
+BEGINNINGS = (b"\xfd\xff\x00\x00\x00\x01\x01\x00\x00\x00", b"\xfe\xff\x00\x01\x01\x00\x00\x00\x00\x00", b"garbage!!!")
+
+
+@pytest.mark.parametrize("signed", [True, False])
+@pytest.mark.parametrize("stranger", BEGINNINGS)
+def test_a_stranger_costs_no_message_of_the_vehicle(signed, stranger):
+    """Ten bytes, the beginning of a packet that never ends, before every fifth datagram."""
+    port = free_port(socket.SOCK_DGRAM)
+    m, heard = dialect("a test"), []
+    (uri,), _ = addresses.sources([f"mavlink:udpin:127.0.0.1:{port}"])
+    link = MavlinkLink(uri, lambda message: heard.append(message.get_type()) or True)
+    vehicle = m.MAVLink(None, 1, 1)
+    if signed:
+        link.sign(KEY)
+        vehicle.signing.secret_key, vehicle.signing.sign_outgoing = KEY, True
+        vehicle.signing.timestamp = round((time.time() - 1_420_070_400.0) * 1e5)  # since 2015, 10 µs
+
+    async def talk():
+        running = asyncio.create_task(link.run())
+        await asyncio.sleep(0.1)
+        with (
+            socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as here,
+            socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as there,
+        ):
+            for k in range(500):
+                if k % 5 == 0:
+                    there.sendto(stranger, ("127.0.0.1", port))
+                message = m.MAVLink_system_time_message(k + 1, k)
+                here.sendto(message.pack(vehicle), ("127.0.0.1", port))
+                vehicle.seq = (vehicle.seq + 1) % 256
+                await asyncio.sleep(0.0)
+        await asyncio.sleep(0.2)
+        running.cancel()
+        await asyncio.gather(running, return_exceptions=True)
+
+    asyncio.run(talk())
+    assert heard == ["SYSTEM_TIME"] * 500
+
+
+def heartbeat(m, system, kind, autopilot=3, component=1):
+    message = m.MAVLink_heartbeat_message(kind, autopilot, 0, 0, 0, 3)
+    message._header = m.MAVLink_header(0, srcSystem=system, srcComponent=component)
+    return message
+
+
+def test_a_boat_takes_the_place_of_a_drone_and_no_drone_that_of_a_boat():
+    m = dialect("a test")
+    guided, boat, drone = Guided(m), m.MAV_TYPE_SURFACE_BOAT, m.MAV_TYPE_QUADROTOR
+    guided.receive(heartbeat(m, 7, drone), 0.0)
+    assert guided.vehicle == (7, 1)
+    guided.receive(heartbeat(m, 3, boat), 0.5)
+    assert guided.vehicle == (7, 1)  # heard once
+    guided.receive(heartbeat(m, 3, boat), 1.5)
+    assert guided.vehicle == (3, 1) and guided.is_rover
+    for k in range(20):
+        guided.receive(heartbeat(m, 3, boat), 2.0 + k)
+        assert not guided.receive(heartbeat(m, 7, drone), 2.1 + k)
+        assert not guided.receive(heartbeat(m, 8, boat), 2.2 + k)
+    assert guided.vehicle == (3, 1)
+
+
+def test_a_vehicle_that_is_silent_gives_way_to_another():
+    m = dialect("a test")
+    guided, boat = Guided(m), m.MAV_TYPE_SURFACE_BOAT
+    guided.receive(heartbeat(m, 3, boat), 0.0)
+    for k in range(3):
+        guided.receive(heartbeat(m, 4, boat), 10.0 + k)
+    assert guided.vehicle == (4, 1) and guided.alive(12.0)
+
+
+def test_a_system_that_is_named_is_waited_for():
+    m = dialect("a test")
+    guided = Guided(m, system=5)
+    for k in range(3):
+        guided.receive(heartbeat(m, 3, m.MAV_TYPE_SURFACE_BOAT), float(k))
+    assert guided.vehicle is None
+
+
+SCRIPT = """
+const net = require('net')
+const plugin = require(process.argv[1])
+const said = []
+let connections = 0
+const open = new Set()
+const server = net.createServer((client) => {
+  connections += 1
+  open.add(client)
+  client.on('error', () => {})
+  client.resume()
+  client.on('close', () => open.delete(client))
+  client.write('null\\n5\\n"text"\\n{"state": {"state": "ready", "engaged": false}}\\n')
+})
+server.listen(0, '127.0.0.1', async () => {
+  const port = server.address().port
+  const app = { setPluginError: (each) => said.push(each), setPluginStatus: (each) => said.push(each),
+                autopilotUpdate: () => {}, registerAutopilotProvider: () => {} }
+  const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms))
+  const one = plugin(app)
+  one.start({ port, tokenFile: '/missing/token' })
+  await pause(50)
+  const without = connections
+  one.stop()
+  one.start({ port, token: 'correct' })
+  await pause(50)
+  one.stop()
+  one.start({ port, token: 'correct' })
+  await pause(1500)
+  console.log(JSON.stringify({ said, without, open: open.size, connections }))
+  process.exit(0)
+})
+"""
+
+
+@pytest.mark.skipif(NODE is None, reason="needs node")
+def test_the_plugin_outlives_a_missing_token_file_null_and_a_second_start():
+    done = subprocess.run([NODE, "-e", SCRIPT, str(PLUGIN)], capture_output=True, text=True, timeout=20.0)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["without"] == 0 and found["said"][0] == "token file /missing/token cannot be read: ENOENT"
+    assert "connected to Steerway" in found["said"]
+    assert found["open"] == 1 and found["connections"] == 2
