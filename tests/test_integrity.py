@@ -4,11 +4,9 @@ import math
 
 import pytest
 
-from steerway.control.allocation import OTTER_PROPELLERS
-from steerway.core.earth import displaced
-from steerway.live.autopilot.holding import HoldingGuide
-from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor
-from steerway.live.base.orders import UNDER_WAY, State
+from steerway.control import OTTER_PROPELLERS
+from steerway.core.testing import displaced
+from steerway.live.testing import UNDER_WAY, HoldingGuide, ReceiverMonitor, ResponseMonitor, State
 from tests.desk import FULL, HOME, OTTER, TICK, Desk, dock_all, square
 
 

@@ -10,10 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from steerway.live import addresses
-from steerway.live.mavlink.dialect import dialect
-from steerway.live.mavlink.guided import Guided
-from steerway.live.mavlink.link import MavlinkLink
+from steerway.live.testing import Guided, MavlinkLink, addresses, dialect
 from tests.ports import free_port
 
 PLUGIN = Path(__file__).parents[1] / "integrations" / "signalk" / "index.js"

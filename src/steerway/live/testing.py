@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from steerway.live.autopilot.fence import Fence
     from steerway.live.autopilot.headings import MeasuredHeading
     from steerway.live.autopilot.holding import HoldingGuide
+    from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor
     from steerway.live.autopilot.mission import (
         BoatTable,
         GeodeticRoute,
