@@ -123,12 +123,12 @@ def test_filters_refuse_what_is_no_time_step(dt):
 
 def test_running_backwards_twice_is_running_forwards():
     rng = np.random.default_rng(1)
-    x, root = rng.normal(size=(1, 6)), rng.normal(size=(1, 6, 6))
-    p = np.einsum("kij,klj->kil", root, root)
+    x, root = rng.normal(size=6), rng.normal(size=(6, 6))
+    p = root @ root.T
     state, covariance = x.copy(), p.copy()
-    reverse(state, covariance, 0)
-    assert state[0, SPEED] == -x[0, SPEED] and state[0, COURSE] == x[0, COURSE] + math.pi
-    reverse(state, covariance, 0)
+    reverse(state, covariance)
+    assert state[SPEED] == -x[SPEED] and state[COURSE] == x[COURSE] + math.pi
+    reverse(state, covariance)
     np.testing.assert_array_equal(covariance, p)
 
 

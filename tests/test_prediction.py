@@ -13,11 +13,10 @@ from steerway.core.records import Fixes
 from steerway.estimation import InferredProfile, Profile, load_profile
 from steerway.estimation.course.forecast import forecast
 from steerway.estimation.course.motion.layout import LOW_SPEED, PHASE, UNDER_WAY, empty_bank
-from steerway.estimation.inference import model as structure
-from steerway.estimation.inference.discrete import set_steps
-from steerway.estimation.inference.forecast import draw_voyages
+from steerway.estimation.inference.forecast import Past, draw_voyages, stages_of
+from steerway.estimation.inference.model import empty_bank as empty_modes
 from steerway.estimation.inference.place import MOMENTS
-from steerway.estimation.inference.structures import model_of, parameters_of
+from steerway.estimation.inference.structures import CALM, model_of, parameters_of
 from steerway.estimation.prediction import Prediction, predict
 from steerway.estimation.profiles.inferred import WeighedStructure
 from tests.command_line import run
@@ -84,8 +83,8 @@ def test_voyages_of_one_mode_have_the_moments_of_its_model(horizon):
     never = {"yaw_every": 1e12, "surge_every": 1e12, "emergency_every": 1e12, "drift_speed": 1e-3}
     values = dict(zip(names, np.exp(medians), strict=True)) | never
     values |= {"speed_walk": 0.03, "rate_time": 4.0}
-    model, states, driving = model_of(parts, values)
-    model.modes[structure.CALM, structure.RATE_NOISE] = 2.0 * 0.02**2 / 4.0
+    model = model_of(parts, values)
+    model.modes["rate_noise"][CALM] = 2.0 * 0.02**2 / 4.0
     speed, course, square = 5.0, 0.7, np.diag([4.0, 4.0, 0.04, 1e-3, 1e-4])
     square[3, 4] = square[4, 3] = 1e-4
     profile = Profile(
@@ -93,13 +92,12 @@ def test_voyages_of_one_mode_have_the_moments_of_its_model(horizon):
     )
     state = np.array([0.0, 0.0, speed, course, 0.02])
     north, east, nn, ne, ee = forecast(*filter_state(profile, state, square), horizon)
-    bank, modes = structure.empty_bank(states), structure.MODES
+    bank = empty_modes(model)
     bank.probability[0], bank.x[0] = 1.0, state
     bank.p[0] = square * np.outer(*2 * [[1.0, 1.0, 1.0, speed, 1.0]])  # velocity across, not course
-    steps, change, counts = np.empty((1, *bank.steps.shape)), np.empty((1, modes, modes)), np.array([int(horizon)])
-    set_steps(steps[0], change[0], bank.work, 1.0, model)
-    found, record = np.empty((1, MOMENTS)), (np.array([speed]), np.array([1e9]))
-    draw_voyages(bank, driving, steps, change, counts, 1e-3, *record, 0.0, 8000, np.random.default_rng(0), found)
+    stages = stages_of(model, [horizon], np.array([int(horizon)]))
+    found, past = np.empty((1, MOMENTS)), Past(np.array([speed]), np.array([1e9]), 0.0)
+    draw_voyages(bank, stages, past, 8000, np.random.default_rng(0), found)
     spread = math.sqrt(nn + ee)
     assert math.hypot(north - found[0, 0], east - found[0, 1]) < 0.03 * spread
     np.testing.assert_allclose(found[0, 2:], [nn, ne, ee], rtol=0.05, atol=0.03 * spread**2)

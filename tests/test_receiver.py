@@ -11,7 +11,7 @@ from steerway.core.records import PREDICTED, REJECTED
 from steerway.estimation import LearningFilter
 from steerway.estimation.inference.bank import LONGEST_STEP, advance, start
 from steerway.estimation.inference.fit import Rows
-from steerway.estimation.inference.model import COURSE, MODES, SPEED, empty_bank
+from steerway.estimation.inference.model import COURSE, SPEED, empty_bank
 from steerway.estimation.inference.record import (
     excerpt,
     extrapolated,
@@ -19,7 +19,7 @@ from steerway.estimation.inference.record import (
     walking,
     without_copies,
 )
-from steerway.estimation.inference.structures import model_of, parameters_of
+from steerway.estimation.inference.structures import MODES, model_of, parameters_of
 from steerway.estimation.inference.weigh import take_fix
 from steerway.estimation.inference.whole_log import infer_log, motion_of
 from tests.scenes import sailed, turning
@@ -53,11 +53,11 @@ def test_an_outlier_behind_a_step_of_the_receiver_is_no_return():
     """Far from where the receiver was and from where it is: the fixes after it are taken."""
     parts = ("base", "wander")
     names, medians, _ = parameters_of(parts)
-    model, states, motion_states = model_of(parts, dict(zip(names, np.exp(medians), strict=True)))
-    bank, refused = empty_bank(states), []
+    model = model_of(parts, dict(zip(names, np.exp(medians), strict=True)))
+    bank, refused = empty_bank(model), []
     start(bank, model, 0.0, 0.0)
     for k in range(1, 61):
-        advance(bank, model, 0.2, motion_states)
+        advance(bank, model, 0.2)
         offset = 20.0 if k >= 30 else 0.0
         east = offset - 12.0 if k == 50 else offset
         _, _, wrong = take_fix(bank, model, 0.4 * k, east, 1.0)
@@ -72,13 +72,13 @@ def test_the_correction_has_the_moments_of_the_mixture_of_all_hypotheses(slips):
     parts = ("base", "wander", "steps", *slips)
     names, medians, _ = parameters_of(parts)
     values = dict(zip(names, np.exp(medians), strict=True)) | {"step_every": 20.0, "poor_rate": 0.1}
-    model, states, motion_states = model_of(parts, values)
-    bank = empty_bank(states)
+    model = model_of(parts, values)
+    bank = empty_bank(model)
     start(bank, model, 0.0, 0.0)
     for k in range(1, 20):
-        advance(bank, model, 1.0, motion_states)
+        advance(bank, model, 1.0)
         take_fix(bank, model, 2.0 * k, 1.0 * k, 1.0)
-    advance(bank, model, 1.0, motion_states)
+    advance(bank, model, 1.0)
     x, p = bank.x.copy(), bank.p.copy()
     fix = np.array([41.2, 19.1])
     take_fix(bank, model, *fix, 1.0)
@@ -105,13 +105,14 @@ def test_the_correction_has_the_moments_of_the_mixture_of_all_hypotheses(slips):
         for weight, added, moves in zip(weights, (none, poor, none, None), (none, none, far, none), strict=True):
             before = p[k].copy()
             before[:2, :2] += moves
-            gain = np.zeros((states, 2))
+            gain = np.zeros((model.states, 2))
             if added is not None:
                 gain = before[:, :2] @ np.linalg.inv(before[:2, :2] + variance * np.eye(2) + added)
             moments.append((weight, gain @ nu, before - gain @ before[:2]))
         mean = sum(w * shift for w, shift, _ in moments)
         spread = sum(w * (after + np.outer(shift - mean, shift - mean)) for w, shift, after in moments)
-        rows = np.setdiff1d(np.arange(states), (SPEED, COURSE))  # a velocity that is hardly known is turned besides
+        # a velocity that is hardly known is turned besides
+        rows = np.setdiff1d(np.arange(model.states), (SPEED, COURSE))
         np.testing.assert_allclose((bank.x[k] - x[k])[rows], mean[rows], rtol=1e-5, atol=1e-12)
         np.testing.assert_allclose(bank.p[k][np.ix_(rows, rows)], spread[np.ix_(rows, rows)], rtol=1e-5, atol=1e-12)
 
