@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from steerway.live.autopilot.route import Guide
     from steerway.live.autopilot.speeds import MeasuredSpeed, measured_speed
     from steerway.live.autopilot.supervisor import Supervisor
-    from steerway.live.autopilot.watch import Watch
     from steerway.live.base import uri
     from steerway.live.base.clock import FixClock
     from steerway.live.base.orders import UNDER_WAY, Order, State
@@ -43,10 +42,10 @@ if TYPE_CHECKING:
     from steerway.live.links.signalk import token_of as signalk_token_of
     from steerway.live.mavlink.companion import Companion
     from steerway.live.mavlink.decoding import BootClock, MavlinkDecoder
-    from steerway.live.mavlink.dialect import RoverMode, mode_name
+    from steerway.live.mavlink.dialect import RoverMode
     from steerway.live.mavlink.guided import Guided, Takeover
     from steerway.live.mavlink.link import MavlinkLink
-    from steerway.live.mavlink.readiness import Readiness, result_words
+    from steerway.live.mavlink.readiness import Readiness
     from steerway.live.mavlink.signing import key_of
     from steerway.live.n2k import device, writing
     from steerway.live.n2k.claim import CLAIM, NO_ADDRESS, REQUEST, AddressClaim, name_of
