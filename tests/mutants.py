@@ -29,7 +29,10 @@ _LIMIT = 90.0  # s: a mutation may loop for ever
 _LEFT_ALONE = ("RemoveDecorator", "ExceptionReplacer")
 COURSE = ("test_course_core", "test_five_state", "test_steerageway")
 GUIDANCE = ("test_waypoints", "test_guidance", "test_reference")
-ARCHIVE = ("test_archive.py::test_encounters_trips_and_wrong_values", "test_archive.py::test_raw_ais_with_tag_blocks")
+ARCHIVE = (
+    "test_archive.py::test_encounters_trips_and_wrong_values",
+    "test_archive.py::test_raw_ais_with_tag_blocks_and_a_vessel_of_class_b_has_its_profile",
+)
 SMOOTHER = ("test_two_filter_smoother",)
 COVERED = {
     "core/angles.py": ("test_angles",),
@@ -73,7 +76,7 @@ COVERED = {
     "live/mavlink/decoding.py": ("test_mavlink_decoding",),
     "formats/nmea2000/frames.py": ("test_live_n2k",),
     "live/opening.py": ("test_live_opening",),
-    "sensors/gnss.py": ("test_gnss",),
+    "sensors/gnss.py": ("test_sensors",),
     "simulation/loop.py": ("test_loop",),
     "simulation/possible.py": ("test_scenario", "test_kinds"),
     "simulation/scenario.py": ("test_scenario", "test_kinds"),

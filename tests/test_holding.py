@@ -27,12 +27,6 @@ def test_in_a_current_she_goes_as_fast_as_the_water_with_her_bow_up_it():
     assert hold.step(20.0, 0.5 * math.pi, estimate(0.0, 0.5)).heading == pytest.approx(0.5 * math.pi)  # far: back
 
 
-def test_without_a_current_she_drifts_within_the_circle_and_comes_back():
-    hold = PositionHold(5.0, 0.8)
-    speeds = [hold.step(distance, 0.0, estimate(0.0, 0.0)).water_speed for distance in (8.0, 3.0, 1.9, 4.0, 4.9, 5.1)]
-    assert speeds == [0.8, 0.8, 0.0, 0.0, 0.0, 0.8]
-
-
 @pytest.mark.parametrize(("current", "rms", "most"), [(0.3, 0.5, 1.0), (0.0, 3.0, 5.5)])
 def test_a_stay_at_a_waypoint_without_a_compass(current, rms, most):
     sailed = sail_scenario(

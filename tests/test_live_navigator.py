@@ -60,18 +60,6 @@ def test_a_replay_of_a_recorded_log_is_the_estimate(shared_data, log, source, ra
         assert_equal(at_ticks, motion)
 
 
-def test_what_is_reported_again_late_changes_nothing(fixes):
-    repeated, received = Navigator(), received_from(fixes)
-    once = Navigator()
-    for k, each in enumerate(received):
-        once.add(each)
-        repeated.add(each)
-        if k >= 5:
-            assert repeated.add(received[k - 5]) == []
-    assert repeated.last_fix[1:] == once.last_fix[1:]
-    assert repeated.counts["repeated"] == len(received) - 5 and repeated.counts["late"] == 0
-
-
 def test_what_aids_is_taken_beside_positions(fixes):
     n = len(fixes)
     rates = np.where(np.arange(n) % 2 == 0, 0.5 / 2.0 * np.ones(n), np.nan)

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from steerway.live.autopilot.route import Guide
     from steerway.live.autopilot.speeds import MeasuredSpeed, measured_speed
     from steerway.live.autopilot.supervisor import Supervisor
-    from steerway.live.autopilot.watch import Watch
     from steerway.live.base import uri
     from steerway.live.base.clock import FixClock
     from steerway.live.base.limits import believable
@@ -56,7 +55,7 @@ if TYPE_CHECKING:
     from steerway.live.mavlink.dialect import RoverMode, dialect, mode_name
     from steerway.live.mavlink.guided import Guided, Takeover
     from steerway.live.mavlink.link import MavlinkLink
-    from steerway.live.mavlink.readiness import Readiness, result_words
+    from steerway.live.mavlink.readiness import Readiness
     from steerway.live.mavlink.signing import key_of
     from steerway.live.n2k import device, writing
     from steerway.live.n2k.claim import CLAIM, NO_ADDRESS, REQUEST, AddressClaim, name_of
