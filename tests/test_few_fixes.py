@@ -27,7 +27,7 @@ from steerway_studies.testing import (
     particle_filter,
     smoothing_bound,
 )
-from tests.scenes import straight
+from tests.scenes import sailed, straight
 
 PARTS = "base", "wander", "error"
 TWO_MODES = Profile(
@@ -54,6 +54,22 @@ def test_two_modes_with_aids_are_smoothed(fixes):
     aided = replace(fixes, sog=np.full(n, 2.0), cog=np.full(n, 1.0), heading=np.full(n, 1.0), yaw_rate=np.zeros(n))
     motion = steerway.estimate(aided, TWO_MODES, aid=("sog", "cog", "heading", "yaw_rate"), smooth=True)
     assert np.abs(motion.sog[1:] - 2.0).max() < 0.1
+
+
+def test_a_velocity_taken_by_name_counts(fixes):
+    estimator = steerway.FiveStateFilter(TWO_MODES, ("sog", "cog"))
+    for latitude, longitude in zip(fixes.latitude[:4], fixes.longitude[:4], strict=True):
+        estimator.predict(1.0)
+        estimator.update(latitude, longitude)
+        estimator.aid_by(sog=2.0, cog=1.0)
+    assert abs(estimator.sog - 2.0) < 0.1 and abs(wrap(estimator.cog - 1.0)) < 0.1
+
+
+def test_a_boat_that_drifts_forth_and_back_has_no_negative_speed():
+    """Smoothed from behind a mode runs backwards: that is forwards on the opposite course."""
+    drift = sailed(np.linspace(0.1, -0.1, 10), 0.5, 0.1).fixes(0.5, 1)
+    motion = steerway.estimate(drift, inferred(("base", "wander", "error", "waves")), smooth=True)
+    assert (motion.sog >= 0.0).all() and motion.sog.max() < 0.5
 
 
 def test_an_obstruction_of_the_sky_is_no_motion():
