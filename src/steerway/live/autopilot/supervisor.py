@@ -162,6 +162,8 @@ class Supervisor:
             self._guard.start()
             for monitor in self._monitors:
                 monitor.restart()
+        if leg is not None and leg.is_held:
+            self._monitors[1].restart()  # of a boat that hardly moves, positions tell no turn
         if leg is None:
             self._is_finished = True
             trouble = trouble or "the route is finished"
