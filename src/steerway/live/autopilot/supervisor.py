@@ -69,8 +69,11 @@ class Supervisor:
         self._obstacle = self.reason
         self._watch = Watch(max_dead_reckoning)
         self._guard = LimitGuard(route.limits, route.fence)
-        response = response_of(route, takes)
-        self._monitors = ReceiverMonitor(), ResponseMonitor(response.time, response.speed)
+        self._receiver, self._response = ReceiverMonitor(), None
+        if takes == YAW_RATE:  # the turn that propellers make is not ordered, and is another in a current
+            response = response_of(route, takes)
+            self._response = ResponseMonitor(response.time, response.speed)
+        self._monitors = [each for each in (self._receiver, self._response) if each]
 
     @property
     def begins(self) -> bool:
@@ -128,11 +131,12 @@ class Supervisor:
 
     def _monitor(self, row, measured):
         """Receiver and boat, by the fix and the motion that the navigator makes of positions."""
-        receiver, response = self._monitors
-        receiver.fix(measured.time, measured.latitude, measured.longitude, row.sog, self._watch.interval)
+        self._receiver.fix(measured.time, measured.latitude, measured.longitude, row.sog, self._watch.interval)
+        if self._response is None:
+            return
         estimate = self.pilot.estimator.step(row, 0.0)
         current = estimate.current_north, estimate.current_east
-        response.fix(row.time, row.sog, row.cog, measured.yaw_rate, current)
+        self._response.fix(row.time, row.sog, row.cog, measured.yaw_rate, current)
 
     def take(self, row: InputRow) -> None:
         """Whatever a link reports, used by the navigator or not."""
@@ -147,7 +151,8 @@ class Supervisor:
     def step(self, row: Row, leg: Leg | None, dt: float) -> Order:
         """The order of a tick, dt s after the one before; leg None: the route is finished."""
         trouble = self._watch.step(row, dt)
-        self._monitors[1].order(self.pilot.estimator.ordered, dt)
+        if self._response is not None:
+            self._response.order(self.pilot.estimator.ordered, dt)
         if self.state in UNDER_WAY:
             self._go_on(row, leg, dt, trouble)
         self._obstacle = self._watch.obstacle(row) or self._guard.obstacle(row, leg) or self._vehicle
@@ -162,6 +167,8 @@ class Supervisor:
             self._guard.start()
             for monitor in self._monitors:
                 monitor.restart()
+        if leg is not None and leg.is_held and self._response is not None:
+            self._response.restart()  # positions of a boat that hardly moves show no turn
         if leg is None:
             self._is_finished = True
             trouble = trouble or "the route is finished"
