@@ -12,7 +12,7 @@ import pytest
 from benchmarks.support.fleet import day_path, generate
 
 import steerway.archive
-from steerway.archive.testing import Store, digest, encounters, export, running, status
+from steerway.archive.testing import Store, digest, encounters, export, page, running, schedule, status, unit
 from steerway.commands.testing import interruption
 from steerway.core import Fixes, InputError
 from steerway.estimation import FiveStateFilter
@@ -48,7 +48,7 @@ def whole(files, tmp_path_factory):
 @pytest.fixture(autouse=True)
 def without_a_page(monkeypatch):
     """Drawing it takes longer than a small archive; that of `whole` is made before."""
-    monkeypatch.setattr("steerway.archive.running.page.write", lambda store, manifest: None)
+    monkeypatch.setattr(page, "write", lambda store, manifest: None)
 
 
 def rows_of(directory, table="estimate"):
@@ -112,8 +112,8 @@ def test_a_lost_worker_is_replaced_and_a_unit_that_loses_three_is_given_up(files
 
         end = terminate
 
-    monkeypatch.setattr("steerway.archive.schedule.Worker", Lost)
-    monkeypatch.setattr("steerway.archive.schedule.wait", lambda pipes: pipes)
+    monkeypatch.setattr(schedule, "Worker", Lost)
+    monkeypatch.setattr(schedule, "wait", lambda pipes: pipes)
     report = steerway.archive.run(files, tmp_path, buckets=2, workers=2)
     assert report.given_up == ["2024-03-01 bucket 00"] and not report.complete
     assert {bucket for _, bucket in Store(tmp_path).done()} == {1}
@@ -158,11 +158,11 @@ def test_a_full_disk_ends_the_run_and_the_next_one_goes_on(files, whole, tmp_pat
             raise core_files.cannot_write(path, OSError(28, "No space left on device"))
         return real(path)
 
-    monkeypatch.setattr("steerway.archive.unit.complete_or_absent", refused)
+    monkeypatch.setattr(unit, "complete_or_absent", refused)
     with pytest.raises(running.DiskFull, match="the same command goes on"):
         steerway.archive.run(files, tmp_path, buckets=1, workers=1)
     assert len(Store(tmp_path).done()) == 1
-    monkeypatch.setattr("steerway.archive.unit.complete_or_absent", real)
+    monkeypatch.setattr(unit, "complete_or_absent", real)
     assert steerway.archive.run(files, tmp_path, workers=1).units == 1
     assert digest(tmp_path) == digest(whole)
 
