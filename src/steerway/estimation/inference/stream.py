@@ -71,7 +71,7 @@ class Alike(NamedTuple):
 class Set(NamedTuple):
     """Structures that run together: those fading out first. `learns`: weights follow the likelihood, as of a prior."""
 
-    models: tuple[Model, ...]
+    structures: tuple[Model, ...]
     weights: tuple[float, ...]
     fading: int
     fading_weights: tuple[float, ...]
@@ -105,8 +105,8 @@ class InferredFilter:
     def _arrange(self, running: Set, header: Floats | None) -> None:
         """Make room for a set of structures."""
         self._set = running
-        n = len(running.models)
-        groups = [(sizes, list(models)) for sizes, models in groupby(running.models, _sizes)]
+        n = len(running.structures)
+        groups = [(sizes, list(models)) for sizes, models in groupby(running.structures, _sizes)]
         space = [len(models) * bank_size(sizes.modes, sizes.states) for sizes, models in groups]
         self._state = np.zeros(_HEADER + n + sum(space))
         if header is not None:
@@ -209,7 +209,7 @@ class InferredFilter:
         state[FADED] += dt
         share = min(state[FADED] / FADE, 1.0)
         if share == 1.0:
-            left, kept = self._banks[running.fading :], running.models[running.fading :]
+            left, kept = self._banks[running.fading :], running.structures[running.fading :]
             newer = running.weights[running.fading :]
             self._arrange(Set(kept, newer, 0, (), False), state[:_HEADER].copy())
             for bank, old in zip(self._banks, left, strict=True):
@@ -222,8 +222,8 @@ class InferredFilter:
     def take_up(self, running: Set, banks: Sequence[Bank]) -> None:
         """Go over to other structures without a jump; their banks know the fixes so far in the plane of this filter."""
         older, old, weights = self._set, self._banks, self._weights.copy()
-        n = len(older.models)
-        joined = Set(older.models + running.models, (0.0,) * n + running.weights, n, tuple(weights), False)
+        n = len(older.structures)
+        joined = Set(older.structures + running.structures, (0.0,) * n + running.weights, n, tuple(weights), False)
         self._arrange(joined, self._state[:_HEADER].copy())
         for bank, from_ in zip(self._banks, [*old, *banks], strict=True):
             for part, other in zip(bank, from_, strict=True):
