@@ -142,7 +142,7 @@ class LearningFilter(InferredFilter):
             known = [name for name, column in zip(AIDS, record.aids.T, strict=False) if np.isfinite(column).any()]
             structures = self._structures(record, [name for name in known if name in self.aid])
             running, banks = set_of(structures), []
-            for each in running.models:
+            for each in running.structures:
                 banks.append(empty_bank(each))
                 _run(record, each, banks[-1])
             self.learned = InferredProfile.of(structures, "learned")
@@ -169,7 +169,7 @@ class LearningFilter(InferredFilter):
         for each in since:
             each[1] = self._measured(each[0], each[1])
         record = _columns([_row(until), *since, _row(self._state[ELAPSED])])
-        for each, bank in zip(running.models, banks, strict=True):
+        for each, bank in zip(running.structures, banks, strict=True):
             _run(record, each, bank)
         self.take_up(running, banks)
 

@@ -168,26 +168,29 @@ def empty_bank(model: Model) -> Bank:
 
 
 @jitable
-def model_in(numbers, sizes):
-    """The Model of these sizes in a row of float64, which it shares; see `packed`."""
-    a = sizes.modes * MODE_SIZE
-    b = a + sizes.modes * sizes.modes
-    c = b + sizes.processes * PROCESS_SIZE
+def model_in(numbers):
+    """The Model in a row of float64 of `packed`, which it shares."""
+    sizes = numbers[:5].view(np.int64)
+    m, states, processes, aids, driving = sizes[0], sizes[1], sizes[2], sizes[3], sizes[4]
+    a = 5 + m * MODE_SIZE
+    b = a + m * m
+    c = b + processes * PROCESS_SIZE
     d = c + RECEIVER_SIZE
     return Model(
-        numbers[:a].view(MODE),
-        numbers[a:b].reshape((sizes.modes, sizes.modes)),
+        numbers[5:a].view(MODE),
+        numbers[a:b].reshape((m, m)),
         numbers[b:c].view(PROCESS),
         numbers[c:d].view(RECEIVER),
-        numbers[d : d + sizes.aids * AID_SIZE].view(AID),
-        sizes.states,
-        sizes.driving,
+        numbers[d : d + aids * AID_SIZE].view(AID),
+        states,
+        driving,
     )
 
 
 def packed(model: Model) -> np.ndarray:
-    """The arrays of a model in a row of float64."""
-    return np.concatenate([part.view(np.float64).ravel() for part in model[:5]])
+    """A model in a row of float64: its sizes and its arrays."""
+    sizes = np.array(model.sizes, np.int64).view(np.float64)
+    return np.concatenate([sizes, *(part.view(np.float64).ravel() for part in model[:5])])
 
 
 FUSED = 10

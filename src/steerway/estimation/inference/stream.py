@@ -19,7 +19,7 @@ from steerway.estimation.course.motion.layout import LONGEST_GAP
 from steerway.estimation.course.update.aids import AIDS, NO_AIDS, expect_aids
 from steerway.estimation.course.update.reported_accuracy import variance_scale
 from steerway.estimation.inference.course import COG, EAST, NORTH, POSITION_STD, RATE, SOG, SOG_STD, average
-from steerway.estimation.inference.model import FUSED, Bank, Model, Sizes, bank_in, bank_size, model_in, packed
+from steerway.estimation.inference.model import FUSED, Bank, Model, bank_in, bank_size, model_in, packed
 from steerway.estimation.inference.place import MOMENTS, mixed, place_moments, rotated
 from steerway.estimation.inference.plane import place_near, step_between
 from steerway.estimation.inference.record import FEW_STEPS, HELD, LONG, TURNED
@@ -58,20 +58,19 @@ NIS, WRONG, LOG_DENSITY = FUSED, FUSED + 1, FUSED + 2
 class Alike(NamedTuple):
     """Structures of one size, which one call steps: a bank and a model are a row of numbers each."""
 
-    sizes: Sizes
     banks: Floats  # (structures, `bank_size`)
     models: Floats  # (structures, …), see `packed`
     outs: Floats  # (structures, FUSED + 3)
 
-    def step(self, row: Row, aids: Floats) -> None:
-        """One row of all."""
-        step(self.sizes, self.banks, self.models, row, aids, self.outs)
+    def step(self, dt: float, first: float, second: float, excess: float, aids: Floats) -> None:
+        """One row of all, as of the kernel `step`."""
+        step(self.banks, self.models, dt, first, second, excess, aids, self.outs)
 
 
 class Set(NamedTuple):
     """Structures that run together: those fading out first. `learns`: weights follow the likelihood, as of a prior."""
 
-    models: tuple[Model, ...]
+    structures: tuple[Model, ...]
     weights: tuple[float, ...]
     fading: int
     fading_weights: tuple[float, ...]
@@ -105,8 +104,8 @@ class InferredFilter:
     def _arrange(self, running: Set, header: Floats | None) -> None:
         """Make room for a set of structures."""
         self._set = running
-        n = len(running.models)
-        groups = [(sizes, list(models)) for sizes, models in groupby(running.models, _sizes)]
+        n = len(running.structures)
+        groups = [(sizes, list(models)) for sizes, models in groupby(running.structures, _sizes)]
         space = [len(models) * bank_size(sizes.modes, sizes.states) for sizes, models in groups]
         self._state = np.zeros(_HEADER + n + sum(space))
         if header is not None:
@@ -118,7 +117,7 @@ class InferredFilter:
         for (sizes, models), size in zip(groups, space, strict=True):
             banks, memory = memory[:size].reshape(len(models), -1), memory[size:]
             outs = self._outs[len(self._banks) : len(self._banks) + len(models)]
-            self._groups.append(Alike(sizes, banks, np.stack([packed(model) for model in models]), outs))
+            self._groups.append(Alike(banks, np.stack([packed(model) for model in models]), outs))
             self._banks += [bank_in(bank, sizes.modes, sizes.states) for bank in banks]
         self._estimate = np.full(POSITION_STD + 1, np.nan)
 
@@ -190,9 +189,8 @@ class InferredFilter:
             dt = 0.0
         if self._set.fading:
             self._fade(dt)
-        row = Row(dt, first, second, excess)
         for each in self._groups:
-            each.step(row, aids)
+            each.step(dt, first, second, excess, aids)
         self._state[ELAPSED] += dt  # another array where the older structures have just gone
         if self._set.learns and math.isfinite(first):
             self._learn()
@@ -209,7 +207,7 @@ class InferredFilter:
         state[FADED] += dt
         share = min(state[FADED] / FADE, 1.0)
         if share == 1.0:
-            left, kept = self._banks[running.fading :], running.models[running.fading :]
+            left, kept = self._banks[running.fading :], running.structures[running.fading :]
             newer = running.weights[running.fading :]
             self._arrange(Set(kept, newer, 0, (), False), state[:_HEADER].copy())
             for bank, old in zip(self._banks, left, strict=True):
@@ -222,8 +220,8 @@ class InferredFilter:
     def take_up(self, running: Set, banks: Sequence[Bank]) -> None:
         """Go over to other structures without a jump; their banks know the fixes so far in the plane of this filter."""
         older, old, weights = self._set, self._banks, self._weights.copy()
-        n = len(older.models)
-        joined = Set(older.models + running.models, (0.0,) * n + running.weights, n, tuple(weights), False)
+        n = len(older.structures)
+        joined = Set(older.structures + running.structures, (0.0,) * n + running.weights, n, tuple(weights), False)
         self._arrange(joined, self._state[:_HEADER].copy())
         for bank, from_ in zip(self._banks, [*old, *banks], strict=True):
             for part, other in zip(bank, from_, strict=True):
@@ -266,13 +264,15 @@ def _sizes(model):
 
 
 @kernel
-def step(sizes, banks, models, row, aids, outs):
-    """One row of structures of one size, as `run_record` does it; aids (1 or 0, a).
+def step(banks, models, dt, first, second, excess, aids, outs):
+    """One row (see `Row`) of structures of one size, as `run_record` does it; aids (1 or 0, a).
 
     Into `outs` (structures, FUSED + 3): `state_row`, NIS, WRONG and LOG_DENSITY.
     """
     for k in range(len(outs)):
-        bank, model, out = bank_in(banks[k], sizes.modes, sizes.states), model_in(models[k], sizes), outs[k]
+        model, out = model_in(models[k]), outs[k]
+        bank = bank_in(banks[k], len(model.modes), model.states)
+        row = Row(dt, first, second, excess)
         taken = take_row(bank, model, row, aids[0] if len(aids) else models[k, :0])
         state_row(bank, model, out)
         out[NIS], out[WRONG], out[LOG_DENSITY] = taken.nis, taken.wrong, taken.log_density
