@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from steerway_studies.otter_path import boat
     from steerway_studies.otter_path.boat import LOOKAHEAD as BOAT_LOOKAHEAD
     from steerway_studies.otter_path.boat import PathCase
-    from steerway_studies.papers import ekf_5states, otter_allocation, path_following, references
+    from steerway_studies.papers import otter_allocation, path_following, references
     from steerway_studies.papers.course_autopilot import (
         MARINER_NOMOTO,
         OTTER_NOMOTO,
@@ -62,7 +62,7 @@ if TYPE_CHECKING:
         feedforward,
         rudder,
     )
-    from steerway_studies.papers.ekf_5states import Ekf5States
+    from steerway_studies.papers.ekf_5states import Ekf5States, ekf_5states
     from steerway_studies.papers.interval_filter import PrintedIntervalFilter
     from steerway_studies.papers.otter_allocation import propeller_speeds
     from steerway_studies.papers.output_corrected_mpc import OutputCorrectedMpc
