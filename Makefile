@@ -52,7 +52,7 @@ studies: .venv/.test
 # kernels, and every public name with arrays of the wrong size.
 bounds: .venv/.test
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m tests.hostile_arguments --rounds 50
-	$(BIN)/python -m pytest -m "not study" -p tests.bounds -p no:timeout --numprocesses logical $(NO_KERNELS:%='--ignore-glob=*/test_*%*')
+	$(BIN)/python -m pytest -p tests.bounds -p no:timeout --numprocesses logical $(NO_KERNELS:%='--ignore-glob=*/test_*%*')
 
 # The whole of those tests, with checks in the compiled kernels: twenty minutes of processor time.
 bounds-all: .venv/.test

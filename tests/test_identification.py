@@ -11,6 +11,7 @@ from steerway.control import AdaptiveSpeedGains, place_poles
 from steerway.core import wrap_array
 from steerway.formats.testing import read_steering
 from steerway.identification import (
+    SurgeIdentification,
     SurgeModel,
     YawModel,
     identify_heading,
@@ -214,6 +215,12 @@ def test_a_propeller_that_is_not_known_is_identified_in_any_unit_of_command():
     for _ in range(3000):
         state = SMALL.step(state, (60.0,), CALM, 0.02)
     assert guess.top_speed == pytest.approx(state[3], rel=0.2)
+
+
+def test_a_controllers_guess_balances_drag_half_way():
+    model = SurgeModel(0.02, 0.05, 0.01)
+    guess = SurgeIdentification(model, np.zeros(3), 0.0, True, "").guess(10.0)
+    assert guess["linear_drag"] == 0.02 and 0.0 < guess["thrust"] < 0.01
 
 
 def test_what_is_known_together_is_stated_where_it_is_not_known_apart():

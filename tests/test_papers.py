@@ -9,6 +9,7 @@ import pytest
 from steerway.sensors import TRUE_TCM2
 from steerway_studies.testing import (
     Job,
+    PrintedMrac,
     Results,
     ShipCase,
     World,
@@ -53,6 +54,12 @@ def test_p2_the_observers_of_cybership_ii_stand_in_the_papers_order():
 def test_p3_adaptive_control_settles_in_time():
     found = run(Job("ours", 0, 6))
     assert found["settling_s"] < 40.0 and found["overshoot_pct"] <= 2.0
+
+
+def test_p3_the_printed_controller_steps():
+    control = PrintedMrac()
+    commands = [control.step(3.0, 0.0, 0.05, 0.0) for _ in range(3)]
+    assert all(0.0 <= each <= 17.5 for each in commands)
 
 
 def test_p4_the_ideal_filter_reaches_all_waypoints_and_the_nominal_one_misses_some():

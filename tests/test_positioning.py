@@ -14,6 +14,7 @@ from steerway.estimation.positioning import (
     ObserverGains,
     PassiveObserver,
     TimeVaryingNoise,
+    VariationalNoise,
     VesselFilter,
     VesselNoise,
     smooth,
@@ -145,6 +146,28 @@ def test_the_smoother_knows_the_whole_record_and_how_well():
     off[:, 2] = [wrap(each) for each in off[:, 2]]
     solved = np.linalg.solve(passes.smoothed_covariance[10:, :6, :6], off[:, :, None])[:, :, 0]
     assert 3.0 < (off * solved).sum(axis=1).mean() < 10.0
+
+
+def test_noise_that_is_learned_goes_to_that_of_the_fixes():
+    """Of fixes about a boat at rest, three times as noisy as the filter was told."""
+    told = contestants.PRODUCT.position_std
+    estimator = VesselFilter(INERTIA, DAMPING, contestants.PRODUCT, 13.8, VariationalNoise())
+    rng = np.random.default_rng(1)
+    for _ in range(60):
+        estimator.predict((0.0, 0.0, 0.0), 1.0)
+        estimator.update_heading(0.0)
+        estimator.update(*(3.0 * told * rng.standard_normal(2)))
+    assert abs(estimator.motion.north) < 3.0 * told
+
+
+def test_a_smoothed_record_of_few_rows_is_known_better():
+    fixes = 0.1 * np.random.default_rng(1).standard_normal((6, 2))
+    passes = smooth(contestants.product(), np.zeros((5, 3)), fixes, np.zeros(6), 0.5)
+    smoothed, filtered = (
+        np.diagonal(each, axis1=1, axis2=2)[:-1, :2]
+        for each in (passes.smoothed_covariance, passes.filtered_covariance)
+    )
+    assert np.all(smoothed < filtered)
 
 
 def test_after_unbroken_rejections_the_position_is_taken_anew():

@@ -88,7 +88,7 @@ if TYPE_CHECKING:
     )
     from steerway_studies.springer_mission.world import sail as world_sail
     from steerway_studies.study import Results, Study
-    from steerway_studies.unseen_logs import catalogue, prediction, recordings, summarise
+    from steerway_studies.unseen_logs import catalogue, plain_ekf, prediction, recordings, summarise
     from steerway_studies.unseen_logs.alignment import rate_lag, velocity_lag
     from steerway_studies.unseen_logs.catalogue import KNOWN
     from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, difference, of_motion

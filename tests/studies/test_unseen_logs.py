@@ -15,6 +15,8 @@ from steerway_studies.testing import (
     JudgedLog,
     VelocityReference,
     catalogue,
+    difference,
+    plain_ekf,
     prediction,
     rate_lag,
     right_refused,
@@ -144,6 +146,19 @@ def test_refused_fixes_are_right_or_wrong_by_the_reference(weaving):
     refused[[200, 400, 401, 402, 700]] = True
     places[400:403] += 12.0
     assert right_refused(recording_of(weaving, places), refused) == (2, 5)
+
+
+def test_plain_ekf_is_consistent_and_beats_differences(weaving):
+    time, north, east, sog, cog, rate = weaving
+    places = np.column_stack([north, east]) + np.random.default_rng(6).normal(0.0, NOISE, (len(time), 2))
+    said = plain_ekf.fitted(time - time[0], places)
+    late = time - time[0] > 20.0
+    error = said[late, 0] - sog[late]
+    assert np.sqrt(np.mean(error**2)) < 0.5 * np.nanstd(difference(time, places, 1.0).sog - sog)
+    assert 0.85 < np.mean(np.abs(error) < 1.96 * said[late, 3]) <= 1.0
+    course = (said[late, 1] - cog[late] + np.pi) % (2.0 * np.pi) - np.pi
+    assert np.sqrt(np.mean(course**2)) < math.radians(4.0)
+    assert np.sqrt(np.mean((said[late, 2] - rate[late]) ** 2)) < math.radians(3.0)
 
 
 def test_of_two_profiles_the_right_one_predicts_better(weaving):
