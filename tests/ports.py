@@ -1,13 +1,23 @@
 """Free ports of this machine, and waiting for what comes over them."""
 
 import asyncio
+import os
+import random
 import socket
+
+_PORTS = iter(random.Random(os.getpid()).sample(range(20_000, 32_000), 12_000))
+"""Below those that the system gives to sockets by itself, none twice in a process."""
 
 
 def free_port(kind=socket.SOCK_STREAM):
-    with socket.socket(socket.AF_INET, kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
+    for port in _PORTS:
+        with socket.socket(socket.AF_INET, kind) as probe:
+            try:
+                probe.bind(("127.0.0.1", port))
+            except OSError:
+                continue
+            return port
+    raise OSError("no free port is left")
 
 
 async def until(condition, patience=5.0):
