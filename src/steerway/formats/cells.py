@@ -13,7 +13,7 @@ from steerway.formats import parquet_structure
 from steerway.formats.columns import EXPECTED, spelled, understood
 
 DELIMITERS = (",", ";", "\t", "|")
-_MOST_COLUMNS = 2000  # of a header: a line with more is none
+_MOST_COLUMNS = 2000  # a line with more columns is not taken for a header
 _MOST_ABOVE = 5  # lines above the header that are no comments
 _MOST_ROWS, _MOST_ROWS_OF_SMALL = 8, 100_000  # a byte of Parquet, and in any case
 _LEAST_ROW = 8  # bytes, on the average of that many rows: a row takes memory however short it is
@@ -55,7 +55,7 @@ def _quiet():
 
 
 def header_of(text):
-    """(line number, delimiter, names, where the next line begins) of the header; None where there is none.
+    """(line number, delimiter, names, where the next line begins) of the header; None without a header.
 
     Comment lines may stand before it, and it may itself be one, as in the tables of the Danish authority. Of other
     lines a few may: a count of rows, a title.

@@ -92,7 +92,7 @@ def _value(node, packages):
 
 
 def _class_of(module, name, packages):
-    """A class where it is defined; a program, which runs when it is imported, is none."""
+    """The class of this name, from its own module. A `__main__` module is refused: importing it runs it."""
     parts = module.split(".")
     if parts[0] not in packages or parts[-1] == "__main__" or not all(each.isidentifier() for each in parts):
         raise ValueError(f"{module}.{name} is of no package whose results these are")

@@ -29,8 +29,9 @@ _LEAST_KNOWN = 10
 _UNDER_WAY = 0.3  # m/s over ground, from which on that time is learned
 _ROUNDING = 1e-3  # s
 LARGEST_MISSED = math.radians(45.0)
-"""rad by which the boat may have turned otherwise than ordered, of what is forgotten in `FORGETS` s. Sound boats that
-take yaw rates peak at 16 to 19°; by propellers, where a turn is not judged, an Otter reaches 63°."""
+"""rad by which the boat may have turned otherwise than ordered, of what is forgotten in `FORGETS` s. In a
+prototype sound boats that take yaw rates peaked at 16 to 19°. By propellers, where turns are not judged, an Otter
+reached 63°."""
 DOUBTED_MISSED = math.radians(30.0)
 FORGETS = 10.0
 _CURRENT_TIME = 20.0
@@ -144,7 +145,7 @@ class ResponseMonitor:
         self._lately: deque[tuple[float, float]] = deque()
 
     def order(self, yaw_rate: float, dt: float) -> None:
-        """What was ordered for the last dt s, rad/s; NaN: someone else steered."""
+        """Adds the yaw rate ordered over the last dt s (rad/s); NaN if the autopilot did not steer."""
         yaw_rate = yaw_rate if math.isfinite(yaw_rate) else 0.0
         self._rate += (yaw_rate - self._rate) * -math.expm1(-dt / self._time)
         self._seen += (self._rate - self._seen) * -np.expm1(-dt / _DELAYS)

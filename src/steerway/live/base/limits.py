@@ -1,4 +1,4 @@
-"""What a vessel can report at all: every row of every link, and of a replayed log, passes here first.
+"""Limits of what a vessel can report. Every row of every link, and of a replayed log, is checked here first.
 
 Links differ in what their formats can hold; of JSON and of floats in packets that is any number. A value beyond its
 limit is taken as not reported, and a row without its time, or with nothing left, as not sent.
@@ -30,7 +30,7 @@ _PLACE = ("latitude", "longitude", "position_std")
 
 
 def believable(row: InputRow) -> InputRow | None:
-    """The row, without values that no vessel could report: the same object where there are none, None for no row."""
+    """The row without impossible values: the same object if all are possible, None if nothing is left."""
     if not abs(row.time) < _LAST_TIME:
         return None
     wrong = {name for name, (least, most) in _LIMITS.items() if _is_beyond(getattr(row, name), least, most)}
