@@ -91,6 +91,21 @@ def test_a_run_that_was_killed_goes_on(files, whole, tmp_path):
     assert digest(tmp_path) == digest(whole)
 
 
+def test_a_second_run_into_the_directory_is_refused_while_the_first_one_lasts(files, whole, tmp_path):
+    refused = []
+
+    def meanwhile(part, what):
+        if not refused:
+            refused.append(run("archive", "run", str(files[0]), "-o", str(tmp_path)))
+
+    steerway.archive.run(files, tmp_path, buckets=1, workers=1, progress=meanwhile)
+    code, _, err = refused[0]
+    assert code == 2 and re.search(rf"{tmp_path} is being written by process \d+ on \S+ since 20\d\d-.* UTC", err), err
+    assert digest(tmp_path) == digest(whole)
+    killed = (tmp_path / ".lock").read_text()  # what a process leaves that ended in the middle
+    assert killed.startswith("process ") and steerway.archive.run(files, tmp_path, workers=1).units == 0
+
+
 def test_a_lost_worker_is_replaced_and_a_unit_that_loses_three_is_given_up(files, tmp_path, monkeypatch):
     class Lost:
         """Stands for a worker that is killed at the first bucket, and works elsewhere."""

@@ -19,6 +19,7 @@ from steerway.archive.summaries import write_unfinished_trips
 from steerway.archive.unit import LOOKAHEAD, Work
 from steerway.core.errors import InputError
 from steerway.core.files import made_directory
+from steerway.core.locks import only_writer
 from steerway.estimation.profiles import Profile
 from steerway.estimation.profiles.inferred import InferredProfile
 
@@ -84,8 +85,8 @@ def run(
         vessel_column: of all of these tables, the column whose values (texts or numbers) say of which vessel a row is.
         strict: stop at an input that cannot be read. progress: called with the part done and what is being done.
 
-    Raises InputError for wrong arguments, an archive made with other settings and, if `strict`, an input that cannot be
-    read; DiskFull.
+    Raises InputError for wrong arguments, an archive made with other settings or being written by another process and,
+    if `strict`, an input that cannot be read; DiskFull.
     """
     for name in aid:
         if name not in _AIDS:
@@ -106,20 +107,23 @@ def run(
     files = inputs.found(paths)
     store = Store(made_directory(directory))
     workers = workers or max(1, min(os.cpu_count() or 1, int(memory / 6e8)))
-    manifest = _manifest(store, files, buckets, memory, workers, smooth, rate, aid, profile)
-    try:
-        report = Report(store.root)
-        store.remove_unfinished()
-        _forget_orphans(store, manifest)
-        _stage(store, manifest, files, vessel_column, strict, report, tell)
-        _run_units(store, manifest, workers, scheduler, report, tell)
-        write_unfinished_trips(store)
-        page.write(store, manifest)
-    except (InputError, OSError) as error:
-        if isinstance(error, DiskFull) or os.strerror(errno.ENOSPC) not in str(error):
-            raise
-        store.remove_unfinished()
-        raise DiskFull(f"{directory}: the disk is full; what is done is kept, the same command goes on") from None
+    if not store.manifest_path.exists() and any(each != store.lock_path for each in store.root.iterdir()):
+        raise InputError(f"{store.root} is not empty and holds no archive, expected a new or an empty directory")
+    with only_writer(store.lock_path, f"the archive {store.root}"):
+        manifest = _manifest(store, files, buckets, memory, workers, smooth, rate, aid, profile)
+        try:
+            report = Report(store.root)
+            store.remove_unfinished()
+            _forget_orphans(store, manifest)
+            _stage(store, manifest, files, vessel_column, strict, report, tell)
+            _run_units(store, manifest, workers, scheduler, report, tell)
+            write_unfinished_trips(store)
+            page.write(store, manifest)
+        except (InputError, OSError) as error:
+            if isinstance(error, DiskFull) or os.strerror(errno.ENOSPC) not in str(error):
+                raise
+            store.remove_unfinished()
+            raise DiskFull(f"{directory}: the disk is full; what is done is kept, the same command goes on") from None
     return report
 
 
@@ -148,8 +152,6 @@ def _manifest(store, files, buckets, memory, workers, smooth, rate, aid, profile
         "rate": rate,
     }
     if not store.manifest_path.exists():
-        if any(store.root.iterdir()):
-            raise InputError(f"{store.root} is not empty and holds no archive, expected a new or an empty directory")
         wanted["buckets"] = buckets or _bucket_count(files, memory, workers)
         manifest = {name: wanted[name] for name in _SETTINGS} | {"inputs": {}}
         store.write_manifest(manifest)

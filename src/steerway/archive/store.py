@@ -1,6 +1,7 @@
 """The directory of an archive: what was asked for, the shuffled reports, the results, and what is done.
 
     manifest.json                                  inputs and settings
+    .lock                                          held by the process that writes; says which and since when
     staged/INPUT/day=N/bucket=N/…parquet           reports of an input by day and bucket of vessels
     estimate|events|trips/day=YYYY-MM-DD/bucket=NN.parquet
     state/day=YYYY-MM-DD/bucket=NN.npz             filters after the day; its presence means that the unit is done
@@ -67,6 +68,10 @@ class Store:
     @property
     def manifest_path(self) -> Path:
         return self.root / "manifest.json"
+
+    @property
+    def lock_path(self) -> Path:
+        return self.root / ".lock"
 
     def manifest(self) -> dict[str, Any]:
         """Inputs and settings. Raises InputError for a file that is damaged."""

@@ -12,7 +12,8 @@ from numba.core.caching import UserProvidedCacheLocator
 from numba.core.compiler_lock import global_compiler_lock
 
 from steerway.core import compiling
-from steerway.core.kernel_cache import module_directory, one_process
+from steerway.core.kernel_cache import module_directory
+from steerway.core.locks import one_process
 
 config: Any = numba.core.config  # sets its attributes at run time
 F = TypeVar("F", bound=Callable[..., Any])

@@ -5,7 +5,6 @@ calls in another file. The key of a module is a digest of its file and of every 
 so that a change compiles anew what depends on it and nothing else.
 """
 
-import contextlib
 import functools
 import hashlib
 import os
@@ -13,21 +12,11 @@ import re
 import shutil
 import sys
 import tempfile
-import time
-from collections.abc import Iterator
 from pathlib import Path
-from typing import IO
-
-try:
-    import fcntl
-except ImportError:  # Windows
-    fcntl = None  # type: ignore[assignment]
 
 _PRODUCT = __name__.partition(".")[0]
 _KEPT = 8
 """Versions of a module that are kept: several installations may share the directory."""
-_LONGEST_WAIT = 120.0
-"""s for another process. Chosen: four times what the largest kernel takes with all that it calls."""
 _IMPORT = re.compile(r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n#]+)|import[ \t]+([^\n#]+))", re.M)
 
 
@@ -64,29 +53,6 @@ def module_directory(module: str, variant: str) -> Path | None:
     except OSError:
         return None
     return directory
-
-
-@contextlib.contextmanager
-def one_process(path: Path) -> Iterator[None]:
-    """Wait until no other process is within this for the same `path`; not for ever, nor where files are not locked."""
-    with contextlib.ExitStack() as stack:
-        with contextlib.suppress(OSError):
-            file = stack.enter_context(path.open("ab"))
-            until = time.monotonic() + _LONGEST_WAIT
-            while _is_held(file) and time.monotonic() < until:
-                time.sleep(0.02)
-        yield
-
-
-def _is_held(file: IO[bytes]) -> bool:
-    """Whether another process has locked a file, which else is locked until it is closed."""
-    if fcntl is None:
-        return False
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    return False
 
 
 def source_digest(module: str) -> str:

@@ -15,6 +15,7 @@ from steerway import __version__
 from steerway.core.errors import InputError
 from steerway.core.kernel_cache import source_digest
 from steerway.core.leg import Leg
+from steerway.core.locks import held_elsewhere
 from steerway.formats.mcap import INPUT, require_mcap
 from steerway.live.base.orders import Order
 from steerway.live.base.rows import InputRow, Row
@@ -45,9 +46,13 @@ class Recorder:
         if Path(path).suffix != ".mcap":
             raise InputError(f"record {path} ends in {Path(path).suffix or 'nothing'!r}, expected .mcap")
         try:
-            self._sink = FileSink(open(path, "wb", buffering=0), lossless=True, name=str(path), whole=True)
+            file = open(path, "ab", buffering=0)
+            if held_elsewhere(file):
+                raise InputError(f"record {path} is being written by another process, expected a file of its own")
+            file.truncate(0)
         except OSError as error:
             raise InputError(f"record {path} cannot be written: {error.strerror}") from None
+        self._sink = FileSink(file, lossless=True, name=str(path), whole=True)
         self.path = path
         self._pieces, self._size = bytearray(), 0
         self._writer = Writer(self, chunk_size=_CHUNK)
