@@ -63,6 +63,13 @@ def test_a_table_of_a_spreadsheet_is_read(encoding):
     assert len(steerway.read(text.encode(encoding))) == 2
 
 
+@pytest.mark.parametrize("row", ["{t},54.1234\u0663,10.1", "{t},N 54 12.\u0663,10.1", "\u0662\u0660{t},54.1,10.1"])
+def test_digits_of_other_scripts_are_no_numbers(row):
+    rows = [row.format(t=T), *(f"{T + k},54.{k:05d},10.1" for k in range(1, 9))]
+    read = steerway.read("\n".join(["time_s,lat_deg,lon_deg", *rows]).encode())
+    assert len(read) == 8
+
+
 def test_a_name_cannot_write_on_the_terminal(tmp_path):
     """Control characters are escaped, and brackets are no markup."""
     for name, shown in (("a\x1b[31m\n.csv", r"a\x1b[31m\n.csv"), ("[red].csv", "[red].csv")):

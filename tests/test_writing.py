@@ -139,6 +139,13 @@ def test_compressed_files_are_the_same_each_time(tmp_path):
     assert gzip.decompress((tmp_path / "a.csv.gz").read_bytes()) == (tmp_path / "c.csv").read_bytes()
 
 
+def test_a_file_that_is_replaced_keeps_its_permissions(tmp_path):
+    path = tmp_path / "private.csv"
+    path.touch(0o600)
+    writing.write(fixes(), path)
+    assert path.stat().st_mode & 0o777 == 0o600 and path.stat().st_size > 1000
+
+
 def test_an_unknown_ending_is_refused_with_those_known(tmp_path):
     with pytest.raises(InputError, match=r"'.*out\.xlsx' has an unknown ending, expected one of \.csv, \.parquet"):
         writing.write(fixes(), tmp_path / "out.xlsx")

@@ -106,7 +106,7 @@ def bucket_of(mmsi: pl.Expr, buckets: int) -> pl.Expr:
 
 def vessel_number(name: str) -> int:
     """The number of a vessel that is named: a whole number is its own, a text has one above all those."""
-    if re.fullmatch(r"[1-9]\d{0,14}", name):
+    if re.fullmatch(r"[1-9][0-9]{0,14}", name):
         return int(name)
     return _FIRST_NAMED + int.from_bytes(hashlib.sha256(name.encode()).digest()[:6])
 

@@ -230,7 +230,7 @@ def _print_encounters(found):
 
 
 def _bytes(text: str) -> float:
-    match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([kMGT]?)i?B?\s*", text, re.IGNORECASE)
+    match = re.fullmatch(r"\s*([0-9]+(?:\.[0-9]+)?)\s*([kMGT]?)i?B?\s*", text, re.IGNORECASE)
     if match is None:
         raise InputError(f"--memory is {text!r}, expected a size such as 4GB")
     return float(match[1]) * {"": 1.0, "K": 1e3, "M": 1e6, "G": 1e9, "T": 1e12}[match[2].upper()]

@@ -89,7 +89,7 @@ def moment(option: str, text: str | None) -> float | None:
     try:
         return float(text)
     except ValueError:
-        of_midnight = f"{text}T00:00Z" if re.fullmatch(r"\d{4}-\d\d-\d\d", text) else text
+        of_midnight = f"{text}T00:00Z" if re.fullmatch(r"[0-9]{4}-[0-9][0-9]-[0-9][0-9]", text) else text
         moment = float(unix_times([printable(of_midnight)])[0])
     if math.isnan(moment):
         raise InputError(

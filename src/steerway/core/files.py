@@ -4,6 +4,7 @@ import contextlib
 import errno
 import os
 import re
+import stat
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
@@ -18,7 +19,7 @@ def complete_or_absent(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     """A binary file that replaces `path` when the block ends, and is removed when it raises.
 
     It is written under another name in the same directory, and its contents are on the disk before it is renamed. A
-    symbolic link is followed, a device or pipe is written to as it is. Raises InputError for what cannot be written,
+    file that is replaced keeps its permissions. A symbolic link is followed, a device or pipe is written to as it is. Raises InputError for what cannot be written,
     a full disk included.
     """
     target = Path(os.path.realpath(path))
@@ -33,6 +34,8 @@ def complete_or_absent(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
         _unfinished.add(beside)
         try:
             with open(beside, "wb") as file:
+                if target.exists():
+                    os.chmod(beside, stat.S_IMODE(target.stat().st_mode))
                 yield file
                 file.flush()
                 os.fsync(file.fileno())
@@ -64,7 +67,7 @@ def cannot_write(path: str | os.PathLike[str], error: OSError) -> InputError:
 
 def _of_the_system(error: Exception) -> OSError | None:
     """The operating system's error: polars gives some of them as text of its own errors."""
-    if given := re.search(r"\(os error (\d+)\)", str(error)):
+    if given := re.search(r"\(os error ([0-9]+)\)", str(error)):
         return OSError(int(given[1]), os.strerror(int(given[1])))
     return error if isinstance(error, OSError) else None
 

@@ -9,12 +9,12 @@ import polars as pl
 from steerway.core.arrays import Floats
 
 _CLOCK = (
-    r"[T\s_Z-]*(\d{1,2}):?(\d{2})(?::?(\d{2}(?:[.,]\d+)?))?\s*([AaPp][Mm])?"
-    r"\s*(Z|UTC|[+-]\d{2}(?::?\d{2})?)?\s*$"
+    r"[T\s_Z-]*([0-9]{1,2}):?([0-9]{2})(?::?([0-9]{2}(?:[.,][0-9]+)?))?\s*([AaPp][Mm])?"
+    r"\s*(Z|UTC|[+-][0-9]{2}(?::?[0-9]{2})?)?\s*$"
 )
 _YEAR_1, _YEAR_10000 = -62_135_596_800.0, 253_402_300_800.0
-_YEAR_FIRST = r"^\s*(\d{4})[-/.]?(\d{2})[-/.]?(\d{2})" + _CLOCK
-_YEAR_LAST = r"^\s*(\d{1,2})[/.-](\d{1,2})[/.-](\d{4})" + _CLOCK
+_YEAR_FIRST = r"^\s*([0-9]{4})[-/.]?([0-9]{2})[-/.]?([0-9]{2})" + _CLOCK
+_YEAR_LAST = r"^\s*([0-9]{1,2})[/.-]([0-9]{1,2})[/.-]([0-9]{4})" + _CLOCK
 
 
 def unix_times(texts: Sequence[str | None] | pl.Series) -> np.ndarray:
@@ -79,7 +79,7 @@ def _offset(zones: pl.Series) -> Floats:
     """Seconds east of UTC of Z, ±hh, ±hhmm and ±hh:mm."""
     if zones.null_count() == len(zones) or not zones.str.contains("[+-]").any():
         return np.zeros(len(zones))
-    digits = zones.str.extract_groups(r"([+-])(\d{2}):?(\d{2})?").struct.unnest()
+    digits = zones.str.extract_groups(r"([+-])([0-9]{2}):?([0-9]{2})?").struct.unnest()
     hours, minutes = (digits[name].cast(pl.Float64).fill_null(0.0).to_numpy() for name in ("2", "3"))
     sign = np.where((digits["1"] == "-").fill_null(False).to_numpy(), -1.0, 1.0)
     return sign * (hours * 3600.0 + minutes * 60.0)

@@ -27,7 +27,7 @@ _CHUNK = 65536  # bytes
 _FIRST_CHUNK = 512  # behind damage, where the next may be near
 _MOST_PARSED = 8  # bytes parsed, over those of the file: each damaged place is parsed again from the next point on
 _PARSED_ANYWAY = 1 << 20
-_MMSI = re.compile(r"(?:MMSI\s*)?(\d{9})$")
+_MMSI = re.compile(r"(?:MMSI\s*)?([0-9]{9})$")
 
 
 def recognises(head: bytes) -> bool:

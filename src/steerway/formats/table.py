@@ -22,8 +22,8 @@ from steerway.formats.units import by_positions, in_seconds, places_by_size, ref
 
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "unknown")
 _NEEDED = ("time", "latitude", "longitude", "north_south", "east_west", "mmsi")
-_WITH_UNIT = r"^([+-]?\d[\d.]*)\s*([^\d\s.].*)$"
-_CLOCK = r"^\d{5,6}(\.\d*)?$"  # hhmmss, as a number perhaps without its first zero
+_WITH_UNIT = r"^([+-]?[0-9][0-9.]*)\s*([^0-9\s.].*)$"
+_CLOCK = r"^[0-9]{5,6}(\.[0-9]*)?$"  # hhmmss, as a number perhaps without its first zero
 _VESSEL = "/vessel"  # no name of a column
 _SHOWN = 3  # bad cells that are listed with their line
 
@@ -173,10 +173,10 @@ class _Reader:
     def _on_day(self, text, date, offset):
         """Dates with the time of day; of six digits the year comes first, where that gives dates."""
         of_clock = text.str.contains(_CLOCK).fill_null(False)
-        padded = pl.Series("padded", np.where(text.str.find(r"\d{6}").is_null(), "0", ""), dtype=pl.String) + text
+        padded = pl.Series("padded", np.where(text.str.find(r"[0-9]{6}").is_null(), "0", ""), dtype=pl.String) + text
         text = text.zip_with(~of_clock, padded)
         day = self._text(self._series(date))
-        if day.drop_nulls().str.contains(r"^\d{6}$").all():
+        if day.drop_nulls().str.contains(r"^[0-9]{6}$").all():
             orders = ((0, 2, 4), (4, 2, 0))
             days = ["20" + day.str.slice(y, 2) + day.str.slice(m, 2) + day.str.slice(d, 2) for y, m, d in orders]
             day = max(days, key=lambda each: np.isfinite(unix_times(each + " 00:00:00")).sum())

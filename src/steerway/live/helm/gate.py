@@ -29,7 +29,7 @@ _PATIENCE = 10.0  # s for a request of one who has not logged in
 _PAUSE = 1.0  # s after a wrong token before the same computer may try again
 _REMEMBERED = 1000  # computers whose wrong tokens are remembered
 _MOST_BYTES = 4096  # of a login
-_HOST = re.compile(r"(?P<name>\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]+)(:\d{1,5})?")
+_HOST = re.compile(r"(?P<name>\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]+)(:[0-9]{1,5})?")
 _HTTP_OF = {"http": "http", "ws": "http", "https": "https", "wss": "https"}
 
 

@@ -196,4 +196,4 @@ class N2kDevice:
 
 def _number(waypoint):
     digits = waypoint.removeprefix("WP")
-    return int(digits) if digits.isdigit() else 0xFFFFFFFF
+    return int(digits) if digits.isascii() and digits.isdigit() else 0xFFFFFFFF
