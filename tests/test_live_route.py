@@ -9,14 +9,14 @@ import pytest
 from steerway.core import OK, InputError
 from steerway.core.testing import NAUTICAL_MILE, Leg, displaced
 from steerway.formats.testing import apb, rmb, sealed, xte
+from steerway.guidance.testing import WaypointTable
 from steerway.live.testing import (
     Fence,
     GeodeticRoute,
-    Guide,
     MissionTable,
     Row,
     SentenceOutput,
-    Waypoint,
+    Supervisor,
     lost,
     pilot_of,
 )
@@ -30,10 +30,25 @@ def at(north, east, time=NOON, cog=0.0, sog=2.0):
     return Row(time, *displaced(*HOME, north, east), sog, cog, 0.0, 0.1, 0.02, 0.01, 0.3, 1.0, OK)
 
 
+class Led:
+    """The legs that a pilot aboard shows, engaged or not."""
+
+    def __init__(self, route):
+        self.supervisor = Supervisor(route)
+
+    @property
+    def finished(self):
+        return self.supervisor.guide.finished
+
+    def step(self, row):
+        self.supervisor.step(row, 1.0)
+        return self.supervisor.leg
+
+
 @pytest.fixture
 def guide():
-    points = [corner(*each, Waypoint) for each in ((0.0, 0.0), (200.0, 0.0), (200.0, 200.0))]
-    return Guide(GeodeticRoute.of(points, [], MissionTable(lookahead=20.0, acceptance=5.0)))
+    points = [corner(*each, WaypointTable) for each in ((0.0, 0.0), (200.0, 0.0), (200.0, 200.0))]
+    return Led(GeodeticRoute.of(points, [], MissionTable(lookahead=20.0, acceptance=5.0)))
 
 
 def test_the_letter_is_the_side_to_steer_to():
@@ -109,8 +124,9 @@ def test_a_mission_file(tmp_path):
     path.write_text(MISSION)
     route = GeodeticRoute.load(path)
     assert route.speed.tolist() == [1.5, 0.8] and route.acceptance.tolist() == [10.0, 3.0]
-    assert route.lookahead == 12.0 and route.safe == "hand-back" and route.limits.max_sog_mps == 2.0
-    assert route.boat.reverse and route.boat.top_speed_mps == 3.0
+    assert route.settings.lookahead == 12.0 and route.settings.safe == "hand-back"
+    assert route.settings.limits.max_sog_mps == 2.0
+    assert route.settings.boat.reverse and route.settings.boat.top_speed_mps == 3.0
     assert route.fence.holds(*HOME) and not route.fence.holds(math.radians(54.2), HOME[1])
 
 
@@ -153,7 +169,7 @@ def test_a_fence_in_geojson(tmp_path):
 
 
 def places(*corners):
-    return [corner(*each).place for each in corners]
+    return [corner(*each).globe(None, "corner") for each in corners]
 
 
 def test_a_fence_knows_inside_and_ahead():
@@ -175,7 +191,7 @@ def test_a_fence_knows_inside_and_ahead():
 
 
 def test_she_slows_down_before_the_end():
-    guide = Guide(square(((0.0, 0.0), (60.0, 0.0))))
+    guide = Led(square(((0.0, 0.0), (60.0, 0.0))))
     asked = [guide.step(at(north, 0.0, NOON + north)).speed for north in (10.0, 40.0, 50.0, 54.0)]
     assert asked[0] == asked[1] == 1.2 and 1.2 > asked[2] > asked[3] == pytest.approx(0.72)
 
@@ -186,7 +202,7 @@ def test_a_survey_aboard_is_followed_round_its_corners(tmp_path):
     path = tmp_path / "survey.toml"
     path.write_text(text)
     line = GeodeticRoute.load(path)
-    mission = pilot_of(line).mission
+    mission = pilot_of(line).mission.mission
     north, east = mission.route.north - mission.route.north[1], mission.route.east - mission.route.east[1]
     towards = math.radians(20.0)
     along = north * math.cos(towards) + east * math.sin(towards)

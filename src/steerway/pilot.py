@@ -1,8 +1,8 @@
-"""One step of the loop: estimate, guide, control, supervise. Simulation, replay and live drive this one object.
+"""One step of the loop: estimate, guide, supervise, control. Simulation, replay and live drive this one object.
 
 A pilot turns measurements and the time since the step before into actuator commands. It knows no vessel model, no clock
-and no I/O; each of its blocks is given to it. Simulation and replay call `step`. Live has supervision of its own, for
-links, clocks and fences, and calls the same stages itself: `estimator`, `mission`, `law`, then `steer` or `rest`.
+and no I/O; each of its blocks is given to it. An observer is called between the stages and decides what is done: in
+simulation a `Lookout`, aboard the supervisor of links, clocks and fences. `build` makes pilots.
 """
 
 import math
@@ -22,7 +22,18 @@ from steerway.guidance.line_of_sight import GuidanceLaw
 from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
 
-__all__ = ["Actuation", "LegSource", "Mode", "Orders", "Pilot", "SpeedLoop", "SteadyForce", "Steered"]
+__all__ = [
+    "Actuation",
+    "LegSource",
+    "Lookout",
+    "Mode",
+    "Observer",
+    "Orders",
+    "Pilot",
+    "SpeedLoop",
+    "SteadyForce",
+    "Steered",
+]
 
 
 class Mode(IntEnum):
@@ -34,14 +45,17 @@ class Mode(IntEnum):
     STOPPED = 3  # the route is finished, engines off
     BLIND = 4  # no position for too long, engines off
     OVERPOWERED = 5  # no way is made: the current exceeds the boat's speed; engines off
+    IDLE = 6  # someone else steers: no command
 
 
 class LegSource(Protocol):
-    """What gives the leg under way: `guidance.waypoints.Mission`, `guidance.voyage.Voyage`."""
+    """What gives the leg under way: `guidance.waypoints.Mission`, `guidance.voyage.Voyage`, aboard a `Guide`."""
 
     phase: Phase
     lead: float
     preview: float
+    given_course: float
+    """Course (rad) that is steered in place of that of a guidance law; NaN for none."""
 
     @property
     def following(self) -> float: ...
@@ -89,6 +103,54 @@ class SteadyForce:
         """Does nothing: there is no state."""
 
 
+class Observer(Protocol):
+    """What is called between the stages of a step: `Lookout`, aboard `live.autopilot.supervisor.Supervisor`."""
+
+    def judge(self, pilot: "Pilot", measurements: Measurements, estimate: Estimate, leg: LegState, dt: float) -> Mode:
+        """What the pilot does in this step, with the leg known."""
+
+    def ask(
+        self, pilot: "Pilot", desired: "Reference", speed: float, estimate: Estimate
+    ) -> tuple["Reference", float, Estimate]:
+        """Before control: the course or heading, the speed (m/s) and the estimate that it goes by."""
+
+    def allows(self, pilot: "Pilot", steered: "Steered", estimate: Estimate) -> bool:
+        """After control: whether the commands may be carried out."""
+
+
+class Lookout:
+    """The observer of a simulation: no engines without a position for too long, nor where no way is made."""
+
+    def __init__(self, max_dead_reckoning: float):
+        self.max_dead_reckoning = positive("pilot.max_dead_reckoning", max_dead_reckoning)
+        self._blind = 0.0
+
+    def judge(self, pilot: "Pilot", measurements: Measurements, estimate: Estimate, leg: LegState, dt: float) -> Mode:
+        """The mode, by what is known and by the phase of the mission."""
+        pilot.measured_shaft(measurements.shaft)
+        self._blind = 0.0 if not math.isnan(measurements.north) else self._blind + dt
+        phase = pilot.mission.phase
+        if math.isnan(estimate.north):
+            return Mode.WAITING
+        if self._blind > self.max_dead_reckoning:
+            return Mode.BLIND
+        if phase is Phase.STOPPED or (phase is Phase.HOLDING and pilot.station is None):
+            return Mode.STOPPED
+        if pilot.mode is Mode.OVERPOWERED or (pilot.in_current is not None and pilot.in_current.trouble):
+            return Mode.OVERPOWERED
+        return Mode.HOLDING if phase is Phase.HOLDING else Mode.UNDER_WAY
+
+    def ask(
+        self, pilot: "Pilot", desired: Reference, speed: float, estimate: Estimate
+    ) -> tuple[Reference, float, Estimate]:
+        """What guidance wants."""
+        return desired, speed, estimate
+
+    def allows(self, pilot: "Pilot", steered: "Steered", estimate: Estimate) -> bool:
+        """Always."""
+        return True
+
+
 class Steered(NamedTuple):
     """What one step of control gave."""
 
@@ -132,6 +194,7 @@ class Pilot:
                in the current, where the estimator knows it.
     in_current: where the estimator knows the current: by the heading that makes the course good, turns begun early.
     max_dead_reckoning: time without a position after which the engines stop, s.
+    observer: supervises in place of a `Lookout` with that time.
     """
 
     def __init__(
@@ -148,43 +211,55 @@ class Pilot:
         steer_by: str = "course",
         in_current: InCurrent | None = None,
         max_dead_reckoning: float = 10.0,
+        observer: Observer | None = None,
     ):
         self.estimator, self.mission, self.law, self.autopilot = estimator, mission, law, autopilot
         self.actuation, self.speed, self.station = actuation, speed, station
         self.cruise = cruise
         self.in_current = in_current
-        self.max_dead_reckoning = positive("pilot.max_dead_reckoning", max_dead_reckoning)
+        self.observer: Observer = observer or Lookout(max_dead_reckoning)
+        self.mode = Mode.WAITING
         self._law_of_course = one_of("pilot.steer_by", steer_by, ("course", "heading", "crab")) != "heading"
         self._crabs = steer_by == "crab"
         self._turns = getattr(speed, "turns", None)  # for a speed loop that uses the measured shaft speed
-        self._blind = 0.0
-        self._mode = Mode.WAITING
         self._orders = getattr(estimator, "order", _no_order)  # for an estimator that uses what was ordered
 
     @property
     def finished(self) -> bool:
         """Whether the engines are off for good: the route is finished, or the current too strong for it."""
-        return self._mode in (Mode.STOPPED, Mode.OVERPOWERED)
+        return self.mode in (Mode.STOPPED, Mode.OVERPOWERED)
 
     def step(self, measurements: Measurements, dt: float) -> Orders:
         """The commands now, dt s after the step before."""
         estimate = self.estimator.step(measurements, dt)
-        self.measured_shaft(measurements.shaft)
         leg = self.mission.step(estimate.north, estimate.east, dt)
         self.look_ahead(leg, estimate, dt)
-        mode = self._supervise(measurements, estimate, dt)
-        desired, speed = UNKNOWN, 0.0
+        mode = self.observer.judge(self, measurements, estimate, leg, dt)
+        if mode is not self.mode:
+            self._change(mode)
+        desired, speed = self._guide(leg, estimate, dt)
+        desired, speed, used = self.observer.ask(self, desired, speed, estimate)
         if mode is Mode.UNDER_WAY:
-            speed = self.cruise if math.isnan(leg.speed) else leg.speed
-            desired = self.law.step(self.seen(leg, speed, estimate), estimate.cog, estimate.sog, dt)
-            steered = self.steer(desired, speed, estimate, dt)
+            steered = self.steer(desired, speed, used, dt)
         elif mode is Mode.HOLDING:
-            desired, steered = self._hold(leg, estimate, dt)
+            desired, steered = self._hold(desired, speed, leg, used, dt)
         else:
-            steered = self.rest()
+            steered = self._leave() if mode is Mode.IDLE else self.rest()
+        if not self.observer.allows(self, steered, estimate):
+            steered = self._leave()
         command, force, yaw, reference = steered
         by_course = self.autopilot.by_course
         return Orders(command, estimate, leg, desired, reference, speed, force, yaw, mode, by_course)
+
+    def _guide(self, leg, estimate, dt):
+        """The desired course, or heading, and speed; without a command other programs may steer by the leg."""
+        given = self.mission.given_course
+        if math.isfinite(given):
+            return Reference(given, 0.0, 0.0), leg.speed
+        if self.mode not in (Mode.UNDER_WAY, Mode.IDLE) or math.isnan(leg.direction):
+            return UNKNOWN, 0.0
+        speed = self.cruise if math.isnan(leg.speed) else leg.speed
+        return self.law.step(self.seen(leg, speed, estimate), estimate.cog, estimate.sog, dt), speed
 
     def steer(self, desired: Reference, speed: float, estimate: Estimate, dt: float) -> Steered:
         """Control: the commands for a desired course (or heading) and speed (m/s)."""
@@ -218,7 +293,8 @@ class Pilot:
         And whether the boat can make way along the leg is watched, `in_current.trouble`.
         """
         lead, following = math.nan, self.mission.following
-        if self.in_current is not None and estimate.knows_current and self.mission.phase is not Phase.HOLDING:
+        on_leg = self.mission.phase is not Phase.HOLDING and math.isnan(self.mission.given_course)
+        if self.in_current is not None and estimate.knows_current and on_leg:
             self.in_current.watch(leg, estimate, dt)
             if math.isfinite(following) and estimate.heading_std < SURE:
                 lead = self.in_current.turn(leg, following, estimate, self.autopilot.shaper)
@@ -271,23 +347,6 @@ class Pilot:
         self._orders(0.0, self.cruise if self.speed is None else 0.0)
         return Steered(tuple(command), 0.0, 0.0, self._reference())
 
-    def _supervise(self, measurements, estimate, dt):
-        """The mode, by what is known and by the phase of the mission."""
-        self._blind = 0.0 if not math.isnan(measurements.north) else self._blind + dt
-        if math.isnan(estimate.north):
-            mode = Mode.WAITING
-        elif self._blind > self.max_dead_reckoning:
-            mode = Mode.BLIND
-        elif self.mission.phase is Phase.STOPPED or (self.mission.phase is Phase.HOLDING and self.station is None):
-            mode = Mode.STOPPED
-        elif self._mode is Mode.OVERPOWERED or (self.in_current is not None and self.in_current.trouble):
-            mode = Mode.OVERPOWERED
-        else:
-            mode = Mode.HOLDING if self.mission.phase is Phase.HOLDING else Mode.UNDER_WAY
-        if mode is not self._mode:
-            self._change(mode)
-        return mode
-
     def _change(self, mode):
         """Integrals of one mode are of no use in another."""
         if mode is Mode.HOLDING:
@@ -296,16 +355,23 @@ class Pilot:
                 self.in_current.restart()
         if self.speed is not None and mode is not Mode.UNDER_WAY:
             self.speed.restart()
-        self._mode = mode
+        self.mode = mode
 
-    def _hold(self, leg, estimate, dt):
+    def _hold(self, desired, speed, leg, estimate, dt):
+        if self.holds and math.isfinite(desired.angle) and not estimate.knows_current:
+            return desired, self.steer(desired, speed, estimate, dt)
         if self.holds:
             steered = self.hold(leg.distance, leg.bearing, estimate, dt)
-            return steered.reference, steered
+            return (steered.reference if math.isnan(desired.angle) else desired), steered
         sog, cog, heading = estimate.sog, estimate.cog, estimate.heading
         wanted, force = self.station.step(leg.distance, leg.bearing, cog, sog, heading, dt)
         desired = Reference(*wanted)
         return desired, self._actuate(force, self._yaw(desired, estimate, dt, course_wanted=False))
+
+    def _leave(self):
+        """Someone else steers: no command, and an estimator that uses orders knows of none."""
+        self._orders(math.nan, math.nan)
+        return Steered((), 0.0, 0.0, self._reference())
 
     def _yaw(self, desired, estimate, dt, course_wanted):
         _, _, sog, cog, course_rate, _, _, _, _, heading, yaw_rate, *_ = estimate

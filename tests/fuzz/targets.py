@@ -203,11 +203,11 @@ SCHEMES = ("http", "https", "ws", "wss")
 def controls():
     """Of an autopilot with a route of two points."""
     from steerway.estimation import Profile
-    from steerway.live.testing import Controls, GeodeticRoute, Guide, HoldingGuide, Supervisor
+    from steerway.live.testing import Controls, GeodeticRoute, Supervisor
 
     route = GeodeticRoute(np.radians([54.0, 54.001]), np.radians([10.0, 10.0]))
     supervisor = Supervisor(route, Profile.named("small-usv"), engage=True)
-    return Controls(supervisor, HoldingGuide(Guide(route, supervisor.pilot), route))
+    return Controls(supervisor)
 
 
 def read_from_page(data, requested) -> None:

@@ -3,7 +3,9 @@
 import math
 from typing import Annotated, Any, Union
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
+from pydantic import AliasChoices, BaseModel, ConfigDict, Discriminator, Field, GetJsonSchemaHandler, Tag
+from pydantic.fields import FieldInfo
+from pydantic_core import CoreSchema
 
 # Strict: a number in quotation marks is a text, and true is not 1.
 Positive = Annotated[float, Field(strict=True, gt=0.0, allow_inf_nan=False)]
@@ -20,6 +22,21 @@ class Table(BaseModel):
     """A table of a file: frozen; an unknown key is an error."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """The JSON Schema with every name of a key that has several."""
+        found = handler(core)
+        properties = handler.resolve_ref_schema(found).get("properties", {})
+        for first, *others in map(names_of, cls.model_fields, cls.model_fields.values()):
+            properties |= dict.fromkeys(others, properties.get(first))
+        return found
+
+
+def names_of(name: str, field: FieldInfo) -> list[str]:
+    """The names of a key in a file, the usual one first."""
+    choices = field.validation_alias
+    return list(map(str, choices.choices)) if isinstance(choices, AliasChoices) else [field.alias or name]
 
 
 def in_radians(table: Table) -> dict[str, Any]:

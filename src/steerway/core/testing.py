@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from steerway.core.angles import sinc
     from steerway.core.earth import KNOT, NAUTICAL_MILE, displaced, displaced_all
     from steerway.core.kinematics import GroundMotion, heading_for, in_body, over_ground, turning_rate
-    from steerway.core.leg import Leg
+    from steerway.core.leg import Leg, LegState
     from steerway.core.magnetic import model_of, variation
     from steerway.core.records import LOST, NO_COURSE, PREDICTED, REPORTED, STARTING, STATUSES
     from steerway.core.schema import NotNegative, Table, one_of_kinds

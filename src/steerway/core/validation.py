@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from pydantic import BaseModel, ValidationError
 
 from steerway.core.errors import InputError
+from steerway.core.schema import names_of
 
 Location = Sequence[str | int]
 _EXPECTED = {
@@ -78,7 +79,7 @@ def _path(location: Location) -> str:
 
 def _keys(wrong: str | int, holder: type[BaseModel]) -> str:
     """The keys there are in place of the wrong one, the nearest alone if it is near."""
-    names = [field.alias or name for name, field in holder.model_fields.items()]
+    names = [each for name, field in holder.model_fields.items() for each in names_of(name, field)]
     near = difflib.get_close_matches(str(wrong), names, 1, 0.6)
     return f"perhaps {near[0]}" if near else "one of " + ", ".join(names)
 

@@ -5,7 +5,6 @@ import math
 from typing import NamedTuple
 
 from steerway.core.errors import InputError
-from steerway.live.autopilot.holding import HoldingGuide
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.base.orders import UNDER_WAY
 from steerway.live.base.rows import Row, lost
@@ -29,8 +28,9 @@ class Controls:
     Without a supervisor (no mission) only the mark of a man overboard can be set.
     """
 
-    def __init__(self, supervisor: Supervisor | None = None, guide: HoldingGuide | None = None):
-        self.supervisor, self.guide = supervisor, guide
+    def __init__(self, supervisor: Supervisor | None = None):
+        self.supervisor = supervisor
+        self.guide = None if supervisor is None else supervisor.guide
         self.mark: Mark | None = None
         self.row: Row = lost(math.nan)
         self._requests = {

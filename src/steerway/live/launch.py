@@ -9,10 +9,8 @@ from steerway.core.errors import InputError
 from steerway.estimation.inference.learning import LearningFilter
 from steerway.estimation.profiles.inferred import InferredProfile, profile_of
 from steerway.live import addresses
-from steerway.live.autopilot.holding import HoldingGuide
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE
-from steerway.live.autopilot.route import Guide
 from steerway.live.autopilot.speeds import measured_speed
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.control_port import ControlPort, control_address
@@ -52,7 +50,7 @@ def launch(settings: Settings) -> None:
     navigator = Navigator(tuning, aids, settings.source, longest, rate=rate, accuracy=settings.accuracy)
     to = [addresses.sink(addresses.signed(each, signing)) for each in settings.outputs]
     takes = PROPELLERS if any(map(addresses.commands_propellers, to)) else YAW_RATE
-    route = guide = supervisor = None
+    route = supervisor = None
     kinds = settings.autopilot.kind, settings.speed.controller
     measured = measured_speed(settings.estimator.speed)
     if settings.mission is not None:
@@ -61,7 +59,6 @@ def launch(settings: Settings) -> None:
         supervisor = Supervisor(
             route, of_pilot, longest, settings.engage, takes, kinds, measured, settings.estimator.heading
         )
-        guide = HoldingGuide(Guide(route, supervisor.pilot), route)
     elif takes == PROPELLERS:
         raise InputError("format=propellers needs a route, expected --mission FILE with it")
     inputs = [] if replayed else [addresses.opened(each, len(found)) for each in found]
@@ -72,7 +69,7 @@ def launch(settings: Settings) -> None:
     recorder = None if settings.record is None else _recorder(settings, tuning, aids, inputs)
     if recorder is not None:
         outputs.append(recorder)
-    service = Service(navigator, outputs, rate or RATE, settings.latency, guide, supervisor, recorder)
+    service = Service(navigator, outputs, rate or RATE, settings.latency, supervisor, recorder)
     if control is not None:
         links.append(ControlPort(service.controls, control))
     if page is not None:

@@ -15,7 +15,6 @@ from steerway.core.checks import positive
 from steerway.core.errors import InputError
 from steerway.core.leg import Leg
 from steerway.estimation.course.motion.layout import LONGEST_GAP
-from steerway.live.autopilot.route import Guide
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.base.clock import FixClock
 from steerway.live.base.limits import believable
@@ -50,8 +49,7 @@ class Service:
 
     rate:    ticks a second, Hz.
     latency: least latency of fixes, s; see FixClock.
-    guide:   gives the leg of a route at every tick.
-    supervisor: gets every fix and steps every tick; the service never starts it.
+    supervisor: gets every fix and steps every tick, which gives the leg and the order; the service never starts it.
     recorder: gets every row before it is used; it is also one of the outputs.
     """
 
@@ -61,18 +59,17 @@ class Service:
         outputs: Sequence[Output],
         rate: float = RATE,
         latency: float = 0.0,
-        guide: Guide | None = None,
         supervisor: Supervisor | None = None,
         recorder: Recorder | None = None,
     ):
-        self.navigator, self.outputs, self.guide, self.supervisor = navigator, tuple(outputs), guide, supervisor
+        self.navigator, self.outputs, self.supervisor = navigator, tuple(outputs), supervisor
         self.latest = Latest(lost(math.nan), None, None, navigator.counts)
         self.rate = positive("rate", rate)
         self.clock = FixClock(latency)
         self.opening = Opening(navigator.choice.names)
         self._preferred = ""
         self.recorder = recorder
-        self.controls = Controls(supervisor, guide)
+        self.controls = Controls(supervisor)
         self.pulse = Pulse()
         self._sent_until = -math.inf
         self._ticked = math.nan  # time of the last tick, by the clock that times the supervisor
@@ -192,18 +189,18 @@ class Service:
     def _tick(self, moment, now):
         """Output a time; `now` is by the clock that times the supervisor."""
         row = self.controls.row = self.navigator.at(moment)
-        if self.guide is not None and self.supervisor is not None and self.supervisor.begins:
-            self.guide.restart()
-        leg = None if self.guide is None else self.guide.step(row)
-        order = None if self.supervisor is None else self._order(row, leg, now)
+        leg = order = None
+        if self.supervisor is not None:
+            order = self._order(row, now)
+            leg = self.supervisor.leg
         self.latest = Latest(row, leg, order, self.navigator.counts)
         for output in self.outputs:
             output.tick(row, leg, order)
 
-    def _order(self, row, leg, now):
+    def _order(self, row, now):
         dt = now - self._ticked if math.isfinite(self._ticked) else 0.0
         self._ticked = now
-        order = self.supervisor.step(row, leg, dt)
+        order = self.supervisor.step(row, dt)
         before = self.latest.order
         if before is None or order.state is not before.state:
             log = LOG.warning if order.state is State.STOPPED else LOG.info

@@ -9,20 +9,11 @@ if TYPE_CHECKING:
     from steerway.live import launch as live_launch
     from steerway.live.autopilot import piloting
     from steerway.live.autopilot.fence import Fence
+    from steerway.live.autopilot.guide import Guide
     from steerway.live.autopilot.headings import MeasuredHeading
-    from steerway.live.autopilot.holding import HoldingGuide
     from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor
-    from steerway.live.autopilot.mission import (
-        BoatTable,
-        GeodeticRoute,
-        Limits,
-        MissionFile,
-        MissionTable,
-        Place,
-        Waypoint,
-    )
+    from steerway.live.autopilot.mission import BoatTable, GeodeticRoute, Limits, MissionFile, MissionTable
     from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE, pilot_of
-    from steerway.live.autopilot.route import Guide
     from steerway.live.autopilot.speeds import MeasuredSpeed, measured_speed
     from steerway.live.autopilot.supervisor import Supervisor
     from steerway.live.base import uri

@@ -5,14 +5,13 @@ import math
 
 import numpy as np
 
+from steerway.build import DEFAULT_KINDS
 from steerway.core.records import Fixes
 from steerway.estimation.inference.learning import LearningFilter
 from steerway.estimation.inference.whole_log import infer_log
 from steerway.estimation.profiles import Profile
 from steerway.formats.nmea0183.writing import gga, rmc
 from steerway.live.autopilot.mission import GeodeticRoute
-from steerway.live.autopilot.piloting import DEFAULT_KINDS
-from steerway.live.autopilot.route import Guide
 from steerway.live.autopilot.speeds import measured_speed
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.base.rows import InputRow
@@ -56,11 +55,7 @@ def warm(kinds: tuple[str, str] = DEFAULT_KINDS, estimators: EstimatorSettings =
     outputs = [each(_NullSink()) for each in (SentenceOutput, Deltas, JsonLines)]
     was_disabled, LOG.disabled = LOG.disabled, True
     try:
-        asyncio.run(
-            Service(navigator, outputs, _RATE, guide=Guide(route, supervisor.pilot), supervisor=supervisor).replay(
-                rows + decoder.settle()
-            )
-        )
+        asyncio.run(Service(navigator, outputs, _RATE, supervisor=supervisor).replay(rows + decoder.settle()))
     finally:
         LOG.disabled = was_disabled
     _infer()

@@ -51,8 +51,7 @@ def _places(scenario):
     if table.corner_radius is not None and table.corners == "exact":
         raise InputError('route.corner_radius has no effect on exact corners, expected corners = "arc" or "clothoid"')
     origin = (scenario.origin.latitude_deg, scenario.origin.longitude_deg)
-    for index in range(len(scenario.route.points)):
-        north, east = assembly.place_of(scenario, index)
+    for index, (north, east) in enumerate(assembly.places(scenario)):
         if math.hypot(north, east) > LONGEST_LEG:
             raise InputError(
                 f"route.waypoints[{index}] is {math.hypot(north, east) / 1e3:.0f} km from the origin at "
@@ -90,8 +89,7 @@ def _steering(scenario):
         if scenario.autopilot.model_fields_set:
             raise InputError(f"autopilot has no effect on a vessel of kind {kind}, which cannot turn")
         heading = math.radians(scenario.start.heading_deg)
-        for index in range(len(scenario.route.points)):
-            north, east = assembly.place_of(scenario, index)
+        for index, (north, east) in enumerate(assembly.places(scenario)):
             north, east = north - scenario.start.north, east - scenario.start.east
             across = abs(east * math.cos(heading) - north * math.sin(heading))
             if across > known.acceptance:
