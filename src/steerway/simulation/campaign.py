@@ -4,7 +4,6 @@ import os
 from collections.abc import Callable, Iterable
 from contextlib import closing
 
-from steerway.core.cluster import connected
 from steerway.core.workers import in_workers
 
 
@@ -25,8 +24,7 @@ def over_seeds(
     """
     seeds = list(seeds)
     done: dict[int, object] = {}
-    counted = in_workers(run, seeds, min(workers or os.cpu_count() or 1, len(seeds)))
-    with closing(counted if dask is None else _on_cluster(run, seeds, dask)) as finished_runs:
+    with closing(in_workers(run, seeds, min(workers or os.cpu_count() or 1, len(seeds)), dask)) as finished_runs:
         for index, result in finished_runs:
             done[index] = result
             if finished:
@@ -34,15 +32,3 @@ def over_seeds(
             if progress:
                 progress(len(done) / len(seeds))
     return [done[index] for index in range(len(seeds))]
-
-
-def _on_cluster(run, seeds, address):
-    """As `in_workers`, on a cluster."""
-    with connected(address, "--dask") as client:
-        from dask import distributed
-
-        # Not pure: a result is keyed by its seed, not by a hash of the function.
-        futures = client.map(run, seeds, pure=False, key="seed")
-        index_of = {future.key: index for index, future in enumerate(futures)}
-        for future in distributed.as_completed(futures, loop=client.loop):
-            yield index_of[future.key], future.result()
