@@ -5,6 +5,7 @@ A new link is a file of its own and a row here; a new form of output is a row in
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 from steerway.core.checks import positive
@@ -14,10 +15,9 @@ from steerway.live.base.uri import Uri
 from steerway.live.links.file import StdoutSink
 from steerway.live.links.gpsd import GpsdInput
 from steerway.live.links.link import Input, Sink
-from steerway.live.links.serial import SerialInput, SerialSink, speed_of
 from steerway.live.links.signalk import TOKENS, SignalKInput, SignalKSink, require_websockets, token_of
-from steerway.live.links.tcp import TcpInput, TcpServerSink, TcpSink
-from steerway.live.links.udp import UdpInput, UdpSink
+from steerway.live.links.streams import StreamInput, StreamSink, UdpSink
+from steerway.live.links.transport import speed_of
 from steerway.live.mavlink.companion import CARRIERS, Commanded, Companion
 from steerway.live.mavlink.signing import key_of
 from steerway.live.n2k.device import N2kDevice, require_can
@@ -146,14 +146,14 @@ _COMPANION_OPTIONS = ("baud", "silence", "system", "signing")
 SCHEMES = {
     "serial": Scheme(
         check=_serial,
-        source=SerialInput,
+        source=partial(StreamInput, kind="serial"),
         source_options=("baud",),
-        sink=lambda address, _: SerialSink(address),
+        sink=lambda address, _: StreamSink(address, "serial"),
         sink_options=("baud",),
     ),
-    "tcp": Scheme(source=TcpInput, sink=lambda address, _: TcpSink(address)),
-    "tcp-server": Scheme(sink=lambda address, _: TcpServerSink(address)),
-    "udp": Scheme(source=UdpInput, sink=lambda address, _: UdpSink(address)),
+    "tcp": Scheme(source=StreamInput, sink=lambda address, _: StreamSink(address)),
+    "tcp-server": Scheme(sink=lambda address, _: StreamSink(address, "tcp-server")),
+    "udp": Scheme(source=partial(StreamInput, kind="udp"), sink=lambda address, _: UdpSink(address)),
     "gpsd": Scheme(port=2947, source=GpsdInput),
     "signalk": Scheme(
         check=_signalk,

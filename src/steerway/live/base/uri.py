@@ -6,10 +6,12 @@ A scheme that is no link itself names the one that carries it: `mavlink:udpin:ho
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from urllib.parse import parse_qsl, urlsplit
 
 from steerway.core.errors import InputError
 
+_LONGEST_SECRET = 4096  # characters
 _TOKEN = re.compile(r"([?&]token=)[^&]*")
 
 
@@ -77,13 +79,29 @@ def carried(uri: Uri, carriers: tuple[str, ...]) -> Uri:
         ways = ", ".join(f"{uri.scheme}:{each}:host:port" for each in carriers)
         raise InputError(f"{uri.text}: names no link, expected {ways} or {uri.scheme}:/dev/…")
     try:
-        parts = urlsplit(f"//{place}")
-        host, port = parts.hostname or "", parts.port
+        host, port = host_and_port(place)
     except ValueError as error:
         raise InputError(f"{uri.text}: {error}, expected {uri.scheme}:{via}:host:port") from None
     if not port:
         raise InputError(f"{uri.text}: names no port, expected {uri.scheme}:{via}:host:port")
     return replace(uri, via=via, host=host, port=port, path="")
+
+
+def host_and_port(text: str) -> tuple[str, int | None]:
+    """Host ("" for none) and port (None for none) of `host:port` or `[address]:port`. Raises ValueError."""
+    parts = urlsplit(f"//{text}")
+    if parts.path or parts.query or parts.fragment or parts.username is not None:
+        raise ValueError(f"{text!r} is more than host and port")
+    return parts.hostname or "", parts.port
+
+
+def secret_in(path: str | Path, what: str) -> str:
+    """The secret in a file, without the space around it; raises InputError, which does not repeat it, with `what`."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            return file.read(_LONGEST_SECRET).strip()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{what} {path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
 
 
 def with_port(uri: Uri) -> Uri:

@@ -14,10 +14,6 @@ SILENCE = 0.05
 """s without a byte after which an epoch is complete."""
 RETRY = 1.0
 """s from the failure of a link to the next attempt."""
-PIECE = 4096
-"""Bytes read at once."""
-BACKLOG = 1 << 16
-"""Bytes that may wait for a peer."""
 WAITING = 1000
 """Messages that may wait for a link to open or a file to be written."""
 
@@ -107,29 +103,6 @@ class Sink(ABC):
 
     def close(self) -> None:  # noqa: B027
         """Nothing more will be written."""
-
-
-class StreamSink(Sink):
-    """Writes to any number of open streams."""
-
-    def __init__(self, uri: Uri):
-        super().__init__(uri)
-        self.writers: set = set()
-
-    def send(self, message: bytes) -> None:
-        """See Sink."""
-        for transport in list(self.writers):
-            if transport.is_closing():
-                self.writers.discard(transport)
-            elif transport.get_write_buffer_size() > BACKLOG:
-                self.lost += 1
-            else:
-                transport.write(message)
-
-    def close(self) -> None:
-        """See Sink."""
-        for transport in self.writers:
-            transport.close()
 
 
 async def kept_open(name: str, attempt: Callable[[], Awaitable[None]]) -> None:

@@ -5,13 +5,11 @@ import contextlib
 import json
 import math
 from contextlib import asynccontextmanager
-from pathlib import Path
 
-from steerway.core.errors import InputError
 from steerway.core.extras import require
 from steerway.formats.dilution import deviation
 from steerway.live.base.rows import InputRow
-from steerway.live.base.uri import Uri
+from steerway.live.base.uri import Uri, secret_in
 from steerway.live.links.decoding import JsonDecoder, angle, moment
 from steerway.live.links.link import WAITING, Input, Sink, kept_open
 
@@ -40,12 +38,7 @@ def token_of(uri: Uri) -> str:
     Raises InputError for a file that cannot be read.
     """
     path = uri.options.get("token-file")
-    if path is None:
-        return uri.options.get("token", "")
-    try:
-        return Path(path).read_text(encoding="utf-8").strip()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"token-file {path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    return uri.options.get("token", "") if path is None else secret_in(path, "token-file")
 
 
 @asynccontextmanager

@@ -7,9 +7,9 @@ Source: mavlink.io, guide "Message signing".
 import hashlib
 import re
 import time
-from pathlib import Path
 
 from steerway.core.errors import InputError
+from steerway.live.base.uri import secret_in
 
 _EPOCH = 1_420_070_400.0  # Unix time of 2015-01-01, from which signatures count
 _TICK = 1e-5  # s
@@ -18,10 +18,7 @@ _SHORTEST = 8
 
 def key_of(path: str) -> bytes:
     """The key in a file. Raises InputError, which does not repeat it."""
-    try:
-        text = Path(path).read_text(encoding="utf-8").strip()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"signing key {path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    text = secret_in(path, "signing key")
     if re.fullmatch(r"[0-9A-Fa-f]{64}", text):
         return bytes.fromhex(text)
     if len(text) < _SHORTEST:

@@ -5,7 +5,6 @@ out.
 """
 
 import asyncio
-import contextlib
 import logging
 import math
 import time
@@ -20,7 +19,8 @@ from steerway.formats.nmea2000.text import frame_of_line
 from steerway.live.base.orders import UNDER_WAY, Order
 from steerway.live.base.rows import InputRow, Row
 from steerway.live.base.uri import Uri
-from steerway.live.links.link import BACKLOG, Deliver, kept_open
+from steerway.live.links.link import Deliver, kept_open
+from steerway.live.links.transport import Transport
 from steerway.live.n2k import writing
 from steerway.live.n2k.claim import AddressClaim, name_of
 from steerway.live.outputs.rhythm import Rhythm
@@ -173,25 +173,26 @@ class N2kDevice:
             bus.shutdown()
 
     async def _gateway(self):
-        reader, writer = await asyncio.open_connection(self.uri.host, self.uri.port, limit=_LONGEST)
+        self._begun = b""
 
         def write(identifier, data):
-            if writer.transport.get_write_buffer_size() > BACKLOG:
+            if not gateway.write(f"{identifier:08X} {data.hex(' ').upper()}\r\n".encode()):
                 raise OSError
-            writer.write(f"{identifier:08X} {data.hex(' ').upper()}\r\n".encode())
 
+        gateway = Transport(self.uri, "tcp", self._lines, lambda: self._opened(write))
         try:
-            self._opened(write)
-            while line := await reader.readline():
-                frame = frame_of_line(line)
-                if frame is not None:
-                    self._frame(frame, time.time())
-        except ValueError:
-            raise OSError(f"a line of more than {_LONGEST} characters, expected the RAW format") from None
+            await gateway.open()
         finally:
             self._write = None
-            with contextlib.suppress(OSError):
-                writer.close()
+
+    def _lines(self, data, answer):
+        *lines, self._begun = (self._begun + data).split(b"\n")
+        for line in lines:
+            frame = frame_of_line(line) if len(line) < _LONGEST else None
+            if frame is not None:
+                self._frame(frame, time.time())
+        if max(map(len, (*lines, self._begun))) >= _LONGEST:
+            raise OSError(f"a line of more than {_LONGEST} characters, expected the RAW format")
 
 
 def _number(waypoint):

@@ -38,7 +38,7 @@ class PropellerCommands:
 
     def unreachable(self) -> str:
         """Why no command reaches the motors, "" as far as the link shows."""
-        return "nothing is connected that drives the motors" if getattr(self.sink, "writers", True) == set() else ""
+        return "" if getattr(self.sink, "has_peer", True) else "nothing is connected that drives the motors"
 
     def close(self) -> None:
         """See Output."""
