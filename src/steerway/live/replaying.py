@@ -14,6 +14,7 @@ from steerway.formats.mcap import INPUT, MAGIC, messages, require_mcap
 from steerway.live.base.rows import InputRow, Row
 from steerway.live.learning import RepeatedLearning
 from steerway.live.navigator import Navigator
+from steerway.live.outputs.output import Output
 from steerway.live.recording import ESTIMATE, LEARNING, ORDER, SETTINGS
 from steerway.live.service import RATE, Service
 
@@ -62,7 +63,7 @@ class Replayed(NamedTuple):
         return Motion(**(columns | {"status": columns["status"].astype(np.uint8)}))
 
 
-class _Kept:
+class _Kept(Output):
     """An output that keeps the rows of the fixes."""
 
     def __init__(self):
@@ -70,12 +71,6 @@ class _Kept:
 
     def fix(self, row):
         self.rows.append(row)
-
-    def tick(self, row, leg=None, order=None):
-        pass
-
-    def close(self):
-        pass
 
 
 def replay(path: str | Path) -> Replayed:

@@ -78,7 +78,7 @@ class SignalKSink(Sink):
     def __init__(self, uri: Uri):
         super().__init__(uri)
         self._waiting: asyncio.Queue = asyncio.Queue(WAITING)
-        self.is_open = False
+        self.has_peer = False
 
     async def run(self) -> None:
         """See Sink."""
@@ -86,14 +86,14 @@ class SignalKSink(Sink):
 
     def send(self, message: bytes) -> None:
         """See Sink."""
-        if not self.is_open or self._waiting.full():
+        if not self.has_peer or self._waiting.full():
             self.lost += 1
             return
         self._waiting.put_nowait(message.decode())
 
     async def _write(self):
         async with connected(self.uri) as connection:
-            self.is_open = True
+            self.has_peer = True
             discard = asyncio.create_task(_discard(connection))
             try:
                 while not discard.done():
@@ -102,7 +102,7 @@ class SignalKSink(Sink):
                             message = await self._waiting.get()
                         await connection.send(message)
             finally:
-                self.is_open = False
+                self.has_peer = False
                 discard.cancel()
 
 

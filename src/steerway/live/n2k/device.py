@@ -23,6 +23,7 @@ from steerway.live.links.link import Deliver, kept_open
 from steerway.live.links.transport import Transport
 from steerway.live.n2k import writing
 from steerway.live.n2k.claim import AddressClaim, name_of
+from steerway.live.outputs.output import Output
 from steerway.live.outputs.rhythm import Rhythm
 
 LOG = logging.getLogger("steerway.live")
@@ -64,7 +65,7 @@ class N2kDecoder:
         return [InputRow(f"{source}{self._place}", moment, **values)]
 
 
-class N2kDevice:
+class N2kDevice(Output):
     """Output and link in one, and an input with `run(deliver)`; opened once for both.
 
     Sent: 129026 and 127251 ten times a second, 129283 and 129284 once a second on a route, and 127237 four times a
@@ -91,9 +92,6 @@ class N2kDevice:
         self._runs = True
         await kept_open(self.uri.text, self._bus if self.uri.scheme == "n2k" else self._gateway)
 
-    def fix(self, row: Row) -> None:
-        """See Output."""
-
     def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
         """See Output."""
         if not self.claim.holds(time.monotonic()):
@@ -111,9 +109,6 @@ class N2kDevice:
         engaged = order is not None and order.engaged and order.state in UNDER_WAY
         if engaged and self._rhythms["orders"].is_due(row.time):
             self._send(127237, writing.write_track_control(order.course, order.yaw_rate), priority=2)
-
-    def close(self) -> None:
-        """See Output; the link ends with `run`."""
 
     def unreachable(self) -> str:
         """Why no order reaches the bus, "" when they do."""

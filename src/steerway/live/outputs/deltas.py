@@ -13,6 +13,7 @@ from steerway.core.timestamps import iso
 from steerway.live.base.orders import FIT, Order, State
 from steerway.live.base.rows import Row
 from steerway.live.links.link import Sink
+from steerway.live.outputs.output import SinkOutput
 from steerway.live.outputs.rhythm import Rhythm
 
 POSITION = "navigation.position"
@@ -25,14 +26,15 @@ _STATES = {
 }
 
 
-class Deltas:
+class Deltas(SinkOutput):
     """A delta at a fix once a period (s), at ticks while fixes are missing, and at changes of the autopilot's state.
 
     positions: whether the own position is sent.
     """
 
     def __init__(self, sink: Sink, period: float = 1.0, positions: bool = True):
-        self.sink, self.period, self.positions = sink, period, positions
+        super().__init__(sink)
+        self.period, self.positions = period, positions
         self._known: set[str] = set()  # paths whose last value was not null
         self._rhythm = Rhythm(period)
         self._last = -math.inf
@@ -55,11 +57,7 @@ class Deltas:
 
     def leg_unreachable(self) -> str:
         """Why another autopilot does not get the leg, "" as far as the link shows."""
-        return "" if getattr(self.sink, "is_open", True) else "the Signal K server is not connected"
-
-    def close(self) -> None:
-        """See Output."""
-        self.sink.close()
+        return "" if self.has_peer else "the Signal K server is not connected"
 
     def _send(self, row, more=None):
         self._last = row.time

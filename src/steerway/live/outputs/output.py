@@ -3,15 +3,14 @@
 Unknown values are sent as unknown: status V, null. No row is sent twice.
 """
 
-from typing import Protocol
-
 from steerway.core.leg import Leg
 from steerway.live.base.orders import Order
 from steerway.live.base.rows import Row
+from steerway.live.links.link import Sink
 
 
-class Output(Protocol):
-    """One form of output."""
+class Output:
+    """One form of output; as it is here, it sends nothing."""
 
     def fix(self, row: Row) -> None:
         """The row of a fix."""
@@ -21,3 +20,18 @@ class Output(Protocol):
 
     def close(self) -> None:
         """The run ends."""
+
+
+class SinkOutput(Output):
+    """An output whose messages go to a sink, which it closes."""
+
+    def __init__(self, sink: Sink):
+        self.sink = sink
+
+    def close(self) -> None:
+        self.sink.close()
+
+    @property
+    def has_peer(self) -> bool:
+        """Whether somebody takes the messages, as far as the link shows."""
+        return getattr(self.sink, "has_peer", True)

@@ -10,22 +10,20 @@ from steerway.core.leg import Leg
 from steerway.live.base.orders import Order
 from steerway.live.base.rows import Row
 from steerway.live.links.link import Sink
+from steerway.live.outputs.output import SinkOutput
 from steerway.live.outputs.rhythm import Rhythm
 
 PERIOD = 0.1
 """s between two commands."""
 
 
-class PropellerCommands:
+class PropellerCommands(SinkOutput):
     """A line once a period, and at once when the autopilot's state changes."""
 
     def __init__(self, sink: Sink, period: float = PERIOD):
-        self.sink = sink
+        super().__init__(sink)
         self._rhythm = Rhythm(period)
         self._state = None
-
-    def fix(self, row: Row) -> None:
-        """See Output."""
 
     def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
         """See Output."""
@@ -38,11 +36,7 @@ class PropellerCommands:
 
     def unreachable(self) -> str:
         """Why no command reaches the motors, "" as far as the link shows."""
-        return "" if getattr(self.sink, "has_peer", True) else "nothing is connected that drives the motors"
-
-    def close(self) -> None:
-        """See Output."""
-        self.sink.close()
+        return "" if self.has_peer else "nothing is connected that drives the motors"
 
 
 def propeller_line(time: float, order: Order) -> bytes:

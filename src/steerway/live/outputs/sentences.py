@@ -6,18 +6,16 @@ from steerway.formats.nmea0183.writing import Leg, apb, rmb, rmc, rot, vtg, xte
 from steerway.live.base.orders import FIT, Order
 from steerway.live.base.rows import Row
 from steerway.live.links.link import Sink
+from steerway.live.outputs.output import SinkOutput
 from steerway.live.outputs.rhythm import Rhythm
 
 
-class SentenceOutput:
+class SentenceOutput(SinkOutput):
     """RMC, VTG and ROT once a period (s), and APB, XTE and RMB on a route, as instruments and autopilots expect."""
 
     def __init__(self, sink: Sink, period: float = 1.0):
-        self.sink = sink
+        super().__init__(sink)
         self._rhythm = Rhythm(period)
-
-    def fix(self, row: Row) -> None:
-        """See Output."""
 
     def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
         """See Output."""
@@ -26,11 +24,7 @@ class SentenceOutput:
 
     def leg_unreachable(self) -> str:
         """Why another autopilot does not get the leg, "" as far as the link shows."""
-        return "nothing is connected that takes sentences" if getattr(self.sink, "writers", True) == set() else ""
-
-    def close(self) -> None:
-        """See Output."""
-        self.sink.close()
+        return "" if self.has_peer else "nothing is connected that takes sentences"
 
     def sentences(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> list[str]:
         """The sentences of a row. Those of the leg are valid only while the course is known and the autopilot fit."""
