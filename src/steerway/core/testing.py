@@ -12,9 +12,8 @@ if TYPE_CHECKING:
     from steerway.core.leg import Leg, LegState
     from steerway.core.magnetic import model_of, variation
     from steerway.core.records import LOST, NO_COURSE, PREDICTED, REPORTED, STARTING, STATUSES
-    from steerway.core.schema import NotNegative, Table, one_of_kinds
+    from steerway.core.settings import NotNegative, Table, one_of_kinds, refusal
     from steerway.core.timestamps import iso, unix_times
-    from steerway.core.validation import refusal
     from steerway.core.workers import in_workers
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -5,17 +5,60 @@ A place is given in metres north and east of an origin, or in latitude and longi
 
 import math
 from collections.abc import Sequence
-from typing import Literal, Protocol
+from typing import Annotated, Literal, Protocol
 
 import numpy as np
 from pydantic import AliasChoices, Field
 
+from steerway.core.arrays import Floats
+from steerway.core.checks import not_negative, positive
 from steerway.core.earth import displaced, displacement
 from steerway.core.errors import InputError
-from steerway.core.schema import Latitude, Longitude, NotNegative, Number, Positive, Table
+from steerway.core.settings import Latitude, Longitude, NotNegative, Number, Positive, Table
 from steerway.guidance.corners import KINDS as CORNERS
 from steerway.guidance.route import Route
-from steerway.guidance.survey import SurveyTable
+
+
+def lawnmower(
+    north: float, east: float, direction: float, length: float, spacing: float, lines: int, run_in: float = 0.0
+) -> Floats:
+    """(2 · lines, 2) waypoints, north and east in m, of lines to and fro.
+
+    The first line begins at (north, east) and runs `length` m in a `direction` (rad); the next ones lie `spacing` m to
+    starboard of it, to port where it is negative. Every line is sailed `run_in` m longer at both ends, so that the
+    turns and what they leave of a distance from the line lie outside of the area.
+    Raises InputError for less than one line, a length that is not positive, and a spacing of 0.
+    """
+    positive("survey.length", length)
+    not_negative("survey.run_in", run_in)
+    if lines < 1:
+        raise InputError(f"survey.lines is {lines}, expected at least 1")
+    if not math.isfinite(spacing) or spacing == 0.0:
+        raise InputError(f"survey.spacing is {spacing:g} m, expected a number other than 0")
+    ahead = np.array([math.cos(direction), math.sin(direction)])
+    abeam = np.array([-ahead[1], ahead[0]])
+    points = []
+    for k in range(lines):
+        ends = (-run_in, length + run_in)
+        for along in ends if k % 2 == 0 else reversed(ends):
+            points.append(np.array([north, east]) + along * ahead + k * spacing * abeam)
+    return np.array(points)
+
+
+class SurveyTable(Table):
+    """Parallel lines as of `lawnmower`, of a file of settings: m, and degrees from true north."""
+
+    direction_deg: Number = 0.0
+    length: Positive
+    spacing: Number
+    lines: Annotated[int, Field(strict=True, ge=1, le=1000)]
+    run_in: NotNegative = 0.0
+
+    def offsets(self) -> Floats:
+        """(2 · lines, 2) north and east of the waypoints from the beginning of the first line, m."""
+        towards = math.radians(self.direction_deg)
+        return lawnmower(0.0, 0.0, towards, self.length, self.spacing, self.lines, self.run_in)
+
 
 Place = tuple[float, float]
 """Latitude and longitude, rad."""

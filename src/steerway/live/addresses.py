@@ -10,9 +10,8 @@ from steerway.live.base import uri
 from steerway.live.base.uri import Uri
 from steerway.live.links.link import Input, Sink
 from steerway.live.mavlink.companion import Companion
-from steerway.live.outputs.formats import FORMATS
 from steerway.live.outputs.output import Output
-from steerway.live.schemes import INPUTS, LOG, OUTPUTS, PORTS, SCHEMES, Context
+from steerway.live.schemes import FORMATS, INPUTS, LOG, OUTPUTS, PORTS, SCHEMES, Context
 
 
 def sources(texts: Sequence[str]) -> tuple[list[Uri], float]:

@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 from steerway.core.errors import InputError
 from steerway.live.autopilot.supervisor import Supervisor
-from steerway.live.base.orders import UNDER_WAY
-from steerway.live.base.rows import Row, lost
+from steerway.live.base.rows import UNDER_WAY, Row, lost
 
 LOG = logging.getLogger("steerway.live")
 _TURNS = 1e6  # rad; of a larger number the angle is not known to a degree

@@ -1,7 +1,10 @@
-"""Timing of the ticks: what each costs and how late it is, in memory of fixed size."""
+"""Time: what each tick costs and how late it is, in memory of fixed size; and the clock of the fixes."""
 
 import math
 import time
+from collections import deque
+
+from steerway.core.checks import not_negative
 
 _LEAST, _PER_DECADE, _BINS = 1e-6, 25, 200  # s: from a microsecond to a hundred seconds, each bin a tenth wider
 LATE = 0.05
@@ -63,3 +66,32 @@ class Pulse:
 def _ms(durations):
     within = (durations.within(0.5), durations.within(0.999), durations.longest)
     return "{:.3g} ms (99.9 %: {:.3g}, at most {:.3g})".format(*(1e3 * each for each in within))
+
+
+WINDOW = 30.0
+"""s after which a fix no longer counts, so that clocks may drift."""
+
+
+class FixClock:
+    """`latency`: least time from the moment of a fix to its arrival, s; 0 where it is not known."""
+
+    def __init__(self, latency: float = 0.0):
+        self.latency = not_negative("latency", latency)
+        self._offsets: deque[tuple[float, float]] = deque()  # (arrival, offset), offsets falling
+
+    def add(self, time: float, monotonic: float) -> None:
+        """A fix of `time` arrived at a time of the monotonic clock."""
+        offset = time - monotonic
+        while self._offsets and self._offsets[-1][1] <= offset:
+            self._offsets.pop()
+        self._offsets.append((monotonic, offset))
+        while self._offsets[0][0] < monotonic - WINDOW:
+            self._offsets.popleft()
+
+    def forget(self) -> None:
+        """The receiver's time has stepped: the offsets are void."""
+        self._offsets.clear()
+
+    def now(self, monotonic: float) -> float:
+        """Unix time by the receiver; NaN before the first fix."""
+        return monotonic + self._offsets[0][1] + self.latency if self._offsets else math.nan

@@ -16,8 +16,7 @@ from steerway.core.errors import InputError
 from steerway.core.kernel_cache import source_digest
 from steerway.core.leg import Leg
 from steerway.formats.mcap import INPUT, require_mcap
-from steerway.live.base.orders import Order
-from steerway.live.base.rows import InputRow, Row
+from steerway.live.base.rows import InputRow, Order, Row
 from steerway.live.links.file import FileSink
 from steerway.live.outputs.output import Output
 

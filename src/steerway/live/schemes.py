@@ -1,6 +1,6 @@
 """The links by scheme: what each can read, what it can write, its options and its checks.
 
-A new link is a file of its own and a row here; a new form of output is a row in `outputs.formats`.
+A new link is a file of its own and a row here; a new form of output a file and a row of `FORMATS`.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,11 +19,14 @@ from steerway.live.links.signalk import TOKENS, SignalKInput, SignalKSink, requi
 from steerway.live.links.streams import StreamInput, StreamSink, UdpSink
 from steerway.live.links.transport import speed_of
 from steerway.live.mavlink.companion import CARRIERS, Commanded, Companion
-from steerway.live.mavlink.signing import key_of
+from steerway.live.mavlink.dialect import key_of
 from steerway.live.n2k.device import N2kDevice, require_can
 from steerway.live.outputs.deltas import Deltas
 from steerway.live.outputs.foxglove import FoxgloveServer, require_foxglove
+from steerway.live.outputs.json_lines import JsonLines
 from steerway.live.outputs.output import Output
+from steerway.live.outputs.propellers import PERIOD, PropellerCommands
+from steerway.live.outputs.sentences import SentenceOutput
 from steerway.live.outputs.table import TableFile
 
 
@@ -187,3 +190,23 @@ LOG = "file"
 INPUTS = tuple(name for name, each in SCHEMES.items() if each.source or name == LOG)
 OUTPUTS = tuple(name for name, each in SCHEMES.items() if each.sink or each.output)
 PORTS = {name: each.port for name, each in SCHEMES.items() if each.port}
+
+
+class Format(NamedTuple):
+    """One form.
+
+    make:    (sink, period in s, whether every tick is sent) → output.
+    period:  default, s; None for a form that has none.
+    commands_propellers: whether it carries the autopilot's commands, and is of no use without a route.
+    """
+
+    make: Callable[[Sink, float, bool], Output]
+    period: float | None = None
+    commands_propellers: bool = False
+
+
+FORMATS = {
+    "nmea": Format(lambda sink, period, _: SentenceOutput(sink, period), 1.0),
+    "json": Format(lambda sink, _, every_tick: JsonLines(sink, every_tick)),
+    "propellers": Format(lambda sink, period, _: PropellerCommands(sink, period), PERIOD, commands_propellers=True),
+}

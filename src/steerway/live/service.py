@@ -16,17 +16,13 @@ from steerway.core.errors import InputError
 from steerway.core.leg import Leg
 from steerway.estimation.course.motion.layout import LONGEST_GAP
 from steerway.live.autopilot.supervisor import Supervisor
-from steerway.live.base.clock import FixClock
-from steerway.live.base.limits import believable
-from steerway.live.base.orders import Order, State
-from steerway.live.base.rows import InputRow, Row, lost
+from steerway.live.base.rows import InputRow, Order, Row, State, believable, lost
 from steerway.live.controls import Controls
 from steerway.live.links.link import Input, Sink
 from steerway.live.navigator import MEETS, Navigator
 from steerway.live.opening import Opening
-from steerway.live.outputs.output import Output
-from steerway.live.outputs.rhythm import SLACK
-from steerway.live.pulse import Pulse
+from steerway.live.outputs.output import SLACK, Output
+from steerway.live.pulse import FixClock, Pulse
 from steerway.live.recording import Recorder
 
 LOG = logging.getLogger("steerway.live")

@@ -10,17 +10,14 @@ if TYPE_CHECKING:
     from steerway.live.autopilot import piloting
     from steerway.live.autopilot.fence import Fence
     from steerway.live.autopilot.guide import Guide
-    from steerway.live.autopilot.headings import MeasuredHeading
     from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor
+    from steerway.live.autopilot.measured import MeasuredHeading
     from steerway.live.autopilot.mission import BoatTable, GeodeticRoute, Limits, MissionFile, MissionTable
     from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE, pilot_of
     from steerway.live.autopilot.speeds import MeasuredSpeed, measured_speed
     from steerway.live.autopilot.supervisor import Supervisor
     from steerway.live.base import uri
-    from steerway.live.base.clock import FixClock
-    from steerway.live.base.limits import believable
-    from steerway.live.base.orders import UNDER_WAY, Order, State
-    from steerway.live.base.rows import InputRow, Row, lost, rows_of
+    from steerway.live.base.rows import UNDER_WAY, InputRow, Order, Row, State, believable, lost, rows_of
     from steerway.live.control_port import ControlPort, control_address
     from steerway.live.controls import Controls
     from steerway.live.helm import bridge, chart, gate, strips
@@ -28,7 +25,7 @@ if TYPE_CHECKING:
     from steerway.live.helm.address import token_of as address_token_of
     from steerway.live.helm.bridge import HelmPage
     from steerway.live.helm.gate import COOKIE, Gate, Sessions
-    from steerway.live.helm.history import History
+    from steerway.live.helm.page_state import History
     from steerway.live.helm.places import Places
     from steerway.live.helm.seeing import ChartPlane, Seen, ellipse, view
     from steerway.live.helm.view import View
@@ -43,32 +40,29 @@ if TYPE_CHECKING:
     from steerway.live.links.signalk import token_of as signalk_token_of
     from steerway.live.mavlink.companion import Companion
     from steerway.live.mavlink.decoding import BootClock, MavlinkDecoder
-    from steerway.live.mavlink.dialect import RoverMode, dialect, mode_name
+    from steerway.live.mavlink.dialect import RoverMode, dialect, key_of, mode_name
     from steerway.live.mavlink.guided import Guided, Takeover
     from steerway.live.mavlink.link import MavlinkLink
     from steerway.live.mavlink.readiness import Readiness
-    from steerway.live.mavlink.signing import key_of
     from steerway.live.n2k import device, writing
-    from steerway.live.n2k.claim import CLAIM, NO_ADDRESS, REQUEST, AddressClaim, name_of
-    from steerway.live.n2k.device import N2kDecoder, N2kDevice
+    from steerway.live.n2k.device import CLAIM, NO_ADDRESS, REQUEST, AddressClaim, N2kDecoder, N2kDevice, name_of
     from steerway.live.navigator import Navigator
     from steerway.live.opening import LONGEST, Opening
     from steerway.live.outputs import foxglove
     from steerway.live.outputs.deltas import Deltas
     from steerway.live.outputs.json_lines import JsonLines, json_line
+    from steerway.live.outputs.output import Rhythm
     from steerway.live.outputs.propellers import PropellerCommands
-    from steerway.live.outputs.rhythm import Rhythm
     from steerway.live.outputs.sentences import SentenceOutput
     from steerway.live.outputs.table import TableFile
     from steerway.live.process import log_to_stderr
-    from steerway.live.pulse import Durations, Pulse
+    from steerway.live.pulse import Durations, FixClock, Pulse
     from steerway.live.recording import ESTIMATE, INPUT, ORDER, RAW, Recorder
     from steerway.live.replaying import ANOTHER_PROCESSOR, Replayed, replay
     from steerway.live.schemes import Context
     from steerway.live.service import Service
     from steerway.live.settings import Settings
-    from steerway.live.simulated.boat import ReceiverFix, SimulatedBoat
-    from steerway.live.simulated.inner_loops import InnerLoops
+    from steerway.live.simulated.boat import InnerLoops, ReceiverFix, SimulatedBoat
     from steerway.live.simulated.propellers import PropellerReceiver
     from steerway.live.simulated.rover import Rover
     from steerway.live.simulated.running import RunningBoat

@@ -21,8 +21,8 @@ from steerway.estimation.profiles.inferred import InferredProfile, profile_of
 from steerway.estimation.speed import SurgeFusion, SurgeTuning
 from steerway.estimation.steering import SteeringEstimator, SteeringFilter
 from steerway.guidance.line_of_sight import GuidanceLaw
+from steerway.guidance.reference import SHAPERS
 from steerway.guidance.route_table import route_of
-from steerway.guidance.shapers import SHAPERS
 from steerway.guidance.voyage import Voyage
 from steerway.guidance.waypoints import Passing
 from steerway.pilot import LegSource, Pilot

@@ -3,7 +3,7 @@
 import math
 
 from steerway.core.errors import InputError
-from steerway.core.schema import kind_of
+from steerway.core.settings import kind_of
 from steerway.guidance.route import LONGEST_LEG
 from steerway.sensors.kinds import INSTRUMENTS
 from steerway.simulation import assembly

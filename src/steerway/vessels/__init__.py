@@ -6,7 +6,6 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.core.kinematics import GroundMotion
-    from steerway.vessels.actuators import Actuator
     from steerway.vessels.caldas import Caldas
     from steerway.vessels.cybership2 import (
         DAMPING as CYBERSHIP2_DAMPING,
@@ -65,7 +64,7 @@ if TYPE_CHECKING:
     from steerway.vessels.surge import (
         SHAFT as CALDAS_SHAFT,
     )
-    from steerway.vessels.vessel import CALM, CURRENT_NORTH, Vessel, conditions, runge_kutta
+    from steerway.vessels.vessel import CALM, CURRENT_NORTH, Actuator, Vessel, conditions, runge_kutta
 
 __all__ = [
     "CALDAS_LINEAR_DRAG",

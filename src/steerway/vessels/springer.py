@@ -15,18 +15,16 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from steerway.control.allocation import Rudder
 from steerway.control.boats import Boat
 from steerway.control.heading_plant import HeadingResponse
-from steerway.control.rudder import Rudder
 from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, one_of
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
-from steerway.core.schema import Positive
-from steerway.vessels.actuators import Actuated, Actuator
-from steerway.vessels.table import VesselTable
-from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, check_shapes
+from steerway.core.settings import Positive
+from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, Actuated, Actuator, VesselTable, check_shapes
 
 RPM = 2.0 * math.pi / 60.0
 """One revolution a minute, rad/s."""

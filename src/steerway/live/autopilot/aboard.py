@@ -6,7 +6,7 @@ import math
 from steerway.core.earth import displacement
 from steerway.core.estimate import NOTHING_KNOWN, Estimate
 from steerway.estimation.steering import Response, SteeringFilter
-from steerway.live.autopilot.headings import MeasuredHeading
+from steerway.live.autopilot.measured import MeasuredHeading
 from steerway.live.base.rows import InputRow, Row
 
 LOG = logging.getLogger("steerway.live")

@@ -17,9 +17,7 @@ import numpy as np
 from pydantic import Field, ValidationError
 
 from steerway.core.errors import InputError
-from steerway.core.schema import Flag, NotNegative, Positive, Table
-from steerway.core.toml import parse_toml
-from steerway.core.validation import refusal
+from steerway.core.settings import Flag, NotNegative, Positive, Table, parse_toml, refusal
 from steerway.guidance.laws import COURSE_LAWS
 from steerway.guidance.route_table import PlaceTable, RouteKeys, WaypointTable
 from steerway.live.autopilot.fence import Fence

@@ -22,7 +22,7 @@ from steerway.estimation.tables import HeadingEstimatorTable
 from steerway.guidance import laws
 from steerway.live.autopilot.aboard import Aboard
 from steerway.live.autopilot.guide import Guide
-from steerway.live.autopilot.headings import MeasuredHeading
+from steerway.live.autopilot.measured import MeasuredHeading
 from steerway.live.autopilot.mission import BoatTable, GeodeticRoute
 from steerway.pilot import Observer, Pilot
 

@@ -23,8 +23,7 @@ from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.piloting import YAW_RATE, boat_of, pilot_of
 from steerway.live.autopilot.speeds import MeasuredSpeed
 from steerway.live.autopilot.watch import Watch
-from steerway.live.base.orders import UNDER_WAY, Order, State
-from steerway.live.base.rows import InputRow, Row
+from steerway.live.base.rows import UNDER_WAY, InputRow, Order, Row, State
 from steerway.pilot import Mode, Pilot, Steered
 
 _SLOWEST = 1.5

@@ -1,12 +1,14 @@
-"""One row from an input, and one row of the estimate."""
+"""One row from an input, one row of the estimate, the autopilot's state and order, and what rows can be believed."""
 
 import math
 from collections import namedtuple
 from collections.abc import Iterator, Mapping
+from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
 
+from steerway.core.earth import KNOT, STANDARD_GRAVITY
 from steerway.core.records import LOST, REPORTED, Fixes
 
 _OPTIONAL = dict.fromkeys(("latitude", "longitude", *REPORTED), math.nan) | {"formatters": 0, "throttle": math.nan}
@@ -67,3 +69,69 @@ def rows_of(sources: dict[str, Fixes], formatters: Mapping[str, np.ndarray] | No
             columns.append([0] * len(fixes) if bits is None else bits.tolist())
             rows += [InputRow(name, *values) for values in zip(*columns, strict=True)]
     yield from sorted(rows, key=lambda row: row.time)
+
+
+class State(StrEnum):
+    """Idle until all conditions are met; ready to be started; under way until stopped; stopped until started again."""
+
+    IDLE = "idle"
+    READY = "ready"
+    RUNNING = "running"
+    DEGRADED = "degraded"  # steers, by dead reckoning, with fixes that do not fit, or after a late tick
+    STOPPED = "stopped"
+
+
+UNDER_WAY = (State.RUNNING, State.DEGRADED)
+FIT = (State.READY, *UNDER_WAY)
+"""States in which another autopilot may steer by the leg."""
+
+
+class Order(NamedTuple):
+    """What the vessel is commanded; SI and rad. An order is carried out only while it is `engaged`."""
+
+    state: State
+    reason: str = ""  # why the state is not RUNNING, "" when it is
+    engaged: bool = False  # whether the command is to be carried out; also the safe output "stop"
+    yaw_rate: float = 0.0  # rad/s, + to starboard
+    thrust: float = 0.0  # fraction of full, -1 to 1
+    port: float = 0.0  # propellers, -1 to 1 of full speed
+    starboard: float = 0.0
+    course: float = math.nan  # to steer, rad; NaN when unknown
+    speed: float = math.nan  # desired over ground, m/s
+
+
+_LAST_TIME = 1e10  # Unix time of the year 2286
+_TURN = 2.0 * math.pi
+_FASTEST = 1000.0 * KNOT  # as of NMEA 0183
+_LIMITS = {
+    "latitude": (-0.5 * math.pi, 0.5 * math.pi),
+    "longitude": (-math.pi, math.pi),
+    "position_std": (0.0, 1e4),  # m; who knows it no better has no position
+    "sog": (0.0, _FASTEST),
+    "cog": (-_TURN, _TURN),
+    "heading": (-_TURN, _TURN),
+    "water_speed": (-_FASTEST, _FASTEST),
+    "bottom_speed": (-_FASTEST, _FASTEST),
+    "yaw_rate": (-10.0, 10.0),  # rad/s; of a small boat's gyro 1 is much
+    "acceleration": (-20.0 * STANDARD_GRAVITY, 20.0 * STANDARD_GRAVITY),
+    "shaft": (-1000.0, 1000.0),  # rev/s
+    "throttle": (-1.0, 1.0),
+}
+_PLACE = ("latitude", "longitude", "position_std")
+
+
+def believable(row: InputRow) -> InputRow | None:
+    """The row without impossible values: the same object if all are possible, None if nothing is left."""
+    if not abs(row.time) < _LAST_TIME:
+        return None
+    wrong = {name for name, (least, most) in _LIMITS.items() if _is_beyond(getattr(row, name), least, most)}
+    if not wrong:
+        return row
+    wrong.update(_PLACE if wrong.intersection(_PLACE) else ())
+    row = row._replace(**dict.fromkeys(wrong, math.nan))
+    return row if any(not math.isnan(getattr(row, name)) for name in _LIMITS) else None
+
+
+def _is_beyond(value, least, most):
+    """Whether a value is reported, other than NaN, and beyond its limits; an integer of JSON may be any."""
+    return value == value and not least <= value <= most

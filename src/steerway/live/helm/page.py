@@ -6,8 +6,8 @@ from importlib.resources import files
 
 from nicegui import ui
 
-from steerway.live.helm.board import Board
 from steerway.live.helm.chart import Window, around, moving, still
+from steerway.live.helm.page_state import Board
 from steerway.live.helm.strips import Point, strip, unwound
 from steerway.live.helm.words import tone, words
 

@@ -12,7 +12,7 @@ import sys
 import traceback
 
 from steerway.live.helm.address import Address
-from steerway.live.helm.board import Board
+from steerway.live.helm.page_state import Board
 
 _NICE = 10  # where the processor is short, the service has priority
 _LONGEST = 1 << 20  # bytes of a line, and of a message of a browser

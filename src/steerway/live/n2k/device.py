@@ -7,6 +7,7 @@ out.
 import asyncio
 import logging
 import math
+import struct
 import time
 import uuid
 
@@ -14,17 +15,14 @@ from steerway.core.extras import require
 from steerway.core.leg import Leg
 from steerway.formats.nmea2000.decoder import Decoder
 from steerway.formats.nmea2000.fields import MESSAGES
-from steerway.formats.nmea2000.frames import Frame, Joiner, Splitter, frame_of, identifier_of
+from steerway.formats.nmea2000.frames import BROADCAST, Frame, Joiner, Splitter, frame_of, identifier_of
 from steerway.formats.nmea2000.text import frame_of_line
-from steerway.live.base.orders import UNDER_WAY, Order
-from steerway.live.base.rows import InputRow, Row
+from steerway.live.base.rows import UNDER_WAY, InputRow, Order, Row
 from steerway.live.base.uri import Uri
 from steerway.live.links.link import Deliver, kept_open
 from steerway.live.links.transport import Transport
 from steerway.live.n2k import writing
-from steerway.live.n2k.claim import AddressClaim, name_of
-from steerway.live.outputs.output import Output
-from steerway.live.outputs.rhythm import Rhythm
+from steerway.live.outputs.output import Output, Rhythm
 
 LOG = logging.getLogger("steerway.live")
 _PERIODS = {"motion": 0.1, "leg": 1.0, "orders": 0.25}
@@ -193,3 +191,52 @@ class N2kDevice(Output):
 def _number(waypoint):
     digits = waypoint.removeprefix("WP")
     return int(digits) if digits.isdigit() else 0xFFFFFFFF
+
+
+CLAIM, REQUEST = 60928, 59904
+NO_ADDRESS = 254
+_WAIT = 0.25  # s after a claim before anything else is sent
+_HIGHEST = 251
+_NAVIGATION, _OWN_POSITION, _MARINE, _UNKNOWN_MAKER = 60, 145, 4, 2047
+
+
+def name_of(identity: int) -> int:
+    """The NAME of a device: its identity number, class and function; it may take any address."""
+    low = (identity & 0x1FFFFF) | _UNKNOWN_MAKER << 21
+    high = _OWN_POSITION << 8 | _NAVIGATION << 17 | _MARINE << 28 | 1 << 31
+    return high << 32 | low
+
+
+class AddressClaim:
+    """No clock and no I/O: `begin`, then `receive` every frame; both return the frames to send as (PGN, data)."""
+
+    def __init__(self, name: int, address: int = 40):
+        self.name, self.address = name, address
+        self._first = address
+        self._since = math.inf
+
+    def holds(self, now: float) -> bool:
+        """Whether the address may be used."""
+        return self.address != NO_ADDRESS and now - self._since >= _WAIT
+
+    def begin(self, now: float) -> list[tuple[int, bytes]]:
+        """Claim the address."""
+        self._since = now
+        return [(CLAIM, struct.pack("<Q", self.name))]
+
+    def receive(self, frame: Frame, now: float) -> list[tuple[int, bytes]]:
+        """The answer to a frame of another device."""
+        if frame.pgn == REQUEST and frame.destination in (BROADCAST, self.address) and len(frame.data) >= 3:
+            asked = int.from_bytes(frame.data[:3], "little")
+            return [(CLAIM, struct.pack("<Q", self.name))] if asked == CLAIM else []
+        if frame.pgn != CLAIM or frame.source != self.address or len(frame.data) != 8:
+            return []
+        (other,) = struct.unpack("<Q", frame.data)
+        if other == self.name:
+            return []
+        if self.name < other:
+            return [(CLAIM, struct.pack("<Q", self.name))]
+        self.address = 0 if self.address >= _HIGHEST else self.address + 1
+        if self.address == self._first:
+            self.address = NO_ADDRESS
+        return self.begin(now)

@@ -10,11 +10,9 @@ import math
 
 from steerway.core.leg import Leg
 from steerway.core.timestamps import iso
-from steerway.live.base.orders import FIT, Order, State
-from steerway.live.base.rows import Row
+from steerway.live.base.rows import FIT, Order, Row, State
 from steerway.live.links.link import Sink
-from steerway.live.outputs.output import SinkOutput
-from steerway.live.outputs.rhythm import Rhythm
+from steerway.live.outputs.output import Rhythm, SinkOutput
 
 POSITION = "navigation.position"
 _STATES = {

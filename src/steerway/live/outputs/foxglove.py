@@ -11,13 +11,11 @@ import math
 from steerway.core.extras import require
 from steerway.core.leg import Leg
 from steerway.core.records import MOTION_COLUMNS
-from steerway.live.base.orders import Order
-from steerway.live.base.rows import Row
+from steerway.live.base.rows import Order, Row
 from steerway.live.base.uri import Uri
 from steerway.live.links.link import kept_open
 from steerway.live.outputs.json_lines import json_line
-from steerway.live.outputs.output import Output
-from steerway.live.outputs.rhythm import Rhythm
+from steerway.live.outputs.output import Output, Rhythm
 
 POSITION, ESTIMATE = "/position", "/estimate"
 """Topics."""

@@ -5,8 +5,7 @@ import math
 
 from steerway.core.leg import Leg
 from steerway.core.records import MOTION_COLUMNS, STATUSES
-from steerway.live.base.orders import Order
-from steerway.live.base.rows import Row
+from steerway.live.base.rows import Order, Row
 from steerway.live.links.link import Sink
 from steerway.live.outputs.output import SinkOutput
 

@@ -3,9 +3,10 @@
 Unknown values are sent as unknown: status V, null. No row is sent twice.
 """
 
+import math
+
 from steerway.core.leg import Leg
-from steerway.live.base.orders import Order
-from steerway.live.base.rows import Row
+from steerway.live.base.rows import Order, Row
 from steerway.live.links.link import Sink
 
 
@@ -35,3 +36,22 @@ class SinkOutput(Output):
     def has_peer(self) -> bool:
         """Whether somebody takes the messages, as far as the link shows."""
         return getattr(self.sink, "has_peer", True)
+
+
+SLACK = 1e-4
+"""Periods by which a row may be early: Unix times in float64 resolve a quarter of a microsecond."""
+
+
+class Rhythm:
+    """True once in every period of the rows' time, and at once when time goes back."""
+
+    def __init__(self, period: float):
+        self._period = period
+        self._beat = math.nan
+
+    def is_due(self, time: float) -> bool:
+        """Whether a row of this time is the first of its period. Without a time: never."""
+        beat = math.floor(time / self._period + SLACK) if math.isfinite(time) else self._beat
+        is_new = beat != self._beat and math.isfinite(time)
+        self._beat = beat
+        return is_new

@@ -3,11 +3,9 @@
 import math
 
 from steerway.formats.nmea0183.writing import Leg, apb, rmb, rmc, rot, vtg, xte
-from steerway.live.base.orders import FIT, Order
-from steerway.live.base.rows import Row
+from steerway.live.base.rows import FIT, Order, Row
 from steerway.live.links.link import Sink
-from steerway.live.outputs.output import SinkOutput
-from steerway.live.outputs.rhythm import Rhythm
+from steerway.live.outputs.output import Rhythm, SinkOutput
 
 
 class SentenceOutput(SinkOutput):

@@ -13,8 +13,7 @@ from steerway.core.errors import InputError
 from steerway.core.leg import Leg
 from steerway.core.records import Motion
 from steerway.formats.writing import write, writer
-from steerway.live.base.orders import Order, State
-from steerway.live.base.rows import Row
+from steerway.live.base.rows import Order, Row, State
 from steerway.live.links.file import FileSink
 from steerway.live.outputs.output import Output
 

@@ -9,7 +9,7 @@ from steerway.core.errors import InputError
 from steerway.live.base.uri import Uri
 from steerway.live.links.link import kept_open
 from steerway.live.links.transport import Transport
-from steerway.vessels.actuators import Actuator
+from steerway.vessels.vessel import Actuator
 
 SILENCE = 1.0
 """s without a command after which a motor driver stops its propellers."""

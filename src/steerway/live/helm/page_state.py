@@ -1,7 +1,8 @@
-"""The track, and speed and course of the last minutes, for the page."""
+"""What the pages show: the newest view, the track, and speed and course of the last minutes."""
 
 import math
 from collections import deque
+from collections.abc import Callable
 
 from steerway.live.helm.view import View
 
@@ -42,3 +43,27 @@ class History:
             self.moments.append((view.time, view))
         while self.moments[0][0] < view.time - _SPAN:
             self.moments.popleft()
+
+
+class Board:
+    """The newest view and the history, for every open page."""
+
+    def __init__(self, settings: dict, send: Callable[[dict], None]):
+        self.route = [tuple(place) for place in settings["route"]]
+        self.fence = [tuple(place) for place in settings["fence"]]
+        self.has_autopilot = bool(settings["has_autopilot"])
+        self.history = History()
+        self.view = View()
+        self.notice = ""
+        self.seq = 0
+        self._send = send
+
+    def update(self, message: dict) -> None:
+        """The next message of the service."""
+        self.view = View(**message["view"])
+        self.notice, self.seq = message["notice"], message["seq"]
+        self.history.add(self.view)
+
+    def order(self, what: str, who: str, value: object = None) -> None:
+        """Send a request to the service; see `live.controls.Controls`."""
+        self._send({"do": what, "value": value, "who": who})

@@ -1,12 +1,129 @@
-"""One sentence for what is wrong in a file of settings: the key's path, the value, and what was expected."""
+"""Files of settings: TOML, tables that refuse unknown keys, and one sentence for what is wrong in one."""
 
 import difflib
+import json
+import math
+import tomllib
 from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Union
 
-from pydantic import BaseModel, ValidationError
+from pydantic import (
+    AliasChoices,
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    GetJsonSchemaHandler,
+    Tag,
+    ValidationError,
+)
+from pydantic.fields import FieldInfo
+from pydantic_core import CoreSchema
 
 from steerway.core.errors import InputError
-from steerway.core.schema import names_of
+
+# Strict: a number in quotation marks is a text, and true is not 1.
+Positive = Annotated[float, Field(strict=True, gt=0.0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(strict=True, ge=0.0, allow_inf_nan=False)]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Rate = Annotated[float, Field(strict=True, gt=0.0, le=1000.0)]
+Latitude = Annotated[float, Field(strict=True, ge=-89.0, le=89.0, allow_inf_nan=False)]
+Longitude = Annotated[float, Field(strict=True, ge=-180.0, le=180.0, allow_inf_nan=False)]
+Flag = Annotated[bool, Field(strict=True)]
+Triple = tuple[Number, Number, Number]
+
+
+class Table(BaseModel):
+    """A table of a file: frozen; an unknown key is an error."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """The JSON Schema with every name of a key that has several."""
+        found = handler(core)
+        properties = handler.resolve_ref_schema(found).get("properties", {})
+        for first, *others in map(names_of, cls.model_fields, cls.model_fields.values()):
+            properties |= dict.fromkeys(others, properties.get(first))
+        return found
+
+
+def names_of(name: str, field: FieldInfo) -> list[str]:
+    """The names of a key in a file, the usual one first."""
+    choices = field.validation_alias
+    return list(map(str, choices.choices)) if isinstance(choices, AliasChoices) else [field.alias or name]
+
+
+def in_radians(table: Table) -> dict[str, Any]:
+    """A table's values by name; keys that end in `_deg` lose the ending and their values become radians."""
+    values = {}
+    for name, value in table.model_dump().items():
+        if name.endswith("_deg") and value is not None:
+            value = math.radians(value)
+        values[name.removesuffix("_deg")] = value
+    return values
+
+
+def kind_of(table: type[Table]) -> str:
+    """The value of `kind` that selects a table."""
+    return table.model_fields["kind"].default
+
+
+def one_of_kinds(tables: tuple[type[Table], ...]) -> Any:
+    """The type of a field that holds one of several tables, selected by its key `kind`; the first is the default."""
+    default = kind_of(tables[0])
+
+    def chosen(value: object) -> str:
+        return value.get("kind", default) if isinstance(value, dict) else getattr(value, "kind", default)
+
+    tagged = tuple(Annotated[table, Tag(kind_of(table))] for table in tables)
+    # The members are known only at run time, so that they cannot be joined by |.
+    return Annotated[Union[tagged], Discriminator(chosen)]  # noqa: UP007
+
+
+def positive_number(
+    default: float | None = None,
+    *,
+    unit: str = "",
+    what: str = "",
+    most: float = 1e6,
+    or_zero: bool = False,
+) -> Any:
+    """A finite number above zero, or `or_zero`, up to `most`; without a default it is required.
+
+    unit, what: its unit and what it is.
+    """
+    limit: dict[str, Any] = {"ge": 0.0} if or_zero else {"gt": 0.0}
+    extra: dict[str, Any] = {"unit": unit}
+    given: dict[str, Any] = {} if default is None else {"default": default}
+    return Field(
+        **given, **limit, le=most, allow_inf_nan=False, strict=True, description=what or None, json_schema_extra=extra
+    )
+
+
+def read_toml(path: str | Path, what: str) -> dict[str, Any]:
+    """The tables of a TOML file; `what` it is ("profile") stands before its name in errors. Raises InputError."""
+    place = f"{what} {path}"
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{place} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    return parse_toml(text, place)
+
+
+def parse_toml(text: str, place: str) -> dict[str, Any]:
+    """The tables of a TOML text; `place` names it in errors. Raises InputError."""
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # a date out of range is a plain ValueError
+        raise InputError(f"{place} is not valid TOML: {str(error).splitlines()[0]}") from None
+
+
+def toml_value(value: str | float | list[str]) -> str:
+    """A text, number or list of texts as TOML has it."""
+    return repr(float(value)) if isinstance(value, int | float) else json.dumps(value, ensure_ascii=False)
+
 
 Location = Sequence[str | int]
 _EXPECTED = {
