@@ -9,7 +9,6 @@ import pytest
 from steerway import InputError
 from steerway.control import AdaptiveSpeedGains, place_poles
 from steerway.core import wrap_array
-from steerway.formats.testing import read_steering
 from steerway.identification import (
     SurgeIdentification,
     SurgeModel,
@@ -19,7 +18,7 @@ from steerway.identification import (
     identify_yaw,
     identify_yaw_from_fixes,
 )
-from steerway.identification.testing import Interval, binary_sequence
+from steerway.identification.testing import Interval, binary_sequence, read_steering
 from steerway.sensors import white
 from steerway.vessels import CALM, RPM, Nomoto, Propeller, Springer, Surge, conditions
 from steerway_studies.testing import plants

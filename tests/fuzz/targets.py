@@ -168,7 +168,7 @@ TOKEN = "correct-horse-battery"
 
 def _helm(data):
     """A request to the helm page, which is reached by nobody without a login."""
-    from steerway.live.testing import Address, gate
+    from steerway.live.testing import Address, access
 
     head, _, body = data.partition(b"\n\n")
     first, *lines = head.split(b"\n")
@@ -190,9 +190,9 @@ def _helm(data):
     kind = "websocket" if scheme in ("ws", "wss") else "http"
     scope = {"type": kind, "method": method.upper(), "path": path, "scheme": scheme if scheme in SCHEMES else "http"}
     scope |= {"headers": headers, "query_string": b"", "root_path": "", "client": ("10.0.0.7", 5)}
-    sessions = gate.Sessions(TOKEN)
+    sessions = access.Sessions(TOKEN)
     with patch("asyncio.sleep", new=AsyncMock()):  # the pause after a wrong token
-        asyncio.run(gate.Gate(inside, Address("0.0.0.0", 8080, TOKEN))(scope, receive, send))
+        asyncio.run(access.Gate(inside, Address("0.0.0.0", 8080, TOKEN))(scope, receive, send))
     assert answers, "no answer"
     return answers[0]
 

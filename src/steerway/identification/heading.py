@@ -17,7 +17,7 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import array_of
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.vessels.springer import HeadingModel
+from steerway.estimation.heading.models import HeadingModel
 
 LEAST_SAMPLES = 50
 

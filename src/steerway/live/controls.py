@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from steerway.core.errors import InputError
 from steerway.live.autopilot.supervisor import Supervisor
-from steerway.live.base.rows import UNDER_WAY, Row, lost
+from steerway.live.rows import UNDER_WAY, Row, lost
 
 LOG = logging.getLogger("steerway.live")
 _TURNS = 1e6  # rad; of a larger number the angle is not known to a degree

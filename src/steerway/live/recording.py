@@ -16,9 +16,9 @@ from steerway.core.errors import InputError
 from steerway.core.kernel_cache import source_digest
 from steerway.core.leg import Leg
 from steerway.formats.mcap import INPUT, require_mcap
-from steerway.live.base.rows import InputRow, Order, Row
 from steerway.live.links.file import FileSink
 from steerway.live.outputs.output import Output
+from steerway.live.rows import InputRow, Order, Row
 
 LOG = logging.getLogger("steerway.live")
 RAW, ESTIMATE, ORDER, POSITION, LEARNING = "/raw", "/estimate", "/order", "/position", "/learning"

@@ -11,11 +11,11 @@ from steerway.core.errors import InputError
 from steerway.core.records import Motion
 from steerway.estimation.profiles.inferred import parse_profile
 from steerway.formats.mcap import INPUT, MAGIC, messages, require_mcap
-from steerway.live.base.rows import InputRow, Row
 from steerway.live.learning import RepeatedLearning
 from steerway.live.navigator import Navigator
 from steerway.live.outputs.output import Output
 from steerway.live.recording import ESTIMATE, LEARNING, ORDER, SETTINGS
+from steerway.live.rows import InputRow, Row
 from steerway.live.service import RATE, Service
 
 ANOTHER_PROCESSOR = 1e-9
@@ -130,7 +130,7 @@ def _service(settings, kept, moments):
 
 
 def _feed(service, values):
-    service.opening.chosen = values.pop("chosen")
+    service.startup.chosen = values.pop("chosen")
     arrived = values.pop("arrived")
     service.use(InputRow(*_values(values, InputRow)), math.nan if arrived is None else arrived)
 

@@ -16,14 +16,14 @@ from steerway.core.errors import InputError
 from steerway.core.leg import Leg
 from steerway.estimation.course.motion.layout import LONGEST_GAP
 from steerway.live.autopilot.supervisor import Supervisor
-from steerway.live.base.rows import InputRow, Order, Row, State, believable, lost
 from steerway.live.controls import Controls
 from steerway.live.links.link import Input, Sink
 from steerway.live.navigator import MEETS, Navigator
-from steerway.live.opening import Opening
 from steerway.live.outputs.output import SLACK, Output
-from steerway.live.pulse import FixClock, Pulse
 from steerway.live.recording import Recorder
+from steerway.live.rows import InputRow, Order, Row, State, believable, lost
+from steerway.live.startup_buffer import StartupBuffer
+from steerway.live.tick_timing import FixClock, Pulse
 
 LOG = logging.getLogger("steerway.live")
 RATE = 50.0  # Hz
@@ -62,7 +62,7 @@ class Service:
         self.latest = Latest(lost(math.nan), None, None, navigator.counts)
         self.rate = positive("rate", rate)
         self.clock = FixClock(latency)
-        self.opening = Opening(navigator.choice.names)
+        self.startup = StartupBuffer(navigator.choice.names)
         self._preferred = ""
         self.recorder = recorder
         self.controls = Controls(supervisor)
@@ -74,7 +74,7 @@ class Service:
         """Rows of a live link that arrived at a time of the event loop's clock, by default just now."""
         admitted: list[tuple[InputRow, float]] = []
         with self._dropping("rows of a link"):
-            admitted = self.opening.admit(self._believed(rows), _now() if arrived is None else arrived)
+            admitted = self.startup.add_rows(self._believed(rows), _now() if arrived is None else arrived)
         for row, came in admitted:
             self.use(row, came)
 
@@ -118,9 +118,9 @@ class Service:
 
     def _use(self, row, now):
         if self.recorder is not None:
-            self.recorder.input(row, now, self.opening.chosen)
-        if self.opening.chosen != self._preferred:
-            self._preferred = self.opening.chosen
+            self.recorder.input(row, now, self.startup.chosen)
+        if self.startup.chosen != self._preferred:
+            self._preferred = self.startup.chosen
             self.navigator.choice.prefer(self._preferred, row.time)
         steps = self.navigator.counts["clock steps"]
         present = math.nan if math.isnan(now) else self.clock.now(now) - self.clock.latency
@@ -215,11 +215,11 @@ class Service:
             self.pulse.begin()
             held: list[tuple[InputRow, float]] = []
             with self._dropping("rows of a link"):
-                held = self.opening.due(woken)
+                held = self.startup.take_ready(woken)
             for row, arrived in held:
                 self.use(row, arrived)
-            if self.opening.refusal:
-                raise InputError(self.opening.refusal)
+            if self.startup.refusal:
+                raise InputError(self.startup.refusal)
             present = self.clock.now(woken)
             if math.isfinite(present):
                 self._tick_once(math.floor(present * self.rate + SLACK) / self.rate)

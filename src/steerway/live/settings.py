@@ -11,8 +11,8 @@ from pydantic import BeforeValidator, Field, ValidationError
 
 from steerway.core.settings import Flag, NotNegative, Positive, Rate, Table, read_toml, refusal
 from steerway.estimation.course.update.aids import AIDS
-from steerway.estimation.tables import HeadingEstimatorTable, SpeedEstimatorTable
 from steerway.live.helm.address import DEFAULT
+from steerway.simulation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
 
 
 def _several(value):

@@ -14,12 +14,12 @@ from steerway.formats.nmea0183.writing import gga, rmc
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.speeds import measured_speed
 from steerway.live.autopilot.supervisor import Supervisor
-from steerway.live.base.rows import InputRow
 from steerway.live.links.decoding import ReceiverDecoder
 from steerway.live.navigator import Navigator
-from steerway.live.outputs.deltas import Deltas
 from steerway.live.outputs.json_lines import JsonLines
-from steerway.live.outputs.sentences import SentenceOutput
+from steerway.live.outputs.nmea_output import SentenceOutput
+from steerway.live.outputs.signalk_output import Deltas
+from steerway.live.rows import InputRow
 from steerway.live.service import LOG, Service
 from steerway.live.settings import EstimatorSettings
 

@@ -10,8 +10,8 @@ from pydantic import ValidationError
 
 from steerway.core.errors import InputError
 from steerway.core.settings import parse_toml, read_toml, refusal
-from steerway.simulation.possible import check
 from steerway.simulation.scenario import Scenario
+from steerway.simulation.scenario_checks import check
 
 
 def load_scenario(path: str | Path) -> Scenario:

@@ -11,13 +11,13 @@ from pydantic import Field, create_model
 
 from steerway.core.settings import NotNegative, Number, Positive, Table, in_radians
 from steerway.estimation.course.update.aids import AIDS
-from steerway.estimation.tables import HeadingEstimatorTable, SpeedEstimatorTable
 from steerway.guidance.laws import GuidanceTable
 from steerway.guidance.reference import ReferenceTable
 from steerway.guidance.route_table import OriginTable, RouteKeys, StayWaypointTable
 from steerway.sensors.gnss import GnssTable
 from steerway.sensors.instrument import InstrumentTable
 from steerway.sensors.kinds import INSTRUMENTS
+from steerway.simulation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
 from steerway.vessels.environment import Current, Environment, Waves, Wind
 from steerway.vessels.kinds import TABLES, AnyVesselTable
 

@@ -10,7 +10,7 @@ from steerway.core.leg import UNKNOWN_LEG, Leg, LegState
 from steerway.guidance.route_table import route_of
 from steerway.guidance.waypoints import Mission, Passing, Phase
 from steerway.live.autopilot.mission import GeodeticRoute
-from steerway.live.base.rows import lost
+from steerway.live.rows import lost
 
 ROUTE, COURSE, POSITION = MODES = ("route", "course", "position")
 """What is followed."""

@@ -4,7 +4,7 @@ import math
 
 from steerway.live.autopilot.fence import Fence
 from steerway.live.autopilot.mission import Limits
-from steerway.live.base.rows import Row
+from steerway.live.rows import Row
 
 LASTING = 0.5
 """s for which speed or distance has to be beyond a limit, since an estimate scatters."""

@@ -6,9 +6,9 @@ import math
 from steerway.control.heading_plant import HeadingResponse
 from steerway.core.angles import wrap
 from steerway.estimation.heading.aboard import HeadingAboard, model_of
-from steerway.estimation.tables import HeadingEstimatorTable
-from steerway.live.base.rows import InputRow
+from steerway.live.rows import InputRow
 from steerway.live.source_choice import SourceChoice
+from steerway.simulation.estimator_tables import HeadingEstimatorTable
 
 LOG = logging.getLogger("steerway.live")
 _SHORTEST_STEP, _LONGEST_STEP = 1e-3, 30.0

@@ -18,13 +18,13 @@ from steerway.control.speed_pi import SpeedPIGains
 from steerway.core.checks import one_of
 from steerway.estimation.profiles import Profile
 from steerway.estimation.profiles.inferred import InferredProfile
-from steerway.estimation.tables import HeadingEstimatorTable
 from steerway.guidance import laws
-from steerway.live.autopilot.aboard import Aboard
 from steerway.live.autopilot.guide import Guide
 from steerway.live.autopilot.measured import MeasuredHeading
 from steerway.live.autopilot.mission import BoatTable, GeodeticRoute
+from steerway.live.autopilot.steering_estimate import Aboard
 from steerway.pilot import Observer, Pilot
+from steerway.simulation.estimator_tables import HeadingEstimatorTable
 
 YAW_RATE, PROPELLERS = ACTUATIONS = ("yaw-rate", "propellers")
 """What takes the commands: a vehicle with a yaw-rate loop, or two propellers side by side."""

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from steerway.estimation.speed.fusion import SurgeFusion
 from steerway.estimation.speed.surge import SurgeTuning
-from steerway.estimation.tables import SpeedEstimatorTable
-from steerway.live.base.rows import InputRow
+from steerway.live.rows import InputRow
+from steerway.simulation.estimator_tables import SpeedEstimatorTable
 
 _LONGEST_STEP = 1.0
 """s; after a longer pause the speed is as good as unknown and found anew."""

@@ -13,7 +13,6 @@ from steerway.core.estimate import Estimate
 from steerway.core.leg import Leg, LegState
 from steerway.estimation.profiles import Profile
 from steerway.estimation.profiles.inferred import InferredProfile
-from steerway.estimation.tables import HeadingEstimatorTable
 from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
 from steerway.live.autopilot.guide import Guide
@@ -23,8 +22,9 @@ from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.piloting import YAW_RATE, boat_of, pilot_of
 from steerway.live.autopilot.speeds import MeasuredSpeed
 from steerway.live.autopilot.watch import Watch
-from steerway.live.base.rows import UNDER_WAY, InputRow, Order, Row, State
+from steerway.live.rows import UNDER_WAY, InputRow, Order, Row, State
 from steerway.pilot import Mode, Pilot, Steered
+from steerway.simulation.estimator_tables import HeadingEstimatorTable
 
 _SLOWEST = 1.5
 """Of the profile's steerageway: the least speed that is demanded."""

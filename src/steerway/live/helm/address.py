@@ -6,7 +6,7 @@ import re
 from typing import NamedTuple
 
 from steerway.core.errors import InputError
-from steerway.live.base.uri import host_and_port, secret_in
+from steerway.live.uri import host_and_port, secret_in
 
 DEFAULT = "127.0.0.1:8080"
 TOKEN_VARIABLE = "STEERWAY_HELM_TOKEN"

@@ -15,7 +15,7 @@ from typing import Protocol
 from steerway.core.timestamps import unix_times
 from steerway.formats import nmea0183, ubx
 from steerway.formats.nmea0183.epochs import NEAR, ROLLOVER
-from steerway.live.base.rows import InputRow, rows_of
+from steerway.live.rows import InputRow, rows_of
 
 _DAY = 86400.0
 _UNDATED = 1e8  # Unix time below which the date is not known

@@ -7,10 +7,10 @@ Of several, and of other receivers, gpsd's own reports are read.
 import json
 import math
 
-from steerway.live.base.rows import InputRow
 from steerway.live.links.decoding import JsonDecoder, ReceiverDecoder, angle, moment
 from steerway.live.links.link import Input
 from steerway.live.links.transport import Transport
+from steerway.live.rows import InputRow
 
 _JSON = b'?WATCH={"enable":true,"json":true}\n'
 _READ_AS_THEY_ARE = ("NMEA0183", "Garmin NMEA", "MTK-3301", "u-blox")

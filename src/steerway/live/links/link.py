@@ -6,8 +6,8 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Callable
 
-from steerway.live.base.uri import Uri
 from steerway.live.links.decoding import Decoder, ReceiverDecoder
+from steerway.live.uri import Uri
 
 LOG = logging.getLogger("steerway.live")
 SILENCE = 0.05

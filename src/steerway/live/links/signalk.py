@@ -8,10 +8,10 @@ from contextlib import asynccontextmanager
 
 from steerway.core.extras import require
 from steerway.formats.dilution import deviation
-from steerway.live.base.rows import InputRow
-from steerway.live.base.uri import Uri, secret_in
 from steerway.live.links.decoding import JsonDecoder, angle, moment
 from steerway.live.links.link import WAITING, Input, Sink, kept_open
+from steerway.live.rows import InputRow
+from steerway.live.uri import Uri, secret_in
 
 _PATHS = {
     "navigation.speedOverGround": "sog",

@@ -3,9 +3,9 @@
 import socket
 from functools import partial
 
-from steerway.live.base.uri import Uri
 from steerway.live.links.link import Feed, Input, Sink, kept_open
 from steerway.live.links.transport import Transport, Write
+from steerway.live.uri import Uri
 
 
 class StreamInput(Input):

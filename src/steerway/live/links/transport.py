@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from steerway.core.errors import InputError
-from steerway.live.base.uri import Uri
+from steerway.live.uri import Uri
 
 BACKLOG = 1 << 16
 """Bytes that may wait for a peer."""

@@ -7,14 +7,14 @@ import time
 from typing import Protocol
 
 from steerway.core.checks import positive
-from steerway.live.base.rows import Order, Row, State
-from steerway.live.base.uri import Uri
 from steerway.live.links.link import Deliver
 from steerway.live.mavlink.decoding import MavlinkDecoder
 from steerway.live.mavlink.dialect import key_of
 from steerway.live.mavlink.guided import SILENCE, SYSTEM, Guided
 from steerway.live.mavlink.link import MavlinkLink
 from steerway.live.outputs.output import Output
+from steerway.live.rows import Order, Row, State
+from steerway.live.uri import Uri
 
 LOG = logging.getLogger("steerway.live")
 CARRIERS = ("udpin", "udpout", "tcp")

@@ -14,9 +14,9 @@ from collections import deque
 
 from steerway.core.angles import wrap
 from steerway.core.earth import STANDARD_GRAVITY
-from steerway.live.base.rows import InputRow
 from steerway.live.mavlink.lag import ReceiverLag
-from steerway.live.pulse import FixClock
+from steerway.live.rows import InputRow
+from steerway.live.tick_timing import FixClock
 
 _UNIX_USEC = 10**15  # times above are Unix time, which passed this in 2001; below, time since the start
 _WAIT = 3.0  # s for SYSTEM_TIME, and without GPS_RAW_INT before the vehicle's estimate is used

@@ -11,7 +11,7 @@ from enum import IntEnum
 
 from steerway.core.errors import InputError
 from steerway.core.extras import missing
-from steerway.live.base.uri import secret_in
+from steerway.live.uri import secret_in
 
 
 class RoverMode(IntEnum):

@@ -7,9 +7,9 @@ runs, and given back when it stops. A mode that is set from elsewhere is not ove
 import math
 from enum import Enum
 
-from steerway.live.base.rows import Order, State
 from steerway.live.mavlink.dialect import RoverMode, mode_name
 from steerway.live.mavlink.readiness import Readiness, result_words
+from steerway.live.rows import Order, State
 
 SYSTEM = 1  # before the vehicle is known; then its own, as is usual for companion computers
 SILENCE = 2.5

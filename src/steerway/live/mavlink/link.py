@@ -2,10 +2,10 @@
 
 from collections.abc import Callable
 
-from steerway.live.base.uri import Uri
 from steerway.live.links.link import kept_open
 from steerway.live.links.transport import Transport, Write
 from steerway.live.mavlink.dialect import dialect, sign
+from steerway.live.uri import Uri
 
 _BACKLOG = 1 << 14  # bytes that may wait for a TCP peer; of a serial line none: an order that waits is out of date
 _KINDS = {"udpin": "udp", "udpout": "udpout", "tcp": "tcp", "": "serial"}

@@ -17,12 +17,12 @@ from steerway.formats.nmea2000.decoder import Decoder
 from steerway.formats.nmea2000.fields import MESSAGES
 from steerway.formats.nmea2000.frames import BROADCAST, Frame, Joiner, Splitter, frame_of, identifier_of
 from steerway.formats.nmea2000.text import frame_of_line
-from steerway.live.base.rows import UNDER_WAY, InputRow, Order, Row
-from steerway.live.base.uri import Uri
 from steerway.live.links.link import Deliver, kept_open
 from steerway.live.links.transport import Transport
 from steerway.live.n2k import writing
 from steerway.live.outputs.output import Output, Rhythm
+from steerway.live.rows import UNDER_WAY, InputRow, Order, Row
+from steerway.live.uri import Uri
 
 LOG = logging.getLogger("steerway.live")
 _PERIODS = {"motion": 0.1, "leg": 1.0, "orders": 0.25}

@@ -5,9 +5,9 @@ import math
 
 from steerway.core.leg import Leg
 from steerway.core.records import MOTION_COLUMNS, STATUSES
-from steerway.live.base.rows import Order, Row
 from steerway.live.links.link import Sink
 from steerway.live.outputs.output import SinkOutput
+from steerway.live.rows import Order, Row
 
 
 class JsonLines(SinkOutput):

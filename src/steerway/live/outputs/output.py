@@ -6,8 +6,8 @@ Unknown values are sent as unknown: status V, null. No row is sent twice.
 import math
 
 from steerway.core.leg import Leg
-from steerway.live.base.rows import Order, Row
 from steerway.live.links.link import Sink
+from steerway.live.rows import Order, Row
 
 
 class Output:

@@ -7,9 +7,9 @@ square of the speed; null: no command. The driver has to stop by itself when no 
 import json
 
 from steerway.core.leg import Leg
-from steerway.live.base.rows import Order, Row
 from steerway.live.links.link import Sink
 from steerway.live.outputs.output import Rhythm, SinkOutput
+from steerway.live.rows import Order, Row
 
 PERIOD = 0.1
 """s between two commands."""

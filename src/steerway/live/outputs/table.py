@@ -13,9 +13,9 @@ from steerway.core.errors import InputError
 from steerway.core.leg import Leg
 from steerway.core.records import Motion
 from steerway.formats.writing import write, writer
-from steerway.live.base.rows import Order, Row, State
 from steerway.live.links.file import FileSink
 from steerway.live.outputs.output import Output
+from steerway.live.rows import Order, Row, State
 
 LOG = logging.getLogger("steerway.live")
 _REASON = 160  # bytes stored of a reason

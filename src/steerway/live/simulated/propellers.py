@@ -6,9 +6,9 @@ import time
 from collections.abc import Sequence
 
 from steerway.core.errors import InputError
-from steerway.live.base.uri import Uri
 from steerway.live.links.link import kept_open
 from steerway.live.links.transport import Transport
+from steerway.live.uri import Uri
 from steerway.vessels.vessel import Actuator
 
 SILENCE = 1.0

@@ -16,7 +16,6 @@ from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent, made_directory
 from steerway.formats.nmea0183.writing import gga, hdt, rmc
 from steerway.live import addresses
-from steerway.live.base.uri import Uri
 from steerway.live.links.link import Sink
 from steerway.live.mavlink.dialect import RoverMode
 from steerway.live.mavlink.link import MavlinkLink
@@ -24,6 +23,7 @@ from steerway.live.process import log_to_stderr, until_stopped
 from steerway.live.simulated.boat import InnerLoops, SimulatedBoat
 from steerway.live.simulated.propellers import PropellerReceiver
 from steerway.live.simulated.rover import Rover, Skipper, Target
+from steerway.live.uri import Uri
 from steerway.simulation.scenario import Scenario
 
 LOG = logging.getLogger("steerway.live")

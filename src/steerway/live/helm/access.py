@@ -20,7 +20,7 @@ from starlette.requests import Request, cookie_parser
 from starlette.responses import HTMLResponse, PlainTextResponse, RedirectResponse
 
 from steerway.live.helm.address import Address, is_loopback
-from steerway.live.helm.places import Places
+from steerway.live.helm.connection_limit import Places
 
 COOKIE = "steerway_helm"
 LOGIN = "/login"

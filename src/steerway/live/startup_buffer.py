@@ -13,7 +13,7 @@ from steerway.core.records import Fixes
 from steerway.formats.nmea0183.epochs import DAY
 from steerway.formats.nmea0183.streams import FEW, Division, division
 from steerway.formats.sources import choose, rank
-from steerway.live.base.rows import InputRow
+from steerway.live.rows import InputRow
 
 LONGEST = 10.0
 """s after the first position at which a source is chosen in any case."""
@@ -116,7 +116,7 @@ class Streams:
         return track
 
 
-class Opening:
+class StartupBuffer:
     """Holds rows until a source can be chosen. `wanted` as of `SourceChoice`; `chosen` is "" until then.
 
     `refusal` says which sources there are when no wanted one is among those that have sent positions for `LONGEST`.
@@ -129,7 +129,7 @@ class Opening:
         self._held: list[tuple[InputRow, float]] = []
         self._begun = None  # arrival of the first position
 
-    def admit(self, rows: Iterable[InputRow], arrived: float) -> list[tuple[InputRow, float]]:
+    def add_rows(self, rows: Iterable[InputRow], arrived: float) -> list[tuple[InputRow, float]]:
         """The rows that may be used, each with its arrival: those held and these once a source is chosen."""
         for row in rows:
             if self._begun is None and not row.has_position:
@@ -140,7 +140,7 @@ class Opening:
             self._held.append((row, arrived))
             if self.streams.learn(row) and self.chosen == row.source:
                 self.chosen = self._best(self._named(self.streams.newest(row.source))) or self.chosen
-        return self.due(arrived)
+        return self.take_ready(arrived)
 
     def _date_all(self, time):
         """A date has come: the rows held had that of the computer."""
@@ -152,7 +152,7 @@ class Opening:
             self.streams.learn(dated)
             self._held.append((dated, arrived))
 
-    def due(self, now: float) -> list[tuple[InputRow, float]]:
+    def take_ready(self, now: float) -> list[tuple[InputRow, float]]:
         """The same without new rows."""
         if not self._held or not (self.chosen or self._choose(now)):
             return []

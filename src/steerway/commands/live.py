@@ -124,7 +124,7 @@ def live(
 
         steerway live --from file:sortie.nmea?speed=max > rows.jsonl
     """
-    from steerway.live.launch import launch
+    from steerway.live.build_service import launch
     from steerway.live.process import log_to_stderr
     from steerway.live.settings import Settings
 

@@ -10,9 +10,9 @@ import math
 
 from steerway.core.leg import Leg
 from steerway.core.timestamps import iso
-from steerway.live.base.rows import FIT, Order, Row, State
 from steerway.live.links.link import Sink
 from steerway.live.outputs.output import Rhythm, SinkOutput
+from steerway.live.rows import FIT, Order, Row, State
 
 POSITION = "navigation.position"
 _STATES = {

@@ -13,8 +13,8 @@ from steerway.core.leg import Leg
 from steerway.core.records import PREDICTED, STATUSES
 from steerway.core.statistics import NORMAL_95
 from steerway.live.autopilot.mission import GeodeticRoute
-from steerway.live.base.rows import Order, Row
 from steerway.live.helm.view import View
+from steerway.live.rows import Order, Row
 
 _ELLIPSE = math.sqrt(5.991465)  # χ² of 2 degrees of freedom, 95 %
 _FRESH = 2.0  # s after a fix in which its status is the estimate's

@@ -15,7 +15,7 @@ from steerway.core.errors import InputError
 from steerway.core.extras import require
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.helm.address import Address
-from steerway.live.helm.seeing import ChartPlane, Seen, view
+from steerway.live.helm.make_view import ChartPlane, Seen, view
 from steerway.live.links.link import RETRY, kept_open
 
 LOG = logging.getLogger("steerway.live")

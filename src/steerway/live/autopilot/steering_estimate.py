@@ -7,7 +7,7 @@ from steerway.core.earth import displacement
 from steerway.core.estimate import NOTHING_KNOWN, Estimate
 from steerway.estimation.steering import Response, SteeringFilter
 from steerway.live.autopilot.measured import MeasuredHeading
-from steerway.live.base.rows import InputRow, Row
+from steerway.live.rows import InputRow, Row
 
 LOG = logging.getLogger("steerway.live")
 _LONGEST_GAP = 30.0

@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 from steerway.core.checks import positive
 from steerway.core.errors import InputError
-from steerway.live.base import uri
-from steerway.live.base.uri import Uri
+from steerway.live import uri
 from steerway.live.links.file import StdoutSink
 from steerway.live.links.gpsd import GpsdInput
 from steerway.live.links.link import Input, Sink
@@ -21,13 +20,14 @@ from steerway.live.links.transport import speed_of
 from steerway.live.mavlink.companion import CARRIERS, Commanded, Companion
 from steerway.live.mavlink.dialect import key_of
 from steerway.live.n2k.device import N2kDevice, require_can
-from steerway.live.outputs.deltas import Deltas
 from steerway.live.outputs.foxglove import FoxgloveServer, require_foxglove
 from steerway.live.outputs.json_lines import JsonLines
+from steerway.live.outputs.nmea_output import SentenceOutput
 from steerway.live.outputs.output import Output
 from steerway.live.outputs.propellers import PERIOD, PropellerCommands
-from steerway.live.outputs.sentences import SentenceOutput
+from steerway.live.outputs.signalk_output import Deltas
 from steerway.live.outputs.table import TableFile
+from steerway.live.uri import Uri
 
 
 class Context(NamedTuple):

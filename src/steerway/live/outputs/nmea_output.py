@@ -3,9 +3,9 @@
 import math
 
 from steerway.formats.nmea0183.writing import Leg, apb, rmb, rmc, rot, vtg, xte
-from steerway.live.base.rows import FIT, Order, Row
 from steerway.live.links.link import Sink
 from steerway.live.outputs.output import Rhythm, SinkOutput
+from steerway.live.rows import FIT, Order, Row
 
 
 class SentenceOutput(SinkOutput):

@@ -15,12 +15,12 @@ from steerway.live.autopilot.speeds import measured_speed
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.control_port import ControlPort, control_address
 from steerway.live.helm.address import address, token_of
-from steerway.live.helm.bridge import HelmPage
+from steerway.live.helm.page_process import HelmPage
 from steerway.live.learning import NotedLearning
+from steerway.live.link_kinds import Context
 from steerway.live.links.link import Input
 from steerway.live.navigator import Navigator
 from steerway.live.process import until_stopped
-from steerway.live.schemes import Context
 from steerway.live.service import RATE, Service
 from steerway.live.settings import Settings
 
@@ -133,7 +133,7 @@ def _rows_of_logs(paths, wanted):
     """
     from steerway.formats.reading import read, survey
     from steerway.formats.sources import choose, gather
-    from steerway.live.base.rows import rows_of
+    from steerway.live.rows import rows_of
 
     if len(wanted) <= 1:
         fixes = read(*paths, source=next(iter(wanted), None))
