@@ -66,7 +66,7 @@ def test_messages_of_other_computers_are_counted_as_malformed(message):
             assert decoder.skipped == {"malformed": 1}
     decoder = GpsdDecoder()
     decoder.feed(message + TPV % b"54" + TPV.replace(b":00Z", b":01Z") % b"54")
-    assert decoder.skipped == {"malformed": 1} and len(decoder.settle()) == 1
+    assert decoder.skipped == {"malformed": 1} and len(decoder.complete_on_silence()) == 1
 
 
 @pytest.mark.parametrize("what, value", [("adjust", 10**400), ([], 1.0)])

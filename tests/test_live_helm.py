@@ -27,11 +27,11 @@ from steerway.live.testing import (
     Navigator,
     Order,
     Row,
-    Seen,
     Service,
     Sessions,
     State,
     View,
+    ViewInput,
     address,
     chart,
     checked,
@@ -52,7 +52,7 @@ ROW = Row(NOON, *PLACE, 2.0, -math.pi / 2.0, math.radians(-1.0), 0.1, 0.02, 0.01
 FIX = ROW._replace(time=NOON - 0.2, nis=1.2, status=OK)
 LEG = Leg(-3.0, 0.0, 0.1, 40.0, 0.2, 1.5, *PLACE, "WP0", "WP1")
 ORDER = Order(State.RUNNING, "", True, 0.1, 0.5, 0.6, 0.4, 0.2, 2.0)
-SEEN = Seen(ROW, LEG, ORDER, (4.0, 0.0, 1.0), FIX, "GP", {"taken": 7, "late": 1})
+SEEN = ViewInput(ROW, LEG, ORDER, (4.0, 0.0, 1.0), FIX, "GP", {"taken": 7, "late": 1})
 ROUTE = GeodeticRoute(np.radians([54.0, 54.001, 54.001]), np.radians([10.0, 10.0, 10.002]))
 TOKEN = "a long enough token"
 
@@ -74,7 +74,7 @@ def test_a_view_is_in_the_skippers_units():
 
 
 def test_what_is_unknown_is_none_and_a_dash():
-    shown = view(Seen(lost(math.nan), None, None, (math.nan,) * 3, lost(math.nan), "", {}), ChartPlane())
+    shown = view(ViewInput(lost(math.nan), None, None, (math.nan,) * 3, lost(math.nan), "", {}), ChartPlane())
     assert {name: value for name, value in shown._asdict().items() if value} == {"status": "lost"}
     output = words(shown)
     assert {output[name] for name in ("sog", "cog", "rate", "age", "nis", "cross_track", "distance")} == {UNKNOWN}

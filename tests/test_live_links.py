@@ -48,7 +48,7 @@ SAILING = Row(NOON, *PLACE, 2.0, -math.pi / 2.0, math.radians(1.0), 0.1, 0.02, 0
 
 def fed(decoder, log, size):
     pieces = [log[k : k + size] for k in range(0, len(log), size)]
-    return [row for piece in pieces for row in decoder.feed(piece)] + decoder.settle()
+    return [row for piece in pieces for row in decoder.feed(piece)] + decoder.complete_on_silence()
 
 
 def test_sentences_in_pieces_are_the_rows_of_the_log():
@@ -74,7 +74,7 @@ def test_signal_k_deltas_are_merged_and_null_is_nothing():
     decoder = SignalKDecoder()
     for each in updates:
         decoder.message(json.dumps({"context": "vessels.urn:self", "updates": [each]}))
-    (row,) = decoder.settle()
+    (row,) = decoder.complete_on_silence()
     assert (row.source, row.sog, row.latitude) == ("gps.GP", 2.0, math.radians(54.0))
     assert row.cog == pytest.approx(-math.pi / 2.0) and math.isnan(row.heading)
 

@@ -68,8 +68,8 @@ def test_a_position_that_another_formatter_gave_before_a_pause_is_not_lost():
     places, used = list(zip(*track(40), strict=True)), []
     decoder, opening = ReceiverDecoder(), StartupBuffer(("GP RMC",))
     for k, (place, before) in enumerate(zip(places[1:], places, strict=False)):
-        rows = decoder.feed(gga(*place)) + (decoder.settle() if k > 30 else [])
-        rows += decoder.feed(rmc(*(place if k > 30 else (place[0], *before[1:])))) + decoder.settle()
+        rows = decoder.feed(gga(*place)) + (decoder.complete_on_silence() if k > 30 else [])
+        rows += decoder.feed(rmc(*(place if k > 30 else (place[0], *before[1:])))) + decoder.complete_on_silence()
         used += opening.add_rows(rows, float(k))
     times = [row.time for row, _ in used if row.source == "GP RMC" and row.has_position]
     assert opening.chosen == "GP RMC" and times == [place[0] for place in places[1:]]
@@ -119,7 +119,7 @@ def test_rows_before_the_first_date_get_it():
     decoder, opening, used = ReceiverDecoder(), StartupBuffer(), []
     for k, place in enumerate(zip(*track(8), strict=True)):
         rows = decoder.feed(gga(*place)) if k < 1 else decoder.feed(gga(*place) + rmc(*place))
-        used += opening.add_rows(rows + decoder.settle(), float(k))
+        used += opening.add_rows(rows + decoder.complete_on_silence(), float(k))
     assert [row.time for row, _ in used] == pytest.approx([START + k for k in range(8)], abs=0.0)
 
 
@@ -143,7 +143,7 @@ def test_gpsd_reports_a_position_once_an_epoch():
     for k in range(44):
         for each in (tpv(START + k, 54.0 + 1e-5 * k), tpv(START + k, 54.0 + 1e-5 * k, speed=2.0)):
             rows += decoder.feed(json.dumps(each).encode() + b"\n")
-        rows += decoder.settle()
+        rows += decoder.complete_on_silence()
         for step in (0.5, 1.0, 1.0):  # sentences of the same second, later and with another position
             rows += decoder.feed(json.dumps(tpv(START + k, 54.0 + 1e-5 * (k + step))).encode() + b"\n")
     placed = [row for row in rows if row.has_position]
@@ -162,7 +162,7 @@ def test_one_receiver_behind_gpsd_is_read_as_it_is():
         "enable": True, "json": False, "raw": 2, "device": "/dev/a"
     }  # fmt: skip
     decoder.feed(gga(START, 54.0, 10.0) + rmc(START, 54.0, 10.0))
-    (row,) = decoder.settle()
+    (row,) = decoder.complete_on_silence()
     assert row.source == "GP" and row.time == START
     several = GpsdDecoder()
     for _ in range(2):

@@ -284,7 +284,7 @@ class Pilot:
     def seen(self, leg: LegState, speed: float, estimate: Estimate) -> LegState:
         """The leg as the guidance law sees it, for a speed of the route (m/s)."""
         knows = self.in_current is not None and estimate.knows_current
-        return self.in_current.seen(leg, speed, estimate) if knows else leg
+        return self.in_current.with_shorter_lookahead(leg, speed, estimate) if knows else leg
 
     def look_ahead(self, leg: LegState, estimate: Estimate, dt: float) -> None:
         """Tell the mission, for its next step, at which distance from the waypoint the turn into the next leg begins,
@@ -310,12 +310,12 @@ class Pilot:
         self.in_current.tune(self.autopilot, estimate)
         force = 0.0
         if self.speed is not None:
-            force = self.speed.step(speed, estimate.water_speed, dt, *self.in_current.carried(estimate))
+            force = self.speed.step(speed, estimate.water_speed, dt, *self.in_current.current_along_bow(estimate))
         if self.in_current.departs(estimate, dt):
             self.autopilot.release()
             return self._actuate(force, 0.0)
         yaw = self._yaw(heading, estimate, dt, course_wanted=False)
-        return self._actuate(force, yaw, self.in_current.fed(self.autopilot, estimate))
+        return self._actuate(force, yaw, self.in_current.feedforward(self.autopilot, estimate))
 
     def hold(self, distance: float, bearing: float, estimate: Estimate, dt: float) -> Steered:
         """Control: the commands that keep the boat about a point at a distance (m) and bearing (rad)."""

@@ -130,7 +130,11 @@ def _link(name):
 
     def read(data):
         decoder = getattr(import_module("steerway.live.testing"), name)()
-        rows = [*decoder.feed(data[: len(data) // 2]), *decoder.feed(data[len(data) // 2 :] + b"\n"), *decoder.settle()]
+        rows = [
+            *decoder.feed(data[: len(data) // 2]),
+            *decoder.feed(data[len(data) // 2 :] + b"\n"),
+            *decoder.complete_on_silence(),
+        ]
         for row in rows:
             assert isinstance(row.source, str)
         return f"{bool(rows)} {sorted(decoder.skipped)}"

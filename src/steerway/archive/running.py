@@ -140,7 +140,7 @@ def kernels_digest() -> str:
 
 
 def _manifest(store, files, buckets, memory, workers, smooth, rate, aid, profile) -> dict[str, Any]:
-    """The manifest of the archive, begun where there is none. Raises InputError where it was made with others."""
+    """The manifest, read or created; raises InputError if it has other settings."""
     profiles = [[each.model_dump(exclude={"intervals"}) for each in some] for some in levels(profile)]
     wanted: dict[str, Any] = {
         "version": version("steerway"),

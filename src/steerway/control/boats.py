@@ -26,7 +26,7 @@ _CORNER = 1.5
 """Radius of a corner's curve over that of the tightest turn."""
 SAMPLED_SHARE = 2.4
 """Bandwidth of a predictive or LQG loop that follows the reference model of steering in a current, over that of pole
-placement, which is fed the reference's rate. Chosen."""
+placement, which also gets the reference rate. Chosen."""
 
 
 @dataclass(frozen=True)

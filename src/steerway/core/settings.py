@@ -70,7 +70,7 @@ def kind_of(table: type[Table]) -> str:
     return table.model_fields["kind"].default
 
 
-def one_of_kinds(tables: tuple[type[Table], ...]) -> Any:
+def union_by_kind(tables: tuple[type[Table], ...]) -> Any:
     """The type of a field that holds one of several tables, selected by its key `kind`; the first is the default."""
     default = kind_of(tables[0])
 
@@ -158,6 +158,9 @@ def refusal(place: str, error: ValidationError, model: type[BaseModel]) -> Input
     path = _path(keys)
     kind = problem["type"]
     if kind == "extra_forbidden":
+        for name, field in holder.model_fields.items():
+            if keys[-1] in (names := names_of(name, field)):
+                return InputError(f"{place}: {path} is given twice, expected one of {' and '.join(names)}")
         of_kind = f" for kind {chosen}" if chosen else ""
         return InputError(f"{place}: unknown key {path}{of_kind}, expected {_keys(keys[-1], holder)}")
     if kind == "missing":

@@ -1,4 +1,4 @@
-"""What stands between a command and a controller: low-pass, tracking filter and third-order reference model.
+"""Filters of the commanded course: low-pass, tracking filter and third-order reference model.
 
 A command from guidance jumps at every waypoint; a controller wants an angle with its own true rate and acceleration.
 All three work on angles, go the short way round and give angles in [−π, π).

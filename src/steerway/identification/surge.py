@@ -33,7 +33,7 @@ LEAST_SPREAD = 0.3
 """Part of the highest speed over which the speeds of a log must spread."""
 _LEAST_ROWS = 50
 _NO_SLIP = 1e9
-"""m; the pitch that stands for a thrust that does not fall with speed."""
+"""m; pitch meaning: thrust independent of speed."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.control_port import ControlPort, control_address
 from steerway.live.helm.address import address, token_of
 from steerway.live.helm.page_process import HelmPage
-from steerway.live.learning import NotedLearning
+from steerway.live.learning import RecordedLearning
 from steerway.live.link_kinds import Context
 from steerway.live.links.link import Input
 from steerway.live.navigator import Navigator
@@ -90,7 +90,7 @@ def _tuning(settings, aids, replayed):
     if settings.learned is not None:
         path = Path(settings.learned)
         start, keep = InferredProfile.load(path) if path.exists() else None, lambda profile: profile.save(path)
-    return NotedLearning(start, aids, not replayed, keep)
+    return RecordedLearning(start, aids, not replayed, keep)
 
 
 def _recorder(settings, tuning, aids, inputs):
@@ -99,7 +99,7 @@ def _recorder(settings, tuning, aids, inputs):
 
     if any(_is_input(settings.record, each) for each in settings.inputs):
         raise InputError(f"record {settings.record} is also an input, expected another file")
-    learns = isinstance(tuning, NotedLearning)
+    learns = isinstance(tuning, RecordedLearning)
     start = tuning.learned if learns else tuning
     needed = {
         "profile": None if start is None else start.toml(),

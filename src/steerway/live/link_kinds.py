@@ -86,7 +86,7 @@ def _foxglove(address: Uri) -> Uri:
 
 
 def _mavlink(address: Uri) -> Uri:
-    address = uri.carried(address, CARRIERS)
+    address = uri.split_carrier(address, CARRIERS)
     if address.path:
         speed_of(address)
     if "signing" in address.options:

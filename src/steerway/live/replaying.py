@@ -11,7 +11,7 @@ from steerway.core.errors import InputError
 from steerway.core.records import Motion
 from steerway.estimation.profiles.inferred import parse_profile
 from steerway.formats.mcap import INPUT, MAGIC, messages, require_mcap
-from steerway.live.learning import RepeatedLearning
+from steerway.live.learning import ReplayedLearning
 from steerway.live.navigator import Navigator
 from steerway.live.outputs.output import Output
 from steerway.live.recording import ESTIMATE, LEARNING, ORDER, SETTINGS
@@ -125,7 +125,7 @@ def _service(settings, kept, moments):
     text, latency, learns = settings.pop("profile"), settings.pop("latency"), settings.pop("learns", False)
     profile = None if text is None else parse_profile(text, "its profile")
     settings |= {"aid": tuple(settings["aid"]), "sources": tuple(settings["sources"])}
-    tuning = RepeatedLearning(profile, settings["aid"], moments) if learns else profile
+    tuning = ReplayedLearning(profile, settings["aid"], moments) if learns else profile
     return Service(Navigator(tuning, **settings), [kept], settings["rate"] or RATE, latency)
 
 

@@ -31,7 +31,7 @@ _BEHIND = 1.0  # s by which ticks may be late before they are skipped
 _YIELD = 256  # rows of a replay after which other tasks run
 
 
-class Latest(NamedTuple):
+class LatestTick(NamedTuple):
     """The newest tick, for those that poll; None where there is none."""
 
     row: Row
@@ -59,7 +59,7 @@ class Service:
         recorder: Recorder | None = None,
     ):
         self.navigator, self.outputs, self.supervisor = navigator, tuple(outputs), supervisor
-        self.latest = Latest(lost(math.nan), None, None, navigator.counts)
+        self.latest = LatestTick(lost(math.nan), None, None, navigator.counts)
         self.rate = positive("rate", rate)
         self.clock = FixClock(latency)
         self.startup = StartupBuffer(navigator.choice.names)
@@ -189,7 +189,7 @@ class Service:
         if self.supervisor is not None:
             order = self._order(row, now)
             leg = self.supervisor.leg
-        self.latest = Latest(row, leg, order, self.navigator.counts)
+        self.latest = LatestTick(row, leg, order, self.navigator.counts)
         for output in self.outputs:
             output.tick(row, leg, order)
 

@@ -143,7 +143,7 @@ class StartupBuffer:
         return self.take_ready(arrived)
 
     def _date_all(self, time):
-        """A date has come: the rows held had that of the computer."""
+        """Replace the computer's date in buffered rows by the receiver's."""
         held, self._held = self._held, []
         self.streams = Streams()
         for row, arrived in held:

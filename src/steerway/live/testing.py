@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     from steerway.live.helm.address import Address, address, checked
     from steerway.live.helm.address import token_of as address_token_of
     from steerway.live.helm.connection_limit import Places
-    from steerway.live.helm.make_view import ChartPlane, Seen, ellipse, view
+    from steerway.live.helm.make_view import ChartPlane, ViewInput, ellipse, view
     from steerway.live.helm.page_process import HelmPage
     from steerway.live.helm.page_state import History
     from steerway.live.helm.view import View
     from steerway.live.helm.view_text import UNKNOWN, tone, words
-    from steerway.live.learning import NotedLearning
+    from steerway.live.learning import RecordedLearning
     from steerway.live.link_kinds import Context
     from steerway.live.links.decoding import ReceiverDecoder
     from steerway.live.links.file import FileSink

@@ -67,7 +67,7 @@ def with_options(uri: Uri, known: Collection[str]) -> Uri:
     return uri
 
 
-def carried(uri: Uri, carriers: tuple[str, ...]) -> Uri:
+def split_carrier(uri: Uri, carriers: tuple[str, ...]) -> Uri:
     """The address with host and port of its carrier; one of a path stays as it is.
 
     Raises InputError for what is neither one of `carriers` with host and port nor a path.

@@ -25,7 +25,7 @@ from steerway.live.settings import EstimatorSettings
 
 _SECONDS = 30
 _RATE = 5.0
-"""Hz, of ticks: as few as show the whole."""
+"""Tick rate, Hz: the lowest that runs every code path."""
 _STEP = 3e-7  # rad to the north each second
 
 
@@ -55,7 +55,9 @@ def warm(kinds: tuple[str, str] = DEFAULT_KINDS, estimators: EstimatorSettings =
     outputs = [each(_NullSink()) for each in (SentenceOutput, Deltas, JsonLines)]
     was_disabled, LOG.disabled = LOG.disabled, True
     try:
-        asyncio.run(Service(navigator, outputs, _RATE, supervisor=supervisor).replay(rows + decoder.settle()))
+        asyncio.run(
+            Service(navigator, outputs, _RATE, supervisor=supervisor).replay(rows + decoder.complete_on_silence())
+        )
     finally:
         LOG.disabled = was_disabled
     _infer()

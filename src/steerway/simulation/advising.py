@@ -120,7 +120,7 @@ def steering_loop(boat: Boat, gnss: GnssTable, speed: float, current: float, tow
     across = math.sqrt(float(drift @ posterior @ drift))
     autopilot = boat.autopilot_in_current()
     steering.tune(autopilot, seen._replace(cog_std=across / seen.sog))
-    nearer = steering.seen(LegState(1, 0.0, 0.0, 1.0, *[math.nan] * 4), speed, seen).cross_track
+    nearer = steering.with_shorter_lookahead(LegState(1, 0.0, 0.0, 1.0, *[math.nan] * 4), speed, seen).cross_track
     pull = seen.sog * nearer / boat.lookahead
     worst = 1.0
     for share in (1.0 - response.gain_std, 1.0, 1.0 + response.gain_std):

@@ -22,7 +22,7 @@ from steerway.guidance import laws
 from steerway.live.autopilot.guide import Guide
 from steerway.live.autopilot.measured import MeasuredHeading
 from steerway.live.autopilot.mission import BoatTable, GeodeticRoute
-from steerway.live.autopilot.steering_estimate import Aboard
+from steerway.live.autopilot.steering_estimate import SteeringEstimate
 from steerway.pilot import Observer, Pilot
 from steerway.simulation.estimator_tables import HeadingEstimatorTable
 
@@ -133,7 +133,7 @@ def pilot_of(
         boat,
         Guide(route, boat),
         laws.law(route.settings.law, boat.lookahead, boat.cruise),
-        Aboard(route.places[0], response_of(boat), profile.position_std, compass),
+        SteeringEstimate(route.places[0], response_of(boat), profile.position_std, compass),
         kinds=kinds,
         steerageway=Steerageway(take=least, give=_GIVE_UP * least, dwell=0.0),
         course_estimate=(profile.agility, profile.position_std),

@@ -17,7 +17,7 @@ _TOLD = 3.0
 """s for which a throttle holds. Chosen: three heartbeats, as which say that a vehicle is not armed."""
 
 
-class Aboard:
+class SteeringEstimate:
     """Rows of the navigator as estimates in the tangent plane around an origin (latitude, longitude; rad).
 
     Where the steering filter knows the motion the estimate is its own; before, and where only rows are given, it is the

@@ -20,7 +20,7 @@ _ELLIPSE = math.sqrt(5.991465)  # χ² of 2 degrees of freedom, 95 %
 _FRESH = 2.0  # s after a fix in which its status is the estimate's
 
 
-class Seen(NamedTuple):
+class ViewInput(NamedTuple):
     """What the service knows at one time.
 
     covariance: of the position of `row`: variance of north, covariance, variance of east, m².
@@ -71,7 +71,7 @@ class ChartPlane:
         return displacement(latitude, longitude, *self.origin) if self.origin else (math.nan, math.nan)
 
 
-def view(seen: Seen, plane: ChartPlane) -> View:
+def view(seen: ViewInput, plane: ChartPlane) -> View:
     """What the page shows."""
     row = seen.row
     north, east = plane.place(row.latitude, row.longitude)

@@ -15,7 +15,7 @@ from steerway.core.errors import InputError
 from steerway.core.extras import require
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.helm.address import Address
-from steerway.live.helm.make_view import ChartPlane, Seen, view
+from steerway.live.helm.make_view import ChartPlane, ViewInput, view
 from steerway.live.links.link import RETRY, kept_open
 
 LOG = logging.getLogger("steerway.live")
@@ -116,11 +116,11 @@ class HelmPage:
             self._notice = str(error)
 
 
-def seen(service: ShownService) -> Seen:
+def seen(service: ShownService) -> ViewInput:
     """What is known now."""
     navigator, latest, controls = service.navigator, service.latest, service.controls
     guide, mark = controls.guide, controls.mark
-    return Seen(
+    return ViewInput(
         latest.row,
         latest.leg,
         latest.order,

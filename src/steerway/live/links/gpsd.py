@@ -57,9 +57,9 @@ class GpsdDecoder(JsonDecoder):
         """See Decoder."""
         return super().feed(data) if self._receiver is None else self._receiver.feed(data)
 
-    def settle(self) -> list[InputRow]:
+    def complete_on_silence(self) -> list[InputRow]:
         """See Decoder."""
-        return super().settle() if self._receiver is None else self._receiver.settle()
+        return super().complete_on_silence() if self._receiver is None else self._receiver.complete_on_silence()
 
     def _rows(self, message):
         if self._receiver is not None:  # the rest of a piece that came before the receiver's bytes

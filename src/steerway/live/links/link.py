@@ -44,9 +44,9 @@ class Feed:
             if not self._has_failed:
                 LOG.exception("%s bytes of a link cannot be decoded and are dropped", len(data))
             self._has_failed = True
-        self.pass_on(rows)
+        self.deliver(rows)
 
-    def pass_on(self, rows: list) -> None:
+    def deliver(self, rows: list) -> None:
         """Deliver complete rows; incomplete ones follow when nothing comes for `SILENCE`."""
         if rows:
             self._deliver(rows)
@@ -54,11 +54,11 @@ class Feed:
             self._timer.cancel()
         loop = asyncio.get_running_loop()
         self._arrived = loop.time()
-        self._timer = loop.call_later(SILENCE, self.settle)
+        self._timer = loop.call_later(SILENCE, self.complete_on_silence)
 
-    def settle(self) -> None:
+    def complete_on_silence(self) -> None:
         """The link is silent."""
-        rows = self.decoder.settle()
+        rows = self.decoder.complete_on_silence()
         if rows:
             self._deliver(rows, self._arrived)
 
@@ -76,7 +76,7 @@ class Input(ABC):
         try:
             await kept_open(self.uri.text, lambda: self._read(feed))
         finally:
-            feed.settle()
+            feed.complete_on_silence()
 
     def _decoder(self) -> Decoder:
         return ReceiverDecoder(self.place)

@@ -69,7 +69,7 @@ class SignalKInput(Input):
         async with connected(self.uri) as socket:
             await socket.send(json.dumps({"context": "vessels.self", "subscribe": wanted}))
             async for message in socket:
-                feed.pass_on(feed.decoder.message(message))
+                feed.deliver(feed.decoder.message(message))
 
 
 class SignalKSink(Sink):

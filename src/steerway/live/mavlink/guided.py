@@ -146,7 +146,7 @@ class Guided:
 
     @property
     def is_refused(self) -> bool:
-        """Whether the vehicle was not taken over at all."""
+        """True if the take-over failed before it was complete."""
         return bool(self.refusal) and self.phase is Takeover.TAKING
 
     def due(self, now: float, order: Order | None) -> list:
