@@ -9,9 +9,9 @@ from steerway.core.errors import InputError
 from steerway.estimation.inference.learning import LearningFilter
 from steerway.estimation.profiles.inferred import InferredProfile, profile_of
 from steerway.live import addresses
+from steerway.live.autopilot.measured import measured_speed
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE
-from steerway.live.autopilot.speeds import measured_speed
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.control_port import ControlPort, control_address
 from steerway.live.helm.address import address, token_of

@@ -10,10 +10,9 @@ if TYPE_CHECKING:
     from steerway.live.autopilot.fence import Fence
     from steerway.live.autopilot.guide import Guide
     from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor
-    from steerway.live.autopilot.measured import MeasuredHeading
+    from steerway.live.autopilot.measured import MeasuredHeading, MeasuredSpeed, measured_speed
     from steerway.live.autopilot.mission import BoatTable, GeodeticRoute, Limits, MissionFile, MissionTable
     from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE, pilot_of
-    from steerway.live.autopilot.speeds import MeasuredSpeed, measured_speed
     from steerway.live.autopilot.supervisor import Supervisor
     from steerway.live.build_service import launch as launch_launch
     from steerway.live.control_port import ControlPort, control_address

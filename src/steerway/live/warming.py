@@ -11,8 +11,8 @@ from steerway.estimation.inference.learning import LearningFilter
 from steerway.estimation.inference.whole_log import infer_log
 from steerway.estimation.profiles import Profile
 from steerway.formats.nmea0183.writing import gga, rmc
+from steerway.live.autopilot.measured import measured_speed
 from steerway.live.autopilot.mission import GeodeticRoute
-from steerway.live.autopilot.speeds import measured_speed
 from steerway.live.autopilot.supervisor import Supervisor
 from steerway.live.links.decoding import ReceiverDecoder
 from steerway.live.navigator import Navigator

@@ -18,9 +18,9 @@ from steerway.guidance.waypoints import Phase
 from steerway.live.autopilot.guide import Guide
 from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor
 from steerway.live.autopilot.limits import LimitGuard
+from steerway.live.autopilot.measured import MeasuredSpeed
 from steerway.live.autopilot.mission import GeodeticRoute
 from steerway.live.autopilot.piloting import YAW_RATE, boat_of, pilot_of
-from steerway.live.autopilot.speeds import MeasuredSpeed
 from steerway.live.autopilot.watch import Watch
 from steerway.live.rows import UNDER_WAY, InputRow, Order, Row, State
 from steerway.pilot import Mode, Pilot, Steered
