@@ -154,6 +154,31 @@ def test_wrong_routes_are_refused_in_a_sentence(tmp_path, name, text, why):
     assert str(refused.value).startswith(f"route {tmp_path / name}") and "\n" not in str(refused.value)
 
 
+IN_METRES = """
+origin = { latitude_deg = 54.0, longitude_deg = 10.0 }
+waypoint = [{ north = 0.0, east = 0.0 }, { north = 100.0, east = 0.0, speed = 0.8 }]
+fence = [{ north = -9, east = -9 }, { north = -9, east = 9 }, { north = 200, east = 9 }, { north = 200, east = -9 }]
+"""
+
+
+def test_places_in_metres_are_those_in_degrees(tmp_path):
+    path = tmp_path / "m.toml"
+    path.write_text(IN_METRES)
+    route = GeodeticRoute.load(path)
+    assert route.places[1] == pytest.approx(displaced(*HOME, 100.0, 0.0), abs=1e-12)
+    assert route.speed.tolist() == [1.0, 0.8] and route.fence.holds(*displaced(*HOME, 50.0, 5.0))
+    for wrong, why in {
+        "north = 100.0, ": r"waypoint\[1\] gives east, expected north and east in m, or latitude_deg and longitude_deg",
+        IN_METRES.splitlines()[1]: r"waypoint\[0\] gives north and east, expected lat_deg and lon_deg, or a table",
+    }.items():
+        path.write_text(IN_METRES.replace(wrong, ""))
+        with pytest.raises(InputError, match=why):
+            GeodeticRoute.load(path)
+    path.write_text(IN_METRES.replace("speed = 0.8", "speed = 0.8, speed_mps = 1.0"))
+    with pytest.raises(InputError, match="speed_mps is given twice, expected one of speed and speed_mps"):
+        GeodeticRoute.load(path)
+
+
 def test_a_fence_in_geojson(tmp_path):
     path = tmp_path / "m.geojson"
     line = {"type": "LineString", "coordinates": [[10.0, 54.0], [10.01, 54.0]]}

@@ -233,18 +233,18 @@ class Pilot:
         """The commands now, dt s after the step before."""
         estimate = self.estimator.step(measurements, dt)
         leg = self.mission.step(estimate.north, estimate.east, dt)
-        self.look_ahead(leg, estimate, dt)
+        self._look_ahead(leg, estimate, dt)
         mode = self.observer.judge(self, measurements, estimate, leg, dt)
         if mode is not self.mode:
             self._change(mode)
         desired, speed = self._guide(leg, estimate, dt)
         desired, speed, used = self.observer.ask(self, desired, speed, estimate)
         if mode is Mode.UNDER_WAY:
-            steered = self.steer(desired, speed, used, dt)
+            steered = self._steer(desired, speed, used, dt)
         elif mode is Mode.HOLDING:
             desired, steered = self._hold(desired, speed, leg, used, dt)
         else:
-            steered = self._leave() if mode is Mode.IDLE else self.rest()
+            steered = self._leave() if mode is Mode.IDLE else self._rest()
         if not self.observer.allows(self, steered, estimate):
             steered = self._leave()
         command, force, yaw, reference = steered
@@ -259,9 +259,9 @@ class Pilot:
         if self.mode not in (Mode.UNDER_WAY, Mode.IDLE) or math.isnan(leg.direction):
             return UNKNOWN, 0.0
         speed = self.cruise if math.isnan(leg.speed) else leg.speed
-        return self.law.step(self.seen(leg, speed, estimate), estimate.cog, estimate.sog, dt), speed
+        return self.law.step(self._seen(leg, speed, estimate), estimate.cog, estimate.sog, dt), speed
 
-    def steer(self, desired: Reference, speed: float, estimate: Estimate, dt: float) -> Steered:
+    def _steer(self, desired, speed, estimate, dt):
         """Control: the commands for a desired course (or heading) and speed (m/s)."""
         if self.in_current is not None and estimate.knows_current:
             return self._steer_in_current(desired, speed, estimate, dt)
@@ -281,12 +281,12 @@ class Pilot:
         if self._turns is not None:
             self._turns(shaft)
 
-    def seen(self, leg: LegState, speed: float, estimate: Estimate) -> LegState:
+    def _seen(self, leg, speed, estimate):
         """The leg as the guidance law sees it, for a speed of the route (m/s)."""
         knows = self.in_current is not None and estimate.knows_current
         return self.in_current.with_shorter_lookahead(leg, speed, estimate) if knows else leg
 
-    def look_ahead(self, leg: LegState, estimate: Estimate, dt: float) -> None:
+    def _look_ahead(self, leg, estimate, dt):
         """Tell the mission, for its next step, at which distance from the waypoint the turn into the next leg begins,
         and how far ahead on a curve the boat has to look.
 
@@ -317,22 +317,17 @@ class Pilot:
         yaw = self._yaw(heading, estimate, dt, course_wanted=False)
         return self._actuate(force, yaw, self.in_current.feedforward(self.autopilot, estimate))
 
-    def hold(self, distance: float, bearing: float, estimate: Estimate, dt: float) -> Steered:
+    def _about(self, distance, bearing, estimate, dt):
         """Control: the commands that keep the boat about a point at a distance (m) and bearing (rad)."""
         wanted = self.station.step(distance, bearing, estimate)
         if wanted.water_speed == 0.0:
             if self.speed is not None:
                 self.speed.restart()
-            return self.rest()
+            return self._rest()
         return self._through_water(Reference(wanted.heading, 0.0, 0.0), wanted.water_speed, estimate, dt)
 
-    @property
-    def holds(self) -> bool:
-        """Whether `hold` can keep the boat about a point."""
-        return isinstance(self.station, PositionHold)
-
     def restart(self) -> None:
-        """Forget the trim and the reference: the next `steer` begins with the boat's own course."""
+        """Forget the trim and the reference: the next step under way begins with the boat's own course."""
         self.autopilot.release()
         self.autopilot.controller.restart()
         if self.in_current is not None:
@@ -340,8 +335,8 @@ class Pilot:
         if self.speed is not None:
             self.speed.restart()
 
-    def rest(self) -> Steered:
-        """Engines off: the commands that do nothing. The autopilot begins anew with the next `steer`."""
+    def _rest(self):
+        """Engines off: the commands that do nothing. The autopilot begins anew with the next step under way."""
         self.autopilot.release()
         *command, _, _ = self.actuation.step(0.0, 0.0)
         self._orders(0.0, self.cruise if self.speed is None else 0.0)
@@ -358,10 +353,11 @@ class Pilot:
         self.mode = mode
 
     def _hold(self, desired, speed, leg, estimate, dt):
-        if self.holds and math.isfinite(desired.angle) and not estimate.knows_current:
-            return desired, self.steer(desired, speed, estimate, dt)
-        if self.holds:
-            steered = self.hold(leg.distance, leg.bearing, estimate, dt)
+        by_thrust = isinstance(self.station, PositionHold)
+        if by_thrust and math.isfinite(desired.angle) and not estimate.knows_current:
+            return desired, self._steer(desired, speed, estimate, dt)
+        if by_thrust:
+            steered = self._about(leg.distance, leg.bearing, estimate, dt)
             return (steered.reference if math.isnan(desired.angle) else desired), steered
         sog, cog, heading = estimate.sog, estimate.cog, estimate.heading
         wanted, force = self.station.step(leg.distance, leg.bearing, cog, sog, heading, dt)

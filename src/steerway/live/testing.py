@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from steerway.live.links.link import Feed
     from steerway.live.links.signalk import SignalKDecoder, connected
     from steerway.live.links.signalk import token_of as signalk_token_of
+    from steerway.live.links.transport import Transport
     from steerway.live.mavlink.companion import Companion
     from steerway.live.mavlink.decoding import BootClock, MavlinkDecoder
     from steerway.live.mavlink.dialect import RoverMode, dialect, key_of, mode_name
