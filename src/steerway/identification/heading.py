@@ -94,11 +94,6 @@ def identify_heading(
     return IdentifiedHeading((slow, fast), gains, best.x[4] * unit, best.x[5], sample, rms, percent)
 
 
-def binary_sequence(n: int, hold: int, size: float, rng: np.random.Generator) -> np.ndarray:
-    """(n,) ± size, changed at random every `hold` rows: a manoeuvre to identify from."""
-    return size * np.repeat(rng.choice((-1.0, 1.0), -(-n // hold)), hold)[:n]
-
-
 def _checked(time: Floats, steering: Floats, heading: Floats) -> float:
     if not len(time) == len(steering) == len(heading):
         raise InputError(

@@ -135,7 +135,6 @@ def _on_route(seen, route):
         done=done,
         bearing_deg=_compass(leg.bearing),
         steer_deg=_compass(leg.course_to_steer),
-        closing_kn=leg.closing_speed / KNOT,
     )
     return known | {"target": target, "destination": leg.destination}
 
