@@ -1,9 +1,11 @@
-"""A table of a manoeuvre: rudder command and response of the boat, for `identification.yaw`.
+"""Logs of manoeuvres: rudder and the boat's response for `yaw`, speed and shaft speed for `surge`.
 
 The rudder is found by the name of its column (rudder_deg, rudder_command_deg, command_rudder_deg, yaw_moment_nm,
-yaw …), the response in a heading or course, or in positions.
+yaw …), the response in a heading or course, or in positions. The columns of the other are time_s, speed_mps and
+shaft_rps; the shaft's may be another one, of a command in any unit to which thrust is quadratic.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -15,7 +17,7 @@ from steerway.core.errors import InputError
 from steerway.core.records import Fixes
 from steerway.core.timestamps import unix_times
 from steerway.formats import table
-from steerway.formats.columns import DEGREE, plain_name, understood
+from steerway.formats.columns import DEGREE, Column, plain_name, understood
 from steerway.formats.plain_table import numbers, read_plain
 from steerway.formats.units import in_seconds
 
@@ -35,7 +37,7 @@ class Steering:
     notes: tuple[str, ...]
 
 
-def read_steering(path: str | PathLike, rudder: str | None = None, angle: str | None = None) -> Steering:
+def read_steering(path: str | PathLike[str], rudder: str | None = None, angle: str | None = None) -> Steering:
     """The manoeuvre that a CSV or Parquet table holds.
 
     Args:
@@ -72,8 +74,8 @@ def read_steering(path: str | PathLike, rudder: str | None = None, angle: str | 
     return Steering(time[known], commanded[known], heading, fixes, tuple(notes))
 
 
-def _rudder(path, frame):
-    ranks = {}
+def _rudder(path: object, frame: pl.DataFrame) -> str:
+    ranks: dict[int, str] = {}
     for name in frame.columns:
         stem = _stem(name)
         if stem in _RUDDERS:
@@ -86,14 +88,14 @@ def _rudder(path, frame):
     return ranks[min(ranks)]
 
 
-def _stem(name):
+def _stem(name: str) -> str:
     plain = plain_name(name)
     for unit in _UNITS:
         plain = plain.removesuffix(unit)
     return plain
 
 
-def _factor(name):
+def _factor(name: str) -> float:
     plain = plain_name(name)
     for unit, factor in _UNITS.items():
         if plain.endswith(unit):
@@ -101,24 +103,24 @@ def _factor(name):
     return DEGREE if "rudder" in plain else 1.0
 
 
-def _first(columns):
+def _first(columns: Mapping[str, Column]) -> str | None:
     return next((columns[meaning].name for meaning in _ANGLES if meaning in columns), None)
 
 
-def _chosen(path, frame, name, what):
+def _chosen(path: object, frame: pl.DataFrame, name: str, what: str) -> str:
     if name not in frame.columns:
         raise InputError(f"{path} has no column {name!r} for the {what}, found {', '.join(frame.columns)}")
     return name
 
 
-def _times(frame, column):
+def _times(frame: pl.DataFrame, column: Column) -> np.ndarray:
     series = frame[column.name]
     if series.dtype == pl.String:
         return unix_times(series)
     return in_seconds(_numbers(frame, column.name), column.factor)
 
 
-def _numbers(frame, name):
+def _numbers(frame: pl.DataFrame, name: str) -> np.ndarray:
     if (series := frame[name]).dtype == pl.String:
         raise InputError(f"column {name!r} holds text ({series.drop_nulls().head(1).to_list()}), expected numbers")
     return numbers(frame, name)
@@ -137,4 +139,5 @@ def read_surge_log(path: str | Path, shaft: str | None = None) -> tuple[np.ndarr
     missing = [name for name in names if name not in frame.columns]
     if missing:
         raise InputError(f"{path} has no column {missing[0]}, expected {', '.join(names)}")
-    return tuple(numbers(frame, name) for name in names)
+    time, speed, turns = (numbers(frame, name) for name in names)
+    return time, speed, turns
