@@ -12,6 +12,8 @@ from steerway.estimation.steering import Response
 from steerway.guidance.line_of_sight import GuidanceLaw
 from steerway.pilot import LegSource, Observer, Pilot
 
+__all__ = ["ANGLE_STD", "DEFAULT_KINDS", "build_pilot", "response_of"]
+
 DEFAULT_KINDS = "pole-placement", "pi"
 """Of the autopilot and of the speed controller."""
 ANGLE_STD = math.radians(1.0)
