@@ -54,7 +54,9 @@ def test_routes_beyond_what_a_parser_takes_are_refused(text, tmp_path):
 def test_a_survey_that_leaves_the_chart_is_refused(length, tmp_path):
     path = tmp_path / "route.toml"
     path.write_text(f"[survey]\nlat_deg = 63.4\nlon_deg = 10.4\nlength = {length}\nspacing = 25\nlines = 2\n")
-    with pytest.raises(InputError, match=r"route.toml: a waypoint of the survey: l(at|on)_deg is"):
+    with pytest.raises(
+        InputError, match=r"route.toml: a waypoint of the survey is at latitude .* expected at most 89°"
+    ):
         GeodeticRoute.load(path)
 
 

@@ -97,14 +97,25 @@ class PlaceTable(Table):
             return math.radians(self.latitude_deg), math.radians(self.longitude_deg)
         if origin is None:
             raise InputError(f"{name} gives north and east, expected lat_deg and lon_deg, or a table [origin]")
-        return displaced(*origin, self.north, self.east)
+        return _within_reach(displaced(*origin, self.north, self.east), name)
 
     def moved(self, north: float, east: float) -> dict[str, float]:
         """The keys of a place so many m from this one, given as this one is."""
         if self.is_plane("survey"):
             return {"north": self.north + north, "east": self.east + east}
-        place = displaced(*self.globe(None, "survey"), north, east)
+        place = _within_reach(displaced(*self.globe(None, "survey"), north, east), "a waypoint of the survey")
         return dict(zip(("latitude_deg", "longitude_deg"), np.degrees(place).tolist(), strict=True))
+
+
+_LARGEST_LATITUDE = math.radians(89.0)
+
+
+def _within_reach(place: Place, name: str) -> Place:
+    """The place itself. Raises InputError where no route can be."""
+    if abs(place[0]) <= _LARGEST_LATITUDE and abs(place[1]) <= math.pi:
+        return place
+    latitude, longitude = map(math.degrees, place)
+    raise InputError(f"{name} is at latitude {latitude:g}° and longitude {longitude:g}°, expected at most 89° and 180°")
 
 
 _COORDINATES = ("north", "east", "latitude_deg", "longitude_deg")

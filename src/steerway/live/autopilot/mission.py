@@ -145,8 +145,6 @@ class GeodeticRoute:
             lines = [] if table.survey is None else table.survey.points()
             waypoints = [*table.waypoint, *(WaypointTable(**each) for each in lines)]
             return cls.of(waypoints, table.fence, table)
-        except ValidationError as error:
-            raise refusal(f"route {path}: a waypoint of the survey", error, WaypointTable) from None
         except InputError as error:
             raise InputError(f"route {path}: {error}") from None
 
