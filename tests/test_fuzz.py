@@ -53,11 +53,11 @@ def test_routes_beyond_what_a_parser_takes_are_refused(text, tmp_path):
 @pytest.mark.parametrize("length", ["1.7e308", "1e300", "3e6"])
 def test_a_survey_that_leaves_the_chart_is_refused(length, tmp_path):
     path = tmp_path / "route.toml"
-    path.write_text(f"[survey]\nlat_deg = 63.4\nlon_deg = 10.4\nlength = {length}\nspacing = 25\nlines = 2\n")
-    with pytest.raises(
-        InputError, match=r"route.toml: a waypoint of the survey is at latitude .* expected at most 89°"
-    ):
-        GeodeticRoute.load(path)
+    survey = f"survey]\nlat_deg = 63.4\nlon_deg = 10.4\nlength = {length}\nspacing = 25\nlines = 2\n"
+    for load, table in ((GeodeticRoute.load, "["), (load_scenario, "[route.")):
+        path.write_text(table + survey)
+        with pytest.raises(InputError, match=r"route.toml: a waypoint of the survey is at latitude .* at most 89°"):
+            load(path)
 
 
 @pytest.mark.parametrize("message", [DEEP.encode() + b"\n", TPV % (b"9" * 400)])
