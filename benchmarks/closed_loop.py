@@ -15,8 +15,8 @@ from steerway.guidance.waypoints import Mission
 from steerway.pilot import Pilot
 from steerway.sensors.gnss import low_cost
 from steerway.sensors.suite import Suite
-from steerway.simulation.campaign import over_seeds
 from steerway.simulation.loop import sail
+from steerway.simulation.run import over_seeds
 from steerway.vessels import Otter, otter
 from steerway.vessels.environment import Current, Environment
 from steerway.vessels.otter import BOAT as OTTER

@@ -11,7 +11,8 @@ import numpy as np
 from benchmarks.support.harness import Result
 from steerway.estimation.heading.composite import START_VARIANCE, composite_model
 from steerway.estimation.heading.interval.filter import IntervalFilter, box_of
-from steerway.sensors.tcm2 import TRUE_TCM2, DynamicCompass
+from steerway.estimation.heading.models import TRUE_TCM2
+from steerway.sensors.tcm2 import DynamicCompass
 from steerway_studies.papers import interval_filter as printed
 from steerway_studies.springer_mission.navigators import WeightedBounds, interval_box
 from steerway_studies.springer_mission.world import World, paper_mpc, sail

@@ -11,7 +11,7 @@ MODULES = (
     "steerway",
     *(
         f"steerway.{name}"
-        for name in ("estimation", "simulation", "vessels", "sensors", "guidance", "control", "pilot")
+        for name in ("estimation", "simulation", "vessels", "sensors", "guidance", "control", "pilot", "build")
     ),
     *(f"steerway.{name}" for name in ("identification", "archive", "report", "core")),
     *(f"steerway.estimation.{name}" for name in ("course", "heading", "heading.interval", "speed", "positioning")),

@@ -9,22 +9,20 @@ from typing import ClassVar
 import numpy as np
 
 from steerway.control import OTTER_PROPELLERS
-from steerway.core.testing import displaced
+from steerway.core.testing import LegState, displaced
+from steerway.guidance.testing import PlaceTable, WaypointTable
 from steerway.live.testing import (
     PROPELLERS,
     YAW_RATE,
     BoatTable,
     GeodeticRoute,
-    Guide,
     InputRow,
     Limits,
     MissionTable,
     Navigator,
-    Place,
     Service,
     State,
     Supervisor,
-    Waypoint,
 )
 from steerway.vessels import Otter, conditions
 from tests.hastened import HastenedLoop
@@ -36,14 +34,23 @@ TICK = 0.02
 FULL = 239.0  # N, bollard pull of both propellers
 
 
-def corner(north, east, kind=Place, **more):
+def corner(north, east, kind=PlaceTable, **more):
     lat, lon = displaced(*HOME, north, east)
     return kind(lat_deg=math.degrees(lat), lon_deg=math.degrees(lon), **more)
 
 
 def square(corners=SQUARE, fence=(), limits=None, safe="stop", **settings):
     table = MissionTable(lookahead=8.0, acceptance=4.0, speed_mps=1.2, safe=safe, limits=limits or Limits(), **settings)
-    return GeodeticRoute.of([corner(*each, Waypoint) for each in corners], [corner(*each) for each in fence], table)
+    return GeodeticRoute.of(
+        [corner(*each, WaypointTable) for each in corners], [corner(*each) for each in fence], table
+    )
+
+
+def led(supervisor, leg):
+    """The leg to steer along from now on, wherever the boat is."""
+    seen = LegState(1, leg.direction, 0.0, leg.cross_track, leg.distance, leg.distance, leg.bearing, leg.speed)
+    supervisor.guide.step = lambda north, east, dt: seen
+    supervisor.guide.given_course = leg.course_to_steer
 
 
 OTTER = BoatTable(
@@ -65,8 +72,7 @@ class Desk:
         self.navigator = Navigator(profile, max_dead_reckoning=autopilot.get("max_dead_reckoning", 10.0))
         takes = PROPELLERS if by == "propellers" else YAW_RATE
         self.autopilot = Supervisor(route, profile, takes=takes, **autopilot)
-        guide = Guide(route, self.autopilot.pilot)
-        self.service = Service(self.navigator, [self, *outputs], 1.0 / TICK, 0.0, guide, self.autopilot)
+        self.service = Service(self.navigator, [self, *outputs], 1.0 / TICK, 0.0, self.autopilot)
         self.by, self.noise, self.every = by, noise, round(1.0 / rate / TICK)
         self.random = np.random.default_rng(seed)
         self.boat = Otter(25.0, (0.05, 0.0, -0.35))

@@ -75,10 +75,10 @@ COVERED = {
     "guidance/wheel_over.py": GUIDANCE,
     "live/mavlink/decoding.py": ("test_mavlink_decoding",),
     "formats/nmea2000/frames.py": ("test_live_n2k",),
-    "live/opening.py": ("test_live_opening",),
+    "live/startup_buffer.py": ("test_live_opening",),
     "sensors/gnss.py": ("test_sensors",),
     "simulation/loop.py": ("test_loop",),
-    "simulation/possible.py": ("test_scenario", "test_kinds"),
+    "simulation/scenario_checks.py": ("test_scenario", "test_kinds"),
     "simulation/scenario.py": ("test_scenario", "test_kinds"),
 }
 """File of `steerway` → files of tests, or single tests, that cover it."""

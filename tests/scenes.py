@@ -80,3 +80,8 @@ def turning(speed, start, duration, rate=5.0, seed=0, decay=0.3, density=2e-3, h
 def angle_error(estimated, true) -> np.ndarray:
     """Absolute smallest difference, rad."""
     return np.abs(wrap_array(np.asarray(estimated) - true))
+
+
+def binary_sequence(n, hold, size, rng):
+    """(n,) ± size, changed at random every `hold` rows: a manoeuvre to identify from."""
+    return size * np.repeat(rng.choice((-1.0, 1.0), -(-n // hold)), hold)[:n]

@@ -11,7 +11,7 @@ from unittest import mock
 
 import numpy as np
 
-from steerway.live.testing import RunningBoat, Settings, SimulatedBoat, addresses, live_launch
+from steerway.live.testing import RunningBoat, Settings, SimulatedBoat, addresses, build_service
 from steerway.simulation import load_scenario
 from tests import hastened
 from tests.ports import free_port, until
@@ -64,8 +64,8 @@ def sailed(course, act, by="mavlink"):
         boat = RunningBoat(model, [addresses.stream(f"udp://{here}")], propellers=driven, keeps=True)
         inputs, outputs = f"udp://{here}", f"udp://{there}?format=propellers"
     ends = {"inputs": (inputs,), "outputs": (outputs,), "mission": str(course.mission), "engage": True}
-    with mock.patch.object(live_launch, "until_stopped") as run:
-        live_launch.launch(course.settings.overridden(**ends))
+    with mock.patch.object(build_service, "until_stopped") as run:
+        build_service.launch(course.settings.overridden(**ends))
     ((computer,), _) = run.call_args
     text = io.StringIO()
     handler, logger = logging.StreamHandler(text), logging.getLogger("steerway.live")

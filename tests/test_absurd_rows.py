@@ -24,14 +24,14 @@ def docked():
 def gpsd(name, value, time):
     report = {"class": "TPV", "mode": 3, "time": iso(time), "lat": 54.0, "lon": 10.0, "speed": 1.0, "track": 20.0}
     decoder = GpsdDecoder()
-    return decoder.message(json.dumps(report | {name: value})) + decoder.settle()
+    return decoder.message(json.dumps(report | {name: value})) + decoder.complete_on_silence()
 
 
 def signalk(path, value, time):
     place = {"latitude": value, "longitude": value} if path == "navigation.position" else value
     update = {"$source": "gps.GP", "timestamp": iso(time), "values": [{"path": path, "value": place}]}
     decoder = SignalKDecoder()
-    return decoder.message(json.dumps({"updates": [update]})) + decoder.settle()
+    return decoder.message(json.dumps({"updates": [update]})) + decoder.complete_on_silence()
 
 
 def mavlink(name, value, time):

@@ -12,7 +12,7 @@ import pytest
 from benchmarks.support.fleet import day_path, generate
 
 import steerway.archive
-from steerway.archive.testing import Store, digest, encounters, export, page, running, schedule, status, unit
+from steerway.archive.testing import Store, digest, encounters, export, page, running, status, unit
 from steerway.commands.testing import interruption
 from steerway.core import Fixes, InputError
 from steerway.estimation import FiveStateFilter
@@ -111,24 +111,24 @@ def test_a_lost_worker_is_replaced_and_a_unit_that_loses_three_is_given_up(files
         """Stands for a worker that is killed at the first bucket, and works elsewhere."""
 
         def __init__(self, function):
-            self.function, self.pipe = function, object()
+            self.function, self.pipe = function, self
             self.process = self
 
-        def begin(self, index, item):
+        def begin(self, item):
             self.item = item
 
         def result(self):
             if self.item.bucket == 0:
                 raise ChildProcessError("killed")
-            return 0, self.function(self.item)
+            return self.function(self.item)
 
-        def terminate(self):
+        def end(self, timeout=0.0):
             pass
 
-        end = terminate
+        terminate = close = join = end
 
-    monkeypatch.setattr(schedule, "Worker", Lost)
-    monkeypatch.setattr(schedule, "wait", lambda pipes: pipes)
+    monkeypatch.setattr("steerway.core.workers.Worker", Lost)
+    monkeypatch.setattr("steerway.core.workers.wait", lambda pipes: pipes)
     report = steerway.archive.run(files, tmp_path, buckets=2, workers=2)
     assert report.given_up == ["2024-03-01 bucket 00"] and not report.complete
     assert {bucket for _, bucket in Store(tmp_path).done()} == {1}

@@ -13,7 +13,7 @@ from steerway.control.testing import COMFORTABLE, RATE_SHARE, comfortable_bandwi
 from steerway.core import OK, InputError, track_errors
 from steerway.core.testing import STATUSES, Leg
 from steerway.live.testing import UNDER_WAY, InputRow, Limits, Row, State, Supervisor, TableFile, lost, piloting
-from tests.desk import HOME, NOON, OTTER, SQUARE, TICK, Desk, dock_all, square
+from tests.desk import HOME, NOON, OTTER, SQUARE, TICK, Desk, dock_all, led, square
 
 FENCE = ((-40.0, -10.0), (70.0, -10.0), (70.0, 70.0), (-40.0, 70.0))
 LEG = Leg(2.0, 0.0, 0.0, 50.0, 0.3, 1.0, *HOME, "WP0", "WP1", speed=1.2)
@@ -174,7 +174,7 @@ def test_dead_reckoning_is_said_and_ends_with_the_next_fix():
 
 def test_the_fence_stops_her_before_it_is_left():
     desk = under_way(route=square(boat=OTTER, fence=FENCE))
-    desk.service.guide.step = lambda row: LEG._replace(course_to_steer=-math.pi / 2.0, cross_track=0.0)
+    led(desk.autopilot, LEG._replace(course_to_steer=-math.pi / 2.0, cross_track=0.0))
     until_stopped(desk, 60.0)
     assert "about to be left" in desk.order.reason and desk.state[7] > -10.0
 
@@ -183,7 +183,7 @@ def test_limits_hold_before_the_start_and_under_way():
     with pytest.raises(AssertionError, match=r"speed is 1\..* the limit 0.6"):
         Desk(square(boat=OTTER, limits=Limits(max_sog_mps=0.6))).until_ready()
     desk = under_way(route=square(boat=OTTER, limits=Limits(cross_track=3.0)))
-    desk.service.guide.step = lambda row: LEG._replace(cross_track=-3.5)
+    led(desk.autopilot, LEG._replace(cross_track=-3.5))
     assert until_stopped(desk) <= 1.0 and desk.order.reason == "the boat is 3.5 m off the leg, the limit 3 m"
 
 
@@ -208,19 +208,20 @@ def test_the_route_begins_with_the_start():
 def pilot_ready(boat=OTTER, **settings):
     """An autopilot that may be started, and the time."""
     pilot, time = Supervisor(square(boat=boat), "otter", **settings), 0.0
+    led(pilot, LEG)
     while pilot.state is not State.READY:
         time += 0.1
         pilot.fix(at(time))
-        pilot.step(at(time), LEG, 0.1)
+        pilot.step(at(time), 0.1)
     return pilot, time
 
 
 def test_she_begins_with_the_course_she_is_on():
     pilot, time = pilot_ready()
     pilot.start()
-    order = pilot.step(at(time, cog=-2.0), LEG, TICK)
+    order = pilot.step(at(time, cog=-2.0), TICK)
     assert order.engaged and abs(order.yaw_rate) < 0.02
-    assert pilot.step(at(time + 1.0, cog=-2.0), LEG, 0.4).yaw_rate > order.yaw_rate
+    assert pilot.step(at(time + 1.0, cog=-2.0), 0.4).yaw_rate > order.yaw_rate
 
 
 def test_a_start_is_refused_in_words():
@@ -310,6 +311,7 @@ EVENTS = st.sampled_from(["start", "stop", "down", "up", "silence", "fixes", "ju
 @given(st.lists(st.tuples(EVENTS, st.integers(1, 60)), max_size=25), st.sampled_from(["stop", "hand-back"]))
 def test_whatever_happens_it_steers_only_when_started_and_safely_stops(events, safe):
     pilot = Supervisor(square(boat=OTTER, safe=safe), "otter", max_dead_reckoning=2.0)
+    led(pilot, LEG)
     started, world, time = False, "fixes", 0.0
     for event, ticks in [("wait", 60), *events]:
         if event == "start":
@@ -331,7 +333,8 @@ def test_whatever_happens_it_steers_only_when_started_and_safely_stops(events, s
             row = lost(NOON + time) if world == "blind" else at(time)
             if world not in ("silence", "blind"):
                 pilot.fix(row._replace(status=STATUSES.index("rejected")) if world == "jump" else row)
-            order = pilot.step(row, None if world == "end" else LEG, dt)
+            pilot.guide.finished = world == "end"
+            order = pilot.step(row, dt)
             assert order.state is pilot.state
             assert started or (not order.engaged and order.state in (State.IDLE, State.READY))
             if order.state in UNDER_WAY:
@@ -351,8 +354,9 @@ def steering(cog=0.0, sog=1.2, takes=piloting.YAW_RATE, **boat):
     supervisor.start()
 
     def steer(ticks, **leg):
+        led(supervisor, LEG._replace(**leg))
         for _ in range(ticks):
-            order = supervisor.step(at(time, cog=cog, sog=sog), LEG._replace(**leg), TICK)
+            order = supervisor.step(at(time, cog=cog, sog=sog), TICK)
         return order
 
     return steer
@@ -403,7 +407,7 @@ def test_a_course_that_stays_unknown_stops_her():
     pilot, time = pilot_ready()
     pilot.start()
     begun = time
-    while pilot.step(at(time, cog=math.nan), LEG, 0.1).engaged and pilot.state is not State.STOPPED:
+    while pilot.step(at(time, cog=math.nan), 0.1).engaged and pilot.state is not State.STOPPED:
         time += 0.1
         pilot.fix(at(time, cog=math.nan))
     assert pilot.reason == "the course is not known" and time - begun == pytest.approx(3.1, abs=0.25)

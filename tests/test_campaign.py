@@ -72,7 +72,7 @@ def test_no_seed_is_lost_or_counted_twice_when_a_worker_is_killed(cluster, tmp_p
 
 def test_a_cluster_that_is_not_there(monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("steerway.core.cluster.CONNECTING", 0.5)
+    monkeypatch.setattr("steerway.core.workers.CONNECTING", 0.5)
     for address in ("127.0.0.1:9", "nonsense"):
         with pytest.raises(InputError, match=f"no Dask scheduler responds at '{address}'"):
             over_seeds(divide, [1], dask=address)

@@ -16,7 +16,7 @@ from steerway.estimation.steering import Response, SteeringFilter
 from steerway.estimation.testing import HeadingTracker, WeighedStructure, parameters_of
 from steerway.estimation.testing import inference_forecast as forecast
 from steerway.identification.testing import _under_way, positions_cost
-from steerway.simulation.testing import response_of
+from steerway.testing import response_of
 from steerway.vessels.testing import otter
 from steerway_studies.testing import (
     CELLS,

@@ -9,10 +9,10 @@ from steerway.control import HeadingLqg, HeadingMpc, HeadingResponse, InputLimit
 from steerway.control.testing import steering
 from steerway.core import InputError, wrap
 from steerway.identification import identify_heading
-from steerway.identification.testing import binary_sequence
 from steerway.vessels import RPM, Mariner, Nomoto, Springer, conditions
 from steerway.vessels.testing import PAPER_YAW, PHYSICAL_YAW
 from steerway_studies.testing import autopilot_parts, paper_mpc
+from tests.scenes import binary_sequence
 
 pytest.importorskip("daqp")
 CALM = conditions()

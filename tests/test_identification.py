@@ -9,7 +9,6 @@ import pytest
 from steerway import InputError
 from steerway.control import AdaptiveSpeedGains, place_poles
 from steerway.core import wrap_array
-from steerway.formats.testing import read_steering
 from steerway.identification import (
     SurgeIdentification,
     SurgeModel,
@@ -19,11 +18,12 @@ from steerway.identification import (
     identify_yaw,
     identify_yaw_from_fixes,
 )
-from steerway.identification.testing import Interval, binary_sequence
+from steerway.identification.testing import Interval, read_steering
 from steerway.sensors import white
 from steerway.vessels import CALM, RPM, Nomoto, Propeller, Springer, Surge, conditions
 from steerway_studies.testing import plants
 from tests.command_line import run
+from tests.scenes import binary_sequence
 
 PLANTS = {"otter": (0.5, 1.0, 1.3, -0.03, 0.1, 80.0), "boat": (0.185, 10.0, 2.0, 0.05, 0.2, 240.0)}
 TWENTY = math.radians(20.0)

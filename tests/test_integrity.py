@@ -6,7 +6,7 @@ import pytest
 
 from steerway.control import OTTER_PROPELLERS
 from steerway.core.testing import displaced
-from steerway.live.testing import UNDER_WAY, HoldingGuide, ReceiverMonitor, ResponseMonitor, State
+from steerway.live.testing import UNDER_WAY, ReceiverMonitor, ResponseMonitor, State
 from tests.desk import FULL, HOME, OTTER, TICK, Desk, dock_all, square
 
 
@@ -68,11 +68,9 @@ def test_a_frozen_receiver_stops_the_autopilot(by, rate):
 
 def test_a_frozen_receiver_stops_a_position_that_is_held():
     desk = Desk(square(boat=OTTER, hold_radius=3.0), current=0.4)
-    guide = HoldingGuide(desk.service.guide, square())
-    desk.service.guide = desk.service.controls.guide = guide
     desk.start()
     desk.sail(60.0)
-    guide.hold_position()
+    desk.autopilot.guide.hold_position()
     desk.sail(30.0)
     assert desk.order.state is State.RUNNING
     frozen(desk)

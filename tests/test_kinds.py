@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from steerway.core import InputError
-from steerway.core.testing import NotNegative, Table, one_of_kinds, refusal
+from steerway.core.testing import NotNegative, Table, refusal, union_by_kind
 from steerway.guidance.testing import LAWS, SHAPERS
 from steerway.sensors.testing import INSTRUMENTS
 from steerway.simulation import parse_scenario, sail_scenario
@@ -65,7 +65,7 @@ class RaftTable(VesselTable):
 class Scene(Table):
     """A file with a vessel."""
 
-    vessel: one_of_kinds((OtterTable, RaftTable)) = OtterTable()
+    vessel: union_by_kind((OtterTable, RaftTable)) = OtterTable()
 
 
 def test_a_vessel_is_added_by_its_table():

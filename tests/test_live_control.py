@@ -10,9 +10,9 @@ import pytest
 
 from steerway.core import InputError, displacement, wrap
 from steerway.core.testing import displaced
-from steerway.live.testing import Address, ControlPort, Controls, Guide, HoldingGuide, Limits, State, control_address
+from steerway.live.testing import Address, ControlPort, Controls, Limits, State, control_address
 from tests import hastened
-from tests.desk import SQUARE, Desk, dock_all, square
+from tests.desk import HOME, SQUARE, Desk, dock_all, square
 from tests.ports import free_port
 
 TOKEN = "a token for programs"
@@ -29,7 +29,6 @@ def holding_desk(corners=SQUARE, limits=None, at_end="stop", **settings):
     route = square(corners, limits=limits, at_end=at_end)
     desk = Desk(route, noise=0.2, **settings)
     desk.route = route
-    desk.service.guide = desk.service.controls.guide = HoldingGuide(Guide(route, desk.autopilot.pilot), route)
     return desk
 
 
@@ -54,7 +53,7 @@ def test_a_course_is_held_and_adjusted():
 
 
 def from_place(desk, rows):
-    place = desk.service.guide.place
+    place = desk.autopilot.guide.place
     return [math.hypot(*displacement(row.latitude, row.longitude, *place)) for row in rows]
 
 
@@ -76,11 +75,12 @@ def test_other_autopilots_are_led_round_a_circle():
     """Clockwise about the position."""
     desk = holding_desk().start()
     asks(desk, "hold-position")
-    guide, here = desk.service.guide, desk.rows[-1]
+    guide, here = desk.autopilot.guide, desk.rows[-1]
     for bearing in (0.0, 2.0, -1.0):
         north, east = guide.radius * math.cos(bearing), guide.radius * math.sin(bearing)
         latitude, longitude = displaced(*guide.place, north, east)
-        leg = guide.step(here._replace(latitude=latitude, longitude=longitude))
+        guide.row = here._replace(latitude=latitude, longitude=longitude)
+        leg = guide.shown(guide.step(*displacement(latitude, longitude, *HOME), 0.0), guide.given_course)
         assert leg.is_held and leg.distance == pytest.approx(guide.radius, rel=1e-3)
         assert wrap(leg.course_to_steer - bearing) == pytest.approx(0.5 * math.pi, abs=0.01)
 
@@ -89,7 +89,7 @@ def test_the_end_of_a_route_is_held():
     desk = holding_desk(corners=((0.0, 0.0), (40.0, 0.0)), at_end="hold", current=0.4).start()
     desk.sail(100.0)
     assert desk.order.state is State.RUNNING and desk.service.controls.state()["mode"] == "position"
-    assert desk.service.guide.place == (desk.route.latitude[-1], desk.route.longitude[-1])
+    assert desk.autopilot.guide.place == (desk.route.latitude[-1], desk.route.longitude[-1])
     assert max(from_place(desk, desk.rows[-1000:])) < 5.0
 
 

@@ -27,17 +27,17 @@ from steerway.live.testing import (
     Navigator,
     Order,
     Row,
-    Seen,
     Service,
     Sessions,
     State,
     View,
+    ViewInput,
     address,
     chart,
     checked,
     ellipse,
     lost,
-    strips,
+    time_plots,
     tone,
     view,
     words,
@@ -52,7 +52,7 @@ ROW = Row(NOON, *PLACE, 2.0, -math.pi / 2.0, math.radians(-1.0), 0.1, 0.02, 0.01
 FIX = ROW._replace(time=NOON - 0.2, nis=1.2, status=OK)
 LEG = Leg(-3.0, 0.0, 0.1, 40.0, 0.2, 1.5, *PLACE, "WP0", "WP1")
 ORDER = Order(State.RUNNING, "", True, 0.1, 0.5, 0.6, 0.4, 0.2, 2.0)
-SEEN = Seen(ROW, LEG, ORDER, (4.0, 0.0, 1.0), FIX, "GP", {"taken": 7, "late": 1})
+SEEN = ViewInput(ROW, LEG, ORDER, (4.0, 0.0, 1.0), FIX, "GP", {"taken": 7, "late": 1})
 ROUTE = GeodeticRoute(np.radians([54.0, 54.001, 54.001]), np.radians([10.0, 10.0, 10.002]))
 TOKEN = "a long enough token"
 
@@ -74,7 +74,7 @@ def test_a_view_is_in_the_skippers_units():
 
 
 def test_what_is_unknown_is_none_and_a_dash():
-    shown = view(Seen(lost(math.nan), None, None, (math.nan,) * 3, lost(math.nan), "", {}), ChartPlane())
+    shown = view(ViewInput(lost(math.nan), None, None, (math.nan,) * 3, lost(math.nan), "", {}), ChartPlane())
     assert {name: value for name, value in shown._asdict().items() if value} == {"status": "lost"}
     output = words(shown)
     assert {output[name] for name in ("sog", "cog", "rate", "age", "nis", "cross_track", "distance")} == {UNKNOWN}
@@ -141,14 +141,18 @@ def test_the_whole_is_inside_and_drawings_are_well_formed():
     assert all(window.holds(*place, 0.05) for place in places)
     track = [(0.0, 0.0), (1.0, 50.0), None, (2.0, 60.0), (3.0, 70.0)]
     assert len(drawn(chart.still(window, places, track, 1), "track")) == 2
-    for empty in (chart.still(window, [], [], None), chart.moving(window, View()), strips.strip([], 300, 90, 60, 1)):
+    for empty in (
+        chart.still(window, [], [], None),
+        chart.moving(window, View()),
+        time_plots.strip([], 300, 90, 60, 1),
+    ):
         ElementTree.fromstring(empty)
 
 
 def test_courses_do_not_jump_at_north():
-    points = [strips.Point(float(k), value, 1.0) for k, value in enumerate((350.0, 355.0, 2.0, None, 10.0, 355.0))]
-    assert [each.value for each in strips.unwound(points)] == [350.0, 355.0, 362.0, None, 370.0, 355.0]
-    strip = strips.strip(strips.unwound(points), 300.0, 96.0, 60.0, 20.0, turns=True)
+    points = [time_plots.Point(float(k), value, 1.0) for k, value in enumerate((350.0, 355.0, 2.0, None, 10.0, 355.0))]
+    assert [each.value for each in time_plots.unwound(points)] == [350.0, 355.0, 362.0, None, 370.0, 355.0]
+    strip = time_plots.strip(time_plots.unwound(points), 300.0, 96.0, 60.0, 20.0, turns=True)
     assert len(drawn(strip, "curve")) == 2 and ">000°<" in strip
 
 
@@ -342,7 +346,7 @@ def test_a_page_that_fails_is_begun_again(caplog):
 
 def test_the_page_leaves_the_estimator_out():
     """Its process beside the service's has to fit into a small computer."""
-    rooms = ", ".join(f"steerway.live.helm.{name}" for name in ("server", "gate", "page"))
+    rooms = ", ".join(f"steerway.live.helm.{name}" for name in ("server", "access", "page"))
     asked_for = f"import {rooms}, sys; print([name for name in ('numba', 'numpy', 'scipy') if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", asked_for], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -5,6 +5,7 @@ import io
 import json
 import logging
 import math
+import os
 import socket
 from itertools import pairwise
 from unittest import mock
@@ -29,6 +30,7 @@ from steerway.live.testing import (
     Service,
     SignalKDecoder,
     State,
+    Transport,
     addresses,
     json_line,
     log_to_stderr,
@@ -48,7 +50,7 @@ SAILING = Row(NOON, *PLACE, 2.0, -math.pi / 2.0, math.radians(1.0), 0.1, 0.02, 0
 
 def fed(decoder, log, size):
     pieces = [log[k : k + size] for k in range(0, len(log), size)]
-    return [row for piece in pieces for row in decoder.feed(piece)] + decoder.settle()
+    return [row for piece in pieces for row in decoder.feed(piece)] + decoder.complete_on_silence()
 
 
 def test_sentences_in_pieces_are_the_rows_of_the_log():
@@ -74,7 +76,7 @@ def test_signal_k_deltas_are_merged_and_null_is_nothing():
     decoder = SignalKDecoder()
     for each in updates:
         decoder.message(json.dumps({"context": "vessels.urn:self", "updates": [each]}))
-    (row,) = decoder.settle()
+    (row,) = decoder.complete_on_silence()
     assert (row.source, row.sog, row.latitude) == ("gps.GP", 2.0, math.radians(54.0))
     assert row.cog == pytest.approx(-math.pi / 2.0) and math.isnan(row.heading)
 
@@ -191,6 +193,37 @@ def test_a_log_over_tcp_is_the_estimate_and_a_broken_link_is_opened_again():
     assert kept.ticks, "the present is sent too"
     times = [row.time for row in kept.ticks]
     assert (np.diff(times) > 0.0).all() and np.allclose(np.array(times) * 50.0 % 1.0, 0.0, atol=1e-3)
+
+
+def test_a_serial_line_carries_both_ways_and_a_sink_leaves_what_comes_to_others():
+    async def lines():
+        far, near = os.openpty()
+        address = addresses.stream(f"serial:{os.ttyname(near)}").uri
+        came = []
+        line = Transport(address, "serial", lambda data, answer: (came.append(data), answer(b"heard " + data)))
+        task = asyncio.create_task(line.open())
+        await until(lambda: line.peers)
+        os.write(far, b"one\n")
+        await until(lambda: came)
+        assert came == [b"one\n"] and os.read(far, 99) == b"heard one\n"
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+        sink = addresses.stream(f"serial:{os.ttyname(near)}")
+        task = asyncio.create_task(sink.run())
+        await until(lambda: sink.has_peer)
+        os.write(far, b"for another\n")
+        await asyncio.sleep(0.05)
+        assert os.read(near, 99) == b"for another\n"
+        for _ in range(2000):
+            sink.send(b"x" * 99 + b"\n")
+        assert sink.lost > 0, "who does not read loses whole messages"
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+        assert not sink.has_peer
+        os.close(far)
+        os.close(near)
+
+    asyncio.run(lines())
 
 
 async def datagrams(port, parts):

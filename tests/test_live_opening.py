@@ -16,9 +16,9 @@ from steerway.live.testing import (
     GpsdDecoder,
     InputRow,
     Navigator,
-    Opening,
     ReceiverDecoder,
     Service,
+    StartupBuffer,
     addresses,
 )
 from tests import hastened
@@ -66,11 +66,11 @@ def test_a_plotter_that_stamps_two_positions_with_one_second(shared_data):
 def test_a_position_that_another_formatter_gave_before_a_pause_is_not_lost():
     """RMC mostly has the position of the second before; where it has GGA's, and a pause parts them, it counts too."""
     places, used = list(zip(*track(40), strict=True)), []
-    decoder, opening = ReceiverDecoder(), Opening(("GP RMC",))
+    decoder, opening = ReceiverDecoder(), StartupBuffer(("GP RMC",))
     for k, (place, before) in enumerate(zip(places[1:], places, strict=False)):
-        rows = decoder.feed(gga(*place)) + (decoder.settle() if k > 30 else [])
-        rows += decoder.feed(rmc(*(place if k > 30 else (place[0], *before[1:])))) + decoder.settle()
-        used += opening.admit(rows, float(k))
+        rows = decoder.feed(gga(*place)) + (decoder.complete_on_silence() if k > 30 else [])
+        rows += decoder.feed(rmc(*(place if k > 30 else (place[0], *before[1:])))) + decoder.complete_on_silence()
+        used += opening.add_rows(rows, float(k))
     times = [row.time for row, _ in used if row.source == "GP RMC" and row.has_position]
     assert opening.chosen == "GP RMC" and times == [place[0] for place in places[1:]]
 
@@ -84,8 +84,8 @@ def test_a_source_that_does_not_exist_is_refused_with_those_that_do():
 
 
 def opened(rows, pace=0.2, wanted=()):
-    opening = Opening(wanted)
-    return opening, [each for k, row in enumerate(rows) for each in opening.admit([row], k * pace)]
+    opening = StartupBuffer(wanted)
+    return opening, [each for k, row in enumerate(rows) for each in opening.add_rows([row], k * pace)]
 
 
 def row_of(time, source="GP", **more):
@@ -111,25 +111,25 @@ def test_of_two_sources_the_better_one_is_used_whichever_comes_first():
 
 def test_a_single_fix_is_used_in_the_end():
     opening, used = opened([row_of(0.0)])
-    assert used == [] and opening.due(LONGEST - 0.1) == []
-    assert [row for row, _ in opening.due(LONGEST)] == [row_of(0.0)]
+    assert used == [] and opening.take_ready(LONGEST - 0.1) == []
+    assert [row for row, _ in opening.take_ready(LONGEST)] == [row_of(0.0)]
 
 
 def test_rows_before_the_first_date_get_it():
-    decoder, opening, used = ReceiverDecoder(), Opening(), []
+    decoder, opening, used = ReceiverDecoder(), StartupBuffer(), []
     for k, place in enumerate(zip(*track(8), strict=True)):
         rows = decoder.feed(gga(*place)) if k < 1 else decoder.feed(gga(*place) + rmc(*place))
-        used += opening.admit(rows + decoder.settle(), float(k))
+        used += opening.add_rows(rows + decoder.complete_on_silence(), float(k))
     assert [row.time for row, _ in used] == pytest.approx([START + k for k in range(8)], abs=0.0)
 
 
 def test_two_receivers_of_one_talker_are_two_sources():
     here, there = (54.0, 10.0), (54.001, 10.0)
-    decoder, opening, used = ReceiverDecoder(), Opening(), []
+    decoder, opening, used = ReceiverDecoder(), StartupBuffer(), []
     for k in range(30):
         first, second = ((here, there), (there, here))[k % 2]
         rows = decoder.feed(rmc(START + k, *first)) + decoder.feed(rmc(START + k, *second))
-        used += opening.admit(rows, float(k))
+        used += opening.add_rows(rows, float(k))
     latitudes = {source: {row.latitude for row, _ in used if row.source == source} for source in ("GP", "GP 2")}
     assert all(len(each) == 1 for each in latitudes.values()) and latitudes["GP"] != latitudes["GP 2"]
 
@@ -143,7 +143,7 @@ def test_gpsd_reports_a_position_once_an_epoch():
     for k in range(44):
         for each in (tpv(START + k, 54.0 + 1e-5 * k), tpv(START + k, 54.0 + 1e-5 * k, speed=2.0)):
             rows += decoder.feed(json.dumps(each).encode() + b"\n")
-        rows += decoder.settle()
+        rows += decoder.complete_on_silence()
         for step in (0.5, 1.0, 1.0):  # sentences of the same second, later and with another position
             rows += decoder.feed(json.dumps(tpv(START + k, 54.0 + 1e-5 * (k + step))).encode() + b"\n")
     placed = [row for row in rows if row.has_position]
@@ -162,7 +162,7 @@ def test_one_receiver_behind_gpsd_is_read_as_it_is():
         "enable": True, "json": False, "raw": 2, "device": "/dev/a"
     }  # fmt: skip
     decoder.feed(gga(START, 54.0, 10.0) + rmc(START, 54.0, 10.0))
-    (row,) = decoder.settle()
+    (row,) = decoder.complete_on_silence()
     assert row.source == "GP" and row.time == START
     several = GpsdDecoder()
     for _ in range(2):

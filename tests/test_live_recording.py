@@ -17,9 +17,9 @@ from steerway.formats.testing import nmea0183, read, write
 from steerway.live.testing import (
     Feed,
     Navigator,
-    NotedLearning,
     Order,
     ReceiverDecoder,
+    RecordedLearning,
     Service,
     State,
     rows_of,
@@ -52,7 +52,7 @@ def recorded(tmp_path_factory):
     log, decoder = sortie(120), ReceiverDecoder()
     # Compiled before, as by `live`: a service that computes for seconds gets epochs in pieces.
     compiling = Service(Navigator("small-usv", ("sog", "cog")), [Kept()], 50.0, 0.1)
-    asyncio.run(compiling.replay(decoder.feed(log) + decoder.settle()))
+    asyncio.run(compiling.replay(decoder.feed(log) + decoder.complete_on_silence()))
     service = Service(Navigator("small-usv", ("sog", "cog")), [kept, recorder], 50.0, 0.1, recorder=recorder)
 
     async def receives(deliver):
@@ -60,7 +60,7 @@ def recorded(tmp_path_factory):
         for k in range(0, len(log), 83):
             feed.feed(log[k : k + 83])
             await asyncio.sleep(0.0005)
-        feed.settle()
+        feed.complete_on_silence()
         service.recorder.tick(kept.fixes[-1], None, Order(State.RUNNING, engaged=True, yaw_rate=0.125))
         raise KeyboardInterrupt
 
@@ -95,7 +95,7 @@ def test_a_run_that_learns_is_repeated_too(tmp_path):
     """The profile is inferred in a thread, and taken up when that is done: at the same row again."""
     path, kept, took = tmp_path / "run.mcap", Kept(), []
     recorder = Recorder(path, SETTINGS | {"profile": None, "learns": True, "aid": []})
-    learning = NotedLearning(background=True)
+    learning = RecordedLearning(background=True)
     learning.note = lambda what, count: (took.append(what), recorder.learning(what, count))
     service = Service(Navigator(learning), [kept, recorder], 50.0, 0.1, recorder=recorder)
     fixes = nmea0183.read(sortie(400)).sources["GP"]

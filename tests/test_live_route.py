@@ -9,14 +9,14 @@ import pytest
 from steerway.core import OK, InputError
 from steerway.core.testing import NAUTICAL_MILE, Leg, displaced
 from steerway.formats.testing import apb, rmb, sealed, xte
+from steerway.guidance.testing import WaypointTable
 from steerway.live.testing import (
     Fence,
     GeodeticRoute,
-    Guide,
     MissionTable,
     Row,
     SentenceOutput,
-    Waypoint,
+    Supervisor,
     lost,
     pilot_of,
 )
@@ -30,10 +30,25 @@ def at(north, east, time=NOON, cog=0.0, sog=2.0):
     return Row(time, *displaced(*HOME, north, east), sog, cog, 0.0, 0.1, 0.02, 0.01, 0.3, 1.0, OK)
 
 
+class Led:
+    """The legs that a pilot aboard shows, engaged or not."""
+
+    def __init__(self, route):
+        self.supervisor = Supervisor(route)
+
+    @property
+    def finished(self):
+        return self.supervisor.guide.finished
+
+    def step(self, row):
+        self.supervisor.step(row, 1.0)
+        return self.supervisor.leg
+
+
 @pytest.fixture
 def guide():
-    points = [corner(*each, Waypoint) for each in ((0.0, 0.0), (200.0, 0.0), (200.0, 200.0))]
-    return Guide(GeodeticRoute.of(points, [], MissionTable(lookahead=20.0, acceptance=5.0)))
+    points = [corner(*each, WaypointTable) for each in ((0.0, 0.0), (200.0, 0.0), (200.0, 200.0))]
+    return Led(GeodeticRoute.of(points, [], MissionTable(lookahead=20.0, acceptance=5.0)))
 
 
 def test_the_letter_is_the_side_to_steer_to():
@@ -109,8 +124,9 @@ def test_a_mission_file(tmp_path):
     path.write_text(MISSION)
     route = GeodeticRoute.load(path)
     assert route.speed.tolist() == [1.5, 0.8] and route.acceptance.tolist() == [10.0, 3.0]
-    assert route.lookahead == 12.0 and route.safe == "hand-back" and route.limits.max_sog_mps == 2.0
-    assert route.boat.reverse and route.boat.top_speed_mps == 3.0
+    assert route.settings.lookahead == 12.0 and route.settings.safe == "hand-back"
+    assert route.settings.limits.max_sog_mps == 2.0
+    assert route.settings.boat.reverse and route.settings.boat.top_speed_mps == 3.0
     assert route.fence.holds(*HOME) and not route.fence.holds(math.radians(54.2), HOME[1])
 
 
@@ -138,6 +154,31 @@ def test_wrong_routes_are_refused_in_a_sentence(tmp_path, name, text, why):
     assert str(refused.value).startswith(f"route {tmp_path / name}") and "\n" not in str(refused.value)
 
 
+IN_METRES = """
+origin = { latitude_deg = 54.0, longitude_deg = 10.0 }
+waypoint = [{ north = 0.0, east = 0.0 }, { north = 100.0, east = 0.0, speed = 0.8 }]
+fence = [{ north = -9, east = -9 }, { north = -9, east = 9 }, { north = 200, east = 9 }, { north = 200, east = -9 }]
+"""
+
+
+def test_places_in_metres_are_those_in_degrees(tmp_path):
+    path = tmp_path / "m.toml"
+    path.write_text(IN_METRES)
+    route = GeodeticRoute.load(path)
+    assert route.places[1] == pytest.approx(displaced(*HOME, 100.0, 0.0), abs=1e-12)
+    assert route.speed.tolist() == [1.0, 0.8] and route.fence.holds(*displaced(*HOME, 50.0, 5.0))
+    for wrong, why in {
+        "north = 100.0, ": r"waypoint\[1\] gives east, expected north and east in m, or latitude_deg and longitude_deg",
+        IN_METRES.splitlines()[1]: r"waypoint\[0\] gives north and east, expected lat_deg and lon_deg, or a table",
+    }.items():
+        path.write_text(IN_METRES.replace(wrong, ""))
+        with pytest.raises(InputError, match=why):
+            GeodeticRoute.load(path)
+    path.write_text(IN_METRES.replace("speed = 0.8", "speed = 0.8, speed_mps = 1.0"))
+    with pytest.raises(InputError, match="speed_mps is given twice, expected one of speed and speed_mps"):
+        GeodeticRoute.load(path)
+
+
 def test_a_fence_in_geojson(tmp_path):
     path = tmp_path / "m.geojson"
     line = {"type": "LineString", "coordinates": [[10.0, 54.0], [10.01, 54.0]]}
@@ -153,7 +194,7 @@ def test_a_fence_in_geojson(tmp_path):
 
 
 def places(*corners):
-    return [corner(*each).place for each in corners]
+    return [corner(*each).globe(None, "corner") for each in corners]
 
 
 def test_a_fence_knows_inside_and_ahead():
@@ -175,7 +216,7 @@ def test_a_fence_knows_inside_and_ahead():
 
 
 def test_she_slows_down_before_the_end():
-    guide = Guide(square(((0.0, 0.0), (60.0, 0.0))))
+    guide = Led(square(((0.0, 0.0), (60.0, 0.0))))
     asked = [guide.step(at(north, 0.0, NOON + north)).speed for north in (10.0, 40.0, 50.0, 54.0)]
     assert asked[0] == asked[1] == 1.2 and 1.2 > asked[2] > asked[3] == pytest.approx(0.72)
 
@@ -186,7 +227,7 @@ def test_a_survey_aboard_is_followed_round_its_corners(tmp_path):
     path = tmp_path / "survey.toml"
     path.write_text(text)
     line = GeodeticRoute.load(path)
-    mission = pilot_of(line).mission
+    mission = pilot_of(line).mission.mission
     north, east = mission.route.north - mission.route.north[1], mission.route.east - mission.route.east[1]
     towards = math.radians(20.0)
     along = north * math.cos(towards) + east * math.sin(towards)

@@ -9,7 +9,7 @@ import pytest
 from steerway.core import InputError
 from steerway.formats.testing import gga, rmc
 from steerway.live.testing import GeodeticRoute, Settings
-from steerway.live.testing import live_launch as launching
+from steerway.live.testing import build_service as launching
 from tests.command_line import run
 
 EXAMPLES = Path(__file__).parent.parent / "examples" / "live"

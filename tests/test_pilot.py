@@ -7,7 +7,7 @@ import pytest
 from steerway.core import InputError, Measurements
 from steerway.estimation.testing import AtFaceValue
 from steerway.guidance import LineOfSight, Mission, Route, TrackingFilter
-from steerway.testing import Mode, Pilot
+from steerway.testing import Lookout, Mode, Pilot
 from steerway.vessels.testing import OTTER_BOAT as OTTER
 
 UNDER_WAY = Measurements(0.0, 5.0, sog=0.8, cog=0.3, course_rate=0.0, heading=0.3, yaw_rate=0.0)
@@ -83,6 +83,44 @@ def test_by_heading_the_law_is_steered_as_a_heading():
         first = orders.desired.angle
         assert first == pytest.approx(-math.atan(0.5))
         assert math.copysign(1.0, orders.yaw) == math.copysign(1.0, first - angle)
+
+
+class Watcher(Lookout):
+    """An observer that notes the stages and has the last word at each."""
+
+    def __init__(self, mode, allowed=True):
+        super().__init__(10.0)
+        self.mode, self.allowed, self.stages = mode, allowed, []
+
+    def judge(self, pilot, measurements, estimate, leg, dt):
+        self.stages.append(("judge", leg.target))
+        return self.mode
+
+    def ask(self, pilot, desired, speed, estimate):
+        self.stages.append(("ask", desired.angle))
+        return desired, 0.4, estimate
+
+    def allows(self, pilot, steered, estimate):
+        self.stages.append(("allows", len(steered.command)))
+        return self.allowed
+
+
+def test_an_observer_is_called_between_the_stages():
+    here = pilot(observer=(watcher := Watcher(Mode.UNDER_WAY)))
+    orders = here.step(UNDER_WAY, 0.02)
+    assert watcher.stages == [("judge", 1), ("ask", -math.atan(0.5)), ("allows", 2)]
+    assert orders.speed == 0.4 and len(orders.command) == 2
+    refusing = pilot(observer=Watcher(Mode.UNDER_WAY, allowed=False))
+    assert refusing.step(UNDER_WAY, 0.02).command == ()
+
+
+def test_a_boat_that_someone_else_steers_is_led_without_a_command():
+    here = pilot(observer=Watcher(Mode.IDLE))
+    told = []
+    here._orders = lambda yaw, speed: told.append((yaw, speed))
+    orders = here.step(UNDER_WAY, 0.02)
+    assert orders.command == () and orders.desired.angle == pytest.approx(-math.atan(0.5))
+    assert len(told) == 1 and all(map(math.isnan, told[0]))
 
 
 def test_a_wrong_word_is_refused():

@@ -21,7 +21,7 @@ PACKAGES = [
     ),
     *(f"steerway.estimation.{room}" for room in "course heading heading.interval speed positioning steering".split()),
 ]
-MODULES = ["steerway.pilot", "steerway.estimation.heading.composite"]
+MODULES = ["steerway.build", "steerway.pilot", "steerway.estimation.heading.composite"]
 """That are public themselves."""
 OF_CLASSES = "__dataclass_fields__", "_fields", "_replace"
 """What the standard library makes of a class and documents."""

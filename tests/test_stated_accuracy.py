@@ -113,7 +113,7 @@ def test_gpsd_radius_or_its_parts():
     for output, std in ((report, 5.0 / math.sqrt(2.0)), (report | {"eph": 2.0}, math.sqrt(2.0))):
         decoder = GpsdDecoder()
         decoder.feed(json.dumps(output).encode() + b"\n")
-        assert decoder.settle()[0].position_std == pytest.approx(std)
+        assert decoder.complete_on_silence()[0].position_std == pytest.approx(std)
 
 
 def test_signal_k_dilution():
@@ -124,7 +124,7 @@ def test_signal_k_dilution():
     decoder = SignalKDecoder()
     update = {"$source": "gps", "timestamp": iso(START), "values": values}
     decoder.message(json.dumps({"context": "vessels.self", "updates": [update]}))
-    assert decoder.settle()[0].position_std == pytest.approx(0.9 * ALONE)
+    assert decoder.complete_on_silence()[0].position_std == pytest.approx(0.9 * ALONE)
 
 
 def test_dilution_says_nothing_out_of_range():

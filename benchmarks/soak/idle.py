@@ -3,7 +3,7 @@
 import asyncio
 import sys
 
-from steerway.live.pulse import Pulse
+from steerway.live.tick_timing import Pulse
 
 
 async def idle(seconds: float, rate: float = 50.0) -> Pulse:

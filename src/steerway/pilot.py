@@ -1,8 +1,8 @@
-"""One step of the loop: estimate, guide, control, supervise. Simulation, replay and live drive this one object.
+"""One step of the loop: estimate, guide, supervise, control. Simulation, replay and live drive this one object.
 
 A pilot turns measurements and the time since the step before into actuator commands. It knows no vessel model, no clock
-and no I/O; each of its blocks is given to it. Simulation and replay call `step`. Live has supervision of its own, for
-links, clocks and fences, and calls the same stages itself: `estimator`, `mission`, `law`, then `steer` or `rest`.
+and no I/O; each of its blocks is given to it. An observer is called between the stages and decides what is done: in
+simulation a `Lookout`, aboard the supervisor of links, clocks and fences. `build` makes pilots.
 """
 
 import math
@@ -22,7 +22,18 @@ from steerway.guidance.line_of_sight import GuidanceLaw
 from steerway.guidance.reference import Reference
 from steerway.guidance.waypoints import Phase
 
-__all__ = ["Actuation", "LegSource", "Mode", "Orders", "Pilot", "SpeedLoop", "SteadyForce", "Steered"]
+__all__ = [
+    "Actuation",
+    "LegSource",
+    "Lookout",
+    "Mode",
+    "Observer",
+    "Orders",
+    "Pilot",
+    "SpeedLoop",
+    "SteadyForce",
+    "Steered",
+]
 
 
 class Mode(IntEnum):
@@ -34,14 +45,17 @@ class Mode(IntEnum):
     STOPPED = 3  # the route is finished, engines off
     BLIND = 4  # no position for too long, engines off
     OVERPOWERED = 5  # no way is made: the current exceeds the boat's speed; engines off
+    IDLE = 6  # someone else steers: no command
 
 
 class LegSource(Protocol):
-    """What gives the leg under way: `guidance.waypoints.Mission`, `guidance.voyage.Voyage`."""
+    """What gives the leg under way: `guidance.waypoints.Mission`, `guidance.voyage.Voyage`, aboard a `Guide`."""
 
     phase: Phase
     lead: float
     preview: float
+    given_course: float
+    """Course (rad) that is steered in place of that of a guidance law; NaN for none."""
 
     @property
     def following(self) -> float: ...
@@ -89,6 +103,54 @@ class SteadyForce:
         """Does nothing: there is no state."""
 
 
+class Observer(Protocol):
+    """What is called between the stages of a step: `Lookout`, aboard `live.autopilot.supervisor.Supervisor`."""
+
+    def judge(self, pilot: "Pilot", measurements: Measurements, estimate: Estimate, leg: LegState, dt: float) -> Mode:
+        """What the pilot does in this step, with the leg known."""
+
+    def ask(
+        self, pilot: "Pilot", desired: "Reference", speed: float, estimate: Estimate
+    ) -> tuple["Reference", float, Estimate]:
+        """Before control: the course or heading, the speed (m/s) and the estimate that it goes by."""
+
+    def allows(self, pilot: "Pilot", steered: "Steered", estimate: Estimate) -> bool:
+        """After control: whether the commands may be carried out."""
+
+
+class Lookout:
+    """The observer of a simulation: no engines without a position for too long, nor where no way is made."""
+
+    def __init__(self, max_dead_reckoning: float):
+        self.max_dead_reckoning = positive("pilot.max_dead_reckoning", max_dead_reckoning)
+        self._blind = 0.0
+
+    def judge(self, pilot: "Pilot", measurements: Measurements, estimate: Estimate, leg: LegState, dt: float) -> Mode:
+        """The mode, by what is known and by the phase of the mission."""
+        pilot.measured_shaft(measurements.shaft)
+        self._blind = 0.0 if not math.isnan(measurements.north) else self._blind + dt
+        phase = pilot.mission.phase
+        if math.isnan(estimate.north):
+            return Mode.WAITING
+        if self._blind > self.max_dead_reckoning:
+            return Mode.BLIND
+        if phase is Phase.STOPPED or (phase is Phase.HOLDING and pilot.station is None):
+            return Mode.STOPPED
+        if pilot.mode is Mode.OVERPOWERED or (pilot.in_current is not None and pilot.in_current.trouble):
+            return Mode.OVERPOWERED
+        return Mode.HOLDING if phase is Phase.HOLDING else Mode.UNDER_WAY
+
+    def ask(
+        self, pilot: "Pilot", desired: Reference, speed: float, estimate: Estimate
+    ) -> tuple[Reference, float, Estimate]:
+        """What guidance wants."""
+        return desired, speed, estimate
+
+    def allows(self, pilot: "Pilot", steered: "Steered", estimate: Estimate) -> bool:
+        """Always."""
+        return True
+
+
 class Steered(NamedTuple):
     """What one step of control gave."""
 
@@ -132,6 +194,7 @@ class Pilot:
                in the current, where the estimator knows it.
     in_current: where the estimator knows the current: by the heading that makes the course good, turns begun early.
     max_dead_reckoning: time without a position after which the engines stop, s.
+    observer: supervises in place of a `Lookout` with that time.
     """
 
     def __init__(
@@ -148,45 +211,57 @@ class Pilot:
         steer_by: str = "course",
         in_current: InCurrent | None = None,
         max_dead_reckoning: float = 10.0,
+        observer: Observer | None = None,
     ):
         self.estimator, self.mission, self.law, self.autopilot = estimator, mission, law, autopilot
         self.actuation, self.speed, self.station = actuation, speed, station
         self.cruise = cruise
         self.in_current = in_current
-        self.max_dead_reckoning = positive("pilot.max_dead_reckoning", max_dead_reckoning)
+        self.observer: Observer = observer or Lookout(max_dead_reckoning)
+        self.mode = Mode.WAITING
         self._law_of_course = one_of("pilot.steer_by", steer_by, ("course", "heading", "crab")) != "heading"
         self._crabs = steer_by == "crab"
         self._turns = getattr(speed, "turns", None)  # for a speed loop that uses the measured shaft speed
-        self._blind = 0.0
-        self._mode = Mode.WAITING
         self._orders = getattr(estimator, "order", _no_order)  # for an estimator that uses what was ordered
 
     @property
     def finished(self) -> bool:
         """Whether the engines are off for good: the route is finished, or the current too strong for it."""
-        return self._mode in (Mode.STOPPED, Mode.OVERPOWERED)
+        return self.mode in (Mode.STOPPED, Mode.OVERPOWERED)
 
     def step(self, measurements: Measurements, dt: float) -> Orders:
         """The commands now, dt s after the step before."""
         estimate = self.estimator.step(measurements, dt)
-        self.measured_shaft(measurements.shaft)
         leg = self.mission.step(estimate.north, estimate.east, dt)
-        self.look_ahead(leg, estimate, dt)
-        mode = self._supervise(measurements, estimate, dt)
-        desired, speed = UNKNOWN, 0.0
+        self._look_ahead(leg, estimate, dt)
+        mode = self.observer.judge(self, measurements, estimate, leg, dt)
+        if mode is not self.mode:
+            self._change(mode)
+        desired, speed = self._guide(leg, estimate, dt)
+        desired, speed, used = self.observer.ask(self, desired, speed, estimate)
         if mode is Mode.UNDER_WAY:
-            speed = self.cruise if math.isnan(leg.speed) else leg.speed
-            desired = self.law.step(self.seen(leg, speed, estimate), estimate.cog, estimate.sog, dt)
-            steered = self.steer(desired, speed, estimate, dt)
+            steered = self._steer(desired, speed, used, dt)
         elif mode is Mode.HOLDING:
-            desired, steered = self._hold(leg, estimate, dt)
+            desired, steered = self._hold(desired, speed, leg, used, dt)
         else:
-            steered = self.rest()
+            steered = self._leave() if mode is Mode.IDLE else self._rest()
+        if not self.observer.allows(self, steered, estimate):
+            steered = self._leave()
         command, force, yaw, reference = steered
         by_course = self.autopilot.by_course
         return Orders(command, estimate, leg, desired, reference, speed, force, yaw, mode, by_course)
 
-    def steer(self, desired: Reference, speed: float, estimate: Estimate, dt: float) -> Steered:
+    def _guide(self, leg, estimate, dt):
+        """The desired course, or heading, and speed; without a command other programs may steer by the leg."""
+        given = self.mission.given_course
+        if math.isfinite(given):
+            return Reference(given, 0.0, 0.0), leg.speed
+        if self.mode not in (Mode.UNDER_WAY, Mode.IDLE) or math.isnan(leg.direction):
+            return UNKNOWN, 0.0
+        speed = self.cruise if math.isnan(leg.speed) else leg.speed
+        return self.law.step(self._seen(leg, speed, estimate), estimate.cog, estimate.sog, dt), speed
+
+    def _steer(self, desired, speed, estimate, dt):
         """Control: the commands for a desired course (or heading) and speed (m/s)."""
         if self.in_current is not None and estimate.knows_current:
             return self._steer_in_current(desired, speed, estimate, dt)
@@ -206,19 +281,20 @@ class Pilot:
         if self._turns is not None:
             self._turns(shaft)
 
-    def seen(self, leg: LegState, speed: float, estimate: Estimate) -> LegState:
+    def _seen(self, leg, speed, estimate):
         """The leg as the guidance law sees it, for a speed of the route (m/s)."""
         knows = self.in_current is not None and estimate.knows_current
-        return self.in_current.seen(leg, speed, estimate) if knows else leg
+        return self.in_current.with_shorter_lookahead(leg, speed, estimate) if knows else leg
 
-    def look_ahead(self, leg: LegState, estimate: Estimate, dt: float) -> None:
+    def _look_ahead(self, leg, estimate, dt):
         """Tell the mission, for its next step, at which distance from the waypoint the turn into the next leg begins,
         and how far ahead on a curve the boat has to look.
 
         And whether the boat can make way along the leg is watched, `in_current.trouble`.
         """
         lead, following = math.nan, self.mission.following
-        if self.in_current is not None and estimate.knows_current and self.mission.phase is not Phase.HOLDING:
+        on_leg = self.mission.phase is not Phase.HOLDING and math.isnan(self.mission.given_course)
+        if self.in_current is not None and estimate.knows_current and on_leg:
             self.in_current.watch(leg, estimate, dt)
             if math.isfinite(following) and estimate.heading_std < SURE:
                 lead = self.in_current.turn(leg, following, estimate, self.autopilot.shaper)
@@ -234,29 +310,24 @@ class Pilot:
         self.in_current.tune(self.autopilot, estimate)
         force = 0.0
         if self.speed is not None:
-            force = self.speed.step(speed, estimate.water_speed, dt, *self.in_current.carried(estimate))
+            force = self.speed.step(speed, estimate.water_speed, dt, *self.in_current.current_along_bow(estimate))
         if self.in_current.departs(estimate, dt):
             self.autopilot.release()
             return self._actuate(force, 0.0)
         yaw = self._yaw(heading, estimate, dt, course_wanted=False)
-        return self._actuate(force, yaw, self.in_current.fed(self.autopilot, estimate))
+        return self._actuate(force, yaw, self.in_current.feedforward(self.autopilot, estimate))
 
-    def hold(self, distance: float, bearing: float, estimate: Estimate, dt: float) -> Steered:
+    def _about(self, distance, bearing, estimate, dt):
         """Control: the commands that keep the boat about a point at a distance (m) and bearing (rad)."""
         wanted = self.station.step(distance, bearing, estimate)
         if wanted.water_speed == 0.0:
             if self.speed is not None:
                 self.speed.restart()
-            return self.rest()
+            return self._rest()
         return self._through_water(Reference(wanted.heading, 0.0, 0.0), wanted.water_speed, estimate, dt)
 
-    @property
-    def holds(self) -> bool:
-        """Whether `hold` can keep the boat about a point."""
-        return isinstance(self.station, PositionHold)
-
     def restart(self) -> None:
-        """Forget the trim and the reference: the next `steer` begins with the boat's own course."""
+        """Forget the trim and the reference: the next step under way begins with the boat's own course."""
         self.autopilot.release()
         self.autopilot.controller.restart()
         if self.in_current is not None:
@@ -264,29 +335,12 @@ class Pilot:
         if self.speed is not None:
             self.speed.restart()
 
-    def rest(self) -> Steered:
-        """Engines off: the commands that do nothing. The autopilot begins anew with the next `steer`."""
+    def _rest(self):
+        """Engines off: the commands that do nothing. The autopilot begins anew with the next step under way."""
         self.autopilot.release()
         *command, _, _ = self.actuation.step(0.0, 0.0)
         self._orders(0.0, self.cruise if self.speed is None else 0.0)
         return Steered(tuple(command), 0.0, 0.0, self._reference())
-
-    def _supervise(self, measurements, estimate, dt):
-        """The mode, by what is known and by the phase of the mission."""
-        self._blind = 0.0 if not math.isnan(measurements.north) else self._blind + dt
-        if math.isnan(estimate.north):
-            mode = Mode.WAITING
-        elif self._blind > self.max_dead_reckoning:
-            mode = Mode.BLIND
-        elif self.mission.phase is Phase.STOPPED or (self.mission.phase is Phase.HOLDING and self.station is None):
-            mode = Mode.STOPPED
-        elif self._mode is Mode.OVERPOWERED or (self.in_current is not None and self.in_current.trouble):
-            mode = Mode.OVERPOWERED
-        else:
-            mode = Mode.HOLDING if self.mission.phase is Phase.HOLDING else Mode.UNDER_WAY
-        if mode is not self._mode:
-            self._change(mode)
-        return mode
 
     def _change(self, mode):
         """Integrals of one mode are of no use in another."""
@@ -296,16 +350,24 @@ class Pilot:
                 self.in_current.restart()
         if self.speed is not None and mode is not Mode.UNDER_WAY:
             self.speed.restart()
-        self._mode = mode
+        self.mode = mode
 
-    def _hold(self, leg, estimate, dt):
-        if self.holds:
-            steered = self.hold(leg.distance, leg.bearing, estimate, dt)
-            return steered.reference, steered
+    def _hold(self, desired, speed, leg, estimate, dt):
+        by_thrust = isinstance(self.station, PositionHold)
+        if by_thrust and math.isfinite(desired.angle) and not estimate.knows_current:
+            return desired, self._steer(desired, speed, estimate, dt)
+        if by_thrust:
+            steered = self._about(leg.distance, leg.bearing, estimate, dt)
+            return (steered.reference if math.isnan(desired.angle) else desired), steered
         sog, cog, heading = estimate.sog, estimate.cog, estimate.heading
         wanted, force = self.station.step(leg.distance, leg.bearing, cog, sog, heading, dt)
         desired = Reference(*wanted)
         return desired, self._actuate(force, self._yaw(desired, estimate, dt, course_wanted=False))
+
+    def _leave(self):
+        """Someone else steers: no command, and an estimator that uses orders knows of none."""
+        self._orders(math.nan, math.nan)
+        return Steered((), 0.0, 0.0, self._reference())
 
     def _yaw(self, desired, estimate, dt, course_wanted):
         _, _, sog, cog, course_rate, _, _, _, _, heading, yaw_rate, *_ = estimate

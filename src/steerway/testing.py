@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.pilot import Mode, Pilot
+    from steerway.build import build_pilot, response_of
+    from steerway.pilot import Lookout, Mode, Pilot
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -130,7 +130,11 @@ def _link(name):
 
     def read(data):
         decoder = getattr(import_module("steerway.live.testing"), name)()
-        rows = [*decoder.feed(data[: len(data) // 2]), *decoder.feed(data[len(data) // 2 :] + b"\n"), *decoder.settle()]
+        rows = [
+            *decoder.feed(data[: len(data) // 2]),
+            *decoder.feed(data[len(data) // 2 :] + b"\n"),
+            *decoder.complete_on_silence(),
+        ]
         for row in rows:
             assert isinstance(row.source, str)
         return f"{bool(rows)} {sorted(decoder.skipped)}"
@@ -168,7 +172,7 @@ TOKEN = "correct-horse-battery"
 
 def _helm(data):
     """A request to the helm page, which is reached by nobody without a login."""
-    from steerway.live.testing import Address, gate
+    from steerway.live.testing import Address, access
 
     head, _, body = data.partition(b"\n\n")
     first, *lines = head.split(b"\n")
@@ -190,9 +194,9 @@ def _helm(data):
     kind = "websocket" if scheme in ("ws", "wss") else "http"
     scope = {"type": kind, "method": method.upper(), "path": path, "scheme": scheme if scheme in SCHEMES else "http"}
     scope |= {"headers": headers, "query_string": b"", "root_path": "", "client": ("10.0.0.7", 5)}
-    sessions = gate.Sessions(TOKEN)
+    sessions = access.Sessions(TOKEN)
     with patch("asyncio.sleep", new=AsyncMock()):  # the pause after a wrong token
-        asyncio.run(gate.Gate(inside, Address("0.0.0.0", 8080, TOKEN))(scope, receive, send))
+        asyncio.run(access.Gate(inside, Address("0.0.0.0", 8080, TOKEN))(scope, receive, send))
     assert answers, "no answer"
     return answers[0]
 
@@ -203,11 +207,11 @@ SCHEMES = ("http", "https", "ws", "wss")
 def controls():
     """Of an autopilot with a route of two points."""
     from steerway.estimation import Profile
-    from steerway.live.testing import Controls, GeodeticRoute, Guide, HoldingGuide, Supervisor
+    from steerway.live.testing import Controls, GeodeticRoute, Supervisor
 
     route = GeodeticRoute(np.radians([54.0, 54.001]), np.radians([10.0, 10.0]))
     supervisor = Supervisor(route, Profile.named("small-usv"), engage=True)
-    return Controls(supervisor, HoldingGuide(Guide(route, supervisor.pilot), route))
+    return Controls(supervisor)
 
 
 def read_from_page(data, requested) -> None:

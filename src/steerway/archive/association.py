@@ -50,7 +50,7 @@ FIELDS = 10
 FREE, TENTATIVE, LEFT, TRACK = range(4)
 """Uses of a slot. LEFT: where a ship was before it moved, tentative too."""
 CURRENT, NEXT, TAKEN = range(3)
-"""Of a vessel: the slot of the last report, the number of the next track, reports taken by tracks."""
+"""Columns of a vessel's state: slot of the last report, number of the next track, reports taken by tracks."""
 NOTHING, JUMP, MOVED, ANOTHER = range(4)
 """What a row tells: nothing; a position out of reach; the ship is there now; there is another ship."""
 

@@ -16,7 +16,7 @@ from steerway.report.page import write_page
 _MAP_POINTS = 200_000
 _WORST = 20
 _LEAST_FIXES = 100
-"""Of a vessel whose mean NIS is shown: its standard deviation is 0.2 then."""
+"""Minimum fixes to show a mean NIS; its standard deviation is 0.2 then."""
 
 
 def write(store: Store, manifest: dict[str, Any]) -> None:

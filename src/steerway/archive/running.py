@@ -6,6 +6,7 @@ import os
 import shutil
 from collections import Counter
 from collections.abc import Callable, Iterable
+from contextlib import closing
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
@@ -13,13 +14,13 @@ from typing import Any
 
 from steerway.archive import inputs, page
 from steerway.archive.levels import levels, profile_names
-from steerway.archive.schedule import run_chains
 from steerway.archive.store import Store, date_of
 from steerway.archive.summaries import write_unfinished_trips
-from steerway.archive.unit import LOOKAHEAD, Work
+from steerway.archive.unit import LOOKAHEAD, Work, run_unit
 from steerway.core.errors import InputError
 from steerway.core.files import made_directory
 from steerway.core.locks import only_writer
+from steerway.core.workers import run_chains
 from steerway.estimation.profiles import Profile
 from steerway.estimation.profiles.inferred import InferredProfile
 
@@ -27,6 +28,8 @@ UNIT_ROWS = 400_000
 """Rows of a unit to aim at: below 200,000 reading and writing cost more than filtering."""
 _BYTES_A_ROW, _BYTES_A_WORKER = 700, 250e6
 """Memory that a unit takes for each of its rows, and a worker without one."""
+_MOST_LOSSES = 3
+"""Workers that a unit may lose before it is given up; then only what depends on it waits."""
 _AIDS = ("sog", "cog", "heading")
 _SETTINGS = ("version", "kernels", "buckets", "profiles", "aid", "smooth", "rate")
 
@@ -141,7 +144,7 @@ def kernels_digest() -> str:
 
 
 def _manifest(store, files, buckets, memory, workers, smooth, rate, aid, profile) -> dict[str, Any]:
-    """The manifest of the archive, begun where there is none. Raises InputError where it was made with others."""
+    """The manifest, read or created; raises InputError if it has other settings."""
     profiles = [[each.model_dump(exclude={"intervals"}) for each in some] for some in levels(profile)]
     wanted: dict[str, Any] = {
         "version": version("steerway"),
@@ -281,12 +284,14 @@ def chains(store: Store, manifest: dict[str, Any]) -> list[list[Work]]:
 
 
 def _run_units(store, manifest, workers, scheduler, report, tell) -> None:
-    todo = chains(store, manifest)
+    todo = [chain for chain in chains(store, manifest) if chain]
     count = sum(map(len, todo))
     report.units_before = len(store.done())
-    outcomes = run_chains(todo, workers, scheduler)
-    try:
-        for work, numbers in outcomes:
+    team = max(min(workers, len(todo)), 1)
+    outcomes = run_chains(run_unit, todo, team, scheduler, "--scheduler", _MOST_LOSSES)
+    with closing(outcomes):
+        for (chain, place), numbers in outcomes:
+            work = todo[chain][place]
             unit = f"{date_of(work.day)} bucket {work.bucket:02d}"
             if numbers is None:
                 report.given_up.append(unit)
@@ -294,9 +299,6 @@ def _run_units(store, manifest, workers, scheduler, report, tell) -> None:
             report.units += 1
             report.rows += numbers["rows"]
             tell(0.3 + 0.7 * report.units / count, unit)
-    finally:
-        if hasattr(outcomes, "close"):
-            outcomes.close()
     if manifest["smooth"]:
         report.notes.append(
             f"smoothed with the fixes of the day and, where there are any, {LOOKAHEAD / 3600:g} h of the next; "

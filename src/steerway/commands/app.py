@@ -8,7 +8,7 @@ import typer.core
 import typer.main
 
 from steerway.commands import archive, demo, identify, logs, plot, profile, sailing, schema, study
-from steerway.live.commands import LiveCommand, live, replay, warm
+from steerway.commands.live import LiveCommand, live, replay, warm
 
 app = typer.Typer(
     name="steerway",

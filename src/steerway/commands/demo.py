@@ -78,9 +78,9 @@ def simulate_demo(directory: str | Path, progress=None) -> tuple[list[tuple[str,
     from steerway.simulation.advising import advise
     from steerway.simulation.bound import course_bound
     from steerway.simulation.reading import parse_scenario
+    from steerway.simulation.runs.files import write
     from steerway.simulation.runs.page import comparison, summary
     from steerway.simulation.runs.story import write_story
-    from steerway.simulation.runs.writing import write
 
     scenario = parse_scenario(SCENARIO, "demo")
     sailed = run.sail_scenario(scenario, progress=progress)

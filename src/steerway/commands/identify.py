@@ -31,8 +31,8 @@ def yaw(
 
         steerway identify yaw zigzag.csv --bandwidth 0.5
     """
-    from steerway.formats.steering import read_steering
     from steerway.identification import identify_yaw, identify_yaw_from_fixes
+    from steerway.identification.logs import read_steering
 
     recorded = read_steering(log, rudder, angle)
     if recorded.angle is not None:
@@ -74,8 +74,8 @@ def heading(
         steerway identify heading weave.csv --steering rpm_difference
     """
     from steerway.core.errors import InputError
-    from steerway.formats.steering import read_steering
     from steerway.identification import identify_heading
+    from steerway.identification.logs import read_steering
 
     recorded = read_steering(log, steering, angle)
     if recorded.angle is None:
@@ -123,8 +123,8 @@ def surge(
     import numpy as np
 
     from steerway.core.errors import InputError
-    from steerway.formats.surge_log import read_surge_log
     from steerway.identification import identify_surge
+    from steerway.identification.logs import read_surge_log
     from steerway.vessels import Propeller
 
     if diameter is not None and shaft is not None:

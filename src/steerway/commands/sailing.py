@@ -80,7 +80,7 @@ def simulate(
     """
     from steerway.simulation import advising, run
     from steerway.simulation.reading import load_scenario
-    from steerway.simulation.runs.writing import write
+    from steerway.simulation.runs.files import write
 
     if seeds is None and dask is not None:
         raise InputError("--dask needs many seeds, expected --seeds N with it")
@@ -93,7 +93,7 @@ def simulate(
         chosen = chosen.model_copy(update={"seed": first_seed})
     if live:
         _refuse_with_live(seeds=seeds, nmea=nmea, strict=strict)
-        from steerway.live.simulated.command import sail_live
+        from steerway.live.simulated.running import sail_live
 
         sail_live(chosen, to or (), mavlink, propellers, speed, out)
         return
@@ -120,8 +120,7 @@ def _refuse_with_live(**options) -> None:
 
 
 def _campaign(scenario, n, dask, out, resume, sentence):
-    from steerway.simulation.campaign import over_seeds
-    from steerway.simulation.run import numbers_of_seed
+    from steerway.simulation.run import numbers_of_seed, over_seeds
     from steerway.simulation.runs.campaign import SPREAD_COLUMNS, spread, write_campaign
     from steerway.simulation.unfinished import Unfinished
 
@@ -227,7 +226,7 @@ def _damped(carried, nomoto_time) -> str:
 
 def _is_scenario(path: str) -> bool:
     """Whether a file is a scenario: it has a route."""
-    from steerway.core.toml import read_toml
+    from steerway.core.settings import read_toml
 
     return path.endswith(".toml") and "route" in read_toml(path, "file")
 

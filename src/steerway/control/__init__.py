@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.control.allocation import OTTER_PROPELLERS, TwoPropellers
+    from steerway.control.allocation import OTTER_PROPELLERS, Rudder, TwoPropellers
     from steerway.control.bandwidth import carried_bandwidth
     from steerway.control.course import AnglePID, AnglePIDGains, place_poles
     from steerway.control.handover import Autopilot
@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from steerway.control.heading_mpc import HeadingMpc
     from steerway.control.heading_plant import BiasObserver, HeadingResponse, InputLimits, LinearPlant
     from steerway.control.positioning import PositioningGains, PositionPID
-    from steerway.control.rudder import Rudder
     from steerway.control.speed import AdaptiveSpeed, AdaptiveSpeedGains
     from steerway.control.speed_force import ForceLoop, speed_loop
     from steerway.control.speed_observer import ObservedSpeed, SpeedObserverGains

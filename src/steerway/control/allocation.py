@@ -1,10 +1,11 @@
-"""From surge force and yaw moment to the speeds of two fixed propellers side by side."""
+"""From surge force and yaw moment to actuators: two propellers side by side, two shafts, a rudder."""
 
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from steerway.core.checks import positive
+from steerway.control.speed_guess import signed_root, signed_square
+from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 
@@ -86,3 +87,63 @@ OTTER_PROPELLERS = TwoPropellers(
     min_speed=-math.sqrt(0.5 * 13.6 * 9.81 / (0.01289 / 2.0)),
 )
 """The Otter's: bollard pull 24.4 kgf ahead and 13.6 kgf astern from both (the author's public model, MSS)."""
+
+
+class RudderCommand(NamedTuple):
+    """The command (rad), and what it achieves of the demanded force and rudder angle."""
+
+    rudder: float
+    surge_force: float
+    yaw: float
+
+
+@dataclass(frozen=True)
+class Rudder:
+    """One rudder, ± `limit` rad, + turns to starboard. The autopilot's output is the rudder angle itself."""
+
+    limit: float
+
+    def __post_init__(self):
+        positive("rudder.limit", self.limit)
+
+    def step(self, surge_force: float, yaw: float) -> RudderCommand:
+        """The command for a demanded rudder angle; the force is passed on as it is."""
+        rudder = max(-self.limit, min(self.limit, yaw))
+        return RudderCommand(rudder, surge_force, rudder)
+
+
+@dataclass(frozen=True)
+class ShaftSpeed:
+    """One command, the shaft speed (rev/s) from `low` to `high`; `gain` in N per (rev/s)². Yaw is not actuated."""
+
+    gain: float
+    high: float
+    low: float = 0.0
+
+    def __post_init__(self):
+        positive("shaft.gain", self.gain)
+        positive("shaft.high", self.high)
+        not_negative("shaft.low", -self.low)
+
+    def turning(self, surge_force: float) -> tuple[float, float]:
+        """(shaft speed, force it gives at rest) for a force (N)."""
+        shaft = min(max(signed_root(surge_force / self.gain), self.low), self.high)
+        return shaft, self.gain * signed_square(shaft)
+
+    def step(self, surge_force: float, yaw: float) -> tuple[float, float, float]:
+        """(shaft speed, achieved force, achieved yaw) for a force (N)."""
+        shaft, force = self.turning(surge_force)
+        return shaft, force, 0.0
+
+
+@dataclass(frozen=True)
+class ShaftAndMoment(ShaftSpeed):
+    """Two commands, the shaft speed and a yaw moment within ± `moment` N·m."""
+
+    moment: float = math.inf
+
+    def step(self, surge_force: float, yaw: float) -> tuple[float, float, float, float]:
+        """(shaft speed, yaw moment, achieved force, achieved moment) for a force (N) and a moment (N·m)."""
+        shaft, force = self.turning(surge_force)
+        moment = min(max(yaw, -self.moment), self.moment)
+        return shaft, moment, force, moment

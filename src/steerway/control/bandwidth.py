@@ -1,4 +1,4 @@
-"""The loop obeys the estimator: how quick an autopilot may be on a course made of positions."""
+"""The largest autopilot bandwidth that the delay of a course estimate from positions allows."""
 
 import math
 

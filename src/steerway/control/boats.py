@@ -7,8 +7,9 @@ for the vessels that a scenario can name.
 import math
 from dataclasses import dataclass, replace
 
+from steerway.control.bandwidth import GainSchedule
 from steerway.control.course import AnglePID, place_poles
-from steerway.control.handover import Autopilot, HandOver, Steerageway
+from steerway.control.handover import Autopilot, HandOver, Shaper, Steerageway
 from steerway.control.heading_plant import HeadingResponse
 from steerway.control.heading_steering import KINDS, steering
 from steerway.control.holding import PositionHold
@@ -21,9 +22,11 @@ from steerway.guidance.reference import ReferenceModel
 _SLOWEST = 0.6
 """Share of the cruise speed, through the water, that is kept in a following current. Chosen: a rudder has a third of
 its force there, which goes with the square of speed."""
+_CORNER = 1.5
+"""Radius of a corner's curve over that of the tightest turn."""
 SAMPLED_SHARE = 2.4
 """Bandwidth of a predictive or LQG loop that follows the reference model of steering in a current, over that of pole
-placement, which is fed the reference's rate. Chosen."""
+placement, which also gets the reference rate. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,12 @@ class Boat:
     receiver ahead to the point that moves along the bow in a turn too. yaw_wander: RMS of the yaw rate that the
     response leaves unexplained, rad/s; 0 where that is not known. yaw_doubt: 1σ of the response's gain, damping and
     bias over that of a boat whose response is a guess.
+
+    In a current: turn_acceleration (rad/s²) of the reference, by default half of what the limit of the output gives;
+    turn_share: of `turn_rate` at which turns are planned, the rest being left to the controller; surge_time: time
+    constant of the speed in a planned turn, s. takes_rates: whether the boat is a vehicle with loops of its own, which
+    is ordered a yaw rate and a speed over ground. sample: s between the steps of a predictive or LQG autopilot, by
+    default as of `HeadingResponse.of_nomoto`.
     """
 
     nomoto_gain: float
@@ -63,9 +72,14 @@ class Boat:
     pivot: float = 0.0
     yaw_wander: float = 0.0
     yaw_doubt: float = 1.0
+    turn_acceleration: float | None = None
+    turn_share: float = 1.0
+    surge_time: float = 2.0
+    takes_rates: bool = False
+    sample: float | None = None
 
     def autopilot(
-        self, shaper, steerageway: Steerageway | None = None, kind: str = KINDS[0], angle_std: float = 0.0
+        self, shaper: Shaper, steerageway: Steerageway | None = None, kind: str = KINDS[0], angle_std: float = 0.0
     ) -> Autopilot:
         """An autopilot behind a shaper of references, of one of `heading_steering.KINDS`.
 
@@ -76,32 +90,68 @@ class Boat:
         gains = place_poles(self.nomoto_gain, self.nomoto_time, self.bandwidth, self.damping, self.yaw_limit)
         return Autopilot(AnglePID(gains), shaper, HandOver(steerageway))
 
+    def autopilot_in_current(
+        self,
+        kind: str = KINDS[0],
+        angle_std: float = 0.0,
+        steerageway: Steerageway | None = None,
+        estimate: tuple[float, float] | None = None,
+    ) -> Autopilot:
+        """An autopilot behind a reference model that the boat can follow; arguments as of `autopilot`.
+
+        estimate: spectral density of the course acceleration (rad²/s³) and 1σ of a fix (m) of the course estimate that
+        is steered by while the current is not known; the gains follow what it carries (`bandwidth.GainSchedule`).
+        """
+        bandwidth, response = 2.0 * self.bandwidth, self.yaw_response
+        quickest = self.turn_acceleration
+        if quickest is None:
+            quickest = min(0.5 * response.gain * self.yaw_limit / response.time, bandwidth * self.turn_rate)
+        model, hand_over = ReferenceModel(bandwidth, 1.0, self.turn_rate, quickest), HandOver(steerageway)
+        if kind != KINDS[0]:
+            return Autopilot(self._sampled(kind, angle_std, SAMPLED_SHARE * self.bandwidth), model, hand_over)
+        if estimate is None:
+            return Autopilot(AnglePID(response.gains(self.bandwidth, 0.0, self.yaw_limit)), model, hand_over)
+        schedule = GainSchedule(None if self.takes_rates else self.nomoto_time, *estimate, self.bandwidth)
+        return Autopilot(AnglePID(schedule.gains(math.nan)), model, hand_over, schedule)
+
     def _sampled(self, kind, angle_std, bandwidth):
         """A predictive or LQG controller; its bandwidth follows from the limits where the response is known."""
-        response = self.response or HeadingResponse.of_nomoto(self.nomoto_gain, self.nomoto_time)
+        response = self.response
+        if response is None:
+            time = max(self.nomoto_time, self.sample or 0.0)
+            response = HeadingResponse.of_nomoto(self.nomoto_gain, time, self.sample)
         wanted = bandwidth if self.response is None else None
         return steering(kind, response, self.yaw_limit, self.yaw_slew, angle_std, wanted)
-
-    def autopilot_in_current(self, kind: str = KINDS[0], angle_std: float = 0.0) -> Autopilot:
-        """An autopilot behind a reference model that the boat can follow; arguments as of `autopilot`."""
-        bandwidth, response = 2.0 * self.bandwidth, self.yaw_response
-        quickest = min(0.5 * response.gain * self.yaw_limit / response.time, bandwidth * self.turn_rate)
-        model = ReferenceModel(bandwidth, 1.0, self.turn_rate, quickest)
-        if kind != KINDS[0]:
-            return Autopilot(self._sampled(kind, angle_std, SAMPLED_SHARE * self.bandwidth), model)
-        return Autopilot(AnglePID(response.gains(self.bandwidth, 0.0, self.yaw_limit)), model)
 
     def in_current(self) -> InCurrent:
         """What steering in a current knows of the boat."""
         slowest = _SLOWEST * self.cruise
         fastest = max(self.cruise, min(self.top_speed, self.yaw_response.stable_speed))
         return InCurrent(
-            self.yaw_response, fastest, slowest, self.turn_rate, self.bandwidth, self.yaw_limit, pivot=self.pivot
+            self.yaw_response,
+            fastest,
+            slowest,
+            self.turn_share * self.turn_rate,
+            self.bandwidth,
+            self.yaw_limit,
+            self.takes_rates,
+            self.pivot,
+            self.surge_time,
         )
 
     def position_hold(self, radius: float) -> PositionHold | None:
         """What holds a position within a radius (m) by the estimated current; None for a boat without a speed loop."""
         return PositionHold(radius, _SLOWEST * self.cruise) if self.speed else None
+
+    @property
+    def speed_time(self) -> float:
+        """s in which the speed follows an ordered one; infinite where none can be ordered."""
+        return math.inf if self.speed is None else self.speed.mass / max(self.speed.linear_drag, 1e-9)
+
+    @property
+    def corner_radius(self) -> float:
+        """Radius (m) of a corner's curve where a route gives none."""
+        return _CORNER * self.cruise / self.turn_rate
 
     @property
     def yaw_response(self) -> YawResponse:

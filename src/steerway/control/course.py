@@ -170,7 +170,7 @@ class AnglePID:
         wanted, error = angle_pid(*reference, angle, rate, self.integral, *self._constants)
         self.command = _within(wanted, gains.limit)
         push = -gains.proportional / gains.integral_time * error * dt
-        # The excess of the step before stands for limits behind this one, known only after the command is given.
+        # Use the previous saturation: actuator limits are known only after the command.
         excess = wanted - self.command or self._excess
         if push * excess <= 0.0:
             self.integral = _within(self.integral + push, gains.limit)

@@ -151,8 +151,8 @@ class HeadingResponse:
 
 
 WALK = 0.1
-"""Part of the input's limit by which its bias may walk in the second time constant: what the model leaves out of a turn
-has to be found while it lasts. Chosen."""
+"""Part of the input's limit by which its bias may walk in the second time constant: large
+enough to estimate the model error during a turn. Chosen."""
 SURE_DEG = 0.2
 """1σ of a heading estimate at least, as the observer takes it, a root second. Chosen: twice the last digit of HDT."""
 

@@ -152,10 +152,8 @@ class InCurrent:
         """The speed through the water that the largest allowed order gives: the estimate may split motion wrongly."""
         return self.top_speed * estimate.speed_gain
 
-    def carried(self, estimate: Estimate) -> tuple[float, ...]:
-        """What beside the speed through the water the speed loop has to know: of a vehicle that holds its speed over
-        ground, the current along the bow (m/s).
-        """
+    def current_along_bow(self, estimate: Estimate) -> tuple[float, ...]:
+        """(current along the bow, m/s) for a vehicle that holds its speed over ground, else ()."""
         heading = estimate.heading
         along = estimate.current_north * math.cos(heading) + estimate.current_east * math.sin(heading)
         return (along,) if self.over_ground else ()
@@ -166,7 +164,7 @@ class InCurrent:
         heading, _ = heading_for(desired.angle, fastest, estimate.current_north, estimate.current_east)
         return Reference(float(heading), 0.0, 0.0)
 
-    def seen(self, leg: LegState, speed: float, estimate: Estimate) -> LegState:
+    def with_shorter_lookahead(self, leg: LegState, speed: float, estimate: Estimate) -> LegState:
         """The leg for a guidance law whose lookahead is meant for a speed over ground (m/s): shorter where the boat is
         slower.
 
@@ -221,7 +219,7 @@ class InCurrent:
             linear=declared.linear + estimate.yaw_damping,
         )
 
-    def fed(self, autopilot: Autopilot, estimate: Estimate) -> float:
+    def feedforward(self, autopilot: Autopilot, estimate: Estimate) -> float:
         """The output that turns the boat as the reference does; 0 for a controller whose observer would take it for a
         bias.
         """

@@ -9,10 +9,10 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
+from steerway.core.actuator_lag import follow
 from steerway.core.checks import not_negative, positive, positive_or_unlimited
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.core.following import follow
 
 SLOWEST, FASTEST = 0.05, 60.0
 """m/s; a guess whose top speed lies outside is no boat's. Chosen: the fastest is 117 kn."""

@@ -1,4 +1,4 @@
-"""What crosses the loop at one step: the measurements of instruments, and the estimate made of them."""
+"""Inputs and outputs of an estimator at one time step."""
 
 import math
 from typing import NamedTuple, Protocol

@@ -9,12 +9,11 @@ if TYPE_CHECKING:
     from steerway.core.angles import sinc
     from steerway.core.earth import KNOT, NAUTICAL_MILE, displaced, displaced_all
     from steerway.core.kinematics import GroundMotion, heading_for, in_body, over_ground, turning_rate
-    from steerway.core.leg import Leg
+    from steerway.core.leg import Leg, LegState
     from steerway.core.magnetic import model_of, variation
     from steerway.core.records import LOST, NO_COURSE, PREDICTED, REPORTED, STARTING, STATUSES
-    from steerway.core.schema import NotNegative, Table, one_of_kinds
+    from steerway.core.settings import NotNegative, Table, refusal, union_by_kind
     from steerway.core.timestamps import iso, unix_times
-    from steerway.core.validation import refusal
     from steerway.core.workers import in_workers
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -1,4 +1,4 @@
-"""Work on several cores, in processes that end with the one that started them.
+"""Work on several cores, in processes that end with the one that started them, or on a Dask cluster.
 
 A worker is a fresh interpreter with one pipe: forking a process that runs threads can deadlock, and there are neither
 semaphores nor shared memory that could be left behind. It ends when its parent ends, whatever ended that.
@@ -11,6 +11,7 @@ import signal
 import threading
 import time
 import traceback
+from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterable
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
@@ -18,43 +19,99 @@ from multiprocessing.process import BaseProcess
 from typing import Any, TypeVar
 
 from steerway.core import files
+from steerway.core.errors import InputError
+from steerway.core.extras import missing
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+Place = tuple[int, int]
+CONNECTING = 10.0
+"""s to wait for a cluster's scheduler."""
 GRACE = 0.7
 """s that a worker has to remove its unfinished files when it is stopped."""
 
 
 def in_workers(
-    function: Callable[[Item], Result], items: Iterable[Item], workers: int | None = None
+    function: Callable[[Item], Result],
+    items: Iterable[Item],
+    workers: int | None = None,
+    cluster: str | None = None,
+    option: str = "--dask",
 ) -> Generator[tuple[int, Result], None, None]:
-    """(index, function(item)) of every item, in the order in which they are finished.
+    """(index, function(item)) of every item, in the order in which they are finished; see `run_chains`.
 
-    `function` is a module-level function or a functools.partial of one; `items` are taken one by one, when a worker
-    becomes free. As many workers as cores by default; with one the work is done in this process. Use it in
-    `contextlib.closing`, so that the workers end with the block. An exception of `function` is raised here, with the
-    worker's traceback as a note. Raises ChildProcessError when a worker is killed.
+    `items` are taken one by one, when a worker becomes free.
     """
-    numbered = enumerate(items)
+    chains = ([item] for item in items)
+    with contextlib.closing(run_chains(function, chains, workers, cluster, option)) as done:
+        for (index, _), result in done:
+            yield index, result
+
+
+def run_chains(
+    function: Callable[[Item], Result],
+    chains: Iterable[list[Item]],
+    workers: int | None = None,
+    cluster: str | None = None,
+    option: str = "--dask",
+    most_losses: int | None = None,
+) -> Generator[tuple[Place, Any], None, None]:
+    """((chain, place), function(item)) of every item: each after the one before it in its chain.
+
+    `function` is a module-level function or a functools.partial of one. As many workers as cores by default; with one
+    the work is done in this process; `cluster` is the address of a Dask scheduler instead, which `option` gave. Use it
+    in `contextlib.closing`, so that the workers end with the block. An exception of `function` is raised here, with the
+    worker's traceback as a note. An item whose worker is killed is begun again; after `most_losses` it is given up: the
+    result is None, and the rest of its chain is left out. Without that number, raises ChildProcessError.
+    """
+    if cluster is not None:
+        yield from _on_cluster(function, chains, cluster, option, most_losses is not None)
+        return
     count = workers or os.cpu_count() or 1
     if count <= 1:
-        for index, item in numbered:
-            yield index, function(item)
+        for number, chain in enumerate(chains):
+            for k, item in enumerate(chain):
+                yield (number, k), function(item)
         return
+    waiting: deque[tuple[Place, list[Item]]] = deque()  # what follows in chains that are begun
+    new = (((number, 0), chain) for number, chain in enumerate(chains) if chain)
     team: list[Worker] = []
-    busy: dict[Any, Worker] = {}
+    idle: list[Worker] = []
+    busy: dict[Any, tuple[Worker, Place, list[Item]]] = {}
+    losses: Counter[Place] = Counter()
     try:
-        for index, item in numbered:
-            if len(team) < count:
-                worker = Worker(function)
-                team.append(worker)
-            else:
-                worker = _first_of(busy)
-                yield worker.result()
-            worker.begin(index, item)
-            busy[worker.pipe] = worker
-        while busy:
-            yield _first_of(busy).result()
+        while True:
+            while len(busy) < count:
+                task = waiting.popleft() if waiting else next(new, None)
+                if task is None:
+                    break
+                place, chain = task
+                worker = idle.pop() if idle else Worker(function)
+                if worker not in team:
+                    team.append(worker)
+                busy[worker.pipe] = worker, place, chain
+                with contextlib.suppress(ChildProcessError):  # a lost worker shows when its result is read
+                    worker.begin(chain[0])
+            if not busy:
+                break
+            worker, place, chain = busy.pop(wait(list(busy))[0])
+            try:
+                result = worker.result()
+            except ChildProcessError:
+                if most_losses is None:
+                    raise
+                team.remove(worker)
+                worker.end()
+                losses[place] += 1
+                if losses[place] < most_losses:
+                    waiting.append((place, chain))
+                else:
+                    yield place, None
+                continue
+            idle.append(worker)
+            if chain[1:]:
+                waiting.appendleft(((place[0], place[1] + 1), chain[1:]))
+            yield place, result
         for each in team:
             each.pipe.close()  # a worker that waits for its next item ends
     except BaseException:
@@ -69,35 +126,82 @@ def in_workers(
             each.end()
 
 
+def _on_cluster(
+    function: Callable[[Item], Result], chains: Iterable[list[Item]], address: str, option: str, gives_up: bool
+) -> Generator[tuple[Place, Any], None, None]:
+    with connected(address, option) as client:
+        from dask import distributed as dask
+
+        distributed: Any = dask
+        place_of = {}
+        futures = []
+        for number, chain in enumerate(chains):
+            before = None
+            for k, item in enumerate(chain):
+                before = client.submit(_after, before, function, item, pure=False)
+                place_of[before.key] = number, k
+                futures.append(before)
+        given_up = set()
+        for future in distributed.as_completed(futures, loop=client.loop):
+            place = place_of[future.key]
+            lost = future.status == "error" and isinstance(future.exception(), distributed.scheduler.KilledWorker)
+            if not (lost and gives_up):
+                yield place, future.result()
+            elif place[0] not in given_up:  # what depends on it has the same error
+                given_up.add(place[0])
+                yield place, None
+
+
+def _after(_: Any, function: Callable[[Item], Result], item: Item) -> Result:
+    """Of an item, when the one before it is done: on a cluster that is said by an argument."""
+    return function(item)
+
+
+def connected(address: str, option: str) -> Any:
+    """A `distributed.Client` of a scheduler, to be closed by `with`.
+
+    Raises InputError where Dask is not installed, naming the option that needs it, or no scheduler responds.
+    """
+    try:
+        from dask import distributed
+    except ImportError:
+        raise missing(option, "distributed", "dask") from None
+    client: Any = distributed.Client
+    try:
+        return client(address, timeout=CONNECTING, set_as_default=False)
+    except (OSError, TimeoutError, ValueError) as error:
+        raise InputError(f"no Dask scheduler responds at {address!r}, expected host:port ({error})") from None
+
+
 class Worker:
     """A process and the item it is at."""
 
     def __init__(self, function: Callable[[Any], Any]) -> None:
         context = get_context("spawn")
         self.pipe, theirs = context.Pipe()
-        self.index, self.item = -1, None
+        self.item: Any = None
         self.process: BaseProcess = context.Process(target=_work, args=(theirs, function), daemon=True)
         with _interrupts_blocked():
             self.process.start()
         theirs.close()
 
-    def begin(self, index: int, item: Any) -> None:
+    def begin(self, item: Any) -> None:
         """Send it an item. Raises ChildProcessError when it was killed."""
-        self.index, self.item = index, item
+        self.item = item
         try:
             self.pipe.send(item)
         except BrokenPipeError:
             raise self._killed() from None
 
-    def result(self) -> tuple[int, Any]:
-        """(index, result), when it has one. Raises what the function raised, ChildProcessError when it was killed."""
+    def result(self) -> Any:
+        """The result, when it has one. Raises what the function raised, ChildProcessError when it was killed."""
         try:
             succeeded, outcome = self.pipe.recv()
         except (EOFError, ConnectionResetError):
             raise self._killed() from None
         if not succeeded:
             raise outcome
-        return self.index, outcome
+        return outcome
 
     def end(self) -> None:
         """End the process."""
@@ -114,10 +218,6 @@ class Worker:
         return ChildProcessError(
             f"a worker process {how} at item {self.item!r:.80}, expected a result (is memory short?)"
         )
-
-
-def _first_of(busy: dict[Any, Worker]) -> Worker:
-    return busy.pop(wait(list(busy))[0])
 
 
 @contextlib.contextmanager

@@ -73,6 +73,6 @@ if TYPE_CHECKING:
     from steerway.estimation.log_estimate import LogEstimator
     from steerway.estimation.profiles import BUILT_IN
     from steerway.estimation.profiles.inferred import WeighedStructure
-    from steerway.estimation.tables import HeadingEstimatorTable
+    from steerway.simulation.estimator_tables import HeadingEstimatorTable
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -145,7 +145,7 @@ def _plain_field(name):
     return plain_name(name).removeprefix("field_")
 
 
-def plain_name(name):
+def plain_name(name: str) -> str:
     """A column name in lower case with its parts joined by underscores: "SOG [m/s]" is sog_m_s."""
     return re.sub(r"[^a-z0-9]+", "_", name.lower().replace("°", " deg ")).strip("_")
 

@@ -8,7 +8,7 @@ import numpy as np
 from steerway.core.earth import radii
 from steerway.core.errors import InputError
 from steerway.core.records import INSTRUMENT_COLUMNS, REPORTED, Fixes
-from steerway.core.rounding import written_step
+from steerway.core.rounding import decimal_step
 
 _SAME_TIME = 1e-3
 _OVERLAP = 2.0  # s that the end of one log and the beginning of the next may share
@@ -87,7 +87,7 @@ def _resolution(placed):
     some = placed.rows(slice(None, None, max(1, len(placed) // _SAMPLE)))
     degrees = np.degrees(np.concatenate([some.latitude, some.longitude]))
     meridian, _ = radii(float(placed.latitude[0]))
-    return float(np.radians(written_step(degrees, _QUANTA_DEG, _ROUNDED, share=0.98)) * meridian)
+    return float(np.radians(decimal_step(degrees, _QUANTA_DEG, _ROUNDED, share=0.98)) * meridian)
 
 
 def _roughness(placed, usual):

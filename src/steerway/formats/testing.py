@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from steerway.formats.packed import MAX_SIZE
     from steerway.formats.reading import read, survey
     from steerway.formats.results import read_tracks
-    from steerway.formats.steering import read_steering
     from steerway.formats.writing import endings, write
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from steerway.guidance.mission_log import MissionLog
     from steerway.guidance.reference import LowPass, Reference, ReferenceModel, TrackingFilter
     from steerway.guidance.route import Route
-    from steerway.guidance.survey import lawnmower
+    from steerway.guidance.route_table import lawnmower
     from steerway.guidance.vector_field import VectorField
     from steerway.guidance.waypoints import Mission, Passing, Phase
 

@@ -11,7 +11,7 @@ from typing import Annotated, Literal, NamedTuple
 from pydantic import Field
 
 from steerway.core.errors import InputError
-from steerway.core.schema import NotNegative, Positive, Table
+from steerway.core.settings import NotNegative, Positive, Table
 from steerway.guidance.adaptive_line_of_sight import AdaptiveLineOfSight
 from steerway.guidance.integral_line_of_sight import IntegralLineOfSight
 from steerway.guidance.line_of_sight import GuidanceLaw, LineOfSight, PurePursuit

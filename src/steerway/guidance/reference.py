@@ -1,4 +1,4 @@
-"""What stands between a command and a controller: low-pass, tracking filter and third-order reference model.
+"""Filters of the commanded course: low-pass, tracking filter and third-order reference model.
 
 A command from guidance jumps at every waypoint; a controller wants an angle with its own true rate and acceleration.
 All three work on angles, go the short way round and give angles in [−π, π).
@@ -6,11 +6,12 @@ All three work on angles, go the short way round and give angles in [−π, π).
 
 import math
 from abc import ABC, abstractmethod
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from steerway.core.angles import wrap
 from steerway.core.checks import positive, positive_or_unlimited
 from steerway.core.compiled import kernel
+from steerway.core.settings import Positive, Table
 
 
 class Reference(NamedTuple):
@@ -185,3 +186,21 @@ class ReferenceModel(_Shaper):
         model = (self.bandwidth, self.damping, self.max_rate, self.max_acceleration)
         self.reference = Reference(*third_order(*self._before(desired), desired, *model, dt))
         return self.reference
+
+
+SHAPERS = {
+    "tracking": lambda keys: TrackingFilter(keys.bandwidth or 1.0, keys.damping),
+    "model": lambda keys: ReferenceModel(keys.bandwidth or 0.5, keys.damping, math.radians(keys.max_rate_deg)),
+    "low-pass": lambda keys: LowPass(keys.time_constant),
+}
+"""Each makes a filter of the table [reference]."""
+
+
+class ReferenceTable(Table):
+    """The filter between guidance and autopilot; its kind by default as the vessel declares."""
+
+    kind: Literal[*SHAPERS] | None = None
+    bandwidth: Positive | None = None
+    damping: Positive = 1.0
+    time_constant: Positive = 40.0
+    max_rate_deg: Positive = 15.0

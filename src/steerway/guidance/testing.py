@@ -8,7 +8,8 @@ if TYPE_CHECKING:
     from steerway.guidance.corners import corner
     from steerway.guidance.laws import LAWS
     from steerway.guidance.line_of_sight import line_of_sight
-    from steerway.guidance.shapers import SHAPERS
+    from steerway.guidance.reference import SHAPERS
+    from steerway.guidance.route_table import PlaceTable, WaypointTable
     from steerway.guidance.voyage import Voyage
     from steerway.guidance.wheel_over import off_path, turn_path, wheel_over
 

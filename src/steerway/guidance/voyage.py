@@ -19,6 +19,8 @@ class Voyage:
     whole route.
     """
 
+    given_course = math.nan
+
     def __init__(
         self,
         route: Route,

@@ -81,6 +81,8 @@ class Mission:
     (rad) of the leg after that of the last step, NaN where there is none, a curve leads to it, or it is under way now.
     """
 
+    given_course = math.nan
+
     def __init__(self, route: Route, passing: Passing | None = None, *, start: str = "line", at_end: str = "stop"):
         self.route = route
         self.passing = passing or Passing()

@@ -14,7 +14,8 @@ from steerway.core.compiled import kernel
 from steerway.guidance.reference import third_order
 
 _MOST_POINTS = 3000
-"""Of a path, 0.02/ω apart: enough for half a turn at a rate of ω/19, a lower one is cut off there. Chosen."""
+"""Maximum number of path points, 0.02/ω apart: enough for half a turn at a rate of ω/19, a lower one is cut off there.
+Chosen."""
 
 
 @kernel

@@ -17,7 +17,7 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import array_of
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.vessels.springer import HeadingModel
+from steerway.estimation.heading.models import HeadingModel
 
 LEAST_SAMPLES = 50
 
@@ -92,11 +92,6 @@ def identify_heading(
     gains = (best.x[2] / unit, best.x[3] / unit)
     percent = 100.0 * (1.0 - rms / spread) if spread > 0.0 else math.nan
     return IdentifiedHeading((slow, fast), gains, best.x[4] * unit, best.x[5], sample, rms, percent)
-
-
-def binary_sequence(n: int, hold: int, size: float, rng: np.random.Generator) -> np.ndarray:
-    """(n,) ± size, changed at random every `hold` rows: a manoeuvre to identify from."""
-    return size * np.repeat(rng.choice((-1.0, 1.0), -(-n // hold)), hold)[:n]
 
 
 def _checked(time: Floats, steering: Floats, heading: Floats) -> float:

@@ -15,15 +15,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from steerway.core.actuator_lag import follow
 from steerway.core.arrays import Floats
 from steerway.core.checks import array_of, positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.core.following import follow
 from steerway.core.statistics import rms
-from steerway.vessels.actuators import Actuator
 from steerway.vessels.propeller import Propeller, thrust_coefficient
 from steerway.vessels.surge import surge_rate, surge_step
+from steerway.vessels.vessel import Actuator
 
 LONGEST_STEP = 0.1
 """s of one step of integration."""
@@ -33,7 +33,7 @@ LEAST_SPREAD = 0.3
 """Part of the highest speed over which the speeds of a log must spread."""
 _LEAST_ROWS = 50
 _NO_SLIP = 1e9
-"""m; the pitch that stands for a thrust that does not fall with speed."""
+"""m; pitch meaning: thrust independent of speed."""
 
 
 @dataclass(frozen=True)

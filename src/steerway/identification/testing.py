@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.identification.heading import binary_sequence
     from steerway.identification.interval import Interval
+    from steerway.identification.logs import read_steering
     from steerway.identification.yaw import _under_way
     from steerway.identification.yaw_likelihood import positions_cost
 

@@ -1,4 +1,4 @@
-"""From addresses to inputs and outputs, by the tables in `schemes` and `outputs.formats`."""
+"""From addresses to inputs and outputs, by the tables in `link_kinds`."""
 
 import math
 from collections.abc import Sequence
@@ -6,13 +6,12 @@ from urllib.parse import quote
 
 from steerway.core.checks import positive
 from steerway.core.errors import InputError
-from steerway.live.base import uri
-from steerway.live.base.uri import Uri
+from steerway.live import uri
+from steerway.live.link_kinds import FORMATS, INPUTS, LOG, OUTPUTS, PORTS, SCHEMES, Context
 from steerway.live.links.link import Input, Sink
 from steerway.live.mavlink.companion import Companion
-from steerway.live.outputs.formats import FORMATS
 from steerway.live.outputs.output import Output
-from steerway.live.schemes import INPUTS, LOG, OUTPUTS, PORTS, SCHEMES, Context
+from steerway.live.uri import Uri
 
 
 def sources(texts: Sequence[str]) -> tuple[list[Uri], float]:

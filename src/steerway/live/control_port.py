@@ -13,7 +13,9 @@ import json
 from steerway.core.errors import InputError
 from steerway.live.controls import Controls
 from steerway.live.helm.address import Address, checked, is_loopback, token_of
-from steerway.live.links.link import BACKLOG, kept_open
+from steerway.live.links.link import kept_open
+from steerway.live.links.transport import BACKLOG
+from steerway.live.uri import host_and_port
 
 DEFAULT = "127.0.0.1:10120"
 TOKEN_VARIABLE = "STEERWAY_CONTROL_TOKEN"
@@ -29,8 +31,11 @@ def control_address(text: str, token_file: str | None) -> Address:
 
     Raises InputError for any other address, and without a token.
     """
-    host, colon, port = text.rpartition(":")
-    if not (colon and is_loopback(host.strip("[]")) and port.isdigit() and 0 < int(port) < 65536):
+    try:
+        host, port = host_and_port(text)
+    except ValueError:
+        host, port = "", None
+    if not (is_loopback(host) and port):
         raise InputError(f"control is {text!r}, expected host:port of this computer such as {DEFAULT}")
     token = checked(token_of(token_file, TOKEN_VARIABLE, "control"), "control")
     if token is None:
@@ -38,7 +43,7 @@ def control_address(text: str, token_file: str | None) -> Address:
             f"control {text!r} lets other programs steer, expected a token for them in the environment variable "
             f"{TOKEN_VARIABLE} or in a file that --control-token-file names"
         )
-    return Address(host.strip("[]"), int(port), token)
+    return Address(host, port, token)
 
 
 class ControlPort:

@@ -5,10 +5,8 @@ import math
 from typing import NamedTuple
 
 from steerway.core.errors import InputError
-from steerway.live.autopilot.holding import HoldingGuide
 from steerway.live.autopilot.supervisor import Supervisor
-from steerway.live.base.orders import UNDER_WAY
-from steerway.live.base.rows import Row, lost
+from steerway.live.rows import UNDER_WAY, Row, lost
 
 LOG = logging.getLogger("steerway.live")
 _TURNS = 1e6  # rad; of a larger number the angle is not known to a degree
@@ -29,8 +27,9 @@ class Controls:
     Without a supervisor (no mission) only the mark of a man overboard can be set.
     """
 
-    def __init__(self, supervisor: Supervisor | None = None, guide: HoldingGuide | None = None):
-        self.supervisor, self.guide = supervisor, guide
+    def __init__(self, supervisor: Supervisor | None = None):
+        self.supervisor = supervisor
+        self.guide = None if supervisor is None else supervisor.guide
         self.mark: Mark | None = None
         self.row: Row = lost(math.nan)
         self._requests = {

@@ -14,7 +14,7 @@ BEGINS, TAKES = "begins", "takes"
 """An inference begins with the rows so far; what it found is taken up."""
 
 
-class NotedLearning(LearningFilter):
+class RecordedLearning(LearningFilter):
     """A `LearningFilter` that reports (what, number of the row) to `note`."""
 
     note: Callable[[str, int], None] | None = None
@@ -46,7 +46,7 @@ class NotedLearning(LearningFilter):
             self.note(what, self._count)
 
 
-class RepeatedLearning(LearningFilter):
+class ReplayedLearning(LearningFilter):
     """Learns at the rows that a recording names: `moments` by row, of `BEGINS` and `TAKES`."""
 
     def __init__(self, start: InferredProfile | None, aid: tuple[str, ...], moments: Mapping[tuple[str, int], bool]):

@@ -17,7 +17,7 @@ from steerway.estimation.inference.learning import LearningFilter
 from steerway.estimation.inference.stream import InferredFilter
 from steerway.estimation.profiles import AIDS, Profile
 from steerway.estimation.profiles.inferred import InferredProfile
-from steerway.live.base.rows import InputRow, Row, lost
+from steerway.live.rows import InputRow, Row, lost
 from steerway.live.source_choice import SourceChoice
 
 STEP = 60.0

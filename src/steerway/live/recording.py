@@ -17,9 +17,9 @@ from steerway.core.kernel_cache import source_digest
 from steerway.core.leg import Leg
 from steerway.core.locks import held_elsewhere
 from steerway.formats.mcap import INPUT, require_mcap
-from steerway.live.base.orders import Order
-from steerway.live.base.rows import InputRow, Row
 from steerway.live.links.file import FileSink
+from steerway.live.outputs.output import Output
+from steerway.live.rows import InputRow, Order, Row
 
 LOG = logging.getLogger("steerway.live")
 RAW, ESTIMATE, ORDER, POSITION, LEARNING = "/raw", "/estimate", "/order", "/position", "/learning"
@@ -33,7 +33,7 @@ def code() -> str:
     return f"{__version__}-{source_digest('steerway.live.service')}"
 
 
-class Recorder:
+class Recorder(Output):
     """An output, and the place to which inputs are reported. Raises InputError for a file that cannot be written.
 
     A disk that is full ends the recording with a line in the log, at its last whole chunk; the run goes on.

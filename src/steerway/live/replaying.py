@@ -11,10 +11,11 @@ from steerway.core.errors import InputError
 from steerway.core.records import Motion
 from steerway.estimation.profiles.inferred import parse_profile
 from steerway.formats.mcap import INPUT, MAGIC, messages, require_mcap
-from steerway.live.base.rows import InputRow, Row
-from steerway.live.learning import RepeatedLearning
+from steerway.live.learning import ReplayedLearning
 from steerway.live.navigator import Navigator
+from steerway.live.outputs.output import Output
 from steerway.live.recording import ESTIMATE, LEARNING, ORDER, SETTINGS
+from steerway.live.rows import InputRow, Row
 from steerway.live.service import RATE, Service
 
 ANOTHER_PROCESSOR = 1e-9
@@ -62,7 +63,7 @@ class Replayed(NamedTuple):
         return Motion(**(columns | {"status": columns["status"].astype(np.uint8)}))
 
 
-class _Kept:
+class _Kept(Output):
     """An output that keeps the rows of the fixes."""
 
     def __init__(self):
@@ -70,12 +71,6 @@ class _Kept:
 
     def fix(self, row):
         self.rows.append(row)
-
-    def tick(self, row, leg=None, order=None):
-        pass
-
-    def close(self):
-        pass
 
 
 def replay(path: str | Path) -> Replayed:
@@ -130,12 +125,12 @@ def _service(settings, kept, moments):
     text, latency, learns = settings.pop("profile"), settings.pop("latency"), settings.pop("learns", False)
     profile = None if text is None else parse_profile(text, "its profile")
     settings |= {"aid": tuple(settings["aid"]), "sources": tuple(settings["sources"])}
-    tuning = RepeatedLearning(profile, settings["aid"], moments) if learns else profile
+    tuning = ReplayedLearning(profile, settings["aid"], moments) if learns else profile
     return Service(Navigator(tuning, **settings), [kept], settings["rate"] or RATE, latency)
 
 
 def _feed(service, values):
-    service.opening.chosen = values.pop("chosen")
+    service.startup.chosen = values.pop("chosen")
     arrived = values.pop("arrived")
     service.use(InputRow(*_values(values, InputRow)), math.nan if arrived is None else arrived)
 

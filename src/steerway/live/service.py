@@ -15,20 +15,15 @@ from steerway.core.checks import positive
 from steerway.core.errors import InputError
 from steerway.core.leg import Leg
 from steerway.estimation.course.motion.layout import LONGEST_GAP
-from steerway.live.autopilot.route import Guide
 from steerway.live.autopilot.supervisor import Supervisor
-from steerway.live.base.clock import FixClock
-from steerway.live.base.limits import believable
-from steerway.live.base.orders import Order, State
-from steerway.live.base.rows import InputRow, Row, lost
 from steerway.live.controls import Controls
 from steerway.live.links.link import Input, Sink
 from steerway.live.navigator import MEETS, Navigator
-from steerway.live.opening import Opening
-from steerway.live.outputs.output import Output
-from steerway.live.outputs.rhythm import SLACK
-from steerway.live.pulse import Pulse
+from steerway.live.outputs.output import SLACK, Output
 from steerway.live.recording import Recorder
+from steerway.live.rows import InputRow, Order, Row, State, believable, lost
+from steerway.live.startup_buffer import StartupBuffer
+from steerway.live.tick_timing import FixClock, Pulse
 
 LOG = logging.getLogger("steerway.live")
 RATE = 50.0  # Hz
@@ -36,7 +31,7 @@ _BEHIND = 1.0  # s by which ticks may be late before they are skipped
 _YIELD = 256  # rows of a replay after which other tasks run
 
 
-class Latest(NamedTuple):
+class LatestTick(NamedTuple):
     """The newest tick, for those that poll; None where there is none."""
 
     row: Row
@@ -50,8 +45,7 @@ class Service:
 
     rate:    ticks a second, Hz.
     latency: least latency of fixes, s; see FixClock.
-    guide:   gives the leg of a route at every tick.
-    supervisor: gets every fix and steps every tick; the service never starts it.
+    supervisor: gets every fix and steps every tick, which gives the leg and the order; the service never starts it.
     recorder: gets every row before it is used; it is also one of the outputs.
     """
 
@@ -61,18 +55,17 @@ class Service:
         outputs: Sequence[Output],
         rate: float = RATE,
         latency: float = 0.0,
-        guide: Guide | None = None,
         supervisor: Supervisor | None = None,
         recorder: Recorder | None = None,
     ):
-        self.navigator, self.outputs, self.guide, self.supervisor = navigator, tuple(outputs), guide, supervisor
-        self.latest = Latest(lost(math.nan), None, None, navigator.counts)
+        self.navigator, self.outputs, self.supervisor = navigator, tuple(outputs), supervisor
+        self.latest = LatestTick(lost(math.nan), None, None, navigator.counts)
         self.rate = positive("rate", rate)
         self.clock = FixClock(latency)
-        self.opening = Opening(navigator.choice.names)
+        self.startup = StartupBuffer(navigator.choice.names)
         self._preferred = ""
         self.recorder = recorder
-        self.controls = Controls(supervisor, guide)
+        self.controls = Controls(supervisor)
         self.pulse = Pulse()
         self._sent_until = -math.inf
         self._ticked = math.nan  # time of the last tick, by the clock that times the supervisor
@@ -81,7 +74,7 @@ class Service:
         """Rows of a live link that arrived at a time of the event loop's clock, by default just now."""
         admitted: list[tuple[InputRow, float]] = []
         with self._dropping("rows of a link"):
-            admitted = self.opening.admit(self._believed(rows), _now() if arrived is None else arrived)
+            admitted = self.startup.add_rows(self._believed(rows), _now() if arrived is None else arrived)
         for row, came in admitted:
             self.use(row, came)
 
@@ -125,9 +118,9 @@ class Service:
 
     def _use(self, row, now):
         if self.recorder is not None:
-            self.recorder.input(row, now, self.opening.chosen)
-        if self.opening.chosen != self._preferred:
-            self._preferred = self.opening.chosen
+            self.recorder.input(row, now, self.startup.chosen)
+        if self.startup.chosen != self._preferred:
+            self._preferred = self.startup.chosen
             self.navigator.choice.prefer(self._preferred, row.time)
         steps = self.navigator.counts["clock steps"]
         present = math.nan if math.isnan(now) else self.clock.now(now) - self.clock.latency
@@ -192,18 +185,18 @@ class Service:
     def _tick(self, moment, now):
         """Output a time; `now` is by the clock that times the supervisor."""
         row = self.controls.row = self.navigator.at(moment)
-        if self.guide is not None and self.supervisor is not None and self.supervisor.begins:
-            self.guide.restart()
-        leg = None if self.guide is None else self.guide.step(row)
-        order = None if self.supervisor is None else self._order(row, leg, now)
-        self.latest = Latest(row, leg, order, self.navigator.counts)
+        leg = order = None
+        if self.supervisor is not None:
+            order = self._order(row, now)
+            leg = self.supervisor.leg
+        self.latest = LatestTick(row, leg, order, self.navigator.counts)
         for output in self.outputs:
             output.tick(row, leg, order)
 
-    def _order(self, row, leg, now):
+    def _order(self, row, now):
         dt = now - self._ticked if math.isfinite(self._ticked) else 0.0
         self._ticked = now
-        order = self.supervisor.step(row, leg, dt)
+        order = self.supervisor.step(row, dt)
         before = self.latest.order
         if before is None or order.state is not before.state:
             log = LOG.warning if order.state is State.STOPPED else LOG.info
@@ -222,11 +215,11 @@ class Service:
             self.pulse.begin()
             held: list[tuple[InputRow, float]] = []
             with self._dropping("rows of a link"):
-                held = self.opening.due(woken)
+                held = self.startup.take_ready(woken)
             for row, arrived in held:
                 self.use(row, arrived)
-            if self.opening.refusal:
-                raise InputError(self.opening.refusal)
+            if self.startup.refusal:
+                raise InputError(self.startup.refusal)
             present = self.clock.now(woken)
             if math.isfinite(present):
                 self._tick_once(math.floor(present * self.rate + SLACK) / self.rate)

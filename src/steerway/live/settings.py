@@ -9,12 +9,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationError
 
-from steerway.core.schema import Flag, NotNegative, Positive, Rate, Table
-from steerway.core.toml import read_toml
-from steerway.core.validation import refusal
+from steerway.core.settings import Flag, NotNegative, Positive, Rate, Table, read_toml, refusal
 from steerway.estimation.course.update.aids import AIDS
-from steerway.estimation.tables import HeadingEstimatorTable, SpeedEstimatorTable
 from steerway.live.helm.address import DEFAULT
+from steerway.simulation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
 
 
 def _several(value):

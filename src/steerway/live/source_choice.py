@@ -11,7 +11,7 @@ from itertools import pairwise
 
 from steerway.core.records import INSTRUMENT_COLUMNS
 from steerway.formats.sources import OWN_SHARE, rank
-from steerway.live.base.rows import InputRow
+from steerway.live.rows import InputRow
 
 _KEPT = 20  # positions of a source over which its interval is taken
 _SILENT = 3.0  # intervals after which a source counts as silent

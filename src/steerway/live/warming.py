@@ -5,28 +5,27 @@ import math
 
 import numpy as np
 
+from steerway.build import DEFAULT_KINDS
 from steerway.core.records import Fixes
 from steerway.estimation.inference.learning import LearningFilter
 from steerway.estimation.inference.whole_log import infer_log
 from steerway.estimation.profiles import Profile
 from steerway.formats.nmea0183.writing import gga, rmc
+from steerway.live.autopilot.measured import measured_speed
 from steerway.live.autopilot.mission import GeodeticRoute
-from steerway.live.autopilot.piloting import DEFAULT_KINDS
-from steerway.live.autopilot.route import Guide
-from steerway.live.autopilot.speeds import measured_speed
 from steerway.live.autopilot.supervisor import Supervisor
-from steerway.live.base.rows import InputRow
 from steerway.live.links.decoding import ReceiverDecoder
 from steerway.live.navigator import Navigator
-from steerway.live.outputs.deltas import Deltas
 from steerway.live.outputs.json_lines import JsonLines
-from steerway.live.outputs.sentences import SentenceOutput
+from steerway.live.outputs.nmea_output import SentenceOutput
+from steerway.live.outputs.signalk_output import Deltas
+from steerway.live.rows import InputRow
 from steerway.live.service import LOG, Service
 from steerway.live.settings import EstimatorSettings
 
 _SECONDS = 30
 _RATE = 5.0
-"""Hz, of ticks: as few as show the whole."""
+"""Tick rate, Hz: the lowest that runs every code path."""
 _STEP = 3e-7  # rad to the north each second
 
 
@@ -57,9 +56,7 @@ def warm(kinds: tuple[str, str] = DEFAULT_KINDS, estimators: EstimatorSettings =
     was_disabled, LOG.disabled = LOG.disabled, True
     try:
         asyncio.run(
-            Service(navigator, outputs, _RATE, guide=Guide(route, supervisor.pilot), supervisor=supervisor).replay(
-                rows + decoder.settle()
-            )
+            Service(navigator, outputs, _RATE, supervisor=supervisor).replay(rows + decoder.complete_on_silence())
         )
     finally:
         LOG.disabled = was_disabled

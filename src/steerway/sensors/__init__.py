@@ -5,22 +5,22 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from steerway.estimation.heading.models import (
+        STATE_VARIANCE,
+        TCM2,
+        TICKS,
+        TRUE_TCM2,
+        CompassModel,
+        random_compass,
+        stability_limit,
+    )
     from steerway.sensors.compass import Compass
     from steerway.sensors.doppler import DopplerLog
     from steerway.sensors.gnss import Gnss, low_cost, white
     from steerway.sensors.inertial import accelerometer, gyro
     from steerway.sensors.instrument import Instrument
     from steerway.sensors.suite import Suite, Truth
-    from steerway.sensors.tcm2 import (
-        STATE_VARIANCE,
-        TCM2,
-        TICKS,
-        TRUE_TCM2,
-        CompassModel,
-        DynamicCompass,
-        random_compass,
-        stability_limit,
-    )
+    from steerway.sensors.tcm2 import DynamicCompass
 
 __all__ = [
     "STATE_VARIANCE",

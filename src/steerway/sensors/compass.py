@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 from steerway.core.angles import wrap
 from steerway.core.compiled import kernel
 from steerway.core.noise import Seed
-from steerway.core.schema import NotNegative, Number, Rate
-from steerway.sensors.instrument import Instrument
-from steerway.sensors.table import InstrumentTable
+from steerway.core.settings import NotNegative, Number, Rate
+from steerway.sensors.instrument import Instrument, InstrumentTable
 
 HALF_A_DEGREE = Instrument(white=math.radians(0.5))
 

@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from steerway.core.noise import Seed
-from steerway.core.schema import NotNegative, Number, Positive, Rate
-from steerway.sensors.instrument import Instrument
-from steerway.sensors.table import InstrumentTable
+from steerway.core.settings import NotNegative, Number, Positive, Rate
+from steerway.sensors.instrument import Instrument, InstrumentTable
 
 FIVE_CENTIMETRES = Instrument(rate=5.0, white=0.05)
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.core.schema import NotNegative, Number, Table, in_radians
+from steerway.core.settings import NotNegative, Number, Table, in_radians
 
 DROPOUT, JUMP, BURST, STEP, FROZEN = range(5)
 KINDS = ("dropout", "jump", "burst", "step", "frozen")

@@ -24,10 +24,10 @@ from steerway.core.earth import displaced_all
 from steerway.core.errors import InputError
 from steerway.core.noise import Seed
 from steerway.core.records import Fixes
-from steerway.core.schema import Flag, NotNegative, Positive, Rate, Table, Triple
-from steerway.sensors.clock import SLACK, Clock, epochs
+from steerway.core.settings import Flag, NotNegative, Positive, Rate, Table, Triple
 from steerway.sensors.faults import GOOD, HELD, LOST, Fault, FaultTable
 from steerway.sensors.gnss_errors import Errors
+from steerway.sensors.instrument import SLACK, Clock, epochs
 
 _BLOCK = 128  # epochs drawn at once in a loop; the numbers do not depend on it
 

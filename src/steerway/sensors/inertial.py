@@ -8,9 +8,8 @@ import numpy as np
 
 from steerway.core.earth import STANDARD_GRAVITY
 from steerway.core.noise import Seed
-from steerway.core.schema import NotNegative, Positive, Rate
-from steerway.sensors.instrument import Instrument
-from steerway.sensors.table import InstrumentTable
+from steerway.core.settings import NotNegative, Positive, Rate
+from steerway.sensors.instrument import Instrument, InstrumentTable
 
 
 def gyro(

@@ -5,16 +5,19 @@ in the same order.
 """
 
 import math
+from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.core.kinematics import GroundMotion
 from steerway.core.noise import Seed, markov_decay, markov_step
-from steerway.sensors.clock import Clock, epochs
+from steerway.core.settings import Rate, Table
 
 _BLOCK = 128  # readings drawn at once in a loop; the numbers do not depend on it
 
@@ -96,3 +99,59 @@ def _draw(normals, bias, wander, white, std, decay):
         errors[k] = bias + wander + white * normals[k, 0]
         wander = markov_step(wander, decay, std, normals[k, 1])
     return errors, wander
+
+
+class InstrumentTable(Table):
+    """A scenario's table of an instrument, under its name in `kinds.INSTRUMENTS`.
+
+    `measures` is the field of `core.estimate.Measurements` that it gives, which is also the name of the aid.
+    """
+
+    measures: ClassVar[str]
+    rate: Rate
+
+    @abstractmethod
+    def build(self) -> Any:
+        """The instrument: an object whose `start(seed)` gives a stream."""
+
+    @staticmethod
+    @abstractmethod
+    def read(stream: Any, time: float, motion: GroundMotion) -> float | None:
+        """The stream's measurement of a vessel that moves so; None when none is due."""
+
+
+SLACK = 1e-3  # of a period: clocks that count in tenths do not land on their tenths
+
+
+class Clock:
+    """Decides at every step whether a reading is due; periods are counted from the first."""
+
+    def __init__(self, rate: float):
+        self._rate = rate
+        self._began = None
+        self._next = -math.inf
+
+    def due(self, time: float) -> bool:
+        if time < self._next:
+            return False
+        if self._began is None:
+            self._began = time
+        count = math.floor((time - self._began) * self._rate + SLACK)
+        self._next = self._began + (count + 1.0 - SLACK) / self._rate
+        return True
+
+
+def epochs(time: np.ndarray, rate: float) -> np.ndarray:
+    """Indices of the samples (n,) at which a `Clock` is due.
+
+    Raises InputError when the time does not rise or the samples are further apart than the readings.
+    """
+    if len(time) == 0:
+        return np.zeros(0, dtype=np.int64)
+    steps = np.diff(time)
+    if len(steps) and not steps.min() > 0.0:
+        raise InputError("the time of the true motion does not rise, expected rising seconds")
+    if len(steps) and steps.max() * rate > 1.0 + SLACK:
+        raise InputError(f"the true motion comes every {steps.max():g} s, expected at least every {1.0 / rate:g} s")
+    count = np.floor((time - time[0]) * rate + SLACK)
+    return np.flatnonzero(np.diff(count, prepend=-1.0) > 0.0)

@@ -6,7 +6,7 @@ A new one is one entry at the end: each draws from a random stream of its place 
 from steerway.sensors.compass import CompassTable
 from steerway.sensors.doppler import BottomLogTable, LogTable
 from steerway.sensors.inertial import AccelerometerTable, GyroTable
-from steerway.sensors.table import InstrumentTable
+from steerway.sensors.instrument import InstrumentTable
 from steerway.sensors.tachometer import TachometerTable
 
 INSTRUMENTS: dict[str, type[InstrumentTable]] = {

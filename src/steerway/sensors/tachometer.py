@@ -2,9 +2,8 @@
 
 from typing import ClassVar
 
-from steerway.core.schema import NotNegative, Rate
-from steerway.sensors.instrument import Instrument
-from steerway.sensors.table import InstrumentTable
+from steerway.core.settings import NotNegative, Rate
+from steerway.sensors.instrument import Instrument, InstrumentTable
 
 
 class TachometerTable(InstrumentTable):

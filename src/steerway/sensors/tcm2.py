@@ -6,7 +6,6 @@ compass reads unwrapped headings; the `deviation` card is what a real installati
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,67 +13,8 @@ from steerway.core.angles import wrap
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.noise import Seed
+from steerway.estimation.heading.models import READING_VARIANCE_DEG2, TCM2, TICKS, CompassModel
 from steerway.sensors.compass import deviation
-
-TICK = 0.025
-TICKS = 40
-"""Ticks in a second."""
-READING_VARIANCE_DEG2 = 2.0
-STATE_VARIANCE = 1.0
-"""P4 (7): 2° as a variance, and one of each state's own noise."""
-
-
-class CompassModel(NamedTuple):
-    """Coefficients of P4 (7)."""
-
-    a1: float
-    a2: float
-    b: float
-    k: float
-    shift: float = 1.0  # the "1" of A
-
-    def scaled(self, factor: float, shift_too: bool = False) -> "CompassModel":
-        """All coefficients times a factor; the shift entry stays exact by default."""
-        shift = self.shift * factor if shift_too else self.shift
-        return CompassModel(*(factor * each for each in self[:4]), shift)
-
-    @property
-    def gain(self) -> float:
-        """What the compass reads for a standing heading of 1."""
-        return self.k * self.b / (1.0 - self.a1 - self.shift * self.a2)
-
-    @property
-    def stable(self) -> bool:
-        """Whether both poles of z² − a1 z − s a2 lie inside the unit circle."""
-        product = self.shift * self.a2
-        return abs(product) < 1.0 and abs(self.a1) < 1.0 - product
-
-    @property
-    def lag(self) -> float:
-        """Seconds by which the reading of a steadily turning heading is late."""
-        delayed = self.shift * self.a2
-        return TICK * (self.a1 + 2.0 * delayed) / (1.0 - self.a1 - delayed)
-
-
-TCM2 = CompassModel(0.2796, 0.6971, 0.4364, 0.05339)
-"""P4 (7)."""
-TRUE_TCM2 = TCM2.scaled(1.005, shift_too=True)
-"""P4 (8), the compass that is really there: every coefficient half a per cent larger, the shift entry too."""
-
-
-def stability_limit(shift_too: bool = False) -> float:
-    """The factor on all coefficients at which the TCM2's slow pole reaches 1.
-
-    With the shift entry exact f (a1 + a2) = 1, else f a1 + f² a2 = 1.
-    """
-    if not shift_too:
-        return 1.0 / (TCM2.a1 + TCM2.a2)
-    return (math.sqrt(TCM2.a1**2 + 4.0 * TCM2.a2) - TCM2.a1) / (2.0 * TCM2.a2)
-
-
-def random_compass(rng: np.random.Generator, tolerance: float = 0.01) -> CompassModel:
-    """A compass whose four coefficients lie anywhere within ± tolerance of the TCM2's."""
-    return CompassModel(*(value * (1.0 + tolerance * rng.uniform(-1.0, 1.0)) for value in TCM2[:4]))
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from steerway.build import response_of
 from steerway.control.bandwidth import COMFORTABLE, advice
 from steerway.control.boats import Boat
 from steerway.control.heading_steering import KINDS
@@ -110,7 +111,7 @@ def steering_loop(boat: Boat, gnss: GnssTable, speed: float, current: float, tow
     seen = _steady(steering, speed, north, east)
     if steering.progress(0.0, seen) <= LEAST_WAY * steering.top_speed:
         return SteeringLoop(math.nan, -1.0, 0.0)
-    response = assembly.response_of(boat)
+    response = response_of(boat)
     turning = seen.water_speed * math.cos(seen.heading)  # m/s across the leg for a rad of heading
     dynamics, noise, measured, variances = _estimated(response, seen.water_speed, turning, gnss)
     prior, gain = _steady_kalman(dynamics, noise, measured, variances, 1.0 / gnss.rate)
@@ -119,7 +120,7 @@ def steering_loop(boat: Boat, gnss: GnssTable, speed: float, current: float, tow
     across = math.sqrt(float(drift @ posterior @ drift))
     autopilot = boat.autopilot_in_current()
     steering.tune(autopilot, seen._replace(cog_std=across / seen.sog))
-    nearer = steering.seen(LegState(1, 0.0, 0.0, 1.0, *[math.nan] * 4), speed, seen).cross_track
+    nearer = steering.with_shorter_lookahead(LegState(1, 0.0, 0.0, 1.0, *[math.nan] * 4), speed, seen).cross_track
     pull = seen.sog * nearer / boat.lookahead
     worst = 1.0
     for share in (1.0 - response.gain_std, 1.0, 1.0 + response.gain_std):
@@ -239,7 +240,7 @@ def _exponential(matrix):
 
 def _directions(scenario):
     """The current's direction beside each leg's, rad, without repetitions."""
-    places = [assembly.place_of(scenario, index) for index in range(len(scenario.route.points))]
+    places = assembly.places(scenario)
     towards = math.radians(scenario.environment.current.direction_deg)
     beside = {
         round(towards - math.atan2(e - before_e, n - before_n), 6) for (before_n, before_e), (n, e) in pairwise(places)

@@ -5,12 +5,10 @@ from dataclasses import replace
 from datetime import datetime
 from typing import NamedTuple
 
-import numpy as np
-
+from steerway.build import ANGLE_STD, DEFAULT_KINDS, build_pilot, response_of
 from steerway.control.boats import Boat
 from steerway.control.handover import Steerageway
 from steerway.control.heading_plant import HeadingResponse
-from steerway.core.earth import displacement
 from steerway.core.errors import InputError
 from steerway.core.estimate import Estimator
 from steerway.estimation.aboard import ComposedEstimator, InferredEstimator
@@ -21,10 +19,10 @@ from steerway.estimation.inference.stream import InferredFilter
 from steerway.estimation.profiles import Profile
 from steerway.estimation.profiles.inferred import InferredProfile, profile_of
 from steerway.estimation.speed import SurgeFusion, SurgeTuning
-from steerway.estimation.steering import Response, SteeringEstimator, SteeringFilter
+from steerway.estimation.steering import SteeringEstimator, SteeringFilter
 from steerway.guidance.line_of_sight import GuidanceLaw
-from steerway.guidance.route import Route
-from steerway.guidance.shapers import SHAPERS
+from steerway.guidance.reference import SHAPERS
+from steerway.guidance.route_table import route_of
 from steerway.guidance.voyage import Voyage
 from steerway.guidance.waypoints import Passing
 from steerway.pilot import LegSource, Pilot
@@ -35,12 +33,6 @@ from steerway.vessels.environment import Environment
 from steerway.vessels.vessel import Vessel
 
 STEERAGEWAY = Steerageway()
-ANGLE_STD = math.radians(1.0)
-"""1σ of an estimated course or heading, as predictive and LQG autopilots take it."""
-
-
-CORNER = 1.5
-"""Radius of a corner's curve over that of the tightest turn."""
 
 
 class Assembly(NamedTuple):
@@ -100,27 +92,23 @@ def profile(scenario: Scenario) -> Profile | InferredProfile:
 def pilot(scenario: Scenario) -> Pilot:
     """A pilot in its initial state."""
     known, guidance = boat(scenario), scenario.guidance
+    law, mission = guidance.design(known.lookahead, known.cruise), voyage(scenario, known)
+    kinds = scenario.autopilot.kind, scenario.speed.controller
     if scenario.estimator.kind == "steering":
-        law = scenario.guidance.design(known.lookahead, known.cruise)
         std = profile(scenario).position_std
-        kinds = scenario.autopilot.kind, scenario.speed.controller
-        return steering_pilot(known, voyage(scenario, known), law, std, radius=scenario.station.radius, kinds=kinds)
-    truth = scenario.estimator.kind == "truth"
-    shaper = SHAPERS[scenario.reference.kind or scenario.vessel.reference]
-    estimator = AtFaceValue() if truth else composed(scenario, known, ground_estimator(scenario))
-    angle_std = 0.0 if truth else ANGLE_STD
-    return Pilot(
-        estimator,
-        voyage(scenario, known),
-        guidance.design(known.lookahead, known.cruise),
-        known.autopilot(shaper(scenario.reference), STEERAGEWAY, scenario.autopilot.kind, angle_std),
-        known.propulsion,
-        known.speed_loop(scenario.speed.controller),
-        known.station_keeper(),
-        cruise=known.cruise,
-        steer_by="crab"
-        if scenario.estimator.heading.kind == "aided" and guidance.angle == "course"
-        else guidance.angle,
+        return steering_pilot(known, mission, law, std, radius=scenario.station.radius, kinds=kinds)
+    truth, shaper = scenario.estimator.kind == "truth", SHAPERS[scenario.reference.kind or scenario.vessel.reference]
+    crabs = scenario.estimator.heading.kind == "aided" and guidance.angle == "course"
+    return build_pilot(
+        known,
+        mission,
+        law,
+        AtFaceValue() if truth else composed(scenario, known, ground_estimator(scenario)),
+        kinds=kinds,
+        shaper=shaper(scenario.reference),
+        steerageway=STEERAGEWAY,
+        angle_std=0.0 if truth else ANGLE_STD,
+        steer_by="crab" if crabs else guidance.angle,
     )
 
 
@@ -147,7 +135,7 @@ def composed(scenario: Scenario, known: Boat, ground: Estimator) -> Estimator:
             known.cruise,
             *stds,
             weight=table.weight,
-            speed_time=speed_time(known),
+            speed_time=known.speed_time,
             slew=known.yaw_slew,
         )
     if speeds.kind == "fusion":
@@ -164,7 +152,7 @@ def steering_pilot(
     radius: float = 5.0,
     learn: bool = True,
     follows_orders: bool = True,
-    kinds: tuple[str, str] = ("pole-placement", "pi"),
+    kinds: tuple[str, str] = DEFAULT_KINDS,
 ) -> Pilot:
     """A pilot that steers by the estimated current, its estimator knowing what is ordered.
 
@@ -174,67 +162,21 @@ def steering_pilot(
     controller.
     """
     filtering = SteeringFilter(response_of(known), position_std, learn=learn)
-    return Pilot(
-        SteeringEstimator(filtering, known.yaw_response.gain, follows_orders),
-        mission,
-        law,
-        known.autopilot_in_current(kinds[0], ANGLE_STD),
-        known.propulsion,
-        known.speed_loop(kinds[1]),
-        known.position_hold(radius),
-        cruise=known.cruise,
-        in_current=known.in_current(),
-    )
-
-
-def response_of(known: Boat) -> Response:
-    """What the steering filter knows of a boat."""
-    _, time, *damping = known.yaw_response
-    speeds, slowly = (known.cruise, known.top_speed), min(speed_time(known), 60.0)
-    made = Response(time, known.turn_rate, *speeds, *damping, speed_time=slowly, pivot=known.pivot)
-    doubt = {name: known.yaw_doubt * getattr(made, name) for name in ("gain_std", "damping_std", "bias_std")}
-    return made._replace(wander=max(made.wander, known.yaw_wander / known.turn_rate), **doubt)
-
-
-def speed_time(known: Boat) -> float:
-    """s in which the speed of a boat follows an ordered one; infinite where none can be ordered."""
-    return math.inf if known.speed is None else known.speed.mass / max(known.speed.linear_drag, 1e-9)
+    estimator = SteeringEstimator(filtering, known.yaw_response.gain, follows_orders)
+    return build_pilot(known, mission, law, estimator, kinds=kinds, radius=radius)
 
 
 def voyage(scenario: Scenario, known: Boat) -> Voyage:
     """The route with its stays."""
     table = scenario.route
-    places = [place_of(scenario, index) for index in range(len(table.points))]
-    route = Route(
-        np.array([north for north, _ in places]),
-        np.array([east for _, east in places]),
-        np.array([math.nan if each.acceptance is None else each.acceptance for each in table.points]),
-        np.array([math.nan if each.speed is None else each.speed for each in table.points]),
-        known.acceptance,
-        table.corners,
-        CORNER * known.cruise / known.turn_rate if table.corner_radius is None else table.corner_radius,
-    )
-    stays = [each.stay for each in table.points]
-    return Voyage(route, stays, Passing(rule=table.passing), at_end=table.at_end)
+    route = route_of(table, places(scenario), table.points, known)
+    return Voyage(route, [each.stay for each in table.points], Passing(rule=table.passing), at_end=table.at_end)
 
 
-def place_of(scenario: Scenario, index: int) -> tuple[float, float]:
-    """North and east (m) of a waypoint, however it is given."""
-    waypoint, place = scenario.route.points[index], f"route.waypoints[{index}]"
-    plane, globe = (waypoint.north, waypoint.east), (waypoint.latitude_deg, waypoint.longitude_deg)
-    if None not in plane and globe == (None, None):
-        return plane
-    if None not in globe and plane == (None, None):
-        origin = (scenario.origin.latitude_deg, scenario.origin.longitude_deg)
-        return displacement(*map(math.radians, (*globe, *origin)))
-    given = [name for name, value in waypoint.model_dump().items() if value is not None and name in _COORDINATES]
-    raise InputError(
-        f"{place} gives {' and '.join(given) or 'no place'}, "
-        "expected north and east in m, or latitude_deg and longitude_deg"
-    )
-
-
-_COORDINATES = ("north", "east", "latitude_deg", "longitude_deg")
+def places(scenario: Scenario) -> list[tuple[float, float]]:
+    """North and east (m) of the waypoints, however they are given."""
+    origin = scenario.origin.place
+    return [each.plane(origin, f"route.waypoints[{index}]") for index, each in enumerate(scenario.route.points)]
 
 
 def begins(scenario: Scenario) -> float:

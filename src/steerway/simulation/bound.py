@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from steerway.build import response_of
 from steerway.core.arrays import Floats
 from steerway.estimation.steering.correction import velocity_of
 from steerway.estimation.steering.motion import (
@@ -45,7 +46,7 @@ def course_bound(scenario: Scenario, run: Run) -> float:
     Of a receiver without velocity; its errors of a few seconds count with the time constant that the filter has.
     """
     known = assembly.boat(scenario)
-    response = assembly.response_of(known)._replace(
+    response = response_of(known)._replace(
         wander=max(known.yaw_wander / known.turn_rate, _KNOWN),
         slip=0.0,
         speed_noise=_UNSTEADY,

@@ -9,10 +9,9 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from steerway.core.errors import InputError
-from steerway.core.toml import parse_toml, read_toml
-from steerway.core.validation import refusal
-from steerway.simulation.possible import check
+from steerway.core.settings import parse_toml, read_toml, refusal
 from steerway.simulation.scenario import Scenario
+from steerway.simulation.scenario_checks import check
 
 
 def load_scenario(path: str | Path) -> Scenario:

@@ -4,24 +4,20 @@ Keys are SI; angles are in degrees and their keys end in `_deg`. Whatever is lef
 instruments, guidance laws and reference filters declare their own keys, in their own files.
 """
 
-import math
 from functools import cached_property
 from typing import Annotated, Literal
 
-import numpy as np
 from pydantic import Field, create_model
 
-from steerway.core.earth import displaced
-from steerway.core.schema import Latitude, Longitude, NotNegative, Number, Positive, Table, in_radians
+from steerway.core.settings import NotNegative, Number, Positive, Table, in_radians
 from steerway.estimation.course.update.aids import AIDS
-from steerway.estimation.tables import HeadingEstimatorTable, SpeedEstimatorTable
-from steerway.guidance.corners import KINDS as CORNERS
 from steerway.guidance.laws import GuidanceTable
-from steerway.guidance.shapers import ReferenceTable
-from steerway.guidance.survey import SurveyTable
+from steerway.guidance.reference import ReferenceTable
+from steerway.guidance.route_table import OriginTable, RouteKeys, StayWaypointTable
 from steerway.sensors.gnss import GnssTable
+from steerway.sensors.instrument import InstrumentTable
 from steerway.sensors.kinds import INSTRUMENTS
-from steerway.sensors.table import InstrumentTable
+from steerway.simulation.estimator_tables import HeadingEstimatorTable, SpeedEstimatorTable
 from steerway.vessels.environment import Current, Environment, Waves, Wind
 from steerway.vessels.kinds import TABLES, AnyVesselTable
 
@@ -125,67 +121,22 @@ class StationTable(Table):
     radius: Positive = 5.0
 
 
-class WaypointTable(Table):
-    """A waypoint, in m from the origin or as latitude and longitude; `stay` s of station keeping before going on."""
-
-    north: Number | None = None
-    east: Number | None = None
-    latitude_deg: Latitude | None = None
-    longitude_deg: Longitude | None = None
-    speed: NotNegative | None = None
-    acceptance: Positive | None = None
-    stay: NotNegative = 0.0
-
-
-class SurveyRouteTable(SurveyTable):
-    """A survey whose first line begins at a place, in m from the origin or as latitude and longitude."""
-
-    north: Number | None = None
-    east: Number | None = None
-    latitude_deg: Latitude | None = None
-    longitude_deg: Longitude | None = None
-
-    def waypoints(self) -> tuple[WaypointTable, ...]:
-        """The waypoints of the lines, given as the place is."""
-        plane, globe = (self.north, self.east), (self.latitude_deg, self.longitude_deg)
-        if None not in plane and globe == (None, None):
-            return tuple(WaypointTable(north=plane[0] + n, east=plane[1] + e) for n, e in self.offsets().tolist())
-        if None not in globe and plane == (None, None):
-            origin = tuple(map(math.radians, globe))
-            places = [np.degrees(displaced(*origin, *offset)).tolist() for offset in self.offsets()]
-            return tuple(
-                WaypointTable(latitude_deg=latitude, longitude_deg=longitude) for latitude, longitude in places
-            )
-        place = self.model_dump(include={"north", "east", "latitude_deg", "longitude_deg"})
-        return (WaypointTable(**place),) * 2  # refused as every waypoint without a place
-
-
-class RouteTable(Table):
+class RouteTable(RouteKeys):
     """The waypoints, then the lines of a survey; the rule for passing them, the corners, the behaviour at the end.
 
     Corners: "exact" waypoints, or an "arc" or a "clothoid" of at least `corner_radius`, by default one and a half of
     the tightest turn.
     """
 
-    waypoints: tuple[WaypointTable, ...] = ()
-    survey: SurveyRouteTable | None = None
+    waypoints: tuple[StayWaypointTable, ...] = ()
     at_end: Literal["stop", "hold", "continue"] = "stop"
     passing: Literal["remaining", "circle"] = "remaining"
-    acceptance: Positive | None = None
-    corners: Literal[*CORNERS] = CORNERS[0]  # type: ignore[valid-type]
-    corner_radius: Positive | None = None
 
     @cached_property
-    def points(self) -> tuple[WaypointTable, ...]:
+    def points(self) -> tuple[StayWaypointTable, ...]:
         """The waypoints given, and those of the survey."""
-        return self.waypoints + (() if self.survey is None else self.survey.waypoints())
-
-
-class OriginTable(Table):
-    """Where north = east = 0 lies, for logs and for waypoints in latitude and longitude."""
-
-    latitude_deg: Latitude = 63.44
-    longitude_deg: Longitude = 10.40
+        lines = () if self.survey is None else self.survey.points()
+        return (*self.waypoints, *(StayWaypointTable(**each) for each in lines))
 
 
 _Instruments = create_model(

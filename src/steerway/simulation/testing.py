@@ -5,16 +5,16 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway.simulation import assembly, campaign
+    from steerway.guidance.route_table import OriginTable
+    from steerway.simulation import assembly
     from steerway.simulation.advising import advise, steering_loop, tolerated_current
-    from steerway.simulation.assembly import begins, boat, pilot, response_of
+    from steerway.simulation.assembly import begins, boat, pilot
     from steerway.simulation.bound import course_bound
     from steerway.simulation.loop import COLUMNS
     from steerway.simulation.outcome import errors, evaluated, leg_rms
-    from steerway.simulation.run import origin
+    from steerway.simulation.run import origin, over_seeds
     from steerway.simulation.runs.campaign import gathered, write_campaign
+    from steerway.simulation.runs.files import write
     from steerway.simulation.runs.story import write_story
-    from steerway.simulation.runs.writing import write
-    from steerway.simulation.scenario import OriginTable
 
 __getattr__, __dir__ = on_demand(__name__)

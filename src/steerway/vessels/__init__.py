@@ -6,7 +6,10 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway.core.kinematics import GroundMotion
-    from steerway.vessels.actuators import Actuator
+    from steerway.estimation.heading.models import PAPER_YAW as SPRINGER_PAPER_YAW
+    from steerway.estimation.heading.models import PHYSICAL_YAW as SPRINGER_PHYSICAL_YAW
+    from steerway.estimation.heading.models import RPM, HeadingModel
+    from steerway.estimation.heading.models import SPEED as SPRINGER_SPEED
     from steerway.vessels.caldas import Caldas
     from steerway.vessels.cybership2 import (
         DAMPING as CYBERSHIP2_DAMPING,
@@ -35,26 +38,9 @@ if TYPE_CHECKING:
     from steerway.vessels.otter import Otter
     from steerway.vessels.propeller import Propeller
     from steerway.vessels.propeller import thrust as propeller_thrust
-    from steerway.vessels.springer import (
-        MAX_CHANGE_RPM as SPRINGER_MAX_CHANGE_RPM,
-    )
-    from steerway.vessels.springer import (
-        MAX_DIFFERENCE_RPM as SPRINGER_MAX_DIFFERENCE_RPM,
-    )
-    from steerway.vessels.springer import (
-        PAPER_YAW as SPRINGER_PAPER_YAW,
-    )
-    from steerway.vessels.springer import (
-        PHYSICAL_YAW as SPRINGER_PHYSICAL_YAW,
-    )
-    from steerway.vessels.springer import (
-        RPM,
-        HeadingModel,
-        Springer,
-    )
-    from steerway.vessels.springer import (
-        SPEED as SPRINGER_SPEED,
-    )
+    from steerway.vessels.springer import MAX_CHANGE_RPM as SPRINGER_MAX_CHANGE_RPM
+    from steerway.vessels.springer import MAX_DIFFERENCE_RPM as SPRINGER_MAX_DIFFERENCE_RPM
+    from steerway.vessels.springer import Springer
     from steerway.vessels.surge import (
         CALDAS_LINEAR_DRAG,
         CALDAS_MASS,
@@ -65,7 +51,7 @@ if TYPE_CHECKING:
     from steerway.vessels.surge import (
         SHAFT as CALDAS_SHAFT,
     )
-    from steerway.vessels.vessel import CALM, CURRENT_NORTH, Vessel, conditions, runge_kutta
+    from steerway.vessels.vessel import CALM, CURRENT_NORTH, Actuator, Vessel, conditions, runge_kutta
 
 __all__ = [
     "CALDAS_LINEAR_DRAG",

@@ -13,13 +13,13 @@ from typing import Literal
 
 import numpy as np
 
+from steerway.control.allocation import ShaftAndMoment
 from steerway.control.boats import Boat
-from steerway.control.shafts import ShaftAndMoment
+from steerway.core.actuator_lag import follow
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
-from steerway.core.schema import Positive
-from steerway.vessels.actuators import Actuated, Actuator, follow
+from steerway.core.settings import Positive
 from steerway.vessels.propeller import Propeller, thrust
 from steerway.vessels.surge import (
     CALDAS_LINEAR_DRAG,
@@ -30,7 +30,16 @@ from steerway.vessels.surge import (
     Surge,
     top_speed_of,
 )
-from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, MOMENT, check_shapes
+from steerway.vessels.vessel import (
+    CURRENT_EAST,
+    CURRENT_NORTH,
+    FORCE_EAST,
+    FORCE_NORTH,
+    MOMENT,
+    Actuated,
+    Actuator,
+    check_shapes,
+)
 
 MASS = (CALDAS_MASS, 29277.3, 331146.3)
 """m11, m22 in kg, m33 in kg·m²: P3 Table I, printed in t and t·m²."""

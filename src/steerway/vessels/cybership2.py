@@ -16,13 +16,14 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import one_of
 from steerway.core.compiled import kernel
 from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, over_ground, turning_rate
-from steerway.vessels.actuators import Actuated, Actuator
 from steerway.vessels.vessel import (
     CURRENT_EAST,
     CURRENT_NORTH,
     FORCE_EAST,
     FORCE_NORTH,
     MOMENT,
+    Actuated,
+    Actuator,
     check_shapes,
     checked_method,
 )

@@ -1,6 +1,6 @@
 """The vessels that a scenario can name in `vessel.kind`. A new one is one entry here; the first is the default."""
 
-from steerway.core.schema import one_of_kinds
+from steerway.core.settings import union_by_kind
 from steerway.vessels.caldas import CaldasTable
 from steerway.vessels.mariner import MarinerTable
 from steerway.vessels.motorboat import MotorboatTable
@@ -10,4 +10,4 @@ from steerway.vessels.springer import SpringerTable
 from steerway.vessels.surge import SurgeTable
 
 TABLES = (OtterTable, MarinerTable, NomotoTable, SpringerTable, CaldasTable, SurgeTable, MotorboatTable)
-AnyVesselTable = one_of_kinds(TABLES)
+AnyVesselTable = union_by_kind(TABLES)

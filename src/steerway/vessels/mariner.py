@@ -15,22 +15,23 @@ from typing import Literal
 
 import numpy as np
 
+from steerway.control.allocation import Rudder
 from steerway.control.boats import Boat
 from steerway.control.in_current import YawResponse
-from steerway.control.rudder import Rudder
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import SHORTLY, GroundMotion, over_ground, turning_rate
-from steerway.core.schema import Positive
-from steerway.vessels.actuators import Actuated, Actuator
-from steerway.vessels.table import VesselTable
+from steerway.core.settings import Positive
 from steerway.vessels.vessel import (
     CURRENT_EAST,
     CURRENT_NORTH,
     FORCE_EAST,
     FORCE_NORTH,
     MOMENT,
+    Actuated,
+    Actuator,
+    VesselTable,
     check_shapes,
     checked_method,
 )

@@ -20,15 +20,16 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import positive
 from steerway.core.compiled import kernel
 from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
-from steerway.core.schema import Positive
-from steerway.vessels.actuators import Actuated, Actuator
-from steerway.vessels.table import VesselTable
+from steerway.core.settings import Positive
 from steerway.vessels.vessel import (
     CURRENT_EAST,
     CURRENT_NORTH,
     FORCE_EAST,
     FORCE_NORTH,
     MOMENT,
+    Actuated,
+    Actuator,
+    VesselTable,
     check_shapes,
     checked_method,
     euler,

@@ -10,16 +10,22 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
+from steerway.control.allocation import Rudder
 from steerway.control.boats import Boat
-from steerway.control.rudder import Rudder
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
-from steerway.core.schema import Positive
-from steerway.vessels.actuators import Actuated, Actuator
-from steerway.vessels.table import VesselTable
-from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, check_shapes, checked_method
+from steerway.core.settings import Positive
+from steerway.vessels.vessel import (
+    CURRENT_EAST,
+    CURRENT_NORTH,
+    Actuated,
+    Actuator,
+    VesselTable,
+    check_shapes,
+    checked_method,
+)
 
 IDEAL = Actuator("rudder", -math.inf, math.inf)
 

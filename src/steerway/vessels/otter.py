@@ -24,8 +24,7 @@ from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import SHORTLY, GroundMotion, in_body, turning_rate
-from steerway.core.schema import NotNegative, Triple
-from steerway.vessels.actuators import Actuated, Actuator
+from steerway.core.settings import NotNegative, Triple
 from steerway.vessels.otter_hull import (
     ADDED,
     CENTRE,
@@ -51,13 +50,15 @@ from steerway.vessels.otter_hull import (
     WEIGHT,
     loaded,
 )
-from steerway.vessels.table import VesselTable
 from steerway.vessels.vessel import (
     CURRENT_EAST,
     CURRENT_NORTH,
     FORCE_EAST,
     FORCE_NORTH,
     MOMENT,
+    Actuated,
+    Actuator,
+    VesselTable,
     check_shapes,
     checked_method,
 )

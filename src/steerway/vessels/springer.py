@@ -10,55 +10,28 @@ course at 57° takes −8 rpm; the physical one has 1 there, and heading is an i
 
 import math
 from collections.abc import Sequence
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
 
+from steerway.control.allocation import Rudder
 from steerway.control.boats import Boat
 from steerway.control.heading_plant import HeadingResponse
-from steerway.control.rudder import Rudder
 from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, one_of
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion, over_ground, turning_rate
-from steerway.core.schema import Positive
-from steerway.vessels.actuators import Actuated, Actuator
-from steerway.vessels.table import VesselTable
-from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, check_shapes
+from steerway.core.settings import Positive
+from steerway.estimation.heading.models import PAPER_YAW, PHYSICAL_YAW, RPM, SPEED, held
+from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, Actuated, Actuator, VesselTable, check_shapes
 
-RPM = 2.0 * math.pi / 60.0
-"""One revolution a minute, rad/s."""
-SPEED = 3.0 * 1852.0 / 3600.0
-"""Three knots through the water at 900 rpm."""
 LENGTH = 4.2
 MAX_DIFFERENCE_RPM = 300.0
 MAX_CHANGE_RPM = 20.0
 """Limits of n_d and of its change from second to second; P4 (27)."""
 PLANTS = ("paper", "physical")
-
-
-class HeadingModel(NamedTuple):
-    """ψ from n_d at 1 s: two poles, each with its input and output; every field a pair of floats."""
-
-    poles: tuple[float, float]
-    inputs: tuple[float, float]  # rad per rpm, as printed
-    outputs: tuple[float, float]
-
-    def matrices(self, step: float = 1.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """A (2, 2), B (2,) per rad/s of n_d, C (2,) to rad; for steps of `step` s."""
-        kept, entered = np.array([held(pole, step) for pole in self.poles]).T
-        return np.diag(kept), entered * np.array(self.inputs) / RPM, np.array(self.outputs)
-
-    def scaled(self, effectiveness: float) -> "HeadingModel":
-        """The same vessel with `effectiveness` times the yaw moment of its propellers."""
-        return self._replace(inputs=tuple(effectiveness * each for each in self.inputs))
-
-
-PAPER_YAW = HeadingModel((1.002, 0.9945), (6.354e-6, -4.699e-6), (34.13, 15.11))
-"""P4 (4), its scrambled matrices decoded: with any other order of the digits the mission fails."""
-PHYSICAL_YAW = PAPER_YAW._replace(poles=(1.0, 0.9945))
 
 
 class Springer(Actuated):
@@ -104,13 +77,6 @@ class Springer(Actuated):
         """Heading (rad), unwrapped: it counts the turns made."""
         check_shapes(state, 6)
         return self.yaw.outputs[0] * state[2] + self.yaw.outputs[1] * state[3]
-
-
-@kernel
-def held(pole, step):
-    """(pole^h, what an input held for h s does in units of one second's): exact for poles at 1 s, 1 included."""
-    kept = pole**step
-    return kept, step if pole == 1.0 else (kept - 1.0) / (pole - 1.0)
 
 
 @kernel

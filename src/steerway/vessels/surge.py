@@ -11,18 +11,26 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
+from steerway.control.allocation import ShaftSpeed
 from steerway.control.boats import Boat
-from steerway.control.shafts import ShaftSpeed
 from steerway.control.speed_pi import SpeedPIGains
+from steerway.core.actuator_lag import follow
 from steerway.core.arrays import Floats
 from steerway.core.checks import not_negative, positive
 from steerway.core.compiled import kernel
 from steerway.core.kinematics import GroundMotion, in_body, over_ground
-from steerway.core.schema import Flag, NotNegative, Positive
-from steerway.vessels.actuators import Actuated, Actuator, follow
+from steerway.core.settings import Flag, NotNegative, Positive
 from steerway.vessels.propeller import Propeller, thrust, thrust_coefficient
-from steerway.vessels.table import VesselTable
-from steerway.vessels.vessel import CURRENT_EAST, CURRENT_NORTH, FORCE_EAST, FORCE_NORTH, check_shapes
+from steerway.vessels.vessel import (
+    CURRENT_EAST,
+    CURRENT_NORTH,
+    FORCE_EAST,
+    FORCE_NORTH,
+    Actuated,
+    Actuator,
+    VesselTable,
+    check_shapes,
+)
 
 SHAFT = Actuator("shaft speed", 0.0, 17.5)
 """P3's shaft, without dynamics; its limit of 17.5 rev/s is not printed."""

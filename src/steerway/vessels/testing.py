@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from steerway.core.actuator_lag import follow
     from steerway.core.kinematics import WaveMotion
+    from steerway.estimation.heading.models import PAPER_YAW, PHYSICAL_YAW
     from steerway.vessels import otter
-    from steerway.vessels.actuators import follow
     from steerway.vessels.cybership2 import DAMPING, INERTIA
     from steerway.vessels.cybership2 import derivatives as cybership2_derivatives
     from steerway.vessels.environment import AIR_DENSITY, Waves, Wind
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from steerway.vessels.otter_hull import mass_matrix
     from steerway.vessels.propeller import thrust as propeller_thrust
     from steerway.vessels.propeller import thrust_coefficient
-    from steerway.vessels.springer import PAPER_YAW, PHYSICAL_YAW
-    from steerway.vessels.table import VesselTable
+    from steerway.vessels.vessel import VesselTable
 
 __getattr__, __dir__ = on_demand(__name__)

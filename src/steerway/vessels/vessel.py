@@ -1,21 +1,45 @@
-"""The interface between loop and vessel, and the environmental conditions.
+"""The interface between loop and vessel: actuators, environmental conditions, and the declaration for scenarios.
 
 A vessel object has parameters only; its state is an array kept by the loop, so that a run can be stored, resumed and
-repeated. Anything with these three methods can be simulated: see docs/vessels.md.
+repeated. Anything with the three methods of `Vessel` can be simulated: see docs/vessels.md.
 """
 
+import math
+from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from dataclasses import dataclass
+from typing import ClassVar, Literal, Protocol
 
 import numpy as np
 
+from steerway.control.boats import Boat
 from steerway.core.arrays import Floats
 from steerway.core.errors import InputError
 from steerway.core.kinematics import GroundMotion
-from steerway.vessels.actuators import Actuator
+from steerway.core.settings import Table
 
 CURRENT_NORTH, CURRENT_EAST, FORCE_NORTH, FORCE_EAST, MOMENT = range(5)
 """Places in the conditions: current (m/s), forces besides the actuators' (N), their moment in yaw (N·m); NED."""
+
+
+class Actuated:
+    """A vessel, whose representation names her actuators."""
+
+    actuators: tuple["Actuator", ...]
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}: {', '.join(each.name for each in self.actuators)}"
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """One actuator: it takes commands from `low` to `high` and follows with `lag` s, at most `rate` a second."""
+
+    name: str
+    low: float
+    high: float
+    rate: float = math.inf
+    lag: float = 0.0
 
 
 class Vessel(Protocol):
@@ -77,3 +101,25 @@ def runge_kutta(rates: Callable[[Floats], Floats], state: Floats, step: float) -
 def euler(rates, state, step):
     """One step of Euler's method for ẋ = rates(x)."""
     return state + step * rates(state)
+
+
+class VesselTable(Table):
+    """The table [vessel] of a scenario. A vessel adds its `kind` (a Literal with itself as default) and its keys.
+
+    `reference` is the kind of reference filter used where the scenario names none; see `guidance.shapers`.
+    """
+
+    method: Literal["rk4", "euler"] = "rk4"
+    reference: ClassVar[str] = "low-pass"
+
+    @abstractmethod
+    def build(self) -> Vessel:
+        """The vessel. Raises InputError for numbers that exclude each other."""
+
+    @abstractmethod
+    def boat(self) -> Boat:
+        """The numbers and default gains its controllers use."""
+
+    def boat_in_current(self) -> Boat:
+        """The same for steering by an estimator that knows the orders, whose response to them has to fit well."""
+        return self.boat()

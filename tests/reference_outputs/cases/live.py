@@ -11,7 +11,6 @@ from steerway.core import displacement
 from steerway.core.testing import displaced
 from steerway.live.testing import (
     Deltas,
-    Guide,
     InnerLoops,
     InputRow,
     JsonLines,
@@ -81,7 +80,6 @@ def sortie():
     route = square(CORNERS, FENCE, Limits(cross_track=30.0, max_sog_mps=3.0), boat=OTTER)
     chance = np.random.default_rng(25)
     navigator, autopilot = Navigator("otter"), Supervisor(route, "otter", engage=True)
-    guide = Guide(route, autopilot.pilot)
     sinks = {name: RecordingSink() for name in ("propellers", "sentences", "deltas", "json")}
     outputs = [
         PropellerCommands(sinks["propellers"]),
@@ -100,10 +98,8 @@ def sortie():
                 for output in outputs:
                     output.fix(row)
         row = navigator.at(time)
-        if autopilot.begins:
-            guide.restart()
-        leg = guide.step(row)
-        order = autopilot.step(row, leg, TICK if k else 0.0)
+        order = autopilot.step(row, TICK if k else 0.0)
+        leg = autopilot.leg
         for output in outputs:
             output.tick(row, leg, order)
         guided = (math.nan,) * 3 if leg is None else (leg.cross_track, leg.course_to_steer, leg.distance)

@@ -15,8 +15,7 @@ from steerway.estimation.heading.aided import AidedHeadingFilter, HeadingTuning
 from steerway.estimation.heading.composite import COMPASS_NOISE, READING_NOISE, CompositeFilter, composite_model
 from steerway.estimation.heading.interval.deviation import DeviationBounds
 from steerway.estimation.heading.interval.weighting import weighted
-from steerway.sensors.tcm2 import CompassModel
-from steerway.vessels.springer import RPM, HeadingModel
+from steerway.estimation.heading.models import RPM, CompassModel, HeadingModel
 
 KINDS = ("tracker", "aided", "composite", "interval")
 """The first is `estimation.course.onboard.HeadingTracker`, which knows nothing of the boat."""

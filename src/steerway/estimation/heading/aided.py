@@ -43,9 +43,17 @@ from steerway.estimation.heading.composite import (
     stepped,
     yaw_rate_deg,
 )
+from steerway.estimation.heading.models import (
+    PHYSICAL_YAW,
+    READING_VARIANCE_DEG2,
+    RPM,
+    SPEED,
+    STATE_VARIANCE,
+    TCM2,
+    CompassModel,
+    HeadingModel,
+)
 from steerway.estimation.heading.readings import LARGEST_READING, Ticks, checked_difference
-from steerway.sensors.tcm2 import READING_VARIANCE_DEG2, STATE_VARIANCE, TCM2, CompassModel
-from steerway.vessels.springer import PHYSICAL_YAW, RPM, SPEED, HeadingModel
 
 BIAS, SCALE, SINE, COSINE, CURRENT_NORTH, CURRENT_EAST, WATER_SPEED = range(4, 11)
 STATES = 11

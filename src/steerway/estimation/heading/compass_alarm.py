@@ -4,7 +4,7 @@ from functools import cache
 
 from steerway.estimation.heading.aided import AidedHeadingFilter
 from steerway.estimation.heading.model_bank import corners
-from steerway.sensors.tcm2 import TCM2
+from steerway.estimation.heading.models import TCM2
 
 SIGMAS = 3.0
 """Of the scale beyond the box: by chance 0.13 % on either side (normal)."""

@@ -15,9 +15,16 @@ from numpy.typing import ArrayLike
 from steerway.core.arrays import Floats
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
+from steerway.estimation.heading.models import (
+    PAPER_YAW,
+    READING_VARIANCE_DEG2,
+    STATE_VARIANCE,
+    TCM2,
+    CompassModel,
+    HeadingModel,
+    held,
+)
 from steerway.estimation.heading.readings import Ticks, checked_difference
-from steerway.sensors.tcm2 import READING_VARIANCE_DEG2, STATE_VARIANCE, TCM2, CompassModel
-from steerway.vessels.springer import PAPER_YAW, HeadingModel, held
 
 __all__ = [
     "A1",

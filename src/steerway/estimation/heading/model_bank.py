@@ -19,9 +19,8 @@ from steerway.estimation.heading.composite import (
     start_covariance,
     stepped,
 )
+from steerway.estimation.heading.models import PAPER_YAW, TCM2, CompassModel, HeadingModel
 from steerway.estimation.heading.readings import Ticks, checked_difference
-from steerway.sensors.tcm2 import TCM2, CompassModel
-from steerway.vessels.springer import PAPER_YAW, HeadingModel
 
 LEAST_WEIGHT = 1e-12
 """Relative to the likeliest, so that every filter can become the likeliest again. Chosen."""

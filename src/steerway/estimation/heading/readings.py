@@ -15,7 +15,7 @@ from steerway.core.arrays import Floats
 from steerway.core.checks import positive
 from steerway.core.compiled import kernel
 from steerway.core.errors import InputError
-from steerway.sensors.tcm2 import TICK
+from steerway.estimation.heading.models import TICK
 
 LARGEST_READING = 1e6
 """rad; a reading beyond is no heading, however many turns it counts. Chosen: 10° a second for two months."""

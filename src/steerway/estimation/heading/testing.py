@@ -10,6 +10,6 @@ if TYPE_CHECKING:
     from steerway.estimation.heading.compass_alarm import gain_range
     from steerway.estimation.heading.interval import arithmetic
     from steerway.estimation.heading.interval.weighting import shipped
-    from steerway.sensors.tcm2 import TICK
+    from steerway.estimation.heading.models import TICK
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -7,9 +7,7 @@ from typing import Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from steerway.core.files import complete_or_absent
-from steerway.core.profile_fields import positive_number
-from steerway.core.toml import parse_toml, read_toml, toml_value
-from steerway.core.validation import refusal
+from steerway.core.settings import parse_toml, positive_number, read_toml, refusal, toml_value
 from steerway.estimation.inference.course import STEERAGEWAY
 from steerway.estimation.inference.parts import PARTS
 from steerway.estimation.inference.selection import Structure

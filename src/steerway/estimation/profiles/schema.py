@@ -8,9 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from steerway.core.errors import InputError
 from steerway.core.files import complete_or_absent
-from steerway.core.profile_fields import positive_number
-from steerway.core.toml import read_toml, toml_value
-from steerway.core.validation import refusal
+from steerway.core.settings import positive_number, read_toml, refusal, toml_value
 from steerway.estimation.course.motion.oscillation import SHORTEST_PERIOD
 from steerway.estimation.course.update.aids import AidNoise
 from steerway.estimation.profiles import packing

@@ -2,10 +2,9 @@
 
 import math
 
-from steerway.core.leg import Leg
 from steerway.live.autopilot.fence import Fence
 from steerway.live.autopilot.mission import Limits
-from steerway.live.base.rows import Row
+from steerway.live.rows import Row
 
 LASTING = 0.5
 """s for which speed or distance has to be beyond a limit, since an estimate scatters."""
@@ -30,15 +29,14 @@ class LimitGuard:
         self._under_way = 0.0
         self._beyond = 0.0
 
-    def obstacle(self, row: Row, leg: Leg | None) -> str:
-        """Why not to start here, "" for no reason."""
-        return self._left(row) or self._beyond_limit(row, leg, 0.0)
+    def obstacle(self, row: Row, cross_track: float) -> str:
+        """Why not to start here, so many m off the leg; "" for no reason."""
+        return self._left(row) or self._beyond_limit(row, cross_track, 0.0)
 
-    def step(self, row: Row, leg: Leg | None, dt: float) -> str:
-        """Why to stop, "" while all limits are kept."""
-        is_held = leg is not None and leg.is_held
+    def step(self, row: Row, cross_track: float, is_held: bool, dt: float) -> str:
+        """Why to stop, "" while all limits are kept. is_held: whether a position is held."""
         self._under_way = 0.0 if is_held else self._under_way + dt
-        beyond = self._beyond_limit(row, leg, self._low if self._under_way > ACCELERATING else 0.0)
+        beyond = self._beyond_limit(row, cross_track, self._low if self._under_way > ACCELERATING else 0.0)
         self._beyond = self._beyond + min(dt, _LONGEST_STEP) if beyond else 0.0
         return self._left(row) or (beyond if self._beyond >= LASTING else "")
 
@@ -47,11 +45,11 @@ class LimitGuard:
             return ""
         return self._fence.trouble(row.latitude, row.longitude, row.sog, row.cog)
 
-    def _beyond_limit(self, row, leg, low):
+    def _beyond_limit(self, row, cross_track, low):
         if row.sog > self._high:
             return f"speed is {row.sog:.2f} m/s, the limit {self._high:g} m/s"
         if row.sog < low:
             return f"speed is {row.sog:.2f} m/s, the least {low:g} m/s"
-        if leg is not None and abs(leg.cross_track) > self._wide:
-            return f"the boat is {abs(leg.cross_track):.1f} m off the leg, the limit {self._wide:g} m"
+        if abs(cross_track) > self._wide:
+            return f"the boat is {abs(cross_track):.1f} m off the leg, the limit {self._wide:g} m"
         return ""

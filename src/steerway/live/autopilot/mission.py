@@ -1,60 +1,29 @@
 """The mission file: waypoints, speeds, fence, limits and the boat's response; TOML, GPX or GeoJSON.
 
-TOML has `[[waypoint]]` with `lat_deg` and `lon_deg`, `[survey]`, and what the tables below list; a GPX route has its
-`rtept`; in GeoJSON the first LineString is the route and the first Polygon the fence. Defaults are those of
-`MissionTable`.
+TOML has `[[waypoint]]` with `lat_deg` and `lon_deg`, or with `north` and `east` (m) from an `[origin]`, `[survey]`, and
+what the tables below list; a GPX route has its `rtept`; in GeoJSON the first LineString is the route and the first
+Polygon the fence. Defaults are those of `MissionTable`.
 """
 
 import json
-import math
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from pydantic import Field, ValidationError
 
-from steerway.core.earth import displaced
 from steerway.core.errors import InputError
-from steerway.core.schema import Flag, Latitude, Longitude, NotNegative, Positive, Table
-from steerway.core.toml import parse_toml
-from steerway.core.validation import refusal
-from steerway.guidance.corners import KINDS as CORNERS
+from steerway.core.settings import Flag, NotNegative, Positive, Table, parse_toml, refusal
 from steerway.guidance.laws import COURSE_LAWS
-from steerway.guidance.survey import SurveyTable
+from steerway.guidance.route_table import PlaceTable, RouteKeys, WaypointTable
 from steerway.live.autopilot.fence import Fence
 
 LOOKAHEAD = 20.0
 """m, the default: some ten lengths of a small boat."""
-
-
-class Place(Table):
-    """A place."""
-
-    lat_deg: Latitude = Field(description="degrees, + north")
-    lon_deg: Longitude = Field(description="degrees, + east")
-
-    @property
-    def place(self) -> tuple[float, float]:
-        """(latitude, longitude), rad."""
-        return math.radians(self.lat_deg), math.radians(self.lon_deg)
-
-
-class Waypoint(Place):
-    """A waypoint, and what differs from the rest of the route on the leg that leads there."""
-
-    speed_mps: Positive | None = None
-    acceptance: Positive | None = None  # m
-
-
-class Survey(SurveyTable, Place):
-    """The lines of a survey; the place is where the first begins."""
-
-    def waypoints(self) -> list[Waypoint]:
-        """The waypoints of the lines."""
-        places = [np.degrees(displaced(*self.place, *offset)).tolist() for offset in self.offsets()]
-        return [Waypoint(lat_deg=latitude, lon_deg=longitude) for latitude, longitude in places]
 
 
 class Limits(Table):
@@ -79,68 +48,73 @@ class BoatTable(Table):
     reverse: Flag = False  # whether the propellers turn astern
 
 
-class MissionTable(Table):
+class MissionTable(RouteKeys):
     """What a mission file may set beside its waypoints and fence."""
 
     name: str = ""
+    origin: PlaceTable | None = Field(None, description="a place, for waypoints given in m")
     lookahead: Positive = LOOKAHEAD  # m
     acceptance: Positive = 10.0  # m
     speed_mps: Positive = 1.0
     law: Literal[*COURSE_LAWS] = "line-of-sight"  # type: ignore[valid-type]
-    corners: Literal[*CORNERS] = CORNERS[0]  # type: ignore[valid-type]
-    corner_radius: Positive | None = None  # m, of arcs and clothoids
     at_end: Literal["stop", "hold"] = "stop"
-    hold_radius: Positive = 5.0  # m
-    safe: Literal["stop", "hand-back"] = "stop"
+    hold_radius: Positive = 5.0  # m within which the boat may drift about a position
+    safe: Literal["stop", "hand-back"] = "stop"  # zero thrust and yaw rate, or no order
     limits: Limits = Limits()
     boat: BoatTable = BoatTable()
 
 
 class MissionFile(MissionTable):
-    waypoint: list[Waypoint] = Field([], description="[[waypoint]] tables with lat_deg and lon_deg")
-    survey: Survey | None = None
-    fence: list[Place] = Field([])
+    waypoint: list[WaypointTable] = Field([], description="[[waypoint]] tables with lat_deg and lon_deg")
+    fence: list[PlaceTable] = Field([])
 
 
 @dataclass(frozen=True, eq=False)
 class GeodeticRoute:
     """Waypoints in latitude and longitude (n,), rad, in the order in which they are sailed.
 
-    lookahead:  Δ of the line of sight, m.
-    acceptance: radius within which a waypoint is reached, m, one or (n,).
-    speed:      desired on the leg to each waypoint, m/s, one or (n,).
-    fence:      the area that the boat must not leave.
-    limits, boat, safe: see `Limits`, `BoatTable`; `safe` "stop" (zero thrust and yaw rate) or "hand-back" (no order).
-    law:        guidance law, one of `laws.COURSE_LAWS`.
-    at_end:     "stop", or "hold" the last waypoint; hold_radius: m within which the boat may drift about a position.
-    corners:    one of `corners.KINDS`; corner_radius: of a curve, m, by default one and a half of the tightest turn.
+    settings: the keys of the mission file. waypoints: tables with what differs from them on the leg to each.
+    fence: the area that the boat must not leave.
     Raises InputError for a route that leaves its fence.
     """
 
     latitude: np.ndarray
     longitude: np.ndarray
-    lookahead: float = LOOKAHEAD
-    acceptance: np.ndarray | float = 10.0
-    speed: np.ndarray | float = 1.0
+    settings: MissionTable = field(default_factory=MissionTable)
+    waypoints: Sequence[WaypointTable] = ()
     fence: Fence | None = None
-    limits: Limits = field(default_factory=Limits)
-    boat: BoatTable = field(default_factory=BoatTable)
-    safe: str = "stop"
-    law: str = "line-of-sight"
-    corners: str = CORNERS[0]
-    corner_radius: float | None = None
-    at_end: str = "stop"
-    hold_radius: float = 5.0
 
     def __post_init__(self):
-        places = list(zip(self.latitude, self.longitude, strict=True))
         if self.fence is None:
             return
-        for k, place in enumerate(places):
+        for k, place in enumerate(self.places):
             if not self.fence.holds(*place):
                 raise InputError(f"waypoint {k} lies outside of the fence, expected a route inside of it")
-            if k and self.fence.leg_leaves(places[k - 1], place):
+            if k and self.fence.leg_leaves(self.places[k - 1], place):
                 raise InputError(f"the leg to waypoint {k} crosses the fence, expected a route inside of it")
+
+    @cached_property
+    def places(self) -> list[tuple[float, float]]:
+        """Latitude and longitude of the waypoints, rad."""
+        return list(zip(self.latitude.tolist(), self.longitude.tolist(), strict=True))
+
+    @cached_property
+    def speed(self) -> np.ndarray:
+        """(n,) desired on the leg to each waypoint, m/s."""
+        return self._column("speed", self.settings.speed_mps)
+
+    @cached_property
+    def acceptance(self) -> np.ndarray:
+        """(n,) radius within which each waypoint is reached, m."""
+        return self._column("acceptance", self.settings.acceptance)
+
+    @property
+    def tables(self) -> Sequence[WaypointTable]:
+        """What differs on the leg to each waypoint."""
+        return self.waypoints or [WaypointTable()] * len(self.latitude)
+
+    def _column(self, name, otherwise):
+        return np.array([getattr(each, name) or otherwise for each in self.tables])
 
     @classmethod
     def load(cls, path: str | Path) -> "GeodeticRoute":
@@ -164,38 +138,26 @@ class GeodeticRoute:
             raise
         except (ValueError, LookupError, TypeError, AttributeError, RecursionError, ElementTree.ParseError) as error:
             raise InputError(f"route {path} is malformed ({error}), expected waypoints in degrees") from None
+        if len(table.waypoint) < 2 and table.survey is None:
+            found = len(table.waypoint)
+            raise InputError(f"route {path} has {found} waypoints, expected at least 2, or a table [survey]")
         try:
-            waypoints = table.waypoint + ([] if table.survey is None else table.survey.waypoints())
-        except ValidationError as error:
-            raise refusal(f"route {path}: a waypoint of the survey", error, Waypoint) from None
-        if len(waypoints) < 2:
-            raise InputError(f"route {path} has {len(waypoints)} waypoints, expected at least 2, or a table [survey]")
-        try:
+            lines = [] if table.survey is None else table.survey.points()
+            waypoints = [*table.waypoint, *(WaypointTable(**each) for each in lines)]
             return cls.of(waypoints, table.fence, table)
         except InputError as error:
             raise InputError(f"route {path}: {error}") from None
 
     @classmethod
-    def of(cls, waypoints: list[Waypoint], fence: list[Place] = (), settings: MissionTable | None = None):
-        """A route from tables."""
+    def of(
+        cls, waypoints: Sequence[WaypointTable], fence: Sequence[PlaceTable] = (), settings: MissionTable | None = None
+    ):
+        """A route from tables. Raises InputError for a place that is not whole, and for a fence as `Fence`."""
         table = settings or MissionTable()
-        latitude, longitude = np.array([each.place for each in waypoints]).T
-        return cls(
-            latitude,
-            longitude,
-            table.lookahead,
-            np.array([each.acceptance or table.acceptance for each in waypoints]),
-            np.array([each.speed_mps or table.speed_mps for each in waypoints]),
-            Fence([each.place for each in fence]) if fence else None,
-            table.limits,
-            table.boat,
-            table.safe,
-            table.law,
-            table.corners,
-            table.corner_radius,
-            table.at_end,
-            table.hold_radius,
-        )
+        origin = None if table.origin is None else table.origin.globe(None, "origin")
+        latitude, longitude = np.array([each.globe(origin, f"waypoint[{k}]") for k, each in enumerate(waypoints)]).T
+        corners = [each.globe(origin, f"fence[{k}]") for k, each in enumerate(fence)]
+        return cls(latitude, longitude, table, waypoints, Fence(corners) if corners else None)
 
 
 def _from_gpx(text):

@@ -1,26 +1,30 @@
 """Supervision of the pilot aboard: when it may steer, and when it must stop.
 
-A state machine around the pilot's control. It has no clock and no I/O: every tick gives it the row and the leg, and it
-returns an order; fixes and links are reported to it.
+A state machine that observes the pilot (`pilot.Observer`). It has no clock and no I/O: every tick gives it the row, and
+it returns an order; fixes and links are reported to it.
 """
 
 import math
 
+from steerway.build import DEFAULT_KINDS
 from steerway.core.angles import wrap
 from steerway.core.errors import InputError
-from steerway.core.leg import Leg
+from steerway.core.estimate import Estimate
+from steerway.core.leg import Leg, LegState
 from steerway.estimation.profiles import Profile
 from steerway.estimation.profiles.inferred import InferredProfile
-from steerway.estimation.tables import HeadingEstimatorTable
 from steerway.guidance.reference import Reference
+from steerway.guidance.waypoints import Phase
+from steerway.live.autopilot.guide import Guide
 from steerway.live.autopilot.integrity import ReceiverMonitor, ResponseMonitor
 from steerway.live.autopilot.limits import LimitGuard
+from steerway.live.autopilot.measured import MeasuredSpeed
 from steerway.live.autopilot.mission import GeodeticRoute
-from steerway.live.autopilot.piloting import DEFAULT_KINDS, YAW_RATE, pilot_of, response_of
-from steerway.live.autopilot.speeds import MeasuredSpeed
+from steerway.live.autopilot.piloting import YAW_RATE, boat_of, pilot_of
 from steerway.live.autopilot.watch import Watch
-from steerway.live.base.orders import UNDER_WAY, Order, State
-from steerway.live.base.rows import InputRow, Row
+from steerway.live.rows import UNDER_WAY, InputRow, Order, Row, State
+from steerway.pilot import Mode, Pilot, Steered
+from steerway.simulation.estimator_tables import HeadingEstimatorTable
 
 _SLOWEST = 1.5
 """Of the profile's steerageway: the least speed that is demanded."""
@@ -31,14 +35,14 @@ _NO_NUMBER = "the estimate is no number"
 
 
 class Supervisor:
-    """Steers along the leg of each tick by its `pilot`, while everything allows it.
+    """Lets its `pilot` steer along the leg of each tick, while everything allows it.
 
-    route:   gives limits, fence, boat and safe output.
+    route:   what is followed, with limits, fence, boat and safe output.
     profile: of the estimator; it limits the bandwidth of the course loop.
     max_dead_reckoning: time without a fix for which it steers on, s.
     engage:  start once without being asked, as soon as it is ready.
     takes:   what carries out the orders, one of `piloting.ACTUATIONS`.
-    kinds:   of the autopilot and of the speed controller; see `piloting.pilot_of`.
+    kinds:   of the autopilot and of the speed controller; see `build.build_pilot`.
     measured: gives the speed that is held; None: the row's.
     heading: which filter gives the heading; see `piloting.pilot_of`.
     """
@@ -55,10 +59,11 @@ class Supervisor:
         heading: HeadingEstimatorTable = HeadingEstimatorTable(),  # noqa: B008
     ):
         profile = Profile.named(profile) if isinstance(profile, str) else profile
-        self.pilot = pilot_of(route, profile, takes, max_dead_reckoning, kinds, heading)
+        self.pilot = pilot_of(route, profile, takes, kinds, heading, self)
+        self.leg: Leg | None = None  # of the last tick, None when the route is finished
         self.state = State.IDLE
         self.reason = "no position yet"
-        self.hands_back = route.safe == "hand-back"
+        self.hands_back = route.settings.safe == "hand-back"
         self.measured = measured
         self._slowest = _SLOWEST * profile.steerageway
         self._engage = engage
@@ -68,17 +73,18 @@ class Supervisor:
         self._is_new = False  # started, and no step since
         self._obstacle = self.reason
         self._watch = Watch(max_dead_reckoning)
-        self._guard = LimitGuard(route.limits, route.fence)
+        self._trouble, self._speed = "", math.nan  # of the tick: why to stop, and the speed of the leg
+        self._guard = LimitGuard(route.settings.limits, route.fence)
         self._receiver, self._response = ReceiverMonitor(), None
         if takes == YAW_RATE:  # the turn that propellers make is not ordered, and is another in a current
-            response = response_of(route, takes)
-            self._response = ResponseMonitor(response.time, response.speed)
+            boat = boat_of(route, takes)
+            self._response = ResponseMonitor(boat.nomoto_time, boat.cruise)
         self._monitors = [each for each in (self._receiver, self._response) if each]
 
     @property
-    def begins(self) -> bool:
-        """Whether the next step is the first of a route, which has to be restarted for it."""
-        return self._is_new and self._is_finished
+    def guide(self) -> Guide:
+        """What is followed."""
+        return self.pilot.mission
 
     def start(self) -> None:
         """Steer from the next step on: the route from its beginning, or on from where it was stopped.
@@ -148,33 +154,75 @@ class Supervisor:
         """A position came whose time does not follow that of the last fix."""
         self._watch.untimely()
 
-    def step(self, row: Row, leg: Leg | None, dt: float) -> Order:
-        """The order of a tick, dt s after the one before; leg None: the route is finished."""
-        trouble = self._watch.step(row, dt)
+    def step(self, row: Row, dt: float) -> Order:
+        """The order of a tick, dt s after the one before."""
+        self._trouble = self._watch.step(row, dt)
         if self._response is not None:
             self._response.order(self.pilot.estimator.ordered, dt)
+        if self._is_new and self._is_finished:
+            self.guide.restart()
+        self.guide.row = row
+        done = self.pilot.step(row, dt)
+        course = done.desired.angle
+        self.leg = self.guide.shown(done.leg, course)
+        if done.command and self.state in UNDER_WAY:
+            return Order(self.state, self.reason, True, *done.command, course, done.speed)
+        return Order(self.state, self.reason, self.state is State.STOPPED and not self.hands_back)
+
+    def judge(self, pilot: Pilot, row: Row, estimate: Estimate, leg: LegState, dt: float) -> Mode:
+        """See `pilot.Observer`: whether to steer, by what is known and where the boat is."""
+        cross_track = math.nan if self.guide.finished else leg.cross_track
+        self._speed = self.guide.slowed(leg)
         if self.state in UNDER_WAY:
-            self._go_on(row, leg, dt, trouble)
-        self._obstacle = self._watch.obstacle(row) or self._guard.obstacle(row, leg) or self._vehicle
+            self._go_on(row, cross_track, dt)
+        self._obstacle = self._watch.obstacle(row) or self._guard.obstacle(row, cross_track) or self._vehicle
         if self.state in (State.IDLE, State.READY):
             self._wait()
-        return self._order(row, leg, dt)
+        if self.state not in UNDER_WAY or self._is_new:
+            return Mode.IDLE
+        return Mode.HOLDING if self.guide.phase is Phase.HOLDING else Mode.UNDER_WAY
 
-    def _go_on(self, row, leg, dt, trouble):
+    def ask(
+        self, pilot: Pilot, desired: Reference, speed: float, estimate: Estimate
+    ) -> tuple[Reference, float, Estimate]:
+        """See `pilot.Observer`: a speed at which the boat can be steered and turns, and the speed that is measured."""
+        if pilot.mode not in (Mode.UNDER_WAY, Mode.HOLDING):
+            return desired, speed, estimate
+        if pilot.autopilot.schedule is not None:
+            pilot.autopilot.schedule.fix_interval = self._watch.interval
+        turning = 1.0 if pilot.uses_current(estimate) else self._slowing(desired.angle)
+        if self.measured is not None:
+            along = self.measured.speed(self.guide.row.time)
+            if math.isfinite(along):
+                estimate = estimate._replace(sog=abs(along))
+            pilot.measured_shaft(self.measured.shaft)
+        return Reference(desired.angle, 0.0, 0.0), max(self._slowest, self._speed * turning), estimate
+
+    def allows(self, pilot: Pilot, steered: Steered, estimate: Estimate) -> bool:
+        """See `pilot.Observer`: whether the commands are numbers; where not, the autopilot stops."""
+        if not steered.command or all(map(math.isfinite, (*steered.command, estimate.north, estimate.east))):
+            return True
+        self.stop(_NO_NUMBER)
+        pilot.estimator.restart()
+        return False
+
+    def _go_on(self, row, cross_track, dt):
+        is_held = self.guide.phase is Phase.HOLDING
+        trouble = self._trouble
         if self._is_new:
             self._is_new = self._is_finished = False
             self.pilot.restart()
             self._guard.start()
             for monitor in self._monitors:
                 monitor.restart()
-        if leg is not None and leg.is_held and self._response is not None:
+        if is_held and self._response is not None:
             self._response.restart()  # positions of a boat that hardly moves show no turn
-        if leg is None:
+        if self.guide.finished:
             self._is_finished = True
             trouble = trouble or "the route is finished"
         if self.pilot.in_current is not None:
             trouble = trouble or self.pilot.in_current.trouble
-        trouble = trouble or self._guard.step(row, leg, dt)
+        trouble = trouble or self._guard.step(row, cross_track, is_held, dt)
         trouble = trouble or next(filter(None, (each.trouble for each in self._monitors)), "")
         if trouble:
             self.stop(trouble)
@@ -187,35 +235,6 @@ class Supervisor:
         self.state, self.reason = (State.IDLE, self._obstacle) if self._obstacle else (State.READY, "")
         if self._engage and self.state is State.READY:
             self.start()
-
-    def _order(self, row, leg, dt):
-        if self.state not in UNDER_WAY or self._is_new or leg is None:
-            return self._none()
-        pilot = self.pilot
-        if pilot.autopilot.schedule is not None:
-            pilot.autopilot.schedule.fix_interval = self._watch.interval
-        estimate = pilot.estimator.step(row, dt)
-        knows = pilot.uses_current(estimate)
-        speed = max(self._slowest, leg.speed * (1.0 if knows else self._slowing(leg.course_to_steer)))
-        if self.measured is not None:
-            along = self.measured.speed(row.time)
-            if math.isfinite(along):
-                estimate = estimate._replace(sog=abs(along))
-            pilot.measured_shaft(self.measured.shaft)
-        if leg.is_held and knows and pilot.holds:
-            steered = pilot.hold(leg.distance, leg.bearing, estimate, dt)
-        else:
-            steered = pilot.steer(Reference(leg.course_to_steer, 0.0, 0.0), speed, estimate, dt)
-        if not all(map(math.isfinite, (*steered.command, estimate.north, estimate.east))):
-            self.stop(_NO_NUMBER)
-            pilot.estimator.restart()
-            return self._none()
-        return Order(self.state, self.reason, True, *steered.command, leg.course_to_steer, speed)
-
-    def _none(self):
-        """The order of an autopilot that does not steer."""
-        self.pilot.estimator.order(math.nan, math.nan)
-        return Order(self.state, self.reason, self.state is State.STOPPED and not self.hands_back)
 
     def _slowing(self, course_to_steer):
         """Share of the route's speed, by the turn that the reference has still to make."""

@@ -6,8 +6,8 @@ from itertools import pairwise
 
 from steerway.core.checks import positive
 from steerway.core.records import STATUSES
-from steerway.live.base.clock import FixClock
-from steerway.live.base.rows import Row
+from steerway.live.rows import Row
+from steerway.live.tick_timing import FixClock
 
 LATE_TICK = 0.5
 """s between two steps above which the service is late."""

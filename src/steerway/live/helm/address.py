@@ -4,9 +4,9 @@ import ipaddress
 import os
 import re
 from typing import NamedTuple
-from urllib.parse import urlsplit
 
 from steerway.core.errors import InputError
+from steerway.live.uri import host_and_port, secret_in
 
 DEFAULT = "127.0.0.1:8080"
 TOKEN_VARIABLE = "STEERWAY_HELM_TOKEN"
@@ -42,20 +42,11 @@ def address(text: str, token: str | None = None) -> Address:
     a token.
     """
     try:
-        parts = urlsplit(f"//{text}")
-        host, port = parts.hostname, _PORT if parts.port is None else parts.port
+        host, port = host_and_port(text)
+        port = _PORT if port is None else port
     except ValueError:
-        host, port, parts = None, 0, urlsplit("")
-    if (
-        not host
-        or not _HOST.fullmatch(host)
-        or host.isdigit()
-        or parts.path
-        or parts.query
-        or parts.fragment
-        or parts.username is not None
-        or not port
-    ):
+        host, port = "", 0
+    if not _HOST.fullmatch(host) or host.isdigit() or not port:
         raise InputError(f"helm is {text!r}, expected host:port such as {DEFAULT}")
     found = Address(host, port, checked(token))
     if not found.is_loopback and found.token is None:
@@ -82,13 +73,7 @@ def token_of(path: str | None, variable: str = TOKEN_VARIABLE, whose: str = "hel
     """
     if path is None:
         return os.environ.get(variable) or None
-    try:
-        with open(path, encoding="utf-8") as file:
-            return file.read(4096).strip()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(
-            f"{whose}-token-file {path} cannot be read: {getattr(error, 'strerror', None) or error}"
-        ) from None
+    return secret_in(path, f"{whose}-token-file")
 
 
 def is_loopback(host: str) -> bool:

@@ -6,10 +6,10 @@ from importlib.resources import files
 
 from nicegui import ui
 
-from steerway.live.helm.board import Board
 from steerway.live.helm.chart import Window, around, moving, still
-from steerway.live.helm.strips import Point, strip, unwound
-from steerway.live.helm.words import tone, words
+from steerway.live.helm.page_state import Board
+from steerway.live.helm.time_plots import Point, strip, unwound
+from steerway.live.helm.view_text import tone, words
 
 _LOOK = 0.1  # s between two checks for a new view
 _FRESH = 10  # views by which a page may lag and its start still be accepted

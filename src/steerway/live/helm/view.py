@@ -34,7 +34,6 @@ class View(NamedTuple):
     done: float | None = None  # the share of the route that is behind
     bearing_deg: float | None = None
     steer_deg: float | None = None
-    closing_kn: float | None = None
     state: str | None = None  # of the autopilot; None without one
     reason: str = ""
     is_engaged: bool = False

@@ -15,7 +15,7 @@ from typing import Protocol
 from steerway.core.timestamps import unix_times
 from steerway.formats import nmea0183, ubx
 from steerway.formats.nmea0183.epochs import NEAR, ROLLOVER
-from steerway.live.base.rows import InputRow, rows_of
+from steerway.live.rows import InputRow, rows_of
 
 _DAY = 86400.0
 _UNDATED = 1e8  # Unix time below which the date is not known
@@ -30,8 +30,8 @@ class Decoder(Protocol):
     def feed(self, data: bytes) -> list[InputRow]:
         """The rows that these bytes complete."""
 
-    def settle(self) -> list[InputRow]:
-        """The link is silent: the rows that were held back."""
+    def complete_on_silence(self) -> list[InputRow]:
+        """Incomplete epochs, after a pause in the data."""
 
 
 class ReceiverDecoder:
@@ -53,7 +53,7 @@ class ReceiverDecoder:
         messages.feed(data)
         return self._taken(False)
 
-    def settle(self) -> list[InputRow]:
+    def complete_on_silence(self) -> list[InputRow]:
         """See Decoder."""
         return self._taken(True)
 
@@ -102,7 +102,7 @@ class _Epochs:
         self._open[row.source] = row
         return self._taken([waiting])
 
-    def settle(self) -> list[InputRow]:
+    def complete_on_silence(self) -> list[InputRow]:
         waiting, self._open = sorted(self._open.values(), key=lambda row: row.time), {}
         return self._taken(waiting)
 
@@ -130,9 +130,9 @@ class JsonDecoder(ABC):
         self._tail = self._tail[-_LONGEST:]
         return [done for line in lines if line.strip() for done in self.message(line)]
 
-    def settle(self) -> list[InputRow]:
+    def complete_on_silence(self) -> list[InputRow]:
         """See Decoder."""
-        return self._epochs.settle()
+        return self._epochs.complete_on_silence()
 
     def message(self, text: bytes | str) -> list[InputRow]:
         """The rows that one message completes."""

@@ -9,8 +9,8 @@ import queue
 import sys
 import threading
 
-from steerway.live.base.uri import Uri
 from steerway.live.links.link import WAITING, Sink
+from steerway.live.uri import Uri
 
 LOG = logging.getLogger("steerway.live")
 

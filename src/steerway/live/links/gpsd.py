@@ -4,13 +4,13 @@ One receiver that sends NMEA 0183 or UBX is read as it is, through gpsd: so epoc
 Of several, and of other receivers, gpsd's own reports are read.
 """
 
-import asyncio
 import json
 import math
 
-from steerway.live.base.rows import InputRow
 from steerway.live.links.decoding import JsonDecoder, ReceiverDecoder, angle, moment
-from steerway.live.links.link import PIECE, Input
+from steerway.live.links.link import Input
+from steerway.live.links.transport import Transport
+from steerway.live.rows import InputRow
 
 _JSON = b'?WATCH={"enable":true,"json":true}\n'
 _READ_AS_THEY_ARE = ("NMEA0183", "Garmin NMEA", "MTK-3301", "u-blox")
@@ -24,17 +24,15 @@ class GpsdInput(Input):
         return GpsdDecoder(self.place)
 
     async def _read(self, feed):
+        def receive(data, answer):
+            feed.feed(data)
+            if feed.decoder.request:
+                answer(feed.decoder.request)
+                feed.decoder.request = b""
+
         feed.decoder.restart()
-        reader, writer = await asyncio.open_connection(self.uri.host or "127.0.0.1", self.uri.port)
-        try:
-            writer.write(_JSON)
-            while data := await reader.read(PIECE):
-                feed.feed(data)
-                if feed.decoder.request:
-                    writer.write(feed.decoder.request)
-                    feed.decoder.request = b""
-        finally:
-            writer.close()
+        link = Transport(self.uri, "tcp", receive, lambda: link.write(_JSON))
+        await link.open()
 
 
 class GpsdDecoder(JsonDecoder):
@@ -59,9 +57,9 @@ class GpsdDecoder(JsonDecoder):
         """See Decoder."""
         return super().feed(data) if self._receiver is None else self._receiver.feed(data)
 
-    def settle(self) -> list[InputRow]:
+    def complete_on_silence(self) -> list[InputRow]:
         """See Decoder."""
-        return super().settle() if self._receiver is None else self._receiver.settle()
+        return super().complete_on_silence() if self._receiver is None else self._receiver.complete_on_silence()
 
     def _rows(self, message):
         if self._receiver is not None:  # the rest of a piece that came before the receiver's bytes

@@ -6,18 +6,14 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Callable
 
-from steerway.live.base.uri import Uri
 from steerway.live.links.decoding import Decoder, ReceiverDecoder
+from steerway.live.uri import Uri
 
 LOG = logging.getLogger("steerway.live")
 SILENCE = 0.05
 """s without a byte after which an epoch is complete."""
 RETRY = 1.0
 """s from the failure of a link to the next attempt."""
-PIECE = 4096
-"""Bytes read at once."""
-BACKLOG = 1 << 16
-"""Bytes that may wait for a peer."""
 WAITING = 1000
 """Messages that may wait for a link to open or a file to be written."""
 
@@ -48,9 +44,9 @@ class Feed:
             if not self._has_failed:
                 LOG.exception("%s bytes of a link cannot be decoded and are dropped", len(data))
             self._has_failed = True
-        self.pass_on(rows)
+        self.deliver(rows)
 
-    def pass_on(self, rows: list) -> None:
+    def deliver(self, rows: list) -> None:
         """Deliver complete rows; incomplete ones follow when nothing comes for `SILENCE`."""
         if rows:
             self._deliver(rows)
@@ -58,11 +54,11 @@ class Feed:
             self._timer.cancel()
         loop = asyncio.get_running_loop()
         self._arrived = loop.time()
-        self._timer = loop.call_later(SILENCE, self.settle)
+        self._timer = loop.call_later(SILENCE, self.complete_on_silence)
 
-    def settle(self) -> None:
+    def complete_on_silence(self) -> None:
         """The link is silent."""
-        rows = self.decoder.settle()
+        rows = self.decoder.complete_on_silence()
         if rows:
             self._deliver(rows, self._arrived)
 
@@ -80,7 +76,7 @@ class Input(ABC):
         try:
             await kept_open(self.uri.text, lambda: self._read(feed))
         finally:
-            feed.settle()
+            feed.complete_on_silence()
 
     def _decoder(self) -> Decoder:
         return ReceiverDecoder(self.place)
@@ -107,29 +103,6 @@ class Sink(ABC):
 
     def close(self) -> None:  # noqa: B027
         """Nothing more will be written."""
-
-
-class StreamSink(Sink):
-    """Writes to any number of open streams."""
-
-    def __init__(self, uri: Uri):
-        super().__init__(uri)
-        self.writers: set = set()
-
-    def send(self, message: bytes) -> None:
-        """See Sink."""
-        for transport in list(self.writers):
-            if transport.is_closing():
-                self.writers.discard(transport)
-            elif transport.get_write_buffer_size() > BACKLOG:
-                self.lost += 1
-            else:
-                transport.write(message)
-
-    def close(self) -> None:
-        """See Sink."""
-        for transport in self.writers:
-            transport.close()
 
 
 async def kept_open(name: str, attempt: Callable[[], Awaitable[None]]) -> None:

@@ -5,15 +5,13 @@ import contextlib
 import json
 import math
 from contextlib import asynccontextmanager
-from pathlib import Path
 
-from steerway.core.errors import InputError
 from steerway.core.extras import require
 from steerway.formats.dilution import deviation
-from steerway.live.base.rows import InputRow
-from steerway.live.base.uri import Uri
 from steerway.live.links.decoding import JsonDecoder, angle, moment
 from steerway.live.links.link import WAITING, Input, Sink, kept_open
+from steerway.live.rows import InputRow
+from steerway.live.uri import Uri, secret_in
 
 _PATHS = {
     "navigation.speedOverGround": "sog",
@@ -40,12 +38,7 @@ def token_of(uri: Uri) -> str:
     Raises InputError for a file that cannot be read.
     """
     path = uri.options.get("token-file")
-    if path is None:
-        return uri.options.get("token", "")
-    try:
-        return Path(path).read_text(encoding="utf-8").strip()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"token-file {path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    return uri.options.get("token", "") if path is None else secret_in(path, "token-file")
 
 
 @asynccontextmanager
@@ -76,7 +69,7 @@ class SignalKInput(Input):
         async with connected(self.uri) as socket:
             await socket.send(json.dumps({"context": "vessels.self", "subscribe": wanted}))
             async for message in socket:
-                feed.pass_on(feed.decoder.message(message))
+                feed.deliver(feed.decoder.message(message))
 
 
 class SignalKSink(Sink):
@@ -85,7 +78,7 @@ class SignalKSink(Sink):
     def __init__(self, uri: Uri):
         super().__init__(uri)
         self._waiting: asyncio.Queue = asyncio.Queue(WAITING)
-        self.is_open = False
+        self.has_peer = False
 
     async def run(self) -> None:
         """See Sink."""
@@ -93,14 +86,14 @@ class SignalKSink(Sink):
 
     def send(self, message: bytes) -> None:
         """See Sink."""
-        if not self.is_open or self._waiting.full():
+        if not self.has_peer or self._waiting.full():
             self.lost += 1
             return
         self._waiting.put_nowait(message.decode())
 
     async def _write(self):
         async with connected(self.uri) as connection:
-            self.is_open = True
+            self.has_peer = True
             discard = asyncio.create_task(_discard(connection))
             try:
                 while not discard.done():
@@ -109,7 +102,7 @@ class SignalKSink(Sink):
                             message = await self._waiting.get()
                         await connection.send(message)
             finally:
-                self.is_open = False
+                self.has_peer = False
                 discard.cancel()
 
 

@@ -7,14 +7,14 @@ import time
 from typing import Protocol
 
 from steerway.core.checks import positive
-from steerway.live.base.orders import Order, State
-from steerway.live.base.rows import Row
-from steerway.live.base.uri import Uri
 from steerway.live.links.link import Deliver
 from steerway.live.mavlink.decoding import MavlinkDecoder
+from steerway.live.mavlink.dialect import key_of
 from steerway.live.mavlink.guided import SILENCE, SYSTEM, Guided
 from steerway.live.mavlink.link import MavlinkLink
-from steerway.live.mavlink.signing import key_of
+from steerway.live.outputs.output import Output
+from steerway.live.rows import Order, Row, State
+from steerway.live.uri import Uri
 
 LOG = logging.getLogger("steerway.live")
 CARRIERS = ("udpin", "udpout", "tcp")
@@ -39,7 +39,7 @@ class Commanded(Protocol):
     def stop(self, reason: str) -> None: ...
 
 
-class Companion:
+class Companion(Output):
     """An input and an output on one link. Options of its address: those of `Guided`, and `baud`.
 
     The state of the link, and refusals of the vehicle, are reported to the supervisor.
@@ -75,9 +75,6 @@ class Companion:
             finally:
                 self.link.send(self.guided.last_messages(self.supervisor is not None and self.supervisor.hands_back))
 
-    def fix(self, row: Row) -> None:
-        """See Output."""
-
     def tick(self, row: Row, leg=None, order: Order | None = None) -> None:
         """See Output."""
         self._order, self._ordered = order, time.monotonic()
@@ -85,9 +82,6 @@ class Companion:
     def unreachable(self) -> str:
         """Why no order reaches the vehicle, "" when they do."""
         return "" if self.guided.alive(time.monotonic()) else f"link {self.link.uri.text} is lost"
-
-    def close(self) -> None:
-        """See Output. The last messages are sent when the link is left."""
 
     def _receive(self, message):
         now, before = time.monotonic(), self.guided.vehicle

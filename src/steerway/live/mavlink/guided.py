@@ -7,9 +7,9 @@ runs, and given back when it stops. A mode that is set from elsewhere is not ove
 import math
 from enum import Enum
 
-from steerway.live.base.orders import Order, State
 from steerway.live.mavlink.dialect import RoverMode, mode_name
 from steerway.live.mavlink.readiness import Readiness, result_words
+from steerway.live.rows import Order, State
 
 SYSTEM = 1  # before the vehicle is known; then its own, as is usual for companion computers
 SILENCE = 2.5
@@ -146,7 +146,7 @@ class Guided:
 
     @property
     def is_refused(self) -> bool:
-        """Whether the vehicle was not taken over at all."""
+        """True if the take-over failed before it was complete."""
         return bool(self.refusal) and self.phase is Takeover.TAKING
 
     def due(self, now: float, order: Order | None) -> list:

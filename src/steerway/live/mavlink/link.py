@@ -1,18 +1,14 @@
 """A link that carries MAVLink both ways: UDP, TCP or a serial line. Sending never waits for the peer."""
 
-import asyncio
-import contextlib
-import os
 from collections.abc import Callable
 
-from steerway.live.base.uri import Uri
-from steerway.live.links.link import PIECE, kept_open
-from steerway.live.links.serial import opened
-from steerway.live.links.udp import Datagrams
-from steerway.live.mavlink.dialect import dialect
-from steerway.live.mavlink.signing import sign
+from steerway.live.links.link import kept_open
+from steerway.live.links.transport import Transport, Write
+from steerway.live.mavlink.dialect import dialect, sign
+from steerway.live.uri import Uri
 
-_BACKLOG = 1 << 14  # bytes that may wait for a TCP peer
+_BACKLOG = 1 << 14  # bytes that may wait for a TCP peer; of a serial line none: an order that waits is out of date
+_KINDS = {"udpin": "udp", "udpout": "udpout", "tcp": "tcp", "": "serial"}
 
 
 class MavlinkLink:
@@ -28,7 +24,9 @@ class MavlinkLink:
         self.messages = dialect(uri.text)
         self._codec = self.messages.MAVLink(None, system, component)
         self._codec.robust_parsing = True
-        self._write: Callable[[bytes], None] | None = None
+        kind = _KINDS[uri.via]
+        self._transport = Transport(uri, kind, self._receive, backlog=_BACKLOG if kind != "serial" else 0)
+        self._answer: Write | None = None
         self.lost = 0
         self.broken = 0
 
@@ -50,21 +48,29 @@ class MavlinkLink:
         for message in messages:
             packet = message.pack(self._codec)
             self._codec.seq = (self._codec.seq + 1) % 256
-            if self._write is None:
-                self.lost += 1
-                continue
-            try:
-                self._write(packet)
-            except OSError:
+            if self._answer is not None:
+                self._answer(packet)
+            elif not self._transport.peers or not self._transport.write(packet):
                 self.lost += 1
 
     async def run(self) -> None:
         """Keep the link open until cancelled."""
-        opens = {"udpin": self._udp, "udpout": self._udp, "tcp": self._tcp, "": self._serial}
+        await kept_open(self.uri.text, self._open)
+
+    async def _open(self):
+        self._answer = None
         try:
-            await kept_open(self.uri.text, opens[self.uri.via])
+            await self._transport.open()
         finally:
-            self._write = None
+            self._answer = None
+
+    def _receive(self, data, answer):
+        """A piece; of datagrams the sender of the last accepted one is answered."""
+        by_datagrams = self.uri.via in ("udpin", "udpout")
+        if by_datagrams:  # one holds whole packets: what another sender left unfinished is no part of it
+            self._begin()
+        if self._feed(data) and self.uri.via == "udpin":
+            self._answer = answer
 
     def _feed(self, data):
         """Whether any of the messages in a piece is accepted."""
@@ -77,72 +83,6 @@ class MavlinkLink:
         return accepted
 
     def _begin(self):
-        """A datagram holds whole packets: what another sender left unfinished is no part of it."""
         self._codec.buf, self._codec.buf_index = bytearray(), 0
         self._codec.expected_length = self.messages.HEADER_LEN_V1 + 2
         self._codec.have_prefix_error = False
-
-    async def _udp(self):
-        link, sends_first = self, self.uri.via == "udpout"
-
-        def receive(data, address):
-            link._begin()
-            if link._feed(data) and not sends_first:
-                link._write = lambda packet: transport.sendto(packet, address)
-
-        there = (self.uri.host or "127.0.0.1", self.uri.port)
-        ends = {"remote_addr": there} if sends_first else {"local_addr": there}
-        transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(lambda: Datagrams(receive), **ends)
-        if sends_first:
-            self._write = transport.sendto
-        await self._until_gone(asyncio.Event().wait(), transport)
-
-    async def _tcp(self):
-        reader, writer = await asyncio.open_connection(self.uri.host or "127.0.0.1", self.uri.port)
-
-        def write(packet):
-            if writer.transport.get_write_buffer_size() > _BACKLOG:
-                raise OSError
-            writer.write(packet)
-
-        async def read():
-            while data := await reader.read(PIECE):
-                self._feed(data)
-
-        self._write = write
-        await self._until_gone(read(), writer)
-
-    async def _serial(self):
-        loop, gone = asyncio.get_running_loop(), asyncio.get_running_loop().create_future()
-        with opened(self.uri) as port:
-            file = port.fileno()
-
-            def read():
-                try:
-                    data = os.read(file, PIECE)
-                except BlockingIOError:
-                    return
-                except OSError as error:
-                    data = b""
-                    if not gone.done():
-                        gone.set_exception(error)
-                if data:
-                    self._feed(data)
-                elif not gone.done():
-                    gone.set_result(None)
-
-            loop.add_reader(file, read)
-            self._write = lambda packet: os.write(file, packet)
-            try:
-                await gone
-            finally:
-                self._write = None
-                loop.remove_reader(file)
-
-    async def _until_gone(self, gone, transport):
-        try:
-            await gone
-        finally:
-            self._write = None
-            with contextlib.suppress(OSError):
-                transport.close()

@@ -5,9 +5,9 @@ out.
 """
 
 import asyncio
-import contextlib
 import logging
 import math
+import struct
 import time
 import uuid
 
@@ -15,15 +15,14 @@ from steerway.core.extras import require
 from steerway.core.leg import Leg
 from steerway.formats.nmea2000.decoder import Decoder
 from steerway.formats.nmea2000.fields import MESSAGES
-from steerway.formats.nmea2000.frames import Frame, Joiner, Splitter, frame_of, identifier_of
+from steerway.formats.nmea2000.frames import BROADCAST, Frame, Joiner, Splitter, frame_of, identifier_of
 from steerway.formats.nmea2000.text import frame_of_line
-from steerway.live.base.orders import UNDER_WAY, Order
-from steerway.live.base.rows import InputRow, Row
-from steerway.live.base.uri import Uri
-from steerway.live.links.link import BACKLOG, Deliver, kept_open
+from steerway.live.links.link import Deliver, kept_open
+from steerway.live.links.transport import Transport
 from steerway.live.n2k import writing
-from steerway.live.n2k.claim import AddressClaim, name_of
-from steerway.live.outputs.rhythm import Rhythm
+from steerway.live.outputs.output import Output, Rhythm
+from steerway.live.rows import UNDER_WAY, InputRow, Order, Row
+from steerway.live.uri import Uri
 
 LOG = logging.getLogger("steerway.live")
 _PERIODS = {"motion": 0.1, "leg": 1.0, "orders": 0.25}
@@ -64,7 +63,7 @@ class N2kDecoder:
         return [InputRow(f"{source}{self._place}", moment, **values)]
 
 
-class N2kDevice:
+class N2kDevice(Output):
     """Output and link in one, and an input with `run(deliver)`; opened once for both.
 
     Sent: 129026 and 127251 ten times a second, 129283 and 129284 once a second on a route, and 127237 four times a
@@ -91,9 +90,6 @@ class N2kDevice:
         self._runs = True
         await kept_open(self.uri.text, self._bus if self.uri.scheme == "n2k" else self._gateway)
 
-    def fix(self, row: Row) -> None:
-        """See Output."""
-
     def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
         """See Output."""
         if not self.claim.holds(time.monotonic()):
@@ -111,9 +107,6 @@ class N2kDevice:
         engaged = order is not None and order.engaged and order.state in UNDER_WAY
         if engaged and self._rhythms["orders"].is_due(row.time):
             self._send(127237, writing.write_track_control(order.course, order.yaw_rate), priority=2)
-
-    def close(self) -> None:
-        """See Output; the link ends with `run`."""
 
     def unreachable(self) -> str:
         """Why no order reaches the bus, "" when they do."""
@@ -173,27 +166,77 @@ class N2kDevice:
             bus.shutdown()
 
     async def _gateway(self):
-        reader, writer = await asyncio.open_connection(self.uri.host, self.uri.port, limit=_LONGEST)
+        self._begun = b""
 
         def write(identifier, data):
-            if writer.transport.get_write_buffer_size() > BACKLOG:
+            if not gateway.write(f"{identifier:08X} {data.hex(' ').upper()}\r\n".encode()):
                 raise OSError
-            writer.write(f"{identifier:08X} {data.hex(' ').upper()}\r\n".encode())
 
+        gateway = Transport(self.uri, "tcp", self._lines, lambda: self._opened(write))
         try:
-            self._opened(write)
-            while line := await reader.readline():
-                frame = frame_of_line(line)
-                if frame is not None:
-                    self._frame(frame, time.time())
-        except ValueError:
-            raise OSError(f"a line of more than {_LONGEST} characters, expected the RAW format") from None
+            await gateway.open()
         finally:
             self._write = None
-            with contextlib.suppress(OSError):
-                writer.close()
+
+    def _lines(self, data, answer):
+        *lines, self._begun = (self._begun + data).split(b"\n")
+        for line in lines:
+            frame = frame_of_line(line) if len(line) < _LONGEST else None
+            if frame is not None:
+                self._frame(frame, time.time())
+        if max(map(len, (*lines, self._begun))) >= _LONGEST:
+            raise OSError(f"a line of more than {_LONGEST} characters, expected the RAW format")
 
 
 def _number(waypoint):
     digits = waypoint.removeprefix("WP")
     return int(digits) if digits.isascii() and digits.isdigit() else 0xFFFFFFFF
+
+
+CLAIM, REQUEST = 60928, 59904
+NO_ADDRESS = 254
+_WAIT = 0.25  # s after a claim before anything else is sent
+_HIGHEST = 251
+_NAVIGATION, _OWN_POSITION, _MARINE, _UNKNOWN_MAKER = 60, 145, 4, 2047
+
+
+def name_of(identity: int) -> int:
+    """The NAME of a device: its identity number, class and function; it may take any address."""
+    low = (identity & 0x1FFFFF) | _UNKNOWN_MAKER << 21
+    high = _OWN_POSITION << 8 | _NAVIGATION << 17 | _MARINE << 28 | 1 << 31
+    return high << 32 | low
+
+
+class AddressClaim:
+    """No clock and no I/O: `begin`, then `receive` every frame; both return the frames to send as (PGN, data)."""
+
+    def __init__(self, name: int, address: int = 40):
+        self.name, self.address = name, address
+        self._first = address
+        self._since = math.inf
+
+    def holds(self, now: float) -> bool:
+        """Whether the address may be used."""
+        return self.address != NO_ADDRESS and now - self._since >= _WAIT
+
+    def begin(self, now: float) -> list[tuple[int, bytes]]:
+        """Claim the address."""
+        self._since = now
+        return [(CLAIM, struct.pack("<Q", self.name))]
+
+    def receive(self, frame: Frame, now: float) -> list[tuple[int, bytes]]:
+        """The answer to a frame of another device."""
+        if frame.pgn == REQUEST and frame.destination in (BROADCAST, self.address) and len(frame.data) >= 3:
+            asked = int.from_bytes(frame.data[:3], "little")
+            return [(CLAIM, struct.pack("<Q", self.name))] if asked == CLAIM else []
+        if frame.pgn != CLAIM or frame.source != self.address or len(frame.data) != 8:
+            return []
+        (other,) = struct.unpack("<Q", frame.data)
+        if other == self.name:
+            return []
+        if self.name < other:
+            return [(CLAIM, struct.pack("<Q", self.name))]
+        self.address = 0 if self.address >= _HIGHEST else self.address + 1
+        if self.address == self._first:
+            self.address = NO_ADDRESS
+        return self.begin(now)

@@ -11,12 +11,11 @@ import math
 from steerway.core.extras import require
 from steerway.core.leg import Leg
 from steerway.core.records import MOTION_COLUMNS
-from steerway.live.base.orders import Order
-from steerway.live.base.rows import Row
-from steerway.live.base.uri import Uri
 from steerway.live.links.link import kept_open
 from steerway.live.outputs.json_lines import json_line
-from steerway.live.outputs.rhythm import Rhythm
+from steerway.live.outputs.output import Output, Rhythm
+from steerway.live.rows import Order, Row
+from steerway.live.uri import Uri
 
 POSITION, ESTIMATE = "/position", "/estimate"
 """Topics."""
@@ -34,8 +33,11 @@ def require_foxglove(uri: Uri) -> None:
     require(f"{uri.text}:", "foxglove")
 
 
-class FoxgloveServer:
-    """Output and link in one: a `foxglove.LocationFix` and a JSON message, as of `stdout:`, once a period (s)."""
+class FoxgloveServer(Output):
+    """Output and link in one: a `foxglove.LocationFix` and a JSON message, as of `stdout:`, once a period (s).
+
+    The server ends with `run`.
+    """
 
     def __init__(self, uri: Uri, period: float = 0.1):
         import foxglove
@@ -52,9 +54,6 @@ class FoxgloveServer:
         """Keep the server open until cancelled."""
         await kept_open(self.uri.text, self._serve)
 
-    def fix(self, row: Row) -> None:
-        """See Output."""
-
     def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
         """See Output."""
         if not self._rhythm.is_due(row.time):
@@ -63,9 +62,6 @@ class FoxgloveServer:
         if row.valid:
             self._position.log(_location(row, moment), log_time=moment)
         self._estimate.log(json_line(row, order), log_time=moment)
-
-    def close(self) -> None:
-        """See Output; the server ends with `run`."""
 
     async def _serve(self):
         import foxglove

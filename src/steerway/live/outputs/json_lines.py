@@ -5,19 +5,20 @@ import math
 
 from steerway.core.leg import Leg
 from steerway.core.records import MOTION_COLUMNS, STATUSES
-from steerway.live.base.orders import Order
-from steerway.live.base.rows import Row
 from steerway.live.links.link import Sink
+from steerway.live.outputs.output import SinkOutput
+from steerway.live.rows import Order, Row
 
 
-class JsonLines:
+class JsonLines(SinkOutput):
     """A line of JSON a fix, or with `every_tick` a line a tick; the columns are those of `estimate`.
 
     With an autopilot also its `state` and `reason` (null for none), of the tick before a fix.
     """
 
     def __init__(self, sink: Sink, every_tick: bool = False):
-        self.sink, self.every_tick = sink, every_tick
+        super().__init__(sink)
+        self.every_tick = every_tick
         self._order: Order | None = None
 
     def fix(self, row: Row) -> None:
@@ -30,10 +31,6 @@ class JsonLines:
         self._order = order
         if self.every_tick and math.isfinite(row.time):
             self.sink.send(json_line(row, order))
-
-    def close(self) -> None:
-        """See Output."""
-        self.sink.close()
 
 
 def json_line(row: Row, order: Order | None = None) -> bytes:

@@ -7,25 +7,21 @@ square of the speed; null: no command. The driver has to stop by itself when no 
 import json
 
 from steerway.core.leg import Leg
-from steerway.live.base.orders import Order
-from steerway.live.base.rows import Row
 from steerway.live.links.link import Sink
-from steerway.live.outputs.rhythm import Rhythm
+from steerway.live.outputs.output import Rhythm, SinkOutput
+from steerway.live.rows import Order, Row
 
 PERIOD = 0.1
 """s between two commands."""
 
 
-class PropellerCommands:
+class PropellerCommands(SinkOutput):
     """A line once a period, and at once when the autopilot's state changes."""
 
     def __init__(self, sink: Sink, period: float = PERIOD):
-        self.sink = sink
+        super().__init__(sink)
         self._rhythm = Rhythm(period)
         self._state = None
-
-    def fix(self, row: Row) -> None:
-        """See Output."""
 
     def tick(self, row: Row, leg: Leg | None = None, order: Order | None = None) -> None:
         """See Output."""
@@ -38,11 +34,7 @@ class PropellerCommands:
 
     def unreachable(self) -> str:
         """Why no command reaches the motors, "" as far as the link shows."""
-        return "nothing is connected that drives the motors" if getattr(self.sink, "writers", True) == set() else ""
-
-    def close(self) -> None:
-        """See Output."""
-        self.sink.close()
+        return "" if self.has_peer else "nothing is connected that drives the motors"
 
 
 def propeller_line(time: float, order: Order) -> bytes:

@@ -13,9 +13,9 @@ from steerway.core.errors import InputError
 from steerway.core.leg import Leg
 from steerway.core.records import Motion
 from steerway.formats.writing import write, writer
-from steerway.live.base.orders import Order, State
-from steerway.live.base.rows import Row
 from steerway.live.links.file import FileSink
+from steerway.live.outputs.output import Output
+from steerway.live.rows import Order, Row, State
 
 LOG = logging.getLogger("steerway.live")
 _REASON = 160  # bytes stored of a reason
@@ -25,7 +25,7 @@ _STATES = tuple(State)
 _NO_AUTOPILOT = -1
 
 
-class TableFile:
+class TableFile(Output):
     """All rows in one file at the end of the run: a row a fix, or with `every_tick` a row a tick.
 
     With an autopilot the table has its `state` and `reason` too, of the tick before a fix. Until the end the rows are

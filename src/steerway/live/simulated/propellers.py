@@ -6,10 +6,10 @@ import time
 from collections.abc import Sequence
 
 from steerway.core.errors import InputError
-from steerway.live.base.uri import Uri
 from steerway.live.links.link import kept_open
-from steerway.live.links.udp import received
-from steerway.vessels.actuators import Actuator
+from steerway.live.links.transport import Transport
+from steerway.live.uri import Uri
+from steerway.vessels.vessel import Actuator
 
 SILENCE = 1.0
 """s without a command after which a motor driver stops its propellers."""
@@ -27,7 +27,8 @@ class PropellerReceiver:
 
     async def run(self) -> None:
         """Receive until cancelled."""
-        await kept_open(self.uri.text, self._receive)
+        link = Transport(self.uri, "udp", lambda data, _: self.receive(data))
+        await kept_open(self.uri.text, link.open)
 
     @property
     def obeyed(self) -> bool:
@@ -52,6 +53,3 @@ class PropellerReceiver:
             return
         if all(map(math.isfinite, newest)):
             self._newest, self._received = newest, time.monotonic()
-
-    async def _receive(self):
-        await received(lambda data, _: self.receive(data), (self.uri.host or "127.0.0.1", self.uri.port))

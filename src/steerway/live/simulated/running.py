@@ -1,8 +1,10 @@
 """The simulated boat in real time: its steps, its receiver's sentences, its MAVLink and its propellers."""
 
 import asyncio
+import contextlib
 import logging
 import math
+import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,17 +12,19 @@ from pathlib import Path
 import numpy as np
 
 from steerway.core.checks import positive
-from steerway.core.files import complete_or_absent
+from steerway.core.errors import InputError
+from steerway.core.files import complete_or_absent, made_directory
 from steerway.formats.nmea0183.writing import gga, hdt, rmc
-from steerway.live.base.uri import Uri
+from steerway.live import addresses
 from steerway.live.links.link import Sink
 from steerway.live.mavlink.dialect import RoverMode
 from steerway.live.mavlink.link import MavlinkLink
-from steerway.live.simulated.boat import SimulatedBoat
-from steerway.live.simulated.inner_loops import InnerLoops
+from steerway.live.process import log_to_stderr, until_stopped
+from steerway.live.simulated.boat import InnerLoops, SimulatedBoat
 from steerway.live.simulated.propellers import PropellerReceiver
-from steerway.live.simulated.rover import Rover, Target
-from steerway.live.simulated.skipper import Skipper
+from steerway.live.simulated.rover import Rover, Skipper, Target
+from steerway.live.uri import Uri
+from steerway.simulation.scenario import Scenario
 
 LOG = logging.getLogger("steerway.live")
 _BEHIND = 1.0  # s by which steps may be late before they are skipped
@@ -169,3 +173,39 @@ class RunningBoat:
     def _receive(self, message):
         self.link.send(self.rover.receive(message, self.boat.time))
         return True
+
+
+def sail_live(
+    scenario: Scenario,
+    to: Sequence[str] = (),
+    mavlink: str | None = None,
+    propellers: str | None = None,
+    speed: float = 1.0,
+    out: str | Path | None = None,
+) -> None:
+    """Run until SIGINT or SIGTERM. Raises InputError for addresses that cannot be, and without any output."""
+    if not to and mavlink is None:
+        raise InputError("--live has no output, expected --to ADDRESS or --mavlink ADDRESS")
+    if out is not None:
+        made_directory(out)
+    log_to_stderr("steerway simulate")
+    sinks = [addresses.stream(each) for each in to]
+    vehicle = None if mavlink is None else addresses.vehicle(mavlink)
+    driven = None if propellers is None else addresses.datagrams(propellers)
+    cruise = None if vehicle is None or "cruise" not in vehicle.options else vehicle.number("cruise", 0.0)
+    running = RunningBoat(SimulatedBoat(scenario), sinks, vehicle, driven, speed, cruise, keeps=out is not None)
+    commanded = " and ".join(each for each in (mavlink, propellers) if each)
+    until = f" until commanded on {commanded}" if commanded else ""
+    print(
+        f"{scenario.name}: under way until stopped, by hand in a circle{until}; "
+        "the scenario's pilot, route and duration are not used",
+        file=sys.stderr,
+    )
+    try:
+        until_stopped(running.run())
+    finally:
+        for sink in sinks:
+            with contextlib.suppress(OSError):
+                sink.close()
+        if out is not None:
+            print(f"wrote {running.write(out)}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""A run as files: a table with units in its column names, and the log of its receiver."""
+"""The files of a run: a table with units in its column names, the log of its receiver, its page."""
 
 import math
 from pathlib import Path
@@ -6,10 +6,13 @@ from pathlib import Path
 import numpy as np
 
 from steerway.core.earth import displaced_all
-from steerway.core.files import complete_or_absent
+from steerway.core.files import complete_or_absent, made_directory
 from steerway.formats.nmea0183.writing import gga, hdt, rmc
 from steerway.simulation import outcome
+from steerway.simulation.assembly import begins
 from steerway.simulation.loop import COLUMNS, Run
+from steerway.simulation.run import Sailed
+from steerway.simulation.runs.page import write_run_page
 
 _TRUE_DEGREES = ("heading", "cog", "angle", "direction", "bearing")  # of a compass: 0 to 360
 _DEGREES = ("roll", "pitch", "cog_std", "heading_std")
@@ -130,3 +133,17 @@ def write_log(run: Run, path: Path, begins: float, origin) -> int:
             file.write(text.encode("ascii"))
             heading, fixes = math.nan, fixes + 1
     return fixes
+
+
+def write(simulated: Sailed, directory: Path, nmea: bool = False, remarks=()) -> list[Path]:
+    """run.parquet, index.html and, on request, run.nmea in `directory`; returns what was written.
+
+    Raises InputError for a directory that cannot be written.
+    """
+    directory = made_directory(directory)
+    table, page, log = directory / "run.parquet", directory / "index.html", directory / "run.nmea"
+    write_table(simulated.run, table, simulated.assembly.vessel.actuators, simulated.origin)
+    if nmea:
+        write_log(simulated.run, log, begins(simulated.scenario), simulated.origin)
+    write_run_page(simulated, page, remarks)
+    return [table, page, *([log] if nmea else [])]

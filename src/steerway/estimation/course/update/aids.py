@@ -14,7 +14,7 @@ from pydantic import BaseModel
 from steerway.core.angles import wrap
 from steerway.core.compiled import lean_kernel
 from steerway.core.errors import InputError
-from steerway.core.profile_fields import positive_number
+from steerway.core.settings import positive_number
 from steerway.core.statistics import AID_GATE
 from steerway.estimation.course.motion.layout import (
     COURSE,

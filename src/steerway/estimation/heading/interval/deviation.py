@@ -26,8 +26,8 @@ from steerway.estimation.heading.interval.arithmetic import (
     scale,
     subtract,
 )
+from steerway.estimation.heading.models import HeadingModel
 from steerway.estimation.heading.readings import Ticks, checked_difference
-from steerway.vessels.springer import HeadingModel
 
 PSI, Q, RHO = range(3)
 

@@ -26,8 +26,8 @@ from steerway.estimation.heading.composite import (
 )
 from steerway.estimation.heading.interval import sharpened
 from steerway.estimation.heading.interval.arithmetic import outward_radians, sound
+from steerway.estimation.heading.models import STATE_VARIANCE
 from steerway.estimation.heading.readings import Ticks, checked_difference
-from steerway.sensors.tcm2 import STATE_VARIANCE
 
 WIDEST = 1e6
 """Degrees: bounds further apart count as diverged. Chosen: 2,800 turns, far beyond any that still say something."""

@@ -1,0 +1,243 @@
+"""Files of settings: TOML, tables that refuse unknown keys, and one sentence for what is wrong in one."""
+
+import difflib
+import json
+import math
+import tomllib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Union
+
+from pydantic import (
+    AliasChoices,
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    GetJsonSchemaHandler,
+    Tag,
+    ValidationError,
+)
+from pydantic.fields import FieldInfo
+from pydantic_core import CoreSchema
+
+from steerway.core.errors import InputError
+
+# Strict: a number in quotation marks is a text, and true is not 1.
+Positive = Annotated[float, Field(strict=True, gt=0.0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(strict=True, ge=0.0, allow_inf_nan=False)]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Rate = Annotated[float, Field(strict=True, gt=0.0, le=1000.0)]
+Latitude = Annotated[float, Field(strict=True, ge=-89.0, le=89.0, allow_inf_nan=False)]
+Longitude = Annotated[float, Field(strict=True, ge=-180.0, le=180.0, allow_inf_nan=False)]
+Flag = Annotated[bool, Field(strict=True)]
+Triple = tuple[Number, Number, Number]
+
+
+class Table(BaseModel):
+    """A table of a file: frozen; an unknown key is an error."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """The JSON Schema with every name of a key that has several."""
+        found = handler(core)
+        properties = handler.resolve_ref_schema(found).get("properties", {})
+        for first, *others in map(names_of, cls.model_fields, cls.model_fields.values()):
+            properties |= dict.fromkeys(others, properties.get(first))
+        return found
+
+
+def names_of(name: str, field: FieldInfo) -> list[str]:
+    """The names of a key in a file, the usual one first."""
+    choices = field.validation_alias
+    return list(map(str, choices.choices)) if isinstance(choices, AliasChoices) else [field.alias or name]
+
+
+def in_radians(table: Table) -> dict[str, Any]:
+    """A table's values by name; keys that end in `_deg` lose the ending and their values become radians."""
+    values = {}
+    for name, value in table.model_dump().items():
+        if name.endswith("_deg") and value is not None:
+            value = math.radians(value)
+        values[name.removesuffix("_deg")] = value
+    return values
+
+
+def kind_of(table: type[Table]) -> str:
+    """The value of `kind` that selects a table."""
+    return table.model_fields["kind"].default
+
+
+def union_by_kind(tables: tuple[type[Table], ...]) -> Any:
+    """The type of a field that holds one of several tables, selected by its key `kind`; the first is the default."""
+    default = kind_of(tables[0])
+
+    def chosen(value: object) -> str:
+        return value.get("kind", default) if isinstance(value, dict) else getattr(value, "kind", default)
+
+    tagged = tuple(Annotated[table, Tag(kind_of(table))] for table in tables)
+    # The members are known only at run time, so that they cannot be joined by |.
+    return Annotated[Union[tagged], Discriminator(chosen)]  # noqa: UP007
+
+
+def positive_number(
+    default: float | None = None,
+    *,
+    unit: str = "",
+    what: str = "",
+    most: float = 1e6,
+    or_zero: bool = False,
+) -> Any:
+    """A finite number above zero, or `or_zero`, up to `most`; without a default it is required.
+
+    unit, what: its unit and what it is.
+    """
+    limit: dict[str, Any] = {"ge": 0.0} if or_zero else {"gt": 0.0}
+    extra: dict[str, Any] = {"unit": unit}
+    given: dict[str, Any] = {} if default is None else {"default": default}
+    return Field(
+        **given, **limit, le=most, allow_inf_nan=False, strict=True, description=what or None, json_schema_extra=extra
+    )
+
+
+def read_toml(path: str | Path, what: str) -> dict[str, Any]:
+    """The tables of a TOML file; `what` it is ("profile") stands before its name in errors. Raises InputError."""
+    place = f"{what} {path}"
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{place} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    return parse_toml(text, place)
+
+
+def parse_toml(text: str, place: str) -> dict[str, Any]:
+    """The tables of a TOML text; `place` names it in errors. Raises InputError."""
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # a date out of range is a plain ValueError
+        raise InputError(f"{place} is not valid TOML: {str(error).splitlines()[0]}") from None
+
+
+def toml_value(value: str | float | list[str]) -> str:
+    """A text, number or list of texts as TOML has it."""
+    return repr(float(value)) if isinstance(value, int | float) else json.dumps(value, ensure_ascii=False)
+
+
+Location = Sequence[str | int]
+_EXPECTED = {
+    "greater_than": "expected more than {gt}",
+    "greater_than_equal": "expected at least {ge}",
+    "less_than": "expected less than {lt}",
+    "less_than_equal": "expected at most {le}",
+    "finite_number": "expected a finite number",
+    "float_type": "expected a number",
+    "float_parsing": "expected a number",
+    "int_type": "expected a whole number",
+    "int_parsing": "expected a whole number",
+    "int_from_float": "expected a whole number",
+    "bool_type": "expected true or false",
+    "bool_parsing": "expected true or false",
+    "string_type": "expected a text",
+    "list_type": "expected a list",
+    "tuple_type": "expected a list",
+    "missing_argument": "expected one more number",
+    "too_short": "expected at least {min_length} entries",
+    "model_type": "expected a table of keys",
+    "model_attributes_type": "expected a table of keys",
+    "dict_type": "expected a table of keys",
+}
+
+
+def refusal(place: str, error: ValidationError, model: type[BaseModel]) -> InputError:
+    """The first thing that is wrong, as an InputError. An unknown key counts as first: it is most often a slip."""
+    problems = sorted(error.errors(), key=lambda each: each["type"] != "extra_forbidden")
+    problem = problems[0]
+    keys, holder, chosen = _located(problem["loc"], model)
+    path = _path(keys)
+    kind = problem["type"]
+    if kind == "extra_forbidden":
+        for name, field in holder.model_fields.items():
+            if keys[-1] in (names := names_of(name, field)):
+                return InputError(f"{place}: {path} is given twice, expected one of {' and '.join(names)}")
+        of_kind = f" for kind {chosen}" if chosen else ""
+        return InputError(f"{place}: unknown key {path}{of_kind}, expected {_keys(keys[-1], holder)}")
+    if kind == "missing":
+        return InputError(f"{place}: {path} is missing, expected {_what(keys[-1], holder)}")
+    if kind == "value_error":
+        return InputError(f"{place}: {problem['msg'].removeprefix('Value error, ')}")
+    if kind == "literal_error":
+        expected = "expected one of " + problem["ctx"]["expected"].replace("'", "").replace(" or ", ", ")
+    elif kind == "union_tag_invalid":
+        path = f"{path}.kind"
+        problem["input"] = problem["input"].get("kind")
+        expected = "expected one of " + problem["ctx"]["expected_tags"].replace("'", "")
+    elif kind == "union_tag_not_found":
+        return InputError(f"{place}: {path}.kind is missing, expected the kind of {path}")
+    else:
+        form = _EXPECTED.get(kind)
+        expected = form.format(**problem.get("ctx", {})) if form else problem["msg"][0].lower() + problem["msg"][1:]
+        if problem.get("ctx"):
+            expected += _unit(keys[-1], holder)
+    return InputError(f"{place}: {path} is {problem['input']!r}, {expected}")
+
+
+def _unit(key: str | int, holder: type[BaseModel]) -> str:
+    field = holder.model_fields.get(str(key))
+    extra = field.json_schema_extra if field is not None else None
+    return f" {extra['unit']}" if isinstance(extra, dict) and extra.get("unit") else ""
+
+
+def _path(location: Location) -> str:
+    """`route.waypoints[2].north` from pydantic's location."""
+    text = ""
+    for part in location:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
+    return text
+
+
+def _keys(wrong: str | int, holder: type[BaseModel]) -> str:
+    """The keys there are in place of the wrong one, the nearest alone if it is near."""
+    names = [each for name, field in holder.model_fields.items() for each in names_of(name, field)]
+    near = difflib.get_close_matches(str(wrong), names, 1, 0.6)
+    return f"perhaps {near[0]}" if near else "one of " + ", ".join(names)
+
+
+def _what(key: str | int, holder: type[BaseModel]) -> str:
+    field = holder.model_fields.get(str(key))
+    return field.description if field is not None and field.description else "a value"
+
+
+def _located(location: Location, model: type[BaseModel]) -> tuple[list[str | int], type[BaseModel], str | int | None]:
+    """The keys of pydantic's location, the model that holds the last of them, and the kind that selected this model.
+
+    Where a field holds one of several models, the location has the kind as one more part.
+    """
+    keys: list[str | int] = []
+    holder, options = model, [model]
+    chosen: str | int | None = None
+    for part in location:
+        of_kind = [
+            each for each in options if "kind" in each.model_fields and each.model_fields["kind"].default == part
+        ]
+        if len(options) > 1 and of_kind:
+            options, chosen = of_kind, part
+            continue
+        keys.append(part)
+        if isinstance(part, int) or not options:
+            continue
+        holder = options[0]
+        field = holder.model_fields.get(part)
+        if field is not None:
+            options = list(_models(field.annotation)) or options
+            chosen = None
+    return keys, holder, chosen
+
+
+def _models(annotation: object) -> Iterator[type[BaseModel]]:
+    """The models in a type, however deep."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for inner in getattr(annotation, "__args__", ()):
+        yield from _models(inner)

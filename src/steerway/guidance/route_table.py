@@ -1,0 +1,190 @@
+"""The tables of a route, of scenarios and missions alike: places, waypoints, the lines of a survey, corners.
+
+A place is given in metres north and east of an origin, or in latitude and longitude.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Annotated, Literal, Protocol
+
+import numpy as np
+from pydantic import AliasChoices, Field
+
+from steerway.core.arrays import Floats
+from steerway.core.checks import not_negative, positive
+from steerway.core.earth import displaced, displacement
+from steerway.core.errors import InputError
+from steerway.core.settings import Latitude, Longitude, NotNegative, Number, Positive, Table
+from steerway.guidance.corners import KINDS as CORNERS
+from steerway.guidance.route import Route
+
+
+def lawnmower(
+    north: float, east: float, direction: float, length: float, spacing: float, lines: int, run_in: float = 0.0
+) -> Floats:
+    """(2 · lines, 2) waypoints, north and east in m, of lines to and fro.
+
+    The first line begins at (north, east) and runs `length` m in a `direction` (rad); the next ones lie `spacing` m to
+    starboard of it, to port where it is negative. Every line is sailed `run_in` m longer at both ends, so that the
+    turns and what they leave of a distance from the line lie outside of the area.
+    Raises InputError for less than one line, a length that is not positive, and a spacing of 0.
+    """
+    positive("survey.length", length)
+    not_negative("survey.run_in", run_in)
+    if lines < 1:
+        raise InputError(f"survey.lines is {lines}, expected at least 1")
+    if not math.isfinite(spacing) or spacing == 0.0:
+        raise InputError(f"survey.spacing is {spacing:g} m, expected a number other than 0")
+    ahead = np.array([math.cos(direction), math.sin(direction)])
+    abeam = np.array([-ahead[1], ahead[0]])
+    points = []
+    for k in range(lines):
+        ends = (-run_in, length + run_in)
+        for along in ends if k % 2 == 0 else reversed(ends):
+            points.append(np.array([north, east]) + along * ahead + k * spacing * abeam)
+    return np.array(points)
+
+
+class SurveyTable(Table):
+    """Parallel lines as of `lawnmower`, of a file of settings: m, and degrees from true north."""
+
+    direction_deg: Number = 0.0
+    length: Positive
+    spacing: Number
+    lines: Annotated[int, Field(strict=True, ge=1, le=1000)]
+    run_in: NotNegative = 0.0
+
+    def offsets(self) -> Floats:
+        """(2 · lines, 2) north and east of the waypoints from the beginning of the first line, m."""
+        towards = math.radians(self.direction_deg)
+        return lawnmower(0.0, 0.0, towards, self.length, self.spacing, self.lines, self.run_in)
+
+
+Place = tuple[float, float]
+"""Latitude and longitude, rad."""
+
+
+class PlaceTable(Table):
+    """A place, in m from the origin or as latitude and longitude."""
+
+    north: Number | None = None
+    east: Number | None = None
+    latitude_deg: Latitude | None = Field(None, validation_alias=AliasChoices("latitude_deg", "lat_deg"))
+    longitude_deg: Longitude | None = Field(None, validation_alias=AliasChoices("longitude_deg", "lon_deg"))
+
+    def is_plane(self, name: str) -> bool:
+        """Whether the place is given in m; raises InputError with its name where neither pair is whole."""
+        plane, globe = (self.north, self.east), (self.latitude_deg, self.longitude_deg)
+        if None not in plane and globe == (None, None):
+            return True
+        if None not in globe and plane == (None, None):
+            return False
+        given = [key for key in _COORDINATES if getattr(self, key) is not None]
+        raise InputError(
+            f"{name} gives {' and '.join(given) or 'no place'}, "
+            "expected north and east in m, or latitude_deg and longitude_deg"
+        )
+
+    def plane(self, origin: Place, name: str) -> tuple[float, float]:
+        """North and east of the origin, m; the name is for errors."""
+        if self.is_plane(name):
+            return self.north, self.east
+        return displacement(math.radians(self.latitude_deg), math.radians(self.longitude_deg), *origin)
+
+    def globe(self, origin: Place | None, name: str) -> Place:
+        """Latitude and longitude, rad; the name is for errors."""
+        if not self.is_plane(name):
+            return math.radians(self.latitude_deg), math.radians(self.longitude_deg)
+        if origin is None:
+            raise InputError(f"{name} gives north and east, expected lat_deg and lon_deg, or a table [origin]")
+        return _within_reach(displaced(*origin, self.north, self.east), name)
+
+    def moved(self, north: float, east: float) -> dict[str, float]:
+        """The keys of a place so many m from this one, given as this one is."""
+        if self.is_plane("survey"):
+            return {"north": self.north + north, "east": self.east + east}
+        place = _within_reach(displaced(*self.globe(None, "survey"), north, east), "a waypoint of the survey")
+        return dict(zip(("latitude_deg", "longitude_deg"), np.degrees(place).tolist(), strict=True))
+
+
+_LARGEST_LATITUDE = math.radians(89.0)
+
+
+def _within_reach(place: Place, name: str) -> Place:
+    """The place itself. Raises InputError where no route can be."""
+    if abs(place[0]) <= _LARGEST_LATITUDE and abs(place[1]) <= math.pi:
+        return place
+    latitude, longitude = map(math.degrees, place)
+    raise InputError(f"{name} is at latitude {latitude:g}° and longitude {longitude:g}°, expected at most 89° and 180°")
+
+
+_COORDINATES = ("north", "east", "latitude_deg", "longitude_deg")
+
+
+class WaypointTable(PlaceTable):
+    """A waypoint, and the speed (m/s) and acceptance (m) that differ from the rest of the route on the leg to it."""
+
+    speed: Positive | None = Field(None, validation_alias=AliasChoices("speed", "speed_mps"))
+    acceptance: Positive | None = None
+
+
+class StayWaypointTable(WaypointTable):
+    """A waypoint of a scenario; `stay` s of station keeping before going on."""
+
+    stay: NotNegative = 0.0
+
+
+class SurveyRouteTable(SurveyTable, PlaceTable):
+    """A survey; the place is where its first line begins."""
+
+    def points(self) -> list[dict[str, float]]:
+        """The keys of the places of the lines' ends."""
+        return [self.moved(*offset) for offset in self.offsets().tolist()]
+
+
+class OriginTable(Table):
+    """Where north = east = 0 lies."""
+
+    latitude_deg: Latitude = Field(63.44, validation_alias=AliasChoices("latitude_deg", "lat_deg"))
+    longitude_deg: Longitude = Field(10.40, validation_alias=AliasChoices("longitude_deg", "lon_deg"))
+
+    @property
+    def place(self) -> Place:
+        """Latitude and longitude, rad."""
+        return math.radians(self.latitude_deg), math.radians(self.longitude_deg)
+
+
+class RouteKeys(Table):
+    """What a route has beside its waypoints: the lines of a survey after them, and its corners.
+
+    Corners: "exact" waypoints, or an "arc" or a "clothoid" of at least `corner_radius`, by default one and a half of
+    the tightest turn.
+    """
+
+    survey: SurveyRouteTable | None = None
+    acceptance: Positive | None = None
+    corners: Literal[*CORNERS] = CORNERS[0]  # type: ignore[valid-type]
+    corner_radius: Positive | None = None
+
+
+class Turning(Protocol):
+    """What a route has to know of a boat: `control.boats.Boat`."""
+
+    @property
+    def acceptance(self) -> float: ...
+
+    @property
+    def corner_radius(self) -> float: ...
+
+
+def route_of(
+    keys: RouteKeys, places: Sequence[tuple[float, float]], waypoints: Sequence[WaypointTable], boat: Turning
+) -> Route:
+    """The route through places (north, east; m), with the boat's acceptance and radius where a table gives none."""
+    north, east = np.array(places, dtype=float).reshape(-1, 2).T
+    acceptance, speed = (
+        np.array([np.nan if getattr(each, name) is None else getattr(each, name) for each in waypoints])
+        for name in ("acceptance", "speed")
+    )
+    radius = boat.corner_radius if keys.corner_radius is None else keys.corner_radius
+    return Route(north, east, acceptance, speed, boat.acceptance, keys.corners, radius)

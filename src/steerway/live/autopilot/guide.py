@@ -1,0 +1,183 @@
+"""What is followed aboard: the route, or what the skipper asks for in its place: a course, a position, another leg."""
+
+import math
+
+from steerway.control.boats import Boat
+from steerway.core.angles import wrap
+from steerway.core.earth import displaced, displacement
+from steerway.core.errors import InputError
+from steerway.core.leg import UNKNOWN_LEG, Leg, LegState
+from steerway.guidance.route_table import route_of
+from steerway.guidance.waypoints import Mission, Passing, Phase
+from steerway.live.autopilot.mission import GeodeticRoute
+from steerway.live.rows import lost
+
+ROUTE, COURSE, POSITION = MODES = ("route", "course", "position")
+"""What is followed."""
+_AHEAD = 1000.0
+"""m from the boat to the point that a held course leads to, for displays."""
+_TURNS, _LEAST_RADIUS = 3.0, 8.0
+"""Radius of the circle about a position: radii of the tightest turn, and m."""
+_BRAKING = 0.1
+"""m/s², at which the last waypoint is approached."""
+_SLOWEST = 0.6
+"""Share of the route's speed at which it is reached: a boat at rest has no course."""
+_UNKNOWN = LegState(0, *[math.nan] * 7)
+
+
+class Guide:
+    """The mission of a pilot aboard (`pilot.LegSource`), one step a tick, engaged or not: other programs steer by it.
+
+    A position is held by thrust where the autopilot knows heading and current (`control.holding`). Where it does not,
+    and for another autopilot, the given course leads round a circle about it, clockwise, since a boat at rest has no
+    course: that of a vector field (Nelson, Barber, McLain and Beard, "Vector field path following for miniature air
+    vehicles", 2007, equation for orbits).
+    Raises InputError for a route that cannot be sailed.
+    """
+
+    def __init__(self, route: GeodeticRoute, boat: Boat):
+        self.route, self._origin = route, route.places[0]
+        places = [displacement(*place, *self._origin) for place in route.places]
+        pairs = zip(route.tables, route.speed.tolist(), strict=True)
+        tables = [each.model_copy(update={"speed": speed}) for each, speed in pairs]
+        self.mission = Mission(route_of(route.settings, places, tables, boat), Passing(time_factor=None))
+        self.speed = float(route.speed.min())
+        self.radius = max(_LEAST_RADIUS, _TURNS * self.speed / boat.turn_rate)
+        self.mode = ROUTE
+        self.course = math.nan  # that is held
+        self.place = math.nan, math.nan  # that is held
+        self.given_course = math.nan
+        self.row = lost(math.nan)  # of the tick
+        self.finished = False  # the last waypoint was passed before this tick
+        self._leg = 0  # to go on from; 0: the one under way
+
+    @property
+    def phase(self) -> Phase:
+        """What the boat should be doing."""
+        if self.mode == POSITION:
+            return Phase.HOLDING
+        return Phase.UNDER_WAY if self.mode == COURSE else self.mission.phase
+
+    @property
+    def following(self) -> float:
+        """See `Mission`."""
+        return self.mission.following if self.mode == ROUTE else math.nan
+
+    @property
+    def lead(self) -> float:
+        """See `Mission`."""
+        return self.mission.lead
+
+    @lead.setter
+    def lead(self, lead: float) -> None:
+        self.mission.lead = lead
+
+    @property
+    def preview(self) -> float:
+        """See `Mission`."""
+        return self.mission.preview
+
+    @preview.setter
+    def preview(self, preview: float) -> None:
+        self.mission.preview = preview
+
+    def restart(self) -> None:
+        """Begin again with the first leg. What is held stays held."""
+        self.mission.restart()
+
+    def step(self, north: float, east: float, dt: float, effort: float = 0.0) -> LegState:
+        """See `Mission.step`; a course or position that is held as a leg."""
+        self.given_course = math.nan
+        self.finished = self.mode == ROUTE and not self._leg and self.mission.phase is not Phase.UNDER_WAY
+        if self.finished and self.route.settings.at_end == "hold":
+            self.mode, self.place, self.finished = POSITION, self.route.places[-1], False
+        if math.isnan(north):
+            return _UNKNOWN
+        if self.mode == ROUTE:
+            return self._on_route(north, east, dt)
+        if self.mode == COURSE:
+            self.given_course = self.course
+            return LegState(0, self.course, 0.0, 0.0, _AHEAD, _AHEAD, self.course, self.speed)
+        return self._around(north, east)
+
+    def hold_course(self, course: float | None = None) -> None:
+        """Hold a course (rad), by default the present one. Raises InputError where that is unknown."""
+        course = self._known("cog", "course") if course is None else course
+        self.mode, self.course = COURSE, wrap(course)
+
+    def adjust(self, by: float) -> None:
+        """Turn the course that is held by an angle (rad, + to starboard); of another mode, the present course."""
+        before = self.course if self.mode == COURSE else self._known("cog", "course")
+        self.hold_course(before + by)
+
+    def hold_position(self) -> None:
+        """Hold the present position. Raises InputError where that is unknown."""
+        self.place = self._known("latitude", "position"), self._known("longitude", "position")
+        self.mode = POSITION
+
+    def follow(self, leg: int | None = None) -> None:
+        """Follow the route again: go on, or from a leg (1 is the first). Raises InputError for a leg that is none."""
+        legs = len(self.route.latitude) - 1
+        if leg is not None and (isinstance(leg, bool) or not isinstance(leg, int) or not 1 <= leg <= legs):
+            raise InputError(f"leg is {leg!r}, expected 1 to {legs}")
+        self.mode, self._leg = ROUTE, leg or 0
+
+    def slowed(self, leg: LegState) -> float:
+        """The speed of a leg, m/s: less towards the route's end."""
+        route = self.mission.route
+        if self.mode != ROUTE or leg.target < len(route) - 1:
+            return leg.speed
+        left = max(leg.remaining - route.acceptance[leg.target], 0.0)
+        return max(_SLOWEST * leg.speed, min(leg.speed, math.sqrt(2.0 * _BRAKING * left)))
+
+    def shown(self, leg: LegState, course_to_steer: float) -> Leg | None:
+        """The leg of the tick for displays and other autopilots; unknown without a position, None: finished."""
+        row, held = self.row, self.mode != ROUTE
+        if self.finished:
+            return None
+        if not row.valid or math.isnan(leg.direction):
+            return UNKNOWN_LEG
+        place, names = self.place, ("", "")
+        if self.mode == COURSE:
+            north, east = _AHEAD * math.cos(self.course), _AHEAD * math.sin(self.course)
+            place = displaced(row.latitude, row.longitude, north, east)
+        elif self.mode == ROUTE:
+            place, names = self.route.places[leg.target], (f"WP{max(leg.target - 1, 0)}", f"WP{leg.target}")
+        return Leg(
+            leg.cross_track,
+            leg.direction,
+            leg.bearing,
+            leg.distance,
+            course_to_steer,
+            row.sog * math.cos(wrap(leg.bearing - row.cog)),
+            *place,
+            *names,
+            not held and bool(leg.distance <= self.mission.route.acceptance[leg.target]),
+            not held and leg.remaining <= 0.0,
+            self.slowed(leg),
+            self.mode == POSITION,
+        )
+
+    def _on_route(self, north, east, dt):
+        if self._leg:
+            if self.mission.phase is not Phase.UNDER_WAY:
+                self.mission.restart()
+            self.mission.step(north, east, dt)
+            self.mission.go_to(self._leg)
+            self._leg, dt = 0, 0.0
+        return self.mission.step(north, east, dt)
+
+    def _around(self, north, east):
+        place_north, place_east = displacement(*self.place, *self._origin)
+        off_north, off_east = north - place_north, east - place_east
+        distance, outward = math.hypot(off_north, off_east), math.atan2(off_east, off_north)
+        circle = outward + 0.5 * math.pi + math.atan(2.0 * (distance - self.radius) / self.radius)
+        self.given_course = wrap(circle)
+        bearing = wrap(outward + math.pi)
+        return LegState(0, self.given_course, 0.0, 0.0, distance, distance, bearing, self.speed)
+
+    def _known(self, name, what):
+        value = getattr(self.row, name)
+        if math.isnan(value):
+            raise InputError(f"the {what} is not known, expected one that can be held")
+        return value

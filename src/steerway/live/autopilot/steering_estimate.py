@@ -1,0 +1,104 @@
+"""The estimate that the autopilot aboard steers by: fixes and its own orders in, motion and current out."""
+
+import logging
+import math
+
+from steerway.core.earth import displacement
+from steerway.core.estimate import NOTHING_KNOWN, Estimate
+from steerway.estimation.steering import Response, SteeringFilter
+from steerway.live.autopilot.measured import MeasuredHeading
+from steerway.live.rows import InputRow, Row
+
+LOG = logging.getLogger("steerway.live")
+_LONGEST_GAP = 30.0
+"""s between two fixes, forward, after which the filter begins anew; at once where time goes back."""
+
+_TOLD = 3.0
+"""s for which a throttle holds. Chosen: three heartbeats, as which say that a vehicle is not armed."""
+
+
+class SteeringEstimate:
+    """Rows of the navigator as estimates in the tangent plane around an origin (latitude, longitude; rad).
+
+    Where the steering filter knows the motion the estimate is its own; before, and where only rows are given, it is the
+    row's, without heading and current. A `heading` filter takes the compass's place in the steering filter.
+    """
+
+    def __init__(
+        self,
+        origin: tuple[float, float],
+        response: Response,
+        position_std: float,
+        heading: MeasuredHeading | None = None,
+    ):
+        self._origin, self._response, self._std = origin, response, position_std
+        self.heading = heading
+        self._moment = self._fixed = math.nan
+        self._idle_since, self._throttle_told = math.inf, -math.inf  # when the motors began to idle, if they do
+        self.ordered = math.nan  # yaw rate
+        self.is_broken = False  # the last fix left no number
+        self._stepped: tuple[Row, Estimate] | None = None  # of the row asked for last: guidance and control ask for one
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the motion."""
+        self._stepped = None
+        self.filter = SteeringFilter(self._response, self._std)
+
+    def take(self, row: InputRow) -> None:
+        """Whatever a link reports."""
+        if math.isfinite(row.throttle):
+            self._idle_since = min(self._idle_since, row.time) if row.throttle == 0.0 else math.inf
+            self._throttle_told = row.time
+        if self.heading is not None:
+            self.heading.take(row)
+
+    def fix(self, row: InputRow) -> bool | None:
+        """Use a fix; whether it fits the steering filter's estimate, None before that has begun."""
+        if not 0.0 <= row.time - self._fixed <= _LONGEST_GAP:
+            self.restart()
+        self._fixed = row.time
+        self._stepped = None
+        place = displacement(row.latitude, row.longitude, *self._origin)
+        velocity = row.sog * math.cos(row.cog), row.sog * math.sin(row.cog)
+        self.filter.idle_since = self._idle_since if row.time - self._throttle_told < _TOLD else math.inf
+        heading = row.heading if self.heading is None else self.heading.at(row.time)
+        self._use(row.time, *place, *velocity, heading, row.yaw_rate)
+        if self.heading is not None and self.filter.started:
+            self.heading.report(heading)
+        return self.filter.refused_for == 0.0 if self.filter.started else None
+
+    def _use(self, time, *measured):
+        """A fix for the filter, which begins anew where that is no number afterwards."""
+        try:
+            self.filter.fix(time, *measured)
+            self.is_broken = self.filter.started and not math.isfinite(sum(self.filter.at(time)[:5]))
+        except (ArithmeticError, ValueError):
+            self.is_broken = True
+        if self.is_broken:
+            LOG.error("the autopilot's estimate is no number and begins anew")
+            self.restart()
+
+    def step(self, row: Row, dt: float) -> Estimate:
+        """See `core.estimate.Estimator`."""
+        self._moment = row.time
+        if self._stepped is None or self._stepped[0] is not row:
+            self._stepped = row, self._estimate(row)
+        return self._stepped[1]
+
+    def _estimate(self, row):
+        if not row.valid:
+            return NOTHING_KNOWN
+        if self.filter.started and row.time - self._fixed <= _LONGEST_GAP:
+            return self.filter.at(row.time)
+        north, east = displacement(row.latitude, row.longitude, *self._origin)
+        motion = row.sog, row.cog, row.course_rate, row.sog_std, row.cog_std, row.course_rate_std, row.position_std
+        return Estimate(north, east, *motion, math.nan, math.nan)
+
+    def order(self, yaw_rate: float, speed: float) -> None:
+        """What is ordered from the last step on; NaN: someone else steers."""
+        self.ordered = yaw_rate
+        if math.isfinite(self._moment):
+            self.filter.order(self._moment, yaw_rate, speed)
+            if self.heading is not None:
+                self.heading.order(yaw_rate, speed, self._moment)

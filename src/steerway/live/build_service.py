@@ -1,0 +1,154 @@
+"""From settings to a running service."""
+
+import gc
+import math
+from functools import partial
+from pathlib import Path
+
+from steerway.core.errors import InputError
+from steerway.estimation.inference.learning import LearningFilter
+from steerway.estimation.profiles.inferred import InferredProfile, profile_of
+from steerway.live import addresses
+from steerway.live.autopilot.measured import measured_speed
+from steerway.live.autopilot.mission import GeodeticRoute
+from steerway.live.autopilot.piloting import PROPELLERS, YAW_RATE
+from steerway.live.autopilot.supervisor import Supervisor
+from steerway.live.control_port import ControlPort, control_address
+from steerway.live.helm.address import address, token_of
+from steerway.live.helm.page_process import HelmPage
+from steerway.live.learning import RecordedLearning
+from steerway.live.link_kinds import Context
+from steerway.live.links.link import Input
+from steerway.live.navigator import Navigator
+from steerway.live.process import until_stopped
+from steerway.live.service import RATE, Service
+from steerway.live.settings import Settings
+
+SLOWEST_STEERING = 5.0
+"""Hz, the least rate with an autopilot."""
+_COLLECTIONS = 200, 5, 20
+"""Thresholds of the garbage collector: small collections often, so that each is short."""
+
+
+def launch(settings: Settings) -> None:
+    """Run to the end of the logs, or until stopped. Raises InputError for what cannot be run."""
+    if settings.engage and settings.mission is None:
+        raise InputError("--engage needs a route, expected --mission FILE with it")
+    steering = settings.autopilot, settings.speed, settings.estimator
+    if settings.mission is None and any(table.model_fields_set for table in steering):
+        raise InputError("settings: autopilot, speed and estimator are of a boat that is steered, expected mission too")
+    if settings.mission is not None and settings.rate is not None and settings.rate < SLOWEST_STEERING:
+        raise InputError(f"--rate is {settings.rate:g} Hz, expected at least {SLOWEST_STEERING:g} Hz with --mission")
+    signing = settings.mavlink_signing
+    found, speed = addresses.sources([addresses.signed(each, signing) for each in settings.inputs])
+    page = None if settings.helm is None else address(settings.helm, token_of(settings.helm_token_file))
+    control = None if settings.control is None else control_address(settings.control, settings.control_token_file)
+    replayed, rate = not math.isnan(speed), settings.rate
+    aids = tuple(name.replace("-", "_") for name in settings.aid)
+    longest = settings.max_dead_reckoning
+    tuning = _tuning(settings, aids, replayed)
+    navigator = Navigator(tuning, aids, settings.source, longest, rate=rate, accuracy=settings.accuracy)
+    to = [addresses.sink(addresses.signed(each, signing)) for each in settings.outputs]
+    takes = PROPELLERS if any(map(addresses.commands_propellers, to)) else YAW_RATE
+    route = supervisor = None
+    kinds = settings.autopilot.kind, settings.speed.controller
+    measured = measured_speed(settings.estimator.speed)
+    if settings.mission is not None:
+        route = GeodeticRoute.load(settings.mission)
+        of_pilot = (tuning.learned or "small-usv") if isinstance(tuning, LearningFilter) else tuning
+        supervisor = Supervisor(
+            route, of_pilot, longest, settings.engage, takes, kinds, measured, settings.estimator.heading
+        )
+    elif takes == PROPELLERS:
+        raise InputError("format=propellers needs a route, expected --mission FILE with it")
+    inputs = [] if replayed else [addresses.opened(each, len(found)) for each in found]
+    context = Context(rate is not None, replayed, inputs, supervisor)
+    pairs = [addresses.output(each, context) for each in to]
+    links = [link for _, link in pairs if link is not None]
+    outputs = [each for each, _ in pairs]
+    recorder = None if settings.record is None else _recorder(settings, tuning, aids, inputs)
+    if recorder is not None:
+        outputs.append(recorder)
+    service = Service(navigator, outputs, rate or RATE, settings.latency, supervisor, recorder)
+    if control is not None:
+        links.append(ControlPort(service.controls, control))
+    if page is not None:
+        links.append(HelmPage(service, page, route))
+    if replayed:
+        rows = _rows_of_logs([each.path for each in found], settings.source)
+        until_stopped(service.replay(rows, speed, links))
+    else:
+        _made_ready(kinds, settings.estimator)
+        until_stopped(service.run(inputs, links))
+
+
+def _tuning(settings, aids, replayed):
+    """The profile that is given, or a filter that learns one, from the file of what it learned last on."""
+    if settings.profile is not None:
+        return profile_of(settings.profile)
+    start, keep = None, None
+    if settings.learned is not None:
+        path = Path(settings.learned)
+        start, keep = InferredProfile.load(path) if path.exists() else None, lambda profile: profile.save(path)
+    return RecordedLearning(start, aids, not replayed, keep)
+
+
+def _recorder(settings, tuning, aids, inputs):
+    """The recorder of a run, which gets also the bytes of the links. Raises InputError where it cannot be written."""
+    from steerway.live.recording import Recorder
+
+    if any(_is_input(settings.record, each) for each in settings.inputs):
+        raise InputError(f"record {settings.record} is also an input, expected another file")
+    learns = isinstance(tuning, RecordedLearning)
+    start = tuning.learned if learns else tuning
+    needed = {
+        "profile": None if start is None else start.toml(),
+        "learns": learns,
+        "aid": aids,
+        "sources": settings.source,
+        "max_dead_reckoning": settings.max_dead_reckoning,
+        "rate": settings.rate,
+        "accuracy": settings.accuracy,
+        "latency": settings.latency,
+    }
+    recorder = Recorder(settings.record, needed)
+    if learns:
+        tuning.note = recorder.learning
+    for each in inputs:
+        if isinstance(each, Input):
+            each.tap = partial(recorder.raw, each.uri.text)
+    return recorder
+
+
+def _is_input(path, address):
+    from steerway.formats.writing import same_file
+
+    return address.startswith("file:") and same_file(path, address.removeprefix("file:").partition("?")[0])
+
+
+def _rows_of_logs(paths, wanted):
+    """The rows of all logs in time order: of the source that `estimate` chooses, or of all where several are wanted.
+
+    Raises InputError as `read` does.
+    """
+    from steerway.formats.reading import read, survey
+    from steerway.formats.sources import choose, gather
+    from steerway.live.rows import rows_of
+
+    if len(wanted) <= 1:
+        fixes = read(*paths, source=next(iter(wanted), None))
+        return list(rows_of({fixes.source: fixes}))
+    sources = gather([(Path(log.name).name, log.recording.sources) for log in survey(*paths)])
+    for each in wanted:
+        choose(sources, each)
+    return list(rows_of(sources))
+
+
+def _made_ready(kinds, estimators):
+    """Load what is compiled, and make garbage collections short: a full one takes 70 ms, an early one 1 ms."""
+    from steerway.live import warming
+
+    warming.warm(kinds, estimators)
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(*_COLLECTIONS)

@@ -1,0 +1,189 @@
+"""Access control of the page, against other computers and against other web pages.
+
+Another computer in the boat's network has to send the token once and gets a signed cookie. In the skipper's own browser
+any web page may send requests to this address: those are recognised by the headers Host (a foreign name that points
+here) and Origin (a foreign page).
+"""
+
+import asyncio
+import hashlib
+import hmac
+import re
+import time
+from collections import OrderedDict
+from html import escape
+from importlib.resources import files
+from urllib.parse import parse_qs
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import Request, cookie_parser
+from starlette.responses import HTMLResponse, PlainTextResponse, RedirectResponse
+
+from steerway.live.helm.address import Address, is_loopback
+from steerway.live.helm.connection_limit import Places
+
+COOKIE = "steerway_helm"
+LOGIN = "/login"
+_VALID = 30 * 86400  # s for which a login lasts
+_PATIENCE = 10.0  # s for a request of one who has not logged in
+_PAUSE = 1.0  # s after a wrong token before the same computer may try again
+_REMEMBERED = 1000  # computers whose wrong tokens are remembered
+_MOST_BYTES = 4096  # of a login
+_HOST = re.compile(r"(?P<name>\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]+)(:[0-9]{1,5})?")
+_HTTP_OF = {"http": "http", "ws": "http", "https": "https", "wss": "https"}
+
+
+class Sessions:
+    """Logins that outlive a restart of the service: the cookie is its expiry time, signed with the token."""
+
+    def __init__(self, token: str):
+        self._token = token.encode()
+
+    def is_token(self, text: str) -> bool:
+        """Whether a text is the token, in constant time."""
+        return hmac.compare_digest(hashlib.sha256(text.encode()).digest(), hashlib.sha256(self._token).digest())
+
+    def cookie(self) -> str:
+        """A new login."""
+        return self._signed(int(time.time()) + _VALID)
+
+    def knows(self, cookie: str) -> bool:
+        """Whether a cookie was issued here and is valid."""
+        expiry = cookie.partition(".")[0]
+        if not (expiry.isascii() and expiry.isdigit() and len(expiry) < 16):
+            return False
+        return hmac.compare_digest(cookie.encode(), self._signed(int(expiry)).encode()) and int(expiry) > time.time()
+
+    def _signed(self, expiry):
+        return f"{expiry}.{hmac.new(self._token, f'helm {expiry}'.encode(), hashlib.sha256).hexdigest()}"
+
+
+class Gate:
+    """An ASGI application that passes permitted requests to another one."""
+
+    def __init__(self, app, address: Address, places: Places | None = None):
+        self.app, self._address = app, address
+        self._places = places or Places()
+        self._sessions = None if address.token is None else Sessions(address.token)
+        self._wrong: OrderedDict[str, float] = OrderedDict()  # when which computer may try again
+
+    async def __call__(self, scope, receive, send):
+        """See ASGI."""
+        if scope["type"] == "lifespan":
+            await self.app(scope, receive, send)
+            return
+        headers = Headers(scope=scope)
+        knows = self._sessions is None or self._sessions.knows(_cookie(headers))
+        client, loop = scope.get("client"), asyncio.get_running_loop()
+        self._places.begin(client, knows and not is_foreign(scope, headers, self._address))
+        try:
+            async with asyncio.timeout(None if knows else _PATIENCE):
+                await self._passed(scope, receive, send, headers, knows)
+        except TimeoutError:
+            if knows:
+                raise
+        finally:
+            self._places.end(client, loop.time())
+
+    async def _passed(self, scope, receive, send, headers, knows):
+        if is_foreign(scope, headers, self._address):
+            await _refuse(scope, receive, send, 403, "Only this page itself may send requests.")
+        elif knows:
+            if scope["path"] == LOGIN:
+                await RedirectResponse("/", 303)(scope, receive, send)
+                return
+            await self.app(scope, receive, _guarded(send, headers["host"]))
+        elif scope["type"] == "http" and scope["path"] == LOGIN:
+            await self._login(scope, receive, _guarded(send, headers["host"]))
+        elif scope["type"] == "http" and scope["method"] == "GET" and scope["path"] == "/":
+            await RedirectResponse(LOGIN, 303)(scope, receive, send)
+        else:
+            await _refuse(scope, receive, send, 401, "Log in first.")
+
+    async def _login(self, scope, receive, send):
+        request = Request(scope, receive)
+        if request.method == "GET":
+            await _login_page()(scope, receive, send)
+        elif request.method != "POST":
+            await _refuse(scope, receive, send, 405, "Expected GET or POST.")
+        else:
+            who = request.client.host if request.client else ""
+            if self._must_wait(who):
+                await _login_page("Too quick. Wait a second and try again.", 429)(scope, receive, send)
+            elif self._sessions.is_token(await _token_in(request)):
+                reply = RedirectResponse("/", 303)
+                reply.set_cookie(COOKIE, self._sessions.cookie(), _VALID, httponly=True, samesite="strict")
+                await reply(scope, receive, send)
+            else:
+                await asyncio.sleep(_PAUSE)
+                await _login_page("That was not the token.", 401)(scope, receive, send)
+
+    def _must_wait(self, who):
+        """Whether this computer tried within the pause; every attempt begins a new one."""
+        now = time.monotonic()
+        waits = self._wrong.pop(who, -1.0) > now
+        self._wrong[who] = now + _PAUSE
+        while len(self._wrong) > _REMEMBERED:
+            self._wrong.popitem(last=False)
+        return waits
+
+
+def is_foreign(scope, headers: Headers, address: Address) -> bool:
+    """Whether a request comes from another web page, or is addressed to a foreign name.
+
+    A request that acts (POST, WebSocket) must have this page as its origin; one that reads must not have another.
+    """
+    host = headers.get("host", "")
+    match = _HOST.fullmatch(host)
+    if match is None or len(headers.getlist("host")) > 1:
+        return True
+    if address.is_loopback and not is_loopback(match["name"].strip("[]")):
+        return True
+    origins = headers.getlist("origin")
+    acts = scope["type"] == "websocket" or scope["method"] not in ("GET", "HEAD")
+    return any(origin != f"{_HTTP_OF[scope['scheme']]}://{host}" for origin in origins) or (acts and len(origins) != 1)
+
+
+def _cookie(headers):
+    return cookie_parser(headers.get("cookie", "")).get(COOKIE, "")
+
+
+async def _token_in(request) -> str:
+    body = b""
+    async for piece in request.stream():
+        body += piece
+        if len(body) > _MOST_BYTES:
+            return ""
+    return parse_qs(body.decode(errors="replace")).get("token", [""])[0]
+
+
+async def _refuse(scope, receive, send, status, why):
+    if scope["type"] == "websocket":
+        await send({"type": "websocket.close", "code": 1008})
+    else:
+        await PlainTextResponse(why, status)(scope, receive, send)
+
+
+def _guarded(send, host):
+    """Response headers: nothing foreign is loaded, and no other page frames this one."""
+    policy = (
+        "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
+        f"img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self' ws://{host} wss://{host}; "
+        "frame-ancestors 'none'; form-action 'self'; base-uri 'self'"
+    )
+
+    async def guarded(message):
+        if message["type"] == "http.response.start":
+            headers = MutableHeaders(raw=message.setdefault("headers", []))
+            headers["Content-Security-Policy"] = policy
+            headers["X-Frame-Options"] = "DENY"
+            headers["X-Content-Type-Options"] = "nosniff"
+            headers["Referrer-Policy"] = "same-origin"
+        await send(message)
+
+    return guarded
+
+
+def _login_page(notice="", status=200):
+    page = files("steerway.live.helm").joinpath("login.html").read_text(encoding="utf-8")
+    return HTMLResponse(page.replace("NOTICE", escape(notice)), status, {"Cache-Control": "no-store"})

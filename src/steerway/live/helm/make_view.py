@@ -1,0 +1,163 @@
+"""From what the service knows to what the page shows: a pure function."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.core.earth import KNOT, displacement
+from steerway.core.leg import Leg
+from steerway.core.records import PREDICTED, STATUSES
+from steerway.core.statistics import NORMAL_95
+from steerway.live.autopilot.mission import GeodeticRoute
+from steerway.live.helm.view import View
+from steerway.live.rows import Order, Row
+
+_ELLIPSE = math.sqrt(5.991465)  # χ² of 2 degrees of freedom, 95 %
+_FRESH = 2.0  # s after a fix in which its status is the estimate's
+
+
+class ViewInput(NamedTuple):
+    """What the service knows at one time.
+
+    covariance: of the position of `row`: variance of north, covariance, variance of east, m².
+    fix:        the row of the last fix that was used.
+    mode, course: what is followed, and the course that is held, rad.
+    unreachable: why no order reaches the boat, "" when they do.
+    mark:       of a man overboard: latitude and longitude, rad.
+    """
+
+    row: Row
+    leg: Leg | None
+    order: Order | None
+    covariance: tuple[float, float, float]
+    fix: Row
+    source: str
+    counts: Mapping[str, int]
+    mode: str | None = None
+    course: float = math.nan
+    unreachable: str = ""
+    mark: tuple[float, float] | None = None
+
+
+@dataclass
+class ChartPlane:
+    """The chart's plane: around the route's first waypoint, or else around the first position seen."""
+
+    origin: tuple[float, float] | None = None
+    route: list[tuple[float, float]] = field(default_factory=list)
+    fence: list[tuple[float, float]] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, route: GeodeticRoute | None) -> "ChartPlane":
+        """The plane of a route."""
+        if route is None:
+            return cls()
+        origin = float(route.latitude[0]), float(route.longitude[0])
+        fence = () if route.fence is None else route.fence.places
+
+        def placed(places):
+            return [tuple(map(float, displacement(*place, *origin))) for place in places]
+
+        return cls(origin, placed(zip(route.latitude, route.longitude, strict=True)), placed(fence))
+
+    def place(self, latitude: float, longitude: float) -> tuple[float, float]:
+        """North and east of a position, m."""
+        if self.origin is None and math.isfinite(latitude):
+            self.origin = latitude, longitude
+        return displacement(latitude, longitude, *self.origin) if self.origin else (math.nan, math.nan)
+
+
+def view(seen: ViewInput, plane: ChartPlane) -> View:
+    """What the page shows."""
+    row = seen.row
+    north, east = plane.place(row.latitude, row.longitude)
+    return View(
+        **_known(
+            time=row.time,
+            lat_deg=math.degrees(row.latitude),
+            lon_deg=math.degrees(row.longitude),
+            north=north,
+            east=east,
+            sog_kn=row.sog / KNOT,
+            sog_within_kn=NORMAL_95 * row.sog_std / KNOT,
+            cog_deg=_compass(row.cog),
+            cog_within_deg=min(NORMAL_95 * math.degrees(row.cog_std), 180.0),
+            rate_dps=math.degrees(row.course_rate),
+            rate_within_dps=NORMAL_95 * math.degrees(row.course_rate_std),
+            age=max(row.time - seen.fix.time, 0.0),
+            nis=seen.fix.nis,
+        ),
+        ellipse=ellipse(seen.covariance) if row.valid else None,
+        status=STATUSES[_status(row, seen.fix)],
+        source=seen.source,
+        counts=dict(seen.counts),
+        mode=seen.mode,
+        held_deg=None if math.isnan(seen.course) else _compass(seen.course),
+        unreachable=seen.unreachable,
+        mark=None if seen.mark is None else plane.place(*seen.mark),
+        **_ordered(seen.order) | _on_route(seen, plane.route),
+    )
+
+
+def _status(row, fix):
+    """The status of the last fix for the predictions that follow it closely."""
+    return fix.status if row.status == PREDICTED and row.time - fix.time < _FRESH else row.status
+
+
+def ellipse(covariance: tuple[float, float, float]) -> tuple[float, float, float] | None:
+    """Half axes (m) and direction (degrees, true) of the longer one, of the ellipse that holds 95 %."""
+    if not all(map(math.isfinite, covariance)):
+        return None
+    north, both, east = covariance
+    variances, axes = np.linalg.eigh([[north, both], [both, east]])
+    minor, major = (_ELLIPSE * math.sqrt(max(float(each), 0.0)) for each in variances)
+    return major, minor, math.degrees(math.atan2(axes[1, 1], axes[0, 1])) % 180.0
+
+
+def _on_route(seen, route):
+    leg = seen.leg
+    if leg is None:
+        return {"done": 1.0, "left": 0.0} if route and math.isfinite(seen.row.time) else {}
+    target = next((k for k in range(len(route)) if leg.destination == f"WP{k}"), None)
+    left = done = math.nan
+    if target is not None:
+        legs = [math.dist(*ends) for ends in pairwise(route)]
+        left = leg.distance + sum(legs[target:])
+        done = min(max(1.0 - left / sum(legs), 0.0), 1.0)
+    known = _known(
+        cross_track=leg.cross_track,
+        distance=leg.distance,
+        left=left,
+        done=done,
+        bearing_deg=_compass(leg.bearing),
+        steer_deg=_compass(leg.course_to_steer),
+    )
+    return known | {"target": target, "destination": leg.destination}
+
+
+def _ordered(order):
+    if order is None:
+        return {}
+    desired = _known(
+        asked_course_deg=_compass(order.course),
+        asked_rate_dps=math.degrees(order.yaw_rate),
+        asked_speed_kn=order.speed / KNOT,
+        thrust=order.thrust,
+        port=order.port,
+        starboard=order.starboard,
+    )
+    return desired | {"state": str(order.state), "reason": order.reason, "is_engaged": bool(order.engaged)}
+
+
+def _compass(angle):
+    turned = math.degrees(angle) % 360.0
+    return 0.0 if turned >= 360.0 else turned
+
+
+def _known(**values):
+    """The same without what is NaN."""
+    return {name: float(value) for name, value in values.items() if math.isfinite(value)}

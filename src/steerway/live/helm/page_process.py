@@ -1,0 +1,160 @@
+"""The service's end of the pipe to the page: it sends a view five times a second, and carries out requests.
+
+Nothing here waits: a page that does not keep up misses views, and one that ends is started again.
+"""
+
+import asyncio
+import contextlib
+import json
+import logging
+import math
+import sys
+from typing import Protocol
+
+from steerway.core.errors import InputError
+from steerway.core.extras import require
+from steerway.live.autopilot.mission import GeodeticRoute
+from steerway.live.helm.address import Address
+from steerway.live.helm.make_view import ChartPlane, ViewInput, view
+from steerway.live.links.link import RETRY, kept_open
+
+LOG = logging.getLogger("steerway.live")
+RATE = 5.0
+"""Views a second, Hz."""
+_BACKLOG = 1 << 16  # bytes that may wait for the page
+_LEAVING = 2.0  # s the page has to end
+
+
+class ShownService(Protocol):
+    """What the page shows and commands: `live.service.Service`."""
+
+    navigator: object
+    supervisor: object
+    latest: object
+    controls: object
+
+    def unreachable(self) -> str: ...
+
+
+class HelmPage:
+    """The page of a service; runs beside it like a link. `route` is drawn on the chart.
+
+    Raises InputError without the package that draws it.
+    """
+
+    def __init__(self, service: ShownService, address: Address, route: GeodeticRoute | None = None):
+        require("the helm page", "helm")
+        self.service, self.address = service, address
+        self._plane = ChartPlane.of(route)
+        self._notice = ""
+        self._seq = 0
+
+    async def run(self) -> None:
+        """Keep the page up until cancelled."""
+        while True:
+            try:
+                await kept_open(f"helm {self.address.url}", self._serve)
+            except Exception:  # no fault of the page may stop the service
+                LOG.exception("helm page: restarted")
+                await asyncio.sleep(RETRY)
+
+    async def _serve(self):
+        process = await asyncio.create_subprocess_exec(
+            *(sys.executable, "-m", "steerway.live.helm.server"),
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+            start_new_session=True,  # Ctrl-C ends the service, which ends the page
+        )
+        try:
+            _send(process, self._settings())
+            tasks = [asyncio.create_task(work) for work in (self._send_views(process), self._read(process))]
+            try:
+                done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+                for task in done:
+                    task.result()
+            finally:
+                for task in tasks:
+                    task.cancel()
+        finally:
+            await _end(process)
+
+    def _settings(self):
+        return {
+            "host": self.address.host,
+            "port": self.address.port,
+            "token": self.address.token,
+            "route": self._plane.route,
+            "fence": self._plane.fence,
+            "has_autopilot": self.service.supervisor is not None,
+        }
+
+    async def _send_views(self, process):
+        while True:
+            if process.stdin.transport.get_write_buffer_size() < _BACKLOG:
+                self._seq += 1
+                shown = view(seen(self.service), self._plane)
+                _send(process, {"seq": self._seq, "notice": self._notice, "view": shown._asdict()})
+            await asyncio.sleep(1.0 / RATE)
+
+    async def _read(self, process):
+        """The page's messages, a line each, until it ends."""
+        async for line in process.stdout:
+            message = _message(line)
+            if "failed" in message:
+                raise OSError(0, str(message["failed"]))
+            if message.get("ready"):
+                LOG.info("helm page: %s", self.address.url)
+            elif message.get("do"):
+                self._do(message["do"], message.get("value"), message.get("who", ""))
+
+    def _do(self, what, value, who):
+        LOG.info("helm page: %s", who)
+        self._notice = ""
+        try:
+            self.service.controls.do(what, value, "the helm page")
+        except InputError as error:
+            self._notice = str(error)
+
+
+def seen(service: ShownService) -> ViewInput:
+    """What is known now."""
+    navigator, latest, controls = service.navigator, service.latest, service.controls
+    guide, mark = controls.guide, controls.mark
+    return ViewInput(
+        latest.row,
+        latest.leg,
+        latest.order,
+        navigator.position_covariance,
+        navigator.last_fix,
+        navigator.choice.present,
+        latest.counts,
+        None if guide is None else guide.mode,
+        math.nan if guide is None or guide.mode != "course" else guide.course,
+        service.unreachable(),
+        None if mark is None else (mark.latitude, mark.longitude),
+    )
+
+
+def _message(line: bytes) -> dict:
+    """A line of the page's process; empty for what is none of its messages, as a library may print."""
+    try:
+        message = json.loads(line)
+    except (ValueError, RecursionError):
+        return {}
+    return message if isinstance(message, dict) else {}
+
+
+def _send(process, message):
+    process.stdin.write(json.dumps(message).encode() + b"\n")
+
+
+async def _end(process):
+    """The page ends when its input is closed."""
+    process.stdin.close()
+    try:
+        async with asyncio.timeout(_LEAVING):
+            await process.wait()
+    except TimeoutError:
+        with contextlib.suppress(ProcessLookupError):
+            process.kill()
+        await process.wait()

@@ -1,0 +1,188 @@
+"""Bytes both ways: TCP, UDP datagrams or a serial line by termios. Writing never waits for a peer."""
+
+import asyncio
+import contextlib
+import os
+import termios
+import tty
+from collections.abc import Callable
+from typing import Any
+
+from steerway.core.errors import InputError
+from steerway.live.uri import Uri
+
+BACKLOG = 1 << 16
+"""Bytes that may wait for a peer."""
+Write = Callable[[bytes], object]
+Receive = Callable[[bytes, Write], None]
+"""Takes a piece of a stream, or a datagram, and what answers its sender. An OSError ends the connection."""
+_SPEEDS = {int(name[1:]): value for name, value in vars(termios).items() if name[0] == "B" and name[1:].isdigit()}
+
+
+class Transport:
+    """An address that is opened, again and again, by `open`.
+
+    kind: "tcp", "tcp-server", "udp" (datagrams that come), "udpout" or "serial" (raw, eight bits, no parity, one stop
+    bit). receive: what gets what comes; without it a serial line is not read, and what other peers send is dropped.
+    opened: called for every new connection. backlog: bytes that may wait for a peer.
+    """
+
+    def __init__(
+        self,
+        uri: Uri,
+        kind: str,
+        receive: Receive | None = None,
+        opened: Callable[[], object] = lambda: None,
+        backlog: int = BACKLOG,
+    ):
+        self.uri, self.kind, self.receive = uri, kind, receive
+        self.opened, self.backlog = opened, backlog
+        self.peers: set[Any] = set()
+
+    def write(self, message: bytes) -> bool:
+        """Write a whole message to every peer; whether all took it."""
+        took = True
+        for peer in list(self.peers):
+            if peer.is_closing():
+                self.peers.discard(peer)
+            elif peer.get_write_buffer_size() > self.backlog:
+                took = False
+            else:
+                peer.write(message)
+        return took
+
+    async def open(self) -> None:
+        """Keep the connection until it ends. Raises OSError where it fails."""
+        host, loop = self.uri.host or "127.0.0.1", asyncio.get_running_loop()
+        there, peer = (host, self.uri.port), _Peer(self)
+        if self.kind == "serial":
+            return await self._serial(peer)
+        if self.kind == "tcp-server":
+            async with await loop.create_server(lambda: _Peer(self), *there) as server:
+                await server.serve_forever()
+        if self.kind == "tcp":
+            transport, _ = await loop.create_connection(lambda: peer, *there)
+        elif self.kind == "udpout":
+            transport, _ = await loop.create_datagram_endpoint(lambda: _Datagrams(self), remote_addr=there)
+        else:
+            here = self.uri.host or "0.0.0.0", self.uri.port
+            transport, _ = await loop.create_datagram_endpoint(lambda: _Datagrams(self), local_addr=here)
+        return await self._until_gone(peer.gone, transport)
+
+    def close(self) -> None:
+        """Close every connection."""
+        for peer in self.peers:
+            peer.close()
+
+    async def _serial(self, peer):
+        loop = asyncio.get_running_loop()
+        with opened(self.uri) as port:
+            writing = os.fdopen(os.dup(port.fileno()), "wb", buffering=0)
+            transport, _ = await loop.connect_write_pipe(lambda: peer, writing)
+            reading = None
+            try:
+                if self.receive is not None:
+                    reading, _ = await loop.connect_read_pipe(lambda: _Reader(peer), port)
+                await self._until_gone(peer.gone, transport)
+            finally:
+                if reading is not None:
+                    reading.close()
+
+    async def _until_gone(self, gone, transport):
+        try:
+            await gone
+        finally:
+            self.peers.discard(transport)
+            with contextlib.suppress(OSError):
+                transport.close()
+
+
+class _Peer(asyncio.Protocol):
+    """One connection."""
+
+    def __init__(self, owner):
+        self.owner = owner
+        self.gone = asyncio.get_running_loop().create_future()
+
+    def connection_made(self, transport):
+        self.transport = transport
+        self.owner.peers.add(transport)
+        self.owner.opened()
+
+    def data_received(self, data):
+        if self.owner.receive is None:
+            return
+        try:
+            self.owner.receive(data, self.transport.write)
+        except OSError as error:
+            self.end(error)
+            self.transport.abort()
+
+    def connection_lost(self, exc):
+        self.owner.peers.discard(self.transport)
+        self.end(exc)
+
+    def end(self, error):
+        """The connection has ended, or failed."""
+        if self.gone.done():
+            return
+        if error is None:
+            self.gone.set_result(None)
+        else:
+            self.gone.set_exception(error)
+            self.gone.exception()  # of a server's client nobody asks for it
+
+
+class _Reader(asyncio.Protocol):
+    """What comes on a serial line whose other half is a peer."""
+
+    def __init__(self, peer):
+        self._peer = peer
+
+    def data_received(self, data):
+        self._peer.data_received(data)
+
+    def connection_lost(self, exc):
+        self._peer.end(exc)
+
+
+class _Datagrams(asyncio.DatagramProtocol):
+    """A socket of datagrams; one that sends first is a peer."""
+
+    def __init__(self, owner):
+        self.owner = owner
+
+    def connection_made(self, transport):
+        self._transport = transport
+        if self.owner.kind == "udpout":
+            transport.write = transport.sendto
+            self.owner.peers.add(transport)
+
+    def datagram_received(self, data, addr):
+        if self.owner.receive is not None:
+            self.owner.receive(data, lambda packet: self._transport.sendto(packet, addr))
+
+
+def speed_of(uri: Uri) -> int:
+    """The termios constant of an address' baud rate. Raises InputError for a rate that termios does not have."""
+    baud = uri.number("baud", 38400)
+    if baud not in _SPEEDS or not baud:
+        usual = ", ".join(map(str, sorted(each for each in _SPEEDS if 4800 <= each <= 921600)))
+        raise InputError(f"{uri.text}: baud is {baud:g}, expected one of {usual}")
+    return _SPEEDS[baud]
+
+
+def opened(uri: Uri):
+    """An unbuffered, non-blocking file on the port of an address, set to its speed."""
+    descriptor = os.open(uri.path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+    try:
+        tty.setraw(descriptor)
+        settings = termios.tcgetattr(descriptor)
+        settings[2] |= termios.CLOCAL | termios.CREAD
+        settings[2] &= ~termios.CSTOPB
+        settings[4] = settings[5] = speed_of(uri)
+        termios.tcsetattr(descriptor, termios.TCSANOW, settings)
+    except termios.error as error:
+        os.close(descriptor)
+        raise OSError(*error.args) from None
+    return os.fdopen(descriptor, "r+b", buffering=0)

@@ -1,0 +1,137 @@
+"""One row from an input, one row of the estimate, the autopilot's state and order, and what rows can be believed."""
+
+import math
+from collections import namedtuple
+from collections.abc import Iterator, Mapping
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from steerway.core.earth import KNOT, STANDARD_GRAVITY
+from steerway.core.records import LOST, REPORTED, Fixes
+
+_OPTIONAL = dict.fromkeys(("latitude", "longitude", *REPORTED), math.nan) | {"formatters": 0, "throttle": math.nan}
+
+
+class InputRow(namedtuple("InputRow", ("source", "time", *_OPTIONAL), defaults=_OPTIONAL.values())):
+    """One measurement of one source, as a row of Fixes: SI, rad, NaN for what it does not report.
+
+    `time` is Unix UTC, by the instrument; `formatters` are bits of the NMEA 0183 formatters that gave the position;
+    `throttle` is the share of full that drives the motors, 0 where they idle.
+    """
+
+    __slots__ = ()
+
+    @property
+    def has_position(self) -> bool:
+        """Whether it reports a position."""
+        return not (math.isnan(self.latitude) or math.isnan(self.longitude))
+
+
+class Row(NamedTuple):
+    """One estimate, as a row of Motion: SI, rad, NaN for unknown, `status` an index into `records.STATUSES`."""
+
+    time: float
+    latitude: float
+    longitude: float
+    sog: float
+    cog: float
+    course_rate: float
+    sog_std: float
+    cog_std: float
+    course_rate_std: float
+    position_std: float
+    nis: float
+    status: int
+
+    @property
+    def valid(self) -> bool:
+        """Whether the position is known."""
+        return not math.isnan(self.latitude)
+
+
+def lost(time: float) -> Row:
+    """The row of an unknown state."""
+    return Row(time, *[math.nan] * 10, LOST)
+
+
+def rows_of(sources: dict[str, Fixes], formatters: Mapping[str, np.ndarray] | None = None) -> Iterator[InputRow]:
+    """The rows of all sources in time order, without vessels reported by AIS, which are not aboard.
+
+    formatters: by source, (n,), as of `Recording`.
+    """
+    rows = []
+    for name, fixes in sources.items():
+        if fixes.mmsi is None:
+            columns = [getattr(fixes, field).tolist() for field in ("time", "latitude", "longitude", *REPORTED)]
+            bits = (formatters or {}).get(name)
+            columns.append([0] * len(fixes) if bits is None else bits.tolist())
+            rows += [InputRow(name, *values) for values in zip(*columns, strict=True)]
+    yield from sorted(rows, key=lambda row: row.time)
+
+
+class State(StrEnum):
+    """Idle until all conditions are met; ready to be started; under way until stopped; stopped until started again."""
+
+    IDLE = "idle"
+    READY = "ready"
+    RUNNING = "running"
+    DEGRADED = "degraded"  # steers, by dead reckoning, with fixes that do not fit, or after a late tick
+    STOPPED = "stopped"
+
+
+UNDER_WAY = (State.RUNNING, State.DEGRADED)
+FIT = (State.READY, *UNDER_WAY)
+"""States in which another autopilot may steer by the leg."""
+
+
+class Order(NamedTuple):
+    """What the vessel is commanded; SI and rad. An order is carried out only while it is `engaged`."""
+
+    state: State
+    reason: str = ""  # why the state is not RUNNING, "" when it is
+    engaged: bool = False  # whether the command is to be carried out; also the safe output "stop"
+    yaw_rate: float = 0.0  # rad/s, + to starboard
+    thrust: float = 0.0  # fraction of full, -1 to 1
+    port: float = 0.0  # propellers, -1 to 1 of full speed
+    starboard: float = 0.0
+    course: float = math.nan  # to steer, rad; NaN when unknown
+    speed: float = math.nan  # desired over ground, m/s
+
+
+_LAST_TIME = 1e10  # Unix time of the year 2286
+_TURN = 2.0 * math.pi
+_FASTEST = 1000.0 * KNOT  # as of NMEA 0183
+_LIMITS = {
+    "latitude": (-0.5 * math.pi, 0.5 * math.pi),
+    "longitude": (-math.pi, math.pi),
+    "position_std": (0.0, 1e4),  # m; who knows it no better has no position
+    "sog": (0.0, _FASTEST),
+    "cog": (-_TURN, _TURN),
+    "heading": (-_TURN, _TURN),
+    "water_speed": (-_FASTEST, _FASTEST),
+    "bottom_speed": (-_FASTEST, _FASTEST),
+    "yaw_rate": (-10.0, 10.0),  # rad/s; of a small boat's gyro 1 is much
+    "acceleration": (-20.0 * STANDARD_GRAVITY, 20.0 * STANDARD_GRAVITY),
+    "shaft": (-1000.0, 1000.0),  # rev/s
+    "throttle": (-1.0, 1.0),
+}
+_PLACE = ("latitude", "longitude", "position_std")
+
+
+def believable(row: InputRow) -> InputRow | None:
+    """The row without impossible values: the same object if all are possible, None if nothing is left."""
+    if not abs(row.time) < _LAST_TIME:
+        return None
+    wrong = {name for name, (least, most) in _LIMITS.items() if _is_beyond(getattr(row, name), least, most)}
+    if not wrong:
+        return row
+    wrong.update(_PLACE if wrong.intersection(_PLACE) else ())
+    row = row._replace(**dict.fromkeys(wrong, math.nan))
+    return row if any(not math.isnan(getattr(row, name)) for name in _LIMITS) else None
+
+
+def _is_beyond(value, least, most):
+    """Whether a value is reported, other than NaN, and beyond its limits; an integer of JSON may be any."""
+    return value == value and not least <= value <= most

@@ -1,0 +1,118 @@
+"""Addresses of links: `scheme:…` with options behind a question mark.
+
+A scheme that is no link itself names the one that carries it: `mavlink:udpin:host:port`.
+"""
+
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from urllib.parse import parse_qsl, urlsplit
+
+from steerway.core.errors import InputError
+
+_LONGEST_SECRET = 4096  # characters
+_TOKEN = re.compile(r"([?&]token=)[^&]*")
+
+
+@dataclass(frozen=True)
+class Uri:
+    """One address. `host` "" and `port` 0 where it has none; `via` is the carrier, where the scheme is not the link."""
+
+    text: str
+    scheme: str
+    host: str = ""
+    port: int = 0
+    path: str = ""
+    options: Mapping[str, str] = field(default_factory=dict)
+    via: str = ""
+
+    @property
+    def place(self) -> tuple[str, str, str, int, str]:
+        """What distinguishes one link from another."""
+        return self.scheme, self.via, self.host, self.port, self.path
+
+    def number(self, name: str, default: float) -> float:
+        """A numeric option. Raises InputError for anything else."""
+        try:
+            return float(self.options.get(name, default))
+        except ValueError:
+            raise InputError(f"{self.text}: {name} is {self.options[name]!r}, expected a number") from None
+
+
+def parse(text: str, schemes: Collection[str], default_ports: Mapping[str, int]) -> Uri:
+    """The address that a text means; its options are not checked yet.
+
+    Raises InputError for a scheme that is not among `schemes`, and for a malformed host or port. A token stands in the
+    options only, never in the text that logs and messages show.
+    """
+    given, text = text, _TOKEN.sub(r"\1***", text)
+    try:
+        parts = urlsplit(given, allow_fragments=False)
+        host, port = parts.hostname or "", parts.port or default_ports.get(parts.scheme, 0)
+    except ValueError as error:
+        raise InputError(f"{text}: {error}, expected scheme://host:port") from None
+    if parts.scheme not in schemes:
+        raise InputError(f"{text!r} is not a known address, expected one beginning with {', '.join(schemes)}")
+    options = dict(parse_qsl(parts.query, keep_blank_values=True))
+    return Uri(text, parts.scheme, host, port, parts.path, options)
+
+
+def with_options(uri: Uri, known: Collection[str]) -> Uri:
+    """The address itself when all its options are known. Raises InputError that names the first other one."""
+    for name in uri.options:
+        if name not in known:
+            expected = ", ".join(known) or "none"
+            raise InputError(f"{uri.text}: option {name!r} is unknown, expected {expected}")
+    return uri
+
+
+def split_carrier(uri: Uri, carriers: tuple[str, ...]) -> Uri:
+    """The address with host and port of its carrier; one of a path stays as it is.
+
+    Raises InputError for what is neither one of `carriers` with host and port nor a path.
+    """
+    via, colon, place = uri.path.partition(":")
+    if via not in carriers or not colon:
+        if uri.path.startswith("/"):
+            return uri
+        ways = ", ".join(f"{uri.scheme}:{each}:host:port" for each in carriers)
+        raise InputError(f"{uri.text}: names no link, expected {ways} or {uri.scheme}:/dev/…")
+    try:
+        host, port = host_and_port(place)
+    except ValueError as error:
+        raise InputError(f"{uri.text}: {error}, expected {uri.scheme}:{via}:host:port") from None
+    if not port:
+        raise InputError(f"{uri.text}: names no port, expected {uri.scheme}:{via}:host:port")
+    return replace(uri, via=via, host=host, port=port, path="")
+
+
+def host_and_port(text: str) -> tuple[str, int | None]:
+    """Host ("" for none) and port (None for none) of `host:port` or `[address]:port`. Raises ValueError."""
+    parts = urlsplit(f"//{text}")
+    if parts.path or parts.query or parts.fragment or parts.username is not None:
+        raise ValueError(f"{text!r} is more than host and port")
+    return parts.hostname or "", parts.port
+
+
+def secret_in(path: str | Path, what: str) -> str:
+    """The secret in a file, without the space around it; raises InputError, which does not repeat it, with `what`."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            return file.read(_LONGEST_SECRET).strip()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{what} {path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+
+
+def with_port(uri: Uri) -> Uri:
+    """The address itself when it names a port."""
+    if not uri.port:
+        raise InputError(f"{uri.text}: names no port, expected {uri.scheme}://host:port")
+    return uri
+
+
+def with_path(uri: Uri) -> Uri:
+    """The address itself when it names a path."""
+    if not uri.path:
+        raise InputError(f"{uri.text}: names no path, expected {uri.scheme}:PATH")
+    return uri

@@ -1,0 +1,54 @@
+"""The tables [estimator.heading] and [estimator.speed], of scenarios and of the settings of `steerway live`."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from steerway.core.settings import NotNegative, Positive, Table
+
+
+class HeadingEstimatorTable(Table):
+    """What gives the heading: "tracker" a smoothed compass, "composite" compass and orders, "aided" GNSS velocity too.
+
+    "interval" gives bounds over every deviation within two `deviation_std_deg`, and the heading by `weight` between
+    them. `compass_std_deg` of one reading and `deviation_std_deg` of the compass's deviation are what the filters use.
+    """
+
+    kind: Literal["tracker", "aided", "composite", "interval"] = "tracker"
+    compass_std_deg: Positive = 1.0
+    deviation_std_deg: NotNegative = 4.0
+    weight: Annotated[float, Field(strict=True, ge=0.0, le=1.0)] = 0.5
+
+    @model_validator(mode="after")
+    def _used(self) -> Self:
+        if self.kind == "tracker":
+            refuse(self, "heading", self.model_fields_set, "a filter of the heading")
+        if self.kind != "interval":
+            refuse(self, "heading", self.model_fields_set & {"weight"}, "interval")
+        return self
+
+
+class SpeedEstimatorTable(Table):
+    """What gives the speed: "course" the course filter, "fusion" receiver, logs and accelerometer together.
+
+    1σ of one reading of the receiver's speed and of the logs, m/s; `scale_std` of the log's scale error. Aboard, those
+    left out are 0.1, 0.02 and 0.05 m/s.
+    """
+
+    kind: Literal["course", "fusion"] = "course"
+    sog_std: Positive = 0.05
+    bottom_std: Positive = 0.002
+    water_std: Positive = 0.05
+    scale_std: NotNegative = 0.003
+
+    @model_validator(mode="after")
+    def _used(self) -> Self:
+        if self.kind == "course":
+            refuse(self, "speed", self.model_fields_set, "fusion")
+        return self
+
+
+def refuse(table: HeadingEstimatorTable | SpeedEstimatorTable, name: str, keys: set[str], kind: str) -> None:
+    """Raise ValueError for a key beside `kind` that has no effect."""
+    for key in sorted(keys - {"kind"}):
+        raise ValueError(f'estimator.{name}.{key} has no effect with kind "{table.kind}", expected {kind}')

@@ -1,0 +1,179 @@
+"""Combinations of keys that cannot be simulated, and keys that have no effect on the vessel chosen."""
+
+import math
+
+from steerway.core.errors import InputError
+from steerway.core.settings import kind_of
+from steerway.guidance.route import LONGEST_LEG
+from steerway.sensors.kinds import INSTRUMENTS
+from steerway.simulation import assembly
+from steerway.simulation.scenario import Scenario
+from steerway.vessels.kinds import TABLES
+
+MOST_STEPS = 20_000_000
+
+
+def check(scenario: Scenario) -> None:
+    """Raise InputError, one sentence with the key's path, for the first that is found; then build every block once,
+    which checks the rest."""
+    assembly.begins(scenario)
+    for rule in (_steps, _rates, _places, _speeds, _steering, _estimators, _instruments, _propulsion):
+        rule(scenario)
+    assembly.assemble(scenario)
+
+
+def _steps(scenario):
+    steps = scenario.duration / scenario.step
+    if steps > MOST_STEPS:
+        raise InputError(
+            f"duration of {scenario.duration:g} s in steps of {scenario.step:g} s is {steps:.2g} steps, "
+            f"expected at most {MOST_STEPS:.0e}"
+        )
+
+
+def _rates(scenario):
+    fastest = 1.0 / scenario.step
+    for name, table in {"gnss": scenario.gnss, **scenario.instruments()}.items():
+        given = name == "gnss" or "rate" in table.model_fields_set
+        if given and table.rate > fastest * 1.001:
+            raise InputError(f"{name}.rate is {table.rate:g} Hz, expected at most the {fastest:g} Hz of the steps")
+    for index, fault in enumerate(scenario.gnss.faults):
+        if (fault.start is None) == (fault.per_hour is None):
+            raise InputError(f"gnss.faults[{index}] of kind {fault.kind} needs one of start and per_hour, expected one")
+
+
+def _places(scenario):
+    table = scenario.route
+    if len(table.points) < 2:
+        raise InputError(
+            f"route.waypoints is {list(table.waypoints)}, expected at least 2 entries, or a table [route.survey]"
+        )
+    if table.corner_radius is not None and table.corners == "exact":
+        raise InputError('route.corner_radius has no effect on exact corners, expected corners = "arc" or "clothoid"')
+    origin = (scenario.origin.latitude_deg, scenario.origin.longitude_deg)
+    for index, (north, east) in enumerate(assembly.places(scenario)):
+        if math.hypot(north, east) > LONGEST_LEG:
+            raise InputError(
+                f"route.waypoints[{index}] is {math.hypot(north, east) / 1e3:.0f} km from the origin at "
+                f"{origin[0]:g}°, {origin[1]:g}°, expected at most {LONGEST_LEG / 1e3:.0f} km (metres, degrees?)"
+            )
+
+
+def _speeds(scenario):
+    known, waypoints = assembly.boat(scenario), scenario.route.points
+    commanded = {}
+    if known.speed is None:
+        for key in ("cruise", "bandwidth"):
+            if key in scenario.speed.model_fields_set:
+                raise InputError(
+                    f"speed.{key} has no effect on a vessel of kind {scenario.vessel.kind}, which has no speed control"
+                )
+    elif any(each.speed is None for each in waypoints[1:]):
+        commanded["speed.cruise"] = known.cruise
+    for k, each in enumerate(waypoints):
+        if each.speed is not None:
+            commanded[f"route.waypoints[{k}].speed"] = each.speed
+    least = assembly.STEERAGEWAY.take if scenario.guidance.angle == "course" else 0.0
+    for place, speed in commanded.items():
+        if speed <= least:
+            below = ": below steerageway course is undefined" if least else ""
+            raise InputError(f"{place} is {speed:g} m/s, expected more than {least:g} m/s{below}")
+        if speed > known.top_speed:
+            raise InputError(f"{place} is {speed:g} m/s, expected at most the vessel's {known.top_speed:g} m/s")
+
+
+def _steering(scenario):
+    """What a boat that cannot turn, or is unstable in yaw, needs."""
+    kind, known = scenario.vessel.kind, assembly.boat(scenario)
+    if not known.steers:
+        if scenario.autopilot.model_fields_set:
+            raise InputError(f"autopilot has no effect on a vessel of kind {kind}, which cannot turn")
+        heading = math.radians(scenario.start.heading_deg)
+        for index, (north, east) in enumerate(assembly.places(scenario)):
+            north, east = north - scenario.start.north, east - scenario.start.east
+            across = abs(east * math.cos(heading) - north * math.sin(heading))
+            if across > known.acceptance:
+                raise InputError(
+                    f"route.waypoints[{index}] is {across:.0f} m to the side of the boat's heading, expected at most "
+                    f"{known.acceptance:g} m for a vessel of kind {kind}, which cannot turn"
+                )
+    if kind == "caldas" and scenario.estimator.kind != "truth":
+        if scenario.compass is None or scenario.gyro is None:
+            raise InputError("vessel.kind caldas is unstable in yaw, expected tables [compass] and [gyro]")
+        if scenario.guidance.angle != "heading":
+            raise InputError(
+                f"guidance.law {scenario.guidance.law} commands a course, expected one that commands a heading: "
+                "vessel.kind caldas is unstable in yaw"
+            )
+    if kind == "caldas" and scenario.autopilot.kind != "pole-placement":
+        raise InputError(
+            f"autopilot.kind {scenario.autopilot.kind} predicts a stable response, "
+            "expected pole-placement for vessel.kind caldas, which is unstable in yaw"
+        )
+
+
+def _estimators(scenario):
+    heading, speed = scenario.estimator.heading, scenario.estimator.speed
+    kind = scenario.vessel.kind
+    if scenario.estimator.kind in ("truth", "steering"):
+        for name, table in (("heading", heading), ("speed", speed)):
+            if table.model_fields_set:
+                raise InputError(f'estimator.{name} has no effect with estimator.kind "{scenario.estimator.kind}"')
+    if scenario.estimator.kind == "truth":
+        return
+    if heading.kind != "tracker":
+        if not assembly.boat(scenario).steers:
+            raise InputError(f"estimator.heading.kind {heading.kind} needs a boat that is steered, not {kind}")
+        if heading.kind == "aided" and scenario.gnss.velocity_std is None:
+            raise InputError("estimator.heading.kind aided needs the receiver's velocity, expected gnss.velocity_std")
+        if heading.kind != "aided" and scenario.compass is None:
+            raise InputError(f"estimator.heading.kind {heading.kind} needs a compass, expected a table [compass]")
+        if kind == "caldas":
+            raise InputError(
+                f"estimator.heading.kind {heading.kind} predicts a stable response, "
+                "expected tracker for vessel.kind caldas, which is unstable in yaw"
+            )
+    measured = scenario.gnss.velocity_std is not None or scenario.log is not None or scenario.bottom_log is not None
+    if speed.kind == "fusion" and not measured:
+        raise InputError(
+            "estimator.speed.kind fusion needs a measured speed, "
+            "expected gnss.velocity_std or a table [log] or [bottom_log]"
+        )
+    if scenario.speed.controller != "pi" and assembly.boat(scenario).speed is None:
+        raise InputError(f"speed.controller has no effect on a vessel of kind {kind}, which has no speed control")
+    if scenario.tachometer is not None and math.isnan(assembly.boat(scenario).full_shaft):
+        raise InputError(f"tachometer measures one shaft, which a vessel of kind {kind} has not")
+
+
+def _instruments(scenario):
+    if scenario.estimator.kind == "truth":
+        return
+    instruments = scenario.instruments()
+    for name, table in INSTRUMENTS.items():
+        if table.measures in scenario.estimator.aid and name not in instruments:
+            raise InputError(f"estimator.aid names {table.measures}, expected a table [{name}]")
+    if any(table.measures == "heading" for table in instruments.values()):
+        return
+    if scenario.guidance.angle == "heading":
+        raise InputError(f"guidance.law {scenario.guidance.law} commands a heading, expected a table [compass]")
+    if scenario.estimator.kind == "steering":
+        return
+    if scenario.route.at_end == "hold":
+        raise InputError('route.at_end is "hold", expected a table [compass]: at rest only a compass measures heading')
+    for index, each in enumerate(scenario.route.points):
+        if each.stay > 0.0:
+            raise InputError(
+                f"route.waypoints[{index}].stay is {each.stay:g} s, "
+                "expected a table [compass]: at rest only a compass measures heading"
+            )
+
+
+def _propulsion(scenario):
+    holds = scenario.route.at_end == "hold" or any(each.stay > 0.0 for each in scenario.route.points)
+    by_current = scenario.estimator.kind == "steering" and assembly.boat(scenario).speed is not None
+    if holds and not by_current and scenario.vessel.boat().station is None:
+        able = ", ".join(kind_of(each) for each in TABLES if each().boat().station is not None)
+        raise InputError(
+            f"route needs station keeping, of which a vessel of kind {scenario.vessel.kind} is not capable, "
+            f"expected one of {able}"
+        )
