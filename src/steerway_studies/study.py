@@ -1,16 +1,68 @@
-"""What every study gives: named numbers, the published ones compared with the measured ones, figures; and its page."""
+"""What every study gives: named numbers, the published ones compared with the measured ones, figures; and its page.
+
+A study measures a dict of numbers and lists what is compared as data: a `Quantity` a line.
+"""
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
 
 from steerway.core import InputError, complete_or_absent, made_directory
 from steerway.report import png, write_page
 from steerway.simulation import Unfinished
 from steerway_studies.parts import keeping
+
+
+class Target(NamedTuple):
+    """What is to be reached: in words, and whether a number reaches it."""
+
+    words: str
+    holds: Callable[[float], bool]
+
+
+def near(centre: float, tolerance: float) -> Target:
+    """Within a tolerance of a number."""
+    return Target(f"{centre:g} ± {tolerance:g}", lambda value: abs(value - centre) <= tolerance)
+
+
+def at_most(limit: float) -> Target:
+    return Target(f"≤ {limit:g}", lambda value: value <= limit)
+
+
+def at_least(limit: float) -> Target:
+    return Target(f"≥ {limit:g}", lambda value: value >= limit)
+
+
+def below(limit: float, note: str = "") -> Target:
+    return Target(f"< {limit:g}{note}", lambda value: value < limit)
+
+
+def above(limit: float, note: str = "") -> Target:
+    return Target(f"> {limit:g}{note}", lambda value: value > limit)
+
+
+def between(low: float, high: float) -> Target:
+    return Target(f"{low:g} to {high:g}", lambda value: low <= value <= high)
+
+
+def exactly(number: float) -> Target:
+    return Target(f"{number:g}", lambda value: value == number)
+
+
+class Quantity(NamedTuple):
+    """One line of what a study compares: the key of the measured number, what it is, published and aimed at."""
+
+    key: str
+    what: str
+    unit: str = ""
+    published: str = ""  # as the paper prints it; empty where it gives no number
+    target: Target | None = None
 
 
 @dataclass(frozen=True)
@@ -51,6 +103,14 @@ class Results:
             interval = float(interval[0]), float(interval[1])
             self.numbers[f"{key}_low"], self.numbers[f"{key}_high"] = interval
         self.comparisons.append(Comparison(what, key, unit, published, target, met, interval, self.section))
+
+    def add(self, numbers: Mapping[str, float], quantities: Iterable[Quantity]) -> None:
+        """Record measured numbers, and compare those that are listed."""
+        self.numbers |= {key: float(value) for key, value in numbers.items()}
+        for key, what, unit, published, target in quantities:
+            value = self.numbers[key]
+            words, met = (target.words, target.holds(value)) if target else ("", None)
+            self.compare(key, value, what, unit, published, words, met)
 
     def measured(self, comparison: Comparison) -> str:
         """The measured number as text, with its interval if it has one."""
@@ -152,6 +212,11 @@ class Study:
                 f"study {self.name} needs the package {missing[0]}, expected pip install '.[studies]' in a clone of "
                 "steerway"
             )
+
+
+def means(rows: list[dict[str, float]]) -> dict[str, float]:
+    """The mean over runs of every number."""
+    return {key: float(np.mean([row[key] for row in rows])) for key in rows[0]}
 
 
 def seeds_from(first: int, count: int | None, usual: int) -> range:

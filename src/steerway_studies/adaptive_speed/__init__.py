@@ -1,6 +1,6 @@
 """adaptive-speed: P3, adaptive speed control and fusion of GPS, Doppler log and accelerometer."""
 
-from steerway_studies.adaptive_speed import cases, perturbed, printed
+from steerway_studies.adaptive_speed import cases, printed
 from steerway_studies.adaptive_speed.cases import FAULTS, Job
 from steerway_studies.adaptive_speed.comparisons import compare_all
 from steerway_studies.adaptive_speed.figures import all_figures
@@ -31,12 +31,6 @@ def voyages(seeds: int | None, first: int) -> list[Job]:
         *of("gps_only", FEW),
         *of("water_track", FEW),
         *of("fault", FEW, setpoints=(3,), plants=FAULTS),
-        *of("grid", FEW, setpoints=(0,)),
-        *of("scaled", FEW, setpoints=(0,)),
-        *of("log_scale", FEW, setpoints=(0,)),
-        *of("imperfect", FEW, setpoints=(0,)),
-        *of("drift", BASELINE, setpoints=(3,)),
-        *of("scene", FEW, setpoints=(0,), plants=tuple(perturbed.SCENES)),
     ]
 
 
@@ -51,7 +45,6 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     }
     results = Results("P3: adaptive speed control and speed fusion")
     compare_all(results, judged, tracks)
-    perturbed.compare(results, judged)
     if progress:
         progress(0.95, "drawing")
     results.figures |= all_figures(judged, tracks, first_seed)

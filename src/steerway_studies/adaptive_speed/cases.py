@@ -9,7 +9,7 @@ from steerway.control import SpeedPI, SpeedPIGains
 from steerway.core import rms
 from steerway.identification import identify_surge
 from steerway.vessels import Propeller, conditions
-from steerway_studies.adaptive_speed import judge, perturbed, plants, printed
+from steerway_studies.adaptive_speed import judge, plants, printed
 from steerway_studies.adaptive_speed.loop import sail
 
 STAIRCASE = ((0.0, 3.0), (100.0, 6.0), (200.0, 9.0), (300.0, 6.0), (400.0, 3.0))
@@ -195,5 +195,4 @@ KINDS = {
     "fault": fault,
     "outage": outage,
     "printed_filter": printed.filter_errors,
-    **perturbed.KINDS,
 }

@@ -73,28 +73,23 @@ def sail(
     aid_by_propeller: bool = False,
     fault: tuple[str | None, float] = (None, 0.0),
     outage: tuple[float, float] = (math.inf, math.inf),
-    tuning: SurgeTuning = TABLE_III,
-    log_scale: float = 1.0,
-    noise: float = 1.0,
-    every: int = _CONTROL,
-    shaft_seen: bool = True,
 ) -> SpeedRun:
     """Sail. `setpoints` and `sea` are ((from, value), …).
 
     `log`: "bottom", "water" or None; `propeller` a `SurgeModel` that gives the vote its third voice and with
-    `aid_by_propeller` aids the filter; `fault` (kind, since); `outage` of GPS and log from, to. `tuning` of the filter;
-    `log_scale` of the log's readings; `noise` a factor on that of all instruments; `every` steps an order;
-    `shaft_seen` whether control is given the shaft's. A `sea` may be a function of time. Control sees the estimate.
+    `aid_by_propeller` aids the filter; `fault` (kind, since); `outage` of GPS and log from, to. Control sees
+    the estimate.
     """
     time = STEP * np.arange(round(duration / STEP) + 1)
     n = len(time)
     draws = np.random.default_rng(seed).spawn(4)
     errors = ACCELEROMETER.measured(time, 0.0, draws[0])[1] + LEAK.measured(time, 0.0, draws[1])[1]
-    gps_errors = (noise * GPS.measured(time, 0.0, draws[2])[1]).tolist()
-    log_errors = (noise * LOG.measured(time, 0.0, draws[3])[1]).tolist()
-    errors = (noise * errors).tolist()
+    gps_errors, log_errors = (
+        instrument.measured(time, 0.0, each)[1].tolist() for instrument, each in ((GPS, draws[2]), (LOG, draws[3]))
+    )
+    errors = errors.tolist()
 
-    fusion, turns = SurgeFusion(tuning), None if propeller is None else propeller.start()
+    fusion, turns = SurgeFusion(TABLE_III), None if propeller is None else propeller.start()
     state = boat.start()
     received = np.full((2, n), np.nan)
     nis = []
@@ -104,9 +99,8 @@ def sail(
     for k in range(1, n):
         now = k * STEP
         if k % _CONTROL == 1:
-            setpoint, conditions = _at(setpoints, now), sea(now) if callable(sea) else _at(sea, now)
-        if k % every == 1:
-            command = control.step(setpoint, estimate, every * STEP, state[4] if shaft_seen else math.nan)
+            setpoint, conditions = _at(setpoints, now), _at(sea, now)
+            command = control.step(setpoint, estimate, _CONTROL * STEP, state[4])
             model, adapted = getattr(control, "model", math.nan), tuple(getattr(control, "parameters", _UNKNOWN))
         before = state[3]
         state = boat.step(state, (command,), conditions, STEP)
@@ -122,7 +116,7 @@ def sail(
                 reported["propeller_speed"] = third
         elif k % _AID == _AID // 2 and log and not silent:
             stream = conditions[CURRENT_NORTH] if log == "water" else 0.0
-            reported[f"{log}_speed"] = received[1, k] = log_scale * (speed - stream) + log_errors[k // _AID] + of_log
+            reported[f"{log}_speed"] = received[1, k] = speed - stream + log_errors[k // _AID] + of_log
         acceleration = (speed - before) / STEP + errors[k] + of_acceleration
         estimate = fusion.step(acceleration, STEP, reference=third, **reported)
         if reported and now > 10.0:

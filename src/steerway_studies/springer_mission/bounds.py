@@ -12,10 +12,8 @@ from steerway.vessels import SPRINGER_PAPER_YAW as PAPER_YAW
 from steerway_studies.papers.interval_filter import PrintedIntervalFilter
 from steerway_studies.papers.output_corrected_mpc import OutputCorrectedMpc
 from steerway_studies.springer_mission.navigators import WeightedBounds, ideal, interval_box
-from steerway_studies.springer_mission.rigour import rigour
 from steerway_studies.springer_mission.world import World, paper_mpc, sail
 
-RIGOUR_SECONDS = 60
 SECONDS = 860
 
 
@@ -77,16 +75,6 @@ def offsets(results):
                 "< 0.01" if key == "mpc" else "shown failing",
                 met,
             )
-
-
-def rigorous(results, voyage):
-    """Enclosure of 400-bit numbers."""
-    n = RIGOUR_SECONDS
-    held, plain = rigour(voyage.difference[:n], voyage.readings[:n])
-    results.compare(
-        "rigour_outward_pct", held, "exact estimate inside outward-rounded bounds", "%", "", "100", held == 100.0
-    )
-    results.compare("rigour_naive_pct", plain, "exact estimate met by doubles alone", "%", "", "< 20", plain < 20.0)
 
 
 def inclusion(results, voyage, models: int, seed: int):

@@ -46,7 +46,6 @@ def paper(results, table):
         ("ideal_lqg", "ideal filter, LQG"),
         ("half_bank", "w = 0.5 of 17 filters' hull"),
         ("mmae", "blend of 81 models"),
-        ("h_infinity", "H∞"),
         ("scale_state", "scale state"),
     ):
         runs = table[name]
@@ -134,7 +133,6 @@ LABELS = {
     "correction_net": "learned correction, no bounds",
     "half_bank": "w = 0.5 of the bank's hull",
     "mmae": "blend of 81 models (MMAE)",
-    "h_infinity": "H∞ filter",
     "scale_state": "scale state, no training",
 }
 

@@ -213,7 +213,6 @@ NAMES = {
     "innovations_net": "innovations only",
     "half_bank": "w = 0.5, hull",
     "nominal": "nominal",
-    "h_infinity": "H∞",
 }
 
 

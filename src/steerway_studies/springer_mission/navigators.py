@@ -21,7 +21,6 @@ from steerway.sensors import TCM2, CompassModel
 from steerway.vessels import SPRINGER_PAPER_YAW as PAPER_YAW
 from steerway.vessels import SPRINGER_PHYSICAL_YAW as PHYSICAL_YAW
 from steerway.vessels import HeadingModel
-from steerway_studies.springer_mission.h_infinity import HInfinityFilter, largest_theta
 from steerway_studies.springer_mission.world import Blind, HeadingSource
 
 
@@ -74,12 +73,6 @@ def interval_box(tolerance: float, shift_too: bool = False):
     return box_of(composite_model(), tolerance, shift_too)
 
 
-def h_infinity() -> Blind:
-    """With half the largest θ a filter exists for."""
-    model = composite_model()
-    return Blind(HInfinityFilter(model, 0.5 * largest_theta(model)))
-
-
 def scale_state() -> Blind:
     """The aided filter with the compass's scale for its one unknown, and no GNSS velocity."""
     return Blind(AidedHeadingFilter(SCALE_ONLY, TCM2, PAPER_YAW))
@@ -113,11 +106,6 @@ def gnss_alone() -> HeadingSource:
     return ByBearing(has_compass=False)
 
 
-def all_round() -> HeadingSource:
-    """The aided filter with nothing known: neither first heading nor speed nor current."""
-    return AidedHeadingFilter(heading=None)
-
-
 def physical_nominal() -> Blind:
     return nominal(PHYSICAL_YAW)
 
@@ -129,7 +117,6 @@ RIVALS = {
     "correction_net": lambda: Blind(LearnedHeading("correction")),
     "half_bank": HalfBank,
     "mmae": lambda: Blind(ModelBank(grid(0.01))),
-    "h_infinity": h_infinity,
     "scale_state": scale_state,
 }
 """Estimators that know the box but not the compass in it, by the prefix of their keys."""
