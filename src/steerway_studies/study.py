@@ -5,6 +5,7 @@ A study measures a dict of numbers and lists what is compared as data: a `Quanti
 
 import json
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from importlib.util import find_spec
@@ -18,41 +19,30 @@ from steerway.report import png, write_page
 from steerway.simulation import Unfinished
 from steerway_studies.parts import keeping
 
-
-class Target(NamedTuple):
-    """What is to be reached: in words, and whether a number reaches it."""
-
-    words: str
-    holds: Callable[[float], bool]
-
-
-def near(centre: float, tolerance: float) -> Target:
-    """Within a tolerance of a number."""
-    return Target(f"{centre:g} ± {tolerance:g}", lambda value: abs(value - centre) <= tolerance)
-
-
-def at_most(limit: float) -> Target:
-    return Target(f"≤ {limit:g}", lambda value: value <= limit)
+_NUMBER = r"(−?[0-9.e-]+)"
+_FORMS = {
+    f"≤ {_NUMBER}": lambda value, limit: value <= limit,
+    f"≥ {_NUMBER}": lambda value, limit: value >= limit,
+    f"< {_NUMBER}": lambda value, limit: value < limit,
+    f"> {_NUMBER}": lambda value, limit: value > limit,
+    f"{_NUMBER} to {_NUMBER}": lambda value, low, high: low <= value <= high,
+    f"{_NUMBER} ± {_NUMBER}": lambda value, centre, room: abs(value - centre) <= room,
+    f"{_NUMBER} ± {_NUMBER} %": lambda value, centre, share: abs(value / centre - 1.0) <= 0.01 * share,
+    _NUMBER: lambda value, number: value == number,
+}
+"""How a target is written, and when a number reaches it."""
 
 
-def at_least(limit: float) -> Target:
-    return Target(f"≥ {limit:g}", lambda value: value >= limit)
+def reached(target: str, value: float) -> bool:
+    """Whether a number reaches a target: "≤ 0.06", "9.7 ± 0.5", "1.9 to 2.1", "> 20: fails" and so on.
 
-
-def below(limit: float, note: str = "") -> Target:
-    return Target(f"< {limit:g}{note}", lambda value: value < limit)
-
-
-def above(limit: float, note: str = "") -> Target:
-    return Target(f"> {limit:g}{note}", lambda value: value > limit)
-
-
-def between(low: float, high: float) -> Target:
-    return Target(f"{low:g} to {high:g}", lambda value: low <= value <= high)
-
-
-def exactly(number: float) -> Target:
-    return Target(f"{number:g}", lambda value: value == number)
+    What follows a colon is a note. Raises ValueError for a target that is written otherwise.
+    """
+    condition = target.split(":")[0]
+    for form, holds in _FORMS.items():
+        if found := re.fullmatch(form, condition):
+            return bool(holds(value, *(float(each.replace("−", "-")) for each in found.groups())))
+    raise ValueError(f"target is {target!r}, expected one of {', '.join(_FORMS)}")
 
 
 class Quantity(NamedTuple):
@@ -62,7 +52,7 @@ class Quantity(NamedTuple):
     what: str
     unit: str = ""
     published: str = ""  # as the paper prints it; empty where it gives no number
-    target: Target | None = None
+    target: str = ""  # what is to be reached, see `reached`; empty if nothing
 
 
 @dataclass(frozen=True)
@@ -109,8 +99,7 @@ class Results:
         self.numbers |= {key: float(value) for key, value in numbers.items()}
         for key, what, unit, published, target in quantities:
             value = self.numbers[key]
-            words, met = (target.words, target.holds(value)) if target else ("", None)
-            self.compare(key, value, what, unit, published, words, met)
+            self.compare(key, value, what, unit, published, target, reached(target, value) if target else None)
 
     def measured(self, comparison: Comparison) -> str:
         """The measured number as text, with its interval if it has one."""
@@ -214,9 +203,9 @@ class Study:
             )
 
 
-def means(rows: list[dict[str, float]]) -> dict[str, float]:
-    """The mean over runs of every number."""
-    return {key: float(np.mean([row[key] for row in rows])) for key in rows[0]}
+def means(rows: list[dict[str, float]], keys: Iterable[str] | None = None) -> dict[str, float]:
+    """The mean over runs of every number, or of those named."""
+    return {key: float(np.mean([row[key] for row in rows])) for key in keys or rows[0]}
 
 
 def seeds_from(first: int, count: int | None, usual: int) -> range:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from steerway_studies import at_sea, mariner_los, named, otter_course, unseen_logs
+    from steerway_studies import at_sea, named, otter_course, otter_path, unseen_logs
     from steerway_studies.adaptive_speed import judge, plants, printed, theory
     from steerway_studies.adaptive_speed.cases import Job, run
     from steerway_studies.at_sea.cases import CRAFT, SHARES, Case, Receiver, all_cases, drawn
@@ -24,9 +24,6 @@ if TYPE_CHECKING:
     from steerway_studies.otter_course import logs
     from steerway_studies.otter_course.boat import as_published, turned
     from steerway_studies.otter_course.logs import LOGS, as_printed
-    from steerway_studies.otter_path import boat
-    from steerway_studies.otter_path.boat import LOOKAHEAD as BOAT_LOOKAHEAD
-    from steerway_studies.otter_path.boat import PathCase
     from steerway_studies.papers import otter_allocation, path_following, references
     from steerway_studies.papers.course_autopilot import (
         MARINER_NOMOTO,
