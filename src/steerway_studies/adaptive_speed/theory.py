@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway.control import AnglePID, AnglePIDGains
 from steerway.vessels import CALM, Caldas, runge_kutta
 from steerway.vessels import propeller_thrust as thrust
 from steerway_studies.adaptive_speed import plants
@@ -107,32 +106,3 @@ def least_stiffness(speed: float) -> float:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if growth(speed, middle) > 1e-3 * speed else (low, middle)
     return high
-
-
-@dataclass(frozen=True)
-class Course:
-    """A voyage in three degrees of freedom: arrays (n,)."""
-
-    time: np.ndarray
-    speed: np.ndarray
-    heading: np.ndarray
-    yaw_rate: np.ndarray
-
-
-def sail_straight(setpoint: float, heading_loop: bool, duration: float = 200.0) -> Course:
-    """From rest, 5° off north and turning by 0.001 °/s, with MRAC+; the heading loop has twice the least gain."""
-    boat, control = Caldas(shaft=plants.shaft(lag=0.5)), plants.controller("a")
-    gain = 2.0 * 6.41e3 * setpoint**2
-    pilot = AnglePID(AnglePIDGains(proportional=gain, integral_time=30.0, derivative_time=4.0))
-    state, step = boat.start(heading=math.radians(5.0)), 0.01
-    state[5] = math.radians(0.001)
-    rows, command, moment = [], 0.0, 0.0
-    for k in range(round(duration / step)):
-        if k % 5 == 0:
-            motion = boat.motion(state, CALM)
-            command = control.step(setpoint, motion.surge, 5 * step, state[6])
-            if heading_loop:
-                moment = pilot.step((0.0, 0.0, 0.0), state[2], state[5], 5 * step)
-            rows.append((k * step, motion.surge, state[2], state[5]))
-        state = boat.step(state, (command, moment), CALM, step)
-    return Course(*np.array(rows).T)
