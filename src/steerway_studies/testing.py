@@ -37,9 +37,8 @@ if TYPE_CHECKING:
     from steerway_studies.papers.interval_filter import PrintedIntervalFilter
     from steerway_studies.papers.otter_allocation import propeller_speeds
     from steerway_studies.papers.output_corrected_mpc import OutputCorrectedMpc
-    from steerway_studies.papers.path_following import RangeRateTest
     from steerway_studies.papers.positioning import PrintedPositionPID
-    from steerway_studies.papers.range_rate import RangeRatePassing
+    from steerway_studies.papers.path_following import RangeRatePassing
     from steerway_studies.papers.speed_ekf import PrintedSpeedEkf
     from steerway_studies.papers.speed_mrac import PrintedMrac
     from steerway_studies.parts import keeping, over_cases
