@@ -13,9 +13,9 @@ from steerway_studies.testing import (
     ShipCase,
     World,
     as_published,
-    contestants,
     ideal,
     nominal,
+    observers,
     otter_course,
     run,
     scenario,
@@ -42,12 +42,10 @@ def test_p1_the_mariner_passes_its_waypoints_on_true_states():
 
 def test_p2_the_observers_of_cybership_ii_stand_in_the_papers_order():
     record = scenario.sail(scenario.drawn(4))
-    filtered = scenario.watch(contestants.product(), record)
-    stock, printed = (
-        scenario.watch(each, record) for each in (contestants.stock_observer(), contestants.time_varying())
-    )
+    filtered = scenario.watch(observers.product(), record)
+    stock, printed = (scenario.watch(each, record) for each in (observers.stock_observer(), observers.time_varying()))
     assert filtered.mae < 0.055 < printed.mae < stock.mae
-    assert filtered.mae > 0.85 * contestants.bound(record)[0]
+    assert filtered.mae > 0.85 * observers.bound(record)[0]
 
 
 def test_p3_adaptive_control_settles_in_time():

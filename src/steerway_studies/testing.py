@@ -6,21 +6,19 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway_studies import at_sea, named, otter_course, otter_path, unseen_logs
-    from steerway_studies.adaptive_speed import judge, plants, printed, theory
+    from steerway_studies.adaptive_speed import printed, sailing, theory
     from steerway_studies.adaptive_speed.cases import Job, run
     from steerway_studies.at_sea.cases import CRAFT, SHARES, Case, Receiver, all_cases, drawn
     from steerway_studies.at_sea.sailing import judged as sailing_judged
-    from steerway_studies.cybership_observers import contestants, positioning, scenario, tuning
-    from steerway_studies.cybership_observers.contestants import TUNED_GAINS
+    from steerway_studies.cybership_observers import observers, scenario, tuning
+    from steerway_studies.cybership_observers.observers import TUNED_GAINS
     from steerway_studies.estimator_limits import BOUNDS, CELLS, bounded, errors, over_runs
     from steerway_studies.estimator_limits import judged as limits_judged
     from steerway_studies.estimator_limits.bound import filtering_bound, smoothing_bound
     from steerway_studies.estimator_limits.scenarios import FAST, SLOW, TrueMotion
     from steerway_studies.estimator_limits.scenarios import sail as scenarios_sail
     from steerway_studies.mariner_los import ship
-    from steerway_studies.mariner_los.lyapunov import LOOKAHEAD as LYAPUNOV_LOOKAHEAD
-    from steerway_studies.mariner_los.lyapunov import approaches, promised
-    from steerway_studies.mariner_los.ship import PRINTED_NOISE, STATED_NOISE, ShipCase, receiver
+    from steerway_studies.mariner_los.ship import PRINTED_NOISE, STATED_NOISE, ShipCase
     from steerway_studies.otter_course import logs
     from steerway_studies.otter_course.boat import as_published, turned
     from steerway_studies.otter_course.logs import LOGS, as_printed
@@ -37,8 +35,8 @@ if TYPE_CHECKING:
     from steerway_studies.papers.interval_filter import PrintedIntervalFilter
     from steerway_studies.papers.otter_allocation import propeller_speeds
     from steerway_studies.papers.output_corrected_mpc import OutputCorrectedMpc
-    from steerway_studies.papers.positioning import PrintedPositionPID
     from steerway_studies.papers.path_following import RangeRatePassing
+    from steerway_studies.papers.positioning import PrintedPositionPID
     from steerway_studies.papers.speed_ekf import PrintedSpeedEkf
     from steerway_studies.papers.speed_mrac import PrintedMrac
     from steerway_studies.parts import keeping, over_cases
@@ -54,7 +52,7 @@ if TYPE_CHECKING:
     )
     from steerway_studies.springer_mission.world import sail as world_sail
     from steerway_studies.study import Results, Study
-    from steerway_studies.unseen_logs import catalogue, plain_ekf, prediction
+    from steerway_studies.unseen_logs import catalogue, judging, plain_ekf
     from steerway_studies.unseen_logs.alignment import rate_lag, velocity_lag
     from steerway_studies.unseen_logs.contestants import difference
     from steerway_studies.unseen_logs.judging import right_refused

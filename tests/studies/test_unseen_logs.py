@@ -16,8 +16,8 @@ from steerway_studies.testing import (
     VelocityReference,
     catalogue,
     difference,
+    judging,
     plain_ekf,
-    prediction,
     rate_lag,
     right_refused,
     unseen_logs,
@@ -169,5 +169,5 @@ def test_of_two_profiles_the_right_one_predicts_better(weaving):
     right, wrong = (
         log_likelihood(fixes, each, middle) for each in (profile, profile.model_copy(update={"structures": noisy}))
     )
-    assert prediction.worse(right, wrong) and not prediction.worse(wrong, right)
+    assert judging.worse(right, wrong) and not judging.worse(wrong, right)
     assert log_likelihood(fixes, profile, fixes.time[-1] + 1.0) == 0.0

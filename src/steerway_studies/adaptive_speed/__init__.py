@@ -4,10 +4,9 @@ import numpy as np
 
 from steerway.core import NORMAL_95
 from steerway.report import BAD, OURS, QUIET, THEIRS
-from steerway_studies.adaptive_speed import cases, judge, plants, printed, theory
+from steerway_studies.adaptive_speed import cases, printed, sailing, theory
 from steerway_studies.adaptive_speed.cases import FAULTS, Job
-from steerway_studies.adaptive_speed.loop import sail
-from steerway_studies.adaptive_speed.plants import PLANTS, SPEEDS
+from steerway_studies.adaptive_speed.sailing import PLANTS, SPEEDS, sail
 from steerway_studies.parts import over_cases
 from steerway_studies.plots import TRUTH, Band, Curve, Panel, series
 from steerway_studies.study import Quantity, Results, Study, seeds_from, stage
@@ -47,10 +46,10 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     )
     numbers = printed_numbers(as_printed, as_published) | control_numbers(judged) | fusion_numbers(judged)
     results = Results("P3: adaptive speed control and speed fusion")
-    slow = plants.shaft(rate=17.5 / 55.0)
-    numbers["infeasible_least_s_9"] = plants.NOMINAL.time_to(9.0, slow)
+    slow = sailing.shaft(rate=17.5 / 55.0)
+    numbers["infeasible_least_s_9"] = sailing.NOMINAL.time_to(9.0, slow)
     results.add(numbers | theory_numbers(), QUANTITIES)
-    results.remarks += [plants.NOMINAL.feasible(9.0, slow)[1], *remarks(results.numbers)]
+    results.remarks += [sailing.NOMINAL.feasible(9.0, slow)[1], *remarks(results.numbers)]
     if progress:
         progress(0.95, "drawing")
     results.figures |= figures(as_printed, as_published, first_seed)
@@ -92,18 +91,18 @@ def printed_numbers(as_printed, as_published) -> dict[str, float]:
     }
     for speed, track in as_published.items():
         n[f"published_settling_final_s_{speed}"] = printed.settling_about_final(track)
-        n[f"published_settling_s_{speed}"] = judge.settling(track.time, track.speed, speed)
-        n[f"published_overshoot_pct_{speed}"] = judge.overshoot_pct(track.speed, speed)
+        n[f"published_settling_s_{speed}"] = sailing.settling(track.time, track.speed, speed)
+        n[f"published_overshoot_pct_{speed}"] = sailing.overshoot_pct(track.speed, speed)
     for speed, track in as_printed.items():
-        found = judge.response(track.time, track.speed, track.shaft, speed)
+        found = sailing.response(track.time, track.speed, track.shaft, speed)
         n |= {f"printed_mrac_{key}_{speed}": found[key] for key in ("settling_s", "overshoot_pct", "tail_pct")}
     for speed in (6, 9):
         for adapt_first, name in ((False, "output_first"), (True, "adapt_first")):
-            over = judge.overshoot_pct(printed.at_ten_hertz(speed, adapt_first).speed, speed)
+            over = sailing.overshoot_pct(printed.at_ten_hertz(speed, adapt_first).speed, speed)
             n[f"printed_mrac_10hz_{name}_overshoot_pct_{speed}"] = over
-    n["printed_mrac_lag_overshoot_pct_3"] = judge.overshoot_pct(printed.with_lag(3).speed, 3)
+    n["printed_mrac_lag_overshoot_pct_3"] = sailing.overshoot_pct(printed.with_lag(3).speed, 3)
     track = printed.with_wrong_sign(3)
-    n["printed_mrac_wrong_sign_tail_pct_3"] = judge.tail_pct(track.time, track.speed, 3)
+    n["printed_mrac_wrong_sign_tail_pct_3"] = sailing.tail_pct(track.time, track.speed, 3)
     return n
 
 
@@ -255,7 +254,7 @@ def figures(as_printed, as_published, seed) -> dict:
     """Figures 1–15 as the paper's captions name them, and the Lyapunov function; (figure, caption) by stem."""
     found, number = {}, 0
     runs = {
-        v: (sail(plants.plant("a"), plants.controller("a"), ((0.0, v),), seed), as_printed[v], as_published[v])
+        v: (sail(sailing.plant("a"), sailing.controller("a"), ((0.0, v),), seed), as_printed[v], as_published[v])
         for v in SPEEDS
     }
     for stem, draw, words in (

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from steerway.vessels import CALM, Surge
-from steerway_studies.adaptive_speed import judge, plants
-from steerway_studies.adaptive_speed.loop import ACCELEROMETER, GPS, LEAK, LOG
+from steerway_studies.adaptive_speed import sailing
+from steerway_studies.adaptive_speed.sailing import ACCELEROMETER, GPS, LEAK, LOG
 from steerway_studies.papers.speed_ekf import SENSOR_STDS, PrintedSpeedEkf
 from steerway_studies.papers.speed_mrac import PrintedMrac
 
@@ -50,7 +50,7 @@ def steady_shaft(setpoint) -> float:
     """rev/s that hold a speed on plant T."""
     from scipy.optimize import brentq
 
-    boat = plants.plant("T")
+    boat = sailing.plant("T")
     return brentq(lambda shaft: boat.acceleration(setpoint, shaft), 1.0, 30.0)
 
 
@@ -58,34 +58,34 @@ def top_speed() -> float:
     """m/s of plant T at 17.5 rev/s."""
     from scipy.optimize import brentq
 
-    boat = plants.plant("T")
+    boat = sailing.plant("T")
     return brentq(lambda speed: boat.acceleration(speed, 17.5), 1.0, 30.0)
 
 
 def as_printed(setpoint) -> PrintedRun:
     """(14)–(18) with γ = 0.5 on plant T at 1 kHz."""
-    return sail_true(plants.plant("T"), PrintedMrac(), setpoint)
+    return sail_true(sailing.plant("T"), PrintedMrac(), setpoint)
 
 
 def as_published(setpoint) -> PrintedRun:
     """The surrogate of the published curves, parameters held."""
-    return sail_true(plants.plant("P"), PrintedMrac(adaptation=0.0), setpoint, step=0.01, control_step=0.01)
+    return sail_true(sailing.plant("P"), PrintedMrac(adaptation=0.0), setpoint, step=0.01, control_step=0.01)
 
 
 def at_ten_hertz(setpoint, adapt_first) -> PrintedRun:
     """The printed law at 10 Hz, no limit on n: what the order of output and adaptation decides."""
-    boat = Surge(shaft=plants.shaft(high=1e9))
+    boat = Surge(shaft=sailing.shaft(high=1e9))
     return sail_true(boat, PrintedMrac(adapt_first=adapt_first), setpoint, step=0.01, control_step=COARSE)
 
 
 def with_lag(setpoint) -> PrintedRun:
     """The printed law at 1 kHz on a shaft with 1 s lag."""
-    return sail_true(Surge(shaft=plants.shaft(lag=1.0)), PrintedMrac(), setpoint)
+    return sail_true(Surge(shaft=sailing.shaft(lag=1.0)), PrintedMrac(), setpoint)
 
 
 def with_wrong_sign(setpoint) -> PrintedRun:
     """(18) with sgn(g) the wrong way round, n limited."""
-    return sail_true(plants.plant("T"), PrintedMrac(sign=-1.0, high=17.5), setpoint)
+    return sail_true(sailing.plant("T"), PrintedMrac(sign=-1.0, high=17.5), setpoint)
 
 
 def filtered(track: PrintedRun, seed: int, imu: str | None = "literal", printed_sign=False):
@@ -120,7 +120,7 @@ def filtered(track: PrintedRun, seed: int, imu: str | None = "literal", printed_
 
 def filter_errors(job) -> dict[str, float]:
     """Largest error after 10 s, % of the set-point, of the printed filter in four readings."""
-    track = sail_true(plants.plant("T"), PrintedMrac(), job.setpoint, 100.0)
+    track = sail_true(sailing.plant("T"), PrintedMrac(), job.setpoint, 100.0)
     found = {}
     readings = {
         "literal": {"imu": "literal"},
@@ -130,11 +130,11 @@ def filter_errors(job) -> dict[str, float]:
     }
     for name, how in readings.items():
         time, truth, estimate, _, _ = filtered(track, job.seed, **how)
-        error = np.abs(estimate - truth)[time > judge.TRANSIENT]
+        error = np.abs(estimate - truth)[time > sailing.TRANSIENT]
         found[name] = 100.0 * float(min(error.max(), 1e6)) / job.setpoint
     return found
 
 
 def settling_about_final(track: PrintedRun) -> float:
     """As the paper's figures were read: s to stay within 2 % of the value at 200 s."""
-    return judge.settling(track.time, track.speed, float(track.speed[-1]))
+    return sailing.settling(track.time, track.speed, float(track.speed[-1]))

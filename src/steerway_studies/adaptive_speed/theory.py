@@ -7,7 +7,7 @@ import numpy as np
 
 from steerway.vessels import CALM, Caldas, runge_kutta
 from steerway.vessels import propeller_thrust as thrust
-from steerway_studies.adaptive_speed import plants
+from steerway_studies.adaptive_speed import sailing
 from steerway_studies.papers.speed_mrac import PRINTED_GUESS
 
 RATE, GAMMA = 0.1, 0.5
@@ -26,8 +26,8 @@ class Descent:
 
 def descent(setpoint: float, constant: bool, duration: float = 60.0) -> Descent:
     """The closed loop (13)–(18) in continuous time, with g constant or as the propeller has it."""
-    d, b = plants.NOMINAL.linear_drag, plants.NOMINAL.quadratic_drag
-    curve = plants.NOMINAL.curve()
+    d, b = sailing.NOMINAL.linear_drag, sailing.NOMINAL.quadratic_drag
+    curve = sailing.NOMINAL.curve()
     d0, b0, g0 = PRINTED_GUESS
 
     def square(x):
@@ -73,7 +73,7 @@ def straight_run(speed: float):
     """(boat, state) of the three-degree-of-freedom boat going straight at a speed."""
     from scipy.optimize import brentq
 
-    boat = plants.plant("T")
+    boat = sailing.plant("T")
     state = Caldas().start(speed=speed)
     state[6] = brentq(lambda shaft: boat.acceleration(speed, shaft), 1.0, 30.0)
     return Caldas(), state

@@ -8,7 +8,7 @@ import numpy as np
 from steerway.core import NORMAL_95
 from steerway.estimation.positioning import DEMO_GAINS, saturated
 from steerway.report import BAD, OURS
-from steerway_studies.cybership_observers import contestants, positioning, scenario, trials, tuning
+from steerway_studies.cybership_observers import observers, scenario, trials, tuning
 from steerway_studies.papers import positioning as printed
 from steerway_studies.parts import over_cases
 from steerway_studies.plots import PALETTE, TRUTH, Curve, Panel, bars, series, track
@@ -70,13 +70,13 @@ def numbers_of(table: dict[str, np.ndarray], tuned: dict) -> dict[str, float]:
     for key, values in table.items():
         if ":" not in key and not key.startswith("closed_loop_"):
             n |= {key: float(values.mean()), f"{key}_ci": half_width(values)}
-    n |= positioning.numbers()
+    n |= observers.control_numbers()
     n["saturation_printed"] = max(printed.saturation(speed) for speed in (0.0, 0.4, 0.7))
     n |= {f"saturation_corrected_{speed:g}": saturated(speed, 0.25, 0.5) for speed in (0.0, 0.4, 0.7)}
     n["tekf_over_raw"] = n["tekf_mae_fix"] / n["raw_mae_fix"]
     n["recipe_b_ratio"] = n["observer_stock_mae"] / n["tekf_recipe_b_mae"]
     n["recipe_b_calm_ratio"] = n["observer_stock_calm_mae"] / n["tekf_recipe_b_calm_mae"]
-    demo = contestants.observer(DEMO_GAINS, "held innovation", check=False)
+    demo = observers.observer(DEMO_GAINS, "held innovation", check=False)
     n["observer_held_innovation_radius"] = demo.spectral_radius
     n["ekf9_bound_ratio"] = n["ekf9_mae"] / n["ekf9_bound"]
     for (world, form), logs in tuned.items():
@@ -95,8 +95,7 @@ def numbers_of(table: dict[str, np.ndarray], tuned: dict) -> dict[str, float]:
     return n
 
 
-_OUTLIERS, _STEP, _WAVES = "5 % outliers of 1–5 m", "Noise stepping from 0.1 to 0.5 m at 75 s", "Waves of 0.283 m"
-_FASTEST, _PRINTED_Q, _OTHER = "fastest mode of the closed loop", "Printed Q, GNSS only", "Nonlinear plant"
+_FASTEST, _PRINTED_Q = "fastest mode of the closed loop", "Printed Q, GNSS only"
 _PAPER, _STOCK = "Table III, proposed filter", "Table III, nonlinear observer"
 QUANTITIES = [
     Quantity("pid_rise_north", "PID, no disturbance: rise north, 10 to 90 %", "s", "", "21.9 ± 0.3"),
@@ -155,26 +154,6 @@ QUANTITIES = [
         )
         for name in trials.CLOSED_LOOPS
     ),
-    Quantity("outliers_ekf9_mae", f"{_OUTLIERS}: nine states, gate", "m", "", "≤ 0.05"),
-    Quantity("outliers_adaptive_mae", f"{_OUTLIERS}: nine states, gate, adaptive noise", "m"),
-    Quantity("outliers_no_gate_mae", f"{_OUTLIERS}: nine states, no gate", "m"),
-    Quantity("outliers_tekf_mae", f"{_OUTLIERS}: printed Q with compass", "m"),
-    Quantity("r_100_large_fixed_mae", "R 100 times too large: fixed", "m"),
-    Quantity("r_100_large_adaptive_mae", "R 100 times too large: adaptive", "m", "", "≤ 0.165"),
-    Quantity("r_100_small_fixed_mae", "R 100 times too small: fixed", "m"),
-    Quantity("r_100_small_adaptive_mae", "R 100 times too small: adaptive", "m", "", "≤ 0.165"),
-    Quantity("noise_step_fixed_mae", f"{_STEP}: fixed R", "m"),
-    Quantity("noise_step_oracle_mae", f"{_STEP}: the step known", "m"),
-    Quantity("noise_step_adaptive_mae", f"{_STEP}: adaptive R", "m", "", "≤ 0.09"),
-    Quantity("waves_ekf13_mae", f"{_WAVES}: thirteen states", "m", "", "0.058 ± 0.004"),
-    Quantity("waves_bound", f"{_WAVES}: Cramér–Rao bound", "m"),
-    Quantity("waves_ekf13_nis", f"{_WAVES}: thirteen states, NIS (2 is consistent)", "", "", "1.85 to 2.1"),
-    Quantity("waves_as_white_noise_mae", f"{_WAVES}: nine states, waves as white noise in R", "m"),
-    Quantity("waves_ekf9_mae", f"{_WAVES}: nine states without a wave model", "m"),
-    Quantity("swell_ekf13_mae", "Narrow swell of 0.283 m (λ = 0.01): thirteen states", "m"),
-    Quantity("nonlinear_plant_ekf9_mae", f"{_OTHER}: nine states, model with increased process noise", "m"),
-    Quantity("nonlinear_plant_ekf9_sure_mae", f"{_OTHER}: nine states, model without added noise", "m"),
-    Quantity("nonlinear_plant_observer_tuned_mae", f"{_OTHER}: tuned passive observer", "m"),
 ]
 _BARS = {
     "observer_stock_mae": "nonlinear observer, stock gains, held",
@@ -192,8 +171,8 @@ _BARS = {
 def figures(seed: int, numbers: dict, table: dict) -> dict:
     """The paper's figures 3 to 5 from one run of recipe B, and what the study adds to them; captions."""
     record = scenario.sail(scenario.drawn(seed))
-    filtered = scenario.watch(contestants.time_varying(trials.RECIPE_B), record)
-    observed = scenario.watch(contestants.stock_observer(), record)
+    filtered = scenario.watch(observers.time_varying(trials.RECIPE_B), record)
+    observed = scenario.watch(observers.stock_observer(), record)
     paths = [
         Curve(observed.places[:, 1], observed.places[:, 0], "nonlinear observer", OURS, width=1.1),
         Curve(filtered.places[:, 1], filtered.places[:, 0], "proposed observer", BAD, width=1.1),
@@ -271,11 +250,5 @@ REMARKS = (
     "The nine-state filter stands at the Cramér–Rao bound. How far that is below the paper's filter depends on how "
     "well that one is tuned: with (19) scaled as a whole it is well over 15 %; with the yaw noise free as well, even "
     "the bound lies less than 15 % below.",
-    "Waves of 0.283 m (1σ, north and east apart, ω₀ = 0.8 rad/s, λ = 0.1): thirteen states reach the bound of this "
-    "set-up, which lies above the 0.058 m once seen; that figure takes a swell as narrow as λ = 0.01.",
-    "R wrong by 100 is a factor on the variance; the noise steps from 0.1 to 0.5 m at 75 s. The moment is our choice.",
-    "On the nonlinear identification the drag grows with the square of the speed, which the filter's linear model does "
-    "not have: believed in, that model misleads; held to be doubtful (acceleration noise 1e-4, force noise doubled, no "
-    "gate) it serves.",
 )
 STUDY = Study("cybership-observers", "P2: observers for dynamic positioning on CyberShip II", run)

@@ -11,7 +11,6 @@ import numpy as np
 from steerway.control import place_poles
 from steerway.report import BAD, OURS, QUIET, THEIRS
 from steerway.vessels import MARINER_RUDDER as RUDDER
-from steerway_studies.mariner_los.lyapunov import approaches
 from steerway_studies.mariner_los.ship import (
     BANDWIDTH,
     LOW_PASS,
@@ -21,6 +20,7 @@ from steerway_studies.mariner_los.ship import (
     STATED_NOISE,
     SWITCH_RADIUS,
     ShipCase,
+    approaches,
     asked_rudder_rate,
     measured,
     route,

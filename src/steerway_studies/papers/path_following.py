@@ -22,7 +22,7 @@ def switches(length, along, radius, printed=True):
 
 
 class RangeRatePassing:
-    """P4's missed-waypoint test: reached inside the circle of acceptance, P4 (22); missed when the distance, having fallen, rises.
+    """P4's missed-waypoint test. Reached inside the circle of acceptance, P4 (22); missed when it rises again.
 
     Beside a waypoint that is what is meant; a boat that turns round after switching triggers it too. Stands in for
     `Passing` in one mission.

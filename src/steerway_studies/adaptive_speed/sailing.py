@@ -1,13 +1,72 @@
-"""One voyage along a straight line: boat at 200 Hz, accelerometer at 200 Hz, GPS and log at 10 Hz, control at 20 Hz."""
+"""The boats of the study, one voyage along a straight line, and how a response and an estimate are judged.
+
+A voyage: boat at 200 Hz, accelerometer at 200 Hz, GPS and log at 10 Hz, control at 20 Hz. Every run takes the same
+surge model for granted, NOMINAL.
+"""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from steerway.control import AdaptiveSpeed, AdaptiveSpeedGains
+from steerway.core import NORMAL_95, rms
 from steerway.estimation.speed import SurgeFusion, SurgeTuning
+from steerway.identification import SurgeModel
 from steerway.sensors import Instrument, accelerometer
-from steerway.vessels import CALM, CURRENT_NORTH
+from steerway.vessels import (
+    CALDAS_LINEAR_DRAG,
+    CALDAS_MASS,
+    CALDAS_QUADRATIC_DRAG,
+    CALM,
+    CURRENT_NORTH,
+    Actuator,
+    Propeller,
+    Surge,
+    published_surrogate,
+)
+from steerway.vessels import CALDAS_SHAFT as SHAFT
+
+SPEEDS = (3, 6, 9)
+SURROGATE_LAG = 10.683
+PLANTS = {"a": "T, 0.5 s lag", "b": "T, 1.75 rev/s²", "c": "P, inner loop"}
+
+NOMINAL = SurgeModel(
+    CALDAS_LINEAR_DRAG / CALDAS_MASS, CALDAS_QUADRATIC_DRAG / CALDAS_MASS, Propeller().gain / CALDAS_MASS
+)
+"""Plant T's own numbers: the propeller model that votes."""
+
+
+def shaft(lag=0.0, rate=math.inf, high=17.5) -> Actuator:
+    """A shaft by its lag (s), largest rate (rev/s²) and speed (rev/s)."""
+    return Actuator("shaft speed", 0.0, high, rate, lag)
+
+
+def plant(name: str) -> Surge:
+    """T as printed, a to c of the study, P the surrogate of the published curves."""
+    if name in ("c", "P"):
+        return published_surrogate()
+    return Surge(shaft={"T": SHAFT, "a": shaft(lag=0.5), "b": shaft(rate=1.75)}[name])
+
+
+def controller(name: str) -> AdaptiveSpeed:
+    """MRAC+ for a plant: the same everywhere, but for the inner loop that P's slow shaft needs."""
+    return AdaptiveSpeed(AdaptiveSpeedGains(shaft_lag=SURROGATE_LAG if name in ("c", "P") else 0.0))
+
+
+def random_plant(seed: int) -> Surge:
+    """Mass ±20 %, each damping ±40 %, thrust ±20 %, shaft lag 0–1.5 s, rate 1–3 rev/s²."""
+    draws = np.random.default_rng(seed)
+    mass, linear, quadratic, thrust = 1.0 + draws.uniform(-1.0, 1.0, 4) * (0.2, 0.4, 0.4, 0.2)
+    machine = shaft(lag=draws.uniform(0.0, 1.5), rate=draws.uniform(1.0, 3.0))
+    return Surge(
+        CALDAS_MASS * mass,
+        CALDAS_LINEAR_DRAG * linear,
+        CALDAS_QUADRATIC_DRAG * quadratic,
+        Propeller(efficiency=0.8 * thrust),
+        machine,
+    )
+
 
 STEP = 0.005
 _AID, _CONTROL = 20, 10  # steps from one to the next; GPS and log take turns
@@ -125,3 +184,51 @@ def sail(
         parameters.append(adapted)
     out = np.array(rows).T
     return SpeedRun(time, out[6], *out[:6], np.array(parameters), np.array(nis), fusion.events, *received)
+
+
+BAND = 0.02
+TAIL = 20.0
+TRANSIENT = 10.0
+"""s left out of judging estimates, as the paper's figures 13–15 leave them out."""
+
+
+def settling(time, speed, about: float) -> float:
+    """s of the last exit from ±2 % of `about`, after time[0]; inf where it is still outside at the end."""
+    outside = np.flatnonzero(~(np.abs(speed - about) <= BAND * about))
+    if len(outside) == 0:
+        return 0.0
+    last = outside[-1]
+    return float("inf") if last == len(speed) - 1 else float(time[last + 1] - time[0])
+
+
+def overshoot_pct(speed, setpoint: float) -> float:
+    """(max − s)/s in %, 0 where it stays below."""
+    return max(0.0, 100.0 * (float(np.max(speed)) - setpoint) / setpoint)
+
+
+def tail_pct(time, speed, setpoint: float) -> float:
+    """Largest error over the last 20 s, % of the set-point."""
+    return 100.0 * float(np.abs(speed[time > time[-1] - TAIL] - setpoint).max()) / setpoint
+
+
+def response(time, speed, shaft, setpoint: float) -> dict[str, float]:
+    """The paper's requirements on one response."""
+    return {
+        "settling_s": settling(time, speed, setpoint),
+        "overshoot_pct": overshoot_pct(speed, setpoint),
+        "tail_pct": tail_pct(time, speed, setpoint),
+        "shaft_max": float(shaft.max()),
+    }
+
+
+def estimate(voyage, setpoint: float, since: float = TRANSIENT) -> dict[str, float]:
+    """RMS and largest error in % of the set-point, NIS, and coverage of the 95 % interval."""
+    late = voyage.time > since
+    error = (voyage.estimate - voyage.speed)[late]
+    return {
+        "rms_pct": 100.0 * rms(error) / setpoint,
+        "max_pct": 100.0 * float(np.abs(error).max()) / setpoint,
+        "nis": float(voyage.nis.mean()) if len(voyage.nis) else float("nan"),
+        "coverage": float(np.mean(np.abs(error) < NORMAL_95 * voyage.std[late])),
+        "exclusions": float(sum(event.what == "excluded" for event in voyage.events)),
+    }
