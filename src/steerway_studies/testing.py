@@ -6,17 +6,16 @@ from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
     from steerway_studies import at_sea, named, otter_course, otter_path, unseen_logs
-    from steerway_studies.adaptive_speed import printed, sailing, theory
+    from steerway_studies.adaptive_speed import printed, sailing
     from steerway_studies.adaptive_speed.cases import Job, run
-    from steerway_studies.at_sea.cases import CRAFT, SHARES, Case, Receiver, all_cases, drawn
+    from steerway_studies.at_sea.sailing import CRAFT, SHARES, Case, Receiver, all_cases, drawn
     from steerway_studies.at_sea.sailing import judged as sailing_judged
     from steerway_studies.cybership_observers import observers, scenario, tuning
     from steerway_studies.cybership_observers.observers import TUNED_GAINS
     from steerway_studies.estimator_limits import BOUNDS, CELLS, bounded, errors, over_runs
     from steerway_studies.estimator_limits import judged as limits_judged
-    from steerway_studies.estimator_limits.bound import filtering_bound, smoothing_bound
-    from steerway_studies.estimator_limits.scenarios import FAST, SLOW, TrueMotion
-    from steerway_studies.estimator_limits.scenarios import sail as scenarios_sail
+    from steerway_studies.estimator_limits.bound import FAST, SLOW, TrueMotion, filtering_bound, smoothing_bound
+    from steerway_studies.estimator_limits.bound import sail as scenarios_sail
     from steerway_studies.mariner_los import ship
     from steerway_studies.mariner_los.ship import PRINTED_NOISE, STATED_NOISE, ShipCase
     from steerway_studies.otter_course import logs
@@ -53,10 +52,8 @@ if TYPE_CHECKING:
     from steerway_studies.springer_mission.world import sail as world_sail
     from steerway_studies.study import Results, Study
     from steerway_studies.unseen_logs import catalogue, judging, plain_ekf
-    from steerway_studies.unseen_logs.alignment import rate_lag, velocity_lag
-    from steerway_studies.unseen_logs.contestants import difference
     from steerway_studies.unseen_logs.judging import right_refused
     from steerway_studies.unseen_logs.recordings import JudgedLog
-    from steerway_studies.unseen_logs.reference import VelocityReference
+    from steerway_studies.unseen_logs.reference import VelocityReference, rate_lag, velocity_lag
 
 __getattr__, __dir__ = on_demand(__name__)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from steerway_studies.testing import sailing, theory
+from steerway_studies.testing import printed, sailing
 
 TIME = np.arange(0.0, 200.05, 0.1)
 
@@ -30,7 +30,7 @@ def test_overshoot_and_tail():
 
 def test_lyapunov_holds_for_constant_g_and_not_for_a_propeller():
     inner = slice(2, -2)
-    held = theory.descent(3.0, constant=True, duration=20.0)
+    held = printed.descent(3.0, constant=True, duration=20.0)
     np.testing.assert_allclose(held.derivative[inner], held.claimed[inner], atol=1e-5 * np.abs(held.claimed).max())
-    free = theory.descent(3.0, constant=False, duration=20.0)
+    free = printed.descent(3.0, constant=False, duration=20.0)
     assert free.derivative[inner].max() > np.abs(free.claimed).max()

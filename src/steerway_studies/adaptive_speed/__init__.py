@@ -4,15 +4,15 @@ import numpy as np
 
 from steerway.core import NORMAL_95
 from steerway.report import BAD, OURS, QUIET, THEIRS
-from steerway_studies.adaptive_speed import cases, printed, sailing, theory
+from steerway_studies.adaptive_speed import cases, printed, sailing
 from steerway_studies.adaptive_speed.cases import FAULTS, Job
 from steerway_studies.adaptive_speed.sailing import PLANTS, SPEEDS, sail
 from steerway_studies.parts import over_cases
 from steerway_studies.plots import TRUTH, Band, Curve, Panel, series
 from steerway_studies.study import Quantity, Results, Study, seeds_from, stage
 
-FEW, MANY, BASELINE = 20, 100, 5
-"""Seeds of what varies little, of what chance decides, and of the baseline."""
+FEW, MANY = 20, 100
+"""Seeds of what varies little, and of what chance decides."""
 
 
 def voyages(seeds: int | None, first: int) -> list[Job]:
@@ -27,7 +27,6 @@ def voyages(seeds: int | None, first: int) -> list[Job]:
         *of("outage", FEW, setpoints=(3,)),
         *of("printed_filter", FEW),
         *of("ours", FEW, plants=PLANTS),
-        *of("baseline", BASELINE, plants=PLANTS),
         *of("chance", MANY),
         *[Job("faultless", seed, SPEEDS[seed % 3]) for seed in seeds_from(first, seeds, MANY)],
         *of("gps_only", FEW),
@@ -107,14 +106,11 @@ def printed_numbers(as_printed, as_published) -> dict[str, float]:
 
 
 def control_numbers(judged: Judged) -> dict[str, float]:
-    """MRAC+ on plants a–c and on random boats, the PI beside it, the boat identified from its log."""
+    """MRAC+ on plants a–c and on random boats, and the boat identified from its log."""
     n, passed = {}, []
     for speed in SPEEDS:
         for key in ("settling_s", "overshoot_pct", "tail_pct"):
             n[f"mracplus_{key}_{speed}"] = judged.worst(key, "ours", speed)
-        for plant in PLANTS:
-            for key in ("settling_s", "overshoot_pct"):
-                n[f"pi_{key}_{speed}_{plant}"] = judged.worst(key, "baseline", speed, plant)
         settling, over, tail = (
             judged.column(key, "chance", speed) for key in ("settling_s", "overshoot_pct", "tail_pct")
         )
@@ -158,13 +154,13 @@ def fusion_numbers(judged: Judged) -> dict[str, float]:
 def theory_numbers() -> dict[str, float]:
     """The paper's Lyapunov function along the loop, and the boat's directional stability."""
     inner = slice(2, -2)
-    held, free = theory.descent(3.0, constant=True), theory.descent(3.0, constant=False)
+    held, free = printed.descent(3.0, constant=True), printed.descent(3.0, constant=False)
     off = np.abs(held.derivative - held.claimed)[inner].max() / np.abs(held.claimed).max()
     rise = np.maximum(np.diff(free.value), 0.0).sum() / free.value[0]
     n = {"lyapunov_constant_g_error": float(off), "lyapunov_varying_g_rise": float(rise)}
     for speed in SPEEDS:
-        n[f"eigenvalue_{speed}"] = theory.growth(speed) / speed
-        n[f"heading_gain_{speed}"] = theory.least_stiffness(speed) / speed**2 / 1e3
+        n[f"eigenvalue_{speed}"] = printed.growth(speed) / speed
+        n[f"heading_gain_{speed}"] = printed.least_stiffness(speed) / speed**2 / 1e3
     return n
 
 
@@ -355,7 +351,7 @@ def _largest_by_second(time, error):
 def _lyapunov():
     panels = []
     for constant, title in ((True, "constant g"), (False, "g(u, n) of Table II")):
-        run = theory.descent(3.0, constant)
+        run = printed.descent(3.0, constant)
         claimed = Curve(run.time, run.claimed, "−d_m z², what (21) claims", BAD, "--")
         curves = [Curve(run.time, run.derivative, "V̇ along the run"), claimed]
         panels.append(Panel("V̇ (m²/s³)", curves, title, xlim=(0.0, 40.0)))
@@ -381,9 +377,6 @@ def remarks(numbers) -> list[str]:
         "Plant T: Tables I and II with D = 0.8 m, η = 0.8, ρ = 1.025 t/m³, two propellers, n in rev/s up to 17.5, "
         "which the paper leaves out. Plant P: a surrogate fitted to the published curves. MRAC+ runs on plants a "
         "(T, 0.5 s of shaft lag), b (T, 1.75 rev/s²) and c (P, with an inner shaft loop) with one set of gains.",
-        "PI with anti-windup on the same guess is in the numbers as pi_…: quick where the guess happens to be "
-        f"right, it overshoots by {numbers['pi_overshoot_pct_3_b']:.0f} % on plant b and by "
-        f"{numbers['pi_overshoot_pct_3_c']:.0f} % on plant c at 3 m/s, without an inner loop there.",
         f"A fault of the accelerometer is not avoided but recovered from: {numbers['fault_imu_max_pct']:.1f} % at "
         "worst in the two seconds before it is named.",
         "The vote's third voice is plant T's own propeller model, also in sound runs; random boats have the same, "

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.control import SpeedPI, SpeedPIGains
 from steerway.core import rms
 from steerway.identification import identify_surge
 from steerway.vessels import Propeller, conditions
@@ -35,26 +34,6 @@ def ours(job):
     speed = job.setpoint
     voyage = sail(sailing.plant(job.plant), sailing.controller(job.plant), ((0.0, speed),), job.seed)
     return sailing.response(voyage.time, voyage.speed, voyage.shaft, speed) | sailing.estimate(voyage, speed)
-
-
-class PiShaft:
-    """PI with anti-windup as a shaft-speed controller: its force, a mass of 1, by the guessed constant thrust g0."""
-
-    def __init__(self):
-        self.thrust = 0.0049
-        limit = self.thrust * 17.5**2
-        drag = {"linear_drag": 0.0015, "quadratic_drag": 0.01}
-        self._pi = SpeedPI(SpeedPIGains(mass=1.0, bandwidth=0.12, limit=limit, **drag))
-        self.model, self.parameters = math.nan, (math.nan,) * 3
-
-    def step(self, setpoint, speed, dt, shaft=math.nan):
-        return math.sqrt(self._pi.step(setpoint, speed, dt) / self.thrust)
-
-
-def baseline(job):
-    """PI with anti-windup, the same sensors."""
-    voyage = sail(sailing.plant(job.plant), PiShaft(), ((0.0, job.setpoint),), job.seed)
-    return sailing.response(voyage.time, voyage.speed, voyage.shaft, job.setpoint)
 
 
 def chance(job):
@@ -186,7 +165,6 @@ def outage(job):
 
 KINDS = {
     "ours": ours,
-    "baseline": baseline,
     "chance": chance,
     "faultless": faultless,
     "staircase": staircase,

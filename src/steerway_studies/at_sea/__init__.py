@@ -11,8 +11,15 @@ from functools import partial
 import numpy as np
 
 from steerway.core import rms
-from steerway_studies.at_sea.cases import CRAFT, SHARES, SHIP_LENGTH, VARIANTS, ablations, all_cases, drawn
-from steerway_studies.at_sea.sailing import JudgedRun, judged
+from steerway_studies.at_sea.sailing import (
+    CRAFT,
+    SHARES,
+    SHIP_LENGTH,
+    JudgedRun,
+    all_cases,
+    drawn,
+    judged,
+)
 from steerway_studies.parts import over_cases
 from steerway_studies.plots import PALETTE, Curve, Panel, series
 from steerway_studies.study import Quantity, Results, Study, seeds_from, stage
@@ -25,11 +32,9 @@ def run(seeds=None, first_seed=0, progress=None, full=False) -> Results:
     """See Study; `seeds` parts of the grid, 8 by default, or as often the whole grid."""
     chosen = seeds_from(first_seed, seeds, SEEDS)
     pairs = [(case, seed) for seed in chosen for case in (all_cases() if full else drawn(seed))]
-    others = [(case, seed) for seed in chosen for case in ablations(seed)]
-    found = over_cases(_judged_of, pairs, progress=stage(progress, 0.0, 0.85, "squares and surveys"))
-    without = over_cases(_judged_of, others, progress=stage(progress, 0.85, 0.15, "ablations"))
+    found = over_cases(_judged_of, pairs, progress=stage(progress, 0.0, 1.0, "squares and surveys"))
     results = Results("The autopilot in currents up to 80 % of the boat's speed")
-    results.add(numbers_of(found) | ablation_numbers(without), QUANTITIES)
+    results.add(numbers_of(found), QUANTITIES)
     results.figures["distances"] = _by_current(found)
     results.remarks.append(REMARK.format(len(found)))
     return results
@@ -70,16 +75,6 @@ def numbers_of(found: list[JudgedRun]) -> dict[str, float]:
     return n
 
 
-def ablation_numbers(without: list[JudgedRun]) -> dict[str, float]:
-    """What each part is worth: runs with it taken away."""
-    n = {}
-    for variant in VARIANTS:
-        runs, name = [each for each in without if each.case.variant == variant], (variant or "none").replace("-", "_")
-        n[f"without_{name}_leg_rms_m"] = rms([each.legs for each in runs if math.isfinite(each.legs)])
-        n[f"without_{name}_finished_pct"] = 100.0 * float(np.mean([each.finished for each in runs]))
-    return n
-
-
 QUANTITIES = [
     Quantity("finished_pct_50", "routes finished, currents up to 50 %", "%", "", "≥ 99.5"),
     Quantity("finished_pct_80", "routes finished, currents of 80 %", "%", "", "≥ 97"),
@@ -101,11 +96,6 @@ QUANTITIES = [
     *(
         Quantity(f"corner_radii_{craft}", f"{craft}: largest distance at corners, in turn radii", "", "", "≤ 1.5")
         for craft in CRAFT
-    ),
-    *(
-        Quantity(f"without_{(variant or 'none').replace('-', '_')}_{key}", f"{words}: {what}", unit)
-        for variant, words in VARIANTS.items()
-        for key, what, unit in (("leg_rms_m", "RMS distance, current 50 %", "m"), ("finished_pct", "finished", "%"))
     ),
 ]
 REMARK = (

@@ -11,7 +11,7 @@ from steerway.report import BAD, OURS
 from steerway_studies.cybership_observers import observers, scenario, trials, tuning
 from steerway_studies.papers import positioning as printed
 from steerway_studies.parts import over_cases
-from steerway_studies.plots import PALETTE, TRUTH, Curve, Panel, bars, series, track
+from steerway_studies.plots import TRUTH, Curve, Panel, bars, series, track
 from steerway_studies.study import Quantity, Results, Study, seeds_from, stage
 
 SEEDS = 400
@@ -51,7 +51,7 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     table = {key: np.array([row[key] for row in rows]) for key in rows[0]}
     results = Results("Observers for dynamic positioning on CyberShip II")
     results.add({"seeds": len(chosen)} | numbers_of(table, tuned), QUANTITIES)
-    results.figures |= figures(first_seed, results.numbers, table)
+    results.figures |= figures(first_seed, results.numbers)
     results.remarks += REMARKS
     return results
 
@@ -168,7 +168,7 @@ _BARS = {
 }
 
 
-def figures(seed: int, numbers: dict, table: dict) -> dict:
+def figures(seed: int, numbers: dict) -> dict:
     """The paper's figures 3 to 5 from one run of recipe B, and what the study adds to them; captions."""
     record = scenario.sail(scenario.drawn(seed))
     filtered = scenario.watch(observers.time_varying(trials.RECIPE_B), record)
@@ -194,11 +194,6 @@ def figures(seed: int, numbers: dict, table: dict) -> dict:
         )
 
     values, spread = ([numbers[f"{key}{suffix}"] for key in _BARS] for suffix in ("", "_ci"))
-    ends = []
-    for name, colour, style in zip(PILOTS, (TRUTH, *PALETTE, BAD), ("--", *"-" * 5, ":"), strict=True):
-        distances = np.sort(table[f"closed_loop_{name}"])
-        shares = 100.0 * np.arange(1, len(distances) + 1) / len(distances)
-        ends.append(Curve(distances, shares, PILOTS[name], colour, style))
     return {
         "figure3": (
             track(paths),
@@ -222,10 +217,6 @@ def figures(seed: int, numbers: dict, table: dict) -> dict:
             ),
             "Mean |error| over north and east at all times on S*, with 95 % intervals over "
             f"{numbers['seeds']:.0f} seeds. Dashed: the least that any unbiased estimator can reach.",
-        ),
-        "closed_loop": (
-            series([Panel("runs (%)", ends, limits=(95.0,))], "distance from the goal after 100 s (m)"),
-            "Steered by each estimate: share of runs that end within a distance of the goal.",
         ),
     }
 

@@ -15,13 +15,14 @@ import steerway
 from steerway.core import NORMAL_95, Fixes, wrap_array
 from steerway.estimation import choose_profile
 from steerway.sensors import white
-from steerway_studies.estimator_limits.bound import filtering_bound, smoothing_bound
-from steerway_studies.estimator_limits.scenarios import (
+from steerway_studies.estimator_limits.bound import (
     FAST,
     SLOW,
     LimitsScenario,
     TrueMotion,
+    filtering_bound,
     sail,
+    smoothing_bound,
     straight_and_turning,
 )
 from steerway_studies.parts import over_cases

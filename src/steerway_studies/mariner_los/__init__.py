@@ -72,7 +72,6 @@ def run(seeds: int | None = None, first_seed: int = 0, progress=None) -> Results
     }
     results.add(numbers, QUANTITIES)
     results.figures |= figures(first_seed)
-    results.figures["saturation"] = _saturation(numbers)
     results.figures["lyapunov"] = _lyapunov(ideal, ship)
     results.remarks += REMARKS
     return results
@@ -247,28 +246,6 @@ def figures(seed: int) -> dict:
             "beyond ±12 °/s are cut off.",
         ),
     }
-
-
-def _saturation(numbers):
-    limited, deviation = [], []
-    labels = {"truth": "true states"} | {f"{each}_{noise}": f"{each} filter" for each in FILTERS for noise in NOISES}
-    for label, name in labels.items():
-        colour, style = _COLOURS[name], "o--" if label.endswith("0634") else "o-"
-        time, error = (
-            [numbers[f"{label}_tlp_{each:.0f}_{key}"] for each in LOW_PASSES]
-            for key in ("saturated_pct", "cross_track_max_m")
-        )
-        limited.append(Curve(LOW_PASSES, np.maximum(time, 0.02), "", colour, style))
-        deviation.append(Curve(LOW_PASSES, error, name if style == "o-" else f"{name}, 0.0634 m", colour, style))
-    panels = [
-        Panel("time at a limit (%)\nnever: drawn at 0.02", limited, log=True),
-        Panel("largest cross-track error (m)", deviation),
-    ]
-    caption = (
-        "Whether saturation is avoided: the part of the voyage in which the autopilot asks for more than 40° or 5 °/s, "
-        "and what a slower reference costs, over the time constant of the low-pass that P1 leaves open."
-    )
-    return series(panels, "T_lp (s)", columns=2), caption
 
 
 def _lyapunov(ideal, ship):

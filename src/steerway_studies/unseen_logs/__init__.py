@@ -1,7 +1,7 @@
 """Study unseen-logs: recorded logs that had no part in development, against Doppler or better instruments.
 
-For every log the default, tuned and smoothed estimate, a plain EKF fitted to the same log, position differences and
-the receiver's own. Half of the logs may be looked at (develop), the other half only judges (report).
+For every log the default, tuned and smoothed estimate, and a plain EKF fitted to the same log. Half of the logs may be
+looked at (develop), the other half only judges (report).
 """
 
 import math

@@ -9,9 +9,8 @@ import polars as pl
 
 import steerway
 from steerway.core import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS, wrap_array
-from steerway_studies.unseen_logs.alignment import course_lag, rate_lag, velocity_lag
 from steerway_studies.unseen_logs.catalogue import RATE_COLUMN, KnownLog, PublicLog
-from steerway_studies.unseen_logs.reference import VelocityReference
+from steerway_studies.unseen_logs.reference import VelocityReference, course_lag, rate_lag, velocity_lag
 
 FOLDER = "STEERWAY_LOGS"
 _HEADING_SPAN = 1.0  # s, of the heading differences that stand for a rate
