@@ -17,6 +17,7 @@ from steerway_studies.testing import (
     nominal,
     observers,
     otter_course,
+    reached,
     run,
     scenario,
     ship,
@@ -26,7 +27,7 @@ from steerway_studies.testing import world_sail as sail
 
 def test_p0_the_otter_turns_to_its_course_as_published():
     found = otter_course.published_numbers(as_published())
-    missed = [each.key for each in otter_course.PUBLISHED if not each.target.holds(found[each.key])]
+    missed = [each.key for each in otter_course.PUBLISHED if not reached(each.target, found[each.key])]
     assert missed == [] and len(found) == len(otter_course.PUBLISHED)
     assert found["verbatim_settling_s"] == pytest.approx(9.7, abs=0.5)
 

@@ -93,8 +93,8 @@ async def _signalk(consumer, port):
             async for message in socket:
                 consumer.received += len(message)
 
-    async with serve(take, HERE, port) as server:
-        await server.serve_forever()
+    async with serve(take, HERE, port):
+        await asyncio.Event().wait()
 
 
 async def _foxglove(consumer, port):
