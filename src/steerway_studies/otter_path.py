@@ -84,7 +84,6 @@ class LegResult(NamedTuple):
     mean: float
     crab: float
     course_error_rms: float
-    yaw_rms: float
 
 
 def leg(case: PathCase, seed: int) -> LegResult:
@@ -92,11 +91,11 @@ def leg(case: PathCase, seed: int) -> LegResult:
     run = sailed(case, seed)
     rows = (run["true_north"] > JUDGED[0]) & (run["true_north"] < JUDGED[1])
     if not rows.any() or run["true_north"][-1] < JUDGED[1]:
-        return LegResult(*[math.nan] * 5)
+        return LegResult(*[math.nan] * 4)
     east = run["true_east"][rows]
     turn = run["estimated_cog"] - run.true_cog
     error = wrap_array(turn[rows])
-    return LegResult(rms(east), float(east.mean()), _crab(run.rows(rows)), rms(error), rms(run["yaw"][rows]))
+    return LegResult(rms(east), float(east.mean()), _crab(run.rows(rows)), rms(error))
 
 
 def _crab(run) -> float:

@@ -34,7 +34,6 @@ from steerway_studies.parts import over_cases
 from steerway_studies.springer_mission.world import (
     PAPER_CIRCUIT,
     Blind,
-    HeadingSource,
     World,
     autopilot_parts,
     random_circuit,
@@ -114,20 +113,6 @@ class ByBearing:
 
     def step(self, difference, readings, velocity) -> float:
         return self.estimator.step(difference, readings if self._has_compass else None, velocity)
-
-
-def product() -> HeadingSource:
-    """The aided filter as in worlds (a) to (d)."""
-    return ByBearing()
-
-
-def gnss_alone() -> HeadingSource:
-    """The same without its compass."""
-    return ByBearing(has_compass=False)
-
-
-def physical_nominal() -> Blind:
-    return nominal(PHYSICAL_YAW)
 
 
 RIVALS = {
@@ -254,15 +239,15 @@ BOXED = ("weight_net", "half_bank")
 def real_mission(kind: str, seed: int) -> dict[str, object]:
     """One harder world: product and nominal in the loop; product and GNSS alone on the product's own voyage."""
     world, circuit = real_world(kind, seed), PAPER_CIRCUIT
-    voyage = sail(world, product(), seed, circuit)
-    alone = np.abs(turnless_deg(replayed(voyage, gnss_alone()), voyage.heading))
+    voyage = sail(world, ByBearing(), seed, circuit)
+    alone = np.abs(turnless_deg(replayed(voyage, ByBearing(has_compass=False)), voyage.heading))
     boxed = (
         {name: MissionResult.of(sail(world, RIVALS[name](), seed, circuit)) for name in BOXED} if kind == "a" else {}
     )
     return boxed | {
         "product": MissionResult.of(voyage),
-        "nominal": MissionResult.of(sail(world, physical_nominal(), seed, circuit)),
-        "gnss": MissionResult.of(sail(world, gnss_alone(), seed, circuit)),
+        "nominal": MissionResult.of(sail(world, nominal(PHYSICAL_YAW), seed, circuit)),
+        "gnss": MissionResult.of(sail(world, ByBearing(has_compass=False), seed, circuit)),
         "errors": np.abs(turnless_deg(voyage.estimate, voyage.heading)),
         "gnss_median": float(np.median(alone)),
     }

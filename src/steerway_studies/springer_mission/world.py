@@ -38,7 +38,7 @@ class HeadingSource(Protocol):
     def heading(self) -> float:
         """rad, for the second that begins."""
 
-    def second(self, difference: float, readings: np.ndarray, velocity: tuple[float, float]) -> float:
+    def step(self, difference: float, readings: np.ndarray, velocity: tuple[float, float]) -> float:
         """Take what the second brought."""
 
 
