@@ -4,16 +4,15 @@ import numpy as np
 
 from benchmarks.support import by_hand, ours
 from benchmarks.support.harness import Result, interleaved
-from benchmarks.support.record import PROFILE, STEPS_A_FIX, winding
-from steerway import FiveStateFilter, Fixes
-from steerway.core.earth import radii
+from benchmarks.support.record import PROFILE, fixes_of, winding
+from steerway import FiveStateFilter
 
 _ROWS, _ROUNDS = 100_000, 15
 
 
 def run():
     record = winding(_ROWS)
-    fixes = _fixes(record)
+    fixes = fixes_of(record)
     estimator = FiveStateFilter(PROFILE)
     contenders = {
         "ours": lambda: ours.whole_record(record),
@@ -34,15 +33,3 @@ def run():
         yield Result("filter(fixes, rate=50) / C", taken["filter(fixes, rate=50)"] / taken["C"], "times")
     else:
         yield Result("ours / C", None, note="no gcc on this machine")
-
-
-def _fixes(record) -> Fixes:
-    """The record's fixes around a place at 59° N."""
-    latitude, longitude = np.radians(59.0), np.radians(10.5)
-    meridian, prime_vertical = radii(latitude)
-    chosen = slice(0, None, STEPS_A_FIX)
-    return Fixes(
-        time=1.7e9 + record.time[chosen],
-        latitude=latitude + record.north[chosen] / meridian,
-        longitude=longitude + record.east[chosen] / (prime_vertical * np.cos(latitude)),
-    )

@@ -8,14 +8,29 @@ import numpy as np
 import pytest
 
 import steerway
+from steerway.core import Fixes
 from steerway.estimation import choose_profile, estimate
 from steerway.estimation.testing import LogEstimator, velocity_of
-from steerway_studies.testing import GYRO_BIAS, GYRO_STD, SLOW, VELOCITY_STD, aided_fixes
-from steerway_studies.testing import cells_judged as judged
+from steerway.sensors import Gnss, Instrument
+from steerway_studies.testing import SLOW
+from steerway_studies.testing import limits_judged as judged
 from steerway_studies.testing import scenarios_sail as sail
 from tests import fitted
 from tests.command_line import run
 from tests.scenes import angle_error
+
+VELOCITY_STD = 0.05
+GYRO_STD, GYRO_BIAS = math.radians(0.1), math.radians(0.3)
+
+
+def aided_fixes(voyage, seed):
+    """Fixes of 0.5 m with the receiver's own velocity and a gyro's rate beside them."""
+    gnss = Gnss(rate=SLOW.rate, white=0.5, velocity_std=VELOCITY_STD)
+    velocity = {"north_velocity": voyage.sog * np.cos(voyage.cog), "east_velocity": voyage.sog * np.sin(voyage.cog)}
+    fixes = gnss.fixes(voyage.time, voyage.north, voyage.east, seed, **velocity)
+    gyro = Instrument(rate=SLOW.rate, white=GYRO_STD, bias=GYRO_BIAS)
+    _, rate = gyro.measured(voyage.time, voyage.course_rate, [seed, 3])
+    return Fixes(fixes.time, fixes.latitude, fixes.longitude, sog=fixes.sog, cog=fixes.cog, yaw_rate=rate)
 
 
 def between(fixes, every):
@@ -33,7 +48,7 @@ def likeliest(fixes, aid):
 def test_a_gyro_shows_the_few_turns_of_a_short_log():
     """Five minutes of whose turns the positions alone say too little: half of them goes straight."""
     voyage = sail(SLOW, 6)
-    fixes = aided_fixes(voyage, 6, GYRO_BIAS)
+    fixes = aided_fixes(voyage, 6)
     profile = choose_profile(fixes, aid=("yaw_rate",))
     found = sum(each.weight * each.values["yaw_rate_std"] for each in profile.structures)
     assert found == pytest.approx(GYRO_STD, rel=0.15)

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from benchmarks.support.fleet import day_path, generate
 
 import steerway.archive
 from steerway.archive.testing import Store, digest, encounters, export, page, running, status, unit
@@ -19,6 +18,7 @@ from steerway.estimation import FiveStateFilter
 from steerway.formats.testing import class_b
 from tests.ais_sentences import sentences, tagged
 from tests.command_line import run
+from tests.fleet import day_path, generate
 
 DAYS = 2
 START = 1_709_251_200.0

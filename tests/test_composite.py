@@ -22,7 +22,7 @@ from steerway.estimation.heading.testing import PRODUCT
 from steerway.sensors import TCM2, TRUE_TCM2, random_compass
 from steerway.vessels import RPM
 from steerway.vessels.testing import PAPER_YAW, PHYSICAL_YAW
-from steerway_studies.testing import HInfinityFilter, PrintedIntervalFilter
+from steerway_studies.testing import PrintedIntervalFilter
 from tests.weaving import record
 
 
@@ -132,7 +132,6 @@ MODEL = composite_model()
 FILTERS = {
     "composite": lambda: CompositeFilter(MODEL),
     "bank": lambda: ModelBank(corners(0.01)),
-    "h_infinity": lambda: HInfinityFilter(MODEL, 1e-3),
     "aided": AidedHeadingFilter,
     "learned": LearnedHeading,
     "interval": lambda: IntervalFilter(box_of(MODEL, 0.005)),
@@ -156,7 +155,7 @@ def test_any_readings_steps_and_times_give_a_heading_with_its_deviation_or_one_s
             estimator.step(difference, readings, dt=dt)
         except InputError as refused:
             text = str(refused)
-            assert text.startswith(("heading.", "h_infinity.")) and "expected" in text and "\n" not in text
+            assert text.startswith("heading.") and "expected" in text and "\n" not in text
     if isinstance(estimator, IntervalFilter):
         assert estimator.diverged or -math.inf < estimator.low <= estimator.high < math.inf
     else:
@@ -206,7 +205,6 @@ def test_other_steps_and_rates_estimate_the_same_heading(step, rate):
     "wrong",
     [
         lambda: CompositeFilter(np.zeros(13)),
-        lambda: HInfinityFilter(np.zeros((14, 2)), 0.0),
         lambda: IntervalFilter(np.zeros((14, 3))),
         lambda: IntervalFilter(box_of(MODEL, 0.01)[:, ::-1]),
         lambda: IntervalFilter(box_of(MODEL, 0.01), parts=0),

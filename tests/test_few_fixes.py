@@ -10,7 +10,6 @@ import pytest
 import steerway
 from steerway.core import Fixes, wrap
 from steerway.estimation import InferredFilter, InferredProfile, Profile, hindcast, predict
-from steerway.estimation.heading import composite_model
 from steerway.estimation.speed import SurgeFilter
 from steerway.estimation.steering import Response, SteeringFilter
 from steerway.estimation.testing import HeadingTracker, WeighedStructure, parameters_of
@@ -18,15 +17,7 @@ from steerway.estimation.testing import inference_forecast as forecast
 from steerway.identification.testing import _under_way, positions_cost
 from steerway.testing import response_of
 from steerway.vessels.testing import otter
-from steerway_studies.testing import (
-    CELLS,
-    TrueMotion,
-    all_histories,
-    exists,
-    filtering_bound,
-    particle_filter,
-    smoothing_bound,
-)
+from steerway_studies.testing import CELLS, TrueMotion, filtering_bound, smoothing_bound
 from tests.scenes import sailed, straight
 
 PARTS = "base", "wander", "error"
@@ -245,27 +236,12 @@ def test_what_a_vehicles_own_loop_adds_to_a_turn_is_foreseen():
         assert _turn_by_own_loop(share, 0.2) < 0.5 * _turn_by_own_loop(share, 0.0)
 
 
-def test_a_robust_filter_exists_where_it_is_the_kalman_filter():
-    assert exists(composite_model(), 0.0, horizon=5)
-
-
 def test_a_smoother_can_be_better_than_a_filter():
     n, cell = 4, CELLS["o05"]
     line = np.arange(float(n)), *np.zeros((5, n))
     voyage = TrueMotion(*line, turning=np.array([False, True, True, False]))
     filtered, smoothed = (bound(voyage, cell.profile) for bound in (filtering_bound, smoothing_bound))
     assert (np.trace(smoothed, axis1=1, axis2=2)[:-1] < np.trace(filtered, axis1=1, axis2=2)[:-1]).all()
-
-
-def test_every_history_of_a_few_fixes_is_visited():
-    quick = {"error_std": 0.0, "turn_time": 2.0, "straight_time": 2.0, "turn_course_rate_noise": 0.5}
-    models = TWO_MODES.model_copy(update=quick).modes()
-    places = np.column_stack([2.0 * np.arange(6.0), [0.0, 0.3, -0.3, 0.3, 0.0, 2.0]])
-    start = np.array([0.0, 0.0, 2.0, 0.0, 0.0]), 0.01 * np.eye(5)
-    mean, accepted = all_histories(places, start, np.zeros(6, bool), models, 1.0, 40, 1, kept=4)
-    assert np.isfinite(mean).all() and 0.0 <= accepted <= 1.0
-    means, spreads = particle_filter(places, start, models, 1.0, 20, 1)
-    assert np.isfinite(means).all() and np.isfinite(spreads).all()
 
 
 def test_an_earlier_moment_is_predicted_from(fixes, monkeypatch):

@@ -21,7 +21,7 @@ from steerway.identification import (
 from steerway.identification.testing import Interval, read_steering
 from steerway.sensors import white
 from steerway.vessels import CALM, RPM, Nomoto, Propeller, Springer, Surge, conditions
-from steerway_studies.testing import plants
+from steerway_studies.testing import sailing
 from tests.command_line import run
 from tests.scenes import binary_sequence
 
@@ -180,7 +180,7 @@ STEPS = (5.0, 9.0, 14.0, 9.0, 5.0)
 
 def log(commands=STEPS, seconds=40.0, noise=0.01, boat=None, every=0.1, seed=0, speed=0.0):
     """Time, speed and shaft of a boat whose shaft goes from one speed to the next."""
-    boat, draws = boat or plants.plant("a"), np.random.default_rng(seed)
+    boat, draws = boat or sailing.plant("a"), np.random.default_rng(seed)
     state, rows = boat.start(speed=speed), []
     for k in range(round(len(commands) * seconds / 0.02)):
         state = boat.step(state, (commands[int(k * 0.02 // seconds)],), CALM, 0.02)
@@ -190,7 +190,7 @@ def log(commands=STEPS, seconds=40.0, noise=0.01, boat=None, every=0.1, seed=0, 
 
 
 def test_a_staircase_tells_drag_and_thrust():
-    found, truth = identify_surge(*log(), Propeller()), plants.NOMINAL
+    found, truth = identify_surge(*log(), Propeller()), sailing.NOMINAL
     assert found.identified and found.verdict.startswith("Identified")
     assert found.model.linear_drag == pytest.approx(truth.linear_drag, rel=0.05)
     assert found.model.quadratic_drag == pytest.approx(truth.quadratic_drag, rel=0.05)
@@ -198,7 +198,7 @@ def test_a_staircase_tells_drag_and_thrust():
     assert found.residual == pytest.approx(0.01, rel=0.1)
 
 
-SMALL = Surge(60.0, 20.0, 15.0, Propeller(diameter=0.1), plants.shaft(lag=0.2, high=60.0))
+SMALL = Surge(60.0, 20.0, 15.0, Propeller(diameter=0.1), sailing.shaft(lag=0.2, high=60.0))
 
 
 def test_a_propeller_that_is_not_known_is_identified_in_any_unit_of_command():
@@ -236,10 +236,10 @@ def test_one_speed_does_not_identify():
 
 
 def test_what_no_controller_can_do_is_said():
-    possible, sentence = plants.NOMINAL.feasible(9.0, plants.shaft(rate=17.5 / 55.0))
+    possible, sentence = sailing.NOMINAL.feasible(9.0, sailing.shaft(rate=17.5 / 55.0))
     assert not possible and "infeasible" in sentence and "49" in sentence
-    assert plants.NOMINAL.feasible(9.0, plants.shaft(lag=0.5))[0]
-    assert plants.NOMINAL.time_to(12.0, plants.shaft()) == math.inf
+    assert sailing.NOMINAL.feasible(9.0, sailing.shaft(lag=0.5))[0]
+    assert sailing.NOMINAL.time_to(12.0, sailing.shaft()) == math.inf
 
 
 @pytest.mark.parametrize(

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from benchmarks.support.fleet import generate
 
 from steerway.core import OK, Fixes
 from steerway.estimation import FiveStateFilter
 from steerway.estimation.testing import LONGEST_GAP
+from tests.fleet import generate
 
 
 @pytest.fixture(scope="module")

@@ -10,14 +10,14 @@ from steerway.sensors import TRUE_TCM2
 from steerway_studies.testing import (
     Job,
     PrintedMrac,
-    Results,
     ShipCase,
     World,
     as_published,
-    comparisons,
-    contestants,
     ideal,
     nominal,
+    observers,
+    otter_course,
+    reached,
     run,
     scenario,
     ship,
@@ -26,10 +26,10 @@ from steerway_studies.testing import world_sail as sail
 
 
 def test_p0_the_otter_turns_to_its_course_as_published():
-    results = Results("P0 without noise")
-    comparisons.published_set_up(results, as_published())
-    assert [each.key for each in results.comparisons if not each.met] == []
-    assert results.numbers["verbatim_settling_s"] == pytest.approx(9.7, abs=0.5)
+    found = otter_course.published_numbers(as_published())
+    missed = [each.key for each in otter_course.PUBLISHED if not reached(each.target, found[each.key])]
+    assert missed == [] and len(found) == len(otter_course.PUBLISHED)
+    assert found["verbatim_settling_s"] == pytest.approx(9.7, abs=0.5)
 
 
 def test_p1_the_mariner_passes_its_waypoints_on_true_states():
@@ -43,12 +43,10 @@ def test_p1_the_mariner_passes_its_waypoints_on_true_states():
 
 def test_p2_the_observers_of_cybership_ii_stand_in_the_papers_order():
     record = scenario.sail(scenario.drawn(4))
-    filtered = scenario.watch(contestants.product(), record)
-    stock, printed = (
-        scenario.watch(each, record) for each in (contestants.stock_observer(), contestants.time_varying())
-    )
+    filtered = scenario.watch(observers.product(), record)
+    stock, printed = (scenario.watch(each, record) for each in (observers.stock_observer(), observers.time_varying()))
     assert filtered.mae < 0.055 < printed.mae < stock.mae
-    assert filtered.mae > 0.85 * contestants.bound(record)[0]
+    assert filtered.mae > 0.85 * observers.bound(record)[0]
 
 
 def test_p3_adaptive_control_settles_in_time():

@@ -22,7 +22,7 @@ from steerway.estimation.positioning import (
 from steerway.estimation.positioning.testing import PATIENCE, low_speed
 from steerway.vessels import CALM, CyberShip2, conditions
 from steerway.vessels.testing import DAMPING, INERTIA
-from steerway_studies.testing import TUNED_GAINS, PrintedPositionPID, contestants, positioning, scenario
+from steerway_studies.testing import TUNED_GAINS, PrintedPositionPID, observers, scenario
 from tests.golden import assert_golden, columns, cybership_forces, golden
 
 
@@ -87,7 +87,7 @@ FORCE = np.array([0.8, -0.4, 0.1])
 
 
 def test_the_mean_goes_as_the_vessel_herself_does():
-    estimator = contestants.product()
+    estimator = observers.product()
     estimator.start(1.0, 2.0, 2.9)
     estimator.state[3:9] = 0.2, 0.1, 0.3, 0.25, -0.1, 0.02
     sea = conditions(force=(0.25, -0.1), moment=0.02)
@@ -104,7 +104,7 @@ def test_the_mean_goes_as_the_vessel_herself_does():
 def test_a_turned_scene_gives_the_turned_estimate():
     angle = 2.0
     c, s = math.cos(angle), math.sin(angle)
-    one, other = contestants.product(), contestants.product()
+    one, other = observers.product(), observers.product()
     other.start(0.0, 0.0, angle)
     for k in range(200):
         one.predict(FORCE, 0.1)
@@ -127,15 +127,15 @@ def records(n=8, **more):
 
 def test_the_nine_state_filter_stands_at_the_bound_and_is_consistent():
     runs = records()
-    watched = [scenario.watch(contestants.product(), record) for record in runs]
-    least = np.mean([contestants.bound(record)[0] for record in runs])
+    watched = [scenario.watch(observers.product(), record) for record in runs]
+    least = np.mean([observers.bound(record)[0] for record in runs])
     assert np.mean([each.mae for each in watched]) == pytest.approx(least, rel=0.07)
     assert 1.75 < np.mean([each.nis for each in watched]) < 2.25
 
 
 def test_the_smoother_knows_the_whole_record_and_how_well():
     record = scenario.sail(scenario.drawn(3))
-    passes = smooth(contestants.product(), record.forces, record.fixes, record.headings, scenario.STEP)
+    passes = smooth(observers.product(), record.forces, record.fixes, record.headings, scenario.STEP)
     np.testing.assert_array_equal(passes.smoothed[-1], passes.filtered[-1])
     errors = [np.abs(each[:, :2] - record.states[:, :2]).mean() for each in (passes.filtered, passes.smoothed)]
     assert errors[1] < 0.65 * errors[0]
@@ -150,8 +150,8 @@ def test_the_smoother_knows_the_whole_record_and_how_well():
 
 def test_noise_that_is_learned_goes_to_that_of_the_fixes():
     """Of fixes about a boat at rest, three times as noisy as the filter was told."""
-    told = contestants.PRODUCT.position_std
-    estimator = VesselFilter(INERTIA, DAMPING, contestants.PRODUCT, 13.8, VariationalNoise())
+    told = observers.PRODUCT.position_std
+    estimator = VesselFilter(INERTIA, DAMPING, observers.PRODUCT, 13.8, VariationalNoise())
     rng = np.random.default_rng(1)
     for _ in range(60):
         estimator.predict((0.0, 0.0, 0.0), 1.0)
@@ -162,7 +162,7 @@ def test_noise_that_is_learned_goes_to_that_of_the_fixes():
 
 def test_a_smoothed_record_of_few_rows_is_known_better():
     fixes = 0.1 * np.random.default_rng(1).standard_normal((6, 2))
-    passes = smooth(contestants.product(), np.zeros((5, 3)), fixes, np.zeros(6), 0.5)
+    passes = smooth(observers.product(), np.zeros((5, 3)), fixes, np.zeros(6), 0.5)
     smoothed, filtered = (
         np.diagonal(each, axis1=1, axis2=2)[:-1, :2]
         for each in (passes.smoothed_covariance, passes.filtered_covariance)
@@ -171,7 +171,7 @@ def test_a_smoothed_record_of_few_rows_is_known_better():
 
 
 def test_after_unbroken_rejections_the_position_is_taken_anew():
-    estimator = contestants.product()
+    estimator = observers.product()
     for k in range(20):
         estimator.predict((0.0, 0.0, 0.0), 1.0)
         estimator.update_heading(0.0)
@@ -187,7 +187,7 @@ def unlimited():
 
 
 def test_the_published_gains_sail_the_known_way():
-    numbers = positioning.numbers()
+    numbers = observers.control_numbers()
     assert numbers["pid_rise_north"] == pytest.approx(21.9, abs=0.3)
     assert numbers["pid_overshoot_north_pct"] == pytest.approx(6.6, abs=0.3)
     assert numbers["pid_overshoot_east_pct"] == pytest.approx(9.7, abs=0.3)
@@ -197,8 +197,8 @@ def test_the_published_gains_sail_the_known_way():
 
 
 def test_erratum_30_feeds_back_positively_and_does_not_turn_into_the_body():
-    assert positioning.growth(-1.0) > 0.1
-    assert positioning.growth(1.0) < 0.0
+    assert observers.growth(-1.0) > 0.1
+    assert observers.growth(1.0) < 0.0
     goal, still = np.array([1.0, 0.0, 0.0]), np.zeros(3)
     printed = PrintedPositionPID(scenario.PRINTED_GAINS).step(goal, 0.0, 0.0, 0.0, still, 0.1)
     corrected = PositionPID(scenario.PRINTED_GAINS).step(goal, 0.0, 0.0, 0.0, still, 0.1)

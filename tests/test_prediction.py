@@ -8,8 +8,16 @@ import polars as pl
 import pytest
 
 import steerway
-from steerway.core import Fixes, displacement
-from steerway.estimation import FiveStateFilter, InferredProfile, Prediction, Profile, predict
+from steerway.core import Fixes, displacement, wrap
+from steerway.estimation import (
+    FiveStateFilter,
+    InferredProfile,
+    Prediction,
+    Profile,
+    choose_profile,
+    hindcast,
+    predict,
+)
 from steerway.estimation.testing import (
     WeighedStructure,
     parameters_of,
@@ -166,11 +174,60 @@ def test_profiles_are_listed_and_shown(tmp_path):
     assert Profile.load(shown) == Profile.named("swell")
 
 
+LOG = "solent_ais/SolentAIS_20160112_130211.csv"
+SPACING, WIDEST_GAP = 30.0, 20.0
+CHI_SQUARE = 5.991  # two degrees of freedom, 95 %
+
+
+def judged_predictions(fixes, horizons):
+    """Every half minute is made the present; predictions of each vessel against the reports that followed.
+
+    Returns (n, 5): horizon, SOG transmitted at the time, error (m), error of dead reckoning (m; NaN where no course is
+    transmitted), squared error in units of its covariance.
+    """
+    aid = "sog", "cog"
+    profile = choose_profile(fixes, None, aid)
+    rows = []
+    for _, track in fixes.rows(fixes.has_position).in_order().tracks():
+        origins, prediction = hindcast(track, horizons, SPACING, profile, aid)
+        for i, k in enumerate(np.repeat(origins, len(horizons))):
+            if (there := reported(track, prediction.time[i])) is not None:
+                rows.append((prediction.horizon[i], track.sog[k], *judged(track, k, prediction, i, profile, there)))
+    return np.array(rows).reshape(-1, 5)
+
+
+def reported(track, moment):
+    """Latitude and longitude at a moment between two reports; None where they are too far apart."""
+    j = int(np.searchsorted(track.time, moment))
+    if j == 0 or j == len(track) or track.time[j] - track.time[j - 1] > WIDEST_GAP:
+        return None
+    share = (moment - track.time[j - 1]) / max(track.time[j] - track.time[j - 1], 1e-9)
+    turned = wrap(track.longitude[j] - track.longitude[j - 1])
+    latitude = track.latitude[j - 1] + share * (track.latitude[j] - track.latitude[j - 1])
+    return latitude, wrap(track.longitude[j - 1] + share * turned)
+
+
+def judged(track, k, prediction, i, profile, there):
+    """Row i of a prediction from row k of a track against the report `there`: the last three columns.
+
+    The report's own error, of position and moment, is added to the predicted covariance.
+    """
+    latitude, longitude, horizon = prediction.latitude[i], prediction.longitude[i], prediction.horizon[i]
+    error = np.array(displacement(*there, latitude, longitude))
+    sailed = np.array(displacement(latitude, longitude, track.latitude[k], track.longitude[k]))
+    spread = [
+        [prediction.variance_north[i], prediction.covariance[i]],
+        [prediction.covariance[i], prediction.variance_east[i]],
+    ]
+    spread += profile.position_std**2 * np.eye(2) + (profile.time_std / horizon) ** 2 * np.outer(sailed, sailed)
+    reckoned = np.array(displacement(*there, track.latitude[k], track.longitude[k]))
+    reckoned -= track.sog[k] * horizon * np.array((math.cos(track.cog[k]), math.sin(track.cog[k])))
+    return math.hypot(*error), math.hypot(*reckoned), error @ np.linalg.solve(spread, error)
+
+
 @pytest.mark.study
 def test_the_solent(shared_data):
     """Better than dead reckoning on what is transmitted, and inside the ellipse as often as it says."""
-    from steerway_studies.testing import CHI_SQUARE, LOG, judged_predictions
-
     found = judged_predictions(steerway.read(shared_data / "data" / LOG), horizons=(30.0, 120.0, 300.0, 600.0))
     moving = found[(found[:, 1] >= 0.5) & np.isfinite(found[:, 3])]
     for horizon in (30.0, 120.0, 300.0, 600.0):

@@ -11,8 +11,9 @@ import steerway
 from steerway.core import Fixes, wrap_array
 from steerway.estimation import Profile
 from steerway.sensors import Gnss
-from steerway_studies.testing import CELLS, TROUBLES, errors
+from steerway_studies.testing import CELLS, errors
 from tests.scenes import straight, turning
+from tests.troubles import TROUBLES
 
 ENDS = 100
 """Rows at both ends that count for nothing: there the filter from the past, or the one from the future, begins."""
@@ -135,7 +136,7 @@ def root_mean_square(motion, voyage):
 @pytest.mark.parametrize("trouble", ["burst", "step", "jump", "dropout", "antimeridian", "pole"])
 def test_troubles_cost_next_to_nothing(trouble):
     voyage, fixes = O05.sailed(1)
-    truth, disturbed = TROUBLES[trouble][0](voyage, fixes, np.random.default_rng(1))
+    truth, disturbed = TROUBLES[trouble](voyage, fixes, np.random.default_rng(1))
     usual, troubled = (
         root_mean_square(steerway.estimate(given, O05.profile, smooth=True), there)
         for given, there in ((fixes, voyage), (disturbed, truth))

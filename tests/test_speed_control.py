@@ -17,18 +17,18 @@ from steerway.control import (
     speed_loop,
 )
 from steerway.vessels import CALM, Surge
-from steerway_studies.testing import judge, plants, printed
+from steerway_studies.testing import printed, sailing
 
 
 def respond(name, setpoint, control=None, duration=120.0, control_step=0.05):
-    control = control or plants.controller(name)
-    return printed.sail_true(plants.plant(name), control, setpoint, duration, 0.01, control_step)
+    control = control or sailing.controller(name)
+    return printed.sail_true(sailing.plant(name), control, setpoint, duration, 0.01, control_step)
 
 
 @pytest.mark.parametrize(("name", "setpoint"), [("a", 6), ("T", 9), ("b", 3)])
 def test_boats_settle_without_overshoot(name, setpoint):
     track = respond(name, setpoint)
-    found = judge.response(track.time, track.speed, track.shaft, setpoint)
+    found = sailing.response(track.time, track.speed, track.shaft, setpoint)
     assert found["settling_s"] <= 35.0
     assert found["overshoot_pct"] <= 0.05 and found["tail_pct"] <= 0.05 and found["shaft_max"] <= 17.5
     assert track.speed[-1] == pytest.approx(setpoint, abs=1e-3)
@@ -41,7 +41,7 @@ def test_feedback_alone_leaves_a_steady_error():
 
 def test_a_speed_out_of_reach_teaches_nothing():
     """At 12 m/s the shaft is at its limit for good; asked for 3 m/s afterwards she does it as if nothing had been."""
-    boat, control = plants.plant("a"), plants.controller("a")
+    boat, control = sailing.plant("a"), sailing.controller("a")
     state, speeds = boat.start(), []
     for k in range(round(260.0 / 0.05)):
         setpoint = 12.0 if k * 0.05 < 120.0 else 3.0
@@ -128,9 +128,9 @@ BOTH = pytest.mark.parametrize(
 
 @BOTH
 def test_a_shaft_that_turns_up_slowly_makes_no_overshoot(control, gains, setpoint=4.75):
-    boat = Surge(shaft=plants.shaft(lag=1.0, rate=0.5))
+    boat = Surge(shaft=sailing.shaft(lag=1.0, rate=0.5))
     track = printed.sail_true(boat, control(gains()), setpoint, 100.0, 0.02, 0.1)
-    found = judge.response(track.time, track.speed, track.shaft, setpoint)
+    found = sailing.response(track.time, track.speed, track.shaft, setpoint)
     assert found["settling_s"] <= 45.0 and found["overshoot_pct"] <= 0.1 and found["tail_pct"] <= 0.2
 
 
@@ -138,11 +138,11 @@ def test_a_shaft_that_turns_up_slowly_makes_no_overshoot(control, gains, setpoin
 @pytest.mark.parametrize("mass", [10.0, 2e6])
 def test_boats_of_all_sizes_settle_alike_each_in_its_own_time(control, gains, mass):
     """P3's boat scaled by Froude's law, its guess wrong by 30 %."""
-    length = (mass / plants.CALDAS_MASS) ** (1.0 / 3.0)
+    length = (mass / sailing.CALDAS_MASS) ** (1.0 / 3.0)
     time, speed = math.sqrt(length), math.sqrt(length)
-    truth = plants.NOMINAL
-    propeller = plants.Propeller(diameter=0.8 * length)
-    machine = plants.shaft(lag=0.5 * time, rate=1.75 / length, high=17.5 / time)
+    truth = sailing.NOMINAL
+    propeller = sailing.Propeller(diameter=0.8 * length)
+    machine = sailing.shaft(lag=0.5 * time, rate=1.75 / length, high=17.5 / time)
     boat = Surge(mass, 820.8 * length**2.5, 101.2 * length**2, propeller, machine)
     values = gains(
         linear_drag=1.3 * truth.linear_drag / time,
@@ -152,13 +152,13 @@ def test_boats_of_all_sizes_settle_alike_each_in_its_own_time(control, gains, ma
     )
     setpoint = 6.0 * speed
     track = printed.sail_true(boat, control(values), setpoint, 100.0 * time, 0.02 * time, 0.1 * time)
-    found = judge.response(track.time, track.speed, track.shaft, setpoint)
+    found = sailing.response(track.time, track.speed, track.shaft, setpoint)
     assert found["settling_s"] <= 36.0 * time and found["overshoot_pct"] <= 0.5
     np.testing.assert_allclose(track.speed[-1000:], setpoint, rtol=2e-3)
 
 
 def test_the_observer_finds_what_the_guess_leaves_out():
-    boat, control = plants.plant("a"), ObservedSpeed()
+    boat, control = sailing.plant("a"), ObservedSpeed()
     state = boat.start()
     for _ in range(1000):
         state = boat.step(state, (control.step(6.0, state[3], 0.05, state[4]),), CALM, 0.05)

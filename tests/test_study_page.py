@@ -1,8 +1,11 @@
 """The page of a study: a long one says first what came out."""
 
 import json
+import math
 
-from steerway_studies.testing import Results
+import pytest
+
+from steerway_studies.testing import Quantity, Results, reached
 
 
 def long_study():
@@ -35,3 +38,35 @@ def test_a_study_of_one_shows_its_comparisons_at_once(tmp_path):
     results.compare("a", 1.0, "how near", "m", target="≤ 2", met=True)
     page = results.write(tmp_path).read_text()
     assert "Published, target and measured" in page and "Verdict" not in page
+
+
+@pytest.mark.parametrize(
+    ("target", "within", "beyond"),
+    [
+        ("≤ 0.06", 0.06, 0.061),
+        ("≥ 95", 95.0, 94.9),
+        ("< 0.001", 9e-4, 1e-3),
+        ("> 20: fails", 20.1, 20.0),
+        ("1.9 to 2.1", 2.1, 2.2),
+        ("9.7 ± 0.5", 9.2, 10.21),
+        ("1.02386 ± 1e-5", 1.023865, 1.02388),
+        ("0.139 ± 2 %", 0.1415, 0.142),
+        ("−1.5 ± 0.1", -1.45, 1.5),
+        ("100", 100.0, 99.9),
+    ],
+)
+def test_a_target_is_what_its_text_says(target, within, beyond):
+    assert reached(target, within) and not reached(target, beyond) and not reached(target, math.nan)
+
+
+def test_a_target_that_says_nothing_is_refused():
+    with pytest.raises(ValueError, match=r"target is 'about 3', expected one of "):
+        reached("about 3", 3.0)
+
+
+def test_numbers_that_are_listed_are_compared_and_all_are_kept():
+    results = Results("T")
+    results.add({"a": 1.0, "b": 2.0}, [Quantity("a", "how near", "m", "0.9", "≤ 0.5")])
+    (only,) = results.comparisons
+    assert (only.key, only.published, only.target, only.met) == ("a", "0.9", "≤ 0.5", False)
+    assert results.numbers == {"a": 1.0, "b": 2.0}

@@ -17,9 +17,10 @@ from steerway.estimation.testing import (
 )
 from steerway.estimation.testing import tune as tuning
 from steerway.sensors import Gnss
-from steerway_studies.testing import BEGIN, FAST, SLOW, standstill
+from steerway_studies.testing import FAST, SLOW
 from steerway_studies.testing import scenarios_sail as sail
 from tests.command_line import run
+from tests.troubles import BEGIN, standstill
 
 ONE = Profile(speed_noise=1e-3, course_rate_noise=1e-3, course_rate_decay=0.3, position_std=0.3)
 

@@ -39,7 +39,7 @@ from steerway.vessels.testing import (
     propeller_thrust,
     thrust_coefficient,
 )
-from steerway_studies.testing import theory
+from steerway_studies.testing import printed
 from tests.golden import assert_golden, columns, cybership_forces, golden
 
 LOAD = (25.0, (0.05, 0.0, -0.35))
@@ -408,8 +408,8 @@ def test_three_degrees_of_freedom_straight_ahead_are_the_surge_boat_and_unstable
     assert plane[3] == pytest.approx(line[3], rel=1e-9) and plane[6] == line[4]
     assert plane[0] == pytest.approx(line[0], rel=1e-4) and not plane[[1, 2, 4, 5]].any()
     for speed in (3.0, 6.0):  # erratum: without a heading loop
-        assert theory.growth(speed) / speed == pytest.approx(0.139, rel=0.02)
-        assert theory.least_stiffness(speed) / speed**2 == pytest.approx(6.41e3, rel=0.05)
+        assert printed.growth(speed) / speed == pytest.approx(0.139, rel=0.02)
+        assert printed.least_stiffness(speed) / speed**2 == pytest.approx(6.41e3, rel=0.05)
 
 
 @pytest.mark.parametrize(

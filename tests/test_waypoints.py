@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from steerway.core import InputError
 from steerway.guidance import LineOfSight, Mission, Passing, Phase, Route
 from steerway.guidance.testing import Voyage, corner
-from steerway_studies.testing import RangeRateTest
+from steerway_studies.testing import RangeRatePassing
 from tests.boats import Nomoto
 
 SQUARE = Route([0.0, 100.0, 100.0, 0.0], [0.0, 0.0, 100.0, 100.0])
@@ -101,10 +101,13 @@ def test_circle_of_acceptance():
 def test_the_plane_test_is_silent_at_the_start_and_after_a_switch_where_the_printed_one_fires():
     """A boat that has yet to turn round moves away from its goal without having missed it."""
     points = [(0.0, 0.0), (4.0, 0.0), (0.0, 0.0), (-4.0, 0.0), (-8.0, 0.0), (-4.0, 0.0)]
-    mission, printed = Mission(Route([0.0, 100.0], [0.0, 0.0]), CIRCLE), RangeRateTest()
-    fired = [printed.step(leg.distance) for leg in sail(mission, points)]
-    assert fired == [False, False, True, False, False, False]
+    mission, printed = (Mission(Route([0.0, 100.0], [0.0, 0.0]), rule) for rule in (CIRCLE, RangeRatePassing()))
+    sail(mission, points)
     assert not mission.log.passages
+    sail(printed, points[:2])
+    assert not printed.log.passages
+    sail(printed, points[2:3])
+    assert printed.log.missed == [1] and printed.log.passages[0].why == "range rate"
 
 
 def test_a_leg_is_given_up_after_its_time():

@@ -160,34 +160,28 @@ def _rhythm(text):
 def results(done: Soak):
     """The table of a run."""
     boat, idle = done.boat, done.idle
-    yield Result("outputs", float(len(done.consumers)), note=", ".join(each.name for each in done.consumers))
     received = ", ".join(f"{each.name} {each.received:,} bytes" for each in done.consumers if each.received)
+    yield Result("outputs", float(len(done.consumers)), note=", ".join(each.name for each in done.consumers))
     yield Result("ticks", boat.ticks, note=received)
     yield Result("start to the first row", done.first_row, "s", at_most=3.0)
-    yield Result("a tick, median", boat.own, "ms")
-    yield Result("a tick, 99.9 %", boat.own_999, "ms", at_most=2.0)
-    yield Result("a tick, most", boat.own_most, "ms")
-    yield Result("… with all else the loop did, median", boat.compute, "ms", note=f"idle loop {idle.compute:.3g}")
-    yield Result(
-        "… with all else, 99.9 %", boat.compute_999, "ms", at_most=5.0, note=f"idle loop {idle.compute_999:.3g}"
-    )
-    yield Result("… with all else, most", boat.compute_most, "ms", note=f"idle loop {idle.compute_most:.3g}")
-    yield Result("late by, 99.9 %", boat.late_999, "ms", note=f"idle loop {idle.late_999:.3g}")
-    yield Result(
-        "late by, most", boat.late_most, "ms", at_most=max(50.0, idle.late_most), note=f"idle loop {idle.late_most:.3g}"
-    )
+    for what, name, limit in (
+        ("a tick, median", "own", None),
+        ("a tick, 99.9 %", "own_999", 2.0),
+        ("a tick, most", "own_most", None),
+        ("… with all else the loop did, median", "compute", None),
+        ("… with all else, 99.9 %", "compute_999", 5.0),
+        ("… with all else, most", "compute_most", None),
+        ("late by, 99.9 %", "late_999", None),
+        ("late by, most", "late_most", max(50.0, idle.late_most)),
+    ):
+        note = "" if name.startswith("own") else f"idle loop {getattr(idle, name):.3g}"
+        yield Result(what, getattr(boat, name), "ms", at_most=limit, note=note)
     yield Result("ticks later than 50 ms", boat.missed, at_most=idle.missed, note=f"idle loop {idle.missed:.0f}")
     yield Result("memory at the end", done.memory[-1][1] / 1e6, "MB")
     yield Result("… more than when it had settled", done.growth / 1e6, "MB", at_most=5.0)
-    yield Result(
-        "valid fixes reported and not used, or not yet reported",
-        abs(done.reported - done.used),
-        at_most=1.0,
-        note=f"of {done.reported}",
-    )
-    yield Result(
-        "rows put out and not in the table", abs(done.rows - done.states.height), at_most=0.0, note=f"of {done.rows}"
-    )
+    unused, unwritten = abs(done.reported - done.used), abs(done.rows - done.states.height)
+    yield Result("valid fixes reported and not used, or not yet", unused, at_most=1.0, note=f"of {done.reported}")
+    yield Result("rows put out and not in the table", unwritten, at_most=0.0, note=f"of {done.rows}")
     last = done.states.row(-1) if done.states.height else ("", "")
     yield Result("autopilot running", 100.0 * done.steered, "%", at_least=50.0, note=" ".join(map(str, last)))
     yield Result("exit code", float(done.code), at_most=0.0)

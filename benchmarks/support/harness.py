@@ -51,20 +51,6 @@ def interleaved(contenders: dict[str, Callable[[], object]], rounds: int, clock=
     return {name: statistics.median(times) for name, times in taken.items()}
 
 
-def progress_of(what: str) -> Callable[[float], None]:
-    """A function of the share that is done, which prints it at every tenth, with the time left."""
-    began, printed = time.monotonic(), [0]
-    print(f"    {what} …", file=sys.stderr, flush=True)
-
-    def progress(share: float) -> None:
-        if share < 1.0 and int(10.0 * share) > printed[0]:
-            printed[0] = int(10.0 * share)
-            left = (time.monotonic() - began) * (1.0 - share) / share
-            print(f"    {what}: {100.0 * share:.0f} %, {left:.0f} s left", file=sys.stderr, flush=True)
-
-    return progress
-
-
 def machine() -> str:
     """What these numbers were measured on."""
     load = ", ".join(f"{each:.1f}" for each in os.getloadavg()) if hasattr(os, "getloadavg") else "unknown"

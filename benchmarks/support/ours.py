@@ -34,14 +34,3 @@ def stream(estimator: FiveStateFilter, positions) -> None:
         estimator.predict(STEP)
         if north == north:
             estimator.update_north_east(north, east)
-
-
-def stream_and_read(estimator: FiveStateFilter, positions):
-    """The same, with SOG, COG and course rate read after each row. Returns the last."""
-    output = None
-    for north, east in positions:
-        estimator.predict(STEP)
-        if north == north:
-            estimator.update_north_east(north, east)
-        output = estimator.sog, estimator.cog, estimator.course_rate
-    return output

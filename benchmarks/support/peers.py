@@ -11,25 +11,6 @@ MODEL = ExactTurn(STEP, PROFILE.speed_noise, PROFILE.course_rate_noise, PROFILE.
 R = PROFILE.position_std**2 * np.eye(2)
 
 
-class PlainNumpy:
-    """NumPy as in P0 Appendix A."""
-
-    def __init__(self, x, p):
-        self.x, self.p = x, p
-
-    def stream(self, positions):
-        x, p, identity = self.x, self.p, np.eye(5)
-        for north, east in positions:
-            x, f, q = MODEL.step(x)
-            p = f @ p @ f.T + q
-            if north == north:
-                gain = p @ MEASURED.T @ np.linalg.inv(MEASURED @ p @ MEASURED.T + R)
-                kept = identity - gain @ MEASURED
-                x = x + gain @ (np.array([north, east]) - MEASURED @ x)
-                p = kept @ p @ kept.T + gain @ R @ gain.T
-        self.x, self.p = x, p
-
-
 class FilterPy:
     """filterpy.kalman.ExtendedKalmanFilter."""
 

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from steerway import Profile
+from steerway import Fixes, Profile
+from steerway.core.earth import radii
 
 STEP = 0.02
 STEPS_A_FIX = 10
@@ -40,3 +41,15 @@ def winding(steps: int, seed: int = 0) -> Record:
     between = np.arange(steps) % STEPS_A_FIX != 0
     north[between] = east[between] = np.nan
     return Record(time, north, east)
+
+
+def fixes_of(record: Record) -> Fixes:
+    """The record's fixes around a place at 59° N."""
+    latitude, longitude = np.radians(59.0), np.radians(10.5)
+    meridian, prime_vertical = radii(latitude)
+    chosen = slice(0, None, STEPS_A_FIX)
+    return Fixes(
+        time=1.7e9 + record.time[chosen],
+        latitude=latitude + record.north[chosen] / meridian,
+        longitude=longitude + record.east[chosen] / (prime_vertical * np.cos(latitude)),
+    )

@@ -1,16 +1,58 @@
-"""What every study gives: named numbers, the published ones compared with the measured ones, figures; and its page."""
+"""What every study gives: named numbers, the published ones compared with the measured ones, figures; and its page.
+
+A study measures a dict of numbers and lists what is compared as data: a `Quantity` a line.
+"""
 
 import json
 import math
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
 
 from steerway.core import InputError, complete_or_absent, made_directory
 from steerway.report import png, write_page
 from steerway.simulation import Unfinished
 from steerway_studies.parts import keeping
+
+_NUMBER = r"(−?[0-9.e-]+)"
+_FORMS = {
+    f"≤ {_NUMBER}": lambda value, limit: value <= limit,
+    f"≥ {_NUMBER}": lambda value, limit: value >= limit,
+    f"< {_NUMBER}": lambda value, limit: value < limit,
+    f"> {_NUMBER}": lambda value, limit: value > limit,
+    f"{_NUMBER} to {_NUMBER}": lambda value, low, high: low <= value <= high,
+    f"{_NUMBER} ± {_NUMBER}": lambda value, centre, room: abs(value - centre) <= room,
+    f"{_NUMBER} ± {_NUMBER} %": lambda value, centre, share: abs(value / centre - 1.0) <= 0.01 * share,
+    _NUMBER: lambda value, number: value == number,
+}
+"""How a target is written, and when a number reaches it."""
+
+
+def reached(target: str, value: float) -> bool:
+    """Whether a number reaches a target: "≤ 0.06", "9.7 ± 0.5", "1.9 to 2.1", "> 20: fails" and so on.
+
+    What follows a colon is a note. Raises ValueError for a target that is written otherwise.
+    """
+    condition = target.split(":")[0]
+    for form, holds in _FORMS.items():
+        if found := re.fullmatch(form, condition):
+            return bool(holds(value, *(float(each.replace("−", "-")) for each in found.groups())))
+    raise ValueError(f"target is {target!r}, expected one of {', '.join(_FORMS)}")
+
+
+class Quantity(NamedTuple):
+    """One line of what a study compares: the key of the measured number, what it is, published and aimed at."""
+
+    key: str
+    what: str
+    unit: str = ""
+    published: str = ""  # as the paper prints it; empty where it gives no number
+    target: str = ""  # what is to be reached, see `reached`; empty if nothing
 
 
 @dataclass(frozen=True)
@@ -51,6 +93,13 @@ class Results:
             interval = float(interval[0]), float(interval[1])
             self.numbers[f"{key}_low"], self.numbers[f"{key}_high"] = interval
         self.comparisons.append(Comparison(what, key, unit, published, target, met, interval, self.section))
+
+    def add(self, numbers: Mapping[str, float], quantities: Iterable[Quantity]) -> None:
+        """Record measured numbers, and compare those that are listed."""
+        self.numbers |= {key: float(value) for key, value in numbers.items()}
+        for key, what, unit, published, target in quantities:
+            value = self.numbers[key]
+            self.compare(key, value, what, unit, published, target, reached(target, value) if target else None)
 
     def measured(self, comparison: Comparison) -> str:
         """The measured number as text, with its interval if it has one."""
@@ -152,6 +201,11 @@ class Study:
                 f"study {self.name} needs the package {missing[0]}, expected pip install '.[studies]' in a clone of "
                 "steerway"
             )
+
+
+def means(rows: list[dict[str, float]], keys: Iterable[str] | None = None) -> dict[str, float]:
+    """The mean over runs of every number, or of those named."""
+    return {key: float(np.mean([row[key] for row in rows])) for key in keys or rows[0]}
 
 
 def seeds_from(first: int, count: int | None, usual: int) -> range:

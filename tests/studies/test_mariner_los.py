@@ -7,17 +7,9 @@ import numpy as np
 import pytest
 
 from steerway.vessels.testing import CRUISE_SPEED
-from steerway_studies.testing import LYAPUNOV_LOOKAHEAD as LOOKAHEAD
-from steerway_studies.testing import (
-    PRINTED_NOISE,
-    STATED_NOISE,
-    ShipCase,
-    approaches,
-    promised,
-    receiver,
-    ship,
-)
+from steerway_studies.testing import PRINTED_NOISE, STATED_NOISE, ShipCase, ship
 
+LOOKAHEAD = ship.LOOKAHEAD
 measured = cache(ship.measured)
 """Each voyage once."""
 
@@ -54,18 +46,18 @@ def test_turning_the_scene_turns_the_truth_only(truth):
 
 @pytest.mark.parametrize(("noise", "std"), [(PRINTED_NOISE, 15.6), (STATED_NOISE, 4.7)])
 def test_erratum_p1_42_what_the_printed_noise_amounts_to(noise, std):
-    ((stationary, _),) = receiver(noise).markov
+    ((stationary, _),) = ship.receiver(noise).markov
     assert stationary == pytest.approx(std, abs=0.05)
 
 
 def test_the_lyapunov_function_falls_as_promised():
-    ideal, ship = approaches()
+    ideal, steered = ship.approaches()
     assert ideal.falling_pct == 100.0 and ideal.relative_error < 1e-5
-    assert ship.falling_pct > 90.0
+    assert steered.falling_pct > 90.0
     closed = np.arcsinh(LOOKAHEAD / ideal.cross_track[0])  # d/dt arcsinh(Δ/y) − … : (37) integrated once
     later = 3000
     way = np.hypot(LOOKAHEAD, ideal.cross_track[[0, later]]) - LOOKAHEAD * np.arcsinh(
         LOOKAHEAD / ideal.cross_track[[0, later]]
     )
     assert way[0] - way[1] == pytest.approx(CRUISE_SPEED * ideal.time[later], rel=1e-5)
-    assert closed > 0.0 and promised(0.0, CRUISE_SPEED) == 0.0
+    assert closed > 0.0 and ship.promised(0.0, CRUISE_SPEED) == 0.0

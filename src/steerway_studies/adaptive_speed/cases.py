@@ -5,12 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from steerway.control import SpeedPI, SpeedPIGains
 from steerway.core import rms
 from steerway.identification import identify_surge
 from steerway.vessels import Propeller, conditions
-from steerway_studies.adaptive_speed import judge, perturbed, plants, printed
-from steerway_studies.adaptive_speed.loop import sail
+from steerway_studies.adaptive_speed import printed, sailing
+from steerway_studies.adaptive_speed.sailing import sail
 
 STAIRCASE = ((0.0, 3.0), (100.0, 6.0), (200.0, 9.0), (300.0, 6.0), (400.0, 3.0))
 FAULT_AT = 100.0
@@ -33,44 +32,24 @@ def run(job: Job) -> dict[str, float]:
 def ours(job):
     """MRAC+ with fused feedback; the estimate is judged too."""
     speed = job.setpoint
-    voyage = sail(plants.plant(job.plant), plants.controller(job.plant), ((0.0, speed),), job.seed)
-    return judge.response(voyage.time, voyage.speed, voyage.shaft, speed) | judge.estimate(voyage, speed)
-
-
-class PiShaft:
-    """PI with anti-windup as a shaft-speed controller: its force, a mass of 1, by the guessed constant thrust g0."""
-
-    def __init__(self):
-        self.thrust = 0.0049
-        limit = self.thrust * 17.5**2
-        drag = {"linear_drag": 0.0015, "quadratic_drag": 0.01}
-        self._pi = SpeedPI(SpeedPIGains(mass=1.0, bandwidth=0.12, limit=limit, **drag))
-        self.model, self.parameters = math.nan, (math.nan,) * 3
-
-    def step(self, setpoint, speed, dt, shaft=math.nan):
-        return math.sqrt(self._pi.step(setpoint, speed, dt) / self.thrust)
-
-
-def baseline(job):
-    """PI with anti-windup, the same sensors."""
-    voyage = sail(plants.plant(job.plant), PiShaft(), ((0.0, job.setpoint),), job.seed)
-    return judge.response(voyage.time, voyage.speed, voyage.shaft, job.setpoint)
+    voyage = sail(sailing.plant(job.plant), sailing.controller(job.plant), ((0.0, speed),), job.seed)
+    return sailing.response(voyage.time, voyage.speed, voyage.shaft, speed) | sailing.estimate(voyage, speed)
 
 
 def chance(job):
     """A random boat; a current arrives at 90 s and wind at 140 s."""
     signs = np.random.default_rng([job.seed, 1]).choice((-1.0, 1.0), 2)
-    boat = plants.random_plant(job.seed)
+    boat = sailing.random_plant(job.seed)
     sea = _weather(*signs)
-    voyage = sail(boat, plants.controller("a"), ((0.0, job.setpoint),), job.seed, sea=sea, propeller=plants.NOMINAL)
+    voyage = sail(boat, sailing.controller("a"), ((0.0, job.setpoint),), job.seed, sea=sea, propeller=sailing.NOMINAL)
     calm = voyage.time < CURRENT_ARRIVES
     error = np.abs(voyage.speed - job.setpoint)[~calm]
     return {
-        "settling_s": judge.settling(voyage.time[calm], voyage.speed[calm], job.setpoint),
-        "overshoot_pct": judge.overshoot_pct(voyage.speed[calm], job.setpoint),
-        "tail_pct": judge.tail_pct(voyage.time, voyage.speed, job.setpoint),
+        "settling_s": sailing.settling(voyage.time[calm], voyage.speed[calm], job.setpoint),
+        "overshoot_pct": sailing.overshoot_pct(voyage.speed[calm], job.setpoint),
+        "tail_pct": sailing.tail_pct(voyage.time, voyage.speed, job.setpoint),
         "peak_pct": 100.0 * float(error.max()) / job.setpoint,
-        "exclusions": judge.estimate(voyage, job.setpoint)["exclusions"],
+        "exclusions": sailing.estimate(voyage, job.setpoint)["exclusions"],
     }
 
 
@@ -83,19 +62,19 @@ def _weather(current, wind):
 def faultless(job):
     """Plant T in current and wind, everything sound: nothing may be left out."""
     signs = np.random.default_rng([job.seed, 2]).choice((-1.0, 1.0), 2)
-    boat, control = plants.plant("a"), plants.controller("a")
-    voyage = sail(boat, control, ((0.0, job.setpoint),), job.seed, sea=_weather(*signs), propeller=plants.NOMINAL)
-    return judge.estimate(voyage, job.setpoint) | {"doubts": float(len(voyage.events))}
+    boat, control = sailing.plant("a"), sailing.controller("a")
+    voyage = sail(boat, control, ((0.0, job.setpoint),), job.seed, sea=_weather(*signs), propeller=sailing.NOMINAL)
+    return sailing.estimate(voyage, job.setpoint) | {"doubts": float(len(voyage.events))}
 
 
 def staircase(job):
     """3-6-9-6-3 m/s: the settling of every step, and the boat identified from its log."""
-    voyage = sail(plants.plant(job.plant), plants.controller(job.plant), STAIRCASE, job.seed, duration=500.0)
+    voyage = sail(sailing.plant(job.plant), sailing.controller(job.plant), STAIRCASE, job.seed, duration=500.0)
     ends = [*[since for since, _ in STAIRCASE[1:]], math.inf]
     found = {}
     for i, ((since, speed), end) in enumerate(zip(STAIRCASE, ends, strict=True)):
         rows = (voyage.time >= since) & (voyage.time < end)
-        found[f"step_{i + 1}_s"] = judge.settling(voyage.time[rows], voyage.speed[rows], speed)
+        found[f"step_{i + 1}_s"] = sailing.settling(voyage.time[rows], voyage.speed[rows], speed)
     return found | (_identified(voyage, job.seed) if job.plant == "a" else {})
 
 
@@ -106,7 +85,7 @@ def _identified(voyage, seed):
     found = identify_surge(*logged, Propeller())
     steady = (logged[0] > 150.0) & (logged[0] < 199.0)
     constant = identify_surge(*(column[steady] for column in logged), Propeller())
-    truth = plants.NOMINAL
+    truth = sailing.NOMINAL
     return {
         "drag_linear_pct": 100.0 * abs(found.model.linear_drag / truth.linear_drag - 1.0),
         "drag_quadratic_pct": 100.0 * abs(found.model.quadratic_drag / truth.quadratic_drag - 1.0),
@@ -125,26 +104,26 @@ def gps_only(job):
 
 
 def _estimated(job, **how):
-    voyage = sail(plants.plant("a"), plants.controller("a"), ((0.0, job.setpoint),), job.seed, **how)
-    return judge.estimate(voyage, job.setpoint)
+    voyage = sail(sailing.plant("a"), sailing.controller("a"), ((0.0, job.setpoint),), job.seed, **how)
+    return sailing.estimate(voyage, job.setpoint)
 
 
 def water_track(job):
     """The log sees the water only, which runs at 0.5 m/s; the current must be found from GPS against log."""
     sea = ((0.0, conditions(current=(0.5, 0.0))),)
-    voyage = sail(plants.plant("a"), plants.controller("a"), ((0.0, job.setpoint),), job.seed, sea=sea, log="water")
+    voyage = sail(sailing.plant("a"), sailing.controller("a"), ((0.0, job.setpoint),), job.seed, sea=sea, log="water")
     wrong = np.flatnonzero(np.abs(voyage.current - 0.5) > 0.05)
-    return judge.estimate(voyage, job.setpoint) | {"current_found_s": float(voyage.time[wrong[-1]]) + 0.005}
+    return sailing.estimate(voyage, job.setpoint) | {"current_found_s": float(voyage.time[wrong[-1]]) + 0.005}
 
 
 def fault(job):
     """An instrument goes wrong at 100 s; `plant` names which. Control sees the estimate."""
     voyage = sail(
-        plants.plant("a"),
-        plants.controller("a"),
+        sailing.plant("a"),
+        sailing.controller("a"),
         ((0.0, job.setpoint),),
         job.seed,
-        propeller=plants.NOMINAL,
+        propeller=sailing.NOMINAL,
         fault=(FAULTS[job.plant], FAULT_AT),
     )
     late = voyage.time > FAULT_AT
@@ -164,12 +143,12 @@ def outage(job):
     """GPS and log fall silent from 90 to 150 s; at 100 s the boat is to go from 3 to 6 m/s. The model is identified."""
     from steerway.identification import SurgeModel
 
-    steps = sail(plants.plant("a"), plants.controller("a"), STAIRCASE, job.seed, duration=500.0)
+    steps = sail(sailing.plant("a"), sailing.controller("a"), STAIRCASE, job.seed, duration=500.0)
     found = _identified(steps, job.seed)
     model = SurgeModel(found["linear_drag"], found["quadratic_drag"], found["thrust"])
     voyage = sail(
-        plants.plant("a"),
-        plants.controller("a"),
+        sailing.plant("a"),
+        sailing.controller("a"),
         ((0.0, 3.0), (100.0, 6.0)),
         job.seed + 100_000,
         propeller=model,
@@ -186,7 +165,6 @@ def outage(job):
 
 KINDS = {
     "ours": ours,
-    "baseline": baseline,
     "chance": chance,
     "faultless": faultless,
     "staircase": staircase,
@@ -195,5 +173,4 @@ KINDS = {
     "fault": fault,
     "outage": outage,
     "printed_filter": printed.filter_errors,
-    **perturbed.KINDS,
 }

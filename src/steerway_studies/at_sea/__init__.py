@@ -5,33 +5,118 @@ routes and receivers evenly mixed. Boats start from rest, with no compass. An au
 where fixes do not fit its estimate for as long as the one aboard allows: `own_gate_stops`.
 """
 
+import math
 from functools import partial
 
-from steerway_studies.at_sea.cases import ablations, all_cases, drawn
-from steerway_studies.at_sea.comparisons import compare_all
-from steerway_studies.at_sea.figures import all_figures
-from steerway_studies.at_sea.sailing import judged
+import numpy as np
+
+from steerway.core import rms
+from steerway_studies.at_sea.sailing import (
+    CRAFT,
+    SHARES,
+    SHIP_LENGTH,
+    JudgedRun,
+    all_cases,
+    drawn,
+    judged,
+)
 from steerway_studies.parts import over_cases
-from steerway_studies.study import Results, Study, seeds_from, stage
+from steerway_studies.plots import PALETTE, Curve, Panel, series
+from steerway_studies.study import Quantity, Results, Study, seeds_from, stage
 
 SEEDS = 8
+SMALL = ("otter", "motorboat")
 
 
 def run(seeds=None, first_seed=0, progress=None, full=False) -> Results:
     """See Study; `seeds` parts of the grid, 8 by default, or as often the whole grid."""
     chosen = seeds_from(first_seed, seeds, SEEDS)
     pairs = [(case, seed) for seed in chosen for case in (all_cases() if full else drawn(seed))]
-    others = [(case, seed) for seed in chosen for case in ablations(seed)]
-    found = over_cases(_judged_of, pairs, progress=stage(progress, 0.0, 0.85, "squares and surveys"))
-    without = over_cases(_judged_of, others, progress=stage(progress, 0.85, 0.15, "ablations"))
+    found = over_cases(_judged_of, pairs, progress=stage(progress, 0.0, 1.0, "squares and surveys"))
     results = Results("The autopilot in currents up to 80 % of the boat's speed")
-    compare_all(results, found, without)
-    results.figures |= all_figures(found, first_seed)
+    results.add(numbers_of(found), QUANTITIES)
+    results.figures["distances"] = _by_current(found)
+    results.remarks.append(REMARK.format(len(found)))
     return results
 
 
 def _judged_of(pair):
     return judged(*pair)
+
+
+def _pooled(runs: list[JudgedRun]) -> float:
+    """Root mean square of the runs' distances; unknown where one has none."""
+    legs = np.array([each.legs for each in runs])
+    return rms(legs) if np.isfinite(legs).all() else math.nan
+
+
+def numbers_of(found: list[JudgedRun]) -> dict[str, float]:
+    """Routes finished, distances from the legs and at the corners."""
+    n = {
+        "finished_pct_50": 100.0 * float(np.mean([each.finished for each in found if each.case.share in SHARES[:3]])),
+        "finished_pct_80": 100.0 * float(np.mean([each.finished for each in found if each.case.share in SHARES[3:]])),
+        "own_gate_stops": sum(each.own_stop for each in found),
+    }
+    usual = [each for each in found if each.case.share <= 0.5]
+    small = [each for each in usual if each.case.craft in SMALL]
+    for words, velocity in (("velocity", True), ("positions", False)):
+        of_kind = [each for each in small if each.case.receiver.velocity is velocity]
+        slow = [each for each in of_kind if each.case.receiver.errors == "wandering"]
+        steady = [each for each in of_kind if each not in slow and each.case.receiver.rate >= 5.0]
+        n[f"leg_rms_wandering_{words}_m"], n[f"leg_rms_{words}_m"] = _pooled(slow), _pooled(steady)
+        for craft in SMALL:
+            for errors in ("rtk", "white"):
+                part = [each for each in steady if (each.case.craft, each.case.receiver.errors) == (craft, errors)]
+                n[f"leg_rms_{words}_{craft}_{errors}_m"] = _pooled(part)
+    n["mariner_leg_rms_lengths"] = _pooled([each for each in usual if each.case.craft == "mariner"]) / SHIP_LENGTH
+    for craft in CRAFT:
+        corners = [each.corners for each in usual if each.case.craft == craft]
+        n[f"corner_radii_{craft}"] = float(np.nanmax(corners)) if corners else math.nan
+    return n
+
+
+QUANTITIES = [
+    Quantity("finished_pct_50", "routes finished, currents up to 50 %", "%", "", "≥ 99.5"),
+    Quantity("finished_pct_80", "routes finished, currents of 80 %", "%", "", "≥ 97"),
+    Quantity("own_gate_stops", "runs that the autopilot aboard had stopped by its own gate", "", "", "0"),
+    *(
+        quantity
+        for words, what, most in (("velocity", "with velocity", "≤ 0.3"), ("positions", "positions only", "≤ 0.8"))
+        for quantity in (
+            Quantity(f"leg_rms_{words}_m", f"RMS distance, {what}, ≥ 5 Hz, currents ≤ 50 %", "m", "", most),
+            *(
+                Quantity(f"leg_rms_{words}_{craft}_{errors}_m", f"the same, {craft}, {errors}", "m")
+                for craft in SMALL
+                for errors in ("rtk", "white")
+            ),
+            Quantity(f"leg_rms_wandering_{words}_m", f"wandering receiver, relative to its slow error, {what}", "m"),
+        )
+    ),
+    Quantity("mariner_leg_rms_lengths", "Mariner, RMS distance in ship lengths, currents ≤ 50 %", "", "", "≤ 0.1"),
+    *(
+        Quantity(f"corner_radii_{craft}", f"{craft}: largest distance at corners, in turn radii", "", "", "≤ 1.5")
+        for craft in CRAFT
+    ),
+]
+REMARK = (
+    "{} runs. Legs count from 20 s after a turn begins (the ship: 600 s), the first from twice that. The boat's speed "
+    "is that of her route: the Otter 1.2 m/s, the motorboat 2 m/s, which is all she has, the Mariner 15 knots. The "
+    "turn radius is that over ground with the current, (U + V)/ω for the largest rate ω that is ordered. "
+    "Positions are 0.2 s late, and known to be."
+)
+
+
+def _by_current(found):
+    panels = []
+    for craft in CRAFT:
+        curves = []
+        for errors, colour in zip(("rtk", "white", "wandering"), PALETTE, strict=False):
+            runs = [each for each in found if (each.case.craft, each.case.receiver.errors) == (craft, errors)]
+            shares = [100.0 * each.case.share for each in runs]
+            curves.append(Curve(shares, [each.legs for each in runs], errors, colour, "."))
+        panels.append(Panel("RMS distance (m)", curves, craft, log=True))
+    caption = "RMS distance from the legs of every run, against the current in shares of the boat's speed."
+    return series(panels, "current (% of the boat's speed)", columns=len(CRAFT)), caption
 
 
 STUDY = Study(

@@ -1,20 +1,108 @@
-"""One run, and what is judged of it."""
+"""What is sailed, boats, routes, currents and receivers, and which of them a seed draws; what is judged of a run."""
 
 import math
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import NamedTuple
 
 import numpy as np
 
 from steerway.core import rms
-from steerway.estimation import FiveStateFilter, Profile
-from steerway.estimation.course import FilterEstimator
-from steerway.guidance import LineOfSight, Mission, ReferenceModel, Route
+from steerway.guidance import LineOfSight, Mission, Route, lawnmower
 from steerway.pilot import Mode, Pilot
 from steerway.sensors import Gnss, Suite
 from steerway.simulation import Run, Start, sail, steering_pilot
-from steerway.vessels import Current, Environment
-from steerway_studies.at_sea.cases import CRAFT, LATENCY, VELOCITY_STD, WANDERING, WHITE, Case, waypoints
+from steerway.vessels import (
+    MARINER_BOAT_IN_CURRENT,
+    MOTORBOAT_BOAT,
+    OTTER_BOAT_IN_CURRENT,
+    Current,
+    Environment,
+    Mariner,
+    Motorboat,
+    Otter,
+)
+
+
+class Craft(NamedTuple):
+    """A boat: how its model is made, its numbers, the side of its square (m) and the step of its simulation (s)."""
+
+    build: object
+    boat: object
+    side: float
+    step: float
+    settling: float  # s after a turn, before a leg counts
+    runs: int  # a seed
+
+
+def _otter():
+    return Otter(25.0, (0.05, 0.0, -0.35))
+
+
+CRAFT = {
+    "otter": Craft(_otter, OTTER_BOAT_IN_CURRENT, 80.0, 0.05, 20.0, 16),
+    "motorboat": Craft(Motorboat, MOTORBOAT_BOAT.but(cruise=2.0), 80.0, 0.05, 20.0, 16),
+    "mariner": Craft(Mariner, MARINER_BOAT_IN_CURRENT, 6000.0, 0.5, 600.0, 8),
+}
+SHIP_LENGTH = 160.93
+DIRECTIONS, SHARES, SHAPES = 16, (0.0, 0.25, 0.5, 0.8), ("square", "lawnmower")
+"""Directions of the current, its speed in shares of the boat's, and what is sailed."""
+
+
+class Receiver(NamedTuple):
+    """A receiver: its errors ("rtk" 0.02 m, "white" 0.3 m, "wandering" as of a small receiver), rate, velocity."""
+
+    errors: str
+    rate: float
+    velocity: bool
+
+
+RECEIVERS = tuple(Receiver(*each) for each in product(("rtk", "white", "wandering"), (1.0, 5.0, 10.0), (True, False)))
+WHITE = {"rtk": 0.02, "white": 0.3, "wandering": 0.05}
+WANDERING = ((1.5, 300.0), (0.25, 5.0))
+LATENCY, VELOCITY_STD = 0.2, 0.05
+"""s, and m/s of north and of east."""
+
+
+class Case(NamedTuple):
+    """One run."""
+
+    craft: str
+    shape: str
+    share: float  # of the boat's speed
+    direction: float  # towards which the current sets, rad
+    receiver: Receiver
+
+
+def waypoints(case: Case) -> np.ndarray:
+    """(n, 2) north and east, m."""
+    side = CRAFT[case.craft].side
+    if case.shape == "square":
+        return np.array([(0.0, 0.0), (side, 0.0), (side, side), (0.0, side), (0.0, 0.0)])
+    return lawnmower(0.0, 0.0, 0.0, side, 0.4 * side, 3, 0.25 * side)
+
+
+def drawn(seed: int) -> list[Case]:
+    """The runs of a seed: every direction with the Otter and the motorboat, the other factors evenly mixed."""
+    random = np.random.default_rng((seed, 15))
+    cases = []
+    for name, craft in CRAFT.items():
+        n = craft.runs
+        angles = random.permutation(DIRECTIONS)[:n]
+        shares = random.permutation(np.resize(np.arange(len(SHARES)), n))
+        shapes = random.permutation(np.resize(np.arange(len(SHAPES)), n))
+        first = random.integers(len(RECEIVERS))
+        receivers = random.permutation((first + np.arange(n)) % len(RECEIVERS))
+        for angle, share, shape, receiver in zip(angles, shares, shapes, receivers, strict=True):
+            towards = math.tau * float(angle) / DIRECTIONS
+            cases.append(Case(name, SHAPES[shape], SHARES[share], towards, RECEIVERS[receiver]))
+    return cases
+
+
+def all_cases() -> list[Case]:
+    """The full grid."""
+    angles = [math.tau * k / DIRECTIONS for k in range(DIRECTIONS)]
+    return [Case(*each) for each in product(CRAFT, SHAPES, SHARES, angles, RECEIVERS)]
+
 
 GATE = 0.75, 1.5
 """s of refused fixes after which the autopilot aboard stops: three intervals, within these."""
@@ -47,7 +135,6 @@ class Gated:
 
 def _receiver(case) -> Gnss:
     errors, rate, velocity = case.receiver
-    velocity = velocity and case.variant != "positions"
     return Gnss(
         rate=rate,
         white=WHITE[errors],
@@ -57,30 +144,12 @@ def _receiver(case) -> Gnss:
     )
 
 
-class _NotEarly(Mission):
-    """A mission whose waypoints are passed by the rule."""
-
-    def step(self, north, east, dt, effort=0.0):
-        """See `Mission`."""
-        leg = super().step(north, east, dt, effort)
-        self.following = math.nan
-        return leg
-
-
 def pilot(case: Case) -> Pilot:
     """The autopilot of a case."""
     boat = CRAFT[case.craft].boat
     points = waypoints(case)
     route = Route(points[:, 0], points[:, 1], boat.acceptance)
-    mission = (_NotEarly if case.variant == "early" else Mission)(route)
-    law = LineOfSight(boat.lookahead)
-    if case.variant == "five-state":
-        estimator = FilterEstimator(FiveStateFilter(Profile.named(boat.profile)))
-        shaper = ReferenceModel(1.0, 1.0, boat.turn_rate)
-        steered = boat.autopilot(shaper), boat.propulsion, boat.speed_loop()
-        return Pilot(estimator, mission, law, *steered, cruise=boat.cruise)
-    options = {"learn": case.variant != "learning", "follows_orders": case.variant != "orders"}
-    made = steering_pilot(boat, mission, law, **options)
+    made = steering_pilot(boat, Mission(route), LineOfSight(boat.lookahead))
     made.estimator = Gated(made.estimator)
     return made
 
@@ -110,7 +179,7 @@ def judged(case: Case, seed: int) -> JudgedRun:
     run, made = sailed(case, seed)
     interval = 1.0 / case.receiver.rate
     allowed = min(max(GATE[0], 3.0 * interval), GATE[1])
-    refused = getattr(made.estimator, "refused", 0.0)
+    refused = made.estimator.refused
     legs, corners = _distances(case, run)
     finished = bool(run["mode"][-1] == Mode.STOPPED)
     return JudgedRun(case, finished, refused >= allowed, legs, corners, float(run.time[-1]))

@@ -8,11 +8,12 @@ P2 prints neither noise nor disturbance nor steps. What is used here: Runge–Ku
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from steerway.control import PositioningGains, PositionPID
-from steerway.core import markov_decay, markov_step, oscillator, oscillator_step, wrap
+from steerway.core import markov_decay, markov_step, wrap
 from steerway.vessels import CYBERSHIP2_THRUST as THRUST
 from steerway.vessels import CyberShip2, conditions
 
@@ -22,8 +23,6 @@ ROWS = STEPS + 1
 TIME = STEP * np.arange(ROWS)
 FIX_STD, HEADING_STD = 0.098, math.radians(0.5)
 FORCE_STD, FORCE_TIME, FORCE_CLIP = np.array([0.29, 0.29, 0.029]), 50.0, 2.5
-WAVE_STD, WAVE_FREQUENCY, WAVE_DAMPING = 0.283, 0.8, 0.1
-SWELL_DAMPING = 0.01
 CHANGE = 10.0
 GOAL = (10.0, 10.0, math.radians(45.0))
 
@@ -41,27 +40,19 @@ def desired(row: int):
     return GOAL if row * STEP >= CHANGE - 1e-9 else (0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True)
-class Draws:
-    """What chance does in one run, the same for every observer: standard normal, the `lots` uniform in [0, 1)."""
+class Draws(NamedTuple):
+    """What chance does in one run, the same for every observer: standard normal."""
 
     force: np.ndarray  # (rows, 3)
     fix: np.ndarray  # (fixes, 2)
     heading: np.ndarray  # (rows,)
-    other_fix: np.ndarray  # (fixes, 2)
-    wave: np.ndarray  # (fixes + 1, 2, 2)
-    lots: np.ndarray  # (fixes, 3)
 
 
 def drawn(seed: int) -> Draws:
     """The draws of a seed."""
     chance = np.random.default_rng(seed)
-    fixes = STEPS // PER_FIX + 1
-    normal = chance.standard_normal
-    return Draws(
-        normal((ROWS, 3)), normal((fixes, 2)), normal(ROWS), normal((fixes, 2)), normal((fixes + 1, 2, 2)),
-        chance.random((fixes, 3)),
-    )  # fmt: skip
+    sizes = (ROWS, 3), (STEPS // PER_FIX + 1, 2), ROWS
+    return Draws(*(chance.standard_normal(size) for size in sizes))
 
 
 def disturbance(draws: Draws) -> np.ndarray:
@@ -96,11 +87,10 @@ def sail(
     observer=None,
     compass: bool = True,
     fix_noise: Callable | None = None,
-    identification: str = "linear",
     controller=None,
 ) -> SimulatedRun:
     """One run. Steered by the estimate of an `observer`, without one by the truth."""
-    vessel = CyberShip2(identification)
+    vessel = CyberShip2()
     controller = controller or PositionPID(PRINTED_GAINS, anti_windup=False)
     pushes = disturbance(draws) if disturbed else np.zeros((ROWS, 3))
     noise = (fix_noise or white)(draws)
@@ -140,24 +130,6 @@ def white(draws: Draws, std: float = FIX_STD):
     return lambda i, speed: std * draws.fix[i]
 
 
-def with_outliers(draws: Draws):
-    """White noise; one fix in twenty is 1 to 5 m off, in any direction."""
-    lots = draws.lots
-    size = np.where(lots[:, 0] < 0.05, 1.0 + 4.0 * lots[:, 1], 0.0)
-    bearing = 2.0 * math.pi * lots[:, 2]
-    off = np.column_stack([size * np.cos(bearing), size * np.sin(bearing)])
-    return lambda i, speed: FIX_STD * draws.fix[i] + off[i]
-
-
-QUIET, LOUD, LOUD_FROM = 0.1, 0.5, 75
-"""1σ of fixes before and after the second at which it steps up."""
-
-
-def stepping(draws: Draws):
-    """White noise that steps up in the last quarter."""
-    return lambda i, speed: (LOUD if i >= LOUD_FROM else QUIET) * draws.fix[i]
-
-
 DOUBLING = 0.25
 """m/s at which the noise of a fix is twice that at rest, where it grows with the speed."""
 
@@ -165,18 +137,6 @@ DOUBLING = 0.25
 def growing(draws: Draws):
     """White noise that grows with the vessel's speed."""
     return lambda i, speed: FIX_STD * (1.0 + speed / DOUBLING) * draws.fix[i]
-
-
-def with_waves(draws: Draws, damping: float = WAVE_DAMPING):
-    """White noise on top of waves: what a fix sees of them, north and east apart."""
-    model = oscillator(WAVE_FREQUENCY, damping, STEP * PER_FIX)
-    swings = draws.wave[0] / (WAVE_FREQUENCY, 1.0)
-    waves = np.empty((len(draws.fix), 2))
-    for k in range(len(waves)):
-        waves[k] = WAVE_STD * swings[:, 1]
-        for i in range(2):
-            swings[i] = oscillator_step(model, *swings[i], *draws.wave[k + 1, i])
-    return lambda i, speed: FIX_STD * draws.fix[i] + waves[i]
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from steerway.estimation.positioning import TimeVaryingNoise
-from steerway_studies.cybership_observers import contestants, scenario
+from steerway_studies.cybership_observers import observers, scenario
 from steerway_studies.parts import over_cases
 
 TUNING_SEEDS = 40
@@ -30,10 +30,10 @@ def made(form: str, logs) -> object:
     """The filter of a form with its numbers, log10 of the scale of Q in surge and sway and of its yaw."""
     scale, yaw = 10.0 ** logs[0], 10.0 ** logs[-1]
     if form == "constant":
-        return contestants.time_varying(contestants.constant(scale, yaw))
+        return observers.time_varying(observers.constant(scale, yaw))
     if form == "R of speed":
-        return contestants.speed_aware(contestants.constant(scale, yaw))
-    return contestants.time_varying(
+        return observers.speed_aware(observers.constant(scale, yaw))
+    return observers.time_varying(
         TimeVaryingNoise(power=2.0 if form == "inverse square" else 1.0, scale=scale, yaw=yaw)
     )
 

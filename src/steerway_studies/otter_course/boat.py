@@ -15,7 +15,7 @@ from steerway.pilot import Pilot, SteadyForce
 from steerway.sensors import Suite, white
 from steerway.simulation import Run, sail
 from steerway.vessels import CALM, Otter
-from steerway_studies.papers.course_autopilot import OTTER_NOMOTO, OTTER_PRINTED_GAINS
+from steerway_studies.papers.course_autopilot import OTTER_NOMOTO, OTTER_PRINTED_GAINS, rudder
 from steerway_studies.papers.ekf_5states import Ekf5States
 from steerway_studies.papers.otter_allocation import propeller_speeds
 from steerway_studies.papers.references import reference_model
@@ -170,3 +170,25 @@ def identified(noise: float, seed: int) -> YawModel:
     time, moment, fixes = zigzag(noise, seed)
     kept = slice(None, None, 5)
     return identify_yaw_from_fixes(fixes, time[kept], moment[kept])
+
+
+def turned(gains, start: float, command: float, wrapped: bool, seconds: float = 60.0) -> float:
+    """Unwinding, what P0 (54) spares a boat by wrapping the course error, on the Nomoto model that its gains come from.
+
+    Returns how far (rad, + to starboard) an Otter at rest in yaw turns from one course to another.
+
+    gains: (K_p, T_i, T_d) of P0 (54); `wrapped` False takes the error as the plain difference, without an integral.
+    """
+    gain, time_constant = OTTER_NOMOTO
+    proportional, _, derivative_time = gains
+    course, rate, integral = start, 0.0, 0.0
+    for _ in range(round(seconds / STEP)):
+        error = course - command
+        if wrapped:
+            moment = rudder(error, integral, rate, gains, printed=False)
+            integral += STEP * wrap(error)
+        else:
+            moment = -proportional * (error + derivative_time * rate)
+        course += STEP * rate
+        rate += STEP * (gain * moment - rate) / time_constant
+    return course - start

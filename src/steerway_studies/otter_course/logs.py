@@ -11,14 +11,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from steerway import read
 from steerway.core import OK, Fixes, Motion, wrap
 from steerway.estimation import choose_profile, estimate
 from steerway.estimation.course import compare
-from steerway.report import BAD, OURS, THEIRS, track_figure
+from steerway.report import BAD, THEIRS, track_figure
 from steerway_studies.papers.ekf_5states import Ekf5States
+from steerway_studies.plots import Curve, Panel, series
 
 STEP = 0.02
 LONGEST = 1500.0
@@ -156,26 +156,16 @@ def as_printed(fixes: Fixes, process_noise) -> Motion:
 
 def _signals(fixes, ours, printed):
     """Figures 8, 10 and 11: SOG and COG over time."""
-    figure = Figure(figsize=(11.0, 6.5), layout="constrained")
-    speed, course = figure.subplots(2, 1, sharex=True)
     began = ours.time[0]
     reports = fixes.rows(np.isfinite(fixes.sog) | np.isfinite(fixes.cog))
-    for motion, name, colour, width in ((printed, "printed filter", BAD, 0.8), (ours, "product filter", OURS, 1.4)):
-        speed.plot(motion.time - began, motion.sog, color=colour, linewidth=width, label=name)
-        course.plot(motion.time - began, _lifted(motion.cog), color=colour, linewidth=width, label=name)
-    speed.plot(reports.time - began, reports.sog, ".", color=THEIRS, markersize=2.5, label="receiver")
-    course.plot(reports.time - began, np.degrees(np.mod(reports.cog, 2 * np.pi)), ".", color=THEIRS, markersize=2.5)
-    speed.set_ylabel("SOG (m/s)")
-    speed.set_ylim(0.0, 1.5 * np.nanquantile(ours.sog, 0.99))
-    course.set_ylabel("COG (°)")
-    course.set_ylim(0.0, 360.0)
-    course.set_yticks(range(0, 361, 90))
-    course.set_xlabel("time (s)")
-    for axes in (speed, course):
-        axes.grid(alpha=0.25)
-        axes.margins(x=0.01)
-    speed.legend(loc="upper right", fontsize=8, ncols=3, framealpha=0.85)
-    return figure
+    time, course = reports.time - began, np.degrees(np.mod(reports.cog, 2 * np.pi))
+    sog = [Curve(time, reports.sog, "receiver", THEIRS, ".")]
+    cog = [Curve(time, course, "", THEIRS, ".")]
+    for motion, name, *look in ((printed, "printed filter", BAD, "-", 0.8), (ours, "product filter")):
+        sog.append(Curve(motion.time - began, motion.sog, name, *look))
+        cog.append(Curve(motion.time - began, _lifted(motion.cog), "", *look))
+    most = 1.5 * np.nanquantile(ours.sog, 0.99)
+    return series([Panel("SOG (m/s)", sog, ylim=(0.0, most)), Panel("COG (°)", cog, ylim=(0.0, 360.0))])
 
 
 def _lifted(course):

@@ -1,10 +1,11 @@
-"""The papers' rules for switching waypoints as printed; corrected with `printed=False`. For studies and tests.
-
-P1 (45)–(46), and P4 (22) with its missed-waypoint test (Motwani, Sharma, Sutton and Culverhouse: weighted interval
-Kalman filter on Springer).
+"""The papers' rules for switching waypoints as printed: P1 (45)–(46), corrected with `printed=False`, and P4 (22) with
+its missed-waypoint test (Motwani, Sharma, Sutton and Culverhouse: weighted interval Kalman filter on Springer). For
+studies and tests.
 """
 
 import math
+
+from steerway.core import LegState
 
 
 def along_track(north, east, north_0, east_0, direction, printed=True):
@@ -20,21 +21,25 @@ def switches(length, along, radius, printed=True):
     return length - (abs(along) if printed else along) <= radius
 
 
-class RangeRateTest:
-    """P4's missed-waypoint test: missed when the distance to the waypoint turns from falling to rising.
+class RangeRatePassing:
+    """P4's missed-waypoint test. Reached inside the circle of acceptance, P4 (22); missed when it rises again.
 
-    As printed it also fires at the start and after a switch, whenever the boat has yet to turn towards its goal. Pass
-    its word on to `Mission.skip`; begin anew with every waypoint.
+    Beside a waypoint that is what is meant; a boat that turns round after switching triggers it too. Stands in for
+    `Passing` in one mission.
     """
 
-    def __init__(self):
-        self._last = math.inf
-        self._falling = False
+    time_factor = None
+    time_margin = 0.0
 
-    def step(self, distance: float) -> bool:
-        """True when the waypoint at this distance (m) counts as missed."""
-        rises = distance > self._last
-        missed = rises and self._falling
-        self._falling = not rises
-        self._last = distance
-        return missed
+    def __init__(self):
+        self._target, self._last, self._fell = -1, math.inf, False
+
+    def verdict(self, leg: LegState, acceptance: float, _: float = math.nan) -> tuple[bool, str] | None:
+        if leg.target != self._target:
+            self._target, self._last, self._fell = leg.target, math.inf, False
+        rises, self._last = leg.distance > self._last, leg.distance
+        if leg.distance <= acceptance:
+            return True, "circle"
+        missed = self._fell and rises
+        self._fell = self._fell or not rises
+        return (False, "range rate") if missed else None

@@ -27,7 +27,6 @@ PAPER_CIRCUIT = np.array([(170, 10), (310, 120), (340, 290), (220, 410), (50, 40
 """Read from figure 7a: 1294 m from (0, 0), heading 0."""
 ACCEPTANCE = 4.0
 CURRENT = (0.0, 0.1 * SPEED)
-UNKNOWN = (math.nan, math.nan)
 LONGEST = 1800
 """Seconds after which a mission is given up."""
 
@@ -39,7 +38,7 @@ class HeadingSource(Protocol):
     def heading(self) -> float:
         """rad, for the second that begins."""
 
-    def second(self, difference: float, readings: np.ndarray, velocity: tuple[float, float]) -> float:
+    def step(self, difference: float, readings: np.ndarray, velocity: tuple[float, float]) -> float:
         """Take what the second brought."""
 
 
@@ -71,8 +70,6 @@ class World:
     current_std: float = 0.0
     current_time: float = 600.0
     velocity_std: float = 0.1
-    speed: float = SPEED  # through the water
-    lag: int = 0  # steps by which GNSS velocities are late
 
 
 @dataclass
@@ -156,33 +153,27 @@ def sail(
     circuit=PAPER_CIRCUIT,
     passing=None,
     autopilot=None,
-    heading: float = 0.0,
-    step: float = 1.0,
 ) -> MissionTrack:
-    """Sail a circuit from (0, 0) with a first heading (rad). seed: waves, compass, current and GNSS; passing None: the
-    plane. Waypoints are steered for by their bearing, or by a navigator that knows the current by `heading_for` it.
-
-    step: s between two orders and steps of the vessel; the compass reads on at 40 Hz.
+    """Sail a circuit from (0, 0), heading 0, by steps of 1 s. seed: waves, compass, current and GNSS; passing None: the
+    plane. Waypoints are steered for by their bearing; the compass reads at 40 Hz.
     """
     rng = np.random.default_rng(seed)
-    vessel = Springer(world.plant, world.effectiveness, world.bias, world.speed)
-    compass = DynamicCompass(world.compass, world.card).start(heading, rng.spawn(1)[0])
+    vessel = Springer(world.plant, world.effectiveness, world.bias)
+    compass = DynamicCompass(world.compass, world.card).start(0.0, rng.spawn(1)[0])
     mission = Mission(
         Route(circuit[:, 0], circuit[:, 1], ACCEPTANCE, SPEED), passing or Passing("circle"), start="point"
     )
-    pilot = autopilot or paper_mpc(PAPER_YAW if world.plant == "paper" else PHYSICAL_YAW, step)
-    state, flow = vessel.start(heading=heading), _Flow(world, rng.spawn(1)[0])
-    made_good = getattr(navigator, "heading_for", None)
+    pilot = autopilot or paper_mpc(PAPER_YAW if world.plant == "paper" else PHYSICAL_YAW)
+    state, flow = vessel.start(), _Flow(world, rng.spawn(1)[0])
     draws, rows, read, velocities = rng.spawn(1)[0], [], [], []
     effort = 0.0
-    while mission.phase is Phase.UNDER_WAY and step * len(rows) < LONGEST:
-        heading, estimate, around = vessel.heading(state), navigator.heading, flow.step(step)
+    while mission.phase is Phase.UNDER_WAY and len(rows) < LONGEST:
+        heading, estimate, around = vessel.heading(state), navigator.heading, flow.step(1.0)
         passed = len(mission.log.passages)
-        leg = mission.step(state[0], state[1], step if rows else 0.0, effort)
+        leg = mission.step(state[0], state[1], 1.0 if rows else 0.0, effort)
         if len(mission.log.passages) > passed:
             leg = mission.step(state[0], state[1], 0.0)  # P4 turns to the next waypoint in the same second
-        steer = leg.bearing if made_good is None or math.isnan(estimate) else made_good(leg.bearing)
-        wanted = estimate + wrap(steer - estimate)
+        wanted = estimate + wrap(leg.bearing - estimate)
         difference = pilot.step(wanted, estimate) if math.isfinite(wanted) else pilot.input
         effort = (difference / RPM / 60.0) ** 2
         motion = vessel.motion(state, around)
@@ -191,17 +182,13 @@ def sail(
             motion.north_velocity + world.velocity_std * noise[0],
             motion.east_velocity + world.velocity_std * noise[1],
         )
-        readings = compass.readings(heading, round(TICKS * step))
+        readings = compass.readings(heading, TICKS)
         rows.append((state[0], state[1], heading, estimate, wanted, difference, leg.cross_track))
         read.append(readings)
         velocities.append(velocity)
-        late = velocities[max(len(velocities) - 1 - world.lag, 0)] if world.lag < len(velocities) else UNKNOWN
-        if step == 1.0:
-            navigator.step(difference, readings, late)
-        else:
-            navigator.step(difference, readings, late, step)
-        state = vessel.step(state, (difference,), around, step)
-        state[2:4] += math.sqrt(step) * world.waves * noise[2:]
+        navigator.step(difference, readings, velocity)
+        state = vessel.step(state, (difference,), around, 1.0)
+        state[2:4] += world.waves * noise[2:]
     table = np.array(rows)
     finished = mission.phase is not Phase.UNDER_WAY
     return MissionTrack(

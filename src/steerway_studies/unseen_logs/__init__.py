@@ -1,7 +1,7 @@
 """Study unseen-logs: recorded logs that had no part in development, against Doppler or better instruments.
 
-For every log the default, tuned and smoothed estimate, a plain EKF fitted to the same log, position differences and
-the receiver's own. Half of the logs may be looked at (develop), the other half only judges (report).
+For every log the default, tuned and smoothed estimate, and a plain EKF fitted to the same log. Half of the logs may be
+looked at (develop), the other half only judges (report).
 """
 
 import math
@@ -15,14 +15,13 @@ from steerway_studies.study import Results, Study
 from steerway_studies.unseen_logs import page
 from steerway_studies.unseen_logs.catalogue import DEVELOP, KNOWN, REPORT, KnownLog, PublicLog, public_logs
 from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, SMOOTHED, contestants
-from steerway_studies.unseen_logs.judging import SWING, Verdict, judged_rows, verdict
-from steerway_studies.unseen_logs.prediction import held_back, worse
+from steerway_studies.unseen_logs.judging import SWING, Verdict, held_back, judged_rows, verdict, worse
 from steerway_studies.unseen_logs.recordings import FOLDER, opened, path_of
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A log with all verdicts on it. `held_back` is (default, tuned), see `prediction`; `cpu` in s.
+    """A log with all verdicts on it. `held_back` is (default, tuned); `cpu` in s.
 
     `of_mean`: verdicts by the reference's mean over SWING.
     """
@@ -90,7 +89,7 @@ def run(seeds=None, first_seed=0, progress=None) -> Results:
         for name, likelihood in zip(("default", "tuned"), each.held_back, strict=True):
             results.numbers[f"{stem}_held_back_{name}"] = likelihood
         results.numbers |= {f"{stem}_lag_s": each.lag, f"{stem}_course_lag_s": each.course_lag}
-    page.add_tables(results, judged, public_logs())
+    page.add_tables(results, judged)
     return results
 
 

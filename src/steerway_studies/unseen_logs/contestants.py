@@ -1,6 +1,6 @@
-"""Who is judged on a log: the product as it comes, tuned, smoothed; a plain EKF, differences, the receiver."""
+"""Who is judged on a log: the product as it comes, tuned, smoothed; a plain EKF."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,17 +10,13 @@ from steerway_studies.unseen_logs import plain_ekf
 from steerway_studies.unseen_logs.recordings import JudgedLog
 
 DEFAULT, TUNED, SMOOTHED, TUNED_SMOOTHED = "default", "tuned", "smoothed", "tuned_smoothed"
-EKF, RECEIVER = "plain_ekf", "receiver"
-DIFFERENCES = {"difference_1s": 1.0, "difference_2s": 2.0}
+EKF = "plain_ekf"
 WORDS = {
     DEFAULT: "default, causal",
     SMOOTHED: "default, smoothed",
     TUNED: "tuned, causal",
     TUNED_SMOOTHED: "tuned, smoothed",
     EKF: "plain EKF, fitted",
-    "difference_1s": "positions, 1 s",
-    "difference_2s": "positions, 2 s",
-    RECEIVER: "receiver's own",
 }
 
 
@@ -52,20 +48,7 @@ def contestants(recording: JudgedLog) -> dict[str, Reported]:
             found[label] = of_motion(fixes.time, steerway.estimate(fixes, profile, smooth=smooth))
     said = plain_ekf.fitted(fixes.time, places).T
     found[EKF] = Reported(said[0], said[1], said[2], said[3], said[4], said[5], np.zeros(len(fixes), dtype=bool))
-    found |= {name: difference(fixes.time, places, span) for name, span in DIFFERENCES.items()}
-    own = receivers_own(recording)
-    return found | ({RECEIVER: own} if own else {})
-
-
-def receivers_own(recording: JudgedLog) -> Reported | None:
-    """The receiver's velocity when it says it, its lag left in; None where the log does not hold it."""
-    fixes, reference = recording.fixes, recording.reference
-    sog, cog = fixes.sog, fixes.cog
-    if reference.own:
-        sog, cog, _ = replace(reference, lag=0.0, course_lag=0.0).at(fixes.time)
-    unknown = np.full(len(fixes), np.nan)
-    own = Reported(sog, cog, unknown, unknown, unknown, unknown, np.zeros(len(fixes), dtype=bool))
-    return own if np.isfinite(sog).any() else None
+    return found
 
 
 def of_motion(time, motion: steerway.Motion) -> Reported:
@@ -74,16 +57,3 @@ def of_motion(time, motion: steerway.Motion) -> Reported:
     refused = motion.to_frame()["status"].to_numpy() == "rejected"
     stds = motion.sog_std, motion.cog_std, motion.course_rate_std
     return Reported(*(each[row] for each in (motion.sog, motion.cog, motion.course_rate, *stds, refused)))
-
-
-def difference(time, places, span) -> Reported:
-    """Velocity from a fix at least `span` s before; NaN where the one there is, is older than twice that."""
-    longest = 2.0 * max(span, float(np.median(np.diff(time))))
-    before = np.searchsorted(time, time - span + 1e-3, side="right") - 1
-    before = np.minimum(before, np.arange(len(time)) - 1)
-    elapsed = np.where(before >= 0, time - time[before], np.nan)
-    elapsed = np.where((elapsed > 0.0) & (elapsed <= longest), elapsed, np.nan)
-    moved = (places - places[before]) / elapsed[:, None]
-    unknown = np.full(len(time), np.nan)
-    course = np.arctan2(moved[:, 1], moved[:, 0])
-    return Reported(np.hypot(*moved.T), course, unknown, unknown, unknown, unknown, np.zeros(len(time), dtype=bool))

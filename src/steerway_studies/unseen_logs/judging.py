@@ -1,11 +1,14 @@
-"""What a contestant is worth beside the reference: errors, coverage of its interval, and which fixes it refused."""
+"""What a contestant is worth beside the reference: errors, coverage of its interval, and which fixes it refused; and
+whether tuning predicts what it has not seen."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
+import steerway
 from steerway.core import NORMAL_95, rms, wrap_array
+from steerway.estimation import log_likelihood
 from steerway_studies.unseen_logs.contestants import DEFAULT, EKF, Reported
 from steerway_studies.unseen_logs.recordings import JudgedLog
 
@@ -114,3 +117,29 @@ def _disagreement(recording, first, last):
     if np.isfinite(north).any():
         return np.hypot(moved[:, 0] - north, moved[:, 1] - east)
     return np.abs(np.hypot(*moved.T) - recording.reference.way(time[first], time[last]))
+
+
+SEEN = 0.8
+STRONG = 3.0
+"""Difference of log likelihoods that is called strong evidence (H. Jeffreys, Theory of Probability, 1961)."""
+
+
+def held_back(recording: JudgedLog) -> tuple[float, float]:
+    """Log likelihood of the last fifth: (default, tuned); NaN where there is too little motion to tune by.
+
+    Both look at the first four fifths, of which tuning holds a fifth back for itself; every fix from those before it.
+    """
+    fixes = recording.fixes
+    begin = fixes.time[0] + SEEN * (fixes.time[-1] - fixes.time[0])
+    seen = fixes.between(None, begin)
+    try:
+        found = steerway.tune(seen)
+    except steerway.InputError:
+        return math.nan, math.nan
+    default, tuned = (log_likelihood(fixes, profile, begin) for profile in (found.default, found.profile))
+    return default, tuned
+
+
+def worse(default: float, tuned: float) -> bool:
+    """Whether tuning lost, by strong evidence."""
+    return tuned < default - STRONG

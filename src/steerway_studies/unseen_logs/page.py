@@ -1,4 +1,4 @@
-"""The page: one table a half, one a log, and where to find the logs."""
+"""The page: one table a half and one a log. Where the logs are from stands in catalogue.toml."""
 
 import math
 
@@ -26,8 +26,8 @@ _FILES = (
 )
 
 
-def add_tables(results: Results, judged, known) -> None:
-    """All tables; `judged` as the study found them, `known` every public log of the catalogue."""
+def add_tables(results: Results, judged) -> None:
+    """All tables; `judged` as the study found them."""
     for half in (REPORT, DEVELOP):
         rows = [_summary(each) for each in judged if each.log.half == half]
         if rows:
@@ -36,7 +36,6 @@ def add_tables(results: Results, judged, known) -> None:
         rows = [_row(WORDS[name], one) for name, one in each.verdicts.items()]
         rows += [_row(f"{WORDS[name]}, by the mean over {SWING:.0f} s", one) for name, one in each.of_mean.items()]
         results.tables.append((_heading(each), _COLUMNS, rows))
-    results.tables.append(("Where the logs are from", _SOURCES, [_source(log) for log in known]))
     results.remarks.append(_FILES)
 
 
@@ -94,27 +93,6 @@ def _row(name, one) -> tuple:
         one.refused or "",
         f"{one.refused_right} of {one.refused_judged}" if one.refused_judged else "",
     )
-
-
-_SOURCES = (
-    "name",
-    "half",
-    "repository",
-    "path",
-    "commit",
-    "licence",
-    "minutes",
-    "boat",
-    "receiver",
-    "reference",
-    "remark",
-)
-
-
-def _source(log) -> tuple:
-    minutes = "{:g} to {:g}".format(*log.minutes) if log.minutes else "all"
-    where = (log.repository, log.path, log.commit[:10], log.licence, minutes)
-    return log.name, log.half, *where, log.boat, log.receiver, log.reference, log.remark
 
 
 def _covers(one) -> str:

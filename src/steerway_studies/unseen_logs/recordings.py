@@ -9,10 +9,8 @@ import polars as pl
 
 import steerway
 from steerway.core import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS, wrap_array
-from steerway_studies.recorded import logs_folder
-from steerway_studies.unseen_logs.alignment import course_lag, rate_lag, velocity_lag
 from steerway_studies.unseen_logs.catalogue import RATE_COLUMN, KnownLog, PublicLog
-from steerway_studies.unseen_logs.reference import VelocityReference
+from steerway_studies.unseen_logs.reference import VelocityReference, course_lag, rate_lag, velocity_lag
 
 FOLDER = "STEERWAY_LOGS"
 _HEADING_SPAN = 1.0  # s, of the heading differences that stand for a rate
@@ -28,10 +26,15 @@ class JudgedLog:
     reference: VelocityReference
 
 
+def _known(path: str) -> Path:
+    """In the folder of recorded logs."""
+    return Path(os.environ["STEERWAY_DATA"]) / "data" / path
+
+
 def path_of(log: PublicLog | KnownLog) -> Path | None:
     """Where the log lies on this machine; None where it does not."""
     if isinstance(log, KnownLog):
-        path = logs_folder() / log.path if os.environ.get("STEERWAY_DATA") else None
+        path = _known(log.path) if os.environ.get("STEERWAY_DATA") else None
     else:
         named = os.environ.get(FOLDER)
         path = Path(named) / log.name / f"{log.name}.csv" if named else None
@@ -94,12 +97,12 @@ def heading_rate(time, heading) -> np.ndarray:
 
 
 def _of_instruments(log, record) -> VelocityReference:
-    said = steerway.read(logs_folder() / log.truth) if log.truth else record
+    said = steerway.read(_known(log.truth)) if log.truth else record
     said = said.rows(np.isfinite(said.sog) | np.isfinite(said.cog))
     said = said.rows(np.unique(said.time, return_index=True)[1])
     rate = np.full(len(said), np.nan)
     if log.turns:
-        table = pl.read_csv(logs_folder() / log.turns)
+        table = pl.read_csv(_known(log.turns))
         rates = np.radians(table[RATE_COLUMN].to_numpy())
         rate = np.interp(said.time, table["t"].to_numpy(), rates, left=np.nan, right=np.nan)
     return VelocityReference(said.time, said.sog, said.cog, rate, own=not log.truth).believed()

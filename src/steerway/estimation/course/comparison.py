@@ -17,8 +17,7 @@ LEAST_SPEED = 1.0
 """m/s of the receiver's SOG above which it is compared by default. Chosen: receivers filter COG harder or hold it at
 low speed (u-blox UBX-18010854, UBX-CFG-ODO `cogMaxSpeed`)."""
 LONGEST_LAG = 5.0
-"""s to either side within which a lag is searched: receivers of recorded logs are late by 0.15 to 4 s
-(`steerway study real-logs`)."""
+"""s to either side within which a lag is searched: receivers of recorded logs are late by 0.15 to 4 s."""
 _LAGS = np.round(np.arange(-LONGEST_LAG, LONGEST_LAG + 0.05, 0.1), 1)
 _COVERED = 0.9
 """Share of the rows of the best covered lag that a lag needs: beyond the ends of a record there are none. Chosen."""

@@ -20,7 +20,7 @@ from steerway.estimation.inference.track import run_record
 COURSE_STD = 0.6
 """rad; a course that is known worse is not stated. Chosen: a third of that of uniform directions, π/√3."""
 STEERAGEWAY = 0.3
-"""m/s; no course is stated below it, as by the profiles (`steerway study low-speed`): what a receiver at rest reports
+"""m/s; no course is stated below it, as by the profiles: what a receiver at rest reports
 as motion is its own slow error."""
 _EMPTY = np.empty(0)
 NORTH, EAST, SOG, COG, RATE, SOG_STD, COG_STD, RATE_STD, POSITION_STD = range(9)

@@ -2,8 +2,7 @@
 
 PRESETS = (
     # Otter and Mariner: the process noise of S. Fossen and T. I. Fossen (Sensors 21, 2021, 7910, §6–7) as a
-    # spectral density, S = h Q_d, scaled to R in metres. The others are rounded fits to recorded logs;
-    # `steerway study ais-prediction` judges the one of AIS.
+    # spectral density, S = h Q_d, scaled to R in metres. The others are rounded fits to recorded logs.
     dict(
         name="otter",
         description="Otter USV, 2 m, up to 2 m/s",

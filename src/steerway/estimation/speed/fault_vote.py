@@ -21,7 +21,7 @@ CONFLICT = 5.2
 distribution holds 2·10⁻⁷ beyond in both tails; two windows are judged."""
 SHORT, LONG = 2.0, 5.0
 """s over which differences are averaged: the short one for steps, the long one for drifts. Chosen, as the numbers
-below; `steerway study adaptive-speed` judges them in perturbed scenes."""
+below; `steerway study adaptive-speed` judges them."""
 LAG = 10.0
 """s between the two windows whose offsets a vote compares."""
 THIRD_DRIFT = 0.01

@@ -35,7 +35,7 @@ FIVE_STATE, ACCELERATION, OSCILLATION = range(3)
 
 _LONGEST = 30.0
 """s of a step under way at most, and parts of a radian and of its speed by which the vessel turns and accelerates in
-one. Chosen: `python -m benchmarks archive` compares with steps of 1 s on generated reports of AIS."""
+one. Chosen: `tests/test_long_intervals.py` compares with steps of 1 s on generated reports of AIS."""
 _LARGEST_TURN, _LARGEST_CHANGE = 0.03, 0.05
 LEAST_SPEED = 1e-3
 """m/s, to divide by: a vessel under way is faster (see `steerageway`)."""

@@ -1,22 +1,6 @@
-"""Reading NMEA 0183: a million sentences of an hour-long log, bytes to fixes."""
+"""A generated log of NMEA 0183."""
 
-import time
 from datetime import UTC, datetime, timedelta
-
-from benchmarks.support.harness import Result, interleaved
-from steerway.formats import nmea0183
-
-_EPOCHS, _ROUNDS = 333_334, 3
-
-
-def run():
-    log = sentences(_EPOCHS)
-    count = log.count(b"\n")
-    recording = nmea0183.read(log)
-    rows = max(len(fixes) for fixes in recording.sources.values())
-    assert rows == _EPOCHS, f"{rows} of {_EPOCHS} epochs were read"
-    taken = interleaved({"read": lambda: nmea0183.read(log)}, _ROUNDS, clock=time.perf_counter)
-    yield Result(f"{count:,} sentences to fixes", count / taken["read"], "a second", at_least=150_000)
 
 
 def sentences(epochs: int) -> bytes:

@@ -1,7 +1,6 @@
-"""What befalls a log: faults of its fixes, standstill, odd clocks and odd places.
+"""What befalls a log: faults of its fixes, standstill and odd places.
 
-Every trouble takes (voyage, fixes, generator) and returns both anew; it begins at `BEGIN` and is over at the time it is
-listed with.
+Every trouble takes (voyage, fixes, generator) and returns both anew; it begins at `BEGIN`.
 """
 
 import math
@@ -10,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from steerway.core import Fixes, radii, wrap_array
-from steerway_studies.estimator_limits.scenarios import TrueMotion
+from steerway_studies.testing import TrueMotion
 
 BEGIN = 150.0
 _POLAR_RADIUS = 6_399_593.6
@@ -26,15 +25,6 @@ def _moved(fixes: Fixes, north, east) -> Fixes:
 def _rows(voyage: TrueMotion, fixes: Fixes, chosen) -> tuple[TrueMotion, Fixes]:
     columns = {name: getattr(voyage, name)[chosen] for name in voyage.__dataclass_fields__}
     return TrueMotion(**columns), fixes.rows(chosen)
-
-
-def nothing(voyage, fixes, chance):
-    return voyage, fixes
-
-
-def late_start(voyage, fixes, chance):
-    """The log begins under way, in either mode."""
-    return _rows(voyage, fixes, voyage.time >= BEGIN)
 
 
 def standstill(voyage, fixes, chance):
@@ -81,23 +71,6 @@ def _displaced(voyage, fixes, chance, by, duration):
     return _moved(fixes, during * by * math.cos(direction), during * by * math.sin(direction))
 
 
-def stale(voyage, fixes, chance):
-    """The same position repeated for 5 s."""
-    during = (voyage.time >= BEGIN) & (voyage.time < BEGIN + 5.0)
-    source = np.where(during, np.flatnonzero(during)[0] - 1, np.arange(len(fixes)))
-    return voyage, replace(fixes, latitude=fixes.latitude[source], longitude=fixes.longitude[source])
-
-
-def jitter(voyage, fixes, chance):
-    """The clock of the fixes errs by 50 ms."""
-    return voyage, replace(fixes, time=fixes.time + chance.normal(0.0, 0.05, len(fixes))).in_order()
-
-
-def wrong_rate(voyage, fixes, chance):
-    """Fixes come at 1 Hz where 5 Hz were meant."""
-    return _rows(voyage, fixes, np.arange(len(fixes)) % 5 == 0)
-
-
 def antimeridian(voyage, fixes, chance):
     """Where 180° E meets 180° W."""
     return voyage, replace(fixes, longitude=wrap_array(fixes.longitude + math.pi - fixes.longitude[len(fixes) // 2]))
@@ -114,20 +87,4 @@ def pole(voyage, fixes, chance):
     return replace(voyage, cog=voyage.cog + north_turned), there
 
 
-TROUBLES = {
-    "none": (nothing, "no trouble", BEGIN),
-    "start": (late_start, "the log begins under way", BEGIN),
-    "standstill": (standstill, "at rest for 100 s", BEGIN + 100.0),
-    "dropout": (dropout, "no fixes for 30 s", BEGIN + 30.0),
-    "jump": (jump, "one fix 50 m off", BEGIN),
-    "burst": (burst, "fixes 50 m off for 5 s", BEGIN + 5.0),
-    "step": (step, "every later fix 10 m off", BEGIN),
-    "stale": (stale, "the same position for 5 s", BEGIN + 5.0),
-    "jitter": (jitter, "times err by 50 ms", BEGIN),
-    "wrong_rate": (wrong_rate, "1 Hz where 5 Hz were meant", BEGIN),
-    "antimeridian": (antimeridian, "across 180°", BEGIN),
-    "pole": (pole, "1 km from the North Pole", BEGIN),
-}
-"""Key → (trouble, in words, when it is over)."""
-LASTING = ("none", "jitter", "wrong_rate", "antimeridian", "pole")
-"""Those that are never over."""
+TROUBLES = {each.__name__: each for each in (burst, step, jump, dropout, antimeridian, pole)}

@@ -1,4 +1,4 @@
-"""The observers of the study, each made anew for every run."""
+"""The observers of the study, each made anew for every run; and P2's control law on true states: no chance."""
 
 import math
 import warnings
@@ -6,32 +6,24 @@ from dataclasses import replace
 
 import numpy as np
 
+from steerway.control import PositionPID
 from steerway.estimation.positioning import (
     DEMO_GAINS,
     ObserverGains,
     PassiveObserver,
     SpeedDependentFixNoise,
     TimeVaryingNoise,
-    VariationalNoise,
     VesselFilter,
     VesselNoise,
 )
+from steerway.vessels import CALM, CyberShip2
 from steerway.vessels import CYBERSHIP2_DAMPING as DAMPING
 from steerway.vessels import CYBERSHIP2_INERTIA as INERTIA
 from steerway_studies.cybership_observers import scenario
+from steerway_studies.papers.positioning import PrintedPositionPID
 
 BASE = VesselNoise(position_std=scenario.FIX_STD, heading_std=scenario.HEADING_STD)
 PRODUCT = replace(BASE, force_std=tuple(scenario.FORCE_STD), force_time=scenario.FORCE_TIME)
-WAVES = replace(
-    PRODUCT,
-    wave_std=scenario.WAVE_STD,
-    wave_frequency=scenario.WAVE_FREQUENCY,
-    wave_damping=scenario.WAVE_DAMPING,
-)
-SWELL = replace(WAVES, wave_damping=scenario.SWELL_DAMPING)
-DOUBTFUL = replace(PRODUCT, acceleration=(1e-4, 1e-4, 1e-5), force_std=tuple(2.0 * scenario.FORCE_STD))
-"""For a vessel whose drag is not what the filter's linear model says."""
-
 RECIPE_B = 1.5e-3
 """The scale of Q under which Table III comes out."""
 
@@ -56,14 +48,9 @@ def constant(scale: float, yaw: float) -> TimeVaryingNoise:
     return TimeVaryingNoise(coefficient=0.0, scale=scale, yaw=yaw)
 
 
-def product(noise=PRODUCT, gate=13.8, learns=False) -> VesselFilter:
-    """The nine-state filter, or with a wave the one of thirteen."""
-    return VesselFilter(INERTIA, DAMPING, noise, gate, VariationalNoise() if learns else None)
-
-
-def stepping_oracle() -> VesselFilter:
-    """The nine-state filter that knows when the noise of fixes steps up."""
-    return VesselFilter(INERTIA, DAMPING, replace(PRODUCT, position_std=scenario.QUIET), 13.8, _KnownStep())
+def product(noise=PRODUCT, gate=13.8) -> VesselFilter:
+    """The nine-state filter."""
+    return VesselFilter(INERTIA, DAMPING, noise, gate, None)
 
 
 def speed_aware(noise) -> VesselFilter:
@@ -81,22 +68,6 @@ def observer(gains=TUNED_GAINS, correction="impulsive", check=True) -> PassiveOb
 def stock_observer() -> PassiveObserver:
     """The public simulator's gains on held measurements."""
     return observer(DEMO_GAINS, "held")
-
-
-class _KnownStep:
-    """A `FixNoise` that knows when the noise steps up."""
-
-    def start(self, variances):
-        self._seen = 0
-
-    def expected(self, x):
-        std = scenario.LOUD if self._seen + 1 >= scenario.LOUD_FROM else scenario.QUIET
-        return std**2, std**2
-
-    def learned(self, x, p, north, east):
-        variances = self.expected(x)
-        self._seen += 1
-        return variances
 
 
 def bound(record, noise=PRODUCT) -> tuple[float, float]:
@@ -117,3 +88,61 @@ def bound(record, noise=PRODUCT) -> tuple[float, float]:
         variances[k] = known.covariance_upper.diagonal()[:2]
     mean_error = math.sqrt(2.0 / math.pi) * np.sqrt(variances)
     return float(mean_error.mean()), float(mean_error[scenario.PER_FIX :: scenario.PER_FIX].mean())
+
+
+def control_numbers() -> dict[str, float]:
+    """Rise time (10 to 90 %), overshoot and end of the corrected law, with and without anti-windup; of the literal."""
+    printed = _way(PositionPID(scenario.PRINTED_GAINS, anti_windup=False))
+    careful = _way(PositionPID(scenario.PRINTED_GAINS))
+    literal = _literal_way()
+    out = {}
+    for i, name in enumerate(("north", "east")):
+        out[f"pid_rise_{name}"] = rise(printed[:, i], scenario.GOAL[i])
+        out[f"pid_overshoot_{name}_pct"] = overshoot(printed[:, i], scenario.GOAL[i])
+        out[f"pid_end_{name}"] = printed[-1, i]
+        out[f"pid_anti_windup_overshoot_{name}_pct"] = overshoot(careful[:, i], scenario.GOAL[i])
+    out["pid_literal_end_error"] = math.dist(literal[-1, :2], scenario.GOAL[:2])
+    out["pid_literal_turned_deg"] = math.degrees(literal[-1, 2])
+    out["pid_literal_growth"] = growth(-1.0)
+    out["pid_corrected_growth"] = growth(1.0)
+    return out
+
+
+def rise(place, goal) -> float:
+    """Time from a tenth to nine tenths of the way, s."""
+    return float(scenario.STEP * (np.argmax(place >= 0.9 * goal) - np.argmax(place >= 0.1 * goal)))
+
+
+def overshoot(place, goal) -> float:
+    """How far beyond the goal, in % of the way."""
+    return float(100.0 * (place.max() / goal - 1.0))
+
+
+def growth(sign) -> float:
+    """The largest real part (1/s) of the closed loop's poles at rest heading north; `sign` −1 for (30) as printed."""
+    gains, inverse = scenario.PRINTED_GAINS, np.linalg.inv(INERTIA)
+    nothing, one = np.zeros((3, 3)), np.eye(3)
+    loop = np.block(
+        [
+            [nothing, one, nothing],
+            [-sign * inverse @ gains.proportional, -inverse @ (DAMPING + sign * gains.derivative), sign * inverse],
+            [-gains.integral, nothing, nothing],
+        ]
+    )
+    return float(np.linalg.eigvals(loop).real.max())
+
+
+def _way(controller):
+    return scenario.sail(scenario.drawn(0), disturbed=False, controller=controller).states
+
+
+def _literal_way():
+    """(30) is fed the velocity of north, east and heading, not the body's."""
+    vessel, controller = CyberShip2(), PrintedPositionPID(scenario.PRINTED_GAINS)
+    states = [vessel.start()]
+    for k in range(scenario.STEPS):
+        motion = vessel.motion(states[-1], CALM)
+        velocity = (motion.north_velocity, motion.east_velocity, motion.yaw_rate)
+        force = controller.step(scenario.desired(k), *states[-1][:3], velocity, scenario.STEP)
+        states.append(vessel.step(states[-1], force, CALM, scenario.STEP))
+    return np.array(states)

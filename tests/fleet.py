@@ -4,7 +4,7 @@ Ships of class A and B under way, moored and alternating, report every 2 to 180 
 ships share an MMSI, single reports jump, rows are out of order and partly doubled, and values that mean "unknown"
 (91°, 181°, 102.3 kn, 360°, 511°) stand where AIS has them. Base stations, aids to navigation and aircraft report too.
 
-python -m benchmarks.support.fleet DIRECTORY [SHIPS [DAYS [SEED]]]
+python -m tests.fleet DIRECTORY [SHIPS [DAYS [SEED]]]
 """
 
 import datetime

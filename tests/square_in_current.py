@@ -1,4 +1,4 @@
-"""A square in a current over MAVLink, on a virtual clock: `python -m benchmarks.square --current 1.0`.
+"""A square in a current over MAVLink, on a virtual clock: `python -m tests.square_in_current --current 1.0`.
 
 A square of 80 m in a current towards the north-east, with a motorboat of 2 m/s like ArduPilot's: it turns 20 °/s, takes
 GUIDED only once its EKF is ready, and its positions are 0.2 s late. Exits with 1 when it gives up, or is more than
@@ -13,11 +13,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tests.ports import until
-from tests.square import Course, cross_track, rms, sailed, square_of
-
 from steerway.core.testing import displaced
 from steerway.simulation.testing import OriginTable
+from tests.ports import until
+from tests.square import Course, cross_track, rms, sailed, square_of
 
 SIDE, AROUND, ROVER_MOST = 80.0, 15.0, 0.6
 """m: the rover's square, what of a leg belongs to the turns at its ends, and the largest RMS."""
@@ -81,7 +80,7 @@ def sail(current, direction, compass, seed, ekf=10.0) -> tuple[bool, str]:
 
 
 def main() -> None:
-    options = argparse.ArgumentParser("python -m benchmarks.square", description=__doc__)
+    options = argparse.ArgumentParser("python -m tests.square_in_current", description=__doc__)
     options.add_argument("--current", type=float, default=0.5, help="m/s")
     options.add_argument("--times", type=int, default=1, help="squares, each in another direction of the current")
     options.add_argument("--no-compass", action="store_true")

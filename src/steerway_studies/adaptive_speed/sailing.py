@@ -1,0 +1,234 @@
+"""The boats of the study, one voyage along a straight line, and how a response and an estimate are judged.
+
+A voyage: boat at 200 Hz, accelerometer at 200 Hz, GPS and log at 10 Hz, control at 20 Hz. Every run takes the same
+surge model for granted, NOMINAL.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from steerway.control import AdaptiveSpeed, AdaptiveSpeedGains
+from steerway.core import NORMAL_95, rms
+from steerway.estimation.speed import SurgeFusion, SurgeTuning
+from steerway.identification import SurgeModel
+from steerway.sensors import Instrument, accelerometer
+from steerway.vessels import (
+    CALDAS_LINEAR_DRAG,
+    CALDAS_MASS,
+    CALDAS_QUADRATIC_DRAG,
+    CALM,
+    CURRENT_NORTH,
+    Actuator,
+    Propeller,
+    Surge,
+    published_surrogate,
+)
+from steerway.vessels import CALDAS_SHAFT as SHAFT
+
+SPEEDS = (3, 6, 9)
+SURROGATE_LAG = 10.683
+PLANTS = {"a": "T, 0.5 s lag", "b": "T, 1.75 rev/s²", "c": "P, inner loop"}
+
+NOMINAL = SurgeModel(
+    CALDAS_LINEAR_DRAG / CALDAS_MASS, CALDAS_QUADRATIC_DRAG / CALDAS_MASS, Propeller().gain / CALDAS_MASS
+)
+"""Plant T's own numbers: the propeller model that votes."""
+
+
+def shaft(lag=0.0, rate=math.inf, high=17.5) -> Actuator:
+    """A shaft by its lag (s), largest rate (rev/s²) and speed (rev/s)."""
+    return Actuator("shaft speed", 0.0, high, rate, lag)
+
+
+def plant(name: str) -> Surge:
+    """T as printed, a to c of the study, P the surrogate of the published curves."""
+    if name in ("c", "P"):
+        return published_surrogate()
+    return Surge(shaft={"T": SHAFT, "a": shaft(lag=0.5), "b": shaft(rate=1.75)}[name])
+
+
+def controller(name: str) -> AdaptiveSpeed:
+    """MRAC+ for a plant: the same everywhere, but for the inner loop that P's slow shaft needs."""
+    return AdaptiveSpeed(AdaptiveSpeedGains(shaft_lag=SURROGATE_LAG if name in ("c", "P") else 0.0))
+
+
+def random_plant(seed: int) -> Surge:
+    """Mass ±20 %, each damping ±40 %, thrust ±20 %, shaft lag 0–1.5 s, rate 1–3 rev/s²."""
+    draws = np.random.default_rng(seed)
+    mass, linear, quadratic, thrust = 1.0 + draws.uniform(-1.0, 1.0, 4) * (0.2, 0.4, 0.4, 0.2)
+    machine = shaft(lag=draws.uniform(0.0, 1.5), rate=draws.uniform(1.0, 3.0))
+    return Surge(
+        CALDAS_MASS * mass,
+        CALDAS_LINEAR_DRAG * linear,
+        CALDAS_QUADRATIC_DRAG * quadratic,
+        Propeller(efficiency=0.8 * thrust),
+        machine,
+    )
+
+
+STEP = 0.005
+_AID, _CONTROL = 20, 10  # steps from one to the next; GPS and log take turns
+ACCELEROMETER = accelerometer(rate=200.0)
+LEAK = Instrument(rate=200.0, wander=(0.0034, 5.0))
+GPS = Instrument(rate=10.0, white=0.03)
+LOG = Instrument(rate=10.0, white=0.002)
+_UNKNOWN = (math.nan,) * 3
+TABLE_III = SurgeTuning(scale_std=0.0)
+"""The filter for P3's instruments, whose log has no scale error."""
+
+
+@dataclass(frozen=True)
+class SpeedRun:
+    """What a voyage gives: arrays (n,) at every step, events, and NIS of what aided."""
+
+    time: np.ndarray
+    setpoint: np.ndarray
+    speed: np.ndarray
+    estimate: np.ndarray
+    std: np.ndarray
+    current: np.ndarray
+    shaft: np.ndarray
+    model: np.ndarray
+    parameters: np.ndarray  # (n, 3)
+    nis: np.ndarray
+    events: list
+    gps: np.ndarray  # readings, NaN between
+    log: np.ndarray
+
+
+def _bias(kind, time, since):
+    """What a fault adds to (acceleration, GPS, log) at a time."""
+    if kind is None or time <= since:
+        return 0.0, 0.0, 0.0
+    return {
+        "log step": (0.0, 0.0, 0.1),
+        "log ramp": (0.0, 0.0, 0.005 * (time - since)),
+        "gps step": (0.0, 0.3, 0.0),
+        "accelerometer step": (0.1, 0.0, 0.0),
+    }[kind]
+
+
+def _at(schedule, time):
+    """The value of a ((from, value), …) at a time."""
+    value = schedule[0][1]
+    for since, each in schedule:
+        if time >= since:
+            value = each
+    return value
+
+
+def sail(
+    boat,
+    control,
+    setpoints,
+    seed: int,
+    duration: float = 200.0,
+    sea=((0.0, CALM),),
+    gps: bool = True,
+    log: str | None = "bottom",
+    propeller=None,
+    aid_by_propeller: bool = False,
+    fault: tuple[str | None, float] = (None, 0.0),
+    outage: tuple[float, float] = (math.inf, math.inf),
+) -> SpeedRun:
+    """Sail. `setpoints` and `sea` are ((from, value), …).
+
+    `log`: "bottom", "water" or None; `propeller` a `SurgeModel` that gives the vote its third voice and with
+    `aid_by_propeller` aids the filter; `fault` (kind, since); `outage` of GPS and log from, to. Control sees
+    the estimate.
+    """
+    time = STEP * np.arange(round(duration / STEP) + 1)
+    n = len(time)
+    draws = np.random.default_rng(seed).spawn(4)
+    errors = ACCELEROMETER.measured(time, 0.0, draws[0])[1] + LEAK.measured(time, 0.0, draws[1])[1]
+    gps_errors, log_errors = (
+        instrument.measured(time, 0.0, each)[1].tolist() for instrument, each in ((GPS, draws[2]), (LOG, draws[3]))
+    )
+    errors = errors.tolist()
+
+    fusion, turns = SurgeFusion(TABLE_III), None if propeller is None else propeller.start()
+    state = boat.start()
+    received = np.full((2, n), np.nan)
+    nis = []
+    setpoint, command, estimate = _at(setpoints, 0.0), 0.0, 0.0
+    rows, parameters = [(0.0,) * 6 + (setpoint,)], [_UNKNOWN]
+    model, adapted = math.nan, _UNKNOWN
+    for k in range(1, n):
+        now = k * STEP
+        if k % _CONTROL == 1:
+            setpoint, conditions = _at(setpoints, now), _at(sea, now)
+            command = control.step(setpoint, estimate, _CONTROL * STEP, state[4])
+            model, adapted = getattr(control, "model", math.nan), tuple(getattr(control, "parameters", _UNKNOWN))
+        before = state[3]
+        state = boat.step(state, (command,), conditions, STEP)
+        speed = state[3]
+        of_acceleration, of_gps, of_log = _bias(*fault[:1], now, fault[1])
+        reported = {}
+        third = turns.step(state[4], STEP) if turns else math.nan
+        silent = outage[0] < now <= outage[1]
+        if k % _AID == 0:
+            if gps and not silent:
+                reported["sog"] = received[0, k] = speed + gps_errors[k // _AID] + of_gps
+            if aid_by_propeller:
+                reported["propeller_speed"] = third
+        elif k % _AID == _AID // 2 and log and not silent:
+            stream = conditions[CURRENT_NORTH] if log == "water" else 0.0
+            reported[f"{log}_speed"] = received[1, k] = speed - stream + log_errors[k // _AID] + of_log
+        acceleration = (speed - before) / STEP + errors[k] + of_acceleration
+        estimate = fusion.step(acceleration, STEP, reference=third, **reported)
+        if reported and now > 10.0:
+            nis += [each for each in fusion.nis[:3] if not math.isnan(each)]
+        rows.append((speed, estimate, fusion.speed_std, fusion.current, state[4], model, setpoint))
+        parameters.append(adapted)
+    out = np.array(rows).T
+    return SpeedRun(time, out[6], *out[:6], np.array(parameters), np.array(nis), fusion.events, *received)
+
+
+BAND = 0.02
+TAIL = 20.0
+TRANSIENT = 10.0
+"""s left out of judging estimates, as the paper's figures 13–15 leave them out."""
+
+
+def settling(time, speed, about: float) -> float:
+    """s of the last exit from ±2 % of `about`, after time[0]; inf where it is still outside at the end."""
+    outside = np.flatnonzero(~(np.abs(speed - about) <= BAND * about))
+    if len(outside) == 0:
+        return 0.0
+    last = outside[-1]
+    return float("inf") if last == len(speed) - 1 else float(time[last + 1] - time[0])
+
+
+def overshoot_pct(speed, setpoint: float) -> float:
+    """(max − s)/s in %, 0 where it stays below."""
+    return max(0.0, 100.0 * (float(np.max(speed)) - setpoint) / setpoint)
+
+
+def tail_pct(time, speed, setpoint: float) -> float:
+    """Largest error over the last 20 s, % of the set-point."""
+    return 100.0 * float(np.abs(speed[time > time[-1] - TAIL] - setpoint).max()) / setpoint
+
+
+def response(time, speed, shaft, setpoint: float) -> dict[str, float]:
+    """The paper's requirements on one response."""
+    return {
+        "settling_s": settling(time, speed, setpoint),
+        "overshoot_pct": overshoot_pct(speed, setpoint),
+        "tail_pct": tail_pct(time, speed, setpoint),
+        "shaft_max": float(shaft.max()),
+    }
+
+
+def estimate(voyage, setpoint: float, since: float = TRANSIENT) -> dict[str, float]:
+    """RMS and largest error in % of the set-point, NIS, and coverage of the 95 % interval."""
+    late = voyage.time > since
+    error = (voyage.estimate - voyage.speed)[late]
+    return {
+        "rms_pct": 100.0 * rms(error) / setpoint,
+        "max_pct": 100.0 * float(np.abs(error).max()) / setpoint,
+        "nis": float(voyage.nis.mean()) if len(voyage.nis) else float("nan"),
+        "coverage": float(np.mean(np.abs(error) < NORMAL_95 * voyage.std[late])),
+        "exclusions": float(sum(event.what == "excluded" for event in voyage.events)),
+    }
