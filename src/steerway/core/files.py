@@ -19,8 +19,8 @@ def complete_or_absent(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     """A binary file that replaces `path` when the block ends, and is removed when it raises.
 
     It is written under another name in the same directory, and its contents are on the disk before it is renamed. A
-    file that is replaced keeps its permissions. A symbolic link is followed, a device or pipe is written to as it is. Raises InputError for what cannot be written,
-    a full disk included.
+    file that is replaced keeps its permissions. A symbolic link is followed, a device or pipe is written to as it is.
+    Raises InputError for what cannot be written, a full disk included.
     """
     target = Path(os.path.realpath(path))
     try:

@@ -47,7 +47,7 @@ def only_writer(path: Path, what: str) -> Iterator[None]:
             if held_elsewhere(file):
                 file.seek(0)
                 holder = file.read(200).decode(errors="replace").strip() or "another process"
-                raise InputError(f"{what} is being written by {holder}, expected to be the only one: wait until it ends")
+                raise InputError(f"{what} is being written by {holder}, expected no other writer: wait until it ends")
             now = datetime.datetime.now(datetime.UTC)
             file.truncate(0)
             file.write(f"process {os.getpid()} on {platform.node()} since {now:%Y-%m-%d %H:%M:%S} UTC\n".encode())

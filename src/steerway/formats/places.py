@@ -10,7 +10,8 @@ from steerway.core.interpreted import without_compiling
 
 _wrap = without_compiling(wrap)  # a log may have one place, and compiling takes longer than most logs
 _MARKS = "[°º'′’\"″”]"
-_DEGREES = r"^([NSEW])?\s*(-)?([0-9]{1,3}(?:\.[0-9]*)?)(?:\s+([0-9]{1,2}(?:\.[0-9]*)?))?(?:\s+([0-9]{1,2}(?:\.[0-9]*)?))?\s*([NSEW])?$"
+_NUMBER = r"([0-9]{1,2}(?:\.[0-9]*)?)"
+_DEGREES = rf"^([NSEW])?\s*(-)?([0-9]{{1,3}}(?:\.[0-9]*)?)(?:\s+{_NUMBER})?(?:\s+{_NUMBER})?\s*([NSEW])?$"
 """Degrees, minutes and seconds, the last of them with decimals, with a sign or the letter of a hemisphere."""
 
 
