@@ -59,7 +59,6 @@ if TYPE_CHECKING:
     from steerway.estimation.inference.fit import Rows
     from steerway.estimation.inference.fuse import QUICK_SPEED, QUICK_SPEED_TIME
     from steerway.estimation.inference.learning import prior_profile
-    from steerway.estimation.inference.model import MODES
     from steerway.estimation.inference.model import empty_bank as model_empty_bank
     from steerway.estimation.inference.motion import COURSE, SPEED
     from steerway.estimation.inference.plane import laid_out
@@ -67,7 +66,7 @@ if TYPE_CHECKING:
     from steerway.estimation.inference.reversal import reversal_of
     from steerway.estimation.inference.selection import Structure, infer
     from steerway.estimation.inference.stamps import regular_times
-    from steerway.estimation.inference.structures import model_of, parameters_of
+    from steerway.estimation.inference.structures import MODES, model_of, parameters_of
     from steerway.estimation.inference.weigh import take_fix
     from steerway.estimation.inference.whole_log import Track, infer_log, motion_of
     from steerway.estimation.log_estimate import LogEstimator

@@ -16,14 +16,13 @@ from steerway.core.arrays import Floats
 from steerway.estimation.course.motion.layout import LONGEST_GAP
 from steerway.estimation.course.update.aids import AIDS
 from steerway.estimation.inference.auto_aids import AUTO, VELOCITY, velocity_in
-from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, Bank, empty_bank, room_to_keep
 from steerway.estimation.inference.parts import PLAIN
 from steerway.estimation.inference.record import Measurements, extrapolated, measurements
+from steerway.estimation.inference.row import Asked, Rows, run_record
 from steerway.estimation.inference.selection import Structure, infer
 from steerway.estimation.inference.stream import ELAPSED, InferredFilter, Set, set_of
 from steerway.estimation.inference.structures import VESSELS, parameters_of
-from steerway.estimation.inference.track import run_record
 from steerway.estimation.profiles.inferred import InferredProfile
 
 LOG = logging.getLogger("steerway.live")
@@ -144,7 +143,7 @@ class LearningFilter(InferredFilter):
             structures = self._structures(record, [name for name in known if name in self.aid])
             running, banks = set_of(structures), []
             for each in running.structures:
-                banks.append(empty_bank(each.states))
+                banks.append(empty_bank(each))
                 _run(record, each, banks[-1])
             self.learned = InferredProfile.of(structures, "learned")
             if self.keep is not None:
@@ -175,11 +174,9 @@ class LearningFilter(InferredFilter):
         self.take_up(running, banks)
 
 
-def _run(record, one, bank):
+def _run(record, model, bank):
     """Over a record by one structure; its bank goes on from where it is, or begins."""
-    *columns, restarts = record
-    out, kept = np.empty((0, FUSED + 2)), room_to_keep(0, one.states)
-    run_record(*columns, one.model, bank, one.motion_states, restarts, out, np.empty(0), 0, kept)
+    run_record(record, model, bank, Asked(np.empty((0, FUSED + 2)), np.empty(0), room_to_keep(0, model), 0))
 
 
 def _row(time, first=_UNKNOWN, second=_UNKNOWN, excess=1.0, aids=_UNKNOWN) -> Floats:

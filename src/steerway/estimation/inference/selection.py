@@ -86,7 +86,7 @@ def infer(record: Rows, aids=(), effort=1) -> Inference:
 def affordable(record: Rows, parts, most, apart) -> Rows:
     """At most so many rows; for large structures and fixes far apart fewer, so that no run of the filter costs more."""
     rows = excerpt(record, most, apart)
-    _, states, _ = model_of(parts, dict.fromkeys(parameters_of(parts)[0], 1.0))
+    states = model_of(parts, dict.fromkeys(parameters_of(parts)[0], 1.0)).states
     share = USUAL_STATES / (states * predictions(rows).mean())
     return rows if share >= 1.0 else excerpt(record, max(FEWEST, int(share * most)), apart)
 

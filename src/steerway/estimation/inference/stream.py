@@ -18,14 +18,13 @@ from steerway.core.records import NO_COURSE, OK, PREDICTED, REJECTED, STARTING
 from steerway.estimation.course.motion.layout import LONGEST_GAP
 from steerway.estimation.course.update.aids import AIDS, NO_AIDS, expect_aids
 from steerway.estimation.course.update.reported_accuracy import variance_scale
-from steerway.estimation.inference.aids import take_aids
 from steerway.estimation.inference.course import COG, EAST, NORTH, POSITION_STD, RATE, SOG, SOG_STD, average
-from steerway.estimation.inference.model import FUSED, STARTED, Bank, Model, empty_bank
+from steerway.estimation.inference.model import FUSED, Bank, Model, bank_in, bank_size, model_in, packed
 from steerway.estimation.inference.place import MOMENTS, mixed, place_moments, rotated
 from steerway.estimation.inference.plane import place_near, step_between
 from steerway.estimation.inference.record import FEW_STEPS, HELD, LONG, TURNED
+from steerway.estimation.inference.row import Row, state_row, take_row
 from steerway.estimation.inference.structures import model_of
-from steerway.estimation.inference.track import state_row, take_row
 from steerway.estimation.inference.whole_log import UNKNOWN_SPEED
 from steerway.estimation.profiles.inferred import InferredProfile
 
@@ -56,31 +55,22 @@ NIS, WRONG, LOG_DENSITY = FUSED, FUSED + 1, FUSED + 2
 """Columns after those of `fuse`: the last two are the probability of an outlier and the density of the row."""
 
 
-class Running(NamedTuple):
-    """What a structure needs to run: its model, number of states and of states that drive the motion."""
-
-    model: Model
-    states: int
-    motion_states: int
-
-
 class Alike(NamedTuple):
-    """Structures of one size, which one call steps: the arrays of banks and models have an axis of structures first."""
+    """Structures of one size, which one call steps: a bank and a model are a row of numbers each."""
 
-    banks: Bank
-    models: Model
-    motion_states: int
+    banks: Floats  # (structures, `bank_size`)
+    models: Floats  # (structures, …), see `packed`
     outs: Floats  # (structures, FUSED + 3)
 
     def step(self, dt: float, first: float, second: float, excess: float, aids: Floats) -> None:
         """One row of all, as of the kernel `step`."""
-        step(self.banks, self.models, dt, first, second, excess, aids, self.motion_states, self.outs)
+        step(self.banks, self.models, dt, first, second, excess, aids, self.outs)
 
 
 class Set(NamedTuple):
     """Structures that run together: those fading out first. `learns`: weights follow the likelihood, as of a prior."""
 
-    structures: tuple[Running, ...]
+    structures: tuple[Model, ...]
     weights: tuple[float, ...]
     fading: int
     fading_weights: tuple[float, ...]
@@ -89,8 +79,8 @@ class Set(NamedTuple):
 
 def set_of(structures, learns: bool = False) -> Set:
     """The set of weighed structures."""
-    running = tuple(Running(*model_of(each.parts, each.values)) for each in structures)
-    return Set(running, tuple(each.weight for each in structures), 0, (), learns)
+    models = tuple(model_of(each.parts, each.values) for each in structures)
+    return Set(models, tuple(each.weight for each in structures), 0, (), learns)
 
 
 class InferredFilter:
@@ -115,26 +105,20 @@ class InferredFilter:
         """Make room for a set of structures."""
         self._set = running
         n = len(running.structures)
-        groups = [list(each) for _, each in groupby(running.structures, _size)]
-        shapes = [[(len(each), *part.shape) for part in empty_bank(each[0].states)] for each in groups]
-        self._state = np.zeros(_HEADER + n + sum(math.prod(shape) for each in shapes for shape in each))
+        groups = [(sizes, list(models)) for sizes, models in groupby(running.structures, _sizes)]
+        space = [len(models) * bank_size(sizes.modes, sizes.states) for sizes, models in groups]
+        self._state = np.zeros(_HEADER + n + sum(space))
         if header is not None:
             self._state[:_HEADER] = header
-        self._weights = self._state[_HEADER : _HEADER + n]
+        self._weights, memory = self._state[_HEADER : _HEADER + n], self._state[_HEADER + n :]
         self._weights[:] = running.weights
         self._outs = np.full((n, FUSED + 3), np.nan)
-        self._banks, self._groups, at = [], [], _HEADER + n
-        for group, each in zip(groups, shapes, strict=True):
-            parts = []
-            for shape in each:
-                size = math.prod(shape)
-                parts.append(self._state[at : at + size].reshape(shape))
-                at += size
-            models = Model(*map(np.stack, zip(*(one.model for one in group), strict=True)))
-            first = len(self._banks)
-            outs = self._outs[first : first + len(group)]
-            self._groups.append(Alike(Bank(*parts), models, group[0].motion_states, outs))
-            self._banks += [Bank(*(part[k] for part in parts)) for k in range(len(group))]
+        self._banks, self._groups = [], []
+        for (sizes, models), size in zip(groups, space, strict=True):
+            banks, memory = memory[:size].reshape(len(models), -1), memory[size:]
+            outs = self._outs[len(self._banks) : len(self._banks) + len(models)]
+            self._groups.append(Alike(banks, np.stack([packed(model) for model in models]), outs))
+            self._banks += [bank_in(bank, sizes.modes, sizes.states) for bank in banks]
         self._estimate = np.full(POSITION_STD + 1, np.nan)
 
     def reset(self) -> None:
@@ -201,7 +185,7 @@ class InferredFilter:
         if dt > LONGEST_GAP:
             self._state[KNOWN] = 0.0
             for bank in self._banks:
-                bank.run[STARTED] = 0.0
+                bank.run["started"] = 0
             dt = 0.0
         if self._set.fading:
             self._fade(dt)
@@ -270,45 +254,28 @@ class InferredFilter:
         """(2, 2) covariance of the position north and east, m²."""
         moments = np.zeros((len(self._banks), MOMENTS))
         for bank, out in zip(self._banks, moments, strict=True):
-            place_moments(bank.x, bank.p, bank.probability, out)
+            place_moments(bank, out)
         nn, ne, ee = rotated(mixed(moments, self._weights), self._state[AZIMUTH])
         return np.array([[nn, ne], [ne, ee]])
 
 
-def _size(one):
-    """What structures have in common that one call steps."""
-    return one.states, one.motion_states, *(part.shape for part in one.model)
+def _sizes(model):
+    return model.sizes
 
 
 @kernel
-def step(banks, models, dt, first, second, excess, aids, motion_states, outs):
-    """One row of structures of one size, as `run_record` does it: arrays of banks and models have an axis of structures
-    before their own. Into `outs` (structures, FUSED + 3): `state_row`, NIS, WRONG and LOG_DENSITY.
+def step(banks, models, dt, first, second, excess, aids, outs):
+    """One row (see `Row`) of structures of one size, as `run_record` does it; aids (1 or 0, a).
+
+    Into `outs` (structures, FUSED + 3): `state_row`, NIS, WRONG and LOG_DENSITY.
     """
     for k in range(len(outs)):
-        bank = Bank(
-            banks.x[k],
-            banks.p[k],
-            banks.probability[k],
-            banks.mixed_x[k],
-            banks.mixed_p[k],
-            banks.run[k],
-            banks.steps[k],
-            banks.change[k],
-            banks.work[k],
-        )
-        model = Model(models.modes[k], models.generator[k], models.filters[k], models.receiver[k], models.aids[k])
-        out = outs[k]
-        begins = bank.run[STARTED] == 0.0
-        nis, log_density, wrong = take_row(bank, model, dt, first, second, excess, motion_states)
-        if len(aids) and not begins:
-            log_density += take_aids(bank, model, aids[0])
-        if bank.run[STARTED] == 0.0:
-            for i in range(len(out)):
-                out[i] = math.nan
-        else:
-            state_row(bank, model, out)
-        out[NIS], out[WRONG], out[LOG_DENSITY] = nis, wrong, log_density
+        model, out = model_in(models[k]), outs[k]
+        bank = bank_in(banks[k], len(model.modes), model.states)
+        row = Row(dt, first, second, excess)
+        taken = take_row(bank, model, row, aids[0] if len(aids) else models[k, :0])
+        state_row(bank, model, out)
+        out[NIS], out[WRONG], out[LOG_DENSITY] = taken.nis, taken.wrong, taken.log_density
 
 
 @kernel

@@ -28,7 +28,6 @@ from steerway.estimation.inference.course import (
     averaged,
     smoothed_record,
 )
-from steerway.estimation.inference.fit import Rows
 from steerway.estimation.inference.model import FUSED, empty_bank, room_to_keep
 from steerway.estimation.inference.parts import PLAIN
 from steerway.estimation.inference.plane import Plane, laid_out, placed, steps_between
@@ -40,10 +39,10 @@ from steerway.estimation.inference.record import (
     usual_interval,
     without_copies,
 )
+from steerway.estimation.inference.row import Asked, Rows, run_record
 from steerway.estimation.inference.selection import Inference, Structure, infer
 from steerway.estimation.inference.stamps import regular_times
 from steerway.estimation.inference.structures import model_of, parameters_of
-from steerway.estimation.inference.track import run_record
 
 UNKNOWN_SPEED = 3.0
 """m/s; a speed that is known worse after a start is not stated: a third of what is expected of a vessel unseen
@@ -219,7 +218,7 @@ def _filtered(record: Rows, structures, steerageway):
     n = len(record.time)
     estimate, nis, wrong = np.empty((n, 9)), np.empty(n), np.empty(n)
     models = [model_of(each.parts, each.values) for each in structures]
-    banks = [empty_bank(states) for _, states, _ in models]
+    banks = [empty_bank(model) for model in models]
     weights = [each.weight for each in structures]
     for begin in range(0, n, _BLOCK):
         before = begin if begin in record.restarts else max(begin - 1, 0)
@@ -228,10 +227,9 @@ def _filtered(record: Rows, structures, steerageway):
             part.north[0] = np.nan
             part.aids[:1] = np.nan
         outs = []
-        for (model, states, driving), bank in zip(models, banks, strict=True):
+        for model, bank in zip(models, banks, strict=True):
             out = np.empty((len(part.time), FUSED + 2))
-            *columns, restarts = part
-            run_record(*columns, model, bank, driving, restarts, out, _NONE, 0, room_to_keep(0, states))
+            run_record(part, model, bank, Asked(out, _NONE, room_to_keep(0, model), 0))
             outs.append(out[own])
         rows = slice(begin, begin + _BLOCK)
         estimate[rows] = averaged(outs, weights, steerageway)
