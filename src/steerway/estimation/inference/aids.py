@@ -62,7 +62,7 @@ def take_aid(bank, model, aids, which):
             error[i] = good * shift * row[i]
             for j in range(n):
                 p[i, j] -= spread * row[i] * row[j]
-        corrected(x, p, error)
+        corrected(x, p, error, len(probability) == 1)
     for k in range(len(probability)):
         probability[k] = density[k] / total
     return math.log(total)

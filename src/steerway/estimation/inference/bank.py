@@ -23,8 +23,8 @@ uniform directions it is π²/3."""
 SAME_STEP = 1e-4
 """Part of a step by which clocks err: a tenth of a millisecond at 1 Hz. Chosen: far below the error of
 the time of a fix."""
-START_SPEED_STD, START_RATE_STD = 10.0, 0.2
-"""m/s, rad/s: of a vessel of which nothing is known. Chosen: two deviations are 39 kn and 23°/s."""
+START_SPEED_STD = 10.0
+"""m/s: of a vessel of which nothing is known. Chosen: two deviations are 39 kn."""
 
 LEAST_SHARE = 1e-3
 """Share that a mode has in what another starts a step from, of which half counts, and of a smaller one less. Moments
@@ -38,7 +38,7 @@ def start(bank, model, north, east):
     """Begin from one fix: its place, and a velocity about which nothing is known."""
     run = bank.run[0]
     for k in range(len(bank.x)):
-        start_mode(bank.x[k], bank.p[k], model, north, east)
+        start_mode(bank.x[k], bank.p[k], model, model.modes[k], north, east)
         bank.probability[k] = model.modes[k].start
     run.since = run.apart = run.outliers = run.outlier_north = run.outlier_east = run.was_outlier = 0.0
     run.step_north = run.step_east = run.was_poor = run.learnt = run.level = 0.0
@@ -46,7 +46,7 @@ def start(bank, model, north, east):
 
 
 @called_kernel
-def start_mode(x, p, model, north, east):
+def start_mode(x, p, model, mode, north, east):
     """State (n,) and covariance of one mode after the first fix."""
     n, processes = len(x), model.processes
     for i in range(n):
@@ -56,7 +56,7 @@ def start_mode(x, p, model, north, east):
     x[NORTH], x[EAST] = north, east
     p[0, 0] = p[1, 1] = model.receiver[0].fix_variance
     p[2, 2] = p[3, 3] = START_SPEED_STD**2
-    p[4, 4] = START_RATE_STD**2
+    p[4, 4] = mode.start_rate
     for f in range(len(processes)):
         j, variance = processes[f].state, processes[f].variance
         p[j, j] = variance
@@ -165,7 +165,8 @@ def advance(bank, model, dt):
         step = step_of(j, dt)
         if abs(step - bank.steps[0].dt) > SAME_STEP * step:
             set_steps(bank, model, step)
-        mix(bank)
+        if len(bank.x) > 1:
+            mix(bank)
         for k in range(len(bank.x)):
             predict(bank.x[k], bank.p[k], bank.steps[k], bank.responses[k], model.driving, bank.rows)
             if loses_course(bank.x[k], bank.p[k]):

@@ -8,7 +8,7 @@ import cmath
 import math
 
 from steerway.core.compiled import called_kernel, lean_kernel
-from steerway.estimation.inference.model import ON_COURSE, ON_FIX, ON_RATE, ON_SPEED, RATE
+from steerway.estimation.inference.model import ON_ACCELERATION, ON_COURSE, ON_FIX, ON_RATE, ON_SPEED, RATE
 
 _NODES = (0.5 - 0.5 * math.sqrt(0.6), 0.5, 0.5 + 0.5 * math.sqrt(0.6))
 _WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
@@ -43,7 +43,7 @@ def apart(a, b):
 @lean_kernel
 def respond(response, acts_on, change, mean, dt):
     """What a unit of a state that drives the motion changes, and its mean change over dt."""
-    if acts_on == ON_SPEED:
+    if acts_on == ON_SPEED or acts_on == ON_ACCELERATION:
         response.gain, response.way = change, dt * mean
     else:
         response.turn, response.lean = change, mean
@@ -56,8 +56,8 @@ def add_process(responses, j, pole, density, acts_on, dt):
     Returns variance and covariance of what it adds to the way (along, or for each m/s across) and the speed (course).
     """
     whole, first, second = phi(pole, dt)
-    complex_ = pole.imag != 0.0
-    change, mean = (first, second / dt) if acts_on == ON_RATE else (whole - 1.0, first / dt - 1.0)
+    complex_, integrates = pole.imag != 0.0, acts_on == ON_RATE or acts_on == ON_ACCELERATION
+    change, mean = (first, second / dt) if integrates else (whole - 1.0, first / dt - 1.0)
     respond(responses[j], acts_on, change.real, mean.real, dt)
     responses[j].left = whole.real
     if complex_:
@@ -66,7 +66,7 @@ def add_process(responses, j, pole, density, acts_on, dt):
     ww = wg = gg = with_way = with_gain = added = late_way = late_gain = 0.0
     for i in range(3):
         whole, first, second = phi(pole, dt * _NODES[i])
-        way, gain = (second, first) if acts_on == ON_RATE else (first, whole)
+        way, gain = (second, first) if integrates else (first, whole)
         weight = density * dt * _WEIGHTS[i]
         ww += weight * together(way, way)
         wg += weight * together(way, gain)
@@ -113,10 +113,11 @@ def set_processes(step, responses, processes, dt):
     for f in range(len(processes)):
         process = processes[f]
         j, decay, frequency, acts_on = process.state, process.decay, process.frequency, process.acts_on
-        if acts_on == ON_SPEED or acts_on == ON_RATE or acts_on == ON_COURSE:
+        along = acts_on == ON_SPEED or acts_on == ON_ACCELERATION
+        if along or acts_on == ON_RATE or acts_on == ON_COURSE:
             pole, noise = complex(-decay, frequency), 2.0 * decay * process.variance
             a, b, c = add_process(responses, j, pole, noise, acts_on, dt)
-            if acts_on == ON_SPEED:
+            if along:
                 step.ll, step.lu, step.uu = step.ll + a, step.lu + b, step.uu + c
             else:
                 step.yy, step.yx, step.xx = step.yy + a, step.yx + b, step.xx + c
@@ -149,14 +150,32 @@ def hold_rate(responses, modes, units, i, dt):
 def set_noise(step, rate, mode, unit):
     """Complete a step by the noise of its mode; rate: response of the held rate to noise of density 1, see
     `hold_rate`."""
-    density, dt = mode.speed_noise, step.dt
     step.sideways, step.drift_speed = mode.sideways, mode.drift_speed
-    step.held_ll, step.held_lu, step.held_uu = density * dt**3 / 3.0, density * dt * dt / 2.0, density * dt
+    hold_speed(step, mode.speed_decay, mode.speed_noise)
     step.ll, step.lu, step.uu = step.ll + step.held_ll, step.lu + step.held_lu, step.uu + step.held_uu
     density = mode.rate_noise
     step.yy, step.yx, step.xx = step.yy + density * unit[0], step.yx + density * unit[1], step.xx + density * unit[2]
     rate.with_way, rate.with_gain = density * rate.with_way, density * rate.with_gain
     rate.added = density * rate.added
+
+
+@lean_kernel
+def hold_speed(step, decay, density):
+    """What is left of a speed that decays, the way of it, and its noise."""
+    dt = step.dt
+    if decay == 0.0:
+        step.left, step.way = 1.0, dt
+        step.held_ll, step.held_lu, step.held_uu = density * dt**3 / 3.0, density * dt * dt / 2.0, density * dt
+        return
+    whole, first, _ = phi(complex(-decay, 0.0), dt)
+    step.left, step.way = whole.real, first.real
+    step.held_ll = step.held_lu = step.held_uu = 0.0
+    for i in range(3):
+        whole, first, _ = phi(complex(-decay, 0.0), dt * _NODES[i])
+        weight = density * dt * _WEIGHTS[i]
+        step.held_ll += weight * first.real * first.real
+        step.held_lu += weight * first.real * whole.real
+        step.held_uu += weight * whole.real * whole.real
 
 
 @called_kernel

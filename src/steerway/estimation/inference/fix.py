@@ -69,8 +69,11 @@ def observe(x, processes, h_n, h_e):
 
 
 @called_kernel
-def correct(x, p, rows, m, s):
-    """Correct a mode by a fix: x ← x + C s and P ← P − C M Cᵀ (Vec2, Sym2), with C in the first two `rows`."""
+def correct(x, p, rows, m, s, alone):
+    """Correct a mode by a fix: x ← x + C s and P ← P − C M Cᵀ (Vec2, Sym2), with C in the first two `rows`.
+
+    alone: see `relative.corrected`.
+    """
     n, c_n, c_e, error = len(x), rows[0], rows[1], rows[2]
     for i in range(n):
         error[i] = c_n[i] * s.n + c_e[i] * s.e
@@ -78,4 +81,4 @@ def correct(x, p, rows, m, s):
         a, b = c_n[i] * m.nn + c_e[i] * m.ne, c_n[i] * m.ne + c_e[i] * m.ee
         for j in range(n):
             p[i, j] -= a * c_n[j] + b * c_e[j]
-    corrected(x, p, error)
+    corrected(x, p, error, alone)

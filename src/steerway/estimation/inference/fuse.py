@@ -120,12 +120,16 @@ def add_unresolved_rate(processes, apart, out):
 
 @lean_kernel
 def unresolved_variance(processes, acts_on, apart, usual, usual_time):
-    """Variance of usual wander that fixes `apart` s do not resolve, as far as that of a structure does not hold it."""
-    held = 0.0
+    """Variance of usual wander that fixes `apart` s do not resolve, as far as that of a structure does not hold it.
+
+    0 of a vessel that does not wander.
+    """
+    held, wanders = 0.0, False
     for f in range(len(processes)):
         if processes[f].acts_on == acts_on and processes[f].frequency == 0.0:
             held += processes[f].variance * unresolved(apart * processes[f].decay)
-    return max(usual * usual * unresolved(apart / usual_time) - held, 0.0)
+            wanders = True
+    return max(usual * usual * unresolved(apart / usual_time) - held, 0.0) if wanders else 0.0
 
 
 @lean_kernel

@@ -3,8 +3,9 @@
 Every mode has the state [x^n y^n U χ r …]: position, speed and course over ground, and the course rate that is held.
 Beyond the five come shaping filters (T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed.,
 §8.2 and §10.2), each a real or complex first-order Gauss–Markov process z with ż = (−λ + iν) z + w. Its real part acts
-on the speed, on the course rate, on the course (waves swing a vessel about the course it holds; were it the rate, they
-would let it wander), athwart on the antenna, on the moment of a fix, or as the receiver's error north and east.
+on the speed, on the acceleration along the course, on the course rate, on the course (waves swing a vessel about the
+course it holds; were it the rate, they would let it wander), athwart on the antenna, on the moment of a fix, or as the
+receiver's error north and east.
 
 The covariance belongs to the error [δN δE δU δs δr …] with δs = U δχ: velocity along and across the course. It stays
 regular at rest, where course means nothing.
@@ -21,20 +22,23 @@ from steerway.core.compiled import jitable
 
 NORTH, EAST, SPEED, COURSE, RATE = range(5)
 """The states that every structure has."""
-ON_SPEED, ON_RATE, ON_COURSE, ON_ANTENNA, ON_FIX, ON_AID, ON_TIME = range(7)
+ON_SPEED, ON_RATE, ON_COURSE, ON_ANTENNA, ON_FIX, ON_AID, ON_TIME, ON_ACCELERATION = range(8)
 """What a process acts on. One on fixes has two states, north and east; a complex one two, real and imaginary."""
+DRIVING = (ON_SPEED, ON_RATE, ON_COURSE, ON_ACCELERATION)
+"""Those that drive the motion."""
 
 
 def _record(numbers: str, integers: str = "") -> np.dtype:
     """Records with these fields."""
     fields = [(name, np.float64) for name in numbers.split()] + [(name, np.int64) for name in integers.split()]
-    return np.dtype(fields)
+    return np.dtype((np.record, fields))  # fields are attributes in Python too, where kernels run without compilation
 
 
-MODE = _record("speed_noise rate_noise rate_decay sideways start drift_speed", "manoeuvres")
-"""How a vessel moves in a mode: densities S_U (m²/s³) and S_ω (rad²/s³), decay of the held rate (1/s), which share of
-S_U acts across the course too at any speed, probability of the mode of a vessel of which nothing is known, the speed
-(m/s) below which motion is isotropic, and whether it is a manoeuvre."""
+MODE = _record("speed_noise rate_noise speed_decay rate_decay sideways start start_rate drift_speed", "manoeuvres")
+"""How a vessel moves in a mode: densities S_U (m²/s³) and S_ω (rad²/s³), decay α1 of the speed and α2 of the held rate
+(1/s), which share of S_U acts across the course too at any speed, of a vessel of which nothing is known the probability
+of the mode and the variance of its course rate (rad²/s²), the speed (m/s) below which motion is isotropic, and whether
+it is a manoeuvre."""
 PROCESS = _record("decay frequency variance", "acts_on state")
 """A shaping filter: λ (1/s), ν (rad/s; 0: real), stationary variance, what it acts on, its first state."""
 RECEIVER = _record(
@@ -82,9 +86,10 @@ def has_two_states(process) -> bool:
     return bool(process["acts_on"] == ON_FIX or process["frequency"] > 0.0)
 
 
-STEP = _record("dt ll lu uu yy yx xx held_ll held_lu held_uu sideways drift_speed")
-"""A prediction in one mode: its length (s), what noise adds (l: way along the course, u: speed, y: way across and x:
-course, each for every m/s; `held_`: to the held speed alone), and what it takes from MODE."""
+STEP = _record("dt way left ll lu uu yy yx xx held_ll held_lu held_uu sideways drift_speed")
+"""A prediction in one mode: its length (s), the way of a unit of speed and what is left of one, what noise adds (l: way
+along the course, u: speed, y: way across and x: course, each for every m/s; `held_`: to the held speed alone), and what
+it takes from MODE."""
 RESPONSE = _record("way gain turn lean left spun with_way with_gain added")
 """A state in a prediction. What a unit of it moves: way along, speed, course, mean course over the step. What is left
 of it: real and imaginary part. Covariance of its new noise with the way along (or, for each m/s, across) the course and

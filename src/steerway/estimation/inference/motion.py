@@ -37,9 +37,9 @@ def predict(x, p, step, responses, driving, rows):
     P ← F P Fᵀ + Q with F in two factors: pose and speed by all states that drive them, then every process by itself.
     step, responses (n,): STEP and RESPONSE. rows: workspace (8, n).
     """
-    arc = arc_of(x, responses, step.dt, driving)
+    arc = arc_of(x, responses, step, driving)
     rates = rows[:4]
-    set_rates(rates, x[SPEED], arc, responses, step.dt, driving)
+    set_rates(rates, x[SPEED], arc, responses, step, driving)
     x[NORTH] += arc.north
     x[EAST] += arc.east
     x[SPEED] = arc.speed
@@ -53,9 +53,9 @@ def predict(x, p, step, responses, driving, rows):
 
 
 @lean_kernel
-def arc_of(x, responses, dt, driving):
-    """The motion of a step of dt seconds from a state (n,)."""
-    way, speed, turn, lean = x[SPEED] * dt, x[SPEED], 0.0, 0.0
+def arc_of(x, responses, step, driving):
+    """The motion of a step from a state (n,)."""
+    way, speed, turn, lean = x[SPEED] * step.way, x[SPEED] * step.left, 0.0, 0.0
     for j in range(RATE, driving):
         response = responses[j]
         way += response.way * x[j]
@@ -68,18 +68,19 @@ def arc_of(x, responses, dt, driving):
 
 
 @lean_kernel
-def set_rates(rates, was, arc, responses, dt, driving):
+def set_rates(rates, was, arc, responses, step, driving):
     """Fill rows north, east, along and across of F − I (4, n), but for the columns north and east, which are 0.
 
     was: the speed at the begin of the step.
     """
     north, east, along, across = rates[0], rates[1], rates[2], rates[3]
-    north[SPEED], east[SPEED], along[SPEED], across[SPEED] = dt * arc.ratio * arc.c, dt * arc.ratio * arc.s, 0.0, 0.0
+    way = step.way * arc.ratio
+    north[SPEED], east[SPEED], along[SPEED], across[SPEED] = way * arc.c, way * arc.s, step.left - 1.0, 0.0
     along[COURSE] = 0.0
     if was > _SLOW and arc.speed > _SLOW:
         north[COURSE], east[COURSE], across[COURSE] = -arc.east / was, arc.north / was, arc.speed / was - 1.0
     else:
-        north[COURSE], east[COURSE], across[COURSE] = -dt * arc.ratio * arc.s, dt * arc.ratio * arc.c, 0.0
+        north[COURSE], east[COURSE], across[COURSE] = -way * arc.s, way * arc.c, step.left - 1.0
     for j in range(RATE, driving):
         response = responses[j]
         way = response.way * arc.ratio
@@ -158,14 +159,13 @@ def take_noise(p, step, responses, arc):
     fourth power of speed acts across the course as well. Where all of it does (an emergency), the noise of the course
     rate adds no more than that at speed.
     """
-    c, s, speed = arc.c, arc.s, arc.speed
+    c, s, speed, was = arc.c, arc.s, arc.speed, arc.speed / step.left
     slowness = (speed / step.drift_speed) ** 2
     sideways = max(1.0 / (1.0 + slowness * slowness), step.sideways)
     spins = spin_share(step, speed)
-    turned = spins * speed * speed
-    yy = turned * step.yy + sideways * step.held_ll
-    ys = turned * step.yx + sideways * step.held_lu
-    ss = turned * step.xx + sideways * step.held_uu
+    yy = spins * was * was * step.yy + sideways * step.held_ll
+    ys = spins * was * speed * step.yx + sideways * step.held_lu
+    ss = spins * speed * speed * step.xx + sideways * step.held_uu
     p[0, 0] += c * c * step.ll + s * s * yy
     p[0, 1] += c * s * (step.ll - yy)
     p[1, 1] += s * s * step.ll + c * c * yy
@@ -179,8 +179,8 @@ def take_noise(p, step, responses, arc):
         response = responses[j]
         if response.turn != 0.0:
             p[j, j] += spins * response.added
-            p[0, j] -= s * spins * speed * response.with_way
-            p[1, j] += c * spins * speed * response.with_way
+            p[0, j] -= s * spins * was * response.with_way
+            p[1, j] += c * spins * was * response.with_way
             p[3, j] += spins * speed * response.with_gain
             continue
         p[j, j] += response.added

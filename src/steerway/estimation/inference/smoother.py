@@ -118,8 +118,8 @@ def inform(filtered_p, loose, reversal, bank, room):
 
     For the backward filter's modes also what is known without any fix, and the log determinants are those of the
     quotient of both. What is known so is never more than what the filter knows: mixing widens a mode.
-    Of the held rate only the information is taken out, and its mean stays: it is not normally distributed, and far from
-    0 a quotient of normal distributions would prefer the modes that seldom turn so fast.
+    Of the held rate of several modes only the information is taken out, and its mean stays: it is not normally
+    distributed, and far from 0 a quotient of normal distributions would prefer the modes that seldom turn so fast.
     loose: see `step_between`.
     """
     m, n = bank.x.shape
@@ -144,7 +144,8 @@ def inform(filtered_p, loose, reversal, bank, room):
                 room.known[i, u] = 1.0 / variance
                 log_determinant -= math.log(variance)
             room.log_after[i] = log_determinant
-            room.after[i, RATE, RATE] -= room.known[i, RATE]
+            if m > 1:
+                room.after[i, RATE, RATE] -= room.known[i, RATE]
 
 
 @called_kernel
@@ -204,7 +205,7 @@ def agreement(before, after, steady, room, q):
             x[u] += information[u, v] * error[v]
             information[u, v] += room.before[i, u, v]
         square += error[u] * x[u]
-    for u in range(RATE + 1, n):
+    for u in range(RATE + 1 if m > 1 else RATE, n):
         known = room.known[j, u]
         information[u, u] -= known
         x[u] += known * before[u]

@@ -1,16 +1,15 @@
 """Structures: tuples of the declared parts, their priors, and the model of one with its numbers."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from steerway.estimation.course.update.aids import TABLE
 from steerway.estimation.inference.model import (
     AID,
+    DRIVING,
     MODE,
-    ON_COURSE,
-    ON_RATE,
-    ON_SPEED,
     PROCESS,
     RECEIVER,
     Model,
@@ -21,8 +20,9 @@ from steerway.estimation.inference.parts import PARTS, Prior
 CALM, TURN, YAW, SURGE, EMERGENCY = range(5)
 """Modes: course held; steady turn; yaw manoeuvre; speed manoeuvre; whatever the vessel is capable of."""
 MODES = 5
-START_PROBABILITY = (0.55, 0.2, 0.15, 0.09, 0.01)
-"""Of the modes of a vessel of which nothing is known. Chosen; the first rows are no part of a fit (`fit`)."""
+START_PROBABILITY, START_RATE_STD = (0.55, 0.2, 0.15, 0.09, 0.01), 0.2
+"""Of the modes of a vessel of which nothing is known, and rad/s. Chosen; the first rows are no part of a fit (`fit`).
+Two deviations are 23 °/s."""
 EMERGENCY_ACCELERATION, EMERGENCY_YAW, EMERGENCY_TIME = 3.0, 1.5, 1.5
 """m/s², rad/s² and s: a planing craft that stops, a small craft that spins. Chosen."""
 TURN_SHARE = 0.5
@@ -62,7 +62,7 @@ def _modes_of(v) -> tuple[np.ndarray, np.ndarray]:
     speed = v["speed_walk"] ** 2
     yaw, surge = v["yaw_size"] ** 2 / v["yaw_time"], v["surge_size"] ** 2 / v["surge_time"]
     modes = np.zeros(MODES, MODE)
-    modes["start"], modes["drift_speed"] = START_PROBABILITY, v["drift_speed"]
+    modes["start"], modes["start_rate"], modes["drift_speed"] = START_PROBABILITY, START_RATE_STD**2, v["drift_speed"]
     modes["speed_noise"] = speed, speed, v["yaw_slip"] ** 2, surge, EMERGENCY_ACCELERATION**2 * EMERGENCY_TIME
     modes["rate_noise"] = 0.0, v["turn_walk"] ** 2, yaw, 0.0, EMERGENCY_YAW**2 * EMERGENCY_TIME
     modes["rate_decay"][[CALM, SURGE]] = decay
@@ -84,27 +84,48 @@ def _modes_of(v) -> tuple[np.ndarray, np.ndarray]:
     return modes, g
 
 
+class Shaping(NamedTuple):
+    """A shaping filter with its numbers (see PROCESS), of a companion with the name of its aid."""
+
+    acts_on: int
+    decay: float
+    frequency: float
+    variance: float
+    aid: str = ""
+
+
 def model_of(parts, values) -> Model:
     """Model of a structure with these numbers (dict)."""
-    v = values
-    processes, states, driving, companions = [], 5, 5, {}
+    v, shapings = values, []
     for name, each in [(name, each) for name, part in PARTS.items() if name in parts for each in part.filters]:
         decay, frequency = 1.0 / v[each.time], 0.0
         if each.damping:
             frequency = each.harmonic * 2.0 * math.pi / v[each.time]
             decay = v[each.damping] * frequency
         std = v[each.std] / each.harmonic
-        process = np.array((decay, frequency, std * std, each.acts_on, states), PROCESS)
+        shapings.append(Shaping(each.acts_on, decay, frequency, std * std, name))
+    variances = {aid.name: v[next(iter(aid.priors))] ** 2 for aid in TABLE if aid.name in parts}
+    return assembled(*_modes_of(v), shapings, _receiver_of(parts, v), variances)
+
+
+def assembled(modes, generator, shapings, receiver, variances) -> Model:
+    """Model of these modes (m,), rates of change (m, m), shaping filters, receiver (1,) and variances of aids by name.
+
+    Shaping filters that drive the motion come first.
+    """
+    processes, states, driving, companions = [], 5, 5, {}
+    for each in shapings:
+        process = np.array((each.decay, each.frequency, each.variance, each.acts_on, states), PROCESS)
         processes.append(process)
-        companions[name] = states
+        companions[each.aid] = states
         states += 2 if has_two_states(process) else 1
-        if each.acts_on in (ON_SPEED, ON_RATE, ON_COURSE):
+        if each.acts_on in DRIVING:
             driving = states
     aids = np.array([(math.nan, 0)] * len(TABLE), AID)
     for which, aid in enumerate(TABLE):
-        if aid.name in parts:
-            aids[which] = v[next(iter(aid.priors))] ** 2, companions.get(aid.name, 0)
-    return Model(*_modes_of(v), np.array(processes, PROCESS), _receiver_of(parts, v), aids, states, driving)
+        if aid.name in variances:
+            aids[which] = variances[aid.name], companions.get(aid.name, 0)
+    return Model(modes, generator, np.array(processes, PROCESS), receiver, aids, states, driving)
 
 
 def _receiver_of(parts, v) -> np.ndarray:

@@ -132,7 +132,7 @@ def take_fix(bank, model, north, east, excess):
         mean = Vec2(mean.n + weight * seen.off.n, mean.e + weight * seen.off.e)
         spread = plus(spread, scaled(weight, plus(usual_spread(seen, expected, receiver, variance), outer(seen.off))))
         least = min(least, trace(seen.s))
-        take_weighed(x, p, seen, weighed, variance, bank.rows)
+        take_weighed(bank, k, seen, weighed, variance)
     for k in range(len(probability)):
         probability[k] = density_of[k] / total
     learn_noise(run, expected, poor / total, learned / total)
@@ -149,8 +149,9 @@ def weigh(seen, expected, run, receiver, variance):
         again = Vec2(off.n - run.outlier_north, off.e - run.outlier_east)
         wrong = (1.0 - SAME_OFFSET) * wrong + SAME_OFFSET * density(again, widened(s, variance), NORMAL)
     noise = poor_noise(seen, expected, receiver, variance)
-    poor = expected.poor * density(off, plus(s, noise), expected.freedom)
-    step, size = 0.0, step_variance(receiver, seen.velocity)
+    poor, step, size = 0.0, 0.0, step_variance(receiver, seen.velocity)
+    if expected.poor > 0.0:
+        poor = expected.poor * density(off, plus(s, noise), expected.freedom)
     if expected.step > 0.0:
         step = expected.step * density(off, plus(s, size), FREEDOM)
     good = expected.good * density(off, s, NORMAL)
@@ -158,14 +159,14 @@ def weigh(seen, expected, run, receiver, variance):
 
 
 @lean_kernel
-def take_weighed(x, p, seen, weighed, variance, rows):
-    """Correct one mode by the mean of all hypotheses h.
+def take_weighed(bank, k, seen, weighed, variance):
+    """Correct mode k by the mean of all hypotheses h.
 
     Probabilistic data association (Y. Bar-Shalom and X. R. Li, Multitarget-Multisensor Tracking, 1995, §3.4):
     x ← x + C Σ β_h s_h and P ← P − C (Σ β_h (S_h⁻¹ − s_h s_hᵀ) + s̄ s̄ᵀ) Cᵀ with C = P Hᵀ in `rows`, s_h = S_h⁻¹ ν and
     s̄ = Σ β_h s_h; for a step see `step_position`.
     """
-    off, s = seen.off, seen.s
+    off, s, x, p, rows = seen.off, seen.s, bank.x[k], bank.p[k], bank.rows
     whole = weighed.good + weighed.poor + weighed.step + weighed.wrong
     if trace(s) > DIFFUSE * variance and weighed.wrong < RARE * whole:
         whole -= weighed.wrong
@@ -179,7 +180,7 @@ def take_weighed(x, p, seen, weighed, variance, rows):
         own = share(weighed.step / whole, off, plus(s, size))
         mean = joined(mean, own)
         step_position(x, p, size, weighed.step / whole, own, mean.s, rows)
-    correct(x, p, rows, plus(mean.information, outer(mean.s)), mean.s)
+    correct(x, p, rows, plus(mean.information, outer(mean.s)), mean.s, len(bank.x) == 1)
 
 
 @lean_kernel
