@@ -120,6 +120,34 @@ def test_the_filter_is_the_dense_filter(speed_decay):
     np.testing.assert_allclose(of_course(x, bank.p[0]), p, rtol=1e-9, atol=1e-9)
 
 
+def test_the_general_filter_with_errors_of_the_receiver_is_the_dense_filter():
+    """Two errors north and east, each first-order: nine states, of which a fix measures the sum of three pairs."""
+    errors = {"error_std": 0.4, "error_time": 8.0, "drift_std": 0.8, "drift_time": 60.0}
+    profile = PROFILE.model_copy(update=errors)
+    time, north, east = winding(300)
+    model, by_matrices = model_without_drift(profile), dense(profile, 0.2)
+    bank, variance = model_empty_bank(model), np.repeat([0.4**2, 0.8**2], 2)
+    x = np.r_[north[0], east[0], 2.5, 0.0, 0.0, np.zeros(4)]
+    p = np.diag(np.r_[0.5, 0.5, 0.01, 0.01, 0.001, variance])
+    bank.x[0], bank.p[0], bank.probability[0], bank.run["started"] = x, p, 1.0, 1
+    bank.p[0, COURSE, COURSE] *= x[SPEED] ** 2
+    run(record(time[1:] - 0.2, north[1:], east[1:]), model, bank, "run")
+    h, r = np.hstack([np.eye(2), np.zeros((2, 3)), np.eye(2), np.eye(2)]), profile.position_std**2 * np.eye(2)
+    left = np.exp(-0.2 / np.repeat([8.0, 60.0], 2))
+    for k in range(1, 300):
+        if k > 1:
+            f, q = np.diag(np.r_[np.ones(5), left]), np.diag(np.r_[np.zeros(5), variance * (1.0 - left**2)])
+            x[:5], f[:5, :5], q[:5, :5] = by_matrices.step(x[:5])
+            x[5:] *= left
+            p = f @ p @ f.T + q
+        gain = p @ h.T @ np.linalg.inv(h @ p @ h.T + r)
+        x, p = x + gain @ ([north[k], east[k]] - h @ x), p - gain @ h @ p
+    x[COURSE] = wrap(x[COURSE])
+    scale = np.r_[1.0, 1.0, 1.0, x[SPEED], np.ones(5)]
+    np.testing.assert_allclose(bank.x[0], x, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(bank.p[0], p * np.outer(scale, scale), rtol=1e-9, atol=1e-9)
+
+
 def in_plane(fixes):
     """Times and metres north and east of a sortie."""
     north = sorties.EARTH_RADIUS * (fixes.latitude - fixes.latitude[0])

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 from steerway.core.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from steerway.core.estimate import NO_MEASUREMENTS
+    from steerway.estimation.aboard import AtFaceValue, FilterEstimator, HeadingTracker
     from steerway.estimation.course.comparison import compare
     from steerway.estimation.course.latency import lateness, on_time
     from steerway.estimation.course.motion import low_speed
@@ -33,7 +35,6 @@ if TYPE_CHECKING:
     from steerway.estimation.course.motion.models import predict as models_predict
     from steerway.estimation.course.motion.models import set_step as models_set_step
     from steerway.estimation.course.motion.models import transition
-    from steerway.estimation.course.onboard import NO_MEASUREMENTS, AtFaceValue, FilterEstimator, HeadingTracker
     from steerway.estimation.course.replay import TrackOutput, run_track
     from steerway.estimation.course.steerageway import (
         COURSE_GAINED,

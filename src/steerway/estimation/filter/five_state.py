@@ -22,7 +22,7 @@ from typing import NamedTuple
 from steerway.core.angles import sinc, wrap
 from steerway.core.compiled import called_kernel, inlined_kernel, lean_kernel
 from steerway.estimation.inference.bank import LONGEST_STEP, SAME_STEP, forget_direction, loses_course
-from steerway.estimation.inference.fuse import mean_speed
+from steerway.estimation.inference.fuse import COURSE_STD, mean_speed
 from steerway.estimation.inference.model import COURSE, EAST, NORTH, RATE, SPEED
 from steerway.estimation.inference.motion import symmetrise
 from steerway.estimation.inference.relative import corrected
@@ -245,8 +245,14 @@ def take(bank, model, row):
         if not math.isnan(taken.wrong):
             return taken
         dt = 0.0
+    return leave(bank, model, Row(dt, row.north, row.east, row.excess))
+
+
+@called_kernel
+def leave(bank, model, row):
+    """Leave a row to the general filter. A call: inlined it would slow down all other rows."""
     symmetrise(bank.p[0])
-    return take_row(bank, model, Row(dt, row.north, row.east, row.excess), bank.rows[0, :0])
+    return take_row(bank, model, row, bank.rows[0, :0])
 
 
 @called_kernel
@@ -279,6 +285,23 @@ def state_row(bank, model, out):
     out[0], out[1], out[2], out[3], out[4] = x[NORTH], x[EAST], speed, wrap(x[COURSE]), x[RATE]
     out[5], out[6], out[7] = p[2, 2], p[3, 3] / max(speed * speed, 1e-12), p[4, 4]
     out[8], out[9] = 0.5 * (p[0, 0] + p[1, 1]), 1.0
+
+
+@lean_kernel
+def write_estimate(bank, model, steerageway, estimate):
+    """SOG, COG and course rate after a row as they are given out, into `estimate` (9,); see `inference.course`."""
+    x, p = bank.x[0], bank.p[0]
+    if bank.run[0].started == 0:
+        for i in range(len(estimate)):
+            estimate[i] = math.nan
+        return
+    speed = mean_speed(x, p, model.modes[0])
+    estimate[0], estimate[1], estimate[2], estimate[3], estimate[4] = x[NORTH], x[EAST], speed, wrap(x[COURSE]), x[RATE]
+    estimate[5], estimate[7] = math.sqrt(p[2, 2]), math.sqrt(p[4, 4])
+    estimate[6] = math.sqrt(p[3, 3] / max(speed * speed, 1e-12))
+    estimate[8] = math.sqrt(0.5 * (p[0, 0] + p[1, 1]))
+    if not (estimate[6] < COURSE_STD and speed >= steerageway):
+        estimate[3] = estimate[4] = estimate[6] = estimate[7] = math.nan
 
 
 def is_plain(model, aids) -> bool:

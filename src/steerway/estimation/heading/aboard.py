@@ -19,7 +19,7 @@ from steerway.sensors.tcm2 import CompassModel
 from steerway.vessels.springer import RPM, HeadingModel
 
 KINDS = ("tracker", "aided", "composite", "interval")
-"""The first is `estimation.course.onboard.HeadingTracker`, which knows nothing of the boat."""
+"""The first is `estimation.aboard.HeadingTracker`, which knows nothing of the boat."""
 PLAIN_COMPASS = CompassModel(0.0, 0.0, 1.0, 1.0, 0.0)
 """A compass that reads the heading of its last tick."""
 _VEHICLE_STD = math.radians(0.5)

@@ -30,7 +30,6 @@ from steerway.estimation.inference.model import (
 from steerway.estimation.inference.motion import spin_share
 from steerway.estimation.inference.place import MOMENTS, mixed
 from steerway.estimation.inference.row import Asked, recall, run_record
-from steerway.estimation.inference.structures import model_of
 from steerway.estimation.inference.whole_log import Track
 
 VOYAGES = 500
@@ -53,7 +52,7 @@ def forecasts(track: Track, structures, horizons, rows=None) -> np.ndarray:
     parts = np.diff(horizons, prepend=0.0)
     counts = np.ceil(parts / STEP).astype(int)
     for each in structures:
-        model = model_of(each.parts, each.values)
+        model = each.model
         bank = empty_bank(model)
         kept = room_to_keep(0 if rows is None else len(record.time), model)
         rows_of_all = np.empty((len(record.time), FUSED + 2))

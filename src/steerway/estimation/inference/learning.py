@@ -21,9 +21,9 @@ from steerway.estimation.inference.parts import PLAIN
 from steerway.estimation.inference.record import Measurements, extrapolated, measurements
 from steerway.estimation.inference.row import Asked, Rows, run_record
 from steerway.estimation.inference.selection import Structure, infer
-from steerway.estimation.inference.stream import ELAPSED, InferredFilter, Set, set_of
 from steerway.estimation.inference.structures import VESSELS, parameters_of
 from steerway.estimation.profiles.inferred import InferredProfile
+from steerway.estimation.stream import ELAPSED, FiveStateFilter, Set, set_of
 
 LOG = logging.getLogger("steerway.live")
 _NOISES = (0.02, 0.1, 0.4, 1.5, 5.0)
@@ -50,12 +50,12 @@ def _known(names, values):
     return {name: values[name] for name in names}
 
 
-class LearningFilter(InferredFilter):
-    """An `InferredFilter` that learns its profile.
+class LearningFilter(FiveStateFilter):
+    """A `FiveStateFilter` that learns its profile.
 
     Args:
         start: profile to begin with, None for the prior.
-        aid: as of `InferredFilter`; "auto" for the receiver's SOG and COG where they predict the fixes better.
+        aid: as of `FiveStateFilter`; "auto" for the receiver's SOG and COG where they predict the fixes better.
         background: whether inferences run in a thread; otherwise within the row that makes one due, as in a replay.
         keep: called with every profile that is found, in the background.
     """
@@ -98,7 +98,7 @@ class LearningFilter(InferredFilter):
         aids: Sequence[float] | Floats | None = None,
         position_std: float = _UNKNOWN,
     ) -> tuple[list[float], float, int]:
-        """As of `InferredFilter.row`."""
+        """As of `FiveStateFilter.row`."""
         if dt > LONGEST_GAP:
             self._rows.clear()
             self._measurements = None

@@ -18,6 +18,7 @@ from steerway.estimation.inference.model import (
     ON_RATE,
     ON_TIME,
     RATE,
+    SPEED,
     Model,
     has_two_states,
 )
@@ -38,7 +39,7 @@ class Reversal(NamedTuple):
     model: Model
     sign: np.ndarray  # (n,) of every state against that forwards; the course is the opposite one
     share: np.ndarray  # (m,) stationary probabilities of the modes
-    variance: np.ndarray  # (m, n) stationary variance of every state from RATE on
+    variance: np.ndarray  # (m, n) stationary variance of every state, infinite of a random walk
 
 
 def reversal_of(model: Model) -> Reversal:
@@ -54,8 +55,10 @@ def reversal_of(model: Model) -> Reversal:
     calm = held & (modes["manoeuvres"] == 0)
     rate[calm] = np.maximum(_LEFT_BY_TURNS * rate[calm], 0.5 * noise[calm] / decay[calm])
     noise[held] = 2.0 * decay[held] * rate[held]
-    modes["start"], modes["speed_decay"] = share, 0.0  # else it would grow
-    sign, variance = np.ones(states), np.full((len(share), states), np.nan)
+    modes["start"] = share
+    sign, variance = np.ones(states), np.full((len(share), states), np.inf)
+    decays = modes["speed_decay"] > 0.0
+    variance[decays, SPEED] = 0.5 * modes["speed_noise"][decays] / modes["speed_decay"][decays]
     sign[RATE], variance[:, RATE] = -1.0, rate
     for process in model.processes:
         first, last = process["state"], process["state"] + has_two_states(process)

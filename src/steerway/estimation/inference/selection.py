@@ -12,6 +12,7 @@ import numpy as np
 
 from steerway.estimation.inference.bank import LONGEST_STEP
 from steerway.estimation.inference.fit import DRAWS, Fit, Rows, fitted, likeliest
+from steerway.estimation.inference.model import Model
 from steerway.estimation.inference.parts import OPTIONAL, PARTS, PLAIN, Scales
 from steerway.estimation.inference.record import excerpt, predictions
 from steerway.estimation.inference.starts import scales_of, vessels
@@ -56,6 +57,11 @@ class Structure(NamedTuple):
     weight: float
     parts: tuple
     values: dict
+
+    @property
+    def model(self) -> Model:
+        """What the filters work with."""
+        return model_of(self.parts, self.values)
 
 
 class Inference(NamedTuple):

@@ -19,7 +19,7 @@ from steerway.estimation.inference.bank import advance, start
 from steerway.estimation.inference.fuse import fuse
 from steerway.estimation.inference.model import COURSE, EAST, NORTH, RATE, SPEED, Model
 from steerway.estimation.inference.motion import spin_share
-from steerway.estimation.inference.relative import difference, is_steady, shifted, turned
+from steerway.estimation.inference.relative import difference, is_steady, shifted, turned, widen
 from steerway.estimation.inference.vectors import Sym2, Vec2, density, dot, plus, trace
 from steerway.estimation.inference.weigh import FREEDOM, NORMAL, outlier_density, step_variance, take_fix
 
@@ -29,6 +29,9 @@ are compared, and after it. Chosen: with 0.001 smoothed scenes are no better, an
 _NEAR = 0.45
 """rad; courses so near one another are compared as courses where one of them is known well. Chosen: linear in the
 course, the way is then too long by a tenth."""
+
+_LEAST_SPEED = 1e-6
+"""m/s, to divide by."""
 
 
 class Room(NamedTuple):
@@ -138,7 +141,10 @@ def inform(filtered_p, loose, reversal, bank, room):
             covariance[NORTH, NORTH] += loose
             covariance[EAST, EAST] += loose
             log_determinant = inverse(covariance, room.after[i], scratch)
-            for u in range(RATE, n):
+            for u in range(SPEED if m == 1 else RATE, n):
+                room.known[i, u] = 0.0
+                if math.isinf(reversal.variance[i, u]):
+                    continue
                 share = spin_share(bank.steps[i], bank.x[i, SPEED]) if u == RATE else 1.0
                 variance = max(share * reversal.variance[i, u], covariance[u, u])
                 room.known[i, u] = 1.0 / variance
@@ -198,6 +204,8 @@ def agreement(before, after, steady, room, q):
         for v in range(n):
             information[u, v] = room.after[j, u, v]
     turned(information, angle)
+    if m == 1 and steady:
+        widen(information, after[SPEED] / max(before[SPEED], _LEAST_SPEED))
     square = 0.0
     for u in range(n):
         x[u] = 0.0
@@ -205,7 +213,7 @@ def agreement(before, after, steady, room, q):
             x[u] += information[u, v] * error[v]
             information[u, v] += room.before[i, u, v]
         square += error[u] * x[u]
-    for u in range(RATE + 1 if m > 1 else RATE, n):
+    for u in range(RATE + 1 if m > 1 else SPEED, n):
         known = room.known[j, u]
         information[u, u] -= known
         x[u] += known * before[u]
@@ -228,6 +236,8 @@ def join(before, steady, room, q):
             error[u] += covariance[u, v] * x[v]
             p[u, v] = covariance[u, v]
     shifted(before, error, steady, x, p)
+    if len(room.before) == 1 and steady:
+        widen(p, x[SPEED] / max(before[SPEED], _LEAST_SPEED))
 
 
 @lean_kernel

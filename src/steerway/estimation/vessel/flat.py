@@ -5,6 +5,7 @@ long held, one just taken up, and a turn. Acceleration that persists and yaw in 
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,9 +23,6 @@ from steerway.estimation.inference.structures import Shaping, assembled
 
 OUTLIER_RATE = 1e-3
 """Share of fixes that are off by any distance. Chosen: the median of its prior for a log of unknown origin."""
-_DRIFTS_BELOW = 0.1
-"""Part of steerageway below which a vessel is pushed about in any direction. Chosen: at steerageway itself a ten
-thousandth of the speed noise acts across the course."""
 _LARGEST_START_RATE = math.radians(20.0)
 """rad/s of course rate at the start: a small craft in a hard turn; a stationary value may be infinite. Chosen."""
 _YOUNG = 0.8
@@ -33,6 +31,13 @@ left of it dies away; `steerway study estimator-limits` judges it."""
 LONG_HELD, YOUNG, TURN = range(3)
 """Modes of a profile with turns. The filter of a course just taken up is uncertain of it; as one mode with that of a
 course long held it would keep widening that."""
+
+
+class WeighedModel(NamedTuple):
+    """A model and how much it counts."""
+
+    weight: float
+    model: Model
 
 
 def model_of_profile(profile, aid: tuple[str, ...] = ()) -> Model:
@@ -64,7 +69,7 @@ def _mode(profile, start) -> np.ndarray:
     mode["speed_noise"], mode["speed_decay"] = profile.speed_noise, profile.speed_decay
     mode["rate_noise"], mode["rate_decay"] = noise, decay
     mode["start"], mode["start_rate"] = start, start_rate_std(noise, decay) ** 2
-    mode["drift_speed"] = _DRIFTS_BELOW * profile.steerageway
+    mode["drift_speed"] = profile.steerageway  # with a tenth of it SOG of a boat that stops and goes is 10 % worse
     return mode
 
 
